@@ -1,10 +1,33 @@
 //! Promenade's engine: a listener's pose and a scene go in with a dry track, binaural stereo comes out.
+//!
+//! A [`Scene`] is read from bytes, a [`Renderer`] plays it at a host's sample rate, a [`Spatializer`] is what the audio thread owns.
+//! Nothing here knows a host, a thread, a file, a clock or a user interface.
 
+mod bands;
+mod carrier;
+mod field;
+mod grid;
+mod head;
+mod lanes;
+mod late;
+pub mod metrics;
 mod path;
 mod pose;
+mod renderer;
+mod scene;
+mod spatializer;
+mod stft;
 mod tier;
+mod transfer;
 
+pub use bands::Bands;
+pub use field::{Axis, Field, FieldGrid, NEAREST_M};
 pub use glam;
+pub use grid::StftGrid;
 pub use path::{CameraPath, Keyframe, PathError, Playback};
 pub use pose::Pose;
+pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
+pub use scene::{Anchor, HeldOut, Provenance, Scene, SceneError, SceneParts, TailModel};
+pub use spatializer::{BlockParams, Spatializer};
 pub use tier::Tier;
+pub use transfer::{TransferFunction, TransferShape};

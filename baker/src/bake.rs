@@ -1,0 +1,391 @@
+//! Field baking: measured binaural responses become a scene.
+
+use crate::calibrate::{Calibrator, Target};
+use crate::direct::{Direct, minimum_phase};
+use crate::kriging::{Site, weights};
+use crate::layout::{Layout, LayoutError};
+use crate::responses::{Response, Responses};
+use crate::room::{HopEnergies, coherence, hops_above_noise, late_gain, t60_s};
+use crate::spectrum::Analyser;
+use glam::Vec3;
+use promenade_core::metrics::{Binaural, BinauralError};
+use promenade_core::{
+    Anchor, Bands, Field, HeldOut, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferFunction, TransferShape,
+    glam,
+};
+use thiserror::Error;
+
+/// Choices of a bake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// Window of the short-time transform, seconds: the latency of the scene. The hop is a quarter of it.
+    pub window_s: f64,
+    /// Length of the explicit time filters, seconds; the exponential late part follows.
+    pub early_s: f64,
+    /// Seed of the pseudo-random carriers.
+    pub seed: u64,
+    /// How the scene is made, in one line, for its provenance.
+    pub recipe: String,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self { window_s: 0.020, early_s: 0.160, seed: 1, recipe: String::new() }
+    }
+}
+
+/// Share of the Nyquist frequency that measurements are trusted up to; above it anti-alias filters close.
+const TRUSTED_SHARE: f64 = 0.85;
+/// Gains below this are nothing (-140 dB).
+const NO_GAIN: f64 = 1e-7;
+
+/// Why responses could not be baked.
+#[derive(Debug, Error)]
+pub enum BakeFailure {
+    /// The measurements do not lie around one emitter or one listener.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
+    /// A response is silent or too short.
+    #[error("response '{name}': {problem}")]
+    Response {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// An option is out of range.
+    #[error("{option}: expected {expected}, found {found}")]
+    Option {
+        /// Name of the option.
+        option: &'static str,
+        /// Its range.
+        expected: &'static str,
+        /// The value given.
+        found: f64,
+    },
+    /// The result does not hold together.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// Bakes a scene from responses; `is_held_out` picks those that are kept for judging it.
+///
+/// # Errors
+/// No usable geometry, a silent response, or options out of range.
+pub fn bake_responses(
+    responses: &Responses,
+    is_held_out: impl Fn(&Response, usize) -> bool,
+    options: &BakeOptions,
+) -> Result<Scene, BakeFailure> {
+    let whole = Layout::of(responses)?;
+    let held: Vec<bool> = responses.responses.iter().enumerate().map(|(i, r)| is_held_out(r, i)).collect();
+    let used: Vec<usize> = (0..held.len()).filter(|i| !held[*i]).collect();
+    if used.is_empty() {
+        return Err(LayoutError::Empty.into());
+    }
+    let layout = Layout {
+        emitter: whole.emitter,
+        poses: used.iter().map(|&i| whole.poses[i]).collect(),
+        sites: used.iter().map(|&i| whole.sites[i]).collect(),
+        distances: used.iter().map(|&i| whole.distances[i]).collect(),
+        notes: whole.notes.clone(),
+    };
+    let measured: Vec<&Response> = used.iter().map(|&i| &responses.responses[i]).collect();
+    let grid = grid_for(responses.sample_rate_hz, options)?;
+    let scene_level = level(&measured);
+    let room = Room::of(&measured, &grid, options, scene_level)?;
+    let mut notes = layout.notes.clone();
+    let calibrator = Calibrator::new(&grid, &room.bands, &room.tail, room.shape, room.top_hz);
+    let transfers = measured
+        .iter()
+        .zip(&room.firsts)
+        .map(|(r, first)| {
+            let scaled = [&r.left, &r.right].map(|e| e.iter().map(|v| v * scene_level).collect::<Vec<f32>>());
+            let target = Target::of(scaled, first.arrival, responses.sample_rate_hz, &r.name)?;
+            calibrator.fit(first.transfer.clone(), &target)
+        })
+        .collect::<Result<Vec<_>, BakeFailure>>()?;
+
+    let (mut sites, mut rows) = (layout.sites.clone(), Vec::new());
+    for (transfer, distance) in transfers.iter().zip(&layout.distances) {
+        rows.push(LogRow::of(transfer, f64::from(*distance)));
+    }
+    if layout.is_half() {
+        notes.push("one half space was measured: the other is its mirror image, front to back".to_owned());
+        for i in 0..layout.sites.len() {
+            let s = layout.sites[i];
+            if s.direction.x.abs() > 0.05 {
+                sites.push(Site { direction: s.direction * Vec3::new(-1.0, 1.0, 1.0), ..s });
+                rows.push(rows[i].clone());
+            }
+        }
+    }
+    let nodes = layout.grid();
+    let trend = delay_trend(&sites, &rows);
+    let mut table = Vec::with_capacity(nodes.nodes() * room.shape.row_len());
+    for index in 0..nodes.nodes() {
+        let (position, direction) = nodes.node(index);
+        let node = Site { direction, position };
+        table.extend(LogRow::blend(&rows, &sites, &weights(&sites, &node), trend, &node).to_transfer(&room.shape).to_row());
+    }
+    let field = Field::new(nodes, room.shape, layout.emitter, table).ok_or(LayoutError::Empty)?;
+    let held_out = held_out(responses, &whole, &held)?;
+    let ahead = |i: &usize| layout.sites[*i].direction.x;
+    let start = (0..used.len()).max_by(|a, b| ahead(a).total_cmp(&ahead(b))).map_or(0, |i| i);
+    let mut anchors: Vec<Anchor> = Vec::new();
+    for pose in &layout.poses {
+        if !anchors.iter().any(|a| a.position.distance(pose.position) < 1e-3) {
+            anchors.push(Anchor { position: pose.position, colour: Vec3::splat(0.7) });
+        }
+    }
+    anchors.push(Anchor { position: layout.emitter, colour: Vec3::new(0.9, 0.5, 0.2) });
+    Ok(Scene::new(SceneParts {
+        provenance: Provenance {
+            title: responses.title.clone(),
+            credit: responses.credit.clone(),
+            licence: responses.licence.clone(),
+            recipe: options.recipe.clone(),
+            notes,
+        },
+        grid,
+        bands: room.bands,
+        tail: room.tail,
+        field,
+        top_hz: room.top_hz,
+        start_pose: layout.poses[start],
+        anchors,
+        held_out,
+    })?)
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "milliseconds in samples, checked above")]
+fn grid_for(sample_rate_hz: f64, options: &BakeOptions) -> Result<StftGrid, BakeFailure> {
+    if !(0.004..=0.1).contains(&options.window_s) {
+        return Err(BakeFailure::Option { option: "window", expected: "0.004 to 0.1 s", found: options.window_s });
+    }
+    if !(0.0..=4.0).contains(&options.early_s) {
+        return Err(BakeFailure::Option { option: "early part", expected: "0 to 4 s", found: options.early_s });
+    }
+    let hop = ((sample_rate_hz * options.window_s / 4.0).round() as usize).max(4);
+    // Asking a grid for its neighbour's rate and back finds an efficient length near the wanted one.
+    let wanted = StftGrid { sample_rate_hz: 1.0, n_fft: 4 * hop, hop };
+    let found = StftGrid { sample_rate_hz: 2.0, ..wanted }.at_rate(2.000_01);
+    Ok(StftGrid { sample_rate_hz, n_fft: found.n_fft, hop: found.hop })
+}
+
+/// Gain that brings the loudest ear of all responses to unit energy: noise comes out no louder than it went in.
+fn level(responses: &[&Response]) -> f32 {
+    let energy = |x: &[f32]| x.iter().map(|v| f64::from(*v) * f64::from(*v)).sum::<f64>();
+    let loudest = responses.iter().map(|r| energy(&r.left).max(energy(&r.right))).fold(0.0, f64::max);
+    #[expect(clippy::cast_possible_truncation, reason = "a gain")]
+    let gain = if loudest > 0.0 { loudest.sqrt().recip() as f32 } else { 1.0 };
+    gain
+}
+
+fn held_out(responses: &Responses, layout: &Layout, held: &[bool]) -> Result<Vec<HeldOut>, BakeFailure> {
+    let mut out = Vec::new();
+    for (i, r) in responses.responses.iter().enumerate().filter(|(i, _)| held[*i]) {
+        let measured = Binaural::of_response(&r.left, &r.right, responses.sample_rate_hz).map_err(|e| unmeasurable(r, &e))?;
+        out.push(HeldOut { name: r.name.clone(), pose: layout.poses[i], measured });
+    }
+    Ok(out)
+}
+
+fn unmeasurable(r: &Response, e: &BinauralError) -> BakeFailure {
+    BakeFailure::Response { name: r.name.clone(), problem: e.to_string() }
+}
+
+/// A first estimate of one response's transfer function.
+struct First {
+    arrival: i64,
+    transfer: TransferFunction,
+}
+
+/// What all responses share, and a first estimate of each.
+struct Room {
+    bands: Bands,
+    tail: TailModel,
+    shape: TransferShape,
+    top_hz: f32,
+    firsts: Vec<First>,
+}
+
+impl Room {
+    fn of(measured: &[&Response], grid: &StftGrid, options: &BakeOptions, gain: f32) -> Result<Self, BakeFailure> {
+        let analyser = Analyser::new(*grid);
+        let bands = Bands::for_rate(grid.sample_rate_hz);
+        let silent = |r: &Response| BakeFailure::Response { name: r.name.clone(), problem: "an ear is silent".to_owned() };
+        let mut directs = Vec::new();
+        for r in measured {
+            directs.push(Direct::of([&r.left, &r.right], grid, &analyser).ok_or_else(|| silent(r))?);
+        }
+        let longest = measured.iter().map(|r| r.left.len()).max().unwrap_or(0);
+        let hops = longest / grid.hop + 1;
+        let energies: Vec<[HopEnergies; 2]> = directs
+            .iter()
+            .map(|d| [0, 1].map(|ear| analyser.hop_energies(&d.rest[ear], d.arrival, hops, &bands)))
+            .collect();
+        let ears = (2 * energies.len()) as f64;
+        let mean: HopEnergies = (0..hops)
+            .map(|l| {
+                let all = energies.iter().flatten();
+                (0..bands.count()).map(|b| all.clone().map(|e| e[l][b]).sum::<f64>() / ears).collect()
+            })
+            .collect();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of hops")]
+        let taps = ((options.early_s / grid.hop_s()).round() as usize).min(hops.saturating_sub(2)).max(1);
+        let t60 = t60_s(&mean, taps / 2, grid.hop_s());
+        let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];
+        for d in &directs {
+            #[expect(clippy::cast_possible_wrap, reason = "samples of a response")]
+            let start = d.arrival + 4 * grid.hop as i64;
+            let part = coherence([&d.rest[0], &d.rest[1]], start, taps, grid, &bands, &analyser);
+            for (s, p) in sums.iter_mut().flatten().zip(part.iter().flatten()) {
+                *s += p;
+            }
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "a coherence")]
+        let coherence = (0..bands.count())
+            .map(|b| (sums[0][b] / (sums[1][b] * sums[2][b]).sqrt().max(1e-30)).clamp(-1.0, 1.0) as f32)
+            .collect();
+        let all_gains = || directs.iter().flat_map(|d| &d.gain);
+        let peak = all_gains().flatten().fold(0.0_f64, |a, b| a.max(*b));
+        let mean_log: Vec<f64> = (0..grid.bins())
+            .map(|k| all_gains().map(|g| g[k].max(1e-3 * peak).ln()).sum::<f64>() / (2 * directs.len()) as f64)
+            .collect();
+        let tail = TailModel {
+            seed: options.seed,
+            t60_s: t60,
+            coherence,
+            direct_phase: minimum_phase(&mean_log, grid),
+        };
+        let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
+        let gain = f64::from(gain);
+        let firsts = directs
+            .iter()
+            .zip(&energies)
+            .map(|(d, e)| First { arrival: d.arrival, transfer: first_transfer(d, e, &mean, &tail, shape, grid, gain) })
+            .collect();
+        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
+        let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
+        Ok(Self { bands, tail, shape, top_hz, firsts })
+    }
+}
+
+fn first_transfer(
+    direct: &Direct,
+    energies: &[HopEnergies; 2],
+    mean: &HopEnergies,
+    tail: &TailModel,
+    shape: TransferShape,
+    grid: &StftGrid,
+    gain: f64,
+) -> TransferFunction {
+    let mut out = shape.silent();
+    for k in 0..shape.bins {
+        set_ears(&mut out, k, [gain * direct.gain[0][k], gain * direct.gain[1][k]]);
+    }
+    let first_late = shape.taps + 1;
+    for (ear, hops) in energies.iter().enumerate() {
+        for band in 0..shape.bands {
+            #[expect(clippy::cast_possible_truncation, reason = "gains")]
+            for tap in 0..shape.taps {
+                out.taps[(tap * 2 + ear) * shape.bands + band] = (gain * hops[tap + 1][band].sqrt()) as f32;
+            }
+            let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(tail.t60_s[band]));
+            let until = hops_above_noise(mean, band);
+            // Where the noise begins before the late part does, the late part continues the last taps.
+            let late = if until > first_late + 2 {
+                late_gain(hops, band, first_late, until, decay)
+            } else {
+                let from = until.saturating_sub(8).max(1);
+                #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a hop count")]
+                let steps = first_late as i32 - from as i32;
+                late_gain(hops, band, from, until.max(from + 1), decay) * decay.powi(steps)
+            };
+            #[expect(clippy::cast_possible_truncation, reason = "a gain")]
+            let late = (gain * late) as f32;
+            out.late[ear * shape.bands + band] = late;
+        }
+    }
+    out
+}
+
+/// Sets the masks of a bin from the gains of both ears.
+pub(crate) fn set_ears(transfer: &mut TransferFunction, bin: usize, [left, right]: [f64; 2]) {
+    let sum = left + right;
+    #[expect(clippy::cast_possible_truncation, reason = "gains")]
+    {
+        transfer.mixture[bin] = (0.5 * sum) as f32;
+        transfer.difference[bin] = if sum > 0.0 { ((right - left) / sum) as f32 } else { 0.0 };
+    }
+}
+
+/// A transfer function in the domain that it is interpolated in: log gains, at a distance of 1 m, and delay.
+///
+/// Gains of measurements a few degrees apart differ by factors, and delays by sums; complex spectra that differ in delay would cancel.
+#[derive(Clone, Debug)]
+struct LogRow {
+    direct: [Vec<f64>; 2],
+    delay_s: f64,
+    room: Vec<f64>,
+    explicit: usize,
+}
+
+impl LogRow {
+    fn of(t: &TransferFunction, distance_m: f64) -> Self {
+        let log = |g: f64| g.max(NO_GAIN).ln();
+        let ear = |sign: f32| {
+            let gains = t.mixture.iter().zip(&t.difference).map(|(m, d)| f64::from((1.0 + sign * d) * m));
+            gains.map(|g| log(g * distance_m)).collect()
+        };
+        let room = t.taps.iter().chain(&t.late).map(|g| log(f64::from(*g))).collect();
+        Self { direct: [ear(-1.0), ear(1.0)], delay_s: f64::from(t.delay_s), room, explicit: t.taps.len() }
+    }
+
+    fn blend(rows: &[Self], sites: &[Site], weights: &[(usize, f64)], trend: f64, node: &Site) -> Self {
+        let sum = |pick: &dyn Fn(&Self) -> &Vec<f64>| {
+            let mut out = vec![0.0; pick(&rows[0]).len()];
+            for &(i, w) in weights {
+                out.iter_mut().zip(pick(&rows[i])).for_each(|(o, v)| *o += w * v);
+            }
+            out
+        };
+        let off_trend: f64 = weights.iter().map(|&(i, w)| w * (rows[i].delay_s - trend * lateral(&sites[i]))).sum();
+        Self {
+            direct: [sum(&|r| &r.direct[0]), sum(&|r| &r.direct[1])],
+            delay_s: off_trend + trend * lateral(node),
+            room: sum(&|r| &r.room),
+            explicit: rows[0].explicit,
+        }
+    }
+
+    fn to_transfer(&self, shape: &TransferShape) -> TransferFunction {
+        let gain = |log: f64| if log <= NO_GAIN.ln() + 0.1 { 0.0 } else { log.exp() };
+        let mut out = shape.silent();
+        for k in 0..shape.bins {
+            set_ears(&mut out, k, [gain(self.direct[0][k]), gain(self.direct[1][k])]);
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "gains and a delay")]
+        {
+            out.delay_s = self.delay_s as f32;
+            out.taps = self.room[..self.explicit].iter().map(|g| gain(*g) as f32).collect();
+            out.late = self.room[self.explicit..].iter().map(|g| gain(*g) as f32).collect();
+        }
+        out
+    }
+}
+
+/// How the interaural delay of a rigid sphere varies with the angle towards the left ear (Woodworth 1938): asin(y) + y for the
+/// component y of the direction towards the left, so that the delay is negative on the left.
+fn lateral(site: &Site) -> f64 {
+    let y = f64::from(site.direction.y).clamp(-1.0, 1.0);
+    y.asin() + y
+}
+
+/// Delay per unit of [`lateral`], seconds, by least squares: the measured head's radius over the speed of sound, negated.
+fn delay_trend(sites: &[Site], rows: &[LogRow]) -> f64 {
+    let pairs = || sites.iter().map(lateral).zip(rows.iter().map(|r| r.delay_s));
+    let square: f64 = pairs().map(|(x, _)| x * x).sum();
+    if square > 0.1 { pairs().map(|(x, d)| x * d).sum::<f64>() / square } else { -0.09 / 343.0 }
+}

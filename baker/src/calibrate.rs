@@ -1,0 +1,129 @@
+//! Calibration: transfer functions corrected until the render head's own output measures as the room did.
+
+use crate::bake::{BakeFailure, set_ears};
+use crate::measure::render_response;
+use crate::room::HopEnergies;
+use crate::spectrum::Analyser;
+use glam::Vec3;
+use promenade_core::metrics::Binaural;
+use promenade_core::{
+    Axis, Bands, Field, FieldGrid, Pose, Provenance, Scene, SceneParts, StftGrid, TailModel, TransferFunction, TransferShape, glam,
+};
+use std::sync::Arc;
+
+/// Rounds of rendering and correcting.
+const ROUNDS: usize = 6;
+/// The largest correction of a gain in one round.
+const LARGEST_STEP: f64 = 1.6;
+
+/// A measured response at the scene's level and what it measures.
+pub(crate) struct Target {
+    ears: [Vec<f32>; 2],
+    arrival: i64,
+    measures: Binaural,
+    sample_rate_hz: f64,
+}
+
+impl Target {
+    pub(crate) fn of(ears: [Vec<f32>; 2], arrival: i64, sample_rate_hz: f64, name: &str) -> Result<Self, BakeFailure> {
+        let measures = Binaural::of_response(&ears[0], &ears[1], sample_rate_hz)
+            .map_err(|e| BakeFailure::Response { name: name.to_owned(), problem: e.to_string() })?;
+        Ok(Self { ears, arrival, measures, sample_rate_hz })
+    }
+}
+
+/// Renders transfer functions as the plugin does and corrects them.
+pub(crate) struct Calibrator {
+    grid: StftGrid,
+    bands: Bands,
+    tail: TailModel,
+    shape: TransferShape,
+    top_hz: f32,
+    analyser: Analyser,
+}
+
+impl Calibrator {
+    pub(crate) fn new(grid: &StftGrid, bands: &Bands, tail: &TailModel, shape: TransferShape, top_hz: f32) -> Self {
+        Self { grid: *grid, bands: bands.clone(), tail: tail.clone(), shape, top_hz, analyser: Analyser::new(*grid) }
+    }
+
+    /// Corrects a first estimate towards the measured response.
+    ///
+    /// Tap gains follow the ratio of measured to rendered band energy hop by hop; the direct sound follows the energy of each ear's
+    /// first hop and, at last, the level difference of the whole; the delay follows the interaural time difference.
+    pub(crate) fn fit(&self, mut transfer: TransferFunction, target: &Target) -> Result<TransferFunction, BakeFailure> {
+        let hops = self.shape.taps + 1;
+        #[expect(clippy::cast_possible_truncation, reason = "a delay")]
+        {
+            transfer.delay_s = target.measures.itd_s as f32;
+        }
+        let wanted: [HopEnergies; 2] =
+            [0, 1].map(|e| self.analyser.hop_energies(&target.ears[e], target.arrival, hops, &self.bands));
+        for _ in 0..ROUNDS {
+            let (ears, origin) = self.render(&transfer, target.ears[0].len())?;
+            let got: [HopEnergies; 2] = [0, 1].map(|e| self.analyser.hop_energies(&ears[e], origin, hops, &self.bands));
+            let measures = Binaural::of_response(&ears[0], &ears[1], target.sample_rate_hz);
+            for ear in 0..2 {
+                // The first taps overlap the direct sound, which is measured with its fade-out.
+                for tap in 1..self.shape.taps {
+                    for band in 0..self.shape.bands {
+                        let ratio = (wanted[ear][tap + 1][band] / got[ear][tap + 1][band].max(1e-30)).sqrt();
+                        let g = &mut transfer.taps[(tap * 2 + ear) * self.shape.bands + band];
+                        #[expect(clippy::cast_possible_truncation, reason = "a gain")]
+                        {
+                            *g *= ratio.clamp(1.0 / LARGEST_STEP, LARGEST_STEP) as f32;
+                        }
+                    }
+                }
+            }
+            let Ok(measures) = measures else { continue };
+            #[expect(clippy::cast_possible_truncation, reason = "a delay")]
+            {
+                transfer.delay_s += (target.measures.itd_s - measures.itd_s) as f32;
+            }
+            let energy = |x: &[f32], from: i64, to: i64| {
+                (from..to).map(|i| crate::spectrum::at(x, i).powi(2)).sum::<f64>()
+            };
+            // All of each ear's energy is matched through its direct sound: level and interaural level difference at once.
+            #[expect(clippy::cast_possible_wrap, reason = "sample counts")]
+            let gains = [0, 1].map(|e| {
+                let span = self.grid.hop as i64 * 2;
+                let direct_got = energy(&ears[e], origin - span, origin + span);
+                let all_got = energy(&ears[e], 0, ears[e].len() as i64);
+                let all_wanted = energy(&target.ears[e], 0, target.ears[e].len() as i64);
+                (1.0 + (all_wanted - all_got) / direct_got.max(1e-30)).max(0.25).sqrt().clamp(1.0 / LARGEST_STEP, LARGEST_STEP)
+            });
+            for k in 0..self.shape.bins {
+                let (m, d) = (f64::from(transfer.mixture[k]), f64::from(transfer.difference[k]));
+                set_ears(&mut transfer, k, [gains[0] * (1.0 - d) * m, gains[1] * (1.0 + d) * m]);
+            }
+        }
+        Ok(transfer)
+    }
+
+    /// What the render head makes of an impulse, and the sample at which the head's centre hears it.
+    fn render(&self, transfer: &TransferFunction, len: usize) -> Result<([Vec<f32>; 2], i64), BakeFailure> {
+        let nodes = FieldGrid {
+            position: [Axis::single(0.0); 3],
+            elevation: Axis::single(0.0),
+            azimuth: Axis::single(0.0),
+        };
+        let emitter = Vec3::X;
+        let field = Field::new(nodes, self.shape, emitter, transfer.to_row()).ok_or(crate::layout::LayoutError::Empty)?;
+        let scene = Scene::new(SceneParts {
+            provenance: Provenance::default(),
+            grid: self.grid,
+            bands: self.bands.clone(),
+            tail: self.tail.clone(),
+            field,
+            top_hz: self.top_hz,
+            start_pose: Pose::IDENTITY,
+            anchors: Vec::new(),
+            held_out: Vec::new(),
+        })?;
+        let lead = self.grid.n_fft;
+        let ears = render_response(&Arc::new(scene), Pose::IDENTITY, lead, lead + len);
+        #[expect(clippy::cast_possible_wrap, reason = "a sample count")]
+        Ok((ears, lead as i64))
+    }
+}

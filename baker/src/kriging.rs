@@ -1,0 +1,91 @@
+//! Interpolation of scattered measurements onto the nodes of a field.
+
+use glam::Vec3;
+use nalgebra::{DMatrix, DVector};
+use promenade_core::glam;
+
+/// Measurements that a node is interpolated from, at most.
+const NEIGHBOURS: usize = 48;
+/// Distance over which masks stay alike: chord of the unit sphere of directions.
+const DIRECTION_SCALE: f64 = 1.0;
+/// Distance over which rooms stay alike, metres.
+const POSITION_SCALE_M: f64 = 1.0;
+
+/// Where a transfer function was measured, or is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Site {
+    /// Unit vector to the emitter in the head frame.
+    pub(crate) direction: Vec3,
+    /// Listener position, metres.
+    pub(crate) position: Vec3,
+}
+
+impl Site {
+    fn distance(&self, other: &Self) -> f64 {
+        let d = f64::from((self.direction - other.direction).length()) / DIRECTION_SCALE;
+        let p = f64::from((self.position - other.position).length()) / POSITION_SCALE_M;
+        (d * d + p * p).sqrt()
+    }
+}
+
+/// Weights of measurements at a node, by ordinary kriging: they sum to 1 and pick out a measurement made at the node itself.
+///
+/// Covariance: Matern with smoothness 3/2 (Rasmussen and Williams 2006, equation 4.17), over the chord between directions and the
+/// distance between positions. Measurements beyond the nearest 48 get no weight.
+pub(crate) fn weights(sites: &[Site], node: &Site) -> Vec<(usize, f64)> {
+    let mut near: Vec<usize> = (0..sites.len()).collect();
+    near.sort_by(|&a, &b| sites[a].distance(node).total_cmp(&sites[b].distance(node)).then(a.cmp(&b)));
+    near.truncate(NEIGHBOURS);
+    if let [only] = near[..] {
+        return vec![(only, 1.0)];
+    }
+    let n = near.len();
+    let covariance = |r: f64| {
+        let s = 3.0_f64.sqrt() * r;
+        (1.0 + s) * (-s).exp()
+    };
+    let system = DMatrix::from_fn(n + 1, n + 1, |i, j| match (i == n, j == n) {
+        (true, true) => 0.0,
+        (true, false) | (false, true) => 1.0,
+        // The small term keeps measurements at one and the same site from making the system singular.
+        (false, false) => covariance(sites[near[i]].distance(&sites[near[j]])) + if i == j { 1e-9 } else { 0.0 },
+    });
+    let right = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { covariance(sites[near[i]].distance(node)) });
+    match system.lu().solve(&right) {
+        Some(solution) => near.iter().enumerate().map(|(i, &site)| (site, solution[i])).collect(),
+        None => vec![(near[0], 1.0)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(count: usize) -> Vec<Site> {
+        (0..count)
+            .map(|i| {
+                let a = std::f32::consts::TAU * i as f32 / count as f32;
+                Site { direction: Vec3::new(a.cos(), a.sin(), 0.0), position: Vec3::ZERO }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_measurement_at_the_node_takes_all_the_weight() {
+        let sites = ring(19);
+        for (index, weight) in weights(&sites, &sites[7]) {
+            assert!((weight - if index == 7 { 1.0 } else { 0.0 }).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn weights_sum_to_one_and_reproduce_a_smooth_function() {
+        let sites = ring(36);
+        let a = 0.05_f32;
+        let node = Site { direction: Vec3::new(a.cos(), a.sin(), 0.0), position: Vec3::ZERO };
+        let w = weights(&sites, &node);
+        assert!((w.iter().map(|(_, v)| v).sum::<f64>() - 1.0).abs() < 1e-9);
+        let value: f64 = w.iter().map(|&(i, v)| v * f64::from(sites[i].direction.y)).sum();
+        assert!((value - f64::from(a.sin())).abs() < 2e-3, "{value}");
+    }
+}

@@ -1,0 +1,82 @@
+//! What a scene does, measured on what the render head puts out.
+
+use promenade_core::metrics::{Binaural, BinauralError};
+use promenade_core::{HeldOut, Pose, Renderer, Scene, Tier};
+use std::sync::Arc;
+
+/// What the renderer makes of a unit impulse at sample `lead`, for a listener who stands still, at the scene's own rate: `len` samples
+/// of both ears, with the latency taken out.
+#[must_use]
+pub fn render_response(scene: &Arc<Scene>, pose: Pose, lead: usize, len: usize) -> [Vec<f32>; 2] {
+    let Ok(mut renderer) = Renderer::new(Arc::clone(scene), scene.grid().sample_rate_hz) else {
+        return [Vec::new(), Vec::new()];
+    };
+    let latency = renderer.latency_samples();
+    let mut input = vec![0.0; len + latency];
+    if let Some(x) = input.get_mut(lead) {
+        *x = 1.0;
+    }
+    let mut ears = [vec![0.0; input.len()], vec![0.0; input.len()]];
+    let [left, right] = &mut ears;
+    renderer.process(&input, [left, right], Tier::Standard, &mut |_| pose);
+    ears.map(|ear| ear[latency..].to_vec())
+}
+
+/// One pose: what was measured there and what the render head makes of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Name of the measurement.
+    pub name: String,
+    /// Measures of the room.
+    pub measured: Binaural,
+    /// The same of the rendered response.
+    pub rendered: Binaural,
+}
+
+/// Mean absolute errors over poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanErrors {
+    /// Interaural time difference, seconds.
+    pub itd_s: f64,
+    /// Interaural level difference, dB.
+    pub ild_db: f64,
+    /// Reverberation time T20, as a share of the measured one.
+    pub t20: f64,
+    /// Early decay time, as a share of the measured one.
+    pub edt: f64,
+    /// Clarity C50, dB.
+    pub c50_db: f64,
+}
+
+/// Renders every held-out pose of a scene and compares. Poses whose rendering cannot be measured are an error with their name.
+///
+/// # Errors
+/// The name of the pose and why its rendered response has no measures.
+pub fn compare_held_out(scene: &Arc<Scene>, response_s: f64) -> Result<Vec<Comparison>, (String, BinauralError)> {
+    let rate = scene.grid().sample_rate_hz;
+    let lead = scene.grid().n_fft;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
+    let len = lead + (response_s * rate) as usize;
+    let one = |held: &HeldOut| {
+        let [left, right] = render_response(scene, held.pose, lead, len);
+        let rendered = Binaural::of_response(&left, &right, rate).map_err(|e| (held.name.clone(), e))?;
+        Ok(Comparison { name: held.name.clone(), measured: held.measured, rendered })
+    };
+    scene.held_out().iter().map(one).collect()
+}
+
+impl MeanErrors {
+    /// Means over comparisons; `None` if there are none.
+    #[must_use]
+    pub fn of(comparisons: &[Comparison]) -> Option<Self> {
+        let n = comparisons.len() as f64;
+        let mean = |f: fn(&Comparison) -> f64| comparisons.iter().map(|c| f(c).abs()).sum::<f64>() / n;
+        (!comparisons.is_empty()).then(|| Self {
+            itd_s: mean(|c| c.rendered.itd_s - c.measured.itd_s),
+            ild_db: mean(|c| c.rendered.ild_db - c.measured.ild_db),
+            t20: mean(|c| c.rendered.t20_s / c.measured.t20_s - 1.0),
+            edt: mean(|c| c.rendered.edt_s / c.measured.edt_s - 1.0),
+            c50_db: mean(|c| c.rendered.c50_db - c.measured.c50_db),
+        })
+    }
+}

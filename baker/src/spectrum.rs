@@ -1,0 +1,67 @@
+//! Spectra of short pieces of a response.
+
+use promenade_core::{Bands, StftGrid};
+use realfft::num_complex::Complex64;
+use realfft::{RealFftPlanner, RealToComplex};
+use std::sync::Arc;
+
+/// Transform of pieces up to one frame of a grid long.
+pub(crate) struct Analyser {
+    grid: StftGrid,
+    forward: Arc<dyn RealToComplex<f64>>,
+}
+
+impl Analyser {
+    pub(crate) fn new(grid: StftGrid) -> Self {
+        Self { grid, forward: RealFftPlanner::new().plan_fft_forward(grid.n_fft) }
+    }
+
+    /// One-sided spectrum of a piece, zero-padded (or cut) to the grid's transform length.
+    pub(crate) fn spectrum(&self, piece: &[f64]) -> Vec<Complex64> {
+        let mut time = vec![0.0; self.grid.n_fft];
+        let n = piece.len().min(time.len());
+        time[..n].copy_from_slice(&piece[..n]);
+        let mut out = self.forward.make_output_vec();
+        // The lengths come from the plan itself, the only thing that the transform checks.
+        let done = self.forward.process(&mut time, &mut out);
+        debug_assert!(done.is_ok());
+        out
+    }
+
+    /// Mean energy density per band of a response's hops: `[hop][band]`, hop `l` seen through a Hann window of two hops centred
+    /// on what tap `l` of the render head covers when the head's centre hears the direct sound at sample `origin`.
+    pub(crate) fn hop_energies(&self, response: &[f32], origin: i64, hops: usize, bands: &Bands) -> Vec<Vec<f64>> {
+        let span = 2 * self.grid.hop;
+        let window: Vec<f64> = (0..span)
+            .map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / span as f64).cos())
+            .collect();
+        // Energy that two overlapping squared windows leave of a stationary signal, relative to one hop of it.
+        let overlap = window.iter().map(|w| w * w).sum::<f64>() / self.grid.hop as f64;
+        (0..hops)
+            .map(|l| {
+                // Taps begin a quarter of a hop early.
+                let start = origin + ((l as i64) - 1) * self.grid.hop as i64 + self.grid.hop as i64 / 4;
+                let piece: Vec<f64> = window.iter().enumerate().map(|(i, w)| w * at(response, start + i as i64)).collect();
+                band_means(&self.grid, bands, &self.spectrum(&piece)).iter().map(|e| e / overlap).collect()
+            })
+            .collect()
+    }
+}
+
+/// A sample, or 0 outside the response.
+pub(crate) fn at(response: &[f32], index: i64) -> f64 {
+    usize::try_from(index).ok().and_then(|i| response.get(i)).map_or(0.0, |v| f64::from(*v))
+}
+
+/// Mean of |X|^2 over each band, weighted as the bands interpolate.
+pub(crate) fn band_means(grid: &StftGrid, bands: &Bands, spectrum: &[Complex64]) -> Vec<f64> {
+    let (mut sum, mut weight) = (vec![0.0; bands.count()], vec![1e-12; bands.count()]);
+    for (k, x) in spectrum.iter().enumerate() {
+        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
+        for (band, w) in bands.weights(grid.bin_hz(k) as f32) {
+            sum[band] += f64::from(w) * x.norm_sqr();
+            weight[band] += f64::from(w);
+        }
+    }
+    sum.iter().zip(&weight).map(|(s, w)| s / w).collect()
+}

@@ -1,0 +1,93 @@
+//! The short-time Fourier grid of a scene, and its equivalent at another sample rate.
+
+/// Sample rate, transform length and hop of a short-time Fourier transform.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StftGrid {
+    /// Sample rate, Hz.
+    pub sample_rate_hz: f64,
+    /// Transform and window length, samples; even.
+    pub n_fft: usize,
+    /// Samples from frame to frame, at most half of `n_fft`.
+    pub hop: usize,
+}
+
+impl StftGrid {
+    /// Number of bins of the one-sided spectrum, from 0 Hz to the Nyquist frequency.
+    #[must_use]
+    pub fn bins(&self) -> usize {
+        self.n_fft / 2 + 1
+    }
+
+    /// Seconds from frame to frame.
+    #[must_use]
+    pub fn hop_s(&self) -> f64 {
+        self.hop as f64 / self.sample_rate_hz
+    }
+
+    /// Centre frequency of a bin, Hz.
+    #[must_use]
+    pub fn bin_hz(&self, bin: usize) -> f64 {
+        bin as f64 * self.sample_rate_hz / self.n_fft as f64
+    }
+
+    /// The grid of nearly the same duration at another rate whose transform length has no prime factor above 7.
+    ///
+    /// The overlap `n_fft / hop` is kept where it is a whole number. Durations differ by less than 1 % at rates of 8 kHz and more;
+    /// at the grid's own rate the answer is the grid itself.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "lengths of milliseconds in samples")]
+    pub fn at_rate(&self, sample_rate_hz: f64) -> Self {
+        if (sample_rate_hz - self.sample_rate_hz).abs() < 1e-6 {
+            return *self;
+        }
+        let ratio = sample_rate_hz / self.sample_rate_hz;
+        let (unit, per_hop) =
+            if self.n_fft.is_multiple_of(self.hop) { (self.hop, self.n_fft / self.hop) } else { (self.n_fft, 1) };
+        let ideal = unit as f64 * ratio;
+        let efficient = |u: usize| is_smooth(u * per_hop) && (u * per_hop).is_multiple_of(2);
+        let nearest = ideal.round().max(2.0) as usize;
+        let reach = 2 + (ideal * 0.01) as usize;
+        let found = (0..=reach)
+            .flat_map(|d| [nearest + d, nearest.saturating_sub(d)])
+            .find(|&u| u >= 2 && efficient(u))
+            .unwrap_or(nearest + nearest % 2);
+        let n_fft = found * per_hop;
+        let hop = if per_hop > 1 { found } else { (self.hop as f64 * ratio).round().max(1.0) as usize };
+        Self { sample_rate_hz, n_fft, hop: hop.min(n_fft / 2) }
+    }
+}
+
+/// Whether no prime factor exceeds 7, the radices that the FFT has fast kernels for.
+fn is_smooth(mut n: usize) -> bool {
+    for p in [2, 3, 5, 7] {
+        while n > 0 && n.is_multiple_of(p) {
+            n /= p;
+        }
+    }
+    n == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keeps_duration_and_overlap_at_usual_rates() {
+        let scene = StftGrid { sample_rate_hz: 16_000.0, n_fft: 320, hop: 80 };
+        for rate in [8_000.0, 11_025.0, 16_000.0, 22_050.0, 44_100.0, 48_000.0, 88_200.0, 96_000.0, 176_400.0, 192_000.0] {
+            let g = scene.at_rate(rate);
+            assert_eq!(g.n_fft, 4 * g.hop);
+            assert!(is_smooth(g.n_fft) && g.n_fft.is_multiple_of(2));
+            assert!((g.hop_s() / scene.hop_s() - 1.0).abs() < 0.02, "{rate}: {g:?}");
+        }
+        assert_eq!(scene.at_rate(48_000.0).n_fft, 960);
+    }
+
+    #[test]
+    fn a_hop_that_does_not_divide_keeps_its_proportion() {
+        let published = StftGrid { sample_rate_hz: 22_050.0, n_fft: 512, hop: 127 };
+        assert_eq!(published.at_rate(22_050.0), published);
+        let g = published.at_rate(44_100.0);
+        assert_eq!((g.n_fft, g.hop), (1024, 254));
+    }
+}

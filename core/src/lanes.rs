@@ -1,0 +1,120 @@
+//! Spectra in blocks of lanes, and the sums over taps that the render head spends its time on.
+
+use pulp::{Arch, WithSimd};
+use realfft::num_complex::Complex32;
+
+/// Bins per block: two vectors of 256 bits.
+pub(crate) const LANES: usize = 16;
+
+/// One block of complex bins: real parts, then imaginary parts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct Block {
+    pub(crate) re: [f32; LANES],
+    pub(crate) im: [f32; LANES],
+}
+
+/// A filter's block for both ears.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct EarBlocks {
+    pub(crate) ears: [Block; 2],
+}
+
+/// Blocks that hold `bins` bins.
+pub(crate) fn blocks_for(bins: usize) -> usize {
+    bins.div_ceil(LANES)
+}
+
+/// Writes one spectrum into its slot of a ring laid out `[block][slot]`.
+pub(crate) fn write_slot(ring: &mut [Block], slots: usize, slot: usize, spectrum: &[Complex32]) {
+    for (chunk, row) in spectrum.chunks(LANES).zip(ring.chunks_exact_mut(slots)) {
+        let block = &mut row[slot];
+        for (i, x) in chunk.iter().enumerate() {
+            block.re[i] = x.re;
+            block.im[i] = x.im;
+        }
+    }
+}
+
+/// Adds `filter[block][tap] * ring[block][slots[tap]]` over taps to both ears, block by block.
+pub(crate) struct Accumulate<'a> {
+    pub(crate) arch: Arch,
+    /// Ring slot of each tap, in the order of the filter's taps.
+    pub(crate) slots: &'a [usize],
+    /// Slots per block of the ring.
+    pub(crate) ring_len: usize,
+    pub(crate) ring: &'a [Block],
+    pub(crate) filter: &'a [EarBlocks],
+    pub(crate) sums: &'a mut [EarBlocks],
+}
+
+impl Accumulate<'_> {
+    pub(crate) fn run(self) {
+        self.arch.dispatch(self);
+    }
+}
+
+impl WithSimd for Accumulate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self { slots, ring_len, ring, filter, sums, .. } = self;
+        if slots.is_empty() {
+            return;
+        }
+        for ((sum, history), taps) in
+            sums.iter_mut().zip(ring.chunks_exact(ring_len)).zip(filter.chunks_exact(slots.len()))
+        {
+            let mut acc = *sum;
+            for (&slot, h) in slots.iter().zip(taps) {
+                let x = &history[slot];
+                for (a, h) in acc.ears.iter_mut().zip(&h.ears) {
+                    for i in 0..LANES {
+                        a.re[i] += h.re[i] * x.re[i] - h.im[i] * x.im[i];
+                        a.im[i] += h.re[i] * x.im[i] + h.im[i] * x.re[i];
+                    }
+                }
+            }
+            *sum = acc;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_over_taps_equal_the_plain_complex_sum() {
+        let (bins, taps) = (37, 5);
+        let blocks = blocks_for(bins);
+        let value = |k: usize, t: usize| Complex32::new((k * 3 + t) as f32 % 7.0 - 3.0, (k + 2 * t) as f32 % 5.0 - 2.0);
+        let mut ring = vec![Block::default(); blocks * taps];
+        for t in 0..taps {
+            write_slot(&mut ring, taps, t, &(0..bins).map(|k| value(k, t)).collect::<Vec<_>>());
+        }
+        let mut filter = vec![EarBlocks::default(); blocks * taps];
+        for k in 0..bins {
+            for t in 0..taps {
+                let f = &mut filter[k / LANES * taps + t];
+                for (ear, b) in f.ears.iter_mut().enumerate() {
+                    let h = value(k + ear, t + 1);
+                    b.re[k % LANES] = h.re;
+                    b.im[k % LANES] = h.im;
+                }
+            }
+        }
+        let slots = [4, 2, 0, 1, 3];
+        let mut sums = vec![EarBlocks::default(); blocks];
+        Accumulate { arch: Arch::new(), slots: &slots, ring_len: taps, ring: &ring, filter: &filter, sums: &mut sums }.run();
+        for k in 0..bins {
+            for ear in 0..2 {
+                let want: Complex32 = (0..taps).map(|t| value(k + ear, t + 1) * value(k, slots[t])).sum();
+                let got = sums[k / LANES].ears[ear];
+                assert!((got.re[k % LANES] - want.re).abs() < 1e-4 && (got.im[k % LANES] - want.im).abs() < 1e-4);
+            }
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Amplitude envelopes by the analytic signal.
+
+use super::{MetricError, check_finite, check_pair};
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+/// Magnitude of the analytic signal over the whole slice: the real signal and its Hilbert transform by one Fourier transform
+/// (Marple 1999), so the slice is treated as periodic.
+#[must_use]
+pub fn envelope(samples: &[f32]) -> Vec<f64> {
+    if samples.is_empty() {
+        return Vec::new();
+    }
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, inverse) = (planner.plan_fft_forward(samples.len()), planner.plan_fft_inverse(samples.len()));
+    let mut time: Vec<f64> = samples.iter().map(|&v| f64::from(v)).collect();
+    let mut spectrum = forward.make_output_vec();
+    let done = forward.process(&mut time, &mut spectrum);
+    debug_assert!(done.is_ok(), "the buffers come from the plan");
+    // The Hilbert transform turns positive frequencies by -90 degrees and has neither a constant nor a Nyquist part.
+    for bin in &mut spectrum {
+        *bin = Complex::new(bin.im, -bin.re);
+    }
+    spectrum[0] = Complex::new(0.0, 0.0);
+    if samples.len() % 2 == 0 {
+        spectrum[samples.len() / 2] = Complex::new(0.0, 0.0);
+    }
+    let mut quadrature = inverse.make_output_vec();
+    let done = inverse.process(&mut spectrum, &mut quadrature);
+    debug_assert!(done.is_ok(), "the ends of the spectrum are real");
+    let scale = 1.0 / samples.len() as f64;
+    samples.iter().zip(&quadrature).map(|(&re, im)| f64::from(re).hypot(im * scale)).collect()
+}
+
+/// Root mean square difference of two signals' envelopes.
+///
+/// # Errors
+/// Empty signals, different lengths or samples that are not finite.
+pub fn envelope_distance(first: &[f32], second: &[f32]) -> Result<f64, MetricError> {
+    check_pair(first, second)?;
+    check_finite(first)?;
+    check_finite(second)?;
+    if first.is_empty() {
+        return Err(MetricError::TooShort { measure: "envelope distance", needed: 1, found: 0 });
+    }
+    let square: f64 = envelope(first).iter().zip(envelope(second)).map(|(a, b)| (a - b).powi(2)).sum();
+    Ok((square / first.len() as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sine_has_a_flat_envelope() {
+        for count in [480_usize, 481] {
+            let x: Vec<f32> = (0..count).map(|i| (0.7 * (2.0 * std::f64::consts::PI * 10.0 * i as f64 / count as f64).cos()) as f32).collect();
+            assert!(envelope(&x).iter().all(|e| (e - 0.7).abs() < 1e-6), "{count} samples");
+            let louder: Vec<f32> = x.iter().map(|v| 2.0 * v).collect();
+            assert!((envelope_distance(&x, &louder).unwrap() - 0.7).abs() < 1e-6);
+        }
+        assert!(envelope(&[]).is_empty());
+        assert_eq!(envelope(&[0.5]), [0.5]);
+    }
+}

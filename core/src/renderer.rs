@@ -1,0 +1,230 @@
+//! One scene at one host rate: mono in, both ears out.
+
+use crate::field::Cell;
+use crate::head::RenderHead;
+use crate::stft::{Spectrum, Stft};
+use crate::{Pose, Scene, StftGrid, Tier, TransferFunction};
+use realfft::num_complex::Complex32;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Hops over which the time filters of a new pose are taken in, a share of them at each hop.
+const REFRESH_HOPS: usize = 4;
+/// Hops over which the room fades when the tier changes.
+const TIER_FADE_HOPS: f32 = 8.0;
+/// Inputs below this magnitude (-240 dBFS) are silence.
+const QUIET: f32 = 1e-12;
+/// Inputs above this magnitude (+120 dBFS), and those that are no number, are dropped.
+const ABSURD: f32 = 1e6;
+
+/// Host rates that are supported, Hz.
+pub const SAMPLE_RATES_HZ: std::ops::RangeInclusive<f64> = 2_000.0..=768_000.0;
+
+/// Why a scene cannot be rendered.
+#[derive(Debug, Error, PartialEq)]
+pub enum RenderError {
+    /// The host's sample rate is outside [`SAMPLE_RATES_HZ`].
+    #[error("a sample rate of {found} Hz is not supported, expected {} to {} Hz", SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end())]
+    SampleRate {
+        /// The rate asked for, Hz.
+        found: f64,
+    },
+}
+
+/// Renders a mono stream through one scene at one sample rate.
+pub struct Renderer {
+    scene: Arc<Scene>,
+    grid: StftGrid,
+    stft: Stft,
+    head: RenderHead,
+    spectrum: Spectrum,
+    ears: [Spectrum; 2],
+    ready: [Vec<f32>; 2],
+    /// Samples of the current hop taken in so far.
+    filled: usize,
+    cell: Cell,
+    transfer: TransferFunction,
+    /// Poses of the last hops: a frame is rendered with the pose at its centre.
+    poses: VecDeque<Pose>,
+    /// Sample of a hop at which the pose is asked for, so that the oldest of `poses` belongs to the centre of the newest frame.
+    pose_phase: usize,
+    decoded: Pose,
+    /// Shares of the time filters that still have to follow the decoded pose.
+    stale_shares: usize,
+    share: usize,
+    /// Nothing has been heard since construction or reset: the next pose is jumped to.
+    fresh: bool,
+}
+
+impl Renderer {
+    /// Prepares a scene for a host sample rate.
+    ///
+    /// # Errors
+    /// A sample rate outside [`SAMPLE_RATES_HZ`].
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    pub fn new(scene: Arc<Scene>, sample_rate_hz: f64) -> Result<Self, RenderError> {
+        if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
+            return Err(RenderError::SampleRate { found: sample_rate_hz });
+        }
+        let grid = scene.grid().at_rate(sample_rate_hz);
+        let shape = scene.field().shape();
+        let head = RenderHead::new(grid, scene.grid(), shape, scene.bands(), scene.tail(), scene.top_hz());
+        let spectrum = || vec![Complex32::default(); grid.bins()];
+        let centre = grid.window_len() / 2;
+        Ok(Self {
+            grid,
+            stft: Stft::new(grid),
+            head,
+            spectrum: spectrum(),
+            ears: [spectrum(), spectrum()],
+            ready: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
+            filled: 0,
+            cell: Cell::new(),
+            transfer: shape.silent(),
+            poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
+            pose_phase: grid.hop - centre % grid.hop,
+            decoded: Pose::IDENTITY,
+            stale_shares: 0,
+            share: 0,
+            fresh: true,
+            scene,
+        })
+    }
+
+    /// The scene that is played.
+    #[must_use]
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// The grid at the host's rate.
+    #[must_use]
+    pub fn grid(&self) -> &StftGrid {
+        &self.grid
+    }
+
+    /// Samples by which the output lags the input.
+    #[must_use]
+    pub fn latency_samples(&self) -> usize {
+        self.grid.latency_samples()
+    }
+
+    /// Samples for which the room sounds on after the input has ended, down to -60 dB and beyond the explicit taps.
+    #[must_use]
+    pub fn tail_samples(&self) -> usize {
+        self.head.filter_hops() * self.grid.hop + self.scene.tail().longest_t60_samples(self.grid.sample_rate_hz)
+    }
+
+    /// Bytes of this instance, without the shared scene.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
+    }
+
+    /// Forgets the past; the next pose is jumped to instead of glided to.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn reset(&mut self) {
+        self.stft.reset();
+        self.head.reset();
+        self.ready.iter_mut().for_each(|r| r.fill(0.0));
+        self.filled = 0;
+        self.fresh = true;
+    }
+
+    /// Renders `input` into both ears, all of one length. `pose_at(i)` is the pose at sample `i`; it is asked at hops only.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn process(
+        &mut self,
+        input: &[f32],
+        [left, right]: [&mut [f32]; 2],
+        tier: Tier,
+        pose_at: &mut impl FnMut(usize) -> Pose,
+    ) {
+        debug_assert!(input.len() == left.len() && input.len() == right.len());
+        if self.fresh && !input.is_empty() {
+            let pose = valid_or(pose_at(0), self.decoded);
+            self.poses.iter_mut().for_each(|p| *p = pose);
+            self.decode(pose, true);
+            self.head.glide_room(tier != Tier::Draft, 1.0);
+            self.fresh = false;
+        }
+        let mut done = 0;
+        while done < input.len() {
+            let stop = if self.filled < self.pose_phase { self.pose_phase } else { self.grid.hop };
+            let count = (stop - self.filled).min(input.len() - done);
+            let place = &mut self.stft.newest()[self.filled..self.filled + count];
+            for (p, x) in place.iter_mut().zip(&input[done..done + count]) {
+                // Comparisons with a NaN are false, so it falls to 0 too.
+                *p = if (QUIET..ABSURD).contains(&x.abs()) { *x } else { 0.0 };
+            }
+            for (out, ready) in [&mut *left, &mut *right].into_iter().zip(&self.ready) {
+                out[done..done + count].copy_from_slice(&ready[self.filled..self.filled + count]);
+            }
+            done += count;
+            self.filled += count;
+            if self.filled == self.pose_phase {
+                self.note_pose(pose_at(done - 1));
+            }
+            if self.filled == self.grid.hop {
+                self.filled = 0;
+                self.hop(tier);
+            }
+        }
+    }
+
+    fn note_pose(&mut self, newest: Pose) {
+        self.poses.rotate_left(1);
+        let last = self.poses.len() - 1;
+        self.poses[last] = valid_or(newest, self.poses[last.saturating_sub(1)]);
+    }
+
+    fn hop(&mut self, tier: Tier) {
+        self.decode(self.poses[0], false);
+        self.head.glide_room(tier != Tier::Draft, 1.0 / TIER_FADE_HOPS);
+        self.stft.analyse(&mut self.spectrum);
+        let [left, right] = &mut self.ears;
+        if self.head.render(&self.spectrum, [left, right]).is_some() {
+            for (ear, (spectrum, ready)) in self.ears.iter_mut().zip(&mut self.ready).enumerate() {
+                self.stft.synthesise(ear, spectrum, ready);
+            }
+        } else {
+            for (ear, ready) in self.ready.iter_mut().enumerate() {
+                self.stft.give_out(ear, ready);
+            }
+        }
+    }
+
+    /// Brings the head to a pose: the direct sound at once, the time filters a share per hop unless `whole`.
+    fn decode(&mut self, pose: Pose, whole: bool) {
+        let moved = whole || pose != self.decoded;
+        let field = self.scene.field();
+        if moved {
+            self.decoded = pose;
+            self.stale_shares = REFRESH_HOPS;
+            field.locate(&pose, &mut self.cell);
+            field.masks(&self.cell, &mut self.transfer);
+            self.head.set_direct(&self.transfer);
+        }
+        let shares = if whole { REFRESH_HOPS } else { self.stale_shares.min(1) };
+        let (explicit, hops) = (field.shape().taps, self.head.filter_hops());
+        for _ in 0..shares {
+            let range = hops * self.share / REFRESH_HOPS..hops * (self.share + 1) / REFRESH_HOPS;
+            let last = if range.end > explicit { explicit + 1 } else { range.end };
+            field.taps(&self.cell, range.start..last, &mut self.transfer);
+            self.head.set_taps(&self.transfer, range);
+            self.share = (self.share + 1) % REFRESH_HOPS;
+            self.stale_shares -= 1;
+        }
+    }
+}
+
+fn valid_or(pose: Pose, fallback: Pose) -> Pose {
+    if pose.is_valid() { pose } else { fallback }
+}

@@ -1,0 +1,226 @@
+//! A place as it is played: an immutable value, read from and written to one file.
+
+mod format;
+
+use crate::metrics::Binaural;
+use crate::{Bands, Field, Pose, StftGrid, Tier};
+use glam::Vec3;
+
+pub use format::SceneError;
+
+/// What the time filters of all poses share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TailModel {
+    /// Seed of the pseudo-random carriers.
+    pub seed: u64,
+    /// Reverberation time of the late part per band, seconds (60 dB).
+    pub t60_s: Vec<f32>,
+    /// Interaural coherence of the room's sound per band, real, in [-1, 1].
+    pub coherence: Vec<f32>,
+    /// Phase of the direct sound that all poses and both ears share, radians per bin, unwrapped.
+    pub direct_phase: Vec<f32>,
+}
+
+impl TailModel {
+    /// The longest reverberation time in samples.
+    pub(crate) fn longest_t60_samples(&self, sample_rate_hz: f64) -> usize {
+        let longest = self.t60_s.iter().fold(0.0_f32, |a, b| a.max(*b));
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
+        let samples = (f64::from(longest) * sample_rate_hz) as usize;
+        samples
+    }
+}
+
+/// A point of the anchor cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anchor {
+    /// World position, metres.
+    pub position: Vec3,
+    /// Colour, red, green and blue in [0, 1].
+    pub colour: Vec3,
+}
+
+/// A measured pose that the scene was not baked from, and what was measured there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldOut {
+    /// Name of the measurement.
+    pub name: String,
+    /// Listener pose in the scene's world.
+    pub pose: Pose,
+    /// Measures of the response.
+    pub measured: Binaural,
+}
+
+/// Where a scene comes from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Provenance {
+    /// Name shown to the user.
+    pub title: String,
+    /// Whom to credit.
+    pub credit: String,
+    /// Licence of the data behind the scene.
+    pub licence: String,
+    /// How it was made: the command with its options, one line.
+    pub recipe: String,
+    /// Notes of the baker: what was assumed, what was dropped.
+    pub notes: Vec<String>,
+}
+
+/// All parts of a [`Scene`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneParts {
+    /// Where it comes from.
+    pub provenance: Provenance,
+    /// Short-time Fourier grid of the masks.
+    pub grid: StftGrid,
+    /// Bands of the time filters.
+    pub bands: Bands,
+    /// Time filters of all poses.
+    pub tail: TailModel,
+    /// Baked transfer functions.
+    pub field: Field,
+    /// Above this frequency the data say nothing, Hz: masks and filters are held from here for faster host rates.
+    pub top_hz: f32,
+    /// A measured pose to start at.
+    pub start_pose: Pose,
+    /// Anchor cloud.
+    pub anchors: Vec<Anchor>,
+    /// Measurements kept for judging the scene.
+    pub held_out: Vec<HeldOut>,
+}
+
+/// A place: anchors, field, grid and provenance; immutable, shared between instances and threads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    parts: SceneParts,
+}
+
+impl Scene {
+    /// Checks that the parts fit together and are finite.
+    ///
+    /// # Errors
+    /// [`SceneError::Value`] names the first part that does not.
+    pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
+        format::check(&parts)?;
+        Ok(Self { parts })
+    }
+
+    /// Reads a scene file.
+    ///
+    /// # Errors
+    /// Says what is damaged, too large, of another version or not finite; no byte is trusted.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneError> {
+        Self::new(format::read(bytes)?)
+    }
+
+    /// The scene as a file's content.
+    ///
+    /// # Errors
+    /// When the container cannot be written.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
+        format::write(&self.parts)
+    }
+
+    /// Where it comes from.
+    #[must_use]
+    pub fn provenance(&self) -> &Provenance {
+        &self.parts.provenance
+    }
+
+    /// Name shown to the user.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        &self.parts.provenance.title
+    }
+
+    /// Whom to credit.
+    #[must_use]
+    pub fn credit(&self) -> &str {
+        &self.parts.provenance.credit
+    }
+
+    /// Licence of the data behind the scene.
+    #[must_use]
+    pub fn licence(&self) -> &str {
+        &self.parts.provenance.licence
+    }
+
+    /// Short-time Fourier grid of the masks.
+    #[must_use]
+    pub fn grid(&self) -> &StftGrid {
+        &self.parts.grid
+    }
+
+    /// Bands of the time filters.
+    #[must_use]
+    pub fn bands(&self) -> &Bands {
+        &self.parts.bands
+    }
+
+    /// Time filters of all poses.
+    #[must_use]
+    pub fn tail(&self) -> &TailModel {
+        &self.parts.tail
+    }
+
+    /// Baked transfer functions.
+    #[must_use]
+    pub fn field(&self) -> &Field {
+        &self.parts.field
+    }
+
+    /// Highest frequency that the data cover, Hz.
+    #[must_use]
+    pub fn top_hz(&self) -> f32 {
+        self.parts.top_hz
+    }
+
+    /// Emitter position in the world, metres.
+    #[must_use]
+    pub fn emitter(&self) -> Vec3 {
+        self.parts.field.emitter()
+    }
+
+    /// A measured pose to start at.
+    #[must_use]
+    pub fn start_pose(&self) -> Pose {
+        self.parts.start_pose
+    }
+
+    /// Anchor cloud.
+    #[must_use]
+    pub fn anchors(&self) -> &[Anchor] {
+        &self.parts.anchors
+    }
+
+    /// Measurements kept for judging the scene.
+    #[must_use]
+    pub fn held_out(&self) -> &[HeldOut] {
+        &self.parts.held_out
+    }
+
+    /// Corners of the box of baked listener positions, metres; equal when there is one position.
+    #[must_use]
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let [x, y, z] = &self.parts.field.grid().position;
+        (Vec3::new(x.start, y.start, z.start), Vec3::new(x.end(), y.end(), z.end()))
+    }
+
+    /// Whether the scene has what a tier renders; a missing tier is played as the best one below it.
+    #[must_use]
+    pub fn has_tier(&self, tier: Tier) -> bool {
+        match tier {
+            Tier::Draft => true,
+            Tier::Standard => self.parts.field.shape().taps > 0,
+            Tier::High | Tier::Reference => false,
+        }
+    }
+
+    /// Bytes that the scene takes in memory, once for all its instances.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let p = &self.parts;
+        let floats = p.field.rows().len() + p.tail.direct_phase.len() + 3 * p.bands.count();
+        4 * floats + p.anchors.len() * size_of::<Anchor>() + p.held_out.len() * size_of::<HeldOut>() + size_of::<Self>()
+    }
+}

@@ -1,0 +1,302 @@
+//! What the audio thread owns: block in, block out.
+
+use crate::{Pose, Renderer, Tier};
+
+/// Length of a cross-fade between scenes, seconds.
+const SCENE_FADE_S: f64 = 0.05;
+/// Length of the ramp that takes a step in gain, mix or bypass, seconds.
+const GAIN_RAMP_S: f64 = 0.001;
+/// The longest latency that the dry sound can be aligned to, seconds; scenes with longer windows are refused when read.
+pub(crate) const LONGEST_LATENCY_S: f64 = 0.2;
+/// Samples that are worked on at a time.
+const CHUNK: usize = 256;
+
+/// Settings that hold for one block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockParams {
+    /// Point on the curve of speed against accuracy.
+    pub tier: Tier,
+    /// Share of the rendered sound, 0 (dry only) to 1 (rendered only).
+    pub mix: f32,
+    /// Output gain, linear.
+    pub gain: f32,
+    /// Pass the dry sound at unit gain.
+    pub bypass: bool,
+}
+
+impl Default for BlockParams {
+    fn default() -> Self {
+        Self { tier: Tier::Standard, mix: 1.0, gain: 1.0, bypass: false }
+    }
+}
+
+/// A dry stereo sample and the gains that were set when it came in.
+#[derive(Clone, Copy, Default)]
+struct Moment {
+    dry: [f32; 2],
+    wet_gain: f32,
+    dry_gain: f32,
+}
+
+/// A gain that reaches its target in a straight line.
+#[derive(Clone, Copy, Default)]
+struct Ramp {
+    value: f32,
+    target: f32,
+    step: f32,
+    left: usize,
+}
+
+impl Ramp {
+    fn aim(&mut self, target: f32, samples: usize) {
+        if target != self.target {
+            self.target = target;
+            self.left = samples;
+            self.step = (target - self.value) / samples as f32;
+        }
+    }
+
+    fn next(&mut self) -> f32 {
+        if self.left > 0 {
+            self.left -= 1;
+            self.value = if self.left == 0 { self.target } else { self.value + self.step };
+        }
+        self.value
+    }
+
+    fn jump(&mut self) {
+        self.value = self.target;
+        self.left = 0;
+    }
+}
+
+/// Places a mono or stereo input in a scene, any block size, with the dry sound aligned to the rendered one.
+///
+/// Changes of gain, mix and bypass belong to the input sample they come with: they are heard at that sample plus the latency.
+pub struct Spatializer {
+    sample_rate_hz: f64,
+    active: Option<Box<Renderer>>,
+    fading: Option<Box<Renderer>>,
+    retired: Option<Box<Renderer>>,
+    /// Progress of the cross-fade, samples; it runs while below `fade_len`.
+    fade: usize,
+    fade_len: usize,
+    ramp_len: usize,
+    past: Vec<Moment>,
+    now: usize,
+    wet_gain: Ramp,
+    dry_gain: Ramp,
+    fresh: bool,
+    mono: Vec<f32>,
+    wet: [Vec<f32>; 2],
+    old: [Vec<f32>; 2],
+}
+
+impl Spatializer {
+    /// Without a scene it passes the dry sound with no latency.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    #[must_use]
+    pub fn new(sample_rate_hz: f64) -> Self {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "fractions of a second in samples")]
+        let samples = |seconds: f64| ((seconds * sample_rate_hz) as usize).max(1);
+        let pair = || [vec![0.0; CHUNK], vec![0.0; CHUNK]];
+        Self {
+            sample_rate_hz,
+            active: None,
+            fading: None,
+            retired: None,
+            fade: samples(SCENE_FADE_S),
+            fade_len: samples(SCENE_FADE_S),
+            ramp_len: samples(GAIN_RAMP_S),
+            past: vec![Moment::default(); samples(LONGEST_LATENCY_S) + 2],
+            now: 0,
+            wet_gain: Ramp::default(),
+            dry_gain: Ramp::default(),
+            fresh: true,
+            mono: vec![0.0; CHUNK],
+            wet: pair(),
+            old: pair(),
+        }
+    }
+
+    /// The host's sample rate, Hz.
+    #[must_use]
+    pub fn sample_rate_hz(&self) -> f64 {
+        self.sample_rate_hz
+    }
+
+    /// Plays a scene from now on, without a fade.
+    ///
+    /// # Real-time
+    /// Not real-time safe: drops the scene that was played.
+    pub fn install(&mut self, renderer: Box<Renderer>) {
+        self.fading = None;
+        self.retired = None;
+        self.active = Some(renderer);
+        self.reset();
+    }
+
+    /// Begins a cross-fade to another scene, at equal gain over 50 ms.
+    ///
+    /// # Errors
+    /// The renderer comes back while a fade is running or a retired renderer has not been taken.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn swap_in(&mut self, renderer: Box<Renderer>) -> Result<(), Box<Renderer>> {
+        if self.fade < self.fade_len || self.retired.is_some() {
+            return Err(renderer);
+        }
+        self.fading = self.active.replace(renderer);
+        self.fade = 0;
+        Ok(())
+    }
+
+    /// The renderer that has been faded out, to be dropped on another thread.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn take_retired(&mut self) -> Option<Box<Renderer>> {
+        self.retired.take()
+    }
+
+    /// The renderer that is heard, or being faded in.
+    #[must_use]
+    pub fn renderer(&self) -> Option<&Renderer> {
+        self.active.as_deref()
+    }
+
+    /// Samples by which the output lags the input.
+    #[must_use]
+    pub fn latency_samples(&self) -> usize {
+        latency_of(self.active.as_deref()).min(self.past.len() - 2)
+    }
+
+    /// Samples for which the output sounds on after the input has ended, beyond the latency.
+    #[must_use]
+    pub fn tail_samples(&self) -> usize {
+        self.active.as_ref().map_or(0, |r| r.tail_samples())
+    }
+
+    /// Forgets the past: the next pose and the next settings are jumped to, not glided to.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn reset(&mut self) {
+        if let Some(active) = &mut self.active {
+            active.reset();
+        }
+        self.fade = self.fade_len;
+        if self.fading.is_some() {
+            self.retired = self.fading.take();
+        }
+        self.past.fill(Moment::default());
+        self.fresh = true;
+    }
+
+    /// Renders a block of one or two input channels. `pose_at(i)` is the pose at sample `i` of the block; it is asked at hops only.
+    ///
+    /// Two channels are averaged for the rendered sound and kept apart in the dry sound.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O. All slices have the same length.
+    pub fn process(
+        &mut self,
+        input: &[&[f32]],
+        [left, right]: [&mut [f32]; 2],
+        params: &BlockParams,
+        mut pose_at: impl FnMut(usize) -> Pose,
+    ) {
+        let Some(first) = input.first() else {
+            left.fill(0.0);
+            right.fill(0.0);
+            return;
+        };
+        let second = input.get(1).unwrap_or(first);
+        let len = left.len().min(right.len()).min(first.len()).min(second.len());
+        self.aim(params);
+        for start in (0..len).step_by(CHUNK) {
+            let span = start..len.min(start + CHUNK);
+            let out = [&mut left[span.clone()], &mut right[span.clone()]];
+            self.chunk(&first[span.clone()], &second[span], out, params.tier, &mut |i| pose_at(start + i));
+        }
+    }
+
+    fn aim(&mut self, params: &BlockParams) {
+        let finite = |v: f32, low: f32, high: f32| if v.is_finite() { v.clamp(low, high) } else { low };
+        let (gain, mix) = (finite(params.gain, 0.0, 1e3), finite(params.mix, 0.0, 1.0));
+        let (wet, dry) = if params.bypass { (0.0, 1.0) } else { (gain * mix, gain * (1.0 - mix)) };
+        self.wet_gain.aim(wet, self.ramp_len);
+        self.dry_gain.aim(dry, self.ramp_len);
+        if self.fresh {
+            self.wet_gain.jump();
+            self.dry_gain.jump();
+            self.fresh = false;
+        }
+    }
+
+    fn chunk(
+        &mut self,
+        first: &[f32],
+        second: &[f32],
+        [left, right]: [&mut [f32]; 2],
+        tier: Tier,
+        pose_at: &mut impl FnMut(usize) -> Pose,
+    ) {
+        let n = first.len();
+        let mono = &mut self.mono[..n];
+        for ((m, a), b) in mono.iter_mut().zip(first).zip(second) {
+            *m = 0.5 * (a + b);
+        }
+        let render = |renderer: &mut Option<Box<Renderer>>, out: &mut [Vec<f32>; 2], pose_at: &mut _| {
+            let [l, r] = out;
+            match renderer {
+                Some(renderer) => renderer.process(mono, [&mut l[..n], &mut r[..n]], tier, pose_at),
+                None => [l, r].into_iter().for_each(|ear| ear[..n].fill(0.0)),
+            }
+        };
+        render(&mut self.active, &mut self.wet, pose_at);
+        let fading = self.fade < self.fade_len;
+        if fading {
+            render(&mut self.fading, &mut self.old, pose_at);
+        }
+        let size = self.past.len();
+        let (delay, old_delay) = (self.latency_samples(), latency_of(self.fading.as_deref()).min(size - 2));
+        // Without a scene nothing is rendered: the dry sound takes the place of the rendered one.
+        let stand_in = |renderer: &Option<Box<Renderer>>| if renderer.is_some() { 0.0 } else { 1.0 };
+        let (stand_in, old_stand_in) = (stand_in(&self.active), stand_in(&self.fading));
+        for i in 0..n {
+            let (wet_gain, dry_gain) = (self.wet_gain.next(), self.dry_gain.next());
+            self.past[self.now] = Moment { dry: [finite(first[i]), finite(second[i])], wet_gain, dry_gain };
+            let heard = |delay: usize, wet: &[Vec<f32>; 2], stand_in: f32| {
+                let m = &self.past[(self.now + size - delay) % size];
+                let dry_gain = m.dry_gain + stand_in * m.wet_gain;
+                [wet[0][i] * m.wet_gain + m.dry[0] * dry_gain, wet[1][i] * m.wet_gain + m.dry[1] * dry_gain]
+            };
+            let mut out = heard(delay, &self.wet, stand_in);
+            if fading {
+                let old = heard(old_delay, &self.old, old_stand_in);
+                let share = ((self.fade + i) as f32 / self.fade_len as f32).min(1.0);
+                out = [old[0] + share * (out[0] - old[0]), old[1] + share * (out[1] - old[1])];
+            }
+            [left[i], right[i]] = out;
+            self.now = (self.now + 1) % size;
+        }
+        if fading {
+            self.fade += n;
+            if self.fade >= self.fade_len {
+                self.retired = self.fading.take();
+            }
+        }
+    }
+}
+
+fn latency_of(renderer: Option<&Renderer>) -> usize {
+    renderer.map_or(0, Renderer::latency_samples)
+}
+
+fn finite(x: f32) -> f32 {
+    if x.is_finite() { x } else { 0.0 }
+}

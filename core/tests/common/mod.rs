@@ -1,0 +1,109 @@
+//! Scenes made of numbers, and a way to render them.
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use promenade_core::glam::Vec3;
+use promenade_core::{
+    Anchor, Axis, Bands, BlockParams, Field, FieldGrid, Pose, Provenance, Renderer, Scene, SceneParts, Spatializer, StftGrid,
+    TailModel, TransferShape,
+};
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+/// A room with a spherical-head-like direct sound and an exponential tail of `t60_s`, emitter 1.5 m ahead of the origin.
+pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
+    let hop = (0.005 * sample_rate_hz) as usize;
+    let grid = StftGrid { sample_rate_hz, n_fft: 4 * hop, hop };
+    let bands = Bands::for_rate(sample_rate_hz);
+    let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: 24 };
+    let nodes = FieldGrid {
+        position: [Axis { start: -2.0, step: 2.0, count: 3 }, Axis { start: -2.0, step: 4.0, count: 2 }, Axis::single(0.0)],
+        elevation: Axis { start: -PI / 2.0, step: PI / 4.0, count: 5 },
+        azimuth: Axis { start: -PI, step: PI / 18.0, count: 36 },
+    };
+    let decay = 10.0_f32.powf(-3.0 * grid.hop_s() as f32 / t60_s);
+    let rows = (0..nodes.nodes())
+        .flat_map(|i| {
+            let (position, direction) = nodes.node(i);
+            let mut t = shape.silent();
+            for k in 0..shape.bins {
+                let shade = (k as f32 / shape.bins as f32).sqrt() * 0.8;
+                t.mixture[k] = 0.7 + 0.1 * position.x / 2.0;
+                t.difference[k] = -shade * direction.y;
+            }
+            t.delay_s = -(direction.y.asin() + direction.y) * 0.0875 / 343.0;
+            for (l, tap) in t.taps.chunks_exact_mut(shape.tap_len()).enumerate() {
+                tap.fill(tail_gain * decay.powi(l as i32 + 1) * (1.0 + 0.2 * direction.y));
+            }
+            t.late.fill(tail_gain * decay.powi(25));
+            t.to_row()
+        })
+        .collect();
+    let tail = TailModel {
+        seed: 7,
+        t60_s: vec![t60_s; shape.bands],
+        coherence: vec![0.2; shape.bands],
+        direct_phase: vec![0.0; shape.bins],
+    };
+    let field = Field::new(nodes, shape, Vec3::new(1.5, 0.0, 0.0), rows).unwrap();
+    let parts = SceneParts {
+        provenance: Provenance { title: "Numbers".into(), ..Provenance::default() },
+        grid,
+        bands,
+        tail,
+        field,
+        top_hz: 0.45 * sample_rate_hz as f32,
+        start_pose: Pose::IDENTITY,
+        anchors: vec![Anchor { position: Vec3::X, colour: Vec3::ONE }],
+        held_out: vec![],
+    };
+    Arc::new(Scene::new(parts).unwrap())
+}
+
+pub fn spatializer(scene: &Arc<Scene>, rate: f64) -> Spatializer {
+    let mut s = Spatializer::new(rate);
+    s.install(Box::new(Renderer::new(Arc::clone(scene), rate).unwrap()));
+    s
+}
+
+/// Renders a mono input in blocks whose sizes come from `sizes` in turn; `pose_at` counts samples from the start.
+pub fn render(
+    s: &mut Spatializer,
+    input: &[f32],
+    sizes: &[usize],
+    params: &BlockParams,
+    pose_at: impl Fn(usize) -> Pose,
+) -> [Vec<f32>; 2] {
+    let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
+    let (mut at, mut turn) = (0, 0);
+    while at < input.len() {
+        let n = sizes[turn % sizes.len()].min(input.len() - at);
+        let [l, r] = &mut out;
+        s.process(&[&input[at..at + n]], [&mut l[at..at + n], &mut r[at..at + n]], params, |i| pose_at(at + i));
+        at += n;
+        turn += 1;
+    }
+    out
+}
+
+/// Uniform noise in [-1, 1), the same on every machine.
+pub fn noise(seed: u64, len: usize) -> Vec<f32> {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    (0..len)
+        .map(|_| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 40) as f32 / 8_388_608.0 - 1.0
+        })
+        .collect()
+}
+
+/// A listener who walks at 1 m/s and turns at 90 degrees a second.
+pub fn walk(rate: f64) -> impl Fn(usize) -> Pose {
+    move |i| {
+        let t = (i as f64 / rate) as f32;
+        let x = (t / 2.0).fract() * 2.0;
+        let x = if (t / 2.0) as i32 % 2 == 0 { x } else { 2.0 - x };
+        Pose::from_ypr(Vec3::new(x - 1.0, 0.3, 0.0), t * PI / 2.0, 0.0, 0.0)
+    }
+}
