@@ -95,7 +95,7 @@ pub fn bake_responses(
     let scene_level = level(&measured);
     let room = Room::of(&measured, &grid, options, scene_level)?;
     let mut notes = layout.notes.clone();
-    let calibrator = Calibrator::new(&grid, &room.bands, &room.tail, room.shape, room.top_hz);
+    let calibrator = Calibrator::new(&grid, &room);
     let transfers = measured
         .iter()
         .zip(&room.firsts)
@@ -126,7 +126,7 @@ pub fn bake_responses(
     for index in 0..nodes.nodes() {
         let (position, direction) = nodes.node(index);
         let node = Site { direction, position };
-        table.extend(LogRow::blend(&rows, &sites, &weights(&sites, &node), trend, &node).to_transfer(&room.shape).to_row());
+        table.extend(LogRow::blend(&rows, &sites, &weights(&sites, &node), trend, &node).to_transfer(&room.shape, &grid).to_row());
     }
     let field = Field::new(nodes, room.shape, layout.emitter, table).ok_or(LayoutError::Empty)?;
     let held_out = held_out(responses, &whole, &held)?;
@@ -202,11 +202,13 @@ struct First {
 }
 
 /// What all responses share, and a first estimate of each.
-struct Room {
-    bands: Bands,
-    tail: TailModel,
-    shape: TransferShape,
-    top_hz: f32,
+pub(crate) struct Room {
+    pub(crate) bands: Bands,
+    pub(crate) tail: TailModel,
+    pub(crate) shape: TransferShape,
+    pub(crate) top_hz: f32,
+    /// Hops that stand above the measurements' noise per band.
+    pub(crate) above_noise: Vec<usize>,
     firsts: Vec<First>,
 }
 
@@ -234,7 +236,8 @@ impl Room {
             .collect();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of hops")]
         let taps = ((options.early_s / grid.hop_s()).round() as usize).min(hops.saturating_sub(2)).max(1);
-        let t60 = t60_s(&mean, taps / 2, grid.hop_s());
+        let t60 = t60_s(&mean, taps, grid.hop_s());
+        let above_noise: Vec<usize> = (0..bands.count()).map(|b| hops_above_noise(&mean, b)).collect();
         let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];
         for d in &directs {
             #[expect(clippy::cast_possible_wrap, reason = "samples of a response")]
@@ -248,34 +251,24 @@ impl Room {
         let coherence = (0..bands.count())
             .map(|b| (sums[0][b] / (sums[1][b] * sums[2][b]).sqrt().max(1e-30)).clamp(-1.0, 1.0) as f32)
             .collect();
-        let all_gains = || directs.iter().flat_map(|d| &d.gain);
-        let peak = all_gains().flatten().fold(0.0_f64, |a, b| a.max(*b));
-        let mean_log: Vec<f64> = (0..grid.bins())
-            .map(|k| all_gains().map(|g| g[k].max(1e-3 * peak).ln()).sum::<f64>() / (2 * directs.len()) as f64)
-            .collect();
-        let tail = TailModel {
-            seed: options.seed,
-            t60_s: t60,
-            coherence,
-            direct_phase: minimum_phase(&mean_log, grid),
-        };
+        let tail = TailModel { seed: options.seed, t60_s: t60, coherence };
         let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
         let gain = f64::from(gain);
         let firsts = directs
             .iter()
             .zip(&energies)
-            .map(|(d, e)| First { arrival: d.arrival, transfer: first_transfer(d, e, &mean, &tail, shape, grid, gain) })
+            .map(|(d, e)| First { arrival: d.arrival, transfer: first_transfer(d, e, &above_noise, &tail, shape, grid, gain) })
             .collect();
         #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
         let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
-        Ok(Self { bands, tail, shape, top_hz, firsts })
+        Ok(Self { bands, tail, shape, top_hz, above_noise, firsts })
     }
 }
 
 fn first_transfer(
     direct: &Direct,
     energies: &[HopEnergies; 2],
-    mean: &HopEnergies,
+    above_noise: &[usize],
     tail: &TailModel,
     shape: TransferShape,
     grid: &StftGrid,
@@ -285,6 +278,7 @@ fn first_transfer(
     for k in 0..shape.bins {
         set_ears(&mut out, k, [gain * direct.gain[0][k], gain * direct.gain[1][k]]);
     }
+    out.phase = direct.gain.iter().flat_map(|g| minimum_phase(&floored_log(g), grid)).collect();
     let first_late = shape.taps + 1;
     for (ear, hops) in energies.iter().enumerate() {
         for band in 0..shape.bands {
@@ -293,7 +287,7 @@ fn first_transfer(
                 out.taps[(tap * 2 + ear) * shape.bands + band] = (gain * hops[tap + 1][band].sqrt()) as f32;
             }
             let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(tail.t60_s[band]));
-            let until = hops_above_noise(mean, band);
+            let until = above_noise[band];
             // Where the noise begins before the late part does, the late part continues the last taps.
             let late = if until > first_late + 2 {
                 late_gain(hops, band, first_late, until, decay)
@@ -309,6 +303,12 @@ fn first_transfer(
         }
     }
     out
+}
+
+/// Log of a magnitude, no lower than 60 dB below its peak: a deeper notch would only lengthen the response.
+fn floored_log(gain: &[f64]) -> Vec<f64> {
+    let floor = 1e-3 * gain.iter().fold(NO_GAIN, |a, b| a.max(*b));
+    gain.iter().map(|g| g.max(floor).ln()).collect()
 }
 
 /// Sets the masks of a bin from the gains of both ears.
@@ -360,12 +360,13 @@ impl LogRow {
         }
     }
 
-    fn to_transfer(&self, shape: &TransferShape) -> TransferFunction {
+    fn to_transfer(&self, shape: &TransferShape, grid: &StftGrid) -> TransferFunction {
         let gain = |log: f64| if log <= NO_GAIN.ln() + 0.1 { 0.0 } else { log.exp() };
         let mut out = shape.silent();
         for k in 0..shape.bins {
             set_ears(&mut out, k, [gain(self.direct[0][k]), gain(self.direct[1][k])]);
         }
+        out.phase = self.direct.iter().flat_map(|log_gain| minimum_phase(log_gain, grid)).collect();
         #[expect(clippy::cast_possible_truncation, reason = "gains and a delay")]
         {
             out.delay_s = self.delay_s as f32;

@@ -1,9 +1,9 @@
 //! Calibration: transfer functions corrected until the render head's own output measures as the room did.
 
-use crate::bake::{BakeFailure, set_ears};
+use crate::bake::{BakeFailure, Room, set_ears};
 use crate::measure::render_response;
 use crate::room::HopEnergies;
-use crate::spectrum::Analyser;
+use crate::spectrum::{Analyser, at};
 use glam::Vec3;
 use promenade_core::metrics::Binaural;
 use promenade_core::{
@@ -32,6 +32,12 @@ impl Target {
     }
 }
 
+/// Factor that brings a gain closer to giving the wanted energy.
+#[expect(clippy::cast_possible_truncation, reason = "a gain near 1")]
+fn step(wanted: f64, got: f64) -> f32 {
+    (wanted / got.max(1e-30)).sqrt().clamp(1.0 / LARGEST_STEP, LARGEST_STEP) as f32
+}
+
 /// Renders transfer functions as the plugin does and corrects them.
 pub(crate) struct Calibrator {
     grid: StftGrid,
@@ -40,11 +46,21 @@ pub(crate) struct Calibrator {
     shape: TransferShape,
     top_hz: f32,
     analyser: Analyser,
+    /// Hops above the measurement's noise per band.
+    above_noise: Vec<usize>,
 }
 
 impl Calibrator {
-    pub(crate) fn new(grid: &StftGrid, bands: &Bands, tail: &TailModel, shape: TransferShape, top_hz: f32) -> Self {
-        Self { grid: *grid, bands: bands.clone(), tail: tail.clone(), shape, top_hz, analyser: Analyser::new(*grid) }
+    pub(crate) fn new(grid: &StftGrid, room: &Room) -> Self {
+        Self {
+            grid: *grid,
+            bands: room.bands.clone(),
+            tail: room.tail.clone(),
+            shape: room.shape,
+            top_hz: room.top_hz,
+            analyser: Analyser::new(*grid),
+            above_noise: room.above_noise.clone(),
+        }
     }
 
     /// Corrects a first estimate towards the measured response.
@@ -52,7 +68,7 @@ impl Calibrator {
     /// Tap gains follow the ratio of measured to rendered band energy hop by hop; the direct sound follows the energy of each ear's
     /// first hop and, at last, the level difference of the whole; the delay follows the interaural time difference.
     pub(crate) fn fit(&self, mut transfer: TransferFunction, target: &Target) -> Result<TransferFunction, BakeFailure> {
-        let hops = self.shape.taps + 1;
+        let hops = target.ears[0].len() / self.grid.hop + 1;
         #[expect(clippy::cast_possible_truncation, reason = "a delay")]
         {
             transfer.delay_s = target.measures.itd_s as f32;
@@ -64,15 +80,16 @@ impl Calibrator {
             let got: [HopEnergies; 2] = [0, 1].map(|e| self.analyser.hop_energies(&ears[e], origin, hops, &self.bands));
             let measures = Binaural::of_response(&ears[0], &ears[1], target.sample_rate_hz);
             for ear in 0..2 {
-                // The first taps overlap the direct sound, which is measured with its fade-out.
-                for tap in 1..self.shape.taps {
-                    for band in 0..self.shape.bands {
-                        let ratio = (wanted[ear][tap + 1][band] / got[ear][tap + 1][band].max(1e-30)).sqrt();
+                for band in 0..self.shape.bands {
+                    let (wanted, got) = (&wanted[ear], &got[ear]);
+                    for tap in 0..self.shape.taps.min(hops - 1) {
                         let g = &mut transfer.taps[(tap * 2 + ear) * self.shape.bands + band];
-                        #[expect(clippy::cast_possible_truncation, reason = "a gain")]
-                        {
-                            *g *= ratio.clamp(1.0 / LARGEST_STEP, LARGEST_STEP) as f32;
-                        }
+                        *g *= step(wanted[tap + 1][band], got[tap + 1][band]);
+                    }
+                    let late = self.shape.taps + 1..self.above_noise[band];
+                    if !late.is_empty() && late.end <= hops {
+                        let sum = |e: &HopEnergies| e[late.clone()].iter().map(|hop| hop[band]).sum::<f64>();
+                        transfer.late[ear * self.shape.bands + band] *= step(sum(wanted), sum(got));
                     }
                 }
             }
@@ -81,9 +98,7 @@ impl Calibrator {
             {
                 transfer.delay_s += (target.measures.itd_s - measures.itd_s) as f32;
             }
-            let energy = |x: &[f32], from: i64, to: i64| {
-                (from..to).map(|i| crate::spectrum::at(x, i).powi(2)).sum::<f64>()
-            };
+            let energy = |x: &[f32], from: i64, to: i64| (from..to).map(|i| at(x, i).powi(2)).sum::<f64>();
             // All of each ear's energy is matched through its direct sound: level and interaural level difference at once.
             #[expect(clippy::cast_possible_wrap, reason = "sample counts")]
             let gains = [0, 1].map(|e| {

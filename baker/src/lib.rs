@@ -1,1 +1,21 @@
-//! Placeholder.
+//! Promenade's bakery: measured responses, files and folders go in, scenes come out. May allocate, thread and fail with context.
+
+pub mod atomic;
+mod bake;
+mod calibrate;
+mod direct;
+mod error;
+mod kriging;
+mod layout;
+pub mod measure;
+pub mod path_file;
+pub mod resample;
+pub mod responses;
+mod room;
+mod spectrum;
+pub mod wav;
+
+pub use bake::{BakeFailure, BakeOptions, bake_responses};
+pub use error::BakeError;
+pub use layout::LayoutError;
+pub use responses::{HoldOut, LoadOptions, Response, Responses, Side};

@@ -28,21 +28,23 @@ impl Analyser {
         out
     }
 
-    /// Mean energy density per band of a response's hops: `[hop][band]`, hop `l` seen through a Hann window of two hops centred
-    /// on what tap `l` of the render head covers when the head's centre hears the direct sound at sample `origin`.
+    /// Mean energy density per band of a response's hops, `[hop][band]`, when the head's centre hears the direct sound at sample
+    /// `origin`: hop `l` is what tap `l` of the render head covers, cut out with soft edges of a quarter of a hop.
     pub(crate) fn hop_energies(&self, response: &[f32], origin: i64, hops: usize, bands: &Bands) -> Vec<Vec<f64>> {
-        let span = 2 * self.grid.hop;
-        let window: Vec<f64> = (0..span)
-            .map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / span as f64).cos())
+        #[expect(clippy::cast_possible_wrap, reason = "a few hundred samples")]
+        let (hop, edge) = (self.grid.hop as i64, (self.grid.hop / 4) as i64);
+        let window: Vec<f64> = (0..hop + edge)
+            .map(|i| {
+                let inside = ((i.min(hop + edge - 1 - i)) as f64 + 0.5) / edge as f64;
+                (0.5 * std::f64::consts::PI * inside.min(1.0)).sin()
+            })
             .collect();
-        // Energy that two overlapping squared windows leave of a stationary signal, relative to one hop of it.
-        let overlap = window.iter().map(|w| w * w).sum::<f64>() / self.grid.hop as f64;
         (0..hops)
             .map(|l| {
-                // Taps begin a quarter of a hop early.
-                let start = origin + ((l as i64) - 1) * self.grid.hop as i64 + self.grid.hop as i64 / 4;
-                let piece: Vec<f64> = window.iter().enumerate().map(|(i, w)| w * at(response, start + i as i64)).collect();
-                band_means(&self.grid, bands, &self.spectrum(&piece)).iter().map(|e| e / overlap).collect()
+                #[expect(clippy::cast_possible_wrap, reason = "a number of hops")]
+                let start = origin + l as i64 * hop - hop / 4 - edge / 2;
+                let piece: Vec<f64> = window.iter().zip(start..).map(|(w, i)| w * at(response, i)).collect();
+                band_means(&self.grid, bands, &self.spectrum(&piece))
             })
             .collect()
     }

@@ -189,13 +189,14 @@ impl Field {
         }
     }
 
-    /// Masks and delay of the direct sound in a cell.
+    /// Masks, phase and delay of the direct sound in a cell.
     pub(crate) fn masks(&self, cell: &Cell, out: &mut TransferFunction) {
         let bins = self.shape.bins;
         self.blend(cell, 0..bins, &mut out.mixture);
         self.blend(cell, bins..2 * bins, &mut out.difference);
+        self.blend(cell, 2 * bins..4 * bins, &mut out.phase);
         let mut delay = [0.0];
-        self.blend(cell, 2 * bins..2 * bins + 1, &mut delay);
+        self.blend(cell, 4 * bins..4 * bins + 1, &mut delay);
         out.delay_s = delay[0];
         for m in &mut out.mixture {
             *m *= cell.direct_gain;
@@ -204,7 +205,7 @@ impl Field {
 
     /// Time-filter gains of some taps in a cell; the tap after the last explicit one is the late part.
     pub(crate) fn taps(&self, cell: &Cell, taps: Range<usize>, out: &mut TransferFunction) {
-        let (first, len) = (2 * self.shape.bins + 1, self.shape.tap_len());
+        let (first, len) = (self.shape.direct_len(), self.shape.tap_len());
         let explicit = taps.start.min(self.shape.taps)..taps.end.min(self.shape.taps);
         let (from, to) = (explicit.start * len, explicit.end * len);
         self.blend(cell, first + from..first + to, &mut out.taps[from..to]);

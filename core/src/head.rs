@@ -22,7 +22,8 @@ pub(crate) struct RenderHead {
     intervals: Vec<Range<usize>>,
     /// Per host bin: scene bin below it and the fraction towards the next.
     scene_bins: Vec<(usize, f32)>,
-    direct_phase: Vec<Complex32>,
+    /// The direct sound's phasors of both ears on the scene's bins.
+    phasors: [Vec<Complex32>; 2],
     tap_carriers: Vec<EarBlocks>,
     late_carriers: Vec<EarBlocks>,
     /// Per band, amplitude left after one hop.
@@ -72,13 +73,6 @@ impl RenderHead {
                 (below, fraction)
             })
             .collect();
-        let direct_phase = scene_bins
-            .iter()
-            .map(|&(k, f)| {
-                let p = &tail.direct_phase;
-                Complex32::from_polar(1.0, p[k] + f * (p[k + 1] - p[k]))
-            })
-            .collect();
         #[expect(clippy::cast_possible_truncation, reason = "a gain in [0, 1]")]
         let hop_decay: Vec<f32> =
             tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)) as f32).collect();
@@ -109,7 +103,7 @@ impl RenderHead {
             fractions: places.iter().map(|p| p.fraction).collect(),
             intervals,
             scene_bins,
-            direct_phase,
+            phasors: [vec![Complex32::ONE; shape.bins], vec![Complex32::ONE; shape.bins]],
             tap_carriers: pack(&hop_carriers(&grid, &places, tail, 0, shape.taps)),
             late_carriers: pack(&hop_carriers(&grid, &places, tail, 1, LATE_HOPS)),
             hop_decay,
@@ -135,8 +129,15 @@ impl RenderHead {
         self.shape.taps + LATE_HOPS
     }
 
-    /// Takes masks and interaural delay of the direct sound.
+    /// Takes masks, phase and interaural delay of the direct sound.
     pub(crate) fn set_direct(&mut self, tf: &TransferFunction) {
+        for ((phasors, phases), sign) in self.phasors.iter_mut().zip(tf.phase.chunks_exact(self.shape.bins)).zip([-1.0, 1.0]) {
+            let gains = tf.mixture.iter().zip(&tf.difference).map(|(m, d)| m * (1.0 + sign * d));
+            for ((p, phase), gain) in phasors.iter_mut().zip(phases).zip(gains) {
+                let (sin, cos) = phase.sin_cos();
+                *p = Complex32::new(gain * cos, gain * sin);
+            }
+        }
         // Half the interaural delay to each ear, so that the head's centre stays where it is.
         let turn_per_bin = -std::f64::consts::PI * f64::from(tf.delay_s) * self.grid.bin_hz(1);
         #[expect(clippy::cast_possible_truncation, reason = "points on the unit circle")]
@@ -145,23 +146,18 @@ impl RenderHead {
             Complex32::new(c as f32, s as f32)
         };
         let steps: [Complex32; LANES] = std::array::from_fn(unit);
-        let bins = self.grid.bins();
-        for (b, block) in self.direct.iter_mut().enumerate() {
+        let [left, right] = &self.phasors;
+        for ((b, block), places) in self.direct.iter_mut().enumerate().zip(self.scene_bins.chunks(LANES)) {
             let base = unit(b * LANES);
-            for (i, step) in steps.iter().enumerate().take(bins - (b * LANES).min(bins)) {
-                let k = b * LANES + i;
-                let (below, fraction) = self.scene_bins[k];
-                let mixture = tf.mixture[below] + fraction * (tf.mixture[below + 1] - tf.mixture[below]);
-                let difference = tf.difference[below] + fraction * (tf.difference[below + 1] - tf.difference[below]);
-                let turn = base * step;
-                let centre = self.direct_phase[k] * mixture;
+            for (i, (&(below, fraction), step)) in places.iter().zip(&steps).enumerate() {
                 // A positive delay means that the left ear is later.
-                let left = centre * turn * (1.0 - difference);
-                let right = centre * turn.conj() * (1.0 + difference);
-                block.ears[0].re[i] = left.re;
-                block.ears[0].im[i] = left.im;
-                block.ears[1].re[i] = right.re;
-                block.ears[1].im[i] = right.im;
+                let turn = base * step;
+                let l = (left[below] + (left[below + 1] - left[below]) * fraction) * turn;
+                let r = (right[below] + (right[below + 1] - right[below]) * fraction) * turn.conj();
+                block.ears[0].re[i] = l.re;
+                block.ears[0].im[i] = l.im;
+                block.ears[1].re[i] = r.re;
+                block.ears[1].im[i] = r.im;
             }
         }
     }

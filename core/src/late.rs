@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn a_lossless_network_keeps_its_energy_and_the_stated_level() {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
-        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2], direct_phase: vec![0.0; 481] };
+        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
         let bins = grid.bins();
         let mut late = Late::new(&grid, &tail, &vec![1.0; bins]);
         let blocks = blocks_for(bins);

@@ -17,8 +17,6 @@ pub struct TailModel {
     pub t60_s: Vec<f32>,
     /// Interaural coherence of the room's sound per band, real, in [-1, 1].
     pub coherence: Vec<f32>,
-    /// Phase of the direct sound that all poses and both ears share, radians per bin, unwrapped.
-    pub direct_phase: Vec<f32>,
 }
 
 impl TailModel {
@@ -220,7 +218,7 @@ impl Scene {
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         let p = &self.parts;
-        let floats = p.field.rows().len() + p.tail.direct_phase.len() + 3 * p.bands.count();
+        let floats = p.field.rows().len() + 3 * p.bands.count();
         4 * floats + p.anchors.len() * size_of::<Anchor>() + p.held_out.len() * size_of::<HeldOut>() + size_of::<Self>()
     }
 }

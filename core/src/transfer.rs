@@ -9,6 +9,8 @@ pub struct TransferFunction {
     pub mixture: Vec<f32>,
     /// Difference mask m_d of the direct sound per bin, in [-1, 1].
     pub difference: Vec<f32>,
+    /// Phase of the direct sound besides its delay: `[ear][bin]`, radians, unwrapped, ear 0 = left.
+    pub phase: Vec<f32>,
     /// Interaural delay of the direct sound, seconds; positive = left ear later.
     pub delay_s: f32,
     /// Time-filter gains, linear amplitude: `[tap][ear][band]`, tap 0 lying one hop after the direct sound, ear 0 = left.
@@ -29,10 +31,16 @@ pub struct TransferShape {
 }
 
 impl TransferShape {
-    /// Values of one transfer function in a row: mixture, difference, delay, taps, late.
+    /// Values of one transfer function in a row: mixture, difference, phase, delay, taps, late.
     #[must_use]
     pub fn row_len(&self) -> usize {
-        2 * self.bins + 1 + self.tap_len() * (self.taps + 1)
+        self.direct_len() + self.tap_len() * (self.taps + 1)
+    }
+
+    /// Values of the direct sound: mixture, difference, two ears of phase, delay.
+    #[must_use]
+    pub fn direct_len(&self) -> usize {
+        4 * self.bins + 1
     }
 
     /// Values of one tap: two ears of bands.
@@ -47,6 +55,7 @@ impl TransferShape {
         TransferFunction {
             mixture: vec![0.0; self.bins],
             difference: vec![0.0; self.bins],
+            phase: vec![0.0; 2 * self.bins],
             delay_s: 0.0,
             taps: vec![0.0; self.tap_len() * self.taps],
             late: vec![0.0; self.tap_len()],
@@ -58,12 +67,6 @@ impl TransferFunction {
     /// The values in a row, in the order of [`TransferShape::row_len`].
     #[must_use]
     pub fn to_row(&self) -> Vec<f32> {
-        let mut row = Vec::with_capacity(2 * self.mixture.len() + 1 + self.taps.len() + self.late.len());
-        row.extend_from_slice(&self.mixture);
-        row.extend_from_slice(&self.difference);
-        row.push(self.delay_s);
-        row.extend_from_slice(&self.taps);
-        row.extend_from_slice(&self.late);
-        row
+        [&self.mixture, &self.difference, &self.phase, &[self.delay_s][..], &self.taps, &self.late].concat()
     }
 }

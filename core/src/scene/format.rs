@@ -210,7 +210,6 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         ("bands.centres_hz", vec![parts.bands.count()], bytes(parts.bands.centres_hz())),
         ("field.rows", vec![nodes.nodes(), field.shape().row_len()], bytes(field.rows())),
         ("tail.coherence", vec![parts.tail.coherence.len()], bytes(&parts.tail.coherence)),
-        ("tail.direct_phase", vec![parts.tail.direct_phase.len()], bytes(&parts.tail.direct_phase)),
         ("tail.t60_s", vec![parts.tail.t60_s.len()], bytes(&parts.tail.t60_s)),
     ];
     let views = tensors
@@ -310,7 +309,6 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
             seed: m.seed,
             t60_s: floats(tensors, "tail.t60_s", &[Some(band_count)])?,
             coherence: floats(tensors, "tail.coherence", &[Some(band_count)])?,
-            direct_phase: floats(tensors, "tail.direct_phase", &[Some(grid.bins())])?,
         },
         grid,
         bands,
@@ -394,14 +392,12 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     for (name, len, want) in [
         ("reverberation times", tail.t60_s.len(), shape.bands),
         ("coherences", tail.coherence.len(), shape.bands),
-        ("direct phases", tail.direct_phase.len(), shape.bins),
     ] {
         limit(&format!("number of {name}"), len, want, want)?;
     }
     in_range("field", parts.field.rows(), -1e6, 1e6)?;
     in_range("reverberation time", &tail.t60_s, 1e-3, 1e3)?;
     in_range("coherence", &tail.coherence, -1.0, 1.0)?;
-    in_range("direct phase", &tail.direct_phase, -1e6, 1e6)?;
     in_range("highest frequency", &[parts.top_hz], 1.0, 1e6)?;
     in_range("emitter position", &parts.field.emitter().to_array(), -1e6, 1e6)?;
     for a in &parts.anchors {

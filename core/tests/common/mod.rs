@@ -42,7 +42,6 @@ pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
         seed: 7,
         t60_s: vec![t60_s; shape.bands],
         coherence: vec![0.2; shape.bands],
-        direct_phase: vec![0.0; shape.bins],
     };
     let field = Field::new(nodes, shape, Vec3::new(1.5, 0.0, 0.0), rows).unwrap();
     let parts = SceneParts {

@@ -1,0 +1,111 @@
+//! Binaural room responses: where the listener was, where the source was, and what each ear got.
+//!
+//! [`Responses::load`] reads a SOFA file, or WAV files described by a `responses.json` (see `docs/measuring.md`); either way every
+//! listener and source ends up in one right-handed world with z up, in metres.
+
+mod check;
+mod hold_out;
+mod manifest;
+mod pattern;
+mod sofa;
+mod spherical;
+
+pub use hold_out::HoldOut;
+
+use crate::BakeError;
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use std::path::{Path, PathBuf};
+
+/// One measured or simulated binaural response.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Response {
+    /// The head when it was measured.
+    pub listener: Pose,
+    /// The source, world metres.
+    pub source: Vec3,
+    /// Impulse response of the left ear.
+    pub left: Vec<f32>,
+    /// Impulse response of the right ear, as long as the left.
+    pub right: Vec<f32>,
+    /// File or index it came from.
+    pub name: String,
+}
+
+impl Response {
+    /// Direction of the source as the head sees it: azimuth in (-180, 180] degrees, positive to the left, and elevation in
+    /// [-90, 90] degrees, positive up.
+    #[must_use]
+    pub fn direction_deg(&self) -> (f32, f32) {
+        let v = self.listener.to_head(self.source);
+        // The rounding of a rotation must not turn straight ahead or behind into something beside it.
+        let tidy = |c: f32| if c.abs() < 1e-6 * v.length() { 0.0 } else { c };
+        (tidy(v.y).atan2(tidy(v.x)).to_degrees(), v.z.atan2(v.x.hypot(v.y)).to_degrees())
+    }
+
+    /// Metres from the head's centre to the source.
+    #[must_use]
+    pub fn distance_m(&self) -> f32 {
+        self.listener.position.distance(self.source)
+    }
+}
+
+/// Responses of one room at one sample rate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Responses {
+    /// Name of the set.
+    pub title: String,
+    /// Who measured it.
+    pub credit: String,
+    /// Terms of the data.
+    pub licence: String,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// The responses, all of the same length; no two share listener and source.
+    pub responses: Vec<Response>,
+    /// What the user should know about the loading, such as repeated measurements that were left out.
+    pub notes: Vec<String>,
+}
+
+/// A side of the head.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Counter-clockwise from above, the usual direction of azimuths (AES69).
+    Left,
+    /// Clockwise from above.
+    Right,
+}
+
+/// What the files themselves do not say, or say wrongly.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// Folder of the WAV files that a manifest names, instead of the manifest's own.
+    pub root: Option<PathBuf>,
+    /// The side to which azimuths grow, instead of what the manifest or format says.
+    pub azimuth_positive: Option<Side>,
+    /// Which emitter of a SOFA file with several, counted from 0; without it only files with one are read.
+    pub source: Option<usize>,
+}
+
+impl Responses {
+    /// Loads a SOFA file, a manifest (JSON), or a folder with a `responses.json`.
+    ///
+    /// # Errors
+    /// Files that are missing, damaged or disagree in their sample rate; responses with samples that are not finite, with a silent
+    /// ear; ears that contradict the directions; more responses than memory should hold. The message names the file.
+    pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, BakeError> {
+        let meta = std::fs::metadata(path).map_err(BakeError::read(path))?;
+        let manifest = if meta.is_dir() { path.join("responses.json") } else { path.to_path_buf() };
+        let ending = manifest.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        let mut responses = match ending.as_str() {
+            "json" => manifest::load(&manifest, options)?,
+            "sofa" => sofa::load(&manifest, options)?,
+            _ => {
+                let expected = "a folder with a responses.json, a manifest ending in .json, or a file ending in .sofa";
+                return Err(BakeError::content(path, expected, format!("the ending \"{ending}\"")));
+            }
+        };
+        check::finish(&manifest, &mut responses, options.azimuth_positive.is_some())?;
+        Ok(responses)
+    }
+}

@@ -1,0 +1,113 @@
+//! What every set of responses must satisfy, wherever it came from.
+
+use super::{Response, Responses};
+use crate::BakeError;
+use promenade_core::metrics::{ild_db, itd_s};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::path::Path;
+
+/// Responses in a set.
+const MAX_RESPONSES: usize = 200_000;
+/// Samples of both ears of all responses together: 2 GiB of `f32`.
+const MAX_SAMPLES: usize = 1 << 29;
+/// Poses closer than this, in metres and in quaternion components, are the same.
+const GRAIN: f32 = 1e-4;
+
+/// Refuses a set that memory should not hold, before it is allocated.
+pub(super) fn size(path: &Path, responses: usize, frames: usize) -> Result<(), BakeError> {
+    if responses == 0 {
+        return Err(BakeError::content(path, "at least one response", "none"));
+    }
+    if responses > MAX_RESPONSES {
+        return Err(BakeError::content(path, format!("at most {MAX_RESPONSES} responses"), format!("{responses}")));
+    }
+    let samples = responses.saturating_mul(frames).saturating_mul(2);
+    if samples > MAX_SAMPLES {
+        return Err(BakeError::content(path, format!("at most {MAX_SAMPLES} samples"), format!("{samples}")));
+    }
+    Ok(())
+}
+
+/// Checks the samples and poses, pads all responses with zeros to one length and leaves out repeated measurements.
+///
+/// Ears that contradict the directions are an error, but only a note where the user has said how azimuths run.
+pub(super) fn finish(path: &Path, set: &mut Responses, azimuths_are_certain: bool) -> Result<(), BakeError> {
+    let longest = set.responses.iter().map(|r| r.left.len().max(r.right.len())).max().unwrap_or(0);
+    size(path, set.responses.len(), longest)?;
+    for response in &mut set.responses {
+        whole(path, response)?;
+        response.left.resize(longest, 0.0);
+        response.right.resize(longest, 0.0);
+    }
+    let mut seen: HashMap<[i64; 10], String> = HashMap::new();
+    let mut repeated = Vec::new();
+    set.responses.retain(|response| match seen.entry(key(response)) {
+        Entry::Vacant(slot) => {
+            slot.insert(response.name.clone());
+            true
+        }
+        Entry::Occupied(first) => {
+            repeated.push(format!("{} has the listener and source of {} and was left out", response.name, first.get()));
+            false
+        }
+    });
+    set.notes.append(&mut repeated);
+    if ears_contradict(set) {
+        let found = "sources on one side that are earlier and louder at the ear of the other";
+        if !azimuths_are_certain {
+            return Err(BakeError::content(path, "ears that agree with the directions (do azimuths grow to the other side?)", found));
+        }
+        set.notes.push(format!("the ears contradict the directions: {found}"));
+    }
+    Ok(())
+}
+
+/// Whether most sources well to one side are both earlier and louder at the other side's ear: mirrored azimuths or swapped ears,
+/// which real files have. Small differences are no evidence.
+pub(super) fn ears_contradict(set: &Responses) -> bool {
+    /// Responses that are asked, and the sine of the lateral angle from which on a source is to one side.
+    const JURY: usize = 24;
+    const LATERAL: f32 = 0.5;
+    let lateral = |r: &Response| r.listener.to_head(r.source).try_normalize().map_or(0.0, |v| v.y);
+    let jury: Vec<&Response> = set.responses.iter().filter(|r| lateral(r).abs() > LATERAL).collect();
+    let (mut agree, mut contradict) = (0, 0);
+    for r in jury.iter().step_by(jury.len().div_ceil(JURY).max(1)) {
+        let (Ok(itd), Ok(ild)) = (itd_s(&r.left, &r.right, set.sample_rate_hz), ild_db(&r.left, &r.right)) else { continue };
+        let side = f64::from(lateral(r).signum());
+        if itd * side > 50e-6 && ild * side < -0.5 {
+            contradict += 1;
+        } else {
+            agree += 1;
+        }
+    }
+    contradict > 3 * agree
+}
+
+fn whole(path: &Path, response: &Response) -> Result<(), BakeError> {
+    let name = &response.name;
+    if !response.listener.is_valid() || !response.source.is_finite() {
+        return Err(BakeError::entry(path, name, "a finite pose of listener and source", format!("{:?} and {}", response.listener, response.source)));
+    }
+    for (ear, samples) in [("left", &response.left), ("right", &response.right)] {
+        if let Some(at) = samples.iter().position(|v| !v.is_finite()) {
+            return Err(BakeError::entry(path, format!("{name}, {ear} ear, sample {at}"), "a finite number", format!("{}", samples[at])));
+        }
+        if samples.iter().all(|&v| v == 0.0) {
+            return Err(BakeError::entry(path, format!("{name}, {ear} ear"), "a response", "silence"));
+        }
+    }
+    Ok(())
+}
+
+/// Listener and source on a grid, so that equal poses meet in a map. A quaternion and its negative are the same rotation.
+fn key(response: &Response) -> [i64; 10] {
+    #[expect(clippy::cast_possible_truncation, reason = "positions beyond the range of i64 grains saturate")]
+    let grain = |v: f32| (f64::from(v) / f64::from(GRAIN)).round() as i64;
+    let (p, q, s) = (response.listener.position, response.listener.orientation, response.source);
+    let mut turn = [q.x, q.y, q.z, q.w].map(grain);
+    if turn.iter().rev().find(|&&v| v != 0).is_some_and(|&v| v < 0) {
+        turn = turn.map(|v| -v);
+    }
+    [grain(p.x), grain(p.y), grain(p.z), turn[0], turn[1], turn[2], turn[3], grain(s.x), grain(s.y), grain(s.z)]
+}

@@ -1,0 +1,227 @@
+//! WAV files described by a JSON manifest.
+
+use super::check;
+use super::pattern::{Field, Pattern};
+use super::{LoadOptions, Response, Responses, Side};
+use crate::{BakeError, wav};
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Bytes a manifest may have.
+const MAX_BYTES: u64 = 64 << 20;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Manifest {
+    title: String,
+    #[serde(default)]
+    credit: String,
+    #[serde(default)]
+    licence: String,
+    /// For people; not read.
+    #[serde(default, rename = "note")]
+    _note: String,
+    /// Folder of the files, relative to the manifest.
+    root: Option<PathBuf>,
+    pattern: Option<String>,
+    #[serde(default)]
+    patterns: Vec<Entry>,
+    #[serde(default)]
+    responses: Vec<Entry>,
+    #[serde(default)]
+    azimuth_positive: Direction,
+    /// Which channels are the ears.
+    #[serde(default)]
+    channels: Ears,
+    /// Used where an entry has none of its own.
+    listener: Option<Listener>,
+    source: Option<[f32; 3]>,
+    distance_m: Option<f32>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Direction {
+    #[default]
+    Left,
+    Right,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+struct Ears(usize, usize);
+
+impl Default for Ears {
+    fn default() -> Self {
+        Self(0, 1)
+    }
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Listener {
+    #[serde(default)]
+    position: [f32; 3],
+    /// Yaw, pitch and roll, degrees.
+    #[serde(default)]
+    ypr: [f32; 3],
+}
+
+/// A file, or with a pattern in its name many, and what is known of its pose.
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    file: String,
+    listener: Option<Listener>,
+    /// World position, metres; instead of a direction.
+    source: Option<[f32; 3]>,
+    /// Direction of the source as the head sees it, degrees.
+    azimuth_deg: Option<f32>,
+    elevation_deg: Option<f32>,
+    distance_m: Option<f32>,
+}
+
+pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, BakeError> {
+    let size = std::fs::metadata(path).map_err(BakeError::read(path))?.len();
+    if size > MAX_BYTES {
+        return Err(BakeError::content(path, format!("a manifest of at most {MAX_BYTES} bytes"), format!("{size}")));
+    }
+    let text = std::fs::read_to_string(path).map_err(BakeError::read(path))?;
+    let manifest: Manifest = serde_json::from_str(&text).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })?;
+    let beside = path.parent().unwrap_or(Path::new(""));
+    let root = match (&options.root, &manifest.root) {
+        (Some(root), _) => root.clone(),
+        (None, Some(root)) => beside.join(root),
+        (None, None) => beside.to_path_buf(),
+    };
+    let files = files(path, &root, &manifest)?;
+    let mut loader = Loader { path, manifest: &manifest, options, rate: None, frames: 0 };
+    let mut responses = Vec::with_capacity(files.len());
+    for (index, (file, entry)) in files.iter().enumerate() {
+        let response = loader.response(file, entry)?;
+        loader.frames = loader.frames.max(response.left.len());
+        check::size(path, index + 1, loader.frames)?;
+        responses.push(response);
+    }
+    let Some((_, rate)) = loader.rate else {
+        return Err(BakeError::content(path, "at least one file in \"pattern\", \"patterns\" or \"responses\"", "none"));
+    };
+    Ok(Responses {
+        title: manifest.title.clone(),
+        credit: manifest.credit.clone(),
+        licence: manifest.licence.clone(),
+        sample_rate_hz: f64::from(rate),
+        responses,
+        notes: Vec::new(),
+    })
+}
+
+/// Every file with its entry, patterns replaced by what they match.
+fn files(path: &Path, root: &Path, manifest: &Manifest) -> Result<Vec<(PathBuf, Entry)>, BakeError> {
+    let whole = manifest.pattern.iter().map(|file| Entry {
+        file: file.clone(),
+        listener: None,
+        source: None,
+        azimuth_deg: None,
+        elevation_deg: None,
+        distance_m: None,
+    });
+    let mut files = Vec::new();
+    for entry in whole.chain(manifest.patterns.iter().cloned()) {
+        matching(path, root, &entry, &mut files)?;
+    }
+    files.extend(manifest.responses.iter().map(|entry| (root.join(&entry.file), entry.clone())));
+    Ok(files)
+}
+
+fn matching(path: &Path, root: &Path, entry: &Entry, files: &mut Vec<(PathBuf, Entry)>) -> Result<(), BakeError> {
+    let (folder, name) = match entry.file.rsplit_once('/') {
+        Some((folder, name)) => (root.join(folder), name),
+        None => (root.to_path_buf(), entry.file.as_str()),
+    };
+    let pattern = Pattern::parse(name).map_err(|(expected, found)| BakeError::entry(path, "pattern", expected, found))?;
+    let mut names: Vec<String> = std::fs::read_dir(&folder)
+        .and_then(|list| list.map(|e| e.map(|e| e.file_name().to_string_lossy().into_owned())).collect())
+        .map_err(BakeError::read(&folder))?;
+    names.sort();
+    let mut found: Vec<_> = names.iter().filter_map(|n| Some((pattern.numbers(n)?, n))).collect();
+    if found.is_empty() {
+        return Err(BakeError::content(&folder, format!("files named {name}"), format!("none among its {} files", names.len())));
+    }
+    found.sort_by(|a, b| a.0.iter().map(|v| v.1).partial_cmp(b.0.iter().map(|v| v.1)).unwrap_or(std::cmp::Ordering::Equal));
+    for (numbers, name) in found {
+        let mut entry = entry.clone();
+        let mut listener = entry.listener;
+        for (field, value) in numbers {
+            #[expect(clippy::cast_possible_truncation, reason = "positions and angles are f32 inside")]
+            let value = value as f32;
+            let head = listener.get_or_insert_default();
+            match field {
+                Field::Azimuth => entry.azimuth_deg = Some(value),
+                Field::Elevation => entry.elevation_deg = Some(value),
+                Field::Distance => entry.distance_m = Some(value),
+                Field::Yaw => head.ypr[0] = value,
+                Field::Pitch => head.ypr[1] = value,
+                Field::Roll => head.ypr[2] = value,
+                Field::X => head.position[0] = value,
+                Field::Y => head.position[1] = value,
+                Field::Z => head.position[2] = value,
+            }
+        }
+        entry.listener = listener;
+        files.push((folder.join(name), entry));
+    }
+    Ok(())
+}
+
+struct Loader<'a> {
+    path: &'a Path,
+    manifest: &'a Manifest,
+    options: &'a LoadOptions,
+    /// The file that set the sample rate, and the rate.
+    rate: Option<(PathBuf, u32)>,
+    frames: usize,
+}
+
+impl Loader<'_> {
+    fn response(&mut self, file: &Path, entry: &Entry) -> Result<Response, BakeError> {
+        let listener = entry.listener.or(self.manifest.listener).unwrap_or_default();
+        let [yaw, pitch, roll] = listener.ypr.map(f32::to_radians);
+        let listener = Pose::from_ypr(Vec3::from_array(listener.position), yaw, pitch, roll);
+        let source = self.source(file, entry, &listener)?;
+        let wav = wav::read(file)?;
+        let (rate_file, rate) = self.rate.get_or_insert_with(|| (file.to_path_buf(), wav.sample_rate_hz));
+        if *rate != wav.sample_rate_hz {
+            let expected = format!("{rate} Hz as in {}", rate_file.display());
+            return Err(BakeError::content(file, expected, format!("{} Hz", wav.sample_rate_hz)));
+        }
+        let Ears(left, right) = self.manifest.channels;
+        let count = wav.channels.len();
+        let ear = |index: usize| {
+            let missing = || BakeError::content(file, format!("a channel {index} for an ear, counted from 0"), format!("{count} channels"));
+            wav.channels.get(index).cloned().ok_or_else(missing)
+        };
+        let name = file.file_stem().map_or_else(|| entry.file.clone(), |n| n.to_string_lossy().into_owned());
+        Ok(Response { listener, source, left: ear(left)?, right: ear(right)?, name })
+    }
+
+    fn source(&self, file: &Path, entry: &Entry, listener: &Pose) -> Result<Vec3, BakeError> {
+        let Some(azimuth) = entry.azimuth_deg else {
+            let source = entry.source.or(self.manifest.source).map(Vec3::from_array);
+            let name = file.display().to_string();
+            return source.ok_or_else(|| BakeError::entry(self.path, name, "a \"source\" or an azimuth", "neither"));
+        };
+        let distance = entry.distance_m.or(self.manifest.distance_m);
+        let distance = distance.filter(|d| d.is_finite() && *d > 0.0).ok_or_else(|| {
+            let found = distance.map_or("none".to_owned(), |d| d.to_string());
+            BakeError::entry(self.path, file.display().to_string(), "a \"distance_m\" above 0 beside the azimuth", found)
+        })?;
+        let positive = self.options.azimuth_positive.unwrap_or(match self.manifest.azimuth_positive {
+            Direction::Left => Side::Left,
+            Direction::Right => Side::Right,
+        });
+        let direction = super::spherical::to_cartesian(azimuth, entry.elevation_deg.unwrap_or(0.0), distance, positive);
+        Ok(listener.position + listener.orientation * direction)
+    }
+}

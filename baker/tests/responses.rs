@@ -1,0 +1,167 @@
+//! Responses from manifests and SOFA files, made here and measured by others.
+
+use promenade_baker::wav::{self, Format};
+use promenade_baker::{HoldOut, LoadOptions, Responses, Side};
+use promenade_core::metrics::{ild_db, itd_s};
+use std::path::{Path, PathBuf};
+
+/// The folder of measured sets, which not every checkout has.
+fn shared() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    eprintln!("skipped: {} is not here", folder.display());
+    None
+}
+
+fn load(path: &Path) -> Result<Responses, String> {
+    load_with(path, &LoadOptions::default())
+}
+
+fn load_with(path: &Path, options: &LoadOptions) -> Result<Responses, String> {
+    Responses::load(path, options).map_err(|e| format!("{e}: {}", std::error::Error::source(&e).map(ToString::to_string).unwrap_or_default()))
+}
+
+/// Two small responses, the left ear louder, in files named by yaw.
+fn small_set(folder: &Path) {
+    for yaw in [-40, 0, 40] {
+        let left = [0.0, 1.0, 0.25, yaw as f32 / 100.0];
+        let name = folder.join(format!("turn_{yaw}.wav"));
+        wav::write(&name, 48_000, &[&left, &left.map(|v| 0.5 * v)], Format::Float32).unwrap();
+    }
+}
+
+#[test]
+fn a_pattern_of_head_turns() {
+    let folder = tempfile::tempdir().unwrap();
+    small_set(folder.path());
+    std::fs::write(
+        folder.path().join("responses.json"),
+        r#"{"title":"t","credit":"c","licence":"l","pattern":"turn_{yaw}.wav","source":[2,0,0]}"#,
+    )
+    .unwrap();
+    let set = load(folder.path()).unwrap();
+    assert_eq!((set.title.as_str(), set.credit.as_str(), set.licence.as_str(), set.sample_rate_hz), ("t", "c", "l", 48_000.0));
+    let azimuths: Vec<f32> = set.responses.iter().map(|r| r.direction_deg().0.round()).collect();
+    assert_eq!(azimuths, [40.0, 0.0, -40.0], "turning to the right puts the source on the left");
+    assert_eq!(set.responses[0].name, "turn_-40");
+    assert_eq!(set.responses[0].left, [0.0, 1.0, 0.25, -0.4]);
+    let (kept, out) = HoldOut::parse("yaw=0").unwrap().split(&set).unwrap();
+    assert_eq!((kept, out), (vec![0, 2], vec![1]));
+}
+
+#[test]
+fn lengths_are_padded_and_rates_must_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    wav::write(&folder.path().join("a.wav"), 48_000, &[&[1.0], &[0.5]], Format::Float32).unwrap();
+    wav::write(&folder.path().join("b.wav"), 48_000, &[&[1.0, 0.5, 0.25], &[0.5, 0.5, 0.5]], Format::Float32).unwrap();
+    let manifest = folder.path().join("set.json");
+    let entries = r#"{"file":"a.wav","azimuth_deg":0},{"file":"b.wav","azimuth_deg":90,"elevation_deg":30}"#;
+    std::fs::write(&manifest, format!(r#"{{"title":"t","distance_m":2,"responses":[{entries}]}}"#)).unwrap();
+    let set = load(&manifest).unwrap();
+    assert_eq!(set.responses[0].left, [1.0, 0.0, 0.0]);
+    let (azimuth, elevation) = set.responses[1].direction_deg();
+    assert!((azimuth - 90.0).abs() < 1e-3 && (elevation - 30.0).abs() < 1e-3 && (set.responses[1].distance_m() - 2.0).abs() < 1e-6);
+    wav::write(&folder.path().join("b.wav"), 44_100, &[&[1.0], &[0.5]], Format::Float32).unwrap();
+    let error = load(&manifest).unwrap_err();
+    assert!(error.contains("b.wav") && error.contains("a.wav") && error.contains("44100"), "{error}");
+}
+
+#[test]
+fn errors_name_the_file_and_the_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    small_set(folder.path());
+    wav::write(&folder.path().join("mono.wav"), 48_000, &[&[1.0]], Format::Float32).unwrap();
+    wav::write(&folder.path().join("deaf.wav"), 48_000, &[&[1.0], &[0.0]], Format::Float32).unwrap();
+    let manifest = folder.path().join("set.json");
+    for (text, clue) in [
+        (r#"{"#, "line 1"),
+        (r#"{"title":"t"}"#, "at least one file"),
+        (r#"{"title":"t","azimut":3}"#, "unknown field `azimut`"),
+        (r#"{"title":"t","pattern":"turn_{yaw}.wav"}"#, "a \"source\" or an azimuth"),
+        (r#"{"title":"t","pattern":"turn_{azimuth}.wav"}"#, "distance_m"),
+        (r#"{"title":"t","pattern":"turn_{azimuth}.wav","distance_m":0}"#, "above 0"),
+        (r#"{"title":"t","pattern":"turn_{angle}.wav"}"#, "{azimuth}"),
+        (r#"{"title":"t","pattern":"other_{yaw}.wav","source":[1,0,0]}"#, "files named other_{yaw}.wav"),
+        (r#"{"title":"t","root":"nowhere","pattern":"turn_{yaw}.wav","source":[1,0,0]}"#, "nowhere: cannot be read"),
+        (r#"{"title":"t","source":[1,0,0],"responses":[{"file":"none.wav"}]}"#, "none.wav: cannot be read"),
+        (r#"{"title":"t","source":[1,0,0],"responses":[{"file":"mono.wav"}]}"#, "channel 1"),
+        (r#"{"title":"t","source":[1,0,0],"responses":[{"file":"deaf.wav"}]}"#, "deaf, right ear: expected a response, found silence"),
+        (r#"{"title":"t","source":[1,0,1e39],"responses":[{"file":"turn_0.wav"}]}"#, "set.json"),
+    ] {
+        std::fs::write(&manifest, text).unwrap();
+        let error = load(&manifest).unwrap_err();
+        assert!(error.contains(clue), "{text}: {error}");
+    }
+    assert!(load(&folder.path().join("turn_0.wav")).unwrap_err().contains("the ending \"wav\""));
+    assert!(load(folder.path()).unwrap_err().contains("responses.json: cannot be read"));
+}
+
+#[test]
+fn a_repeated_pose_is_left_out_and_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    small_set(folder.path());
+    let manifest = folder.path().join("set.json");
+    std::fs::write(&manifest, r#"{"title":"t","source":[1,0,0],"responses":[{"file":"turn_0.wav"},{"file":"turn_40.wav"}]}"#).unwrap();
+    let set = load(&manifest).unwrap();
+    assert_eq!(set.responses.len(), 1);
+    assert!(set.notes[0].contains("turn_40 has the listener and source of turn_0"), "{:?}", set.notes);
+}
+
+/// The ears must agree with the direction: a source on the left is louder there and earlier.
+fn agrees_with_its_ears(set: &Responses, at_least_deg: f32) {
+    let mut judged = 0;
+    for r in &set.responses {
+        let (azimuth, elevation) = r.direction_deg();
+        // Straight ahead, behind and above the ears hardly differ.
+        if elevation.abs() > 30.0 || azimuth.abs() < at_least_deg || azimuth.abs() > 180.0 - at_least_deg {
+            continue;
+        }
+        let (itd, ild) = (itd_s(&r.left, &r.right, set.sample_rate_hz).unwrap(), ild_db(&r.left, &r.right).unwrap());
+        assert!(ild.signum() == f64::from(azimuth.signum()), "{} at {azimuth}: ILD {ild} dB", r.name);
+        assert!(itd.signum() == -f64::from(azimuth.signum()), "{} at {azimuth}: ITD {itd} s", r.name);
+        judged += 1;
+    }
+    assert!(judged > 0, "nothing to judge");
+}
+
+#[test]
+fn iosr_rooms_by_file_name() {
+    let Some(data) = shared() else { return };
+    for (recipe, frames) in [("iosr-room-a.json", 6259), ("iosr-room-b.json", 16001)] {
+        let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes").join(recipe);
+        let set = load_with(&recipe, &LoadOptions { root: Some(data.join("iosr_brir")), ..LoadOptions::default() }).unwrap();
+        assert_eq!((set.responses.len(), set.responses[0].left.len(), set.sample_rate_hz), (37, frames, 16_000.0));
+        agrees_with_its_ears(&set, 10.0);
+        assert_eq!(HoldOut::parse("azimuth=odd5").unwrap().split(&set).unwrap().1.len(), 18);
+    }
+}
+
+#[test]
+fn iosr_room_by_sofa_with_clockwise_azimuths() {
+    let Some(data) = shared() else { return };
+    let file = data.join("iosr_brir/original_sofa/UniS_Room_A_BRIR_16k.sofa");
+    assert!(load(&file).unwrap_err().contains("ears that agree with the directions"), "as labelled it is mirrored");
+    let set = load_with(&file, &LoadOptions { azimuth_positive: Some(Side::Right), ..LoadOptions::default() }).unwrap();
+    assert_eq!((set.responses.len(), set.sample_rate_hz, set.licence.as_str()), (37, 16_000.0, "MIT license"));
+    agrees_with_its_ears(&set, 10.0);
+    // The same measurements as the WAV files.
+    let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes/iosr-room-a.json");
+    let wavs = load_with(&recipe, &LoadOptions { root: Some(data.join("iosr_brir")), ..LoadOptions::default() }).unwrap();
+    for r in &set.responses {
+        let twin = wavs.responses.iter().find(|w| (w.direction_deg().0 - r.direction_deg().0).abs() < 0.01).unwrap();
+        let error = twin.left.iter().zip(&r.left).fold(0.0_f32, |m, (a, b)| m.max((a - b).abs()));
+        assert!(error < 1e-4, "{}: {error}", r.name);
+    }
+}
+
+#[test]
+fn hrtfs_whose_labels_are_right_or_wrong() {
+    let Some(data) = shared() else { return };
+    for (file, count, notes) in [("KEMAR_HRTFs_lfcorr.sofa", 360, 1), ("MIT_KEMAR_normal_pinna.sofa", 710, 0)] {
+        let set = load(&data.join("hrtf_kemar").join(file)).unwrap();
+        assert_eq!((set.responses.len(), set.sample_rate_hz, set.notes.len()), (count, 44_100.0, notes), "{file}: {:?}", set.notes);
+        agrees_with_its_ears(&set, 30.0);
+    }
+}

@@ -1,0 +1,149 @@
+//! WAV files, good and bad, through the public interface.
+
+use promenade_baker::wav::{self, Format, WavReader, WavWriter};
+use std::path::{Path, PathBuf};
+
+fn ramp(count: usize) -> Vec<f32> {
+    (0..count).map(|i| (i as f32 / count as f32) * 1.8 - 0.9).collect()
+}
+
+fn error(path: &Path) -> String {
+    let error = wav::read(path).unwrap_err();
+    let cause = std::error::Error::source(&error).map(|s| format!(": {s}")).unwrap_or_default();
+    format!("{error}{cause}")
+}
+
+#[test]
+fn formats_survive_the_round_trip() {
+    let folder = tempfile::tempdir().unwrap();
+    let (left, right) = (ramp(1000), ramp(1000).iter().map(|v| -v).collect::<Vec<_>>());
+    for (format, step) in [(Format::Int16, 1.0 / 32768.0), (Format::Int24, 1.0 / 8_388_608.0), (Format::Int32, 1e-7), (Format::Float32, 0.0)] {
+        let path = folder.path().join(format!("{format:?}.wav"));
+        let written = wav::write(&path, 44_100, &[&left, &right], format).unwrap();
+        assert_eq!((written.frames, written.clipped), (1000, 0));
+        let back = wav::read(&path).unwrap();
+        assert_eq!((back.sample_rate_hz, back.channels.len(), back.frames()), (44_100, 2, 1000));
+        for (a, b) in back.channels[0].iter().chain(&back.channels[1]).zip(left.iter().chain(&right)) {
+            assert!((a - b).abs() <= 0.5 * step + 1e-8, "{format:?}: {a} for {b}");
+        }
+    }
+}
+
+#[test]
+fn blocks_are_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.wav");
+    let x = ramp(10_000);
+    let mut writer = WavWriter::create(&path, 48_000, 1, Format::Float32).unwrap();
+    for block in x.chunks(777) {
+        writer.write(&[block]).unwrap();
+    }
+    assert!(!path.exists(), "not before it is whole");
+    writer.finish().unwrap();
+    let mut reader = WavReader::open(&path).unwrap();
+    let mut channels = vec![Vec::new()];
+    while reader.read(333, &mut channels).unwrap() > 0 {}
+    assert_eq!(channels[0], x);
+}
+
+#[test]
+fn too_loud_is_limited_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("loud.wav");
+    assert_eq!(wav::write(&path, 48_000, &[&[0.5, 1.5, -2.0]], Format::Int16).unwrap().clipped, 2);
+    assert_eq!(wav::read(&path).unwrap().channels[0], [0.5, 32767.0 / 32768.0, -1.0]);
+}
+
+#[test]
+fn an_abandoned_file_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.wav");
+    let mut writer = WavWriter::create(&path, 48_000, 1, Format::Int24).unwrap();
+    writer.write(&[&[0.1; 100]]).unwrap();
+    let refused = writer.write(&[&[f32::NAN]]).unwrap_err().to_string();
+    assert!(refused.contains("sample 100"), "{refused}");
+    drop(writer);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// A RIFF header for 16-bit samples, as wrong as the caller likes.
+fn bytes(channels: u16, rate: u32, claimed: u32, data: &[u8]) -> Vec<u8> {
+    let mut b = Vec::new();
+    b.extend(b"RIFF");
+    b.extend((36 + claimed).to_le_bytes());
+    b.extend(b"WAVEfmt ");
+    b.extend(16_u32.to_le_bytes());
+    b.extend(1_u16.to_le_bytes());
+    b.extend(channels.to_le_bytes());
+    b.extend(rate.to_le_bytes());
+    b.extend(rate.wrapping_mul(2 * u32::from(channels)).to_le_bytes());
+    b.extend((2 * channels).to_le_bytes());
+    b.extend(16_u16.to_le_bytes());
+    b.extend(b"data");
+    b.extend(claimed.to_le_bytes());
+    b.extend(data);
+    b
+}
+
+#[test]
+fn bad_files_say_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, content: &[u8]| -> PathBuf {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        path
+    };
+    let samples = [0x10_u8; 400];
+    for (name, content, clue) in [
+        ("empty.wav", vec![], "an empty file"),
+        ("text.wav", b"this is not a WAV file at all, but text".to_vec(), "no readable WAV file"),
+        ("no-channels.wav", bytes(0, 48_000, 400, &samples), "no-channels.wav"),
+        ("slow.wav", bytes(1, 10, 400, &samples), "found 10 Hz"),
+        ("fast.wav", bytes(1, 2_000_000, 400, &samples), "found 2000000 Hz"),
+        ("cut.wav", bytes(1, 48_000, 400_000, &samples), "cut short"),
+        ("nothing.wav", bytes(1, 48_000, 0, &[]), "at least one sample, found none"),
+        ("header-only.wav", bytes(1, 48_000, 400, &[])[..30].to_vec(), "header-only.wav"),
+    ] {
+        let path = file(name, &content);
+        let said = error(&path);
+        assert!(said.contains(clue) && said.contains(name), "{name}: {said}");
+    }
+    assert!(error(&folder.path().join("missing.wav")).contains("missing.wav: cannot be read"));
+    assert!(error(folder.path()).contains("folder"));
+}
+
+#[test]
+fn every_truncation_is_an_error_not_a_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("good.wav");
+    wav::write(&path, 48_000, &[&ramp(64), &ramp(64)], Format::Int24).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    for length in 0..whole.len() {
+        let path = folder.path().join("cut.wav");
+        std::fs::write(&path, &whole[..length]).unwrap();
+        assert!(wav::read(&path).is_err(), "{length} of {} bytes", whole.len());
+    }
+    for at in 0..whole.len().min(100) {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 0xff;
+        std::fs::write(&path, &damaged).unwrap();
+        // Either is fine; neither may panic.
+        let _ = wav::read_limited(&path, 1 << 20);
+    }
+}
+
+#[test]
+fn not_a_number_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("nan.wav");
+    let spec = hound::WavSpec { channels: 2, sample_rate: 48_000, bits_per_sample: 32, sample_format: hound::SampleFormat::Float };
+    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
+    for v in [0.0, 0.0, 0.5, f32::NAN] {
+        writer.write_sample(v).unwrap();
+    }
+    writer.finalize().unwrap();
+    let said = error(&path);
+    assert!(said.contains("sample 1 of channel 1") && said.contains("NaN"), "{said}");
+    let limited = wav::read_limited(&path, 3).unwrap_err().to_string();
+    assert!(limited.contains("at most 3 samples, found 4"), "{limited}");
+}
