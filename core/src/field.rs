@@ -1,7 +1,9 @@
 //! Baked transfer functions on a regular grid of listener positions and emitter directions.
 
+use crate::lanes::WeightedSum;
 use crate::{Pose, TransferFunction, TransferShape};
 use glam::Vec3;
+use pulp::Arch;
 use std::ops::Range;
 
 /// The closest distance to the emitter at which the direct sound still grows, metres.
@@ -86,8 +88,7 @@ impl FieldGrid {
         let rest = rest / self.elevation.count;
         let [x, y, z] = &self.position;
         let position = Vec3::new(x.at(rest % x.count), y.at(rest / x.count % y.count), z.at(rest / (x.count * y.count)));
-        let direction =
-            Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
+        let direction = Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
         (position, direction)
     }
 }
@@ -216,15 +217,13 @@ impl Field {
     }
 
     fn blend(&self, cell: &Cell, part: Range<usize>, out: &mut [f32]) {
-        let row_len = self.shape.row_len();
-        for (i, &(index, weight)) in cell.corners[..cell.count].iter().enumerate() {
-            let start = index as usize * row_len;
-            let row = &self.rows[start + part.start..start + part.end];
-            if i == 0 {
-                out.iter_mut().zip(row).for_each(|(o, r)| *o = weight * r);
-            } else {
-                out.iter_mut().zip(row).for_each(|(o, r)| *o += weight * r);
-            }
-        }
+        debug_assert_eq!(part.len(), out.len());
+        Arch::new().dispatch(WeightedSum {
+            rows: &self.rows,
+            corners: &cell.corners[..cell.count],
+            row_len: self.shape.row_len(),
+            offset: part.start,
+            out,
+        });
     }
 }

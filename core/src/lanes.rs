@@ -64,9 +64,7 @@ impl WithSimd for Accumulate<'_> {
         if slots.is_empty() {
             return;
         }
-        for ((sum, history), taps) in
-            sums.iter_mut().zip(ring.chunks_exact(ring_len)).zip(filter.chunks_exact(slots.len()))
-        {
+        for ((sum, history), taps) in sums.iter_mut().zip(ring.chunks_exact(ring_len)).zip(filter.chunks_exact(slots.len())) {
             let mut acc = *sum;
             for (&slot, h) in slots.iter().zip(taps) {
                 let x = &history[slot];
@@ -78,6 +76,34 @@ impl WithSimd for Accumulate<'_> {
                 }
             }
             *sum = acc;
+        }
+    }
+}
+
+/// Weighted sum of rows: `out = sum_c weight_c * rows[c]`.
+pub(crate) struct WeightedSum<'a> {
+    pub(crate) rows: &'a [f32],
+    /// Number of each row and its weight.
+    pub(crate) corners: &'a [(u32, f32)],
+    pub(crate) row_len: usize,
+    /// Offset of the part that is summed within each row.
+    pub(crate) offset: usize,
+    pub(crate) out: &'a mut [f32],
+}
+
+impl WithSimd for WeightedSum<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        for (i, &(corner, weight)) in self.corners.iter().enumerate() {
+            let start = corner as usize * self.row_len + self.offset;
+            let row = &self.rows[start..start + self.out.len()];
+            if i == 0 {
+                self.out.iter_mut().zip(row).for_each(|(o, r)| *o = weight * r);
+            } else {
+                self.out.iter_mut().zip(row).for_each(|(o, r)| *o += weight * r);
+            }
         }
     }
 }

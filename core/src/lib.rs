@@ -5,6 +5,7 @@
 
 mod bands;
 mod carrier;
+mod direct;
 mod field;
 mod grid;
 mod head;
@@ -12,11 +13,13 @@ mod lanes;
 mod late;
 pub mod metrics;
 mod path;
+mod phasor;
 mod pose;
 mod renderer;
 mod scene;
 mod spatializer;
 mod stft;
+mod taps;
 mod tier;
 mod transfer;
 

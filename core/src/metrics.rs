@@ -87,7 +87,11 @@ pub enum MetricError {
 }
 
 fn check_rate(sample_rate_hz: f64) -> Result<(), MetricError> {
-    if sample_rate_hz.is_finite() && sample_rate_hz > 0.0 { Ok(()) } else { Err(MetricError::SampleRate { found: sample_rate_hz }) }
+    if sample_rate_hz.is_finite() && sample_rate_hz > 0.0 {
+        Ok(())
+    } else {
+        Err(MetricError::SampleRate { found: sample_rate_hz })
+    }
 }
 
 fn check_finite(samples: &[f32]) -> Result<(), MetricError> {
@@ -106,7 +110,11 @@ fn energy(samples: &[f32]) -> f64 {
 }
 
 /// Seconds as whole samples, rounded down; a negative or absurd time becomes 0 or the largest count.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "float to integer casts saturate, which is what is wanted here")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "float to integer casts saturate, which is what is wanted here"
+)]
 fn samples_in(seconds: f64, sample_rate_hz: f64) -> usize {
     (seconds * sample_rate_hz) as usize
 }
@@ -139,7 +147,11 @@ pub(crate) mod test_signals {
             .map(|i| {
                 let x = i as f64 - centre;
                 let width = 12.0_f64;
-                let sinc = if x.abs() < 1e-12 { 1.0 } else { (std::f64::consts::PI * x / 6.0).sin() / (std::f64::consts::PI * x / 6.0) };
+                let sinc = if x.abs() < 1e-12 {
+                    1.0
+                } else {
+                    (std::f64::consts::PI * x / 6.0).sin() / (std::f64::consts::PI * x / 6.0)
+                };
                 (sinc * (-0.5 * (x / width).powi(2)).exp()) as f32
             })
             .collect()

@@ -225,7 +225,9 @@ impl Spatializer {
     }
 
     fn aim(&mut self, params: &BlockParams) {
-        let finite = |v: f32, low: f32, high: f32| if v.is_finite() { v.clamp(low, high) } else { low };
+        let finite = |v: f32, low: f32, high: f32| {
+            if v.is_finite() { v.clamp(low, high) } else { low }
+        };
         let (gain, mix) = (finite(params.gain, 0.0, 1e3), finite(params.mix, 0.0, 1.0));
         let (wet, dry) = if params.bypass { (0.0, 1.0) } else { (gain * mix, gain * (1.0 - mix)) };
         self.wet_gain.aim(wet, self.ramp_len);

@@ -71,7 +71,9 @@ fn subnormal_huge_and_broken_inputs_do_no_harm() {
             _ => {}
         }
     }
-    let bad_pose = |i: usize| if i % 2 == 0 { Pose { position: Vec3::NAN, ..Pose::IDENTITY } } else { walk(RATE)(i) };
+    let bad_pose = |i: usize| {
+        if i % 2 == 0 { Pose { position: Vec3::NAN, ..Pose::IDENTITY } } else { walk(RATE)(i) }
+    };
     let out = render(&mut s, &input, &[333], &BlockParams::default(), bad_pose);
     assert!(out.iter().flatten().all(|v| v.is_finite() && !v.is_subnormal()));
     let extreme = [Vec3::ZERO, Vec3::new(1.5, 0.0, 0.0), Vec3::splat(1e6), Vec3::new(1.5, 0.0, 1e-20)];
@@ -107,7 +109,11 @@ fn a_circling_tone_stays_a_tone() {
     for (tier, walking) in [(Tier::Draft, false), (Tier::Standard, false), (Tier::Standard, true)] {
         let mut s = spatializer(&scene, RATE);
         let params = BlockParams { tier, ..BlockParams::default() };
-        let out = if walking { render(&mut s, &input, &[512], &params, walk(RATE)) } else { render(&mut s, &input, &[512], &params, circle) };
+        let out = if walking {
+            render(&mut s, &input, &[512], &params, walk(RATE))
+        } else {
+            render(&mut s, &input, &[512], &params, circle)
+        };
         let c = tone_cleanliness(&out[0], RATE, 1000.0).unwrap();
         println!("{tier:?} walking {walking}: {c:?}");
         assert!(c.outside_median_db <= -70.0 && c.outside_worst_db <= -55.0, "{tier:?} {walking}: {c:?}");

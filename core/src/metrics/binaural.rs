@@ -61,7 +61,8 @@ mod tests {
         let left = decaying_noise(3, 0.4, 0.8, 48_000.0);
         // The right ear hears the same 10 samples later and 6 dB softer.
         let right: Vec<f32> = std::iter::repeat_n(0.0, 10).chain(left.iter().map(|v| 0.5 * v)).take(left.len()).collect();
-        let (a, b) = (Binaural::of_response(&left, &right, 48_000.0).unwrap(), Binaural::of_response(&right, &left, 48_000.0).unwrap());
+        let (a, b) =
+            (Binaural::of_response(&left, &right, 48_000.0).unwrap(), Binaural::of_response(&right, &left, 48_000.0).unwrap());
         // The cut after 10 ms weighs the ears a little differently: a step of the grid to each side.
         assert!((a.itd_s + 10.0 / 48_000.0).abs() < 1.01 / 16.0 / 48_000.0, "the left ear leads: {}", a.itd_s);
         assert!((a.itd_s + b.itd_s).abs() < 1e-12 && (a.ild_db + b.ild_db).abs() < 1e-12);

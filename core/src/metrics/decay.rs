@@ -47,7 +47,8 @@ pub fn schroeder_db(response: &[f32]) -> Result<Vec<f64>, MetricError> {
 pub fn decay_time_s(response: &[f32], sample_rate_hz: f64, range: DecayRange) -> Result<f64, MetricError> {
     check_rate(sample_rate_hz)?;
     let curve = schroeder_db(response)?;
-    let inside = || curve.iter().enumerate().filter(|&(_, &d)| d <= range.upper_db && d >= range.lower_db).map(|(i, &d)| (i as f64, d));
+    let inside =
+        || curve.iter().enumerate().filter(|&(_, &d)| d <= range.upper_db && d >= range.lower_db).map(|(i, &d)| (i as f64, d));
     let count = inside().count();
     let none = MetricError::NoDecay { upper_db: range.upper_db, lower_db: range.lower_db, found: count };
     if count < 2 {
@@ -56,7 +57,8 @@ pub fn decay_time_s(response: &[f32], sample_rate_hz: f64, range: DecayRange) ->
     let n = count as f64;
     let (sum_t, sum_d) = inside().fold((0.0, 0.0), |(t, d), (i, v)| (t + i, d + v));
     let (mean_t, mean_d) = (sum_t / n, sum_d / n);
-    let (covariance, variance) = inside().fold((0.0, 0.0), |(c, v), (i, d)| (c + (i - mean_t) * (d - mean_d), v + (i - mean_t).powi(2)));
+    let (covariance, variance) =
+        inside().fold((0.0, 0.0), |(c, v), (i, d)| (c + (i - mean_t) * (d - mean_d), v + (i - mean_t).powi(2)));
     let slope_db_per_s = covariance / variance * sample_rate_hz;
     if slope_db_per_s < 0.0 { Ok(-60.0 / slope_db_per_s) } else { Err(none) }
 }
@@ -71,7 +73,8 @@ pub fn c50_db(response: &[f32], sample_rate_hz: f64) -> Result<f64, MetricError>
     let start = onset(response).ok_or(MetricError::Silent)?;
     let from_onset = &response[start..];
     let early = samples_in(0.05, sample_rate_hz);
-    let short = MetricError::TooShort { measure: "C50", needed: start.saturating_add(early).saturating_add(1), found: response.len() };
+    let short =
+        MetricError::TooShort { measure: "C50", needed: start.saturating_add(early).saturating_add(1), found: response.len() };
     if from_onset.len() <= early {
         return Err(short);
     }

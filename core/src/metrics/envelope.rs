@@ -22,7 +22,7 @@ pub fn envelope(samples: &[f32]) -> Vec<f64> {
         *bin = Complex::new(bin.im, -bin.re);
     }
     spectrum[0] = Complex::new(0.0, 0.0);
-    if samples.len() % 2 == 0 {
+    if samples.len().is_multiple_of(2) {
         spectrum[samples.len() / 2] = Complex::new(0.0, 0.0);
     }
     let mut quadrature = inverse.make_output_vec();
@@ -54,7 +54,9 @@ mod tests {
     #[test]
     fn a_sine_has_a_flat_envelope() {
         for count in [480_usize, 481] {
-            let x: Vec<f32> = (0..count).map(|i| (0.7 * (2.0 * std::f64::consts::PI * 10.0 * i as f64 / count as f64).cos()) as f32).collect();
+            let x: Vec<f32> = (0..count)
+                .map(|i| (0.7 * (2.0 * std::f64::consts::PI * 10.0 * i as f64 / count as f64).cos()) as f32)
+                .collect();
             assert!(envelope(&x).iter().all(|e| (e - 0.7).abs() < 1e-6), "{count} samples");
             let louder: Vec<f32> = x.iter().map(|v| 2.0 * v).collect();
             assert!((envelope_distance(&x, &louder).unwrap() - 0.7).abs() < 1e-6);

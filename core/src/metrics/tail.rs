@@ -16,7 +16,13 @@ const REFERENCE_HZ: (f64, f64) = (50.0, 400.0);
 ///
 /// # Errors
 /// A range shorter than 4096 samples, a sample that is not finite, a bad rate, or a hop rate beyond half the sample rate.
-pub fn tail_modulation_db(samples: &[f32], sample_rate_hz: f64, hop_hz: f64, start_s: f64, stop_s: f64) -> Result<f64, MetricError> {
+pub fn tail_modulation_db(
+    samples: &[f32],
+    sample_rate_hz: f64,
+    hop_hz: f64,
+    start_s: f64,
+    stop_s: f64,
+) -> Result<f64, MetricError> {
     check_rate(sample_rate_hz)?;
     check_finite(samples)?;
     if !(hop_hz > 0.0 && hop_hz <= sample_rate_hz / 2.0) {
@@ -35,8 +41,11 @@ pub fn tail_modulation_db(samples: &[f32], sample_rate_hz: f64, hop_hz: f64, sta
     }
     let last = (flat.len() - 1) as f64;
     let mut fourier = Fourier::new(flat.len());
-    let lines: Vec<f64> =
-        fourier.forward(|i| (flat[i] - mean) * (0.5 - 0.5 * (2.0 * PI * i as f64 / last).cos())).iter().map(|c| c.norm()).collect();
+    let lines: Vec<f64> = fourier
+        .forward(|i| (flat[i] - mean) * (0.5 - 0.5 * (2.0 * PI * i as f64 / last).cos()))
+        .iter()
+        .map(|c| c.norm())
+        .collect();
     let spacing_hz = sample_rate_hz / flat.len() as f64;
     let hop_line = nearest(hop_hz / spacing_hz).min(lines.len() - 1);
     let around = &lines[hop_line.saturating_sub(3)..(hop_line + 4).min(lines.len())];
@@ -54,11 +63,17 @@ fn running_mean(x: &[f64]) -> Vec<f64> {
             Some(*sum)
         }))
         .collect();
-    (0..x.len()).map(|i| (sums[(i + SMOOTHING / 2).min(x.len())] - sums[i.saturating_sub(SMOOTHING / 2)]) / SMOOTHING as f64).collect()
+    (0..x.len())
+        .map(|i| (sums[(i + SMOOTHING / 2).min(x.len())] - sums[i.saturating_sub(SMOOTHING / 2)]) / SMOOTHING as f64)
+        .collect()
 }
 
 /// A line number that is not whole, rounded.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "float to integer casts saturate, and the caller limits the line")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "float to integer casts saturate, and the caller limits the line"
+)]
 fn nearest(line: f64) -> usize {
     line.round() as usize
 }
@@ -69,7 +84,7 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
     let half = values.len() / 2;
     match values {
         [] => f64::NAN,
-        v if v.len() % 2 == 1 => v[half],
+        v if !v.len().is_multiple_of(2) => v[half],
         v => 0.5 * (v[half - 1] + v[half]),
     }
 }
@@ -84,18 +99,26 @@ mod tests {
         let rate = 48_000.0;
         let plain = decaying_noise(17, 0.8, 1.0, rate);
         let hop_hz = rate / 256.0;
-        let buzzing: Vec<f32> =
-            plain.iter().enumerate().map(|(i, v)| v * (1.0 + 0.5 * (2.0 * PI * hop_hz * i as f64 / rate).cos()) as f32).collect();
-        let (quiet, loud) =
-            (tail_modulation_db(&plain, rate, hop_hz, 0.5, 0.9).unwrap(), tail_modulation_db(&buzzing, rate, hop_hz, 0.5, 0.9).unwrap());
+        let buzzing: Vec<f32> = plain
+            .iter()
+            .enumerate()
+            .map(|(i, v)| v * (1.0 + 0.5 * (2.0 * PI * hop_hz * i as f64 / rate).cos()) as f32)
+            .collect();
+        let (quiet, loud) = (
+            tail_modulation_db(&plain, rate, hop_hz, 0.5, 0.9).unwrap(),
+            tail_modulation_db(&buzzing, rate, hop_hz, 0.5, 0.9).unwrap(),
+        );
         assert!(quiet < 15.0 && loud > quiet + 15.0, "{quiet} dB plain, {loud} dB buzzing");
     }
 
     #[test]
     fn says_why_there_is_no_value() {
-        assert!(matches!(tail_modulation_db(&[0.1; 48_000], 48_000.0, 100.0, 0.95, 2.0), Err(MetricError::TooShort { .. })));
-        assert_eq!(tail_modulation_db(&[0.0; 48_000], 48_000.0, 100.0, 0.0, 1.0), Err(MetricError::Silent));
-        assert!(matches!(tail_modulation_db(&[0.0; 48_000], 48_000.0, 0.0, 0.0, 1.0), Err(MetricError::Frequency { .. })));
+        assert!(matches!(
+            tail_modulation_db(&vec![0.1; 48_000], 48_000.0, 100.0, 0.95, 2.0),
+            Err(MetricError::TooShort { .. })
+        ));
+        assert_eq!(tail_modulation_db(&vec![0.0; 48_000], 48_000.0, 100.0, 0.0, 1.0), Err(MetricError::Silent));
+        assert!(matches!(tail_modulation_db(&vec![0.0; 48_000], 48_000.0, 0.0, 0.0, 1.0), Err(MetricError::Frequency { .. })));
     }
 
     #[test]

@@ -41,7 +41,11 @@ pub fn tone_cleanliness(samples: &[f32], sample_rate_hz: f64, tone_hz: f64) -> R
     let (first, trail) = (samples_in(LEAD_S, sample_rate_hz), samples_in(TRAIL_S, sample_rate_hz));
     let end = samples.len().saturating_sub(FRAME + trail);
     if first >= end {
-        return Err(MetricError::TooShort { measure: "tone cleanliness", needed: first + FRAME + trail + 1, found: samples.len() });
+        return Err(MetricError::TooShort {
+            measure: "tone cleanliness",
+            needed: first + FRAME + trail + 1,
+            found: samples.len(),
+        });
     }
     let mut fourier = Fourier::new(FRAME);
     let (mut outside_db, mut high_db) = (Vec::new(), Vec::new());
@@ -92,7 +96,7 @@ mod tests {
     #[test]
     fn says_why_there_is_no_value() {
         assert!(matches!(tone_cleanliness(&[0.0; 1000], 48_000.0, 1000.0), Err(MetricError::TooShort { .. })));
-        assert_eq!(tone_cleanliness(&[0.0; 96_000], 48_000.0, 1000.0), Err(MetricError::Silent));
-        assert!(matches!(tone_cleanliness(&[0.0; 96_000], 48_000.0, 24_000.0), Err(MetricError::Frequency { .. })));
+        assert_eq!(tone_cleanliness(&vec![0.0; 96_000], 48_000.0, 1000.0), Err(MetricError::Silent));
+        assert!(matches!(tone_cleanliness(&vec![0.0; 96_000], 48_000.0, 24_000.0), Err(MetricError::Frequency { .. })));
     }
 }

@@ -174,11 +174,7 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         licence: parts.provenance.licence.clone(),
         recipe: parts.provenance.recipe.clone(),
         notes: parts.provenance.notes.clone(),
-        grid: ManifestGrid {
-            sample_rate_hz: parts.grid.sample_rate_hz,
-            n_fft: parts.grid.n_fft,
-            hop: parts.grid.hop,
-        },
+        grid: ManifestGrid { sample_rate_hz: parts.grid.sample_rate_hz, n_fft: parts.grid.n_fft, hop: parts.grid.hop },
         seed: parts.tail.seed,
         taps: field.shape().taps,
         top_hz: parts.top_hz,
@@ -276,11 +272,7 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
     let bands = Bands::new(centres).ok_or_else(|| value("band centres", "at least 2, rising, in Hz", band_count))?;
     limit("bands", band_count, 2, MAX_BANDS)?;
     limit("taps", m.taps, 0, MAX_HOPS)?;
-    let nodes = FieldGrid {
-        position: m.position.map(Into::into),
-        elevation: m.elevation.into(),
-        azimuth: m.azimuth.into(),
-    };
+    let nodes = FieldGrid { position: m.position.map(Into::into), elevation: m.elevation.into(), azimuth: m.azimuth.into() };
     check_nodes(&nodes)?;
     let shape = TransferShape { bins: grid.bins(), bands: band_count, taps: m.taps };
     let rows = floats(tensors, "field.rows", &[Some(nodes.nodes()), Some(shape.row_len())])?;
@@ -389,10 +381,9 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
     limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;
     let tail = &parts.tail;
-    for (name, len, want) in [
-        ("reverberation times", tail.t60_s.len(), shape.bands),
-        ("coherences", tail.coherence.len(), shape.bands),
-    ] {
+    for (name, len, want) in
+        [("reverberation times", tail.t60_s.len(), shape.bands), ("coherences", tail.coherence.len(), shape.bands)]
+    {
         limit(&format!("number of {name}"), len, want, want)?;
     }
     in_range("field", parts.field.rows(), -1e6, 1e6)?;

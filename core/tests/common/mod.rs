@@ -38,11 +38,7 @@ pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
             t.to_row()
         })
         .collect();
-    let tail = TailModel {
-        seed: 7,
-        t60_s: vec![t60_s; shape.bands],
-        coherence: vec![0.2; shape.bands],
-    };
+    let tail = TailModel { seed: 7, t60_s: vec![t60_s; shape.bands], coherence: vec![0.2; shape.bands] };
     let field = Field::new(nodes, shape, Vec3::new(1.5, 0.0, 0.0), rows).unwrap();
     let parts = SceneParts {
         provenance: Provenance { title: "Numbers".into(), ..Provenance::default() },

@@ -1,0 +1,138 @@
+//! Cost of the render head, beside a bare short-time transform and a partitioned convolver, in one run.
+//!
+//! `cargo bench --bench render_cost -p promenade-core`. Unit: processor seconds per second of audio of the one thread, median over
+//! runs. Input: white noise at 48 kHz; a scene with a tail of 1 s; a listener who walks at 1 m/s and turns at 90 degrees a second.
+#![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use common::{noise, room, walk};
+use cpu_time::ThreadTime;
+use fft_convolver::TwoStageFFTConvolver;
+use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
+use realfft::RealFftPlanner;
+use std::hint::black_box;
+use std::sync::Arc;
+
+const RATE: f64 = 48_000.0;
+const SECONDS: usize = 4;
+const RUNS: usize = 9;
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Processor seconds per second of audio, and seconds of each block.
+fn cost(input: &[f32], block: usize, mut process: impl FnMut(usize, &[f32], [&mut [f32]; 2])) -> (f64, Vec<f64>) {
+    let (mut left, mut right) = (vec![0.0; block], vec![0.0; block]);
+    let mut blocks = Vec::with_capacity(input.len() / block);
+    let start = ThreadTime::now();
+    for (b, chunk) in input.chunks_exact(block).enumerate() {
+        let began = ThreadTime::now();
+        process(b * block, chunk, [&mut left, &mut right]);
+        blocks.push(began.elapsed().as_secs_f64());
+    }
+    black_box((&left, &right));
+    (start.elapsed().as_secs_f64() / (input.len() as f64 / RATE), blocks)
+}
+
+fn main() {
+    let input = noise(1, SECONDS * RATE as usize);
+    let scene = room(RATE, 1.0, 0.05);
+    let bytes = scene.memory_bytes();
+    let renderer = Renderer::new(Arc::clone(&scene), RATE).unwrap();
+    println!("scene {bytes} bytes once, instance {} bytes", renderer.memory_bytes());
+    println!("| block | engine | real time | x STFT | x convolver | worst block / median block with a hop |");
+    println!("|---|---|---|---|---|---|");
+    for block in [512, 128] {
+        let mut rows: Vec<(&str, Vec<f64>, Vec<f64>)> = Vec::new();
+        let mut engines = engines(&scene);
+        for _ in 0..RUNS {
+            for (i, (name, engine)) in engines.iter_mut().enumerate() {
+                let (total, blocks) = cost(&input, block, engine);
+                if rows.len() <= i {
+                    rows.push((name, Vec::new(), Vec::new()));
+                }
+                rows[i].1.push(total);
+                let mut sorted = blocks;
+                sorted.sort_by(f64::total_cmp);
+                // Blocks shorter than a hop mostly only copy; the median is taken over those that hold a hop.
+                let busy = (block as f64 / scene.grid().hop as f64).min(1.0);
+                let idle = sorted.len() - (sorted.len() as f64 * busy) as usize;
+                // The machine interrupts; the slowest block in five hundred still shows what the engine itself does.
+                let worst = sorted[sorted.len() - 1 - sorted.len() / 500];
+                rows[i].2.push(worst / median(sorted[idle..].to_vec()));
+            }
+        }
+        let base: Vec<f64> = rows.iter().map(|r| median(r.1.clone())).collect();
+        for (i, (name, _, worst)) in rows.iter().enumerate() {
+            println!(
+                "| {block} | {name} | {:.5} | {:.2} | {:.2} | {:.2} |",
+                base[i],
+                base[i] / base[0],
+                base[i] / base[1],
+                median(worst.clone())
+            );
+        }
+    }
+}
+
+type Engine = Box<dyn FnMut(usize, &[f32], [&mut [f32]; 2])>;
+
+fn engines(scene: &Arc<promenade_core::Scene>) -> Vec<(&'static str, Engine)> {
+    let (n, hop) = (scene.grid().n_fft, scene.grid().hop);
+    let mut planner = RealFftPlanner::<f32>::new();
+    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (mut time, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
+    let mut scratch = forward.make_scratch_vec();
+    let mut filled = 0;
+    let stft = move |_: usize, x: &[f32], _: [&mut [f32]; 2]| {
+        for v in x {
+            filled += 1;
+            if filled == hop {
+                filled = 0;
+                time.fill(*v);
+                forward.process_with_scratch(&mut time, &mut spectrum, &mut scratch).unwrap();
+                let kept = spectrum.clone();
+                for _ in 0..2 {
+                    spectrum.copy_from_slice(&kept);
+                    spectrum[0].im = 0.0;
+                    spectrum[n / 2].im = 0.0;
+                    inverse.process_with_scratch(&mut spectrum, &mut time, &mut scratch).unwrap();
+                }
+            }
+        }
+    };
+    let decay = |i: usize| 10.0_f32.powf(-3.0 * i as f32 / RATE as f32);
+    let response: Vec<f32> = noise(5, RATE as usize).iter().enumerate().map(|(i, v)| v * decay(i)).collect();
+    let mut ears = [TwoStageFFTConvolver::<f32>::default(), TwoStageFFTConvolver::default()];
+    let mut ready = 0;
+    let convolver = move |_: usize, x: &[f32], [left, right]: [&mut [f32]; 2]| {
+        for (ear, out) in ears.iter_mut().zip([left, right]) {
+            if ready < 2 {
+                ear.init(x.len(), 4096, &response).unwrap();
+                ready += 1;
+            }
+            ear.process(x, out).unwrap();
+        }
+    };
+    let ours = |tier: Tier, moving: bool| {
+        let mut s = Spatializer::new(RATE);
+        s.install(Box::new(Renderer::new(Arc::clone(scene), RATE).unwrap()));
+        let walk = walk(RATE);
+        let still = Pose::IDENTITY;
+        let params = BlockParams { tier, ..BlockParams::default() };
+        Box::new(move |at: usize, x: &[f32], out: [&mut [f32]; 2]| {
+            s.process(&[x], out, &params, |i| if moving { walk(at + i) } else { still });
+        })
+    };
+    vec![
+        ("bare STFT, 1 forward, 2 inverse", Box::new(stft)),
+        ("fft-convolver, 2 ears of 1 s, standing still", Box::new(convolver)),
+        ("draft, moving", ours(Tier::Draft, true)),
+        ("standard, standing still", ours(Tier::Standard, false)),
+        ("standard, moving", ours(Tier::Standard, true)),
+    ]
+}
