@@ -47,10 +47,13 @@ pub fn read(path: &Path) -> Result<CameraPath, BakeError> {
 }
 
 fn from_json(path: &Path, text: &str) -> Result<Vec<Keyframe>, BakeError> {
-    let entries: Vec<Entry> = serde_json::from_str(text).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })?;
+    let entries: Vec<Entry> =
+        serde_json::from_str(text).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })?;
     let pose = |(index, entry): (usize, Entry)| {
         let position = Vec3::from_array(entry.position);
-        let wrong = |found: &str| BakeError::entry(path, format!("keyframe {index}"), "an orientation as \"ypr\" or as a unit \"quat\"", found);
+        let wrong = |found: &str| {
+            BakeError::entry(path, format!("keyframe {index}"), "an orientation as \"ypr\" or as a unit \"quat\"", found)
+        };
         let pose = match (entry.ypr, entry.quat) {
             (Some(ypr), None) => pose_of(position, ypr),
             (None, Some([w, x, y, z])) => {
@@ -82,7 +85,9 @@ fn from_csv(path: &Path, text: &str) -> Result<Vec<Keyframe>, BakeError> {
             return Err(BakeError::entry(path, format!("line {number}"), "7 numbers", format!("{} fields", fields.len())));
         }
         for ((value, field), column) in values.iter_mut().zip(fields).zip(COLUMNS) {
-            *value = field.parse().map_err(|_| BakeError::entry(path, format!("line {number}"), format!("a number for {column}"), format!("\"{field}\"")))?;
+            *value = field.parse().map_err(|_| {
+                BakeError::entry(path, format!("line {number}"), format!("a number for {column}"), format!("\"{field}\""))
+            })?;
         }
         #[expect(clippy::cast_possible_truncation, reason = "positions and angles are f32 inside")]
         let [x, y, z, yaw, pitch, roll] = [1, 2, 3, 4, 5, 6].map(|i| values[i] as f32);
@@ -109,7 +114,9 @@ mod tests {
 
     #[test]
     fn both_forms_say_the_same() {
-        let json = parse("p.json", r#"[{"t":0,"position":[1,2,3],"ypr":[90,10,-5]},{"t":2.5,"position":[0,0,1],"quat":[1,0,0,0]}]"#).unwrap();
+        let json =
+            parse("p.json", r#"[{"t":0,"position":[1,2,3],"ypr":[90,10,-5]},{"t":2.5,"position":[0,0,1],"quat":[1,0,0,0]}]"#)
+                .unwrap();
         let csv = parse("p.csv", "t, x, y, z, yaw, pitch, roll\n0,1,2,3,90,10,-5\n\n2.5,0,0,1,0,0,0\n").unwrap();
         assert_eq!(json, csv);
         let ahead = json.keyframes()[0].pose.orientation * Vec3::X;
@@ -121,7 +128,11 @@ mod tests {
         for (name, text, clue) in [
             ("p.csv", "time,x\n", "line 1"),
             ("p.csv", "", "line 1"),
-            ("p.csv", "t,x,y,z,yaw,pitch,roll\n0,0,0,0,0,0,0\n1,0,zero,0,0,0,0\n", "line 3: expected a number for y, found \"zero\""),
+            (
+                "p.csv",
+                "t,x,y,z,yaw,pitch,roll\n0,0,0,0,0,0,0\n1,0,zero,0,0,0,0\n",
+                "line 3: expected a number for y, found \"zero\"",
+            ),
             ("p.csv", "t,x,y,z,yaw,pitch,roll\n0,0,0\n", "line 2: expected 7 numbers, found 3 fields"),
             ("p.csv", "t,x,y,z,yaw,pitch,roll\n0,NaN,0,0,0,0,0\n", "keyframe 0"),
             ("p.csv", "t,x,y,z,yaw,pitch,roll\n", "none"),

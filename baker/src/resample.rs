@@ -65,8 +65,16 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    const RATES: [(u32, u32); 8] =
-        [(16_000, 48_000), (48_000, 16_000), (44_100, 48_000), (48_000, 44_100), (44_100, 96_000), (16_000, 44_100), (22_050, 48_000), (44_100, 22_050)];
+    const RATES: [(u32, u32); 8] = [
+        (16_000, 48_000),
+        (48_000, 16_000),
+        (44_100, 48_000),
+        (48_000, 44_100),
+        (44_100, 96_000),
+        (16_000, 44_100),
+        (22_050, 48_000),
+        (44_100, 22_050),
+    ];
 
     /// A burst far from both ends, so that only the middle of the band is in it.
     fn burst(t: f64, hz: f64) -> f64 {
@@ -76,7 +84,9 @@ mod tests {
     #[test]
     fn length_and_time_stay() {
         for (from, to) in RATES {
-            let sample = |rate: u32, count: u32| (0..count).map(|i| burst(f64::from(i) / f64::from(rate), 1234.5) as f32).collect::<Vec<_>>();
+            let sample = |rate: u32, count: u32| {
+                (0..count).map(|i| burst(f64::from(i) / f64::from(rate), 1234.5) as f32).collect::<Vec<_>>()
+            };
             let out = signal(&[sample(from, from / 2)], from, to).unwrap();
             assert_eq!(out[0].len(), (to / 2) as usize, "{from} to {to}");
             let expected = sample(to, to / 2);

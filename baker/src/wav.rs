@@ -83,18 +83,27 @@ impl WavReader {
         if size == 0 {
             return Err(BakeError::content(path, "a WAV file", "an empty file"));
         }
-        let inner = hound::WavReader::new(BufReader::new(file)).map_err(|source| BakeError::Wav { path: path.to_path_buf(), source })?;
+        let inner = hound::WavReader::new(BufReader::new(file))
+            .map_err(|source| BakeError::Wav { path: path.to_path_buf(), source })?;
         let spec = inner.spec();
         if spec.channels == 0 {
             return Err(BakeError::content(path, "at least one channel", "none"));
         }
         if !SAMPLE_RATES_HZ.contains(&spec.sample_rate) {
             let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-            return Err(BakeError::content(path, format!("a sample rate of {low} to {high} Hz"), format!("{} Hz", spec.sample_rate)));
+            return Err(BakeError::content(
+                path,
+                format!("a sample rate of {low} to {high} Hz"),
+                format!("{} Hz", spec.sample_rate),
+            ));
         }
         let bytes = u64::from(inner.len()) * u64::from(spec.bits_per_sample.div_ceil(8));
         if bytes > size {
-            return Err(BakeError::content(path, format!("{bytes} bytes of samples, as its header says"), format!("a file of {size} bytes, cut short")));
+            return Err(BakeError::content(
+                path,
+                format!("{bytes} bytes of samples, as its header says"),
+                format!("a file of {size} bytes, cut short"),
+            ));
         }
         if inner.len() == 0 {
             return Err(BakeError::content(path, "at least one sample", "none"));
@@ -143,19 +152,31 @@ impl WavReader {
         }
     }
 
-    fn append<S: hound::Sample>(&mut self, count: usize, channels: &mut [Vec<f32>], convert: impl Fn(S) -> f32) -> Result<usize, BakeError> {
+    fn append<S: hound::Sample>(
+        &mut self,
+        count: usize,
+        channels: &mut [Vec<f32>],
+        convert: impl Fn(S) -> f32,
+    ) -> Result<usize, BakeError> {
         let mut samples = self.inner.samples::<S>();
         for frame in 0..count {
             for (number, channel) in channels.iter_mut().enumerate() {
                 let at = u64::from(self.position) + frame as u64;
-                let ended = || BakeError::entry(&self.path, format!("sample {at}"), "a sample, as its header says", "the end of the file");
+                let ended = || {
+                    BakeError::entry(&self.path, format!("sample {at}"), "a sample, as its header says", "the end of the file")
+                };
                 let sample = samples.next().ok_or_else(ended)?.map_err(|source| match source {
                     hound::Error::IoError(_) => ended(),
                     source => BakeError::Wav { path: self.path.clone(), source },
                 })?;
                 let value = convert(sample);
                 if !value.is_finite() {
-                    return Err(BakeError::entry(&self.path, format!("sample {at} of channel {number}"), "a finite number", format!("{value}")));
+                    return Err(BakeError::entry(
+                        &self.path,
+                        format!("sample {at} of channel {number}"),
+                        "a finite number",
+                        format!("{value}"),
+                    ));
                 }
                 channel.push(value);
             }
@@ -225,7 +246,11 @@ impl WavWriter {
         }
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
             let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-            return Err(BakeError::content(path, format!("a sample rate of {low} to {high} Hz"), format!("{sample_rate_hz} Hz")));
+            return Err(BakeError::content(
+                path,
+                format!("a sample rate of {low} to {high} Hz"),
+                format!("{sample_rate_hz} Hz"),
+            ));
         }
         let (draft, file) = Draft::create(path)?;
         let sample_format = if format == Format::Float32 { SampleFormat::Float } else { SampleFormat::Int };
@@ -247,7 +272,11 @@ impl WavWriter {
         assert!(block.iter().all(|c| c.len() == frames), "slices of the same length");
         let bytes = (self.written.frames + frames as u64) * u64::from(self.channels) * u64::from(self.format.bits() / 8);
         if bytes > MAX_DATA_BYTES {
-            return Err(BakeError::content(self.draft.target(), "less than 4 GiB of samples, all that a WAV file holds", "more"));
+            return Err(BakeError::content(
+                self.draft.target(),
+                "less than 4 GiB of samples, all that a WAV file holds",
+                "more",
+            ));
         }
         let full_scale = 2.0_f64.powi(i32::from(self.format.bits()) - 1);
         for frame in 0..frames {
@@ -297,7 +326,8 @@ fn failed(draft: &Draft, error: hound::Error) -> BakeError {
 /// # Errors
 /// As [`WavWriter`].
 pub fn write(path: &Path, sample_rate_hz: u32, channels: &[&[f32]], format: Format) -> Result<Written, BakeError> {
-    let count = u16::try_from(channels.len()).map_err(|_| BakeError::content(path, "at most 65535 channels", format!("{}", channels.len())))?;
+    let count = u16::try_from(channels.len())
+        .map_err(|_| BakeError::content(path, "at most 65535 channels", format!("{}", channels.len())))?;
     let mut writer = WavWriter::create(path, sample_rate_hz, count, format)?;
     writer.write(channels)?;
     writer.finish()

@@ -20,7 +20,8 @@ fn load(path: &Path) -> Result<Responses, String> {
 }
 
 fn load_with(path: &Path, options: &LoadOptions) -> Result<Responses, String> {
-    Responses::load(path, options).map_err(|e| format!("{e}: {}", std::error::Error::source(&e).map(ToString::to_string).unwrap_or_default()))
+    Responses::load(path, options)
+        .map_err(|e| format!("{e}: {}", std::error::Error::source(&e).map(ToString::to_string).unwrap_or_default()))
 }
 
 /// Two small responses, the left ear louder, in files named by yaw.
@@ -62,7 +63,9 @@ fn lengths_are_padded_and_rates_must_agree() {
     let set = load(&manifest).unwrap();
     assert_eq!(set.responses[0].left, [1.0, 0.0, 0.0]);
     let (azimuth, elevation) = set.responses[1].direction_deg();
-    assert!((azimuth - 90.0).abs() < 1e-3 && (elevation - 30.0).abs() < 1e-3 && (set.responses[1].distance_m() - 2.0).abs() < 1e-6);
+    assert!(
+        (azimuth - 90.0).abs() < 1e-3 && (elevation - 30.0).abs() < 1e-3 && (set.responses[1].distance_m() - 2.0).abs() < 1e-6
+    );
     wav::write(&folder.path().join("b.wav"), 44_100, &[&[1.0], &[0.5]], Format::Float32).unwrap();
     let error = load(&manifest).unwrap_err();
     assert!(error.contains("b.wav") && error.contains("a.wav") && error.contains("44100"), "{error}");
@@ -87,7 +90,10 @@ fn errors_name_the_file_and_the_remedy() {
         (r#"{"title":"t","root":"nowhere","pattern":"turn_{yaw}.wav","source":[1,0,0]}"#, "nowhere: cannot be read"),
         (r#"{"title":"t","source":[1,0,0],"responses":[{"file":"none.wav"}]}"#, "none.wav: cannot be read"),
         (r#"{"title":"t","source":[1,0,0],"responses":[{"file":"mono.wav"}]}"#, "channel 1"),
-        (r#"{"title":"t","source":[1,0,0],"responses":[{"file":"deaf.wav"}]}"#, "deaf, right ear: expected a response, found silence"),
+        (
+            r#"{"title":"t","source":[1,0,0],"responses":[{"file":"deaf.wav"}]}"#,
+            "deaf, right ear: expected a response, found silence",
+        ),
         (r#"{"title":"t","source":[1,0,1e39],"responses":[{"file":"turn_0.wav"}]}"#, "set.json"),
     ] {
         std::fs::write(&manifest, text).unwrap();
@@ -103,7 +109,8 @@ fn a_repeated_pose_is_left_out_and_noted() {
     let folder = tempfile::tempdir().unwrap();
     small_set(folder.path());
     let manifest = folder.path().join("set.json");
-    std::fs::write(&manifest, r#"{"title":"t","source":[1,0,0],"responses":[{"file":"turn_0.wav"},{"file":"turn_40.wav"}]}"#).unwrap();
+    std::fs::write(&manifest, r#"{"title":"t","source":[1,0,0],"responses":[{"file":"turn_0.wav"},{"file":"turn_40.wav"}]}"#)
+        .unwrap();
     let set = load(&manifest).unwrap();
     assert_eq!(set.responses.len(), 1);
     assert!(set.notes[0].contains("turn_40 has the listener and source of turn_0"), "{:?}", set.notes);
@@ -161,7 +168,100 @@ fn hrtfs_whose_labels_are_right_or_wrong() {
     let Some(data) = shared() else { return };
     for (file, count, notes) in [("KEMAR_HRTFs_lfcorr.sofa", 360, 1), ("MIT_KEMAR_normal_pinna.sofa", 710, 0)] {
         let set = load(&data.join("hrtf_kemar").join(file)).unwrap();
-        assert_eq!((set.responses.len(), set.sample_rate_hz, set.notes.len()), (count, 44_100.0, notes), "{file}: {:?}", set.notes);
+        assert_eq!(
+            (set.responses.len(), set.sample_rate_hz, set.notes.len()),
+            (count, 44_100.0, notes),
+            "{file}: {:?}",
+            set.notes
+        );
         agrees_with_its_ears(&set, 30.0);
+    }
+}
+
+#[test]
+fn loudspeakers_above_and_below() {
+    let Some(data) = shared() else { return };
+    let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes/bbcrd-listening-room.json");
+    let set = load_with(&recipe, &LoadOptions { root: Some(data.join("bbcrd_brir")), ..LoadOptions::default() }).unwrap();
+    assert_eq!((set.responses.len(), set.sample_rate_hz), (32, 48_000.0));
+    agrees_with_its_ears(&set, 20.0);
+    assert_eq!(HoldOut::parse("elevation=90").unwrap().split(&set).unwrap().1.len(), 1);
+}
+
+/// A SOFA file of two emitters and two head turns, the delays stored apart, views spherical and up Cartesian as writers leave it.
+fn small_sofa(path: &Path, right_ear_first: bool) {
+    use hdf5_pure::{AttrValue, FileBuilder};
+    let text = |t: &str| AttrValue::AsciiString(t.to_owned());
+    let mut file = FileBuilder::new();
+    for (name, value) in [("SOFAConventions", "MultiSpeakerBRIR"), ("DataType", "FIRE"), ("Title", "small")] {
+        file.set_attr(name, text(value));
+    }
+    let y = if right_ear_first { -0.09 } else { 0.09 };
+    file.create_dataset("ReceiverPosition")
+        .with_f64_data(&[0.0, y, 0.0, 0.0, -y, 0.0])
+        .with_shape(&[2, 3, 1])
+        .set_attr("Type", text("cartesian"));
+    file.create_dataset("ListenerPosition")
+        .with_f64_data(&[1.0, 0.0, 0.0])
+        .with_shape(&[1, 3])
+        .set_attr("Type", text("cartesian"));
+    file.create_dataset("ListenerView")
+        .with_f64_data(&[0.0, 0.0, 1.0, 90.0, 0.0, 1.0])
+        .with_shape(&[2, 3])
+        .set_attr("Type", text("spherical"));
+    file.create_dataset("ListenerUp").with_f64_data(&[0.0, 0.0, 1.0]).with_shape(&[1, 3]);
+    file.create_dataset("SourcePosition").with_f64_data(&[0.0; 3]).with_shape(&[1, 3]).set_attr("Type", text("cartesian"));
+    // Emitter 0 is 2 m ahead, emitter 1 is 2 m to the left.
+    file.create_dataset("EmitterPosition")
+        .with_f64_data(&[0.0, 0.0, 2.0, 90.0, 0.0, 2.0])
+        .with_shape(&[2, 3, 1])
+        .set_attr("Type", text("spherical"));
+    file.create_dataset("Data.SamplingRate").with_f64_data(&[48_000.0]).with_shape(&[1]);
+    file.create_dataset("Data.Delay").with_f64_data(&[2.0, 3.0, 2.0, 3.0]).with_shape(&[1, 2, 2]);
+    // [measurement][receiver][emitter][sample]: the first sample counts up.
+    let ir: Vec<f64> = (0..8).flat_map(|i| [f64::from(i + 1), 0.5]).collect();
+    file.create_dataset("Data.IR").with_f64_data(&ir).with_shape(&[2, 2, 2, 2]);
+    file.write(path).unwrap();
+}
+
+#[test]
+fn emitters_views_and_delays_of_a_sofa_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.sofa");
+    for right_ear_first in [false, true] {
+        small_sofa(&path, right_ear_first);
+        assert!(load(&path).unwrap_err().contains("2 emitters"), "one must be chosen");
+        let set = load_with(&path, &LoadOptions { source: Some(1), ..LoadOptions::default() }).unwrap();
+        let [ahead, turned] = &set.responses[..] else { panic!("two measurements") };
+        assert!((ahead.source.y - 2.0).abs() < 1e-6 && ahead.source.x.abs() < 1e-6);
+        assert_eq!((ahead.listener.position.x, turned.listener.position.x), (1.0, 1.0));
+        assert!((turned.listener.ypr().0.to_degrees() - 90.0).abs() < 1e-3, "the second view is to the left");
+        let first = [&ahead.left, &ahead.right].map(|ear| ear.clone());
+        let mut expected = [vec![0.0, 0.0, 0.0, 2.0, 0.5], vec![0.0, 0.0, 0.0, 4.0, 0.5]];
+        if right_ear_first {
+            expected.reverse();
+        }
+        assert_eq!(first, expected, "emitter 1 with its delay of 3 samples");
+    }
+}
+
+#[test]
+fn damaged_sofa_files_are_errors_not_panics() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.sofa");
+    small_sofa(&path, false);
+    let whole = std::fs::read(&path).unwrap();
+    let options = LoadOptions { source: Some(0), ..LoadOptions::default() };
+    assert!(load_with(&path, &options).is_ok());
+    for length in (0..whole.len()).step_by(97) {
+        std::fs::write(&path, &whole[..length]).unwrap();
+        assert!(load_with(&path, &options).is_err(), "{length} of {} bytes", whole.len());
+    }
+    for at in (0..whole.len()).step_by(13) {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 0xff;
+        std::fs::write(&path, &damaged).unwrap();
+        // Either is fine; neither may panic.
+        let _ = load_with(&path, &options);
     }
 }

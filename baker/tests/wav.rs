@@ -17,7 +17,9 @@ fn error(path: &Path) -> String {
 fn formats_survive_the_round_trip() {
     let folder = tempfile::tempdir().unwrap();
     let (left, right) = (ramp(1000), ramp(1000).iter().map(|v| -v).collect::<Vec<_>>());
-    for (format, step) in [(Format::Int16, 1.0 / 32768.0), (Format::Int24, 1.0 / 8_388_608.0), (Format::Int32, 1e-7), (Format::Float32, 0.0)] {
+    for (format, step) in
+        [(Format::Int16, 1.0 / 32768.0), (Format::Int24, 1.0 / 8_388_608.0), (Format::Int32, 1e-7), (Format::Float32, 0.0)]
+    {
         let path = folder.path().join(format!("{format:?}.wav"));
         let written = wav::write(&path, 44_100, &[&left, &right], format).unwrap();
         assert_eq!((written.frames, written.clipped), (1000, 0));
@@ -136,7 +138,8 @@ fn every_truncation_is_an_error_not_a_panic() {
 fn not_a_number_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("nan.wav");
-    let spec = hound::WavSpec { channels: 2, sample_rate: 48_000, bits_per_sample: 32, sample_format: hound::SampleFormat::Float };
+    let spec =
+        hound::WavSpec { channels: 2, sample_rate: 48_000, bits_per_sample: 32, sample_format: hound::SampleFormat::Float };
     let mut writer = hound::WavWriter::create(&path, spec).unwrap();
     for v in [0.0, 0.0, 0.5, f32::NAN] {
         writer.write_sample(v).unwrap();

@@ -56,7 +56,11 @@ pub(super) fn finish(path: &Path, set: &mut Responses, azimuths_are_certain: boo
     if ears_contradict(set) {
         let found = "sources on one side that are earlier and louder at the ear of the other";
         if !azimuths_are_certain {
-            return Err(BakeError::content(path, "ears that agree with the directions (do azimuths grow to the other side?)", found));
+            return Err(BakeError::content(
+                path,
+                "ears that agree with the directions (do azimuths grow to the other side?)",
+                found,
+            ));
         }
         set.notes.push(format!("the ears contradict the directions: {found}"));
     }
@@ -87,11 +91,21 @@ pub(super) fn ears_contradict(set: &Responses) -> bool {
 fn whole(path: &Path, response: &Response) -> Result<(), BakeError> {
     let name = &response.name;
     if !response.listener.is_valid() || !response.source.is_finite() {
-        return Err(BakeError::entry(path, name, "a finite pose of listener and source", format!("{:?} and {}", response.listener, response.source)));
+        return Err(BakeError::entry(
+            path,
+            name,
+            "a finite pose of listener and source",
+            format!("{:?} and {}", response.listener, response.source),
+        ));
     }
     for (ear, samples) in [("left", &response.left), ("right", &response.right)] {
         if let Some(at) = samples.iter().position(|v| !v.is_finite()) {
-            return Err(BakeError::entry(path, format!("{name}, {ear} ear, sample {at}"), "a finite number", format!("{}", samples[at])));
+            return Err(BakeError::entry(
+                path,
+                format!("{name}, {ear} ear, sample {at}"),
+                "a finite number",
+                format!("{}", samples[at]),
+            ));
         }
         if samples.iter().all(|&v| v == 0.0) {
             return Err(BakeError::entry(path, format!("{name}, {ear} ear"), "a response", "silence"));

@@ -55,7 +55,8 @@ impl HoldOut {
     /// # Errors
     /// A text outside the grammar.
     pub fn parse(text: &str) -> Result<Self, BakeError> {
-        let wrong = |found: &str| BakeError::Argument { what: "hold-out", expected: GRAMMAR.to_owned(), found: format!("\"{found}\"") };
+        let wrong =
+            |found: &str| BakeError::Argument { what: "hold-out", expected: GRAMMAR.to_owned(), found: format!("\"{found}\"") };
         let mut rules = Vec::new();
         for part in text.split(';').map(str::trim) {
             if part == "none" {
@@ -195,7 +196,14 @@ mod tests {
             name: format!("r{deg}"),
         };
         let responses = (-90..=90).step_by(5).map(at).collect();
-        Responses { title: String::new(), credit: String::new(), licence: String::new(), sample_rate_hz: 16e3, responses, notes: vec![] }
+        Responses {
+            title: String::new(),
+            credit: String::new(),
+            licence: String::new(),
+            sample_rate_hz: 16e3,
+            responses,
+            notes: vec![],
+        }
     }
 
     fn names(rule: &str) -> Vec<String> {
@@ -228,7 +236,18 @@ mod tests {
 
     #[test]
     fn refuses_nonsense() {
-        for rule in ["", "azimuth", "azimuth=", "azimuth=five", "azimuth=10..0/5", "azimuth=0..10/0", "azimuth=0..10", "every=0", "every=2+2", "bearing=5"] {
+        for rule in [
+            "",
+            "azimuth",
+            "azimuth=",
+            "azimuth=five",
+            "azimuth=10..0/5",
+            "azimuth=0..10/0",
+            "azimuth=0..10",
+            "every=0",
+            "every=2+2",
+            "bearing=5",
+        ] {
             assert!(HoldOut::parse(rule).is_err(), "{rule:?}");
         }
         assert!(HoldOut::parse("azimuth=2").unwrap().split(&ring()).is_err(), "selects none");

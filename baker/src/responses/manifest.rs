@@ -88,7 +88,8 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, Bake
         return Err(BakeError::content(path, format!("a manifest of at most {MAX_BYTES} bytes"), format!("{size}")));
     }
     let text = std::fs::read_to_string(path).map_err(BakeError::read(path))?;
-    let manifest: Manifest = serde_json::from_str(&text).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })?;
+    let manifest: Manifest =
+        serde_json::from_str(&text).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let root = match (&options.root, &manifest.root) {
         (Some(root), _) => root.clone(),
@@ -147,7 +148,11 @@ fn matching(path: &Path, root: &Path, entry: &Entry, files: &mut Vec<(PathBuf, E
     names.sort();
     let mut found: Vec<_> = names.iter().filter_map(|n| Some((pattern.numbers(n)?, n))).collect();
     if found.is_empty() {
-        return Err(BakeError::content(&folder, format!("files named {name}"), format!("none among its {} files", names.len())));
+        return Err(BakeError::content(
+            &folder,
+            format!("files named {name}"),
+            format!("none among its {} files", names.len()),
+        ));
     }
     found.sort_by(|a, b| a.0.iter().map(|v| v.1).partial_cmp(b.0.iter().map(|v| v.1)).unwrap_or(std::cmp::Ordering::Equal));
     for (numbers, name) in found {
@@ -199,7 +204,9 @@ impl Loader<'_> {
         let Ears(left, right) = self.manifest.channels;
         let count = wav.channels.len();
         let ear = |index: usize| {
-            let missing = || BakeError::content(file, format!("a channel {index} for an ear, counted from 0"), format!("{count} channels"));
+            let missing = || {
+                BakeError::content(file, format!("a channel {index} for an ear, counted from 0"), format!("{count} channels"))
+            };
             wav.channels.get(index).cloned().ok_or_else(missing)
         };
         let name = file.file_stem().map_or_else(|| entry.file.clone(), |n| n.to_string_lossy().into_owned());

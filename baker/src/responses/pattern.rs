@@ -107,7 +107,10 @@ mod tests {
         assert_eq!(p.numbers("CortexBRIR_0_32s_5deg_16k.wav.bak"), None);
         let p = Pattern::parse("x{x}_y{y}_yaw{yaw}.wav").unwrap();
         assert_eq!(p.numbers("x1.5_y-2_yaw+030.wav"), Some(vec![(Field::X, 1.5), (Field::Y, -2.0), (Field::Yaw, 30.0)]));
-        assert_eq!(Pattern::parse("{azimuth}-{elevation}.wav").unwrap().numbers("10--20.wav"), Some(vec![(Field::Azimuth, 10.0), (Field::Elevation, -20.0)]));
+        assert_eq!(
+            Pattern::parse("{azimuth}-{elevation}.wav").unwrap().numbers("10--20.wav"),
+            Some(vec![(Field::Azimuth, 10.0), (Field::Elevation, -20.0)])
+        );
     }
 
     #[test]

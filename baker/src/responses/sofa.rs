@@ -63,7 +63,11 @@ impl Sofa<'_> {
             None if emitters == 1 => 0,
             chosen => {
                 let found = chosen.map_or("none chosen".to_owned(), |n| n.to_string());
-                return Err(self.wrong("Data.IR", format!("the number of one of its {emitters} emitters, counted from 0"), found));
+                return Err(self.wrong(
+                    "Data.IR",
+                    format!("the number of one of its {emitters} emitters, counted from 0"),
+                    found,
+                ));
             }
         };
         let sample_rate_hz = self.sample_rate()?;
@@ -96,7 +100,8 @@ impl Sofa<'_> {
                 });
             }
         }
-        let title = [self.attribute("Title"), self.attribute("DatabaseName")].into_iter().find(|t| !t.is_empty() && t != "none");
+        let title =
+            [self.attribute("Title"), self.attribute("DatabaseName")].into_iter().find(|t| !t.is_empty() && t != "none");
         let file_name = || self.path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let credit = [self.attribute("Organization"), self.attribute("AuthorContact")];
         let mut set = Responses {
@@ -110,7 +115,10 @@ impl Sofa<'_> {
         // Labels in the unusual order are sometimes wrong: the ears themselves tell.
         if left == 1 && check::ears_contradict(&set) {
             set.responses.iter_mut().for_each(|r| std::mem::swap(&mut r.left, &mut r.right));
-            set.notes.push("ReceiverPosition lists the right ear first, but the first receiver hears as a left ear and was taken as one".to_owned());
+            set.notes.push(
+                "ReceiverPosition lists the right ear first, but the first receiver hears as a left ear and was taken as one"
+                    .to_owned(),
+            );
         }
         Ok(set)
     }
@@ -181,12 +189,26 @@ impl Sofa<'_> {
         self.points_as(name, row, measurements, positive, spherical, degrees)
     }
 
-    fn points_as(&self, name: &str, row: usize, measurements: usize, positive: Side, spherical: bool, degrees: bool) -> Result<Points, BakeError> {
+    fn points_as(
+        &self,
+        name: &str,
+        row: usize,
+        measurements: usize,
+        positive: Side,
+        spherical: bool,
+        degrees: bool,
+    ) -> Result<Points, BakeError> {
         let (shape, values) = self.values(name)?;
         let at: Box<dyn Fn(usize, usize) -> f64> = match shape[..] {
             [n, 3] if n == 1 || n == measurements => Box::new(move |m, c| values[m * 3 + c]),
             [rows, 3, n] if row < rows && (n == 1 || n == measurements) => Box::new(move |m, c| values[(row * 3 + c) * n + m]),
-            _ => return Err(self.wrong(name, format!("3 coordinates for 1 or {measurements} measurements"), format!("{shape:?}"))),
+            _ => {
+                return Err(self.wrong(
+                    name,
+                    format!("3 coordinates for 1 or {measurements} measurements"),
+                    format!("{shape:?}"),
+                ));
+            }
         };
         let count = if shape.len() == 2 { shape[0] } else { shape[2] };
         let point = |m: usize| {
@@ -210,7 +232,9 @@ impl Sofa<'_> {
         let columns = shape.get(2).copied().unwrap_or(1);
         let y: Vec<f32> = match shape[..] {
             [2, 3] => self.points("ReceiverPosition", 0, 2, Side::Left)?.points.iter().map(|p| p.y).collect(),
-            _ => (0..2).map(|r| Ok(self.points("ReceiverPosition", r, columns, Side::Left)?.at(0).y)).collect::<Result<_, BakeError>>()?,
+            _ => (0..2)
+                .map(|r| Ok(self.points("ReceiverPosition", r, columns, Side::Left)?.at(0).y))
+                .collect::<Result<_, BakeError>>()?,
         };
         // Receivers that are not told apart are left and right, the order of the standard's conventions.
         Ok(usize::from(y[1] > y[0] + 1e-6))
@@ -253,18 +277,32 @@ impl Sofa<'_> {
         self.points(name, 0, measurements, Side::Left)
     }
 
-    fn sources(&self, measurements: usize, emitters: usize, emitter: usize, options: &LoadOptions) -> Result<Vec<Vec3>, BakeError> {
+    fn sources(
+        &self,
+        measurements: usize,
+        emitters: usize,
+        emitter: usize,
+        options: &LoadOptions,
+    ) -> Result<Vec<Vec3>, BakeError> {
         let positive = options.azimuth_positive.unwrap_or(Side::Left);
         let positions = self.points("SourcePosition", 0, measurements, positive)?;
         // A single emitter stands for the source itself; several lie around it in its own axes.
         let around = (emitters > 1).then(|| self.points("EmitterPosition", emitter, measurements, positive)).transpose()?;
         if positive == Side::Right && !positions.spherical && !around.as_ref().is_some_and(|a| a.spherical) {
-            return Err(self.wrong("SourcePosition", "spherical coordinates, whose azimuths may run to the right", "Cartesian ones"));
+            return Err(self.wrong(
+                "SourcePosition",
+                "spherical coordinates, whose azimuths may run to the right",
+                "Cartesian ones",
+            ));
         }
         let Some(around) = around else {
             return Ok((0..measurements).map(|m| positions.at(m)).collect());
         };
-        let views = if self.has("SourceView") { self.points("SourceView", 0, measurements, Side::Left)? } else { Points { points: vec![Vec3::X], spherical: false } };
+        let views = if self.has("SourceView") {
+            self.points("SourceView", 0, measurements, Side::Left)?
+        } else {
+            Points { points: vec![Vec3::X], spherical: false }
+        };
         let ups = self.ups("SourceUp", "SourceView", measurements, &views)?;
         let turn = |m: usize| facing(views.at(m), ups.at(m)).unwrap_or(Quat::IDENTITY);
         Ok((0..measurements).map(|m| positions.at(m) + turn(m) * around.at(m)).collect())
@@ -323,7 +361,8 @@ fn delayed(samples: &[f64], delay: f64) -> Vec<f32> {
     let taps: Vec<f64> = (-REACH..=REACH).map(tap).collect();
     let at = |i: i64| usize::try_from(i).ok().and_then(|i| samples.get(i)).copied().unwrap_or(0.0);
     let length = i64::try_from(samples.len()).unwrap_or(i64::MAX).saturating_add(i64::from(REACH));
-    let filtered = (0..length).map(|i| taps.iter().enumerate().map(|(k, t)| t * at(i - k as i64 + i64::from(REACH))).sum::<f64>());
+    let filtered =
+        (0..length).map(|i| taps.iter().enumerate().map(|(k, t)| t * at(i - k as i64 + i64::from(REACH))).sum::<f64>());
     padding.chain(filtered.map(|v| narrow(&v))).collect()
 }
 

@@ -1,0 +1,126 @@
+//! What rendering a scene costs, tier by tier.
+
+use cpu_time::ThreadTime;
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, StftGrid, Tier};
+use realfft::RealFftPlanner;
+use std::sync::Arc;
+
+/// Runs that a median is taken over.
+const RUNS: usize = 5;
+
+/// Cost of one tier on one core.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TierCost {
+    /// The tier.
+    pub tier: Tier,
+    /// Processor seconds per second of audio, the listener walking at 1 m/s and turning at 90 degrees a second.
+    pub real_time: f64,
+    /// The same over that of a bare short-time transform of the same size in the same run (one forward, two inverse).
+    pub times_stft: f64,
+}
+
+/// Measures every tier that the scene has, at a host rate and block size, on `seconds` of noise.
+///
+/// Processor time of the calling thread; medians of 5 runs that take turns with the bare transform.
+#[must_use]
+pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds: f64) -> Vec<TierCost> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
+    let input = noise((seconds * sample_rate_hz) as usize);
+    let played = input.len() as f64 / sample_rate_hz;
+    let grid = scene.grid().at_rate(sample_rate_hz);
+    let start = scene.start_pose();
+    let walk = |sample: usize| {
+        #[expect(clippy::cast_possible_truncation, reason = "seconds")]
+        let t = (sample as f64 / sample_rate_hz) as f32;
+        // Two metres there and back, so that a long walk stays near the measured poses.
+        let there = 1.0 - (t.rem_euclid(4.0) - 2.0).abs();
+        Pose::from_ypr(start.position + Vec3::X * there, t * std::f32::consts::FRAC_PI_2, 0.0, 0.0)
+    };
+    let tiers = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t));
+    let mut engines: Vec<(Tier, Spatializer, Vec<f64>)> = tiers
+        .filter_map(|tier| {
+            let renderer = Renderer::new(Arc::clone(scene), sample_rate_hz).ok()?;
+            let mut spatializer = Spatializer::new(sample_rate_hz);
+            spatializer.install(Box::new(renderer));
+            Some((tier, spatializer, Vec::new()))
+        })
+        .collect();
+    let (mut left, mut right, mut bare) = (vec![0.0; block], vec![0.0; block], Vec::new());
+    for _ in 0..RUNS {
+        bare.push(bare_stft(&grid, input.len() / grid.hop) / played);
+        for (tier, spatializer, times) in &mut engines {
+            let params = BlockParams { tier: *tier, ..BlockParams::default() };
+            let began = ThreadTime::now();
+            for (b, x) in input.chunks(block).enumerate() {
+                let out = [&mut left[..x.len()], &mut right[..x.len()]];
+                spatializer.process(&[x], out, &params, |i| walk(b * block + i));
+            }
+            times.push(began.elapsed().as_secs_f64() / played);
+        }
+    }
+    let bare = median(bare);
+    engines
+        .into_iter()
+        .map(|(tier, _, times)| {
+            let real_time = median(times);
+            TierCost { tier, real_time, times_stft: real_time / bare }
+        })
+        .collect()
+}
+
+/// Processor seconds of `frames` frames of one forward and two inverse transforms.
+fn bare_stft(grid: &StftGrid, frames: usize) -> f64 {
+    let mut planner = RealFftPlanner::<f32>::new();
+    let (forward, inverse) = (planner.plan_fft_forward(grid.n_fft), planner.plan_fft_inverse(grid.n_fft));
+    let mut time = noise(grid.n_fft);
+    let mut spectrum = forward.make_output_vec();
+    let mut scratch = vec![Default::default(); forward.get_scratch_len().max(inverse.get_scratch_len())];
+    let scale = 1.0 / grid.n_fft as f32;
+    let began = ThreadTime::now();
+    for _ in 0..frames {
+        for ear in 0..2 {
+            if ear == 0 {
+                let done = forward.process_with_scratch(&mut time, &mut spectrum, &mut scratch);
+                debug_assert!(done.is_ok());
+            }
+            let mut kept = std::mem::take(&mut spectrum);
+            kept[0].im = 0.0;
+            kept[grid.n_fft / 2].im = 0.0;
+            let done = inverse.process_with_scratch(&mut kept, &mut time, &mut scratch);
+            debug_assert!(done.is_ok());
+            spectrum = kept;
+        }
+        time.iter_mut().for_each(|v| *v *= scale);
+    }
+    std::hint::black_box(&time);
+    began.elapsed().as_secs_f64()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Uniform noise in [-0.5, 0.5), the same on every machine.
+fn noise(len: usize) -> Vec<f32> {
+    let mut state = 0x9E37_79B9_u32;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 17;
+        state ^= state << 5;
+        (state >> 8) as f32 / 16_777_216.0 - 0.5
+    };
+    (0..len).map(|_| next()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bare_transform_takes_time() {
+        let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
+        assert!(bare_stft(&grid, 200) > 0.0);
+    }
+}
