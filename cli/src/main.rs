@@ -1,2 +1,33 @@
-//! Placeholder.
-fn main() {}
+//! `promenade`: bake scenes, render sound through them, inspect and measure them.
+//!
+//! Results go to standard output, progress and remarks to standard error. The exit status is 0 for success, 1 for failure with a
+//! line `error: ...`, and 2 for a command line that is not understood.
+
+mod args;
+mod bake;
+mod inspect;
+mod measure;
+mod progress;
+mod render;
+mod report;
+mod scene;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let done = match args::Cli::parse().command {
+        args::Command::Bake { source: args::BakeSource::Responses(a) } => bake::responses(&a),
+        args::Command::Render(a) => render::run(&a),
+        args::Command::Inspect(a) => inspect::run(&a),
+        args::Command::Measure(a) => measure::run(&a),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // One line, from the general to the particular, whatever the parts contain.
+            eprintln!("error: {}", format!("{error:#}").replace(['\n', '\r'], " "));
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -2,8 +2,7 @@
 
 use crate::bands::{BandPlace, Bands};
 use crate::{StftGrid, TailModel};
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex32;
+use realfft::num_complex::{Complex32, Complex64};
 
 /// Bins from one random angle of [`smooth_phases`] to the next.
 const PHASE_BINS: usize = 10;
@@ -17,48 +16,79 @@ pub(crate) fn band_places(grid: &StftGrid, bands: &Bands, top_hz: f32) -> Vec<Ba
     (0..grid.bins()).map(|k| bands.place((grid.bin_hz(k) as f32).min(top_hz))).collect()
 }
 
-/// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of unit energy in every band. Sets with different `set`
-/// numbers are unrelated.
+/// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of unit energy in every band. Sets
+/// with different `set` numbers are unrelated.
 ///
 /// Filters this short fit the room that frames leave for them, so they are time-invariant: no echo ahead of the direct sound, no
 /// modulation at the hop rate, and tones stay tones, which phases drawn anew for every bin would not leave.
-pub(crate) fn hop_carriers(grid: &StftGrid, places: &[BandPlace], tail: &TailModel, set: u64, hops: usize) -> Vec<EarSpectra> {
-    let n = grid.n_fft;
-    let forward = RealFftPlanner::new().plan_fft_forward(n);
-    let mut scratch = forward.make_scratch_vec();
-    let coherence = per_bin(places, &tail.coherence);
-    let mut spectrum = |stream: u64, hop: usize| {
-        let mut noise = Noise::new(tail.seed, stream, hop as u64);
-        let mut time = vec![0.0; n];
-        let scale = 1.0 / (grid.hop as f32).sqrt();
-        for m in 0..grid.hop {
-            time[(n + m - grid.lead()) % n] = scale * noise.gaussian();
-        }
-        let mut out = forward.make_output_vec();
-        let done = forward.process_with_scratch(&mut time, &mut out, &mut scratch);
-        debug_assert!(done.is_ok());
-        out
-    };
+///
+/// The noise is that of the scene's own grid at every host rate, so that a scene sounds and measures the same; above the
+/// scene's Nyquist frequency its spectrum repeats.
+pub(crate) fn hop_carriers(
+    grid: &StftGrid,
+    scene_grid: &StftGrid,
+    bands: &Bands,
+    top_hz: f32,
+    tail: &TailModel,
+    set: u64,
+    hops: usize,
+) -> Vec<EarSpectra> {
+    let places = band_places(grid, bands, top_hz);
+    let scene_places = band_places(scene_grid, bands, f32::INFINITY);
+    let coherences = [&scene_places, &places].map(|p| per_bin(p, &tail.coherence));
     (0..hops)
         .map(|hop| {
-            let left = spectrum(2 * set, hop);
-            let other = spectrum(2 * set + 1, hop);
-            let mut ears = [left.clone(), blend_ears(&left, &other, &coherence)];
-            for ear in &mut ears {
-                level_bands(ear, places, tail.coherence.len());
+            let noises = [2 * set, 2 * set + 1].map(|stream| {
+                let mut noise = Noise::new(tail.seed, stream, hop as u64);
+                let scale = 1.0 / (scene_grid.hop as f32).sqrt();
+                (0..scene_grid.hop).map(|_| scale * noise.gaussian()).collect::<Vec<_>>()
+            });
+            let both_ears = |on: &StftGrid, coherence: &[f32]| {
+                let [left, other] = noises.each_ref().map(|noise| spectrum_on(on, noise, scene_grid));
+                let right = blend_ears(&left, &other, coherence);
+                [left, right]
+            };
+            let on_scene = both_ears(scene_grid, &coherences[0]);
+            let mut ears = if grid == scene_grid { on_scene.clone() } else { both_ears(grid, &coherences[1]) };
+            for (ear, reference) in ears.iter_mut().zip(&on_scene) {
+                let level = per_bin(&places, &band_levels(reference, &scene_places, bands.count()));
+                ear.iter_mut().zip(level).for_each(|(x, g)| *x *= g);
             }
             ears
         })
         .collect()
 }
 
-/// Unit phasors that turn slowly from bin to bin: a random angle every [`PHASE_BINS`] bins, with a raised cosine in between.
-pub(crate) fn smooth_phases(grid: &StftGrid, seed: u64, stream: u64) -> Vec<Complex32> {
-    let mut noise = Noise::new(seed, stream, 0);
-    let knots: Vec<f32> = (0..grid.bins() / PHASE_BINS + 2).map(|_| noise.phase()).collect();
+/// Spectrum of noise sampled on the scene's grid, at the bins of another grid.
+fn spectrum_on(grid: &StftGrid, noise: &[f32], scene_grid: &StftGrid) -> Vec<Complex32> {
     (0..grid.bins())
         .map(|k| {
-            let (knot, along) = (k / PHASE_BINS, (k % PHASE_BINS) as f32 / PHASE_BINS as f32);
+            let turn = -std::f64::consts::TAU * grid.bin_hz(k) / scene_grid.sample_rate_hz;
+            let step = Complex64::from_polar(1.0, turn);
+            let mut phasor = Complex64::from_polar(1.0, -turn * scene_grid.lead() as f64);
+            let mut sum = Complex64::default();
+            for x in noise {
+                sum += phasor * f64::from(*x);
+                phasor *= step;
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "a spectrum of single precision")]
+            Complex32::new(sum.re as f32, sum.im as f32)
+        })
+        .collect()
+}
+
+/// Unit phasors that turn slowly over frequency: a random angle every [`PHASE_BINS`] bins of the scene's grid, with a raised cosine in
+/// between.
+pub(crate) fn smooth_phases(grid: &StftGrid, scene_grid: &StftGrid, seed: u64, stream: u64) -> Vec<Complex32> {
+    let mut noise = Noise::new(seed, stream, 0);
+    let knot_hz = scene_grid.bin_hz(PHASE_BINS);
+    let place = |k: usize| grid.bin_hz(k) / knot_hz;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of knots")]
+    let knots: Vec<f32> = (0..place(grid.bins()) as usize + 2).map(|_| noise.phase()).collect();
+    (0..grid.bins())
+        .map(|k| {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a knot and a fraction")]
+            let (knot, along) = (place(k) as usize, place(k).fract() as f32);
             let share = 0.5 - 0.5 * (std::f32::consts::PI * along).cos();
             Complex32::from_polar(1.0, knots[knot] + share * (knots[knot + 1] - knots[knot]))
         })
@@ -75,8 +105,8 @@ fn blend_ears(left: &[Complex32], other: &[Complex32], coherence: &[f32]) -> Vec
     left.iter().zip(other).zip(coherence).map(|((l, o), c)| l * c + o * (1.0 - c * c).max(0.0).sqrt()).collect()
 }
 
-/// Scales a spectrum so that its mean energy is 1 in every band, whatever the draw: gains then mean the same at every host rate.
-fn level_bands(spectrum: &mut [Complex32], places: &[BandPlace], bands: usize) {
+/// Gain per band that brings a spectrum's mean energy to 1 there, whatever the draw.
+fn band_levels(spectrum: &[Complex32], places: &[BandPlace], bands: usize) -> Vec<f32> {
     let (mut energy, mut weight) = (vec![0.0_f32; bands], vec![1e-9_f32; bands]);
     for (x, p) in spectrum.iter().zip(places) {
         for (band, w) in [(p.band, 1.0 - p.fraction), (p.band + 1, p.fraction)] {
@@ -84,10 +114,7 @@ fn level_bands(spectrum: &mut [Complex32], places: &[BandPlace], bands: usize) {
             weight[band] += w;
         }
     }
-    let gain: Vec<f32> = energy.iter().zip(&weight).map(|(e, w)| if *e > 0.0 { (w / e).sqrt() } else { 0.0 }).collect();
-    for (x, g) in spectrum.iter_mut().zip(per_bin(places, &gain)) {
-        *x *= g;
-    }
+    energy.iter().zip(&weight).map(|(e, w)| if *e > 0.0 { (w / e).sqrt() } else { 0.0 }).collect()
 }
 
 /// Counter-based noise: the same numbers for the same seed, stream and index on every machine.

@@ -30,7 +30,7 @@ impl StftGrid {
         bin as f64 * self.sample_rate_hz / self.n_fft as f64
     }
 
-    /// The grid of nearly the same duration at another rate whose transform length has no prime factor above 7.
+    /// The grid of nearly the same duration at another rate whose transform length has no prime factor above 11.
     ///
     /// The overlap `n_fft / hop` is kept where it is a whole number. Durations differ by less than 1 % at rates of 8 kHz and more;
     /// at the grid's own rate the answer is the grid itself.
@@ -57,9 +57,9 @@ impl StftGrid {
     }
 }
 
-/// Whether no prime factor exceeds 7, the radices that the FFT has fast kernels for.
+/// Whether no prime factor exceeds 11, the largest radix that the FFT has a fast kernel for.
 fn is_smooth(mut n: usize) -> bool {
-    for p in [2, 3, 5, 7] {
+    for p in [2, 3, 5, 7, 11] {
         while n > 0 && n.is_multiple_of(p) {
             n /= p;
         }

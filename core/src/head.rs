@@ -59,13 +59,17 @@ impl RenderHead {
         #[expect(clippy::cast_possible_truncation, reason = "a gain in [0, 1]")]
         let hop_decay: Vec<f32> =
             tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)) as f32).collect();
+        let filters = |set: u64, hops: usize| {
+            let carriers = hop_carriers(&grid, scene_grid, bands, top_hz, tail, set, hops);
+            Taps::new(&carriers, &places, shape.bands)
+        };
         Self {
             arch: Arch::new(),
             shape,
             direct: DirectFilter::new(&grid, scene_grid, top_hz),
-            taps: Taps::new(&hop_carriers(&grid, &places, tail, 0, shape.taps), &places, shape.bands),
-            late: Taps::new(&hop_carriers(&grid, &places, tail, 1, LATE_HOPS), &places, shape.bands),
-            network: Late::new(&grid, tail, &per_bin(&places, &hop_decay)),
+            taps: filters(0, shape.taps),
+            late: filters(1, LATE_HOPS),
+            network: Late::new(&grid, scene_grid, tail, &per_bin(&places, &hop_decay)),
             hop_decay,
             late_gains: vec![0.0; shape.tap_len()],
             input: vec![Block::default(); blocks * (shape.taps + 1)],

@@ -55,11 +55,11 @@ impl DelayLine {
 
 impl Late {
     /// Prepares the network for a host grid; `hop_decay` is the amplitude left after one hop per bin.
-    pub(crate) fn new(grid: &StftGrid, tail: &TailModel, hop_decay: &[f32]) -> Self {
+    pub(crate) fn new(grid: &StftGrid, scene_grid: &StftGrid, tail: &TailModel, hop_decay: &[f32]) -> Self {
         let mut stream = 16;
         let mut line = |hops: usize, turning: bool| {
             stream += 1;
-            let phases = smooth_phases(grid, tail.seed, stream);
+            let phases = smooth_phases(grid, scene_grid, tail.seed, stream);
             let gain: Vec<_> = hop_decay
                 .iter()
                 .zip(phases)
@@ -202,7 +202,7 @@ mod tests {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
         let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
         let bins = grid.bins();
-        let mut late = Late::new(&grid, &tail, &vec![1.0; bins]);
+        let mut late = Late::new(&grid, &grid, &tail, &vec![1.0; bins]);
         let blocks = blocks_for(bins);
         let mut input = vec![Block::default(); blocks];
         write_slot(&mut input, 1, 0, &vec![1.0.into(); bins]);

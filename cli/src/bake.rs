@@ -1,0 +1,55 @@
+//! `promenade bake`.
+
+use crate::args::{BakeResponsesArgs, SideArg};
+use crate::scene;
+use anyhow::{Context, Result};
+use promenade_baker::{BakeOptions, HoldOut, LoadOptions, Responses, Side, bake_responses};
+
+pub(crate) fn responses(args: &BakeResponsesArgs) -> Result<()> {
+    let hold_out = HoldOut::parse(&args.hold_out)?;
+    let azimuth_positive = args.azimuth_positive.map(|side| match side {
+        SideArg::Left => Side::Left,
+        SideArg::Right => Side::Right,
+    });
+    let options = LoadOptions { root: args.root.clone(), azimuth_positive, source: args.source_number };
+    let mut set = Responses::load(&args.source, &options)?;
+    if let Some(title) = &args.title {
+        set.title.clone_from(title);
+    }
+    for note in &set.notes {
+        eprintln!("note: {note}");
+    }
+    let (used, held) = hold_out.split(&set)?;
+    let options =
+        BakeOptions { window_s: args.window_ms / 1e3, early_s: args.early_ms / 1e3, seed: args.seed, recipe: recipe(args) };
+    let scene = bake_responses(&set, |response, index| hold_out.selects(response, index), &options)
+        .with_context(|| format!("{}: cannot be baked", args.source.display()))?;
+    for note in &scene.provenance().notes {
+        eprintln!("note: {note}");
+    }
+    let bytes = scene::write(&args.output, &scene)?;
+    eprintln!(
+        "{}: {} responses baked, {} held out, {} kB",
+        args.output.display(),
+        used.len(),
+        held.len(),
+        bytes.div_ceil(1000)
+    );
+    Ok(())
+}
+
+/// The command for the scene's provenance: what was chosen, without the places of files on this machine.
+fn recipe(args: &BakeResponsesArgs) -> String {
+    let name = args.source.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let mut text = format!("promenade bake responses {name} --hold-out {}", args.hold_out);
+    if let Some(side) = args.azimuth_positive {
+        text += match side {
+            SideArg::Left => " --azimuth-positive left",
+            SideArg::Right => " --azimuth-positive right",
+        };
+    }
+    if let Some(n) = args.source_number {
+        text += &format!(" --source {n}");
+    }
+    text + &format!(" --window-ms {} --early-ms {} --seed {}", args.window_ms, args.early_ms, args.seed)
+}

@@ -1,0 +1,81 @@
+//! `promenade inspect`: what a scene file holds.
+
+use crate::args::InspectArgs;
+use crate::{report, scene};
+use anyhow::Result;
+use promenade_core::glam::Vec3;
+use promenade_core::{Pose, Scene, Tier};
+use serde_json::json;
+
+pub(crate) fn run(args: &InspectArgs) -> Result<()> {
+    let scene = scene::read(&args.scene)?;
+    report::print(&if args.json { format!("{:#}\n", as_json(&scene)) } else { as_text(&scene) })
+}
+
+fn tiers(scene: &Scene) -> Vec<&'static str> {
+    Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect()
+}
+
+fn longest_decay_s(scene: &Scene) -> f32 {
+    scene.tail().t60_s.iter().fold(0.0, |a, b| a.max(*b))
+}
+
+fn ypr_deg(pose: &Pose) -> [f32; 3] {
+    let (yaw, pitch, roll) = pose.ypr();
+    [yaw, pitch, roll].map(f32::to_degrees)
+}
+
+fn as_json(scene: &Scene) -> serde_json::Value {
+    let provenance = scene.provenance();
+    let grid = scene.grid();
+    let (low, high) = scene.bounds();
+    let point = |v: Vec3| v.to_array();
+    json!({
+        "title": provenance.title,
+        "credit": provenance.credit,
+        "licence": provenance.licence,
+        "recipe": provenance.recipe,
+        "notes": provenance.notes,
+        "tiers": tiers(scene),
+        "sample_rate_hz": grid.sample_rate_hz,
+        "n_fft": grid.n_fft,
+        "hop": grid.hop,
+        "bands": scene.bands().count(),
+        "top_hz": scene.top_hz(),
+        "longest_decay_s": longest_decay_s(scene),
+        "emitter_m": point(scene.emitter()),
+        "start_pose": { "position_m": point(scene.start_pose().position), "ypr_deg": ypr_deg(&scene.start_pose()) },
+        "bounds_m": [point(low), point(high)],
+        "anchors": scene.anchors().len(),
+        "held_out": scene.held_out().iter().map(|h| h.name.as_str()).collect::<Vec<_>>(),
+        "memory_bytes": scene.memory_bytes(),
+    })
+}
+
+fn as_text(scene: &Scene) -> String {
+    let provenance = scene.provenance();
+    let grid = scene.grid();
+    let (low, high) = scene.bounds();
+    let start = scene.start_pose();
+    let point = |v: Vec3| format!("{:.2}, {:.2}, {:.2} m", v.x, v.y, v.z);
+    let angles = ypr_deg(&start).map(|a| format!("{a:.1}")).join(", ");
+    let window_ms = 1e3 * grid.n_fft as f64 / grid.sample_rate_hz;
+    let rows = [
+        ("title", provenance.title.clone()),
+        ("credit", provenance.credit.clone()),
+        ("licence", provenance.licence.clone()),
+        ("made by", provenance.recipe.clone()),
+        ("tiers", tiers(scene).join(", ")),
+        ("grid", format!("{} Hz, window {} ({window_ms:.1} ms), hop {}", grid.sample_rate_hz, grid.n_fft, grid.hop)),
+        ("bands", format!("{}, known up to {:.0} Hz", scene.bands().count(), scene.top_hz())),
+        ("longest decay", format!("{:.2} s", longest_decay_s(scene))),
+        ("emitter", point(scene.emitter())),
+        ("start pose", format!("{}; yaw, pitch, roll {angles} degrees", point(start.position))),
+        ("bounds", format!("{} to {}", point(low), point(high))),
+        ("anchors", scene.anchors().len().to_string()),
+        ("held out", scene.held_out().len().to_string()),
+        ("memory", format!("{} kB", scene.memory_bytes().div_ceil(1000))),
+    ];
+    let notes = provenance.notes.iter().map(|note| ("note", note.clone()));
+    rows.into_iter().chain(notes).map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}

@@ -1,0 +1,54 @@
+//! Text on standard output.
+
+use anyhow::{Context, Result};
+use std::io::{ErrorKind, Write};
+
+/// Prints, and takes a reader that has seen enough for success.
+pub(crate) fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+        done => done.context("standard output cannot be written"),
+    }
+}
+
+/// Rows under a head, columns aligned: numbers to the right, the first column to the left.
+pub(crate) fn table(rows: &[Vec<String>], markdown: bool) -> String {
+    let columns = rows.first().map_or(0, Vec::len);
+    let widths: Vec<usize> = (0..columns).map(|c| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0)).collect();
+    let mut text = String::new();
+    for (number, row) in rows.iter().enumerate() {
+        let cell = |(c, value): (usize, &String)| {
+            let width = widths[c];
+            if c == 0 { format!("{value:<width$}") } else { format!("{value:>width$}") }
+        };
+        let cells: Vec<String> = row.iter().enumerate().map(cell).collect();
+        if markdown {
+            text += &format!("| {} |\n", cells.join(" | "));
+            if number == 0 {
+                let rule: Vec<String> = widths
+                    .iter()
+                    .enumerate()
+                    .map(|(c, w)| if c == 0 { "-".repeat(*w) } else { "-".repeat(w - 1) + ":" })
+                    .collect();
+                text += &format!("| {} |\n", rule.join(" | "));
+            }
+        } else {
+            text += cells.join("  ").trim_end();
+            text.push('\n');
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up() {
+        let rows = [vec!["pose".to_owned(), "dB".to_owned()], vec!["a".to_owned(), "-1.25".to_owned()]];
+        assert_eq!(table(&rows, false), "pose     dB\na     -1.25\n");
+        assert_eq!(table(&rows, true), "| pose |    dB |\n| ---- | ----: |\n| a    | -1.25 |\n");
+    }
+}

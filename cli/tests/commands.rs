@@ -1,0 +1,286 @@
+//! The command-line tool from outside: what it writes, what it says, what it leaves behind.
+
+use promenade_baker::wav::{self, Format};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const RATE: u32 = 16_000;
+
+fn promenade(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_promenade")).args(args).output().unwrap()
+}
+
+fn succeeds(args: &[&str]) -> (String, String) {
+    let out = promenade(args);
+    let (stdout, stderr) = (String::from_utf8(out.stdout).unwrap(), String::from_utf8(out.stderr).unwrap());
+    assert!(out.status.success(), "{args:?}: {stderr}");
+    (stdout, stderr)
+}
+
+/// Fails with status 1 and one line, which is returned.
+fn fails(args: &[&str]) -> String {
+    let out = promenade(args);
+    let said = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{args:?}: {said}");
+    let line = said.lines().last().unwrap_or_default().to_owned();
+    assert!(line.starts_with("error: "), "{args:?}: {said}");
+    assert!(!said.contains("panicked"), "{said}");
+    line
+}
+
+/// A folder with a small synthetic room: the head turns, the source stays 2 m ahead.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let count = RATE as usize / 2;
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
+        };
+        for yaw in (-90..=90).step_by(15) {
+            // The source is on the left when the head is turned to the right.
+            let side = -(yaw as f32).to_radians().sin();
+            let ear = |sign: f32, noise: &mut dyn FnMut() -> f32| -> Vec<f32> {
+                let arrival = 40.0 - sign * side * 5.0;
+                (0..count)
+                    .map(|i| {
+                        let t = i as f32 - arrival;
+                        let direct = (1.0 + 0.6 * sign * side) * (-0.5 * (t / 0.8).powi(2)).exp();
+                        let tail = if t > 20.0 { 0.03 * (-6.9 * t / (0.3 * RATE as f32)).exp() * noise() } else { 0.0 };
+                        direct + tail
+                    })
+                    .collect()
+            };
+            let (left, right) = (ear(1.0, &mut noise), ear(-1.0, &mut noise));
+            wav::write(&folder.path().join(format!("turn_{yaw}.wav")), RATE, &[&left, &right], Format::Float32).unwrap();
+        }
+        let manifest = r#"{"title":"test room","credit":"nobody","licence":"CC0","pattern":"turn_{yaw}.wav","source":[2,0,0]}"#;
+        std::fs::write(folder.path().join("responses.json"), manifest).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        self.path(name).to_str().unwrap().to_owned()
+    }
+
+    fn bake(&self) -> String {
+        let scene = self.text("room.promenade");
+        succeeds(&["bake", "responses", self.folder.path().to_str().unwrap(), "-o", &scene, "--hold-out", "yaw=-30..30/30"]);
+        scene
+    }
+
+    fn dry(&self, name: &str, seconds: f32, channels: usize) -> String {
+        let count = (seconds * RATE as f32) as usize;
+        let x: Vec<f32> = (0..count).map(|i| 0.3 * (i as f32 * 0.21).sin() * (1.0 - i as f32 / count as f32)).collect();
+        wav::write(&self.path(name), RATE, &vec![&x[..]; channels], Format::Int16).unwrap();
+        self.text(name)
+    }
+
+    /// Names in the folder, to see what was left behind.
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(self.folder.path())
+            .unwrap()
+            .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+fn rms(x: &[f32]) -> f32 {
+    (x.iter().map(|v| v * v).sum::<f32>() / x.len().max(1) as f32).sqrt()
+}
+
+#[test]
+fn bakes_inspects_and_measures() {
+    let place = Place::new();
+    let scene = place.bake();
+    let (text, _) = succeeds(&["inspect", &scene]);
+    assert!(text.contains("test room") && text.contains("nobody") && text.contains("promenade bake responses"), "{text}");
+    assert!(!text.contains(place.folder.path().to_str().unwrap()), "no path of this machine in a scene: {text}");
+    let json: serde_json::Value = serde_json::from_str(&succeeds(&["inspect", &scene, "--json"]).0).unwrap();
+    assert_eq!((json["title"].as_str(), json["sample_rate_hz"].as_f64()), (Some("test room"), Some(16_000.0)));
+    assert_eq!(json["held_out"].as_array().unwrap().len(), 3);
+
+    let (table, _) = succeeds(&["measure", &scene]);
+    assert_eq!(table.lines().count(), 5, "{table}");
+    let (markdown, _) = succeeds(&["measure", &scene, "--format", "markdown"]);
+    assert!(markdown.starts_with("| held-out pose"), "{markdown}");
+    let json: serde_json::Value = serde_json::from_str(&succeeds(&["measure", &scene, "--format", "json"]).0).unwrap();
+    let mean = &json["mean_absolute_error"];
+    assert!(mean["itd_us"].as_f64().unwrap() < 60.0 && mean["ild_db"].as_f64().unwrap() < 2.0, "{mean}");
+}
+
+#[test]
+fn renders_in_time_and_keeps_the_tail() {
+    let place = Place::new();
+    let scene = place.bake();
+    // A click at 0.25 s stands at 0.25 s, plus the direct sound's own delay, in the output.
+    let mut click = vec![0.0; RATE as usize];
+    click[4000] = 0.9;
+    wav::write(&place.path("click.wav"), RATE, &[&click], Format::Float32).unwrap();
+    let out = place.text("out.wav");
+    succeeds(&["render", &scene, &place.text("click.wav"), &out, "--bits", "32f", "--pose", "0,0,0,0,0,0"]);
+    let wet = wav::read(Path::new(&out)).unwrap();
+    assert!(wet.frames() > click.len(), "the tail is kept");
+    let peak = |x: &[f32]| (0..x.len()).max_by(|a, b| x[*a].abs().total_cmp(&x[*b].abs())).unwrap();
+    let at = peak(&wet.channels[0]);
+    assert!((4000..4000 + 160).contains(&at), "the click is at {at}");
+    // Dry only: sample for sample the input.
+    succeeds(&["render", &scene, &place.text("click.wav"), &out, "--bits", "32f", "--mix", "0"]);
+    let dry = wav::read(Path::new(&out)).unwrap();
+    assert_eq!(peak(&dry.channels[0]), 4000);
+    assert!((dry.channels[0][4000] - 0.9).abs() < 1e-6 && rms(&dry.channels[0][..4000]) == 0.0);
+}
+
+#[test]
+fn block_size_does_not_change_the_sound_but_the_pose_does() {
+    let place = Place::new();
+    let (scene, input) = (place.bake(), place.dry("in.wav", 0.7, 1));
+    let render = |name: &str, more: &[&str]| {
+        let out = place.text(name);
+        succeeds(&[&["render", &scene, &input, &out, "--bits", "32f"], more].concat());
+        wav::read(Path::new(&out)).unwrap().channels
+    };
+    std::fs::write(place.path("walk.csv"), "t,x,y,z,yaw,pitch,roll\n0,0,0,0,-90,0,0\n0.6,0,0,0,90,0,0\n").unwrap();
+    let walk = place.text("walk.csv");
+    let whole = render("a.wav", &["--path", &walk]);
+    assert_eq!(whole, render("b.wav", &["--path", &walk, "--block", "7"]), "bit for bit");
+    let level = |channels: &[Vec<f32>]| rms(&channels[0]) / rms(&channels[1]);
+    let (right, left) = (render("c.wav", &["--pose", "0,0,0,-90,0,0"]), render("d.wav", &["--pose", "0,0,0,90,0,0"]));
+    assert!(
+        level(&right) > 1.5 && level(&left) < 0.7,
+        "turned right the left ear faces the source: {} {}",
+        level(&right),
+        level(&left)
+    );
+    let backwards = render("e.wav", &["--path", &walk, "--speed", "-1"]);
+    assert!((level(&backwards[..]) - level(&whole)).abs() > 1e-3, "it makes a difference");
+    let louder = render("f.wav", &["--pose", "0,0,0,90,0,0", "--gain", "6.0206"]);
+    assert!((rms(&louder[0]) / rms(&left[0]) - 2.0).abs() < 1e-3);
+}
+
+#[test]
+fn stereo_and_formats() {
+    let place = Place::new();
+    let (scene, input) = (place.bake(), place.dry("in.wav", 0.2, 2));
+    for (bits, tolerance) in [("16", 1.0 / 32768.0), ("24", 1.0 / 8_388_608.0)] {
+        let (out, float) = (place.text("out.wav"), place.text("float.wav"));
+        succeeds(&["render", &scene, &input, &out, "--bits", bits]);
+        succeeds(&["render", &scene, &input, &float, "--bits", "32f"]);
+        let (a, b) = (wav::read(Path::new(&out)).unwrap(), wav::read(Path::new(&float)).unwrap());
+        assert!(a.channels[0].iter().zip(&b.channels[0]).all(|(a, b)| (a - b).abs() <= tolerance), "{bits}");
+    }
+    let (_, said) = succeeds(&["render", &scene, &input, &place.text("loud.wav"), "--gain", "60"]);
+    assert!(said.contains("limited"), "{said}");
+}
+
+#[test]
+fn measures_a_response() {
+    let place = Place::new();
+    let file = place.text("turn_-90.wav");
+    let json: serde_json::Value =
+        serde_json::from_str(&succeeds(&["measure", "--response", &file, "--reference", &file]).0).unwrap();
+    assert!(
+        json["response"]["itd_us"].as_f64().unwrap() < -400.0 && json["response"]["ild_db"].as_f64().unwrap() > 3.0,
+        "{json}"
+    );
+    assert_eq!(json["distance"]["avcloud_mag"].as_f64(), Some(0.0));
+    wav::write(&place.path("short.wav"), RATE, &[&[0.0, 1.0, 0.5], &[0.0, 1.0, 0.5]], Format::Float32).unwrap();
+    let json: serde_json::Value =
+        serde_json::from_str(&succeeds(&["measure", "--response", &place.text("short.wav")]).0).unwrap();
+    assert!(json["response"]["c50_db"].is_null() && json["response"]["missing"]["c50_db"].is_string(), "{json}");
+}
+
+#[test]
+fn bad_input_is_one_line_and_leaves_nothing() {
+    let place = Place::new();
+    let (scene, input) = (place.bake(), place.dry("in.wav", 0.2, 1));
+    let mut nan = vec![0.1_f32; 8000];
+    nan[7000] = f32::NAN;
+    std::fs::write(place.path("nan.wav"), float_wav(&nan)).unwrap();
+    place.dry("three.wav", 0.1, 3);
+    std::fs::write(place.path("empty.wav"), []).unwrap();
+    std::fs::write(place.path("broken.promenade"), b"not a scene").unwrap();
+    let whole = std::fs::read(&scene).unwrap();
+    std::fs::write(place.path("cut.promenade"), &whole[..whole.len() / 2]).unwrap();
+    std::fs::write(place.path("bad.csv"), "t,x,y,z,yaw,pitch,roll\n0,0,0,oops,0,0,0\n").unwrap();
+    let before = place.names();
+    let (out, set) = (place.text("out.wav"), place.folder.path().to_str().unwrap().to_owned());
+    let p = |name: &str| place.text(name);
+    for (args, clue) in [
+        (vec!["render", &scene, &p("none.wav"), &out], "none.wav: cannot be read"),
+        (vec!["render", &scene, &p("empty.wav"), &out], "an empty file"),
+        (vec!["render", &scene, &p("nan.wav"), &out], "sample 7000"),
+        (vec!["render", &scene, &p("three.wav"), &out], "expected 1 or 2 channels, found 3"),
+        (vec!["render", &p("none.promenade"), &input, &out], "none.promenade: cannot be read"),
+        (vec!["render", &p("broken.promenade"), &input, &out], "broken.promenade: no readable scene"),
+        (vec!["render", &p("cut.promenade"), &input, &out], "cut.promenade: no readable scene"),
+        (vec!["render", &scene, &input, &out, "--path", &p("bad.csv")], "line 2: expected a number for z, found \"oops\""),
+        (vec!["render", &scene, &input, &p("no/such/out.wav")], "out.wav: cannot be written"),
+        (vec!["render", &scene, &input, &set], "a folder"),
+        (vec!["render", &scene, &input, &out, "--tier", "reference"], "reference"),
+        (vec!["bake", "responses", &p("none"), "-o", &out], "none: cannot be read"),
+        (
+            vec!["bake", "responses", &set, "-o", &out, "--hold-out", "azimuth=17"],
+            "hold-out: expected a rule that selects some of the 13 responses",
+        ),
+        (vec!["bake", "responses", &set, "-o", &out, "--hold-out", "sideways=3"], "hold-out: expected"),
+        (vec!["bake", "responses", &set, "-o", &p("no/such/x.promenade")], "cannot be written"),
+        (vec!["bake", "responses", &set, "-o", &out, "--root", &p("nowhere")], "nowhere: cannot be read"),
+        (vec!["inspect", &p("in.wav")], "no readable scene"),
+        (vec!["measure", "--response", &p("in.wav")], "expected the 2 channels of a binaural file, found 1"),
+    ] {
+        let said = fails(&args);
+        assert!(said.contains(clue), "{args:?}: {said}");
+        assert_eq!(place.names(), before, "{args:?} left something behind");
+    }
+}
+
+#[test]
+fn a_wrong_command_line_is_status_2() {
+    for args in [
+        &["render"][..],
+        &["render", "a", "b", "c", "--mix", "2"],
+        &["render", "a", "b", "c", "--mix", "NaN"],
+        &["render", "a", "b", "c", "--pose", "1,2"],
+        &["render", "a", "b", "c", "--bits", "12"],
+        &["render", "a", "b", "c", "--tier", "best"],
+        &["render", "a", "b", "c", "--block", "0"],
+        &["render", "a", "b", "c", "--loop"],
+        &["measure"],
+        &["measure", "a", "--response", "b"],
+    ] {
+        let out = promenade(args);
+        assert_eq!(out.status.code(), Some(2), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    }
+}
+
+/// A WAV file of 32-bit floats without asking whether they are numbers.
+fn float_wav(samples: &[f32]) -> Vec<u8> {
+    let data: Vec<u8> = samples.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let size = u32::try_from(data.len()).unwrap();
+    let mut bytes = b"RIFF".to_vec();
+    bytes.extend((36 + size).to_le_bytes());
+    bytes.extend(b"WAVEfmt ");
+    bytes.extend(16_u32.to_le_bytes());
+    bytes.extend(3_u16.to_le_bytes());
+    bytes.extend(1_u16.to_le_bytes());
+    bytes.extend(RATE.to_le_bytes());
+    bytes.extend((4 * RATE).to_le_bytes());
+    bytes.extend(4_u16.to_le_bytes());
+    bytes.extend(32_u16.to_le_bytes());
+    bytes.extend(b"data");
+    bytes.extend(size.to_le_bytes());
+    bytes.extend(data);
+    bytes
+}
