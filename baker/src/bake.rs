@@ -18,7 +18,7 @@ use thiserror::Error;
 /// Choices of a bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeOptions {
-    /// Window of the short-time transform, seconds: the latency of the scene. The hop is a quarter of it.
+    /// Frame of the short-time transform, seconds; the hop is a quarter of it and the latency 13 sixteenths.
     pub window_s: f64,
     /// Length of the explicit time filters, seconds; the exponential late part follows.
     pub early_s: f64,

@@ -57,7 +57,7 @@ pub(crate) struct BakeResponsesArgs {
     /// Emitter to use of a SOFA file with several, counted from 0
     #[arg(long = "source", value_name = "N")]
     pub(crate) source_number: Option<usize>,
-    /// Window of the short-time transform, milliseconds; this is the scene's latency
+    /// Frame of the short-time transform, milliseconds; 13/16 of it are the scene's latency
     #[arg(long, value_name = "MS", default_value_t = 20.0)]
     pub(crate) window_ms: f64,
     /// Explicit part of the room's sound, milliseconds; an exponential part follows it
@@ -103,7 +103,7 @@ pub(crate) struct RenderArgs {
     /// Path seconds per second of sound; negative runs backwards
     #[arg(long, default_value_t = 1.0, requires = "path", value_parser = parse_speed, allow_hyphen_values = true)]
     pub(crate) speed: f64,
-    /// Sample format: 16, 24 or 32f
+    /// Sample format: 16, 24, 32 or 32f (float)
     #[arg(long, default_value = "24", value_parser = parse_bits)]
     pub(crate) bits: Format,
     /// Samples rendered at a time
@@ -195,8 +195,9 @@ fn parse_bits(text: &str) -> Result<Format, String> {
     match text {
         "16" => Ok(Format::Int16),
         "24" => Ok(Format::Int24),
+        "32" => Ok(Format::Int32),
         "32f" => Ok(Format::Float32),
-        _ => Err("expected 16, 24 or 32f".to_owned()),
+        _ => Err("expected 16, 24, 32 or 32f".to_owned()),
     }
 }
 

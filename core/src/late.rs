@@ -213,7 +213,7 @@ mod tests {
             late.advance(frame, x, SlotMut { ring: &mut out, slots: 1, at: 0 });
             input.fill(Block::default());
             let energy: f32 =
-                (0..bins).map(|k| (out[k / LANES].re[k % LANES].powi(2) + out[k / LANES].im[k % LANES].powi(2))).sum();
+                (0..bins).map(|k| out[k / LANES].re[k % LANES].powi(2) + out[k / LANES].im[k % LANES].powi(2)).sum();
             energies.push(energy / bins as f32);
         }
         let over = |from: usize| energies[from..from + LATE_HOPS].iter().sum::<f32>();

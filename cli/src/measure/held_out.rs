@@ -3,10 +3,17 @@
 use crate::args::{MeasureArgs, TableForm};
 use crate::{report, scene};
 use anyhow::{Result, anyhow, bail};
+use promenade_baker::cost::{TierCost, tier_costs};
 use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out};
 use promenade_core::metrics::Binaural;
 use serde_json::{Value, json};
 use std::path::Path;
+
+/// Host that costs are measured for.
+const HOST_RATE_HZ: f64 = 48_000.0;
+const HOST_BLOCK: usize = 512;
+/// Seconds of sound that a cost is measured on.
+const COST_S: f64 = 2.0;
 
 pub(crate) fn run(path: &Path, args: &MeasureArgs) -> Result<()> {
     let scene = scene::read(path)?;
@@ -23,9 +30,13 @@ pub(crate) fn run(path: &Path, args: &MeasureArgs) -> Result<()> {
         anyhow::Error::from(error).context(format!("{name}: held-out pose {pose} cannot be measured"))
     })?;
     let mean = MeanErrors::of(&comparisons).ok_or_else(|| anyhow!("{name}: nothing was compared"))?;
+    let costs = tier_costs(&scene, HOST_RATE_HZ, HOST_BLOCK, COST_S);
     let text = match args.format {
-        TableForm::Json => format!("{:#}\n", as_json(&comparisons, &mean)),
-        form => as_table(&comparisons, &mean, form == TableForm::Markdown),
+        TableForm::Json => format!("{:#}\n", as_json(&comparisons, &mean, &costs)),
+        form => {
+            let markdown = form == TableForm::Markdown;
+            as_table(&comparisons, &mean, markdown) + "\n" + &cost_table(&costs, markdown)
+        }
     };
     report::print(&text)
 }
@@ -67,13 +78,28 @@ fn as_table(comparisons: &[Comparison], mean: &MeanErrors, markdown: bool) -> St
     report::table(&rows, markdown)
 }
 
-fn as_json(comparisons: &[Comparison], mean: &MeanErrors) -> Value {
+/// Cost of each tier for a listener who walks and turns.
+fn cost_table(costs: &[TierCost], markdown: bool) -> String {
+    let head = ["tier", "share of real time, one core", "times a bare STFT"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for c in costs {
+        rows.push(vec![c.tier.name().to_owned(), format!("{:.4}", c.real_time), format!("{:.1}", c.times_stft)]);
+    }
+    report::table(&rows, markdown)
+}
+
+fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) -> Value {
+    let costs: Vec<Value> = costs
+        .iter()
+        .map(|c| json!({ "tier": c.tier.name(), "real_time": c.real_time, "times_stft": c.times_stft }))
+        .collect();
     let poses: Vec<Value> = comparisons
         .iter()
         .map(|c| json!({ "name": c.name, "measured": binaural(&c.measured), "rendered": binaural(&c.rendered) }))
         .collect();
     json!({
         "poses": poses,
+        "cost": { "sample_rate_hz": HOST_RATE_HZ, "block": HOST_BLOCK, "tiers": costs },
         "mean_absolute_error": {
             "itd_us": 1e6 * mean.itd_s,
             "ild_db": mean.ild_db,

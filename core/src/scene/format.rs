@@ -208,13 +208,16 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         ("tail.coherence", vec![parts.tail.coherence.len()], bytes(&parts.tail.coherence)),
         ("tail.t60_s", vec![parts.tail.t60_s.len()], bytes(&parts.tail.t60_s)),
     ];
-    let views = tensors
+    let mut views = tensors
         .iter()
         .map(|(name, shape, data)| TensorView::new(Dtype::F32, shape.clone(), data).map(|view| (*name, view)))
         .collect::<Result<Vec<_>, _>>()
         .map_err(|e| SceneError::Container(e.to_string()))?;
-    let crc = checksum(&manifest, views.iter().map(|(name, view)| (*name, view)));
-    let metadata = HashMap::from([(MANIFEST.to_owned(), manifest), (CHECKSUM.to_owned(), format!("{crc:08x}"))]);
+    let crc = checksum(&manifest, views.iter().map(|(name, view)| (*name, view))).to_le_bytes();
+    let view = TensorView::new(Dtype::U32, vec![1], &crc).map_err(|e| SceneError::Container(e.to_string()))?;
+    views.push((CHECKSUM, view));
+    // One entry only: the container writes several in a random order, and the same scene must make the same bytes.
+    let metadata = HashMap::from([(MANIFEST.to_owned(), manifest)]);
     safetensors::serialize(views, Some(metadata)).map_err(|e| SceneError::Container(e.to_string()))
 }
 
@@ -254,10 +257,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<SceneParts, SceneError> {
         None => return Err(SceneError::Manifest("no version number".to_owned())),
     }
     let m: Manifest = serde_json::from_value(loose).map_err(|e| SceneError::Manifest(e.to_string()))?;
-    let stored = entry(CHECKSUM)?;
-    let expected = u32::from_str_radix(stored, 16).map_err(|e| SceneError::Manifest(format!("checksum '{stored}': {e}")))?;
+    let stored = bytes_of(&tensors, CHECKSUM, Dtype::U32, &[Some(1)])?;
+    let expected = stored.as_chunks::<4>().0.first().map_or(0, |b| u32::from_le_bytes(*b));
     let all = tensors.tensors();
-    let found = checksum(text, all.iter().map(|(name, view)| (name.as_str(), view)));
+    let found = checksum(text, all.iter().map(|(name, view)| (name.as_str(), view)).filter(|(name, _)| *name != CHECKSUM));
     if found != expected {
         return Err(SceneError::Checksum { expected, found });
     }
@@ -314,20 +317,30 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
 
 /// A tensor of f32; `None` in the shape stands for any size.
 fn floats(tensors: &SafeTensors<'_>, name: &'static str, shape: &[Option<usize>]) -> Result<Vec<f32>, SceneError> {
+    let data = bytes_of(tensors, name, Dtype::F32, shape)?;
+    Ok(data.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
+}
+
+fn bytes_of<'a>(
+    tensors: &SafeTensors<'a>,
+    name: &'static str,
+    dtype: Dtype,
+    shape: &[Option<usize>],
+) -> Result<&'a [u8], SceneError> {
     let expected = || {
         let sizes: Vec<_> = shape.iter().map(|s| s.map_or("any".to_owned(), |n| n.to_string())).collect();
-        format!("F32 [{}]", sizes.join(", "))
+        format!("{dtype:?} [{}]", sizes.join(", "))
     };
     let Ok(view) = tensors.tensor(name) else {
         return Err(SceneError::Tensor { name, expected: expected(), found: "nothing".to_owned() });
     };
     let fits = view.shape().len() == shape.len()
         && view.shape().iter().zip(shape).all(|(found, want)| want.is_none_or(|w| w == *found));
-    if view.dtype() != Dtype::F32 || !fits {
+    if view.dtype() != dtype || !fits {
         let found = format!("{:?} {:?}", view.dtype(), view.shape());
         return Err(SceneError::Tensor { name, expected: expected(), found });
     }
-    Ok(view.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
+    Ok(view.data())
 }
 
 fn limit(what: &str, found: usize, low: usize, high: usize) -> Result<(), SceneError> {

@@ -1,0 +1,52 @@
+//! The audio thread allocates nothing, whatever happens on it.
+
+mod common;
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use common::{noise, room, walk};
+use promenade_core::{BlockParams, Renderer, Spatializer, Tier};
+use std::sync::Arc;
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+#[test]
+fn processing_never_allocates() {
+    for rate in [8_000.0, 44_100.0, 48_000.0, 192_000.0] {
+        let (first, second) = (room(16_000.0, 0.4, 0.1), room(48_000.0, 0.8, 0.1));
+        let mut s = Spatializer::new(rate);
+        s.install(Box::new(Renderer::new(Arc::clone(&first), rate).unwrap()));
+        let input = noise(1, 60_000);
+        let (mut left, mut right) = (vec![0.0; 8_192], vec![0.0; 8_192]);
+        let pose = walk(rate);
+        let mut next = Some(Box::new(Renderer::new(second, rate).unwrap()));
+        let mut retired = None;
+        let mut at = 0;
+        for (turn, size) in [1, 7, 64, 511, 4_096, 0, 480, 8_192, 33, 2_000].into_iter().cycle().take(40).enumerate() {
+            if at + size > input.len() {
+                at = 0;
+            }
+            let tier = Tier::ALL[turn % 4];
+            let params = BlockParams { tier, mix: 1.0 / (turn + 1) as f32, gain: turn as f32, bypass: turn % 5 == 4 };
+            let x = &input[at..at + size];
+            let stereo = [x, x];
+            let input: &[&[f32]] = if turn % 2 == 0 { &stereo[..1] } else { &stereo };
+            assert_no_alloc(|| {
+                if turn == 10
+                    && let Some(renderer) = next.take()
+                {
+                    next = s.swap_in(renderer).err();
+                }
+                if turn == 30 {
+                    s.reset();
+                }
+                s.process(input, [&mut left[..size], &mut right[..size]], &params, |i| pose(at + i));
+                if retired.is_none() {
+                    retired = s.take_retired();
+                }
+            });
+            at += size;
+        }
+        assert!(next.is_none() && retired.is_some(), "the swap took place");
+    }
+}

@@ -1,0 +1,153 @@
+//! Scene files, whole and damaged.
+
+mod common;
+
+use common::room;
+use promenade_core::glam::Vec3;
+use promenade_core::{
+    Axis, Bands, Field, FieldGrid, Pose, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferShape,
+};
+use safetensors::tensor::{Dtype, TensorView};
+
+/// A scene of a few kilobytes.
+fn small() -> SceneParts {
+    let grid = StftGrid { sample_rate_hz: 8_000.0, n_fft: 32, hop: 8 };
+    let bands = Bands::new(vec![0.0, 1_000.0, 4_000.0]).unwrap();
+    let shape = TransferShape { bins: grid.bins(), bands: 3, taps: 4 };
+    let nodes = FieldGrid {
+        position: [Axis::single(0.0); 3],
+        elevation: Axis::single(0.0),
+        azimuth: Axis { start: 0.0, step: std::f32::consts::PI, count: 2 },
+    };
+    let rows = vec![0.25; nodes.nodes() * shape.row_len()];
+    SceneParts {
+        provenance: Provenance { title: "Small \"room\"".into(), notes: vec!["a note".into()], ..Provenance::default() },
+        grid,
+        bands,
+        tail: TailModel { seed: u64::MAX, t60_s: vec![0.5; 3], coherence: vec![-0.5; 3] },
+        field: Field::new(nodes, shape, Vec3::X, rows).unwrap(),
+        top_hz: 3_500.0,
+        start_pose: Pose::from_ypr(Vec3::ONE, 1.0, 0.5, -0.25),
+        anchors: vec![],
+        held_out: vec![],
+    }
+}
+
+#[test]
+fn what_is_written_is_read() {
+    for scene in [Scene::new(small()).unwrap(), (*room(16_000.0, 0.5, 0.1)).clone()] {
+        let bytes = scene.to_bytes().unwrap();
+        assert!(Scene::from_bytes(&bytes).unwrap() == scene);
+        assert!(bytes == scene.to_bytes().unwrap(), "the same scene makes the same file");
+    }
+}
+
+#[test]
+fn a_file_cut_short_anywhere_is_an_error() {
+    let bytes = Scene::new(small()).unwrap().to_bytes().unwrap();
+    for len in 0..bytes.len() {
+        assert!(Scene::from_bytes(&bytes[..len]).is_err(), "{len} of {} bytes", bytes.len());
+    }
+}
+
+#[test]
+fn a_bit_flipped_anywhere_is_an_error() {
+    let bytes = Scene::new(small()).unwrap().to_bytes().unwrap();
+    let mut silent = Vec::new();
+    for at in 0..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1 << (at % 8);
+        if let Ok(scene) = Scene::from_bytes(&damaged) {
+            // White space in the container's header carries nothing.
+            if scene != Scene::new(small()).unwrap() {
+                silent.push(at);
+            }
+        }
+    }
+    assert!(silent.is_empty(), "flips at {silent:?} went unnoticed");
+}
+
+/// Writes the small scene with its manifest changed by `edit` and a fresh checksum, as somebody else's software might.
+fn with_manifest(edit: impl Fn(&str) -> String) -> Vec<u8> {
+    let bytes = Scene::new(small()).unwrap().to_bytes().unwrap();
+    let tensors = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+    let (_, header) = safetensors::SafeTensors::read_metadata(&bytes).unwrap();
+    let manifest = edit(&header.metadata().as_ref().unwrap()["promenade"]);
+    let mut views = tensors.tensors();
+    views.retain(|(name, _)| name != "crc32");
+    views.sort_by(|a, b| a.0.cmp(&b.0));
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(manifest.as_bytes());
+    for (name, view) in &views {
+        crc.update(name.as_bytes());
+        view.shape().iter().for_each(|s| crc.update(&(*s as u64).to_le_bytes()));
+        crc.update(view.data());
+    }
+    let crc = crc.finalize().to_le_bytes();
+    views.push(("crc32".into(), TensorView::new(Dtype::U32, vec![1], &crc).unwrap()));
+    safetensors::serialize(views, Some([("promenade".to_owned(), manifest)].into())).unwrap()
+}
+
+#[test]
+fn an_unchanged_manifest_passes_this_tests_own_writer() {
+    assert!(Scene::from_bytes(&with_manifest(str::to_owned)).is_ok());
+}
+
+#[test]
+fn another_version_is_named() {
+    let bytes = with_manifest(|m| m.replace("\"version\":1", "\"version\":2"));
+    assert!(matches!(Scene::from_bytes(&bytes), Err(SceneError::Version { found: 2 })));
+}
+
+#[test]
+fn absurd_sizes_are_refused_before_anything_is_allocated() {
+    for (from, to) in [
+        ("\"n_fft\":32", "\"n_fft\":4294967296"),
+        ("\"hop\":8", "\"hop\":0"),
+        ("\"hop\":8", "\"hop\":31"),
+        ("\"taps\":4", "\"taps\":1000000000"),
+        ("\"count\":2", "\"count\":1000000000000"),
+        ("\"count\":2", "\"count\":0"),
+        ("\"sample_rate_hz\":8000.0", "\"sample_rate_hz\":1e300"),
+        ("\"sample_rate_hz\":8000.0", "\"sample_rate_hz\":-1.0"),
+        ("\"top_hz\":3500.0", "\"top_hz\":0.0"),
+        ("\"step\":1.0", "\"step\":0.0"),
+        ("\"quat\":[", "\"quat\":[7"),
+        ("\"title\":", "\"name\":"),
+    ] {
+        let edited = with_manifest(|m| {
+            assert!(m.contains(from), "{from} in {m}");
+            m.replacen(from, to, 1)
+        });
+        let error = Scene::from_bytes(&edited).unwrap_err().to_string();
+        assert!(error.len() > 20, "{to}: {error}");
+    }
+}
+
+#[test]
+fn values_out_of_range_are_refused_by_name() {
+    for bad in [f32::NAN, f32::INFINITY, 1e30] {
+        let mut parts = small();
+        let mut rows = parts.field.rows().to_vec();
+        rows[17] = bad;
+        parts.field = Field::new(parts.field.grid().clone(), parts.field.shape(), Vec3::X, rows).unwrap();
+        let error = Scene::new(parts).unwrap_err().to_string();
+        assert!(error.contains("field") && error.contains("found"), "{error}");
+    }
+    let mut parts = small();
+    parts.tail.t60_s[1] = 0.0;
+    assert!(Scene::new(parts).unwrap_err().to_string().contains("reverberation time"));
+    let mut parts = small();
+    parts.tail.coherence.pop();
+    assert!(Scene::new(parts).is_err());
+}
+
+#[test]
+fn foreign_bytes_are_refused() {
+    let noise: Vec<u8> = common::noise(9, 4_096).iter().map(|v| (v * 127.0) as i8 as u8).collect();
+    let mut huge = u64::MAX.to_le_bytes().to_vec();
+    huge.extend(b"{}");
+    for bytes in [&b""[..], b"RIFF....WAVEfmt ", b"{}", &noise, &huge] {
+        assert!(Scene::from_bytes(bytes).is_err());
+    }
+}
