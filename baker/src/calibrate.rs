@@ -12,9 +12,13 @@ use promenade_core::{
 use std::sync::Arc;
 
 /// Rounds of rendering and correcting.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 8;
 /// The largest correction of a gain in one round.
 const LARGEST_STEP: f64 = 1.6;
+
+/// The largest error of the interaural time difference that is believed, and the largest correction of the delay, seconds.
+const BELIEVED_DELAY_S: f64 = 250e-6;
+const LARGEST_DELAY_STEP_S: f64 = 50e-6;
 
 /// A measured response at the scene's level and what it measures.
 pub(crate) struct Target {
@@ -94,9 +98,12 @@ impl Calibrator {
                 }
             }
             let Ok(measures) = measures else { continue };
-            #[expect(clippy::cast_possible_truncation, reason = "a delay")]
-            {
-                transfer.delay_s += (target.measures.itd_s - measures.itd_s) as f32;
+            // A larger error means that the correlation of the rendered ears peaked elsewhere, which says nothing about the delay.
+            let late_by = target.measures.itd_s - measures.itd_s;
+            if late_by.abs() < BELIEVED_DELAY_S {
+                #[expect(clippy::cast_possible_truncation, reason = "a delay")]
+                let step = late_by.clamp(-LARGEST_DELAY_STEP_S, LARGEST_DELAY_STEP_S) as f32;
+                transfer.delay_s += step;
             }
             let energy = |x: &[f32], from: i64, to: i64| (from..to).map(|i| at(x, i).powi(2)).sum::<f64>();
             // All of each ear's energy is matched through its direct sound: level and interaural level difference at once.

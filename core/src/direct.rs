@@ -1,6 +1,6 @@
 //! The direct sound's filter: masks, phase and interaural delay per bin.
 
-use crate::lanes::{EarBlocks, LANES, blocks_for};
+use crate::lanes::{Block, EarBlocks, LANES, blocks_for};
 use crate::phasor::Phasors;
 use crate::{StftGrid, TransferFunction};
 use pulp::{Arch, WithSimd};
@@ -18,6 +18,8 @@ pub(crate) struct DirectFilter {
     on_scene: [Parts; 2],
     /// The same on the host's bins.
     on_host: [Parts; 2],
+    /// Half the interaural delay per bin, as the left ear's phasor; the right ear's is its conjugate.
+    turn: Vec<Block>,
     filter: Vec<EarBlocks>,
 }
 
@@ -32,6 +34,7 @@ impl DirectFilter {
             bin_hz: grid.bin_hz(1),
             on_scene: parts(scene_grid.bins()),
             on_host: parts(blocks * LANES),
+            turn: vec![Block::default(); blocks],
             filter: vec![EarBlocks::default(); blocks],
         }
     }
@@ -39,6 +42,11 @@ impl DirectFilter {
     /// The filter, one block of both ears after the other.
     pub(crate) fn blocks(&self) -> &[EarBlocks] {
         &self.filter
+    }
+
+    /// Phasor per bin that delays the left ear by half the interaural delay; its conjugate is the right ear's.
+    pub(crate) fn turn(&self) -> &[Block] {
+        &self.turn
     }
 
     /// Takes masks, phase and interaural delay.
@@ -54,6 +62,7 @@ impl DirectFilter {
             ears: &self.on_host,
             // Half the interaural delay to each ear, so that the head's centre stays where it is.
             turn_per_bin: -std::f64::consts::PI * f64::from(tf.delay_s) * self.bin_hz,
+            turn: &mut self.turn,
             out: &mut self.filter,
         });
     }
@@ -107,6 +116,7 @@ impl BinMap {
 struct Delayed<'a> {
     ears: &'a [Parts; 2],
     turn_per_bin: f64,
+    turn: &'a mut [Block],
     out: &'a mut [EarBlocks],
 }
 
@@ -125,12 +135,15 @@ impl WithSimd for Delayed<'_> {
             let (re, im) = (re.as_chunks::<LANES>().0, im.as_chunks::<LANES>().0);
             re.iter().zip(im)
         });
-        for ((b, block), ((lr, li), (rr, ri))) in self.out.iter_mut().enumerate().zip(left.zip(right)) {
+        let blocks = self.out.iter_mut().zip(self.turn).enumerate();
+        for ((b, (block, turn)), ((lr, li), (rr, ri))) in blocks.zip(left.zip(right)) {
             let (base_re, base_im) = unit(b * LANES);
             let [left, right] = &mut block.ears;
             for i in 0..LANES {
                 let (c, s) = steps[i];
                 let (re, im) = (base_re * c - base_im * s, base_re * s + base_im * c);
+                turn.re[i] = re;
+                turn.im[i] = im;
                 // A positive delay means that the left ear is later.
                 left.re[i] = lr[i] * re - li[i] * im;
                 left.im[i] = lr[i] * im + li[i] * re;

@@ -10,6 +10,11 @@ use pulp::Arch;
 use realfft::num_complex::Complex32;
 use std::ops::Range;
 
+/// Taps that share the direct sound's interaural delay. The first reflections, of floor and ceiling, come from the source's lateral
+/// angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these hops, and
+/// the same either way later.
+const DELAYED_TAPS: usize = 2;
+
 /// Streaming form of AV-Cloud's Spatial Audio Render Head: masks and interaural delay for the direct sound, complex taps with fixed
 /// carriers for the room, and an exponential late part that feeds itself.
 ///
@@ -99,6 +104,9 @@ impl RenderHead {
         let (taps, len) = (self.shape.taps, self.shape.tap_len());
         for hop in range.start..range.end.min(taps) {
             self.taps.set(hop, &tf.taps[hop * len..(hop + 1) * len]);
+            if hop < DELAYED_TAPS {
+                self.taps.turn(hop, self.direct.turn());
+            }
         }
         for hop in range.start.max(taps)..range.end {
             // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.

@@ -2,7 +2,7 @@
 
 use crate::bands::BandPlace;
 use crate::carrier::EarSpectra;
-use crate::lanes::{EarBlocks, LANES, blocks_for};
+use crate::lanes::{Block, EarBlocks, LANES, blocks_for};
 use pulp::{Arch, WithSimd};
 use std::ops::Range;
 
@@ -60,6 +60,11 @@ impl Taps {
         self.arch.dispatch(Coloured { taps: self, hop, band_gains });
     }
 
+    /// Delays the ears of one hop that has just been set: the left by the phasors, the right by their conjugates.
+    pub(crate) fn turn(&mut self, hop: usize, turn: &[Block]) {
+        self.arch.dispatch(Turned { taps: self, hop, turn });
+    }
+
     pub(crate) fn memory_bytes(&self) -> usize {
         (self.carriers.len() + self.filters.len()) * size_of::<EarBlocks>()
     }
@@ -97,6 +102,30 @@ impl WithSimd for Coloured<'_> {
                 filter[0].im[i] = carrier[0].im[i] * left[i];
                 filter[1].re[i] = carrier[1].re[i] * right[i];
                 filter[1].im[i] = carrier[1].im[i] * right[i];
+            }
+        }
+    }
+}
+
+struct Turned<'a> {
+    taps: &'a mut Taps,
+    hop: usize,
+    turn: &'a [Block],
+}
+
+impl WithSimd for Turned<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        for (row, turn) in self.taps.filters.chunks_exact_mut(self.taps.hops).zip(self.turn) {
+            let [left, right] = &mut row[self.hop].ears;
+            for i in 0..LANES {
+                let (l, r) = ((left.re[i], left.im[i]), (right.re[i], right.im[i]));
+                left.re[i] = l.0 * turn.re[i] - l.1 * turn.im[i];
+                left.im[i] = l.0 * turn.im[i] + l.1 * turn.re[i];
+                right.re[i] = r.0 * turn.re[i] + r.1 * turn.im[i];
+                right.im[i] = r.1 * turn.re[i] - r.0 * turn.im[i];
             }
         }
     }
