@@ -288,8 +288,11 @@ fn first_transfer(
             }
             let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(tail.t60_s[band]));
             let until = above_noise[band];
-            // Where the noise begins before the late part does, the late part continues the last taps.
-            let late = if until > first_late + 2 {
+            // Where the noise begins before the late part does, the late part continues the last taps. Where the response itself
+            // ends there, as an anechoic one does, nothing is known to follow.
+            let late = if hops.len() <= first_late + 2 {
+                0.0
+            } else if until > first_late + 2 {
                 late_gain(hops, band, first_late, until, decay)
             } else {
                 let from = until.saturating_sub(8).max(1);

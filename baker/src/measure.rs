@@ -40,12 +40,12 @@ pub struct MeanErrors {
     pub itd_s: f64,
     /// Interaural level difference, dB.
     pub ild_db: f64,
-    /// Reverberation time T20, as a share of the measured one.
-    pub t20: f64,
+    /// Reverberation time T20, as a share of the measured one; none where no pose has one.
+    pub t20: Option<f64>,
     /// Early decay time, as a share of the measured one.
-    pub edt: f64,
+    pub edt: Option<f64>,
     /// Clarity C50, dB.
-    pub c50_db: f64,
+    pub c50_db: Option<f64>,
 }
 
 /// Renders every held-out pose of a scene and compares. Poses whose rendering cannot be measured are an error with their name.
@@ -69,14 +69,16 @@ impl MeanErrors {
     /// Means over comparisons; `None` if there are none.
     #[must_use]
     pub fn of(comparisons: &[Comparison]) -> Option<Self> {
-        let n = comparisons.len() as f64;
-        let mean = |f: fn(&Comparison) -> f64| comparisons.iter().map(|c| f(c).abs()).sum::<f64>() / n;
-        (!comparisons.is_empty()).then(|| Self {
-            itd_s: mean(|c| c.rendered.itd_s - c.measured.itd_s),
-            ild_db: mean(|c| c.rendered.ild_db - c.measured.ild_db),
-            t20: mean(|c| c.rendered.t20_s / c.measured.t20_s - 1.0),
-            edt: mean(|c| c.rendered.edt_s / c.measured.edt_s - 1.0),
-            c50_db: mean(|c| c.rendered.c50_db - c.measured.c50_db),
+        let mean = |of: fn(&Comparison) -> Option<f64>| {
+            let errors: Vec<f64> = comparisons.iter().filter_map(of).map(f64::abs).collect();
+            (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
+        };
+        Some(Self {
+            itd_s: mean(|c| Some(c.rendered.itd_s - c.measured.itd_s))?,
+            ild_db: mean(|c| Some(c.rendered.ild_db - c.measured.ild_db))?,
+            t20: mean(|c| Some(c.rendered.t20_s? / c.measured.t20_s? - 1.0)),
+            edt: mean(|c| Some(c.rendered.edt_s? / c.measured.edt_s? - 1.0)),
+            c50_db: mean(|c| Some(c.rendered.c50_db? - c.measured.c50_db?)),
         })
     }
 }

@@ -47,19 +47,16 @@ fn as_table(comparisons: &[Comparison], mean: &MeanErrors, markdown: bool) -> St
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     for c in comparisons {
         let (m, r) = (&c.measured, &c.rendered);
-        rows.push(vec![
-            c.name.clone(),
-            format!("{:.0}", 1e6 * m.itd_s),
-            format!("{:+.0}", 1e6 * (r.itd_s - m.itd_s)),
-            format!("{:.2}", m.ild_db),
-            format!("{:+.2}", r.ild_db - m.ild_db),
-            format!("{:.3}", m.t20_s),
-            format!("{:+.1}", 100.0 * (r.t20_s / m.t20_s - 1.0)),
-            format!("{:.3}", m.edt_s),
-            format!("{:+.1}", 100.0 * (r.edt_s / m.edt_s - 1.0)),
-            format!("{:.2}", m.c50_db),
-            format!("{:+.2}", r.c50_db - m.c50_db),
-        ]);
+        let mut row = vec![c.name.clone()];
+        row.extend([format!("{:.0}", 1e6 * m.itd_s), format!("{:+.0}", 1e6 * (r.itd_s - m.itd_s))]);
+        row.extend([format!("{:.2}", m.ild_db), format!("{:+.2}", r.ild_db - m.ild_db)]);
+        for (m, r) in [(m.t20_s, r.t20_s), (m.edt_s, r.edt_s)] {
+            row.push(or_dash(m.map(|m| format!("{m:.3}"))));
+            row.push(or_dash(m.zip(r).map(|(m, r)| format!("{:+.1}", 100.0 * (r / m - 1.0)))));
+        }
+        row.push(or_dash(m.c50_db.map(|m| format!("{m:.2}"))));
+        row.push(or_dash(m.c50_db.zip(r.c50_db).map(|(m, r)| format!("{:+.2}", r - m))));
+        rows.push(row);
     }
     let none = String::new;
     rows.push(vec![
@@ -69,13 +66,18 @@ fn as_table(comparisons: &[Comparison], mean: &MeanErrors, markdown: bool) -> St
         none(),
         format!("{:.2}", mean.ild_db),
         none(),
-        format!("{:.1}", 100.0 * mean.t20),
+        or_dash(mean.t20.map(|e| format!("{:.1}", 100.0 * e))),
         none(),
-        format!("{:.1}", 100.0 * mean.edt),
+        or_dash(mean.edt.map(|e| format!("{:.1}", 100.0 * e))),
         none(),
-        format!("{:.2}", mean.c50_db),
+        or_dash(mean.c50_db.map(|e| format!("{e:.2}"))),
     ]);
     report::table(&rows, markdown)
+}
+
+/// A measure that has no value is shown as a dash.
+fn or_dash(text: Option<String>) -> String {
+    text.unwrap_or_else(|| "-".to_owned())
 }
 
 /// Cost of each tier for a listener who walks and turns.
@@ -103,8 +105,8 @@ fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) ->
         "mean_absolute_error": {
             "itd_us": 1e6 * mean.itd_s,
             "ild_db": mean.ild_db,
-            "t20_percent": 100.0 * mean.t20,
-            "edt_percent": 100.0 * mean.edt,
+            "t20_percent": mean.t20.map(|e| 100.0 * e),
+            "edt_percent": mean.edt.map(|e| 100.0 * e),
             "c50_db": mean.c50_db,
         },
     })

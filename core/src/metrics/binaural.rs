@@ -12,12 +12,12 @@ pub struct Binaural {
     pub itd_s: f64,
     /// Interaural level difference, dB; positive when the left ear is louder. See [`ild_db`].
     pub ild_db: f64,
-    /// Reverberation time from the decay between -5 and -25 dB, seconds.
-    pub t20_s: f64,
+    /// Reverberation time from the decay between -5 and -25 dB, seconds; none where the response does not decay so far.
+    pub t20_s: Option<f64>,
     /// Early decay time from the first 10 dB, seconds.
-    pub edt_s: f64,
-    /// Clarity, dB. See [`c50_db`].
-    pub c50_db: f64,
+    pub edt_s: Option<f64>,
+    /// Clarity, dB; none of a response that ends within 50 ms of its onset, as an anechoic one does. See [`c50_db`].
+    pub c50_db: Option<f64>,
 }
 
 /// Which measure of a binaural response has no value, and why.
@@ -34,19 +34,16 @@ impl Binaural {
     /// Measures a response of two ears.
     ///
     /// # Errors
-    /// Ears of different lengths, silence, a sample that is not finite, a bad rate, or a response too short to decay by 25 dB or to
-    /// last 50 ms after its onset. Where only some measures exist (an anechoic response has no C50) call their functions one by one.
+    /// Ears of different lengths, silence, a sample that is not finite, or a bad rate: nothing can be measured then.
     pub fn of_response(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<Self, BinauralError> {
         let named = |measure| move |source| BinauralError { measure, source };
-        let mean = |measure, of: &dyn Fn(&[f32]) -> Result<f64, MetricError>| -> Result<f64, BinauralError> {
-            Ok(0.5 * (of(left).map_err(named(measure))? + of(right).map_err(named(measure))?))
-        };
+        let mean = |of: &dyn Fn(&[f32]) -> Result<f64, MetricError>| Some(0.5 * (of(left).ok()? + of(right).ok()?));
         Ok(Self {
             itd_s: itd_s(left, right, sample_rate_hz).map_err(named("ITD"))?,
             ild_db: ild_db(left, right).map_err(named("ILD"))?,
-            t20_s: mean("T20", &|h| decay_time_s(h, sample_rate_hz, DecayRange::T20))?,
-            edt_s: mean("EDT", &|h| decay_time_s(h, sample_rate_hz, DecayRange::EDT))?,
-            c50_db: mean("C50", &|h| c50_db(h, sample_rate_hz))?,
+            t20_s: mean(&|h| decay_time_s(h, sample_rate_hz, DecayRange::T20)),
+            edt_s: mean(&|h| decay_time_s(h, sample_rate_hz, DecayRange::EDT)),
+            c50_db: mean(&|h| c50_db(h, sample_rate_hz)),
         })
     }
 }
@@ -71,9 +68,16 @@ mod tests {
     }
 
     #[test]
+    fn an_anechoic_response_has_direction_but_no_clarity() {
+        let click = |at: usize| (0..512).map(|i| if i == at { 1.0 } else { 0.0 }).collect::<Vec<f32>>();
+        let b = Binaural::of_response(&click(40), &click(44), 44_100.0).unwrap();
+        assert!((b.itd_s + 4.0 / 44_100.0).abs() < 1e-5 && b.ild_db.abs() < 1e-9);
+        assert_eq!(b.c50_db, None);
+    }
+
+    #[test]
     fn names_the_measure_that_fails() {
-        let error = Binaural::of_response(&[0.0, 1.0, 0.0, 0.0], &[0.0, 1.0, 0.0, 0.0], 48_000.0).unwrap_err();
-        assert_eq!(error.measure, "T20");
-        assert!(error.to_string().contains("T20"), "{error}");
+        let error = Binaural::of_response(&[0.0; 64], &[0.0; 64], 48_000.0).unwrap_err();
+        assert!(error.to_string().contains("ITD"), "{error}");
     }
 }

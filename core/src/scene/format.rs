@@ -129,9 +129,9 @@ struct ManifestHeldOut {
     pose: ManifestPose,
     itd_s: f64,
     ild_db: f64,
-    t20_s: f64,
-    edt_s: f64,
-    c50_db: f64,
+    t20_s: Option<f64>,
+    edt_s: Option<f64>,
+    c50_db: Option<f64>,
 }
 
 impl From<&Axis> for ManifestAxis {

@@ -1,0 +1,78 @@
+//! The factory scenes meet their accuracy at poses they were not baked from, on what the render head puts out.
+
+use promenade_baker::measure::{MeanErrors, compare_held_out, render_response};
+use promenade_core::metrics::{ild_db, itd_s};
+use promenade_core::{Pose, Renderer, Scene};
+use std::sync::Arc;
+
+fn factory(name: &str) -> Arc<Scene> {
+    let path = format!("{}/../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
+    Arc::new(Scene::from_bytes(&std::fs::read(&path).unwrap()).unwrap())
+}
+
+#[test]
+fn held_out_errors_are_below_a_just_noticeable_difference() {
+    for (name, seconds) in [("iosr-room-a", 0.39), ("iosr-room-b", 1.0)] {
+        let scene = factory(name);
+        let comparisons = compare_held_out(&scene, seconds).unwrap();
+        assert_eq!(comparisons.len(), 18);
+        let e = MeanErrors::of(&comparisons).unwrap();
+        println!("{name}: {e:?}");
+        // Nearest neighbour gives 37-41 us, 0.56-0.67 dB, 2 %, 0.5 dB; mixing neighbours 6-12 us, 1.2-2.5 dB, 3 %, 1.5 dB.
+        assert!(e.itd_s <= 10e-6 && e.ild_db <= 0.4 && e.t20.unwrap() <= 0.025 && e.c50_db.unwrap() <= 0.4, "{name}: {e:?}");
+    }
+}
+
+#[test]
+fn the_direct_sound_follows_the_head_and_the_distance() {
+    let scene = factory("iosr-room-b");
+    let at = |x: f32, y: f32, yaw_deg: f32| Pose::from_ypr(on_the_floor(x, y), yaw_deg.to_radians(), 0.0, 0.0);
+    let rate = scene.grid().sample_rate_hz;
+    let measure = |pose: Pose| {
+        let [left, right] = render_response(&scene, pose, 400, 8_000);
+        let energy = |from: usize, to: usize| (from..to).map(|i| left[i].powi(2) + right[i].powi(2)).sum::<f32>();
+        let (direct, late) = (energy(380, 440), energy(400 + 1_600, 8_000));
+        (itd_s(&left, &right, rate).unwrap(), ild_db(&left, &right).unwrap(), direct, late)
+    };
+    let ahead = measure(at(0.0, 0.0, 0.0));
+    let source_right = measure(at(0.0, 0.0, 60.0));
+    assert!(source_right.0 > 300e-6 && source_right.1 < -3.0, "turned left, the source is on the right: {source_right:?}");
+    let source_left = measure(at(0.0, 0.0, -60.0));
+    assert!(source_left.0 < -300e-6 && source_left.1 > 3.0, "{source_left:?}");
+    let walked_past = measure(at(1.5, 1.5, 0.0));
+    assert!(walked_past.0 > 300e-6, "beside the source, it is on the right: {walked_past:?}");
+    let behind = measure(at(0.0, 0.0, 180.0));
+    assert!(behind.0.abs() < 150e-6, "{behind:?}");
+    let far = measure(at(-4.5, 0.0, 0.0));
+    let fall_db = 10.0 * (far.2 / ahead.2).log10();
+    assert!((fall_db + 20.0 * 4.0_f32.log10()).abs() < 1.5, "four times as far is 12 dB less direct sound: {fall_db}");
+    assert!((10.0 * (far.3 / ahead.3).log10()).abs() < 0.5, "the late part stays");
+}
+
+#[test]
+fn the_same_at_every_host_rate() {
+    for name in ["iosr-room-a", "iosr-room-b"] {
+        let scene = factory(name);
+        for rate in [8_000.0, 22_050.0, 44_100.0, 48_000.0, 96_000.0, 192_000.0] {
+            let mut renderer = Renderer::new(Arc::clone(&scene), rate).unwrap();
+            let latency = renderer.latency_samples();
+            assert!(latency as f64 / rate <= 1024.0 / 48_000.0);
+            let mut input = vec![0.0; rate as usize];
+            input[1000] = 1.0;
+            let mut ears = [vec![0.0; input.len()], vec![0.0; input.len()]];
+            let pose = Pose::from_ypr(on_the_floor(0.0, 0.0), 0.6, 0.0, 0.0);
+            let [left, right] = &mut ears;
+            renderer.process(&input, [left, right], promenade_core::Tier::Standard, &mut |_| pose);
+            let itd = itd_s(&ears[0], &ears[1], rate).unwrap();
+            let native = {
+                let [l, r] = render_response(&scene, pose, 400, 8_000);
+                itd_s(&l, &r, scene.grid().sample_rate_hz).unwrap()
+            };
+            assert!((itd - native).abs() < 25e-6, "{name} at {rate}: {itd} against {native}");
+        }
+    }
+}
+
+fn on_the_floor(x: f32, y: f32) -> promenade_core::glam::Vec3 {
+    promenade_core::glam::Vec3::new(x, y, 0.0)
+}
