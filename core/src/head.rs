@@ -6,7 +6,7 @@ use crate::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
 use crate::late::{LATE_HOPS, Late, Slot, SlotMut};
 use crate::taps::Taps;
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
-use pulp::Arch;
+use pulp::{Arch, WithSimd};
 use realfft::num_complex::Complex32;
 use std::ops::Range;
 
@@ -162,12 +162,7 @@ impl RenderHead {
             add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), &mut self.room_sum);
         }
         for (ear, out) in ears.into_iter().enumerate() {
-            for ((chunk, direct), room) in out.chunks_mut(LANES).zip(&self.direct_sum).zip(&self.room_sum) {
-                let (d, r) = (&direct.ears[ear], &room.ears[ear]);
-                for (i, x) in chunk.iter_mut().enumerate() {
-                    *x = Complex32::new(d.re[i] + self.room_gain * r.re[i], d.im[i] + self.room_gain * r.im[i]);
-                }
-            }
+            arch.dispatch(Mix { ear, direct: &self.direct_sum, room: &self.room_sum, room_gain: self.room_gain, out });
         }
         self.frame = self.frame.wrapping_add(1);
         Some(())
@@ -192,6 +187,29 @@ impl RenderHead {
             + self.taps.memory_bytes()
             + self.late.memory_bytes()
             + self.network.memory_bytes()
+    }
+}
+
+/// Adds one ear's direct sound and room.
+struct Mix<'a> {
+    ear: usize,
+    direct: &'a [EarBlocks],
+    room: &'a [EarBlocks],
+    room_gain: f32,
+    out: &'a mut [Complex32],
+}
+
+impl WithSimd for Mix<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        for ((chunk, direct), room) in self.out.chunks_mut(LANES).zip(self.direct).zip(self.room) {
+            let (d, r) = (&direct.ears[self.ear], &room.ears[self.ear]);
+            for (i, x) in chunk.iter_mut().enumerate() {
+                *x = Complex32::new(d.re[i] + self.room_gain * r.re[i], d.im[i] + self.room_gain * r.im[i]);
+            }
+        }
     }
 }
 

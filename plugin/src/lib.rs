@@ -1,1 +1,20 @@
-//! Placeholder.
+//! Promenade as a plugin: parameters, state, scene loading and the shell around [`promenade_core::Spatializer`].
+//!
+//! Threads: the audio thread owns [`Promenade`] and calls `process` and `reset`; everything that reads a file, parses or allocates is
+//! done by the [`loader`] on the host's main thread or on the one background thread that all instances in a process share.
+
+pub mod cache;
+pub mod clock;
+mod export;
+pub mod factory;
+pub mod kept;
+pub mod library;
+pub mod loader;
+pub mod params;
+mod plugin;
+pub mod reference;
+pub mod state;
+pub mod walk;
+pub mod worker;
+
+pub use plugin::Promenade;

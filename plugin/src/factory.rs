@@ -1,0 +1,35 @@
+//! The scenes that are built into the plugin, so that it sounds at first insert.
+
+/// A scene file inside the plugin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FactoryScene {
+    /// The id in saved states; it never changes.
+    pub id: &'static str,
+    /// The scene file.
+    pub bytes: &'static [u8],
+}
+
+/// A meeting room, dry.
+pub const ROOM_A: FactoryScene = FactoryScene {
+    id: "iosr-room-a",
+    bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-a.promenade")),
+};
+
+/// A lecture room, live.
+pub const ROOM_B: FactoryScene = FactoryScene {
+    id: "iosr-room-b",
+    bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-b.promenade")),
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use promenade_core::Scene;
+
+    #[test]
+    fn factory_scenes_can_be_read() {
+        for scene in [ROOM_A, ROOM_B] {
+            assert!(Scene::from_bytes(scene.bytes).is_ok(), "{}", scene.id);
+        }
+    }
+}

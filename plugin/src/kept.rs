@@ -1,0 +1,104 @@
+//! Values that a host saves with the project beside the parameters.
+
+use nice_plug::params::persist::PersistentField;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{OnceLock, PoisonError, RwLock};
+
+/// A saved value that tells when the host restores it.
+///
+/// The audio thread never touches it.
+#[derive(Default)]
+pub struct Kept<T> {
+    value: RwLock<T>,
+    restores: AtomicU64,
+    on_restore: OnceLock<Box<dyn Fn() + Send + Sync>>,
+}
+
+impl<T: Clone> Kept<T> {
+    /// The value, and the number of times a host has restored it.
+    pub fn get(&self) -> (T, u64) {
+        let value = self.value.read().unwrap_or_else(PoisonError::into_inner);
+        (value.clone(), self.restores.load(Ordering::Acquire))
+    }
+
+    /// Replaces the value, unless the host has restored it since [`Kept::get`] counted `restores`; says whether it did.
+    pub fn replace(&self, value: T, restores: u64) -> bool {
+        let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
+        let current = self.restores.load(Ordering::Acquire) == restores;
+        if current {
+            *held = value;
+        }
+        current
+    }
+
+    /// Calls `hook` after each restore, on the host's thread; only the first hook is kept.
+    pub fn on_restore(&self, hook: impl Fn() + Send + Sync + 'static) {
+        // A second hook would mean two owners of one instance, which the constructor rules out.
+        drop(self.on_restore.set(Box::new(hook)));
+    }
+}
+
+impl<'a, T> PersistentField<'a, T> for Kept<T>
+where
+    T: Clone + Serialize + Deserialize<'a> + Send + Sync,
+{
+    fn set(&self, new_value: T) {
+        {
+            let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
+            *held = new_value;
+            self.restores.fetch_add(1, Ordering::AcqRel);
+        }
+        if let Some(hook) = self.on_restore.get() {
+            hook();
+        }
+    }
+
+    fn map<F, R>(&self, f: F) -> R
+    where
+        F: Fn(&T) -> R,
+    {
+        f(&self.value.read().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// What went wrong or looks odd, in words. It is saved for whoever reads the state, and never restored.
+#[derive(Default)]
+pub struct Report(RwLock<String>);
+
+impl Report {
+    /// Replaces the text; empty when all is well.
+    pub fn say(&self, text: String) {
+        *self.0.write().unwrap_or_else(PoisonError::into_inner) = text;
+    }
+
+    /// The text.
+    pub fn text(&self) -> String {
+        self.0.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl PersistentField<'_, String> for Report {
+    fn set(&self, _old_text: String) {}
+
+    fn map<F, R>(&self, f: F) -> R
+    where
+        F: Fn(&String) -> R,
+    {
+        f(&self.0.read().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_restore_wins_over_a_replacement_that_began_before_it() {
+        let kept = Kept::<String>::default();
+        let (_, restores) = kept.get();
+        PersistentField::set(&kept, "restored".to_owned());
+        assert!(!kept.replace("late".to_owned(), restores));
+        assert_eq!(kept.get().0, "restored");
+    }
+}

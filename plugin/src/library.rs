@@ -1,0 +1,186 @@
+//! The user's own scenes and camera paths on disk, and the search for a scene that has moved.
+
+use crate::cache::{self, ContentHash};
+use crate::reference::SceneReference;
+use promenade_core::{Scene, SceneError};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Folders to search for scenes and camera paths before the user's own, separated as in `PATH`.
+pub const FOLDERS_VARIABLE: &str = "PROMENADE_SCENES";
+/// Extension of scene files.
+pub const SCENE_EXTENSION: &str = "promenade";
+/// Extension of camera path files, the JSON form of the command line.
+pub const WALK_EXTENSION: &str = "json";
+/// Larger files are refused unread, bytes.
+const LARGEST_FILE: u64 = 1 << 30;
+
+/// A scene in memory and how to find it again.
+pub struct Found {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Its content and place.
+    pub reference: SceneReference,
+    /// What is odd about it; empty when nothing is.
+    pub note: String,
+}
+
+/// Why no scene can be played.
+#[derive(Debug, Error)]
+pub enum LibraryError {
+    /// The library slot has no file.
+    #[error("library slot {slot} is empty: the folders {folders:?} hold {found} files of that kind")]
+    EmptySlot {
+        /// The slot, from 1.
+        slot: u32,
+        /// How many files there are.
+        found: usize,
+        /// The folders that were searched.
+        folders: Vec<PathBuf>,
+    },
+    /// The project names no scene.
+    #[error("the scene is set to the library, but neither a slot is chosen nor a scene saved with the project")]
+    NoScene,
+    /// A scene of that content is nowhere to be found.
+    #[error(
+        "scene \"{title}\" (BLAKE3 {hash}) is missing: it was at {absolute}, and is in none of {folders:?}; the dry sound passes"
+    )]
+    Missing {
+        /// The scene's title.
+        title: String,
+        /// Its content.
+        hash: String,
+        /// Where it was.
+        absolute: PathBuf,
+        /// The folders that were searched.
+        folders: Vec<PathBuf>,
+    },
+    /// A file cannot be read.
+    #[error("{path}: {error}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// A file is no scene.
+    #[error("{path}: {error}")]
+    NoSceneFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: SceneError,
+    },
+}
+
+/// The folders that hold the user's files: those of `PROMENADE_SCENES`, then `promenade/scenes` in the user's data folder.
+#[must_use]
+pub fn folders() -> Vec<PathBuf> {
+    let named = std::env::var_os(FOLDERS_VARIABLE).unwrap_or_default();
+    let named = std::env::split_paths(&named).filter(|path| path.is_absolute()).collect::<Vec<_>>();
+    named.into_iter().chain(dirs::data_dir().map(|data| data.join("promenade").join("scenes"))).collect()
+}
+
+/// The files with that extension, folder by folder, in order of their names.
+#[must_use]
+pub fn files(folders: &[PathBuf], extension: &str) -> Vec<PathBuf> {
+    let suffix = format!(".{extension}");
+    let mut all = Vec::new();
+    for folder in folders {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+        let mut here = entries
+            .filter(|path| path.file_name().and_then(|n| n.to_str()).is_some_and(|n| n.ends_with(&suffix)))
+            .collect::<Vec<_>>();
+        here.sort();
+        all.append(&mut here);
+    }
+    all
+}
+
+/// The file in a library slot.
+///
+/// # Errors
+/// There are fewer files than that.
+pub fn file_in_slot(folders: &[PathBuf], extension: &str, slot: u32) -> Result<PathBuf, LibraryError> {
+    let files = files(folders, extension);
+    let empty = LibraryError::EmptySlot { slot, found: files.len(), folders: folders.to_vec() };
+    usize::try_from(slot).ok().and_then(|n| n.checked_sub(1)).and_then(|n| files.into_iter().nth(n)).ok_or(empty)
+}
+
+/// The bytes of a file that is not absurdly large.
+///
+/// # Errors
+/// The file cannot be read, or is larger than 1 GiB.
+pub fn read(path: &Path) -> Result<Vec<u8>, LibraryError> {
+    let io_error = |error| LibraryError::Io { path: path.to_owned(), error };
+    let length = std::fs::metadata(path).map_err(io_error)?.len();
+    if length > LARGEST_FILE {
+        let text = format!("the file has {length} bytes, expected at most {LARGEST_FILE}");
+        return Err(io_error(io::Error::new(io::ErrorKind::FileTooLarge, text)));
+    }
+    std::fs::read(path).map_err(io_error)
+}
+
+/// The scene in a library slot.
+///
+/// # Errors
+/// The slot is empty or its file is no scene.
+pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryError> {
+    let path = file_in_slot(folders, SCENE_EXTENSION, slot)?;
+    let (scene, hash) = scene_at(&path)?;
+    let reference = SceneReference::to_file(&path, hash, scene.title().to_owned(), slot);
+    Ok(Found { scene, reference, note: String::new() })
+}
+
+/// The scene a project names: in memory, where it was, where it was from home, by file name in the library, by content in the library.
+///
+/// A file with the right name and other content is used only when no file has the right content, and is reported.
+///
+/// # Errors
+/// The project names no scene, or there is no file with that content or that name, or it is no scene.
+pub fn scene_of(folders: &[PathBuf], wanted: &SceneReference) -> Result<Found, LibraryError> {
+    if !wanted.is_some() {
+        return Err(LibraryError::NoScene);
+    }
+    if let Some(scene) = cache::in_memory(&wanted.hash) {
+        return Ok(Found { scene, reference: wanted.clone(), note: String::new() });
+    }
+    let library = files(folders, SCENE_EXTENSION);
+    let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
+    let by_name = wanted.places().into_iter().chain(library.iter().filter(same_name).cloned()).collect::<Vec<_>>();
+    let found = by_name.iter().chain(&library).find(|path| holds(path, &wanted.hash));
+    let missing = || LibraryError::Missing {
+        title: wanted.title.clone(),
+        hash: wanted.hash.clone(),
+        absolute: wanted.absolute.clone(),
+        folders: folders.to_vec(),
+    };
+    let path = found.or_else(|| by_name.iter().find(|path| path.is_file())).ok_or_else(missing)?;
+    let (scene, hash) = scene_at(path)?;
+    let changed = !wanted.hash.is_empty() && hash != wanted.hash;
+    let note = if changed {
+        format!("{} has changed: its BLAKE3 is {hash}, the project was saved with {}", path.display(), wanted.hash)
+    } else {
+        String::new()
+    };
+    let mut reference = SceneReference::to_file(path, hash, scene.title().to_owned(), wanted.slot);
+    if changed {
+        // The project keeps asking for the scene it was made with, in case that comes back.
+        reference = wanted.clone();
+    }
+    Ok(Found { scene, reference, note })
+}
+
+fn holds(path: &Path, hash: &str) -> bool {
+    read(path).is_ok_and(|bytes| cache::content_hash(&bytes) == hash)
+}
+
+fn scene_at(path: &Path) -> Result<(Arc<Scene>, ContentHash), LibraryError> {
+    cache::scene_from(&read(path)?).map_err(|error| LibraryError::NoSceneFile { path: path.to_owned(), error })
+}
+
+#[cfg(test)]
+#[path = "library_tests.rs"]
+mod tests;

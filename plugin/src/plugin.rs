@@ -1,0 +1,266 @@
+//! The shell: what hosts call, on which thread.
+
+use crate::clock::Clock;
+use crate::loader::{Loader, Retired, Stage};
+use crate::params::{Choices, Follow, PromenadeParams};
+use crate::walk::Walk;
+use crate::worker::Desk;
+use nice_plug::prelude::*;
+use promenade_core::{Playback, Spatializer};
+use std::sync::Arc;
+
+/// The plugin. The audio thread owns it once the host has activated it.
+pub struct Promenade {
+    params: Arc<PromenadeParams>,
+    loader: Arc<Loader>,
+    /// From the first activation on.
+    desk: Option<Desk>,
+    sample_rate_hz: f64,
+    input_channels: usize,
+    /// A copy of the input, because hosts hand the same buffer for input and output.
+    input: [Vec<f32>; 2],
+    spatializer: Option<Spatializer>,
+    walk: Option<Arc<Walk>>,
+    /// Whether the wanted scene is missing, so that the dry sound passes.
+    dry: bool,
+    /// What could not be handed back yet, because the loader has fallen behind.
+    held: Option<Retired>,
+    choices: Option<Choices>,
+    clock: Clock,
+    /// The latency that the host knows of, samples.
+    latency: u32,
+}
+
+impl Default for Promenade {
+    /// Hosts build plugins to list them: no file, thread or large buffer here.
+    fn default() -> Self {
+        let params = Arc::new(PromenadeParams::default());
+        Self {
+            loader: Loader::new(Arc::clone(&params)),
+            params,
+            desk: None,
+            sample_rate_hz: 0.0,
+            input_channels: 2,
+            input: [Vec::new(), Vec::new()],
+            spatializer: None,
+            walk: None,
+            dry: false,
+            held: None,
+            choices: None,
+            clock: Clock::default(),
+            latency: 0,
+        }
+    }
+}
+
+impl Promenade {
+    /// Ends a running cross-fade and forgets the past.
+    fn jump(&mut self) {
+        if let Some(spatializer) = &mut self.spatializer {
+            spatializer.reset();
+        }
+    }
+
+    /// Begins the cross-fade to what the loader has ready. Says whether the loader has something to drop.
+    fn fetch(&mut self) -> bool {
+        let Some(spatializer) = &mut self.spatializer else { return false };
+        let mut hands_back = self.held.is_some();
+        let retire = |loader: &Loader, held: &mut Option<Retired>, item: Retired| {
+            // Nothing new is fetched while something is held, so the place is free.
+            *held = loader.retired.push(item).err();
+        };
+        if let Some(item) = self.held.take() {
+            retire(&self.loader, &mut self.held, item);
+        }
+        if self.held.is_none()
+            && let Some(renderer) = spatializer.take_retired()
+        {
+            hands_back = true;
+            retire(&self.loader, &mut self.held, Retired::Scene(Stage::Scene(renderer)));
+        }
+        if self.held.is_none()
+            && let Some(stage) = self.loader.stages.pop()
+        {
+            self.dry = matches!(stage, Stage::Dry);
+            if let Stage::Scene(renderer) = stage
+                && let Err(renderer) = spatializer.swap_in(renderer)
+            {
+                // A fade is running: come back for it, unless the loader has a newer one by then.
+                if let Err(stage) = self.loader.stages.push(Stage::Scene(renderer)) {
+                    hands_back = true;
+                    retire(&self.loader, &mut self.held, Retired::Scene(stage));
+                }
+            }
+        }
+        if self.held.is_none()
+            && let Some(walk) = self.loader.walks.pop()
+            && let Some(old) = std::mem::replace(&mut self.walk, walk)
+        {
+            hands_back = true;
+            retire(&self.loader, &mut self.held, Retired::Walk(old));
+        }
+        hands_back
+    }
+}
+
+impl Plugin for Promenade {
+    const NAME: &'static str = "Promenade";
+    const VENDOR: &'static str = "Promenade";
+    const URL: &'static str = "";
+    const EMAIL: &'static str = "";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+
+    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = &[
+        AudioIOLayout {
+            main_input_channels: NonZeroU32::new(2),
+            main_output_channels: NonZeroU32::new(2),
+            names: PortNames { layout: Some("Stereo to binaural"), ..PortNames::const_default() },
+            ..AudioIOLayout::const_default()
+        },
+        AudioIOLayout {
+            main_input_channels: NonZeroU32::new(1),
+            main_output_channels: NonZeroU32::new(2),
+            names: PortNames { layout: Some("Mono to binaural"), ..PortNames::const_default() },
+            ..AudioIOLayout::const_default()
+        },
+    ];
+
+    const SAMPLE_ACCURATE_AUTOMATION: bool = true;
+
+    type Editor = ();
+    type SysExMessage = ();
+    type BackgroundTask = ();
+
+    fn params(&self) -> Arc<dyn Params> {
+        Arc::clone(&self.params) as Arc<dyn Params>
+    }
+
+    fn filter_state(state: &mut PluginState) {
+        crate::state::migrate(state);
+    }
+
+    fn activate(&mut self, layout: &AudioIOLayout, config: &BufferConfig, context: &mut impl ActivateContext<Self>) -> bool {
+        let sample_rate_hz = f64::from(config.sample_rate);
+        if !(sample_rate_hz.is_finite() && sample_rate_hz >= 1.0) {
+            nice_error!("the host's sample rate is {sample_rate_hz} Hz, expected a positive number");
+            return false;
+        }
+        self.input_channels = layout.main_input_channels.map_or(0, NonZeroU32::get) as usize;
+        let block = (config.max_buffer_size as usize).max(1);
+        self.input.iter_mut().for_each(|channel| channel.resize(block, 0.0));
+        self.choices = Some(self.params.choices());
+        // Hosts activate several times in a row; only another sample rate makes all that was prepared useless.
+        if self.spatializer.is_none() || self.sample_rate_hz != sample_rate_hz {
+            self.sample_rate_hz = sample_rate_hz;
+            self.spatializer = Some(Spatializer::new(sample_rate_hz));
+        }
+        if self.desk.is_none() {
+            match Desk::new(Arc::clone(&self.loader)) {
+                Ok(desk) => self.desk = Some(desk),
+                Err(error) => nice_error!("no thread to load scenes while playing: {error}"),
+            }
+        }
+        self.loader.activate(sample_rate_hz);
+        if let Some(spatializer) = &mut self.spatializer {
+            // The sound begins with the scene, not with a fade to it: a bounce starts here.
+            match self.loader.stages.pop() {
+                Some(Stage::Scene(renderer)) => {
+                    spatializer.install(renderer);
+                    self.dry = false;
+                }
+                Some(Stage::Dry) => self.dry = true,
+                None => (),
+            }
+            self.latency = samples(spatializer.latency_samples());
+            context.set_latency_samples(self.latency);
+        }
+        self.fetch();
+        true
+    }
+
+    fn reset(&mut self) {
+        self.jump();
+        self.fetch();
+        self.jump();
+        self.clock = Clock::default();
+    }
+
+    fn process(
+        &mut self,
+        buffer: &mut Buffer,
+        _aux: &mut AuxiliaryBuffers,
+        context: &mut impl ProcessContext<Self>,
+    ) -> ProcessStatus {
+        let choices = self.params.choices();
+        if (self.fetch() | (self.choices != Some(choices)))
+            && let Some(desk) = &self.desk
+        {
+            self.choices = Some(choices);
+            desk.call();
+        }
+        let snapshot = self.params.snapshot();
+        let total = buffer.samples();
+        let transport = context.transport();
+        let start_s = self.clock.advance(transport.pos_seconds(), transport.playing, total, self.sample_rate_hz);
+        let mut block = snapshot.block;
+        if self.dry {
+            block.mix = 0.0;
+        }
+        let (Some(spatializer), [left, right]) = (&mut self.spatializer, buffer.as_slice()) else {
+            return ProcessStatus::Error("not activated, or not two output channels");
+        };
+        let (walk, sample_s) = (self.walk.as_deref(), self.sample_rate_hz.recip());
+        let pose_at = |i: usize| match (snapshot.follow, walk) {
+            (Follow::Off, _) | (_, None) => snapshot.pose,
+            (Follow::Position, Some(walk)) => {
+                walk.path.pose_after(snapshot.path_share * walk.path.duration_s(), Playback::default())
+            }
+            #[expect(clippy::cast_precision_loss, reason = "an index into a block is exact")]
+            (Follow::Transport, Some(walk)) => walk.path.pose_after(start_s + i as f64 * sample_s, walk.playback),
+        };
+        // One pass, unless a host breaks its own promise on the block size.
+        let longest = self.input[0].len().max(1);
+        for start in (0..total).step_by(longest) {
+            let span = start..total.min(start + longest);
+            let [first, second] = &mut self.input;
+            let (first, second) = (&mut first[..span.len()], &mut second[..span.len()]);
+            first.copy_from_slice(&left[span.clone()]);
+            second.copy_from_slice(&right[span.clone()]);
+            let (mono, stereo) = ([&*first], [&*first, &*second]);
+            let input: &[&[f32]] = if self.input_channels == 1 { &mono } else { &stereo };
+            let output = [&mut left[span.clone()], &mut right[span]];
+            spatializer.process(input, output, &block, |i| pose_at(start + i));
+        }
+        let latency = samples(spatializer.latency_samples());
+        if latency != self.latency {
+            self.latency = latency;
+            context.set_latency_samples(latency);
+        }
+        ProcessStatus::Tail(latency.saturating_add(samples(spatializer.tail_samples())))
+    }
+}
+
+impl ClapPlugin for Promenade {
+    const CLAP_ID: &'static str = "audio.promenade.promenade";
+    const CLAP_DESCRIPTION: Option<&'static str> =
+        Some("Places a dry track in a captured room, for a listener who walks and turns");
+    const CLAP_MANUAL_URL: Option<&'static str> = None;
+    const CLAP_SUPPORT_URL: Option<&'static str> = None;
+    const CLAP_FEATURES: &'static [ClapFeature] = &[
+        ClapFeature::AudioEffect,
+        ClapFeature::Stereo,
+        ClapFeature::Mono,
+        ClapFeature::Reverb,
+        ClapFeature::Custom("promenade:spatial"),
+    ];
+}
+
+impl Vst3Plugin for Promenade {
+    const VST3_CLASS_ID: [u8; 16] = *b"PromenadeSpatial";
+    const VST3_SUBCATEGORIES: &'static [Vst3SubCategory] = &[Vst3SubCategory::Fx, Vst3SubCategory::Spatial];
+}
+
+/// A number of samples as hosts take it.
+fn samples(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,69 @@
+//! Saved states: their version, and what becomes of old and broken ones.
+
+use nice_plug::params::persist::{PersistentField, deserialize_field};
+use nice_plug::plugin::{ParamValue, PluginState};
+
+/// Key of the state's version among the saved fields.
+const VERSION_FIELD: &str = "version";
+/// The version of the states that this plugin writes.
+pub const VERSION: u32 = 1;
+
+/// Ids of the parameters that are choices; a state has them as texts.
+pub const CHOICES: [&str; 3] = ["follow", "scene", "tier"];
+
+/// Writes [`VERSION`] into every state.
+#[derive(Default)]
+pub struct StateVersion;
+
+impl PersistentField<'_, u32> for StateVersion {
+    fn set(&self, _saved: u32) {}
+
+    fn map<F, R>(&self, f: F) -> R
+    where
+        F: Fn(&u32) -> R,
+    {
+        f(&VERSION)
+    }
+}
+
+/// Brings a saved state to the present version before it is read.
+///
+/// A state without a version is of version 1, the first. A newer one is read as far as it is understood: unknown parameters and fields
+/// are skipped by the reader. What the reader does not survive is dropped: numbers that are not finite could not be saved again, and a
+/// choice by a number beyond its variants ends the host.
+pub fn migrate(state: &mut PluginState) {
+    let saved = state.fields.get(VERSION_FIELD).and_then(|json| deserialize_field::<u32>(json).ok()).unwrap_or(1);
+    if saved > VERSION {
+        nice_plug::nice_warn!("the state has version {saved}, this plugin knows {VERSION}: unknown parts are skipped");
+    }
+    state.params.retain(|id, value| match value {
+        ParamValue::F32(number) => number.is_finite(),
+        ParamValue::I32(_) => !CHOICES.contains(&id.as_str()),
+        ParamValue::Bool(_) | ParamValue::String(_) => true,
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::PromenadeParams;
+    use nice_plug::prelude::{ParamPtr, Params};
+
+    #[test]
+    fn what_is_no_number_and_choices_by_number_are_dropped() {
+        let mut params = [("x", f32::INFINITY), ("y", 1.0)].map(|(id, v)| (id.to_owned(), ParamValue::F32(v))).to_vec();
+        params.extend([("tier".to_owned(), ParamValue::I32(99)), ("slot".to_owned(), ParamValue::I32(3))]);
+        let mut state = PluginState { version: String::new(), params: params.into_iter().collect(), fields: [].into() };
+        migrate(&mut state);
+        assert_eq!(state.params.keys().collect::<Vec<_>>(), ["slot", "y"]);
+    }
+
+    #[test]
+    fn every_choice_is_known_as_one() {
+        let params = PromenadeParams::default();
+        let choices = params.param_map().into_iter().filter(|(_, param, _)| matches!(param, ParamPtr::EnumParam(_)));
+        let mut ids = choices.map(|(id, ..)| id).collect::<Vec<_>>();
+        ids.sort();
+        assert_eq!(ids, CHOICES);
+    }
+}

@@ -1,0 +1,81 @@
+//! Scenes and camera paths of the user's library, which an environment variable names: each test runs again in a process that has it.
+
+use promenade_tests::signal::{difference_db, noise};
+use promenade_tests::{Host, Setup, in_both_formats, render};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::{env, fs};
+
+in_both_formats!(slots_choose_files_that_the_project_then_keeps);
+
+const FOLDERS: &str = "PROMENADE_SCENES";
+
+fn field(state: &Value, name: &str) -> Value {
+    serde_json::from_str(state["fields"][name].as_str().unwrap()).unwrap()
+}
+
+/// A folder with two scenes and a camera path.
+fn library(name: &str) -> PathBuf {
+    let folder = env::temp_dir().join(format!("promenade-slots-{name}-{}", std::process::id()));
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes");
+    fs::create_dir_all(&folder).unwrap();
+    for (from, to) in [("iosr-room-a.promenade", "1.promenade"), ("iosr-room-b.promenade", "2.promenade")] {
+        fs::copy(scenes.join(from), folder.join(to)).unwrap();
+    }
+    let path = r#"[{ "t": 0, "position": [0, 0, 0], "ypr": [90, 0, 0] }]"#;
+    fs::write(folder.join("turn.json"), path).unwrap();
+    folder
+}
+
+fn slots_choose_files_that_the_project_then_keeps<H: Host>() {
+    let Some(folder) = env::var_os(FOLDERS).map(PathBuf::from) else {
+        let name = std::thread::current().name().unwrap().to_owned();
+        let folder = library(&name.replace("::", "-"));
+        let again = Command::new(env::current_exe().unwrap()).args(["--exact", &name]).env(FOLDERS, &folder).output().unwrap();
+        fs::remove_dir_all(&folder).unwrap();
+        let text = String::from_utf8_lossy(&again.stdout);
+        assert!(again.status.success() && text.contains("1 passed"), "{text}\n{}", String::from_utf8_lossy(&again.stderr));
+        return;
+    };
+    let signal = noise(12_000);
+    let mut expected = H::open(Setup::default());
+    expected.set("scene", 0.5);
+    expected.set("yaw", 0.75);
+    expected.process(&[&[0.0; 64], &[0.0; 64]]);
+    expected.reopen(Setup::default());
+    let room_b = render(&mut expected, &[&signal, &signal], &[512]);
+
+    let mut host = H::open(Setup::default());
+    host.set("scene", 1.0);
+    host.set("slot", 2.0 / 64.0);
+    host.set("walk", 1.0 / 64.0);
+    host.set("follow", 0.5);
+    host.process(&[&[0.0; 64], &[0.0; 64]]);
+    host.reopen(Setup::default());
+    let out = render(&mut host, &[&signal, &signal], &[512]);
+    let difference = difference_db(&room_b, &out);
+    assert!(difference < -80.0, "the second file and the camera path are not heard: {difference} dB");
+    let saved = host.state();
+    assert_eq!(field(&saved, "scene")["absolute"], json!(folder.join("2.promenade")));
+    assert_eq!(field(&saved, "walk")["keyframes"][0]["ypr"], json!([90.0, 0.0, 0.0]));
+
+    // The library changes: what was the second file is the third now, and the path is gone.
+    fs::copy(folder.join("1.promenade"), folder.join("0.promenade")).unwrap();
+    fs::remove_file(folder.join("turn.json")).unwrap();
+    let saved = host.save();
+    let mut later = H::open(Setup::default());
+    assert!(later.load(&saved));
+    later.reopen(Setup::default());
+    let out = render(&mut later, &[&signal, &signal], &[512]);
+    assert!(difference_db(&room_b, &out) < -80.0, "the project plays another file than it was saved with");
+
+    // An empty slot is reported, and the scene that was there is kept.
+    later.set("slot", 1.0);
+    later.process(&[&[0.0; 64], &[0.0; 64]]);
+    later.reopen(Setup::default());
+    let state = later.state();
+    let report = field(&state, "scene-report");
+    assert!(report.as_str().unwrap().contains("slot 64 is empty"), "{report}");
+    assert_eq!(field(&state, "scene")["absolute"], json!(folder.join("2.promenade")));
+}

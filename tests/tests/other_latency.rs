@@ -1,0 +1,37 @@
+//! A scene on another grid has another latency, and hosts are told.
+
+// The engine's own test scenes; this crate needs one whose hop is not that of the factory scenes.
+#[allow(unreachable_pub, reason = "the module is a part of other test binaries too")]
+#[path = "../../core/tests/common/mod.rs"]
+mod common;
+
+use promenade_tests::signal::{impulse, peak_index};
+use promenade_tests::{Host, Setup, edit_state, in_both_formats, render};
+use serde_json::json;
+
+in_both_formats!(the_latency_follows_the_scene);
+
+const AT: usize = 9600;
+
+fn the_latency_follows_the_scene<H: Host>() {
+    // Whole samples make a hop of 39 at this rate, 4.88 ms, where the usual one is 5 ms.
+    let scene = common::room(7_990.0, 0.3, 0.05);
+    let file = std::env::temp_dir().join(format!("promenade-latency-{}-{}.promenade", H::FORMAT, std::process::id()));
+    std::fs::write(&file, scene.to_bytes().unwrap()).unwrap();
+
+    let mut host = H::open(Setup::default());
+    host.set("mix", 0.0);
+    let silence = vec![0.0; 4800];
+    render(&mut host, &[&silence, &silence], &[480]);
+    let before = host.latency();
+    let mut state = host.state();
+    state["params"]["scene"] = json!({ "string": "library" });
+    assert!(host.load(&edit_state(&state, "scene", &json!({ "absolute": file }))));
+    std::fs::remove_file(&file).unwrap();
+    // Long enough for the cross-fade to end before the impulse comes.
+    let signal = impulse(AT, 2 * AT);
+    let out = render(&mut host, &[&signal, &signal], &[480]);
+    let after = host.latency();
+    assert_ne!(after, before, "the scenes have the same latency");
+    assert_eq!(peak_index(&out[0]) - AT, after);
+}

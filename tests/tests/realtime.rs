@@ -1,0 +1,85 @@
+//! The engine's audio thread neither allocates nor locks nor calls the system.
+//!
+//! With `RTSAN_ENABLE` set (`cargo xtask test` sets it) the real-time sanitizer ends the process if it does.
+
+#[allow(unreachable_pub, reason = "the module is a part of other test binaries too")]
+#[path = "../../core/tests/common/mod.rs"]
+mod common;
+
+use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
+use std::env;
+use std::hint::black_box;
+use std::process::Command;
+
+/// Set in the process that is to be ended.
+const BLOCKING: &str = "PROMENADE_TEST_BLOCKING";
+const RATE: f64 = 48_000.0;
+
+/// What the audio thread does in one block.
+#[rtsan_standalone::nonblocking]
+fn block(
+    spatializer: &mut Spatializer,
+    next: &mut Option<Box<Renderer>>,
+    done: &mut Option<Box<Renderer>>,
+    input: &[f32],
+    output: &mut [Vec<f32>; 2],
+    (params, pose): (BlockParams, impl Fn(usize) -> Pose),
+) {
+    if done.is_none() {
+        *done = spatializer.take_retired();
+    }
+    if let Some(renderer) = next.take() {
+        *next = spatializer.swap_in(renderer).err();
+    }
+    let [left, right] = output;
+    spatializer.process(&[input], [&mut left[..input.len()], &mut right[..input.len()]], &params, pose);
+    black_box((spatializer.latency_samples(), spatializer.tail_samples()));
+}
+
+#[rtsan_standalone::nonblocking]
+fn allocate(len: usize) {
+    black_box(vec![1.0_f32; len]);
+}
+
+#[test]
+fn walking_automating_and_changing_scenes_never_blocks() {
+    let scenes = [common::room(RATE, 0.3, 0.05), common::room(44_100.0, 1.2, 0.1)];
+    let renderer = |i: usize| Box::new(Renderer::new(scenes[i % 2].clone(), RATE).unwrap());
+    let mut spatializer = common::spatializer(&scenes[0], RATE);
+    let mut next = None;
+    let input = common::noise(1, 4096);
+    let mut output = [vec![0.0; 4096], vec![0.0; 4096]];
+    let mut at = 0;
+    for (turn, len) in [512, 1, 4096, 7, 64, 0, 511].into_iter().cycle().take(700).enumerate() {
+        if turn % 40 == 20 && next.is_none() {
+            next = Some(renderer(turn / 40 + 1));
+        }
+        let mut done = None;
+        let params = BlockParams {
+            tier: Tier::ALL[turn / 10 % Tier::ALL.len()],
+            mix: (turn % 5) as f32 / 4.0,
+            gain: 0.5 + (turn % 3) as f32,
+            bypass: turn % 90 > 80,
+        };
+        let walk = common::walk(RATE);
+        let pose = |i: usize| walk(at + i);
+        block(&mut spatializer, &mut next, &mut done, &input[..len], &mut output, (params, pose));
+        at += len;
+        assert!(output.iter().flatten().all(|s| s.is_finite()));
+    }
+}
+
+#[test]
+fn the_sanitizer_ends_a_process_that_blocks() {
+    if env::var_os(BLOCKING).is_some() {
+        allocate(env::args().count());
+        return;
+    }
+    if env::var_os("RTSAN_ENABLE").is_none() {
+        return;
+    }
+    let test = "the_sanitizer_ends_a_process_that_blocks";
+    let run = Command::new(env::current_exe().unwrap()).args(["--exact", test]).env(BLOCKING, "1").output().unwrap();
+    assert!(!run.status.success(), "an allocation is not seen: {}", String::from_utf8_lossy(&run.stdout));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("RealtimeSanitizer"));
+}

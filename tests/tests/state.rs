@@ -1,0 +1,196 @@
+//! A project finds everything again: parameters, scene and camera path.
+
+use promenade_tests::signal::{difference_db, noise};
+use promenade_tests::{Host, Setup, edit_state, in_both_formats, render};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+in_both_formats!(
+    every_parameter_survives,
+    scene_and_camera_path_survive,
+    a_restored_state_is_heard_at_once,
+    a_missing_scene_passes_the_dry_sound_and_stays_in_the_state,
+    a_changed_scene_is_played_and_reported,
+    hostile_states_do_no_harm,
+    states_of_later_versions_are_read_as_far_as_known,
+);
+
+/// Each with a value that is not its default, and that is one of its steps.
+const CHANGED: [(&str, f64); 15] = [
+    ("x", 0.51),
+    ("y", 0.48),
+    ("z", 0.505),
+    ("yaw", 0.7),
+    ("pitch", 0.4),
+    ("roll", 0.6),
+    ("path", 0.25),
+    ("follow", 0.5),
+    ("tier", 0.0),
+    ("mix", 0.5),
+    ("gain", 0.75),
+    ("bypass", 1.0),
+    ("scene", 0.5),
+    ("slot", 0.0),
+    ("walk", 0.0),
+];
+
+fn scene_file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes").join(name).canonicalize().unwrap()
+}
+
+/// A state that asks for a scene file of the library.
+fn with_library_scene(state: &Value, reference: &Value) -> Vec<u8> {
+    let mut state = state.clone();
+    state["params"]["scene"] = json!({ "string": "library" });
+    edit_state(&state, "scene", reference)
+}
+
+fn field(state: &Value, name: &str) -> Value {
+    serde_json::from_str(state["fields"][name].as_str().unwrap()).unwrap()
+}
+
+fn every_parameter_survives<H: Host>() {
+    let mut host = H::open(Setup::default());
+    for (id, value) in CHANGED {
+        host.set(id, value);
+    }
+    host.process(&[&[0.0; 512], &[0.0; 512]]);
+    let saved = host.save();
+    let mut restored = H::open(Setup::default());
+    assert!(restored.load(&saved));
+    restored.process(&[&[0.0; 512], &[0.0; 512]]);
+    for (id, value) in CHANGED {
+        assert!((restored.value(id) - value).abs() < 1e-3, "{id} is {}, was {value}", restored.value(id));
+    }
+    let (before, after) = (host.state(), restored.state());
+    assert_eq!(before, after);
+}
+
+fn scene_and_camera_path_survive<H: Host>() {
+    let mut host = H::open(Setup::default());
+    let walk = json!({
+        "keyframes": [
+            { "t": 0.0, "position": [0.0, 0.0, 0.0], "ypr": [0.0, 0.0, 0.0] },
+            { "t": 2.5, "position": [0.25, 0.5, 0.0], "ypr": [90.0, 0.0, 0.0] },
+        ],
+        "speed": 0.5, "looping": true, "slot": 0,
+    });
+    let file = scene_file("iosr-room-b.promenade");
+    let state = serde_json::from_slice(&with_library_scene(&host.state(), &json!({ "absolute": file }))).unwrap();
+    assert!(host.load(&edit_state(&state, "walk", &walk)));
+    let saved = host.state();
+    let scene = field(&saved, "scene");
+    assert_eq!(scene["absolute"], json!(file));
+    assert_eq!(scene["hash"].as_str().unwrap().len(), 64, "the content is named once it is known");
+    assert_eq!(field(&saved, "walk"), walk);
+    let mut again = H::open(Setup::default());
+    assert!(again.load(&host.save()));
+    assert_eq!(again.state(), saved);
+}
+
+fn a_restored_state_is_heard_at_once<H: Host>() {
+    let signal = noise(12_000);
+    let mut room_b = H::open(Setup::default());
+    room_b.set("scene", 0.5);
+    room_b.process(&[&[0.0; 64], &[0.0; 64]]);
+    room_b.reopen(Setup::default());
+    let expected = render(&mut room_b, &[&signal, &signal], &[512]);
+    let saved = room_b.save();
+    let mut restored = H::open(Setup::default());
+    let room_a = render(&mut restored, &[&signal, &signal], &[512]);
+    assert!(restored.load(&saved));
+    restored.reopen(Setup::default());
+    let out = render(&mut restored, &[&signal, &signal], &[512]);
+    assert!(difference_db(&expected, &room_a) > -60.0, "the two rooms sound alike");
+    assert!(difference_db(&expected, &out) < -120.0);
+}
+
+fn a_missing_scene_passes_the_dry_sound_and_stays_in_the_state<H: Host>() {
+    let signal = noise(12_000);
+    let mut host = H::open(Setup::default());
+    let gone = json!({
+        "hash": "0".repeat(64), "title": "Hall", "absolute": "/nowhere/hall.promenade",
+        "from_home": "nowhere/hall.promenade", "slot": 0,
+    });
+    let state = with_library_scene(&host.state(), &gone);
+    assert!(host.load(&state));
+    host.reopen(Setup::default());
+    let latency = host.latency();
+    let out = render(&mut host, &[&signal, &signal], &[512]);
+    let dry = [vec![0.0; latency], signal[..signal.len() - latency].to_vec()].concat();
+    assert!(difference_db(&out, &[dry.clone(), dry]) < -120.0, "the dry sound does not pass");
+    let state = host.state();
+    assert_eq!(field(&state, "scene"), gone, "the reference is lost");
+    let report = field(&state, "scene-report");
+    assert!(report.as_str().unwrap().contains("Hall"), "{report}");
+    // The factory scene is there again when it is chosen.
+    host.set("scene", 0.0);
+    host.process(&[&[0.0; 64], &[0.0; 64]]);
+    host.reopen(Setup::default());
+    let wet = render(&mut host, &[&signal, &signal], &[512]);
+    assert!(difference_db(&wet, &out) > -60.0);
+    assert_eq!(field(&host.state(), "scene-report"), json!(""));
+}
+
+fn a_changed_scene_is_played_and_reported<H: Host>() {
+    let mut host = H::open(Setup::default());
+    let file = scene_file("iosr-room-b.promenade");
+    let changed = json!({ "hash": "1".repeat(64), "title": "", "absolute": file, "from_home": "", "slot": 0 });
+    let state = with_library_scene(&host.state(), &changed);
+    assert!(host.load(&state));
+    let state = host.state();
+    let report = field(&state, "scene-report");
+    assert!(report.as_str().unwrap().contains("has changed"), "{report}");
+    assert_eq!(field(&state, "scene"), changed, "the project forgets the scene it was made with");
+}
+
+fn hostile_states_do_no_harm<H: Host>() {
+    let mut host = H::open(Setup::default());
+    let good = host.state();
+    let mut states = vec![
+        Vec::new(),
+        b"\0\xff\xfe garbage".to_vec(),
+        b"{\"version\":\"0.1.0\"".to_vec(),
+        b"[[[[[[".to_vec(),
+        b"{\"version\":1,\"params\":[],\"fields\":7}".to_vec(),
+        b"{\"version\":\"0.1.0\",\"params\":{\"x\":{\"f32\":1e39},\"yaw\":{\"f32\":-1e30},\"tier\":{\"i32\":99}},\"fields\":{}}".to_vec(),
+        b"{\"version\":\"0.1.0\",\"params\":{\"x\":{\"bool\":true},\"tier\":{\"string\":\"?\"},\"slot\":{\"i32\":-5}},\"fields\":{}}".to_vec(),
+    ];
+    let odd = [
+        json!(null),
+        json!(17),
+        json!({ "hash": 3 }),
+        json!({ "absolute": "/" }),
+        json!({ "absolute": "../../etc/passwd" }),
+        json!({ "absolute": "/dev/null", "hash": "", "slot": 4_000_000_000_u32 }),
+        json!({ "keyframes": [{ "t": 1e300, "position": [1e38, -1e38, 0.0], "ypr": [1e38, 0.0, 0.0] }] }),
+        json!({ "keyframes": [{ "t": 0.0, "position": [0.0, 0.0, 0.0] }], "speed": 1e308 }),
+    ];
+    states.extend(odd.iter().flat_map(|value| [with_library_scene(&good, value), edit_state(&good, "walk", value)]));
+    let whole = good.to_string().into_bytes();
+    states.extend((0..whole.len()).step_by(97).map(|len| whole[..len].to_vec()));
+    let signal = noise(512);
+    for state in states {
+        host.load(&state);
+        host.set("follow", 1.0);
+        let out = host.process(&[&signal, &signal]);
+        let finite = out.iter().flatten().all(|s| s.is_finite());
+        assert!(finite, "after {}", String::from_utf8_lossy(&state));
+        host.save();
+    }
+    assert!(host.load(&good.to_string().into_bytes()));
+    let out = render(&mut host, &[&signal.repeat(8), &signal.repeat(8)], &[512]);
+    assert!(out[0].iter().any(|s| s.abs() > 0.01));
+}
+
+fn states_of_later_versions_are_read_as_far_as_known<H: Host>() {
+    let mut host = H::open(Setup::default());
+    let mut state = host.state();
+    assert_eq!(field(&state, "version"), json!(1));
+    state["params"]["gain"] = json!({ "f32": -6.0 });
+    state["params"]["of-tomorrow"] = json!({ "f32": 1.0 });
+    state["fields"]["of-tomorrow"] = json!("{}");
+    assert!(host.load(&edit_state(&state, "version", &json!(7))));
+    assert!((host.value("gain") - 54.0 / 72.0).abs() < 1e-6);
+    assert_eq!(field(&host.state(), "version"), json!(1));
+}
