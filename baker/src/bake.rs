@@ -10,8 +10,8 @@ use crate::spectrum::Analyser;
 use glam::Vec3;
 use promenade_core::metrics::{Binaural, BinauralError};
 use promenade_core::{
-    Anchor, Bands, Field, HeldOut, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferFunction, TransferShape,
-    glam,
+    Anchor, Bands, Field, HeldOut, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferFunction,
+    TransferShape, glam,
 };
 use thiserror::Error;
 
@@ -126,7 +126,9 @@ pub fn bake_responses(
     for index in 0..nodes.nodes() {
         let (position, direction) = nodes.node(index);
         let node = Site { direction, position };
-        table.extend(LogRow::blend(&rows, &sites, &weights(&sites, &node), trend, &node).to_transfer(&room.shape, &grid).to_row());
+        table.extend(
+            LogRow::blend(&rows, &sites, &weights(&sites, &node), trend, &node).to_transfer(&room.shape, &grid).to_row(),
+        );
     }
     let field = Field::new(nodes, room.shape, layout.emitter, table).ok_or(LayoutError::Empty)?;
     let held_out = held_out(responses, &whole, &held)?;
@@ -223,10 +225,8 @@ impl Room {
         }
         let longest = measured.iter().map(|r| r.left.len()).max().unwrap_or(0);
         let hops = longest / grid.hop + 1;
-        let energies: Vec<[HopEnergies; 2]> = directs
-            .iter()
-            .map(|d| [0, 1].map(|ear| analyser.hop_energies(&d.rest[ear], d.arrival, hops, &bands)))
-            .collect();
+        let energies: Vec<[HopEnergies; 2]> =
+            directs.iter().map(|d| [0, 1].map(|ear| analyser.hop_energies(&d.rest[ear], d.arrival, hops, &bands))).collect();
         let ears = (2 * energies.len()) as f64;
         let mean: HopEnergies = (0..hops)
             .map(|l| {

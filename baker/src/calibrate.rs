@@ -7,7 +7,8 @@ use crate::spectrum::{Analyser, at};
 use glam::Vec3;
 use promenade_core::metrics::Binaural;
 use promenade_core::{
-    Axis, Bands, Field, FieldGrid, Pose, Provenance, Scene, SceneParts, StftGrid, TailModel, TransferFunction, TransferShape, glam,
+    Axis, Bands, Field, FieldGrid, Pose, Provenance, Scene, SceneParts, StftGrid, TailModel, TransferFunction, TransferShape,
+    glam,
 };
 use std::sync::Arc;
 
@@ -125,11 +126,7 @@ impl Calibrator {
 
     /// What the render head makes of an impulse, and the sample at which the head's centre hears it.
     fn render(&self, transfer: &TransferFunction, len: usize) -> Result<([Vec<f32>; 2], i64), BakeFailure> {
-        let nodes = FieldGrid {
-            position: [Axis::single(0.0); 3],
-            elevation: Axis::single(0.0),
-            azimuth: Axis::single(0.0),
-        };
+        let nodes = FieldGrid { position: [Axis::single(0.0); 3], elevation: Axis::single(0.0), azimuth: Axis::single(0.0) };
         let emitter = Vec3::X;
         let field = Field::new(nodes, self.shape, emitter, transfer.to_row()).ok_or(crate::layout::LayoutError::Empty)?;
         let scene = Scene::new(SceneParts {

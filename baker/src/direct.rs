@@ -70,7 +70,13 @@ pub(crate) fn minimum_phase(log_gain: &[f64], grid: &StftGrid) -> Vec<f32> {
     let done = inverse.process(&mut spectrum, &mut cepstrum);
     debug_assert!(done.is_ok());
     for (i, c) in cepstrum.iter_mut().enumerate() {
-        let fold = if i == 0 || i == n / 2 { 1.0 } else if i < n / 2 { 2.0 } else { 0.0 };
+        let fold = if i == 0 || i == n / 2 {
+            1.0
+        } else if i < n / 2 {
+            2.0
+        } else {
+            0.0
+        };
         *c *= fold / n as f64;
     }
     let done = forward.process(&mut cepstrum, &mut spectrum);

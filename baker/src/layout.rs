@@ -22,7 +22,9 @@ pub enum LayoutError {
     #[error("no response to bake from is left")]
     Empty,
     /// Sources and listeners both move.
-    #[error("the responses have {sources} source positions and {listeners} listener positions, expected one of either; choose a source")]
+    #[error(
+        "the responses have {sources} source positions and {listeners} listener positions, expected one of either; choose a source"
+    )]
     Ambiguous {
         /// Different source positions.
         sources: usize,
@@ -108,7 +110,11 @@ impl Layout {
             let (low, high) = values.fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
             let spacing = median_spacing(self.sites.iter().map(|s| s.position)).max(0.05);
             let steps = if high - low < SAME_PLACE_M { 0 } else { count((high - low) / spacing).clamp(1, MOST_POSITIONS - 1) };
-            if steps == 0 { Axis::single(low) } else { Axis { start: low, step: (high - low) / steps as f32, count: steps + 1 } }
+            if steps == 0 {
+                Axis::single(low)
+            } else {
+                Axis { start: low, step: (high - low) / steps as f32, count: steps + 1 }
+            }
         };
         FieldGrid {
             position: [axis(|p| p.x), axis(|p| p.y), axis(|p| p.z)],

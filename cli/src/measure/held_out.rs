@@ -91,10 +91,8 @@ fn cost_table(costs: &[TierCost], markdown: bool) -> String {
 }
 
 fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) -> Value {
-    let costs: Vec<Value> = costs
-        .iter()
-        .map(|c| json!({ "tier": c.tier.name(), "real_time": c.real_time, "times_stft": c.times_stft }))
-        .collect();
+    let costs: Vec<Value> =
+        costs.iter().map(|c| json!({ "tier": c.tier.name(), "real_time": c.real_time, "times_stft": c.times_stft })).collect();
     let poses: Vec<Value> = comparisons
         .iter()
         .map(|c| json!({ "name": c.name, "measured": binaural(&c.measured), "rendered": binaural(&c.rendered) }))
