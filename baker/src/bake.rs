@@ -1,12 +1,12 @@
 //! Field baking: measured binaural responses become a scene.
 
-use crate::calibrate::{Calibrator, Target};
+use crate::calibrate::{Calibrator, share_rooms};
 use crate::direct::{Direct, minimum_phase};
 use crate::kriging::{Site, weights};
 use crate::layout::{Layout, LayoutError};
 use crate::responses::{Response, Responses};
 use crate::room::{HopEnergies, coherence, hops_above_noise, late_gain, t60_s};
-use crate::spectrum::Analyser;
+use crate::spectrum::{Analyser, bandwidths};
 use glam::Vec3;
 use promenade_core::metrics::{Binaural, BinauralError};
 use promenade_core::{
@@ -96,15 +96,18 @@ pub fn bake_responses(
     let room = Room::of(&measured, &grid, options, scene_level)?;
     let mut notes = layout.notes.clone();
     let calibrator = Calibrator::new(&grid, &room);
-    let transfers = measured
+    let mut targets = measured
         .iter()
         .zip(&room.firsts)
         .map(|(r, first)| {
             let scaled = [&r.left, &r.right].map(|e| e.iter().map(|v| v * scene_level).collect::<Vec<f32>>());
-            let target = Target::of(scaled, first.arrival, responses.sample_rate_hz, &r.name)?;
-            calibrator.fit(first.transfer.clone(), &target)
+            calibrator.target(scaled, first.arrival, &r.name)
         })
         .collect::<Result<Vec<_>, BakeFailure>>()?;
+    share_rooms(&mut targets, &layout.sites, &bandwidths(&grid, &room.bands));
+    let firsts = room.firsts.iter().map(|first| first.transfer.clone());
+    let transfers =
+        firsts.zip(&targets).map(|(first, target)| calibrator.fit(first, target)).collect::<Result<Vec<_>, BakeFailure>>()?;
 
     let (mut sites, mut rows) = (layout.sites.clone(), Vec::new());
     for (transfer, distance) in transfers.iter().zip(&layout.distances) {

@@ -1,6 +1,7 @@
 //! Calibration: transfer functions corrected until the render head's own output measures as the room did.
 
 use crate::bake::{BakeFailure, Room, set_ears};
+use crate::kriging::Site;
 use crate::measure::render_response;
 use crate::room::HopEnergies;
 use crate::spectrum::{Analyser, at};
@@ -21,19 +22,39 @@ const LARGEST_STEP: f64 = 1.6;
 const BELIEVED_DELAY_S: f64 = 250e-6;
 const LARGEST_DELAY_STEP_S: f64 = 50e-6;
 
+/// Distance over which measurements share one room: chord of the unit sphere of directions, or metres (about 20 degrees).
+const SHARED_ROOM: f64 = 0.35;
+
 /// A measured response at the scene's level and what it measures.
 pub(crate) struct Target {
     ears: [Vec<f32>; 2],
-    arrival: i64,
+    /// Energy per hop and band of each ear.
+    hops: [HopEnergies; 2],
     measures: Binaural,
-    sample_rate_hz: f64,
 }
 
-impl Target {
-    pub(crate) fn of(ears: [Vec<f32>; 2], arrival: i64, sample_rate_hz: f64, name: &str) -> Result<Self, BakeFailure> {
-        let measures = Binaural::of_response(&ears[0], &ears[1], sample_rate_hz)
-            .map_err(|e| BakeFailure::Response { name: name.to_owned(), problem: e.to_string() })?;
-        Ok(Self { ears, arrival, measures, sample_rate_hz })
+/// Averages how the room's energy is spread over hops and bands over neighbouring measurements; each ear keeps its amount.
+///
+/// The energy of one band in one hop is that of a few random numbers: a listener who turns must not hear them change from one
+/// measurement to the next, nor would they be right in between. The amount is a sum of thousands.
+pub(crate) fn share_rooms(targets: &mut [Target], sites: &[Site], bandwidths: &[f64]) {
+    let amount = |hops: &HopEnergies| -> f64 {
+        hops.iter().skip(1).map(|bands| bands.iter().zip(bandwidths).map(|(e, w)| e * w).sum::<f64>()).sum()
+    };
+    let measured: Vec<[(f64, HopEnergies); 2]> =
+        targets.iter().map(|t| t.hops.each_ref().map(|h| (amount(h).max(1e-30), h.clone()))).collect();
+    for (i, (target, site)) in targets.iter_mut().zip(sites).enumerate() {
+        let weights: Vec<f64> = sites.iter().map(|s| (-0.5 * (s.distance(site) / SHARED_ROOM).powi(2)).exp()).collect();
+        let sum: f64 = weights.iter().sum();
+        for (ear, hops) in target.hops.iter_mut().enumerate() {
+            let own = measured[i][ear].0;
+            for (l, bands) in hops.iter_mut().enumerate().skip(1) {
+                for (b, energy) in bands.iter_mut().enumerate() {
+                    let shares = measured.iter().zip(&weights).map(|(m, w)| w * m[ear].1[l][b] / m[ear].0);
+                    *energy = own * shares.sum::<f64>() / sum;
+                }
+            }
+        }
     }
 }
 
@@ -68,25 +89,32 @@ impl Calibrator {
         }
     }
 
+    /// What a transfer function is fitted to; all targets of a scene have responses of one length.
+    pub(crate) fn target(&self, ears: [Vec<f32>; 2], arrival: i64, name: &str) -> Result<Target, BakeFailure> {
+        let measures = Binaural::of_response(&ears[0], &ears[1], self.grid.sample_rate_hz)
+            .map_err(|e| BakeFailure::Response { name: name.to_owned(), problem: e.to_string() })?;
+        let count = ears[0].len() / self.grid.hop + 1;
+        let hops = ears.each_ref().map(|ear| self.analyser.hop_energies(ear, arrival, count, &self.bands));
+        Ok(Target { ears, hops, measures })
+    }
+
     /// Corrects a first estimate towards the measured response.
     ///
     /// Tap gains follow the ratio of measured to rendered band energy hop by hop; the direct sound follows the energy of each ear's
     /// first hop and, at last, the level difference of the whole; the delay follows the interaural time difference.
     pub(crate) fn fit(&self, mut transfer: TransferFunction, target: &Target) -> Result<TransferFunction, BakeFailure> {
-        let hops = target.ears[0].len() / self.grid.hop + 1;
+        let hops = target.hops[0].len();
         #[expect(clippy::cast_possible_truncation, reason = "a delay")]
         {
             transfer.delay_s = target.measures.itd_s as f32;
         }
-        let wanted: [HopEnergies; 2] =
-            [0, 1].map(|e| self.analyser.hop_energies(&target.ears[e], target.arrival, hops, &self.bands));
         for _ in 0..ROUNDS {
             let (ears, origin) = self.render(&transfer, target.ears[0].len())?;
             let got: [HopEnergies; 2] = [0, 1].map(|e| self.analyser.hop_energies(&ears[e], origin, hops, &self.bands));
-            let measures = Binaural::of_response(&ears[0], &ears[1], target.sample_rate_hz);
+            let measures = Binaural::of_response(&ears[0], &ears[1], self.grid.sample_rate_hz);
             for ear in 0..2 {
                 for band in 0..self.shape.bands {
-                    let (wanted, got) = (&wanted[ear], &got[ear]);
+                    let (wanted, got) = (&target.hops[ear], &got[ear]);
                     for tap in 0..self.shape.taps.min(hops - 1) {
                         let g = &mut transfer.taps[(tap * 2 + ear) * self.shape.bands + band];
                         *g *= step(wanted[tap + 1][band], got[tap + 1][band]);

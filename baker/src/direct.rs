@@ -8,9 +8,9 @@ use realfft::RealFftPlanner;
 /// The direct sound begins this long before the earlier onset, seconds.
 const LEAD_S: f64 = 0.001;
 /// It is whole up to this long after the arrival at the head, seconds ...
-const WHOLE_S: f64 = 0.003;
+const WHOLE_S: f64 = 0.002;
 /// ... and has faded out by here, before early reflections take over.
-const END_S: f64 = 0.0045;
+const END_S: f64 = 0.0035;
 
 /// Direct sound at both ears.
 #[derive(Clone, Debug)]

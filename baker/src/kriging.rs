@@ -6,6 +6,8 @@ use promenade_core::glam;
 
 /// Measurements that a node is interpolated from, at most.
 const NEIGHBOURS: usize = 48;
+/// Measurements closer together than this share of their distance from the node count as one.
+const CROWDING: f64 = 0.25;
 /// Distance over which masks stay alike: chord of the unit sphere of directions.
 const DIRECTION_SCALE: f64 = 1.0;
 /// Distance over which rooms stay alike, metres.
@@ -21,7 +23,7 @@ pub(crate) struct Site {
 }
 
 impl Site {
-    fn distance(&self, other: &Self) -> f64 {
+    pub(crate) fn distance(&self, other: &Self) -> f64 {
         let d = f64::from((self.direction - other.direction).length()) / DIRECTION_SCALE;
         let p = f64::from((self.position - other.position).length()) / POSITION_SCALE_M;
         (d * d + p * p).sqrt()
@@ -31,11 +33,18 @@ impl Site {
 /// Weights of measurements at a node, by ordinary kriging: they sum to 1 and pick out a measurement made at the node itself.
 ///
 /// Covariance: Matern with smoothness 3/2 (Rasmussen and Williams 2006, equation 4.17), over the chord between directions and the
-/// distance between positions. Measurements beyond the nearest 48 get no weight.
+/// distance between positions. At most 48 measurements take part, the nearest that do not crowd together.
 pub(crate) fn weights(sites: &[Site], node: &Site) -> Vec<(usize, f64)> {
-    let mut near: Vec<usize> = (0..sites.len()).collect();
-    near.sort_by(|&a, &b| sites[a].distance(node).total_cmp(&sites[b].distance(node)).then(a.cmp(&b)));
-    near.truncate(NEIGHBOURS);
+    let mut order: Vec<usize> = (0..sites.len()).collect();
+    order.sort_by(|&a, &b| sites[a].distance(node).total_cmp(&sites[b].distance(node)).then(a.cmp(&b)));
+    // Of measurements that crowd together far from the node one says as much as all of them, and keeps the system well conditioned.
+    let mut near: Vec<usize> = Vec::with_capacity(NEIGHBOURS);
+    for site in order {
+        let crowd = CROWDING * sites[site].distance(node);
+        if near.len() < NEIGHBOURS && near.iter().all(|&n| sites[n].distance(&sites[site]) >= crowd) {
+            near.push(site);
+        }
+    }
     if let [only] = near[..] {
         return vec![(only, 1.0)];
     }
@@ -75,6 +84,15 @@ mod tests {
         let sites = ring(19);
         for (index, weight) in weights(&sites, &sites[7]) {
             assert!((weight - if index == 7 { 1.0 } else { 0.0 }).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn far_from_a_dense_ring_no_weight_is_wild() {
+        let sites = ring(360);
+        let pole = Site { direction: Vec3::Z, position: Vec3::ZERO };
+        for (_, weight) in weights(&sites, &pole) {
+            assert!((-0.05..0.5).contains(&weight), "{weight}");
         }
     }
 

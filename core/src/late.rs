@@ -161,13 +161,13 @@ impl WithSimd for Advance<'_> {
             let out = &mut output_row[output.at];
             let [first, second, third, fourth] = &mut late.lines;
             let mut slots = [first, second, third, fourth].map(|line| &mut line.ring[b * line.hops + frame % line.hops]);
-            for i in 0..LANES {
+            for (i, peak) in peaks.iter_mut().enumerate() {
                 let re = hadamard([delayed[0].re[i], delayed[1].re[i], delayed[2].re[i], delayed[3].re[i]]);
                 let im = hadamard([delayed[0].im[i], delayed[1].im[i], delayed[2].im[i], delayed[3].im[i]]);
                 for (line, slot) in slots.iter_mut().enumerate() {
                     slot.re[i] = 0.5 * (x.re[i] + re[line]);
                     slot.im[i] = 0.5 * (x.im[i] + im[line]);
-                    peaks[i] = peaks[i].max(slot.re[i].abs()).max(slot.im[i].abs());
+                    *peak = peak.max(slot.re[i].abs()).max(slot.im[i].abs());
                 }
                 // The first row of the Hadamard matrix is the plain sum of the lines.
                 out.re[i] = HEARD_INPUT * x.re[i] + re[0];

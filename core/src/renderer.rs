@@ -53,7 +53,7 @@ pub struct Renderer {
     /// Shares of the time filters that still have to follow the decoded pose.
     stale_shares: usize,
     share: usize,
-    /// Nothing has been heard since construction or reset: the next pose is jumped to.
+    /// The next pose is jumped to: nothing has been heard yet, or the transport was moved.
     fresh: bool,
 }
 
@@ -124,6 +124,14 @@ impl Renderer {
         self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
     }
 
+    /// Takes the next pose at once instead of following to it; what sounds goes on.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn jump(&mut self) {
+        self.fresh = true;
+    }
+
     /// Forgets the past; the next pose is jumped to instead of glided to.
     ///
     /// # Real-time
@@ -133,7 +141,7 @@ impl Renderer {
         self.head.reset();
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.filled = 0;
-        self.fresh = true;
+        self.jump();
     }
 
     /// Renders `input` into both ears, all of one length. `pose_at(i)` is the pose at sample `i`; it is asked at hops only.

@@ -180,6 +180,16 @@ impl Spatializer {
         self.active.as_ref().map_or(0, |r| r.tail_samples())
     }
 
+    /// Takes the next pose at once, as after the transport was moved; what sounds goes on.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn jump(&mut self) {
+        for renderer in [&mut self.active, &mut self.fading].into_iter().flatten() {
+            renderer.jump();
+        }
+    }
+
     /// Forgets the past: the next pose and the next settings are jumped to, not glided to.
     ///
     /// # Real-time

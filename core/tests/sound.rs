@@ -72,7 +72,7 @@ fn subnormal_huge_and_broken_inputs_do_no_harm() {
         }
     }
     let bad_pose = |i: usize| {
-        if i % 2 == 0 { Pose { position: Vec3::NAN, ..Pose::IDENTITY } } else { walk(RATE)(i) }
+        if i.is_multiple_of(2) { Pose { position: Vec3::NAN, ..Pose::IDENTITY } } else { walk(RATE)(i) }
     };
     let out = render(&mut s, &input, &[333], &BlockParams::default(), bad_pose);
     assert!(out.iter().flatten().all(|v| v.is_finite() && !v.is_subnormal()));

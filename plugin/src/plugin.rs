@@ -202,6 +202,7 @@ impl Plugin for Promenade {
         let total = buffer.samples();
         let transport = context.transport();
         let start_s = self.clock.advance(transport.pos_seconds(), transport.playing, total, self.sample_rate_hz);
+        let moved = self.clock.moved();
         let mut block = snapshot.block;
         if self.dry {
             block.mix = 0.0;
@@ -209,6 +210,9 @@ impl Plugin for Promenade {
         let (Some(spatializer), [left, right]) = (&mut self.spatializer, buffer.as_slice()) else {
             return ProcessStatus::Error("not activated, or not two output channels");
         };
+        if moved {
+            spatializer.jump();
+        }
         let (walk, sample_s) = (self.walk.as_deref(), self.sample_rate_hz.recip());
         let pose_at = |i: usize| match (snapshot.follow, walk) {
             (Follow::Off, _) | (_, None) => snapshot.pose,

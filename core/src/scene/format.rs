@@ -354,7 +354,7 @@ fn check_grid(grid: &StftGrid) -> Result<(), SceneError> {
     }
     limit("transform length", grid.n_fft, 4, 2 * (MAX_BINS - 1))?;
     limit("hop", grid.hop, 1, grid.n_fft / 2)?;
-    if grid.n_fft % 2 != 0 {
+    if !grid.n_fft.is_multiple_of(2) {
         return Err(value("transform length", "an even number", grid.n_fft));
     }
     let latency = grid.n_fft as f64 / rate;

@@ -1,0 +1,81 @@
+//! What `docs/conventions.md` says of baking.
+
+use promenade_baker::measure::render_response;
+use promenade_baker::{BakeOptions, Response, Responses, bake_responses};
+use promenade_core::glam::Vec3;
+use promenade_core::metrics::{ild_db, itd_s};
+use promenade_core::{Pose, Scene};
+use std::sync::Arc;
+
+const RATE: f64 = 16_000.0;
+
+/// A click per ear, later and softer on the far side, and a little decaying noise.
+fn measured(azimuth_deg: f32) -> Response {
+    let azimuth = azimuth_deg.to_radians();
+    let side = azimuth.sin();
+    let mut state = 1_u32;
+    let mut noise = move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / 8_388_608.0 - 1.0
+    };
+    let mut ear = |near: f32| {
+        let delay = 40.0 - 5.0 * near;
+        (0..6_000)
+            .map(|i| {
+                let t = i as f32 - delay;
+                let click = if t.abs() < 1e-3 { 1.0 } else { (std::f32::consts::PI * t).sin() / (std::f32::consts::PI * t) };
+                let click = if t.abs() < 16.0 { click * (0.2 * t).cos().max(0.0) } else { 0.0 };
+                (1.0 + 0.4 * near) * click + if t > 80.0 { 0.02 * noise() * (-t / 900.0).exp() } else { 0.0 }
+            })
+            .collect::<Vec<f32>>()
+    };
+    let (left, right) = (ear(side), ear(-side));
+    let source = Vec3::new(azimuth.cos(), azimuth.sin(), 0.0) * 2.0;
+    Response { listener: Pose::IDENTITY, source, left, right, name: format!("{azimuth_deg}") }
+}
+
+fn bake(azimuths: &[f32]) -> Arc<Scene> {
+    let set = Responses {
+        title: "clicks".into(),
+        credit: String::new(),
+        licence: String::new(),
+        sample_rate_hz: RATE,
+        responses: azimuths.iter().map(|a| measured(*a)).collect(),
+        notes: vec![],
+    };
+    Arc::new(bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap())
+}
+
+fn turned(scene: &Arc<Scene>, yaw_deg: f32) -> [Vec<f32>; 2] {
+    render_response(scene, Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0), 400, 6_000)
+}
+
+#[test]
+fn sources_around_a_listener_become_one_emitter_ahead_of_the_origin() {
+    let scene = bake(&[-60.0, -30.0, 0.0, 30.0, 60.0]);
+    assert!((scene.emitter() - Vec3::new(2.0, 0.0, 0.0)).length() < 1e-4);
+    assert!(scene.start_pose().position.length() < 1e-4 && scene.start_pose().ypr().0.abs() < 1e-4);
+    // A source on the left was measured; the listener hears it so after turning to the right.
+    let [left, right] = turned(&scene, -60.0);
+    assert!(itd_s(&left, &right, RATE).unwrap() < -200e-6 && ild_db(&left, &right).unwrap() > 2.0);
+    assert!(scene.provenance().notes.iter().any(|n| n.contains("one emitter")));
+}
+
+#[test]
+fn an_unmeasured_rear_is_the_mirror_image_of_the_front() {
+    let scene = bake(&[-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0]);
+    let ild = |yaw: f32| {
+        let [left, right] = turned(&scene, yaw);
+        ild_db(&left, &right).unwrap()
+    };
+    assert!((ild(150.0) - ild(30.0)).abs() < 0.2 && (ild(-120.0) - ild(-60.0)).abs() < 0.2);
+    assert!(scene.provenance().notes.iter().any(|n| n.contains("mirror")));
+}
+
+#[test]
+fn the_loudest_ear_has_unit_energy() {
+    let scene = bake(&[-60.0, -30.0, 0.0, 30.0, 60.0]);
+    let energy = |yaw: f32| turned(&scene, yaw).map(|ear| ear.iter().map(|v| v * v).sum::<f32>());
+    let loudest = [-60.0, -30.0, 0.0, 30.0, 60.0].into_iter().flat_map(energy).fold(0.0, f32::max);
+    assert!((loudest - 1.0).abs() < 0.1, "{loudest}");
+}
