@@ -2,26 +2,13 @@
 //! CSV (header `t,x,y,z,yaw,pitch,roll`). Seconds, metres and degrees.
 
 use crate::BakeError;
-use promenade_core::glam::{Quat, Vec3};
-use promenade_core::{CameraPath, Keyframe, Pose};
-use serde::Deserialize;
+use promenade_core::{CameraPath, Keyframe, KeyframeEntry, PathError};
 use std::path::Path;
 
-/// Keyframes a path may have.
-pub const MAX_KEYFRAMES: usize = 1_000_000;
 /// Bytes a path file may have.
 const MAX_BYTES: u64 = 256 << 20;
 /// The columns of a CSV path.
 const COLUMNS: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "roll"];
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Entry {
-    t: f64,
-    position: [f32; 3],
-    ypr: Option<[f32; 3]>,
-    quat: Option<[f32; 4]>,
-}
 
 /// Reads a camera path; the ending of the name, `.json` or `.csv`, tells the form.
 ///
@@ -35,44 +22,20 @@ pub fn read(path: &Path) -> Result<CameraPath, BakeError> {
     }
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let text = || std::fs::read_to_string(path).map_err(BakeError::read(path));
-    let keyframes = match ending.as_str() {
-        "json" => from_json(path, &text()?)?,
+    let entries = match ending.as_str() {
+        "json" => serde_json::from_str(&text()?).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })?,
         "csv" => from_csv(path, &text()?)?,
         _ => return Err(BakeError::content(path, "a camera path ending in .json or .csv", format!("the ending \"{ending}\""))),
     };
-    if keyframes.len() > MAX_KEYFRAMES {
-        return Err(BakeError::content(path, format!("at most {MAX_KEYFRAMES} keyframes"), format!("{}", keyframes.len())));
-    }
-    CameraPath::new(keyframes).map_err(|source| BakeError::CameraPath { path: path.to_path_buf(), source })
+    camera_path(&entries).map_err(|source| BakeError::CameraPath { path: path.to_path_buf(), source })
 }
 
-fn from_json(path: &Path, text: &str) -> Result<Vec<Keyframe>, BakeError> {
-    let entries: Vec<Entry> =
-        serde_json::from_str(text).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })?;
-    let pose = |(index, entry): (usize, Entry)| {
-        let position = Vec3::from_array(entry.position);
-        let wrong = |found: &str| {
-            BakeError::entry(path, format!("keyframe {index}"), "an orientation as \"ypr\" or as a unit \"quat\"", found)
-        };
-        let pose = match (entry.ypr, entry.quat) {
-            (Some(ypr), None) => pose_of(position, ypr),
-            (None, Some([w, x, y, z])) => {
-                let orientation = Quat::from_xyzw(x, y, z, w);
-                // Written with few digits a quaternion is a little off unit length; further off it is a mistake.
-                if (orientation.length() - 1.0).abs() > 0.01 {
-                    return Err(wrong(&format!("a quaternion of length {}", orientation.length())));
-                }
-                Pose { position, orientation: orientation.normalize() }
-            }
-            (None, None) => return Err(wrong("neither")),
-            (Some(_), Some(_)) => return Err(wrong("both")),
-        };
-        Ok(Keyframe { t_s: entry.t, pose })
-    };
-    entries.into_iter().enumerate().map(pose).collect()
+fn camera_path(entries: &[KeyframeEntry]) -> Result<CameraPath, PathError> {
+    let keyframes = entries.iter().enumerate().map(|(index, e)| e.to_keyframe(index));
+    CameraPath::new(keyframes.collect::<Result<Vec<Keyframe>, _>>()?)
 }
 
-fn from_csv(path: &Path, text: &str) -> Result<Vec<Keyframe>, BakeError> {
+fn from_csv(path: &Path, text: &str) -> Result<Vec<KeyframeEntry>, BakeError> {
     let mut lines = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).filter(|(_, l)| !l.is_empty());
     let header = lines.next().map_or("", |(_, l)| l).trim_start_matches('\u{feff}');
     if !header.split(',').map(str::trim).eq(COLUMNS) {
@@ -91,19 +54,15 @@ fn from_csv(path: &Path, text: &str) -> Result<Vec<Keyframe>, BakeError> {
         }
         #[expect(clippy::cast_possible_truncation, reason = "positions and angles are f32 inside")]
         let [x, y, z, yaw, pitch, roll] = [1, 2, 3, 4, 5, 6].map(|i| values[i] as f32);
-        Ok(Keyframe { t_s: values[0], pose: pose_of(Vec3::new(x, y, z), [yaw, pitch, roll]) })
+        Ok(KeyframeEntry { t: values[0], position: [x, y, z], ypr: Some([yaw, pitch, roll]), quat: None })
     };
     lines.map(keyframe).collect()
-}
-
-fn pose_of(position: Vec3, ypr_deg: [f32; 3]) -> Pose {
-    let [yaw, pitch, roll] = ypr_deg.map(f32::to_radians);
-    Pose::from_ypr(position, yaw, pitch, roll)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use promenade_core::glam::Vec3;
 
     fn parse(name: &str, text: &str) -> Result<CameraPath, String> {
         let folder = tempfile::tempdir().unwrap();

@@ -2,18 +2,16 @@
 
 use anyhow::{Context, Result, bail};
 use promenade_baker::atomic;
-use promenade_core::Scene;
+use promenade_core::{MAX_SCENE_BYTES, Scene};
 use std::path::Path;
 use std::sync::Arc;
-
-/// Bytes a scene file may have; checked before it is read.
-const MAX_BYTES: u64 = 1 << 31;
 
 pub(crate) fn read(path: &Path) -> Result<Arc<Scene>> {
     let name = path.display();
     let size = std::fs::metadata(path).with_context(|| format!("{name}: cannot be read"))?.len();
-    if size > MAX_BYTES {
-        bail!("{name}: expected a scene of at most {MAX_BYTES} bytes, found {size}");
+    // Checked before it is read into memory.
+    if size > MAX_SCENE_BYTES as u64 {
+        bail!("{name}: expected a scene of at most {MAX_SCENE_BYTES} bytes, found {size}");
     }
     let bytes = std::fs::read(path).with_context(|| format!("{name}: cannot be read"))?;
     let scene = Scene::from_bytes(&bytes).with_context(|| format!("{name}: no readable scene"))?;

@@ -3,6 +3,9 @@
 //! A [`Scene`] is read from bytes, a [`Renderer`] plays it at a host's sample rate, a [`Spatializer`] is what the audio thread owns.
 //! Nothing here knows a host, a thread, a file, a clock or a user interface.
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable))]
+
 mod bands;
 mod carrier;
 mod direct;
@@ -27,10 +30,10 @@ pub use bands::Bands;
 pub use field::{Axis, Field, FieldGrid, NEAREST_M};
 pub use glam;
 pub use grid::StftGrid;
-pub use path::{CameraPath, Keyframe, PathError, Playback};
+pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;
 pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
-pub use scene::{Anchor, HeldOut, Provenance, Scene, SceneError, SceneParts, TailModel};
+pub use scene::{Anchor, HeldOut, MAX_SCENE_BYTES, Provenance, Scene, SceneError, SceneParts, TailModel};
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::Tier;
 pub use transfer::{TransferFunction, TransferShape};

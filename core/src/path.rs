@@ -1,8 +1,15 @@
 //! A walk: poses over time.
 
+mod entry;
+
 use crate::Pose;
 use glam::{Quat, Vec3};
 use thiserror::Error;
+
+pub use entry::KeyframeEntry;
+
+/// Keyframes that a path may have.
+pub const MAX_KEYFRAMES: usize = 1_000_000;
 
 /// A pose the listener passes through at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +26,28 @@ pub enum PathError {
     /// A path needs at least one keyframe.
     #[error("a camera path needs at least one keyframe, found none")]
     Empty,
+    /// Far too many keyframes.
+    #[error("the camera path has {found} keyframes, expected at most {MAX_KEYFRAMES}")]
+    TooLong {
+        /// Their number.
+        found: usize,
+    },
+    /// A keyframe of a file has no orientation, or two.
+    #[error("keyframe {index}: expected an orientation as \"ypr\" or as a unit \"quat\", found {found}")]
+    Orientation {
+        /// Zero-based number of the keyframe.
+        index: usize,
+        /// "neither" or "both".
+        found: &'static str,
+    },
+    /// A quaternion of a file is no rotation.
+    #[error("keyframe {index}: expected a unit quaternion, found one of length {found}")]
+    NotUnit {
+        /// Zero-based number of the keyframe.
+        index: usize,
+        /// Its length.
+        found: f32,
+    },
     /// Times must rise from keyframe to keyframe.
     #[error("keyframe {index} is at {found} s, expected a time after {previous} s")]
     NotRising {
@@ -52,7 +81,7 @@ impl Default for Playback {
     }
 }
 
-/// Camera path: position by a centripetal-free (uniform in time) Catmull-Rom spline, orientation by spherical linear interpolation.
+/// Camera path: position by a Catmull-Rom spline, orientation by spherical linear interpolation.
 ///
 /// Position tangents are the finite differences of Catmull and Rom (1974) for unequal times; it passes through every keyframe
 /// and does not overshoot a standstill between two equal positions at the ends.
@@ -65,10 +94,13 @@ impl CameraPath {
     /// Checks and takes keyframes in rising order of time.
     ///
     /// # Errors
-    /// No keyframe, times that do not rise, or a pose that is not finite.
+    /// No keyframe or more than [`MAX_KEYFRAMES`], times that do not rise, or a pose that is not finite.
     pub fn new(keyframes: Vec<Keyframe>) -> Result<Self, PathError> {
         if keyframes.is_empty() {
             return Err(PathError::Empty);
+        }
+        if keyframes.len() > MAX_KEYFRAMES {
+            return Err(PathError::TooLong { found: keyframes.len() });
         }
         for (index, k) in keyframes.iter().enumerate() {
             if !k.t_s.is_finite() || !k.pose.is_valid() {

@@ -6,7 +6,7 @@ use crate::metrics::Binaural;
 use crate::{Bands, Field, Pose, StftGrid, Tier};
 use glam::Vec3;
 
-pub use format::SceneError;
+pub use format::{MAX_SCENE_BYTES, SceneError};
 
 /// What the time filters of all poses share.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,7 +15,7 @@ pub const SCENE_EXTENSION: &str = "promenade";
 /// Extension of camera path files, the JSON form of the command line.
 pub const WALK_EXTENSION: &str = "json";
 /// Larger files are refused unread, bytes.
-const LARGEST_FILE: u64 = 1 << 30;
+const LARGEST_FILE: u64 = promenade_core::MAX_SCENE_BYTES as u64;
 
 /// A scene in memory and how to find it again.
 pub struct Found {

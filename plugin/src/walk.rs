@@ -1,40 +1,21 @@
 //! A camera path as it is kept in files and in projects.
 
-use promenade_core::glam::{Quat, Vec3};
-use promenade_core::{CameraPath, Keyframe, PathError, Playback, Pose};
+use promenade_core::{CameraPath, KeyframeEntry, PathError, Playback};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-
-/// More keyframes than this are refused.
-const MOST_KEYFRAMES: usize = 100_000;
 
 /// A camera path as the project keeps it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct KeptWalk {
     /// Poses in rising order of time; none means there is no path.
-    pub keyframes: Vec<KeptKeyframe>,
+    pub keyframes: Vec<KeyframeEntry>,
     /// Path seconds per second of the transport; negative runs backwards.
     pub speed: f64,
     /// Start over at the end instead of staying there.
     pub looping: bool,
     /// The library slot the path was chosen by, 0 for none.
     pub slot: u32,
-}
-
-/// A pose and its time, as in the camera path files of the command line: `{"t": 0, "position": [x, y, z], "ypr": [0, 0, 0]}`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct KeptKeyframe {
-    /// Seconds on the path's own time line.
-    pub t: f64,
-    /// World position x, y, z, metres.
-    pub position: [f32; 3],
-    /// Yaw, pitch and roll, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ypr: Option<[f32; 3]>,
-    /// Or the unit quaternion w, x, y, z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub quat: Option<[f32; 4]>,
 }
 
 /// A camera path and how it is run through, ready for the audio thread.
@@ -49,15 +30,9 @@ pub struct Walk {
 /// Why a file or a saved state holds no camera path.
 #[derive(Debug, Error)]
 pub enum WalkError {
-    /// Far too many keyframes.
-    #[error("the camera path has {0} keyframes, expected at most {MOST_KEYFRAMES}")]
-    TooLong(usize),
     /// The speed is not finite.
     #[error("the camera path's speed is {0}, expected a finite number")]
     Speed(f64),
-    /// A keyframe has no orientation, or two.
-    #[error("keyframe {0} needs an orientation, either as \"ypr\" or as \"quat\"")]
-    Orientation(usize),
     /// The keyframes make no path.
     #[error(transparent)]
     Path(#[from] PathError),
@@ -84,35 +59,18 @@ impl KeptWalk {
     /// The path in radians, or `None` when it has no keyframes.
     ///
     /// # Errors
-    /// Too many keyframes, a speed that is not finite, or keyframes that make no path.
+    /// A speed that is not finite, or keyframes that make no path.
     pub fn to_walk(&self) -> Result<Option<Walk>, WalkError> {
-        if self.keyframes.len() > MOST_KEYFRAMES {
-            return Err(WalkError::TooLong(self.keyframes.len()));
-        }
         if !self.speed.is_finite() {
             return Err(WalkError::Speed(self.speed));
         }
         if self.keyframes.is_empty() {
             return Ok(None);
         }
-        let keyframes = self.keyframes.iter().enumerate().map(|(index, k)| k.to_keyframe(index)).collect::<Result<_, _>>()?;
+        let keyframes =
+            self.keyframes.iter().enumerate().map(|(index, k)| k.to_keyframe(index)).collect::<Result<Vec<_>, _>>()?;
         let path = CameraPath::new(keyframes)?;
         Ok(Some(Walk { path, playback: Playback { speed: self.speed, looping: self.looping } }))
-    }
-}
-
-impl KeptKeyframe {
-    fn to_keyframe(self, index: usize) -> Result<Keyframe, WalkError> {
-        let position = Vec3::from_array(self.position);
-        let pose = match (self.ypr, self.quat) {
-            (Some(ypr), None) => {
-                let [yaw, pitch, roll] = ypr.map(f32::to_radians);
-                Pose::from_ypr(position, yaw, pitch, roll)
-            }
-            (None, Some([w, x, y, z])) => Pose { position, orientation: Quat::from_xyzw(x, y, z, w).normalize() },
-            _ => return Err(WalkError::Orientation(index)),
-        };
-        Ok(Keyframe { t_s: self.t, pose })
     }
 }
 
@@ -136,7 +94,10 @@ mod tests {
     #[test]
     fn nonsense_is_refused_with_a_reason() {
         assert!(matches!(of("[1"), Err(WalkError::Json(_))));
-        assert!(matches!(of(r#"[{"t": 0, "position": [1, 2, 3]}]"#), Err(WalkError::Orientation(0))));
+        assert!(matches!(
+            of(r#"[{"t": 0, "position": [1, 2, 3]}]"#),
+            Err(WalkError::Path(PathError::Orientation { index: 0, .. }))
+        ));
         assert!(matches!(of(r#"[{"t": 0, "position": [1, 2, 3], "quat": [0, 0, 0, 0]}]"#), Err(WalkError::Path(_))));
         let endless = KeptWalk { speed: f64::INFINITY, ..KeptWalk::default() };
         assert!(matches!(endless.to_walk(), Err(WalkError::Speed(_))));

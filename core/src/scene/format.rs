@@ -13,8 +13,8 @@ use thiserror::Error;
 
 /// Version of the format that this code writes and reads.
 const VERSION: u32 = 1;
-/// The largest file that is read, bytes.
-const MAX_BYTES: usize = 1 << 30;
+/// The largest scene file that is read, bytes.
+pub const MAX_SCENE_BYTES: usize = 1 << 30;
 /// The largest numbers of things in a scene, checked before anything is allocated for them.
 const MAX_NODES: usize = 1 << 22;
 const MAX_ANCHORS: usize = 65_536;
@@ -30,7 +30,7 @@ const CHECKSUM: &str = "crc32";
 #[derive(Debug, Error)]
 pub enum SceneError {
     /// The file is larger than is read.
-    #[error("the scene has {found} bytes, expected at most {MAX_BYTES}")]
+    #[error("the scene has {found} bytes, expected at most {MAX_SCENE_BYTES}")]
     TooLarge {
         /// Its size, bytes.
         found: usize,
@@ -238,7 +238,7 @@ fn checksum<'a, 'b: 'a>(manifest: &str, tensors: impl Iterator<Item = (&'a str, 
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<SceneParts, SceneError> {
-    if bytes.len() > MAX_BYTES {
+    if bytes.len() > MAX_SCENE_BYTES {
         return Err(SceneError::TooLarge { found: bytes.len() });
     }
     let container = |e: safetensors::SafeTensorError| SceneError::Container(e.to_string());
