@@ -123,8 +123,17 @@ impl RenderHead {
 
     /// Level of everything but the direct sound: moves towards 1 or 0 by at most `step` a frame, or jumps with a step of 1.
     pub(crate) fn glide_room(&mut self, on: bool, step: f32) {
+        if on && self.room_gain == 0.0 {
+            // The late part stood still meanwhile: what is left in it belongs to another time.
+            self.forget_late();
+        }
         let target = if on { 1.0 } else { 0.0 };
         self.room_gain += (target - self.room_gain).clamp(-step, step);
+    }
+
+    /// Whether anything but the direct sound is heard.
+    pub(crate) fn has_room(&self) -> bool {
+        self.room_gain > 0.0
     }
 
     /// Applies the filters to the newest frame. `None` when nothing sounds any more: both ears are silent.
@@ -139,15 +148,10 @@ impl RenderHead {
         for (l, slot) in self.slots.iter_mut().enumerate() {
             *slot = (now + slots - 1 - l) % slots;
         }
-        let tail_now = self.frame % LATE_HOPS;
-        for (j, slot) in self.late_slots.iter_mut().enumerate() {
-            *slot = (tail_now + LATE_HOPS - j) % LATE_HOPS;
+        if self.has_room() {
+            self.advance_late(now);
         }
-        let fed = (now + slots - (self.shape.taps + 1 - self.late_lead())) % slots;
-        let (from, to) =
-            (Slot { ring: &self.input, slots, at: fed }, SlotMut { ring: &mut self.tail, slots: LATE_HOPS, at: tail_now });
-        self.network.advance(self.frame, from, to);
-        let dead = silent && self.network.is_silent();
+        let dead = silent && (!self.has_room() || self.network.is_silent());
         self.dead_frames = if dead { self.dead_frames.saturating_add(1) } else { 0 };
 
         self.direct_sum.fill(EarBlocks::default());
@@ -156,7 +160,7 @@ impl RenderHead {
             Accumulate { arch, slots, ring_len, ring, filter, sums }.run();
         };
         add(&[now], input, slots, self.direct.blocks(), &mut self.direct_sum);
-        if self.room_gain > 0.0 {
+        if self.has_room() {
             self.room_sum.fill(EarBlocks::default());
             add(&self.slots, input, slots, self.taps.filters(), &mut self.room_sum);
             add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), &mut self.room_sum);
@@ -168,6 +172,24 @@ impl RenderHead {
         Some(())
     }
 
+    /// Feeds the late network from the ring of input, whose newest frame is in slot `now`.
+    fn advance_late(&mut self, now: usize) {
+        let slots = self.shape.taps + 1;
+        let tail_now = self.frame % LATE_HOPS;
+        for (j, slot) in self.late_slots.iter_mut().enumerate() {
+            *slot = (tail_now + LATE_HOPS - j) % LATE_HOPS;
+        }
+        let fed = (now + slots - (self.shape.taps + 1 - self.late_lead())) % slots;
+        let from = Slot { ring: &self.input, slots, at: fed };
+        let to = SlotMut { ring: &mut self.tail, slots: LATE_HOPS, at: tail_now };
+        self.network.advance(self.frame, from, to);
+    }
+
+    fn forget_late(&mut self) {
+        self.tail.fill(Block::default());
+        self.network.reset();
+    }
+
     /// Hops by which the late part starts before the hop after the last tap.
     fn late_lead(&self) -> usize {
         (LATE_HOPS - 1).min(self.shape.taps)
@@ -175,8 +197,7 @@ impl RenderHead {
 
     pub(crate) fn reset(&mut self) {
         self.input.fill(Block::default());
-        self.tail.fill(Block::default());
-        self.network.reset();
+        self.forget_late();
         self.dead_frames = usize::MAX / 2;
     }
 

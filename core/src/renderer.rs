@@ -220,7 +220,12 @@ impl Renderer {
             field.masks(&self.cell, &mut self.transfer);
             self.head.set_direct(&self.transfer);
         }
-        let shares = if whole { REFRESH_HOPS } else { self.stale_shares.min(1) };
+        // Without a room its filters wait; they catch up while it fades in.
+        let shares = match (whole, self.head.has_room()) {
+            (true, _) => REFRESH_HOPS,
+            (false, true) => self.stale_shares.min(1),
+            (false, false) => 0,
+        };
         let (explicit, hops) = (field.shape().taps, self.head.filter_hops());
         for _ in 0..shares {
             let range = hops * self.share / REFRESH_HOPS..hops * (self.share + 1) / REFRESH_HOPS;
