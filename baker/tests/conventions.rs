@@ -20,12 +20,15 @@ fn measured(azimuth_deg: f32) -> Response {
     };
     let mut ear = |near: f32| {
         let delay = 40.0 - 5.0 * near;
+        // The head's shadow: a first-order low-pass on the far side.
+        let (shadow, mut memory) = (0.3 * (1.0 - near), 0.0);
         (0..6_000)
             .map(|i| {
                 let t = i as f32 - delay;
                 let click = if t.abs() < 1e-3 { 1.0 } else { (std::f32::consts::PI * t).sin() / (std::f32::consts::PI * t) };
                 let click = if t.abs() < 16.0 { click * (0.2 * t).cos().max(0.0) } else { 0.0 };
-                (1.0 + 0.4 * near) * click + if t > 80.0 { 0.02 * noise() * (-t / 900.0).exp() } else { 0.0 }
+                memory = shadow * memory + (1.0 - shadow) * click;
+                (1.0 + 0.4 * near) * memory + if t > 80.0 { 0.02 * noise() * (-t / 900.0).exp() } else { 0.0 }
             })
             .collect::<Vec<f32>>()
     };
@@ -59,6 +62,18 @@ fn sources_around_a_listener_become_one_emitter_ahead_of_the_origin() {
     let [left, right] = turned(&scene, -60.0);
     assert!(itd_s(&left, &right, RATE).unwrap() < -200e-6 && ild_db(&left, &right).unwrap() > 2.0);
     assert!(scene.provenance().notes.iter().any(|n| n.contains("one emitter")));
+}
+
+#[test]
+fn a_baked_pose_measures_as_the_room_did() {
+    let azimuths = [-60.0, -30.0, 0.0, 30.0, 60.0];
+    let scene = bake(&azimuths);
+    for azimuth in azimuths {
+        let (m, [left, right]) = (measured(azimuth), turned(&scene, -azimuth));
+        let itd = itd_s(&left, &right, RATE).unwrap() - itd_s(&m.left, &m.right, RATE).unwrap();
+        let ild = ild_db(&left, &right).unwrap() - ild_db(&m.left, &m.right).unwrap();
+        assert!(itd.abs() < 5e-6 && ild.abs() < 0.1, "{azimuth}: {itd} s, {ild} dB");
+    }
 }
 
 #[test]

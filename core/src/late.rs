@@ -17,7 +17,7 @@ const LINES: [usize; 4] = [11, 13, 17, 19];
 const HEARD_INPUT: f32 = 1.4;
 /// Energy per hop that the lossless network puts out for a unit impulse, over [`LATE_HOPS`] hops of noise (measured: see the test).
 const STEADY_ENERGY: f32 = 0.99;
-/// Below this magnitude (-240 dB) the tail counts as silence, well above the range where f32 turns subnormal.
+/// Below this magnitude (-240 dB) the tail counts as silence.
 const SILENCE: f32 = 1e-12;
 
 /// Feedback delay network (Jot and Chaigne 1991) whose delays are whole hops, run per bin.
@@ -88,7 +88,7 @@ impl Late {
     pub(crate) fn advance(&mut self, frame: usize, input: Slot<'_>, output: SlotMut<'_>) {
         let arch = self.arch;
         let peak = arch.dispatch(Advance { late: self, frame, input, output });
-        self.silent_frames = if peak < SILENCE { self.silent_frames.saturating_add(1) } else { 0 };
+        self.silent_frames = if peak == 0.0 { self.silent_frames.saturating_add(1) } else { 0 };
     }
 
     /// Whether nothing is left in the network.
@@ -143,8 +143,8 @@ impl WithSimd for Advance<'_> {
                 let decay = &line.gain[b].re;
                 for i in 0..LANES {
                     let (re, im) = (decay[i] * slot.re[i], decay[i] * slot.im[i]);
-                    slot.re[i] = x.re[i] + g * re;
-                    slot.im[i] = x.im[i] + g * im;
+                    slot.re[i] = audible(x.re[i] + g * re);
+                    slot.im[i] = audible(x.im[i] + g * im);
                     x.re[i] = re - g * slot.re[i];
                     x.im[i] = im - g * slot.im[i];
                     peaks[i] = peaks[i].max(slot.re[i].abs()).max(slot.im[i].abs());
@@ -165,8 +165,8 @@ impl WithSimd for Advance<'_> {
                 let re = hadamard([delayed[0].re[i], delayed[1].re[i], delayed[2].re[i], delayed[3].re[i]]);
                 let im = hadamard([delayed[0].im[i], delayed[1].im[i], delayed[2].im[i], delayed[3].im[i]]);
                 for (line, slot) in slots.iter_mut().enumerate() {
-                    slot.re[i] = 0.5 * (x.re[i] + re[line]);
-                    slot.im[i] = 0.5 * (x.im[i] + im[line]);
+                    slot.re[i] = audible(0.5 * (x.re[i] + re[line]));
+                    slot.im[i] = audible(0.5 * (x.im[i] + im[line]));
                     *peak = peak.max(slot.re[i].abs()).max(slot.im[i].abs());
                 }
                 // The first row of the Hadamard matrix is the plain sum of the lines.
@@ -174,16 +174,14 @@ impl WithSimd for Advance<'_> {
                 out.im[i] = HEARD_INPUT * x.im[i] + im[0];
             }
         }
-        let peak = peaks.iter().fold(0.0_f32, |a, b| a.max(*b));
-        if peak < SILENCE {
-            // What is this faint is cut to zero before it can turn subnormal.
-            for line in late.diffusers.iter_mut().chain(&mut late.lines) {
-                line.ring.chunks_exact_mut(line.hops).for_each(|row| row[frame % line.hops] = Block::default());
-            }
-            output.ring.chunks_exact_mut(output.slots).for_each(|row| row[output.at] = Block::default());
-        }
-        peak
+        peaks.iter().fold(0.0_f32, |a, b| a.max(*b))
     }
+}
+
+/// A value, or zero where it is too faint to be heard: each bin falls silent by itself, long before it turns subnormal.
+#[inline(always)]
+fn audible(value: f32) -> f32 {
+    if value.abs() < SILENCE { 0.0 } else { value }
 }
 
 /// The Hadamard matrix of order 4 without its factor of 1/2.
@@ -196,6 +194,26 @@ fn hadamard([a, b, c, d]: [f32; 4]) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_band_falls_silent_without_subnormal_numbers() {
+        let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
+        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
+        let bins = grid.bins();
+        // The upper bins die within a few hops, the lower ones linger.
+        let decay: Vec<f32> = (0..bins).map(|k| if k < 100 { 0.97 } else { 0.1 }).collect();
+        let mut late = Late::new(&grid, &grid, &tail, &decay);
+        let mut input = vec![Block::default(); blocks_for(bins)];
+        write_slot(&mut input, 1, 0, &vec![1.0.into(); bins]);
+        let mut out = input.clone();
+        for frame in 0..3_000 {
+            late.advance(frame, Slot { ring: &input, slots: 1, at: 0 }, SlotMut { ring: &mut out, slots: 1, at: 0 });
+            input.fill(Block::default());
+            let rings = late.diffusers.iter().chain(&late.lines).flat_map(|l| &l.ring);
+            assert!(rings.flat_map(|b| b.re.iter().chain(&b.im)).all(|v| !v.is_subnormal()), "frame {frame}");
+        }
+        assert!(late.is_silent() && out.iter().all(|b| *b == Block::default()));
+    }
 
     #[test]
     fn a_lossless_network_keeps_its_energy_and_the_stated_level() {

@@ -130,3 +130,32 @@ impl WithSimd for Turned<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use realfft::num_complex::Complex32;
+
+    #[test]
+    fn gains_colour_the_carriers_and_a_turn_delays_the_ears_in_opposite_directions() {
+        let bins = 40;
+        let places: Vec<_> = (0..bins).map(|k| BandPlace { band: 0, fraction: k as f32 / bins as f32 }).collect();
+        let carrier = vec![Complex32::new(0.5, 0.25); bins];
+        let mut taps = Taps::new(&vec![[carrier.clone(), carrier.clone()]; 3], &places, 2);
+        // Left 1 to 2, right 4 throughout.
+        taps.set(1, &[1.0, 2.0, 4.0, 4.0]);
+        let phasor = Complex32::from_polar(1.0, -0.7);
+        let turn = vec![Block { re: [phasor.re; LANES], im: [phasor.im; LANES] }; blocks_for(bins)];
+        taps.turn(1, &turn);
+        for (k, place) in places.iter().enumerate() {
+            let row = &taps.filters()[k / LANES * 3..][..3];
+            let at = |hop: usize, ear: usize| {
+                let b = &row[hop].ears[ear];
+                Complex32::new(b.re[k % LANES], b.im[k % LANES])
+            };
+            assert!((at(1, 0) - carrier[k] * (1.0 + place.fraction) * phasor).norm() < 1e-6);
+            assert!((at(1, 1) - carrier[k] * 4.0 * phasor.conj()).norm() < 1e-6);
+            assert_eq!(at(0, 0), Complex32::default(), "other hops are as they were");
+        }
+    }
+}
