@@ -9,13 +9,13 @@ pub struct FactoryScene {
     pub bytes: &'static [u8],
 }
 
-/// A meeting room, dry.
+/// An office, dry.
 pub const ROOM_A: FactoryScene = FactoryScene {
     id: "iosr-room-a",
     bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-a.promenade")),
 };
 
-/// A lecture room, live.
+/// A class room, live.
 pub const ROOM_B: FactoryScene = FactoryScene {
     id: "iosr-room-b",
     bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-b.promenade")),

@@ -4,9 +4,14 @@ usage: pedalboard_check.py Promenade.vst3
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pedalboard
+
+PRESETS = Path(__file__).parent.parent.parent / "presets"
+sys.path.insert(0, str(PRESETS / "recipes"))
+import make_presets  # noqa: E402  (found through the line above)
 
 RATE = 48_000
 PARAMETERS = {
@@ -96,6 +101,26 @@ def check_state(plugin, path):
     assert difference < -120, f"{difference:.1f} dB"
 
 
+def check_presets(path):
+    """Every preset is what its recipe makes today, loads, and sounds as it says."""
+    made = make_presets.make(pedalboard.load_plugin(path).preset_data)
+    stored = {file.name: file.read_bytes() for file in (PRESETS / "plugin").glob("*.vstpreset")}
+    assert stored.keys() == made.keys(), sorted(stored.keys() ^ made.keys())
+    heard = {}
+    for name, content in made.items():
+        assert stored[name] == content, f"{name} is not what presets/recipes/make_presets.py makes"
+        plugin = pedalboard.load_plugin(path)
+        plugin.load_preset(str(PRESETS / "plugin" / name))
+        heard[name.removesuffix(".vstpreset")] = plugin(noise(2), RATE)
+    for name, out in heard.items():
+        assert np.all(np.isfinite(out)) and level_db(out) > -60, name
+    front, back = heard["Class room, facing the source"], heard["Class room, back row"]
+    assert level_db(front) > level_db(back) + 3
+    assert np.max(np.abs(heard["Office, facing the source"] - front)) > 1e-3, "the rooms sound the same"
+    left = heard["Half dry, source on the left"]
+    assert level_db(left[0]) > level_db(left[1]) + 1
+
+
 def main():
     path = sys.argv[1]
     plugin = pedalboard.load_plugin(path)
@@ -104,6 +129,8 @@ def main():
         print(f"ok {check.__name__}", flush=True)
     check_state(plugin, path)
     print("ok check_state")
+    check_presets(path)
+    print("ok check_presets")
 
 
 if __name__ == "__main__":
