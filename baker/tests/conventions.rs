@@ -94,3 +94,41 @@ fn the_loudest_ear_has_unit_energy() {
     let loudest = [-60.0, -30.0, 0.0, 30.0, 60.0].into_iter().flat_map(energy).fold(0.0, f32::max);
     assert!((loudest - 1.0).abs() < 0.1, "{loudest}");
 }
+
+#[test]
+fn a_set_of_positions_around_one_source_is_walked_through() {
+    let source = Vec3::new(2.0, 0.0, 0.0);
+    let at = |x: f32, y: f32| {
+        let position = Vec3::new(x, y, 0.0);
+        let to = source - position;
+        let level = 2.0 / to.length();
+        let click = measured(to.y.atan2(to.x).to_degrees());
+        let scaled = |ear: &[f32]| ear.iter().map(|v| v * level).collect::<Vec<f32>>();
+        let listener = Pose { position, ..Pose::IDENTITY };
+        Response { listener, source, left: scaled(&click.left), right: scaled(&click.right), name: format!("{x},{y}") }
+    };
+    let places: Vec<(f32, f32)> = (0..12).map(|i| ((i % 4) as f32 - 2.0, (i / 4) as f32 - 1.0)).collect();
+    let set = Responses {
+        title: "clicks".into(),
+        credit: String::new(),
+        licence: String::new(),
+        sample_rate_hz: RATE,
+        responses: places.iter().map(|&(x, y)| at(x, y)).collect(),
+        notes: vec![],
+    };
+    let scene = Arc::new(bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap());
+    assert!((scene.emitter() - source).length() < 1e-6);
+    let (low, high) = scene.bounds();
+    assert!((low - Vec3::new(-2.0, -1.0, 0.0)).length() < 1e-5 && (high - Vec3::new(1.0, 1.0, 0.0)).length() < 1e-5);
+    let direct = |ears: &[Vec<f32>; 2], from: usize| ears.iter().flat_map(|e| &e[from..from + 40]).map(|v| v * v).sum::<f32>();
+    let reference = direct(&render_response(&scene, set.responses[5].listener, 400, 6_000), 390);
+    for r in &set.responses {
+        let ears = render_response(&scene, r.listener, 400, 6_000);
+        let itd = itd_s(&ears[0], &ears[1], RATE).unwrap() - itd_s(&r.left, &r.right, RATE).unwrap();
+        assert!(itd.abs() < 40e-6, "{}: {itd} s", r.name);
+        let wanted = direct(&[r.left.clone(), r.right.clone()], 30)
+            / direct(&[set.responses[5].left.clone(), set.responses[5].right.clone()], 30);
+        let db = 10.0 * (direct(&ears, 390) / reference / wanted).log10();
+        assert!(db.abs() < 1.0, "{}: {db} dB", r.name);
+    }
+}
