@@ -1,6 +1,6 @@
 //! Field baking: measured binaural responses become a scene.
 
-use crate::calibrate::{Calibrator, share_rooms};
+use crate::calibrate::{Calibrator, Target, share_rooms};
 use crate::direct::{Direct, minimum_phase};
 use crate::kriging::{Site, weights};
 use crate::layout::{Layout, LayoutError};
@@ -13,6 +13,7 @@ use promenade_core::{
     Anchor, Bands, Field, HeldOut, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferFunction,
     TransferShape, glam,
 };
+use std::num::NonZero;
 use thiserror::Error;
 
 /// Choices of a bake.
@@ -105,9 +106,8 @@ pub fn bake_responses(
         })
         .collect::<Result<Vec<_>, BakeFailure>>()?;
     share_rooms(&mut targets, &layout.sites, &bandwidths(&grid, &room.bands));
-    let firsts = room.firsts.iter().map(|first| first.transfer.clone());
-    let transfers =
-        firsts.zip(&targets).map(|(first, target)| calibrator.fit(first, target)).collect::<Result<Vec<_>, BakeFailure>>()?;
+    let firsts: Vec<TransferFunction> = room.firsts.into_iter().map(|first| first.transfer).collect();
+    let transfers = fit_all(&calibrator, firsts, &targets)?;
 
     let (mut sites, mut rows) = (layout.sites.clone(), Vec::new());
     for (transfer, distance) in transfers.iter().zip(&layout.distances) {
@@ -161,6 +161,24 @@ pub fn bake_responses(
         anchors,
         held_out,
     })?)
+}
+
+/// Fits every transfer function to its target, on all cores; the order and the numbers do not depend on how many there are.
+fn fit_all(
+    calibrator: &Calibrator,
+    firsts: Vec<TransferFunction>,
+    targets: &[Target],
+) -> Result<Vec<TransferFunction>, BakeFailure> {
+    let share = firsts.len().div_ceil(std::thread::available_parallelism().map_or(1, NonZero::get)).max(1);
+    let jobs: Vec<(TransferFunction, &Target)> = firsts.into_iter().zip(targets).collect();
+    std::thread::scope(|scope| {
+        let fit = |part: &[(TransferFunction, &Target)]| {
+            part.iter().map(|(first, target)| calibrator.fit(first.clone(), target)).collect::<Result<Vec<_>, _>>()
+        };
+        let threads: Vec<_> = jobs.chunks(share).map(|part| scope.spawn(move || fit(part))).collect();
+        let parts = threads.into_iter().map(|t| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
+    })
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "milliseconds in samples, checked above")]
