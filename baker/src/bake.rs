@@ -4,11 +4,12 @@ use crate::calibrate::{Calibrator, Target, share_rooms};
 use crate::direct::{Direct, minimum_phase};
 use crate::kriging::{Site, weights};
 use crate::layout::{Layout, LayoutError};
+use crate::log_row::{LogRow, NO_GAIN, delay_trend};
 use crate::responses::{Response, Responses};
 use crate::room::{HopEnergies, coherence, hops_above_noise, late_gain, t60_s};
 use crate::spectrum::{Analyser, bandwidths};
 use glam::Vec3;
-use promenade_core::metrics::{Binaural, BinauralError};
+use promenade_core::metrics::Binaural;
 use promenade_core::{
     Anchor, Bands, Field, HeldOut, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferFunction,
     TransferShape, glam,
@@ -37,8 +38,6 @@ impl Default for BakeOptions {
 
 /// Share of the Nyquist frequency that measurements are trusted up to; above it anti-alias filters close.
 const TRUSTED_SHARE: f64 = 0.85;
-/// Gains below this are nothing (-140 dB).
-const NO_GAIN: f64 = 1e-7;
 
 /// Why responses could not be baked.
 #[derive(Debug, Error)]
@@ -84,13 +83,7 @@ pub fn bake_responses(
     if used.is_empty() {
         return Err(LayoutError::Empty.into());
     }
-    let layout = Layout {
-        emitter: whole.emitter,
-        poses: used.iter().map(|&i| whole.poses[i]).collect(),
-        sites: used.iter().map(|&i| whole.sites[i]).collect(),
-        distances: used.iter().map(|&i| whole.distances[i]).collect(),
-        notes: whole.notes.clone(),
-    };
+    let layout = whole.only(&used);
     let measured: Vec<&Response> = used.iter().map(|&i| &responses.responses[i]).collect();
     let grid = grid_for(responses.sample_rate_hz, options)?;
     let scene_level = level(&measured);
@@ -181,7 +174,6 @@ fn fit_all(
     })
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "milliseconds in samples, checked above")]
 fn grid_for(sample_rate_hz: f64, options: &BakeOptions) -> Result<StftGrid, BakeFailure> {
     if !(0.004..=0.1).contains(&options.window_s) {
         return Err(BakeFailure::Option { option: "window", expected: "0.004 to 0.1 s", found: options.window_s });
@@ -189,11 +181,7 @@ fn grid_for(sample_rate_hz: f64, options: &BakeOptions) -> Result<StftGrid, Bake
     if !(0.0..=4.0).contains(&options.early_s) {
         return Err(BakeFailure::Option { option: "early part", expected: "0 to 4 s", found: options.early_s });
     }
-    let hop = ((sample_rate_hz * options.window_s / 4.0).round() as usize).max(4);
-    // Asking a grid for its neighbour's rate and back finds an efficient length near the wanted one.
-    let wanted = StftGrid { sample_rate_hz: 1.0, n_fft: 4 * hop, hop };
-    let found = StftGrid { sample_rate_hz: 2.0, ..wanted }.at_rate(2.000_01);
-    Ok(StftGrid { sample_rate_hz, n_fft: found.n_fft, hop: found.hop })
+    Ok(StftGrid::four_hops(sample_rate_hz, (sample_rate_hz * options.window_s / 4.0).round().max(4.0)))
 }
 
 /// Gain that brings the loudest ear of all responses to unit energy: noise comes out no louder than it went in.
@@ -208,14 +196,16 @@ fn level(responses: &[&Response]) -> f32 {
 fn held_out(responses: &Responses, layout: &Layout, held: &[bool]) -> Result<Vec<HeldOut>, BakeFailure> {
     let mut out = Vec::new();
     for (i, r) in responses.responses.iter().enumerate().filter(|(i, _)| held[*i]) {
-        let measured = Binaural::of_response(&r.left, &r.right, responses.sample_rate_hz).map_err(|e| unmeasurable(r, &e))?;
+        let measured =
+            Binaural::of_response(&r.left, &r.right, responses.sample_rate_hz).map_err(|e| unmeasurable(&r.name, &e))?;
         out.push(HeldOut { name: r.name.clone(), pose: layout.poses[i], measured });
     }
     Ok(out)
 }
 
-fn unmeasurable(r: &Response, e: &BinauralError) -> BakeFailure {
-    BakeFailure::Response { name: r.name.clone(), problem: e.to_string() }
+/// The failure of a response that cannot be measured.
+pub(crate) fn unmeasurable(name: &str, problem: &impl ToString) -> BakeFailure {
+    BakeFailure::Response { name: name.to_owned(), problem: problem.to_string() }
 }
 
 /// A first estimate of one response's transfer function.
@@ -343,74 +333,4 @@ pub(crate) fn set_ears(transfer: &mut TransferFunction, bin: usize, [left, right
         transfer.mixture[bin] = (0.5 * sum) as f32;
         transfer.difference[bin] = if sum > 0.0 { ((right - left) / sum) as f32 } else { 0.0 };
     }
-}
-
-/// A transfer function in the domain that it is interpolated in: log gains, at a distance of 1 m, and delay.
-///
-/// Gains of measurements a few degrees apart differ by factors, and delays by sums; complex spectra that differ in delay would cancel.
-#[derive(Clone, Debug)]
-struct LogRow {
-    direct: [Vec<f64>; 2],
-    delay_s: f64,
-    room: Vec<f64>,
-    explicit: usize,
-}
-
-impl LogRow {
-    fn of(t: &TransferFunction, distance_m: f64) -> Self {
-        let log = |g: f64| g.max(NO_GAIN).ln();
-        let ear = |sign: f32| {
-            let gains = t.mixture.iter().zip(&t.difference).map(|(m, d)| f64::from((1.0 + sign * d) * m));
-            gains.map(|g| log(g * distance_m)).collect()
-        };
-        let room = t.taps.iter().chain(&t.late).map(|g| log(f64::from(*g))).collect();
-        Self { direct: [ear(-1.0), ear(1.0)], delay_s: f64::from(t.delay_s), room, explicit: t.taps.len() }
-    }
-
-    fn blend(rows: &[Self], sites: &[Site], weights: &[(usize, f64)], trend: f64, node: &Site) -> Self {
-        let sum = |pick: &dyn Fn(&Self) -> &Vec<f64>| {
-            let mut out = vec![0.0; pick(&rows[0]).len()];
-            for &(i, w) in weights {
-                out.iter_mut().zip(pick(&rows[i])).for_each(|(o, v)| *o += w * v);
-            }
-            out
-        };
-        let off_trend: f64 = weights.iter().map(|&(i, w)| w * (rows[i].delay_s - trend * lateral(&sites[i]))).sum();
-        Self {
-            direct: [sum(&|r| &r.direct[0]), sum(&|r| &r.direct[1])],
-            delay_s: off_trend + trend * lateral(node),
-            room: sum(&|r| &r.room),
-            explicit: rows[0].explicit,
-        }
-    }
-
-    fn to_transfer(&self, shape: &TransferShape, grid: &StftGrid) -> TransferFunction {
-        let gain = |log: f64| if log <= NO_GAIN.ln() + 0.1 { 0.0 } else { log.exp() };
-        let mut out = shape.silent();
-        for k in 0..shape.bins {
-            set_ears(&mut out, k, [gain(self.direct[0][k]), gain(self.direct[1][k])]);
-        }
-        out.phase = self.direct.iter().flat_map(|log_gain| minimum_phase(log_gain, grid)).collect();
-        #[expect(clippy::cast_possible_truncation, reason = "gains and a delay")]
-        {
-            out.delay_s = self.delay_s as f32;
-            out.taps = self.room[..self.explicit].iter().map(|g| gain(*g) as f32).collect();
-            out.late = self.room[self.explicit..].iter().map(|g| gain(*g) as f32).collect();
-        }
-        out
-    }
-}
-
-/// How the interaural delay of a rigid sphere varies with the angle towards the left ear (Woodworth 1938): asin(y) + y for the
-/// component y of the direction towards the left, so that the delay is negative on the left.
-fn lateral(site: &Site) -> f64 {
-    let y = f64::from(site.direction.y).clamp(-1.0, 1.0);
-    y.asin() + y
-}
-
-/// Delay per unit of [`lateral`], seconds, by least squares: the measured head's radius over the speed of sound, negated.
-fn delay_trend(sites: &[Site], rows: &[LogRow]) -> f64 {
-    let pairs = || sites.iter().map(lateral).zip(rows.iter().map(|r| r.delay_s));
-    let square: f64 = pairs().map(|(x, _)| x * x).sum();
-    if square > 0.1 { pairs().map(|(x, d)| x * d).sum::<f64>() / square } else { -0.09 / 343.0 }
 }

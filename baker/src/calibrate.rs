@@ -1,12 +1,12 @@
 //! Calibration: transfer functions corrected until the render head's own output measures as the room did.
 
-use crate::bake::{BakeFailure, Room, set_ears};
+use crate::bake::{BakeFailure, Room, set_ears, unmeasurable};
 use crate::kriging::Site;
 use crate::measure::render_response;
 use crate::room::HopEnergies;
 use crate::spectrum::{Analyser, at};
 use glam::Vec3;
-use promenade_core::metrics::Binaural;
+use promenade_core::metrics::itd_s;
 use promenade_core::{
     Axis, Bands, Field, FieldGrid, Pose, Provenance, Scene, SceneParts, StftGrid, TailModel, TransferFunction, TransferShape,
     glam,
@@ -25,12 +25,13 @@ const LARGEST_DELAY_STEP_S: f64 = 50e-6;
 /// Distance over which measurements share one room: chord of the unit sphere of directions, or metres (about 20 degrees).
 const SHARED_ROOM: f64 = 0.35;
 
-/// A measured response at the scene's level and what it measures.
+/// A measured response at the scene's level and what is to be reached.
 pub(crate) struct Target {
     ears: [Vec<f32>; 2],
     /// Energy per hop and band of each ear.
     hops: [HopEnergies; 2],
-    measures: Binaural,
+    /// Interaural time difference, seconds.
+    itd_s: f64,
 }
 
 /// Averages how the room's energy is spread over hops and bands over neighbouring measurements; each ear keeps its amount.
@@ -91,27 +92,25 @@ impl Calibrator {
 
     /// What a transfer function is fitted to; all targets of a scene have responses of one length.
     pub(crate) fn target(&self, ears: [Vec<f32>; 2], arrival: i64, name: &str) -> Result<Target, BakeFailure> {
-        let measures = Binaural::of_response(&ears[0], &ears[1], self.grid.sample_rate_hz)
-            .map_err(|e| BakeFailure::Response { name: name.to_owned(), problem: e.to_string() })?;
+        let itd_s = itd_s(&ears[0], &ears[1], self.grid.sample_rate_hz).map_err(|e| unmeasurable(name, &e))?;
         let count = ears[0].len() / self.grid.hop + 1;
         let hops = ears.each_ref().map(|ear| self.analyser.hop_energies(ear, arrival, count, &self.bands));
-        Ok(Target { ears, hops, measures })
+        Ok(Target { ears, hops, itd_s })
     }
 
     /// Corrects a first estimate towards the measured response.
     ///
-    /// Tap gains follow the ratio of measured to rendered band energy hop by hop; the direct sound follows the energy of each ear's
-    /// first hop and, at last, the level difference of the whole; the delay follows the interaural time difference.
+    /// Tap and late gains follow the ratio of measured to rendered band energy; the direct sound of each ear makes up what its whole
+    /// energy lacks, which sets level and level difference; the delay follows the interaural time difference.
     pub(crate) fn fit(&self, mut transfer: TransferFunction, target: &Target) -> Result<TransferFunction, BakeFailure> {
         let hops = target.hops[0].len();
         #[expect(clippy::cast_possible_truncation, reason = "a delay")]
         {
-            transfer.delay_s = target.measures.itd_s as f32;
+            transfer.delay_s = target.itd_s as f32;
         }
         for _ in 0..ROUNDS {
             let (ears, origin) = self.render(&transfer, target.ears[0].len())?;
             let got: [HopEnergies; 2] = [0, 1].map(|e| self.analyser.hop_energies(&ears[e], origin, hops, &self.bands));
-            let measures = Binaural::of_response(&ears[0], &ears[1], self.grid.sample_rate_hz);
             for ear in 0..2 {
                 for band in 0..self.shape.bands {
                     let (wanted, got) = (&target.hops[ear], &got[ear]);
@@ -126,9 +125,9 @@ impl Calibrator {
                     }
                 }
             }
-            let Ok(measures) = measures else { continue };
+            let Ok(rendered_itd_s) = itd_s(&ears[0], &ears[1], self.grid.sample_rate_hz) else { continue };
             // A larger error means that the correlation of the rendered ears peaked elsewhere, which says nothing about the delay.
-            let late_by = target.measures.itd_s - measures.itd_s;
+            let late_by = target.itd_s - rendered_itd_s;
             if late_by.abs() < BELIEVED_DELAY_S {
                 #[expect(clippy::cast_possible_truncation, reason = "a delay")]
                 let step = late_by.clamp(-LARGEST_DELAY_STEP_S, LARGEST_DELAY_STEP_S) as f32;

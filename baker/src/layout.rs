@@ -98,6 +98,17 @@ impl Layout {
         Ok(Self { emitter, poses, sites, distances, notes })
     }
 
+    /// The same around fewer responses, by number.
+    pub(crate) fn only(&self, used: &[usize]) -> Self {
+        Self {
+            emitter: self.emitter,
+            poses: used.iter().map(|&i| self.poses[i]).collect(),
+            sites: used.iter().map(|&i| self.sites[i]).collect(),
+            distances: used.iter().map(|&i| self.distances[i]).collect(),
+            notes: self.notes.clone(),
+        }
+    }
+
     /// Nodes for a field: as dense as the measurements where they are dense, over all directions.
     pub(crate) fn grid(&self) -> FieldGrid {
         let pi = std::f32::consts::PI;

@@ -8,6 +8,7 @@ mod direct;
 mod error;
 mod kriging;
 mod layout;
+mod log_row;
 pub mod measure;
 pub mod path_file;
 pub mod resample;

@@ -30,12 +30,18 @@ impl StftGrid {
         bin as f64 * self.sample_rate_hz / self.n_fft as f64
     }
 
+    /// The grid of four hops a frame at a rate whose hop lies nearest to a wanted one, samples, and whose transform is efficient.
+    #[must_use]
+    pub fn four_hops(sample_rate_hz: f64, hop_samples: f64) -> Self {
+        let hop = efficient_unit(hop_samples, 4);
+        Self { sample_rate_hz, n_fft: 4 * hop, hop }
+    }
+
     /// The grid of nearly the same duration at another rate whose transform length has no prime factor above 11.
     ///
     /// The overlap `n_fft / hop` is kept where it is a whole number. Durations differ by less than 1 % at rates of 8 kHz and more;
     /// at the grid's own rate the answer is the grid itself.
     #[must_use]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "lengths of milliseconds in samples")]
     pub fn at_rate(&self, sample_rate_hz: f64) -> Self {
         if (sample_rate_hz - self.sample_rate_hz).abs() < 1e-6 {
             return *self;
@@ -43,18 +49,25 @@ impl StftGrid {
         let ratio = sample_rate_hz / self.sample_rate_hz;
         let (unit, per_hop) =
             if self.n_fft.is_multiple_of(self.hop) { (self.hop, self.n_fft / self.hop) } else { (self.n_fft, 1) };
-        let ideal = unit as f64 * ratio;
-        let efficient = |u: usize| is_smooth(u * per_hop) && (u * per_hop).is_multiple_of(2);
-        let nearest = ideal.round().max(2.0) as usize;
-        let reach = 2 + (ideal * 0.01) as usize;
-        let found = (0..=reach)
-            .flat_map(|d| [nearest + d, nearest.saturating_sub(d)])
-            .find(|&u| u >= 2 && efficient(u))
-            .unwrap_or(nearest + nearest % 2);
+        let found = efficient_unit(unit as f64 * ratio, per_hop);
         let n_fft = found * per_hop;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "milliseconds in samples")]
         let hop = if per_hop > 1 { found } else { (self.hop as f64 * ratio).round().max(1.0) as usize };
         Self { sample_rate_hz, n_fft, hop: hop.min(n_fft / 2) }
     }
+}
+
+/// The length nearest to `ideal` of which `count` make an even transform length with fast kernels, within about 1 %; if there is
+/// none, the nearest even length.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "lengths of milliseconds in samples")]
+fn efficient_unit(ideal: f64, count: usize) -> usize {
+    let efficient = |u: usize| is_smooth(u * count) && (u * count).is_multiple_of(2);
+    let nearest = ideal.round().max(2.0) as usize;
+    let reach = 2 + (ideal * 0.01) as usize;
+    (0..=reach)
+        .flat_map(|d| [nearest + d, nearest.saturating_sub(d)])
+        .find(|&u| u >= 2 && efficient(u))
+        .unwrap_or(nearest + nearest % 2)
 }
 
 /// Whether no prime factor exceeds 11, the largest radix that the FFT has a fast kernel for.

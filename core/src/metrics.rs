@@ -101,8 +101,13 @@ fn check_finite(samples: &[f32]) -> Result<(), MetricError> {
     }
 }
 
+/// Two signals of one length, all of whose samples are finite.
 fn check_pair(first: &[f32], second: &[f32]) -> Result<(), MetricError> {
-    if first.len() == second.len() { Ok(()) } else { Err(MetricError::Lengths { first: first.len(), second: second.len() }) }
+    if first.len() != second.len() {
+        return Err(MetricError::Lengths { first: first.len(), second: second.len() });
+    }
+    check_finite(first)?;
+    check_finite(second)
 }
 
 fn energy(samples: &[f32]) -> f64 {

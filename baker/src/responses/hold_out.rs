@@ -1,5 +1,6 @@
 //! Which responses are kept out of a bake, to judge it by.
 
+use super::pattern::Field;
 use super::{Response, Responses};
 use crate::BakeError;
 
@@ -29,19 +30,6 @@ enum Rule {
     Field { field: Field, values: Values },
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Field {
-    Azimuth,
-    Elevation,
-    Distance,
-    Yaw,
-    Pitch,
-    Roll,
-    X,
-    Y,
-    Z,
-}
-
 #[derive(Clone, Debug, PartialEq)]
 enum Values {
     List(Vec<f64>),
@@ -66,7 +54,7 @@ impl HoldOut {
             let rule = match name.trim() {
                 "every" => every(values.trim()),
                 "names" => Some(Rule::Names(values.split(',').map(|n| n.trim().to_owned()).collect())),
-                name => field(name).and_then(|field| Some(Rule::Field { field, values: Values::parse(values.trim())? })),
+                name => Field::named(name).and_then(|field| Some(Rule::Field { field, values: Values::parse(values.trim())? })),
             };
             rules.push(rule.ok_or_else(|| wrong(part))?);
         }
@@ -111,21 +99,6 @@ fn every(values: &str) -> Option<Rule> {
     let (step, remainder) = values.split_once('+').unwrap_or((values, "0"));
     let (step, remainder) = (step.parse().ok()?, remainder.parse().ok()?);
     (remainder < step).then_some(Rule::Every { step, remainder })
-}
-
-fn field(name: &str) -> Option<Field> {
-    Some(match name {
-        "azimuth" => Field::Azimuth,
-        "elevation" => Field::Elevation,
-        "distance" => Field::Distance,
-        "yaw" => Field::Yaw,
-        "pitch" => Field::Pitch,
-        "roll" => Field::Roll,
-        "x" => Field::X,
-        "y" => Field::Y,
-        "z" => Field::Z,
-        _ => return None,
-    })
 }
 
 impl Field {

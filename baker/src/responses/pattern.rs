@@ -1,6 +1,6 @@
 //! File names that say where a response was measured: `room_{azimuth}deg.wav`.
 
-/// A number that a file name may hold.
+/// A number of a response that file names hold and rules ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Field {
     Azimuth,
@@ -26,6 +26,13 @@ const FIELDS: [(&str, Field); 9] = [
     ("z", Field::Z),
 ];
 
+impl Field {
+    /// The field of that name.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        FIELDS.iter().find(|(n, _)| *n == name).map(|(_, field)| *field)
+    }
+}
+
 #[derive(Clone, Debug, PartialEq)]
 enum Part {
     Text(String),
@@ -47,14 +54,14 @@ impl Pattern {
             }
             let close = rest[open..].find('}').ok_or_else(|| ("a } after every {".to_owned(), format!("\"{text}\"")))? + open;
             let name = &rest[open + 1..close];
-            let known = FIELDS.iter().find(|(n, _)| *n == name).ok_or_else(|| {
+            let field = Field::named(name).ok_or_else(|| {
                 let names: Vec<_> = FIELDS.iter().map(|(n, _)| format!("{{{n}}}")).collect();
                 (format!("one of {}", names.join(", ")), format!("{{{name}}}"))
             })?;
-            if parts.contains(&Part::Number(known.1)) {
+            if parts.contains(&Part::Number(field)) {
                 return Err(("every field once".to_owned(), format!("{{{name}}} twice")));
             }
-            parts.push(Part::Number(known.1));
+            parts.push(Part::Number(field));
             rest = &rest[close + 1..];
         }
         if !rest.is_empty() {

@@ -24,8 +24,6 @@ const DIRECT_S: f64 = 0.010;
 pub fn itd_s(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<f64, MetricError> {
     check_rate(sample_rate_hz)?;
     check_pair(left, right)?;
-    check_finite(left)?;
-    check_finite(right)?;
     if sample_rate_hz <= 2.0 * CUTOFF_HZ {
         return Err(MetricError::Frequency { found: CUTOFF_HZ, limit: sample_rate_hz / 2.0 });
     }
