@@ -8,6 +8,7 @@
 
 mod bands;
 mod carrier;
+pub mod cloud;
 mod direct;
 mod field;
 mod grid;
