@@ -1,6 +1,6 @@
 //! AV-Cloud: a listener's pose and an anchor cloud go in, masks and time filters come out.
 //!
-//! Chen, Gebru, Richardt and Kumar, "AV-Cloud: Spatial Audio Rendering Through Audio-Visual Cloud Splatting", NeurIPS 2024, in the form
+//! Chen and Shlizerman, "AV-Cloud: Spatial Audio Rendering Through Audio-Visual Cloud Splatting", NeurIPS 2024, in the form
 //! that its published code trains.
 
 mod masks;

@@ -403,7 +403,11 @@ fn check_place(parts: &CloudParts, features: usize) -> Result<(), CloudError> {
     if !(scale.is_finite() && scale > 0.0 && translation.is_finite() && rotation.is_finite())
         || (rotation.length() - 1.0).abs() > 1e-3
     {
-        return Err(value("alignment", "a scale above 0, a unit quaternion, a finite translation", format!("{:?}", parts.alignment)));
+        return Err(value(
+            "alignment",
+            "a scale above 0, a unit quaternion, a finite translation",
+            format!("{:?}", parts.alignment),
+        ));
     }
     Ok(())
 }

@@ -1,0 +1,145 @@
+//! Golden vectors of AV-Cloud: a slice in the repository, all of them where they are at hand.
+//!
+//! Weights follow from their names by a hash; inputs and thinned outputs are in `slice.safetensors`, cut by `make_slice.py`. The whole
+//! set is read from the folder that `PROMENADE_GOLDEN` names, or from `../shared/golden` beside the checkout.
+
+#![allow(dead_code, unreachable_pub, reason = "each test uses a part of it")]
+
+use promenade_core::Bands;
+use promenade_core::cloud::{Alignment, CloudKind, CloudModel, CloudParts, Listener, PoseConvention, Tensor};
+use promenade_core::glam::{Mat3, Vec3};
+use safetensors::SafeTensors;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// One decoder with its inputs and what must come out.
+pub struct Golden {
+    pub model: CloudModel,
+    pub listeners: Vec<Listener>,
+    /// Both channels of the source.
+    pub input: [Vec<f32>; 2],
+    expected: BTreeMap<String, (usize, Vec<f32>)>,
+}
+
+impl Golden {
+    /// Every n-th value of a flattened output, and n.
+    pub fn expected(&self, name: &str) -> (usize, &[f32]) {
+        let (every, values) = self.expected.get(name).unwrap_or_else(|| panic!("no golden '{name}'"));
+        (*every, values)
+    }
+
+    /// Largest difference from a whole flattened output to the golden one, which starts at `from` of it.
+    pub fn worst(&self, name: &str, from: usize, found: &[f32]) -> f32 {
+        let (every, values) = self.expected(name);
+        let inside = |i: &usize| (from..from + found.len()).contains(i);
+        let pairs: Vec<_> = values.iter().enumerate().map(|(i, v)| (i * every, v)).filter(|(i, _)| inside(i)).collect();
+        assert!(!pairs.is_empty(), "golden '{name}' has nothing from {from} on");
+        pairs.iter().fold(0.0, |worst, (i, v)| worst.max((found[i - from] - *v).abs()))
+    }
+}
+
+/// The case from the slice in the repository.
+pub fn slice(kind: CloudKind) -> Golden {
+    let bytes = std::fs::read(here().join("slice.safetensors")).unwrap();
+    let file = SafeTensors::deserialize(&bytes).unwrap();
+    let about = about();
+    let name = kind.name();
+    let expected = about["every"].as_object().unwrap().iter().map(|(output, every)| {
+        let every = usize::try_from(every.as_u64().unwrap()).unwrap();
+        (output.clone(), (every, floats(&file, &format!("{name}/{output}"))))
+    });
+    golden(kind, &file, expected.collect())
+}
+
+/// The case from the whole set; `None` where it is not at hand.
+pub fn whole(kind: CloudKind) -> Option<Golden> {
+    let path = folder()?.join(format!("{}.golden.safetensors", kind.name().replace('-', "_")));
+    let bytes = std::fs::read(path).unwrap();
+    let file = SafeTensors::deserialize(&bytes).unwrap();
+    let expected = file.names().into_iter().map(|n| (n.to_owned(), (1, floats(&file, n)))).collect();
+    Some(golden(kind, &file, expected))
+}
+
+/// The folder of the whole set; says so when it is not there.
+pub fn folder() -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/golden");
+    let folder = std::env::var_os("PROMENADE_GOLDEN").map_or(beside, PathBuf::from);
+    if !folder.is_dir() {
+        println!("the whole set of golden vectors is not at {}: only the slice is tested", folder.display());
+        return None;
+    }
+    Some(folder)
+}
+
+fn here() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
+}
+
+fn about() -> Value {
+    serde_json::from_str(&std::fs::read_to_string(here().join("slice.json")).unwrap()).unwrap()
+}
+
+fn golden(kind: CloudKind, file: &SafeTensors<'_>, expected: BTreeMap<String, (usize, Vec<f32>)>) -> Golden {
+    let listener = |p: &[f32]| Listener {
+        centre: Vec3::from_slice(p),
+        // Stored row by row.
+        camera_to_world: Mat3::from_cols_slice(&p[3..12]).transpose(),
+    };
+    let input = floats(file, "input_wav");
+    let (left, right) = input.split_at(input.len() / 2);
+    let parts = CloudParts {
+        kind,
+        heads: 4,
+        max_norm: 25.0,
+        convention: PoseConvention::Published,
+        alignment: Alignment::IDENTITY,
+        frequencies: Bands::new((0..257).map(|k| k as f32 * 22_050.0 / 512.0).collect()).unwrap(),
+        anchors: floats(file, "anchor_xyz").chunks_exact(3).map(Vec3::from_slice).collect(),
+        features: floats(file, "rgb_features"),
+        weights: weights(kind),
+    };
+    Golden {
+        model: CloudModel::new(parts).unwrap(),
+        listeners: floats(file, "poses").chunks_exact(12).map(listener).collect(),
+        input: [left.to_vec(), right.to_vec()],
+        expected,
+    }
+}
+
+/// All weights of a decoder.
+pub fn weights(kind: CloudKind) -> BTreeMap<String, Tensor> {
+    let bytes = std::fs::read(here().join("slice.safetensors")).unwrap();
+    let file = SafeTensors::deserialize(&bytes).unwrap();
+    let about = about();
+    let keys = about["kinds"][kind.name()].as_array().unwrap();
+    let tensor = |key: &str| match about["weights"].get(key) {
+        None => {
+            let values = floats(&file, key);
+            Tensor { shape: vec![values.len()], values }
+        }
+        Some(entry) => {
+            let shape: Vec<usize> = serde_json::from_value(entry["shape"].clone()).unwrap();
+            let [scale, offset]: [f32; 2] = serde_json::from_value(entry["scale"].clone()).unwrap();
+            let values = (0..shape.iter().product()).map(|j| offset + scale * signed_noise(key, j)).collect();
+            Tensor { shape, values }
+        }
+    };
+    keys.iter().map(|k| k.as_str().unwrap()).map(|k| (k.to_owned(), tensor(k))).collect()
+}
+
+/// A number in [-1, 1) from a name and an index: FNV-1a, then the finaliser of splitmix64.
+fn signed_noise(key: &str, index: usize) -> f32 {
+    let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3));
+    let mut z = hash.wrapping_add((index as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^= z >> 31;
+    let u = (z >> 40) as f32 / 16_777_216.0;
+    2.0 * u - 1.0
+}
+
+fn floats(file: &SafeTensors<'_>, name: &str) -> Vec<f32> {
+    let view = file.tensor(name).unwrap_or_else(|e| panic!("golden '{name}': {e}"));
+    view.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
+}
