@@ -462,7 +462,7 @@ fn within(what: &str, found: usize, low: usize, high: usize) -> Result<(), Cloud
 }
 
 fn finite(what: &str, values: &[f32]) -> Result<(), CloudError> {
-    match values.iter().find(|v| !(v.abs() <= 1e9)) {
+    match values.iter().find(|v| !(-1e9..=1e9).contains(*v)) {
         None => Ok(()),
         Some(found) => Err(value(what, "finite, at most 1e9 in magnitude", found)),
     }
