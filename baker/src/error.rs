@@ -1,6 +1,7 @@
 //! What can go wrong between files on disk and a scene, said so that the user can mend it.
 
 use promenade_core::PathError;
+use promenade_core::cloud::CloudError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -68,6 +69,32 @@ pub enum BakeError {
         path: PathBuf,
         /// What the HDF5 reader said.
         source: Box<hdf5_pure::Error>,
+    },
+    /// A file of arrays is damaged or of an unknown kind.
+    #[error("{}: no readable {what}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What it should be.
+        what: &'static str,
+        /// What the reader said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A checkpoint alone cannot be rendered.
+    #[error("{}: the file does not hold all that is needed; give also {}", path.display(), missing.join(" and "))]
+    Incomplete {
+        /// The file.
+        path: PathBuf,
+        /// Everything that the user has to add.
+        missing: Vec<String>,
+    },
+    /// Weights and anchors were read but make no model.
+    #[error("{}: no anchor-cloud model", path.display())]
+    Cloud {
+        /// The file of the weights.
+        path: PathBuf,
+        /// What does not fit.
+        source: CloudError,
     },
     /// Keyframes were read but make no path.
     #[error("{}: no camera path", path.display())]

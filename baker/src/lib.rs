@@ -3,6 +3,7 @@
 pub mod atomic;
 mod bake;
 mod calibrate;
+pub mod checkpoint;
 pub mod cost;
 mod direct;
 mod error;

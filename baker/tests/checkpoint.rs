@@ -1,0 +1,386 @@
+//! Checkpoints of AV-Cloud as PyTorch writes them, whole and damaged, through the public interface.
+//!
+//! The small ones in `checkpoint/` are made by `make_fixtures.py`; the published layout at full width is read from the folder that
+//! `PROMENADE_GOLDEN` names, or from `../shared/golden` beside the checkout, where it is at hand.
+
+use promenade_baker::BakeError;
+use promenade_baker::checkpoint::{ImportOptions, Imported, import};
+use promenade_core::cloud::{CloudKind, PoseConvention, Tensor};
+use safetensors::{Dtype, SafeTensors, serialize, tensor::TensorView};
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+/// What make_fixtures.py trained with.
+const SMALL: ImportOptions = ImportOptions {
+    kind: None,
+    max_norm: Some(25.0),
+    sample_rate_hz: Some(8000.0),
+    n_fft: Some(8),
+    hop: Some(2),
+    heads: Some(1),
+    convention: None,
+    alignment: None,
+};
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/checkpoint").join(name)
+}
+
+fn small(name: &str) -> Imported {
+    import(&fixture(name), Some(&fixture("anchors.npz")), &SMALL).unwrap_or_else(|e| panic!("{name}: {}", text(&e)))
+}
+
+/// An error with all its causes.
+fn text(error: &BakeError) -> String {
+    let mut text = error.to_string();
+    let mut cause = std::error::Error::source(error);
+    while let Some(c) = cause {
+        text += &format!(": {c}");
+        cause = c.source();
+    }
+    text
+}
+
+#[track_caller]
+fn refused(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions, says: &[&str]) {
+    let found = text(&import(checkpoint, anchors, options).expect_err("taken"));
+    for part in says {
+        assert!(found.contains(part), "\"{part}\" is not in: {found}");
+    }
+}
+
+/// The value that make_fixtures.py puts everywhere.
+fn value(name: &str, j: usize) -> f32 {
+    ((7 * j + name.len()) % 61) as f32 / 64.0 - 30.0 / 64.0
+}
+
+fn check_small(name: &str, imported: &Imported, kind: CloudKind) {
+    let parts = imported.model.parts();
+    assert_eq!(parts.kind, kind, "{name}");
+    assert_eq!(
+        (parts.anchors.len(), parts.frequencies.centres_hz()),
+        (4, &[0.0, 1000.0, 2000.0, 3000.0, 4000.0][..]),
+        "{name}"
+    );
+    for (key, tensor) in parts.weights.iter().filter(|(k, _)| *k != "post_process.kernel") {
+        for (j, v) in tensor.values.iter().enumerate() {
+            assert_eq!(*v, value(key, j), "{name}: {key}[{j}]");
+        }
+    }
+    for (i, a) in parts.anchors.iter().enumerate() {
+        assert_eq!(a.to_array(), [0, 1, 2].map(|axis| value("anchor_xyz", 3 * i + axis)), "{name}: anchor {i}");
+    }
+    for (j, v) in parts.features.iter().enumerate() {
+        assert_eq!(*v, value("rgb_features", j), "{name}: feature {j}");
+    }
+}
+
+#[test]
+fn every_layout_gives_the_same_model() {
+    let nested = small("nested.pth");
+    check_small("nested.pth", &nested, CloudKind::SimpleSh);
+    assert_eq!((nested.grid.sample_rate_hz, nested.grid.n_fft, nested.grid.hop), (8000.0, 8, 2));
+    for name in ["flat.pth", "legacy.pth", "module.pth", "formats.pth"] {
+        assert_eq!(small(name).model, nested.model, "{name}");
+    }
+    assert!(small("formats.pth").notes.iter().any(|n| n.contains("not of 32-bit floats")));
+    assert!(!nested.notes.iter().any(|n| n.contains("not of 32-bit floats")));
+}
+
+#[test]
+fn the_names_of_the_weights_tell_the_decoder() {
+    check_small("sh.pth", &small("sh.pth"), CloudKind::Sh);
+    check_small("full.pth", &small("full.pth"), CloudKind::Full);
+    let asked = ImportOptions { kind: Some(CloudKind::Sh), ..SMALL };
+    refused(&fixture("full.pth"), Some(&fixture("anchors.npz")), &asked, &["'sh' has no place for post_process."]);
+}
+
+#[test]
+fn a_network_that_learned_stays_and_a_dead_one_becomes_its_kernel() {
+    let live = small("full.pth");
+    assert_eq!((live.model.sizes().frames, live.model.sizes().hyper), (3, 2));
+    assert_eq!(live.model.weights("post_process.weight_model.2.weight").len(), 27 * 2);
+
+    let dead = import(&fixture("exported.safetensors"), None, &ImportOptions::default()).unwrap();
+    assert_eq!((dead.model.sizes().frames, dead.model.sizes().hyper), (3, 0));
+    let kernel = &dead.model.parts().weights["post_process.kernel"];
+    assert_eq!(kernel.shape, [9, 3]);
+    assert_eq!(kernel.values, live.model.weights("post_process.weight_model.2.bias"));
+    assert!(!dead.model.parts().weights.keys().any(|k| k.contains("weight_model")));
+    // 2 x 8 and 2 of the first layer, 27 x 2 of the second.
+    assert!(dead.notes.iter().any(|n| n.contains("72 of") && n.contains("do nothing")), "{:?}", dead.notes);
+    assert!(!live.notes.iter().any(|n| n.contains("do nothing")));
+}
+
+#[test]
+fn the_exporter_says_all_that_is_needed() {
+    let exported = import(&fixture("exported.safetensors"), None, &ImportOptions::default()).unwrap();
+    check_small("exported.safetensors", &exported, CloudKind::Full);
+    let parts = exported.model.parts();
+    assert_eq!((parts.max_norm, parts.heads, parts.convention), (25.0, 1, PoseConvention::Published));
+    assert_eq!((exported.grid.sample_rate_hz, exported.grid.n_fft, exported.grid.hop), (8000.0, 8, 2));
+    assert!(!exported.notes.iter().any(|n| n.contains("published code")), "{:?}", exported.notes);
+
+    let other = ImportOptions { max_norm: Some(3.0), convention: Some(PoseConvention::Physical), ..ImportOptions::default() };
+    let given = import(&fixture("exported.safetensors"), Some(&fixture("anchors.npz")), &other).unwrap();
+    assert_eq!((given.model.parts().max_norm, given.model.parts().convention), (3.0, PoseConvention::Physical));
+    for says in
+        ["max_norm is 3 as given, not 25", "convention is physical as given, not published", "not those beside the weights"]
+    {
+        assert!(given.notes.iter().any(|n| n.contains(says)), "{says}: {:?}", given.notes);
+    }
+}
+
+#[test]
+fn all_that_is_missing_is_said_at_once() {
+    refused(&fixture("nested.pth"), None, &ImportOptions::default(), &["nested.pth", "anchors", "max_norm"]);
+    let only = ImportOptions { max_norm: Some(25.0), ..ImportOptions::default() };
+    let error = import(&fixture("nested.pth"), None, &only).unwrap_err();
+    let BakeError::Incomplete { missing, .. } = error else { panic!("{error}") };
+    assert!(missing.len() == 1 && missing[0].contains("anchors"), "{missing:?}");
+}
+
+#[test]
+fn anchors_come_in_several_forms() {
+    let model = small("nested.pth").model;
+    let folder = tempfile::tempdir().unwrap();
+    let named = folder.path().join("anchors.safetensors");
+    write_anchors(&named, "anchor_xyz", "rgb_features", 4);
+    let own = folder.path().join("own.safetensors");
+    write_anchors(&own, "anchors.position", "anchors.features", 4);
+    for path in [fixture("anchors_f8.npz"), named, own, fixture("exported.safetensors")] {
+        let other = import(&fixture("nested.pth"), Some(&path), &SMALL).unwrap_or_else(|e| panic!("{}", text(&e)));
+        assert_eq!(other.model, model, "{}", path.display());
+    }
+}
+
+/// The first bytes of a safetensors file are a length, which may be those of a pickle (0x80) or an archive ("PK").
+#[test]
+fn a_length_is_not_taken_for_another_form() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("anchors.safetensors");
+    write_anchors(&path, "anchor_xyz", "rgb_features", 4);
+    let bytes = std::fs::read(&path).unwrap();
+    let (header, data) = bytes[8..].split_at(usize::from(bytes[0]));
+    for start in [[0x80, 0x02], *b"PK"] {
+        let len = usize::from(u16::from_le_bytes(start));
+        let padded = [header, &vec![b' '; len - header.len()]].concat();
+        std::fs::write(&path, [&(len as u64).to_le_bytes(), &padded[..], data].concat()).unwrap();
+        let imported = import(&fixture("nested.pth"), Some(&path), &SMALL).unwrap_or_else(|e| panic!("{}", text(&e)));
+        assert_eq!(imported.model, small("nested.pth").model);
+    }
+}
+
+#[test]
+fn wrong_anchors_are_refused_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("five.safetensors");
+    write_anchors(&path, "anchor_xyz", "rgb_features", 5);
+    refused(&fixture("nested.pth"), Some(&path), &SMALL, &["_audio_features_f", "5 anchors", "found 4"]);
+    let path = folder.path().join("unknown.safetensors");
+    write_anchors(&path, "points", "colours", 4);
+    refused(&fixture("nested.pth"), Some(&path), &SMALL, &["'anchor_xyz'", "'colours', 'points'"]);
+    let path = folder.path().join("half.safetensors");
+    write_anchors(&path, "anchor_xyz", "colours", 4);
+    refused(&fixture("nested.pth"), Some(&path), &SMALL, &["'anchor_xyz' only"]);
+    let path = folder.path().join("swapped.safetensors");
+    write_anchors(&path, "rgb_features", "anchor_xyz", 4);
+    refused(&fixture("nested.pth"), Some(&path), &SMALL, &["(anchors, 3)", "[4, 6]"]);
+    refused(&fixture("nested.pth"), Some(&fixture("anchors.pkl")), &SMALL, &["anchors.pkl", "pickle", "export_avcloud.py"]);
+    refused(&fixture("nested.pth"), Some(&fixture("nested.pth")), &SMALL, &["no arrays"]);
+    refused(&fixture("nested.pth"), Some(&fixture("absent.npz")), &SMALL, &["absent.npz"]);
+}
+
+#[test]
+fn colours_in_place_of_harmonics_are_doubted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("colours.safetensors");
+    let doubts = |scale: f32, offset: f32| {
+        let features: Vec<f32> = (0..4 * 6).map(|j| offset + scale * value("rgb_features", j)).collect();
+        write_arrays(&path, &[("anchor_xyz", &[4, 3], &[0.0; 12]), ("rgb_features", &[4, 6], &features)]);
+        import(&fixture("nested.pth"), Some(&path), &SMALL).unwrap().notes
+    };
+    assert!(doubts(10.0, 0.0).iter().any(|n| n.contains("features lie beyond")));
+    assert!(doubts(0.5, 0.5).iter().any(|n| n.contains("all features lie in 0 to 1")));
+    assert!(!doubts(1.0, 0.0).iter().any(|n| n.contains("features")));
+}
+
+#[test]
+fn what_is_no_checkpoint_is_refused() {
+    let anchors = fixture("anchors.npz");
+    let anchors = Some(anchors.as_path());
+    refused(&fixture("tensor.pth"), anchors, &SMALL, &["tensor.pth", "not a dictionary"]);
+    refused(&fixture("other.pth"), anchors, &SMALL, &["'post_process.*' (full)", "'conv.bias', 'conv.weight'"]);
+    refused(&fixture("empty.pth"), anchors, &SMALL, &["state_dict", "found none"]);
+    refused(&fixture("integer.pth"), anchors, &SMALL, &["'freq_weights'", "floats", "I32"]);
+    refused(&fixture("anchors.npz"), anchors, &SMALL, &["no readable PyTorch checkpoint"]);
+    refused(&fixture("anchors.pkl"), anchors, &SMALL, &["anchors.pkl"]);
+    refused(&fixture("make_fixtures.py"), anchors, &SMALL, &["something else"]);
+    refused(&fixture(""), anchors, &SMALL, &["a folder"]);
+    refused(&fixture("absent.pth"), anchors, &SMALL, &["absent.pth", "cannot be read"]);
+
+    let folder = tempfile::tempdir().unwrap();
+    let nothing = folder.path().join("nothing.pth");
+    std::fs::write(&nothing, []).unwrap();
+    refused(&nothing, anchors, &SMALL, &["an empty file"]);
+    // A hole in the disk, so that nothing is written.
+    let huge = folder.path().join("huge.pth");
+    std::fs::File::create(&huge).unwrap().set_len((1 << 30) + 1).unwrap();
+    refused(&huge, anchors, &SMALL, &["1073741825 bytes"]);
+    refused(&nothing.join("below"), anchors, &SMALL, &["cannot be read"]);
+}
+
+#[test]
+fn settings_that_do_not_fit_are_refused() {
+    let path = fixture("nested.pth");
+    let anchors = fixture("anchors.npz");
+    let anchors = Some(anchors.as_path());
+    refused(&path, anchors, &ImportOptions { n_fft: Some(512), ..SMALL }, &["257 frequencies", "found 5, as one of 8"]);
+    for (options, says) in [
+        (ImportOptions { max_norm: Some(0.0), ..SMALL }, "max_norm"),
+        (ImportOptions { max_norm: Some(f32::NAN), ..SMALL }, "max_norm"),
+        (ImportOptions { sample_rate_hz: Some(f64::INFINITY), ..SMALL }, "sample rate"),
+        (ImportOptions { n_fft: Some(7), ..SMALL }, "n_fft"),
+        (ImportOptions { n_fft: Some(usize::MAX), ..SMALL }, "n_fft"),
+        (ImportOptions { hop: Some(0), ..SMALL }, "hop"),
+        (ImportOptions { hop: Some(5), ..SMALL }, "hop"),
+        (ImportOptions { heads: Some(0), ..SMALL }, "heads"),
+        (ImportOptions { heads: Some(usize::MAX), ..SMALL }, "heads"),
+    ] {
+        refused(&path, anchors, &options, &[says]);
+    }
+    refused(&fixture("sh.pth"), anchors, &ImportOptions { heads: Some(4), ..SMALL }, &["4 heads"]);
+}
+
+#[test]
+fn metadata_that_makes_no_sense_is_refused() {
+    let bytes = std::fs::read(fixture("exported.safetensors")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("changed.safetensors");
+    for (from, to, says) in [
+        (r#""n_fft":"8""#, r#""n_fft":"x""#, "metadata 'n_fft'"),
+        (r#""hop":"2""#, r#""hop":"9""#, "hop"),
+        (r#""max_norm":"25.0""#, r#""max_norm":"-2.0""#, "max_norm"),
+        (r#""kind":"full""#, r#""kind":"fool""#, "metadata 'kind'"),
+        (r#""convention":"published""#, r#""convention":"punished!""#, "metadata 'convention'"),
+    ] {
+        assert_eq!(from.len(), to.len());
+        let at = bytes.windows(from.len()).position(|w| w == from.as_bytes()).unwrap_or_else(|| panic!("{from} is not there"));
+        let mut changed = bytes.clone();
+        changed[at..at + to.len()].copy_from_slice(to.as_bytes());
+        std::fs::write(&path, changed).unwrap();
+        refused(&path, None, &ImportOptions::default(), &[says]);
+    }
+}
+
+/// Files cut short and with each byte changed: never a panic; and where a checkpoint is taken, its shapes are the right ones.
+#[test]
+fn damaged_files_are_refused_or_harmless() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("damaged");
+    let sound = small("nested.pth").model;
+    for name in ["nested.pth", "legacy.pth", "exported.safetensors", "anchors.npz", "anchors_f8.npz"] {
+        let bytes = std::fs::read(fixture(name)).unwrap();
+        let anchors = name.ends_with(".npz");
+        let run = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            if anchors {
+                import(&fixture("nested.pth"), Some(&path), &SMALL)
+            } else {
+                import(&path, Some(&fixture("anchors.npz")), &SMALL)
+            }
+        };
+        assert!(run(&bytes).is_ok(), "{name}");
+        for len in (0..bytes.len()).step_by(61).chain(bytes.len().saturating_sub(40)..bytes.len()) {
+            assert!(run(&bytes[..len]).is_err(), "{name} cut to {len} of {} bytes", bytes.len());
+        }
+        for at in (0..bytes.len()).step_by(37) {
+            for flip in [0x01, 0xff] {
+                let mut changed = bytes.clone();
+                changed[at] ^= flip;
+                if let Ok(taken) = run(&changed)
+                    && name != "exported.safetensors"
+                {
+                    assert_eq!(taken.model.sizes(), sound.sizes(), "{name}: byte {at}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn sizes_that_a_file_only_claims_take_no_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("claims");
+    let anchors = fixture("anchors.npz");
+    // A safetensors header of a size that the file does not have.
+    for (len, says) in
+        [(u64::MAX, "something else"), (1 << 31, "no readable .safetensors"), (1 << 26, "no readable .safetensors")]
+    {
+        std::fs::write(&path, [len.to_le_bytes().as_slice(), b"{\"a\":0}"].concat()).unwrap();
+        refused(&path, Some(&anchors), &SMALL, &[says]);
+    }
+    // One shape in the legacy file blown up: the pickle's (5, 8) of freq_weights.
+    let legacy = std::fs::read(fixture("legacy.pth")).unwrap();
+    let shape = [b'K', 5, b'K', 8, 0x86];
+    let at = legacy.windows(5).position(|w| w == shape).unwrap();
+    let huge = [b'J', 0xff, 0xff, 0xff, 0x7f, b'J', 0xff, 0xff, 0xff, 0x7f, 0x86];
+    std::fs::write(&path, [&legacy[..at], &huge, &legacy[at + 5..]].concat()).unwrap();
+    refused(&path, Some(&anchors), &SMALL, &["no readable PyTorch checkpoint"]);
+    // Nothing but pushes.
+    std::fs::write(&path, [b"\x80\x02".as_slice(), &vec![b']'; 2 << 20]].concat()).unwrap();
+    refused(&path, Some(&anchors), &SMALL, &["no readable PyTorch checkpoint", "more than 1048576 operations"]);
+}
+
+#[test]
+fn published_checkpoints_become_their_models() {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/golden");
+    let folder = std::env::var_os("PROMENADE_GOLDEN").map_or(beside, PathBuf::from);
+    if !folder.is_dir() {
+        println!("the whole set of golden vectors is not at {}: only small checkpoints are tested", folder.display());
+        return;
+    }
+    let bytes = std::fs::read(folder.join("weights_union.safetensors")).unwrap();
+    let union = SafeTensors::deserialize(&bytes).unwrap();
+    for (stem, kind) in [("full", CloudKind::Full), ("sh", CloudKind::Sh), ("simple_sh", CloudKind::SimpleSh)] {
+        let checkpoint = folder.join(format!("checkpoints/{stem}.100.pth"));
+        let options = ImportOptions { max_norm: Some(25.0), ..ImportOptions::default() };
+        let golden = folder.join(format!("{stem}.golden.safetensors"));
+        let imported = import(&checkpoint, Some(&golden), &options).unwrap_or_else(|e| panic!("{}", text(&e)));
+        let parts = imported.model.parts();
+        assert_eq!((parts.kind, parts.heads, parts.anchors.len(), imported.model.sizes().frames), (kind, 4, 32, 40));
+        assert_eq!((imported.grid.sample_rate_hz, imported.grid.n_fft, imported.grid.hop), (22_050.0, 512, 127));
+        assert!(imported.notes.iter().any(|n| n.contains("sample_rate 22050")), "{:?}", imported.notes);
+        assert!(!imported.notes.iter().any(|n| n.contains("features")), "{:?}", imported.notes);
+        let expected: BTreeMap<_, _> = parts.weights.keys().map(|k| (k.clone(), floats(&union, k))).collect();
+        assert_eq!(parts.weights, expected, "{stem}");
+        // The first layer of the golden network is not zero.
+        assert_eq!(imported.model.sizes().hyper, if kind == CloudKind::Full { 32 } else { 0 });
+
+        let pipeline = import(&checkpoint, Some(&folder.join("anchor_pipeline.npz")), &options).unwrap();
+        assert_eq!(pipeline.model, imported.model, "{stem}");
+    }
+}
+
+fn floats(file: &SafeTensors<'_>, name: &str) -> Tensor {
+    let view = file.tensor(name).unwrap_or_else(|e| panic!("'{name}': {e}"));
+    assert_eq!(view.dtype(), Dtype::F32, "{name}");
+    let values = view.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    Tensor { shape: view.shape().to_vec(), values }
+}
+
+/// Anchors as make_fixtures.py has them, and more of the kind.
+fn write_anchors(path: &Path, positions: &str, features: &str, count: usize) {
+    let values = |name: &str, n: usize| (0..n).map(|j| value(name, j)).collect::<Vec<_>>();
+    let (p, f) = (values("anchor_xyz", 3 * count), values("rgb_features", 6 * count));
+    write_arrays(path, &[(positions, &[count, 3], &p), (features, &[count, 6], &f)]);
+}
+
+fn write_arrays(path: &Path, arrays: &[(&str, &[usize], &[f32])]) {
+    let bytes: Vec<Vec<u8>> = arrays.iter().map(|(_, _, v)| v.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
+    let views = arrays.iter().zip(&bytes).map(|((name, shape, _), b)| {
+        let view = TensorView::new(Dtype::F32, shape.to_vec(), b).unwrap();
+        ((*name).to_owned(), view)
+    });
+    std::fs::write(path, serialize(views.collect::<HashMap<_, _>>(), None).unwrap()).unwrap();
+}
