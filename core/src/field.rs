@@ -14,6 +14,8 @@ pub use rows::{Basis, LowRank, Rows, SILENT_DB};
 pub const NEAREST_M: f32 = 0.25;
 /// Coordinates of a node: three of position, at most three of direction.
 const MOST_AXES: usize = 6;
+/// Nodes that a cell may have: four along every axis.
+const MOST_CORNERS: usize = 1 << (2 * MOST_AXES);
 
 /// What a field's transfer functions depend on besides the listener's position.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,14 +119,14 @@ impl FieldGrid {
 /// Corners of the cell around a pose, with weights that sum to 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Cell {
-    corners: [(u32, f32); 1 << MOST_AXES],
-    count: usize,
+    corners: Vec<(u32, f32)>,
     /// Gain of the direct sound at the listener's distance, 1 at 1 m.
     direct_gain: f32,
     scratch: Vec<f32>,
 }
 
-/// Decoder that interpolates baked transfer functions: multilinear over position and direction.
+/// Decoder that interpolates baked transfer functions: linearly along each axis with [`Facing::Emitter`], by cubics with
+/// [`Facing::Head`].
 ///
 /// With [`Facing::Emitter`] the direct sound's masks are stored for a distance of 1 m and fall with distance (ISO 9613-2, geometrical
 /// divergence); time filters and late part stay. A listener outside the nodes hears the nearest ones, in the true direction.
@@ -187,7 +189,7 @@ impl Field {
 
     /// Room to work in, for the other methods.
     pub(crate) fn cell(&self) -> Cell {
-        Cell { corners: [(0, 0.0); 1 << MOST_AXES], count: 0, direct_gain: 0.0, scratch: self.rows.scratch() }
+        Cell { corners: Vec::with_capacity(MOST_CORNERS), direct_gain: 0.0, scratch: self.rows.scratch() }
     }
 
     /// Finds the nodes around a pose.
@@ -208,23 +210,22 @@ impl Field {
                 pose.ypr().into()
             }
         };
-        cell.corners[0] = (0, 1.0);
-        cell.count = 1;
-        // From the slowest index to the fastest, each axis in use doubles the corners.
+        let cubic = matches!(self.grid.facing, Facing::Head { .. });
+        cell.corners.clear();
+        cell.corners.push((0, 1.0));
+        // From the slowest index to the fastest, each axis in use multiplies the corners; the room for all of them is there.
         for (axis, value) in self.grid.slots().into_iter().zip([at.z, at.y, at.x, a, b, c]) {
             let Some(axis) = axis else { continue };
-            let (low, high, fraction) = axis.around(value);
-            let before = cell.count;
-            for c in 0..before {
-                let (index, weight) = cell.corners[c];
-                let base = index as usize * axis.count();
-                #[expect(clippy::cast_possible_truncation, reason = "node counts are limited when a scene is read")]
-                {
-                    cell.corners[c] = ((base + low) as u32, weight * (1.0 - fraction));
-                    if fraction > 0.0 {
-                        cell.corners[cell.count] = ((base + high) as u32, weight * fraction);
-                        cell.count += 1;
-                    }
+            let (nodes, count) = if cubic { axis.cubic(value) } else { axis.linear(value) };
+            let before = cell.corners.len();
+            for _ in 1..count {
+                cell.corners.extend_from_within(..before);
+            }
+            for (share, (node, along)) in cell.corners.chunks_exact_mut(before).zip(nodes) {
+                for (index, weight) in share {
+                    #[expect(clippy::cast_possible_truncation, reason = "node counts are limited when a scene is read")]
+                    let within = *index * axis.count() as u32 + node as u32;
+                    (*index, *weight) = (within, *weight * along);
                 }
             }
         }
@@ -232,7 +233,7 @@ impl Field {
 
     /// Masks, phase and delay of the direct sound in a cell.
     pub(crate) fn masks(&self, cell: &mut Cell, out: &mut TransferFunction) {
-        self.rows.masks(&self.shape, &cell.corners[..cell.count], &mut cell.scratch, out);
+        self.rows.masks(&self.shape, &cell.corners, &mut cell.scratch, out);
         for m in &mut out.mixture {
             *m *= cell.direct_gain;
         }
@@ -240,7 +241,7 @@ impl Field {
 
     /// Time-filter gains of some taps in a cell; the tap after the last explicit one is the late part.
     pub(crate) fn taps(&self, cell: &mut Cell, taps: Range<usize>, out: &mut TransferFunction) {
-        self.rows.taps(&self.shape, &cell.corners[..cell.count], taps, &mut cell.scratch, out);
+        self.rows.taps(&self.shape, &cell.corners, taps, &mut cell.scratch, out);
     }
 }
 
@@ -275,8 +276,8 @@ mod tests {
             let mut cell = field.cell();
             for index in 0..nodes {
                 field.locate(&grid.pose(index), &mut cell);
-                let weight: f32 = cell.corners[..cell.count].iter().filter(|(i, _)| *i as usize == index).map(|(_, w)| w).sum();
-                assert!((weight - 1.0).abs() < 1e-4, "{index}: {weight} of {:?}", &cell.corners[..cell.count]);
+                let weight: f32 = cell.corners.iter().filter(|(i, _)| *i as usize == index).map(|(_, w)| w).sum();
+                assert!((weight - 1.0).abs() < 1e-4, "{index}: {weight} of {:?}", &cell.corners);
             }
         }
     }

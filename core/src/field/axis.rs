@@ -68,8 +68,14 @@ impl Axis {
         self.nodes[self.nodes.len() - 1]
     }
 
-    /// The two nodes around a value and the weight of the second; beyond the ends the last ones hold.
-    pub(super) fn around(&self, value: f32) -> (usize, usize, f32) {
+    /// The one or two nodes around a value with their weights, and how many there are; beyond the ends the last ones hold.
+    pub(super) fn linear(&self, value: f32) -> ([(usize, f32); 4], usize) {
+        let (low, high, fraction) = self.around(value);
+        ([(low, 1.0 - fraction), (high, fraction), (0, 0.0), (0, 0.0)], if fraction > 0.0 { 2 } else { 1 })
+    }
+
+    /// The two nodes around a value and the weight of the second.
+    fn around(&self, value: f32) -> (usize, usize, f32) {
         let last = self.nodes.len() - 1;
         if last == 0 {
             return (0, 0, 0.0);
@@ -91,9 +97,67 @@ impl Axis {
     }
 }
 
+impl Axis {
+    /// Up to four nodes around a value with the weights of the cubic through them (Lagrange's form), and how many there are; beyond the
+    /// ends the last ones hold. Fewer than four nodes carry a polynomial of lower degree.
+    #[must_use]
+    pub fn cubic(&self, value: f32) -> ([(usize, f32); 4], usize) {
+        let mut out = [(0, 0.0); 4];
+        let (low, _, fraction) = self.around(value);
+        out[0] = (low, 1.0);
+        if fraction == 0.0 {
+            return (out, 1);
+        }
+        let count = self.count();
+        let points = count.min(4);
+        // On a circle a node before the first is one of the last turn.
+        let first = match self.circle {
+            true => low + count - usize::from(points > 2),
+            false => (low.saturating_sub(1)).min(count - points),
+        };
+        let position = |i: usize| match self.circle {
+            true => self.nodes[i % count] + TAU * ((i / count) as f32 - 1.0),
+            false => self.nodes[i],
+        };
+        let value = if self.circle { self.start() + (value - self.start()).rem_euclid(TAU) } else { value };
+        for (j, slot) in out.iter_mut().take(points).enumerate() {
+            let mut weight = 1.0;
+            for k in (0..points).filter(|k| *k != j) {
+                weight *= (value - position(first + k)) / (position(first + j) - position(first + k));
+            }
+            *slot = ((first + j) % count, weight);
+        }
+        (out, points)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cubic_is_exact_for_cubics_between_uneven_nodes() {
+        let f = |x: f32| 1.0 - 2.0 * x + 0.5 * x * x + 0.25 * x * x * x;
+        let axis = Axis::new(vec![-2.0, -1.5, 0.0, 0.5, 2.0], false).unwrap();
+        for x in [-2.0, -1.9, -1.0, 0.2, 1.0, 1.9, 2.0] {
+            let (nodes, count) = axis.cubic(x);
+            let found: f32 = nodes[..count].iter().map(|(i, w)| w * f(axis.nodes()[*i])).sum();
+            assert!((found - f(x)).abs() < 1e-5, "{x}: {found}");
+        }
+        assert_eq!(axis.cubic(9.0).0[0], (4, 1.0));
+        let line = Axis::uniform(0.0, 2.0, 2);
+        assert_eq!(line.cubic(0.5), ([(0, 0.75), (1, 0.25), (0, 0.0), (0, 0.0)], 2));
+    }
+
+    #[test]
+    fn a_cubic_closes_the_circle() {
+        let axis = Axis::circle(-3.0, 24);
+        for x in [-3.1_f32, -2.9, 0.3, 3.0, 3.2, 9.0] {
+            let (nodes, count) = axis.cubic(x);
+            let found: f32 = nodes[..count].iter().map(|(i, w)| w * axis.nodes()[*i].sin()).sum();
+            assert!(count == 4 && (found - x.sin()).abs() < 2e-4, "{x}: {found}");
+        }
+    }
 
     #[test]
     fn values_lie_between_their_neighbours_and_hold_beyond_the_ends() {

@@ -6,7 +6,7 @@ use pulp::Arch;
 use std::ops::Range;
 
 /// Level that stands for silence in rows of [`LowRank`], dB.
-pub const SILENT_DB: f32 = -90.0;
+pub const SILENT_DB: f32 = -70.0;
 
 /// What a field stores for each node.
 #[derive(Clone, Debug, PartialEq)]
