@@ -6,6 +6,7 @@ mod calibrate;
 pub mod cost;
 mod direct;
 mod error;
+pub mod field;
 mod kriging;
 mod layout;
 mod log_row;
