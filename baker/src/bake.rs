@@ -11,7 +11,7 @@ use crate::spectrum::{Analyser, bandwidths};
 use glam::Vec3;
 use promenade_core::metrics::Binaural;
 use promenade_core::{
-    Anchor, Bands, Field, HeldOut, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferFunction,
+    Anchor, Bands, Field, HeldOut, Provenance, Rows, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferFunction,
     TransferShape, glam,
 };
 use std::num::NonZero;
@@ -126,7 +126,9 @@ pub fn bake_responses(
             LogRow::blend(&rows, &sites, &weights(&sites, &node), trend, &node).to_transfer(&room.shape, &grid).to_row(),
         );
     }
-    let field = Field::new(nodes, room.shape, layout.emitter, table).ok_or(LayoutError::Empty)?;
+    let [x, y, z] = &nodes.position;
+    let bounds = (Vec3::new(x.start(), y.start(), z.start()), Vec3::new(x.end(), y.end(), z.end()));
+    let field = Field::new(nodes, room.shape, Rows::Whole(table)).ok_or(LayoutError::Empty)?;
     let held_out = held_out(responses, &whole, &held)?;
     let ahead = |i: &usize| layout.sites[*i].direction.x;
     let start = (0..used.len()).max_by(|a, b| ahead(a).total_cmp(&ahead(b))).map_or(0, |i| i);
@@ -148,9 +150,12 @@ pub fn bake_responses(
         grid,
         bands: room.bands,
         tail: room.tail,
-        field,
+        taps: room.shape.taps,
+        field: Some(field),
+        cloud: None,
         top_hz: room.top_hz,
         start_pose: layout.poses[start],
+        bounds,
         anchors,
         held_out,
     })?)

@@ -8,8 +8,8 @@ use crate::spectrum::{Analyser, at};
 use glam::Vec3;
 use promenade_core::metrics::itd_s;
 use promenade_core::{
-    Axis, Bands, Field, FieldGrid, Pose, Provenance, Scene, SceneParts, StftGrid, TailModel, TransferFunction, TransferShape,
-    glam,
+    Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneParts, StftGrid, TailModel, TransferFunction,
+    TransferShape, glam,
 };
 use std::sync::Arc;
 
@@ -153,17 +153,21 @@ impl Calibrator {
 
     /// What the render head makes of an impulse, and the sample at which the head's centre hears it.
     fn render(&self, transfer: &TransferFunction, len: usize) -> Result<([Vec<f32>; 2], i64), BakeFailure> {
-        let nodes = FieldGrid { position: [Axis::single(0.0); 3], elevation: Axis::single(0.0), azimuth: Axis::single(0.0) };
-        let emitter = Vec3::X;
-        let field = Field::new(nodes, self.shape, emitter, transfer.to_row()).ok_or(crate::layout::LayoutError::Empty)?;
+        let one = || Axis::single(0.0);
+        let facing = Facing::Emitter { position: Vec3::X, elevation: one(), azimuth: one() };
+        let nodes = FieldGrid { position: [one(), one(), one()], facing };
+        let field = Field::new(nodes, self.shape, Rows::Whole(transfer.to_row())).ok_or(crate::layout::LayoutError::Empty)?;
         let scene = Scene::new(SceneParts {
             provenance: Provenance::default(),
             grid: self.grid,
             bands: self.bands.clone(),
             tail: self.tail.clone(),
-            field,
+            taps: self.shape.taps,
+            field: Some(field),
+            cloud: None,
             top_hz: self.top_hz,
             start_pose: Pose::IDENTITY,
+            bounds: (Vec3::ZERO, Vec3::ZERO),
             anchors: Vec::new(),
             held_out: Vec::new(),
         })?;

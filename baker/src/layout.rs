@@ -3,7 +3,7 @@
 use crate::kriging::Site;
 use crate::responses::Responses;
 use glam::{Quat, Vec3};
-use promenade_core::{Axis, FieldGrid, Pose, glam};
+use promenade_core::{Axis, Facing, FieldGrid, Pose, glam};
 use thiserror::Error;
 
 /// Two positions closer than this are one, metres.
@@ -121,16 +121,15 @@ impl Layout {
             let (low, high) = values.fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
             let spacing = median_spacing(self.sites.iter().map(|s| s.position)).max(0.05);
             let steps = if high - low < SAME_PLACE_M { 0 } else { count((high - low) / spacing).clamp(1, MOST_POSITIONS - 1) };
-            if steps == 0 {
-                Axis::single(low)
-            } else {
-                Axis { start: low, step: (high - low) / steps as f32, count: steps + 1 }
-            }
+            if steps == 0 { Axis::single(low) } else { Axis::uniform(low, (high - low) / steps as f32, steps + 1) }
         };
         FieldGrid {
             position: [axis(|p| p.x), axis(|p| p.y), axis(|p| p.z)],
-            elevation: Axis { start: -pi / 2.0, step: pi / (elevations - 1) as f32, count: elevations },
-            azimuth: Axis { start: -pi, step: 2.0 * pi / azimuths as f32, count: azimuths },
+            facing: Facing::Emitter {
+                position: self.emitter,
+                elevation: Axis::uniform(-pi / 2.0, pi / (elevations - 1) as f32, elevations),
+                azimuth: Axis::circle(-pi, azimuths),
+            },
         }
     }
 

@@ -7,6 +7,7 @@ pub mod checkpoint;
 pub mod cost;
 mod direct;
 mod error;
+pub mod field;
 mod kriging;
 mod layout;
 mod log_row;

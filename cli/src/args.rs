@@ -3,7 +3,7 @@
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use promenade_baker::wav::Format;
 use promenade_core::glam::Vec3;
-use promenade_core::{Pose, Tier};
+use promenade_core::{LiveParams, Pose, Tier};
 use std::path::PathBuf;
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.
@@ -91,6 +91,9 @@ pub(crate) struct RenderArgs {
     /// Point on the curve of speed against accuracy: draft, standard, high or reference
     #[arg(long, default_value = "standard", value_parser = parse_tier)]
     pub(crate) tier: Tier,
+    /// Decodes a second of the tiers high and reference
+    #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = parse_decode_rate)]
+    pub(crate) decode_rate: f32,
     /// Share of the rendered sound, 0 to 1
     #[arg(long, default_value_t = 1.0, value_parser = parse_mix)]
     pub(crate) mix: f32,
@@ -181,6 +184,10 @@ fn parse_within<T: std::str::FromStr + PartialOrd + std::fmt::Display>(text: &st
 
 fn parse_mix(text: &str) -> Result<f32, String> {
     parse_within(text, 0.0, 1.0)
+}
+
+fn parse_decode_rate(text: &str) -> Result<f32, String> {
+    parse_within(text, 1.0, 1000.0)
 }
 
 fn parse_gain(text: &str) -> Result<f32, String> {

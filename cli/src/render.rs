@@ -5,7 +5,7 @@ use crate::{progress, scene};
 use anyhow::{Context, Result, bail};
 use promenade_baker::path_file;
 use promenade_baker::wav::{WavReader, WavWriter};
-use promenade_core::{BlockParams, CameraPath, Playback, Pose, Renderer, Spatializer};
+use promenade_core::{BlockParams, CameraPath, LiveParams, Playback, Pose, Renderer, Spatializer};
 use std::time::Instant;
 
 /// Where the listener is over time.
@@ -44,7 +44,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     spatializer.install(Box::new(renderer));
     let mut writer = WavWriter::create(&args.output, reader.sample_rate_hz(), 2, args.bits)?;
 
-    let params = BlockParams { tier: args.tier, mix: args.mix, gain: 10.0_f32.powf(args.gain / 20.0), bypass: false };
+    let live = LiveParams { rate_hz: args.decode_rate, wait: true };
+    let gain = 10.0_f32.powf(args.gain / 20.0);
+    let params = BlockParams { tier: args.tier, live, mix: args.mix, gain, bypass: false };
     let block = args.block as usize;
     let sounding = u64::from(reader.frames()) + spatializer.tail_samples() as u64;
     let bar = progress::of_sound(sounding as f64 / rate);

@@ -1,132 +1,147 @@
-//! Baked transfer functions on a regular grid of listener positions and emitter directions.
+//! Baked transfer functions on a grid of listener positions and head directions.
 
-use crate::lanes::WeightedSum;
+mod axis;
+mod rows;
+
 use crate::{Pose, TransferFunction, TransferShape};
 use glam::Vec3;
-use pulp::Arch;
 use std::ops::Range;
+
+pub use axis::Axis;
+pub use rows::{Basis, LowRank, Rows, SILENT_DB};
 
 /// The closest distance to the emitter at which the direct sound still grows, metres.
 pub const NEAREST_M: f32 = 0.25;
+/// Coordinates of a node: three of position, at most three of direction.
+const MOST_AXES: usize = 6;
+/// Nodes that a cell may have: four along every axis.
+const MOST_CORNERS: usize = 1 << (2 * MOST_AXES);
 
-/// Regular positions along one axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
-    /// First position.
-    pub start: f32,
-    /// Distance between positions, above 0.
-    pub step: f32,
-    /// Number of positions, at least 1.
-    pub count: usize,
+/// What a field's transfer functions depend on besides the listener's position.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Facing {
+    /// The direction of the emitter in the head's frame, however the head is turned.
+    Emitter {
+        /// Emitter position in the world, metres.
+        position: Vec3,
+        /// Emitter elevation in the head frame, radians, positive up.
+        elevation: Axis,
+        /// Emitter azimuth in the head frame, radians, positive left; a full circle unless there is a single node.
+        azimuth: Axis,
+    },
+    /// The head's orientation in the world, as [`Pose::ypr`], radians.
+    Head {
+        /// Positive to the left; a full circle unless there is a single node.
+        yaw: Axis,
+        /// Positive nose up.
+        pitch: Axis,
+        /// Positive right ear down.
+        roll: Axis,
+    },
 }
 
-impl Axis {
-    /// An axis with a single position.
-    #[must_use]
-    pub fn single(at: f32) -> Self {
-        Self { start: at, step: 1.0, count: 1 }
-    }
-
-    /// Position of a node.
-    #[must_use]
-    pub fn at(&self, node: usize) -> f32 {
-        self.start + self.step * node as f32
-    }
-
-    /// Last position.
-    #[must_use]
-    pub fn end(&self) -> f32 {
-        self.at(self.count - 1)
-    }
-
-    /// The two nodes around a value and the weight of the second; the ends hold.
-    fn around(&self, value: f32) -> (usize, usize, f32) {
-        let last = self.count - 1;
-        let along = ((value - self.start) / self.step).clamp(0.0, last as f32);
-        let (node, fraction) = split(along);
-        let node = node.min(last);
-        (node, (node + 1).min(last), fraction)
-    }
-
-    /// As [`Axis::around`] on a full circle of `count * step`.
-    fn around_circle(&self, value: f32) -> (usize, usize, f32) {
-        let (node, fraction) = split(((value - self.start) / self.step).rem_euclid(self.count as f32));
-        let node = node % self.count;
-        (node, (node + 1) % self.count, fraction)
-    }
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the callers clamp or wrap to at least 0")]
-fn split(along: f32) -> (usize, f32) {
-    (along as usize, along.fract())
-}
-
-/// Nodes of a [`Field`]: listener position by emitter direction in the head frame.
+/// Nodes of a [`Field`]: listener position by direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldGrid {
     /// Listener positions, metres, along x, y and z.
     pub position: [Axis; 3],
-    /// Emitter elevation in the head frame, radians, positive up.
-    pub elevation: Axis,
-    /// Emitter azimuth in the head frame, radians, positive left; a full circle unless there is a single node.
-    pub azimuth: Axis,
+    /// Directions.
+    pub facing: Facing,
 }
 
 impl FieldGrid {
+    /// All axes, the slowest index first.
+    #[must_use]
+    pub fn axes(&self) -> Vec<&Axis> {
+        self.slots().into_iter().flatten().collect()
+    }
+
+    /// All axes, the slowest index first, in a place of fixed size.
+    fn slots(&self) -> [Option<&Axis>; MOST_AXES] {
+        let [x, y, z] = &self.position;
+        let [a, b, c] = match &self.facing {
+            Facing::Emitter { elevation, azimuth, .. } => [Some(elevation), Some(azimuth), None],
+            Facing::Head { yaw, pitch, roll } => [Some(yaw), Some(pitch), Some(roll)],
+        };
+        [Some(z), Some(y), Some(x), a, b, c]
+    }
+
     /// Number of nodes.
     #[must_use]
     pub fn nodes(&self) -> usize {
-        self.position.iter().map(|a| a.count).product::<usize>() * self.elevation.count * self.azimuth.count
+        self.axes().iter().map(|a| a.count()).product()
     }
 
-    /// Position and emitter direction (unit vector in the head frame) of a node.
+    /// Coordinates of a node in the order of [`FieldGrid::axes`].
+    fn coordinates(&self, index: usize) -> [f32; MOST_AXES] {
+        let mut rest = index;
+        let mut out = [0.0; MOST_AXES];
+        for (value, axis) in out.iter_mut().zip(self.slots()).rev() {
+            if let Some(axis) = axis {
+                *value = axis.nodes()[rest % axis.count()];
+                rest /= axis.count();
+            }
+        }
+        out
+    }
+
+    /// A listener pose at a node, by which the node's transfer function can be computed.
+    #[must_use]
+    pub fn pose(&self, index: usize) -> Pose {
+        let [z, y, x, a, b, c] = self.coordinates(index);
+        let position = Vec3::new(x, y, z);
+        match &self.facing {
+            Facing::Head { .. } => Pose::from_ypr(position, a, b, c),
+            Facing::Emitter { position: emitter, .. } => {
+                // The emitter is to be seen from the head in the node's direction.
+                let seen = Pose::from_ypr(Vec3::ZERO, b, a, 0.0).orientation;
+                let towards = glam::Quat::from_rotation_arc(Vec3::X, (*emitter - position).normalize_or(Vec3::X));
+                Pose { position, orientation: (towards * seen.inverse()).normalize() }
+            }
+        }
+    }
+
+    /// Direction of the emitter in the head frame at a node, as a unit vector, and the node's position; forward for nodes of
+    /// [`Facing::Head`].
     #[must_use]
     pub fn node(&self, index: usize) -> (Vec3, Vec3) {
-        let azimuth = self.azimuth.at(index % self.azimuth.count);
-        let rest = index / self.azimuth.count;
-        let elevation = self.elevation.at(rest % self.elevation.count);
-        let rest = rest / self.elevation.count;
-        let [x, y, z] = &self.position;
-        let position = Vec3::new(x.at(rest % x.count), y.at(rest / x.count % y.count), z.at(rest / (x.count * y.count)));
-        let direction = Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
-        (position, direction)
+        let [z, y, x, elevation, azimuth, _] = self.coordinates(index);
+        let direction = match self.facing {
+            Facing::Emitter { .. } => {
+                Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin())
+            }
+            Facing::Head { .. } => Vec3::X,
+        };
+        (Vec3::new(x, y, z), direction)
     }
 }
 
 /// Corners of the cell around a pose, with weights that sum to 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Cell {
-    corners: [(u32, f32); 32],
-    count: usize,
+    corners: Vec<(u32, f32)>,
     /// Gain of the direct sound at the listener's distance, 1 at 1 m.
     direct_gain: f32,
+    scratch: Vec<f32>,
 }
 
-impl Cell {
-    pub(crate) fn new() -> Self {
-        Self { corners: [(0, 0.0); 32], count: 0, direct_gain: 0.0 }
-    }
-}
-
-/// Decoder that interpolates baked transfer functions: multilinear over position, elevation and azimuth.
+/// Decoder that interpolates baked transfer functions: linearly along each axis with [`Facing::Emitter`], by cubics with
+/// [`Facing::Head`].
 ///
-/// The direct sound's masks are stored for a distance of 1 m and fall with distance (ISO 9613-2, geometrical divergence);
-/// time filters and late part stay. A listener outside the nodes hears the nearest ones, in the true direction of the emitter.
+/// With [`Facing::Emitter`] the direct sound's masks are stored for a distance of 1 m and fall with distance (ISO 9613-2, geometrical
+/// divergence); time filters and late part stay. A listener outside the nodes hears the nearest ones, in the true direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     grid: FieldGrid,
     shape: TransferShape,
-    emitter: Vec3,
-    rows: Vec<f32>,
+    rows: Rows,
 }
 
 impl Field {
-    /// Takes rows of [`TransferFunction::to_row`], one per node, and the emitter's position in the world, metres.
-    ///
-    /// `None` if the number of values does not fit the grid and the shape.
+    /// Takes the transfer functions of all nodes; `None` if their number does not fit the grid and the shape.
     #[must_use]
-    pub fn new(grid: FieldGrid, shape: TransferShape, emitter: Vec3, rows: Vec<f32>) -> Option<Self> {
-        (grid.nodes() > 0 && rows.len() == grid.nodes() * shape.row_len()).then_some(Self { grid, shape, emitter, rows })
+    pub fn new(grid: FieldGrid, shape: TransferShape, rows: Rows) -> Option<Self> {
+        rows.fit(grid.nodes(), &shape).then_some(Self { grid, shape, rows })
     }
 
     /// The nodes.
@@ -141,89 +156,154 @@ impl Field {
         self.shape
     }
 
-    /// Emitter position in the world, metres.
+    /// Emitter position in the world, metres, where the nodes depend on it.
     #[must_use]
-    pub fn emitter(&self) -> Vec3 {
-        self.emitter
+    pub fn emitter(&self) -> Option<Vec3> {
+        match self.grid.facing {
+            Facing::Emitter { position, .. } => Some(position),
+            Facing::Head { .. } => None,
+        }
     }
 
-    /// All rows, node by node.
+    /// Transfer functions of all nodes.
     #[must_use]
-    pub fn rows(&self) -> &[f32] {
+    pub fn rows(&self) -> &Rows {
         &self.rows
+    }
+
+    /// Bytes of the table.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        4 * self.rows.values().map(<[f32]>::len).sum::<usize>()
+    }
+
+    /// The transfer function at a pose.
+    #[must_use]
+    pub fn decode(&self, pose: &Pose) -> TransferFunction {
+        let (mut cell, mut out) = (self.cell(), self.shape.silent());
+        self.locate(pose, &mut cell);
+        self.masks(&mut cell, &mut out);
+        self.taps(&mut cell, 0..self.shape.taps + 1, &mut out);
+        out
+    }
+
+    /// Room to work in, for the other methods.
+    pub(crate) fn cell(&self) -> Cell {
+        Cell { corners: Vec::with_capacity(MOST_CORNERS), direct_gain: 0.0, scratch: self.rows.scratch() }
     }
 
     /// Finds the nodes around a pose.
     pub(crate) fn locate(&self, pose: &Pose, cell: &mut Cell) {
-        let relative = pose.to_head(self.emitter);
-        let distance = relative.length();
-        cell.direct_gain = 1.0 / distance.max(NEAREST_M);
-        let level = (relative.x * relative.x + relative.y * relative.y).sqrt();
-        let azimuth = if level > 1e-6 { relative.y.atan2(relative.x) } else { 0.0 };
-        let elevation = if distance > 1e-6 { relative.z.atan2(level) } else { 0.0 };
-        let g = &self.grid;
-        let axes = [
-            g.azimuth.around_circle(azimuth),
-            g.elevation.around(elevation),
-            g.position[0].around(pose.position.x),
-            g.position[1].around(pose.position.y),
-            g.position[2].around(pose.position.z),
-        ];
-        let counts = [g.azimuth.count, g.elevation.count, g.position[0].count, g.position[1].count, g.position[2].count];
-        cell.corners[0] = (0, 1.0);
-        cell.count = 1;
-        // From the slowest index to the fastest, each axis in use doubles the corners.
-        for ((low, high, fraction), count) in axes.into_iter().zip(counts).rev() {
-            let before = cell.count;
-            for c in 0..before {
-                let (index, weight) = cell.corners[c];
-                let base = index as usize * count;
-                #[expect(clippy::cast_possible_truncation, reason = "node counts are limited when a scene is read")]
-                {
-                    cell.corners[c] = ((base + low) as u32, weight * (1.0 - fraction));
-                    if fraction > 0.0 {
-                        cell.corners[cell.count] = ((base + high) as u32, weight * fraction);
-                        cell.count += 1;
-                    }
+        let at = pose.position;
+        let [a, b, c] = match self.grid.facing {
+            Facing::Emitter { position, .. } => {
+                let relative = pose.to_head(position);
+                let distance = relative.length();
+                cell.direct_gain = 1.0 / distance.max(NEAREST_M);
+                let level = (relative.x * relative.x + relative.y * relative.y).sqrt();
+                let azimuth = if level > 1e-6 { relative.y.atan2(relative.x) } else { 0.0 };
+                let elevation = if distance > 1e-6 { relative.z.atan2(level) } else { 0.0 };
+                [elevation, azimuth, 0.0]
+            }
+            Facing::Head { .. } => {
+                cell.direct_gain = 1.0;
+                pose.ypr().into()
+            }
+        };
+        let cubic = matches!(self.grid.facing, Facing::Head { .. });
+        cell.corners.clear();
+        cell.corners.push((0, 1.0));
+        // From the slowest index to the fastest, each axis in use multiplies the corners; the room for all of them is there.
+        for (axis, value) in self.grid.slots().into_iter().zip([at.z, at.y, at.x, a, b, c]) {
+            let Some(axis) = axis else { continue };
+            let (nodes, count) = if cubic { axis.cubic(value) } else { axis.linear(value) };
+            let before = cell.corners.len();
+            for _ in 1..count {
+                cell.corners.extend_from_within(..before);
+            }
+            for (share, (node, along)) in cell.corners.chunks_exact_mut(before).zip(nodes) {
+                for (index, weight) in share {
+                    #[expect(clippy::cast_possible_truncation, reason = "node counts are limited when a scene is read")]
+                    let within = *index * axis.count() as u32 + node as u32;
+                    (*index, *weight) = (within, *weight * along);
                 }
             }
         }
     }
 
     /// Masks, phase and delay of the direct sound in a cell.
-    pub(crate) fn masks(&self, cell: &Cell, out: &mut TransferFunction) {
-        let bins = self.shape.bins;
-        self.blend(cell, 0..bins, &mut out.mixture);
-        self.blend(cell, bins..2 * bins, &mut out.difference);
-        self.blend(cell, 2 * bins..4 * bins, &mut out.phase);
-        let mut delay = [0.0];
-        self.blend(cell, 4 * bins..4 * bins + 1, &mut delay);
-        out.delay_s = delay[0];
+    pub(crate) fn masks(&self, cell: &mut Cell, out: &mut TransferFunction) {
+        self.rows.masks(&self.shape, &cell.corners, &mut cell.scratch, out);
         for m in &mut out.mixture {
             *m *= cell.direct_gain;
         }
     }
 
     /// Time-filter gains of some taps in a cell; the tap after the last explicit one is the late part.
-    pub(crate) fn taps(&self, cell: &Cell, taps: Range<usize>, out: &mut TransferFunction) {
-        let (first, len) = (self.shape.direct_len(), self.shape.tap_len());
-        let explicit = taps.start.min(self.shape.taps)..taps.end.min(self.shape.taps);
-        let (from, to) = (explicit.start * len, explicit.end * len);
-        self.blend(cell, first + from..first + to, &mut out.taps[from..to]);
-        if taps.end > self.shape.taps {
-            let late = first + self.shape.taps * len;
-            self.blend(cell, late..late + len, &mut out.late);
+    pub(crate) fn taps(&self, cell: &mut Cell, taps: Range<usize>, out: &mut TransferFunction) {
+        self.rows.taps(&self.shape, &cell.corners, taps, &mut cell.scratch, out);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grids() -> [FieldGrid; 2] {
+        let position = [Axis::uniform(-1.0, 1.0, 3), Axis::uniform(0.0, 0.5, 2), Axis::single(1.2)];
+        let quarter = std::f32::consts::FRAC_PI_4;
+        let facings = [
+            Facing::Emitter {
+                position: Vec3::new(5.0, 0.5, 1.0),
+                elevation: Axis::uniform(-quarter, quarter, 3),
+                azimuth: Axis::circle(-1.0, 6),
+            },
+            Facing::Head {
+                yaw: Axis::circle(-3.0, 5),
+                pitch: Axis::uniform(-quarter, quarter, 3),
+                roll: Axis::uniform(-0.2, 0.4, 2),
+            },
+        ];
+        facings.map(|facing| FieldGrid { position: position.clone(), facing })
+    }
+
+    #[test]
+    fn the_pose_of_a_node_lies_on_that_node() {
+        let shape = TransferShape { bins: 2, bands: 2, taps: 0 };
+        for grid in grids() {
+            let nodes = grid.nodes();
+            let field = Field::new(grid.clone(), shape, Rows::Whole(vec![0.0; nodes * shape.row_len()])).unwrap();
+            let mut cell = field.cell();
+            for index in 0..nodes {
+                field.locate(&grid.pose(index), &mut cell);
+                let weight: f32 = cell.corners.iter().filter(|(i, _)| *i as usize == index).map(|(_, w)| w).sum();
+                assert!((weight - 1.0).abs() < 1e-4, "{index}: {weight} of {:?}", &cell.corners);
+            }
         }
     }
 
-    fn blend(&self, cell: &Cell, part: Range<usize>, out: &mut [f32]) {
-        debug_assert_eq!(part.len(), out.len());
-        Arch::new().dispatch(WeightedSum {
-            rows: &self.rows,
-            corners: &cell.corners[..cell.count],
-            row_len: self.shape.row_len(),
-            offset: part.start,
-            out,
-        });
+    #[test]
+    fn coefficients_stand_for_the_rows_they_were_made_of() {
+        let shape = TransferShape { bins: 3, bands: 2, taps: 1 };
+        let [_, grid] = grids();
+        let nodes = grid.nodes();
+        let levels =
+            Basis { mean: vec![-6.0, -20.0, SILENT_DB, -6.0, -14.0, -12.0], shapes: vec![1.0, 2.0, 0.0, 0.0, 0.0, 3.0] };
+        let taps = Basis { mean: vec![0.5; 8], shapes: vec![0.25, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0] };
+        let coefficients = (0..nodes).flat_map(|i| [i as f32 % 3.0, i as f32 % 2.0]).collect();
+        let field = Field::new(grid.clone(), shape, Rows::LowRank(LowRank { levels, taps, coefficients })).unwrap();
+        for index in [0, 7, nodes - 1] {
+            let (c, tap) = (index as f32 % 3.0, index as f32 % 2.0);
+            let found = field.decode(&grid.pose(index));
+            let db = |x: f32| 10.0_f32.powf(x / 20.0);
+            let want = [[db(-6.0 + c), db(-6.0)], [db(-20.0 + 2.0 * c), db(-14.0)], [0.0, db(-12.0 + 3.0 * c)]];
+            for (k, [left, right]) in want.into_iter().enumerate() {
+                let (m, d) = (found.mixture[k], found.difference[k]);
+                assert!(((1.0 - d) * m - left).abs() < 1e-4 && ((1.0 + d) * m - right).abs() < 1e-4, "{index} {k}");
+            }
+            assert!((found.taps[0] - 0.5 - 0.25 * tap).abs() < 1e-4);
+            assert!((found.late[3] - (0.5 - tap).max(0.0)).abs() < 1e-4, "gains are never below 0");
+            assert!(found.phase.iter().all(|p| *p == 0.0) && found.delay_s == 0.0);
+        }
     }
 }

@@ -1,16 +1,14 @@
 //! One scene at one host rate: mono in, both ears out.
 
-use crate::field::Cell;
+use crate::decoding::Decoding;
 use crate::head::RenderHead;
 use crate::stft::{Spectrum, Stft};
-use crate::{Pose, Scene, StftGrid, Tier, TransferFunction};
+use crate::{LiveDecoder, LiveParams, Pose, Scene, StftGrid, Tier};
 use realfft::num_complex::Complex32;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Hops over which the time filters of a new pose are taken in, a share of them at each hop.
-const REFRESH_HOPS: usize = 4;
 /// Hops over which the room fades when the tier changes.
 const TIER_FADE_HOPS: f32 = 8.0;
 /// Inputs below this magnitude (-240 dBFS) are silence.
@@ -32,6 +30,21 @@ pub enum RenderError {
     },
 }
 
+/// How well a stream is rendered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// Point on the curve of speed against accuracy; one that the scene lacks is played as [`Scene::played_tier`] says.
+    pub tier: Tier,
+    /// How often a live decoder is asked.
+    pub live: LiveParams,
+}
+
+impl From<Tier> for Quality {
+    fn from(tier: Tier) -> Self {
+        Self { tier, ..Self::default() }
+    }
+}
+
 /// Renders a mono stream through one scene at one sample rate.
 pub struct Renderer {
     scene: Arc<Scene>,
@@ -43,16 +56,13 @@ pub struct Renderer {
     ready: [Vec<f32>; 2],
     /// Samples of the current hop taken in so far.
     filled: usize,
-    cell: Cell,
-    transfer: TransferFunction,
+    decoding: Decoding,
     /// Poses of the last hops: a frame is rendered with the pose at its centre.
     poses: VecDeque<Pose>,
     /// Sample of a hop at which the pose is asked for, so that the oldest of `poses` belongs to the centre of the newest frame.
     pose_phase: usize,
-    decoded: Pose,
-    /// Shares of the time filters that still have to follow the decoded pose.
-    stale_shares: usize,
-    share: usize,
+    /// The last valid pose that was jumped to.
+    last: Pose,
     /// The next pose is jumped to: nothing has been heard yet, or the transport was moved.
     fresh: bool,
 }
@@ -70,7 +80,7 @@ impl Renderer {
             return Err(RenderError::SampleRate { found: sample_rate_hz });
         }
         let grid = scene.grid().at_rate(sample_rate_hz);
-        let shape = scene.field().shape();
+        let shape = scene.shape();
         let head = RenderHead::new(grid, scene.grid(), shape, scene.bands(), scene.tail(), scene.top_hz());
         let spectrum = || vec![Complex32::default(); grid.bins()];
         let centre = grid.window_len() / 2;
@@ -82,16 +92,23 @@ impl Renderer {
             ears: [spectrum(), spectrum()],
             ready: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
             filled: 0,
-            cell: Cell::new(),
-            transfer: shape.silent(),
+            decoding: Decoding::new(&scene),
             poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
             pose_phase: grid.hop - centre % grid.hop,
-            decoded: Pose::IDENTITY,
-            stale_shares: 0,
-            share: 0,
+            last: Pose::IDENTITY,
             fresh: true,
             scene,
         })
+    }
+
+    /// Adds what decodes poses for the tiers High and Reference; without one they are played as the best tier below.
+    ///
+    /// # Real-time
+    /// Not real-time safe: decodes the scene's start pose.
+    #[must_use]
+    pub fn with_decoder(mut self, decoder: Box<dyn LiveDecoder>) -> Self {
+        self.decoding.set_live(decoder, &self.scene);
+        self
     }
 
     /// The scene that is played.
@@ -152,15 +169,16 @@ impl Renderer {
         &mut self,
         input: &[f32],
         [left, right]: [&mut [f32]; 2],
-        tier: Tier,
+        quality: impl Into<Quality>,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
+        let quality = quality.into();
         debug_assert!(input.len() == left.len() && input.len() == right.len());
         if self.fresh && !input.is_empty() {
-            let pose = valid_or(pose_at(0), self.decoded);
+            let pose = valid_or(pose_at(0), self.last);
+            self.last = pose;
             self.poses.iter_mut().for_each(|p| *p = pose);
-            self.decode(pose, true);
-            self.head.glide_room(tier != Tier::Draft, 1.0);
+            self.follow(pose, &quality, true);
             self.fresh = false;
         }
         let mut done = 0;
@@ -182,7 +200,7 @@ impl Renderer {
             }
             if self.filled == self.grid.hop {
                 self.filled = 0;
-                self.hop(tier);
+                self.hop(&quality);
             }
         }
     }
@@ -193,9 +211,15 @@ impl Renderer {
         self.poses[last] = valid_or(newest, self.poses[last.saturating_sub(1)]);
     }
 
-    fn hop(&mut self, tier: Tier) {
-        self.decode(self.poses[0], false);
-        self.head.glide_room(tier != Tier::Draft, 1.0 / TIER_FADE_HOPS);
+    /// Brings the head to a pose and fades its room in or out; `whole` leaves nothing for the hops to come.
+    fn follow(&mut self, pose: Pose, quality: &Quality, whole: bool) {
+        let tier = self.decoding.played_tier(&self.scene, quality.tier);
+        self.decoding.follow(&self.scene, &mut self.head, pose, tier, whole, self.grid.hop_s(), &quality.live);
+        self.head.glide_room(tier != Tier::Draft, if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS });
+    }
+
+    fn hop(&mut self, quality: &Quality) {
+        self.follow(self.poses[0], quality, false);
         self.stft.analyse(&mut self.spectrum);
         let [left, right] = &mut self.ears;
         if self.head.render(&self.spectrum, [left, right]).is_some() {
@@ -206,34 +230,6 @@ impl Renderer {
             for (ear, ready) in self.ready.iter_mut().enumerate() {
                 self.stft.give_out(ear, ready);
             }
-        }
-    }
-
-    /// Brings the head to a pose: the direct sound at once, the time filters a share per hop unless `whole`.
-    fn decode(&mut self, pose: Pose, whole: bool) {
-        let moved = whole || pose != self.decoded;
-        let field = self.scene.field();
-        if moved {
-            self.decoded = pose;
-            self.stale_shares = REFRESH_HOPS;
-            field.locate(&pose, &mut self.cell);
-            field.masks(&self.cell, &mut self.transfer);
-            self.head.set_direct(&self.transfer);
-        }
-        // Without a room its filters wait; they catch up while it fades in.
-        let shares = match (whole, self.head.has_room()) {
-            (true, _) => REFRESH_HOPS,
-            (false, true) => self.stale_shares.min(1),
-            (false, false) => 0,
-        };
-        let (explicit, hops) = (field.shape().taps, self.head.filter_hops());
-        for _ in 0..shares {
-            let range = hops * self.share / REFRESH_HOPS..hops * (self.share + 1) / REFRESH_HOPS;
-            let last = if range.end > explicit { explicit + 1 } else { range.end };
-            field.taps(&self.cell, range.start..last, &mut self.transfer);
-            self.head.set_taps(&self.transfer, range);
-            self.share = (self.share + 1) % REFRESH_HOPS;
-            self.stale_shares -= 1;
         }
     }
 }

@@ -1,12 +1,17 @@
 //! A place as it is played: an immutable value, read from and written to one file.
 
+mod check;
+mod error;
 mod format;
+mod manifest;
 
+use crate::cloud::CloudModel;
 use crate::metrics::Binaural;
-use crate::{Bands, Field, Pose, StftGrid, Tier};
+use crate::{Bands, Field, Pose, StftGrid, Tier, TransferShape};
 use glam::Vec3;
 
-pub use format::{MAX_SCENE_BYTES, SceneError};
+pub use error::SceneError;
+pub use format::MAX_SCENE_BYTES;
 
 /// What the time filters of all poses share.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,16 +80,30 @@ pub struct SceneParts {
     pub bands: Bands,
     /// Time filters of all poses.
     pub tail: TailModel,
-    /// Baked transfer functions.
-    pub field: Field,
+    /// Explicit time-filter taps, one per hop after the direct sound.
+    pub taps: usize,
+    /// Baked transfer functions: the tiers Draft and Standard.
+    pub field: Option<Field>,
+    /// Anchor cloud with its decoder: the tiers High and, with convolution layers, Reference.
+    pub cloud: Option<CloudModel>,
     /// Above this frequency the data say nothing, Hz: masks and filters are held from here for faster host rates.
     pub top_hz: f32,
     /// A measured pose to start at.
     pub start_pose: Pose,
-    /// Anchor cloud.
+    /// Corners of the box of listener positions that the scene was made for, metres; equal when there is one position.
+    pub bounds: (Vec3, Vec3),
+    /// Points of the place, for display.
     pub anchors: Vec<Anchor>,
     /// Measurements kept for judging the scene.
     pub held_out: Vec<HeldOut>,
+}
+
+impl SceneParts {
+    /// Sizes of the transfer functions.
+    #[must_use]
+    pub fn shape(&self) -> TransferShape {
+        TransferShape { bins: self.grid.bins(), bands: self.bands.count(), taps: self.taps }
+    }
 }
 
 /// A place: anchors, field, grid and provenance; immutable, shared between instances and threads.
@@ -99,7 +118,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Value`] names the first part that does not.
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
-        format::check(&parts)?;
+        check::check(&parts)?;
         Ok(Self { parts })
     }
 
@@ -161,10 +180,28 @@ impl Scene {
         &self.parts.tail
     }
 
+    /// All parts.
+    #[must_use]
+    pub fn parts(&self) -> &SceneParts {
+        &self.parts
+    }
+
+    /// Sizes of the transfer functions.
+    #[must_use]
+    pub fn shape(&self) -> TransferShape {
+        self.parts.shape()
+    }
+
     /// Baked transfer functions.
     #[must_use]
-    pub fn field(&self) -> &Field {
-        &self.parts.field
+    pub fn field(&self) -> Option<&Field> {
+        self.parts.field.as_ref()
+    }
+
+    /// Anchor cloud with its decoder.
+    #[must_use]
+    pub fn cloud(&self) -> Option<&CloudModel> {
+        self.parts.cloud.as_ref()
     }
 
     /// Highest frequency that the data cover, Hz.
@@ -173,10 +210,10 @@ impl Scene {
         self.parts.top_hz
     }
 
-    /// Emitter position in the world, metres.
+    /// Emitter position in the world, metres, where it is known.
     #[must_use]
-    pub fn emitter(&self) -> Vec3 {
-        self.parts.field.emitter()
+    pub fn emitter(&self) -> Option<Vec3> {
+        self.parts.field.as_ref().and_then(Field::emitter)
     }
 
     /// A measured pose to start at.
@@ -197,28 +234,41 @@ impl Scene {
         &self.parts.held_out
     }
 
-    /// Corners of the box of baked listener positions, metres; equal when there is one position.
+    /// Corners of the box of listener positions that the scene was made for, metres; equal when there is one position.
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let [x, y, z] = &self.parts.field.grid().position;
-        (Vec3::new(x.start, y.start, z.start), Vec3::new(x.end(), y.end(), z.end()))
+        self.parts.bounds
     }
 
-    /// Whether the scene has what a tier renders; a missing tier is played as the best one below it.
+    /// Whether the scene has what a tier renders.
     #[must_use]
     pub fn has_tier(&self, tier: Tier) -> bool {
+        let p = &self.parts;
         match tier {
-            Tier::Draft => true,
-            Tier::Standard => self.parts.field.shape().taps > 0,
-            Tier::High | Tier::Reference => false,
+            Tier::Draft => p.field.is_some(),
+            Tier::Standard => p.field.is_some() && p.taps > 0,
+            Tier::High => p.cloud.is_some(),
+            Tier::Reference => p.cloud.as_ref().is_some_and(|c| c.sizes().conv),
         }
+    }
+
+    /// The tier that is played for a wanted one: the best that the scene has up to it, else the cheapest that it has.
+    #[must_use]
+    pub fn played_tier(&self, wanted: Tier) -> Tier {
+        let mut up_to = Tier::ALL.into_iter().rev().filter(|t| *t <= wanted && self.has_tier(*t));
+        let mut above = Tier::ALL.into_iter().filter(|t| self.has_tier(*t));
+        up_to.next().or_else(|| above.next()).unwrap_or(wanted)
     }
 
     /// Bytes that the scene takes in memory, once for all its instances.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         let p = &self.parts;
-        let floats = p.field.rows().len() + 3 * p.bands.count();
-        4 * floats + p.anchors.len() * size_of::<Anchor>() + p.held_out.len() * size_of::<HeldOut>() + size_of::<Self>()
+        4 * 3 * p.bands.count()
+            + p.field.as_ref().map_or(0, Field::memory_bytes)
+            + p.cloud.as_ref().map_or(0, CloudModel::memory_bytes)
+            + p.anchors.len() * size_of::<Anchor>()
+            + p.held_out.len() * size_of::<HeldOut>()
+            + size_of::<Self>()
     }
 }

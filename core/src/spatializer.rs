@@ -1,6 +1,6 @@
 //! What the audio thread owns: block in, block out.
 
-use crate::{Pose, Renderer, Tier};
+use crate::{LiveParams, Pose, Quality, Renderer, Tier};
 
 /// Length of a cross-fade between scenes, seconds.
 const SCENE_FADE_S: f64 = 0.05;
@@ -16,6 +16,8 @@ const CHUNK: usize = 256;
 pub struct BlockParams {
     /// Point on the curve of speed against accuracy.
     pub tier: Tier,
+    /// How often a live decoder is asked.
+    pub live: LiveParams,
     /// Share of the rendered sound, 0 (dry only) to 1 (rendered only).
     pub mix: f32,
     /// Output gain, linear.
@@ -26,7 +28,7 @@ pub struct BlockParams {
 
 impl Default for BlockParams {
     fn default() -> Self {
-        Self { tier: Tier::Standard, mix: 1.0, gain: 1.0, bypass: false }
+        Self { tier: Tier::Standard, live: LiveParams::default(), mix: 1.0, gain: 1.0, bypass: false }
     }
 }
 
@@ -227,10 +229,11 @@ impl Spatializer {
         let second = input.get(1).unwrap_or(first);
         let len = left.len().min(right.len()).min(first.len()).min(second.len());
         self.aim(params);
+        let quality = Quality { tier: params.tier, live: params.live };
         for start in (0..len).step_by(CHUNK) {
             let span = start..len.min(start + CHUNK);
             let out = [&mut left[span.clone()], &mut right[span.clone()]];
-            self.chunk(&first[span.clone()], &second[span], out, params.tier, &mut |i| pose_at(start + i));
+            self.chunk(&first[span.clone()], &second[span], out, quality, &mut |i| pose_at(start + i));
         }
     }
 
@@ -254,7 +257,7 @@ impl Spatializer {
         first: &[f32],
         second: &[f32],
         [left, right]: [&mut [f32]; 2],
-        tier: Tier,
+        quality: Quality,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
         let n = first.len();
@@ -265,7 +268,7 @@ impl Spatializer {
         let render = |renderer: &mut Option<Box<Renderer>>, out: &mut [Vec<f32>; 2], pose_at: &mut _| {
             let [l, r] = out;
             match renderer {
-                Some(renderer) => renderer.process(mono, [&mut l[..n], &mut r[..n]], tier, pose_at),
+                Some(renderer) => renderer.process(mono, [&mut l[..n], &mut r[..n]], quality, pose_at),
                 None => [l, r].into_iter().for_each(|ear| ear[..n].fill(0.0)),
             }
         };

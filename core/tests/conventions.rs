@@ -4,7 +4,7 @@ mod common;
 
 use common::{render, room, spatializer};
 use promenade_core::glam::{Quat, Vec3};
-use promenade_core::{BlockParams, NEAREST_M, Pose, Scene, SceneParts, Tier};
+use promenade_core::{BlockParams, Field, NEAREST_M, Pose, Rows, Scene, Tier};
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -79,7 +79,7 @@ fn the_first_tap_lies_one_hop_after_the_direct_sound_and_the_late_part_follows_t
 fn the_direct_sound_grows_no_more_within_a_quarter_of_a_metre() {
     let scene = room(16_000.0, 0.3, 0.0);
     let at = |distance: f32| {
-        let pose = Pose { position: scene.emitter() - Vec3::X * distance, ..Pose::IDENTITY };
+        let pose = Pose { position: scene.emitter().unwrap() - Vec3::X * distance, ..Pose::IDENTITY };
         energy(&response(&scene, 16_000.0, Tier::Draft, pose)[0])
     };
     // The made room is a little louder towards the emitter besides.
@@ -102,28 +102,17 @@ fn nothing_jumps_where_azimuths_wrap_round() {
 fn above_what_the_data_cover_masks_hold_for_faster_hosts() {
     // Data at 16 kHz whose masks close towards their Nyquist frequency, known up to 6.8 kHz.
     let base = room(16_000.0, 0.3, 0.0);
-    let shape = base.field().shape();
-    let mut rows = base.field().rows().to_vec();
+    let mut parts = base.parts().clone();
+    let (shape, field) = (base.shape(), base.field().unwrap());
+    let Rows::Whole(mut rows) = field.rows().clone() else { panic!("made of whole rows") };
     for row in rows.chunks_exact_mut(shape.row_len()) {
         row[..shape.bins].fill(0.5);
         row[137..shape.bins].fill(0.0);
         row[shape.bins..2 * shape.bins].fill(0.0);
     }
-    let field = promenade_core::Field::new(base.field().grid().clone(), shape, base.emitter(), rows).unwrap();
-    let scene = Arc::new(
-        Scene::new(SceneParts {
-            provenance: base.provenance().clone(),
-            grid: *base.grid(),
-            bands: base.bands().clone(),
-            tail: base.tail().clone(),
-            field,
-            top_hz: 6_800.0,
-            start_pose: base.start_pose(),
-            anchors: vec![],
-            held_out: vec![],
-        })
-        .unwrap(),
-    );
+    parts.field = Field::new(field.grid().clone(), shape, Rows::Whole(rows));
+    parts.top_hz = 6_800.0;
+    let scene = Arc::new(Scene::new(parts).unwrap());
     let tone = |rate: f64, hz: f64| {
         let mut s = spatializer(&scene, rate);
         let x: Vec<f32> = (0..24_000).map(|i| (std::f64::consts::TAU * hz * f64::from(i) / rate).sin() as f32).collect();

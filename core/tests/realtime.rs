@@ -27,7 +27,13 @@ fn processing_never_allocates() {
                 at = 0;
             }
             let tier = Tier::ALL[turn % 4];
-            let params = BlockParams { tier, mix: 1.0 / (turn + 1) as f32, gain: turn as f32, bypass: turn % 5 == 4 };
+            let params = BlockParams {
+                tier,
+                mix: 1.0 / (turn + 1) as f32,
+                gain: turn as f32,
+                bypass: turn % 5 == 4,
+                ..BlockParams::default()
+            };
             let x = &input[at..at + size];
             let stereo = [x, x];
             let input: &[&[f32]] = if turn % 2 == 0 { &stereo[..1] } else { &stereo };

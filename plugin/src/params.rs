@@ -6,7 +6,7 @@ use crate::state::StateVersion;
 use crate::walk::KeptWalk;
 use nice_plug::prelude::*;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Pose, Tier};
+use promenade_core::{BlockParams, LiveParams, Pose, Tier};
 
 /// Number of library files that a slot parameter can choose from.
 pub const SLOTS: i32 = 64;
@@ -241,6 +241,7 @@ impl PromenadeParams {
                 mix: value(&self.mix),
                 gain: 10_f32.powf(value(&self.gain) / 20.0),
                 bypass: self.bypass.value(),
+                live: LiveParams::default(),
             },
         }
     }

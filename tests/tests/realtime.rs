@@ -60,6 +60,7 @@ fn walking_automating_and_changing_scenes_never_blocks() {
             mix: (turn % 5) as f32 / 4.0,
             gain: 0.5 + (turn % 3) as f32,
             bypass: turn % 90 > 80,
+            ..BlockParams::default()
         };
         let walk = common::walk(RATE);
         let pose = |i: usize| walk(at + i);

@@ -3,8 +3,8 @@
 
 use promenade_core::glam::Vec3;
 use promenade_core::{
-    Anchor, Axis, Bands, BlockParams, Field, FieldGrid, Pose, Provenance, Renderer, Scene, SceneParts, Spatializer, StftGrid,
-    TailModel, TransferShape,
+    Anchor, Axis, Bands, BlockParams, Facing, Field, FieldGrid, Pose, Provenance, Renderer, Rows, Scene, SceneParts,
+    Spatializer, StftGrid, TailModel, TransferShape,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -16,9 +16,12 @@ pub(crate) fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene
     let bands = Bands::for_rate(sample_rate_hz);
     let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: 24 };
     let nodes = FieldGrid {
-        position: [Axis { start: -2.0, step: 2.0, count: 3 }, Axis { start: -2.0, step: 4.0, count: 2 }, Axis::single(0.0)],
-        elevation: Axis { start: -PI / 2.0, step: PI / 4.0, count: 5 },
-        azimuth: Axis { start: -PI, step: PI / 18.0, count: 36 },
+        position: [Axis::uniform(-2.0, 2.0, 3), Axis::uniform(-2.0, 4.0, 2), Axis::single(0.0)],
+        facing: Facing::Emitter {
+            position: Vec3::new(1.5, 0.0, 0.0),
+            elevation: Axis::uniform(-PI / 2.0, PI / 4.0, 5),
+            azimuth: Axis::circle(-PI, 36),
+        },
     };
     let decay = 10.0_f32.powf(-3.0 * grid.hop_s() as f32 / t60_s);
     let rows = (0..nodes.nodes())
@@ -39,15 +42,18 @@ pub(crate) fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene
         })
         .collect();
     let tail = TailModel { seed: 7, t60_s: vec![t60_s; shape.bands], coherence: vec![0.2; shape.bands] };
-    let field = Field::new(nodes, shape, Vec3::new(1.5, 0.0, 0.0), rows).unwrap();
+    let field = Field::new(nodes, shape, Rows::Whole(rows)).unwrap();
     let parts = SceneParts {
         provenance: Provenance { title: "Numbers".into(), ..Provenance::default() },
         grid,
         bands,
         tail,
-        field,
+        taps: shape.taps,
+        field: Some(field),
+        cloud: None,
         top_hz: 0.45 * sample_rate_hz as f32,
         start_pose: Pose::IDENTITY,
+        bounds: (Vec3::new(-2.0, -2.0, 0.0), Vec3::new(2.0, 2.0, 0.0)),
         anchors: vec![Anchor { position: Vec3::X, colour: Vec3::ONE }],
         held_out: vec![],
     };

@@ -1,0 +1,101 @@
+//! What a scene promises about its numbers.
+
+use super::SceneParts;
+use super::error::{SceneError, value};
+use crate::field::{Field, FieldGrid};
+use crate::spatializer::LONGEST_LATENCY_S;
+use crate::{StftGrid, TransferShape};
+
+/// The largest numbers of things in a scene, checked before anything is allocated for them.
+const MAX_NODES: usize = 1 << 22;
+const MAX_ANCHORS: usize = 65_536;
+const MAX_BINS: usize = 1 << 15;
+pub(super) const MAX_BANDS: usize = 512;
+pub(super) const MAX_HOPS: usize = 4096;
+const MAX_HELD_OUT: usize = 65_536;
+
+pub(super) fn limit(what: &str, found: usize, low: usize, high: usize) -> Result<(), SceneError> {
+    if (low..=high).contains(&found) { Ok(()) } else { Err(value(what, format!("{low} to {high}"), found)) }
+}
+
+pub(super) fn check_grid(grid: &StftGrid) -> Result<(), SceneError> {
+    let rate = grid.sample_rate_hz;
+    if !(1_000.0..=768_000.0).contains(&rate) {
+        return Err(value("sample rate", "1000 to 768000 Hz", rate));
+    }
+    limit("transform length", grid.n_fft, 4, 2 * (MAX_BINS - 1))?;
+    limit("hop", grid.hop, 1, grid.n_fft / 2)?;
+    if !grid.n_fft.is_multiple_of(2) {
+        return Err(value("transform length", "an even number", grid.n_fft));
+    }
+    let latency = grid.n_fft as f64 / rate;
+    if latency > 0.9 * LONGEST_LATENCY_S {
+        return Err(value("window", format!("at most {} s", 0.9 * LONGEST_LATENCY_S), latency));
+    }
+    Ok(())
+}
+
+pub(super) fn check_nodes(nodes: &FieldGrid) -> Result<(), SceneError> {
+    let total = nodes.axes().iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
+    limit("number of nodes", total, 1, MAX_NODES)
+}
+
+fn check_field(field: &Field, shape: TransferShape) -> Result<(), SceneError> {
+    check_nodes(field.grid())?;
+    let found = field.shape();
+    if found != shape {
+        return Err(value("shape of the field", format!("{shape:?}"), format!("{found:?}")));
+    }
+    for values in field.rows().values() {
+        in_range("field", values, -1e6, 1e6)?;
+    }
+    field.emitter().map_or(Ok(()), |e| in_range("emitter position", &e.to_array(), -1e6, 1e6))
+}
+
+/// Everything that a scene promises about its numbers.
+pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
+    check_grid(&parts.grid)?;
+    limit("bands", parts.bands.count(), 2, MAX_BANDS)?;
+    limit("taps", parts.taps, 0, MAX_HOPS)?;
+    let shape = parts.shape();
+    if parts.field.is_none() && parts.cloud.is_none() {
+        return Err(value("decoder", "a field or an anchor cloud", "neither"));
+    }
+    if let Some(field) = &parts.field {
+        check_field(field, shape)?;
+    }
+    limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
+    limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;
+    let tail = &parts.tail;
+    for (name, len) in [("reverberation times", tail.t60_s.len()), ("coherences", tail.coherence.len())] {
+        limit(&format!("number of {name}"), len, shape.bands, shape.bands)?;
+    }
+    in_range("reverberation time", &tail.t60_s, 1e-3, 1e3)?;
+    in_range("coherence", &tail.coherence, -1.0, 1.0)?;
+    in_range("highest frequency", &[parts.top_hz], 1.0, 1e6)?;
+    let (low, high) = parts.bounds;
+    for corner in [low, high] {
+        in_range("bounds", &corner.to_array(), -1e6, 1e6)?;
+    }
+    if !low.cmple(high).all() {
+        return Err(value("bounds", "the lower corner first", format!("{low} and {high}")));
+    }
+    for a in &parts.anchors {
+        in_range("anchor position", &a.position.to_array(), -1e6, 1e6)?;
+        in_range("anchor colour", &a.colour.to_array(), 0.0, 1.0)?;
+    }
+    let poses = parts.held_out.iter().map(|h| &h.pose).chain([&parts.start_pose]);
+    for pose in poses {
+        if !pose.is_valid() {
+            return Err(value("pose", "finite with a unit quaternion", format!("{pose:?}")));
+        }
+    }
+    Ok(())
+}
+
+fn in_range(what: &str, values: &[f32], low: f32, high: f32) -> Result<(), SceneError> {
+    match values.iter().find(|v| !(low..=high).contains(*v)) {
+        None => Ok(()),
+        Some(found) => Err(value(what, format!("{low} to {high}"), found)),
+    }
+}

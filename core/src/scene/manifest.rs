@@ -1,0 +1,218 @@
+//! The manifest's own types, apart from the scene's: the file is a boundary.
+
+use super::Provenance;
+use crate::cloud::{Alignment, CloudKind, CloudModel, PoseConvention};
+use crate::field::{Axis, Facing, FieldGrid};
+use crate::metrics::Binaural;
+use crate::{HeldOut, Pose, StftGrid};
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Manifest {
+    pub(super) version: u64,
+    pub(super) title: String,
+    pub(super) credit: String,
+    pub(super) licence: String,
+    pub(super) recipe: String,
+    pub(super) notes: Vec<String>,
+    pub(super) grid: ManifestGrid,
+    pub(super) seed: u64,
+    pub(super) taps: usize,
+    pub(super) top_hz: f32,
+    pub(super) start: ManifestPose,
+    /// Corners of the box of listener positions.
+    pub(super) bounds: [[f32; 3]; 2],
+    pub(super) field: Option<ManifestField>,
+    pub(super) cloud: Option<ManifestCloud>,
+    pub(super) held_out: Vec<ManifestHeldOut>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestGrid {
+    sample_rate_hz: f64,
+    n_fft: usize,
+    hop: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestAxis {
+    nodes: Vec<f32>,
+    circle: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+enum ManifestFacing {
+    Emitter { position: [f32; 3], elevation: ManifestAxis, azimuth: ManifestAxis },
+    Head { yaw: ManifestAxis, pitch: ManifestAxis, roll: ManifestAxis },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestField {
+    position: [ManifestAxis; 3],
+    facing: ManifestFacing,
+    pub(super) low_rank: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestCloud {
+    kind: String,
+    pub(super) heads: usize,
+    pub(super) max_norm: f32,
+    convention: String,
+    scale: f32,
+    /// w, x, y, z.
+    rotation: [f32; 4],
+    translation: [f32; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestPose {
+    position: [f32; 3],
+    /// w, x, y, z.
+    quat: [f32; 4],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestHeldOut {
+    name: String,
+    pose: ManifestPose,
+    itd_s: f64,
+    ild_db: f64,
+    t20_s: Option<f64>,
+    edt_s: Option<f64>,
+    c50_db: Option<f64>,
+}
+
+impl ManifestField {
+    pub(super) fn of(grid: &FieldGrid, low_rank: bool) -> Self {
+        let [x, y, z] = &grid.position;
+        let facing = match &grid.facing {
+            Facing::Emitter { position, elevation, azimuth } => {
+                ManifestFacing::Emitter { position: position.to_array(), elevation: elevation.into(), azimuth: azimuth.into() }
+            }
+            Facing::Head { yaw, pitch, roll } => {
+                ManifestFacing::Head { yaw: yaw.into(), pitch: pitch.into(), roll: roll.into() }
+            }
+        };
+        Self { position: [x.into(), y.into(), z.into()], facing, low_rank }
+    }
+
+    /// The grid; `None` where an axis does not rise.
+    pub(super) fn grid(self) -> Option<FieldGrid> {
+        let axis = |a: ManifestAxis| Axis::new(a.nodes, a.circle);
+        let facing = match self.facing {
+            ManifestFacing::Emitter { position, elevation, azimuth } => {
+                Facing::Emitter { position: position.into(), elevation: axis(elevation)?, azimuth: axis(azimuth)? }
+            }
+            ManifestFacing::Head { yaw, pitch, roll } => {
+                Facing::Head { yaw: axis(yaw)?, pitch: axis(pitch)?, roll: axis(roll)? }
+            }
+        };
+        let [x, y, z] = self.position.map(axis);
+        Some(FieldGrid { position: [x?, y?, z?], facing })
+    }
+}
+
+impl ManifestCloud {
+    pub(super) fn of(model: &CloudModel) -> Self {
+        let parts = model.parts();
+        let Alignment { scale, rotation: q, translation } = parts.alignment;
+        Self {
+            kind: parts.kind.name().to_owned(),
+            heads: parts.heads,
+            max_norm: parts.max_norm,
+            convention: parts.convention.name().to_owned(),
+            scale,
+            rotation: [q.w, q.x, q.y, q.z],
+            translation: translation.to_array(),
+        }
+    }
+
+    pub(super) fn kind(&self) -> Option<CloudKind> {
+        CloudKind::from_name(&self.kind)
+    }
+
+    pub(super) fn convention(&self) -> Option<PoseConvention> {
+        PoseConvention::from_name(&self.convention)
+    }
+
+    pub(super) fn alignment(&self) -> Alignment {
+        let [w, x, y, z] = self.rotation;
+        Alignment { scale: self.scale, rotation: Quat::from_xyzw(x, y, z, w), translation: self.translation.into() }
+    }
+}
+
+impl Manifest {
+    pub(super) fn provenance(&self) -> Provenance {
+        Provenance {
+            title: self.title.clone(),
+            credit: self.credit.clone(),
+            licence: self.licence.clone(),
+            recipe: self.recipe.clone(),
+            notes: self.notes.clone(),
+        }
+    }
+}
+
+impl From<&StftGrid> for ManifestGrid {
+    fn from(g: &StftGrid) -> Self {
+        Self { sample_rate_hz: g.sample_rate_hz, n_fft: g.n_fft, hop: g.hop }
+    }
+}
+
+impl From<&ManifestGrid> for StftGrid {
+    fn from(g: &ManifestGrid) -> Self {
+        Self { sample_rate_hz: g.sample_rate_hz, n_fft: g.n_fft, hop: g.hop }
+    }
+}
+
+impl From<&Axis> for ManifestAxis {
+    fn from(a: &Axis) -> Self {
+        Self { nodes: a.nodes().to_vec(), circle: a.is_circle() }
+    }
+}
+
+impl From<&Pose> for ManifestPose {
+    fn from(p: &Pose) -> Self {
+        let q = p.orientation;
+        Self { position: p.position.to_array(), quat: [q.w, q.x, q.y, q.z] }
+    }
+}
+
+impl From<&ManifestPose> for Pose {
+    fn from(p: &ManifestPose) -> Self {
+        let [w, x, y, z] = p.quat;
+        Self { position: Vec3::from_array(p.position), orientation: Quat::from_xyzw(x, y, z, w) }
+    }
+}
+
+impl From<&HeldOut> for ManifestHeldOut {
+    fn from(h: &HeldOut) -> Self {
+        let m = &h.measured;
+        Self {
+            name: h.name.clone(),
+            pose: (&h.pose).into(),
+            itd_s: m.itd_s,
+            ild_db: m.ild_db,
+            t20_s: m.t20_s,
+            edt_s: m.edt_s,
+            c50_db: m.c50_db,
+        }
+    }
+}
+
+impl From<&ManifestHeldOut> for HeldOut {
+    fn from(h: &ManifestHeldOut) -> Self {
+        let measured = Binaural { itd_s: h.itd_s, ild_db: h.ild_db, t20_s: h.t20_s, edt_s: h.edt_s, c50_db: h.c50_db };
+        Self { name: h.name.clone(), pose: (&h.pose).into(), measured }
+    }
+}
