@@ -4,6 +4,7 @@ pub mod atomic;
 mod bake;
 mod calibrate;
 pub mod checkpoint;
+pub mod cloud_scene;
 pub mod cost;
 mod direct;
 mod error;

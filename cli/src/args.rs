@@ -2,6 +2,7 @@
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use promenade_baker::wav::Format;
+use promenade_core::cloud::{CloudKind, ConvMode, PoseConvention, Projection};
 use promenade_core::glam::Vec3;
 use promenade_core::{LiveParams, Pose, Tier};
 use std::path::PathBuf;
@@ -21,6 +22,8 @@ pub(crate) enum Command {
         #[command(subcommand)]
         source: BakeSource,
     },
+    /// Make a scene from a trained AV-Cloud checkpoint
+    Import(Box<ImportArgs>),
     /// Render a WAV file through a scene, along a path or at one pose
     Render(RenderArgs),
     /// Show what a scene file holds
@@ -33,6 +36,104 @@ pub(crate) enum Command {
 pub(crate) enum BakeSource {
     /// From binaural room responses: a folder with a responses.json, a manifest (.json) or a SOFA file
     Responses(BakeResponsesArgs),
+    /// From a scene's own anchor cloud: a table that plays in the tiers draft and standard
+    Field(BakeFieldArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BakeFieldArgs {
+    /// Scene file with an anchor cloud
+    pub(crate) scene: PathBuf,
+    /// Scene file to write
+    #[arg(short, long, value_name = "SCENE")]
+    pub(crate) output: PathBuf,
+    /// Listener positions that are tabulated, metres; without it the scene's bounds
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_bounds, allow_hyphen_values = true)]
+    pub(crate) bounds: Option<(Vec3, Vec3)>,
+    /// Lowest and highest pitch, degrees
+    #[arg(long, value_name = "LOW,HIGH", default_value = "-90,90", value_parser = parse_pair, allow_hyphen_values = true)]
+    pub(crate) pitch: (f32, f32),
+    /// Lowest and highest roll, degrees
+    #[arg(long, value_name = "LOW,HIGH", default_value = "-180,180", value_parser = parse_pair, allow_hyphen_values = true)]
+    pub(crate) roll: (f32, f32),
+    /// Error of levels at which the table is fine enough, dB
+    #[arg(long, value_name = "DB", default_value_t = 0.1)]
+    pub(crate) error_db: f32,
+    /// Largest table, megabytes
+    #[arg(long, value_name = "MB", default_value_t = 16.0)]
+    pub(crate) max_mb: f32,
+    /// Seed of the poses that are tried
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ImportArgs {
+    /// Checkpoint of the published trainer (.pth), or what export_avcloud.py wrote (.safetensors)
+    pub(crate) checkpoint: PathBuf,
+    /// Scene file to write
+    #[arg(short, long, value_name = "SCENE")]
+    pub(crate) output: PathBuf,
+    /// Anchor positions and features (.safetensors or .npz), which a checkpoint does not hold
+    #[arg(long, value_name = "FILE")]
+    pub(crate) anchors: Option<PathBuf>,
+    /// Distance that relative vectors were divided by in training
+    #[arg(long, value_name = "UNITS")]
+    pub(crate) max_norm: Option<f32>,
+    /// Sample rate of the training, hertz; otherwise the file's or 22050
+    #[arg(long, value_name = "HZ")]
+    pub(crate) sample_rate: Option<f64>,
+    /// Transform length, samples; otherwise the file's or 512
+    #[arg(long, value_name = "SAMPLES")]
+    pub(crate) n_fft: Option<usize>,
+    /// Hop, samples; otherwise the file's or 127
+    #[arg(long, value_name = "SAMPLES")]
+    pub(crate) hop: Option<usize>,
+    /// Attention heads; otherwise the file's or 4
+    #[arg(long)]
+    pub(crate) heads: Option<usize>,
+    /// Decoder: full, sh or simple-sh; otherwise the weights tell
+    #[arg(long, value_parser = parse_kind)]
+    pub(crate) kind: Option<CloudKind>,
+    /// How the head's rotation was applied in training: published or physical
+    #[arg(long, value_parser = parse_convention)]
+    pub(crate) convention: Option<PoseConvention>,
+    /// Metres of one unit of the reconstruction
+    #[arg(long, value_name = "M", value_parser = parse_scale)]
+    pub(crate) metres_per_unit: Option<f32>,
+    /// Direction of up in the reconstruction's world [default: 0,-1,0, as its first camera stood]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
+    pub(crate) up: Option<Vec3>,
+    /// Point of the reconstruction that is the scene's origin, its own units
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) origin: Option<Vec3>,
+    /// Listener positions that the scene is for, metres; without it the anchors' box
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_bounds, allow_hyphen_values = true)]
+    pub(crate) bounds: Option<(Vec3, Vec3)>,
+    /// Pose to start at: metres and degrees; without it the middle of the bounds
+    #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
+    pub(crate) start: Option<Pose>,
+    /// Taps that the time filter becomes, one a hop
+    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub(crate) taps: u32,
+    /// Convolution layers in the tier reference: off, causal, or look-ahead, which adds 5 hops of latency to all tiers
+    #[arg(long, default_value = "look-ahead", value_parser = parse_conv)]
+    pub(crate) conv: ConvMode,
+    /// How the time filter becomes taps: diagonal, or row=N for one output frame of the clip
+    #[arg(long, default_value = "diagonal", value_parser = parse_projection)]
+    pub(crate) projection: Projection,
+    /// Seed of the taps' pseudo-random phases
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Title of the scene instead of the file's name
+    #[arg(long)]
+    pub(crate) title: Option<String>,
+    /// Whom to credit
+    #[arg(long, default_value = "")]
+    pub(crate) credit: String,
+    /// Licence of the recordings behind the scene
+    #[arg(long, default_value = "")]
+    pub(crate) licence: String,
 }
 
 #[derive(Debug, Args)]
@@ -88,9 +189,10 @@ pub(crate) struct RenderArgs {
     /// One pose for the whole file: metres and degrees; without it and without a path, the scene's start pose
     #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
     pub(crate) pose: Option<Pose>,
-    /// Point on the curve of speed against accuracy: draft, standard, high or reference
-    #[arg(long, default_value = "standard", value_parser = parse_tier)]
-    pub(crate) tier: Tier,
+    /// Point on the curve of speed against accuracy: draft, standard, high or reference, or clip for the published model clip by
+    /// clip; without it standard, or the cheapest that the scene has
+    #[arg(long, value_parser = parse_tier)]
+    pub(crate) tier: Option<RenderTier>,
     /// Decodes a second of the tiers high and reference
     #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = parse_decode_rate)]
     pub(crate) decode_rate: f32,
@@ -112,6 +214,15 @@ pub(crate) struct RenderArgs {
     /// Samples rendered at a time
     #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub(crate) block: u32,
+}
+
+/// What a file is rendered with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum RenderTier {
+    /// The stream.
+    Stream(Tier),
+    /// The published model, clip by clip.
+    Clip,
 }
 
 #[derive(Debug, Args)]
@@ -161,19 +272,73 @@ pub(crate) enum TableForm {
     Json,
 }
 
-fn parse_pose(text: &str) -> Result<Pose, String> {
+fn parse_numbers<const N: usize>(text: &str, names: &str) -> Result<[f32; N], String> {
     let numbers: Result<Vec<f32>, _> = text.split(',').map(|n| n.trim().parse::<f32>()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, z, yaw, pitch, roll]) if [x, y, z, yaw, pitch, roll].iter().all(|v| v.is_finite()) => {
-            Ok(Pose::from_ypr(Vec3::new(x, y, z), yaw.to_radians(), pitch.to_radians(), roll.to_radians()))
+    match numbers {
+        Ok(numbers) if numbers.len() != N => Err(format!("expected {N} numbers {names}, found {}", numbers.len())),
+        Ok(numbers) if numbers.iter().all(|v| v.is_finite()) => {
+            numbers.try_into().map_err(|_| format!("expected {N} numbers {names}"))
         }
-        Ok(numbers) if numbers.len() != 6 => Err(format!("expected 6 numbers x,y,z,yaw,pitch,roll, found {}", numbers.len())),
-        _ => Err("expected 6 finite numbers x,y,z,yaw,pitch,roll".to_owned()),
+        _ => Err(format!("expected {N} finite numbers {names}")),
     }
 }
 
-fn parse_tier(text: &str) -> Result<Tier, String> {
-    Tier::from_name(text).ok_or_else(|| format!("expected one of {}", Tier::ALL.map(Tier::name).join(", ")))
+fn parse_pose(text: &str) -> Result<Pose, String> {
+    let [x, y, z, yaw, pitch, roll] = parse_numbers(text, "x,y,z,yaw,pitch,roll")?;
+    Ok(Pose::from_ypr(Vec3::new(x, y, z), yaw.to_radians(), pitch.to_radians(), roll.to_radians()))
+}
+
+fn parse_bounds(text: &str) -> Result<(Vec3, Vec3), String> {
+    let [a, b, c, d, e, f] = parse_numbers(text, "x,y,z of the lower and of the upper corner")?;
+    let (low, high) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
+    if low.cmple(high).all() {
+        Ok((low, high))
+    } else {
+        Err(format!("expected the lower corner first, found {low} and {high}"))
+    }
+}
+
+fn parse_pair(text: &str) -> Result<(f32, f32), String> {
+    parse_numbers(text, "low,high").map(|[low, high]| (low, high))
+}
+
+fn parse_point(text: &str) -> Result<Vec3, String> {
+    parse_numbers(text, "x,y,z").map(Vec3::from_array)
+}
+
+fn parse_direction(text: &str) -> Result<Vec3, String> {
+    let direction = parse_point(text)?;
+    direction.try_normalize().ok_or_else(|| "expected a direction, found no length".to_owned())
+}
+
+fn parse_scale(text: &str) -> Result<f32, String> {
+    parse_within(text, 1e-6, 1e6)
+}
+
+fn parse_kind(text: &str) -> Result<CloudKind, String> {
+    CloudKind::from_name(text).ok_or_else(|| format!("expected one of {}", CloudKind::ALL.map(CloudKind::name).join(", ")))
+}
+
+fn parse_convention(text: &str) -> Result<PoseConvention, String> {
+    PoseConvention::from_name(text).ok_or_else(|| "expected published or physical".to_owned())
+}
+
+fn parse_conv(text: &str) -> Result<ConvMode, String> {
+    ConvMode::from_name(text).ok_or_else(|| "expected off, causal or look-ahead".to_owned())
+}
+
+fn parse_projection(text: &str) -> Result<Projection, String> {
+    let wrong = || "expected diagonal or row=N".to_owned();
+    match text.strip_prefix("row=") {
+        None if text == "diagonal" => Ok(Projection::Diagonal),
+        row => row.and_then(|n| n.parse().ok()).map(Projection::Row).ok_or_else(wrong),
+    }
+}
+
+fn parse_tier(text: &str) -> Result<RenderTier, String> {
+    let stream = Tier::from_name(text).map(RenderTier::Stream);
+    let clip = (text == "clip").then_some(RenderTier::Clip);
+    stream.or(clip).ok_or_else(|| format!("expected one of {}, clip", Tier::ALL.map(Tier::name).join(", ")))
 }
 
 fn parse_within<T: std::str::FromStr + PartialOrd + std::fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {

@@ -3,8 +3,9 @@
 use crate::args::InspectArgs;
 use crate::{report, scene};
 use anyhow::Result;
+use promenade_core::cloud::{CloudKind, Projection};
 use promenade_core::glam::Vec3;
-use promenade_core::{Pose, Scene, Tier};
+use promenade_core::{AnchorCloud, Facing, Field, Pose, Scene, Tier};
 use serde_json::json;
 
 pub(crate) fn run(args: &InspectArgs) -> Result<()> {
@@ -23,6 +24,60 @@ fn longest_decay_s(scene: &Scene) -> f32 {
 fn ypr_deg(pose: &Pose) -> [f32; 3] {
     let (yaw, pitch, roll) = pose.ypr();
     [yaw, pitch, roll].map(f32::to_degrees)
+}
+
+fn cloud_json(cloud: &AnchorCloud) -> serde_json::Value {
+    let (sizes, parts) = (cloud.model.sizes(), cloud.model.parts());
+    json!({
+        "kind": parts.kind.name(),
+        "anchors": sizes.anchors,
+        "bands": sizes.bands,
+        "width": sizes.width,
+        "layers": sizes.layers,
+        "heads": parts.heads,
+        "frames": sizes.frames,
+        "hyper_network": sizes.hyper > 0,
+        "conv": cloud.conv.name(),
+        "projection": projection(cloud.projection),
+        "convention": parts.convention.name(),
+        "max_norm": parts.max_norm,
+        "metres_per_unit": parts.alignment.scale.recip(),
+        "memory_bytes": cloud.model.memory_bytes(),
+    })
+}
+
+fn cloud_text(cloud: &AnchorCloud) -> String {
+    let (sizes, parts) = (cloud.model.sizes(), cloud.model.parts());
+    let filter = match (parts.kind, sizes.frames, sizes.hyper) {
+        (_, 0, _) => "no time filter".to_owned(),
+        (CloudKind::Full, t, 0) => format!("one time filter over {t} frames"),
+        (_, t, _) => format!("time filters over {t} frames"),
+    };
+    format!(
+        "{}, {} anchors, {} bands, width {}, {filter}, conv {}, taps {}",
+        parts.kind.name(),
+        sizes.anchors,
+        sizes.bands,
+        sizes.width,
+        cloud.conv.name(),
+        projection(cloud.projection)
+    )
+}
+
+fn projection(projection: Projection) -> String {
+    match projection {
+        Projection::Diagonal => "diagonal".to_owned(),
+        Projection::Row(row) => format!("row={row}"),
+    }
+}
+
+fn field_text(field: &Field) -> String {
+    let counts: Vec<String> = field.grid().axes().iter().map(|a| a.count().to_string()).collect();
+    let by = match field.grid().facing {
+        Facing::Emitter { .. } => "z, y, x, emitter elevation and azimuth",
+        Facing::Head { .. } => "z, y, x, yaw, pitch and roll",
+    };
+    format!("{} nodes along {by}, {} kB", counts.join(" x "), field.memory_bytes().div_ceil(1000))
 }
 
 fn as_json(scene: &Scene) -> serde_json::Value {
@@ -46,6 +101,11 @@ fn as_json(scene: &Scene) -> serde_json::Value {
         "emitter_m": scene.emitter().map(point),
         "start_pose": { "position_m": point(scene.start_pose().position), "ypr_deg": ypr_deg(&scene.start_pose()) },
         "bounds_m": [point(low), point(high)],
+        "cloud": scene.cloud().map(cloud_json),
+        "field": scene.field().map(|f| json!({
+            "nodes": f.grid().axes().iter().map(|a| a.count()).collect::<Vec<_>>(),
+            "memory_bytes": f.memory_bytes(),
+        })),
         "anchors": scene.anchors().len(),
         "held_out": scene.held_out().iter().map(|h| h.name.as_str()).collect::<Vec<_>>(),
         "memory_bytes": scene.memory_bytes(),
@@ -72,6 +132,8 @@ fn as_text(scene: &Scene) -> String {
         ("emitter", scene.emitter().map_or("not known".to_owned(), point)),
         ("start pose", format!("{}; yaw, pitch, roll {angles} degrees", point(start.position))),
         ("bounds", format!("{} to {}", point(low), point(high))),
+        ("cloud", scene.cloud().map_or("none".to_owned(), cloud_text)),
+        ("field", scene.field().map_or("none".to_owned(), field_text)),
         ("anchors", scene.anchors().len().to_string()),
         ("held out", scene.held_out().len().to_string()),
         ("memory", format!("{} kB", scene.memory_bytes().div_ceil(1000))),

@@ -5,6 +5,8 @@
 
 mod args;
 mod bake;
+mod clip;
+mod import;
 mod inspect;
 mod measure;
 mod progress;
@@ -18,6 +20,8 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let done = match args::Cli::parse().command {
         args::Command::Bake { source: args::BakeSource::Responses(a) } => bake::responses(&a),
+        args::Command::Bake { source: args::BakeSource::Field(a) } => bake::field(&a),
+        args::Command::Import(a) => import::run(&a),
         args::Command::Render(a) => render::run(&a),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),

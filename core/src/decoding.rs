@@ -2,7 +2,7 @@
 
 use crate::field::{Cell, Field};
 use crate::head::RenderHead;
-use crate::live::{Live, LiveDecoder, LiveParams};
+use crate::live::{Decoded, Live, LiveDecoder, LiveParams};
 use crate::{Pose, Scene, Tier, TransferFunction};
 
 /// Hops over which the time filters of a new pose are taken in, a share of them at each hop.
@@ -37,13 +37,17 @@ impl Decoding {
 
     /// Gives the stream a live decoder for the tiers that need one.
     pub(crate) fn set_live(&mut self, decoder: Box<dyn LiveDecoder>, scene: &Scene) {
-        self.live = Some(Live::new(decoder, &scene.start_pose(), &scene.shape().silent()));
+        self.live = Some(Live::new(decoder, scene));
     }
 
-    /// The tier that is played for a wanted one.
-    pub(crate) fn played_tier(&self, scene: &Scene, wanted: Tier) -> Tier {
-        let most = if self.live.is_some() { wanted } else { wanted.min(Tier::Standard) };
-        scene.played_tier(most)
+    /// Whether poses can be decoded live.
+    pub(crate) fn has_live(&self) -> bool {
+        self.live.is_some()
+    }
+
+    /// What the live decoder says now.
+    pub(crate) fn shown(&self) -> Option<&Decoded> {
+        self.live.as_ref().map(Live::shown)
     }
 
     /// Follows to a pose: the direct sound at once, the time filters a share per hop unless `whole`.

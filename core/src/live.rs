@@ -1,12 +1,26 @@
 //! A live decoder behind the stream: asked for poses now and then, its answers cross-faded.
 
-use crate::{Pose, TransferFunction};
+use crate::cloud::StreamTaps;
+use crate::{Pose, Scene, TransferFunction};
 
 /// What a live decoder makes of one pose.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Decoded {
     /// Masks and time filters for the streaming head.
     pub transfer: TransferFunction,
+    /// The same as the published head takes them, where the scene has the tier Reference.
+    pub sarh: Option<SarhFrame>,
+}
+
+/// What the published render head takes for one listener.
+#[derive(Clone, Debug)]
+pub struct SarhFrame {
+    /// Mixture mask per bin, linear gain, of either sign.
+    pub mixture: Vec<f32>,
+    /// Difference mask per bin, in (-1, 1); positive = right louder.
+    pub difference: Vec<f32>,
+    /// Time filter, where the model has one.
+    pub taps: Option<StreamTaps>,
 }
 
 /// Something that decodes poses, here or on another thread.
@@ -58,10 +72,10 @@ pub(crate) struct Live {
 
 impl Live {
     /// Begins with what the scene's start pose sounds like.
-    pub(crate) fn new(mut decoder: Box<dyn LiveDecoder>, start: &Pose, silent: &TransferFunction) -> Self {
-        let silent = Decoded { transfer: silent.clone() };
+    pub(crate) fn new(mut decoder: Box<dyn LiveDecoder>, scene: &Scene) -> Self {
+        let silent = Decoded::silent(scene);
         let mut first = silent.clone();
-        decoder.request(start, true);
+        decoder.request(&scene.start_pose(), true);
         let heard = decoder.take().map(|d| first.copy_from(d)).is_some();
         Self { decoder, from: silent, to: first.clone(), shown: first, done: 1, hops: 1, asked: None, since: 0, heard }
     }
@@ -102,30 +116,35 @@ impl Live {
 }
 
 impl Decoded {
-    /// All values, for an operation on two or three alike.
-    fn parts(&self) -> [&[f32]; 6] {
-        let t = &self.transfer;
-        [&t.mixture, &t.difference, &t.phase, std::slice::from_ref(&t.delay_s), &t.taps, &t.late]
-    }
-
-    fn parts_mut(&mut self) -> [&mut [f32]; 6] {
-        let t = &mut self.transfer;
-        [&mut t.mixture, &mut t.difference, &mut t.phase, std::slice::from_mut(&mut t.delay_s), &mut t.taps, &mut t.late]
-    }
-
-    /// Takes the values of another of the same shape without allocating.
+    /// Takes the values of another answer of the same scene without allocating.
     pub fn copy_from(&mut self, other: &Self) {
-        for (to, from) in self.parts_mut().into_iter().zip(other.parts()) {
-            to.copy_from_slice(from);
-        }
+        self.blend(other, other, 0.0);
     }
 
+    /// Becomes `from + share * (to - from)`, exactly at both ends.
     fn blend(&mut self, from: &Self, to: &Self, share: f32) {
         for ((out, a), b) in self.parts_mut().into_iter().zip(from.parts()).zip(to.parts()) {
             for ((o, a), b) in out.iter_mut().zip(a).zip(b) {
-                // Exact at both ends.
                 *o = if share < 1.0 { a + share * (b - a) } else { *b };
             }
         }
+        if let (Some(out), Some(a), Some(b)) = (&mut self.sarh, &from.sarh, &to.sarh)
+            && let (Some(out), Some(a), Some(b)) = (&mut out.taps, &a.taps, &b.taps)
+        {
+            out.blend(a, b, share);
+        }
+    }
+
+    /// All values but the taps of the published head.
+    fn parts(&self) -> [&[f32]; 8] {
+        let t = &self.transfer;
+        let [m, d]: [&[f32]; 2] = self.sarh.as_ref().map_or([&[], &[]], |s| [&s.mixture, &s.difference]);
+        [&t.mixture, &t.difference, &t.phase, std::slice::from_ref(&t.delay_s), &t.taps, &t.late, m, d]
+    }
+
+    fn parts_mut(&mut self) -> [&mut [f32]; 8] {
+        let t = &mut self.transfer;
+        let [m, d]: [&mut [f32]; 2] = self.sarh.as_mut().map_or([&mut [], &mut []], |s| [&mut s.mixture, &mut s.difference]);
+        [&mut t.mixture, &mut t.difference, &mut t.phase, std::slice::from_mut(&mut t.delay_s), &mut t.taps, &mut t.late, m, d]
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::decoding::Decoding;
 use crate::head::RenderHead;
+use crate::reference::Reference;
 use crate::stft::{Spectrum, Stft};
 use crate::{LiveDecoder, LiveParams, Pose, Scene, StftGrid, Tier};
 use realfft::num_complex::Complex32;
@@ -57,6 +58,7 @@ pub struct Renderer {
     /// Samples of the current hop taken in so far.
     filled: usize,
     decoding: Decoding,
+    reference: Option<Reference>,
     /// Poses of the last hops: a frame is rendered with the pose at its centre.
     poses: VecDeque<Pose>,
     /// Sample of a hop at which the pose is asked for, so that the oldest of `poses` belongs to the centre of the newest frame.
@@ -93,6 +95,7 @@ impl Renderer {
             ready: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
             filled: 0,
             decoding: Decoding::new(&scene),
+            reference: Reference::new(&scene, &grid),
             poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
             pose_phase: grid.hop - centre % grid.hop,
             last: Pose::IDENTITY,
@@ -123,10 +126,22 @@ impl Renderer {
         &self.grid
     }
 
-    /// Samples by which the output lags the input.
+    /// Samples by which the output lags the input, the same for all tiers.
     #[must_use]
     pub fn latency_samples(&self) -> usize {
-        self.grid.latency_samples()
+        self.reference.as_ref().map_or(self.grid.latency_samples(), Reference::latency_samples)
+    }
+
+    /// The tier that is played for a wanted one: as [`Scene::played_tier`], but High needs a decoder, and Reference the scene's own
+    /// sample rate besides.
+    #[must_use]
+    pub fn played_tier(&self, wanted: Tier) -> Tier {
+        let most = match (self.decoding.has_live(), &self.reference) {
+            (true, Some(_)) => Tier::Reference,
+            (true, None) => Tier::High,
+            (false, _) => Tier::Standard,
+        };
+        self.scene.played_tier(wanted.min(most))
     }
 
     /// Samples for which the room sounds on after the input has ended, down to -60 dB and beyond the explicit taps.
@@ -138,7 +153,8 @@ impl Renderer {
     /// Bytes of this instance, without the shared scene.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
+        let reference = self.reference.as_ref().map_or(0, Reference::memory_bytes);
+        reference + self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
     }
 
     /// Takes the next pose at once instead of following to it; what sounds goes on.
@@ -156,6 +172,9 @@ impl Renderer {
     pub fn reset(&mut self) {
         self.stft.reset();
         self.head.reset();
+        if let Some(reference) = &mut self.reference {
+            reference.reset();
+        }
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.filled = 0;
         self.jump();
@@ -178,7 +197,7 @@ impl Renderer {
             let pose = valid_or(pose_at(0), self.last);
             self.last = pose;
             self.poses.iter_mut().for_each(|p| *p = pose);
-            self.follow(pose, &quality, true);
+            self.follow(pose, &quality, self.played_tier(quality.tier), true);
             self.fresh = false;
         }
         let mut done = 0;
@@ -212,14 +231,17 @@ impl Renderer {
     }
 
     /// Brings the head to a pose and fades its room in or out; `whole` leaves nothing for the hops to come.
-    fn follow(&mut self, pose: Pose, quality: &Quality, whole: bool) {
-        let tier = self.decoding.played_tier(&self.scene, quality.tier);
+    fn follow(&mut self, pose: Pose, quality: &Quality, tier: Tier, whole: bool) {
         self.decoding.follow(&self.scene, &mut self.head, pose, tier, whole, self.grid.hop_s(), &quality.live);
         self.head.glide_room(tier != Tier::Draft, if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS });
     }
 
     fn hop(&mut self, quality: &Quality) {
-        self.follow(self.poses[0], quality, false);
+        let tier = self.played_tier(quality.tier);
+        self.follow(self.poses[0], quality, tier, false);
+        if let Some(reference) = &mut self.reference {
+            reference.note_input(self.stft.newest());
+        }
         self.stft.analyse(&mut self.spectrum);
         let [left, right] = &mut self.ears;
         if self.head.render(&self.spectrum, [left, right]).is_some() {
@@ -230,6 +252,10 @@ impl Renderer {
             for (ear, ready) in self.ready.iter_mut().enumerate() {
                 self.stft.give_out(ear, ready);
             }
+        }
+        if let Some(reference) = &mut self.reference {
+            let frame = self.decoding.shown().and_then(|d| d.sarh.as_ref());
+            reference.finish(tier == Tier::Reference, 1.0 / TIER_FADE_HOPS, frame, &mut self.ready);
         }
     }
 }

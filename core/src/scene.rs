@@ -5,7 +5,7 @@ mod error;
 mod format;
 mod manifest;
 
-use crate::cloud::CloudModel;
+use crate::cloud::{CloudModel, ConvMode, Projection, SarhOptions};
 use crate::metrics::Binaural;
 use crate::{Bands, Field, Pose, StftGrid, Tier, TransferShape};
 use glam::Vec3;
@@ -69,6 +69,26 @@ pub struct Provenance {
     pub notes: Vec<String>,
 }
 
+/// An anchor cloud with its decoder, as a stream plays it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnchorCloud {
+    /// The learned weights.
+    pub model: CloudModel,
+    /// How its convolution layers are used; [`ConvMode::Off`] for a model without them.
+    pub conv: ConvMode,
+    /// How its time filters become taps.
+    pub projection: Projection,
+}
+
+impl AnchorCloud {
+    /// How the published head streams it, with `taps` hops of the past besides the present.
+    #[must_use]
+    pub fn stream_options(&self, taps: usize) -> SarhOptions {
+        let lookahead_hops = self.projection.lookahead_hops(self.model.sizes().frames);
+        SarhOptions { conv: self.conv, lookahead_hops, causal_hops: taps + 1, ..SarhOptions::default() }
+    }
+}
+
 /// All parts of a [`Scene`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneParts {
@@ -85,7 +105,7 @@ pub struct SceneParts {
     /// Baked transfer functions: the tiers Draft and Standard.
     pub field: Option<Field>,
     /// Anchor cloud with its decoder: the tiers High and, with convolution layers, Reference.
-    pub cloud: Option<CloudModel>,
+    pub cloud: Option<AnchorCloud>,
     /// Above this frequency the data say nothing, Hz: masks and filters are held from here for faster host rates.
     pub top_hz: f32,
     /// A measured pose to start at.
@@ -200,7 +220,7 @@ impl Scene {
 
     /// Anchor cloud with its decoder.
     #[must_use]
-    pub fn cloud(&self) -> Option<&CloudModel> {
+    pub fn cloud(&self) -> Option<&AnchorCloud> {
         self.parts.cloud.as_ref()
     }
 
@@ -248,7 +268,7 @@ impl Scene {
             Tier::Draft => p.field.is_some(),
             Tier::Standard => p.field.is_some() && p.taps > 0,
             Tier::High => p.cloud.is_some(),
-            Tier::Reference => p.cloud.as_ref().is_some_and(|c| c.sizes().conv),
+            Tier::Reference => p.cloud.as_ref().is_some_and(|c| c.conv != ConvMode::Off),
         }
     }
 
@@ -266,7 +286,7 @@ impl Scene {
         let p = &self.parts;
         4 * 3 * p.bands.count()
             + p.field.as_ref().map_or(0, Field::memory_bytes)
-            + p.cloud.as_ref().map_or(0, CloudModel::memory_bytes)
+            + p.cloud.as_ref().map_or(0, |c| c.model.memory_bytes())
             + p.anchors.len() * size_of::<Anchor>()
             + p.held_out.len() * size_of::<HeldOut>()
             + size_of::<Self>()

@@ -1,10 +1,11 @@
 //! Promenade as a plugin: parameters, state, scene loading and the shell around [`promenade_core::Spatializer`].
 //!
 //! Threads: the audio thread owns [`Promenade`] and calls `process` and `reset`; everything that reads a file, parses or allocates is
-//! done by the [`loader`] on the host's main thread or on the one background thread that all instances in a process share.
+//! done by the [`loader`] on the host's main thread or on a background thread; a second one decodes poses. All instances in a process share both.
 
 pub mod cache;
 pub mod clock;
+pub mod decoder;
 mod export;
 pub mod factory;
 pub mod kept;

@@ -1,11 +1,13 @@
 //! Finds, reads and prepares scenes and camera paths off the audio thread, and hands them over.
 
 use crate::cache;
+use crate::decoder::SharedDecoder;
 use crate::factory::{self, FactoryScene};
 use crate::library::{self, Found, LibraryError};
 use crate::params::{Choices, PromenadeParams, SceneChoice};
 use crate::reference::SceneReference;
 use crate::walk::{KeptWalk, Walk, WalkError};
+use crate::worker::Chore;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::{nice_error, nice_warn};
 use promenade_core::{RenderError, Renderer, SceneError};
@@ -49,6 +51,9 @@ pub enum LoadError {
     /// The scene cannot be played at the host's sample rate.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// There is no thread to decode poses on.
+    #[error("no thread to decode poses on")]
+    Thread(#[source] std::io::Error),
     /// The camera path is none.
     #[error(transparent)]
     Walk(#[from] WalkError),
@@ -143,7 +148,14 @@ impl Loader {
             let result = find_scene(wish.choices, &wish.kept);
             let result = result.and_then(|found| {
                 let renderer = Renderer::new(Arc::clone(&found.scene), f64::from_bits(sample_rate_bits))?;
-                Ok((found, renderer))
+                let decoder = SharedDecoder::new(&found.scene).map_err(LoadError::Thread)?;
+                Ok((
+                    found,
+                    match decoder {
+                        Some(decoder) => renderer.with_decoder(Box::new(decoder)),
+                        None => renderer,
+                    },
+                ))
             });
             let (stage, report, reference) = match result {
                 Ok((found, renderer)) => (Stage::Scene(Box::new(renderer)), found.note, found.reference),
@@ -199,6 +211,12 @@ impl Loader {
     /// The choices without what the camera path does not depend on.
     fn walk_choices(&self) -> Choices {
         Choices { scene: SceneChoice::Library, scene_slot: 0, walk_slot: self.params.choices().walk_slot }
+    }
+}
+
+impl Chore for Loader {
+    fn serve(&self) {
+        self.refresh();
     }
 }
 

@@ -96,6 +96,9 @@ pub struct PromenadeParams {
     /// Speed against accuracy.
     #[id = "tier"]
     pub tier: EnumParam<TierChoice>,
+    /// Decodes a second of the tiers High and Reference while the listener moves, hertz.
+    #[id = "rate"]
+    pub rate: FloatParam,
     /// Share of the rendered sound.
     #[id = "mix"]
     pub mix: FloatParam,
@@ -149,6 +152,12 @@ pub fn pitch_range_deg() -> FloatRange {
     FloatRange::Linear { min: -90.0, max: 90.0 }
 }
 
+/// Decodes a second, hertz.
+#[must_use]
+pub fn rate_range_hz() -> FloatRange {
+    FloatRange::Linear { min: 5.0, max: 100.0 }
+}
+
 /// Mix and path position, a share of 1.
 #[must_use]
 pub fn share_range() -> FloatRange {
@@ -183,6 +192,9 @@ impl Default for PromenadeParams {
             path: percent("Path Position", 0.0),
             follow: EnumParam::new("Follow Path", Follow::Off),
             tier: EnumParam::new("Tier", TierChoice::Standard),
+            rate: FloatParam::new("Decode Rate", LiveParams::default().rate_hz, rate_range_hz())
+                .with_unit(" Hz")
+                .with_value_to_string(rounded(1)),
             mix: percent("Dry/Wet", 1.0),
             gain: FloatParam::new("Output Gain", 0.0, gain_range_db()).with_unit(" dB").with_value_to_string(rounded(2)),
             bypass: BoolParam::new("Bypass", false).make_bypass(),
@@ -241,7 +253,7 @@ impl PromenadeParams {
                 mix: value(&self.mix),
                 gain: 10_f32.powf(value(&self.gain) / 20.0),
                 bypass: self.bypass.value(),
-                live: LiveParams::default(),
+                live: LiveParams { rate_hz: value(&self.rate), wait: false },
             },
         }
     }
@@ -257,10 +269,10 @@ impl PromenadeParams {
     }
 }
 
-/// A state can set a value beyond the range, and a host what is no number; zero is in every range.
+/// A state can set a value beyond the range, and a host what is no number; the value nearest to zero stands for that.
 fn within(value: f32, range: FloatRange) -> f32 {
     match range {
-        FloatRange::Linear { min, max } if value.is_finite() => value.clamp(min, max),
+        FloatRange::Linear { min, max } => (if value.is_finite() { value } else { 0.0 }).clamp(min, max),
         _ => 0.0,
     }
 }

@@ -4,7 +4,7 @@ use crate::clock::Clock;
 use crate::loader::{Loader, Retired, Stage};
 use crate::params::{Choices, Follow, PromenadeParams};
 use crate::walk::Walk;
-use crate::worker::Desk;
+use crate::worker::{Desk, LOADER};
 use nice_plug::prelude::*;
 use promenade_core::{Playback, Spatializer};
 use std::sync::Arc;
@@ -29,6 +29,8 @@ pub struct Promenade {
     clock: Clock,
     /// The latency that the host knows of, samples.
     latency: u32,
+    /// Whether the host renders offline: then every decode is waited for.
+    offline: bool,
 }
 
 impl Default for Promenade {
@@ -49,6 +51,7 @@ impl Default for Promenade {
             choices: None,
             clock: Clock::default(),
             latency: 0,
+            offline: false,
         }
     }
 }
@@ -145,6 +148,7 @@ impl Plugin for Promenade {
             nice_error!("the host's sample rate is {sample_rate_hz} Hz, expected a positive number");
             return false;
         }
+        self.offline = config.process_mode == ProcessMode::Offline;
         self.input_channels = layout.main_input_channels.map_or(0, NonZeroU32::get) as usize;
         let block = (config.max_buffer_size as usize).max(1);
         self.input.iter_mut().for_each(|channel| channel.resize(block, 0.0));
@@ -155,7 +159,7 @@ impl Plugin for Promenade {
             self.spatializer = Some(Spatializer::new(sample_rate_hz));
         }
         if self.desk.is_none() {
-            match Desk::new(Arc::clone(&self.loader)) {
+            match Desk::new(&LOADER, self.loader.clone()) {
                 Ok(desk) => self.desk = Some(desk),
                 Err(error) => nice_error!("no thread to load scenes while playing: {error}"),
             }
@@ -204,6 +208,7 @@ impl Plugin for Promenade {
         let start_s = self.clock.advance(transport.pos_seconds(), transport.playing, total, self.sample_rate_hz);
         let moved = self.clock.moved();
         let mut block = snapshot.block;
+        block.live.wait = self.offline;
         if self.dry {
             block.mix = 0.0;
         }

@@ -1,13 +1,18 @@
-//! The one background thread of all instances in a process.
+//! Background threads that all instances in a process share: one loads files, one decodes poses.
 //!
 //! The framework has such a thread too, but that one ends, and takes the host with it, when an instance goes while a task of it waits.
 
-use crate::loader::Loader;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread::{self, JoinHandle, Thread};
 
-/// The thread; it is joined when the last instance lets go of it, so that the host can unload the library.
+/// What an instance has done on a background thread when it calls.
+pub trait Chore: Send + Sync {
+    /// Does it. Calls that come meanwhile are one more.
+    fn serve(&self);
+}
+
+/// A background thread; it is joined when the last instance lets go of it, so that the host can unload the library.
 pub struct Worker {
     shared: Arc<Shared>,
     join: Option<JoinHandle<()>>,
@@ -19,7 +24,18 @@ struct Shared {
     ends: AtomicBool,
 }
 
-/// An instance's place at the worker. It keeps the worker running.
+/// The place in a process of one kind of background thread.
+pub struct Post {
+    name: &'static str,
+    running: Mutex<Weak<Worker>>,
+}
+
+/// Loads scenes and camera paths.
+pub static LOADER: Post = Post { name: "promenade-loader", running: Mutex::new(Weak::new()) };
+/// Decodes poses; apart from the loader, so that no decode waits for a file.
+pub static DECODER: Post = Post { name: "promenade-decoder", running: Mutex::new(Weak::new()) };
+
+/// An instance's place at a worker. It keeps the worker running.
 pub struct Desk {
     client: Arc<Client>,
     thread: Thread,
@@ -28,28 +44,26 @@ pub struct Desk {
 }
 
 struct Client {
-    loader: Arc<Loader>,
+    chore: Arc<dyn Chore>,
     calls: AtomicBool,
 }
-
-static WORKER: Mutex<Weak<Worker>> = Mutex::new(Weak::new());
 
 impl Desk {
     /// A place for an instance, with the thread started if there is none.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn new(loader: Arc<Loader>) -> std::io::Result<Self> {
-        let mut running = WORKER.lock().unwrap_or_else(PoisonError::into_inner);
+    pub fn new(post: &'static Post, chore: Arc<dyn Chore>) -> std::io::Result<Self> {
+        let mut running = post.running.lock().unwrap_or_else(PoisonError::into_inner);
         let worker = match running.upgrade() {
             Some(worker) => worker,
             None => {
-                let worker = Arc::new(Worker::start()?);
+                let worker = Arc::new(Worker::start(post.name)?);
                 *running = Arc::downgrade(&worker);
                 worker
             }
         };
-        let client = Arc::new(Client { loader, calls: AtomicBool::new(false) });
+        let client = Arc::new(Client { chore, calls: AtomicBool::new(false) });
         let mut clients = worker.shared.clients.lock().unwrap_or_else(PoisonError::into_inner);
         clients.retain(|client| client.strong_count() > 0);
         clients.push(Arc::downgrade(&client));
@@ -58,7 +72,7 @@ impl Desk {
         Ok(Self { client, thread, _worker: worker })
     }
 
-    /// Asks for [`Loader::refresh`] on the worker.
+    /// Asks for [`Chore::serve`] on the worker.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. Wakes a thread.
@@ -69,10 +83,10 @@ impl Desk {
 }
 
 impl Worker {
-    fn start() -> std::io::Result<Self> {
+    fn start(name: &str) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let of_thread = Arc::clone(&shared);
-        let join = thread::Builder::new().name("promenade-loader".to_owned()).spawn(move || serve(&of_thread))?;
+        let join = thread::Builder::new().name(name.to_owned()).spawn(move || work(&of_thread))?;
         Ok(Self { shared, join: Some(join) })
     }
 }
@@ -88,12 +102,12 @@ impl Drop for Worker {
     }
 }
 
-fn serve(shared: &Shared) {
+fn work(shared: &Shared) {
     while !shared.ends.load(Ordering::Acquire) {
         let clients = shared.clients.lock().unwrap_or_else(PoisonError::into_inner).clone();
         for client in clients.iter().filter_map(Weak::upgrade) {
             if client.calls.swap(false, Ordering::AcqRel) {
-                client.loader.refresh();
+                client.chore.serve();
             }
         }
         thread::park();
@@ -103,7 +117,7 @@ fn serve(shared: &Shared) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::loader::Stage;
+    use crate::loader::{Loader, Stage};
     use crate::params::PromenadeParams;
     use std::time::{Duration, Instant};
 
@@ -111,7 +125,7 @@ mod tests {
     fn a_call_loads_what_is_wanted() {
         let _alone = crate::cache::alone();
         let loader = Loader::new(Arc::new(PromenadeParams::default()));
-        let desk = Desk::new(Arc::clone(&loader)).unwrap();
+        let desk = Desk::new(&LOADER, loader.clone()).unwrap();
         loader.activate(48_000.0);
         assert!(matches!(loader.stages.pop(), Some(Stage::Scene(_))));
         loader.activate(48_000.0);
@@ -128,7 +142,7 @@ mod tests {
     #[test]
     fn instances_come_and_go_with_calls_still_waiting() {
         for _ in 0..50 {
-            let desks = [0, 1, 2].map(|_| Desk::new(Loader::new(Arc::new(PromenadeParams::default()))).unwrap());
+            let desks = [0, 1, 2].map(|_| Desk::new(&LOADER, Loader::new(Arc::new(PromenadeParams::default()))).unwrap());
             for desk in &desks {
                 desk.call();
             }

@@ -1,7 +1,8 @@
 //! What a scene promises about its numbers.
 
-use super::SceneParts;
 use super::error::{SceneError, value};
+use super::{AnchorCloud, SceneParts};
+use crate::cloud::{ConvMode, Projection, SarhStream};
 use crate::field::{Field, FieldGrid};
 use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{StftGrid, TransferShape};
@@ -52,6 +53,27 @@ fn check_field(field: &Field, shape: TransferShape) -> Result<(), SceneError> {
     field.emitter().map_or(Ok(()), |e| in_range("emitter position", &e.to_array(), -1e6, 1e6))
 }
 
+fn check_cloud(cloud: &AnchorCloud, grid: &StftGrid) -> Result<(), SceneError> {
+    let sizes = cloud.model.sizes();
+    if let Projection::Row(row) = cloud.projection {
+        limit("row of the time filter", row, 0, sizes.frames.saturating_sub(1))?;
+    }
+    if cloud.conv == ConvMode::Off {
+        return Ok(());
+    }
+    if !sizes.conv {
+        return Err(value("convolution layers", "a model that has some", "none"));
+    }
+    limit("bands of the anchor cloud, for its convolution layers", sizes.bands, grid.bins(), grid.bins())?;
+    let latency_s = SarhStream::new(&cloud.model, *grid, cloud.stream_options(0))
+        .map(|s| s.latency_samples() as f64 / grid.sample_rate_hz)
+        .map_err(|e| value("convolution layers", "ones that fit the grid", e))?;
+    if latency_s > 0.9 * LONGEST_LATENCY_S {
+        return Err(value("look-ahead", format!("a latency of at most {} s", 0.9 * LONGEST_LATENCY_S), latency_s));
+    }
+    Ok(())
+}
+
 /// Everything that a scene promises about its numbers.
 pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     check_grid(&parts.grid)?;
@@ -63,6 +85,9 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     }
     if let Some(field) = &parts.field {
         check_field(field, shape)?;
+    }
+    if let Some(cloud) = &parts.cloud {
+        check_cloud(cloud, &parts.grid)?;
     }
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
     limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;

@@ -3,7 +3,7 @@
 use super::check::{MAX_BANDS, MAX_HOPS, check_grid, check_nodes, limit};
 use super::error::{SceneError, value};
 use super::manifest::{Manifest, ManifestCloud, ManifestField};
-use super::{Anchor, SceneParts, TailModel};
+use super::{Anchor, AnchorCloud, SceneParts, TailModel};
 use crate::cloud::{CloudModel, CloudParts, Tensor};
 use crate::field::{Basis, LowRank, Rows};
 use crate::{Bands, Field, StftGrid, TransferShape};
@@ -65,7 +65,7 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         field_entries(field, &mut entries);
     }
     if let Some(cloud) = &parts.cloud {
-        cloud_entries(cloud, &mut entries);
+        cloud_entries(&cloud.model, &mut entries);
     }
     entries.sort_by(|a, b| a.name.cmp(&b.name));
     let bytes: Vec<Vec<u8>> = entries.iter().map(|e| e.values.iter().flat_map(|v| v.to_le_bytes()).collect()).collect();
@@ -219,7 +219,7 @@ fn read_field(m: ManifestField, shape: TransferShape, tensors: &SafeTensors<'_>)
     Field::new(grid, shape, rows).ok_or_else(|| value("field", "a row per node", "another number"))
 }
 
-fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<CloudModel, SceneError> {
+fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<AnchorCloud, SceneError> {
     let named = |what: &str| SceneError::Manifest(format!("an anchor cloud of an unknown {what}"));
     let anchors = floats(tensors, "cloud.anchors", &[None, Some(3)])?;
     let mut weights = std::collections::BTreeMap::new();
@@ -230,7 +230,7 @@ fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<CloudModel
             weights.insert(published.to_owned(), Tensor { values: floats(tensors, name, &any)?, shape });
         }
     }
-    Ok(CloudModel::new(CloudParts {
+    let model = CloudModel::new(CloudParts {
         kind: m.kind().ok_or_else(|| named("kind"))?,
         heads: m.heads,
         max_norm: m.max_norm,
@@ -240,7 +240,8 @@ fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<CloudModel
         features: floats(tensors, "cloud.features", &[Some(anchors.len() / 3), None])?,
         anchors: anchors.chunks_exact(3).map(Vec3::from_slice).collect(),
         weights,
-    })?)
+    })?;
+    Ok(AnchorCloud { model, conv: m.conv().ok_or_else(|| named("use of its convolution layers"))?, projection: m.projection() })
 }
 
 /// A tensor of f32; `None` in the shape stands for any size.

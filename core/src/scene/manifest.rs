@@ -1,7 +1,7 @@
 //! The manifest's own types, apart from the scene's: the file is a boundary.
 
-use super::Provenance;
-use crate::cloud::{Alignment, CloudKind, CloudModel, PoseConvention};
+use super::{AnchorCloud, Provenance};
+use crate::cloud::{Alignment, CloudKind, ConvMode, PoseConvention, Projection};
 use crate::field::{Axis, Facing, FieldGrid};
 use crate::metrics::Binaural;
 use crate::{HeldOut, Pose, StftGrid};
@@ -70,6 +70,10 @@ pub(super) struct ManifestCloud {
     /// w, x, y, z.
     rotation: [f32; 4],
     translation: [f32; 3],
+    /// How the convolution layers are used: off, causal or look-ahead.
+    conv: String,
+    /// Row of the time filter that its taps are; without one they are the averages of its diagonals.
+    row: Option<usize>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -123,8 +127,8 @@ impl ManifestField {
 }
 
 impl ManifestCloud {
-    pub(super) fn of(model: &CloudModel) -> Self {
-        let parts = model.parts();
+    pub(super) fn of(cloud: &AnchorCloud) -> Self {
+        let parts = cloud.model.parts();
         let Alignment { scale, rotation: q, translation } = parts.alignment;
         Self {
             kind: parts.kind.name().to_owned(),
@@ -134,7 +138,20 @@ impl ManifestCloud {
             scale,
             rotation: [q.w, q.x, q.y, q.z],
             translation: translation.to_array(),
+            conv: cloud.conv.name().to_owned(),
+            row: match cloud.projection {
+                Projection::Diagonal => None,
+                Projection::Row(row) => Some(row),
+            },
         }
+    }
+
+    pub(super) fn conv(&self) -> Option<ConvMode> {
+        ConvMode::from_name(&self.conv)
+    }
+
+    pub(super) fn projection(&self) -> Projection {
+        self.row.map_or(Projection::Diagonal, Projection::Row)
     }
 
     pub(super) fn kind(&self) -> Option<CloudKind> {

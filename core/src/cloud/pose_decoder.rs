@@ -1,0 +1,170 @@
+//! From a pose in the scene's world to what the stream is filtered with.
+
+use crate::bands::BandPlace;
+use crate::cloud::{CloudDecoder, Masks, StreamTaps, TapProjector};
+use crate::scene::AnchorCloud;
+use crate::{Decoded, LiveDecoder, Pose, SarhFrame, Scene};
+use std::sync::Arc;
+
+/// Decodes poses of one scene, for [`Decoded`].
+///
+/// Masks become the direct sound as they are, with negative ones silent. The time filter's taps act on magnitudes, those of the stream
+/// on energies: each gain is chosen so that a steady sound that stops dies away as the magnitudes would (Schroeder 1965, interrupted
+/// noise), `g_l^2 = T_l^2 - T_(l+1)^2` with `T_l` the sum of the taps from lag l on, times the band's mixture mask.
+pub struct PoseDecoder {
+    scene: Arc<Scene>,
+    decoder: CloudDecoder,
+    filter: Option<(TapProjector, StreamTaps)>,
+    masks: Masks,
+    /// Where each bin lies among the cloud's frequencies.
+    bins: Vec<BandPlace>,
+    /// The cloud's frequencies that make up each band, with weights that sum to 1.
+    bands: Vec<Vec<(usize, f32)>>,
+}
+
+impl PoseDecoder {
+    /// `None` where the scene has no anchor cloud. Folds the weights; not real-time safe.
+    #[must_use]
+    pub fn new(scene: &Arc<Scene>) -> Option<Self> {
+        let cloud = scene.cloud()?;
+        let frequencies = &cloud.model.parts().frequencies;
+        let grid = scene.grid();
+        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
+        let bins = (0..grid.bins()).map(|k| frequencies.place(grid.bin_hz(k) as f32)).collect();
+        let projector = TapProjector::new(&cloud.model, cloud.projection, scene.shape().taps + 1);
+        Some(Self {
+            decoder: CloudDecoder::new(&cloud.model),
+            filter: projector.map(|p| {
+                let taps = p.taps();
+                (p, taps)
+            }),
+            masks: Masks::new(&cloud.model.sizes()),
+            bins,
+            bands: shares(frequencies.centres_hz(), scene),
+            scene: Arc::clone(scene),
+        })
+    }
+
+    /// Room for an answer.
+    #[must_use]
+    pub fn blank(&self) -> Decoded {
+        Decoded::silent(&self.scene)
+    }
+
+    /// Decodes a pose.
+    ///
+    /// # Real-time
+    /// No allocation, lock or I/O; milliseconds, so on a worker thread.
+    pub fn decode(&mut self, pose: &Pose, out: &mut Decoded) {
+        self.decode_with(pose, None, out);
+    }
+
+    /// The same, and how much each anchor is attended to: `[anchor]`, sums to 1.
+    ///
+    /// # Real-time
+    /// As [`Self::decode`].
+    pub fn decode_with_attention(&mut self, pose: &Pose, attention: &mut [f32], out: &mut Decoded) {
+        self.decode_with(pose, Some(attention), out);
+    }
+
+    fn decode_with(&mut self, pose: &Pose, attention: Option<&mut [f32]>, out: &mut Decoded) {
+        let Some(AnchorCloud { model, .. }) = self.scene.cloud() else { return };
+        let listener = model.listener(pose);
+        match attention {
+            Some(attention) => self.decoder.decode_with_attention(&listener, &mut self.masks, attention),
+            None => self.decoder.decode(&listener, &mut self.masks),
+        }
+        let masks = &self.masks;
+        for ((place, m), d) in self.bins.iter().zip(&mut out.transfer.mixture).zip(&mut out.transfer.difference) {
+            let at = |values: &[f32]| values[place.band] + place.fraction * (values[place.band + 1] - values[place.band]);
+            (*m, *d) = (at(&masks.mixture).max(0.0), at(&masks.difference).clamp(-1.0, 1.0));
+        }
+        if let Some((projector, taps)) = &mut self.filter {
+            projector.project(&listener, masks, taps);
+            let bands = self.bands.len();
+            for (band, share) in self.bands.iter().enumerate() {
+                let mean = |of: &dyn Fn(usize) -> f32| share.iter().map(|(k, w)| w * of(*k)).sum::<f32>();
+                let mixture = mean(&|k| masks.mixture[k].max(0.0).powi(2)).sqrt();
+                let mut rest = 0.0_f32;
+                for (tap, ears) in out.transfer.taps.chunks_exact_mut(2 * bands).enumerate().rev() {
+                    let from_here = (rest + mean(&|k| taps.gain(tap + 1, k))).max(0.0);
+                    let gain = mixture * (from_here * from_here - rest * rest).max(0.0).sqrt();
+                    (ears[band], ears[bands + band]) = (gain, gain);
+                    rest = from_here;
+                }
+            }
+        }
+        if let Some(frame) = &mut out.sarh {
+            frame.mixture.copy_from_slice(&masks.mixture);
+            frame.difference.copy_from_slice(&masks.difference);
+            if let (Some(to), Some((_, taps))) = (&mut frame.taps, &self.filter) {
+                to.blend(taps, taps, 0.0);
+            }
+        }
+    }
+}
+
+impl Decoded {
+    /// Says that nothing is heard.
+    #[must_use]
+    pub fn silent(scene: &Scene) -> Self {
+        let bins = scene.grid().bins();
+        let sarh = scene.cloud().filter(|_| scene.has_tier(crate::Tier::Reference)).map(|cloud| SarhFrame {
+            mixture: vec![0.0; bins],
+            difference: vec![0.0; bins],
+            taps: TapProjector::new(&cloud.model, cloud.projection, scene.shape().taps + 1).map(|p| p.taps()),
+        });
+        Self { transfer: scene.shape().silent(), sarh }
+    }
+}
+
+/// The cloud's frequencies in each band of the scene.
+fn shares(frequencies_hz: &[f32], scene: &Scene) -> Vec<Vec<(usize, f32)>> {
+    let bands = scene.bands();
+    let mut shares = vec![Vec::new(); bands.count()];
+    for (k, hz) in frequencies_hz.iter().enumerate() {
+        for (band, weight) in bands.weights(*hz) {
+            if weight > 0.0 {
+                shares[band].push((k, weight));
+            }
+        }
+    }
+    for (share, centre) in shares.iter_mut().zip(bands.centres_hz()) {
+        // A band between two of the cloud's frequencies takes the nearest.
+        if share.is_empty() {
+            let distance = |k: &usize| (frequencies_hz[*k] - centre).abs();
+            let nearest = (0..frequencies_hz.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            share.extend(nearest.map(|k| (k, 1.0)));
+        }
+        let sum: f32 = share.iter().map(|(_, w)| w).sum();
+        share.iter_mut().for_each(|(_, w)| *w /= sum);
+    }
+    shares
+}
+
+/// Decodes on the thread that asks: offline, and where the time it takes does not matter.
+pub struct InlineDecoder {
+    decoder: PoseDecoder,
+    answer: Decoded,
+    fresh: bool,
+}
+
+impl InlineDecoder {
+    /// `None` where the scene has no anchor cloud.
+    #[must_use]
+    pub fn new(scene: &Arc<Scene>) -> Option<Self> {
+        let decoder = PoseDecoder::new(scene)?;
+        Some(Self { answer: decoder.blank(), decoder, fresh: false })
+    }
+}
+
+impl LiveDecoder for InlineDecoder {
+    fn request(&mut self, pose: &Pose, _wait: bool) {
+        self.decoder.decode(pose, &mut self.answer);
+        self.fresh = true;
+    }
+
+    fn take(&mut self) -> Option<&Decoded> {
+        std::mem::take(&mut self.fresh).then_some(&self.answer)
+    }
+}

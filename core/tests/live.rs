@@ -1,0 +1,181 @@
+//! Live decoding behind the stream.
+
+mod common;
+mod golden;
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use common::{noise, render};
+use promenade_core::cloud::{CloudKind, ConvMode, InlineDecoder, PoseDecoder, Projection};
+use promenade_core::glam::Vec3;
+use promenade_core::{
+    AnchorCloud, Bands, BlockParams, Decoded, LiveDecoder, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts,
+    Spatializer, StftGrid, TailModel, Tier,
+};
+use std::sync::Arc;
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+const RATE: f64 = 22_050.0;
+
+fn scene(kind: CloudKind, conv: ConvMode, projection: Projection) -> Arc<Scene> {
+    let bands = Bands::for_rate(RATE);
+    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
+    let parts = SceneParts {
+        provenance: Provenance::default(),
+        grid: StftGrid { sample_rate_hz: RATE, n_fft: 512, hop: 127 },
+        bands,
+        tail,
+        taps: 16,
+        field: None,
+        cloud: Some(AnchorCloud { model: golden::slice(kind).model, conv, projection }),
+        top_hz: 10_000.0,
+        start_pose: Pose::IDENTITY,
+        bounds: (Vec3::splat(-1.0), Vec3::ONE),
+        anchors: vec![],
+        held_out: vec![],
+    };
+    Arc::new(Scene::new(parts).unwrap())
+}
+
+fn spatializer(scene: &Arc<Scene>, rate: f64) -> Spatializer {
+    let renderer = Renderer::new(Arc::clone(scene), rate).unwrap();
+    let mut s = Spatializer::new(rate);
+    s.install(Box::new(renderer.with_decoder(Box::new(InlineDecoder::new(scene).unwrap()))));
+    s
+}
+
+fn params(tier: Tier) -> BlockParams {
+    BlockParams { tier, live: LiveParams { rate_hz: 40.0, wait: true }, ..BlockParams::default() }
+}
+
+fn walk(i: usize) -> Pose {
+    let t = i as f32 / RATE as f32;
+    Pose::from_ypr(Vec3::new(0.3 * t, 0.1, 0.0), t, 0.0, 0.0)
+}
+
+#[test]
+fn a_scene_with_a_cloud_survives_the_file() {
+    for kind in CloudKind::ALL {
+        let scene = scene(kind, ConvMode::LookAhead, Projection::Row(38));
+        let bytes = scene.to_bytes().unwrap();
+        assert!(Scene::from_bytes(&bytes).unwrap() == *scene);
+        assert!(bytes == scene.to_bytes().unwrap(), "the same scene makes the same file");
+    }
+}
+
+#[test]
+fn blocks_of_any_size_sound_alike_and_twice_the_same() {
+    let scene = scene(CloudKind::SimpleSh, ConvMode::LookAhead, Projection::Diagonal);
+    let input = noise(1, 22_050);
+    for tier in [Tier::High, Tier::Reference] {
+        let run = |sizes: &[usize]| render(&mut spatializer(&scene, RATE), &input, sizes, &params(tier), walk);
+        let whole = run(&[512]);
+        assert!(whole.iter().flatten().all(|v| v.is_finite()) && whole[0].iter().any(|v| v.abs() > 1e-3));
+        assert!(whole == run(&[512]), "{tier:?} differs from itself");
+        for (a, b) in whole.iter().flatten().zip(run(&[1, 700, 64]).iter().flatten()) {
+            assert!((a - b).abs() < 1e-5, "{tier:?}");
+        }
+    }
+}
+
+#[test]
+fn all_tiers_come_at_the_same_time() {
+    // A click: the stream of either tier has it where the latency says.
+    for conv in [ConvMode::LookAhead, ConvMode::Causal] {
+        let scene = scene(CloudKind::SimpleSh, conv, Projection::Diagonal);
+        for tier in [Tier::High, Tier::Reference] {
+            let mut s = spatializer(&scene, RATE);
+            let (at, latency) = (4_000, s.latency_samples());
+            let mut input = vec![0.0; 12_000];
+            input[at] = 1.0;
+            let out = render(&mut s, &input, &[256], &params(tier), |_| Pose::IDENTITY);
+            let peak = (0..out[0].len()).max_by(|a, b| out[0][*a].abs().total_cmp(&out[0][*b].abs())).unwrap();
+            // The network's biases spread a click over a window.
+            assert!(peak.abs_diff(at + latency) < 300, "{conv:?} {tier:?}: {peak} for {}", at + latency);
+        }
+    }
+}
+
+#[test]
+fn what_a_scene_lacks_is_played_as_what_it_has() {
+    let cloud = scene(CloudKind::Sh, ConvMode::Causal, Projection::Diagonal);
+    assert_eq!(Tier::ALL.map(|t| cloud.played_tier(t)), [Tier::High, Tier::High, Tier::High, Tier::Reference]);
+    let renderer = |scene: &Arc<Scene>, rate| {
+        Renderer::new(Arc::clone(scene), rate).unwrap().with_decoder(Box::new(InlineDecoder::new(scene).unwrap()))
+    };
+    assert_eq!(renderer(&cloud, RATE).played_tier(Tier::Reference), Tier::Reference);
+    assert_eq!(renderer(&cloud, 48_000.0).played_tier(Tier::Reference), Tier::High, "its layers know one rate only");
+    let off = scene(CloudKind::Sh, ConvMode::Off, Projection::Diagonal);
+    assert_eq!(off.played_tier(Tier::Reference), Tier::High);
+    assert!(renderer(&off, RATE).latency_samples() < renderer(&cloud, RATE).latency_samples());
+}
+
+#[test]
+fn silence_stays_silent() {
+    let scene = scene(CloudKind::Full, ConvMode::LookAhead, Projection::Diagonal);
+    for tier in [Tier::High, Tier::Reference] {
+        let out = render(&mut spatializer(&scene, RATE), &vec![0.0; 8_000], &[480], &params(tier), walk);
+        assert!(out.iter().flatten().all(|v| *v == 0.0), "{tier:?}");
+    }
+}
+
+/// Answers after some hops, as a thread would.
+struct Slow {
+    decoder: PoseDecoder,
+    answer: Decoded,
+    due: Option<(usize, Pose)>,
+    delay: usize,
+}
+
+impl LiveDecoder for Slow {
+    fn request(&mut self, pose: &Pose, wait: bool) {
+        self.due = Some((if wait { 0 } else { self.delay }, *pose));
+    }
+
+    fn take(&mut self) -> Option<&Decoded> {
+        let (left, pose) = self.due?;
+        if left > 0 {
+            self.due = Some((left - 1, pose));
+            return None;
+        }
+        self.due = None;
+        self.decoder.decode(&pose, &mut self.answer);
+        Some(&self.answer)
+    }
+}
+
+#[test]
+fn an_answer_that_comes_late_is_faded_to_without_allocation_or_a_step() {
+    let scene = scene(CloudKind::SimpleSh, ConvMode::LookAhead, Projection::Diagonal);
+    let decoder = PoseDecoder::new(&scene).unwrap();
+    let slow = Slow { answer: decoder.blank(), decoder, due: None, delay: 3 };
+    let mut s = Spatializer::new(RATE);
+    s.install(Box::new(Renderer::new(Arc::clone(&scene), RATE).unwrap().with_decoder(Box::new(slow))));
+    let tone: Vec<f32> = (0..33_075).map(|i| 0.5 * (std::f32::consts::TAU * 1000.0 * i as f32 / RATE as f32).sin()).collect();
+    let mut out = [vec![0.0; tone.len()], vec![0.0; tone.len()]];
+    let live = LiveParams { rate_hz: 40.0, wait: false };
+    for (block, x) in tone.chunks(441).enumerate() {
+        let tier = if block / 20 % 2 == 0 { Tier::High } else { Tier::Reference };
+        let params = BlockParams { tier, live, ..BlockParams::default() };
+        let at = block * 441;
+        let [l, r] = &mut out;
+        let out = [&mut l[at..at + x.len()], &mut r[at..at + x.len()]];
+        assert_no_alloc(|| s.process(&[x], out, &params, |i| walk(at + i)));
+    }
+    assert!(out.iter().flatten().all(|v| v.is_finite()) && out[0][20_000..].iter().any(|v| v.abs() > 1e-3));
+}
+
+#[test]
+fn the_attention_of_the_anchors_adds_up() {
+    for kind in CloudKind::ALL {
+        let scene = scene(kind, ConvMode::Off, Projection::Diagonal);
+        let mut decoder = PoseDecoder::new(&scene).unwrap();
+        let (mut plain, mut watched) = (decoder.blank(), decoder.blank());
+        let mut attention = vec![0.0; scene.cloud().unwrap().model.sizes().anchors];
+        decoder.decode(&walk(5_000), &mut plain);
+        decoder.decode_with_attention(&walk(5_000), &mut attention, &mut watched);
+        assert!((attention.iter().sum::<f32>() - 1.0).abs() < 1e-4 && attention.iter().all(|a| *a >= 0.0), "{kind:?}");
+        assert!(plain.transfer == watched.transfer, "{kind:?}: watching changes what is heard");
+    }
+}

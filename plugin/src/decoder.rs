@@ -1,0 +1,118 @@
+//! Poses decoded on the background thread, for one instance each; the weights are shared by all that play the same scene.
+
+use crate::worker::{Chore, DECODER, Desk};
+use crossbeam_queue::ArrayQueue;
+use promenade_core::cloud::PoseDecoder;
+use promenade_core::{Decoded, LiveDecoder, Pose, Scene};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::Duration;
+
+/// Answers of one instance: one that is heard, one that waits to be, one that is being made, and one to spare.
+const ANSWERS: usize = 4;
+/// How long an offline render sleeps between two looks for its answer.
+const LOOK: Duration = Duration::from_micros(50);
+
+/// Decoders of the scenes that are played in this process.
+static DECODERS: Mutex<Vec<(Weak<Scene>, Weak<Mutex<PoseDecoder>>)>> = Mutex::new(Vec::new());
+
+/// A question is numbered, so that an answer to an older one is told apart.
+struct Answer {
+    number: u64,
+    decoded: Decoded,
+}
+
+/// What the audio thread and the worker share.
+struct Exchange {
+    decoder: Arc<Mutex<PoseDecoder>>,
+    /// The newest question.
+    question: ArrayQueue<(u64, Pose)>,
+    /// The newest answer.
+    answer: ArrayQueue<Box<Answer>>,
+    spare: ArrayQueue<Box<Answer>>,
+}
+
+impl Chore for Exchange {
+    fn serve(&self) {
+        // Whoever answers has one to spare: no more than three are elsewhere.
+        while let Some((number, pose)) = self.question.pop() {
+            let Some(mut answer) = self.spare.pop() else { return };
+            answer.number = number;
+            self.decoder.lock().unwrap_or_else(PoisonError::into_inner).decode(&pose, &mut answer.decoded);
+            if let Some(unheard) = self.answer.force_push(answer) {
+                drop(self.spare.push(unheard));
+            }
+        }
+    }
+}
+
+/// The audio thread's end.
+pub struct SharedDecoder {
+    exchange: Arc<Exchange>,
+    desk: Desk,
+    asked: u64,
+    heard: Option<Box<Answer>>,
+    /// Whether the answer has come but not been taken.
+    fresh: bool,
+}
+
+impl SharedDecoder {
+    /// For a scene with an anchor cloud; `None` for others.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn new(scene: &Arc<Scene>) -> std::io::Result<Option<Self>> {
+        let Some(decoder) = decoder_of(scene) else { return Ok(None) };
+        let spare = ArrayQueue::new(ANSWERS);
+        for _ in 0..ANSWERS {
+            drop(spare.push(Box::new(Answer { number: 0, decoded: Decoded::silent(scene) })));
+        }
+        let exchange = Arc::new(Exchange { decoder, question: ArrayQueue::new(1), answer: ArrayQueue::new(1), spare });
+        let desk = Desk::new(&DECODER, exchange.clone())?;
+        Ok(Some(Self { exchange, desk, asked: 0, heard: None, fresh: false }))
+    }
+
+    /// Takes the newest answer from the worker, if there is one.
+    fn fetch(&mut self) {
+        if let Some(answer) = self.exchange.answer.pop() {
+            self.fresh = true;
+            if let Some(old) = self.heard.replace(answer) {
+                // There is room for all answers.
+                drop(self.exchange.spare.push(old));
+            }
+        }
+    }
+}
+
+impl LiveDecoder for SharedDecoder {
+    fn request(&mut self, pose: &Pose, wait: bool) {
+        self.asked += 1;
+        drop(self.exchange.question.force_push((self.asked, *pose)));
+        self.desk.call();
+        while wait {
+            self.fetch();
+            if self.heard.as_ref().is_some_and(|a| a.number == self.asked) {
+                return;
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    fn take(&mut self) -> Option<&Decoded> {
+        self.fetch();
+        std::mem::take(&mut self.fresh).then_some(())?;
+        self.heard.as_ref().map(|a| &a.decoded)
+    }
+}
+
+/// The decoder of a scene, made once for all instances that play it.
+fn decoder_of(scene: &Arc<Scene>) -> Option<Arc<Mutex<PoseDecoder>>> {
+    let mut decoders = DECODERS.lock().unwrap_or_else(PoisonError::into_inner);
+    decoders.retain(|(_, decoder)| decoder.strong_count() > 0);
+    let same = |held: &Weak<Scene>| held.upgrade().is_some_and(|held| Arc::ptr_eq(&held, scene));
+    if let Some(decoder) = decoders.iter().find(|(held, _)| same(held)).and_then(|(_, decoder)| decoder.upgrade()) {
+        return Some(decoder);
+    }
+    let decoder = Arc::new(Mutex::new(PoseDecoder::new(scene)?));
+    decoders.push((Arc::downgrade(scene), Arc::downgrade(&decoder)));
+    Some(decoder)
+}
