@@ -3,8 +3,23 @@
 //! Chen and Shlizerman, "AV-Cloud: Spatial Audio Rendering Through Audio-Visual Cloud Splatting", NeurIPS 2024, in the form
 //! that its published code trains.
 
+mod clip;
+mod conv;
+mod decoder;
+mod hann;
+mod kernels;
+mod linear;
 mod masks;
 mod model;
+mod relative;
+mod rows;
+mod sarh;
+mod time_filter;
+mod transformer;
 
+pub use clip::ClipRenderer;
+pub use decoder::CloudDecoder;
 pub use masks::Masks;
 pub use model::{Alignment, CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, Listener, PoseConvention, Tensor};
+pub use sarh::{ConvMode, FrameMasks, SarhError, SarhOptions, SarhStream};
+pub use time_filter::{Projection, StreamTaps, TapProjector};

@@ -1,0 +1,126 @@
+//! Cost of AV-Cloud's render head: convolution layers, stream and whole clips.
+//!
+//! `cargo bench --bench sarh_cost -p promenade-core`. Unit: milliseconds of processor time of the one thread, median over runs, at the
+//! published sizes (256 anchors, 257 bands, 174 frames, 22.05 kHz). Input: white noise; weights that look random.
+#![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
+
+#[path = "../tests/cloud_models/mod.rs"]
+mod cloud_models;
+
+use cloud_models::{PUBLISHED, Sizes, model, noise};
+use cpu_time::ThreadTime;
+use promenade_core::StftGrid;
+use promenade_core::cloud::{
+    ClipRenderer, CloudDecoder, CloudKind, ConvMode, FrameMasks, Listener, Masks, Projection, SarhOptions, SarhStream,
+    TapProjector,
+};
+use promenade_core::glam::{Mat3, Vec3};
+use pulp::Arch;
+use std::hint::black_box;
+
+const GRID: StftGrid = StftGrid { sample_rate_hz: 22_050.0, n_fft: 512, hop: 127 };
+const LISTENER: Listener = Listener { centre: Vec3::new(0.3, -0.2, 1.1), camera_to_world: Mat3::IDENTITY };
+
+/// Median milliseconds of a run.
+fn median_ms(runs: usize, mut work: impl FnMut()) -> f64 {
+    work();
+    let mut times: Vec<f64> = (0..runs)
+        .map(|_| {
+            let start = ThreadTime::now();
+            work();
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[runs / 2]
+}
+
+/// Instruction sets to compare: the machine's widest, and AVX2 if that is not it.
+fn arches() -> Vec<(&'static str, Arch)> {
+    let mut all = vec![("widest", Arch::new())];
+    #[cfg(target_arch = "x86_64")]
+    if let Some(v3) = pulp::x86::V3::try_new() {
+        all.push(("AVX2", Arch::V3(v3)));
+    }
+    all
+}
+
+fn main() {
+    let input: Vec<f32> = (0..22_050).map(|i| 0.3 * noise(1, i)).collect();
+    stream(&input);
+    println!("| clip of 1 s | instructions | decode | render | of it without convolution | both |");
+    println!("|---|---|---|---|---|---|");
+    let kinds = [
+        ("simple-sh", CloudKind::SimpleSh, PUBLISHED),
+        ("sh", CloudKind::Sh, PUBLISHED),
+        ("full, constant kernel", CloudKind::Full, Sizes { hyper: 0, ..PUBLISHED }),
+        ("full, live kernel", CloudKind::Full, PUBLISHED),
+    ];
+    for (name, kind, sizes) in kinds {
+        clip(name, kind, sizes, &input);
+    }
+}
+
+fn clip(name: &str, kind: CloudKind, sizes: Sizes, input: &[f32]) {
+    let model = model(kind, sizes);
+    let mut dry = model.parts().clone();
+    dry.weights.retain(|name, _| !name.starts_with("out."));
+    let dry = promenade_core::cloud::CloudModel::new(dry).unwrap();
+    for (instructions, arch) in arches() {
+        let mut decoder = CloudDecoder::with_arch(&model, arch);
+        let mut masks = Masks::new(&model.sizes());
+        let decode = median_ms(41, || decoder.decode(&LISTENER, &mut masks));
+        let render = |model| {
+            let mut renderer = ClipRenderer::with_arch(model, GRID, arch).unwrap();
+            let mut out = [vec![0.0; renderer.out_samples()], vec![0.0; renderer.out_samples()]];
+            median_ms(41, || {
+                let [left, right] = &mut out;
+                renderer.render(input, &masks, &LISTENER, [left, right]).unwrap();
+                black_box(&out);
+            })
+        };
+        let (whole, without) = (render(&model), render(&dry));
+        println!("| {name} | {instructions} | {decode:.2} | {whole:.2} | {without:.2} | {:.2} |", decode + whole);
+    }
+}
+
+fn stream(input: &[f32]) {
+    let live = model(CloudKind::Full, PUBLISHED);
+    let harmonic = model(CloudKind::SimpleSh, PUBLISHED);
+    println!("| per hop | instructions | taps for a pose | hop without convolution | hop with it | convolution, both ears |");
+    println!("|---|---|---|---|---|---|");
+    for (name, model, projection) in [
+        ("simple-sh, 32 lags", &harmonic, Projection::Diagonal),
+        ("full, 32 lags", &live, Projection::Diagonal),
+        ("full, row 165 of 174", &live, Projection::Row(165)),
+    ] {
+        let masks = {
+            let mut masks = Masks::new(&model.sizes());
+            CloudDecoder::new(model).decode(&LISTENER, &mut masks);
+            masks
+        };
+        let causal_hops = if projection == Projection::Diagonal { 32 } else { 166 };
+        let lookahead_hops = projection.lookahead_hops(PUBLISHED.frames);
+        let mut projector = TapProjector::new(model, projection, causal_hops).unwrap();
+        let mut taps = projector.taps();
+        let project = median_ms(201, || projector.project(&LISTENER, &masks, &mut taps));
+        let frame = FrameMasks { mixture: &masks.mixture, difference: &masks.difference, taps: Some(&taps) };
+        for (instructions, arch) in arches() {
+            let cost = |conv| {
+                let options = SarhOptions { conv, lookahead_hops, causal_hops, ..SarhOptions::default() };
+                let mut stream = SarhStream::with_arch(model, GRID, options, arch).unwrap();
+                let mut out = [vec![0.0; GRID.hop], vec![0.0; GRID.hop]];
+                let hops = input.len() / GRID.hop;
+                median_ms(41, || {
+                    for hop in input.chunks_exact(GRID.hop) {
+                        let [left, right] = &mut out;
+                        stream.hop(hop, frame, [left, right]);
+                    }
+                    black_box(&out);
+                }) / hops as f64
+            };
+            let (without, with) = (cost(ConvMode::Off), cost(ConvMode::Causal));
+            println!("| {name} | {instructions} | {project:.4} | {without:.4} | {with:.4} | {:.4} |", with - without);
+        }
+    }
+}

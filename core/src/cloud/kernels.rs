@@ -1,0 +1,26 @@
+//! Arithmetic of the decoders on panels: positions (queries or anchors) side by side in vector lanes.
+//!
+//! Every step reads and writes `[panel][feature][position]`, so nothing is transposed or repacked between layers, and sums over
+//! features or keys run down the rows with all positions at once.
+
+mod attention;
+mod exponential;
+mod matrix;
+mod norm;
+mod panel;
+mod product;
+mod single;
+#[cfg(test)]
+mod tests;
+mod tile;
+mod vectors;
+mod wave;
+
+pub(crate) use attention::{Attention, Tally, scores_for};
+pub(crate) use matrix::{Matrix, dot};
+pub(crate) use norm::{Norm, total};
+pub(crate) use panel::{PANEL, Panels, Row};
+pub(crate) use product::{Activation, Product, Start, Weights};
+pub(crate) use tile::{Columns, in_columns, load, store};
+pub(crate) use vectors::{all, times_plus};
+pub(crate) use wave::Waves;

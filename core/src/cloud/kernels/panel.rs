@@ -1,0 +1,62 @@
+//! Storage of activations.
+
+/// Positions side by side in a panel.
+pub(crate) const PANEL: usize = 32;
+
+/// One feature at the positions of a panel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct Row(pub(crate) [f32; PANEL]);
+
+/// Features of many positions, `[panel][feature][position]`; values after the last position are finite and mean nothing.
+pub(crate) struct Panels {
+    rows: Vec<Row>,
+    features: usize,
+    positions: usize,
+}
+
+impl Panels {
+    /// All zero.
+    pub(crate) fn new(features: usize, positions: usize) -> Self {
+        Self { rows: vec![Row::default(); features * positions.div_ceil(PANEL)], features, positions }
+    }
+
+    /// From `value(position, feature)`.
+    pub(crate) fn from_fn(features: usize, positions: usize, value: impl Fn(usize, usize) -> f64) -> Self {
+        let mut panels = Self::new(features, positions);
+        for position in 0..positions {
+            for (feature, row) in panels.panel_mut(position / PANEL).iter_mut().enumerate() {
+                row.0[position % PANEL] = value(position, feature) as f32;
+            }
+        }
+        panels
+    }
+
+    pub(crate) fn positions(&self) -> usize {
+        self.positions
+    }
+
+    /// Number of panels.
+    pub(crate) fn count(&self) -> usize {
+        self.positions.div_ceil(PANEL)
+    }
+
+    /// Positions that a panel holds.
+    pub(crate) fn held(&self, panel: usize) -> usize {
+        (self.positions - panel * PANEL).min(PANEL)
+    }
+
+    /// Rows of a panel, one per feature.
+    pub(crate) fn panel(&self, panel: usize) -> &[Row] {
+        &self.rows[panel * self.features..][..self.features]
+    }
+
+    pub(crate) fn panel_mut(&mut self, panel: usize) -> &mut [Row] {
+        &mut self.rows[panel * self.features..][..self.features]
+    }
+
+    /// All panels with the rows of each.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[Row]> {
+        self.rows.chunks_exact(self.features)
+    }
+}
