@@ -86,7 +86,7 @@ impl SharedDecoder {
 impl LiveDecoder for SharedDecoder {
     fn request(&mut self, pose: &Pose, wait: bool) {
         self.asked += 1;
-        drop(self.exchange.question.force_push((self.asked, *pose)));
+        let _older = self.exchange.question.force_push((self.asked, *pose));
         self.desk.call();
         while wait {
             self.fetch();

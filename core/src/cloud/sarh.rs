@@ -74,6 +74,24 @@ pub enum ConvMode {
     LookAhead,
 }
 
+impl ConvMode {
+    /// The name used in files and on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Causal => "causal",
+            Self::LookAhead => "look-ahead",
+        }
+    }
+
+    /// The mode of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Off, Self::Causal, Self::LookAhead].into_iter().find(|m| m.name() == name)
+    }
+}
+
 /// Settings of a [`SarhStream`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SarhOptions {

@@ -53,6 +53,21 @@ impl StreamTaps {
         self.bias.row(0)
     }
 
+    /// What a band's own past adds at a lag in hops, summed over its neighbours as for a spectrum that changes slowly over frequency;
+    /// 0 beyond the last tap.
+    #[must_use]
+    pub fn gain(&self, lag: usize, band: usize) -> f32 {
+        let lags = self.lookahead + self.causal;
+        if lag >= self.causal {
+            return 0.0;
+        }
+        let taps = |count: usize| (self.lookahead + lag..count).step_by(lags);
+        match &self.kernel {
+            Kernel::Shared(kernel) => taps(kernel.row(0).len()).map(|tap| kernel.row(0)[tap]).sum(),
+            Kernel::Banded(kernel) => taps(kernel.iter().count()).map(|tap| kernel.row(tap)[band]).sum(),
+        }
+    }
+
     /// Becomes `from + fraction (to - from)`; all three are of one [`TapProjector`](crate::cloud::TapProjector).
     ///
     /// # Real-time
