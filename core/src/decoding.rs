@@ -2,8 +2,8 @@
 
 use crate::field::{Cell, Field};
 use crate::head::RenderHead;
-use crate::live::{Decoded, Live, LiveDecoder, LiveParams};
-use crate::{Pose, Scene, Tier, TransferFunction};
+use crate::live::{Decoded, Live, LiveDecoder};
+use crate::{Pose, Quality, Scene, Tier, TransferFunction};
 
 /// Hops over which the time filters of a new pose are taken in, a share of them at each hop.
 const REFRESH_HOPS: usize = 4;
@@ -12,6 +12,7 @@ const REFRESH_HOPS: usize = 4;
 pub(crate) struct Decoding {
     cell: Option<Cell>,
     live: Option<Live>,
+    hop_s: f64,
     /// What the field says.
     transfer: TransferFunction,
     /// Where the head stands: the pose of the field, and whether the live decoder was heard last.
@@ -23,10 +24,11 @@ pub(crate) struct Decoding {
 }
 
 impl Decoding {
-    pub(crate) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene, hop_s: f64) -> Self {
         Self {
             cell: scene.field().map(Field::cell),
             live: None,
+            hop_s,
             transfer: scene.shape().silent(),
             decoded: Pose::IDENTITY,
             was_live: false,
@@ -50,25 +52,16 @@ impl Decoding {
         self.live.as_ref().map(Live::shown)
     }
 
-    /// Follows to a pose: the direct sound at once, the time filters a share per hop unless `whole`.
-    pub(crate) fn follow(
-        &mut self,
-        scene: &Scene,
-        head: &mut RenderHead,
-        pose: Pose,
-        tier: Tier,
-        whole: bool,
-        hop_s: f64,
-        params: &LiveParams,
-    ) {
-        let live = self.live.as_mut().filter(|_| tier >= Tier::High);
+    /// Follows to a pose in a tier that can be played: the direct sound at once, the time filters a share per hop unless `whole`.
+    pub(crate) fn follow(&mut self, scene: &Scene, head: &mut RenderHead, pose: Pose, quality: &Quality, whole: bool) {
+        let live = self.live.as_mut().filter(|_| quality.tier >= Tier::High);
         let whole = whole || live.is_some() != self.was_live;
         self.was_live = live.is_some();
         let field = scene.field().zip(self.cell.as_mut());
         // Where a scene has neither, nothing is heard.
         match (live, field) {
             (Some(live), _) => {
-                if live.follow(&pose, whole, hop_s, params) || whole {
+                if live.follow(&pose, whole, self.hop_s, &quality.live) || whole {
                     self.stale_shares = REFRESH_HOPS;
                     head.set_direct(&live.shown().transfer);
                 }

@@ -94,7 +94,7 @@ impl Live {
         if whole {
             self.heard = false;
         }
-        if (whole || self.since >= interval) && (whole || self.asked.as_ref() != Some(pose)) {
+        if whole || (self.since >= interval && self.asked.as_ref() != Some(pose)) {
             self.decoder.request(pose, params.wait);
             self.asked = Some(*pose);
             self.since = 0;

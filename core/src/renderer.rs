@@ -94,7 +94,7 @@ impl Renderer {
             ears: [spectrum(), spectrum()],
             ready: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
             filled: 0,
-            decoding: Decoding::new(&scene),
+            decoding: Decoding::new(&scene, grid.hop_s()),
             reference: Reference::new(&scene, &grid),
             poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
             pose_phase: grid.hop - centre % grid.hop,
@@ -197,7 +197,7 @@ impl Renderer {
             let pose = valid_or(pose_at(0), self.last);
             self.last = pose;
             self.poses.iter_mut().for_each(|p| *p = pose);
-            self.follow(pose, &quality, self.played_tier(quality.tier), true);
+            self.follow(pose, &quality, true);
             self.fresh = false;
         }
         let mut done = 0;
@@ -230,15 +230,16 @@ impl Renderer {
         self.poses[last] = valid_or(newest, self.poses[last.saturating_sub(1)]);
     }
 
-    /// Brings the head to a pose and fades its room in or out; `whole` leaves nothing for the hops to come.
-    fn follow(&mut self, pose: Pose, quality: &Quality, tier: Tier, whole: bool) {
-        self.decoding.follow(&self.scene, &mut self.head, pose, tier, whole, self.grid.hop_s(), &quality.live);
-        self.head.glide_room(tier != Tier::Draft, if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS });
+    /// Brings the head to a pose and fades its room in or out; `whole` leaves nothing for the hops to come. Says what is played.
+    fn follow(&mut self, pose: Pose, wanted: &Quality, whole: bool) -> Tier {
+        let quality = Quality { tier: self.played_tier(wanted.tier), ..*wanted };
+        self.decoding.follow(&self.scene, &mut self.head, pose, &quality, whole);
+        self.head.glide_room(quality.tier != Tier::Draft, if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS });
+        quality.tier
     }
 
     fn hop(&mut self, quality: &Quality) {
-        let tier = self.played_tier(quality.tier);
-        self.follow(self.poses[0], quality, tier, false);
+        let tier = self.follow(self.poses[0], quality, false);
         if let Some(reference) = &mut self.reference {
             reference.note_input(self.stft.newest());
         }

@@ -12,8 +12,11 @@ const ANSWERS: usize = 4;
 /// How long an offline render sleeps between two looks for its answer.
 const LOOK: Duration = Duration::from_micros(50);
 
+/// A decoder and the scene that it is for, as long as an instance plays it.
+type Held = (Weak<Scene>, Weak<Mutex<PoseDecoder>>);
+
 /// Decoders of the scenes that are played in this process.
-static DECODERS: Mutex<Vec<(Weak<Scene>, Weak<Mutex<PoseDecoder>>)>> = Mutex::new(Vec::new());
+static DECODERS: Mutex<Vec<Held>> = Mutex::new(Vec::new());
 
 /// A question is numbered, so that an answer to an older one is told apart.
 struct Answer {
@@ -88,12 +91,9 @@ impl LiveDecoder for SharedDecoder {
         self.asked += 1;
         let _older = self.exchange.question.force_push((self.asked, *pose));
         self.desk.call();
-        while wait {
-            self.fetch();
-            if self.heard.as_ref().is_some_and(|a| a.number == self.asked) {
-                return;
-            }
+        while wait && self.heard.as_ref().is_none_or(|a| a.number != self.asked) {
             std::thread::sleep(LOOK);
+            self.fetch();
         }
     }
 

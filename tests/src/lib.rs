@@ -6,11 +6,13 @@
 mod bundle;
 mod clap_host;
 mod host;
+mod library;
 pub mod signal;
 mod vst3;
 
 pub use clap_host::ClapHost;
 pub use host::{Host, Knob, Setup, edit_state, host_id, render};
+pub use library::in_library;
 pub use vst3::Vst3;
 
 /// Runs generic tests in both formats: `fn name<H: Host>()` becomes `clap::name` and `vst3::name`.

@@ -1,43 +1,32 @@
 //! Scenes and camera paths of the user's library, which an environment variable names: each test runs again in a process that has it.
 
 use promenade_tests::signal::{difference_db, noise};
-use promenade_tests::{Host, Setup, in_both_formats, render};
+use promenade_tests::{Host, Setup, in_both_formats, in_library, render};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::{env, fs};
+use std::fs;
+use std::path::Path;
 
 in_both_formats!(slots_choose_files_that_the_project_then_keeps);
-
-const FOLDERS: &str = "PROMENADE_SCENES";
 
 fn field(state: &Value, name: &str) -> Value {
     serde_json::from_str(state["fields"][name].as_str().unwrap()).unwrap()
 }
 
-/// A folder with two scenes and a camera path.
-fn library(name: &str) -> PathBuf {
-    let folder = env::temp_dir().join(format!("promenade-slots-{name}-{}", std::process::id()));
+/// Two scenes and a camera path.
+fn fill(folder: &Path) {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes");
-    fs::create_dir_all(&folder).unwrap();
     for (from, to) in [("iosr-room-a.promenade", "1.promenade"), ("iosr-room-b.promenade", "2.promenade")] {
         fs::copy(scenes.join(from), folder.join(to)).unwrap();
     }
     let path = r#"[{ "t": 0, "position": [0, 0, 0], "ypr": [90, 0, 0] }]"#;
     fs::write(folder.join("turn.json"), path).unwrap();
-    folder
 }
 
 fn slots_choose_files_that_the_project_then_keeps<H: Host>() {
-    let Some(folder) = env::var_os(FOLDERS).map(PathBuf::from) else {
-        let name = std::thread::current().name().unwrap().to_owned();
-        let folder = library(&name.replace("::", "-"));
-        let again = Command::new(env::current_exe().unwrap()).args(["--exact", &name]).env(FOLDERS, &folder).output().unwrap();
-        fs::remove_dir_all(&folder).unwrap();
-        let text = String::from_utf8_lossy(&again.stdout);
-        assert!(again.status.success() && text.contains("1 passed"), "{text}\n{}", String::from_utf8_lossy(&again.stderr));
-        return;
-    };
+    in_library(fill, slots_in::<H>);
+}
+
+fn slots_in<H: Host>(folder: &Path) {
     let signal = noise(12_000);
     let mut expected = H::open(Setup::default());
     expected.set("scene", 0.5);

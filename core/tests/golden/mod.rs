@@ -73,7 +73,7 @@ pub fn folder() -> Option<PathBuf> {
 }
 
 fn here() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/tests/golden")
 }
 
 fn about() -> Value {

@@ -1,0 +1,116 @@
+//! Anchor clouds decoded live, on a thread that all instances share.
+
+#[path = "../../core/tests/golden/mod.rs"]
+mod golden;
+
+use promenade_core::cloud::{CloudKind, ConvMode, InlineDecoder, Projection};
+use promenade_core::glam::Vec3;
+use promenade_core::{
+    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts, Spatializer, StftGrid,
+    TailModel, Tier,
+};
+use promenade_tests::signal::{difference_db, noise, peak};
+use promenade_tests::{Host, Setup, in_both_formats, in_library, render};
+use std::path::Path;
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+in_both_formats!(offline_waits_for_every_decode, instances_in_real_time_settle_to_the_same_sound);
+
+const SCENE: &str = "cloud.promenade";
+
+fn fill(folder: &Path) {
+    let rate = 22_050.0;
+    let bands = Bands::for_rate(rate);
+    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
+    let scene = Scene::new(SceneParts {
+        provenance: Provenance::default(),
+        grid: StftGrid { sample_rate_hz: rate, n_fft: 512, hop: 127 },
+        bands,
+        tail,
+        taps: 16,
+        field: None,
+        cloud: Some(AnchorCloud {
+            model: golden::slice(CloudKind::Sh).model,
+            conv: ConvMode::Off,
+            projection: Projection::Diagonal,
+        }),
+        top_hz: 10_000.0,
+        start_pose: Pose::IDENTITY,
+        bounds: (Vec3::splat(-1.0), Vec3::ONE),
+        anchors: vec![],
+        held_out: vec![],
+    });
+    std::fs::write(folder.join(SCENE), scene.unwrap().to_bytes().unwrap()).unwrap();
+}
+
+fn opened<H: Host>(offline: bool) -> H {
+    let mut host = H::open(Setup::default());
+    host.set("scene", 1.0);
+    host.set("slot", 1.0 / 64.0);
+    host.set("tier", 2.0 / 3.0);
+    host.process(&[&[0.0; 64], &[0.0; 64]]);
+    // Twice: the VST3 wrapper hands on the mode of the time before.
+    host.reopen(Setup { offline, ..Setup::default() });
+    host.reopen(Setup { offline, ..Setup::default() });
+    host
+}
+
+/// Yaw of a block, 0 to 1 over a turn; exact in degrees.
+fn turn(block: usize) -> f64 {
+    0.5 + (block / 8 % 16) as f64 / 64.0
+}
+
+fn offline_waits_for_every_decode<H: Host>() {
+    in_library(fill, |folder| {
+        let signal = noise(40 * 512);
+        let mut host = opened::<H>(true);
+        let mut heard = [Vec::new(), Vec::new()];
+        for (number, block) in signal.chunks(512).enumerate() {
+            host.set("yaw", turn(number));
+            heard.iter_mut().zip(host.process(&[block, block])).for_each(|(all, new)| all.extend(new));
+        }
+
+        let scene = Arc::new(Scene::from_bytes(&std::fs::read(folder.join(SCENE)).unwrap()).unwrap());
+        let renderer = Renderer::new(Arc::clone(&scene), 48_000.0).unwrap();
+        let mut spatializer = Spatializer::new(48_000.0);
+        spatializer.install(Box::new(renderer.with_decoder(Box::new(InlineDecoder::new(&scene).unwrap()))));
+        let live = LiveParams { wait: true, ..LiveParams::default() };
+        let params = BlockParams { tier: Tier::High, live, ..BlockParams::default() };
+        let mut wanted = [vec![0.0; signal.len()], vec![0.0; signal.len()]];
+        for (number, block) in signal.chunks(512).enumerate() {
+            let pose = Pose::from_ypr(Vec3::ZERO, (-180.0 + 360.0 * turn(number) as f32).to_radians(), 0.0, 0.0);
+            let [left, right] = &mut wanted;
+            let span = number * 512..(number + 1) * 512;
+            spatializer.process(&[block], [&mut left[span.clone()], &mut right[span]], &params, |_| pose);
+        }
+        assert!(peak(&wanted[0]) > 1e-3);
+        let difference = difference_db(&wanted, &heard);
+        assert!(difference < -120.0, "{difference} dB from the engine by itself");
+    });
+}
+
+fn instances_in_real_time_settle_to_the_same_sound<H: Host>() {
+    in_library(fill, |_| {
+        let signal = noise(4800);
+        let mut steady = opened::<H>(true);
+        steady.set("yaw", 0.75);
+        let wanted = (0..10).map(|_| render(&mut steady, &[&signal, &signal], &[480])).last().unwrap();
+        let mut hosts = [0, 1, 2].map(|_| opened::<H>(false));
+        for (number, host) in hosts.iter_mut().enumerate() {
+            // They come from different sides.
+            host.set("yaw", number as f64 / 4.0);
+            render(host, &[&signal, &signal], &[480]);
+            host.set("yaw", 0.75);
+        }
+        let started = Instant::now();
+        let mut left = f32::MAX;
+        while started.elapsed() < Duration::from_secs(20) && left > -80.0 {
+            thread::sleep(Duration::from_millis(30));
+            let differences = hosts.each_mut().map(|h| difference_db(&wanted, &render(h, &[&signal, &signal], &[480])));
+            left = differences.into_iter().fold(f32::MIN, f32::max);
+        }
+        assert!(left < -80.0, "after {:?} an instance is still {left} dB away", started.elapsed());
+    });
+}
