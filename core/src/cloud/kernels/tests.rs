@@ -98,7 +98,7 @@ fn products_are_sums_over_inputs() {
 fn attention_is_a_softmax_over_all_keys() {
     for set in Set::all() {
         // More keys than are held at a time; a single query and a single key have paths of their own.
-        for (keys_count, positions, sharp) in [(1, 32, 1.0), (37, 32, 3.0), (300, 20, 2.0), (700, 1, 30.0), (1000, 3, 90.0)] {
+        for (keys_count, positions, sharp) in [(1, 32, 1.0), (37, 32, 3.0), (300, 20, 2.0), (700, 1, 1.0), (1000, 3, 90.0)] {
             let (head, features) = (8..24, 24);
             let query = panels(16, positions, 1);
             let keys = Panels::from_fn(features, keys_count, |p, f| sharp * value(p, f));
