@@ -64,6 +64,11 @@ impl Reference {
         }
     }
 
+    /// Takes its place or leaves it without a fade.
+    pub(crate) fn jump(&mut self, on: bool) {
+        self.share = if on { 1.0 } else { 0.0 };
+    }
+
     pub(crate) fn reset(&mut self) {
         self.stream.reset();
         self.early.iter_mut().for_each(|e| e.fill(0.0));

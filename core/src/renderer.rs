@@ -197,7 +197,10 @@ impl Renderer {
             let pose = valid_or(pose_at(0), self.last);
             self.last = pose;
             self.poses.iter_mut().for_each(|p| *p = pose);
-            self.follow(pose, &quality, true);
+            let tier = self.follow(pose, &quality, true);
+            if let Some(reference) = &mut self.reference {
+                reference.jump(tier == Tier::Reference);
+            }
             self.fresh = false;
         }
         let mut done = 0;

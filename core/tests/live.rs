@@ -5,7 +5,7 @@ mod golden;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use common::{noise, render};
-use promenade_core::cloud::{CloudKind, ConvMode, InlineDecoder, PoseDecoder, Projection};
+use promenade_core::cloud::{CloudKind, ConvMode, FrameMasks, InlineDecoder, PoseDecoder, Projection, SarhStream};
 use promenade_core::glam::Vec3;
 use promenade_core::{
     AnchorCloud, Bands, BlockParams, Decoded, LiveDecoder, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts,
@@ -93,6 +93,39 @@ fn all_tiers_come_at_the_same_time() {
             let peak = (0..out[0].len()).max_by(|a, b| out[0][*a].abs().total_cmp(&out[0][*b].abs())).unwrap();
             // The network's biases spread a click over a window.
             assert!(peak.abs_diff(at + latency) < 300, "{conv:?} {tier:?}: {peak} for {}", at + latency);
+        }
+    }
+}
+
+#[test]
+fn the_tier_reference_is_the_published_head_as_a_stream() {
+    for (conv, projection) in [(ConvMode::LookAhead, Projection::Row(36)), (ConvMode::Causal, Projection::Diagonal)] {
+        let scene = scene(CloudKind::Full, conv, projection);
+        let input = noise(5, 127 * 80);
+        let mut s = spatializer(&scene, RATE);
+        // Before that, nothing that came in is due yet.
+        let due = s.latency_samples();
+        let heard = render(&mut s, &input, &[300], &params(Tier::Reference), |_| Pose::IDENTITY);
+
+        let cloud = scene.cloud().unwrap();
+        let mut decoder = PoseDecoder::new(&scene).unwrap();
+        let mut decoded = decoder.blank();
+        decoder.decode(&Pose::IDENTITY, &mut decoded);
+        let frame = decoded.sarh.unwrap();
+        let mut stream = SarhStream::new(&cloud.model, *scene.grid(), cloud.stream_options(16)).unwrap();
+        let mut hop = [vec![0.0; 127], vec![0.0; 127]];
+        for (number, x) in input.chunks(127).take(79).enumerate() {
+            let masks = FrameMasks { mixture: &frame.mixture, difference: &frame.difference, taps: frame.taps.as_ref() };
+            let [left, right] = &mut hop;
+            stream.hop(x, masks, [left, right]);
+            // The renderer collects a hop before it renders it.
+            let start = (number + 1) * 127;
+            for (heard, wanted) in heard.iter().zip(&hop) {
+                for (i, w) in wanted.iter().enumerate().filter(|(i, _)| start + i >= due) {
+                    let h = heard[start + i];
+                    assert!((h - w).abs() < 1e-6, "{conv:?}, hop {number}: {h} for {w}");
+                }
+            }
         }
     }
 }
