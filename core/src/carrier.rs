@@ -3,9 +3,16 @@
 use crate::bands::{BandPlace, Bands};
 use crate::{StftGrid, TailModel};
 use realfft::num_complex::{Complex32, Complex64};
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use std::sync::Arc;
 
 /// Bins from one random angle of [`smooth_phases`] to the next.
 const PHASE_BINS: usize = 10;
+/// Turns of setting levels and cutting to length.
+const LEVEL_ROUNDS: usize = 8;
+/// Samples of the host that a fractional delay reaches to either side, and all of them.
+const DELAY_REACH: i64 = 6;
+const DELAY_TAPS: usize = 13;
 
 /// Spectra of both ears for one hop of a room's response.
 pub(crate) type EarSpectra = [Vec<Complex32>; 2];
@@ -16,8 +23,8 @@ pub(crate) fn band_places(grid: &StftGrid, bands: &Bands, top_hz: f32) -> Vec<Ba
     (0..grid.bins()).map(|k| bands.place((grid.bin_hz(k) as f32).min(top_hz))).collect()
 }
 
-/// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of unit energy in every band. Sets
-/// with different `set` numbers are unrelated.
+/// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of unit energy in every band within a
+/// fraction of a dB. Sets with different `set` numbers are unrelated.
 ///
 /// Filters this short fit the room that frames leave for them, so they are time-invariant: no echo ahead of the direct sound, no
 /// modulation at the hop rate, and tones stay tones, which phases drawn anew for every bin would not leave.
@@ -28,53 +35,124 @@ pub(crate) fn hop_carriers(
     grid: &StftGrid,
     scene_grid: &StftGrid,
     bands: &Bands,
-    top_hz: f32,
     tail: &TailModel,
     set: u64,
     hops: usize,
 ) -> Vec<EarSpectra> {
-    let places = band_places(grid, bands, top_hz);
-    let scene_places = band_places(scene_grid, bands, f32::INFINITY);
-    let coherences = [&scene_places, &places].map(|p| per_bin(p, &tail.coherence));
+    let places = band_places(scene_grid, bands, f32::INFINITY);
+    let coherence = per_bin(&places, &tail.coherence);
+    let mut shaper = Shaper::new(scene_grid);
     (0..hops)
         .map(|hop| {
-            let noises = [2 * set, 2 * set + 1].map(|stream| {
+            let [left, other] = [2 * set, 2 * set + 1].map(|stream| {
                 let mut noise = Noise::new(tail.seed, stream, hop as u64);
                 let scale = 1.0 / (scene_grid.hop as f32).sqrt();
-                (0..scene_grid.hop).map(|_| scale * noise.gaussian()).collect::<Vec<_>>()
+                let samples: Vec<f32> = (0..scene_grid.hop).map(|_| scale * noise.gaussian()).collect();
+                shaper.spectrum(&samples)
             });
-            let both_ears = |on: &StftGrid, coherence: &[f32]| {
-                let [left, other] = noises.each_ref().map(|noise| spectrum_on(on, noise, scene_grid));
-                let right = blend_ears(&left, &other, coherence);
-                [left, right]
-            };
-            let on_scene = both_ears(scene_grid, &coherences[0]);
-            let mut ears = if grid == scene_grid { on_scene.clone() } else { both_ears(grid, &coherences[1]) };
-            for (ear, reference) in ears.iter_mut().zip(&on_scene) {
-                let level = per_bin(&places, &band_levels(reference, &scene_places, bands.count()));
-                ear.iter_mut().zip(level).for_each(|(x, g)| *x *= g);
-            }
-            ears
+            let right = blend_ears(&left, &other, &coherence);
+            [left, right].map(|ear| {
+                let samples = shaper.level(ear, &places, bands.count());
+                if grid == scene_grid { shaper.spectrum(&samples) } else { spectrum_on(grid, &samples, scene_grid) }
+            })
         })
         .collect()
 }
 
+/// Keeps noise one hop long while its bands are brought to one energy.
+struct Shaper {
+    grid: StftGrid,
+    forward: Arc<dyn RealToComplex<f32>>,
+    inverse: Arc<dyn ComplexToReal<f32>>,
+}
+
+impl Shaper {
+    fn new(grid: &StftGrid) -> Self {
+        let mut planner = RealFftPlanner::new();
+        Self { grid: *grid, forward: planner.plan_fft_forward(grid.n_fft), inverse: planner.plan_fft_inverse(grid.n_fft) }
+    }
+
+    /// Spectrum of a hop of samples, the first of which lies [`StftGrid::lead`] before time 0.
+    fn spectrum(&self, samples: &[f32]) -> Vec<Complex32> {
+        let mut time = vec![0.0; self.grid.n_fft];
+        for (i, x) in samples.iter().enumerate() {
+            time[self.place(i)] = *x;
+        }
+        let mut spectrum = vec![Complex32::default(); self.grid.bins()];
+        // The lengths fit, which is all that could be wrong.
+        let done = self.forward.process(&mut time, &mut spectrum);
+        debug_assert!(done.is_ok());
+        spectrum
+    }
+
+    /// Where a sample of the hop lies in a frame.
+    fn place(&self, sample: usize) -> usize {
+        (sample + self.grid.n_fft - self.grid.lead()) % self.grid.n_fft
+    }
+
+    /// The hop of samples whose bands have unit energy: levels are set and what then lies outside the hop is cut off, in turns.
+    /// Setting them once would leave filters whose ends wrap round in the frame 20 dB below themselves.
+    fn level(&mut self, mut spectrum: Vec<Complex32>, places: &[BandPlace], bands: usize) -> Vec<f32> {
+        let mut samples = vec![0.0; self.grid.hop];
+        let mut time = vec![0.0; self.grid.n_fft];
+        for _ in 0..LEVEL_ROUNDS {
+            let levels = per_bin(places, &band_levels(&spectrum, places, bands));
+            spectrum.iter_mut().zip(levels).for_each(|(x, g)| *x *= g / self.grid.n_fft as f32);
+            if let [first, .., last] = spectrum.as_mut_slice() {
+                (first.im, last.im) = (0.0, 0.0);
+            }
+            let done = self.inverse.process(&mut spectrum, &mut time);
+            debug_assert!(done.is_ok());
+            for (i, x) in samples.iter_mut().enumerate() {
+                *x = time[self.place(i)];
+            }
+            spectrum = self.spectrum(&samples);
+        }
+        samples
+    }
+}
+
 /// Spectrum of noise sampled on the scene's grid, at the bins of another grid.
+///
+/// Between two samples of the host a sample of the scene becomes a short fractional delay: its spectrum alone would stand for one that
+/// never ends, which would wrap round in the frame, and tones would not stay tones.
 fn spectrum_on(grid: &StftGrid, noise: &[f32], scene_grid: &StftGrid) -> Vec<Complex32> {
+    let ratio = grid.sample_rate_hz / scene_grid.sample_rate_hz;
+    let at = |i: usize| (i as f64 - scene_grid.lead() as f64) * ratio;
+    let start = at(0).floor() as i64 - DELAY_REACH;
+    let end = at(noise.len() - 1).ceil() as i64 + DELAY_REACH;
+    let mut samples = vec![0.0_f64; usize::try_from(end - start + 1).unwrap_or(0)];
+    for (i, x) in noise.iter().enumerate() {
+        let nearest = at(i).round();
+        let near = nearest as i64 - DELAY_REACH - start;
+        for (tap, sample) in samples.iter_mut().skip(usize::try_from(near).unwrap_or(0)).take(DELAY_TAPS).enumerate() {
+            let distance = nearest - at(i) + (tap as i64 - DELAY_REACH) as f64;
+            *sample += f64::from(*x) * delayed(distance);
+        }
+    }
     (0..grid.bins())
         .map(|k| {
-            let turn = -std::f64::consts::TAU * grid.bin_hz(k) / scene_grid.sample_rate_hz;
+            let turn = -std::f64::consts::TAU * grid.bin_hz(k) / grid.sample_rate_hz;
             let step = Complex64::from_polar(1.0, turn);
-            let mut phasor = Complex64::from_polar(1.0, -turn * scene_grid.lead() as f64);
+            let mut phasor = Complex64::from_polar(1.0, turn * start as f64);
             let mut sum = Complex64::default();
-            for x in noise {
-                sum += phasor * f64::from(*x);
+            for x in &samples {
+                sum += phasor * *x;
                 phasor *= step;
             }
             #[expect(clippy::cast_possible_truncation, reason = "a spectrum of single precision")]
             Complex32::new(sum.re as f32, sum.im as f32)
         })
         .collect()
+}
+
+/// Fractional delay: a sinc under a Hann window, at a distance in samples; exactly 1 or 0 at whole ones.
+fn delayed(distance: f64) -> f64 {
+    if distance == distance.round() {
+        return if distance == 0.0 { 1.0 } else { 0.0 };
+    }
+    let (x, reach) = (std::f64::consts::PI * distance, (DELAY_REACH + 1) as f64);
+    x.sin() / x * (0.5 + 0.5 * (x / reach).cos())
 }
 
 /// Unit phasors that turn slowly over frequency: a random angle every [`PHASE_BINS`] bins of the scene's grid, with a raised cosine in
@@ -148,4 +226,44 @@ fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn carriers_are_a_hop_long_and_level_at_any_rate() {
+        for (n_fft, hop, rate, host) in
+            [(320, 80, 16_000.0, 16_000.0), (512, 127, 22_050.0, 22_050.0), (512, 127, 22_050.0, 48_000.0)]
+        {
+            let scene_grid = StftGrid { sample_rate_hz: rate, n_fft, hop };
+            let grid = scene_grid.at_rate(host);
+            let bands = Bands::for_rate(rate);
+            let tail = TailModel { seed: 4, t60_s: vec![1.0; bands.count()], coherence: vec![0.3; bands.count()] };
+            let mut planner = RealFftPlanner::<f32>::new();
+            let inverse = planner.plan_fft_inverse(grid.n_fft);
+            let places = band_places(&grid, &bands, f32::INFINITY);
+            for ears in hop_carriers(&grid, &scene_grid, &bands, &tail, 0, 4) {
+                for mut ear in ears {
+                    // The last band holds above the scene's own, where nothing is set.
+                    let levels = band_levels(&ear, &places, bands.count());
+                    let worst = levels[..bands.count() - 1].iter().fold(0.0_f32, |w, g| w.max((20.0 * g.log10()).abs()));
+                    assert!(worst < 2.0, "{n_fft}/{hop} at {host}: a band is {worst} dB off");
+                    let mut time = vec![0.0; grid.n_fft];
+                    let last = ear.len() - 1;
+                    (ear[0].im, ear[last].im) = (0.0, 0.0);
+                    inverse.process(&mut ear, &mut time).unwrap();
+                    let inside = |i: &usize| *i < grid.hop - grid.lead() + 1 || *i + grid.lead() + 1 >= grid.n_fft;
+                    let energy =
+                        |pick: bool| (0..grid.n_fft).filter(|i| inside(i) == pick).map(|i| time[i].powi(2)).sum::<f32>();
+                    let outside = 10.0 * (energy(false) / energy(true)).log10();
+                    assert!(
+                        outside < -20.0 - if host > rate { 0.0 } else { 60.0 },
+                        "{n_fft}/{hop} at {host}: {outside} dB outside"
+                    );
+                }
+            }
+        }
+    }
 }

@@ -65,7 +65,7 @@ impl RenderHead {
         let hop_decay: Vec<f32> =
             tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)) as f32).collect();
         let filters = |set: u64, hops: usize| {
-            let carriers = hop_carriers(&grid, scene_grid, bands, top_hz, tail, set, hops);
+            let carriers = hop_carriers(&grid, scene_grid, bands, tail, set, hops);
             Taps::new(&carriers, &places, shape.bands)
         };
         Self {
