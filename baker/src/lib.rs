@@ -14,6 +14,7 @@ mod layout;
 mod log_row;
 pub mod measure;
 pub mod path_file;
+pub mod projection;
 pub mod resample;
 pub mod responses;
 mod room;

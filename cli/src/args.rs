@@ -28,7 +28,7 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Show what a scene file holds
     Inspect(InspectArgs),
-    /// Compare a scene with the measurements held out of it, or measure a response
+    /// Compare a scene with the measurements held out of it and its streams with its model's clips, or measure a response
     Measure(MeasureArgs),
 }
 
@@ -237,7 +237,7 @@ pub(crate) struct InspectArgs {
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("subject").args(["scene", "response"]).required(true)))]
 pub(crate) struct MeasureArgs {
-    /// Scene file, baked with --hold-out
+    /// Scene file, baked with --hold-out or with an anchor cloud
     pub(crate) scene: Option<PathBuf>,
     /// How the comparison of a scene is written
     #[arg(long, value_enum, default_value_t = TableForm::Text, conflicts_with = "response")]
@@ -245,6 +245,12 @@ pub(crate) struct MeasureArgs {
     /// Length of the rendered responses, seconds; without it, one and a half times the longest decay
     #[arg(long, value_name = "S", conflicts_with = "response")]
     pub(crate) seconds: Option<f64>,
+    /// Dry mono sound (WAV) that an anchor cloud's streams are compared on; without it, noise bursts and tone clicks
+    #[arg(long, value_name = "FILE", conflicts_with = "response")]
+    pub(crate) input: Option<PathBuf>,
+    /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it, 6
+    #[arg(long, value_name = "N", conflicts_with = "response", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) poses: Option<u32>,
     /// Binaural impulse response (WAV) to measure, as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) response: Option<PathBuf>,

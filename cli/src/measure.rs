@@ -1,15 +1,54 @@
-//! `promenade measure`: a scene against what was held out of it, or one response.
+//! `promenade measure`: a scene against what was held out of it and against its own clips, or one response.
 
+mod cloud;
 mod held_out;
 mod response;
 
-use crate::args::MeasureArgs;
-use anyhow::Result;
+use crate::args::{MeasureArgs, TableForm};
+use crate::{report, scene};
+use anyhow::{Result, bail};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// What there is to say about a scene.
+struct Part {
+    text: String,
+    json: Value,
+}
 
 pub(crate) fn run(args: &MeasureArgs) -> Result<()> {
     match (&args.scene, &args.response) {
-        (Some(scene), None) => held_out::run(scene, args),
+        (Some(scene), None) => whole_scene(scene, args),
         (_, Some(file)) => response::run(file, args),
-        (None, None) => anyhow::bail!("expected a scene or --response, found neither"),
+        (None, None) => bail!("expected a scene or --response, found neither"),
     }
+}
+
+fn whole_scene(path: &Path, args: &MeasureArgs) -> Result<()> {
+    let scene = scene::read(path)?;
+    let name = path.display();
+    let (held_out, cloud) = (!scene.held_out().is_empty(), scene.cloud());
+    if !held_out && cloud.is_none() {
+        bail!("{name}: expected held-out measurements (bake it with --hold-out) or an anchor cloud, found neither");
+    }
+    if cloud.is_none() && (args.input.is_some() || args.poses.is_some()) {
+        bail!("{name}: --input and --poses are for a scene with an anchor cloud, found a field only");
+    }
+    if !held_out && args.seconds.is_some() {
+        bail!("{name}: --seconds is for a scene with held-out measurements, found none");
+    }
+    let held_out = held_out.then(|| held_out::measure(&scene, path, args)).transpose()?;
+    let cloud = cloud.map(|c| cloud::measure(&scene, c, path, args)).transpose()?;
+    report::print(&match args.format {
+        TableForm::Json => {
+            let mut whole = held_out.map_or_else(|| json!({}), |p| p.json);
+            if let Some(cloud) = cloud {
+                whole["cloud"] = cloud.json;
+            }
+            format!("{whole:#}\n")
+        }
+        TableForm::Text | TableForm::Markdown => {
+            held_out.into_iter().chain(cloud).map(|p| p.text).collect::<Vec<_>>().join("\n")
+        }
+    })
 }

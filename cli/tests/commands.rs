@@ -1,6 +1,15 @@
 //! The command-line tool from outside: what it writes, what it says, what it leaves behind.
 
+#[path = "../../core/tests/cloud_models/mod.rs"]
+mod cloud_models;
+
+use cloud_models::Sizes;
+use promenade_baker::checkpoint::Imported;
+use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
+use promenade_baker::projection::bursts_and_clicks;
 use promenade_baker::wav::{self, Format};
+use promenade_core::cloud::{CloudKind, CloudModel, ConvMode, Projection};
+use promenade_core::{AnchorCloud, Provenance, Scene, StftGrid};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -284,4 +293,105 @@ fn float_wav(samples: &[f32]) -> Vec<u8> {
     bytes.extend(size.to_le_bytes());
     bytes.extend(data);
     bytes
+}
+
+/// A checkpoint that the tests of the import read.
+fn checkpoint(name: &str) -> String {
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../baker/tests/checkpoint/").to_owned() + name
+}
+
+/// Imports it with the settings that it was made with, but for the hop.
+fn import(name: &str, scene: &str, hop: &str) {
+    let (weights, anchors) = (checkpoint(name), checkpoint("anchors.npz"));
+    let settings = ["--max-norm", "25", "--sample-rate", "8000", "--n-fft", "8", "--hop", hop, "--heads", "1"];
+    succeeds(&[&["import", &weights, "--anchors", &anchors, "-o", scene], &settings[..]].concat());
+}
+
+#[test]
+fn a_clouds_streams_are_compared_with_its_clips() {
+    let place = Place::new();
+    // Clips of 2 hops: too short to leave anything between their edges, so that only latency and cost remain.
+    let short = place.text("short.promenade");
+    import("sh.pth", &short, "4");
+    let (table, _) = succeeds(&["measure", &short, "--poses", "2"]);
+    assert!(table.starts_with("stream ") && table.contains("diagonal, conv off"), "{table}");
+    assert!(table.contains("note: nothing to compare with: clips have 8 samples"), "{table}");
+    assert!(table.contains("noise bursts and tone clicks, 3.00 s at 8000 Hz") && table.contains("2 poses"), "{table}");
+
+    let scene = place.text("cloud.promenade");
+    std::fs::write(&scene, small_cloud().to_bytes().unwrap()).unwrap();
+    let input = place.text("in.wav");
+    wav::write(Path::new(&input), RATE, &[&bursts_and_clicks(f64::from(RATE), 0.5)], Format::Int16).unwrap();
+    let (markdown, _) = succeeds(&["measure", &scene, "--input", &input, "--poses", "1", "--format", "markdown"]);
+    assert!(markdown.starts_with("| stream ") && markdown.contains("- input: in.wav, 0.50 s at 8000 Hz"), "{markdown}");
+    let (json, _) = succeeds(&["measure", &scene, "--input", &input, "--poses", "2", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let streams = json["cloud"]["streams"].as_array().unwrap();
+    let named = |name: &str| streams.iter().find(|s| s["name"] == name).unwrap_or_else(|| panic!("{name}: {json}"));
+    for name in ["source", "masks only", "high", "diagonal, conv causal", "row 59, conv look-ahead"] {
+        let distance = &named(name)["distance"];
+        for figure in ["avcloud_mag", "audible_lsd_db", "avcloud_lre_db", "level_db"] {
+            assert!(distance[figure].as_f64().is_some_and(f64::is_finite), "{name}: {figure}: {json}");
+        }
+    }
+    assert_eq!(named("diagonal, conv look-ahead")["lookahead_hops"].as_u64(), Some(5));
+    assert!(named("source")["real_time"].is_null() && json["cloud"]["decode_ms"].as_f64().is_some_and(|ms| ms > 0.0));
+
+    // Held-out measurements come first, the cloud after them; its bins are not the room's.
+    let room = Scene::from_bytes(&std::fs::read(place.bake()).unwrap()).unwrap();
+    let mut parts = room.parts().clone();
+    parts.cloud = small_cloud().cloud().map(|c| AnchorCloud { conv: ConvMode::Off, ..c.clone() });
+    std::fs::write(&scene, Scene::new(parts).unwrap().to_bytes().unwrap()).unwrap();
+    let (table, _) = succeeds(&["measure", &scene, "--poses", "1"]);
+    let at = |text: &str| table.find(text).unwrap_or_else(|| panic!("{text}: {table}"));
+    assert!(at("held-out pose") < at("tier ") && at("tier ") < at("stream "), "{table}");
+    let streams: Vec<&str> = table[at("stream ")..].lines().skip(1).filter_map(|l| l.split_whitespace().next()).collect();
+    assert_eq!(streams[..4], ["source", "draft", "standard", "high"], "{table}");
+    assert!(table.contains("cannot be streamed: the model's masks have 33 bands"), "{table}");
+}
+
+#[test]
+fn measure_says_what_it_needs() {
+    let place = Place::new();
+    let input = place.dry("in.wav", 0.2, 1);
+    let (room, bare, cloud) = (place.bake(), place.text("bare.promenade"), place.text("cloud.promenade"));
+    succeeds(&["bake", "responses", place.folder.path().to_str().unwrap(), "-o", &bare]);
+    std::fs::write(&cloud, small_cloud().to_bytes().unwrap()).unwrap();
+    place.dry("two.wav", 0.2, 2);
+    place.dry("brief.wav", 0.05, 1);
+    for (args, clue) in [
+        (vec!["measure", &bare], "expected held-out measurements (bake it with --hold-out) or an anchor cloud, found neither"),
+        (vec!["measure", &room, "--input", &input], "--input and --poses are for a scene with an anchor cloud"),
+        (vec!["measure", &room, "--poses", "2"], "--input and --poses are for a scene with an anchor cloud"),
+        (vec!["measure", &cloud, "--seconds", "1"], "--seconds is for a scene with held-out measurements"),
+        (vec!["measure", &cloud, "--input", &place.text("two.wav")], "expected a dry sound of 1 channel, found 2"),
+        (vec!["measure", &cloud, "--input", &place.text("brief.wav")], "input: expected at least 0.11 s"),
+        (vec!["measure", &cloud, "--input", &place.text("none.wav")], "none.wav: cannot be read"),
+    ] {
+        let said = fails(&args);
+        assert!(said.contains(clue), "{args:?}: {said}");
+    }
+}
+
+/// A scene with a small anchor cloud whose weights look random.
+fn small_cloud() -> Scene {
+    let sizes = Sizes { anchors: 4, bands: 33, frames: 60, width: 32, hyper: 0 };
+    let mut parts = cloud_models::parts(CloudKind::SimpleSh, sizes);
+    // Masks near 1 are heard.
+    for name in ["mix_prj.weight", "out.4.weight", "out.4.bias"] {
+        parts.weights.get_mut(name).unwrap().values.iter_mut().for_each(|v| *v *= 0.1);
+    }
+    parts.weights.get_mut("mix_prj.bias").unwrap().values.fill(1.0);
+    let model = CloudModel::new(parts).unwrap();
+    let grid = StftGrid { sample_rate_hz: 8000.0, n_fft: 64, hop: 15 };
+    let options = CloudSceneOptions {
+        provenance: Provenance::default(),
+        bounds: None,
+        start_pose: None,
+        taps: 16,
+        conv: ConvMode::LookAhead,
+        projection: Projection::Diagonal,
+        seed: 1,
+    };
+    cloud_scene(Imported { model, grid, notes: Vec::new() }, options).unwrap()
 }

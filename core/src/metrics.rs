@@ -6,6 +6,7 @@
 //!
 //! None of this is real-time safe: every function allocates.
 
+mod audible;
 pub mod avcloud;
 mod binaural;
 mod decay;
@@ -17,6 +18,7 @@ mod spectrum;
 mod tail;
 mod tone;
 
+pub use audible::{AUDIBLE_FLOOR_DB, AUDIBLE_FRAME_DB, audible_lsd_db};
 pub use binaural::{Binaural, BinauralError};
 pub use decay::{DecayRange, c50_db, decay_time_s, schroeder_db};
 pub use envelope::{envelope, envelope_distance};

@@ -1,13 +1,16 @@
 //! A scene's rendered responses against the measurements that it was not baked from.
 
+use super::Part;
 use crate::args::{MeasureArgs, TableForm};
-use crate::{report, scene};
+use crate::report;
 use anyhow::{Result, anyhow, bail};
 use promenade_baker::cost::{TierCost, tier_costs};
 use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out};
+use promenade_core::Scene;
 use promenade_core::metrics::Binaural;
 use serde_json::{Value, json};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Host that costs are measured for.
 const HOST_RATE_HZ: f64 = 48_000.0;
@@ -15,30 +18,23 @@ const HOST_BLOCK: usize = 512;
 /// Seconds of sound that a cost is measured on.
 const COST_S: f64 = 2.0;
 
-pub(crate) fn run(path: &Path, args: &MeasureArgs) -> Result<()> {
-    let scene = scene::read(path)?;
+pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<Part> {
     let name = path.display();
-    if scene.held_out().is_empty() {
-        bail!("{name}: expected a scene with held-out measurements (bake it with --hold-out), found none");
-    }
     let longest = scene.tail().t60_s.iter().fold(0.0_f32, |a, b| a.max(*b));
     let seconds = args.seconds.unwrap_or(1.5 * f64::from(longest)).max(0.25);
     if !(0.25..=60.0).contains(&seconds) {
         bail!("seconds: expected 0.25 to 60, found {seconds}");
     }
-    let comparisons = compare_held_out(&scene, seconds).map_err(|(pose, error)| {
+    let comparisons = compare_held_out(scene, seconds).map_err(|(pose, error)| {
         anyhow::Error::from(error).context(format!("{name}: held-out pose {pose} cannot be measured"))
     })?;
     let mean = MeanErrors::of(&comparisons).ok_or_else(|| anyhow!("{name}: nothing was compared"))?;
-    let costs = tier_costs(&scene, HOST_RATE_HZ, HOST_BLOCK, COST_S);
-    let text = match args.format {
-        TableForm::Json => format!("{:#}\n", as_json(&comparisons, &mean, &costs)),
-        form => {
-            let markdown = form == TableForm::Markdown;
-            as_table(&comparisons, &mean, markdown) + "\n" + &cost_table(&costs, markdown)
-        }
-    };
-    report::print(&text)
+    let costs = tier_costs(scene, HOST_RATE_HZ, HOST_BLOCK, COST_S);
+    let markdown = args.format == TableForm::Markdown;
+    Ok(Part {
+        text: as_table(&comparisons, &mean, markdown) + "\n" + &cost_table(&costs, markdown),
+        json: as_json(&comparisons, &mean, &costs),
+    })
 }
 
 fn as_table(comparisons: &[Comparison], mean: &MeanErrors, markdown: bool) -> String {
