@@ -17,6 +17,11 @@ struct Shape {
     frames: usize,
 }
 
+/// Appends up to so many samples to each channel.
+type Read<'a> = dyn FnMut(usize, &mut [Vec<f32>]) -> Result<(), BakeError> + 'a;
+/// Takes the next samples of both ears.
+type Write<'a> = dyn FnMut([&[f32]; 2]) -> Result<(), BakeError> + 'a;
+
 /// What is rendered, and through what.
 struct Job<'a> {
     args: &'a RenderArgs,
@@ -28,14 +33,7 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// Renders block by block; the output is aligned with the input.
-    fn stream(
-        &self,
-        tier: Tier,
-        rate: f64,
-        shape: Shape,
-        read: &mut dyn FnMut(usize, &mut [Vec<f32>]) -> Result<(), BakeError>,
-        write: &mut dyn FnMut([&[f32]; 2]) -> Result<(), BakeError>,
-    ) -> Result<()> {
+    fn stream(&self, tier: Tier, rate: f64, shape: Shape, read: &mut Read<'_>, write: &mut Write<'_>) -> Result<()> {
         let name = self.args.input.display();
         let mut renderer =
             Renderer::new(Arc::clone(self.scene), rate).with_context(|| format!("{name}: cannot be rendered"))?;
