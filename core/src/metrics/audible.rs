@@ -62,8 +62,8 @@ mod tests {
         let (loud, softer) = (ears(3, 1.0), ears(3, 0.5));
         let gain = 20.0 * 2.0_f64.log10();
         let distance = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| audible_lsd_db(a, b, GRID).unwrap();
-        assert_eq!(distance(&[loud.clone()], &[loud.clone()]), 0.0);
-        assert!((distance(&[softer.clone()], &[loud.clone()]) - gain).abs() < 1e-6);
+        assert_eq!(distance(std::slice::from_ref(&loud), std::slice::from_ref(&loud)), 0.0);
+        assert!((distance(std::slice::from_ref(&softer), std::slice::from_ref(&loud)) - gain).abs() < 1e-6);
         // A stretch 60 dB down is not audible, whatever a rendering makes of it.
         let (faint, other) = (ears(5, 1e-3), ears(7, 1.0));
         assert!((distance(&[softer, other], &[loud, faint]) - gain).abs() < 1e-6);
@@ -88,6 +88,10 @@ mod tests {
         assert_eq!(audible_lsd_db(&[ears(1, 1.0)], &[silent], GRID), Err(MetricError::Silent));
         assert_eq!(audible_lsd_db(&[], &[], GRID), Err(MetricError::Silent));
         let short = [vec![1.0; 100], vec![1.0; 100]];
-        assert_eq!(audible_lsd_db(&[short.clone()], &[short], GRID), Err(MetricError::Silent), "no frame lies within it");
+        assert_eq!(
+            audible_lsd_db(std::slice::from_ref(&short), std::slice::from_ref(&short), GRID),
+            Err(MetricError::Silent),
+            "no frame lies within it"
+        );
     }
 }
