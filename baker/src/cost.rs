@@ -1,6 +1,7 @@
 //! What rendering a scene costs, tier by tier.
 
 use cpu_time::ThreadTime;
+use promenade_core::cloud::InlineDecoder;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, StftGrid, Tier};
 use realfft::RealFftPlanner;
@@ -20,7 +21,7 @@ pub struct TierCost {
     pub times_stft: f64,
 }
 
-/// Measures every tier that the scene has, at a host rate and block size, on `seconds` of noise.
+/// Measures every tier that the scene has, live decodes included, at a host rate and block size, on `seconds` of noise.
 ///
 /// Processor time of the calling thread; medians of 5 runs that take turns with the bare transform.
 #[must_use]
@@ -40,7 +41,14 @@ pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds
     let tiers = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t));
     let mut engines: Vec<(Tier, Spatializer, Vec<f64>)> = tiers
         .filter_map(|tier| {
-            let renderer = Renderer::new(Arc::clone(scene), sample_rate_hz).ok()?;
+            let mut renderer = Renderer::new(Arc::clone(scene), sample_rate_hz).ok()?;
+            if tier >= Tier::High {
+                renderer = renderer.with_decoder(Box::new(InlineDecoder::new(scene)?));
+            }
+            // A tier that only the scene's own rate has is not that tier here.
+            if renderer.played_tier(tier) != tier {
+                return None;
+            }
             let mut spatializer = Spatializer::new(sample_rate_hz);
             spatializer.install(Box::new(renderer));
             Some((tier, spatializer, Vec::new()))

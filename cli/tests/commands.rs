@@ -351,6 +351,51 @@ fn a_clouds_streams_are_compared_with_its_clips() {
 }
 
 #[test]
+fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
+    let place = Place::new();
+    let imported = place.text("imported.promenade");
+    import("nested.pth", &imported, "2");
+    let (text, _) = succeeds(&["inspect", &imported]);
+    assert!(text.contains("simple-sh, 4 anchors") && text.contains("high"), "{text}");
+
+    let (scene, baked, dry) = (place.text("cloud.promenade"), place.text("baked.promenade"), place.text("dry.wav"));
+    std::fs::write(&scene, small_cloud().to_bytes().unwrap()).unwrap();
+    let (_, said) = succeeds(&["bake", "field", &scene, "-o", &baked, "--pitch", "0,0", "--roll", "0,0", "--max-mb", "0.3"]);
+    assert!(said.contains("dB in the median") && said.contains("kB"), "{said}");
+    let json: serde_json::Value = serde_json::from_str(&succeeds(&["inspect", &baked, "--json"]).0).unwrap();
+    assert_eq!(json["tiers"], serde_json::json!(["draft", "standard", "high", "reference"]));
+    assert!(json["field"]["memory_bytes"].as_u64().unwrap() <= 300_000, "{json}");
+
+    // At another rate than the model's, so that reference and clip convert.
+    wav::write(Path::new(&dry), RATE, &[&bursts_and_clicks(f64::from(RATE), 1.0)], Format::Float32).unwrap();
+    let levels = ["draft", "standard", "high", "reference", "clip"].map(|tier| {
+        let out = place.text(&format!("{tier}.wav"));
+        succeeds(&["render", &baked, &dry, &out, "--tier", tier, "--bits", "32f"]);
+        let wet = wav::read(Path::new(&out)).unwrap();
+        assert!(wet.sample_rate_hz == RATE && wet.channels.len() == 2, "{tier}");
+        assert!(wet.frames() >= RATE as usize, "{tier}: {} frames", wet.frames());
+        rms(&wet.channels[0][..RATE as usize])
+    });
+    assert!(levels.iter().all(|l| *l > 1e-3), "{levels:?}");
+    assert!((levels[3] / levels[4]).log10().abs() < 0.3, "reference and clip are the same head: {levels:?}");
+    let twice = place.text("twice.wav");
+    succeeds(&["render", &baked, &dry, &twice, "--tier", "high", "--bits", "32f"]);
+    assert!(std::fs::read(&twice).unwrap() == std::fs::read(place.path("high.wav")).unwrap(), "two renders differ");
+
+    let room = place.bake();
+    for (args, clue) in [
+        (vec!["render", &room, &dry, &twice, "--tier", "clip"], "anchor cloud"),
+        (vec!["render", &scene, &dry, &twice, "--tier", "standard"], "tier standard"),
+        (vec!["bake", "field", &room, "-o", &baked], "anchor cloud"),
+        (vec!["import", &dry, "-o", &imported], "dry.wav"),
+        (vec!["import", &checkpoint("nested.pth"), "-o", &imported], "max_norm"),
+    ] {
+        let said = fails(&args);
+        assert!(said.contains(clue), "{args:?}: {said}");
+    }
+}
+
+#[test]
 fn measure_says_what_it_needs() {
     let place = Place::new();
     let input = place.dry("in.wav", 0.2, 1);
