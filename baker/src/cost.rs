@@ -1,7 +1,6 @@
 //! What rendering a scene costs, tier by tier.
 
 use cpu_time::ThreadTime;
-use promenade_core::cloud::InlineDecoder;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, StftGrid, Tier};
 use realfft::RealFftPlanner;
@@ -41,10 +40,7 @@ pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds
     let tiers = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t));
     let mut engines: Vec<(Tier, Spatializer, Vec<f64>)> = tiers
         .filter_map(|tier| {
-            let mut renderer = Renderer::new(Arc::clone(scene), sample_rate_hz).ok()?;
-            if tier >= Tier::High {
-                renderer = renderer.with_decoder(Box::new(InlineDecoder::new(scene)?));
-            }
+            let renderer = Renderer::for_tier(scene, sample_rate_hz, tier).ok()?;
             // A tier that only the scene's own rate has is not that tier here.
             if renderer.played_tier(tier) != tier {
                 return None;

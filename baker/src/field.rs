@@ -126,17 +126,22 @@ impl Decoders<'_> {
 /// Bakes a decoder down. `decoder` makes one for each core; `progress` is told the share that is done, 0 to 1.
 ///
 /// # Errors
-/// Bounds or ranges that are not finite or of the wrong order, or a size that no table fits in.
+/// No decoder, bounds or ranges that are not finite or of the wrong order, or a size that no table fits in.
 pub fn bake_field<'a>(
     shape: TransferShape,
-    decoder: impl Fn() -> Decode<'a>,
+    decoder: impl Fn() -> Option<Decode<'a>>,
     options: &FieldOptions,
     progress: impl Fn(f64),
 ) -> Result<(Field, FieldReport), FieldFailure> {
     let spans = options.spans();
     check(&spans, options)?;
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
-    let mut decoders = Decoders((0..cores).map(|_| decoder()).collect());
+    let decoders: Option<Vec<Decode<'a>>> = (0..cores).map(|_| decoder()).collect();
+    let mut decoders = Decoders(decoders.ok_or_else(|| FieldFailure {
+        what: "decoder",
+        expected: "one for each core",
+        found: "none".to_owned(),
+    })?);
     let poses: Vec<Pose> = Coordinates::random(&spans, options.seed, SHAPE_POSES).iter().map(Coordinates::pose).collect();
     let rows = decoders.map(&poses, |tf| (levels_db(tf), [&tf.taps[..], &tf.late].concat()));
     let (levels, taps): (Vec<_>, Vec<_>) = rows.into_iter().unzip();

@@ -15,6 +15,7 @@ mod log_row;
 pub mod measure;
 pub mod path_file;
 pub mod projection;
+mod random;
 pub mod resample;
 pub mod responses;
 mod room;

@@ -31,7 +31,7 @@ fn options() -> FieldOptions {
 fn a_smooth_decoder_is_met_within_the_error_asked_for() {
     for error_db in [0.5, 0.1] {
         let options = FieldOptions { error_db, ..options() };
-        let (field, report) = bake_field(SHAPE, || -> Decode { Box::new(smooth) }, &options, |_| ()).unwrap();
+        let (field, report) = bake_field(SHAPE, || -> Option<Decode> { Some(Box::new(smooth)) }, &options, |_| ()).unwrap();
         assert!(report.errors.median_db < error_db && report.errors.p99_db < 4.0 * error_db, "{report:?}");
         assert_eq!(report.nodes[2], 1, "one height, one node");
         let pose = Pose::from_ypr(Vec3::new(1.3, 0.1, 0.2), 2.0, 0.2, -0.1);
@@ -46,7 +46,7 @@ fn a_smooth_decoder_is_met_within_the_error_asked_for() {
 fn the_size_is_kept_and_the_error_tells() {
     let bake = |max_bytes| {
         let options = FieldOptions { error_db: 0.001, max_bytes, ..options() };
-        bake_field(SHAPE, || -> Decode { Box::new(smooth) }, &options, |_| ()).map(|(_, report)| report)
+        bake_field(SHAPE, || -> Option<Decode> { Some(Box::new(smooth)) }, &options, |_| ()).map(|(_, report)| report)
     };
     let (small, large) = (bake(150_000).unwrap(), bake(600_000).unwrap());
     assert!(small.bytes <= 150_000 && large.bytes <= 600_000 && large.bytes > small.bytes, "{small:?} {large:?}");
@@ -62,7 +62,7 @@ fn nodes_gather_where_masks_change() {
         tf.mixture.fill(1.0 + 0.5 * ((pose.position.x - 1.7) / 0.03).tanh());
         tf
     };
-    let (field, report) = bake_field(SHAPE, || -> Decode { Box::new(step) }, &options(), |_| ()).unwrap();
+    let (field, report) = bake_field(SHAPE, || -> Option<Decode> { Some(Box::new(step)) }, &options(), |_| ()).unwrap();
     let x = field.grid().position[0].nodes();
     let near = x.iter().filter(|x| (**x - 1.7).abs() < 0.15).count();
     assert!(near * 2 > x.len() && x.len() > 8, "{x:?}");
@@ -73,6 +73,6 @@ fn nodes_gather_where_masks_change() {
 #[test]
 fn wrong_ranges_are_named() {
     let wrong = FieldOptions { pitch: (0.5, -0.5), ..options() };
-    let error = bake_field(SHAPE, || -> Decode { Box::new(smooth) }, &wrong, |_| ()).unwrap_err();
+    let error = bake_field(SHAPE, || -> Option<Decode> { Some(Box::new(smooth)) }, &wrong, |_| ()).unwrap_err();
     assert!(error.to_string().contains("pitch") && error.to_string().contains("0.5 to -0.5"), "{error}");
 }

@@ -58,19 +58,13 @@ pub(crate) fn field(args: &BakeFieldArgs) -> Result<()> {
         max_bytes,
         seed: args.seed,
     };
-    let silent = scene.shape().silent();
-    let decoder = || -> Decode<'_> {
-        let silent = silent.clone();
-        match PoseDecoder::new(&scene) {
-            Some(mut decoder) => {
-                let mut answer = decoder.blank();
-                Box::new(move |pose| {
-                    decoder.decode(pose, &mut answer);
-                    answer.transfer.clone()
-                })
-            }
-            None => Box::new(move |_| silent.clone()),
-        }
+    let decoder = || -> Option<Decode<'_>> {
+        let mut decoder = PoseDecoder::new(&scene)?;
+        let mut answer = decoder.blank();
+        Some(Box::new(move |pose| {
+            decoder.decode(pose, &mut answer);
+            answer.transfer.clone()
+        }))
     };
     let bar = progress::of_sound(1.0);
     let (field, report) = bake_field(scene.shape(), decoder, &options, |share| bar.at(share))

@@ -5,7 +5,6 @@ use crate::{clip, progress, scene};
 use anyhow::{Context, Result, anyhow, bail};
 use promenade_baker::wav::{self, Wav, WavReader, WavWriter};
 use promenade_baker::{BakeError, path_file, resample};
-use promenade_core::cloud::InlineDecoder;
 use promenade_core::{BlockParams, CameraPath, LiveParams, Playback, Pose, Renderer, Scene, Spatializer, Tier};
 use std::sync::Arc;
 use std::time::Instant;
@@ -35,13 +34,7 @@ impl Job<'_> {
     /// Renders block by block; the output is aligned with the input.
     fn stream(&self, tier: Tier, rate: f64, shape: Shape, read: &mut Read<'_>, write: &mut Write<'_>) -> Result<()> {
         let name = self.args.input.display();
-        let mut renderer =
-            Renderer::new(Arc::clone(self.scene), rate).with_context(|| format!("{name}: cannot be rendered"))?;
-        if tier >= Tier::High
-            && let Some(decoder) = InlineDecoder::new(self.scene)
-        {
-            renderer = renderer.with_decoder(Box::new(decoder));
-        }
+        let renderer = Renderer::for_tier(self.scene, rate, tier).with_context(|| format!("{name}: cannot be rendered"))?;
         let mut spatializer = Spatializer::new(rate);
         spatializer.install(Box::new(renderer));
         let live = LiveParams { rate_hz: self.args.decode_rate, wait: true };

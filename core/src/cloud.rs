@@ -3,6 +3,7 @@
 //! Chen and Shlizerman, "AV-Cloud: Spatial Audio Rendering Through Audio-Visual Cloud Splatting", NeurIPS 2024, in the form
 //! that its published code trains.
 
+mod alignment;
 mod clip;
 mod conv;
 mod decoder;
@@ -18,10 +19,11 @@ mod sarh;
 mod time_filter;
 mod transformer;
 
+pub use alignment::{Alignment, Listener};
 pub use clip::ClipRenderer;
 pub use decoder::CloudDecoder;
 pub use masks::Masks;
-pub use model::{Alignment, CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, Listener, PoseConvention, Tensor};
+pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseConvention, Tensor};
 pub use pose_decoder::{InlineDecoder, PoseDecoder};
 pub use sarh::{ConvMode, FrameMasks, SarhError, SarhOptions, SarhStream};
 pub use time_filter::{Projection, StreamTaps, TapProjector};

@@ -25,6 +25,12 @@ pub struct SarhFrame {
 
 /// Something that decodes poses, here or on another thread.
 pub trait LiveDecoder: Send {
+    /// Room for an answer, which says that nothing is heard.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    fn blank(&self) -> Decoded;
+
     /// Asks for a pose; it takes the place of an older one that has not been decoded yet. With `wait` it is decoded on return.
     ///
     /// # Real-time
@@ -73,7 +79,7 @@ pub(crate) struct Live {
 impl Live {
     /// Begins with what the scene's start pose sounds like.
     pub(crate) fn new(mut decoder: Box<dyn LiveDecoder>, scene: &Scene) -> Self {
-        let silent = Decoded::silent(scene);
+        let silent = decoder.blank();
         let mut first = silent.clone();
         decoder.request(&scene.start_pose(), true);
         let heard = decoder.take().map(|d| first.copy_from(d)).is_some();

@@ -1,5 +1,6 @@
 //! One scene at one host rate: mono in, both ears out.
 
+use crate::cloud::InlineDecoder;
 use crate::decoding::Decoding;
 use crate::head::RenderHead;
 use crate::reference::Reference;
@@ -101,6 +102,22 @@ impl Renderer {
             last: Pose::IDENTITY,
             fresh: true,
             scene,
+        })
+    }
+
+    /// The same for one tier, with a decoder on the thread that renders where the tier needs one.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    ///
+    /// # Real-time
+    /// Not real-time safe, nor is the processing of the tiers High and Reference: decodes where it stands.
+    pub fn for_tier(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier) -> Result<Self, RenderError> {
+        let renderer = Self::new(Arc::clone(scene), sample_rate_hz)?;
+        let decoder = if tier >= Tier::High { InlineDecoder::new(scene) } else { None };
+        Ok(match decoder {
+            Some(decoder) => renderer.with_decoder(Box::new(decoder)),
+            None => renderer,
         })
     }
 

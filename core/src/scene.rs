@@ -84,8 +84,7 @@ impl AnchorCloud {
     /// How the published head streams it, with `taps` hops of the past besides the present.
     #[must_use]
     pub fn stream_options(&self, taps: usize) -> SarhOptions {
-        let lookahead_hops = self.projection.lookahead_hops(self.model.sizes().frames);
-        SarhOptions { conv: self.conv, lookahead_hops, causal_hops: taps + 1, ..SarhOptions::default() }
+        SarhOptions::streaming(self.conv, self.projection, self.model.sizes().frames, taps)
     }
 }
 

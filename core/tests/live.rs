@@ -162,6 +162,10 @@ struct Slow {
 }
 
 impl LiveDecoder for Slow {
+    fn blank(&self) -> Decoded {
+        self.decoder.blank()
+    }
+
     fn request(&mut self, pose: &Pose, wait: bool) {
         self.due = Some((if wait { 0 } else { self.delay }, *pose));
     }

@@ -66,8 +66,9 @@ impl SharedDecoder {
     pub fn new(scene: &Arc<Scene>) -> std::io::Result<Option<Self>> {
         let Some(decoder) = decoder_of(scene) else { return Ok(None) };
         let spare = ArrayQueue::new(ANSWERS);
+        let blank = decoder.lock().unwrap_or_else(PoisonError::into_inner).blank();
         for _ in 0..ANSWERS {
-            drop(spare.push(Box::new(Answer { number: 0, decoded: Decoded::silent(scene) })));
+            drop(spare.push(Box::new(Answer { number: 0, decoded: blank.clone() })));
         }
         let exchange = Arc::new(Exchange { decoder, question: ArrayQueue::new(1), answer: ArrayQueue::new(1), spare });
         let desk = Desk::new(&DECODER, exchange.clone())?;
@@ -87,6 +88,10 @@ impl SharedDecoder {
 }
 
 impl LiveDecoder for SharedDecoder {
+    fn blank(&self) -> Decoded {
+        self.exchange.decoder.lock().unwrap_or_else(PoisonError::into_inner).blank()
+    }
+
     fn request(&mut self, pose: &Pose, wait: bool) {
         self.asked += 1;
         let _older = self.exchange.question.force_push((self.asked, *pose));

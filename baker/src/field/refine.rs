@@ -2,6 +2,7 @@
 
 use crate::field::Decoders;
 use crate::field::basis::{Shapes, levels_db};
+use crate::random::Random;
 use promenade_core::glam::Vec3;
 use promenade_core::{Axis, Pose};
 use std::collections::HashMap;
@@ -41,15 +42,8 @@ pub(crate) struct Coordinates(pub(crate) [f32; 6]);
 impl Coordinates {
     /// Evenly distributed over the spans.
     pub(crate) fn random(spans: &[Span; 6], seed: u64, count: usize) -> Vec<Self> {
-        let mut state = seed;
-        let mut uniform = || {
-            // The splitmix64 generator (Steele, Lea and Flood 2014).
-            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            ((z ^ (z >> 31)) >> 40) as f32 / 16_777_216.0
-        };
-        (0..count).map(|_| Self(spans.map(|s| s.low + (s.high - s.low) * uniform()))).collect()
+        let mut random = Random::new(seed);
+        (0..count).map(|_| Self(spans.map(|s| s.low + (s.high - s.low) * random.uniform()))).collect()
     }
 
     pub(crate) fn pose(&self) -> Pose {

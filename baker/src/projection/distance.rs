@@ -62,7 +62,7 @@ fn energy(ears: &Ears) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::signal::Random;
+    use crate::random::Random;
 
     const GRID: StftGrid = StftGrid { sample_rate_hz: 8000.0, n_fft: 128, hop: 32 };
 

@@ -1,5 +1,6 @@
 //! Sound and poses that are the same on every machine.
 
+use crate::random::Random;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -14,22 +15,6 @@ const CLICK_T60_S: f32 = 0.05;
 const CLICKS: [f32; 5] = [0.01, 0.02, 0.04, 0.08, 0.16];
 /// Highest pitch of a random pose up and down, radians.
 const PITCH: f32 = PI / 6.0;
-
-/// Numbers in [0, 1) that look random (splitmix64; Steele, Lea and Flood 2014).
-pub(super) struct Random(u64);
-
-impl Random {
-    pub(super) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub(super) fn uniform(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 40) as f32 / 16_777_216.0
-    }
-}
 
 /// Bursts of white noise and clicks of decaying tones in turn, full scale 0.5.
 #[must_use]

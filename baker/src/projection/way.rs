@@ -3,8 +3,7 @@
 use super::distance::Ears;
 use cpu_time::ThreadTime;
 use promenade_core::cloud::{
-    ConvMode, FrameMasks, InlineDecoder, Listener, Masks, Projection, SarhError, SarhOptions, SarhStream, StreamTaps,
-    TapProjector,
+    ConvMode, FrameMasks, Listener, Masks, Projection, SarhError, SarhOptions, SarhStream, StreamTaps, TapProjector,
 };
 use promenade_core::{AnchorCloud, Pose, RenderError, Renderer, Scene, Tier};
 use std::sync::Arc;
@@ -45,10 +44,7 @@ impl Way {
 
     /// A tier of the streaming head.
     pub(super) fn tier(scene: &Arc<Scene>, tier: Tier) -> Result<Self, RenderError> {
-        let mut renderer = Renderer::new(Arc::clone(scene), scene.grid().sample_rate_hz)?;
-        if let Some(decoder) = InlineDecoder::new(scene).filter(|_| tier >= Tier::High) {
-            renderer = renderer.with_decoder(Box::new(decoder));
-        }
+        let renderer = Renderer::for_tier(scene, scene.grid().sample_rate_hz, tier)?;
         Ok(Self { name: tier.name().to_owned(), played: Played::Tier(tier, Box::new(renderer)) })
     }
 
@@ -67,8 +63,7 @@ impl Way {
         projection: Projection,
         conv: ConvMode,
     ) -> Result<Self, SarhError> {
-        let variant = AnchorCloud { model: cloud.model.clone(), conv, projection };
-        let options = variant.stream_options(scene.shape().taps);
+        let options = SarhOptions::streaming(conv, projection, cloud.model.sizes().frames, scene.shape().taps);
         let head = SarhStream::new(&cloud.model, *scene.grid(), options)?;
         let taps = TapProjector::new(&cloud.model, projection, options.causal_hops).map(|p| {
             let taps = p.taps();

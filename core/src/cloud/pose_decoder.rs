@@ -3,7 +3,7 @@
 use crate::bands::BandPlace;
 use crate::cloud::{CloudDecoder, Masks, StreamTaps, TapProjector};
 use crate::scene::AnchorCloud;
-use crate::{Decoded, LiveDecoder, Pose, SarhFrame, Scene};
+use crate::{Decoded, LiveDecoder, Pose, SarhFrame, Scene, Tier};
 use std::sync::Arc;
 
 /// Decodes poses of one scene, for [`Decoded`].
@@ -45,10 +45,16 @@ impl PoseDecoder {
         })
     }
 
-    /// Room for an answer.
+    /// Room for an answer, which says that nothing is heard.
     #[must_use]
     pub fn blank(&self) -> Decoded {
-        Decoded::silent(&self.scene)
+        let bins = self.bins.len();
+        let sarh = self.scene.has_tier(Tier::Reference).then(|| SarhFrame {
+            mixture: vec![0.0; bins],
+            difference: vec![0.0; bins],
+            taps: self.filter.as_ref().map(|(projector, _)| projector.taps()),
+        });
+        Decoded { transfer: self.scene.shape().silent(), sarh }
     }
 
     /// Decodes a pose.
@@ -104,20 +110,6 @@ impl PoseDecoder {
     }
 }
 
-impl Decoded {
-    /// Says that nothing is heard.
-    #[must_use]
-    pub fn silent(scene: &Scene) -> Self {
-        let bins = scene.grid().bins();
-        let sarh = scene.cloud().filter(|_| scene.has_tier(crate::Tier::Reference)).map(|cloud| SarhFrame {
-            mixture: vec![0.0; bins],
-            difference: vec![0.0; bins],
-            taps: TapProjector::new(&cloud.model, cloud.projection, scene.shape().taps + 1).map(|p| p.taps()),
-        });
-        Self { transfer: scene.shape().silent(), sarh }
-    }
-}
-
 /// The cloud's frequencies in each band of the scene.
 fn shares(frequencies_hz: &[f32], scene: &Scene) -> Vec<Vec<(usize, f32)>> {
     let bands = scene.bands();
@@ -159,6 +151,10 @@ impl InlineDecoder {
 }
 
 impl LiveDecoder for InlineDecoder {
+    fn blank(&self) -> Decoded {
+        self.decoder.blank()
+    }
+
     fn request(&mut self, pose: &Pose, _wait: bool) {
         self.decoder.decode(pose, &mut self.answer);
         self.fresh = true;

@@ -4,7 +4,7 @@ use crate::StftGrid;
 use crate::cloud::conv::{CONV_DELAY, ConvLayers, Planes};
 use crate::cloud::hann::HannFrames;
 use crate::cloud::rows::Rows;
-use crate::cloud::{CloudModel, StreamTaps};
+use crate::cloud::{CloudModel, Projection, StreamTaps};
 use pulp::{Arch, Simd, WithSimd};
 use realfft::num_complex::Complex32;
 use std::ops::RangeInclusive;
@@ -109,6 +109,26 @@ pub struct SarhOptions {
 impl Default for SarhOptions {
     fn default() -> Self {
         Self { conv: ConvMode::Causal, lookahead_hops: 0, causal_hops: 32, max_gain: 10.0 }
+    }
+}
+
+impl SarhOptions {
+    /// How a scene streams a model with clips of `frames` frames, with `taps` hops of the past besides the present.
+    #[must_use]
+    pub fn streaming(conv: ConvMode, projection: Projection, frames: usize, taps: usize) -> Self {
+        Self { conv, lookahead_hops: projection.lookahead_hops(frames), causal_hops: taps + 1, ..Self::default() }
+    }
+
+    /// Hops by which the given out frame is older than the newest.
+    fn delay(&self) -> usize {
+        let conv = if self.conv == ConvMode::LookAhead { CONV_DELAY } else { 0 };
+        self.lookahead_hops + conv
+    }
+
+    /// Samples by which a stream with these options lags behind, where a hop of input is collected before its output sounds.
+    #[must_use]
+    pub fn latency_samples(&self, grid: &StftGrid) -> usize {
+        grid.n_fft + self.delay() * grid.hop
     }
 }
 
@@ -219,7 +239,7 @@ impl SarhStream {
     /// a hop less behind what it is given.
     #[must_use]
     pub fn latency_samples(&self) -> usize {
-        self.grid.n_fft + self.delay() * self.grid.hop
+        self.options.latency_samples(&self.grid)
     }
 
     /// Magnitudes of an ear, left 0 or right 1, of the newest frame given out, one value per bin.
@@ -242,7 +262,7 @@ impl SarhStream {
         self.filter(frame.taps);
         let (arch, history) = (self.arch, &self.history);
         let inside = self.conv.as_mut().is_none_or(|conv| conv.push(started.then(|| history.planes(filtered, &self.mix))));
-        let base = history.slot(self.delay());
+        let base = history.slot(self.options.delay());
         for (ear, sums) in self.sums.iter_mut().enumerate() {
             let added = match &self.conv {
                 None => &self.mix,
@@ -291,12 +311,6 @@ impl SarhStream {
         let h = &self.history;
         let rows: usize = [&h.source, &h.masked, &h.mixture, &h.difference].map(Rows::memory_bytes).iter().sum();
         rows + 8 * h.spectra.len() + self.conv.as_ref().map_or(0, ConvLayers::memory_bytes)
-    }
-
-    /// Hops by which the given out frame is older than the newest.
-    fn delay(&self) -> usize {
-        let conv = if self.options.conv == ConvMode::LookAhead { CONV_DELAY } else { 0 };
-        self.options.lookahead_hops + conv
     }
 
     /// Analyses the newest frame.

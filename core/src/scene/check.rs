@@ -2,7 +2,7 @@
 
 use super::error::{SceneError, value};
 use super::{AnchorCloud, SceneParts};
-use crate::cloud::{ConvMode, Projection, SarhStream};
+use crate::cloud::{ConvMode, Projection};
 use crate::field::{Field, FieldGrid};
 use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{StftGrid, TransferShape};
@@ -65,9 +65,7 @@ fn check_cloud(cloud: &AnchorCloud, grid: &StftGrid) -> Result<(), SceneError> {
         return Err(value("convolution layers", "a model that has some", "none"));
     }
     limit("bands of the anchor cloud, for its convolution layers", sizes.bands, grid.bins(), grid.bins())?;
-    let latency_s = SarhStream::new(&cloud.model, *grid, cloud.stream_options(0))
-        .map(|s| s.latency_samples() as f64 / grid.sample_rate_hz)
-        .map_err(|e| value("convolution layers", "ones that fit the grid", e))?;
+    let latency_s = cloud.stream_options(0).latency_samples(grid) as f64 / grid.sample_rate_hz;
     if latency_s > 0.9 * LONGEST_LATENCY_S {
         return Err(value("look-ahead", format!("a latency of at most {} s", 0.9 * LONGEST_LATENCY_S), latency_s));
     }
