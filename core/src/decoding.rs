@@ -47,6 +47,14 @@ impl Decoding {
         self.live.is_some()
     }
 
+    /// What is heard now.
+    pub(crate) fn heard(&self) -> &TransferFunction {
+        match &self.live {
+            Some(live) if self.was_live => &live.shown().transfer,
+            _ => &self.transfer,
+        }
+    }
+
     /// What the live decoder says now.
     pub(crate) fn shown(&self) -> Option<&Decoded> {
         self.live.as_ref().map(Live::shown)

@@ -5,7 +5,7 @@ use crate::decoding::Decoding;
 use crate::head::RenderHead;
 use crate::reference::Reference;
 use crate::stft::{Spectrum, Stft};
-use crate::{LiveDecoder, LiveParams, Pose, Scene, StftGrid, Tier};
+use crate::{LiveDecoder, LiveParams, Pose, Scene, StftGrid, Tier, TransferFunction};
 use realfft::num_complex::Complex32;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -141,6 +141,12 @@ impl Renderer {
     #[must_use]
     pub fn grid(&self) -> &StftGrid {
         &self.grid
+    }
+
+    /// What the newest pose does to the source, on the scene's grid; time filters may follow a few hops later.
+    #[must_use]
+    pub fn heard(&self) -> &TransferFunction {
+        self.decoding.heard()
     }
 
     /// Samples by which the output lags the input, the same for all tiers.

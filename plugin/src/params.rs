@@ -1,7 +1,11 @@
 //! The plugin's parameters: ids, ranges and units, and the one place where knobs become metres, radians and linear gains.
 
 use crate::kept::{Kept, Report};
+use crate::listener::{Sources, Tracking};
+use crate::osc::OscConfig;
 use crate::reference::SceneReference;
+use crate::remote::{Knob, Remote};
+use crate::settings::EditorSettings;
 use crate::state::StateVersion;
 use crate::walk::KeptWalk;
 use nice_plug::prelude::*;
@@ -10,6 +14,8 @@ use promenade_core::{BlockParams, LiveParams, Pose, Tier};
 
 /// Number of library files that a slot parameter can choose from.
 pub const SLOTS: i32 = 64;
+/// The revision after which counting begins anew.
+pub const REVISIONS: i32 = 9_999;
 
 /// What moves the listener.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
@@ -26,6 +32,60 @@ pub enum Follow {
     #[id = "transport"]
     #[name = "Transport"]
     Transport,
+}
+
+/// [`Tracking`] as a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
+pub enum TrackingChoice {
+    /// [`Tracking::Off`].
+    #[id = "off"]
+    #[name = "Off"]
+    Off,
+    /// [`Tracking::Head`].
+    #[id = "head"]
+    #[name = "Head"]
+    Head,
+    /// [`Tracking::Pose`].
+    #[id = "pose"]
+    #[name = "Head and position"]
+    Pose,
+    /// [`Tracking::Absolute`].
+    #[id = "absolute"]
+    #[name = "Absolute"]
+    Absolute,
+}
+
+/// Which listener group an instance belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
+pub enum GroupChoice {
+    /// None: a listener of its own.
+    #[id = "off"]
+    #[name = "Off"]
+    Off,
+    /// Group A.
+    #[id = "a"]
+    #[name = "A"]
+    A,
+    /// Group B.
+    #[id = "b"]
+    #[name = "B"]
+    B,
+    /// Group C.
+    #[id = "c"]
+    #[name = "C"]
+    C,
+    /// Group D.
+    #[id = "d"]
+    #[name = "D"]
+    D,
+}
+
+impl GroupChoice {
+    /// Number of the group in the process, or none.
+    #[must_use]
+    pub fn number(self) -> Option<usize> {
+        (self as usize).checked_sub(1)
+    }
 }
 
 /// [`Tier`] as a parameter.
@@ -93,6 +153,27 @@ pub struct PromenadeParams {
     /// What moves the listener.
     #[id = "follow"]
     pub follow: EnumParam<Follow>,
+    /// Whether position and angles are added to the path's pose, or wait while a path is followed.
+    #[id = "offset"]
+    pub offset: BoolParam,
+    /// How a head tracker is used.
+    #[id = "tracking"]
+    pub tracking: EnumParam<TrackingChoice>,
+    /// How far the emitter is moved from its place in the scene, metres in the scene's world.
+    #[id = "ex"]
+    pub ex: FloatParam,
+    /// How far the emitter is moved from its place in the scene, metres in the scene's world.
+    #[id = "ey"]
+    pub ey: FloatParam,
+    /// How far the emitter is moved from its place in the scene, metres in the scene's world.
+    #[id = "ez"]
+    pub ez: FloatParam,
+    /// The listener group.
+    #[id = "group"]
+    pub group: EnumParam<GroupChoice>,
+    /// Whether this instance's listener is that of its group.
+    #[id = "lead"]
+    pub lead: BoolParam,
     /// Speed against accuracy.
     #[id = "tier"]
     pub tier: EnumParam<TierChoice>,
@@ -117,6 +198,9 @@ pub struct PromenadeParams {
     /// Camera path file of the library, 0 for the one saved with the project.
     #[id = "walk"]
     pub walk: IntParam,
+    /// Counts what the editor changes beside the parameters, so that the host knows that the project has changed.
+    #[id = "revision"]
+    pub revision: IntParam,
     /// The version of the saved state.
     #[persist = "version"]
     pub state_version: StateVersion,
@@ -126,12 +210,20 @@ pub struct PromenadeParams {
     /// The camera path of the project.
     #[persist = "walk"]
     pub kept_walk: Kept<KeptWalk>,
+    /// How Open Sound Control is set up.
+    #[persist = "osc"]
+    pub osc: Kept<OscConfig>,
+    /// How the editor was left.
+    #[persist = "editor"]
+    pub editor: Kept<EditorSettings>,
     /// What is wrong with the scene.
     #[persist = "scene-report"]
     pub scene_report: Report,
     /// What is wrong with the camera path.
     #[persist = "walk-report"]
     pub walk_report: Report,
+    /// Values that have come over Open Sound Control and stand in place of the host's.
+    pub remote: Remote,
 }
 
 /// Listener position along one axis, metres.
@@ -191,6 +283,13 @@ impl Default for PromenadeParams {
             roll: degrees("Roll", turn_range_deg()),
             path: percent("Path Position", 0.0),
             follow: EnumParam::new("Follow Path", Follow::Off),
+            offset: BoolParam::new("Path Offset", false),
+            tracking: EnumParam::new("Head Tracking", TrackingChoice::Head),
+            ex: metres("Emitter Offset X"),
+            ey: metres("Emitter Offset Y"),
+            ez: metres("Emitter Offset Z"),
+            group: EnumParam::new("Listener Group", GroupChoice::Off).non_automatable(),
+            lead: BoolParam::new("Lead Group", false).non_automatable(),
             tier: EnumParam::new("Tier", TierChoice::Standard),
             rate: FloatParam::new("Decode Rate", LiveParams::default().rate_hz, rate_range_hz())
                 .with_unit(" Hz")
@@ -201,11 +300,15 @@ impl Default for PromenadeParams {
             scene: EnumParam::new("Scene", SceneChoice::RoomA).non_automatable(),
             slot: slot("Library Scene"),
             walk: slot("Library Path"),
+            revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
             state_version: StateVersion,
             scene_reference: Kept::default(),
             kept_walk: Kept::default(),
+            osc: Kept::default(),
+            editor: Kept::default(),
             scene_report: Report::default(),
             walk_report: Report::default(),
+            remote: Remote::default(),
         }
     }
 }
@@ -213,12 +316,14 @@ impl Default for PromenadeParams {
 /// The parameters of one block in core's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
-    /// The pose that the position and angle parameters set.
-    pub pose: Pose,
-    /// What moves the listener.
-    pub follow: Follow,
-    /// Share of the camera path that has been walked, 0 to 1.
-    pub path_share: f64,
+    /// Where the listener's pose comes from.
+    pub sources: Sources,
+    /// The listener group, and whether this instance leads it.
+    pub group: Option<usize>,
+    /// Whether this instance leads its group.
+    pub leads: bool,
+    /// How far the emitter is moved from its place in the scene, metres.
+    pub emitter_offset: Vec3,
     /// Tier, mix, gain and bypass.
     pub block: BlockParams,
 }
@@ -241,19 +346,27 @@ impl PromenadeParams {
     /// Audio thread; no allocation, lock or I/O.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        let value = |param: &FloatParam| within(param.value(), param.range());
-        let radians = |param: &FloatParam| value(param).to_radians();
-        let position = Vec3::new(value(&self.x), value(&self.y), value(&self.z));
+        let value = |knob| self.heard(knob);
+        let radians = |knob| value(knob).to_radians();
+        let position = Vec3::new(value(Knob::X), value(Knob::Y), value(Knob::Z));
+        let group = GroupChoice::from_index(self.index(Knob::Group)).number();
         Snapshot {
-            pose: Pose::from_ypr(position, radians(&self.yaw), radians(&self.pitch), radians(&self.roll)),
-            follow: self.follow.value(),
-            path_share: f64::from(value(&self.path)),
+            sources: Sources {
+                knobs: Pose::from_ypr(position, radians(Knob::Yaw), radians(Knob::Pitch), radians(Knob::Roll)),
+                follow: Follow::from_index(self.index(Knob::Follow)),
+                path_share: f64::from(value(Knob::Path)),
+                offset: value(Knob::Offset) > 0.5,
+                tracking: TrackingChoice::from_index(self.index(Knob::Tracking)).into(),
+            },
+            group,
+            leads: group.is_some() && value(Knob::Lead) > 0.5,
+            emitter_offset: Vec3::new(value(Knob::Ex), value(Knob::Ey), value(Knob::Ez)),
             block: BlockParams {
-                tier: self.tier.value().into(),
-                mix: value(&self.mix),
-                gain: 10_f32.powf(value(&self.gain) / 20.0),
-                bypass: self.bypass.value(),
-                live: LiveParams { rate_hz: value(&self.rate), wait: false },
+                tier: TierChoice::from_index(self.index(Knob::Tier)).into(),
+                mix: value(Knob::Mix),
+                gain: 10_f32.powf(value(Knob::Gain) / 20.0),
+                bypass: value(Knob::Bypass) > 0.5,
+                live: LiveParams { rate_hz: value(Knob::Rate), wait: false },
             },
         }
     }
@@ -264,9 +377,103 @@ impl PromenadeParams {
     /// Audio thread; no allocation, lock or I/O.
     #[must_use]
     pub fn choices(&self) -> Choices {
-        let slot = |param: &IntParam| u32::try_from(param.value()).unwrap_or(0);
-        Choices { scene: self.scene.value(), scene_slot: slot(&self.slot), walk_slot: slot(&self.walk) }
+        let slot = |knob| u32::try_from(self.index(knob)).unwrap_or(0);
+        Choices {
+            scene: SceneChoice::from_index(self.index(Knob::Scene)),
+            scene_slot: slot(Knob::Slot),
+            walk_slot: slot(Knob::Walk),
+        }
     }
+
+    /// A parameter as the host has it: its plain value, for a choice its index, for a switch 0 or 1.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn hosted(&self, knob: Knob) -> f32 {
+        let value = |param: &FloatParam| within(param.value(), param.range());
+        let switch = |param: &BoolParam| f32::from(u8::from(param.value()));
+        match knob {
+            Knob::X => value(&self.x),
+            Knob::Y => value(&self.y),
+            Knob::Z => value(&self.z),
+            Knob::Yaw => value(&self.yaw),
+            Knob::Pitch => value(&self.pitch),
+            Knob::Roll => value(&self.roll),
+            Knob::Path => value(&self.path),
+            Knob::Follow => choice(&self.follow),
+            Knob::Offset => switch(&self.offset),
+            Knob::Tracking => choice(&self.tracking),
+            Knob::Ex => value(&self.ex),
+            Knob::Ey => value(&self.ey),
+            Knob::Ez => value(&self.ez),
+            Knob::Group => choice(&self.group),
+            Knob::Lead => switch(&self.lead),
+            Knob::Tier => choice(&self.tier),
+            Knob::Rate => value(&self.rate),
+            Knob::Mix => value(&self.mix),
+            Knob::Gain => value(&self.gain),
+            Knob::Bypass => switch(&self.bypass),
+            Knob::Scene => choice(&self.scene),
+            Knob::Slot => whole(self.slot.value()),
+            Knob::Walk => whole(self.walk.value()),
+        }
+    }
+
+    /// The least and the greatest plain value of a parameter, as [`PromenadeParams::hosted`] counts.
+    #[must_use]
+    pub fn limits(knob: Knob) -> (f32, f32) {
+        let ends = |range| match range {
+            FloatRange::Linear { min, max } => (min, max),
+            _ => (0.0, 1.0),
+        };
+        match knob {
+            Knob::X | Knob::Y | Knob::Z | Knob::Ex | Knob::Ey | Knob::Ez => ends(position_range_m()),
+            Knob::Yaw | Knob::Roll => ends(turn_range_deg()),
+            Knob::Pitch => ends(pitch_range_deg()),
+            Knob::Path | Knob::Mix => ends(share_range()),
+            Knob::Rate => ends(rate_range_hz()),
+            Knob::Gain => ends(gain_range_db()),
+            Knob::Offset | Knob::Lead | Knob::Bypass => (0.0, 1.0),
+            Knob::Follow => last_of::<Follow>(),
+            Knob::Tracking => last_of::<TrackingChoice>(),
+            Knob::Group => last_of::<GroupChoice>(),
+            Knob::Tier => last_of::<TierChoice>(),
+            Knob::Scene => last_of::<SceneChoice>(),
+            Knob::Slot | Knob::Walk => (0.0, whole(SLOTS)),
+        }
+    }
+
+    /// A parameter as it is heard: what came last, from the host or over Open Sound Control.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn heard(&self, knob: Knob) -> f32 {
+        self.remote.latest(knob, self.hosted(knob))
+    }
+
+    /// The index of a choice, or a slot's number.
+    fn index(&self, knob: Knob) -> usize {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
+        let index = self.heard(knob).max(0.0) as usize;
+        index
+    }
+}
+
+/// A choice's index as a plain value.
+fn choice<T: Enum + PartialEq + 'static>(param: &EnumParam<T>) -> f32 {
+    whole(i32::try_from(param.value().to_index()).unwrap_or(0))
+}
+
+/// The index of a choice's last variant as the end of its range.
+fn last_of<T: Enum + 'static>() -> (f32, f32) {
+    (0.0, whole(i32::try_from(T::variants().len()).unwrap_or(1) - 1))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a count of choices or slots")]
+fn whole(number: i32) -> f32 {
+    number as f32
 }
 
 /// A state can set a value beyond the range, and a host what is no number; the value nearest to zero stands for that.
@@ -274,6 +481,17 @@ fn within(value: f32, range: FloatRange) -> f32 {
     match range {
         FloatRange::Linear { min, max } => (if value.is_finite() { value } else { 0.0 }).clamp(min, max),
         _ => 0.0,
+    }
+}
+
+impl From<TrackingChoice> for Tracking {
+    fn from(choice: TrackingChoice) -> Self {
+        match choice {
+            TrackingChoice::Off => Self::Off,
+            TrackingChoice::Head => Self::Head,
+            TrackingChoice::Pose => Self::Pose,
+            TrackingChoice::Absolute => Self::Absolute,
+        }
     }
 }
 
@@ -295,7 +513,7 @@ mod tests {
     #[test]
     fn the_defaults_stand_at_the_origin_at_unit_gain() {
         let snapshot = PromenadeParams::default().snapshot();
-        assert_eq!(snapshot.pose, Pose::IDENTITY);
+        assert_eq!(snapshot.sources.knobs, Pose::IDENTITY);
         assert_eq!(snapshot.block, BlockParams::default());
     }
 

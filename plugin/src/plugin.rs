@@ -1,13 +1,19 @@
 //! The shell: what hosts call, on which thread.
 
 use crate::clock::Clock;
+use crate::group::Member;
+use crate::listener::{Glide, Listener};
 use crate::loader::{Loader, Retired, Stage};
-use crate::params::{Choices, Follow, PromenadeParams};
+use crate::osc::Inbox;
+use crate::pace::Pace;
+use crate::params::{Choices, PromenadeParams};
+use crate::telemetry::{Frame, Telemetry};
 use crate::walk::Walk;
 use crate::worker::{Desk, LOADER};
 use nice_plug::prelude::*;
-use promenade_core::{Playback, Spatializer};
+use promenade_core::{Pose, Spatializer};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// The plugin. The audio thread owns it once the host has activated it.
 pub struct Promenade {
@@ -29,8 +35,12 @@ pub struct Promenade {
     clock: Clock,
     /// The latency that the host knows of, samples.
     latency: u32,
-    /// Whether the host renders offline: then every decode is waited for.
-    offline: bool,
+    pace: Pace,
+    inbox: Arc<Inbox>,
+    glide: Glide,
+    member: Member,
+    telemetry: Arc<Telemetry>,
+    frame: Frame,
 }
 
 impl Default for Promenade {
@@ -51,7 +61,12 @@ impl Default for Promenade {
             choices: None,
             clock: Clock::default(),
             latency: 0,
-            offline: false,
+            pace: Pace::default(),
+            inbox: Arc::default(),
+            glide: Glide::default(),
+            member: Member::default(),
+            telemetry: Telemetry::new(),
+            frame: Frame::default(),
         }
     }
 }
@@ -59,6 +74,7 @@ impl Default for Promenade {
 impl Promenade {
     /// Ends a running cross-fade and forgets the past.
     fn jump(&mut self) {
+        self.glide.jump();
         if let Some(spatializer) = &mut self.spatializer {
             spatializer.reset();
         }
@@ -148,7 +164,8 @@ impl Plugin for Promenade {
             nice_error!("the host's sample rate is {sample_rate_hz} Hz, expected a positive number");
             return false;
         }
-        self.offline = config.process_mode == ProcessMode::Offline;
+        let trusted = context.plugin_api() != PluginApi::Vst3;
+        self.pace = Pace::new(config.process_mode == ProcessMode::Offline, trusted);
         self.input_channels = layout.main_input_channels.map_or(0, NonZeroU32::get) as usize;
         let block = (config.max_buffer_size as usize).max(1);
         self.input.iter_mut().for_each(|channel| channel.resize(block, 0.0));
@@ -189,12 +206,17 @@ impl Plugin for Promenade {
         self.clock = Clock::default();
     }
 
+    fn deactivate(&mut self) {
+        self.member.leave();
+    }
+
     fn process(
         &mut self,
         buffer: &mut Buffer,
         _aux: &mut AuxiliaryBuffers,
         context: &mut impl ProcessContext<Self>,
     ) -> ProcessStatus {
+        let began = Instant::now();
         let choices = self.params.choices();
         if (self.fetch() | (self.choices != Some(choices)))
             && let Some(desk) = &self.desk
@@ -206,27 +228,41 @@ impl Plugin for Promenade {
         let total = buffer.samples();
         let transport = context.transport();
         let start_s = self.clock.advance(transport.pos_seconds(), transport.playing, total, self.sample_rate_hz);
-        let moved = self.clock.moved();
+        self.frame.transport_s = start_s;
+        self.frame.playing = transport.playing;
+        #[expect(clippy::cast_precision_loss, reason = "a block's length is exact")]
+        let block_s = total as f64 / self.sample_rate_hz;
         let mut block = snapshot.block;
-        block.live.wait = self.offline;
+        block.live.wait = self.pace.advance(began, block_s);
         if self.dry {
             block.mix = 0.0;
         }
+        let moved = self.clock.moved();
+        if moved {
+            self.glide.jump();
+        }
+        let leads = self.member.lead(snapshot.group.filter(|_| snapshot.leads));
+        let following = match snapshot.group {
+            Some(group) if !leads => self.member.follow(group, start_s + block_s, moved),
+            _ => None,
+        };
+        let mut listener = Listener {
+            sources: snapshot.sources,
+            walk: self.walk.as_deref(),
+            tracked: self.inbox.tracked(),
+            glide: &mut self.glide,
+            following,
+            start_s,
+            sample_s: self.sample_rate_hz.recip(),
+            asked: 0,
+        };
         let (Some(spatializer), [left, right]) = (&mut self.spatializer, buffer.as_slice()) else {
             return ProcessStatus::Error("not activated, or not two output channels");
         };
         if moved {
             spatializer.jump();
         }
-        let (walk, sample_s) = (self.walk.as_deref(), self.sample_rate_hz.recip());
-        let pose_at = |i: usize| match (snapshot.follow, walk) {
-            (Follow::Off, _) | (_, None) => snapshot.pose,
-            (Follow::Position, Some(walk)) => {
-                walk.path.pose_after(snapshot.path_share * walk.path.duration_s(), Playback::default())
-            }
-            #[expect(clippy::cast_precision_loss, reason = "an index into a block is exact")]
-            (Follow::Transport, Some(walk)) => walk.path.pose_after(start_s + i as f64 * sample_s, walk.playback),
-        };
+        let watched = self.telemetry.is_watched();
         // One pass, unless a host breaks its own promise on the block size.
         let longest = self.input[0].len().max(1);
         for start in (0..total).step_by(longest) {
@@ -235,10 +271,35 @@ impl Plugin for Promenade {
             let (first, second) = (&mut first[..span.len()], &mut second[..span.len()]);
             first.copy_from_slice(&left[span.clone()]);
             second.copy_from_slice(&right[span.clone()]);
+            if watched {
+                louder(&mut self.frame.input_peak, [first, second]);
+            }
             let (mono, stereo) = ([&*first], [&*first, &*second]);
             let input: &[&[f32]] = if self.input_channels == 1 { &mono } else { &stereo };
             let output = [&mut left[span.clone()], &mut right[span]];
-            spatializer.process(input, output, &block, |i| pose_at(start + i));
+            spatializer.process(input, output, &block, |i| {
+                let pose = listener.pose(start + i);
+                self.member.publish(listener.time_s(start + i), &pose);
+                Pose { position: pose.position - snapshot.emitter_offset, ..pose }
+            });
+        }
+        let pose = listener.pose(total);
+        self.member.publish(start_s + block_s, &pose);
+        self.telemetry.pose.write(start_s + block_s, &pose);
+        if watched {
+            louder(&mut self.frame.output_peak, [left, right]);
+            let frame = &mut self.frame;
+            (frame.pose, frame.base, frame.tracked) = (pose, listener.base(), listener.is_tracked());
+            (frame.leads, frame.dry, frame.offline) = (leads, self.dry, block.live.wait);
+            if let Some(renderer) = spatializer.renderer() {
+                frame.tier = renderer.played_tier(block.tier);
+                frame.show(renderer);
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "a share of a block's time")]
+            let load = (began.elapsed().as_secs_f64() / block_s.max(1e-9)) as f32;
+            frame.load = load;
+            self.telemetry.publish(frame);
+            (frame.input_peak, frame.output_peak) = ([0.0; 2], [0.0; 2]);
         }
         let latency = samples(spatializer.latency_samples());
         if latency != self.latency {
@@ -267,6 +328,13 @@ impl ClapPlugin for Promenade {
 impl Vst3Plugin for Promenade {
     const VST3_CLASS_ID: [u8; 16] = *b"PromenadeSpatial";
     const VST3_SUBCATEGORIES: &'static [Vst3SubCategory] = &[Vst3SubCategory::Fx, Vst3SubCategory::Spatial];
+}
+
+/// Raises peaks to those of a block.
+fn louder(peaks: &mut [f32; 2], channels: [&[f32]; 2]) {
+    for (peak, channel) in peaks.iter_mut().zip(channels) {
+        *peak = channel.iter().fold(*peak, |most, sample| most.max(sample.abs()));
+    }
 }
 
 /// A number of samples as hosts take it.

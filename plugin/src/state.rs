@@ -9,7 +9,7 @@ const VERSION_FIELD: &str = "version";
 pub const VERSION: u32 = 1;
 
 /// Ids of the parameters that are choices; a state has them as texts.
-pub const CHOICES: [&str; 3] = ["follow", "scene", "tier"];
+pub const CHOICES: [&str; 5] = ["follow", "group", "scene", "tier", "tracking"];
 
 /// Writes [`VERSION`] into every state.
 #[derive(Default)]

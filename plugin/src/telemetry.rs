@@ -1,0 +1,223 @@
+//! What the audio thread tells the editor: values that go one way.
+
+use crate::listener::Base;
+use crate::pose_cell::PoseCell;
+use crossbeam_queue::ArrayQueue;
+use promenade_core::{Pose, Renderer, Tier};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Frequencies at which the masks are shown.
+pub const MASK_POINTS: usize = 96;
+/// The lowest of them, Hz.
+pub const LOWEST_HZ: f32 = 40.0;
+/// The highest of them, Hz.
+pub const HIGHEST_HZ: f32 = 20_000.0;
+/// What a silent mask is shown as, dB.
+pub const FLOOR_DB: f32 = -120.0;
+
+/// One picture of what is heard.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// The listener's pose, from all sources.
+    pub pose: Pose,
+    /// What it comes from.
+    pub base: Base,
+    /// Whether a head tracker turns or moves it.
+    pub tracked: bool,
+    /// Whether this instance leads its listener group.
+    pub leads: bool,
+    /// Time of the transport, seconds.
+    pub transport_s: f64,
+    /// Whether the transport runs.
+    pub playing: bool,
+    /// The tier that is played.
+    pub tier: Tier,
+    /// Whether the dry sound passes because there is no scene.
+    pub dry: bool,
+    /// Whether the host renders offline.
+    pub offline: bool,
+    /// Direct sound of the left and the right ear at [`frequency_hz`], dB.
+    pub masks_db: [[f32; MASK_POINTS]; 2],
+    /// Interaural delay of the direct sound, seconds; positive = left ear later.
+    pub itd_s: f32,
+    /// Level of the right ear over the left in the direct sound, all bins alike, dB.
+    pub ild_db: f32,
+    /// Peaks of the input's channels since the last frame, linear.
+    pub input_peak: [f32; 2],
+    /// Peaks of both ears since the last frame, linear.
+    pub output_peak: [f32; 2],
+    /// Processor time over audio time since the last frame.
+    pub load: f32,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self {
+            pose: Pose::IDENTITY,
+            base: Base::default(),
+            tracked: false,
+            leads: false,
+            transport_s: 0.0,
+            playing: false,
+            tier: Tier::Standard,
+            dry: false,
+            offline: false,
+            masks_db: [[FLOOR_DB; MASK_POINTS]; 2],
+            itd_s: 0.0,
+            ild_db: 0.0,
+            input_peak: [0.0; 2],
+            output_peak: [0.0; 2],
+            load: 0.0,
+        }
+    }
+}
+
+/// Frequency of a point of the masks, Hz; evenly spaced in octaves.
+#[must_use]
+pub fn frequency_hz(point: usize) -> f32 {
+    LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(point as f32 / (MASK_POINTS - 1) as f32)
+}
+
+impl Frame {
+    /// Shows the direct sound that a renderer plays.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn show(&mut self, renderer: &Renderer) {
+        let (transfer, scene) = (renderer.heard(), renderer.scene());
+        let gains = |bin: usize| {
+            let (m, d) = (transfer.mixture[bin], transfer.difference[bin]);
+            [(1.0 - d) * m, (1.0 + d) * m]
+        };
+        let bins = transfer.mixture.len().min(transfer.difference.len());
+        let Some(last) = bins.checked_sub(1) else { return };
+        let (grid, [left_db, right_db]) = (scene.grid(), &mut self.masks_db);
+        for (point, (left, right)) in left_db.iter_mut().zip(right_db).enumerate() {
+            let place = frequency_hz(point) * grid.n_fft as f32 / grid.sample_rate_hz as f32;
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin's number, not below 0")]
+            let bin = (place as usize).min(last);
+            let share = (place - bin as f32).clamp(0.0, 1.0);
+            let (low, high) = (gains(bin), gains((bin + 1).min(last)));
+            [*left, *right] = [0, 1].map(|ear| decibels(low[ear] + share * (high[ear] - low[ear])));
+        }
+        let energy = (0..bins).fold([0.0_f32; 2], |[l, r], bin| {
+            let [left, right] = gains(bin);
+            [l + left * left, r + right * right]
+        });
+        self.itd_s = transfer.delay_s;
+        self.ild_db = decibels(energy[1].sqrt()) - decibels(energy[0].sqrt());
+    }
+}
+
+/// A linear gain as dB, not below [`FLOOR_DB`].
+#[must_use]
+pub fn decibels(gain: f32) -> f32 {
+    if gain > 1e-6 { 20.0 * gain.log10() } else { FLOOR_DB }
+}
+
+/// Between one instance's audio thread and its editor. Frames go round: the audio thread never allocates one.
+pub struct Telemetry {
+    watched: AtomicBool,
+    fresh: ArrayQueue<Box<Frame>>,
+    spare: ArrayQueue<Box<Frame>>,
+    /// The listener's pose at the end of the newest block, with the time of the transport.
+    pub pose: PoseCell,
+}
+
+impl Telemetry {
+    /// Nobody watches yet.
+    #[must_use]
+    pub fn new() -> Arc<Self> {
+        let telemetry = Self {
+            watched: AtomicBool::new(false),
+            fresh: ArrayQueue::new(1),
+            spare: ArrayQueue::new(3),
+            pose: PoseCell::new(),
+        };
+        for _ in 0..3 {
+            drop(telemetry.spare.push(Box::default()));
+        }
+        Arc::new(telemetry)
+    }
+
+    /// Whether an editor is open; otherwise nothing is collected.
+    ///
+    /// # Real-time
+    /// Any thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
+        self.watched.load(Ordering::Relaxed)
+    }
+
+    /// An editor was opened or closed.
+    pub fn watch(&self, watched: bool) {
+        self.watched.store(watched, Ordering::Relaxed);
+    }
+
+    /// Gives the editor a frame, in place of one that it has not fetched; peaks of that one are kept.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn publish(&self, frame: &Frame) {
+        let unseen = self.fresh.pop();
+        let kept = unseen.as_ref().map(|old| (old.input_peak, old.output_peak));
+        if let Some(mut held) = unseen.or_else(|| self.spare.pop()) {
+            *held = frame.clone();
+            if let Some((input, output)) = kept {
+                let louder = |new: &mut [f32; 2], old: [f32; 2]| new.iter_mut().zip(old).for_each(|(n, o)| *n = n.max(o));
+                louder(&mut held.input_peak, input);
+                louder(&mut held.output_peak, output);
+            }
+            // The only writer has just emptied the queue.
+            drop(self.fresh.push(held));
+        }
+    }
+
+    /// Fetches the newest frame; says whether there was one.
+    pub fn fetch(&self, into: &mut Frame) -> bool {
+        let Some(frame) = self.fresh.pop() else { return false };
+        *into = (*frame).clone();
+        drop(self.spare.push(frame));
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::factory;
+    use promenade_core::glam::Vec3;
+    use promenade_core::{Quality, Scene};
+
+    #[test]
+    fn the_newest_frame_is_fetched_once_with_the_peaks_of_those_before() {
+        let telemetry = Telemetry::new();
+        let mut frame = Frame::default();
+        assert!(!telemetry.fetch(&mut frame));
+        for peak in [0.5, 0.9, 0.1] {
+            telemetry.publish(&Frame { input_peak: [peak, 0.0], load: peak, ..Frame::default() });
+        }
+        assert!(telemetry.fetch(&mut frame));
+        assert_eq!((frame.input_peak[0], frame.load), (0.9, 0.1));
+        assert!(!telemetry.fetch(&mut frame));
+        for _ in 0..10 {
+            telemetry.publish(&frame);
+            assert!(telemetry.fetch(&mut frame), "a frame is lost");
+        }
+    }
+
+    #[test]
+    fn a_head_turned_to_the_left_has_the_source_at_its_right_ear() {
+        let scene = Arc::new(Scene::from_bytes(factory::ROOM_A.bytes).unwrap());
+        let mut renderer = Renderer::new(scene, 48_000.0).unwrap();
+        let pose = Pose::from_ypr(Vec3::ZERO, 1.0, 0.0, 0.0);
+        let (mut left, mut right) = ([0.0; 512], [0.0; 512]);
+        renderer.process(&[0.1; 512], [&mut left, &mut right], Quality::default(), &mut |_| pose);
+        let mut frame = Frame::default();
+        frame.show(&renderer);
+        assert!(frame.ild_db > 2.0, "{}", frame.ild_db);
+        assert!(frame.itd_s > 2e-4, "{}", frame.itd_s);
+        assert!(frame.masks_db[1][60] > frame.masks_db[0][60] + 2.0);
+    }
+}
