@@ -1,5 +1,6 @@
 //! What can go wrong between files on disk and a scene, said so that the user can mend it.
 
+use promenade_audio::FileError;
 use promenade_core::PathError;
 use promenade_core::cloud::CloudError;
 use std::path::{Path, PathBuf};
@@ -8,52 +9,9 @@ use thiserror::Error;
 /// Why something could not be loaded, baked or written. Sources are chained, not repeated in the message.
 #[derive(Debug, Error)]
 pub enum BakeError {
-    /// A file or folder cannot be opened or read.
-    #[error("{}: cannot be read", path.display())]
-    Read {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A file cannot be written.
-    #[error("{}: cannot be written", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A file can be read, but its content is not what is needed.
-    #[error("{}: expected {expected}, found {found}", path.display())]
-    Content {
-        /// The file, with the place inside it where one is known.
-        path: PathBuf,
-        /// What would have been right.
-        expected: String,
-        /// What is there.
-        found: String,
-    },
-    /// One entry of a file is not what is needed.
-    #[error("{}: {entry}: expected {expected}, found {found}", path.display())]
-    Entry {
-        /// The file.
-        path: PathBuf,
-        /// Line, entry or variable inside it.
-        entry: String,
-        /// What would have been right.
-        expected: String,
-        /// What is there.
-        found: String,
-    },
-    /// A WAV file is damaged or of an unknown kind.
-    #[error("{}: no readable WAV file", path.display())]
-    Wav {
-        /// The file.
-        path: PathBuf,
-        /// What the WAV reader said.
-        source: hound::Error,
-    },
+    /// A file cannot be read, written or converted, or its content is not what is needed.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A JSON file does not have the expected form.
     #[error("{}: not the JSON that is expected here", path.display())]
     Json {
@@ -114,34 +72,19 @@ pub enum BakeError {
         /// What was given.
         found: String,
     },
-    /// A conversion between sample rates is not possible.
-    #[error("no conversion from {from_hz} to {to_hz} Hz")]
-    Resample {
-        /// Rate of the input, hertz.
-        from_hz: u32,
-        /// Rate asked for, hertz.
-        to_hz: u32,
-        /// Why.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
 }
 
 impl BakeError {
     pub(crate) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |source| Self::Read { path, source }
-    }
-
-    pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |source| Self::Write { path, source }
+        let convert = FileError::read(path);
+        move |source| convert(source).into()
     }
 
     pub(crate) fn content(path: &Path, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self::Content { path: path.to_path_buf(), expected: expected.into(), found: found.into() }
+        FileError::content(path, expected, found).into()
     }
 
     pub(crate) fn entry(path: &Path, entry: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self::Entry { path: path.to_path_buf(), entry: entry.into(), expected: expected.into(), found: found.into() }
+        FileError::entry(path, entry, expected, found).into()
     }
 }

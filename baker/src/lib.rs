@@ -1,6 +1,5 @@
 //! Promenade's bakery: measured responses, files and folders go in, scenes come out. May allocate, thread and fail with context.
 
-pub mod atomic;
 mod bake;
 mod calibrate;
 pub mod checkpoint;
@@ -16,11 +15,11 @@ pub mod measure;
 pub mod path_file;
 pub mod projection;
 mod random;
-pub mod resample;
 pub mod responses;
 mod room;
 mod spectrum;
-pub mod wav;
+
+pub use promenade_audio::{FileError, atomic, resample, wav};
 
 pub use bake::{BakeFailure, BakeOptions, bake_responses};
 pub use error::BakeError;

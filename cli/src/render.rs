@@ -4,7 +4,7 @@ use crate::args::{RenderArgs, RenderTier};
 use crate::{clip, progress, scene};
 use anyhow::{Context, Result, anyhow, bail};
 use promenade_baker::wav::{self, Wav, WavReader, WavWriter};
-use promenade_baker::{BakeError, path_file, resample};
+use promenade_baker::{FileError, path_file, resample};
 use promenade_core::{BlockParams, CameraPath, LiveParams, Playback, Pose, Renderer, Scene, Spatializer, Tier};
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,9 +17,9 @@ struct Shape {
 }
 
 /// Appends up to so many samples to each channel.
-type Read<'a> = dyn FnMut(usize, &mut [Vec<f32>]) -> Result<(), BakeError> + 'a;
+type Read<'a> = dyn FnMut(usize, &mut [Vec<f32>]) -> Result<(), FileError> + 'a;
 /// Takes the next samples of both ears.
-type Write<'a> = dyn FnMut([&[f32]; 2]) -> Result<(), BakeError> + 'a;
+type Write<'a> = dyn FnMut([&[f32]; 2]) -> Result<(), FileError> + 'a;
 
 /// What is rendered, and through what.
 struct Job<'a> {

@@ -16,6 +16,8 @@ pub mod loader;
 pub mod osc;
 pub mod pace;
 pub mod params;
+#[cfg(feature = "standalone")]
+pub mod player;
 mod plugin;
 pub mod pose_cell;
 pub mod reference;

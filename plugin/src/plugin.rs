@@ -41,6 +41,8 @@ pub struct Promenade {
     member: Member,
     telemetry: Arc<Telemetry>,
     frame: Frame,
+    #[cfg(feature = "standalone")]
+    deck: crate::player::Deck,
 }
 
 impl Default for Promenade {
@@ -67,6 +69,8 @@ impl Default for Promenade {
             member: Member::default(),
             telemetry: Telemetry::new(),
             frame: Frame::default(),
+            #[cfg(feature = "standalone")]
+            deck: crate::player::Deck::default(),
         }
     }
 }
@@ -78,6 +82,19 @@ impl Promenade {
         if let Some(spatializer) = &mut self.spatializer {
             spatializer.reset();
         }
+    }
+
+    /// Plays the standalone program's file in place of the input, and by its time.
+    #[cfg(feature = "standalone")]
+    fn play_file(&mut self, buffer: &mut Buffer) -> Option<(f64, bool)> {
+        let [left, right] = buffer.as_slice() else { return None };
+        self.deck.play(crate::player::player()?, left, right)
+    }
+
+    #[cfg(not(feature = "standalone"))]
+    #[expect(clippy::unused_self, reason = "hosts have their own files")]
+    fn play_file(&mut self, _buffer: &mut Buffer) -> Option<(f64, bool)> {
+        None
     }
 
     /// Begins the cross-fade to what the loader has ready. Says whether the loader has something to drop.
@@ -181,6 +198,10 @@ impl Plugin for Promenade {
                 Err(error) => nice_error!("no thread to load scenes while playing: {error}"),
             }
         }
+        #[cfg(feature = "standalone")]
+        if let Some(Err(error)) = crate::player::player().map(|player| player.set_rate(sample_rate_hz)) {
+            nice_error!("{error}");
+        }
         self.loader.activate(sample_rate_hz);
         if let Some(spatializer) = &mut self.spatializer {
             // The sound begins with the scene, not with a fade to it: a bounce starts here.
@@ -227,9 +248,13 @@ impl Plugin for Promenade {
         let snapshot = self.params.snapshot();
         let total = buffer.samples();
         let transport = context.transport();
-        let start_s = self.clock.advance(transport.pos_seconds(), transport.playing, total, self.sample_rate_hz);
+        let (position_s, playing) = match self.play_file(buffer) {
+            Some((position_s, playing)) => (Some(position_s), playing),
+            None => (transport.pos_seconds(), transport.playing),
+        };
+        let start_s = self.clock.advance(position_s, playing, total, self.sample_rate_hz);
         self.frame.transport_s = start_s;
-        self.frame.playing = transport.playing;
+        self.frame.playing = playing;
         #[expect(clippy::cast_precision_loss, reason = "a block's length is exact")]
         let block_s = total as f64 / self.sample_rate_hz;
         let mut block = snapshot.block;

@@ -1,6 +1,6 @@
 //! Files that are there whole or not at all.
 
-use crate::BakeError;
+use crate::FileError;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -21,19 +21,19 @@ impl Draft {
     ///
     /// # Errors
     /// A target that exists and is no regular file (a folder, a device), or a folder that cannot be written to.
-    pub fn create(target: &Path) -> Result<(Self, File), BakeError> {
+    pub fn create(target: &Path) -> Result<(Self, File), FileError> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         // A rename would replace a device or a link to one, such as the null device.
         if fs::metadata(target).is_ok_and(|m| !m.is_file()) {
-            return Err(BakeError::content(target, "the name of a file to write", "a folder or a device"));
+            return Err(FileError::content(target, "the name of a file to write", "a folder or a device"));
         }
         let Some(name) = target.file_name() else {
-            return Err(BakeError::content(target, "the name of a file to write", "a path without a file name"));
+            return Err(FileError::content(target, "the name of a file to write", "a path without a file name"));
         };
         let mut partial_name = name.to_os_string();
         partial_name.push(format!(".{}-{}.partial", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
         let partial = target.with_file_name(partial_name);
-        let file = OpenOptions::new().write(true).create_new(true).open(&partial).map_err(BakeError::write(target))?;
+        let file = OpenOptions::new().write(true).create_new(true).open(&partial).map_err(FileError::write(target))?;
         Ok((Self { target: target.to_path_buf(), partial, published: false }, file))
     }
 
@@ -47,8 +47,8 @@ impl Draft {
     ///
     /// # Errors
     /// The rename failed; the partial file is removed.
-    pub fn publish(mut self) -> Result<(), BakeError> {
-        fs::rename(&self.partial, &self.target).map_err(BakeError::write(&self.target))?;
+    pub fn publish(mut self) -> Result<(), FileError> {
+        fs::rename(&self.partial, &self.target).map_err(FileError::write(&self.target))?;
         self.published = true;
         Ok(())
     }
@@ -67,9 +67,9 @@ impl Drop for Draft {
 ///
 /// # Errors
 /// As [`Draft::create`], or the disk is full or read-only.
-pub fn write(target: &Path, bytes: &[u8]) -> Result<(), BakeError> {
+pub fn write(target: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let (draft, mut file) = Draft::create(target)?;
-    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(BakeError::write(target))?;
+    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(FileError::write(target))?;
     drop(file);
     draft.publish()
 }
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn refuses_folders_and_places_that_do_not_exist() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(matches!(write(folder.path(), b""), Err(BakeError::Content { .. })));
-        assert!(matches!(write(&folder.path().join("no/such/file"), b""), Err(BakeError::Write { .. })));
+        assert!(matches!(write(folder.path(), b""), Err(FileError::Content { .. })));
+        assert!(matches!(write(&folder.path().join("no/such/file"), b""), Err(FileError::Write { .. })));
     }
 }

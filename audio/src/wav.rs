@@ -1,6 +1,6 @@
 //! WAV files as planar `f32`: whole, or block by block for files longer than memory.
 
-use crate::BakeError;
+use crate::FileError;
 use crate::atomic::Draft;
 use hound::{SampleFormat, WavSpec};
 use std::fs::File;
@@ -36,7 +36,7 @@ impl Wav {
 /// # Errors
 /// A file that is missing, empty, damaged, cut short or holds more than [`MAX_SAMPLES`] samples; a rate outside
 /// [`SAMPLE_RATES_HZ`]; a sample that is not finite. The message names the file, what was expected and what was found.
-pub fn read(path: &Path) -> Result<Wav, BakeError> {
+pub fn read(path: &Path) -> Result<Wav, FileError> {
     read_limited(path, MAX_SAMPLES)
 }
 
@@ -44,11 +44,11 @@ pub fn read(path: &Path) -> Result<Wav, BakeError> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, BakeError> {
+pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     let mut reader = WavReader::open(path)?;
     let samples = u64::from(reader.frames()) * u64::from(reader.channels());
     if samples > max_samples {
-        return Err(BakeError::content(path, format!("at most {max_samples} samples"), format!("{samples}")));
+        return Err(FileError::content(path, format!("at most {max_samples} samples"), format!("{samples}")));
     }
     let mut channels = vec![Vec::new(); usize::from(reader.channels())];
     reader.read(reader.frames() as usize, &mut channels)?;
@@ -73,25 +73,25 @@ impl WavReader {
     ///
     /// # Errors
     /// As [`read`], but for what shows only in the samples.
-    pub fn open(path: &Path) -> Result<Self, BakeError> {
-        let file = File::open(path).map_err(BakeError::read(path))?;
-        let meta = file.metadata().map_err(BakeError::read(path))?;
+    pub fn open(path: &Path) -> Result<Self, FileError> {
+        let file = File::open(path).map_err(FileError::read(path))?;
+        let meta = file.metadata().map_err(FileError::read(path))?;
         if meta.is_dir() {
-            return Err(BakeError::content(path, "a WAV file", "a folder"));
+            return Err(FileError::content(path, "a WAV file", "a folder"));
         }
         let size = meta.len();
         if size == 0 {
-            return Err(BakeError::content(path, "a WAV file", "an empty file"));
+            return Err(FileError::content(path, "a WAV file", "an empty file"));
         }
         let inner = hound::WavReader::new(BufReader::new(file))
-            .map_err(|source| BakeError::Wav { path: path.to_path_buf(), source })?;
+            .map_err(|source| FileError::Wav { path: path.to_path_buf(), source })?;
         let spec = inner.spec();
         if spec.channels == 0 {
-            return Err(BakeError::content(path, "at least one channel", "none"));
+            return Err(FileError::content(path, "at least one channel", "none"));
         }
         if !SAMPLE_RATES_HZ.contains(&spec.sample_rate) {
             let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-            return Err(BakeError::content(
+            return Err(FileError::content(
                 path,
                 format!("a sample rate of {low} to {high} Hz"),
                 format!("{} Hz", spec.sample_rate),
@@ -99,14 +99,14 @@ impl WavReader {
         }
         let bytes = u64::from(inner.len()) * u64::from(spec.bits_per_sample.div_ceil(8));
         if bytes > size {
-            return Err(BakeError::content(
+            return Err(FileError::content(
                 path,
                 format!("{bytes} bytes of samples, as its header says"),
                 format!("a file of {size} bytes, cut short"),
             ));
         }
         if inner.len() == 0 {
-            return Err(BakeError::content(path, "at least one sample", "none"));
+            return Err(FileError::content(path, "at least one sample", "none"));
         }
         Ok(Self { inner, path: path.to_path_buf(), position: 0 })
     }
@@ -136,7 +136,7 @@ impl WavReader {
     ///
     /// # Panics
     /// When `channels` has another length than [`WavReader::channels`].
-    pub fn read(&mut self, frames: usize, channels: &mut [Vec<f32>]) -> Result<usize, BakeError> {
+    pub fn read(&mut self, frames: usize, channels: &mut [Vec<f32>]) -> Result<usize, FileError> {
         assert_eq!(channels.len(), usize::from(self.channels()), "one buffer per channel");
         let count = frames.min((self.frames() - self.position) as usize);
         channels.iter_mut().for_each(|c| c.reserve(count));
@@ -157,21 +157,21 @@ impl WavReader {
         count: usize,
         channels: &mut [Vec<f32>],
         convert: impl Fn(S) -> f32,
-    ) -> Result<usize, BakeError> {
+    ) -> Result<usize, FileError> {
         let mut samples = self.inner.samples::<S>();
         for frame in 0..count {
             for (number, channel) in channels.iter_mut().enumerate() {
                 let at = u64::from(self.position) + frame as u64;
                 let ended = || {
-                    BakeError::entry(&self.path, format!("sample {at}"), "a sample, as its header says", "the end of the file")
+                    FileError::entry(&self.path, format!("sample {at}"), "a sample, as its header says", "the end of the file")
                 };
                 let sample = samples.next().ok_or_else(ended)?.map_err(|source| match source {
                     hound::Error::IoError(_) => ended(),
-                    source => BakeError::Wav { path: self.path.clone(), source },
+                    source => FileError::Wav { path: self.path.clone(), source },
                 })?;
                 let value = convert(sample);
                 if !value.is_finite() {
-                    return Err(BakeError::entry(
+                    return Err(FileError::entry(
                         &self.path,
                         format!("sample {at} of channel {number}"),
                         "a finite number",
@@ -240,13 +240,13 @@ impl WavWriter {
     ///
     /// # Errors
     /// No channel, a rate outside [`SAMPLE_RATES_HZ`], or a place that cannot be written to.
-    pub fn create(path: &Path, sample_rate_hz: u32, channels: u16, format: Format) -> Result<Self, BakeError> {
+    pub fn create(path: &Path, sample_rate_hz: u32, channels: u16, format: Format) -> Result<Self, FileError> {
         if channels == 0 {
-            return Err(BakeError::content(path, "at least one channel", "none"));
+            return Err(FileError::content(path, "at least one channel", "none"));
         }
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
             let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-            return Err(BakeError::content(
+            return Err(FileError::content(
                 path,
                 format!("a sample rate of {low} to {high} Hz"),
                 format!("{sample_rate_hz} Hz"),
@@ -266,13 +266,13 @@ impl WavWriter {
     ///
     /// # Panics
     /// When the number of slices is not the number of channels, or their lengths differ.
-    pub fn write(&mut self, block: &[&[f32]]) -> Result<(), BakeError> {
+    pub fn write(&mut self, block: &[&[f32]]) -> Result<(), FileError> {
         assert_eq!(block.len(), usize::from(self.channels), "one slice per channel");
         let frames = block[0].len();
         assert!(block.iter().all(|c| c.len() == frames), "slices of the same length");
         let bytes = (self.written.frames + frames as u64) * u64::from(self.channels) * u64::from(self.format.bits() / 8);
         if bytes > MAX_DATA_BYTES {
-            return Err(BakeError::content(
+            return Err(FileError::content(
                 self.draft.target(),
                 "less than 4 GiB of samples, all that a WAV file holds",
                 "more",
@@ -284,7 +284,7 @@ impl WavWriter {
                 let value = channel[frame];
                 if !value.is_finite() {
                     let entry = format!("sample {} of channel {number}", self.written.frames + frame as u64);
-                    return Err(BakeError::entry(self.draft.target(), entry, "a finite number to write", format!("{value}")));
+                    return Err(FileError::entry(self.draft.target(), entry, "a finite number to write", format!("{value}")));
                 }
                 let done = if self.format == Format::Float32 {
                     self.inner.write_sample(value)
@@ -306,28 +306,28 @@ impl WavWriter {
     ///
     /// # Errors
     /// A full disk, or a name that cannot be taken.
-    pub fn finish(self) -> Result<Written, BakeError> {
+    pub fn finish(self) -> Result<Written, FileError> {
         self.inner.finalize().map_err(|e| failed(&self.draft, e))?;
         self.draft.publish()?;
         Ok(self.written)
     }
 }
 
-fn failed(draft: &Draft, error: hound::Error) -> BakeError {
+fn failed(draft: &Draft, error: hound::Error) -> FileError {
     let source = match error {
         hound::Error::IoError(source) => source,
         other => std::io::Error::other(other),
     };
-    BakeError::write(draft.target())(source)
+    FileError::write(draft.target())(source)
 }
 
 /// Writes a whole WAV file; `channels` are slices of the same length.
 ///
 /// # Errors
 /// As [`WavWriter`].
-pub fn write(path: &Path, sample_rate_hz: u32, channels: &[&[f32]], format: Format) -> Result<Written, BakeError> {
+pub fn write(path: &Path, sample_rate_hz: u32, channels: &[&[f32]], format: Format) -> Result<Written, FileError> {
     let count = u16::try_from(channels.len())
-        .map_err(|_| BakeError::content(path, "at most 65535 channels", format!("{}", channels.len())))?;
+        .map_err(|_| FileError::content(path, "at most 65535 channels", format!("{}", channels.len())))?;
     let mut writer = WavWriter::create(path, sample_rate_hz, count, format)?;
     writer.write(channels)?;
     writer.finish()

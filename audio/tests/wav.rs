@@ -1,6 +1,6 @@
 //! WAV files, good and bad, through the public interface.
 
-use promenade_baker::wav::{self, Format, WavReader, WavWriter};
+use promenade_audio::wav::{self, Format, WavReader, WavWriter};
 use std::path::{Path, PathBuf};
 
 fn ramp(count: usize) -> Vec<f32> {

@@ -1,6 +1,6 @@
 //! Conversion between sample rates, offline: band-limited, and aligned in time with its input.
 
-use crate::BakeError;
+use crate::FileError;
 use rubato::audioadapter_buffers::direct::SequentialSliceOfVecs;
 use rubato::{Fft, FixedSync, Resampler, WindowFunction};
 
@@ -13,12 +13,12 @@ const CHUNK: u32 = 2048;
 ///
 /// # Errors
 /// A rate of zero, or channels of different lengths.
-pub fn signal(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec<f32>>, BakeError> {
+pub fn signal(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec<f32>>, FileError> {
     let frames = channels.first().map_or(0, Vec::len);
     if from_hz == to_hz || frames == 0 {
         return Ok(channels.to_vec());
     }
-    let failed = |source: Box<dyn std::error::Error + Send + Sync>| BakeError::Resample { from_hz, to_hz, source };
+    let failed = |source: Box<dyn std::error::Error + Send + Sync>| FileError::Resample { from_hz, to_hz, source };
     // The resampler's delay is half a transform, on both sides of it; an even number of the smallest blocks makes it whole samples,
     // and so exactly removable.
     let block = from_hz / gcd(from_hz, to_hz).max(1);
@@ -48,7 +48,7 @@ pub fn signal(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec
 ///
 /// # Errors
 /// As [`signal`].
-pub fn response(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec<f32>>, BakeError> {
+pub fn response(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec<f32>>, FileError> {
     let mut converted = signal(channels, from_hz, to_hz)?;
     #[expect(clippy::cast_possible_truncation, reason = "a ratio near 1")]
     let gain = (f64::from(from_hz) / f64::from(to_hz)) as f32;
