@@ -1,17 +1,29 @@
 //! Every test of the project, by one command.
 
 use crate::bundle;
+use crate::screen::Screen;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// The feature that builds the standalone program.
+const STANDALONE: &str = "promenade-plugin/standalone";
 
 /// Checks format and lints, bundles the plugin, and runs every test; stops at the first section that fails.
 pub(crate) fn test() -> Result<()> {
     section("format");
     run(cargo().args(["fmt", "--all", "--check"]))?;
 
+    section("screen");
+    let screen = Screen::start()?;
+
     section("lints");
-    run(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    let mut lints = cargo();
+    lints.args(["clippy", "--workspace", "--all-targets"]);
+    if screen.is_some() {
+        lints.args(["--features", STANDALONE]);
+    }
+    run(lints.args(["--", "-D", "warnings"]))?;
 
     section("bundles");
     let bundles = bundle::bundle(&[])?;
@@ -22,6 +34,19 @@ pub(crate) fn test() -> Result<()> {
     run(cargo().args(["build", "--package", "promenade"]))?;
     let tool = bundle::target_folder()?.join("debug").join(format!("promenade{}", std::env::consts::EXE_SUFFIX));
     run(Command::new(&python).arg("tests/python/metrics_check.py").arg(tool))?;
+
+    if screen.is_some() {
+        section("standalone");
+        run(cargo().args([
+            "build",
+            "--package",
+            "promenade-plugin",
+            "--bin",
+            "promenade-standalone",
+            "--features",
+            STANDALONE,
+        ]))?;
+    }
 
     // Last, so that the log ends with the counts of cargo.
     section("rust");
@@ -34,6 +59,15 @@ pub(crate) fn test() -> Result<()> {
             &mut tests
         }
     };
+    if let Some(screen) = &screen {
+        let pictures = bundle::target_folder()?.join("screenshots");
+        std::fs::create_dir_all(&pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
+        let program = bundle::target_folder()?.join("debug").join("promenade-standalone");
+        // Software drawing, so that the pictures do not depend on the graphics card.
+        tests.args(["--features", STANDALONE]);
+        tests.env("DISPLAY", &screen.display).env("LIBGL_ALWAYS_SOFTWARE", "1");
+        tests.env("PROMENADE_SCREENSHOTS", &pictures).env("PROMENADE_STANDALONE", program);
+    }
     run(&mut tests)?;
     println!("\nall sections passed");
     Ok(())

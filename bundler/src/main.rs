@@ -3,6 +3,7 @@
 mod bundle;
 mod check;
 mod install;
+mod screen;
 
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;

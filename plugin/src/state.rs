@@ -6,7 +6,7 @@ use nice_plug::plugin::{ParamValue, PluginState};
 /// Key of the state's version among the saved fields.
 const VERSION_FIELD: &str = "version";
 /// The version of the states that this plugin writes.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Ids of the parameters that are choices; a state has them as texts.
 pub const CHOICES: [&str; 5] = ["follow", "group", "scene", "tier", "tracking"];
@@ -28,7 +28,8 @@ impl PersistentField<'_, u32> for StateVersion {
 
 /// Brings a saved state to the present version before it is read.
 ///
-/// A state without a version is of version 1, the first. A newer one is read as far as it is understood: unknown parameters and fields
+/// A state without a version is of version 1, the first. Version 2 added parameters and fields that are at their defaults where a state
+/// lacks them, and at their defaults sound as version 1 did. A newer one is read as far as it is understood: unknown parameters and fields
 /// are skipped by the reader. What the reader does not survive is dropped: numbers that are not finite could not be saved again, and a
 /// choice by a number beyond its variants ends the host.
 pub fn migrate(state: &mut PluginState) {

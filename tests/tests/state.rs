@@ -16,7 +16,7 @@ in_both_formats!(
 );
 
 /// Each with a value that is not its default, and that is one of its steps.
-const CHANGED: [(&str, f64); 15] = [
+const CHANGED: [(&str, f64); 22] = [
     ("x", 0.51),
     ("y", 0.48),
     ("z", 0.505),
@@ -25,6 +25,13 @@ const CHANGED: [(&str, f64); 15] = [
     ("roll", 0.6),
     ("path", 0.25),
     ("follow", 0.5),
+    ("offset", 1.0),
+    ("tracking", 2.0 / 3.0),
+    ("ex", 0.51),
+    ("ey", 0.49),
+    ("ez", 0.5),
+    ("group", 0.75),
+    ("lead", 1.0),
     ("tier", 0.0),
     ("mix", 0.5),
     ("gain", 0.75),

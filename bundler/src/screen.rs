@@ -1,0 +1,103 @@
+//! A screen without a monitor, for the tests that open windows.
+
+use anyhow::{Context, Result, bail};
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// Debian's packages: the screen, its software OpenGL and what windows load at run time; headers of the sound systems for the
+/// standalone program.
+const PACKAGES: [&str; 10] = [
+    "libasound2-dev",
+    "libegl1",
+    "libgl1",
+    "libgl1-mesa-dri",
+    "libjack-jackd2-dev",
+    "libx11-xcb1",
+    "libxcursor1",
+    "libxkbcommon-x11-0",
+    "pkg-config",
+    "xvfb",
+];
+/// Wide enough for the editor at three times its size.
+const SIZE: &str = "3200x2100x24";
+
+/// A running X server; it ends when this is dropped.
+pub(crate) struct Screen {
+    server: Child,
+    /// Its name for programs.
+    pub(crate) display: String,
+}
+
+impl Screen {
+    /// Starts one; none, with the reason printed, on systems without X11 or where its packages are missing and cannot be installed.
+    ///
+    /// # Errors
+    /// In continuous integration, where nothing may be skipped, and when the server does not start.
+    pub(crate) fn start() -> Result<Option<Self>> {
+        if !cfg!(target_os = "linux") {
+            println!("windows are tested on Linux only");
+            return Ok(None);
+        }
+        let missing = missing_packages();
+        if !missing.is_empty() && !install(&missing)? {
+            let missing = missing.join(" ");
+            if std::env::var_os("CI").is_some() {
+                bail!("packages are missing: {missing}");
+            }
+            println!("tests with windows are skipped; install for them: {missing}");
+            return Ok(None);
+        }
+        // The server picks a free number and writes it to the file descriptor that it is given.
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", SIZE, "+extension", "GLX", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .context("cannot start Xvfb")?;
+        let mut number = String::new();
+        if let Some(out) = server.stdout.as_mut() {
+            BufReader::new(out).read_line(&mut number).context("Xvfb does not name its display")?;
+        }
+        let display = format!(":{}", number.trim());
+        let screen = Self { server, display };
+        if number.trim().is_empty() {
+            bail!("Xvfb has ended without a display");
+        }
+        Ok(Some(screen))
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+/// What Debian's package list lacks; everything where there is no such list but also no server.
+fn missing_packages() -> Vec<&'static str> {
+    if !Path::new("/usr/bin/dpkg-query").is_file() {
+        let there = Command::new("Xvfb").arg("-help").output().is_ok();
+        return if there { Vec::new() } else { PACKAGES.to_vec() };
+    }
+    let installed = |package: &&str| {
+        let status = Command::new("dpkg-query").args(["--show", "--showformat", "${db:Status-Status}", package]).output();
+        status.is_ok_and(|out| out.stdout == b"installed")
+    };
+    PACKAGES.into_iter().filter(|package| !installed(package)).collect()
+}
+
+/// Installs packages where this user may; says whether it did.
+fn install(packages: &[&str]) -> Result<bool> {
+    let user = Command::new("id").arg("-u").output().context("cannot run id")?;
+    if user.stdout.trim_ascii() != b"0" || !Path::new("/usr/bin/apt-get").is_file() {
+        return Ok(false);
+    }
+    let apt = |args: &[&str]| {
+        let status = Command::new("apt-get").args(args).env("DEBIAN_FRONTEND", "noninteractive").stdout(Stdio::null()).status();
+        status.context("cannot run apt-get").map(|status| status.success())
+    };
+    Ok(apt(&["update"])? && apt(&[&["install", "--yes", "--no-install-recommends"], packages].concat())?)
+}
