@@ -32,6 +32,18 @@ impl<T: Clone> Kept<T> {
         current
     }
 
+    /// Replaces the value as a host does that restores it: the hook is called.
+    pub fn restore(&self, value: T) {
+        {
+            let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
+            *held = value;
+            self.restores.fetch_add(1, Ordering::AcqRel);
+        }
+        if let Some(hook) = self.on_restore.get() {
+            hook();
+        }
+    }
+
     /// Calls `hook` after each restore, on the host's thread; only the first hook is kept.
     pub fn on_restore(&self, hook: impl Fn() + Send + Sync + 'static) {
         // A second hook would mean two owners of one instance, which the constructor rules out.
@@ -44,14 +56,7 @@ where
     T: Clone + Serialize + Deserialize<'a> + Send + Sync,
 {
     fn set(&self, new_value: T) {
-        {
-            let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
-            *held = new_value;
-            self.restores.fetch_add(1, Ordering::AcqRel);
-        }
-        if let Some(hook) = self.on_restore.get() {
-            hook();
-        }
+        self.restore(new_value);
     }
 
     fn map<F, R>(&self, f: F) -> R

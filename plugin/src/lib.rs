@@ -20,6 +20,8 @@ pub mod params;
 pub mod player;
 mod plugin;
 pub mod pose_cell;
+pub mod presets;
+pub mod recall;
 pub mod reference;
 pub mod remote;
 pub mod settings;
