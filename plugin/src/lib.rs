@@ -4,6 +4,7 @@
 //! done by the [`loader`] on the host's main thread or on a background thread; a second one decodes poses. All instances in a process share both.
 
 pub mod cache;
+pub mod causes;
 pub mod clock;
 pub mod decoder;
 mod export;

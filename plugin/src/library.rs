@@ -11,9 +11,9 @@ use thiserror::Error;
 /// Folders to search for scenes and camera paths before the user's own, separated as in `PATH`.
 pub const FOLDERS_VARIABLE: &str = "PROMENADE_SCENES";
 /// Extension of scene files.
-pub const SCENE_EXTENSION: &str = "promenade";
-/// Extension of camera path files, the JSON form of the command line.
-pub const WALK_EXTENSION: &str = "json";
+pub const SCENES: &[&str] = &["promenade"];
+/// Extensions of camera path files.
+pub const WALKS: &[&str] = &["csv", "glb", "gltf", "json"];
 /// Larger files are refused unread, bytes.
 const LARGEST_FILE: u64 = promenade_core::MAX_SCENE_BYTES as u64;
 
@@ -83,16 +83,14 @@ pub fn folders() -> Vec<PathBuf> {
     named.into_iter().chain(dirs::data_dir().map(|data| data.join("promenade").join("scenes"))).collect()
 }
 
-/// The files with that extension, folder by folder, in order of their names.
+/// The files with one of these extensions, folder by folder, in order of their names.
 #[must_use]
-pub fn files(folders: &[PathBuf], extension: &str) -> Vec<PathBuf> {
-    let suffix = format!(".{extension}");
+pub fn files(folders: &[PathBuf], extensions: &[&str]) -> Vec<PathBuf> {
+    let wanted = |name: &str| name.rsplit_once('.').is_some_and(|(_, extension)| extensions.contains(&extension));
     let mut all = Vec::new();
     for folder in folders {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-        let mut here = entries
-            .filter(|path| path.file_name().and_then(|n| n.to_str()).is_some_and(|n| n.ends_with(&suffix)))
-            .collect::<Vec<_>>();
+        let mut here = entries.filter(|path| path.file_name().and_then(|n| n.to_str()).is_some_and(wanted)).collect::<Vec<_>>();
         here.sort();
         all.append(&mut here);
     }
@@ -103,8 +101,8 @@ pub fn files(folders: &[PathBuf], extension: &str) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// There are fewer files than that.
-pub fn file_in_slot(folders: &[PathBuf], extension: &str, slot: u32) -> Result<PathBuf, LibraryError> {
-    let files = files(folders, extension);
+pub fn file_in_slot(folders: &[PathBuf], extensions: &[&str], slot: u32) -> Result<PathBuf, LibraryError> {
+    let files = files(folders, extensions);
     let empty = LibraryError::EmptySlot { slot, found: files.len(), folders: folders.to_vec() };
     usize::try_from(slot).ok().and_then(|n| n.checked_sub(1)).and_then(|n| files.into_iter().nth(n)).ok_or(empty)
 }
@@ -128,7 +126,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>, LibraryError> {
 /// # Errors
 /// The slot is empty or its file is no scene.
 pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryError> {
-    let path = file_in_slot(folders, SCENE_EXTENSION, slot)?;
+    let path = file_in_slot(folders, SCENES, slot)?;
     let (scene, hash) = scene_at(&path)?;
     let reference = SceneReference::to_file(&path, hash, scene.title().to_owned(), slot);
     Ok(Found { scene, reference, note: String::new() })
@@ -147,7 +145,7 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneReference) -> Result<Found, L
     if let Some(scene) = cache::in_memory(&wanted.hash) {
         return Ok(Found { scene, reference: wanted.clone(), note: String::new() });
     }
-    let library = files(folders, SCENE_EXTENSION);
+    let library = files(folders, SCENES);
     let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
     let by_name = wanted.places().into_iter().chain(library.iter().filter(same_name).cloned()).collect::<Vec<_>>();
     let found = by_name.iter().chain(&library).find(|path| holds(path, &wanted.hash));

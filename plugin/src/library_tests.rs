@@ -32,10 +32,10 @@ fn reference(path: PathBuf, bytes: &[u8]) -> SceneReference {
 fn slots_count_the_files_by_name() {
     let folder = Folder::new("slots").with("b.promenade", b"b").with("a.promenade", b"a").with("c.txt", b"c");
     let folders = [folder.0.clone()];
-    assert_eq!(file_in_slot(&folders, SCENE_EXTENSION, 1).unwrap(), folder.0.join("a.promenade"));
-    assert_eq!(file_in_slot(&folders, SCENE_EXTENSION, 2).unwrap(), folder.0.join("b.promenade"));
-    assert!(matches!(file_in_slot(&folders, SCENE_EXTENSION, 3), Err(LibraryError::EmptySlot { found: 2, .. })));
-    assert!(file_in_slot(&folders, SCENE_EXTENSION, 0).is_err());
+    assert_eq!(file_in_slot(&folders, SCENES, 1).unwrap(), folder.0.join("a.promenade"));
+    assert_eq!(file_in_slot(&folders, SCENES, 2).unwrap(), folder.0.join("b.promenade"));
+    assert!(matches!(file_in_slot(&folders, SCENES, 3), Err(LibraryError::EmptySlot { found: 2, .. })));
+    assert!(file_in_slot(&folders, SCENES, 0).is_err());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Finds, reads and prepares scenes and camera paths off the audio thread, and hands them over.
 
 use crate::cache;
+use crate::causes::in_words;
 use crate::decoder::SharedDecoder;
 use crate::factory::{self, FactoryScene};
 use crate::library::{self, Found, LibraryError};
@@ -159,7 +160,7 @@ impl Loader {
             });
             let (stage, report, reference) = match result {
                 Ok((found, renderer)) => (Stage::Scene(Box::new(renderer)), found.note, found.reference),
-                Err(error) => (Stage::Dry, error.to_string(), wish.kept.clone()),
+                Err(error) => (Stage::Dry, in_words(&error), wish.kept.clone()),
             };
             // A state restored meanwhile asks for another scene: begin again.
             if self.params.scene_reference.replace(reference.clone(), restores) {
@@ -187,7 +188,7 @@ impl Loader {
             let result = find_walk(wish.choices.walk_slot, &wish.kept);
             let (walk, report, file) = match result.and_then(|file| Ok((file.to_walk()?, file))) {
                 Ok((walk, file)) => (walk.map(Arc::new), String::new(), file),
-                Err(error) => (None, error.to_string(), wish.kept.clone()),
+                Err(error) => (None, in_words(&error), wish.kept.clone()),
             };
             if self.params.kept_walk.replace(file.clone(), restores) {
                 if !report.is_empty() {
@@ -242,8 +243,8 @@ fn find_walk(slot: u32, kept: &KeptWalk) -> Result<KeptWalk, LoadError> {
     if slot == 0 || slot == kept.slot {
         return Ok(kept.clone());
     }
-    let path = library::file_in_slot(&library::folders(), library::WALK_EXTENSION, slot)?;
-    Ok(KeptWalk::from_file(&library::read(&path)?, slot)?)
+    let path = library::file_in_slot(&library::folders(), library::WALKS, slot)?;
+    Ok(KeptWalk { slot, ..KeptWalk::from_file(&path)?.0 })
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {

@@ -1,7 +1,10 @@
 //! A camera path as it is kept in files and in projects.
 
-use promenade_core::{CameraPath, KeyframeEntry, PathError, Playback};
+use crate::library::{self, LibraryError};
+use promenade_core::{CameraPath, Keyframe, KeyframeEntry, PathError, Playback};
+use promenade_paths::{ImportOptions, PathFileError};
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 use thiserror::Error;
 
 /// A camera path as the project keeps it.
@@ -36,9 +39,12 @@ pub enum WalkError {
     /// The keyframes make no path.
     #[error(transparent)]
     Path(#[from] PathError),
-    /// The file is no JSON of this form.
-    #[error("the camera path cannot be read: {0}")]
-    Json(#[from] serde_json::Error),
+    /// The file cannot be read.
+    #[error(transparent)]
+    Io(#[from] LibraryError),
+    /// The file holds no camera path.
+    #[error(transparent)]
+    File(#[from] PathFileError),
 }
 
 impl Default for KeptWalk {
@@ -48,12 +54,21 @@ impl Default for KeptWalk {
 }
 
 impl KeptWalk {
-    /// Reads a camera path file: a JSON array of keyframes.
+    /// Reads a camera path file: JSON, CSV, COLMAP's cameras or a glTF animation. Also says what had to be assumed.
     ///
     /// # Errors
-    /// It is no JSON of this form.
-    pub fn from_file(bytes: &[u8], slot: u32) -> Result<Self, WalkError> {
-        Ok(Self { keyframes: serde_json::from_slice(bytes)?, slot, ..Self::default() })
+    /// The file cannot be read or holds no camera path.
+    pub fn from_file(path: &Path) -> Result<(Self, Vec<String>), WalkError> {
+        let name = path.display().to_string();
+        let mut beside = |other: &str| std::fs::read(path.with_file_name(other));
+        let imported = promenade_paths::read(&name, &library::read(path)?, &ImportOptions::default(), &mut beside)?;
+        Ok((Self::of(imported.path.keyframes()), imported.notes))
+    }
+
+    /// A path through these keyframes, run through once at its own speed.
+    #[must_use]
+    pub fn of(keyframes: &[Keyframe]) -> Self {
+        Self { keyframes: keyframes.iter().map(|k| KeyframeEntry::from(*k)).collect(), ..Self::default() }
     }
 
     /// The path in radians, or `None` when it has no keyframes.
@@ -79,7 +94,10 @@ mod tests {
     use super::*;
 
     fn of(json: &str) -> Result<Option<Walk>, WalkError> {
-        KeptWalk::from_file(json.as_bytes(), 1)?.to_walk()
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("walk.json");
+        std::fs::write(&path, json).unwrap();
+        KeptWalk::from_file(&path)?.0.to_walk()
     }
 
     #[test]
@@ -93,12 +111,15 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused_with_a_reason() {
-        assert!(matches!(of("[1"), Err(WalkError::Json(_))));
-        assert!(matches!(
-            of(r#"[{"t": 0, "position": [1, 2, 3]}]"#),
-            Err(WalkError::Path(PathError::Orientation { index: 0, .. }))
-        ));
-        assert!(matches!(of(r#"[{"t": 0, "position": [1, 2, 3], "quat": [0, 0, 0, 0]}]"#), Err(WalkError::Path(_))));
+        for (json, reason) in [
+            ("[1", "walk.json"),
+            (r#"[{"t": 0, "position": [1, 2, 3]}]"#, "ypr"),
+            (r#"[{"t": 0, "position": [1, 2, 3], "quat": [0, 0, 0, 0]}]"#, "unit quaternion"),
+        ] {
+            let error = crate::causes::in_words(&of(json).unwrap_err());
+            assert!(error.contains(reason), "{error}");
+        }
+        assert!(matches!(KeptWalk::from_file(Path::new("no/such.csv")), Err(WalkError::Io(_))));
         let endless = KeptWalk { speed: f64::INFINITY, ..KeptWalk::default() };
         assert!(matches!(endless.to_walk(), Err(WalkError::Speed(_))));
     }

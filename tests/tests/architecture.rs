@@ -24,7 +24,8 @@ fn ours(of: &str) -> Vec<String> {
 #[test]
 fn the_crates_meet_in_core_alone() {
     assert!(ours("promenade-core").is_empty());
-    assert_eq!(ours("promenade-plugin"), ["promenade-core"]);
+    assert_eq!(ours("promenade-paths"), ["promenade-core"]);
+    assert_eq!(ours("promenade-plugin"), ["promenade-core", "promenade-paths"]);
     assert!(ours("promenade-audio").is_empty());
     assert_eq!(ours("promenade-baker"), ["promenade-audio", "promenade-core"]);
     assert_eq!(ours("promenade"), ["promenade-audio", "promenade-baker", "promenade-core"]);

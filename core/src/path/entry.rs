@@ -48,6 +48,14 @@ impl KeyframeEntry {
     }
 }
 
+impl From<Keyframe> for KeyframeEntry {
+    /// As a quaternion, which says every orientation exactly.
+    fn from(keyframe: Keyframe) -> Self {
+        let q = keyframe.pose.orientation;
+        Self { t: keyframe.t_s, position: keyframe.pose.position.to_array(), ypr: None, quat: Some([q.w, q.x, q.y, q.z]) }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,6 +67,14 @@ mod tests {
         let quat = KeyframeEntry { quat: Some([half, 0.0, 0.0, half]), ..KeyframeEntry::default() }.to_keyframe(0).unwrap();
         assert!(ypr.pose.orientation.angle_between(quat.pose.orientation) < 1e-3);
         assert!((ypr.pose.orientation * Vec3::X - Vec3::Y).length() < 1e-6);
+    }
+
+    #[test]
+    fn a_keyframe_comes_back_from_its_entry() {
+        let keyframe = Keyframe { t_s: 0.1, pose: Pose::from_ypr(Vec3::new(0.1, -2.0, 3e-7), 3.1, -1.57, 0.2) };
+        let back = KeyframeEntry::from(keyframe).to_keyframe(0).unwrap();
+        assert_eq!((back.t_s, back.pose.position), (keyframe.t_s, keyframe.pose.position));
+        assert!((back.pose.orientation - keyframe.pose.orientation).length() < 1e-6);
     }
 
     #[test]

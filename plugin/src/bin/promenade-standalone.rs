@@ -1,6 +1,7 @@
 //! Promenade without a host: live input from JACK or the system's sound, or a file.
 
 use nice_plug::prelude::nice_export_standalone_with_args;
+use promenade_plugin::causes::in_words;
 use promenade_plugin::{Promenade, player};
 use std::path::Path;
 use std::process::ExitCode;
@@ -38,8 +39,7 @@ fn main() -> ExitCode {
     if let Some(file) = file
         && let Err(error) = player.open(Path::new(&file))
     {
-        let cause = std::error::Error::source(&error).map(|s| format!(": {s}")).unwrap_or_default();
-        return refuse(&format!("{error}{cause}"));
+        return refuse(&in_words(&error));
     }
     if nice_export_standalone_with_args::<Promenade, _>(rest) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
