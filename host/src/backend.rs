@@ -19,6 +19,9 @@ pub(crate) trait Backend {
     /// Queues a value for a sample of the next block.
     fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), HostError>;
 
+    /// Hands the queued values over without sound.
+    fn flush(&mut self) -> Result<(), HostError>;
+
     fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError>;
 
     /// A value as the plugin writes it, with its unit.

@@ -75,11 +75,14 @@ impl Bundle {
     /// # Errors
     /// As [`Bundle::load`].
     pub fn load_as(path: &Path, format: Format) -> Result<Self, HostError> {
+        // A name without a folder would be looked for among the system's libraries.
+        let absolute = std::path::absolute(path);
+        let path = absolute.map_err(|e| HostError::Load { path: path.to_path_buf(), reason: e.to_string() })?;
         let inner = match format {
-            Format::Clap => Inner::Clap(ClapBundle::load(path)?),
-            Format::Vst3 => Inner::Vst3(Vst3Bundle::load(path)?),
+            Format::Clap => Inner::Clap(ClapBundle::load(&path)?),
+            Format::Vst3 => Inner::Vst3(Vst3Bundle::load(&path)?),
         };
-        Ok(Self { path: path.to_path_buf(), inner })
+        Ok(Self { path, inner })
     }
 
     /// The bundle around plugins of this very program.

@@ -186,15 +186,13 @@ impl ClapPlugin {
         self.heard.clear();
     }
 
-    /// Exchanges parameter values without sound.
-    fn flush(&mut self) {
-        let Ok(params) = self.extension::<PluginParams>("parameters") else { return };
-        if let Some(processor) = &mut self.processor {
-            self.requests.set_audio(true);
-            params.flush_active(&mut processor.plugin_handle(), &InputEvents::empty(), &mut self.heard.as_output());
-            self.requests.set_audio(false);
-            self.listen();
+    /// The values for the next block, in order of time, none beyond its last sample.
+    fn queue(&mut self, last: u32) {
+        self.events.clear();
+        for event in self.pending.drain(..) {
+            self.events.push(&event.with_time(event.time().min(last)));
         }
+        self.events.sort();
     }
 }
 
@@ -254,6 +252,17 @@ impl Backend for ClapPlugin {
         Ok(())
     }
 
+    fn flush(&mut self) -> Result<(), HostError> {
+        let params = self.extension::<PluginParams>("parameters")?;
+        self.queue(0);
+        let Some(processor) = &mut self.processor else { return Err(self.failed("take values", "it is not active")) };
+        self.requests.set_audio(true);
+        params.flush_active(&mut processor.plugin_handle(), &self.events.as_input(), &mut self.heard.as_output());
+        self.requests.set_audio(false);
+        self.listen();
+        Ok(())
+    }
+
     fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError> {
         let params = self.extension::<PluginParams>("parameters")?;
         let value = params.get_value(&self.instance.plugin_handle(), ClapId::new(parameter.id));
@@ -277,15 +286,10 @@ impl Backend for ClapPlugin {
     }
 
     fn process(&mut self, input: &[&[f32]], output: [&mut [f32]; 2], position: Option<Position>) -> Result<(), HostError> {
-        let Some(processor) = &mut self.processor else { return Err(self.failed("play", "it is not active")) };
         let len = output[0].len();
         // What was set for a sample that does not come is set at the last one.
-        let last = u32::try_from(len.saturating_sub(1)).unwrap_or(u32::MAX);
-        self.events.clear();
-        for event in self.pending.drain(..) {
-            self.events.push(&event.with_time(event.time().min(last)));
-        }
-        self.events.sort();
+        self.queue(u32::try_from(len.saturating_sub(1)).unwrap_or(u32::MAX));
+        let Some(processor) = &mut self.processor else { return Err(self.failed("play", "it is not active")) };
         let transport = position.map(|position| transport_at(position, self.setup.tempo));
         let (inputs, mut outputs) = self.ports.connect(input, len);
         self.requests.set_audio(true);
@@ -346,7 +350,7 @@ impl Backend for ClapPlugin {
             self.instance.call_on_main_thread_callback();
         }
         if self.requests.take_flush() {
-            self.flush();
+            self.flush()?;
         }
         if self.requests.take_closed() {
             self.editor.destroy(&mut self.instance);

@@ -60,15 +60,15 @@ impl Instance {
         Ok(())
     }
 
-    /// Hands over what was set, and starts again with it: a block of silence, and a restart. What a plugin does only when it is
-    /// activated, such as loading files that were chosen, is done, and the next block is the first.
+    /// Hands over what was set, without sound, and starts again with it: what a plugin does only when it is activated, such as loading
+    /// files that were chosen, is done, and the next block is the first.
     ///
     /// # Errors
-    /// The plugin fails to play or does not start.
+    /// The plugin does not take the values or does not start.
     pub fn settle(&mut self) -> Result<(), HostError> {
-        let silence = vec![0.0; self.setup.block];
-        let track = vec![silence.as_slice(); self.setup.inputs];
-        self.process(&track)?;
+        if !self.parameters.is_empty() {
+            self.plugin.flush()?;
+        }
         self.restart(self.setup)
     }
 

@@ -24,8 +24,8 @@ use vst3_host::{Error, Vst3Host};
 const USUAL_TEMPO: f64 = 120.0;
 /// The category of classes that process sound.
 const AUDIO_CLASS: &str = "Audio Module Class";
-/// The first bytes of a preset file.
-const PRESET: &[u8] = b"VST3";
+/// The first bytes of a preset file: its name and version.
+const PRESET: &[u8] = b"VST3\x01\0\0\0";
 
 /// A loaded VST3 bundle and what is in it.
 pub(crate) struct Vst3Bundle {
@@ -205,6 +205,12 @@ impl Backend for Vst3Plugin {
         let offset = i32::try_from(offset).unwrap_or(i32::MAX);
         let done = self.plugin.set_parameter_at(parameter.id, normalized, offset);
         done.map_err(|e| self.failed("take a parameter's value", e))
+    }
+
+    fn flush(&mut self) -> Result<(), HostError> {
+        // A block of no samples is the format's way to do so.
+        let mut nothing = AudioBuffers::new(self.buffers.inputs.len(), self.buffers.outputs.len(), 0, self.setup.rate);
+        self.plugin.process_audio(&mut nothing).map_err(|e| self.failed("take values", e))
     }
 
     fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError> {

@@ -26,7 +26,16 @@ fn the_crates_meet_in_core_alone() {
     assert!(ours("promenade-core").is_empty());
     assert_eq!(ours("promenade-plugin"), ["promenade-core"]);
     assert_eq!(ours("promenade-baker"), ["promenade-core"]);
-    assert_eq!(ours("promenade"), ["promenade-baker", "promenade-core"]);
+    assert_eq!(ours("promenade"), ["promenade-baker", "promenade-core", "promenade-host"]);
+}
+
+#[test]
+fn the_host_knows_no_plugin_in_particular() {
+    assert!(ours("promenade-host").is_empty());
+    for shipped in ["promenade-core", "promenade-plugin"] {
+        let all = closure(shipped);
+        assert!(!all.iter().any(|n| n.starts_with("clack") || n == "vst3-host"), "{shipped}");
+    }
 }
 
 #[test]

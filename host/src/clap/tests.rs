@@ -300,6 +300,16 @@ fn a_flush_that_was_asked_for_comes_without_sound() {
 }
 
 #[test]
+fn what_was_set_is_there_once_it_has_settled() {
+    let mut odd = mono();
+    odd.set_at(3, 0.5, 17).unwrap();
+    odd.settle().unwrap();
+    assert_eq!(odd.value(3).unwrap(), 0.5);
+    let wanted = 10_f32.powf(-24.0 / 20.0);
+    assert!(odd.process(&[&[1.0; 200]]).unwrap()[0][100..].iter().all(|s| (s - wanted).abs() < 1e-6));
+}
+
+#[test]
 fn refusals_are_errors() {
     let mut odd = mono();
     assert!(matches!(odd.process(&[&[2.0 * TOO_LOUD; 8]]), Err(HostError::Failed { .. })));
