@@ -26,6 +26,8 @@ pub(crate) enum Command {
     Import(Box<ImportArgs>),
     /// Render a WAV file through a scene, along a path or at one pose
     Render(RenderArgs),
+    /// Render a WAV file through a plugin as a host does, with automation, or list its parameters
+    Host(HostArgs),
     /// Show what a scene file holds
     Inspect(InspectArgs),
     /// Compare a scene with the measurements held out of it and its streams with its model's clips, or measure a response
@@ -216,6 +218,48 @@ pub(crate) struct RenderArgs {
     pub(crate) block: u32,
 }
 
+#[derive(Debug, Args)]
+pub(crate) struct HostArgs {
+    /// Plugin: a file or folder whose name ends in .clap or .vst3
+    pub(crate) bundle: PathBuf,
+    /// Dry WAV file, mono or stereo
+    #[arg(required_unless_present = "list")]
+    pub(crate) input: Option<PathBuf>,
+    /// Stereo WAV file to write, 32-bit float
+    #[arg(required_unless_present = "list")]
+    pub(crate) output: Option<PathBuf>,
+    /// Name, vendor, version, latency and parameters of the plugin instead of a rendering
+    #[arg(long, conflicts_with_all = ["input", "output", "automation", "tail", "save_state"])]
+    pub(crate) list: bool,
+    /// Plugin of a bundle with several, by name or id; without it the first
+    #[arg(long, value_name = "NAME")]
+    pub(crate) plugin: Option<String>,
+    /// Values of parameters over time, JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) automation: Option<PathBuf>,
+    /// State to start from: a VST3 preset (.vstpreset), or what --save-state has written
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state: Option<PathBuf>,
+    /// Value of a parameter, by name or number, as the plugin writes it
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_setting)]
+    pub(crate) settings: Vec<(String, String)>,
+    /// Write the plugin's state as it is at the start
+    #[arg(long, value_name = "FILE")]
+    pub(crate) save_state: Option<PathBuf>,
+    /// Sample rate of the plugin and the output, hertz, to which the input is converted; without it the input's
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
+    pub(crate) rate: Option<u32>,
+    /// Samples played at a time
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub(crate) block: u32,
+    /// Tell the plugin that it plays in real time; it still runs as fast as it can
+    #[arg(long)]
+    pub(crate) realtime: bool,
+    /// Silence after the input, seconds
+    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = parse_tail)]
+    pub(crate) tail: f64,
+}
+
 /// What a file is rendered with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RenderTier {
@@ -367,6 +411,15 @@ fn parse_gain(text: &str) -> Result<f32, String> {
 
 fn parse_speed(text: &str) -> Result<f64, String> {
     parse_within(text, -1000.0, 1000.0)
+}
+
+fn parse_setting(text: &str) -> Result<(String, String), String> {
+    let pair = text.split_once('=').filter(|(name, _)| !name.is_empty());
+    pair.map(|(name, value)| (name.to_owned(), value.to_owned())).ok_or_else(|| "expected NAME=VALUE".to_owned())
+}
+
+fn parse_tail(text: &str) -> Result<f64, String> {
+    parse_within(text, 0.0, 3600.0)
 }
 
 fn parse_bits(text: &str) -> Result<Format, String> {

@@ -1,4 +1,4 @@
-//! `promenade`: bake scenes, render sound through them, inspect and measure them.
+//! `promenade`: bake scenes, render sound through them and through plugins, inspect and measure them.
 //!
 //! Results go to standard output, progress and remarks to standard error. The exit status is 0 for success, 1 for failure with a
 //! line `error: ...`, and 2 for a command line that is not understood.
@@ -6,6 +6,7 @@
 mod args;
 mod bake;
 mod clip;
+mod host;
 mod import;
 mod inspect;
 mod measure;
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
         args::Command::Bake { source: args::BakeSource::Field(a) } => bake::field(&a),
         args::Command::Import(a) => import::run(&a),
         args::Command::Render(a) => render::run(&a),
+        args::Command::Host(a) => host::run(&a),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
     };

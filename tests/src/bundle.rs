@@ -7,8 +7,12 @@ use std::{env, fs};
 /// The environment variable with the folder of the bundles.
 const BUNDLES_VARIABLE: &str = "PROMENADE_BUNDLES";
 
-/// The path of the CLAP plugin.
-pub(crate) fn clap() -> PathBuf {
+/// The path of the CLAP plugin: a bundle, or a library without its ending.
+///
+/// # Panics
+/// It is not built.
+#[must_use]
+pub fn clap() -> PathBuf {
     match env::var_os(BUNDLES_VARIABLE) {
         Some(folder) => existing(Path::new(&folder).join("Promenade.clap")),
         None => library(),
@@ -16,7 +20,11 @@ pub(crate) fn clap() -> PathBuf {
 }
 
 /// The path of the VST3 bundle.
-pub(crate) fn vst3() -> PathBuf {
+///
+/// # Panics
+/// It is not built.
+#[must_use]
+pub fn vst3() -> PathBuf {
     static MADE: OnceLock<PathBuf> = OnceLock::new();
     match env::var_os(BUNDLES_VARIABLE) {
         Some(folder) => existing(Path::new(&folder).join("Promenade.vst3")),

@@ -1,19 +1,16 @@
-//! Hosts without a screen that load the built plugin, for the tests in `tests/`.
+//! The built plugin in a host without a screen, for the tests in `tests/`.
 //!
 //! `PROMENADE_BUNDLES` names the folder with `Promenade.clap` and `Promenade.vst3`; without it the shared library that cargo has just
 //! built beside the tests is loaded.
 
-mod bundle;
-mod clap_host;
-mod host;
+pub mod bundle;
 mod library;
+mod played;
 pub mod signal;
-mod vst3;
 
-pub use clap_host::ClapHost;
-pub use host::{Host, Knob, Setup, edit_state, host_id, render};
 pub use library::in_library;
-pub use vst3::Vst3;
+pub use played::{ClapHost, Host, Knob, Vst3, edit_state, host_id, render};
+pub use promenade_host::{Format, Setup};
 
 /// Runs generic tests in both formats: `fn name<H: Host>()` becomes `clap::name` and `vst3::name`.
 #[macro_export]

@@ -28,7 +28,16 @@ fn the_crates_meet_in_core_alone() {
     assert_eq!(ours("promenade-plugin"), ["promenade-core", "promenade-paths"]);
     assert!(ours("promenade-audio").is_empty());
     assert_eq!(ours("promenade-baker"), ["promenade-audio", "promenade-core"]);
-    assert_eq!(ours("promenade"), ["promenade-audio", "promenade-baker", "promenade-core"]);
+    assert_eq!(ours("promenade"), ["promenade-audio", "promenade-baker", "promenade-core", "promenade-host", "promenade-paths"]);
+}
+
+#[test]
+fn the_host_knows_no_plugin_in_particular() {
+    assert!(ours("promenade-host").is_empty());
+    for shipped in ["promenade-core", "promenade-plugin"] {
+        let all = closure(shipped);
+        assert!(!all.iter().any(|n| n.starts_with("clack") || n == "vst3-host"), "{shipped}");
+    }
 }
 
 #[test]

@@ -1,0 +1,175 @@
+//! `promenade host`: a WAV file through a plugin, as a host renders it.
+
+use crate::args::HostArgs;
+use crate::{progress, report};
+use anyhow::{Context, Result, bail};
+use promenade_baker::wav::{self, Format, Wav, WavReader, WavWriter};
+use promenade_baker::{BakeError, atomic, resample};
+use promenade_host::{AutomationFile, Bounce, Bundle, Instance, Setup};
+use std::path::Path;
+use std::time::Instant;
+
+/// Sample rate at which a plugin is listed, hertz.
+const USUAL_RATE: u32 = 48_000;
+
+/// The dry sound, at the plugin's rate.
+enum Source {
+    /// Read as it is played.
+    File(WavReader),
+    /// Converted from another rate.
+    Converted { channels: Vec<Vec<f32>>, at: usize },
+}
+
+impl Source {
+    fn open(path: &Path, rate_hz: Option<u32>) -> Result<Self> {
+        let reader = WavReader::open(path)?;
+        if reader.channels() > 2 {
+            bail!("{}: expected 1 or 2 channels, found {}", path.display(), reader.channels());
+        }
+        match rate_hz.filter(|&rate_hz| rate_hz != reader.sample_rate_hz()) {
+            None => Ok(Self::File(reader)),
+            Some(rate_hz) => {
+                let Wav { sample_rate_hz, channels } = wav::read(path)?;
+                Ok(Self::Converted { channels: resample::signal(&channels, sample_rate_hz, rate_hz)?, at: 0 })
+            }
+        }
+    }
+
+    fn channels(&self) -> usize {
+        match self {
+            Self::File(reader) => usize::from(reader.channels()),
+            Self::Converted { channels, .. } => channels.len(),
+        }
+    }
+
+    fn frames(&self) -> usize {
+        match self {
+            Self::File(reader) => reader.frames() as usize,
+            Self::Converted { channels, .. } => channels.first().map_or(0, Vec::len),
+        }
+    }
+
+    /// Fills each channel with the next samples, and with silence after the last.
+    fn fill(&mut self, count: usize, block: &mut [Vec<f32>]) -> Result<(), BakeError> {
+        block.iter_mut().for_each(Vec::clear);
+        match self {
+            Self::File(reader) => drop(reader.read(count, block)?),
+            Self::Converted { channels, at } => {
+                for (to, from) in block.iter_mut().zip(channels.iter()) {
+                    to.extend_from_slice(&from[(*at).min(from.len())..(*at + count).min(from.len())]);
+                }
+                *at += count;
+            }
+        }
+        block.iter_mut().for_each(|channel| channel.resize(count, 0.0));
+        Ok(())
+    }
+}
+
+pub(crate) fn run(args: &HostArgs) -> Result<()> {
+    let bundle = Bundle::load(&args.bundle)?;
+    match (&args.input, &args.output) {
+        (Some(input), Some(output)) => render(args, &bundle, input, output),
+        _ => list(args, &bundle),
+    }
+}
+
+/// Opens the plugin, with its state and values as they are to be at the start.
+fn opened(args: &HostArgs, bundle: &Bundle, rate_hz: u32, inputs: usize) -> Result<Instance> {
+    let plugin = match &args.plugin {
+        Some(wanted) => bundle.find(wanted)?,
+        None => &bundle.plugins()[0],
+    };
+    let setup =
+        Setup { rate: f64::from(rate_hz), block: args.block as usize, inputs, offline: !args.realtime, ..Setup::default() };
+    let mut instance = bundle.open_plugin(plugin, setup).with_context(|| format!("{}", args.bundle.display()))?;
+    if let Some(state) = &args.state {
+        instance.load_file(state).with_context(|| format!("{}", state.display()))?;
+    }
+    for (name, value) in &args.settings {
+        let id = instance.parameter(name)?.id;
+        let normalized = instance.from_text(id, value)?;
+        instance.set_at(id, normalized, 0)?;
+    }
+    instance.settle()?;
+    Ok(instance)
+}
+
+fn list(args: &HostArgs, bundle: &Bundle) -> Result<()> {
+    let rate_hz = args.rate.unwrap_or(USUAL_RATE);
+    // Some plugins have no stereo input.
+    let mut instance = opened(args, bundle, rate_hz, 2).or_else(|_| opened(args, bundle, rate_hz, 1))?;
+    let latency = instance.latency()?;
+    let info = instance.info();
+    let mut text = format!(
+        "{} {} ({}), by {}\nid {}\nlatency {latency} samples at {rate_hz} Hz, {:.2} ms\n",
+        info.name,
+        info.version,
+        bundle.format(),
+        info.vendor,
+        info.id,
+        1e3 * latency as f64 / f64::from(rate_hz)
+    );
+    for other in bundle.plugins().iter().filter(|other| *other != info) {
+        text += &format!("also in it: {} ({})\n", other.name, other.id);
+    }
+    let head = ["parameter", "number", "default", "now", "steps", "automatable"].map(str::to_owned).to_vec();
+    let mut rows = vec![head];
+    for parameter in instance.parameters().to_vec() {
+        let now = instance.value(parameter.id).and_then(|value| instance.text(parameter.id, value));
+        let steps = if parameter.steps == 0 { "-".to_owned() } else { parameter.steps.to_string() };
+        let automatable = if parameter.automatable { "yes" } else { "no" };
+        let (id, now) = (parameter.id.to_string(), now.unwrap_or_default());
+        rows.push(vec![parameter.name, id, parameter.default_text, now, steps, automatable.to_owned()]);
+    }
+    text.push('\n');
+    text += &report::table(&rows, false);
+    report::print(&text)
+}
+
+fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Result<()> {
+    let began = Instant::now();
+    let mut source = Source::open(input, args.rate)?;
+    let rate_hz = match &source {
+        Source::File(reader) => reader.sample_rate_hz(),
+        Source::Converted { .. } => args.rate.unwrap_or(USUAL_RATE),
+    };
+    let rate = f64::from(rate_hz);
+    let mut instance = opened(args, bundle, rate_hz, source.channels())?;
+    let lanes = match &args.automation {
+        Some(path) => AutomationFile::read(path)?.lanes(&mut instance)?,
+        None => Vec::new(),
+    };
+    if let Some(path) = &args.save_state {
+        atomic::write(path, &instance.save()?)?;
+    }
+    let mut writer = WavWriter::create(output, rate_hz, 2, Format::Float32)?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an hour at most")]
+    let tail = (args.tail * rate).round() as usize;
+    let mut bounce = Bounce::new(&mut instance, &lanes)?;
+    let whole = source.frames() + tail + bounce.latency();
+    let bar = progress::of_sound(whole as f64 / rate);
+    let block = args.block as usize;
+    let mut dry = vec![Vec::with_capacity(block); source.channels()];
+    let mut wet = [Vec::with_capacity(block), Vec::with_capacity(block)];
+    for position in (0..whole).step_by(block) {
+        source.fill(block.min(whole - position), &mut dry)?;
+        let track: Vec<&[f32]> = dry.iter().map(Vec::as_slice).collect();
+        wet.iter_mut().for_each(Vec::clear);
+        bounce.play(&track, &mut wet)?;
+        writer.write(&[&wet[0], &wet[1]])?;
+        bar.at(position as f64 / rate);
+    }
+    let latency = bounce.latency();
+    let changed = bounce.finish()?;
+    let written = writer.finish()?;
+    drop(bar);
+    let (sound, took) = (written.frames as f64 / rate, began.elapsed().as_secs_f64());
+    eprintln!("{}: {sound:.2} s of sound in {took:.2} s, {:.0} times real time", output.display(), sound / took.max(1e-9));
+    if let Some(now) = changed {
+        eprintln!(
+            "note: the plugin's latency went from {latency} to {now} samples on the way; what came after that is out of time by it"
+        );
+    }
+    Ok(())
+}

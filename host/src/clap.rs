@@ -1,0 +1,406 @@
+//! CLAP, through clack.
+
+mod editor;
+mod handlers;
+mod ports;
+#[cfg(test)]
+mod tests;
+
+use crate::HostError;
+use crate::backend::Backend;
+use crate::bundle::PluginInfo;
+use crate::editor::Editor;
+use crate::parameter::{Edit, EditKind, Parameter, unit_of};
+use crate::setup::{Position, Setup};
+use clack_extensions::latency::PluginLatency;
+use clack_extensions::params::{ParamInfoBuffer, ParamInfoFlags, PluginParams};
+use clack_extensions::render::{PluginRender, RenderMode};
+use clack_extensions::state::PluginState;
+use clack_extensions::tail::{PluginTail, TailLength};
+use clack_host::events::EventFlags;
+use clack_host::events::event_types::{ParamValueEvent, TransportEvent, TransportFlags};
+use clack_host::events::spaces::CoreEventSpace;
+use clack_host::extensions::{Extension, PluginExtensionSide};
+use clack_host::plugin::PluginDescriptor;
+use clack_host::prelude::*;
+use clack_host::utils::{BeatTime, SecondsTime};
+use editor::ClapEditor;
+use handlers::{Handlers, Requests};
+use ports::Ports;
+use std::ffi::{CStr, CString};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A loaded CLAP library.
+pub(crate) struct ClapBundle {
+    entry: PluginEntry,
+    plugins: Vec<PluginInfo>,
+}
+
+fn owned(text: Option<&CStr>) -> String {
+    text.map(|t| t.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+impl ClapBundle {
+    pub(crate) fn load(path: &Path) -> Result<Self, HostError> {
+        let failed = |reason: String| HostError::Load { path: path.to_path_buf(), reason };
+        if !path.exists() {
+            return Err(failed("there is no such file".to_owned()));
+        }
+        #[expect(unsafe_code, reason = "loading a shared library runs its code")]
+        // SAFETY: whoever names a plugin to a host wants its code to run.
+        let entry = unsafe { PluginEntry::load(path) }.map_err(|e| failed(e.to_string()))?;
+        let bundle = Self::of_entry(entry);
+        if bundle.plugins.is_empty() {
+            return Err(failed("it lists no plugin".to_owned()));
+        }
+        Ok(bundle)
+    }
+
+    pub(crate) fn of_entry(entry: PluginEntry) -> Self {
+        let listed = entry.get_plugin_factory().into_iter().flat_map(|factory| factory.plugin_descriptors());
+        let info = |d: &PluginDescriptor| {
+            let (id, name) = (owned(d.id()), owned(d.name()));
+            PluginInfo {
+                name: if name.is_empty() { id.clone() } else { name },
+                id,
+                vendor: owned(d.vendor()),
+                version: owned(d.version()),
+            }
+        };
+        let plugins = listed.filter(|d| d.id().is_some()).map(info).collect();
+        Self { entry, plugins }
+    }
+
+    pub(crate) fn plugins(&self) -> &[PluginInfo] {
+        &self.plugins
+    }
+
+    pub(crate) fn open(&self, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<ClapPlugin, HostError> {
+        let failed = |reason: String| HostError::Load { path: path.to_path_buf(), reason };
+        let info = HostInfo::new("Promenade", "Promenade", "", env!("CARGO_PKG_VERSION")).map_err(|e| failed(e.to_string()))?;
+        let id = CString::new(plugin.id.as_str()).map_err(|e| failed(e.to_string()))?;
+        let requests = Arc::new(Requests::default());
+        let theirs = Arc::clone(&requests);
+        let instance = PluginInstance::new(
+            |_| handlers::Shared(theirs),
+            |shared: &handlers::Shared| handlers::Main(Arc::clone(&shared.0)),
+            &self.entry,
+            &id,
+            &info,
+        )
+        .map_err(|e| failed(e.to_string()))?;
+        let mut opened = ClapPlugin {
+            processor: None,
+            instance,
+            editor: ClapEditor::default(),
+            info: plugin.clone(),
+            requests,
+            setup,
+            ports: Ports::default(),
+            pending: Vec::new(),
+            events: EventBuffer::new(),
+            heard: EventBuffer::new(),
+            edits: Vec::new(),
+            steady: 0,
+        };
+        opened.ports = Ports::choose(&mut opened.instance, &opened.info.name, setup.inputs)?;
+        opened.start()?;
+        Ok(opened)
+    }
+}
+
+/// A running CLAP plugin.
+pub(crate) struct ClapPlugin {
+    // The processor goes first: it must not outlive the instance's activation.
+    processor: Option<StartedPluginAudioProcessor<Handlers>>,
+    instance: PluginInstance<Handlers>,
+    editor: ClapEditor,
+    info: PluginInfo,
+    requests: Arc<Requests>,
+    setup: Setup,
+    ports: Ports,
+    /// Values for the next block.
+    pending: Vec<ParamValueEvent>,
+    /// The same, in order of time.
+    events: EventBuffer,
+    /// What the plugin says in a block.
+    heard: EventBuffer,
+    /// The same of its parameters, in the plugin's own range.
+    edits: Vec<Edit>,
+    /// Samples since the activation.
+    steady: u64,
+}
+
+impl ClapPlugin {
+    fn extension<E: Extension<ExtensionSide = PluginExtensionSide>>(&mut self, what: &'static str) -> Result<E, HostError> {
+        let found = self.instance.plugin_handle().get_extension();
+        found.ok_or_else(|| HostError::Missing { plugin: self.info.name.clone(), what })
+    }
+
+    fn failed(&self, what: &'static str, reason: impl ToString) -> HostError {
+        HostError::Failed { plugin: self.info.name.clone(), what, reason: reason.to_string() }
+    }
+
+    fn start(&mut self) -> Result<(), HostError> {
+        if let Ok(render) = self.extension::<PluginRender>("modes") {
+            let mode = if self.setup.offline { RenderMode::Offline } else { RenderMode::Realtime };
+            // Who declines the mode plays in the other.
+            let _ = render.set(&self.instance.plugin_handle(), mode);
+        }
+        let config = PluginAudioConfiguration {
+            sample_rate: self.setup.rate,
+            min_frames_count: 1,
+            max_frames_count: u32::try_from(self.setup.block).unwrap_or(u32::MAX),
+        };
+        self.ports.fit(self.setup.block);
+        self.steady = 0;
+        let stopped = self.instance.activate(|_, _| (), config).map_err(|e| self.failed("be activated", e))?;
+        self.requests.set_audio(true);
+        let started = stopped.start_processing();
+        self.requests.set_audio(false);
+        self.processor = Some(started.map_err(|e| self.failed("start", e))?);
+        self.serve()
+    }
+
+    fn stop(&mut self) {
+        if let Some(processor) = self.processor.take() {
+            self.requests.set_audio(true);
+            let stopped = processor.stop_processing();
+            self.requests.set_audio(false);
+            self.instance.deactivate(stopped);
+        }
+    }
+
+    /// Keeps what the plugin has said about its parameters.
+    fn listen(&mut self) {
+        for event in &self.heard {
+            let edit = match event.as_core_event() {
+                Some(CoreEventSpace::ParamValue(e)) => e.param_id().map(|id| (id, EditKind::Value(e.value()))),
+                Some(CoreEventSpace::ParamGestureBegin(e)) => e.param_id().map(|id| (id, EditKind::Begin)),
+                Some(CoreEventSpace::ParamGestureEnd(e)) => e.param_id().map(|id| (id, EditKind::End)),
+                _ => None,
+            };
+            self.edits.extend(edit.map(|(id, kind)| Edit { id: id.get(), kind }));
+        }
+        self.heard.clear();
+    }
+
+    /// The values for the next block, in order of time, none beyond its last sample.
+    fn queue(&mut self, last: u32) {
+        self.events.clear();
+        for event in self.pending.drain(..) {
+            self.events.push(&event.with_time(event.time().min(last)));
+        }
+        self.events.sort();
+    }
+}
+
+impl Drop for ClapPlugin {
+    fn drop(&mut self) {
+        self.editor.destroy(&mut self.instance);
+        self.stop();
+    }
+}
+
+impl Backend for ClapPlugin {
+    fn info(&self) -> &PluginInfo {
+        &self.info
+    }
+
+    fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
+        self.stop();
+        self.setup = setup;
+        self.start()
+    }
+
+    fn parameters(&mut self) -> Result<Vec<Parameter>, HostError> {
+        let Ok(params) = self.extension::<PluginParams>("parameters") else { return Ok(Vec::new()) };
+        let count = params.count(&self.instance.plugin_handle());
+        let mut buffer = ParamInfoBuffer::new();
+        let mut all = Vec::new();
+        for index in 0..count {
+            let handle = self.instance.plugin_handle();
+            let Some(info) = params.get_info(&handle, index, &mut buffer) else { continue };
+            let (least, greatest) = (info.min_value, info.max_value);
+            let stepped = info.flags.contains(ParamInfoFlags::IS_STEPPED);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+            let steps = if stepped { (greatest - least).round() as u32 } else { 0 };
+            let mut parameter = Parameter {
+                id: info.id.get(),
+                name: String::from_utf8_lossy(info.name).into_owned(),
+                unit: String::new(),
+                default: 0.0,
+                default_text: String::new(),
+                steps,
+                automatable: info.flags.contains(ParamInfoFlags::IS_AUTOMATABLE),
+                least,
+                greatest,
+            };
+            parameter.default = parameter.normalized(info.default_value);
+            // A parameter without a text is listed without one.
+            parameter.default_text = self.text(&parameter, parameter.default).unwrap_or_default();
+            parameter.unit = unit_of(&parameter.default_text).to_owned();
+            all.push(parameter);
+        }
+        Ok(all)
+    }
+
+    fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), HostError> {
+        let value = parameter.plain(normalized);
+        self.pending.push(ParamValueEvent::new(offset, ClapId::new(parameter.id), Pckn::match_all(), value));
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), HostError> {
+        let params = self.extension::<PluginParams>("parameters")?;
+        self.queue(0);
+        let Some(processor) = &mut self.processor else { return Err(self.failed("take values", "it is not active")) };
+        self.requests.set_audio(true);
+        params.flush_active(&mut processor.plugin_handle(), &self.events.as_input(), &mut self.heard.as_output());
+        self.requests.set_audio(false);
+        self.listen();
+        Ok(())
+    }
+
+    fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError> {
+        let params = self.extension::<PluginParams>("parameters")?;
+        let value = params.get_value(&self.instance.plugin_handle(), ClapId::new(parameter.id));
+        value.map(|v| parameter.normalized(v)).ok_or_else(|| self.failed("tell a parameter's value", &parameter.name))
+    }
+
+    fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, HostError> {
+        let params = self.extension::<PluginParams>("parameters")?;
+        let mut text = [0; 256];
+        let (id, value) = (ClapId::new(parameter.id), parameter.plain(normalized));
+        let written = params.value_to_text(&self.instance.plugin_handle(), id, value, &mut text);
+        let text = written.map(|t| String::from_utf8_lossy(t).into_owned());
+        text.map_err(|_| self.failed("write a parameter's value", &parameter.name))
+    }
+
+    fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, HostError> {
+        let params = self.extension::<PluginParams>("parameters")?;
+        let Ok(text) = CString::new(text) else { return Ok(None) };
+        let value = params.text_to_value(&self.instance.plugin_handle(), ClapId::new(parameter.id), &text);
+        Ok(value.filter(|v| v.is_finite()).map(|v| parameter.normalized(v)))
+    }
+
+    fn process(&mut self, input: &[&[f32]], output: [&mut [f32]; 2], position: Option<Position>) -> Result<(), HostError> {
+        let len = output[0].len();
+        // What was set for a sample that does not come is set at the last one.
+        self.queue(u32::try_from(len.saturating_sub(1)).unwrap_or(u32::MAX));
+        let Some(processor) = &mut self.processor else { return Err(self.failed("play", "it is not active")) };
+        let transport = position.map(|position| transport_at(position, self.setup.tempo));
+        let (inputs, mut outputs) = self.ports.connect(input, len);
+        self.requests.set_audio(true);
+        let done = processor.process(
+            &inputs,
+            &mut outputs,
+            &self.events.as_input(),
+            &mut self.heard.as_output(),
+            Some(self.steady),
+            transport.as_ref(),
+        );
+        self.requests.set_audio(false);
+        done.map_err(|e| self.failed("play", e))?;
+        self.steady += len as u64;
+        self.ports.copy_out(output);
+        self.listen();
+        // The block was the flush that the plugin may have asked for.
+        self.requests.take_flush();
+        self.serve()
+    }
+
+    fn latency(&mut self) -> Result<usize, HostError> {
+        // Who has no such extension has no latency.
+        let Ok(latency) = self.extension::<PluginLatency>("latency") else { return Ok(0) };
+        Ok(latency.get(&self.instance.plugin_handle()) as usize)
+    }
+
+    fn tail(&mut self) -> Option<usize> {
+        let Ok(tail) = self.extension::<PluginTail>("tail") else { return Some(0) };
+        match tail.get(&self.processor.as_mut()?.plugin_handle()) {
+            TailLength::Finite(samples) => Some(samples as usize),
+            TailLength::Infinite => None,
+        }
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, HostError> {
+        let state = self.extension::<PluginState>("state to save")?;
+        let mut bytes = Vec::new();
+        let saved = state.save(&self.instance.plugin_handle(), &mut bytes);
+        saved.map(|()| bytes).map_err(|e| self.failed("save its state", e))
+    }
+
+    fn load(&mut self, mut bytes: &[u8]) -> Result<(), HostError> {
+        let state = self.extension::<PluginState>("state to load")?;
+        let loaded = state.load(&self.instance.plugin_handle(), &mut bytes);
+        self.serve()?;
+        loaded.map_err(|_| self.failed("load a state", "it does not take it"))
+    }
+
+    fn load_file(&mut self, path: &Path) -> Result<(), HostError> {
+        let bytes = std::fs::read(path);
+        let bytes = bytes.map_err(|e| HostError::Load { path: path.to_path_buf(), reason: e.to_string() })?;
+        self.load(&bytes)
+    }
+
+    fn serve(&mut self) -> Result<(), HostError> {
+        if self.requests.take_callback() {
+            self.instance.call_on_main_thread_callback();
+        }
+        if self.requests.take_flush() {
+            self.flush()?;
+        }
+        if self.requests.take_closed() {
+            self.editor.destroy(&mut self.instance);
+        }
+        Ok(())
+    }
+
+    fn relisted(&mut self) -> bool {
+        self.requests.take_rescan()
+    }
+
+    fn take_edits(&mut self, parameters: &[Parameter]) -> Vec<Edit> {
+        let normalized = |edit: Edit| {
+            let EditKind::Value(plain) = edit.kind else { return Some(edit) };
+            let parameter = parameters.iter().find(|p| p.id == edit.id)?;
+            Some(Edit { kind: EditKind::Value(parameter.normalized(plain)), ..edit })
+        };
+        self.edits.drain(..).filter_map(normalized).collect()
+    }
+
+    fn editor(&mut self) -> Option<&mut dyn Editor> {
+        editor::of(self)
+    }
+}
+
+/// The transport at the first sample of a block.
+fn transport_at(position: Position, tempo: Option<f64>) -> TransportEvent {
+    let mut flags = TransportFlags::HAS_SECONDS_TIMELINE | TransportFlags::IS_PLAYING;
+    if tempo.is_some() {
+        flags |= TransportFlags::HAS_TEMPO | TransportFlags::HAS_BEATS_TIMELINE | TransportFlags::HAS_TIME_SIGNATURE;
+    }
+    let tempo = tempo.unwrap_or(0.0);
+    let beats = position.seconds * tempo / 60.0;
+    let bar = (beats / 4.0).floor();
+    #[expect(clippy::cast_possible_truncation, reason = "saturates")]
+    let bar_number = bar as i32;
+    TransportEvent {
+        header: EventHeader::new_core(0, EventFlags::empty()),
+        flags,
+        song_pos_beats: BeatTime::from_float(beats),
+        song_pos_seconds: SecondsTime::from_float(position.seconds),
+        tempo,
+        tempo_inc: 0.0,
+        loop_start_beats: BeatTime::from_float(0.0),
+        loop_end_beats: BeatTime::from_float(0.0),
+        loop_start_seconds: SecondsTime::from_float(0.0),
+        loop_end_seconds: SecondsTime::from_float(0.0),
+        bar_start: BeatTime::from_float(bar * 4.0),
+        bar_number,
+        time_signature_numerator: 4,
+        time_signature_denominator: 4,
+    }
+}

@@ -1,0 +1,117 @@
+//! A CLAP plugin's editor inside an X11 window.
+
+use super::ClapPlugin;
+use super::handlers::Handlers;
+use crate::HostError;
+use crate::editor::{Editor, EditorSize};
+use clack_extensions::gui::{GuiApiType, GuiConfiguration, GuiSize, PluginGui, Window};
+use clack_host::prelude::PluginInstance;
+
+const EMBEDDED: GuiConfiguration<'static> = GuiConfiguration { api_type: GuiApiType::X11, is_floating: false };
+
+/// Whether the editor is open.
+#[derive(Default)]
+pub(crate) struct ClapEditor {
+    open: bool,
+}
+
+impl ClapEditor {
+    pub(crate) fn destroy(&mut self, instance: &mut PluginInstance<Handlers>) {
+        if std::mem::take(&mut self.open)
+            && let Some(gui) = instance.plugin_handle().get_extension::<PluginGui>()
+        {
+            gui.destroy(&instance.plugin_handle());
+        }
+    }
+}
+
+/// The editor of a plugin that has one for X11.
+pub(crate) fn of(plugin: &mut ClapPlugin) -> Option<&mut dyn Editor> {
+    let gui = plugin.instance.plugin_handle().get_extension::<PluginGui>()?;
+    gui.is_api_supported(&plugin.instance.plugin_handle(), EMBEDDED).then_some(plugin)
+}
+
+impl From<GuiSize> for EditorSize {
+    fn from(size: GuiSize) -> Self {
+        Self { width: size.width, height: size.height }
+    }
+}
+
+impl ClapPlugin {
+    fn gui(&mut self) -> Result<PluginGui, HostError> {
+        self.extension::<PluginGui>("editor")
+    }
+
+    fn open_gui(&mut self) -> Result<PluginGui, HostError> {
+        if self.editor.open { self.gui() } else { Err(self.failed("use its editor", "it is not open")) }
+    }
+}
+
+impl Editor for ClapPlugin {
+    fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, HostError> {
+        if self.editor.open {
+            return Err(self.failed("open its editor", "it is open already"));
+        }
+        let gui = self.gui()?;
+        gui.create(&self.instance.plugin_handle(), EMBEDDED).map_err(|e| self.failed("make its editor", e))?;
+        self.editor.open = true;
+        // Who declines has its own idea of the scale.
+        let _ = gui.set_scale(&self.instance.plugin_handle(), scale);
+        #[expect(unsafe_code, reason = "a window is only a number")]
+        // SAFETY: the caller keeps the window until the editor is closed, as `Editor::open` asks.
+        let inside = unsafe { gui.set_parent(&self.instance.plugin_handle(), Window::from_x11_handle(window.into())) };
+        let shown = inside.and_then(|()| gui.show(&self.instance.plugin_handle()));
+        match shown {
+            Ok(()) => self.size(),
+            Err(error) => {
+                self.editor.destroy(&mut self.instance);
+                Err(self.failed("open its editor", error))
+            }
+        }
+    }
+
+    fn is_open(&self) -> bool {
+        self.editor.open
+    }
+
+    fn size(&mut self) -> Result<EditorSize, HostError> {
+        let gui = self.open_gui()?;
+        let size = gui.get_size(&self.instance.plugin_handle());
+        size.map(EditorSize::from).ok_or_else(|| self.failed("tell its editor's size", "it has none"))
+    }
+
+    fn can_resize(&mut self) -> bool {
+        let gui = self.open_gui();
+        gui.is_ok_and(|gui| gui.can_resize(&self.instance.plugin_handle()))
+    }
+
+    fn resize(&mut self, size: EditorSize) -> Result<EditorSize, HostError> {
+        let gui = self.open_gui()?;
+        let handle = self.instance.plugin_handle();
+        let wanted = GuiSize { width: size.width, height: size.height };
+        let accepted = gui.adjust_size(&handle, wanted).unwrap_or(wanted);
+        let done = gui.set_size(&handle, accepted);
+        done.map(|()| accepted.into()).map_err(|e| self.failed("resize its editor", e))
+    }
+
+    fn take_resize_request(&mut self) -> Option<EditorSize> {
+        self.requests.take_resize().map(EditorSize::from)
+    }
+
+    fn show(&mut self) -> Result<(), HostError> {
+        let gui = self.open_gui()?;
+        let done = gui.show(&self.instance.plugin_handle());
+        done.map_err(|e| self.failed("show its editor", e))
+    }
+
+    fn hide(&mut self) -> Result<(), HostError> {
+        let gui = self.open_gui()?;
+        let done = gui.hide(&self.instance.plugin_handle());
+        done.map_err(|e| self.failed("hide its editor", e))
+    }
+
+    fn close(&mut self) -> Result<(), HostError> {
+        self.editor.destroy(&mut self.instance);
+        Ok(())
+    }
+}

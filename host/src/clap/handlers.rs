@@ -1,0 +1,156 @@
+//! What a CLAP plugin asks its host for.
+
+use clack_extensions::gui::{GuiSize, HostGui, HostGuiImpl};
+use clack_extensions::latency::{HostLatency, HostLatencyImpl};
+use clack_extensions::params::{HostParams, HostParamsImplMainThread, HostParamsImplShared, ParamClearFlags, ParamRescanFlags};
+use clack_extensions::state::{HostState, HostStateImpl};
+use clack_extensions::thread_check::{HostThreadCheck, HostThreadCheckImpl};
+use clack_host::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{self, ThreadId};
+
+/// What the plugin has asked for, each kept until it is taken.
+pub(crate) struct Requests {
+    /// The thread that opened the plugin.
+    owner: ThreadId,
+    /// Whether that thread plays the audio thread now.
+    audio: AtomicBool,
+    callback: AtomicBool,
+    flush: AtomicBool,
+    rescan: AtomicBool,
+    closed: AtomicBool,
+    /// Width in the lower half, height in the upper; 0 for none.
+    resize: AtomicU64,
+}
+
+impl Default for Requests {
+    fn default() -> Self {
+        let no = || AtomicBool::new(false);
+        let owner = thread::current().id();
+        Self { owner, audio: no(), callback: no(), flush: no(), rescan: no(), closed: no(), resize: AtomicU64::new(0) }
+    }
+}
+
+impl Requests {
+    pub(crate) fn set_audio(&self, audio: bool) {
+        self.audio.store(audio, Ordering::Release);
+    }
+
+    pub(crate) fn take_callback(&self) -> bool {
+        self.callback.swap(false, Ordering::AcqRel)
+    }
+
+    pub(crate) fn take_flush(&self) -> bool {
+        self.flush.swap(false, Ordering::AcqRel)
+    }
+
+    pub(crate) fn take_rescan(&self) -> bool {
+        self.rescan.swap(false, Ordering::AcqRel)
+    }
+
+    pub(crate) fn take_closed(&self) -> bool {
+        self.closed.swap(false, Ordering::AcqRel)
+    }
+
+    pub(crate) fn take_resize(&self) -> Option<GuiSize> {
+        let packed = self.resize.swap(0, Ordering::AcqRel);
+        (packed != 0).then(|| GuiSize::unpack_from_u64(packed))
+    }
+}
+
+/// Called from any thread.
+pub(crate) struct Shared(pub(crate) Arc<Requests>);
+
+/// Called on the main thread.
+pub(crate) struct Main(pub(crate) Arc<Requests>);
+
+pub(crate) struct Handlers;
+
+impl HostHandlers for Handlers {
+    type Shared<'a> = Shared;
+    type MainThread<'a> = Main;
+    type AudioProcessor<'a> = ();
+
+    fn declare_extensions(builder: &mut HostExtensions<Self>, _shared: &Self::Shared<'_>) {
+        builder
+            .register::<HostGui>()
+            .register::<HostLatency>()
+            .register::<HostParams>()
+            .register::<HostState>()
+            .register::<HostThreadCheck>();
+    }
+}
+
+impl SharedHandler<'_> for Shared {
+    /// A restart is up to who plays the instance: in the middle of a rendering it would cut the sound.
+    fn request_restart(&self) {}
+
+    /// It always processes.
+    fn request_process(&self) {}
+
+    fn request_callback(&self) {
+        self.0.callback.store(true, Ordering::Release);
+    }
+}
+
+impl MainThreadHandler<'_> for Main {}
+
+impl HostThreadCheckImpl for Shared {
+    fn is_main_thread(&self) -> bool {
+        thread::current().id() == self.0.owner && !self.0.audio.load(Ordering::Acquire)
+    }
+
+    fn is_audio_thread(&self) -> bool {
+        thread::current().id() == self.0.owner && self.0.audio.load(Ordering::Acquire)
+    }
+}
+
+impl HostParamsImplShared for Shared {
+    fn request_flush(&self) {
+        self.0.flush.store(true, Ordering::Release);
+    }
+}
+
+impl HostParamsImplMainThread for Main {
+    fn rescan(&self, flags: ParamRescanFlags) {
+        // Values are asked for when they are wanted.
+        if flags != ParamRescanFlags::VALUES {
+            self.0.rescan.store(true, Ordering::Release);
+        }
+    }
+
+    fn clear(&self, _id: ClapId, _flags: ParamClearFlags) {}
+}
+
+impl HostLatencyImpl for Main {
+    /// The latency is asked for when it is wanted.
+    fn changed(&self) {}
+}
+
+impl HostStateImpl for Main {
+    fn mark_dirty(&self) {}
+}
+
+impl HostGuiImpl for Shared {
+    fn resize_hints_changed(&self) {}
+
+    fn request_resize(&self, size: GuiSize) -> Result<(), HostError> {
+        self.0.resize.store(size.pack_to_u64(), Ordering::Release);
+        Ok(())
+    }
+
+    fn request_show(&self) -> Result<(), HostError> {
+        Err(HostError::Message("the window is shown by whoever opened it"))
+    }
+
+    fn request_hide(&self) -> Result<(), HostError> {
+        Err(HostError::Message("the window is hidden by whoever opened it"))
+    }
+
+    fn closed(&self, was_destroyed: bool) {
+        if was_destroyed {
+            self.0.closed.store(true, Ordering::Release);
+        }
+    }
+}

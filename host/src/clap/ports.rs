@@ -1,0 +1,148 @@
+//! A track connected to a CLAP plugin's ports.
+
+use super::handlers::Handlers;
+use crate::HostError;
+use clack_extensions::audio_ports::{AudioPortFlags, AudioPortInfoBuffer, PluginAudioPorts};
+use clack_extensions::audio_ports_config::{AudioPortsConfigBuffer, PluginAudioPortsConfig};
+use clack_host::prelude::*;
+use clack_host::process::audio_buffers::{InputAudioBuffers, OutputAudioBuffers};
+
+/// More ports or channels than any plugin has that a track can be connected to.
+const MOST: u32 = 256;
+
+/// Buffers of all ports, and which of them the track uses; the others are fed silence and not listened to.
+pub(crate) struct Ports {
+    inputs: Side,
+    outputs: Side,
+}
+
+/// The ports of one direction.
+struct Side {
+    /// Samples of each channel of each port.
+    buffers: Vec<Vec<Vec<f32>>>,
+    main: usize,
+    lists: AudioPorts,
+    /// Samples of the block that is in the buffers.
+    len: usize,
+}
+
+impl Default for Ports {
+    fn default() -> Self {
+        Self { inputs: Side::new(&[], 0), outputs: Side::new(&[], 0) }
+    }
+}
+
+impl Side {
+    fn new(channels: &[usize], main: usize) -> Self {
+        let buffers = channels.iter().map(|&count| vec![Vec::new(); count]).collect();
+        Self { buffers, main, lists: AudioPorts::with_capacity(channels.iter().sum(), channels.len()), len: 0 }
+    }
+
+    fn main(&self) -> &[Vec<f32>] {
+        self.buffers.get(self.main).map_or(&[], Vec::as_slice)
+    }
+
+    fn fit(&mut self, block: usize) {
+        self.buffers.iter_mut().flatten().for_each(|channel| channel.resize(block, 0.0));
+    }
+}
+
+impl Ports {
+    /// Selects the layout for a track of so many channels where the plugin has several, and finds the main ports.
+    pub(crate) fn choose(instance: &mut PluginInstance<Handlers>, plugin: &str, channels: usize) -> Result<Self, HostError> {
+        select(instance, channels);
+        let inputs = side(instance, true);
+        let outputs = side(instance, false);
+        let wrong = |expected: &'static str, found: usize| {
+            Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: found.to_string() })
+        };
+        let (into, out) = (inputs.main().len(), outputs.main().len());
+        match into {
+            // An instrument hears nothing.
+            0 | 2 => (),
+            1 if channels == 1 => (),
+            1 => return wrong("a main input of 2 channels for a track of 2", 1),
+            found => return wrong("a main input of 1 or 2 channels", found),
+        }
+        if !(1..=2).contains(&out) {
+            return wrong("a main output of 1 or 2 channels", out);
+        }
+        Ok(Self { inputs, outputs })
+    }
+
+    /// Makes room for blocks of that length.
+    pub(crate) fn fit(&mut self, block: usize) {
+        self.inputs.fit(block);
+        self.outputs.fit(block);
+    }
+
+    /// The buffers of a block, with the track on the main input.
+    pub(crate) fn connect(&mut self, track: &[&[f32]], len: usize) -> (InputAudioBuffers<'_>, OutputAudioBuffers<'_>) {
+        for (number, port) in self.inputs.buffers.iter_mut().enumerate() {
+            for (index, channel) in port.iter_mut().enumerate() {
+                match track.get(index).or(track.last()).filter(|_| number == self.inputs.main) {
+                    Some(from) => channel[..len].copy_from_slice(from),
+                    // A plugin may have scribbled over its input.
+                    None => channel[..len].fill(0.0),
+                }
+            }
+        }
+        self.outputs.buffers.iter_mut().flatten().for_each(|channel| channel[..len].fill(0.0));
+        self.outputs.len = len;
+        let inputs = self.inputs.lists.with_input_buffers(self.inputs.buffers.iter_mut().map(|port| AudioPortBuffer {
+            latency: 0,
+            channels: AudioPortBufferType::f32_input_only(port.iter_mut().map(|c| InputChannel::variable(&mut c[..len]))),
+        }));
+        let outputs = self.outputs.lists.with_output_buffers(self.outputs.buffers.iter_mut().map(|port| AudioPortBuffer {
+            latency: 0,
+            channels: AudioPortBufferType::f32_output_only(port.iter_mut().map(|c| &mut c[..len])),
+        }));
+        (inputs, outputs)
+    }
+
+    /// What the main output has of the block; one channel goes to both ears.
+    pub(crate) fn copy_out(&self, output: [&mut [f32]; 2]) {
+        let main = self.outputs.main();
+        for (ear, channel) in output.into_iter().zip([main.first(), main.last()]) {
+            if let Some(channel) = channel {
+                ear.copy_from_slice(&channel[..self.outputs.len]);
+            }
+        }
+    }
+}
+
+/// Selects the first layout with so many inputs, and two outputs if there is one such.
+fn select(instance: &mut PluginInstance<Handlers>, channels: usize) {
+    let Some(configs) = instance.plugin_handle().get_extension::<PluginAudioPortsConfig>() else { return };
+    let handle = instance.plugin_handle();
+    let mut buffer = AudioPortsConfigBuffer::new();
+    let mut fitting = Vec::new();
+    for index in 0..configs.count(&handle).min(MOST) {
+        let Some(config) = configs.get(&handle, index, &mut buffer) else { continue };
+        let inputs = config.main_input.map_or(0, |port| port.channel_count);
+        let outputs = config.main_output.map_or(0, |port| port.channel_count);
+        if inputs as usize == channels {
+            fitting.push((outputs, config.id));
+        }
+    }
+    let best = fitting.iter().find(|(outputs, _)| *outputs == 2).or(fitting.first());
+    if let Some((_, id)) = best {
+        // Who declines keeps the layout that is looked at next.
+        let _ = configs.select(&handle, *id);
+    }
+}
+
+fn side(instance: &mut PluginInstance<Handlers>, is_input: bool) -> Side {
+    let Some(ports) = instance.plugin_handle().get_extension::<PluginAudioPorts>() else { return Side::new(&[], 0) };
+    let handle = instance.plugin_handle();
+    let mut buffer = AudioPortInfoBuffer::new();
+    let (mut channels, mut main) = (Vec::new(), 0);
+    for index in 0..ports.count(&handle, is_input).min(MOST) {
+        let Some(info) = ports.get(&handle, index, is_input, &mut buffer) else { continue };
+        if info.flags.contains(AudioPortFlags::IS_MAIN) {
+            main = channels.len();
+        }
+        channels.push(info.channel_count.min(MOST) as usize);
+    }
+    Side::new(&channels, main)
+}

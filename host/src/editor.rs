@@ -1,0 +1,64 @@
+//! A plugin's own window.
+
+use crate::HostError;
+
+/// Size of an editor, pixels of the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EditorSize {
+    /// Width.
+    pub width: u32,
+    /// Height.
+    pub height: u32,
+}
+
+/// A plugin's own window inside one of the host's, on X11.
+///
+/// While it is open [`Instance::serve`](crate::Instance::serve) wants to be called some thirty times a second. All methods belong
+/// to the thread that opened the instance. The editor closes with the instance.
+pub trait Editor {
+    /// Opens the editor inside a window, at a scale of logical to physical pixels; returns its size. A plugin that has its own idea
+    /// of the scale keeps to it. The window must outlive the editor, and be at least as big.
+    ///
+    /// # Errors
+    /// It is open already, or the plugin refuses the window.
+    fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, HostError>;
+
+    /// Whether it is open.
+    fn is_open(&self) -> bool;
+
+    /// The size as it is.
+    ///
+    /// # Errors
+    /// It is not open, or the plugin does not know.
+    fn size(&mut self) -> Result<EditorSize, HostError>;
+
+    /// Whether the user may drag its border.
+    fn can_resize(&mut self) -> bool;
+
+    /// Asks for a size and gives the editor the nearest one that it accepts, which is returned.
+    ///
+    /// # Errors
+    /// It is not open, or the plugin refuses.
+    fn resize(&mut self, size: EditorSize) -> Result<EditorSize, HostError>;
+
+    /// The size that the plugin has asked for since this was last called; the host gives it by [`Editor::resize`].
+    fn take_resize_request(&mut self) -> Option<EditorSize>;
+
+    /// Shows what was hidden. A VST3 editor is always shown while it is open.
+    ///
+    /// # Errors
+    /// It is not open, or the plugin refuses.
+    fn show(&mut self) -> Result<(), HostError>;
+
+    /// Hides it and keeps it open.
+    ///
+    /// # Errors
+    /// It is not open, the plugin refuses, or it is VST3, which knows no hiding.
+    fn hide(&mut self) -> Result<(), HostError>;
+
+    /// Closes it; nothing happens where it is closed.
+    ///
+    /// # Errors
+    /// The plugin does not let go of the window.
+    fn close(&mut self) -> Result<(), HostError>;
+}

@@ -1,0 +1,266 @@
+//! One running plugin.
+
+use crate::HostError;
+use crate::backend::Backend;
+use crate::bundle::PluginInfo;
+use crate::editor::Editor;
+use crate::parameter::{Edit, Parameter, find};
+use crate::setup::{Position, Setup};
+use std::fmt;
+use std::path::Path;
+
+/// One running plugin: opened, activated and processing until it is dropped.
+pub struct Instance {
+    plugin: Box<dyn Backend>,
+    setup: Setup,
+    parameters: Vec<Parameter>,
+    /// Where the transport was started, seconds, and the samples since.
+    transport: Option<(f64, i64)>,
+}
+
+impl fmt::Debug for Instance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Instance").field("plugin", self.plugin.info()).field("setup", &self.setup).finish_non_exhaustive()
+    }
+}
+
+impl Instance {
+    pub(crate) fn new(mut plugin: Box<dyn Backend>, setup: Setup) -> Result<Self, HostError> {
+        let parameters = plugin.parameters()?;
+        Ok(Self { plugin, setup, parameters, transport: None })
+    }
+
+    /// Which plugin it is.
+    #[must_use]
+    pub fn info(&self) -> &PluginInfo {
+        self.plugin.info()
+    }
+
+    /// How it is played.
+    #[must_use]
+    pub fn setup(&self) -> Setup {
+        self.setup
+    }
+
+    /// Stops and deactivates it, and starts it again with another setup of the same number of inputs. The transport stands still again; what was set stays set for the next block.
+    ///
+    /// nice-plug's VST3 plugins learn of another mode one activation late: restart twice to be sure.
+    ///
+    /// # Errors
+    /// A setup that makes no sense or has other inputs, or the plugin does not start.
+    pub fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
+        setup.check()?;
+        if setup.inputs != self.setup.inputs {
+            let (expected, found) = (self.setup.inputs, setup.inputs);
+            return Err(HostError::Unusable { expected: format!("{expected} inputs, as before"), found: found.to_string() });
+        }
+        self.plugin.restart(setup)?;
+        self.setup = setup;
+        self.transport = None;
+        Ok(())
+    }
+
+    /// Hands over what was set, without sound, and starts again with it: what a plugin does only when it is activated, such as loading
+    /// files that were chosen, is done, and the next block is the first.
+    ///
+    /// # Errors
+    /// The plugin does not take the values or does not start.
+    pub fn settle(&mut self) -> Result<(), HostError> {
+        if !self.parameters.is_empty() {
+            self.plugin.flush()?;
+        }
+        self.restart(self.setup)
+    }
+
+    /// All parameters in the plugin's order.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// The parameter of a name, or of a number as text where no name is so.
+    ///
+    /// # Errors
+    /// There is none, or several have the name.
+    pub fn parameter(&self, wanted: &str) -> Result<&Parameter, HostError> {
+        find(&self.parameters, wanted, &self.plugin.info().name)
+    }
+
+    fn numbered(&self, id: u32) -> Result<usize, HostError> {
+        self.parameters.iter().position(|p| p.id == id).ok_or_else(|| HostError::NoSuchParameter {
+            plugin: self.plugin.info().name.clone(),
+            count: self.parameters.len(),
+            wanted: id.to_string(),
+            hint: String::new(),
+        })
+    }
+
+    /// Sets a parameter at a sample of the next block, 0 to 1. A sample beyond the block counts as its last.
+    ///
+    /// # Errors
+    /// There is no such parameter, the value is not from 0 to 1, or the sample is beyond the longest block.
+    pub fn set_at(&mut self, id: u32, normalized: f64, offset: usize) -> Result<(), HostError> {
+        let wrong = |expected: String, found: String| HostError::Unusable { expected, found };
+        if !(0.0..=1.0).contains(&normalized) {
+            return Err(wrong("a value from 0 to 1".to_owned(), normalized.to_string()));
+        }
+        let longest = self.setup.block;
+        let offset = u32::try_from(offset).ok().filter(|&o| (o as usize) < longest);
+        let offset = offset.ok_or_else(|| wrong(format!("a sample below {longest}"), "a later one".to_owned()))?;
+        let index = self.numbered(id)?;
+        self.plugin.set_at(&self.parameters[index], normalized, offset)
+    }
+
+    /// The value of a parameter as the plugin has it, 0 to 1.
+    ///
+    /// # Errors
+    /// There is no such parameter, or the plugin does not tell.
+    pub fn value(&mut self, id: u32) -> Result<f64, HostError> {
+        let index = self.numbered(id)?;
+        self.plugin.value(&self.parameters[index])
+    }
+
+    /// A value from 0 to 1 as the plugin writes it, with its unit.
+    ///
+    /// # Errors
+    /// There is no such parameter, or the plugin does not tell.
+    pub fn text(&mut self, id: u32, normalized: f64) -> Result<String, HostError> {
+        let index = self.numbered(id)?;
+        self.plugin.text(&self.parameters[index], normalized)
+    }
+
+    /// The value of a text as the plugin understands it, 0 to 1: a number in the plugin's own unit, with or without it, or a name.
+    ///
+    /// # Errors
+    /// There is no such parameter, or the plugin does not understand the text.
+    pub fn from_text(&mut self, id: u32, text: &str) -> Result<f64, HostError> {
+        let index = self.numbered(id)?;
+        let parameter = &self.parameters[index];
+        let value = self.plugin.parse(parameter, text)?.filter(|v| (0.0..=1.0).contains(v));
+        value.ok_or_else(|| HostError::Value {
+            plugin: self.plugin.info().name.clone(),
+            parameter: parameter.name.clone(),
+            example: parameter.default_text.clone(),
+            found: text.to_owned(),
+        })
+    }
+
+    /// Puts a running transport at a position, seconds; it then moves with the blocks.
+    pub fn play_from(&mut self, seconds: f64) {
+        self.transport = Some((seconds, 0));
+    }
+
+    /// Plays a block: as many slices as the setup has inputs, of one length up to the setup's block. Returns left and right; a
+    /// plugin with one output is heard on both.
+    ///
+    /// # Errors
+    /// Slices that are not as said, or the plugin fails.
+    pub fn process(&mut self, input: &[&[f32]]) -> Result<[Vec<f32>; 2], HostError> {
+        let len = input.first().map_or(0, |channel| channel.len());
+        let (mut left, mut right) = (vec![0.0; len], vec![0.0; len]);
+        self.process_into(input, [&mut left, &mut right])?;
+        Ok([left, right])
+    }
+
+    /// [`Instance::process`] into buffers of the same length.
+    ///
+    /// # Errors
+    /// As [`Instance::process`].
+    pub fn process_into(&mut self, input: &[&[f32]], output: [&mut [f32]; 2]) -> Result<(), HostError> {
+        let len = output[0].len();
+        let fits = input.len() == self.setup.inputs && len <= self.setup.block;
+        if !fits || output[1].len() != len || input.iter().any(|channel| channel.len() != len) {
+            let lengths = |all: &mut dyn Iterator<Item = usize>| all.map(|n| n.to_string()).collect::<Vec<_>>().join(" and ");
+            let found = format!(
+                "{} samples in, {} out",
+                lengths(&mut input.iter().map(|c| c.len())),
+                lengths(&mut output.iter().map(|c| c.len()))
+            );
+            let expected = format!("{} inputs and 2 outputs of one length, at most {}", self.setup.inputs, self.setup.block);
+            return Err(HostError::Unusable { expected, found });
+        }
+        let position = self.transport.map(|(from, since)| {
+            let seconds = from + since as f64 / self.setup.rate;
+            #[expect(clippy::cast_possible_truncation, reason = "seconds in samples")]
+            let samples = (from * self.setup.rate).round() as i64 + since;
+            Position { seconds, samples }
+        });
+        self.plugin.process(input, output, position)?;
+        if let Some((_, since)) = &mut self.transport {
+            *since += i64::try_from(len).unwrap_or(0);
+        }
+        Ok(())
+    }
+
+    /// The latency as the plugin reports it, samples. A VST3 plugin that has asked for it is restarted first, as hosts do.
+    ///
+    /// # Errors
+    /// The restart fails.
+    pub fn latency(&mut self) -> Result<usize, HostError> {
+        self.plugin.latency()
+    }
+
+    /// How long the plugin sounds on after its input, samples, as it reports; `None` for ever. A VST3 plugin is asked when it is
+    /// activated only, which may be before it knows.
+    pub fn tail(&mut self) -> Option<usize> {
+        self.plugin.tail()
+    }
+
+    /// The state of the plugin, for [`Instance::load`] of the same plugin and format.
+    ///
+    /// # Errors
+    /// The plugin keeps none, or fails.
+    pub fn save(&mut self) -> Result<Vec<u8>, HostError> {
+        self.plugin.save()
+    }
+
+    /// Restores a state: what [`Instance::save`] has made, or the plugin's own bytes.
+    ///
+    /// # Errors
+    /// The plugin keeps none, or refuses this one.
+    pub fn load(&mut self, state: &[u8]) -> Result<(), HostError> {
+        self.plugin.load(state)?;
+        self.relist()
+    }
+
+    /// Restores a state from a file: as [`Instance::load`], and for VST3 a preset (`.vstpreset`).
+    ///
+    /// # Errors
+    /// As [`Instance::load`]; the file cannot be read, or is a preset of another plugin.
+    pub fn load_file(&mut self, path: &Path) -> Result<(), HostError> {
+        self.plugin.load_file(path)?;
+        self.relist()
+    }
+
+    /// Does what the plugin has asked for on the main thread. [`Instance::process`] does so after each block by itself; who has an
+    /// editor open does it some thirty times a second.
+    ///
+    /// # Errors
+    /// The plugin does not start again.
+    pub fn serve(&mut self) -> Result<(), HostError> {
+        self.plugin.serve()?;
+        self.relist()
+    }
+
+    fn relist(&mut self) -> Result<(), HostError> {
+        if self.plugin.relisted() {
+            self.parameters = self.plugin.parameters()?;
+        }
+        Ok(())
+    }
+
+    /// What the plugin has said about its parameters by itself since this was last called, in order: gestures in its editor, and
+    /// values that it moves. This is what hosts record as automation.
+    pub fn take_edits(&mut self) -> Vec<Edit> {
+        self.plugin.take_edits(&self.parameters)
+    }
+
+    /// The plugin's editor.
+    ///
+    /// # Errors
+    /// It has none, or none that can be put into an X11 window.
+    pub fn editor(&mut self) -> Result<&mut dyn Editor, HostError> {
+        let plugin = self.plugin.info().name.clone();
+        self.plugin.editor().ok_or(HostError::Missing { plugin, what: "editor for X11" })
+    }
+}

@@ -1,0 +1,51 @@
+//! Loads CLAP and VST3 plugins, anybody's, as a host does, and renders sound through them without a screen.
+//!
+//! A [`Bundle`] is a file or folder with plugins, loaded once; an [`Instance`] is one running plugin of it. There may be any number
+//! of either in a process, each with a [`Setup`] of its own. [`Bounce`] renders sound in time with its input, with automation that
+//! is accurate to the sample.
+//!
+//! ```no_run
+//! use promenade_host::{Bundle, Setup};
+//!
+//! # fn main() -> Result<(), promenade_host::HostError> {
+//! let bundle = Bundle::load("Promenade.clap".as_ref())?;
+//! let mut plugin = bundle.open(Setup { offline: true, ..Setup::default() })?;
+//! let yaw = plugin.parameter("Yaw")?.id;
+//! let left = plugin.from_text(yaw, "60 deg")?;
+//! plugin.set_at(yaw, left, 0)?;
+//! let [_left_ear, _right_ear] = plugin.process(&[&[0.5; 512], &[0.5; 512]])?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Trust
+//!
+//! A plugin is code and runs in this process: it can do whatever the process can, and takes it down when it crashes. What a plugin
+//! answers is believed no further than that it is checked before it is used.
+//!
+//! # Threads
+//!
+//! An instance belongs to the thread that opened it, which plays the main thread and, within [`Instance::process`], the audio thread.
+
+mod automation;
+mod automation_file;
+mod backend;
+mod bounce;
+mod bundle;
+mod clap;
+mod editor;
+mod error;
+mod instance;
+mod parameter;
+mod setup;
+mod vst3;
+
+pub use automation::{AUTOMATION_STEP, Lane, Point};
+pub use automation_file::{AutomationError, AutomationFile, MAX_AUTOMATION_BYTES};
+pub use bounce::{Bounce, bounce};
+pub use bundle::{Bundle, Format, PluginInfo};
+pub use editor::{Editor, EditorSize};
+pub use error::HostError;
+pub use instance::Instance;
+pub use parameter::{Edit, EditKind, Parameter};
+pub use setup::Setup;

@@ -1,0 +1,134 @@
+//! Parameters as a plugin lists them.
+
+use crate::HostError;
+
+/// A parameter as a plugin lists it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// The number by which hosts know it.
+    pub id: u32,
+    /// Name.
+    pub name: String,
+    /// Unit; of CLAP plugins, which have none, what follows the number in the default's text.
+    pub unit: String,
+    /// The default, 0 to 1.
+    pub default: f64,
+    /// The default as the plugin writes it, with the unit.
+    pub default_text: String,
+    /// Steps from the least value to the greatest, 0 where it is continuous.
+    pub steps: u32,
+    /// Whether hosts may automate it.
+    pub automatable: bool,
+    /// The plugin's own least value; VST3 knows none and has 0.
+    pub(crate) least: f64,
+    /// The plugin's own greatest value; VST3 knows none and has 1.
+    pub(crate) greatest: f64,
+}
+
+impl Parameter {
+    /// From 0 to 1 to the plugin's own range.
+    pub(crate) fn plain(&self, normalized: f64) -> f64 {
+        let value = self.least + normalized * (self.greatest - self.least);
+        if self.steps > 0 { value.round() } else { value }
+    }
+
+    /// From the plugin's own range to 0 to 1.
+    pub(crate) fn normalized(&self, plain: f64) -> f64 {
+        let span = self.greatest - self.least;
+        if span == 0.0 { 0.0 } else { ((plain - self.least) / span).clamp(0.0, 1.0) }
+    }
+}
+
+/// What follows the number in a text.
+pub(crate) fn unit_of(text: &str) -> &str {
+    let number = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ',' | ' ' | '\u{2212}');
+    let end = text.find(|c| !number(c)).unwrap_or(text.len());
+    // A text that begins with a letter is a name, such as that of a mode.
+    if text[..end].contains(|c: char| c.is_ascii_digit()) { text[end..].trim() } else { "" }
+}
+
+/// The parameter of a name, or of a number where no name is so.
+pub(crate) fn find<'a>(parameters: &'a [Parameter], wanted: &str, plugin: &str) -> Result<&'a Parameter, HostError> {
+    let unknown = |hint: String| HostError::NoSuchParameter {
+        plugin: plugin.to_owned(),
+        count: parameters.len(),
+        wanted: wanted.to_owned(),
+        hint,
+    };
+    let mut named = parameters.iter().filter(|p| p.name == wanted);
+    match (named.next(), named.next()) {
+        (Some(found), None) => Ok(found),
+        (Some(found), Some(other)) => {
+            Err(unknown(format!("; several have this name, by number {} and {}", found.id, other.id)))
+        }
+        (None, _) => {
+            let numbered = wanted.parse().ok().and_then(|id: u32| parameters.iter().find(|p| p.id == id));
+            let alike = || parameters.iter().find(|p| p.name.eq_ignore_ascii_case(wanted.trim()));
+            numbered.ok_or_else(|| unknown(alike().map_or_else(String::new, |p| format!("; did you mean {:?}?", p.name))))
+        }
+    }
+}
+
+/// Something that a plugin says about a parameter by itself, such as that its editor's knob is being turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edit {
+    /// The parameter's number.
+    pub id: u32,
+    /// What happens to it.
+    pub kind: EditKind,
+}
+
+/// What a plugin says about a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EditKind {
+    /// A hand takes the knob.
+    Begin,
+    /// The knob has this value, 0 to 1.
+    Value(f64),
+    /// The hand lets go.
+    End,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameter(id: u32, name: &str) -> Parameter {
+        Parameter {
+            id,
+            name: name.to_owned(),
+            unit: String::new(),
+            default: 0.0,
+            default_text: String::new(),
+            steps: 0,
+            automatable: true,
+            least: -60.0,
+            greatest: 12.0,
+        }
+    }
+
+    #[test]
+    fn found_by_name_and_then_by_number() {
+        let all = [parameter(7, "Gain"), parameter(8, "7"), parameter(9, "Band"), parameter(10, "Band")];
+        let id = |wanted| find(&all, wanted, "Plugin").map(|p| p.id);
+        assert_eq!((id("Gain").unwrap(), id("7").unwrap(), id("10").unwrap()), (7, 8, 10));
+        let said = |wanted| id(wanted).unwrap_err().to_string();
+        assert!(said("gain").contains("did you mean \"Gain\"?"), "{}", said("gain"));
+        assert!(said("Band").contains("by number 9 and 10"), "{}", said("Band"));
+        assert!(said("11").contains("4 parameters"), "{}", said("11"));
+    }
+
+    #[test]
+    fn values_go_there_and_back() {
+        let gain = parameter(1, "Gain");
+        assert_eq!((gain.plain(0.5), gain.normalized(-24.0)), (-24.0, 0.5));
+        assert_eq!(Parameter { greatest: -60.0, ..gain.clone() }.normalized(5.0), 0.0);
+        let mode = Parameter { least: 0.0, greatest: 3.0, steps: 3, ..gain };
+        assert_eq!(mode.plain(0.4), 1.0);
+    }
+
+    #[test]
+    fn units_follow_numbers() {
+        assert_eq!(["0.00 deg", "-inf dB", "440Hz", "Standard", "1,5", "0.0 %"].map(unit_of), ["deg", "", "Hz", "", "", "%"]);
+    }
+}

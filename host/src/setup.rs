@@ -1,0 +1,75 @@
+//! How an instance is played.
+
+use crate::HostError;
+
+/// How an instance is played.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// Sample rate, hertz.
+    pub rate: f64,
+    /// The longest block, samples.
+    pub block: usize,
+    /// Channels of the track, 1 or 2. Where the plugin takes only the other number, a mono track feeds both of its inputs; two
+    /// channels into one input are refused.
+    pub inputs: usize,
+    /// Offline instead of real-time processing.
+    pub offline: bool,
+    /// Tempo of the transport, quarter notes a minute. Without one, CLAP plugins are told none; VST3 plugins always are, 120.
+    pub tempo: Option<f64>,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self { rate: 48_000.0, block: 512, inputs: 2, offline: false, tempo: Some(120.0) }
+    }
+}
+
+impl Setup {
+    /// Checks what is handed to plugins that may not.
+    pub(crate) fn check(&self) -> Result<(), HostError> {
+        let wrong = |expected: &str, found: String| Err(HostError::Unusable { expected: expected.to_owned(), found });
+        if !(1.0..=10_000_000.0).contains(&self.rate) {
+            return wrong("a sample rate of 1 to 10000000 Hz", format!("{} Hz", self.rate));
+        }
+        if !(1..=1 << 24).contains(&self.block) {
+            return wrong("blocks of 1 to 16777216 samples", format!("{}", self.block));
+        }
+        if !(1..=2).contains(&self.inputs) {
+            return wrong("a track of 1 or 2 channels", format!("{}", self.inputs));
+        }
+        match self.tempo {
+            Some(tempo) if !(1.0..=10_000.0).contains(&tempo) => {
+                wrong("a tempo of 1 to 10000 quarter notes a minute", format!("{tempo}"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Where the transport is at the first sample of a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Position {
+    pub(crate) seconds: f64,
+    pub(crate) samples: i64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_a_plugin_can_be_handed() {
+        let good = Setup::default();
+        assert!(good.check().is_ok());
+        let bad = [
+            Setup { rate: f64::NAN, ..good },
+            Setup { rate: 0.0, ..good },
+            Setup { block: 0, ..good },
+            Setup { inputs: 3, ..good },
+            Setup { tempo: Some(0.0), ..good },
+        ];
+        for setup in bad {
+            assert!(matches!(setup.check(), Err(HostError::Unusable { .. })), "{setup:?}");
+        }
+    }
+}

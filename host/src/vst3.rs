@@ -1,0 +1,333 @@
+//! VST3, through vst3-host.
+
+mod controller;
+mod editor;
+mod module;
+
+use crate::HostError;
+use crate::backend::Backend;
+use crate::bundle::PluginInfo;
+use crate::editor::Editor;
+use crate::parameter::{Edit, EditKind, Parameter};
+use crate::setup::{Position, Setup};
+use controller::Controller;
+use module::Module;
+use std::path::Path;
+use std::sync::Arc;
+use vst3_host::audio::{AudioBuffers, SpeakerArrangement};
+use vst3_host::discovery::get_detailed_plugin_info;
+use vst3_host::parameters::Parameter as ListedParameter;
+use vst3_host::plugin::{ParameterEditKind, Plugin, ProcessMode, TransportPosition};
+use vst3_host::{Error, Vst3Host};
+
+/// Tempo of the transport where none is set, quarter notes a minute.
+const USUAL_TEMPO: f64 = 120.0;
+/// The category of classes that process sound.
+const AUDIO_CLASS: &str = "Audio Module Class";
+/// The first bytes of a preset file: its name and version.
+const PRESET: &[u8] = b"VST3\x01\0\0\0";
+
+/// A loaded VST3 bundle and what is in it.
+pub(crate) struct Vst3Bundle {
+    module: Arc<Module>,
+    plugins: Vec<PluginInfo>,
+}
+
+impl Vst3Bundle {
+    pub(crate) fn load(path: &Path) -> Result<Self, HostError> {
+        let failed = |reason: String| HostError::Load { path: path.to_path_buf(), reason };
+        if !path.exists() {
+            return Err(failed("there is no such file".to_owned()));
+        }
+        let detailed = get_detailed_plugin_info(path).map_err(|e| failed(e.to_string()))?;
+        let vendor = detailed.info.vendor;
+        let classes = detailed.classes.into_iter().filter(|class| class.category == AUDIO_CLASS);
+        let info = |class: vst3_host::ClassInfo| PluginInfo {
+            id: class.class_id,
+            name: class.name,
+            vendor: vendor.clone(),
+            version: if class.version.is_empty() { detailed.info.version.clone() } else { class.version },
+        };
+        let plugins: Vec<_> = classes.map(info).collect();
+        if plugins.is_empty() {
+            return Err(failed("it lists no plugin".to_owned()));
+        }
+        Ok(Self { module: Arc::new(Module::open(path).map_err(failed)?), plugins })
+    }
+
+    pub(crate) fn plugins(&self) -> &[PluginInfo] {
+        &self.plugins
+    }
+
+    pub(crate) fn open(&self, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Vst3Plugin, HostError> {
+        let failed = |e: Error| HostError::Load { path: path.to_path_buf(), reason: e.to_string() };
+        let builder = Vst3Host::builder().sample_rate(setup.rate).block_size(setup.block);
+        let mut host = builder.tempo(setup.tempo.unwrap_or(USUAL_TEMPO)).build().map_err(failed)?;
+        let loaded = host.load_plugin_class(path, &plugin.id).map_err(failed)?;
+        let mut opened = Vst3Plugin {
+            controller: None,
+            module: Arc::clone(&self.module),
+            plugin: loaded,
+            info: plugin.clone(),
+            setup,
+            buffers: AudioBuffers::new(0, 0, 0, setup.rate),
+            tempo: setup.tempo.unwrap_or(USUAL_TEMPO),
+        };
+        opened.arrange()?;
+        opened.start()?;
+        Ok(opened)
+    }
+}
+
+/// A running VST3 plugin.
+pub(crate) struct Vst3Plugin {
+    // Goes first: the plugin enters the module and leaves it.
+    controller: Option<Controller>,
+    plugin: Plugin,
+    module: Arc<Module>,
+    info: PluginInfo,
+    setup: Setup,
+    buffers: AudioBuffers,
+    tempo: f64,
+}
+
+impl Vst3Plugin {
+    fn failed(&self, what: &'static str, reason: impl ToString) -> HostError {
+        HostError::Failed { plugin: self.info.name.clone(), what, reason: reason.to_string() }
+    }
+
+    /// Proposes the layout for the track, takes what the plugin has then, and makes buffers for it.
+    fn arrange(&mut self) -> Result<(), HostError> {
+        let own = self.plugin.bus_arrangements().map_err(|e| self.failed("tell its inputs and outputs", e))?;
+        let (mut inputs, mut outputs) = (own.inputs, own.outputs);
+        let track = if self.setup.inputs == 1 { SpeakerArrangement::MONO } else { SpeakerArrangement::STEREO };
+        inputs.iter_mut().take(1).for_each(|bus| *bus = track);
+        outputs.iter_mut().take(1).for_each(|bus| *bus = SpeakerArrangement::STEREO);
+        // Who declines keeps the layout that is looked at next.
+        let _ = self.plugin.set_bus_arrangements(&inputs, &outputs);
+        let taken = self.plugin.bus_arrangements().map_err(|e| self.failed("tell its inputs and outputs", e))?;
+        let channels = |buses: &[SpeakerArrangement]| buses.first().map_or(0, |bus| bus.channel_count());
+        let (into, out) = (channels(&taken.inputs), channels(&taken.outputs));
+        let wrong = |expected: &'static str, found: usize| {
+            Err(HostError::Layout { plugin: self.info.name.clone(), expected, found: found.to_string() })
+        };
+        match into {
+            // An instrument hears nothing.
+            0 | 2 => (),
+            1 if self.setup.inputs == 1 => (),
+            1 => return wrong("a main input of 2 channels for a track of 2", 1),
+            found => return wrong("a main input of 1 or 2 channels", found),
+        }
+        if !(1..=2).contains(&out) {
+            return wrong("a main output of 1 or 2 channels", out);
+        }
+        // The main buses come first; of the others the inputs are silent and the outputs unheard.
+        self.buffers = AudioBuffers::new(into, out, self.setup.block, self.setup.rate);
+        Ok(())
+    }
+
+    fn start(&mut self) -> Result<(), HostError> {
+        let mode = if self.setup.offline { ProcessMode::Offline } else { ProcessMode::Realtime };
+        self.plugin.set_process_mode(mode).map_err(|e| self.failed("take the mode", e))?;
+        self.plugin.set_playing(false).map_err(|e| self.failed("take the transport", e))?;
+        self.plugin.start_processing().map_err(|e| self.failed("start", e))?;
+        self.serve_requests()
+    }
+
+    /// Reads again what the plugin says has changed, with a restart where the format wants one.
+    fn serve_requests(&mut self) -> Result<(), HostError> {
+        let served = self.plugin.service_host_requests();
+        served.map(drop).map_err(|e| self.failed("start again", e))
+    }
+
+    /// The value of a text, asked of a controller that is made when the first text comes.
+    fn value_of(&mut self, id: u32, text: &str) -> Result<Option<f64>, HostError> {
+        let controller = match &mut self.controller {
+            Some(controller) => controller,
+            empty => {
+                let made = Controller::of_loaded(Arc::clone(&self.module), &self.info.id);
+                let failed =
+                    |reason| HostError::Failed { plugin: self.info.name.clone(), what: "make a second controller", reason };
+                empty.insert(made.map_err(failed)?)
+            }
+        };
+        Ok(controller.value_of(id, text).filter(|v| v.is_finite()))
+    }
+}
+
+fn listed(plugin: &Plugin, parameter: ListedParameter) -> Parameter {
+    let written = plugin.format_parameter(parameter.id, parameter.default).unwrap_or_default();
+    Parameter {
+        default_text: with_unit(&written, &parameter.unit),
+        id: parameter.id,
+        name: parameter.name,
+        unit: parameter.unit.trim().to_owned(),
+        default: parameter.default,
+        steps: u32::try_from(parameter.step_count).unwrap_or(0),
+        automatable: parameter.can_automate,
+        least: 0.0,
+        greatest: 1.0,
+    }
+}
+
+/// A text with its unit, which some plugins write themselves and others leave to the host.
+fn with_unit(text: &str, unit: &str) -> String {
+    let name = unit.trim();
+    if name.is_empty() || text.trim_end().ends_with(name) {
+        text.to_owned()
+    } else if unit.starts_with(char::is_whitespace) {
+        format!("{text}{unit}")
+    } else {
+        format!("{text} {unit}")
+    }
+}
+
+impl Backend for Vst3Plugin {
+    fn info(&self) -> &PluginInfo {
+        &self.info
+    }
+
+    fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
+        self.plugin.stop_processing().map_err(|e| self.failed("stop", e))?;
+        self.setup = setup;
+        self.plugin.reconfigure(setup.rate, setup.block).map_err(|e| self.failed("take the setup", e))?;
+        self.tempo = setup.tempo.unwrap_or(USUAL_TEMPO);
+        self.plugin.set_tempo(self.tempo).map_err(|e| self.failed("take the tempo", e))?;
+        self.start()
+    }
+
+    fn parameters(&mut self) -> Result<Vec<Parameter>, HostError> {
+        let all = self.plugin.get_parameters().map_err(|e| self.failed("list its parameters", e))?;
+        Ok(all.into_iter().map(|parameter| listed(&self.plugin, parameter)).collect())
+    }
+
+    fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), HostError> {
+        let offset = i32::try_from(offset).unwrap_or(i32::MAX);
+        let done = self.plugin.set_parameter_at(parameter.id, normalized, offset);
+        done.map_err(|e| self.failed("take a parameter's value", e))
+    }
+
+    fn flush(&mut self) -> Result<(), HostError> {
+        // A block of no samples is the format's way to do so.
+        let mut nothing = AudioBuffers::new(self.buffers.inputs.len(), self.buffers.outputs.len(), 0, self.setup.rate);
+        self.plugin.process_audio(&mut nothing).map_err(|e| self.failed("take values", e))
+    }
+
+    fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError> {
+        self.plugin.get_parameter(parameter.id).map_err(|e| self.failed("tell a parameter's value", e))
+    }
+
+    fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, HostError> {
+        let written = self.plugin.format_parameter(parameter.id, normalized);
+        let text = written.map(|text| with_unit(&text, &format!(" {}", parameter.unit)));
+        text.map_err(|e| self.failed("write a parameter's value", e))
+    }
+
+    fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, HostError> {
+        self.value_of(parameter.id, text)
+    }
+
+    fn process(&mut self, input: &[&[f32]], output: [&mut [f32]; 2], position: Option<Position>) -> Result<(), HostError> {
+        let len = output[0].len();
+        if let Some(position) = position {
+            let quarter_notes = position.seconds * self.tempo / 60.0;
+            let at = TransportPosition { samples: position.samples, quarter_notes };
+            let told = self.plugin.set_playing(true).and_then(|()| self.plugin.set_transport_position(at));
+            told.map_err(|e| self.failed("take the transport", e))?;
+        }
+        for (number, mine) in self.buffers.inputs.iter_mut().enumerate() {
+            mine.clear();
+            mine.extend_from_slice(input[number.min(input.len() - 1)]);
+        }
+        self.buffers.outputs.iter_mut().for_each(|channel| {
+            channel.clear();
+            channel.resize(len, 0.0);
+        });
+        self.buffers.block_size = len;
+        self.plugin.process_audio(&mut self.buffers).map_err(|e| self.failed("play", e))?;
+        let main = &self.buffers.outputs;
+        for (ear, channel) in output.into_iter().zip([main.first(), main.last()]) {
+            if let Some(channel) = channel {
+                ear.copy_from_slice(channel);
+            }
+        }
+        Ok(())
+    }
+
+    fn latency(&mut self) -> Result<usize, HostError> {
+        self.serve_requests()?;
+        Ok(self.plugin.latency_samples() as usize)
+    }
+
+    fn tail(&mut self) -> Option<usize> {
+        let samples = self.plugin.tail_samples();
+        (samples != u32::MAX).then_some(samples as usize)
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, HostError> {
+        self.plugin.save_state().map_err(|e| self.failed("save its state", e))
+    }
+
+    fn load(&mut self, state: &[u8]) -> Result<(), HostError> {
+        self.plugin.load_state(state).map_err(|e| self.failed("load a state", e))
+    }
+
+    fn load_file(&mut self, path: &Path) -> Result<(), HostError> {
+        let bytes = std::fs::read(path);
+        let bytes = bytes.map_err(|e| HostError::Load { path: path.to_path_buf(), reason: e.to_string() })?;
+        if bytes.starts_with(PRESET) {
+            self.plugin.load_vstpreset(path).map_err(|e| self.failed("load a preset", e))
+        } else {
+            self.load(&bytes)
+        }
+    }
+
+    fn serve(&mut self) -> Result<(), HostError> {
+        // Restarts wait until somebody asks for the latency: in the middle of a rendering they would cut the sound.
+        self.plugin.service_run_loop();
+        Ok(())
+    }
+
+    fn relisted(&mut self) -> bool {
+        false
+    }
+
+    fn take_edits(&mut self, parameters: &[Parameter]) -> Vec<Edit> {
+        let known = |id: u32| parameters.iter().any(|p| p.id == id);
+        let mut edits = Vec::new();
+        for edit in self.plugin.take_parameter_edits() {
+            let kind = match edit.kind {
+                ParameterEditKind::BeginGesture => EditKind::Begin,
+                ParameterEditKind::EndGesture => EditKind::End,
+                ParameterEditKind::ValueChange => EditKind::Value(edit.value.unwrap_or(0.0)),
+            };
+            edits.push(Edit { id: edit.id, kind });
+        }
+        // What the processor moves by itself; what the editor has moved is in here too.
+        for (id, value) in self.plugin.get_parameter_changes() {
+            let edit = Edit { id, kind: EditKind::Value(value) };
+            if !edits.contains(&edit) {
+                edits.push(edit);
+            }
+        }
+        edits.retain(|edit| known(edit.id));
+        edits
+    }
+
+    fn editor(&mut self) -> Option<&mut dyn Editor> {
+        editor::of(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_have_their_unit_once() {
+        assert_eq!(with_unit("0.00", " deg"), "0.00 deg");
+        assert_eq!(with_unit("0.00", "dB"), "0.00 dB");
+        assert_eq!(with_unit("-6 dB", "dB"), "-6 dB");
+        assert_eq!(with_unit("Standard", ""), "Standard");
+    }
+}
