@@ -6,6 +6,7 @@
 pub mod cache;
 pub mod clock;
 pub mod decoder;
+pub mod editor;
 mod export;
 pub mod factory;
 pub mod group;
