@@ -7,6 +7,7 @@ pub mod cache;
 pub mod causes;
 pub mod clock;
 pub mod decoder;
+pub mod editor;
 mod export;
 pub mod factory;
 pub mod group;

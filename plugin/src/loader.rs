@@ -11,9 +11,9 @@ use crate::walk::{KeptWalk, Walk, WalkError};
 use crate::worker::Chore;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::{nice_error, nice_warn};
-use promenade_core::{RenderError, Renderer, SceneError};
+use promenade_core::{RenderError, Renderer, Scene, SceneError};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use thiserror::Error;
 
 /// Room for what the audio thread has done with, until the loader drops it.
@@ -81,6 +81,15 @@ pub struct Loader {
     pub walks: ArrayQueue<Option<Arc<Walk>>>,
     /// From the audio thread, to be dropped.
     pub retired: ArrayQueue<Retired>,
+    /// What was handed over last, for the editor. It does not keep them in memory.
+    shown: Mutex<Shown>,
+}
+
+/// What is played or about to be.
+#[derive(Default)]
+struct Shown {
+    scene: Weak<Scene>,
+    walk: Weak<Walk>,
 }
 
 impl Loader {
@@ -95,6 +104,7 @@ impl Loader {
             stages: ArrayQueue::new(1),
             walks: ArrayQueue::new(1),
             retired: ArrayQueue::new(RETIRED_CAPACITY),
+            shown: Mutex::default(),
         });
         // A host that restores a state and bounces at once hears the restored scene from the first sample.
         let (scenes, walks) = (Arc::downgrade(&loader), Arc::downgrade(&loader));
@@ -137,6 +147,16 @@ impl Loader {
         self.refresh_walk();
     }
 
+    /// The scene that is played or about to be.
+    pub fn scene(&self) -> Option<Arc<Scene>> {
+        lock(&self.shown).scene.upgrade()
+    }
+
+    /// The camera path at hand.
+    pub fn walk(&self) -> Option<Arc<Walk>> {
+        lock(&self.shown).walk.upgrade()
+    }
+
     fn refresh_scene(&self) {
         let mut last = lock(&self.scene_wish);
         loop {
@@ -170,6 +190,10 @@ impl Loader {
                     Stage::Scene(_) => (),
                 }
                 self.params.scene_report.say(report);
+                lock(&self.shown).scene = match &stage {
+                    Stage::Scene(renderer) => Arc::downgrade(renderer.scene()),
+                    Stage::Dry => Weak::new(),
+                };
                 drop(self.stages.force_push(stage));
                 *last = Some(Wish { kept: reference, ..wish });
                 return;
@@ -195,6 +219,7 @@ impl Loader {
                     nice_error!("{report}");
                 }
                 self.params.walk_report.say(report);
+                lock(&self.shown).walk = walk.as_ref().map_or_else(Weak::new, Arc::downgrade);
                 drop(self.walks.force_push(walk));
                 *last = Some(Wish { kept: file, ..wish });
                 return;

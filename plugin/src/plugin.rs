@@ -1,6 +1,7 @@
 //! The shell: what hosts call, on which thread.
 
 use crate::clock::Clock;
+use crate::editor::{Instance, PromenadeEditor};
 use crate::group::Member;
 use crate::listener::{Glide, Listener};
 use crate::loader::{Loader, Retired, Stage};
@@ -11,6 +12,7 @@ use crate::telemetry::{Frame, Telemetry};
 use crate::walk::Walk;
 use crate::worker::{Desk, LOADER};
 use nice_plug::prelude::*;
+use nice_plug_egui::RepaintNotifier;
 use promenade_core::{Pose, Spatializer};
 use std::sync::Arc;
 use std::time::Instant;
@@ -41,6 +43,8 @@ pub struct Promenade {
     member: Member,
     telemetry: Arc<Telemetry>,
     frame: Frame,
+    /// Asks an open editor for its next picture.
+    repaint: RepaintNotifier,
     #[cfg(feature = "standalone")]
     deck: crate::player::Deck,
 }
@@ -69,6 +73,7 @@ impl Default for Promenade {
             member: Member::default(),
             telemetry: Telemetry::new(),
             frame: Frame::default(),
+            repaint: RepaintNotifier::new(),
             #[cfg(feature = "standalone")]
             deck: crate::player::Deck::default(),
         }
@@ -163,12 +168,21 @@ impl Plugin for Promenade {
 
     const SAMPLE_ACCURATE_AUTOMATION: bool = true;
 
-    type Editor = ();
+    type Editor = PromenadeEditor;
     type SysExMessage = ();
     type BackgroundTask = ();
 
     fn params(&self) -> Arc<dyn Params> {
         Arc::clone(&self.params) as Arc<dyn Params>
+    }
+
+    fn editor(&mut self, _async_executor: AsyncExecutor<Self>) -> Option<PromenadeEditor> {
+        Some(PromenadeEditor::new(Instance {
+            params: Arc::clone(&self.params),
+            loader: Arc::clone(&self.loader),
+            telemetry: Arc::clone(&self.telemetry),
+            repaint: self.repaint.clone(),
+        }))
     }
 
     fn filter_state(state: &mut PluginState) {
@@ -324,6 +338,7 @@ impl Plugin for Promenade {
             let load = (began.elapsed().as_secs_f64() / block_s.max(1e-9)) as f32;
             frame.load = load;
             self.telemetry.publish(frame);
+            self.repaint.request_repaint();
             (frame.input_peak, frame.output_peak) = ([0.0; 2], [0.0; 2]);
         }
         let latency = samples(spatializer.latency_samples());

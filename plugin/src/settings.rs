@@ -38,10 +38,69 @@ pub struct EditorSettings {
     pub theme: Theme,
     /// How the place is drawn.
     pub view: View,
+    /// Whether the list of scenes is open.
+    pub scenes: bool,
+    /// Whether the drawer under the view is open.
+    pub drawer: bool,
+    /// Title of the drawer's tab.
+    pub tab: String,
 }
+
+/// The smallest window, points at zoom 1.
+pub const LEAST_SIZE: (f32, f32) = (720.0, 480.0);
+/// The least and the greatest zoom.
+pub const ZOOMS: (f32, f32) = (0.75, 3.0);
+/// No window is wider or higher than this, points.
+const MOST: f32 = 8192.0;
 
 impl Default for EditorSettings {
     fn default() -> Self {
-        Self { width: 1000.0, height: 660.0, zoom: 1.0, theme: Theme::default(), view: View::default() }
+        Self {
+            width: 1160.0,
+            height: 740.0,
+            zoom: 1.0,
+            theme: Theme::default(),
+            view: View::default(),
+            scenes: true,
+            drawer: true,
+            tab: String::new(),
+        }
+    }
+}
+
+impl EditorSettings {
+    /// The same, with nothing that a window cannot be.
+    #[must_use]
+    pub fn within_reason(self) -> Self {
+        let sane =
+            |value: f32, least: f32, most: f32, else_: f32| if value.is_finite() { value.clamp(least, most) } else { else_ };
+        let usual = Self::default();
+        Self {
+            width: sane(self.width, LEAST_SIZE.0, MOST, usual.width),
+            height: sane(self.height, LEAST_SIZE.1, MOST, usual.height),
+            zoom: sane(self.zoom, ZOOMS.0, ZOOMS.1, 1.0),
+            ..self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_that_cannot_be_is_brought_back() {
+        let odd = EditorSettings { width: f32::NAN, height: 1e9, zoom: -3.0, ..EditorSettings::default() };
+        let sane = odd.within_reason();
+        assert_eq!((sane.width, sane.height, sane.zoom), (1160.0, MOST, ZOOMS.0));
+        let usual = EditorSettings::default();
+        assert_eq!(usual.clone().within_reason(), usual);
+    }
+
+    #[test]
+    fn what_an_older_version_has_kept_is_read() {
+        let old: EditorSettings = serde_json::from_str(r#"{"width": 900.0, "theme": "light", "view": "orbit"}"#).unwrap();
+        assert_eq!((old.width, old.theme, old.view), (900.0, Theme::Light, View::Orbit));
+        assert!(old.scenes && old.drawer);
     }
 }

@@ -1,0 +1,166 @@
+//! The open editor: what it holds between two pictures, and where its panels lie.
+
+use super::ctx::{Ctx, Instance, Selection};
+use super::gesture::Gestures;
+use super::host::Host;
+use super::panel::{Panel, panels};
+use super::theme::{Palette, dress, set_fonts};
+use super::view::View;
+use super::window::Geometry;
+use super::{header, side, tabs};
+use crate::params::Choices;
+use crate::settings::{EditorSettings, Theme};
+use crate::telemetry::Frame;
+use crate::worker::{Desk, LOADER};
+use egui::{CentralPanel, Margin, Ui};
+use nice_plug::context::gui::GuiContext;
+use nice_plug::nice_error;
+use nice_plug_egui::NiceEguiApp;
+use nice_plug_egui::baseview::{HandlerError, WindowSize};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Everything that lives as long as one window.
+pub(super) struct App {
+    instance: Instance,
+    geometry: Arc<Geometry>,
+    gui: Option<GuiContext>,
+    desk: Option<Desk>,
+    frame: Box<Frame>,
+    gestures: Gestures,
+    selection: Selection,
+    settings: EditorSettings,
+    /// Times that a host has restored the settings.
+    restores: u64,
+    dressed: Option<Theme>,
+    choices: Option<Choices>,
+    opened: Instant,
+    view: View,
+    panels: Vec<Box<dyn Panel>>,
+}
+
+impl App {
+    /// An editor that has no window yet.
+    pub(super) fn new(instance: Instance, geometry: Arc<Geometry>) -> Self {
+        let (settings, restores) = instance.params.editor.get();
+        Self {
+            settings: settings.within_reason(),
+            instance,
+            geometry,
+            gui: None,
+            desk: None,
+            frame: Box::default(),
+            gestures: Gestures::default(),
+            selection: Selection::default(),
+            restores,
+            dressed: None,
+            choices: None,
+            opened: Instant::now(),
+            view: View::default(),
+            panels: panels(),
+        }
+    }
+
+    /// Takes what the host has restored, or gives what the user has changed.
+    fn keep_settings(&mut self) {
+        let editor = &self.instance.params.editor;
+        let (kept, restores) = editor.get();
+        if restores != self.restores {
+            (self.settings, self.restores) = (kept.within_reason(), restores);
+        } else if kept != self.settings {
+            let _restored_meanwhile = editor.replace(self.settings.clone(), restores);
+        }
+    }
+}
+
+impl NiceEguiApp for App {
+    fn build(
+        &mut self,
+        egui_ctx: egui::Context,
+        gui: GuiContext,
+        frame: &mut nice_plug_egui::Frame,
+    ) -> Result<(), HandlerError> {
+        set_fonts(&egui_ctx);
+        egui_ctx.options_mut(|options| options.zoom_with_keyboard = false);
+        let size = frame.baseview_window().size();
+        self.geometry.resized(size.physical.into(), size.scale_factor);
+        self.gui = Some(gui);
+        self.desk = Desk::new(&LOADER, self.instance.loader.clone())
+            .inspect_err(|error| nice_error!("no thread to load scenes from the editor: {error}"))
+            .ok();
+        self.instance.telemetry.watch(true);
+        Ok(())
+    }
+
+    fn ui(&mut self, ui: &mut Ui, frame: &mut nice_plug_egui::Frame) {
+        let Some(gui) = self.gui.clone() else { return };
+        self.keep_settings();
+        let palette = Palette::of(self.settings.theme);
+        if self.dressed != Some(self.settings.theme) {
+            self.dressed = Some(self.settings.theme);
+            dress(ui.ctx(), palette);
+            frame.set_clear_color(palette.panel.into());
+            ui.ctx().request_repaint();
+        }
+        if ui.ctx().zoom_factor() != self.settings.zoom {
+            ui.ctx().set_zoom_factor(self.settings.zoom);
+        }
+        self.instance.telemetry.fetch(&mut self.frame);
+        let (scene, walk) = (self.instance.loader.scene(), self.instance.loader.walk());
+        let params = Arc::clone(&self.instance.params);
+        let now_s = self.opened.elapsed().as_secs_f64();
+        let mut ctx = Ctx {
+            instance: &self.instance,
+            host: Host { params: &params, setter: gui.param_setter() },
+            gui: &gui,
+            frame: &self.frame,
+            scene: scene.as_ref(),
+            walk: walk.as_ref(),
+            palette,
+            settings: &mut self.settings,
+            selection: &mut self.selection,
+            gestures: &mut self.gestures,
+            desk: self.desk.as_ref(),
+            now_s,
+        };
+        header::show(ui, &mut ctx);
+        side::right(ui, &mut ctx);
+        tabs::show(ui, &mut ctx, &mut self.panels);
+        let centre = egui::Frame::new().fill(palette.ground).inner_margin(Margin::ZERO);
+        CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, &mut ctx));
+        let choices = params.choices();
+        if self.choices.replace(choices) != Some(choices) {
+            ctx.refresh();
+        }
+        let rest_s = ctx.gestures.end_frame(&ctx.host, now_s);
+        if let Some(rest_s) = rest_s {
+            ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
+        }
+        self.geometry.types(ui.ctx().text_edit_focused());
+        self.keep_settings();
+    }
+
+    fn resized(&mut self, size: WindowSize) {
+        let zoom = f64::from(self.settings.zoom);
+        self.geometry.resized(size.physical.into(), size.scale_factor / zoom);
+        #[expect(clippy::cast_possible_truncation, reason = "a window's size in points")]
+        let (width, height) = (size.logical.width as f32, size.logical.height as f32);
+        (self.settings.width, self.settings.height) = (width, height);
+    }
+
+    fn zoom_factor_changed(&mut self, zoom_factor: f32) {
+        self.settings.zoom = zoom_factor;
+    }
+}
+
+impl Drop for App {
+    /// The window is gone: nothing is watched any more, and no gesture stays open in the host.
+    fn drop(&mut self) {
+        self.instance.telemetry.watch(false);
+        self.geometry.closed();
+        if let Some(gui) = self.gui.take() {
+            let host = Host { params: &self.instance.params, setter: gui.param_setter() };
+            self.gestures.close(&host);
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Controls of parameters: what they set goes to the host as gestures.
+
+use super::ctx::Ctx;
+use super::host::{default_value, name, text};
+use super::theme::{CONTROL, GRID, Palette, ROUND};
+use super::widgets::{focus_ring, row, segments, switch};
+use crate::params::PromenadeParams;
+use crate::remote::Knob;
+use egui::{CornerRadius, DragValue, Key, Rect, Response, Sense, Ui, Vec2, WidgetInfo};
+
+/// How a parameter's number is shown: what it is multiplied by, its unit, digits after the point, value per point of a drag.
+struct Look {
+    factor: f64,
+    unit: &'static str,
+    decimals: usize,
+    speed: f64,
+}
+
+fn look(knob: Knob) -> Look {
+    let (factor, unit, decimals, speed) = match knob {
+        Knob::X | Knob::Y | Knob::Z | Knob::Ex | Knob::Ey | Knob::Ez => (1.0, " m", 2, 0.02),
+        Knob::Yaw | Knob::Pitch | Knob::Roll => (1.0, "°", 1, 0.5),
+        Knob::Path | Knob::Mix => (100.0, " %", 1, 0.25),
+        Knob::Rate => (1.0, " Hz", 0, 0.5),
+        Knob::Gain => (1.0, " dB", 1, 0.1),
+        _ => (1.0, "", 0, 0.1),
+    };
+    Look { factor, unit, decimals, speed }
+}
+
+/// A number to drag or to type; a double click types. The width is what is left.
+pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, prefix: &str) -> Response {
+    let Look { factor, unit, decimals, speed } = look(knob);
+    let (least, greatest) = PromenadeParams::limits(knob);
+    let mut shown = f64::from(ctx.value(knob)) * factor;
+    let drag = DragValue::new(&mut shown)
+        .range(f64::from(least) * factor..=f64::from(greatest) * factor)
+        .speed(speed)
+        .fixed_decimals(decimals)
+        .update_while_editing(false)
+        .prefix(prefix)
+        .suffix(unit);
+    let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), drag);
+    #[expect(clippy::cast_possible_truncation, reason = "a parameter's value")]
+    let value = (shown / factor) as f32;
+    if response.dragged() {
+        ctx.hold(knob, value);
+    } else if response.changed() {
+        ctx.set(knob, value);
+    }
+    described(response, ctx, knob)
+}
+
+fn described(response: Response, ctx: &Ctx<'_>, knob: Knob) -> Response {
+    response.on_hover_text(name(ctx.params(), knob))
+}
+
+/// A line with a slider and its number. A double click on the slider takes the value as it comes.
+pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, label: &str) {
+    const NUMBER: f32 = 64.0;
+    let palette = ctx.palette;
+    row(ui, palette, label, |ui| {
+        let width = (ui.available_width() - NUMBER - GRID).max(24.0);
+        let (rect, response) = ui.allocate_exact_size(Vec2::new(width, CONTROL), Sense::click_and_drag());
+        let (least, greatest) = PromenadeParams::limits(knob);
+        let track = Rect::from_center_size(rect.center(), Vec2::new(width - 12.0, 4.0));
+        let share_of = |value: f32| (value - least) / (greatest - least);
+        if response.double_clicked() {
+            let usual = default_value(ctx.params(), knob);
+            ctx.set(knob, usual);
+        } else if response.dragged()
+            && let Some(at) = response.interact_pointer_pos()
+        {
+            response.request_focus();
+            let fine = ui.input(|i| i.modifiers.shift);
+            let value = if fine {
+                ctx.value(knob) + response.drag_delta().x / track.width() * (greatest - least) * 0.1
+            } else {
+                least + ((at.x - track.left()) / track.width()).clamp(0.0, 1.0) * (greatest - least)
+            };
+            ctx.hold(knob, value);
+        }
+        if response.has_focus() {
+            let step = arrows(ui, &response);
+            if step != 0.0 {
+                let value = ctx.value(knob) + step * (greatest - least);
+                ctx.nudge(knob, value);
+            }
+        }
+        let at = track.left() + share_of(ctx.value(knob)) * track.width();
+        let from = track.left() + share_of(anchor(knob)) * track.width();
+        let colour = if ui.is_enabled() { palette.accent } else { palette.soft };
+        ui.painter().rect_filled(track, CornerRadius::same(2), palette.raised);
+        let filled = Rect::from_x_y_ranges(from.min(at)..=from.max(at), track.y_range());
+        ui.painter().rect_filled(filled, CornerRadius::same(2), colour);
+        let radius = if response.hovered() || response.dragged() { 7.0 } else { 6.0 };
+        let handle = egui::pos2(at, track.center().y);
+        ui.painter().circle_filled(handle, radius, colour);
+        ui.painter().circle_filled(handle, 2.0, palette.panel);
+        focus_ring(ui, palette, &response, rect, ROUND);
+        let value = ctx.value(knob);
+        response.widget_info(|| WidgetInfo::slider(ui.is_enabled(), f64::from(value), name(ctx.params(), knob)));
+        described(response, ctx, knob);
+        number(ui, ctx, knob, "");
+    });
+}
+
+/// Where a slider's fill begins: at 0 where the range has both signs.
+fn anchor(knob: Knob) -> f32 {
+    let (least, greatest) = PromenadeParams::limits(knob);
+    0.0_f32.clamp(least, greatest)
+}
+
+/// Steps of the arrow keys, a share of the range; with Shift a tenth of it.
+fn arrows(ui: &Ui, response: &Response) -> f32 {
+    ui.memory_mut(|memory| {
+        let filter = egui::EventFilter { horizontal_arrows: true, ..egui::EventFilter::default() };
+        memory.set_focus_lock_filter(response.id, filter);
+    });
+    ui.input(|input| {
+        let presses = |key| input.num_presses(key) as f32;
+        let step = if input.modifiers.shift { 0.001 } else { 0.01 };
+        (presses(Key::ArrowRight) - presses(Key::ArrowLeft)) * step
+    })
+}
+
+/// All variants of a choice side by side. `enabled` tells which can be had; the others can be asked for all the same.
+pub fn choice(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, enabled: impl Fn(usize) -> bool) {
+    let names = variants(ctx.params(), knob);
+    let names = names.iter().map(String::as_str).collect::<Vec<_>>();
+    if let Some(index) = segments(ui, ctx.palette, &names, ctx.index(knob), enabled) {
+        ctx.set(knob, index as f32);
+    }
+}
+
+/// The variants of a choice in a list that drops down.
+pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob) {
+    let (names, chosen) = (variants(ctx.params(), knob), ctx.index(knob));
+    let shown = names.get(chosen).cloned().unwrap_or_default();
+    let width = ui.available_width();
+    egui::ComboBox::from_id_salt(knob.id()).selected_text(shown).width(width).show_ui(ui, |ui| {
+        for (index, name) in names.iter().enumerate() {
+            if ui.selectable_label(index == chosen, name.as_str()).clicked() && index != chosen {
+                ctx.set(knob, index as f32);
+            }
+        }
+    });
+}
+
+/// A switch.
+pub fn toggle(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, label: &str) {
+    let on = ctx.is_on(knob);
+    let response = switch(ui, ctx.palette, label, on);
+    if response.clicked() {
+        ctx.set(knob, if on { 0.0 } else { 1.0 });
+    }
+    described(response, ctx, knob);
+}
+
+/// Names of a choice's variants, as hosts show them.
+fn variants(params: &PromenadeParams, knob: Knob) -> Vec<String> {
+    let last = PromenadeParams::limits(knob).1;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
+    let last = last as u16;
+    (0..=last).map(|index| text(params, knob, f32::from(index))).collect()
+}
+
+/// The body font's height of a caption under a control.
+#[must_use]
+pub fn caption_height(ui: &Ui) -> f32 {
+    ui.ctx().fonts_mut(|fonts| fonts.row_height(&Palette::caption()))
+}

@@ -1,0 +1,36 @@
+//! The drawer under the view and its tabs.
+
+use super::ctx::Ctx;
+use super::panel::Panel;
+use super::theme::{CONTROL, GRID};
+use super::widgets::tab;
+use egui::{Frame, Margin, Ui};
+
+/// Height of an open drawer, points.
+const HEIGHT: f32 = 208.0;
+
+/// Shows the tabs, and the panel of the chosen one.
+pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>, panels: &mut [Box<dyn Panel>]) {
+    let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin::symmetric(8, 0));
+    let chosen = panels.iter().position(|panel| panel.title() == ctx.settings.tab).unwrap_or(0);
+    let bar = CONTROL + 2.0 * GRID;
+    // A low window leaves at least as much to the view.
+    let height = if ctx.settings.drawer { HEIGHT.min(ui.available_height() * 0.5).max(bar) } else { bar };
+    egui::Panel::bottom("drawer").exact_size(height).resizable(false).frame(frame).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            ui.set_height(bar);
+            for (index, panel) in panels.iter().enumerate() {
+                let on = ctx.settings.drawer && index == chosen;
+                if tab(ui, ctx.palette, panel.title(), on).clicked() {
+                    ctx.settings.drawer = !on;
+                    ctx.settings.tab = panel.title().to_owned();
+                }
+            }
+        });
+        if ctx.settings.drawer
+            && let Some(panel) = panels.get_mut(chosen)
+        {
+            panel.show(ui, ctx);
+        }
+    });
+}

@@ -1,0 +1,132 @@
+//! Controls that belong to no parameter, in the editor's own look.
+
+use super::theme::{CONTROL, GRID, Palette, ROUND, faded};
+use egui::{Align2, Color32, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
+
+/// A line around a control that has the keyboard.
+pub fn focus_ring(ui: &Ui, palette: &Palette, response: &Response, rect: Rect, radius: u8) {
+    if response.has_focus() {
+        let stroke = Stroke::new(1.5, palette.accent);
+        ui.painter().rect_stroke(rect, CornerRadius::same(radius), stroke, StrokeKind::Outside);
+    }
+}
+
+/// Title of a section.
+pub fn heading(ui: &mut Ui, palette: &Palette, text: &str) {
+    ui.add_space(GRID);
+    ui.label(egui::RichText::new(text).font(Palette::heading()).color(palette.text));
+}
+
+/// Text of less weight, on as many lines as it needs.
+pub fn note(ui: &mut Ui, palette: &Palette, text: impl Into<String>) {
+    ui.label(egui::RichText::new(text).font(Palette::caption()).color(palette.soft));
+}
+
+/// A line of label and control: the label takes `label_width`, the control what is left.
+pub fn row<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.horizontal(|ui| {
+        let size = Vec2::new(LABEL_WIDTH.min(ui.available_width() * 0.4), CONTROL);
+        let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+        let galley = ui.painter().layout_no_wrap(label.to_owned(), Palette::body(), palette.soft);
+        let at = rect.left_center() - Vec2::new(0.0, galley.size().y / 2.0);
+        ui.painter().with_clip_rect(rect).galley(at, galley, palette.soft);
+        add(ui)
+    })
+    .inner
+}
+
+/// Width of the labels of [`row`], points.
+pub const LABEL_WIDTH: f32 = 76.0;
+
+/// A button with text, as wide as the text.
+pub fn button(ui: &mut Ui, palette: &Palette, text: &str) -> Response {
+    face(ui, palette, text, false, 10.0)
+}
+
+/// A button that is pressed while `on`.
+pub fn tab(ui: &mut Ui, palette: &Palette, text: &str, on: bool) -> Response {
+    let response = face(ui, palette, text, on, 10.0);
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, text));
+    response
+}
+
+fn face(ui: &mut Ui, palette: &Palette, text: &str, on: bool, padding: f32) -> Response {
+    let colour = if ui.is_enabled() { palette.text } else { palette.soft };
+    let galley = ui.painter().layout_no_wrap(text.to_owned(), Palette::body(), colour);
+    let size = Vec2::new((galley.size().x + 2.0 * padding).max(CONTROL), CONTROL);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    let (fill, text_colour) = match (on, response.hovered()) {
+        (true, _) => (faded(palette.accent, 0.22), palette.accent),
+        (false, true) => (palette.raised, palette.text),
+        (false, false) => (palette.control, colour),
+    };
+    ui.painter().rect_filled(rect, CornerRadius::same(ROUND), fill);
+    let at = rect.center() - galley.size() / 2.0;
+    ui.painter().galley_with_override_text_color(at, galley, text_colour);
+    focus_ring(ui, palette, &response, rect, ROUND);
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, text));
+    response
+}
+
+/// Choices side by side; says which was clicked. `enabled` tells which can be had.
+pub fn segments(
+    ui: &mut Ui,
+    palette: &Palette,
+    options: &[&str],
+    chosen: usize,
+    enabled: impl Fn(usize) -> bool,
+) -> Option<usize> {
+    let width = ui.available_width();
+    let mut clicked = None;
+    let (whole, _) = ui.allocate_exact_size(Vec2::new(width, CONTROL), Sense::hover());
+    ui.painter().rect_filled(whole, CornerRadius::same(ROUND), palette.control);
+    let part = width / options.len().max(1) as f32;
+    for (index, text) in options.iter().enumerate() {
+        let left = whole.left() + part * index as f32;
+        let rect = Rect::from_min_size(egui::pos2(left, whole.top()), Vec2::new(part, CONTROL));
+        let response = ui.interact(rect, ui.scope_id().with((options, index)), Sense::click());
+        let on = index == chosen;
+        let can = enabled(index);
+        let inside = rect.shrink(2.0);
+        if on {
+            ui.painter().rect_filled(inside, CornerRadius::same(ROUND - 1), palette.accent);
+        } else if response.hovered() {
+            ui.painter().rect_filled(inside, CornerRadius::same(ROUND - 1), palette.raised);
+        }
+        let colour = match (on, can) {
+            (true, _) => palette.on_accent,
+            (false, true) => palette.text,
+            (false, false) => palette.soft,
+        };
+        ui.painter().with_clip_rect(rect).text(rect.center(), Align2::CENTER_CENTER, text, Palette::body(), colour);
+        focus_ring(ui, palette, &response, inside, ROUND - 1);
+        response.widget_info(|| WidgetInfo::selected(Role::RadioButton, true, on, *text));
+        if response.clicked() && !on {
+            clicked = Some(index);
+        }
+    }
+    clicked
+}
+
+/// A switch; says whether it was flipped.
+pub fn switch(ui: &mut Ui, palette: &Palette, label: &str, on: bool) -> Response {
+    let size = Vec2::new(32.0, 16.0);
+    let galley = ui.painter().layout_no_wrap(label.to_owned(), Palette::body(), palette.text);
+    let wanted = Vec2::new(size.x + 2.0 * GRID + galley.size().x, CONTROL);
+    let (rect, response) = ui.allocate_exact_size(wanted, Sense::click());
+    let place = Rect::from_center_size(rect.left_center() + Vec2::new(size.x / 2.0, 0.0), size);
+    let at = ui.ctx().animate_bool(response.id, on);
+    let radius = CornerRadius::same(8);
+    ui.painter().rect_filled(place, radius, palette.raised);
+    ui.painter().rect_filled(place, radius, faded(palette.accent, at));
+    let line = if response.hovered() { palette.soft } else { palette.line };
+    ui.painter().rect_stroke(place, radius, Stroke::new(1.0, line), StrokeKind::Inside);
+    let centre = place.left_center() + Vec2::new(8.0 + at * 16.0, 0.0);
+    let knob: Color32 = if on { palette.on_accent } else { palette.text };
+    ui.painter().circle_filled(centre, 5.0, knob);
+    let text = rect.left_center() + Vec2::new(size.x + 2.0 * GRID, -galley.size().y / 2.0);
+    ui.painter().galley(text, galley, palette.text);
+    focus_ring(ui, palette, &response, place, 8);
+    response.widget_info(|| WidgetInfo::selected(Role::Switch, true, on, label));
+    response
+}

@@ -1,0 +1,173 @@
+//! The editor's window as the framework opens, sizes and closes it.
+
+use super::app::App;
+use super::ctx::Instance;
+use crate::settings::{EditorSettings, LEAST_SIZE};
+use nice_plug::context::gui::GuiContext;
+use nice_plug::editor::dpi::{LogicalSize, NativeSize, PhysicalSize};
+use nice_plug::editor::{
+    Editor, EditorHandle, HostMethods, Modifiers, ParentWindowHandle, ResizeHint, SpawnedEditor, VirtualKeyCode,
+};
+use nice_plug_egui::{EguiEditorHandle, EguiEditorState, EguiNiceSettings, baseview, create_egui_editor};
+use std::error::Error;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// How large the window is; the window tells.
+#[derive(Debug, Default)]
+pub(super) struct Geometry(Mutex<Held>);
+
+#[derive(Debug, Default)]
+struct Held {
+    /// Pixels, while a window is open.
+    open: Option<(u32, u32)>,
+    /// Pixels per point at zoom 1; the last that a window had.
+    scale: Option<f64>,
+    /// Whether keys go to a text field.
+    typing: bool,
+}
+
+impl Geometry {
+    /// A window has this many pixels, and this many to a point at zoom 1.
+    pub(super) fn resized(&self, pixels: (u32, u32), scale: f64) {
+        let mut held = self.held();
+        (held.open, held.scale) = (Some(pixels), Some(scale));
+    }
+
+    /// The window is gone.
+    pub(super) fn closed(&self) {
+        let mut held = self.held();
+        (held.open, held.typing) = (None, false);
+    }
+
+    /// Whether keys go to a text field.
+    pub(super) fn types(&self, typing: bool) {
+        self.held().typing = typing;
+    }
+
+    fn held(&self) -> std::sync::MutexGuard<'_, Held> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Opens an instance's editor as often as the host likes. What an open one needs goes with its window.
+pub struct PromenadeEditor {
+    instance: Instance,
+    geometry: Arc<Geometry>,
+}
+
+impl PromenadeEditor {
+    /// The editor of an instance; nothing is opened yet.
+    #[must_use]
+    pub fn new(instance: Instance) -> Self {
+        Self { instance, geometry: Arc::default() }
+    }
+
+    /// As the project keeps them.
+    fn settings(&self) -> EditorSettings {
+        self.instance.params.editor.get().0.within_reason()
+    }
+}
+
+impl Editor for PromenadeEditor {
+    type Handle = PromenadeHandle;
+
+    fn spawn(
+        &self,
+        parent: Option<ParentWindowHandle>,
+        wait_for_parent: bool,
+        fallback_scale_factor: Option<f64>,
+        gui_context: GuiContext,
+        host: Option<HostMethods>,
+    ) -> Result<SpawnedEditor<Self::Handle>, Box<dyn Error>> {
+        let EditorSettings { width, height, zoom, .. } = self.settings();
+        let state = EguiEditorState::from_size(LogicalSize::new(width, height), zoom);
+        let settings = EguiNiceSettings::new()
+            .with_tile("Promenade")
+            .with_resize_hint(self.resize_hint())
+            .with_repaint_poll_interval(Duration::from_millis(16));
+        let app = App::new(self.instance.clone(), Arc::clone(&self.geometry));
+        // The framework's editor lives only as long as this call: window and handle own all that it made.
+        let editor = create_egui_editor(state, self.instance.repaint.clone(), settings, app).ok_or("no editor")?;
+        let SpawnedEditor { handle, window } =
+            editor.spawn(parent, wait_for_parent, fallback_scale_factor, gui_context, host)?;
+        Ok(SpawnedEditor { handle: PromenadeHandle { inner: handle, geometry: Arc::clone(&self.geometry) }, window })
+    }
+
+    fn size(&self) -> NativeSize<u32> {
+        let held = self.geometry.held();
+        let scale = held.scale.unwrap_or(1.0);
+        match held.open {
+            Some((width, height)) => NativeSize::from_size(PhysicalSize::new(width, height).into(), scale),
+            None => {
+                let EditorSettings { width, height, zoom, .. } = self.settings();
+                NativeSize::from_size(LogicalSize::new(width * zoom, height * zoom).into(), scale)
+            }
+        }
+    }
+
+    fn resize_hint(&self) -> ResizeHint {
+        ResizeHint::resizable().with_min_logical_size(LogicalSize::new(LEAST_SIZE.0, LEAST_SIZE.1))
+    }
+}
+
+/// An open editor.
+pub struct PromenadeHandle {
+    inner: EguiEditorHandle,
+    geometry: Arc<Geometry>,
+}
+
+impl EditorHandle for PromenadeHandle {
+    type Window = baseview::Window;
+    type Error = baseview::Error;
+
+    fn run_until_closed(window: Self::Window) -> Result<(), Self::Error> {
+        window.run_until_closed()
+    }
+
+    fn set_parent(&self, parent: ParentWindowHandle, window: &Self::Window) -> Result<(), Self::Error> {
+        self.inner.set_parent(parent, window)
+    }
+
+    fn show(&self, window: &Self::Window) -> Result<(), Self::Error> {
+        self.inner.show(window)
+    }
+
+    fn hide(&self, window: &Self::Window) -> Result<(), Self::Error> {
+        self.inner.hide(window)
+    }
+
+    fn set_size(&self, new_size: NativeSize<u32>, window: &Self::Window) -> Result<(), Self::Error> {
+        self.inner.set_size(new_size, window)
+    }
+
+    fn host_main_thread_callback(&self, window: &Self::Window) {
+        self.inner.host_main_thread_callback(window);
+    }
+
+    fn adjust_size(&self, new_size: NativeSize<u32>, window: &Self::Window) -> Option<NativeSize<u32>> {
+        self.inner.adjust_size(new_size, window)
+    }
+
+    fn set_fallback_scale_factor(&self, scale_factor: f64, window: &Self::Window) -> Result<(), Self::Error> {
+        self.geometry.held().scale = Some(scale_factor);
+        self.inner.set_fallback_scale_factor(scale_factor, window)
+    }
+
+    /// Keys that a text field needs are kept from the host's own shortcuts.
+    fn on_virtual_key_from_host(&self, _key_code: VirtualKeyCode, _is_down: bool, _modifiers: Modifiers) -> bool {
+        self.geometry.held().typing
+    }
+
+    fn state_changed(&self) {
+        self.inner.state_changed();
+    }
+
+    fn param_value_changed(&self, id: &str, normalized_value: f32) {
+        self.inner.param_value_changed(id, normalized_value);
+    }
+
+    fn param_modulation_changed(&self, id: &str, modulation_offset: f32) {
+        self.inner.param_modulation_changed(id, modulation_offset);
+    }
+}
