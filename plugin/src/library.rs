@@ -83,6 +83,14 @@ pub fn folders() -> Vec<PathBuf> {
     named.into_iter().chain(dirs::data_dir().map(|data| data.join("promenade").join("scenes"))).collect()
 }
 
+/// The place of a file that a user names: as it is, or in the library's own folder where the name has no folder.
+#[must_use]
+pub fn place_of(name: &str) -> PathBuf {
+    let path = PathBuf::from(name.trim());
+    let own = folders().pop().filter(|_| path.parent().is_some_and(|parent| parent.as_os_str().is_empty()));
+    own.map_or_else(|| path.clone(), |folder| folder.join(&path))
+}
+
 /// The files with one of these extensions, folder by folder, in order of their names.
 #[must_use]
 pub fn files(folders: &[PathBuf], extensions: &[&str]) -> Vec<PathBuf> {

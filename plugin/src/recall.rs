@@ -103,13 +103,18 @@ pub struct History {
     undone: Vec<Recall>,
     done: Vec<Recall>,
     other: Option<Recall>,
+    /// Whether the newest change was one of going back, on or over.
+    moved: bool,
     /// Whether B is heard.
     b: bool,
 }
 
 impl History {
-    /// Notes how it was before a change that has been made.
+    /// Notes how it was before a change that has been made, unless that was one of going back, on or over.
     pub fn note(&mut self, before: Recall) {
+        if std::mem::take(&mut self.moved) {
+            return;
+        }
         self.undone.clear();
         if self.done.last() != Some(&before) {
             self.done.push(before);
@@ -122,6 +127,7 @@ impl History {
     /// Goes one change back from `now`.
     pub fn undo(&mut self, now: Recall) -> Option<Recall> {
         let before = self.done.pop()?;
+        self.moved = true;
         self.undone.push(now);
         Some(before)
     }
@@ -129,6 +135,7 @@ impl History {
     /// Makes the change again that was undone last.
     pub fn redo(&mut self, now: Recall) -> Option<Recall> {
         let after = self.undone.pop()?;
+        self.moved = true;
         self.done.push(now);
         Some(after)
     }
@@ -148,6 +155,7 @@ impl History {
     /// Goes from A to B or back. B begins as a copy of A.
     pub fn compare(&mut self, now: Recall) -> Recall {
         self.b = !self.b;
+        self.moved = true;
         self.other.replace(now.clone()).unwrap_or(now)
     }
 

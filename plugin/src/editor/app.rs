@@ -9,16 +9,31 @@ use super::view::View;
 use super::window::Geometry;
 use super::{header, side, tabs};
 use crate::params::Choices;
+use crate::recall::{History, Recall};
 use crate::settings::{EditorSettings, Theme};
 use crate::telemetry::Frame;
 use crate::worker::{Desk, LOADER};
-use egui::{CentralPanel, Margin, Ui};
+use egui::{CentralPanel, Event, InputState, Key, KeyboardShortcut, Margin, Modifiers, Ui};
 use nice_plug::context::gui::GuiContext;
 use nice_plug::nice_error;
 use nice_plug_egui::NiceEguiApp;
 use nice_plug_egui::baseview::{HandlerError, WindowSize};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
+const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
+
+/// Whether the user begins to do something.
+fn acts(input: &InputState) -> bool {
+    let begins = |event: &Event| {
+        matches!(
+            event,
+            Event::Key { pressed: true, .. } | Event::Text(_) | Event::MouseWheel { .. } | Event::PointerButton { .. }
+        )
+    };
+    input.events.iter().any(begins)
+}
 
 /// Everything that lives as long as one window.
 pub(super) struct App {
@@ -37,6 +52,9 @@ pub(super) struct App {
     opened: Instant,
     view: View,
     panels: Vec<Box<dyn Panel>>,
+    history: History,
+    /// How it was before the change that the user is making.
+    before: Option<Recall>,
 }
 
 impl App {
@@ -58,6 +76,8 @@ impl App {
             opened: Instant::now(),
             view: View::default(),
             panels: panels(),
+            history: History::default(),
+            before: None,
         }
     }
 
@@ -119,10 +139,21 @@ impl NiceEguiApp for App {
             palette,
             settings: &mut self.settings,
             selection: &mut self.selection,
+            history: &mut self.history,
             gestures: &mut self.gestures,
             desk: self.desk.as_ref(),
             now_s,
         };
+        if self.before.is_none() && ui.input(acts) {
+            self.before = Some(Recall::of(&params));
+        }
+        if !ui.ctx().text_edit_focused() {
+            if ui.input_mut(|input| input.consume_shortcut(&REDO)) {
+                ctx.redo();
+            } else if ui.input_mut(|input| input.consume_shortcut(&UNDO)) {
+                ctx.undo();
+            }
+        }
         header::show(ui, &mut ctx);
         side::right(ui, &mut ctx);
         tabs::show(ui, &mut ctx, &mut self.panels);
@@ -135,6 +166,13 @@ impl NiceEguiApp for App {
         let rest_s = ctx.gestures.end_frame(&ctx.host, now_s);
         if let Some(rest_s) = rest_s {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
+        }
+        if self.gestures.are_over()
+            && !ui.input(|input| input.pointer.any_down())
+            && let Some(before) = self.before.take()
+            && before != Recall::of(&params)
+        {
+            self.history.note(before);
         }
         self.geometry.types(ui.ctx().text_edit_focused());
         self.keep_settings();

@@ -5,7 +5,9 @@ use super::host::Host;
 use super::theme::Palette;
 use crate::kept::Kept;
 use crate::loader::Loader;
+use crate::osc::Osc;
 use crate::params::PromenadeParams;
+use crate::recall::{History, Recall};
 use crate::remote::Knob;
 use crate::settings::EditorSettings;
 use crate::telemetry::{Frame, Telemetry};
@@ -25,6 +27,8 @@ pub struct Instance {
     pub loader: Arc<Loader>,
     /// What the audio thread tells.
     pub telemetry: Arc<Telemetry>,
+    /// Head tracking and remote control.
+    pub osc: Arc<Osc>,
     /// Asks for the next picture, from any thread.
     pub repaint: RepaintNotifier,
 }
@@ -56,6 +60,8 @@ pub struct Ctx<'a> {
     pub settings: &'a mut EditorSettings,
     /// What is chosen.
     pub selection: &'a mut Selection,
+    /// What can be undone and compared.
+    pub history: &'a mut History,
     /// Gestures that are going on; use the methods of this type.
     pub gestures: &'a mut Gestures,
     /// Sends the loader to work.
@@ -137,6 +143,36 @@ impl Ctx<'_> {
         if new != old && field.replace(new, restores) {
             self.touch();
         }
+    }
+
+    /// Brings settings back, as gestures of their own.
+    pub fn recall(&mut self, recall: &Recall) {
+        let mut set = Vec::new();
+        recall.apply(&self.instance.params, |knob, value| set.push((knob, value)));
+        for (knob, value) in set {
+            self.set(knob, value);
+        }
+        self.touch();
+    }
+
+    /// Takes the last change back, if there is one.
+    pub fn undo(&mut self) {
+        if let Some(before) = self.history.undo(Recall::of(&self.instance.params)) {
+            self.recall(&before);
+        }
+    }
+
+    /// Makes the change again that was taken back last, if there is one.
+    pub fn redo(&mut self) {
+        if let Some(after) = self.history.redo(Recall::of(&self.instance.params)) {
+            self.recall(&after);
+        }
+    }
+
+    /// Goes from A to B or back.
+    pub fn compare(&mut self) {
+        let other = self.history.compare(Recall::of(&self.instance.params));
+        self.recall(&other);
     }
 
     /// Sends the loader to look for what the parameters ask for.

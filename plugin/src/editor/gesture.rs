@@ -97,6 +97,12 @@ impl Gestures {
         next
     }
 
+    /// Whether none is going on.
+    #[must_use]
+    pub fn are_over(&self) -> bool {
+        self.0.iter().all(Option::is_none)
+    }
+
     /// Ends all of them.
     pub fn close(&mut self, host: &dyn Automation) {
         for (knob, place) in Knob::ALL.into_iter().zip(&mut self.0) {

@@ -2,6 +2,9 @@
 
 use super::ctx::Ctx;
 use super::ears_panel::EarsPanel;
+use super::osc_panel::OscPanel;
+use super::path_panel::PathPanel;
+use super::presets_panel::PresetsPanel;
 use egui::Ui;
 
 /// A panel of the drawer.
@@ -15,5 +18,5 @@ pub trait Panel: Send {
 /// All panels, in the order of their tabs.
 #[must_use]
 pub fn panels() -> Vec<Box<dyn Panel>> {
-    vec![Box::new(EarsPanel)]
+    vec![Box::new(EarsPanel), Box::<PathPanel>::default(), Box::<OscPanel>::default(), Box::<PresetsPanel>::default()]
 }

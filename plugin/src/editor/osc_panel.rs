@@ -1,0 +1,248 @@
+//! Head tracking and remote control over Open Sound Control, and the listener group.
+
+use super::ctx::Ctx;
+use super::knobs::{list, toggle};
+use super::panel::Panel;
+use super::theme::{CONTROL, GRID};
+use super::widgets::{button, note, row, segments, switch};
+use crate::group;
+use crate::osc::{AxisMap, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat};
+use crate::params::GroupChoice;
+use crate::remote::Knob;
+use egui::{ComboBox, DragValue, ScrollArea, TextEdit, Ui, Vec2};
+use nice_plug::prelude::Enum;
+use std::time::Duration;
+
+/// How often what has come in is looked at, times a second.
+const LOOKS_PER_S: f64 = 4.0;
+const AXES: [&str; 3] = ["Yaw", "Pitch", "Roll"];
+const FULL_AXES: [&str; 3] = ["yaw", "pitch", "roll"];
+
+/// What is set of Open Sound Control, and what comes in.
+#[derive(Default)]
+pub(super) struct OscPanel {
+    /// Text fields while they are typed in; taken when they are left.
+    name: Option<String>,
+    host: Option<String>,
+    address: Option<String>,
+    status: OscStatus,
+    looked_s: f64,
+}
+
+impl Panel for OscPanel {
+    fn title(&self) -> &'static str {
+        "OSC and group"
+    }
+
+    fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        if ctx.now_s - self.looked_s >= 1.0 / LOOKS_PER_S {
+            self.status = ctx.instance.osc.status();
+            self.looked_s = ctx.now_s;
+        }
+        let (config, _) = ctx.params().osc.get();
+        if config.on || config.out.on {
+            ui.ctx().request_repaint_after(Duration::from_secs_f64(1.0 / LOOKS_PER_S));
+        }
+        let size = Vec2::new((ui.available_width() - 4.0 * GRID) / 3.0, ui.available_height());
+        ui.horizontal_top(|ui| {
+            let mut column = |add: &mut dyn FnMut(&mut Ui)| {
+                ui.allocate_ui(size, |ui| {
+                    ui.set_width(size.x);
+                    ui.vertical(|ui| ScrollArea::vertical().id_salt(ui.scope_id()).auto_shrink(false).show(ui, |ui| add(ui)));
+                });
+            };
+            column(&mut |ui| self.listening(ui, ctx, &config));
+            column(&mut |ui| self.tracker(ui, ctx, &config));
+            column(&mut |ui| {
+                self.sending(ui, ctx, &config);
+                group_of(ui, ctx);
+            });
+        });
+    }
+}
+
+/// Changes the settings and puts them in force.
+fn change(ctx: &Ctx<'_>, change: impl FnOnce(&mut OscConfig)) {
+    ctx.keep(&ctx.params().osc, change);
+    ctx.instance.osc.apply();
+}
+
+/// A text that is taken when its field is left.
+fn text(ui: &mut Ui, draft: &mut Option<String>, kept: &str, hint: &str) -> Option<String> {
+    let mut shown = draft.clone().unwrap_or_else(|| kept.to_owned());
+    let field = TextEdit::singleline(&mut shown).hint_text(hint);
+    let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), field);
+    if response.changed() {
+        *draft = Some(shown);
+    }
+    if response.lost_focus() { draft.take() } else { None }
+}
+
+/// A port that is taken when it has been typed or dragged.
+fn port(ui: &mut Ui, kept: u16) -> Option<u16> {
+    let mut port = kept;
+    let drag = DragValue::new(&mut port).range(1..=u16::MAX).speed(0.2).update_while_editing(false);
+    let response = ui.add_sized(Vec2::new(72.0, CONTROL), drag);
+    (response.changed() && port != kept).then_some(port)
+}
+
+impl OscPanel {
+    fn listening(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, config: &OscConfig) {
+        ui.horizontal(|ui| {
+            if switch(ui, ctx.palette, "Listen at port", config.on).clicked() {
+                change(ctx, |c| c.on = !c.on);
+            }
+            if let Some(port) = port(ui, config.port) {
+                change(ctx, |c| c.port = port);
+            }
+        });
+        row(ui, ctx.palette, "From", |ui| {
+            let chosen = usize::from(config.interface == Interface::Any);
+            if let Some(index) = segments(ui, ctx.palette, &["This machine", "Network"], chosen, |_| true) {
+                change(ctx, |c| c.interface = if index == 1 { Interface::Any } else { Interface::Loopback });
+            }
+        });
+        row(ui, ctx.palette, "Name", |ui| {
+            if let Some(name) = text(ui, &mut self.name, &config.name, "For its own addresses") {
+                change(ctx, |c| c.name = name);
+            }
+        });
+        let status = &self.status;
+        match &status.listening {
+            Listening::Off => note(ui, ctx.palette, "Not listening"),
+            Listening::Opening => note(ui, ctx.palette, "Opening the port"),
+            Listening::At(address) => {
+                let last = if status.last_address.is_empty() { "nothing yet" } else { &status.last_address };
+                note(ui, ctx.palette, format!("At {address}: {:.0} messages/s, last {last}", status.messages_per_s));
+            }
+            Listening::Failed(reason) => {
+                ui.colored_label(ctx.palette.error, reason);
+            }
+        }
+        if status.garbage + status.unknown + status.clamped > 0 {
+            let counts =
+                [(status.unknown, "not for this format"), (status.garbage, "damaged"), (status.clamped, "out of range")];
+            let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect::<Vec<_>>();
+            note(ui, ctx.palette, counts.join(", "));
+            if !status.last_garbage.is_empty() {
+                note(ui, ctx.palette, &status.last_garbage);
+            }
+        }
+        if !status.note.is_empty() {
+            ui.colored_label(ctx.palette.warn, &status.note);
+        }
+    }
+
+    fn tracker(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, config: &OscConfig) {
+        row(ui, ctx.palette, "Tracker", |ui| {
+            let width = ui.available_width();
+            ComboBox::from_id_salt("format").selected_text(config.format.title()).width(width).show_ui(ui, |ui| {
+                for format in TrackerFormat::ALL {
+                    if ui.selectable_label(format == config.format, format.title()).clicked() && format != config.format {
+                        change(ctx, |c| (c.format, c.port) = (format, format.port()));
+                    }
+                }
+            });
+        });
+        if config.format == TrackerFormat::Custom {
+            self.custom(ui, ctx, config);
+        }
+        row(ui, ctx.palette, "Used as", |ui| list(ui, ctx, Knob::Tracking));
+        for axis in 0..3 {
+            row(ui, ctx.palette, AXES[axis], |ui| axis_of(ui, ctx, config.axes, axis));
+        }
+        row(ui, ctx.palette, "Recentre", |ui| {
+            let kinds = [("Yaw", Recenter::Yaw), ("All", Recenter::Full), ("Off", Recenter::Off)];
+            if button(ui, ctx.palette, "Now").clicked() {
+                ctx.instance.osc.recenter(None);
+            }
+            let chosen = kinds.iter().position(|(_, kind)| *kind == config.recenter).unwrap_or(0);
+            if let Some(index) = segments(ui, ctx.palette, &kinds.map(|(name, _)| name), chosen, |_| true) {
+                change(ctx, |c| c.recenter = kinds[index].1);
+            }
+        });
+        match self.status.tracker_s {
+            Some(seconds) if seconds < 1.0 => note(ui, ctx.palette, "The tracker is heard"),
+            Some(seconds) => {
+                ui.colored_label(ctx.palette.warn, format!("The tracker was last heard {seconds:.0} s ago"));
+            }
+            None => note(ui, ctx.palette, "No tracker yet"),
+        }
+    }
+
+    fn custom(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, config: &OscConfig) {
+        row(ui, ctx.palette, "Address", |ui| {
+            if let Some(address) = text(ui, &mut self.address, &config.custom.address, "/head/ypr") {
+                change(ctx, |c| c.custom.address = address);
+            }
+        });
+        row(ui, ctx.palette, "Sends", |ui| {
+            let chosen = config.custom.arguments;
+            let width = ui.available_width();
+            ComboBox::from_id_salt("arguments").selected_text(chosen.title()).width(width).show_ui(ui, |ui| {
+                for kind in CustomArguments::ALL {
+                    if ui.selectable_label(kind == chosen, kind.title()).clicked() {
+                        change(ctx, |c| c.custom.arguments = kind);
+                    }
+                }
+            });
+        });
+    }
+
+    fn sending(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, config: &OscConfig) {
+        ui.horizontal(|ui| {
+            if switch(ui, ctx.palette, "Send the pose to port", config.out.on).clicked() {
+                change(ctx, |c| c.out.on = !c.out.on);
+            }
+            if let Some(port) = port(ui, config.out.port) {
+                change(ctx, |c| c.out.port = port);
+            }
+        });
+        row(ui, ctx.palette, "Host", |ui| {
+            if let Some(host) = text(ui, &mut self.host, &config.out.host, "127.0.0.1") {
+                change(ctx, |c| c.out.host = host);
+            }
+        });
+        match &self.status.sending {
+            Sending::Off => (),
+            Sending::Resolving => note(ui, ctx.palette, "Looking the host up"),
+            Sending::To(address) => note(ui, ctx.palette, format!("To {address}: {} poses", self.status.sent)),
+            Sending::Failed(reason) => {
+                ui.colored_label(ctx.palette.error, reason);
+            }
+        }
+    }
+}
+
+/// Which of the tracker's angles one of the head's is, and which way it counts.
+fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
+    let source = usize::from(axes.order[axis]).min(2);
+    ComboBox::from_id_salt(("axis", axis)).selected_text(format!("tracker's {}", FULL_AXES[source])).show_ui(ui, |ui| {
+        for (number, name) in (0_u8..).zip(FULL_AXES) {
+            if ui.selectable_label(axes.order[axis] == number, format!("tracker's {name}")).clicked() {
+                change(ctx, |c| c.axes.order[axis] = number);
+            }
+        }
+    });
+    if switch(ui, ctx.palette, "Invert", axes.invert[axis]).clicked() {
+        change(ctx, |c| c.axes.invert[axis] = !c.axes.invert[axis]);
+    }
+}
+
+/// The listener group.
+fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    row(ui, ctx.palette, "Group", |ui| super::knobs::choice(ui, ctx, Knob::Group, |_| true));
+    let chosen = GroupChoice::from_index(ctx.index(Knob::Group));
+    let Some(number) = chosen.number() else {
+        note(ui, ctx.palette, "Instances of one group share one listener");
+        return;
+    };
+    toggle(ui, ctx, Knob::Lead, "Lead the group");
+    let words = match (ctx.frame.leads, ctx.is_on(Knob::Lead), group::is_led(number)) {
+        (true, ..) => "This instance's listener is the group's",
+        (false, true, true) => "Another instance leads already; this one follows it",
+        (false, false, true) => "Another instance leads; this one hears with its listener",
+        (false, _, false) => "Nobody leads: this instance hears with its own listener",
+    };
+    note(ui, ctx.palette, words);
+}

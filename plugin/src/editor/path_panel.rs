@@ -1,0 +1,292 @@
+//! The camera path: how it is followed, its keyframes, recording, and files.
+
+use super::ctx::Ctx;
+use super::knobs::{choice, slider, toggle};
+use super::panel::Panel;
+use super::theme::{CONTROL, GRID};
+use super::widgets::{button, note, row, switch, tab};
+use crate::causes::in_words;
+use crate::kept::Kept;
+use crate::library;
+use crate::remote::Knob;
+use crate::walk::KeptWalk;
+use egui::{DragValue, ScrollArea, TextEdit, Ui, Vec2};
+use promenade_core::{CameraPath, Keyframe};
+use promenade_paths::edit::{self, EditError};
+use promenade_paths::{Recorder, RecorderConfig, WriteFormat, write};
+use std::path::Path;
+
+/// A recording is reduced to as few keyframes as keep it this close, metres.
+const TOLERANCE_M: f32 = 0.01;
+/// The same for the head's turn, degrees.
+const TOLERANCE_DEG: f32 = 0.5;
+/// A keyframe that is added at the end comes this much after the last, seconds.
+const NEXT_S: f64 = 1.0;
+
+/// What is done to the keyframes and their playing.
+#[derive(Default)]
+pub(super) struct PathPanel {
+    recording: Option<Recording>,
+    file: String,
+    /// What went wrong, or what was done.
+    said: Option<Result<String, String>>,
+}
+
+struct Recording {
+    recorder: Recorder,
+    /// When it began, seconds of the window's time.
+    began_s: f64,
+}
+
+impl Panel for PathPanel {
+    fn title(&self) -> &'static str {
+        "Path"
+    }
+
+    fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        self.record(ui, ctx);
+        let size = Vec2::new((ui.available_width() - 4.0 * GRID) / 3.0, ui.available_height());
+        ui.horizontal_top(|ui| {
+            let column = |ui: &mut Ui, add: &mut dyn FnMut(&mut Ui)| {
+                ui.allocate_ui(size, |ui| {
+                    ui.set_width(size.x);
+                    ui.vertical(|ui| add(ui));
+                });
+            };
+            column(ui, &mut |ui| playing(ui, ctx));
+            column(ui, &mut |ui| self.keyframes(ui, ctx));
+            column(ui, &mut |ui| self.files(ui, ctx));
+        });
+    }
+}
+
+/// How the path is followed.
+fn playing(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    choice(ui, ctx, Knob::Follow, |_| true);
+    slider(ui, ctx, Knob::Path, "Position");
+    let (kept, _) = ctx.params().kept_walk.get();
+    let mut speed = kept.speed;
+    row(ui, ctx.palette, "Speed", |ui| {
+        let drag = DragValue::new(&mut speed).range(-8.0..=8.0).speed(0.01).fixed_decimals(2).suffix(" x");
+        if ui.add_sized(Vec2::new(72.0, CONTROL), drag).changed() {
+            ctx.keep(&ctx.params().kept_walk, |walk| walk.speed = speed);
+        }
+        if switch(ui, ctx.palette, "Loop", kept.looping).clicked() {
+            ctx.keep(&ctx.params().kept_walk, |walk| walk.looping = !walk.looping);
+        }
+    });
+    toggle(ui, ctx, Knob::Offset, "Add position and angles");
+    let words = match ctx.walk {
+        Some(walk) => format!("{} keyframes, {:.1} s", walk.path.keyframes().len(), walk.path.duration_s()),
+        None => "No path yet: record one, add keyframes, or import a file.".to_owned(),
+    };
+    note(ui, ctx.palette, words);
+}
+
+impl PathPanel {
+    /// Takes the listener's pose while a walk is recorded.
+    fn record(&mut self, ui: &Ui, ctx: &Ctx<'_>) {
+        let Some(recording) = &mut self.recording else { return };
+        // A picture may come before there is a new pose: then its time has not risen.
+        let t_s = if ctx.frame.playing { ctx.frame.transport_s } else { ctx.now_s - recording.began_s };
+        if recording.recorder.is_empty() && t_s > 0.0 {
+            // The walk keeps its place in the song.
+            let _first = recording.recorder.push(0.0, ctx.frame.pose);
+        }
+        let _too_soon = recording.recorder.push(t_s, ctx.frame.pose);
+        ui.ctx().request_repaint();
+    }
+
+    fn keyframes(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        let chosen = ctx.selection.keyframe;
+        ui.horizontal(|ui| {
+            if button(ui, ctx.palette, "Add here").on_hover_text("A keyframe where the listener is").clicked() {
+                self.add(ctx);
+            }
+            ui.add_enabled_ui(chosen.is_some(), |ui| {
+                if button(ui, ctx.palette, "Move here").on_hover_text("Takes the chosen keyframe to the listener").clicked()
+                    && let Some(index) = chosen
+                {
+                    let pose = ctx.frame.pose;
+                    self.change(ctx, |keyframes| edit::move_to(keyframes, index, pose));
+                }
+                if button(ui, ctx.palette, "Delete").clicked()
+                    && let Some(index) = chosen
+                {
+                    self.change(ctx, |keyframes| edit::delete(keyframes, index).map(drop));
+                    ctx.selection.keyframe = None;
+                }
+            });
+            if button(ui, ctx.palette, "Reverse").clicked() {
+                self.change(ctx, edit::reverse);
+            }
+        });
+        let Some(walk) = ctx.walk else { return };
+        let rows = walk.path.keyframes();
+        ScrollArea::vertical().auto_shrink(false).show_rows(ui, CONTROL, rows.len(), |ui, range| {
+            for (index, keyframe) in rows.iter().enumerate().take(range.end).skip(range.start) {
+                ui.horizontal(|ui| self.keyframe(ui, ctx, index, keyframe));
+            }
+        });
+    }
+
+    fn keyframe(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, index: usize, keyframe: &Keyframe) {
+        let mut t_s = keyframe.t_s;
+        let drag = DragValue::new(&mut t_s).speed(0.02).fixed_decimals(2).suffix(" s").update_while_editing(false);
+        if ui.add_sized(Vec2::new(68.0, CONTROL), drag).changed() {
+            self.change(ctx, |keyframes| edit::set_time(keyframes, index, t_s).map(drop));
+        }
+        let p = keyframe.pose.position;
+        let (yaw, ..) = keyframe.pose.ypr();
+        let text = format!("{:.2}, {:.2}, {:.2} m   {:.0}°", p.x, p.y, p.z, yaw.to_degrees());
+        if ui.selectable_label(ctx.selection.keyframe == Some(index), text).clicked() {
+            ctx.selection.keyframe = Some(index);
+        }
+    }
+
+    /// Adds a keyframe where the listener is: after the last, or half way to the one after the chosen.
+    fn add(&mut self, ctx: &mut Ctx<'_>) {
+        let pose = ctx.frame.pose;
+        let times = ctx.walk.map_or_else(Vec::new, |walk| walk.path.keyframes().iter().map(|k| k.t_s).collect::<Vec<_>>());
+        let after = ctx.selection.keyframe.filter(|index| index + 1 < times.len());
+        let t_s = match (after, times.last()) {
+            (Some(index), _) => 0.5 * (times[index] + times[index + 1]),
+            (None, Some(last)) => last + NEXT_S,
+            (None, None) => 0.0,
+        };
+        let added = self.change(ctx, |keyframes| {
+            if keyframes.is_empty() {
+                keyframes.push(Keyframe { t_s, pose });
+                return Ok(());
+            }
+            let index = edit::insert(keyframes, t_s)?;
+            edit::move_to(keyframes, index, pose)
+        });
+        if added {
+            ctx.selection.keyframe = Some(after.map_or(times.len(), |index| index + 1));
+        }
+    }
+
+    /// Changes the keyframes, and says whether that went well.
+    fn change(&mut self, ctx: &mut Ctx<'_>, change: impl FnOnce(&mut Vec<Keyframe>) -> Result<(), EditError>) -> bool {
+        let mut keyframes = ctx.walk.map_or_else(Vec::new, |walk| walk.path.keyframes().to_vec());
+        let done = change(&mut keyframes);
+        self.said = done.as_ref().err().map(|error| Err(in_words(error)));
+        if done.is_ok() {
+            take(ctx, KeptWalk::of(&keyframes));
+        }
+        done.is_ok()
+    }
+
+    fn files(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        ui.horizontal(|ui| {
+            let recording = self.recording.is_some();
+            let text = if recording { "Stop recording" } else { "Record a walk" };
+            if tab(ui, ctx.palette, text, recording).clicked() {
+                self.record_or_stop(ctx);
+            }
+            if let Some(recording) = &self.recording {
+                note(ui, ctx.palette, format!("{:.1} s", recording.recorder.duration_s()));
+            }
+        });
+        let field = TextEdit::singleline(&mut self.file).hint_text("File: .json, .csv, .gltf, .glb, COLMAP images");
+        ui.add_sized(Vec2::new(ui.available_width(), CONTROL), field);
+        ui.horizontal(|ui| {
+            let named = !self.file.trim().is_empty();
+            ui.add_enabled_ui(named, |ui| {
+                if button(ui, ctx.palette, "Import").clicked() {
+                    self.import(ctx);
+                }
+                ui.add_enabled_ui(ctx.walk.is_some(), |ui| {
+                    if button(ui, ctx.palette, "Export").on_hover_text("As JSON or CSV, by the file's ending").clicked() {
+                        self.export(ctx);
+                    }
+                });
+            });
+            if button(ui, ctx.palette, "Clear").clicked() {
+                take(ctx, KeptWalk::default());
+                ctx.selection.keyframe = None;
+            }
+        });
+        ScrollArea::vertical().id_salt("said").auto_shrink(false).show(ui, |ui| match &self.said {
+            Some(Ok(done)) => note(ui, ctx.palette, done.as_str()),
+            Some(Err(error)) => {
+                ui.colored_label(ctx.palette.error, error);
+            }
+            None => note(ui, ctx.palette, "A file name without a folder is one of the library."),
+        });
+    }
+
+    fn record_or_stop(&mut self, ctx: &mut Ctx<'_>) {
+        match self.recording.take() {
+            Some(recording) => {
+                let poses = recording.recorder.len();
+                self.said = Some(match recording.recorder.finish(TOLERANCE_M, TOLERANCE_DEG.to_radians()) {
+                    Ok(keyframes) => {
+                        let done = format!("Recorded {poses} poses, kept as {} keyframes.", keyframes.len());
+                        take(ctx, KeptWalk::of(&keyframes));
+                        Ok(done)
+                    }
+                    Err(error) => Err(in_words(&error)),
+                });
+            }
+            None => match Recorder::new(RecorderConfig::default()) {
+                Ok(recorder) => self.recording = Some(Recording { recorder, began_s: ctx.now_s }),
+                Err(error) => self.said = Some(Err(in_words(&error))),
+            },
+        }
+    }
+
+    fn import(&mut self, ctx: &mut Ctx<'_>) {
+        self.said = Some(match KeptWalk::from_file(&library::place_of(&self.file)) {
+            Ok((walk, notes)) => {
+                let done = [vec![format!("Imported {} keyframes.", walk.keyframes.len())], notes].concat().join(" ");
+                take(ctx, walk);
+                ctx.selection.keyframe = None;
+                Ok(done)
+            }
+            Err(error) => Err(in_words(&error)),
+        });
+    }
+
+    fn export(&mut self, ctx: &Ctx<'_>) {
+        let Some(walk) = ctx.walk else { return };
+        self.said = Some(export(&walk.path, &library::place_of(&self.file)));
+    }
+}
+
+fn export(path: &CameraPath, file: &Path) -> Result<String, String> {
+    let format = WriteFormat::of(&file.display().to_string()).map_err(|error| in_words(&error))?;
+    let folder = file.parent().map_or(Ok(()), std::fs::create_dir_all);
+    let written = folder.and_then(|()| std::fs::write(file, write(path, format)));
+    written.map_err(|error| format!("{}: {error}", file.display()))?;
+    Ok(format!("Written to {}", file.display()))
+}
+
+/// Makes a path the project's own, with the speed and the looping that are set.
+fn take(ctx: &mut Ctx<'_>, new: KeptWalk) {
+    let kept: &Kept<KeptWalk> = &ctx.params().kept_walk;
+    ctx.keep(kept, |walk| *walk = KeptWalk { speed: walk.speed, looping: walk.looping, slot: 0, ..new });
+    ctx.set(Knob::Walk, 0.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use promenade_core::Pose;
+
+    #[test]
+    fn what_is_exported_is_imported_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let keyframes = [0.0, 2.0].map(|t_s| Keyframe { t_s, pose: Pose::IDENTITY });
+        let path = CameraPath::new(keyframes.to_vec()).unwrap();
+        for name in ["new/walk.csv", "walk.json"] {
+            let file = folder.path().join(name);
+            export(&path, &file).unwrap();
+            let (kept, _) = KeptWalk::from_file(&file).unwrap();
+            assert_eq!(kept.to_walk().unwrap().unwrap().path, path);
+        }
+        let error = export(&path, &folder.path().join("walk.mp3")).unwrap_err();
+        assert!(error.contains("walk.mp3") && error.contains(".csv"), "{error}");
+    }
+}

@@ -1,0 +1,143 @@
+//! Presets, undo and the comparison of two settings.
+
+use super::ctx::Ctx;
+use super::panel::Panel;
+use super::theme::{CONTROL, GRID};
+use super::widgets::{button, note, row, tab};
+use crate::causes::in_words;
+use crate::presets::{self, Preset};
+use crate::recall::Recall;
+use egui::{ScrollArea, TextEdit, Ui, Vec2};
+use std::path::PathBuf;
+
+/// Width of the column beside the list, points.
+const SIDE: f32 = 280.0;
+
+/// The presets of the factory and of the user.
+pub(super) struct PresetsPanel {
+    folder: Option<PathBuf>,
+    presets: Vec<Preset>,
+    search: String,
+    name: String,
+    chosen: Option<Preset>,
+    /// What went wrong, or what was done.
+    said: Option<Result<String, String>>,
+}
+
+impl Default for PresetsPanel {
+    fn default() -> Self {
+        let folder = presets::folder();
+        let presets = presets::list(folder.as_deref());
+        Self { folder, presets, search: String::new(), name: String::new(), chosen: None, said: None }
+    }
+}
+
+impl Panel for PresetsPanel {
+    fn title(&self) -> &'static str {
+        "Presets"
+    }
+
+    fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        let height = ui.available_height();
+        ui.horizontal_top(|ui| {
+            let list = Vec2::new((ui.available_width() - SIDE - 3.0 * GRID).max(160.0), height);
+            ui.allocate_ui(list, |ui| {
+                ui.vertical(|ui| self.list(ui, ctx));
+            });
+            ui.add_space(2.0 * GRID);
+            ui.allocate_ui(Vec2::new(SIDE, height), |ui| {
+                ui.vertical(|ui| self.side(ui, ctx));
+            });
+        });
+    }
+}
+
+impl PresetsPanel {
+    fn list(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        let field = TextEdit::singleline(&mut self.search).hint_text("Search presets");
+        ui.add_sized(Vec2::new(ui.available_width(), CONTROL), field);
+        let wanted = self.search.to_lowercase();
+        let mut clicked = None;
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for (title, users) in [("Factory", false), ("Yours", true)] {
+                let shown = |p: &&Preset| p.file.is_some() == users && p.name.to_lowercase().contains(&wanted);
+                let mut any = false;
+                for preset in self.presets.iter().filter(shown) {
+                    if !any {
+                        note(ui, ctx.palette, title);
+                        any = true;
+                    }
+                    if ui.selectable_label(self.chosen.as_ref() == Some(preset), &preset.name).clicked() {
+                        clicked = Some(preset.clone());
+                    }
+                }
+            }
+        });
+        if let Some(preset) = clicked {
+            self.said = match presets::read(&preset) {
+                Ok(state) => {
+                    let now = Recall::of(ctx.params());
+                    ctx.recall(&Recall::from_state(state, &now));
+                    self.name.clone_from(&preset.name);
+                    self.chosen = Some(preset);
+                    None
+                }
+                Err(error) => Some(Err(in_words(&error))),
+            };
+        }
+    }
+
+    fn side(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        row(ui, ctx.palette, "Compare", |ui| {
+            for (name, b) in [("A", false), ("B", true)] {
+                if tab(ui, ctx.palette, name, ctx.history.is_b() == b).clicked() && ctx.history.is_b() != b {
+                    ctx.compare();
+                }
+            }
+            let (from, to) = if ctx.history.is_b() { ("B", "A") } else { ("A", "B") };
+            if button(ui, ctx.palette, &format!("Copy {from} to {to}")).clicked() {
+                ctx.history.copy(Recall::of(ctx.params()));
+            }
+        });
+        row(ui, ctx.palette, "Changes", |ui| {
+            let (undo, redo) = ctx.history.can();
+            if ui.add_enabled_ui(undo, |ui| button(ui, ctx.palette, "Undo")).inner.clicked() {
+                ctx.undo();
+            }
+            if ui.add_enabled_ui(redo, |ui| button(ui, ctx.palette, "Redo")).inner.clicked() {
+                ctx.redo();
+            }
+        });
+        row(ui, ctx.palette, "Save as", |ui| {
+            let width = (ui.available_width() - 56.0).max(60.0);
+            ui.add_sized(Vec2::new(width, CONTROL), TextEdit::singleline(&mut self.name).hint_text("Name"));
+            if button(ui, ctx.palette, "Save").clicked() {
+                self.save(ctx);
+            }
+        });
+        match &self.said {
+            Some(Ok(done)) => note(ui, ctx.palette, done.as_str()),
+            Some(Err(error)) => {
+                ui.colored_label(ctx.palette.error, error);
+            }
+            None => {
+                let folder = self.folder.as_ref().map_or_else(String::new, |f| format!("Yours are in {}", f.display()));
+                note(ui, ctx.palette, folder);
+            }
+        }
+    }
+
+    fn save(&mut self, ctx: &Ctx<'_>) {
+        let state = ctx.gui.get_state();
+        let folder = self.folder.as_ref().ok_or(presets::PresetError::NoFolder);
+        self.said = Some(match folder.and_then(|folder| presets::save(folder, &self.name, &state)) {
+            Ok(preset) => {
+                let done = format!("Saved as {}", preset.file.as_ref().unwrap_or(&PathBuf::new()).display());
+                self.presets = presets::list(self.folder.as_deref());
+                self.chosen = Some(preset);
+                Ok(done)
+            }
+            Err(error) => Err(in_words(&error)),
+        });
+    }
+}
