@@ -43,17 +43,19 @@ impl Panel for OscPanel {
         if config.on || config.out.on {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(1.0 / LOOKS_PER_S));
         }
-        let size = Vec2::new((ui.available_width() - 4.0 * GRID) / 3.0, ui.available_height());
+        let size = Vec2::new((ui.available_width() - 8.0 * GRID) / 3.0, ui.available_height());
         ui.horizontal_top(|ui| {
-            let mut column = |add: &mut dyn FnMut(&mut Ui)| {
+            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
+            let mut column = |name: &str, add: &mut dyn FnMut(&mut Ui)| {
                 ui.allocate_ui(size, |ui| {
                     ui.set_width(size.x);
-                    ui.vertical(|ui| ScrollArea::vertical().id_salt(ui.scope_id()).auto_shrink(false).show(ui, |ui| add(ui)));
+                    ui.spacing_mut().item_spacing.x = 2.0 * GRID;
+                    ui.vertical(|ui| ScrollArea::vertical().id_salt(name).auto_shrink(false).show(ui, |ui| add(ui)));
                 });
             };
-            column(&mut |ui| self.listening(ui, ctx, &config));
-            column(&mut |ui| self.tracker(ui, ctx, &config));
-            column(&mut |ui| {
+            column("listening", &mut |ui| self.listening(ui, ctx, &config));
+            column("tracker", &mut |ui| self.tracker(ui, ctx, &config));
+            column("sending", &mut |ui| {
                 self.sending(ui, ctx, &config);
                 group_of(ui, ctx);
             });
@@ -217,7 +219,8 @@ impl OscPanel {
 /// Which of the tracker's angles one of the head's is, and which way it counts.
 fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
     let source = usize::from(axes.order[axis]).min(2);
-    ComboBox::from_id_salt(("axis", axis)).selected_text(format!("tracker's {}", FULL_AXES[source])).show_ui(ui, |ui| {
+    let shown = format!("tracker's {}", FULL_AXES[source]);
+    ComboBox::from_id_salt(("axis", axis)).selected_text(shown).width(112.0).show_ui(ui, |ui| {
         for (number, name) in (0_u8..).zip(FULL_AXES) {
             if ui.selectable_label(axes.order[axis] == number, format!("tracker's {name}")).clicked() {
                 change(ctx, |c| c.axes.order[axis] = number);

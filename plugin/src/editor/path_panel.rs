@@ -45,11 +45,13 @@ impl Panel for PathPanel {
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         self.record(ui, ctx);
-        let size = Vec2::new((ui.available_width() - 4.0 * GRID) / 3.0, ui.available_height());
+        let size = Vec2::new((ui.available_width() - 8.0 * GRID) / 3.0, ui.available_height());
         ui.horizontal_top(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
             let column = |ui: &mut Ui, add: &mut dyn FnMut(&mut Ui)| {
                 ui.allocate_ui(size, |ui| {
                     ui.set_width(size.x);
+                    ui.spacing_mut().item_spacing.x = 2.0 * GRID;
                     ui.vertical(|ui| add(ui));
                 });
             };
