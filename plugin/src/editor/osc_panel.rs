@@ -150,8 +150,8 @@ impl OscPanel {
             self.custom(ui, ctx, config);
         }
         row(ui, ctx.palette, "Used as", |ui| list(ui, ctx, Knob::Tracking));
-        for axis in 0..3 {
-            row(ui, ctx.palette, AXES[axis], |ui| axis_of(ui, ctx, config.axes, axis));
+        for (axis, name) in AXES.into_iter().enumerate() {
+            row(ui, ctx.palette, name, |ui| axis_of(ui, ctx, config.axes, axis));
         }
         row(ui, ctx.palette, "Recentre", |ui| {
             let kinds = [("Yaw", Recenter::Yaw), ("All", Recenter::Full), ("Off", Recenter::Off)];
