@@ -6,6 +6,7 @@
 pub mod bundle;
 mod library;
 mod played;
+pub mod screen;
 pub mod signal;
 
 pub use library::in_library;

@@ -1,0 +1,151 @@
+//! A window for an editor on X11, what is seen in it, and a hand on mouse and keyboard.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use x11rb::connection::{Connection, RequestConnection};
+use x11rb::protocol::xproto::{
+    BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ConfigureWindowAux, ConnectionExt as _, CreateWindowAux, EventMask, ImageFormat,
+    KEY_PRESS_EVENT, KEY_RELEASE_EVENT, MOTION_NOTIFY_EVENT, WindowClass,
+};
+use x11rb::protocol::xtest::ConnectionExt as _;
+use x11rb::rust_connection::RustConnection;
+
+/// There is one mouse: tests with windows take turns.
+static TURN: Mutex<()> = Mutex::new(());
+
+/// A window of the host.
+pub struct Screen {
+    x11: RustConnection,
+    root: u32,
+    window: u32,
+    _turn: MutexGuard<'static, ()>,
+}
+
+/// What is seen.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// Red, green and blue, row by row.
+    pub rgb: Vec<u8>,
+}
+
+impl Screen {
+    /// A window at the screen's corner; none, said aloud, where there is no screen.
+    #[must_use]
+    pub fn new(width: u16, height: u16) -> Option<Self> {
+        if std::env::var_os("DISPLAY").is_none() {
+            println!("skipped: there is no screen (DISPLAY is not set)");
+            return None;
+        }
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let (x11, number) = x11rb::connect(None).expect("the X server answers");
+        let (root, depth, visual) = {
+            let screen = &x11.setup().roots[number];
+            (screen.root, screen.root_depth, screen.root_visual)
+        };
+        let window = x11.generate_id().expect("the X server has room");
+        let aux = CreateWindowAux::new().event_mask(EventMask::STRUCTURE_NOTIFY);
+        let made = x11.create_window(depth, window, root, 0, 0, width, height, 0, WindowClass::INPUT_OUTPUT, visual, &aux);
+        made.expect("the X server listens").check().expect("there is a window");
+        x11.map_window(window).expect("the X server listens").check().expect("the window is shown");
+        Some(Self { x11, root, window, _turn: turn })
+    }
+
+    /// The window's number, for an editor.
+    #[must_use]
+    pub fn window(&self) -> u32 {
+        self.window
+    }
+
+    /// Gives the window another size.
+    pub fn resize(&self, width: u32, height: u32) {
+        let size = ConfigureWindowAux::new().width(width).height(height);
+        self.x11.configure_window(self.window, &size).expect("the X server listens").check().expect("the window has a size");
+    }
+
+    /// What is seen in the window, with everything inside it.
+    #[must_use]
+    pub fn picture(&self) -> Picture {
+        let size = self.x11.get_geometry(self.window).expect("the X server listens").reply().expect("the window has a size");
+        // From the root, because children draw over their parents.
+        let cookie = self.x11.get_image(ImageFormat::Z_PIXMAP, self.root, 0, 0, size.width, size.height, u32::MAX);
+        let image = cookie.expect("the X server listens").reply().expect("the window is on the screen");
+        let rgb = image.data.chunks_exact(4).flat_map(|p| [p[2], p[1], p[0]]).collect();
+        Picture { width: size.width.into(), height: size.height.into(), rgb }
+    }
+
+    fn fake(&self, kind: u8, detail: u8, x: i16, y: i16) {
+        let sent = self.x11.xtest_fake_input(kind, detail, 0, self.root, x, y, 0);
+        sent.expect("the X server listens").check().expect("the X server has a mouse");
+        self.x11.flush().expect("the X server listens");
+    }
+
+    /// Moves the mouse.
+    pub fn point(&self, x: i16, y: i16) {
+        self.fake(MOTION_NOTIFY_EVENT, 0, x, y);
+    }
+
+    /// Presses or releases a button: 1 left, 2 middle, 3 right, 4 wheel up, 5 wheel down.
+    pub fn press(&self, button: u8, down: bool) {
+        self.fake(if down { BUTTON_PRESS_EVENT } else { BUTTON_RELEASE_EVENT }, button, 0, 0);
+    }
+
+    /// Presses and releases a key by its number on the keyboard.
+    pub fn key(&self, code: u8) {
+        self.fake(KEY_PRESS_EVENT, code, 0, 0);
+        self.fake(KEY_RELEASE_EVENT, code, 0, 0);
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        // The server may be gone.
+        if let Ok(cookie) = self.x11.destroy_window(self.window) {
+            let _ = cookie.check();
+        }
+        let _ = self.x11.maximum_request_bytes();
+    }
+}
+
+impl Picture {
+    /// Number of different colours, up to `most`.
+    #[must_use]
+    pub fn colours(&self, most: usize) -> usize {
+        let mut seen = std::collections::HashSet::new();
+        for pixel in self.rgb.chunks_exact(3) {
+            seen.insert((pixel[0], pixel[1], pixel[2]));
+            if seen.len() >= most {
+                break;
+            }
+        }
+        seen.len()
+    }
+
+    /// Keeps the picture as NAME.png in the folder that `PROMENADE_SCREENSHOTS` names, if it does.
+    pub fn keep(&self, name: &str) {
+        let Some(folder) = std::env::var_os("PROMENADE_SCREENSHOTS").map(PathBuf::from) else { return };
+        let file =
+            std::fs::File::create(folder.join(format!("{name}.png"))).expect("the folder of screenshots can be written to");
+        let mut encoder = png::Encoder::new(std::io::BufWriter::new(file), self.width, self.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header().expect("a picture can be written");
+        writer.write_image_data(&self.rgb).expect("a picture can be written");
+    }
+}
+
+/// Calls `step` until it says that it is content, at most for a while; says whether it was.
+pub fn wait_until(longest: Duration, mut step: impl FnMut() -> bool) -> bool {
+    let began = Instant::now();
+    while began.elapsed() < longest {
+        if step() {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(15));
+    }
+    false
+}
