@@ -4,7 +4,7 @@ use crate::clock::Clock;
 use crate::group::Member;
 use crate::listener::{Glide, Listener};
 use crate::loader::{Loader, Retired, Stage};
-use crate::osc::Inbox;
+use crate::osc::{Inbox, Osc};
 use crate::pace::Pace;
 use crate::params::{Choices, PromenadeParams};
 use crate::telemetry::{Frame, Telemetry};
@@ -37,6 +37,7 @@ pub struct Promenade {
     latency: u32,
     pace: Pace,
     inbox: Arc<Inbox>,
+    osc: Arc<Osc>,
     glide: Glide,
     member: Member,
     telemetry: Arc<Telemetry>,
@@ -49,7 +50,9 @@ impl Default for Promenade {
     /// Hosts build plugins to list them: no file, thread or large buffer here.
     fn default() -> Self {
         let params = Arc::new(PromenadeParams::default());
+        let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
         Self {
+            osc: Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry)),
             loader: Loader::new(Arc::clone(&params)),
             params,
             desk: None,
@@ -64,10 +67,10 @@ impl Default for Promenade {
             clock: Clock::default(),
             latency: 0,
             pace: Pace::default(),
-            inbox: Arc::default(),
+            inbox,
             glide: Glide::default(),
             member: Member::default(),
-            telemetry: Telemetry::new(),
+            telemetry,
             frame: Frame::default(),
             #[cfg(feature = "standalone")]
             deck: crate::player::Deck::default(),
@@ -203,6 +206,7 @@ impl Plugin for Promenade {
             nice_error!("{error}");
         }
         self.loader.activate(sample_rate_hz);
+        self.osc.activate();
         if let Some(spatializer) = &mut self.spatializer {
             // The sound begins with the scene, not with a fade to it: a bounce starts here.
             match self.loader.stages.pop() {

@@ -1,4 +1,4 @@
-//! Background threads that all instances in a process share: one loads files, one decodes poses.
+//! Background threads that all instances in a process share: one loads files, one decodes poses, one looks up host names.
 //!
 //! The framework has such a thread too, but that one ends, and takes the host with it, when an instance goes while a task of it waits.
 
@@ -34,6 +34,8 @@ pub struct Post {
 pub static LOADER: Post = Post { name: "promenade-loader", running: Mutex::new(Weak::new()) };
 /// Decodes poses; apart from the loader, so that no decode waits for a file.
 pub static DECODER: Post = Post { name: "promenade-decoder", running: Mutex::new(Weak::new()) };
+/// Looks up host names; apart from the others, because it may wait for a network.
+pub static RESOLVER: Post = Post { name: "promenade-resolver", running: Mutex::new(Weak::new()) };
 
 /// An instance's place at a worker. It keeps the worker running.
 pub struct Desk {

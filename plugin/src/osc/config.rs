@@ -1,6 +1,11 @@
 //! How an instance's Open Sound Control is set up.
 
+use super::axes::AxisMap;
+use super::format::TrackerFormat;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::time::Duration;
 
 /// Where packets may come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -13,30 +18,80 @@ pub enum Interface {
     Any,
 }
 
-/// What a head tracker speaks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+/// What becomes the origin when a tracker is recentred.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum TrackerFormat {
-    /// This plugin's own addresses only.
+pub enum Recenter {
+    /// The direction and the place; pitch and roll stay those that gravity gives the tracker.
     #[default]
-    Promenade,
+    Yaw,
+    /// The whole orientation and the place.
+    Full,
+    /// Nothing: the tracker's own origin.
+    Off,
 }
 
-/// Which of a tracker's axes is which of the head's, and which way it counts.
-///
-/// For angles the axes are yaw, pitch and roll, for quaternions and positions x, y and z.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// What the arguments of a custom address are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CustomArguments {
+    /// Yaw, pitch and roll in degrees, positive to the left, nose up and right ear down.
+    #[default]
+    YprDegrees,
+    /// The same in radians.
+    YprRadians,
+    /// w, x, y, z; x forward, y left, z up.
+    QuaternionWxyz,
+    /// x, y, z, w; x forward, y left, z up.
+    QuaternionXyzw,
+    /// x, y, z in metres; x forward, y left, z up.
+    Position,
+    /// x, y, z in metres, then w, x, y, z.
+    Pose,
+    /// x, y, z in metres, then yaw, pitch and roll in degrees.
+    PositionYpr,
+}
+
+impl CustomArguments {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::YprDegrees,
+        Self::YprRadians,
+        Self::QuaternionWxyz,
+        Self::QuaternionXyzw,
+        Self::Position,
+        Self::Pose,
+        Self::PositionYpr,
+    ];
+
+    /// As users read it.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::YprDegrees => "Yaw, pitch, roll in degrees",
+            Self::YprRadians => "Yaw, pitch, roll in radians",
+            Self::QuaternionWxyz => "Quaternion w, x, y, z",
+            Self::QuaternionXyzw => "Quaternion x, y, z, w",
+            Self::Position => "Position x, y, z in metres",
+            Self::Pose => "Position, quaternion w, x, y, z",
+            Self::PositionYpr => "Position, yaw, pitch, roll in degrees",
+        }
+    }
+}
+
+/// A tracker that no format names.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct AxisMap {
-    /// For each of the head's axes the number of the tracker's, 0 to 2.
-    pub order: [u8; 3],
-    /// For each of the head's axes whether it counts the other way.
-    pub invert: [bool; 3],
+pub struct CustomTracker {
+    /// Its address; a part that is `*` stands for any part.
+    pub address: String,
+    /// What it sends there.
+    pub arguments: CustomArguments,
 }
 
-impl Default for AxisMap {
+impl Default for CustomTracker {
     fn default() -> Self {
-        Self { order: [0, 1, 2], invert: [false; 3] }
+        Self { address: "/head/ypr".to_owned(), arguments: CustomArguments::default() }
     }
 }
 
@@ -60,9 +115,20 @@ impl Default for OscOut {
     }
 }
 
+impl OscOut {
+    /// Time from one pose to the next.
+    #[must_use]
+    pub fn interval(&self) -> Duration {
+        let rate_hz = if self.rate_hz.is_finite() { self.rate_hz.clamp(1.0, 200.0) } else { 50.0 };
+        Duration::from_secs_f32(rate_hz.recip())
+    }
+}
+
 /// What a project keeps of an instance's Open Sound Control.
+///
+/// A saved value that is not understood, as a later version may write one, leaves only its own field as at first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(from = "Value")]
 pub struct OscConfig {
     /// Whether packets are taken.
     pub on: bool,
@@ -70,26 +136,137 @@ pub struct OscConfig {
     pub port: u16,
     /// Where packets may come from.
     pub interface: Interface,
-    /// The instance's name in addresses; empty answers only to addresses without a name.
+    /// The instance's name in addresses; empty answers only to addresses without a name. See [`OscConfig::address_name`].
     pub name: String,
     /// What the tracker speaks.
     pub format: TrackerFormat,
-    /// Its axes.
+    /// Which of the tracker's yaw, pitch and roll is which of the head's, after the format's own convention.
     pub axes: AxisMap,
+    /// Which of the tracker's x, y and z is which of the world's, after the format's own convention.
+    pub position_axes: AxisMap,
+    /// What is recentred when nothing else is said.
+    pub recenter: Recenter,
+    /// What [`TrackerFormat::Custom`] means.
+    pub custom: CustomTracker,
     /// Where the pose is sent.
     pub out: OscOut,
+    /// What was not understood when it was restored, in words.
+    #[serde(skip)]
+    pub notes: Vec<String>,
 }
 
 impl Default for OscConfig {
     fn default() -> Self {
         Self {
             on: false,
-            port: 9100,
+            port: TrackerFormat::Promenade.port(),
             interface: Interface::default(),
             name: String::new(),
             format: TrackerFormat::default(),
-            axes: AxisMap::default(),
+            axes: AxisMap::IDENTITY,
+            position_axes: AxisMap::IDENTITY,
+            recenter: Recenter::default(),
+            custom: CustomTracker::default(),
             out: OscOut::default(),
+            notes: Vec::new(),
         }
+    }
+}
+
+impl OscConfig {
+    /// The name as it stands in addresses: what an address may not have becomes a hyphen.
+    #[must_use]
+    pub fn address_name(&self) -> String {
+        let keep = |c: char| if c.is_ascii_graphic() && !"#*,/?[]{}".contains(c) { c } else { '-' };
+        self.name.trim().chars().map(keep).collect()
+    }
+}
+
+impl From<Value> for OscConfig {
+    fn from(saved: Value) -> Self {
+        let mut notes = Vec::new();
+        let mut fields = match saved {
+            Value::Object(fields) => fields,
+            _ => {
+                notes.push("the saved settings are none".to_owned());
+                Map::new()
+            }
+        };
+        let first = Self::default();
+        let from = &mut fields;
+        Self {
+            on: take(from, "on", first.on, &mut notes),
+            port: take(from, "port", first.port, &mut notes),
+            interface: take(from, "interface", first.interface, &mut notes),
+            name: take(from, "name", first.name, &mut notes),
+            format: take(from, "format", first.format, &mut notes),
+            axes: take(from, "axes", first.axes, &mut notes),
+            position_axes: take(from, "position_axes", first.position_axes, &mut notes),
+            recenter: take(from, "recenter", first.recenter, &mut notes),
+            custom: take(from, "custom", first.custom, &mut notes),
+            out: take(from, "out", first.out, &mut notes),
+            notes,
+        }
+    }
+}
+
+/// A saved field; what is not understood is noted.
+fn take<T: DeserializeOwned>(fields: &mut Map<String, Value>, name: &str, or: T, notes: &mut Vec<String>) -> T {
+    let Some(saved) = fields.remove(name) else { return or };
+    let text = saved.to_string();
+    serde_json::from_value(saved).unwrap_or_else(|_| {
+        notes.push(format!("{name} {} is not known", text.chars().take(60).collect::<String>()));
+        or
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nice_plug::params::persist::{PersistentField, deserialize_field, serialize_field};
+
+    #[test]
+    fn what_is_saved_is_restored() {
+        let config = OscConfig {
+            on: true,
+            port: 9000,
+            interface: Interface::Any,
+            name: "Lead vocal".to_owned(),
+            format: TrackerFormat::Sensors2Osc,
+            axes: AxisMap { order: [0, 2, 1], invert: [true, false, false] },
+            recenter: Recenter::Full,
+            out: OscOut { on: true, ..OscOut::default() },
+            ..OscConfig::default()
+        };
+        let saved = serialize_field(&config).unwrap();
+        assert_eq!(deserialize_field::<OscConfig>(&saved).unwrap(), config);
+    }
+
+    #[test]
+    fn a_format_of_tomorrow_leaves_the_rest_as_it_was_saved() {
+        let saved = r#"{"on":true,"port":9000,"format":"of-tomorrow","out":{"on":true,"port":"x"},"interface":7,"axes":{"order":[0,9,1]}}"#;
+        let config: OscConfig = deserialize_field(saved).unwrap();
+        assert!(config.on);
+        assert_eq!((config.port, config.format), (9000, TrackerFormat::Promenade));
+        assert_eq!((config.interface, &config.out, config.axes), (Interface::Loopback, &OscOut::default(), AxisMap::IDENTITY));
+        let notes = config.notes.join("; ");
+        for part in ["format \"of-tomorrow\"", "interface 7", "axes", "out"] {
+            assert!(notes.contains(part), "{notes}");
+        }
+        for odd in ["null", "[]", "3", "\"\"", "{}"] {
+            let config: OscConfig = deserialize_field(odd).unwrap();
+            assert_eq!(OscConfig { notes: Vec::new(), ..config }, OscConfig::default());
+        }
+        let kept = crate::kept::Kept::<OscConfig>::default();
+        kept.set(deserialize_field(saved).unwrap());
+        assert_eq!(kept.get().0.port, 9000);
+    }
+
+    #[test]
+    fn a_name_becomes_part_of_an_address() {
+        let named = |name: &str| OscConfig { name: name.to_owned(), ..OscConfig::default() }.address_name();
+        assert_eq!(named(" Lead vox #1/2 "), "Lead-vox--1-2");
+        assert_eq!(named("Flöte"), "Fl-te");
+        assert_eq!(named(""), "");
     }
 }

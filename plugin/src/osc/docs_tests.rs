@@ -1,0 +1,106 @@
+//! `docs/osc.md` and `docs/head-tracking.md` say what the code does.
+
+use super::address::KEYWORDS;
+use super::axes::AxisMap;
+use super::config::{CustomArguments, OscConfig};
+use super::format::TrackerFormat;
+use super::reading::{Argument, FARTHEST_M, Unit};
+use super::value;
+use crate::params::PromenadeParams;
+use crate::remote::Knob;
+
+fn document(name: &str) -> String {
+    std::fs::read_to_string(format!("{}/../docs/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+/// Fails with all lines that a document should have.
+fn check(name: &str, lines: &[String]) {
+    let text = document(name);
+    let missing = lines.iter().filter(|line| !text.lines().any(|found| found == *line)).collect::<Vec<_>>();
+    assert!(missing.is_empty(), "docs/{name} lacks {missing:#?}; it should have\n{}", lines.join("\n"));
+}
+
+/// What each of the tracker's three values is, positive: one of a pair per axis of the head.
+fn along(map: AxisMap, pairs: [[&str; 2]; 3]) -> String {
+    let of = |value: u8| {
+        let axis = map.order.iter().position(|from| *from == value).expect("every value is used");
+        pairs[axis][usize::from(map.invert[axis])]
+    };
+    [of(0), of(1), of(2)].join(", ")
+}
+
+const AXES: [[&str; 2]; 3] = [["forward", "backward"], ["left", "right"], ["up", "down"]];
+const TURNS: [[&str; 2]; 3] = [["yaw left", "yaw right"], ["pitch up", "pitch down"], ["roll right", "roll left"]];
+
+fn described(argument: Argument) -> String {
+    let unit = |unit| match unit {
+        Unit::Degrees => "degrees",
+        Unit::Radians => "radians",
+        Unit::Turns => "0 to 1, 0.5 ahead",
+    };
+    match argument {
+        Argument::Skip(count) => format!("{count} values that do not count"),
+        Argument::Position(map) => format!("{}; metres", along(map, AXES)),
+        Argument::Quaternion(map) => format!("w, {}", along(map, AXES)),
+        Argument::QuaternionLast(map) => format!("{}, w", along(map, AXES)),
+        Argument::RotationVector(map) => format!("{}, w or nothing", along(map, AXES)),
+        Argument::Angles(of, map) => format!("{}; {}", along(map, TURNS), unit(of)),
+        Argument::Angle(of, axis, inverted) => {
+            format!("{}; {}", TURNS[usize::from(axis)][usize::from(inverted)], unit(of))
+        }
+    }
+}
+
+#[test]
+fn the_addresses_of_all_formats_are_documented() {
+    let mut lines = Vec::new();
+    for format in TrackerFormat::ALL {
+        for form in format.forms() {
+            let arguments = form.arguments.iter().map(|argument| described(*argument)).collect::<Vec<_>>().join("; ");
+            lines.push(format!("| {} | {} | `{}` | {arguments} |", format.title(), format.port(), form.address));
+        }
+    }
+    for arguments in CustomArguments::ALL {
+        let what = arguments.arguments().iter().map(|argument| described(*argument)).collect::<Vec<_>>().join("; ");
+        lines.push(format!("| {} | {what} |", arguments.title()));
+    }
+    check("osc.md", &lines);
+}
+
+#[test]
+fn the_addresses_of_all_parameters_are_documented() {
+    let lines = Knob::ALL.map(|knob| {
+        let (least, most) = PromenadeParams::limits(knob);
+        let scale = if value::is_percent(knob) { 100.0 } else { 1.0 };
+        let values = match value::choices(knob) {
+            Some((ids, _)) => ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>().join(", "),
+            None if value::is_switch(knob) => "0 or 1, `off` or `on`".to_owned(),
+            None => format!("{} to {} {}", least * scale, most * scale, value::unit(knob)).trim_end().to_owned(),
+        };
+        format!("| `/promenade/param/{}` | {values} |", knob.id())
+    });
+    check("osc.md", &lines);
+}
+
+#[test]
+fn our_own_addresses_and_limits_are_documented() {
+    let text = document("osc.md");
+    for keyword in KEYWORDS {
+        assert!(text.contains(&format!("| `/promenade/{keyword}")), "{keyword}");
+    }
+    for words in [
+        format!("port {}", OscConfig::default().port),
+        format!("port {}", OscConfig::default().out.port),
+        format!("{FARTHEST_M} m"),
+    ] {
+        assert!(text.contains(&words), "{words}");
+    }
+}
+
+#[test]
+fn every_format_has_a_way_to_set_it_up() {
+    let text = document("head-tracking.md");
+    for format in TrackerFormat::ALL {
+        assert!(text.contains(&format!("**{}**", format.title())), "{}", format.title());
+    }
+}

@@ -1,0 +1,289 @@
+//! What head trackers speak: the addresses of each format, their arguments, and which way these count.
+//!
+//! The sources of each convention are in `docs/osc.md`, whose tables a test compares with this file.
+
+use super::axes::AxisMap;
+use super::config::{CustomArguments, CustomTracker};
+use super::reading::{Argument, Unit};
+use serde::{Deserialize, Serialize};
+
+/// What a head tracker speaks. A tracker sends what a plugin of that name understands with its settings as they come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrackerFormat {
+    /// This plugin's own addresses only.
+    #[default]
+    Promenade,
+    /// SPARTA's AmbiBIN, Rotator and 6DoFconv.
+    Sparta,
+    /// The SceneRotator of the IEM Plug-in Suite.
+    Iem,
+    /// `ambix_rotator`.
+    AmbixRotator,
+    /// `ambix_move`.
+    AmbixMove,
+    /// Orientations in Unity's axes.
+    Unity,
+    /// Ambi Head HD.
+    AmbiHead,
+    /// The SALTE renderer.
+    Salte,
+    /// The 3D Tune-In Toolkit's test application.
+    #[serde(rename = "3dti")]
+    TuneIn,
+    /// Mach1 Monitor.
+    Mach1,
+    /// Supperware's Bridgehead.
+    Supperware,
+    /// Sensors2OSC on an Android telephone.
+    #[serde(rename = "sensors2osc")]
+    Sensors2Osc,
+    /// An address of the user's.
+    Custom,
+}
+
+/// An address and what comes with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Form {
+    /// The address.
+    pub address: &'static str,
+    /// Its arguments.
+    pub arguments: &'static [Argument],
+}
+
+/// All axes as they are.
+const SAME: AxisMap = AxisMap::IDENTITY;
+/// The scene's rotation, which is the head's the other way.
+const SCENE: AxisMap = AxisMap::INVERTED;
+
+const fn flip(invert: [bool; 3]) -> AxisMap {
+    AxisMap { order: [0, 1, 2], invert }
+}
+
+const fn form(address: &'static str, arguments: &'static [Argument]) -> Form {
+    Form { address, arguments }
+}
+
+const YAW: u8 = 0;
+const PITCH: u8 = 1;
+const ROLL: u8 = 2;
+
+use Argument::{Angle, Angles, Position, Quaternion, QuaternionLast, RotationVector, Skip};
+use Unit::{Degrees, Radians, Turns};
+
+/// SPARTA counts the parts of the vector from yaw to roll, and turns the scene.
+const SPARTA_QUATERNION: Argument = Quaternion(AxisMap { order: [2, 1, 0], invert: [true; 3] });
+const SPARTA_ANGLES: Argument = Angles(Degrees, flip([false, true, false]));
+
+static SPARTA: [Form; 9] = [
+    form("/ypr", &[SPARTA_ANGLES]),
+    form("/yaw", &[Angle(Degrees, YAW, false)]),
+    form("/pitch", &[Angle(Degrees, PITCH, true)]),
+    form("/roll", &[Angle(Degrees, ROLL, false)]),
+    form("/quaternion", &[SPARTA_QUATERNION]),
+    form("/quat", &[SPARTA_QUATERNION]),
+    form("/xyz", &[Position(SAME)]),
+    form("/xyzquat", &[Position(SAME), SPARTA_QUATERNION]),
+    form("/xyzypr", &[Position(SAME), SPARTA_ANGLES]),
+];
+
+static IEM: [Form; 5] = [
+    form("/SceneRotator/quaternions", &[Quaternion(SCENE)]),
+    form("/SceneRotator/ypr", &[Angles(Degrees, flip([true, false, true]))]),
+    form("/SceneRotator/yaw", &[Angle(Degrees, YAW, true)]),
+    form("/SceneRotator/pitch", &[Angle(Degrees, PITCH, false)]),
+    form("/SceneRotator/roll", &[Angle(Degrees, ROLL, true)]),
+];
+
+/// Pitch, yaw and roll of ambiX.
+const AMBIX: Argument = Angles(Degrees, AxisMap { order: [1, 0, 2], invert: [false, true, true] });
+/// x forward, y right, z up.
+const Y_RIGHT: Argument = Position(flip([false, true, false]));
+
+static AMBIX_ROTATOR: [Form; 3] =
+    [form("/rotation", &[AMBIX]), form("/head_pose", &[Skip(4), AMBIX]), form("/quaternion", &[Quaternion(SCENE)])];
+
+static AMBIX_MOVE: [Form; 5] = [
+    form("/rotation", &[AMBIX]),
+    form("/quaternion", &[Quaternion(SAME)]),
+    form("/xyz", &[Y_RIGHT]),
+    form("/translation", &[Y_RIGHT]),
+    form("/6dof", &[Y_RIGHT, Quaternion(SAME)]),
+];
+
+/// Unity's axes are x right, y up and z forward, left-handed.
+static UNITY: [Form; 1] = [form("/quaternions", &[Quaternion(AxisMap { order: [2, 0, 1], invert: [true, false, true] })])];
+
+static AMBI_HEAD: [Form; 3] = [
+    form("/yaw", &[Angle(Turns, YAW, false)]),
+    form("/pitch", &[Angle(Turns, PITCH, false)]),
+    form("/roll", &[Angle(Turns, ROLL, true)]),
+];
+
+static SALTE: [Form; 1] =
+    [form("/rendering/htrpy", &[Angles(Degrees, AxisMap { order: [2, 1, 0], invert: [true, false, false] })])];
+
+static TUNE_IN: [Form; 1] =
+    [form("/3DTI-OSC/receiver/pry", &[Angles(Radians, AxisMap { order: [2, 0, 1], invert: [true, false, false] })])];
+
+static MACH1: [Form; 1] = [form("/orientation", &[Angles(Degrees, flip([true, false, false]))])];
+
+static SUPPERWARE: [Form; 4] = [
+    form("/ypr", &[Angles(Degrees, SAME)]),
+    form("/yaw", &[Angle(Degrees, YAW, false)]),
+    form("/pitch", &[Angle(Degrees, PITCH, false)]),
+    form("/roll", &[Angle(Degrees, ROLL, false)]),
+];
+
+/// The telephone's axes are x right, y to its top edge, which looks ahead, and z out of its screen, which looks up.
+const ANDROID: Argument = RotationVector(AxisMap { order: [1, 0, 2], invert: [false, true, false] });
+
+static SENSORS2OSC: [Form; 2] = [form("/gamerotationvector", &[ANDROID]), form("/rotationvector", &[ANDROID])];
+
+impl TrackerFormat {
+    /// All of them.
+    pub const ALL: [Self; 13] = [
+        Self::Promenade,
+        Self::Sparta,
+        Self::Iem,
+        Self::AmbixRotator,
+        Self::AmbixMove,
+        Self::Unity,
+        Self::AmbiHead,
+        Self::Salte,
+        Self::TuneIn,
+        Self::Mach1,
+        Self::Supperware,
+        Self::Sensors2Osc,
+        Self::Custom,
+    ];
+
+    /// As users read it.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Promenade => "Promenade",
+            Self::Sparta => "SPARTA",
+            Self::Iem => "IEM SceneRotator",
+            Self::AmbixRotator => "ambix_rotator",
+            Self::AmbixMove => "ambix_move",
+            Self::Unity => "Unity",
+            Self::AmbiHead => "Ambi Head HD",
+            Self::Salte => "SALTE",
+            Self::TuneIn => "3D Tune-In",
+            Self::Mach1 => "Mach1 Monitor",
+            Self::Supperware => "Supperware Bridgehead",
+            Self::Sensors2Osc => "Sensors2OSC",
+            Self::Custom => "Custom",
+        }
+    }
+
+    /// The port that trackers of this format send to when nothing else is set.
+    #[must_use]
+    pub fn port(self) -> u16 {
+        match self {
+            Self::Promenade | Self::Custom => 9100,
+            Self::Sparta | Self::Iem | Self::Unity | Self::Salte | Self::Sensors2Osc => 9000,
+            Self::AmbixRotator => 7120,
+            Self::AmbixMove => 7130,
+            Self::AmbiHead => 4040,
+            Self::TuneIn => 12_300,
+            Self::Mach1 => 9898,
+            Self::Supperware => 8000,
+        }
+    }
+
+    /// Its addresses; none for [`TrackerFormat::Promenade`] and [`TrackerFormat::Custom`].
+    #[must_use]
+    pub fn forms(self) -> &'static [Form] {
+        match self {
+            Self::Promenade | Self::Custom => &[],
+            Self::Sparta => &SPARTA,
+            Self::Iem => &IEM,
+            Self::AmbixRotator => &AMBIX_ROTATOR,
+            Self::AmbixMove => &AMBIX_MOVE,
+            Self::Unity => &UNITY,
+            Self::AmbiHead => &AMBI_HEAD,
+            Self::Salte => &SALTE,
+            Self::TuneIn => &TUNE_IN,
+            Self::Mach1 => &MACH1,
+            Self::Supperware => &SUPPERWARE,
+            Self::Sensors2Osc => &SENSORS2OSC,
+        }
+    }
+
+    /// The arguments of an address, if it is one of this format. The IEM suite does not tell upper from lower case.
+    pub(super) fn arguments(self, address: &str, custom: &CustomTracker) -> Option<&'static [Argument]> {
+        let same = |form: &&Form| match self {
+            Self::Iem => form.address.eq_ignore_ascii_case(address),
+            _ => form.address == address,
+        };
+        match self {
+            Self::Custom => matches(&custom.address, address).then(|| custom.arguments.arguments()),
+            _ => self.forms().iter().find(same).map(|form| form.arguments),
+        }
+    }
+}
+
+impl CustomArguments {
+    /// What they are, one after the other.
+    pub(super) fn arguments(self) -> &'static [Argument] {
+        match self {
+            Self::YprDegrees => &[Angles(Degrees, SAME)],
+            Self::YprRadians => &[Angles(Radians, SAME)],
+            Self::QuaternionWxyz => &[Quaternion(SAME)],
+            Self::QuaternionXyzw => &[QuaternionLast(SAME)],
+            Self::Position => &[Position(SAME)],
+            Self::Pose => &[Position(SAME), Quaternion(SAME)],
+            Self::PositionYpr => &[Position(SAME), Angles(Degrees, SAME)],
+        }
+    }
+}
+
+/// Whether an address is one of a pattern, in which a part that is `*` stands for any part.
+fn matches(pattern: &str, address: &str) -> bool {
+    let (mut wanted, mut found) = (pattern.trim_end_matches('/').split('/'), address.split('/'));
+    loop {
+        match (wanted.next(), found.next()) {
+            (None, None) => return true,
+            (Some(part), Some(of)) if part == of || part == "*" => (),
+            _ => return false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_star_stands_for_one_part() {
+        assert!(matches("/*/quaternion", "/8f3a/quaternion"));
+        assert!(matches("/head/ypr/", "/head/ypr"));
+        for (pattern, address) in [
+            ("/*/quaternion", "/a/b/quaternion"),
+            ("/*/quaternion", "/quaternion"),
+            ("/head", "/head/ypr"),
+            ("/head/ypr", "/head"),
+            ("", "/head"),
+        ] {
+            assert!(!matches(pattern, address), "{pattern} {address}");
+        }
+    }
+
+    #[test]
+    fn no_format_has_an_address_twice() {
+        for format in TrackerFormat::ALL {
+            let forms = format.forms();
+            for (index, form) in forms.iter().enumerate() {
+                assert!(
+                    forms[..index].iter().all(|other| other.address != form.address),
+                    "{} {}",
+                    format.title(),
+                    form.address
+                );
+                assert_eq!(format.arguments(form.address, &CustomTracker::default()), Some(form.arguments));
+            }
+        }
+    }
+}

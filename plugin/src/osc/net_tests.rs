@@ -1,0 +1,324 @@
+//! Instances on real sockets of this machine.
+
+use super::config::{Interface, OscConfig, OscOut};
+use super::format::TrackerFormat;
+use super::inbox::Inbox;
+use super::{Listening, Osc, OscStatus, Sending, port};
+use crate::params::PromenadeParams;
+use crate::remote::Knob;
+use crate::telemetry::Telemetry;
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use rosc::{OscMessage, OscPacket, OscType, encoder};
+use std::net::UdpSocket;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Longest wait for what another thread does; nothing is timed by it.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// The ports of the process belong to one test at a time.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+struct Instance {
+    params: Arc<PromenadeParams>,
+    inbox: Arc<Inbox>,
+    telemetry: Arc<Telemetry>,
+    osc: Arc<Osc>,
+}
+
+impl Instance {
+    fn new(config: OscConfig) -> Self {
+        let (params, inbox, telemetry) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default(), Telemetry::new());
+        let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry));
+        params.osc.restore(config);
+        osc.activate();
+        Self { params, inbox, telemetry, osc }
+    }
+
+    fn at(port: u16, name: &str) -> Self {
+        Self::new(OscConfig {
+            on: true,
+            port,
+            name: name.to_owned(),
+            format: TrackerFormat::Supperware,
+            ..OscConfig::default()
+        })
+    }
+
+    fn change(&self, change: impl FnOnce(&mut OscConfig)) {
+        let mut config = self.params.osc.get().0;
+        change(&mut config);
+        self.params.osc.restore(config);
+    }
+
+    fn status_that(&self, is_so: impl Fn(&OscStatus) -> bool) -> OscStatus {
+        let status = || self.osc.status();
+        until(|| Some(status()).filter(&is_so), || format!("{:?}", status()))
+    }
+
+    fn listens(&self) -> &Self {
+        self.status_that(|status| matches!(status.listening, Listening::At(_)));
+        self
+    }
+
+    fn yaw_deg(&self) -> Option<f32> {
+        self.inbox.tracked().map(|pose| pose.ypr().0.to_degrees())
+    }
+
+    fn faces(&self, degrees: f32) {
+        let near = |yaw: f32| (yaw - degrees).abs() < 1e-3;
+        until(|| self.yaw_deg().filter(|yaw| near(*yaw)), || format!("{:?}, not {degrees}", self.yaw_deg()));
+    }
+}
+
+fn until<T>(mut get: impl FnMut() -> Option<T>, last: impl Fn() -> String) -> T {
+    let started = Instant::now();
+    loop {
+        if let Some(found) = get() {
+            return found;
+        }
+        assert!(started.elapsed() < PATIENCE, "waited in vain: {}", last());
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn free_port() -> u16 {
+    UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+}
+
+fn encoded(address: &str, args: Vec<OscType>) -> Vec<u8> {
+    encoder::encode(&OscPacket::Message(OscMessage { addr: address.to_owned(), args })).unwrap()
+}
+
+fn ypr(address: &str, yaw_deg: f32) -> Vec<u8> {
+    encoded(address, vec![OscType::Float(yaw_deg), OscType::Float(0.0), OscType::Float(0.0)])
+}
+
+fn sender(port: u16) -> UdpSocket {
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    socket.connect(("127.0.0.1", port)).unwrap();
+    socket
+}
+
+#[test]
+fn two_instances_share_a_port_and_names_tell_them_apart() {
+    let _alone = alone();
+    let port = free_port();
+    let (first, second) = (Instance::at(port, "Lead"), Instance::at(port, "Choir"));
+    first.listens();
+    second.listens();
+    assert_eq!(port::numbers(), [port]);
+    let to = sender(port);
+    to.send(&ypr("/ypr", 30.0)).unwrap();
+    first.faces(30.0);
+    second.faces(30.0);
+    to.send(&ypr("/promenade/Choir/ypr", -60.0)).unwrap();
+    second.faces(-60.0);
+    to.send(&ypr("/promenade/*/ypr", 45.0)).unwrap();
+    first.faces(45.0);
+    second.faces(45.0);
+    to.send(&encoded("/promenade/Lead/param/gain", vec![OscType::String("-6 dB".to_owned())])).unwrap();
+    to.send(&encoded("/promenade/param/mix", vec![OscType::Int(25)])).unwrap();
+    to.send(&encoded("/promenade/path", vec![OscType::Double(0.75)])).unwrap();
+    let heard = |instance: &Instance, knob| instance.params.heard(knob);
+    until(|| (heard(&second, Knob::Path) == 0.75).then_some(()), || format!("{}", heard(&second, Knob::Path)));
+    assert_eq!((heard(&first, Knob::Gain), heard(&second, Knob::Gain)), (-6.0, 0.0));
+    assert_eq!((heard(&first, Knob::Mix), heard(&second, Knob::Mix)), (0.25, 0.25));
+    // The one that stays keeps the socket.
+    drop(first);
+    to.send(&ypr("/ypr", 10.0)).unwrap();
+    second.faces(10.0);
+    drop(second);
+    assert!(port::numbers().is_empty(), "the port stays open");
+    UdpSocket::bind(("127.0.0.1", port)).expect("the port is free again");
+}
+
+#[test]
+fn a_port_of_another_program_is_said_to_be_and_taken_when_it_is_free() {
+    let _alone = alone();
+    let other = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let port = other.local_addr().unwrap().port();
+    let instance = Instance::at(port, "");
+    let status = instance.status_that(|status| matches!(status.listening, Listening::Failed(_)));
+    assert_eq!(status.listening, Listening::Failed(format!("port {port} is in use by another program")));
+    drop(other);
+    instance.listens();
+    sender(port).send(&ypr("/ypr", 20.0)).unwrap();
+    instance.faces(20.0);
+}
+
+#[test]
+fn nothing_is_open_before_activation_or_when_it_is_off() {
+    let _alone = alone();
+    let (params, port) = (Arc::new(PromenadeParams::default()), free_port());
+    let osc = Osc::new(Arc::clone(&params), Arc::default(), Telemetry::new());
+    params.osc.restore(OscConfig { on: true, port, ..OscConfig::default() });
+    assert!(port::numbers().is_empty());
+    assert_eq!(osc.status(), OscStatus::default());
+    osc.activate();
+    assert_eq!(port::numbers(), [port]);
+    params.osc.restore(OscConfig { port, ..OscConfig::default() });
+    assert!(port::numbers().is_empty());
+    assert_eq!(osc.status().listening, Listening::Off);
+    params.osc.restore(OscConfig { on: true, port: 0, ..OscConfig::default() });
+    until(
+        || matches!(&osc.status().listening, Listening::Failed(words) if words.contains("1 to 65535")).then_some(()),
+        || format!("{:?}", osc.status()),
+    );
+}
+
+#[test]
+fn settings_that_change_are_taken_at_once() {
+    let _alone = alone();
+    let (one, two) = (free_port(), free_port());
+    let instance = Instance::at(one, "");
+    instance.listens();
+    sender(one).send(&ypr("/ypr", 30.0)).unwrap();
+    instance.faces(30.0);
+    instance.change(|config| config.axes.invert[0] = true);
+    instance.faces(-30.0);
+    instance.change(|config| config.port = two);
+    assert_eq!(instance.inbox.tracked(), None, "the tracker of the other port is there yet");
+    instance.listens();
+    assert_eq!(port::numbers(), [two]);
+    // Another instance opens the port to every network; this one does not notice.
+    let wide = Instance::new(OscConfig { on: true, port: two, interface: Interface::Any, ..OscConfig::default() });
+    wide.status_that(|status| matches!(status.listening, Listening::At(at) if at.ip().is_unspecified()));
+    sender(two).send(&ypr("/ypr", 50.0)).unwrap();
+    instance.faces(-50.0);
+    drop(wide);
+    // And closed to the networks again.
+    instance.status_that(|status| matches!(status.listening, Listening::At(at) if at.ip().is_loopback()));
+}
+
+#[test]
+fn garbage_is_counted_with_its_reason() {
+    let _alone = alone();
+    let port = free_port();
+    let instance = Instance::at(port, "pose");
+    instance.listens();
+    let to = sender(port);
+    to.send(b"no packet").unwrap();
+    assert!(instance.status_that(|status| status.garbage == 1).last_garbage.contains("neither"));
+    to.send(&encoded("/ypr", vec![OscType::String("left".to_owned())])).unwrap();
+    let status = instance.status_that(|status| status.garbage == 2);
+    assert_eq!(
+        (status.last_garbage.as_str(), status.last_address.as_str()),
+        ("/ypr: expected a number, found \"left\"", "/ypr")
+    );
+    to.send(&encoded("/promenade/param/volume", vec![OscType::Float(1.0)])).unwrap();
+    instance.status_that(|status| status.last_garbage == "/promenade/param/volume: there is no such parameter");
+    to.send(&encoded("/promenade/param/gain", vec![OscType::Float(40.0)])).unwrap();
+    instance.status_that(|status| status.clamped == 1);
+    to.send(&ypr("/SceneRotator/ypr", 3.0)).unwrap();
+    let status = instance.status_that(|status| status.unknown == 1);
+    assert_eq!((status.garbage, status.messages, status.tracker_s), (3, 4, None));
+    assert!(status.note.contains("pose means something else"), "{}", status.note);
+    to.send(&ypr("/ypr", 3.0)).unwrap();
+    assert!(instance.status_that(|status| status.tracker_s.is_some()).tracker_s < Some(20.0));
+}
+
+#[test]
+fn a_flood_leaves_the_newest_pose_and_a_reader_that_never_waits() {
+    let _alone = alone();
+    let port = free_port();
+    let instance = Instance::at(port, "");
+    instance.listens();
+    let to = sender(port);
+    to.send(&ypr("/ypr", 1.0)).unwrap();
+    instance.faces(1.0);
+    let (inbox, done) = (Arc::clone(&instance.inbox), Arc::new(AtomicBool::new(false)));
+    let ends = Arc::clone(&done);
+    // What an audio thread does.
+    let reader = thread::spawn(move || {
+        let mut reads = 0_u64;
+        while !ends.load(Ordering::Acquire) {
+            let pose = inbox.tracked().expect("the tracker is there all the time");
+            assert!(pose.is_valid(), "{pose:?}");
+            reads += 1;
+        }
+        reads
+    });
+    for number in 0..200_000_u32 {
+        let sent = match number % 4 {
+            0 => ypr("/yaw", 1.0),
+            1 => encoded("/promenade/param/gain", vec![OscType::Float((number % 7) as f32)]),
+            _ => ypr("/ypr", (number % 180) as f32),
+        };
+        // The system may be out of room for it.
+        let _lost = to.send(&sent);
+    }
+    // The system drops what does not fit: the last is sent until it is there.
+    until(
+        || {
+            to.send(&ypr("/ypr", -77.0)).unwrap();
+            instance.yaw_deg().filter(|yaw| (yaw + 77.0).abs() < 1e-3)
+        },
+        || format!("{:?}", instance.yaw_deg()),
+    );
+    done.store(true, Ordering::Release);
+    assert!(reader.join().expect("the reader was well") > 0);
+    let status = instance.osc.status();
+    assert!(status.messages > 1000, "{status:?}");
+}
+
+#[test]
+fn one_instance_leads_another() {
+    let _alone = alone();
+    let port = free_port();
+    let follower = Instance::at(port, "Choir");
+    follower.listens();
+    let out = OscOut { on: true, host: "localhost".to_owned(), port, rate_hz: 100.0 };
+    let leader = Instance::new(OscConfig { name: "Choir".to_owned(), out, ..OscConfig::default() });
+    for yaw in [0.5_f32, -1.0] {
+        let pose = Pose::from_ypr(Vec3::new(1.0, -2.0, 0.5), yaw, 0.2, -0.1);
+        leader.telemetry.pose.write(0.0, &pose);
+        let near = |found: Pose| {
+            (found.position - pose.position).length() < 1e-6 && found.orientation.dot(pose.orientation).abs() > 1.0 - 1e-6
+        };
+        until(|| follower.inbox.tracked().filter(|found| near(*found)), || format!("{:?}", follower.inbox.tracked()));
+    }
+    let status = leader.osc.status();
+    assert_eq!(status.sending, Sending::To(([127, 0, 0, 1], port).into()));
+    assert!(status.sent >= 2 && leader.inbox.tracked().is_none());
+    leader.change(|config| config.out.on = false);
+    assert_eq!(leader.osc.status().sending, Sending::Off);
+}
+
+#[test]
+fn an_instance_does_not_lead_itself() {
+    let _alone = alone();
+    let port = free_port();
+    let (own, other) = (Instance::at(port, "Lead"), Instance::at(port, "Lead"));
+    own.listens();
+    other.listens();
+    own.telemetry.pose.write(0.0, &Pose::from_ypr(Vec3::ZERO, 0.5, 0.0, 0.0));
+    own.change(|config| config.out = OscOut { on: true, host: "127.0.0.1".to_owned(), port, rate_hz: 200.0 });
+    other.faces(0.5_f32.to_degrees());
+    until(|| (own.osc.status().sent > 3).then_some(()), || format!("{:?}", own.osc.status()));
+    assert_eq!(own.inbox.tracked(), None, "it follows itself");
+    // Others may lead it all the same.
+    sender(port).send(&ypr("/promenade/Lead/ypr", 12.0)).unwrap();
+    own.faces(12.0);
+}
+
+#[test]
+fn an_unknown_host_is_said_to_be_unknown() {
+    let _alone = alone();
+    let out = OscOut { on: true, host: "no-such-host.invalid".to_owned(), ..OscOut::default() };
+    let instance = Instance::new(OscConfig { out, ..OscConfig::default() });
+    let status = instance.status_that(|status| matches!(status.sending, Sending::Failed(_)));
+    assert!(matches!(&status.sending, Sending::Failed(words) if words.contains("no-such-host.invalid")), "{status:?}");
+    // Nobody listens there: that is no error, it may start later.
+    let port = free_port();
+    instance.telemetry.pose.write(0.0, &Pose::IDENTITY);
+    instance.change(|config| config.out = OscOut { on: true, port, ..OscOut::default() });
+    until(|| (instance.osc.status().sent > 0).then_some(()), || format!("{:?}", instance.osc.status()));
+    assert_eq!(instance.osc.status().sending, Sending::To(([127, 0, 0, 1], port).into()));
+}

@@ -1,0 +1,282 @@
+//! The listener's pose, sent to another instance or to a program that draws it.
+
+use super::address;
+use super::config::{OscConfig, OscOut};
+use super::receiver::Receiver;
+use crate::telemetry::Telemetry;
+use crate::worker::{Chore, Desk, RESOLVER};
+use promenade_core::Pose;
+use rosc::{OscMessage, OscPacket, OscType, encoder};
+use std::io::{self, ErrorKind};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// A pose that does not change is sent this often.
+const REPEAT: Duration = Duration::from_secs(1);
+/// A host name that cannot be looked up is looked up again this often.
+const RETRY: Duration = Duration::from_secs(5);
+/// Longest time without a look at what is to be sent.
+const IDLE: Duration = Duration::from_secs(1);
+
+/// The thread that sends for all instances.
+static SENDER: Mutex<Weak<Sender>> = Mutex::new(Weak::new());
+
+/// Where poses go to.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Sending {
+    /// Nowhere.
+    #[default]
+    Off,
+    /// The host's name is being looked up.
+    Resolving,
+    /// There.
+    To(SocketAddr),
+    /// Nowhere, and why, in words.
+    Failed(String),
+}
+
+/// One instance's poses on their way out. They stop with it.
+pub(super) struct Outlet {
+    feed: Arc<Feed>,
+    // Last, so that the feed is gone before the thread may be joined.
+    _sender: Arc<Sender>,
+}
+
+/// What the sending thread knows of an instance.
+struct Feed {
+    telemetry: Arc<Telemetry>,
+    receiver: Arc<Receiver>,
+    out: OscOut,
+    address: String,
+    route: Mutex<Route>,
+    sent: AtomicU64,
+}
+
+struct Route {
+    state: Sending,
+    socket: Option<UdpSocket>,
+    due: Instant,
+    last: Option<(Pose, Instant)>,
+    /// What looks names up, if there is a name to look up.
+    resolver: Option<Desk>,
+    asked: Instant,
+    /// The instance has gone: an answer that comes yet is too late.
+    gone: bool,
+}
+
+struct Sender {
+    shared: Arc<Shared>,
+    join: Option<JoinHandle<()>>,
+}
+
+#[derive(Default)]
+struct Shared {
+    feeds: Mutex<Vec<Weak<Feed>>>,
+    ends: AtomicBool,
+}
+
+impl Outlet {
+    /// Sends the pose that `telemetry` has, as `config` says.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub(super) fn new(config: &OscConfig, telemetry: Arc<Telemetry>, receiver: Arc<Receiver>) -> io::Result<Self> {
+        let now = Instant::now();
+        let route =
+            Route { state: Sending::Resolving, socket: None, due: now, last: None, resolver: None, asked: now, gone: false };
+        let feed = Arc::new(Feed {
+            telemetry,
+            receiver,
+            out: config.out.clone(),
+            address: address::of_pose(&config.address_name()),
+            route: Mutex::new(route),
+            sent: AtomicU64::new(0),
+        });
+        match literal(&config.out.host) {
+            Some(ip) => feed.connect(Ok(SocketAddr::new(ip, config.out.port))),
+            None => {
+                let desk = Desk::new(&RESOLVER, Arc::new(Lookup(Arc::downgrade(&feed))))?;
+                desk.call();
+                lock(&feed.route).resolver = Some(desk);
+            }
+        }
+        let mut running = lock(&SENDER);
+        let sender = match running.upgrade() {
+            Some(sender) => sender,
+            None => {
+                let sender = Arc::new(Sender::start()?);
+                *running = Arc::downgrade(&sender);
+                sender
+            }
+        };
+        lock(&sender.shared.feeds).push(Arc::downgrade(&feed));
+        if let Some(join) = &sender.join {
+            join.thread().unpark();
+        }
+        Ok(Self { feed, _sender: sender })
+    }
+
+    /// Where poses go to, and how many have gone.
+    pub(super) fn report(&self) -> (Sending, u64) {
+        (lock(&self.feed.route).state.clone(), self.feed.sent.load(Ordering::Relaxed))
+    }
+}
+
+impl Drop for Outlet {
+    fn drop(&mut self) {
+        let mut route = lock(&self.feed.route);
+        route.gone = true;
+        self.feed.receiver.disown(None);
+        let resolver = route.resolver.take();
+        drop(route);
+        // Without the lock: the resolver may be waited for.
+        drop(resolver);
+    }
+}
+
+/// An address that needs no looking up.
+fn literal(host: &str) -> Option<IpAddr> {
+    let host = host.trim();
+    if host.eq_ignore_ascii_case("localhost") { Some(IpAddr::V4(Ipv4Addr::LOCALHOST)) } else { host.parse().ok() }
+}
+
+/// Looks up a feed's host name, on the resolver's thread.
+struct Lookup(Weak<Feed>);
+
+impl Chore for Lookup {
+    fn serve(&self) {
+        // The feed is not held while the name is looked up, so that its instance can go.
+        let Some((host, port)) = self.0.upgrade().map(|feed| (feed.out.host.trim().to_owned(), feed.out.port)) else { return };
+        let found = (host.as_str(), port).to_socket_addrs().map(|mut all| {
+            let first = all.next();
+            // Most programs listen at the older kind of address only.
+            all.chain(first).max_by_key(SocketAddr::is_ipv4)
+        });
+        let target = match found {
+            Ok(Some(target)) => Ok(target),
+            Ok(None) => Err(format!("{host} has no address")),
+            Err(error) => Err(format!("{host} cannot be found: {error}")),
+        };
+        if let Some(feed) = self.0.upgrade() {
+            feed.connect(target);
+        }
+    }
+}
+
+impl Feed {
+    /// Sends there from now on, or says why not.
+    fn connect(&self, target: Result<SocketAddr, String>) {
+        let connected = target.and_then(|target| {
+            let any = if target.is_ipv4() { IpAddr::V4(Ipv4Addr::UNSPECIFIED) } else { IpAddr::V6(Ipv6Addr::UNSPECIFIED) };
+            let open = || {
+                let socket = UdpSocket::bind((any, 0))?;
+                socket.connect(target)?;
+                socket.set_nonblocking(true)?;
+                let own = socket.local_addr()?;
+                Ok((socket, own))
+            };
+            open().map(|(socket, own)| (socket, own, target)).map_err(|error: io::Error| format!("{target}: {error}"))
+        });
+        let mut route = lock(&self.route);
+        if route.gone {
+            return;
+        }
+        match connected {
+            Ok((socket, own, target)) => {
+                self.receiver.disown(Some(own));
+                (route.socket, route.state) = (Some(socket), Sending::To(target));
+            }
+            Err(reason) => (route.socket, route.state) = (None, Sending::Failed(reason)),
+        }
+    }
+
+    /// Sends the pose if it is due. Says when the next may be.
+    fn serve(&self, now: Instant) -> Instant {
+        let mut route = lock(&self.route);
+        if now < route.due {
+            return route.due;
+        }
+        let interval = self.out.interval();
+        route.due = (route.due + interval).max(now + interval / 2);
+        let Some(socket) = &route.socket else {
+            if now.saturating_duration_since(route.asked) >= RETRY
+                && let Some(resolver) = &route.resolver
+            {
+                resolver.call();
+                route.asked = now;
+            }
+            return route.due;
+        };
+        let Some((_, pose)) = self.telemetry.pose.read() else { return route.due };
+        let fresh = route.last.is_none_or(|(last, at)| last != pose || now.saturating_duration_since(at) >= REPEAT);
+        if fresh {
+            let packet = packet(&self.address, &pose);
+            // Where nobody listened to the packet before, the system says so in place of sending this one.
+            let sent = socket.send(&packet).or_else(|error| if nobody(&error) { socket.send(&packet) } else { Err(error) });
+            route.state = match (sent, socket.peer_addr()) {
+                (Ok(_), Ok(target)) => {
+                    self.sent.fetch_add(1, Ordering::Relaxed);
+                    Sending::To(target)
+                }
+                (Err(error), Ok(target)) if nobody(&error) || error.kind() == ErrorKind::WouldBlock => Sending::To(target),
+                (Err(error), _) | (_, Err(error)) => Sending::Failed(error.to_string()),
+            };
+            route.last = Some((pose, now));
+        }
+        route.due
+    }
+}
+
+/// Whether an error says that nobody has listened.
+fn nobody(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset)
+}
+
+/// A pose as a packet.
+fn packet(address: &str, pose: &Pose) -> Vec<u8> {
+    let [x, y, z] = pose.position.to_array();
+    let [qx, qy, qz, qw] = pose.orientation.to_array();
+    let args = [x, y, z, qw, qx, qy, qz].map(OscType::Float).to_vec();
+    // Nothing in such a message can fail to be written.
+    encoder::encode(&OscPacket::Message(OscMessage { addr: address.to_owned(), args })).unwrap_or_default()
+}
+
+impl Sender {
+    fn start() -> io::Result<Self> {
+        let shared = Arc::new(Shared::default());
+        let of_thread = Arc::clone(&shared);
+        let join = thread::Builder::new().name("promenade-osc-out".to_owned()).spawn(move || send(&of_thread))?;
+        Ok(Self { shared, join: Some(join) })
+    }
+}
+
+impl Drop for Sender {
+    fn drop(&mut self) {
+        self.shared.ends.store(true, Ordering::Release);
+        if let Some(join) = self.join.take() {
+            join.thread().unpark();
+            // A panic of the thread has been reported where it happened.
+            drop(join.join());
+        }
+    }
+}
+
+fn send(shared: &Shared) {
+    while !shared.ends.load(Ordering::Acquire) {
+        let feeds = {
+            let mut feeds = lock(&shared.feeds);
+            feeds.retain(|feed| feed.strong_count() > 0);
+            feeds.clone()
+        };
+        let now = Instant::now();
+        let next = feeds.iter().filter_map(Weak::upgrade).map(|feed| feed.serve(now)).min().unwrap_or(now + IDLE);
+        thread::park_timeout(next.saturating_duration_since(Instant::now()).min(IDLE));
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,230 @@
+//! Sockets: one per port and process, shared by all instances that listen there, with a thread of its own.
+
+use super::batch::Batch;
+use super::config::Interface;
+use super::receiver::Receiver;
+use super::status::Listening;
+use std::io::{self, ErrorKind};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// A thread looks this often whether it is still needed.
+const WAIT: Duration = Duration::from_millis(100);
+/// A port that cannot be had is asked for this often.
+const RETRY: Duration = Duration::from_secs(1);
+/// Time over which messages a second are counted.
+const COUNTED: Duration = Duration::from_millis(500);
+
+/// All that are open in this process.
+static PORTS: Mutex<Vec<Open>> = Mutex::new(Vec::new());
+
+/// A port and its thread.
+struct Open {
+    port: Arc<Port>,
+    thread: JoinHandle<()>,
+}
+
+/// What instances share that listen at the same port.
+pub(super) struct Port {
+    number: u16,
+    ends: AtomicBool,
+    receivers: Mutex<Vec<(Interface, Arc<Receiver>)>>,
+    heard: Mutex<Heard>,
+    messages: AtomicU64,
+}
+
+/// What the editor is told of a port.
+#[derive(Clone, Debug)]
+pub(super) struct Heard {
+    pub(super) listening: Listening,
+    pub(super) messages_per_s: f32,
+    pub(super) last_address: String,
+}
+
+/// An instance's place at a port; the socket is closed with the last one.
+pub(super) struct Subscription {
+    port: Arc<Port>,
+    receiver: Arc<Receiver>,
+}
+
+impl Subscription {
+    /// A place at a port, which is opened if it is not.
+    ///
+    /// The socket is as wide as the widest that is asked for; an instance that wants this machine only is spared the rest by its receiver.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub(super) fn new(number: u16, interface: Interface, receiver: Arc<Receiver>) -> io::Result<Self> {
+        let mut ports = lock(&PORTS);
+        let port = match ports.iter().find(|open| open.port.number == number) {
+            Some(open) => {
+                lock(&open.port.receivers).push((interface, Arc::clone(&receiver)));
+                open.thread.thread().unpark();
+                Arc::clone(&open.port)
+            }
+            None => {
+                let port = Arc::new(Port {
+                    number,
+                    ends: AtomicBool::new(false),
+                    receivers: Mutex::new(vec![(interface, Arc::clone(&receiver))]),
+                    heard: Mutex::new(Heard {
+                        listening: Listening::Opening,
+                        messages_per_s: 0.0,
+                        last_address: String::new(),
+                    }),
+                    messages: AtomicU64::new(0),
+                });
+                let of_thread = Arc::clone(&port);
+                let thread = thread::Builder::new().name(format!("promenade-osc-{number}")).spawn(move || of_thread.run())?;
+                ports.push(Open { port: Arc::clone(&port), thread });
+                port
+            }
+        };
+        Ok(Self { port, receiver })
+    }
+
+    /// What the editor is told.
+    pub(super) fn heard(&self) -> Heard {
+        lock(&self.port.heard).clone()
+    }
+
+    /// Messages so far.
+    pub(super) fn messages(&self) -> u64 {
+        self.port.messages.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Subscription {
+    fn drop(&mut self) {
+        let mut ports = lock(&PORTS);
+        let mut receivers = lock(&self.port.receivers);
+        if let Some(place) = receivers.iter().position(|(_, receiver)| Arc::ptr_eq(receiver, &self.receiver)) {
+            receivers.swap_remove(place);
+        }
+        let last = receivers.is_empty();
+        drop(receivers);
+        let Some(place) = ports.iter().position(|open| Arc::ptr_eq(&open.port, &self.port)) else { return };
+        if last {
+            let open = ports.swap_remove(place);
+            open.port.ends.store(true, Ordering::Release);
+            open.thread.thread().unpark();
+            // The port is free again before anybody can ask for it. A panic of the thread has been reported where it happened.
+            drop(open.thread.join());
+        } else {
+            ports[place].thread.thread().unpark();
+        }
+    }
+}
+
+impl Port {
+    fn run(&self) {
+        let mut batch = Batch::new();
+        let mut socket: Option<(Interface, UdpSocket)> = None;
+        let (mut since, mut before) = (Instant::now(), 0);
+        while !self.ends.load(Ordering::Acquire) {
+            let wanted = self.widest();
+            if socket.as_ref().is_none_or(|(bound, _)| *bound != wanted) {
+                // Closed first: the system does not give a port twice.
+                drop(socket.take());
+                match bind(wanted, self.number) {
+                    Ok(bound) => {
+                        let at = bound.local_addr().unwrap_or_else(|_| SocketAddr::new(wanted.address(), self.number));
+                        lock(&self.heard).listening = Listening::At(at);
+                        socket = Some((wanted, bound));
+                    }
+                    Err(error) => {
+                        lock(&self.heard).listening = Listening::Failed(words(self.number, &error));
+                        thread::park_timeout(RETRY);
+                        continue;
+                    }
+                }
+            }
+            if let Some((_, bound)) = &socket
+                && let Err(error) = batch.fill(bound)
+            {
+                lock(&self.heard).listening = Listening::Failed(words(self.number, &error));
+                socket = None;
+                thread::park_timeout(RETRY);
+            }
+            if !batch.is_empty() {
+                self.deliver(&batch);
+            }
+            let past = since.elapsed();
+            if past >= COUNTED {
+                let count = self.messages.load(Ordering::Relaxed);
+                #[expect(clippy::cast_precision_loss, reason = "messages of half a second")]
+                let messages = (count - before) as f32;
+                lock(&self.heard).messages_per_s = messages / past.as_secs_f32();
+                (since, before) = (Instant::now(), count);
+            }
+        }
+    }
+
+    /// The widest interface that is asked for.
+    fn widest(&self) -> Interface {
+        let any = lock(&self.receivers).iter().any(|(interface, _)| *interface == Interface::Any);
+        if any { Interface::Any } else { Interface::Loopback }
+    }
+
+    fn deliver(&self, batch: &Batch) {
+        let thinned = batch.thin();
+        self.messages.fetch_add(thinned.count as u64, Ordering::Relaxed);
+        if let Some(last) = thinned.messages.last() {
+            let mut heard = lock(&self.heard);
+            if heard.last_address != last.address {
+                heard.last_address = last.address.to_owned();
+            }
+        }
+        let receivers = lock(&self.receivers).clone();
+        for (_, receiver) in &receivers {
+            for (source, reason) in &thinned.garbage {
+                receiver.blame(*source, reason);
+            }
+            for message in &thinned.messages {
+                receiver.take(message);
+            }
+            receiver.commit();
+        }
+    }
+}
+
+impl Interface {
+    /// The address that is listened at.
+    fn address(self) -> IpAddr {
+        IpAddr::V4(match self {
+            Self::Loopback => Ipv4Addr::LOCALHOST,
+            Self::Any => Ipv4Addr::UNSPECIFIED,
+        })
+    }
+}
+
+fn bind(interface: Interface, port: u16) -> io::Result<UdpSocket> {
+    if port == 0 {
+        return Err(io::Error::new(ErrorKind::InvalidInput, "a port is a number from 1 to 65535"));
+    }
+    let socket = UdpSocket::bind((interface.address(), port))?;
+    socket.set_read_timeout(Some(WAIT))?;
+    Ok(socket)
+}
+
+/// An error as users read it.
+fn words(port: u16, error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::AddrInUse => format!("port {port} is in use by another program"),
+        ErrorKind::PermissionDenied => format!("the system does not allow port {port}"),
+        _ => format!("port {port}: {error}"),
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Ports that are open in this process.
+#[cfg(test)]
+pub(super) fn numbers() -> Vec<u16> {
+    lock(&PORTS).iter().map(|open| open.port.number).collect()
+}

@@ -1,0 +1,243 @@
+//! What packets do to one instance.
+
+use super::address::{self, Verb};
+use super::config::{CustomTracker, Interface, OscConfig, Recenter};
+use super::format::TrackerFormat;
+use super::inbox::Inbox;
+use super::packet;
+use super::reading::{Argument, Reading};
+use super::tracker::Tracker;
+use super::value;
+use crate::params::PromenadeParams;
+use crate::remote::Knob;
+use rosc::OscType;
+use std::cell::OnceCell;
+use std::net::SocketAddr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// A message that has come in; its arguments are read when the first instance wants them.
+pub(super) struct Message<'a> {
+    pub(super) source: SocketAddr,
+    pub(super) address: &'a str,
+    pub(super) bytes: &'a [u8],
+    pub(super) arguments: OnceCell<Result<Vec<OscType>, String>>,
+}
+
+impl Message<'_> {
+    fn arguments(&self) -> Result<&[OscType], String> {
+        self.arguments.get_or_init(|| packet::arguments(self.bytes)).as_deref().map_err(Clone::clone)
+    }
+}
+
+/// How often what has happened to one instance.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Counts {
+    /// Messages with a value that was out of range and has been clamped.
+    pub(super) clamped: u64,
+    /// Packets that are none, and messages for this instance with arguments that are none.
+    pub(super) garbage: u64,
+    /// Why, the last time.
+    pub(super) last_garbage: String,
+    /// Messages at addresses that mean nothing here.
+    pub(super) unknown: u64,
+}
+
+/// One instance's side of what comes in. The audio thread never touches it.
+pub(super) struct Receiver {
+    params: Arc<PromenadeParams>,
+    inbox: Arc<Inbox>,
+    state: Mutex<State>,
+}
+
+struct State {
+    open: bool,
+    interface: Interface,
+    name: String,
+    format: TrackerFormat,
+    custom: CustomTracker,
+    recenter: Recenter,
+    tracker: Tracker,
+    /// Whether the tracker has said something that the inbox does not have yet.
+    moved: bool,
+    /// Where this instance's own packets come from.
+    own: Option<SocketAddr>,
+    counts: Counts,
+}
+
+impl Receiver {
+    pub(super) fn new(params: Arc<PromenadeParams>, inbox: Arc<Inbox>) -> Arc<Self> {
+        let config = OscConfig::default();
+        let state = State {
+            open: false,
+            interface: config.interface,
+            name: String::new(),
+            format: config.format,
+            custom: config.custom,
+            recenter: config.recenter,
+            tracker: Tracker::new(config.axes, config.position_axes),
+            moved: false,
+            own: None,
+            counts: Counts::default(),
+        };
+        Arc::new(Self { params, inbox, state: Mutex::new(state) })
+    }
+
+    /// Takes settings; a tracker that is there stays, unless it speaks otherwise now.
+    pub(super) fn open(&self, config: &OscConfig) {
+        let mut state = self.lock();
+        if !state.open || state.format != config.format || state.custom != config.custom {
+            state.tracker = Tracker::new(config.axes, config.position_axes);
+            self.inbox.lose();
+        } else if state.tracker.heard.is_some() {
+            state.moved = true;
+        }
+        state.tracker.remap(config.axes, config.position_axes);
+        state.open = true;
+        state.interface = config.interface;
+        state.name = config.address_name();
+        state.format = config.format;
+        state.custom = config.custom.clone();
+        state.recenter = config.recenter;
+        drop(state);
+        self.commit();
+    }
+
+    /// Takes nothing any more.
+    pub(super) fn close(&self) {
+        let mut state = self.lock();
+        state.open = false;
+        state.moved = false;
+        state.tracker.heard = None;
+        self.inbox.lose();
+    }
+
+    /// This instance's own packets come from there.
+    pub(super) fn disown(&self, own: Option<SocketAddr>) {
+        self.lock().own = own;
+    }
+
+    /// Takes a message, if it is for this instance.
+    pub(super) fn take(&self, message: &Message) {
+        let state = &mut *self.lock();
+        if !state.open || !state.interface.admits(message.source) || state.own == Some(message.source) {
+            return;
+        }
+        let (verb, mapped) = match address::parse(message.address) {
+            Some((addressee, _)) if !addressee.means(&state.name) => return,
+            Some((_, verb)) => (Some(verb), false),
+            None => (state.format.arguments(message.address, &state.custom).map(Verb::Track), true),
+        };
+        let Some(verb) = verb else {
+            state.counts.unknown += 1;
+            return;
+        };
+        match message.arguments().and_then(|arguments| self.obey(state, verb, arguments, mapped)) {
+            Ok(clamped) => state.counts.clamped += u64::from(clamped),
+            Err(reason) => state.counts.blame(format!("{}: {reason}", message.address)),
+        }
+    }
+
+    /// Does what a message asks for; says whether a value has been clamped.
+    fn obey(&self, state: &mut State, verb: Verb, arguments: &[OscType], mapped: bool) -> Result<bool, String> {
+        match verb {
+            Verb::Track(form) => {
+                let reading = reading(form, arguments)?;
+                state.tracker.take(&reading, mapped, Instant::now());
+                state.moved = true;
+                Ok(reading.clamped)
+            }
+            Verb::Recenter => {
+                if let Some(how) = recenter(arguments, state.recenter)? {
+                    state.tracker.recenter(how);
+                    state.moved = state.tracker.heard.is_some();
+                }
+                Ok(false)
+            }
+            Verb::Path => {
+                let [share] = value::numbers(arguments)?[..] else {
+                    return Err(format!("expected 1 value, found {}", arguments.len()));
+                };
+                self.set(Knob::Path, &[OscType::Double(share * 100.0)])
+            }
+            Verb::Param(id) => {
+                let knob = Knob::of_id(id).ok_or_else(|| "there is no such parameter".to_owned())?;
+                self.set(knob, arguments)
+            }
+        }
+    }
+
+    fn set(&self, knob: Knob, arguments: &[OscType]) -> Result<bool, String> {
+        let (value, clamped) = value::plain(knob, arguments)?;
+        self.params.remote.set(knob, value, self.params.hosted(knob));
+        Ok(clamped)
+    }
+
+    /// A packet could not be taken apart.
+    pub(super) fn blame(&self, source: SocketAddr, reason: &str) {
+        let mut state = self.lock();
+        if state.open && state.interface.admits(source) {
+            state.counts.blame(reason.to_owned());
+        }
+    }
+
+    /// Hands the tracker's newest pose to the audio thread.
+    pub(super) fn commit(&self) {
+        let mut state = self.lock();
+        if state.open && std::mem::take(&mut state.moved) {
+            self.inbox.track(&state.tracker.pose());
+        }
+    }
+
+    /// Makes what the tracker says now the origin.
+    pub(super) fn recenter(&self, how: Option<Recenter>) {
+        let mut state = self.lock();
+        let how = how.unwrap_or(state.recenter);
+        state.tracker.recenter(how);
+        state.moved = state.tracker.heard.is_some();
+        drop(state);
+        self.commit();
+    }
+
+    /// What has been counted, when the tracker was heard last, and whether it is recentred.
+    pub(super) fn report(&self) -> (Counts, Option<Instant>, bool) {
+        let state = self.lock();
+        (state.counts.clone(), state.tracker.heard, state.tracker.is_recentred())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Counts {
+    fn blame(&mut self, reason: String) {
+        self.garbage += 1;
+        self.last_garbage = reason;
+    }
+}
+
+impl Interface {
+    /// Whether a packet from there may come in.
+    fn admits(self, source: SocketAddr) -> bool {
+        self == Self::Any || source.ip().is_loopback()
+    }
+}
+
+fn reading(form: &[Argument], arguments: &[OscType]) -> Result<Reading, String> {
+    Reading::new(form, &value::numbers(arguments)?)
+}
+
+/// What to recentre: a button that is let go sends 0.
+fn recenter(arguments: &[OscType], usual: Recenter) -> Result<Option<Recenter>, String> {
+    match arguments {
+        [] => Ok(Some(usual)),
+        [OscType::String(text)] => match text.as_str() {
+            "yaw" => Ok(Some(Recenter::Yaw)),
+            "full" => Ok(Some(Recenter::Full)),
+            "off" => Ok(Some(Recenter::Off)),
+            _ => Err("expected yaw, full or off".to_owned()),
+        },
+        one => Ok((value::numbers(one)?.iter().any(|value| *value != 0.0)).then_some(usual)),
+    }
+}
