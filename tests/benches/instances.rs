@@ -1,0 +1,107 @@
+//! Memory and processor time of many instances of one bundle in one process, all with the same scene and a listener who moves.
+//!
+//! `cargo bench --bench instances -p promenade-tests`. The plugin is the one that cargo builds beside it, or that of
+//! `PROMENADE_BUNDLES`. Time: processor seconds of the one thread that plays all instances in turn, per second of sound, at 48 kHz in
+//! blocks of 512, median of the runs; input is white noise, and every listener turns by 90 degrees a second and walks at 1 m/s with
+//! automation every 32 samples. Memory: what is resident of the process (Linux), of which before the first instance is taken off.
+#![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
+
+use cpu_time::ThreadTime;
+use promenade_host::{Instance, Lane, Point};
+use promenade_tests::memory::resident_bytes;
+use promenade_tests::signal::noise;
+use promenade_tests::{ClapHost, Host, Setup, Vst3};
+use std::env;
+use std::process::Command;
+
+/// The variable with the format, in the process that plays it.
+const FORMAT: &str = "PROMENADE_BENCH_FORMAT";
+
+const RATE: f64 = 48_000.0;
+const BLOCK: usize = 512;
+const COUNTS: [usize; 3] = [1, 10, 50];
+const SECONDS: f64 = 2.0;
+const RUNS: usize = 5;
+
+/// To and fro at the speeds that the head of this file states.
+fn lanes(instance: &mut Instance) -> Vec<Lane> {
+    let mut lane = |name: &str, from: &str, to: &str, period_s: f64| {
+        let parameter = instance.parameter(name).expect("the plugin has the parameter").clone();
+        let ends = [from, to].map(|text| instance.from_text(parameter.id, text).expect("the plugin understands its own unit"));
+        let point = |turn: usize| Point { seconds: period_s * turn as f64, value: ends[turn % 2], hold: false };
+        Lane::new(&parameter, &(0..100).map(point).collect::<Vec<_>>(), RATE).expect("times rise")
+    };
+    vec![lane("Yaw", "-90", "90", 2.0), lane("Listener Y", "-1", "1", 2.0)]
+}
+
+/// Plays all instances for the seconds, block by block in turn; returns processor seconds per second.
+fn play(hosts: &mut [impl Host], lanes: &[Lane], signal: &[f32], at: &mut u64) -> f64 {
+    let (mut left, mut right) = (vec![0.0; BLOCK], vec![0.0; BLOCK]);
+    let began = ThreadTime::now();
+    let mut played = 0;
+    for block in signal.chunks_exact(BLOCK) {
+        for host in hosts.iter_mut() {
+            let instance = host.instance();
+            for lane in lanes {
+                let set = lane.events(*at, BLOCK, |offset, value| instance.set_at(lane.id(), value, offset));
+                set.expect("the plugin takes the value");
+            }
+            instance.process_into(&[block, block], [&mut left, &mut right]).expect("the plugin plays");
+        }
+        *at += BLOCK as u64;
+        played += BLOCK;
+    }
+    began.elapsed().as_secs_f64() / (played as f64 / RATE)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn table<H: Host>() {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds")]
+    let signal = noise((SECONDS * RATE) as usize);
+    let bundle = H::bundle();
+    let before = resident_bytes();
+    let mut hosts: Vec<H> = Vec::new();
+    for count in COUNTS {
+        while hosts.len() < count {
+            let setup = Setup { rate: RATE, block: BLOCK, ..Setup::default() };
+            hosts.push(bundle.open(setup).expect("the plugin opens").into());
+        }
+        let lanes = lanes(hosts[0].instance());
+        let mut at = 0;
+        play(&mut hosts, &lanes, &signal[..signal.len() / 4], &mut at);
+        let cost = median((0..RUNS).map(|_| play(&mut hosts, &lanes, &signal, &mut at)).collect());
+        let memory = match (before, resident_bytes()) {
+            (Some(before), Some(now)) => format!("{:.1} MiB", (now - before.min(now)) as f64 / f64::from(1 << 20)),
+            _ => "unknown".to_owned(),
+        };
+        println!("| {} | {count} | {memory} | {:.2} % | {:.3} % |", H::FORMAT, 100.0 * cost, 100.0 * cost / count as f64);
+    }
+}
+
+/// The processor, as the system names it.
+fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    name.map_or_else(|| env::consts::ARCH.to_owned(), |(_, name)| name.to_owned())
+}
+
+/// Each format in a process of its own, so that neither finds memory that the other has left.
+fn main() {
+    match env::var(FORMAT).as_deref() {
+        Ok("clap") => return table::<ClapHost>(),
+        Ok(_) => return table::<Vst3>(),
+        Err(_) => (),
+    }
+    println!("{}, {}, tier Standard, {RUNS} runs of {SECONDS} s\n", machine(), env::consts::OS);
+    println!("| format | instances | memory | of real time, all | of real time, each |");
+    println!("|---|---|---|---|---|");
+    let this = env::current_exe().expect("a bench has its own file");
+    for format in ["clap", "vst3"] {
+        let done = Command::new(&this).env(FORMAT, format).status().expect("a bench can be run again");
+        assert!(done.success(), "{format}: {done}");
+    }
+}
