@@ -99,7 +99,7 @@ fn from_text(knob: Knob, text: &str) -> Result<f64, String> {
     }
     let same = |known: &&str| known.eq_ignore_ascii_case(text);
     if let Some((ids, names)) = choices(knob) {
-        let found = ids.iter().position(|id| same(id)).or_else(|| names.iter().position(|name| same(name)));
+        let found = ids.iter().position(&same).or_else(|| names.iter().position(&same));
         #[expect(clippy::cast_precision_loss, reason = "a few choices")]
         return found
             .map(|index| index as f64)
