@@ -30,7 +30,9 @@ pub(crate) fn test() -> Result<()> {
 
     section("python");
     let python = python_environment()?;
-    run(Command::new(&python).arg("tests/python/pedalboard_check.py").arg(bundles.join("Promenade.vst3")))?;
+    for check in ["pedalboard_check.py", "dawdreamer_check.py"] {
+        run(Command::new(&python).arg(Path::new("tests/python").join(check)).arg(bundles.join("Promenade.vst3")))?;
+    }
     run(cargo().args(["build", "--package", "promenade"]))?;
     let tool = bundle::target_folder()?.join("debug").join(format!("promenade{}", std::env::consts::EXE_SUFFIX));
     run(Command::new(&python).arg("tests/python/metrics_check.py").arg(tool))?;
