@@ -1,7 +1,6 @@
 //! What can go wrong between files on disk and a scene, said so that the user can mend it.
 
 use promenade_audio::FileError;
-use promenade_core::PathError;
 use promenade_core::cloud::CloudError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -53,14 +52,6 @@ pub enum BakeError {
         path: PathBuf,
         /// What does not fit.
         source: CloudError,
-    },
-    /// Keyframes were read but make no path.
-    #[error("{}: no camera path", path.display())]
-    CameraPath {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with the keyframes.
-        source: PathError,
     },
     /// A value given by the user, not in a file, is wrong.
     #[error("{what}: expected {expected}, found {found}")]

@@ -12,7 +12,6 @@ mod kriging;
 mod layout;
 mod log_row;
 pub mod measure;
-pub mod path_file;
 pub mod projection;
 mod random;
 pub mod responses;

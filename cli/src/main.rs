@@ -1,4 +1,4 @@
-//! `promenade`: bake scenes, render sound through them and through plugins, inspect and measure them.
+//! `promenade`: bake scenes, render sound through them and through plugins, convert camera paths, inspect and measure.
 //!
 //! Results go to standard output, progress and remarks to standard error. The exit status is 0 for success, 1 for failure with a
 //! line `error: ...`, and 2 for a command line that is not understood.
@@ -10,6 +10,7 @@ mod host;
 mod import;
 mod inspect;
 mod measure;
+mod path;
 mod progress;
 mod render;
 mod report;
@@ -25,6 +26,7 @@ fn main() -> ExitCode {
         args::Command::Import(a) => import::run(&a),
         args::Command::Render(a) => render::run(&a),
         args::Command::Host(a) => host::run(&a),
+        args::Command::Path(a) => path::run(&a),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
     };

@@ -1,11 +1,12 @@
 //! `promenade render`: a WAV file through a scene, block by block, aligned in time with its input.
 
 use crate::args::{RenderArgs, RenderTier};
-use crate::{clip, progress, scene};
+use crate::{clip, path, progress, scene};
 use anyhow::{Context, Result, anyhow, bail};
 use promenade_baker::wav::{self, Wav, WavReader, WavWriter};
-use promenade_baker::{FileError, path_file, resample};
+use promenade_baker::{FileError, resample};
 use promenade_core::{BlockParams, CameraPath, LiveParams, Playback, Pose, Renderer, Scene, Spatializer, Tier};
+use promenade_paths::ImportOptions;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -134,7 +135,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
         bail!("{}: expected a scene with the tier {}, found none such in it", args.scene.display(), tier.name());
     }
     let walk = match (&args.path, args.pose) {
-        (Some(path), _) => Walk::Along(path_file::read(path)?, Playback { speed: args.speed, looping: args.looping }),
+        (Some(file), _) => {
+            let imported = path::read(file, &ImportOptions::default())?;
+            path::remark(&imported);
+            Walk::Along(imported.path, Playback { speed: args.speed, looping: args.looping })
+        }
         (None, Some(pose)) => Walk::Still(pose),
         (None, None) => Walk::Still(scene.start_pose()),
     };

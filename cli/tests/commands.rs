@@ -2,112 +2,17 @@
 
 #[path = "../../core/tests/cloud_models/mod.rs"]
 mod cloud_models;
+mod common;
 
 use cloud_models::Sizes;
+use common::{Place, RATE, fails, promenade, rms, succeeds};
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_baker::projection::bursts_and_clicks;
 use promenade_baker::wav::{self, Format};
 use promenade_core::cloud::{CloudKind, CloudModel, ConvMode, Projection};
 use promenade_core::{AnchorCloud, Provenance, Scene, StftGrid};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-const RATE: u32 = 16_000;
-
-fn promenade(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_promenade")).args(args).output().unwrap()
-}
-
-fn succeeds(args: &[&str]) -> (String, String) {
-    let out = promenade(args);
-    let (stdout, stderr) = (String::from_utf8(out.stdout).unwrap(), String::from_utf8(out.stderr).unwrap());
-    assert!(out.status.success(), "{args:?}: {stderr}");
-    (stdout, stderr)
-}
-
-/// Fails with status 1 and one line, which is returned.
-fn fails(args: &[&str]) -> String {
-    let out = promenade(args);
-    let said = String::from_utf8(out.stderr).unwrap();
-    assert_eq!(out.status.code(), Some(1), "{args:?}: {said}");
-    let line = said.lines().last().unwrap_or_default().to_owned();
-    assert!(line.starts_with("error: "), "{args:?}: {said}");
-    assert!(!said.contains("panicked"), "{said}");
-    line
-}
-
-/// A folder with a small synthetic room: the head turns, the source stays 2 m ahead.
-struct Place {
-    folder: tempfile::TempDir,
-}
-
-impl Place {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let count = RATE as usize / 2;
-        let mut state = 1_u64;
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
-        };
-        for yaw in (-90..=90).step_by(15) {
-            // The source is on the left when the head is turned to the right.
-            let side = -(yaw as f32).to_radians().sin();
-            let ear = |sign: f32, noise: &mut dyn FnMut() -> f32| -> Vec<f32> {
-                let arrival = 40.0 - sign * side * 5.0;
-                (0..count)
-                    .map(|i| {
-                        let t = i as f32 - arrival;
-                        let direct = (1.0 + 0.6 * sign * side) * (-0.5 * (t / 0.8).powi(2)).exp();
-                        let tail = if t > 20.0 { 0.03 * (-6.9 * t / (0.3 * RATE as f32)).exp() * noise() } else { 0.0 };
-                        direct + tail
-                    })
-                    .collect()
-            };
-            let (left, right) = (ear(1.0, &mut noise), ear(-1.0, &mut noise));
-            wav::write(&folder.path().join(format!("turn_{yaw}.wav")), RATE, &[&left, &right], Format::Float32).unwrap();
-        }
-        let manifest = r#"{"title":"test room","credit":"nobody","licence":"CC0","pattern":"turn_{yaw}.wav","source":[2,0,0]}"#;
-        std::fs::write(folder.path().join("responses.json"), manifest).unwrap();
-        Self { folder }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn text(&self, name: &str) -> String {
-        self.path(name).to_str().unwrap().to_owned()
-    }
-
-    fn bake(&self) -> String {
-        let scene = self.text("room.promenade");
-        succeeds(&["bake", "responses", self.folder.path().to_str().unwrap(), "-o", &scene, "--hold-out", "yaw=-30..30/30"]);
-        scene
-    }
-
-    fn dry(&self, name: &str, seconds: f32, channels: usize) -> String {
-        let count = (seconds * RATE as f32) as usize;
-        let x: Vec<f32> = (0..count).map(|i| 0.3 * (i as f32 * 0.21).sin() * (1.0 - i as f32 / count as f32)).collect();
-        wav::write(&self.path(name), RATE, &vec![&x[..]; channels], Format::Int16).unwrap();
-        self.text(name)
-    }
-
-    /// Names in the folder, to see what was left behind.
-    fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = std::fs::read_dir(self.folder.path())
-            .unwrap()
-            .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
-    }
-}
-
-fn rms(x: &[f32]) -> f32 {
-    (x.iter().map(|v| v * v).sum::<f32>() / x.len().max(1) as f32).sqrt()
-}
+use std::path::Path;
 
 #[test]
 fn bakes_inspects_and_measures() {
@@ -235,7 +140,10 @@ fn bad_input_is_one_line_and_leaves_nothing() {
         (vec!["render", &p("none.promenade"), &input, &out], "none.promenade: cannot be read"),
         (vec!["render", &p("broken.promenade"), &input, &out], "broken.promenade: no readable scene"),
         (vec!["render", &p("cut.promenade"), &input, &out], "cut.promenade: no readable scene"),
-        (vec!["render", &scene, &input, &out, "--path", &p("bad.csv")], "line 2: expected a number for z, found \"oops\""),
+        (
+            vec!["render", &scene, &input, &out, "--path", &p("bad.csv")],
+            "line 2: expected a finite number for z, found \"oops\"",
+        ),
         (vec!["render", &scene, &input, &p("no/such/out.wav")], "out.wav: cannot be written"),
         (vec!["render", &scene, &input, &set], "a folder"),
         (vec!["render", &scene, &input, &out, "--tier", "reference"], "reference"),
@@ -267,6 +175,11 @@ fn a_wrong_command_line_is_status_2() {
         &["render", "a", "b", "c", "--tier", "best"],
         &["render", "a", "b", "c", "--block", "0"],
         &["render", "a", "b", "c", "--loop"],
+        &["path"],
+        &["path", "a", "--up", "0,0,0"],
+        &["path", "a", "--origin", "last"],
+        &["path", "a", "--simplify", "1"],
+        &["path", "a", "--fps", "0"],
         &["measure"],
         &["measure", "a", "--response", "b"],
     ] {

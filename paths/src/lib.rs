@@ -1,7 +1,7 @@
 //! Camera paths: reading and writing them, and what an editor of paths needs.
 //!
-//! [`read`] takes the bytes of a file, JSON, CSV, COLMAP cameras or a glTF animation, and gives a [`CameraPath`] in Promenade's world:
-//! right-handed, z up, metres; the head looks along x. [`write`] makes JSON or CSV of one. [`simplify`] reduces a recorded walk to
+//! [`read()`] takes the bytes of a file, JSON, CSV, COLMAP cameras or a glTF animation, and gives a [`CameraPath`] in Promenade's world:
+//! right-handed, z up, metres; the head looks along x. [`write()`] makes JSON or CSV of one. [`simplify()`] reduces a recorded walk to
 //! few keyframes, [`Recorder`] records one, and [`edit`] changes single keyframes.
 //!
 //! Nothing here opens a file or is meant for the audio thread: all of it may allocate and take its time.

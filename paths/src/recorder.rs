@@ -124,7 +124,7 @@ impl Recorder {
         last.zip(self.poses.first()).map_or(0.0, |(last, first)| last.t_s - first.t_s)
     }
 
-    /// The recording in few keyframes, as [`simplify`] makes them. It ends where the listener was last.
+    /// The recording in few keyframes, as [`simplify()`] makes them. It ends where the listener was last.
     ///
     /// # Errors
     /// Nothing was recorded.

@@ -4,13 +4,15 @@ use promenade_core::{CameraPath, Keyframe, PathError, Pose};
 
 /// Where the path is compared, in shares of the time from one recorded pose to the next.
 const COMPARED: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
+/// Recorded poses this close are compared alone, seconds: nobody moves between them unseen.
+const DENSE_S: f64 = 0.1;
 /// Rounds of leaving out keyframes that turn out not to be needed; later rounds find next to none.
 const ROUNDS: usize = 4;
 
 /// Some of the keyframes, so that the path through them stays within a tolerance of the path through all.
 ///
-/// Compared are positions, metres, and orientations, radians, at every recorded time and at three times between each two. The
-/// first and the last keyframe stay. A tolerance below 0 or one that is no number keeps all.
+/// Compared are positions, metres, and orientations, radians, at every recorded time, and at three times between any two that are
+/// more than 0.1 s apart. The first and the last keyframe stay. A tolerance below 0 or one that is no number keeps all.
 ///
 /// # Errors
 /// As [`CameraPath::new`].
@@ -25,6 +27,9 @@ pub fn simplify(keyframes: &[Keyframe], tolerance_m: f32, tolerance_rad: f32) ->
     let last = keyframes.len() - 1;
     let mut best: Option<Vec<usize>> = None;
     for (split, parts) in TRIALS {
+        if best.as_ref().is_some_and(|b| b.len() <= parts) {
+            continue;
+        }
         let mut kept: Vec<usize> = (0..=parts).map(|part| last * part / parts).collect();
         kept.dedup();
         let mut fit = Fit { recorded: &recorded, tolerance_m, tolerance_rad, kept };
@@ -154,11 +159,15 @@ impl Fit<'_> {
     /// How far a path is off between two recorded keyframes, in tolerances, and the recorded keyframe near each place.
     fn offs<'a>(&'a self, path: &'a CameraPath, from: usize, to: usize) -> impl Iterator<Item = (usize, f32)> + 'a {
         let keyframes = self.recorded.keyframes();
+        let places = (from..to).flat_map(move |n| {
+            let span_s = keyframes[n + 1].t_s - keyframes[n].t_s;
+            let shares = if span_s > DENSE_S { &COMPARED[..] } else { &COMPARED[..1] };
+            shares.iter().map(move |share| (n, *share, keyframes[n].t_s + share * span_s))
+        });
         // The path goes through its own keyframes.
-        let places = (from..to).flat_map(|n| COMPARED.map(|share| (n, share))).skip(1);
-        places.map(move |(n, share)| {
-            let t_s = keyframes[n].t_s + share * (keyframes[n + 1].t_s - keyframes[n].t_s);
-            (n + usize::from(share > 0.5), self.off(&path.pose_at(t_s), &self.recorded.pose_at(t_s)))
+        places.skip(1).map(move |(n, share, t_s)| {
+            let recorded = if share > 0.0 { self.recorded.pose_at(t_s) } else { keyframes[n].pose };
+            (n + usize::from(share > 0.5), self.off(&path.pose_at(t_s), &recorded))
         })
     }
 

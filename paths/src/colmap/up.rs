@@ -4,8 +4,8 @@ use super::Image;
 use crate::PathFileError;
 use glam::{DMat3, DVec3};
 
-/// How much the mean of the cameras' up counts against the levelness of one camera's left-right axis.
-const MEAN_WEIGHT: f64 = 0.02;
+/// How much the cameras' mean up counts against their left-right axes: as if one holds a camera level to 3 degrees, in radians squared.
+const MEAN_WEIGHT: f64 = 0.003;
 
 /// The direction of up in the reconstruction's world, from cameras that were held level: their mean up, turned so that their
 /// left-right axes lie as level as they can.

@@ -1,0 +1,156 @@
+//! Values on the command line: what they must look like, in words.
+
+use super::RenderTier;
+use promenade_baker::wav::Format;
+use promenade_core::cloud::{CloudKind, ConvMode, PoseConvention, Projection};
+use promenade_core::glam::Vec3;
+use promenade_core::{Pose, Tier};
+use promenade_paths::Origin;
+
+fn parse_numbers<const N: usize>(text: &str, names: &str) -> Result<[f32; N], String> {
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|n| n.trim().parse::<f32>()).collect();
+    match numbers {
+        Ok(numbers) if numbers.len() != N => Err(format!("expected {N} numbers {names}, found {}", numbers.len())),
+        Ok(numbers) if numbers.iter().all(|v| v.is_finite()) => {
+            numbers.try_into().map_err(|_| format!("expected {N} numbers {names}"))
+        }
+        _ => Err(format!("expected {N} finite numbers {names}")),
+    }
+}
+
+pub(super) fn parse_pose(text: &str) -> Result<Pose, String> {
+    let [x, y, z, yaw, pitch, roll] = parse_numbers(text, "x,y,z,yaw,pitch,roll")?;
+    Ok(Pose::from_ypr(Vec3::new(x, y, z), yaw.to_radians(), pitch.to_radians(), roll.to_radians()))
+}
+
+pub(super) fn parse_bounds(text: &str) -> Result<(Vec3, Vec3), String> {
+    let [a, b, c, d, e, f] = parse_numbers(text, "x,y,z of the lower and of the upper corner")?;
+    let (low, high) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
+    if low.cmple(high).all() {
+        Ok((low, high))
+    } else {
+        Err(format!("expected the lower corner first, found {low} and {high}"))
+    }
+}
+
+pub(super) fn parse_pair(text: &str) -> Result<(f32, f32), String> {
+    parse_numbers(text, "low,high").map(|[low, high]| (low, high))
+}
+
+pub(super) fn parse_point(text: &str) -> Result<Vec3, String> {
+    parse_numbers(text, "x,y,z").map(Vec3::from_array)
+}
+
+pub(super) fn parse_direction(text: &str) -> Result<Vec3, String> {
+    let direction = parse_point(text)?;
+    direction.try_normalize().ok_or_else(|| "expected a direction, found no length".to_owned())
+}
+
+pub(super) fn parse_scale(text: &str) -> Result<f32, String> {
+    parse_within(text, 1e-6, 1e6)
+}
+
+pub(super) fn parse_kind(text: &str) -> Result<CloudKind, String> {
+    CloudKind::from_name(text).ok_or_else(|| format!("expected one of {}", CloudKind::ALL.map(CloudKind::name).join(", ")))
+}
+
+pub(super) fn parse_convention(text: &str) -> Result<PoseConvention, String> {
+    PoseConvention::from_name(text).ok_or_else(|| "expected published or physical".to_owned())
+}
+
+pub(super) fn parse_conv(text: &str) -> Result<ConvMode, String> {
+    ConvMode::from_name(text).ok_or_else(|| "expected off, causal or look-ahead".to_owned())
+}
+
+pub(super) fn parse_projection(text: &str) -> Result<Projection, String> {
+    let wrong = || "expected diagonal or row=N".to_owned();
+    match text.strip_prefix("row=") {
+        None if text == "diagonal" => Ok(Projection::Diagonal),
+        row => row.and_then(|n| n.parse().ok()).map(Projection::Row).ok_or_else(wrong),
+    }
+}
+
+pub(super) fn parse_tier(text: &str) -> Result<RenderTier, String> {
+    let stream = Tier::from_name(text).map(RenderTier::Stream);
+    let clip = (text == "clip").then_some(RenderTier::Clip);
+    stream.or(clip).ok_or_else(|| format!("expected one of {}, clip", Tier::ALL.map(Tier::name).join(", ")))
+}
+
+fn parse_within<T: std::str::FromStr + PartialOrd + std::fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
+    let wrong = || format!("expected a number from {low} to {high}");
+    let value = text.parse::<T>().map_err(|_| wrong())?;
+    if value >= low && value <= high { Ok(value) } else { Err(wrong()) }
+}
+
+pub(super) fn parse_mix(text: &str) -> Result<f32, String> {
+    parse_within(text, 0.0, 1.0)
+}
+
+pub(super) fn parse_decode_rate(text: &str) -> Result<f32, String> {
+    parse_within(text, 1.0, 1000.0)
+}
+
+pub(super) fn parse_gain(text: &str) -> Result<f32, String> {
+    parse_within(text, -120.0, 60.0)
+}
+
+pub(super) fn parse_speed(text: &str) -> Result<f64, String> {
+    parse_within(text, -1000.0, 1000.0)
+}
+
+pub(super) fn parse_setting(text: &str) -> Result<(String, String), String> {
+    let pair = text.split_once('=').filter(|(name, _)| !name.is_empty());
+    pair.map(|(name, value)| (name.to_owned(), value.to_owned())).ok_or_else(|| "expected NAME=VALUE".to_owned())
+}
+
+pub(super) fn parse_tail(text: &str) -> Result<f64, String> {
+    parse_within(text, 0.0, 3600.0)
+}
+
+pub(super) fn parse_bits(text: &str) -> Result<Format, String> {
+    match text {
+        "16" => Ok(Format::Int16),
+        "24" => Ok(Format::Int24),
+        "32" => Ok(Format::Int32),
+        "32f" => Ok(Format::Float32),
+        _ => Err("expected 16, 24, 32 or 32f".to_owned()),
+    }
+}
+
+pub(super) fn parse_fps(text: &str) -> Result<f64, String> {
+    parse_within(text, 1e-6, 1e6)
+}
+
+pub(super) fn parse_metres_per_unit(text: &str) -> Result<f64, String> {
+    parse_within(text, 1e-6, 1e6)
+}
+
+pub(super) fn parse_origin(text: &str) -> Result<Origin, String> {
+    Origin::from_name(text).ok_or_else(|| format!("expected one of {}", Origin::ALL.map(Origin::name).join(", ")))
+}
+
+/// Metres and radians of metres and degrees.
+pub(super) fn parse_tolerance(text: &str) -> Result<(f32, f32), String> {
+    let [metres, degrees] = parse_numbers(text, "metres,degrees")?;
+    if metres < 0.0 || degrees < 0.0 {
+        return Err(format!("expected tolerances of 0 or more, found {metres} and {degrees}"));
+    }
+    Ok((metres, degrees.to_radians()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poses_are_in_degrees() {
+        let pose = parse_pose("1,2,3, 90,0,0").unwrap();
+        assert!((pose.orientation * Vec3::X - Vec3::Y).length() < 1e-6, "yaw 90 faces left");
+        assert_eq!(pose.position, Vec3::new(1.0, 2.0, 3.0));
+        assert!(parse_pose("1,2,3").unwrap_err().contains("found 3"));
+        assert!(parse_pose("1,2,3,inf,0,0").is_err() && parse_pose("a,b").is_err());
+        let (metres, radians) = parse_tolerance("0.5, 180").unwrap();
+        assert!(metres == 0.5 && (radians - std::f32::consts::PI).abs() < 1e-6);
+        assert!(parse_tolerance("0.5").is_err() && parse_tolerance("-1,1").is_err());
+    }
+}

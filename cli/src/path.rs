@@ -1,0 +1,99 @@
+//! `promenade path`: camera paths of every form, converted or in figures; and how all commands read them.
+
+use crate::args::PathArgs;
+use crate::report;
+use anyhow::{Context, Result, bail};
+use promenade_baker::atomic;
+use promenade_core::glam::Vec3;
+use promenade_paths::{CameraPath, ImportOptions, Imported, MAX_FILE_BYTES, Summary, WriteFormat, simplify, write};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Where a folder keeps the images of a COLMAP model; COLMAP itself prefers the binary form.
+const IN_FOLDER: [&str; 6] =
+    ["images.bin", "images.txt", "sparse/0/images.bin", "sparse/0/images.txt", "sparse/images.bin", "sparse/images.txt"];
+
+/// Reads a camera path of any form.
+pub(crate) fn read(path: &Path, options: &ImportOptions) -> Result<Imported> {
+    let file = if path.is_dir() { images_in(path)? } else { path.to_path_buf() };
+    let name = file.display().to_string();
+    let bytes = bytes_of(&file).with_context(|| format!("{name}: cannot be read"))?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let mut beside = |uri: &str| bytes_of(&folder.join(uri));
+    Ok(promenade_paths::read(&name, &bytes, options, &mut beside)?)
+}
+
+/// Says on standard error what was assumed when a path was read.
+pub(crate) fn remark(imported: &Imported) {
+    for note in &imported.notes {
+        eprintln!("note: {note}");
+    }
+}
+
+fn images_in(folder: &Path) -> Result<PathBuf> {
+    let found = IN_FOLDER.iter().map(|name| folder.join(name)).find(|file| file.is_file());
+    found.with_context(|| {
+        let names = format!("{} or sparse/0/images.bin", IN_FOLDER[..2].join(", "));
+        format!("{}: expected a COLMAP model, a folder with {names}, found none of them", folder.display())
+    })
+}
+
+fn bytes_of(file: &Path) -> io::Result<Vec<u8>> {
+    let size = std::fs::metadata(file)?.len();
+    // Checked before it is read into memory.
+    if size > MAX_FILE_BYTES {
+        return Err(io::Error::new(
+            io::ErrorKind::FileTooLarge,
+            format!("expected at most {MAX_FILE_BYTES} bytes, found {size}"),
+        ));
+    }
+    std::fs::read(file)
+}
+
+pub(crate) fn run(args: &PathArgs) -> Result<()> {
+    let output = match &args.output {
+        Some(output) => Some((output, WriteFormat::of(&output.display().to_string())?)),
+        None => None,
+    };
+    let imported = read(&args.input, &args.options())?;
+    let found = imported.path.keyframes().len();
+    let path = match args.simplify {
+        None => imported.path.clone(),
+        Some((metres, radians)) => {
+            let few = simplify(imported.path.keyframes(), metres, radians).and_then(CameraPath::new);
+            few.with_context(|| format!("{}: cannot be simplified", args.input.display()))?
+        }
+    };
+    let Some((output, format)) = output else {
+        return report::print(&figures(&imported, &path));
+    };
+    if output.is_dir() {
+        bail!("{}: expected the name of a file to write, found a folder", output.display());
+    }
+    atomic::write(output, write(&path, format).as_bytes())?;
+    remark(&imported);
+    let of = if args.simplify.is_some() { format!(" of {found}") } else { String::new() };
+    eprintln!("{}: {}{of} keyframes, {:.2} s", output.display(), path.keyframes().len(), path.duration_s());
+    Ok(())
+}
+
+/// The path in figures, aligned like those of a scene.
+fn figures(imported: &Imported, path: &CameraPath) -> String {
+    let s = Summary::of(path);
+    // Rounded first, so that what is nearly 0 gets no sign.
+    let point = |v: Vec3| v.to_array().map(|c| format!("{:.2}", (100.0 * c).round() / 100.0 + 0.0)).join(", ");
+    let at = |t_s: f64| format!("at {t_s:.2} s");
+    let found = imported.path.keyframes().len();
+    let keyframes = if s.keyframes == found { found.to_string() } else { format!("{} of {found}", s.keyframes) };
+    let rows = [
+        ("form", imported.format.name().to_owned()),
+        ("keyframes", keyframes),
+        ("duration", format!("{:.2} s, from {:.2} s", s.duration_s, s.start_s)),
+        ("length", format!("{:.2} m", s.length_m)),
+        ("bounds", format!("{} to {} m", point(s.low), point(s.high))),
+        ("fastest", format!("{:.2} m/s {}", s.fastest_m_s.0, at(s.fastest_m_s.1))),
+        ("fastest turn", format!("{:.0} degrees/s {}", s.fastest_rad_s.0.to_degrees(), at(s.fastest_rad_s.1))),
+    ];
+    let notes = imported.notes.iter().map(|note| ("note", note.clone()));
+    rows.into_iter().chain(notes).map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}
