@@ -38,7 +38,9 @@ pub use live::{Decoded, LiveDecoder, LiveParams, SarhFrame};
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;
 pub use renderer::{Quality, RenderError, Renderer, SAMPLE_RATES_HZ};
-pub use scene::{Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, Provenance, Scene, SceneError, SceneParts, TailModel};
+pub use scene::{
+    Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, Provenance, Scene, SceneCard, SceneError, SceneParts, TailModel,
+};
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::Tier;
 pub use transfer::{TransferFunction, TransferShape};

@@ -1,5 +1,6 @@
 //! A place as it is played: an immutable value, read from and written to one file.
 
+mod card;
 mod check;
 mod error;
 mod format;
@@ -10,6 +11,7 @@ use crate::metrics::Binaural;
 use crate::{Bands, Field, Pose, StftGrid, Tier, TransferShape};
 use glam::Vec3;
 
+pub use card::SceneCard;
 pub use error::SceneError;
 pub use format::MAX_SCENE_BYTES;
 

@@ -5,8 +5,8 @@ mod common;
 use common::room;
 use promenade_core::glam::Vec3;
 use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneError, SceneParts, StftGrid, TailModel,
-    TransferShape,
+    Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneCard, SceneError, SceneParts, StftGrid,
+    TailModel, Tier, TransferShape,
 };
 use safetensors::tensor::{Dtype, TensorView};
 
@@ -43,6 +43,25 @@ fn what_is_written_is_read() {
         assert!(Scene::from_bytes(&bytes).unwrap() == scene);
         assert!(bytes == scene.to_bytes().unwrap(), "the same scene makes the same file");
     }
+}
+
+#[test]
+fn the_head_of_a_file_says_what_the_whole_does() {
+    let presets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes");
+    let files = ["iosr-room-a", "box"].map(|name| std::fs::read(presets.join(name).with_extension("promenade")).unwrap());
+    for bytes in files.into_iter().chain([Scene::new(small()).unwrap().to_bytes().unwrap()]) {
+        let scene = Scene::from_bytes(&bytes).unwrap();
+        let head = SceneCard::head_len(&bytes[..8]).unwrap();
+        assert!(head < bytes.len());
+        let card = SceneCard::from_head(&bytes[..head]).unwrap();
+        assert_eq!(&card.provenance, scene.provenance());
+        assert_eq!(card.tiers, Tier::ALL.into_iter().filter(|tier| scene.has_tier(*tier)).collect::<Vec<_>>());
+        assert_eq!(card.held_out, scene.held_out().len());
+        for len in 0..head {
+            assert!(SceneCard::from_head(&bytes[..len]).is_err(), "{len} of {head} bytes of the head");
+        }
+    }
+    assert!(SceneCard::head_len(&u64::MAX.to_le_bytes()).is_err());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Poses decoded on the background thread, for one instance each; the weights are shared by all that play the same scene.
 
+use crate::attention::{Attended, Attention};
 use crate::worker::{Chore, DECODER, Desk};
 use crossbeam_queue::ArrayQueue;
 use promenade_core::cloud::PoseDecoder;
@@ -32,6 +33,22 @@ struct Exchange {
     /// The newest answer.
     answer: ArrayQueue<Box<Answer>>,
     spare: ArrayQueue<Box<Answer>>,
+    scene: Weak<Scene>,
+    attention: Arc<Attention>,
+}
+
+impl Exchange {
+    fn decode(&self, pose: &Pose, out: &mut Decoded) {
+        let mut decoder = self.decoder.lock().unwrap_or_else(PoisonError::into_inner);
+        match self.scene.upgrade().filter(|_| self.attention.is_watched()) {
+            Some(scene) => {
+                let mut shares = vec![0.0; scene.cloud().map_or(0, |cloud| cloud.model.sizes().anchors)];
+                decoder.decode_with_attention(pose, &mut shares, out);
+                self.attention.tell(Attended { scene: Weak::clone(&self.scene), shares });
+            }
+            None => decoder.decode(pose, out),
+        }
+    }
 }
 
 impl Chore for Exchange {
@@ -40,7 +57,7 @@ impl Chore for Exchange {
         while let Some((number, pose)) = self.question.pop() {
             let Some(mut answer) = self.spare.pop() else { return };
             answer.number = number;
-            self.decoder.lock().unwrap_or_else(PoisonError::into_inner).decode(&pose, &mut answer.decoded);
+            self.decode(&pose, &mut answer.decoded);
             if let Some(unheard) = self.answer.force_push(answer) {
                 drop(self.spare.push(unheard));
             }
@@ -59,18 +76,25 @@ pub struct SharedDecoder {
 }
 
 impl SharedDecoder {
-    /// For a scene with an anchor cloud; `None` for others.
+    /// For a scene with an anchor cloud; `None` for others. What is attended to is told to `attention` while that is watched.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn new(scene: &Arc<Scene>) -> std::io::Result<Option<Self>> {
+    pub fn new(scene: &Arc<Scene>, attention: &Arc<Attention>) -> std::io::Result<Option<Self>> {
         let Some(decoder) = decoder_of(scene) else { return Ok(None) };
         let spare = ArrayQueue::new(ANSWERS);
         let blank = decoder.lock().unwrap_or_else(PoisonError::into_inner).blank();
         for _ in 0..ANSWERS {
             drop(spare.push(Box::new(Answer { number: 0, decoded: blank.clone() })));
         }
-        let exchange = Arc::new(Exchange { decoder, question: ArrayQueue::new(1), answer: ArrayQueue::new(1), spare });
+        let exchange = Arc::new(Exchange {
+            decoder,
+            question: ArrayQueue::new(1),
+            answer: ArrayQueue::new(1),
+            spare,
+            scene: Arc::downgrade(scene),
+            attention: Arc::clone(attention),
+        });
         let desk = Desk::new(&DECODER, exchange.clone())?;
         Ok(Some(Self { exchange, desk, asked: 0, heard: None, fresh: false }))
     }

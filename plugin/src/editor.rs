@@ -4,19 +4,27 @@
 //! host. Nothing of it exists while no window is open.
 
 mod app;
+mod banner;
 pub mod ctx;
+mod direction;
 mod ears_panel;
+mod estimate;
 pub mod gesture;
 mod header;
 pub mod host;
 pub mod knobs;
+pub mod meter;
+mod mirror;
 mod osc_panel;
 pub mod panel;
 mod path_panel;
 mod presets_panel;
+mod scenes;
 mod side;
+pub mod source;
 mod tabs;
 pub mod theme;
+mod tier;
 mod view;
 pub mod widgets;
 mod window;

@@ -3,6 +3,7 @@
 //! Threads: the audio thread owns [`Promenade`] and calls `process` and `reset`; everything that reads a file, parses or allocates is
 //! done by the [`loader`] on the host's main thread or on a background thread; a second one decodes poses. All instances in a process share both.
 
+pub mod attention;
 pub mod cache;
 pub mod causes;
 pub mod clock;
@@ -14,6 +15,7 @@ pub mod group;
 pub mod kept;
 pub mod library;
 pub mod listener;
+pub mod lister;
 pub mod loader;
 pub mod osc;
 pub mod pace;

@@ -1,5 +1,6 @@
 //! Finds, reads and prepares scenes and camera paths off the audio thread, and hands them over.
 
+use crate::attention::Attention;
 use crate::cache;
 use crate::causes::in_words;
 use crate::decoder::SharedDecoder;
@@ -11,6 +12,7 @@ use crate::walk::{KeptWalk, Walk, WalkError};
 use crate::worker::Chore;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::{nice_error, nice_warn};
+use nice_plug_egui::RepaintNotifier;
 use promenade_core::{RenderError, Renderer, Scene, SceneError};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -83,6 +85,10 @@ pub struct Loader {
     pub retired: ArrayQueue<Retired>,
     /// What was handed over last, for the editor. It does not keep them in memory.
     shown: Mutex<Shown>,
+    /// What the scene's decoder attends to.
+    pub attention: Arc<Attention>,
+    /// Asks an open editor for its next picture.
+    pub repaint: RepaintNotifier,
 }
 
 /// What is played or about to be.
@@ -105,6 +111,8 @@ impl Loader {
             walks: ArrayQueue::new(1),
             retired: ArrayQueue::new(RETIRED_CAPACITY),
             shown: Mutex::default(),
+            attention: Arc::default(),
+            repaint: RepaintNotifier::new(),
         });
         // A host that restores a state and bounces at once hears the restored scene from the first sample.
         let (scenes, walks) = (Arc::downgrade(&loader), Arc::downgrade(&loader));
@@ -124,13 +132,18 @@ impl Loader {
     /// Takes the host's sample rate, gives what failed another try, and loads what is wanted and not yet loaded.
     pub fn activate(&self, sample_rate_hz: f64) {
         self.sample_rate_bits.store(sample_rate_hz.to_bits(), Ordering::Release);
+        self.retry();
+        self.refresh();
+    }
+
+    /// Gives what failed another try at the next refresh.
+    pub fn retry(&self) {
         if !self.params.scene_report.text().is_empty() {
             *lock(&self.scene_wish) = None;
         }
         if !self.params.walk_report.text().is_empty() {
             *lock(&self.walk_wish) = None;
         }
-        self.refresh();
     }
 
     /// Loads scene and camera path again at the next refresh.
@@ -169,7 +182,7 @@ impl Loader {
             let result = find_scene(wish.choices, &wish.kept);
             let result = result.and_then(|found| {
                 let renderer = Renderer::new(Arc::clone(&found.scene), f64::from_bits(sample_rate_bits))?;
-                let decoder = SharedDecoder::new(&found.scene).map_err(LoadError::Thread)?;
+                let decoder = SharedDecoder::new(&found.scene, &self.attention).map_err(LoadError::Thread)?;
                 Ok((
                     found,
                     match decoder {
@@ -195,6 +208,7 @@ impl Loader {
                     Stage::Dry => Weak::new(),
                 };
                 drop(self.stages.force_push(stage));
+                self.repaint.request_repaint();
                 *last = Some(Wish { kept: reference, ..wish });
                 return;
             }
@@ -221,6 +235,7 @@ impl Loader {
                 self.params.walk_report.say(report);
                 lock(&self.shown).walk = walk.as_ref().map_or_else(Weak::new, Arc::downgrade);
                 drop(self.walks.force_push(walk));
+                self.repaint.request_repaint();
                 *last = Some(Wish { kept: file, ..wish });
                 return;
             }

@@ -7,15 +7,17 @@ use crate::listener::{Glide, Listener};
 use crate::loader::{Loader, Retired, Stage};
 use crate::osc::{Inbox, Osc};
 use crate::pace::Pace;
-use crate::params::{Choices, PromenadeParams};
+use crate::params::{Choices, PromenadeParams, Snapshot};
 use crate::telemetry::{Frame, Telemetry};
 use crate::walk::Walk;
 use crate::worker::{Desk, LOADER};
 use nice_plug::prelude::*;
-use nice_plug_egui::RepaintNotifier;
 use promenade_core::{Pose, Spatializer};
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Time between two pictures when only levels or the time change, seconds.
+const LEVELS_S: f64 = 1.0 / 30.0;
 
 /// The plugin. The audio thread owns it once the host has activated it.
 pub struct Promenade {
@@ -44,10 +46,12 @@ pub struct Promenade {
     member: Member,
     telemetry: Arc<Telemetry>,
     frame: Frame,
-    /// Asks an open editor for its next picture.
-    repaint: RepaintNotifier,
     #[cfg(feature = "standalone")]
     deck: crate::player::Deck,
+    /// What an open editor was last asked to show.
+    told: Frame,
+    told_snapshot: Option<Snapshot>,
+    since_told_s: f64,
 }
 
 impl Default for Promenade {
@@ -76,9 +80,11 @@ impl Default for Promenade {
             member: Member::default(),
             telemetry,
             frame: Frame::default(),
-            repaint: RepaintNotifier::new(),
             #[cfg(feature = "standalone")]
             deck: crate::player::Deck::default(),
+            told: Frame::default(),
+            told_snapshot: None,
+            since_told_s: 0.0,
         }
     }
 }
@@ -185,7 +191,7 @@ impl Plugin for Promenade {
             loader: Arc::clone(&self.loader),
             telemetry: Arc::clone(&self.telemetry),
             osc: Arc::clone(&self.osc),
-            repaint: self.repaint.clone(),
+            repaint: self.loader.repaint.clone(),
         }))
     }
 
@@ -340,10 +346,17 @@ impl Plugin for Promenade {
                 frame.show(renderer);
             }
             #[expect(clippy::cast_possible_truncation, reason = "a share of a block's time")]
-            let load = (began.elapsed().as_secs_f64() / block_s.max(1e-9)) as f32;
-            frame.load = load;
+            frame.add_load((began.elapsed().as_secs_f64() / block_s.max(1e-9)) as f32, block_s as f32);
+            // Levels and time alone are shown less often; none is lost, peaks wait for the next picture.
+            self.since_told_s += block_s;
+            let runs = frame.is_loud() || (frame.playing && self.telemetry.shows_time());
+            if (runs && self.since_told_s >= LEVELS_S) || frame.differs_from(&self.told) || self.told_snapshot != Some(snapshot)
+            {
+                self.told.clone_from(frame);
+                (self.told_snapshot, self.since_told_s) = (Some(snapshot), 0.0);
+                self.loader.repaint.request_repaint();
+            }
             self.telemetry.publish(frame);
-            self.repaint.request_repaint();
             (frame.input_peak, frame.output_peak) = ([0.0; 2], [0.0; 2]);
         }
         let latency = samples(spatializer.latency_samples());

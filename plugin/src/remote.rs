@@ -3,7 +3,7 @@
 //! A plugin can tell its host of a new value only through an open editor. Until then a remote value stands in place of the host's, and
 //! gives way as soon as the host's own value changes: what came last is heard.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// A parameter that hosts and remote controls can set. The order is that of `docs/parameters.md`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -145,12 +145,23 @@ impl Knob {
 /// No remote value: a word that no pair of finite numbers has.
 const NONE: u64 = u64::MAX;
 
+/// No value that the host was told: the bits of no finite number.
+const UNTOLD: u32 = u32::MAX;
+
+/// A remote value.
+struct Place {
+    /// The value, and the host's that it stands in for.
+    word: AtomicU64,
+    /// The value that the host was told of, on its way or arrived: when the host's becomes that one, the host has not moved its knob.
+    told: AtomicU32,
+}
+
 /// One value per parameter, next to the host's value that it stands in for.
-pub struct Remote([AtomicU64; Knob::ALL.len()]);
+pub struct Remote([Place; Knob::ALL.len()]);
 
 impl Default for Remote {
     fn default() -> Self {
-        Self(std::array::from_fn(|_| AtomicU64::new(NONE)))
+        Self(std::array::from_fn(|_| Place { word: AtomicU64::new(NONE), told: AtomicU32::new(UNTOLD) }))
     }
 }
 
@@ -161,7 +172,8 @@ impl Remote {
     /// Any thread; no allocation, lock or I/O.
     pub fn set(&self, knob: Knob, value: f32, hosted: f32) {
         if value.is_finite() {
-            self.0[knob as usize].store(u64::from(value.to_bits()) << 32 | u64::from(hosted.to_bits()), Ordering::Release);
+            let word = u64::from(value.to_bits()) << 32 | u64::from(hosted.to_bits());
+            self.0[knob as usize].word.store(word, Ordering::Release);
         }
     }
 
@@ -178,24 +190,31 @@ impl Remote {
     /// # Real-time
     /// Any thread; no allocation, lock or I/O.
     pub fn pending(&self, knob: Knob, hosted: f32) -> Option<f32> {
-        let cell = &self.0[knob as usize];
-        let word = cell.load(Ordering::Acquire);
+        let place = &self.0[knob as usize];
+        let word = place.word.load(Ordering::Acquire);
         #[expect(clippy::cast_possible_truncation, reason = "the two halves of a word")]
         let (value, stood_for) = (f32::from_bits((word >> 32) as u32), word as u32);
         if word == NONE {
             None
-        } else if stood_for == hosted.to_bits() {
-            Some(value)
+        } else if stood_for == hosted.to_bits() || place.told.load(Ordering::Acquire) == hosted.to_bits() {
+            Some(value).filter(|value| value.to_bits() != hosted.to_bits())
         } else {
             // A newer remote value that comes at this moment stays.
-            let _newer = cell.compare_exchange(word, NONE, Ordering::AcqRel, Ordering::Relaxed);
+            let _newer = place.word.compare_exchange(word, NONE, Ordering::AcqRel, Ordering::Relaxed);
             None
         }
     }
 
-    /// Forgets a remote value, because the host has been told of it.
+    /// The host is being told a value, as it will have it. A remote value that comes before the host has it still stands.
+    pub fn tell(&self, knob: Knob, told: f32) {
+        self.0[knob as usize].told.store(told.to_bits(), Ordering::Release);
+    }
+
+    /// Forgets a remote value, because the user has set another.
     pub fn clear(&self, knob: Knob) {
-        self.0[knob as usize].store(NONE, Ordering::Release);
+        let place = &self.0[knob as usize];
+        place.told.store(UNTOLD, Ordering::Release);
+        place.word.store(NONE, Ordering::Release);
     }
 }
 
@@ -215,6 +234,22 @@ mod tests {
         assert_eq!(remote.latest(Knob::Yaw, 10.0), 10.0, "and moved it back");
         remote.set(Knob::Yaw, f32::NAN, 10.0);
         assert_eq!(remote.latest(Knob::Yaw, 10.0), 10.0);
+    }
+
+    #[test]
+    fn a_value_that_comes_while_the_host_is_told_of_the_one_before_is_heard() {
+        let remote = Remote::default();
+        remote.set(Knob::Yaw, 20.0, 10.0);
+        remote.tell(Knob::Yaw, 20.0);
+        remote.set(Knob::Yaw, 30.0, 10.0);
+        assert_eq!(remote.latest(Knob::Yaw, 20.0), 30.0, "the host has the first");
+        remote.tell(Knob::Yaw, 30.0);
+        assert_eq!(remote.pending(Knob::Yaw, 30.0), None, "the host has both");
+        assert_eq!(remote.latest(Knob::Yaw, 5.0), 5.0, "the host moved its knob");
+        assert_eq!(remote.latest(Knob::Yaw, 30.0), 30.0);
+        remote.set(Knob::Yaw, 50.0, 30.0);
+        remote.clear(Knob::Yaw);
+        assert_eq!(remote.latest(Knob::Yaw, 30.0), 30.0, "the user moved it in the editor");
     }
 
     #[test]

@@ -47,7 +47,7 @@ pub struct Frame {
     pub input_peak: [f32; 2],
     /// Peaks of both ears since the last frame, linear.
     pub output_peak: [f32; 2],
-    /// Processor time over audio time since the last frame.
+    /// Processor time over audio time, averaged over the last second or so.
     pub load: f32,
 }
 
@@ -79,7 +79,57 @@ pub fn frequency_hz(point: usize) -> f32 {
     LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(point as f32 / (MASK_POINTS - 1) as f32)
 }
 
+/// Steps that can be seen: position, metres; orientation, radians; masks and levels, dB; load, share of 1.
+const SEEN_M: f32 = 5e-4;
+const SEEN_RAD: f32 = 5e-4;
+const SEEN_DB: f32 = 0.05;
+const SEEN_LOAD: f32 = 0.004;
+/// Peaks below this are not shown, dB.
+const QUIET_DB: f32 = -60.0;
+/// Time constant over which the load is averaged, seconds.
+const LOAD_S: f32 = 0.7;
+
 impl Frame {
+    /// Whether there is a level to show.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn is_loud(&self) -> bool {
+        [self.input_peak, self.output_peak].as_flattened().iter().any(|peak| decibels(*peak) > QUIET_DB)
+    }
+
+    /// Whether it looks other than one that was seen before, levels and time apart.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn differs_from(&self, seen: &Self) -> bool {
+        let words = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline);
+        let near = |a: f32, b: f32, step: f32| (a - b).abs() < step;
+        let moved = (self.pose.position - seen.pose.position).length() >= SEEN_M;
+        // The chord between two unit quaternions of the same sign is half the angle.
+        let (a, b) = (self.pose.orientation, seen.pose.orientation);
+        let turned = 2.0 * (a - b).length().min((a + b).length()) >= SEEN_RAD;
+        let masks = self.masks_db.as_flattened().iter().zip(seen.masks_db.as_flattened());
+        moved
+            || turned
+            || words(self) != words(seen)
+            || !near(self.load, seen.load, SEEN_LOAD)
+            || !near(self.ild_db, seen.ild_db, SEEN_DB)
+            || !near(self.itd_s, seen.itd_s, 1e-6)
+            || masks.into_iter().any(|(a, b)| !near(*a, *b, SEEN_DB))
+    }
+
+    /// Averages the load of a block into what is shown.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn add_load(&mut self, load: f32, block_s: f32) {
+        let share = 1.0 - (-block_s / LOAD_S).exp();
+        self.load += share * (load - self.load);
+    }
+
     /// Shows the direct sound that a renderer plays.
     ///
     /// # Real-time
@@ -119,6 +169,7 @@ pub fn decibels(gain: f32) -> f32 {
 /// Between one instance's audio thread and its editor. Frames go round: the audio thread never allocates one.
 pub struct Telemetry {
     watched: AtomicBool,
+    shows_time: AtomicBool,
     fresh: ArrayQueue<Box<Frame>>,
     spare: ArrayQueue<Box<Frame>>,
     /// The listener's pose at the end of the newest block, with the time of the transport.
@@ -131,6 +182,7 @@ impl Telemetry {
     pub fn new() -> Arc<Self> {
         let telemetry = Self {
             watched: AtomicBool::new(false),
+            shows_time: AtomicBool::new(false),
             fresh: ArrayQueue::new(1),
             spare: ArrayQueue::new(3),
             pose: PoseCell::new(),
@@ -153,6 +205,20 @@ impl Telemetry {
     /// An editor was opened or closed.
     pub fn watch(&self, watched: bool) {
         self.watched.store(watched, Ordering::Relaxed);
+    }
+
+    /// Whether the editor shows the time of the transport, so that it wants pictures while that runs.
+    ///
+    /// # Real-time
+    /// Any thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn shows_time(&self) -> bool {
+        self.shows_time.load(Ordering::Relaxed)
+    }
+
+    /// The editor shows the time of the transport, or does no longer.
+    pub fn show_time(&self, shows: bool) {
+        self.shows_time.store(shows, Ordering::Relaxed);
     }
 
     /// Gives the editor a frame, in place of one that it has not fetched; peaks of that one are kept.
@@ -205,6 +271,37 @@ mod tests {
             telemetry.publish(&frame);
             assert!(telemetry.fetch(&mut frame), "a frame is lost");
         }
+    }
+
+    #[test]
+    fn what_cannot_be_seen_asks_for_no_picture() {
+        let seen = Frame::default();
+        let like = |change: &dyn Fn(&mut Frame)| {
+            let mut frame = Frame::default();
+            change(&mut frame);
+            !frame.differs_from(&seen)
+        };
+        assert!(like(&|_| {}));
+        assert!(like(&|f| f.pose.position.x = 1e-4) && !like(&|f| f.pose.position.x = 1e-3));
+        assert!(!like(&|f| f.pose = Pose::from_ypr(Vec3::ZERO, 1e-3, 0.0, 0.0)));
+        assert!(like(&|f| f.pose.orientation = -f.pose.orientation), "the same orientation");
+        assert!(like(&|f| f.transport_s = 9.0) && !like(&|f| f.playing = true));
+        assert!(!Frame { input_peak: [0.0, 1e-4], ..Frame::default() }.is_loud());
+        assert!(Frame { output_peak: [0.0, 0.1], ..Frame::default() }.is_loud());
+        assert!(like(&|f| f.load = 0.003) && !like(&|f| f.load = 0.01));
+        assert!(!like(&|f| f.masks_db[1][7] += 0.1));
+        assert!(!like(&|f| f.tier = Tier::High));
+    }
+
+    #[test]
+    fn the_load_is_averaged() {
+        let mut frame = Frame::default();
+        for _ in 0..1000 {
+            frame.add_load(0.2, 0.01);
+        }
+        assert!((frame.load - 0.2).abs() < 1e-3);
+        frame.add_load(1.0, 0.01);
+        assert!(frame.load < 0.22);
     }
 
     #[test]

@@ -36,6 +36,8 @@ pub static LOADER: Post = Post { name: "promenade-loader", running: Mutex::new(W
 pub static DECODER: Post = Post { name: "promenade-decoder", running: Mutex::new(Weak::new()) };
 /// Looks up host names; apart from the others, because it may wait for a network.
 pub static RESOLVER: Post = Post { name: "promenade-resolver", running: Mutex::new(Weak::new()) };
+/// Reads what an editor lists; apart from the loader, so that no scene waits for a list.
+pub static LISTER: Post = Post { name: "promenade-lister", running: Mutex::new(Weak::new()) };
 
 /// An instance's place at a worker. It keeps the worker running.
 pub struct Desk {

@@ -17,7 +17,8 @@ pub(super) const VERSION: u32 = 2;
 /// The largest scene file that is read, bytes.
 pub const MAX_SCENE_BYTES: usize = 1 << 30;
 
-const MANIFEST: &str = "promenade";
+/// Key of the manifest in the container's metadata.
+pub(super) const MANIFEST: &str = "promenade";
 const CHECKSUM: &str = "crc32";
 /// Prefix of the anchor cloud's weights, before the published names.
 const WEIGHTS: &str = "cloud.weights.";
@@ -141,14 +142,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<SceneParts, SceneError> {
         metadata.and_then(|m| m.get(key)).ok_or_else(|| SceneError::Manifest(format!("no '{key}' in the metadata")))
     };
     let text = entry(MANIFEST)?;
-    // The version comes first: a manifest of another version may have other fields.
-    let loose: serde_json::Value = serde_json::from_str(text).map_err(|e| SceneError::Manifest(e.to_string()))?;
-    match loose.get("version").and_then(serde_json::Value::as_u64) {
-        Some(found) if found == u64::from(VERSION) => {}
-        Some(found) => return Err(SceneError::Version { found }),
-        None => return Err(SceneError::Manifest("no version number".to_owned())),
-    }
-    let m: Manifest = serde_json::from_value(loose).map_err(|e| SceneError::Manifest(e.to_string()))?;
+    let m = manifest(text)?;
     let stored = bytes_of(&tensors, CHECKSUM, Dtype::U32, &[Some(1)])?;
     let expected = stored.as_chunks::<4>().0.first().map_or(0, |b| u32::from_le_bytes(*b));
     let all = tensors.tensors();
@@ -157,6 +151,18 @@ pub(super) fn read(bytes: &[u8]) -> Result<SceneParts, SceneError> {
         return Err(SceneError::Checksum { expected, found });
     }
     from_manifest(m, &tensors)
+}
+
+/// The manifest in a text.
+pub(super) fn manifest(text: &str) -> Result<Manifest, SceneError> {
+    // The version comes first: a manifest of another version may have other fields.
+    let loose: serde_json::Value = serde_json::from_str(text).map_err(|e| SceneError::Manifest(e.to_string()))?;
+    match loose.get("version").and_then(serde_json::Value::as_u64) {
+        Some(found) if found == u64::from(VERSION) => {}
+        Some(found) => return Err(SceneError::Version { found }),
+        None => return Err(SceneError::Manifest("no version number".to_owned())),
+    }
+    serde_json::from_value(loose).map_err(|e| SceneError::Manifest(e.to_string()))
 }
 
 fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, SceneError> {

@@ -26,7 +26,7 @@ RANGES = [
     (0x2248, 0x2265),
     (0x25A0, 0x25FF),
 ]
-TABULAR = {*range(0x30, 0x3A), *map(ord, "+-.,% "), 0x2212}
+TABULAR = {*range(0x30, 0x3A)}
 
 
 def tabular(font):

@@ -1,13 +1,18 @@
 //! The open editor: what it holds between two pictures, and where its panels lie.
 
 use super::ctx::{Ctx, Instance, Selection};
+use super::estimate::stand_in;
 use super::gesture::Gestures;
 use super::host::Host;
+use super::meter::Meters;
+use super::mirror::mirror;
 use super::panel::{Panel, panels};
+use super::scenes::Scenes;
 use super::theme::{Palette, dress, set_fonts};
 use super::view::View;
 use super::window::Geometry;
-use super::{header, side, tabs};
+use super::{banner, header, side, tabs};
+use crate::lister::Lister;
 use crate::params::Choices;
 use crate::recall::{History, Recall};
 use crate::settings::{EditorSettings, Theme};
@@ -35,6 +40,9 @@ fn acts(input: &InputState) -> bool {
     input.events.iter().any(begins)
 }
 
+/// The host is taken not to ask for sound when the audio thread has told nothing for this long, seconds.
+const SILENT_S: f64 = 0.4;
+
 /// Everything that lives as long as one window.
 pub(super) struct App {
     instance: Instance,
@@ -50,7 +58,11 @@ pub(super) struct App {
     dressed: Option<Theme>,
     choices: Option<Choices>,
     opened: Instant,
+    /// When the audio thread last told something, seconds since the window was opened.
+    heard_s: f64,
+    meters: Meters,
     view: View,
+    scenes: Scenes,
     panels: Vec<Box<dyn Panel>>,
     history: History,
     /// How it was before the change that the user is making.
@@ -61,6 +73,7 @@ impl App {
     /// An editor that has no window yet.
     pub(super) fn new(instance: Instance, geometry: Arc<Geometry>) -> Self {
         let (settings, restores) = instance.params.editor.get();
+        let scenes = Scenes::new(Lister::new(instance.repaint.clone()));
         Self {
             settings: settings.within_reason(),
             instance,
@@ -74,7 +87,10 @@ impl App {
             dressed: None,
             choices: None,
             opened: Instant::now(),
+            heard_s: f64::NEG_INFINITY,
+            meters: Meters::default(),
             view: View::default(),
+            scenes,
             panels: panels(),
             history: History::default(),
             before: None,
@@ -109,11 +125,13 @@ impl NiceEguiApp for App {
             .inspect_err(|error| nice_error!("no thread to load scenes from the editor: {error}"))
             .ok();
         self.instance.telemetry.watch(true);
+        self.instance.loader.attention.watch(true);
         Ok(())
     }
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut nice_plug_egui::Frame) {
         let Some(gui) = self.gui.clone() else { return };
+        let now_s = self.opened.elapsed().as_secs_f64();
         self.keep_settings();
         let palette = Palette::of(self.settings.theme);
         if self.dressed != Some(self.settings.theme) {
@@ -125,16 +143,26 @@ impl NiceEguiApp for App {
         if ui.ctx().zoom_factor() != self.settings.zoom {
             ui.ctx().set_zoom_factor(self.settings.zoom);
         }
-        self.instance.telemetry.fetch(&mut self.frame);
+        if self.instance.telemetry.fetch(&mut self.frame) {
+            self.heard_s = now_s;
+        } else {
+            (self.frame.input_peak, self.frame.output_peak) = ([0.0; 2], [0.0; 2]);
+        }
+        let sounding = now_s - self.heard_s < SILENT_S;
+        self.meters.advance(self.frame.input_peak, self.frame.output_peak, now_s);
+        let listing = self.scenes.listing();
         let (scene, walk) = (self.instance.loader.scene(), self.instance.loader.walk());
         let params = Arc::clone(&self.instance.params);
-        let now_s = self.opened.elapsed().as_secs_f64();
+        if !sounding {
+            stand_in(&mut self.frame, &params, &self.gestures, walk.as_deref());
+        }
         let mut ctx = Ctx {
             instance: &self.instance,
             host: Host { params: &params, setter: gui.param_setter() },
             gui: &gui,
             frame: &self.frame,
             scene: scene.as_ref(),
+            listing: &listing,
             walk: walk.as_ref(),
             palette,
             settings: &mut self.settings,
@@ -143,6 +171,8 @@ impl NiceEguiApp for App {
             gestures: &mut self.gestures,
             desk: self.desk.as_ref(),
             now_s,
+            sounding,
+            shows_time: false,
         };
         if self.before.is_none() && ui.input(acts) {
             self.before = Some(Recall::of(&params));
@@ -154,17 +184,24 @@ impl NiceEguiApp for App {
                 ctx.undo();
             }
         }
+        mirror(&mut ctx);
         header::show(ui, &mut ctx);
-        side::right(ui, &mut ctx);
+        banner::show(ui, &ctx);
+        if ctx.settings.scenes {
+            self.scenes.show(ui, &mut ctx);
+        }
+        side::right(ui, &mut ctx, &mut self.meters);
         tabs::show(ui, &mut ctx, &mut self.panels);
         let centre = egui::Frame::new().fill(palette.ground).inner_margin(Margin::ZERO);
-        CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, &mut ctx));
+        let attended = scene.as_ref().and_then(|scene| self.instance.loader.attention.in_scene(scene));
+        CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, &mut ctx, attended.as_deref()));
+        self.instance.telemetry.show_time(ctx.shows_time);
         let choices = params.choices();
         if self.choices.replace(choices) != Some(choices) {
             ctx.refresh();
         }
         let rest_s = ctx.gestures.end_frame(&ctx.host, now_s);
-        if let Some(rest_s) = rest_s {
+        if let Some(rest_s) = [rest_s, self.meters.rest_s()].into_iter().flatten().min_by(f64::total_cmp) {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
         }
         if self.gestures.are_over()
@@ -195,6 +232,7 @@ impl Drop for App {
     /// The window is gone: nothing is watched any more, and no gesture stays open in the host.
     fn drop(&mut self) {
         self.instance.telemetry.watch(false);
+        self.instance.loader.attention.watch(false);
         self.geometry.closed();
         if let Some(gui) = self.gui.take() {
             let host = Host { params: &self.instance.params, setter: gui.param_setter() };

@@ -4,6 +4,7 @@ use super::gesture::Gestures;
 use super::host::Host;
 use super::theme::Palette;
 use crate::kept::Kept;
+use crate::lister::Listing;
 use crate::loader::Loader;
 use crate::osc::Osc;
 use crate::params::PromenadeParams;
@@ -52,6 +53,8 @@ pub struct Ctx<'a> {
     pub frame: &'a Frame,
     /// The scene that is played or about to be.
     pub scene: Option<&'a Arc<Scene>>,
+    /// What the library has.
+    pub listing: &'a Listing,
     /// The camera path at hand, followed or not.
     pub walk: Option<&'a Arc<Walk>>,
     /// The theme's colours.
@@ -68,6 +71,10 @@ pub struct Ctx<'a> {
     pub desk: Option<&'a Desk>,
     /// Time since the window was opened, seconds.
     pub now_s: f64,
+    /// Whether the host asks for sound; otherwise `frame` is what it would be.
+    pub sounding: bool,
+    /// Whether this picture shows the time of the transport; who shows it says so, and is painted again while it runs.
+    pub shows_time: bool,
 }
 
 impl Ctx<'_> {

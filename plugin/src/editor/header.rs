@@ -1,13 +1,17 @@
 //! The line at the top.
 
 use super::ctx::Ctx;
-use super::theme::Palette;
+use super::knobs::toggle;
+use super::theme::{Palette, faded};
 use super::widgets::{button, tab};
-use crate::settings::Theme;
-use egui::{Align, Frame, Layout, Margin, RichText, Ui};
+use crate::remote::Knob;
+use crate::settings::{Theme, ZOOMS};
+use egui::{Align, CornerRadius, Frame, Layout, Margin, Popup, RichText, Sense, Stroke, Ui, vec2};
 
 /// Height, points.
 const HEIGHT: f32 = 40.0;
+/// Zooms to choose from.
+const STEPS: [f32; 8] = [ZOOMS.0, 0.9, 1.0, 1.25, 1.5, 2.0, 2.5, ZOOMS.1];
 
 /// Shows it.
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -15,20 +19,79 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     egui::Panel::top("header").exact_size(HEIGHT).resizable(false).frame(frame).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             let palette = ctx.palette;
+            mark(ui, palette);
             ui.label(RichText::new("Promenade").font(Palette::heading()).color(palette.text));
             ui.add_space(8.0);
-            if tab(ui, palette, "Scenes", ctx.settings.scenes).clicked() {
+            if tab(ui, palette, "Scenes", ctx.settings.scenes).on_hover_text("Show or hide the list of scenes").clicked() {
                 ctx.settings.scenes = !ctx.settings.scenes;
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let other = match ctx.settings.theme {
+                let (other, name) = match ctx.settings.theme {
                     Theme::Dark => (Theme::Light, "Light"),
                     Theme::Light => (Theme::Dark, "Dark"),
                 };
-                if button(ui, palette, other.1).clicked() {
-                    ctx.settings.theme = other.0;
+                if button(ui, palette, name).on_hover_text("Change the colours").clicked() {
+                    ctx.settings.theme = other;
                 }
+                zoom(ui, ctx);
+                ui.add_space(4.0);
+                toggle(ui, ctx, Knob::Bypass, "Bypass");
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| state(ui, ctx));
             });
         });
     });
+}
+
+/// The scene's title and what keeps it from being heard.
+fn state(ui: &mut Ui, ctx: &Ctx<'_>) {
+    let palette = ctx.palette;
+    ui.add_space(8.0);
+    let title = ctx.scene.map_or("No scene", |scene| scene.title());
+    let remark = if ctx.is_on(Knob::Bypass) {
+        Some("bypassed")
+    } else if !ctx.sounding {
+        Some("the host asks for no sound")
+    } else if ctx.frame.dry {
+        Some("the dry sound passes")
+    } else if ctx.frame.offline {
+        Some("rendering offline")
+    } else {
+        None
+    };
+    ui.add(egui::Label::new(RichText::new(title).color(palette.soft)).truncate());
+    if let Some(remark) = remark {
+        let galley = ui.painter().layout_no_wrap(remark.to_owned(), Palette::caption(), palette.warn);
+        let size = galley.size() + vec2(16.0, 6.0);
+        if ui.available_width() > size.x {
+            let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+            ui.painter().rect_filled(rect, CornerRadius::same(9), faded(palette.warn, 0.14));
+            ui.painter().galley(rect.min + vec2(8.0, 3.0), galley, palette.warn);
+        }
+    }
+}
+
+/// How large everything is.
+fn zoom(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    let palette = ctx.palette;
+    let percent = |zoom: f32| format!("{:.0} %", zoom * 100.0);
+    let response = button(ui, palette, &percent(ctx.settings.zoom)).on_hover_text("Size of everything");
+    Popup::menu(&response).show(|ui| {
+        ui.set_min_width(72.0);
+        for step in STEPS {
+            let on = (ctx.settings.zoom - step).abs() < 1e-3;
+            if ui.selectable_label(on, percent(step)).clicked() {
+                ctx.settings.zoom = step;
+            }
+        }
+    });
+}
+
+/// The mark: two ears around a path.
+fn mark(ui: &mut Ui, palette: &Palette) {
+    let (rect, _) = ui.allocate_exact_size(vec2(20.0, 20.0), Sense::hover());
+    let (painter, centre) = (ui.painter(), rect.center());
+    painter.circle_stroke(centre, 8.0, Stroke::new(1.5, palette.accent));
+    painter.circle_filled(centre - vec2(8.0, 0.0), 2.5, palette.left);
+    painter.circle_filled(centre + vec2(8.0, 0.0), 2.5, palette.right);
+    painter.circle_filled(centre - vec2(0.0, 3.0), 2.0, palette.accent);
 }

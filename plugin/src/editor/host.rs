@@ -120,6 +120,30 @@ pub fn normalized(knob: Knob, plain: f32) -> f32 {
     if greatest > least { ((plain - least) / (greatest - least)).clamp(0.0, 1.0) } else { 0.0 }
 }
 
+/// The plain value that the host has when it is told `plain`.
+#[must_use]
+pub fn landed(params: &PromenadeParams, knob: Knob, plain: f32) -> f32 {
+    let share = normalized(knob, plain);
+    let (least, greatest) = PromenadeParams::limits(knob);
+    match knob {
+        Knob::X => params.x.preview_plain(share),
+        Knob::Y => params.y.preview_plain(share),
+        Knob::Z => params.z.preview_plain(share),
+        Knob::Yaw => params.yaw.preview_plain(share),
+        Knob::Pitch => params.pitch.preview_plain(share),
+        Knob::Roll => params.roll.preview_plain(share),
+        Knob::Path => params.path.preview_plain(share),
+        Knob::Ex => params.ex.preview_plain(share),
+        Knob::Ey => params.ey.preview_plain(share),
+        Knob::Ez => params.ez.preview_plain(share),
+        Knob::Rate => params.rate.preview_plain(share),
+        Knob::Mix => params.mix.preview_plain(share),
+        Knob::Gain => params.gain.preview_plain(share),
+        // Choices and switches are whole.
+        _ => (least + share * (greatest - least)).round(),
+    }
+}
+
 /// The plain value of a parameter as it comes.
 #[must_use]
 pub fn default_value(params: &PromenadeParams, knob: Knob) -> f32 {

@@ -2,7 +2,7 @@
 
 use super::ctx::Ctx;
 use super::host::{default_value, name, text};
-use super::theme::{CONTROL, GRID, Palette, ROUND};
+use super::theme::{CONTROL, GRID, ROUND};
 use super::widgets::{focus_ring, row, segments, switch};
 use crate::params::PromenadeParams;
 use crate::remote::Knob;
@@ -28,8 +28,8 @@ fn look(knob: Knob) -> Look {
     Look { factor, unit, decimals, speed }
 }
 
-/// A number to drag or to type; a double click types. The width is what is left.
-pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, prefix: &str) -> Response {
+/// A number to drag, or to type after a click. The width is what is left.
+pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob) -> Response {
     let Look { factor, unit, decimals, speed } = look(knob);
     let (least, greatest) = PromenadeParams::limits(knob);
     let mut shown = f64::from(ctx.value(knob)) * factor;
@@ -38,7 +38,6 @@ pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, prefix: &str) -> Respo
         .speed(speed)
         .fixed_decimals(decimals)
         .update_while_editing(false)
-        .prefix(prefix)
         .suffix(unit);
     let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), drag);
     #[expect(clippy::cast_possible_truncation, reason = "a parameter's value")]
@@ -57,7 +56,7 @@ fn described(response: Response, ctx: &Ctx<'_>, knob: Knob) -> Response {
 
 /// A line with a slider and its number. A double click on the slider takes the value as it comes.
 pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, label: &str) {
-    const NUMBER: f32 = 64.0;
+    const NUMBER: f32 = 68.0;
     let palette = ctx.palette;
     row(ui, palette, label, |ui| {
         let width = (ui.available_width() - NUMBER - GRID).max(24.0);
@@ -101,7 +100,7 @@ pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, label: &str) {
         let value = ctx.value(knob);
         response.widget_info(|| WidgetInfo::slider(ui.is_enabled(), f64::from(value), name(ctx.params(), knob)));
         described(response, ctx, knob);
-        number(ui, ctx, knob, "");
+        number(ui, ctx, knob);
     });
 }
 
@@ -163,10 +162,4 @@ fn variants(params: &PromenadeParams, knob: Knob) -> Vec<String> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
     let last = last as u16;
     (0..=last).map(|index| text(params, knob, f32::from(index))).collect()
-}
-
-/// The body font's height of a caption under a control.
-#[must_use]
-pub fn caption_height(ui: &Ui) -> f32 {
-    ui.ctx().fonts_mut(|fonts| fonts.row_height(&Palette::caption()))
 }

@@ -1,52 +1,120 @@
 //! The panel on the right: pose, sources, quality, output.
 
 use super::ctx::Ctx;
-use super::knobs::{choice, list, number, slider, toggle};
-use super::theme::GRID;
-use super::widgets::{heading, row};
+use super::knobs::{choice, list, number, slider};
+use super::meter::Meters;
+use super::theme::{CONTROL, GRID, Palette};
+use super::view::reset;
+use super::widgets::{button, heading, note, row};
+use super::{source, tier};
+use crate::params::{Follow, SLOTS};
 use crate::remote::Knob;
-use egui::{Frame, Margin, ScrollArea, Ui};
+use egui::{Align, Align2, ComboBox, Frame, Layout, Margin, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
+use nice_plug::prelude::Enum;
 
 /// Width, points.
 const WIDTH: f32 = 248.0;
 
 /// Shows it.
-pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, meters: &mut Meters) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin::symmetric(12, 4));
     egui::Panel::right("controls").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            heading(ui, ctx.palette, "Listener");
-            triple(ui, ctx, [(Knob::X, "x "), (Knob::Y, "y "), (Knob::Z, "z ")]);
-            triple(ui, ctx, [(Knob::Yaw, "yaw "), (Knob::Pitch, "pit "), (Knob::Roll, "rol ")]);
-            heading(ui, ctx.palette, "Movement");
-            choice(ui, ctx, Knob::Follow, |_| true);
-            slider(ui, ctx, Knob::Path, "Position");
-            toggle(ui, ctx, Knob::Offset, "Add the listener above");
-            row(ui, ctx.palette, "Tracker", |ui| list(ui, ctx, Knob::Tracking));
-            row(ui, ctx.palette, "Group", |ui| list(ui, ctx, Knob::Group));
-            toggle(ui, ctx, Knob::Lead, "Leads the group");
+            ui.set_width(ui.available_width());
+            ui.spacing_mut().item_spacing.y = GRID;
+            pose(ui, ctx);
+            movement(ui, ctx);
             heading(ui, ctx.palette, "Emitter offset");
-            triple(ui, ctx, [(Knob::Ex, "x "), (Knob::Ey, "y "), (Knob::Ez, "z ")]);
+            triple(ui, ctx, [(Knob::Ex, "x"), (Knob::Ey, "y"), (Knob::Ez, "z")]);
             heading(ui, ctx.palette, "Tier");
-            choice(ui, ctx, Knob::Tier, |_| true);
-            slider(ui, ctx, Knob::Rate, "Decodes");
+            tier::show(ui, ctx);
             heading(ui, ctx.palette, "Output");
             slider(ui, ctx, Knob::Mix, "Mix");
             slider(ui, ctx, Knob::Gain, "Gain");
-            toggle(ui, ctx, Knob::Bypass, "Bypass");
+            ui.add_space(GRID);
+            meters.show(ui, ctx.palette);
         });
     });
 }
 
-/// Three numbers side by side.
-fn triple(ui: &mut Ui, ctx: &mut Ctx<'_>, knobs: [(Knob, &str); 3]) {
-    let width = (ui.available_width() - 2.0 * GRID) / 3.0;
+fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    let palette = ctx.palette;
     ui.horizontal(|ui| {
-        for (knob, prefix) in knobs {
-            ui.scope(|ui| {
-                ui.set_width(width);
-                number(ui, ctx, knob, prefix);
-            });
+        ui.label(RichText::new("Listener").font(Palette::heading()).color(palette.text));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if button(ui, palette, "Reset").on_hover_text("Back to where the scene starts (R in the view)").clicked() {
+                reset(ctx);
+            }
+        });
+    });
+    origin(ui, ctx);
+    triple(ui, ctx, [(Knob::X, "x"), (Knob::Y, "y"), (Knob::Z, "z")]);
+    triple(ui, ctx, [(Knob::Yaw, "Yaw"), (Knob::Pitch, "Pitch"), (Knob::Roll, "Roll")]);
+}
+
+fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    heading(ui, ctx.palette, "Movement");
+    choice(ui, ctx, Knob::Follow, |_| true);
+    let follows = Follow::from_index(ctx.index(Knob::Follow)) == Follow::Position;
+    ui.scope(|ui| {
+        if !follows {
+            ui.multiply_opacity(0.6);
+        }
+        slider(ui, ctx, Knob::Path, "Position");
+    });
+    row(ui, ctx.palette, "Path", |ui| paths(ui, ctx));
+    row(ui, ctx.palette, "Tracker", |ui| list(ui, ctx, Knob::Tracking));
+    row(ui, ctx.palette, "Group", |ui| list(ui, ctx, Knob::Group));
+}
+
+/// The camera path: the one that is saved with the project, or one of the library.
+fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    let own = if ctx.walk.is_some() { "The project's own" } else { "None" };
+    let walks = &ctx.listing.walks;
+    let name = |slot: usize| match slot.checked_sub(1) {
+        None => own.to_owned(),
+        Some(index) => walks
+            .get(index)
+            .and_then(|path| path.file_stem())
+            .map_or_else(|| format!("Slot {slot}"), |stem| stem.to_string_lossy().into_owned()),
+    };
+    let chosen = ctx.index(Knob::Walk);
+    let count = walks.len().min(SLOTS as usize);
+    let mut clicked = None;
+    ComboBox::from_id_salt("walk").selected_text(name(chosen)).width(ui.available_width()).truncate().show_ui(ui, |ui| {
+        for slot in 0..=count {
+            if ui.selectable_label(slot == chosen, name(slot)).clicked() && slot != chosen {
+                clicked = Some(slot);
+            }
         }
     });
+    if let Some(slot) = clicked {
+        ctx.set(Knob::Walk, slot as f32);
+    }
+}
+
+/// What moves the listener, in words.
+fn origin(ui: &mut Ui, ctx: &Ctx<'_>) {
+    let palette = ctx.palette;
+    let waits = source::reason(ctx).is_some();
+    ui.horizontal(|ui| {
+        let (dot, _) = ui.allocate_exact_size(Vec2::new(8.0, 16.0), Sense::hover());
+        ui.painter().circle_filled(dot.center(), 3.5, if waits { palette.warn } else { palette.accent });
+        note(ui, palette, source::words(ctx));
+    });
+}
+
+/// Three numbers side by side, each under its name.
+fn triple(ui: &mut Ui, ctx: &mut Ctx<'_>, knobs: [(Knob, &str); 3]) {
+    const NAMES: f32 = 14.0;
+    let palette = ctx.palette;
+    let width = (ui.available_width() - 2.0 * GRID) / 3.0;
+    let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), NAMES + CONTROL), Sense::hover());
+    for (index, (knob, name)) in knobs.into_iter().enumerate() {
+        let left = rect.left() + index as f32 * (width + GRID);
+        let place = Rect::from_min_size(egui::pos2(left, rect.top()), Vec2::new(width, rect.height()));
+        ui.painter().text(place.left_top() + Vec2::new(2.0, 0.0), Align2::LEFT_TOP, name, Palette::caption(), palette.soft);
+        let field = place.with_min_y(place.top() + NAMES);
+        ui.scope_builder(UiBuilder::new().max_rect(field), |ui| number(ui, ctx, knob));
+    }
 }

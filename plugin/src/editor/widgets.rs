@@ -38,6 +38,14 @@ pub fn row<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce(&mut
 /// Width of the labels of [`row`], points.
 pub const LABEL_WIDTH: f32 = 76.0;
 
+/// A name with its value at the right, of less weight.
+pub fn fact(ui: &mut Ui, palette: &Palette, name: &str, value: &str) -> Response {
+    let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), 14.0), Sense::hover());
+    ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, name, Palette::caption(), palette.soft);
+    ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, value, Palette::caption(), palette.text);
+    response
+}
+
 /// A button with text, as wide as the text.
 pub fn button(ui: &mut Ui, palette: &Palette, text: &str) -> Response {
     face(ui, palette, text, false, 10.0)
@@ -80,10 +88,15 @@ pub fn segments(
     let mut clicked = None;
     let (whole, _) = ui.allocate_exact_size(Vec2::new(width, CONTROL), Sense::hover());
     ui.painter().rect_filled(whole, CornerRadius::same(ROUND), palette.control);
-    let part = width / options.len().max(1) as f32;
+    // Each as wide as its text, and what is left over shared out.
+    let lay = |text: &&str| ui.painter().layout_no_wrap((*text).to_owned(), Palette::body(), palette.text).size().x;
+    let texts = options.iter().map(lay).collect::<Vec<_>>();
+    let spare = (width - texts.iter().sum::<f32>()) / options.len().max(1) as f32;
+    let mut left = whole.left();
     for (index, text) in options.iter().enumerate() {
-        let left = whole.left() + part * index as f32;
+        let part = texts[index] + spare;
         let rect = Rect::from_min_size(egui::pos2(left, whole.top()), Vec2::new(part, CONTROL));
+        left += part;
         let response = ui.interact(rect, ui.scope_id().with((options, index)), Sense::click());
         let on = index == chosen;
         let can = enabled(index);

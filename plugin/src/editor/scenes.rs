@@ -1,0 +1,286 @@
+//! The panel on the left: what there is to play, and what is played.
+
+use super::ctx::Ctx;
+use super::theme::{GRID, Palette, ROUND, faded};
+use super::widgets::{button, focus_ring, heading, note};
+use crate::lister::{Listed, Lister, Listing};
+use crate::params::{SLOTS, SceneChoice};
+use crate::remote::Knob;
+use crate::worker::{Desk, LISTER};
+use egui::{Align, CornerRadius, Frame, Layout, Margin, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, WidgetInfo, vec2};
+use nice_plug::nice_error;
+use nice_plug::prelude::Enum;
+use promenade_core::{Scene, Tier};
+use std::sync::Arc;
+
+/// Width, points.
+const WIDTH: f32 = 224.0;
+/// Height of a line of the list, points.
+const LINE: f32 = 44.0;
+
+/// The list with its search.
+pub(super) struct Scenes {
+    lister: Arc<Lister>,
+    desk: Option<Desk>,
+    search: String,
+    /// Whether the folders are shown.
+    folders: bool,
+}
+
+/// What a line of the list chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pick {
+    Factory(usize),
+    Slot(usize),
+}
+
+impl Scenes {
+    /// Begins to list.
+    pub(super) fn new(lister: Arc<Lister>) -> Self {
+        let desk =
+            Desk::new(&LISTER, lister.clone()).inspect_err(|error| nice_error!("no thread to list scenes on: {error}")).ok();
+        let scenes = Self { lister, desk, search: String::new(), folders: false };
+        scenes.list();
+        scenes
+    }
+
+    /// What the library has, as far as it is known.
+    pub(super) fn listing(&self) -> Arc<Listing> {
+        self.lister.newest()
+    }
+
+    fn list(&self) {
+        if let Some(desk) = &self.desk {
+            desk.call();
+        }
+    }
+
+    /// Shows it.
+    pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin { left: 12, right: 8, top: 4, bottom: 8 });
+        egui::Panel::left("scenes").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
+            let listing = ctx.listing;
+            self.head(ui, ctx, listing);
+            let about = if ui.available_height() > 360.0 { 156.0 } else { 0.0 };
+            let height = (ui.available_height() - about).max(80.0);
+            ScrollArea::vertical().max_height(height).auto_shrink(false).show(ui, |ui| {
+                ui.set_width(ui.available_width() - 4.0);
+                self.lines(ui, ctx, listing);
+            });
+            if about > 0.0
+                && let Some(scene) = ctx.scene
+            {
+                about_scene(ui, ctx.palette, scene);
+            }
+        });
+    }
+
+    fn head(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, listing: &Listing) {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Scenes").font(Palette::heading()).color(ctx.palette.text));
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if button(ui, ctx.palette, "Folder").on_hover_text("Where your own scenes and camera paths go").clicked() {
+                    self.folders = !self.folders;
+                }
+                if button(ui, ctx.palette, "Refresh").on_hover_text("Look for new files").clicked() {
+                    self.list();
+                }
+            });
+        });
+        if self.folders {
+            for folder in &listing.folders {
+                note(ui, ctx.palette, folder.display().to_string());
+                ui.horizontal(|ui| {
+                    if button(ui, ctx.palette, "Copy path").clicked() {
+                        ui.ctx().copy_text(folder.display().to_string());
+                    }
+                    if folder.is_dir() && button(ui, ctx.palette, "Open").clicked() {
+                        ui.ctx().open_url(egui::OpenUrl::new_tab(folder.display()));
+                    }
+                });
+            }
+        }
+        let search = TextEdit::singleline(&mut self.search)
+            .hint_text("Search")
+            .margin(Margin::symmetric(8, 5))
+            .desired_width(ui.available_width() - 4.0);
+        ui.add(search);
+        ui.add_space(GRID);
+    }
+
+    fn lines(&self, ui: &mut Ui, ctx: &mut Ctx<'_>, listing: &Listing) {
+        let wanted = self.search.trim().to_lowercase();
+        let chosen = chosen(ctx);
+        let factory = listing.factory.iter().enumerate().map(|(index, listed)| (Pick::Factory(index), listed));
+        let library = listing.scenes.iter().enumerate().map(|(index, listed)| (Pick::Slot(index + 1), listed));
+        let mut clicked = None;
+        let kept = ctx.params().scene_reference.get().0;
+        for (title, lines) in [("Built in", factory.collect::<Vec<_>>()), ("Library", library.collect())] {
+            caption(ui, ctx.palette, title);
+            let shown = lines.iter().filter(|(_, listed)| matches(listed, &wanted)).collect::<Vec<_>>();
+            if title == "Library" && kept.is_some() && matches!(chosen, Pick::Slot(0)) {
+                note(ui, ctx.palette, format!("Saved with the project: {}", kept.title));
+            }
+            if shown.is_empty() {
+                let why = if lines.is_empty() { "No scene files in the library's folders" } else { "None found" };
+                note(ui, ctx.palette, why);
+            }
+            for (pick, listed) in shown {
+                if line(ui, ctx.palette, *pick, listed, *pick == chosen) {
+                    clicked = Some(*pick);
+                }
+            }
+        }
+        match clicked {
+            Some(Pick::Factory(index)) => ctx.set(Knob::Scene, index as f32),
+            Some(Pick::Slot(slot)) => {
+                // The slot first: the scene that was chosen before is not read again in between.
+                ctx.set(Knob::Slot, slot as f32);
+                ctx.set(Knob::Scene, SceneChoice::Library.to_index() as f32);
+            }
+            None => {}
+        }
+    }
+}
+
+/// What the parameters choose.
+fn chosen(ctx: &Ctx<'_>) -> Pick {
+    let scene = ctx.index(Knob::Scene);
+    if scene == SceneChoice::Library.to_index() { Pick::Slot(ctx.index(Knob::Slot)) } else { Pick::Factory(scene) }
+}
+
+/// Whether a scene is what is searched for, by anything that is written about it.
+fn matches(listed: &Listed, wanted: &str) -> bool {
+    let has = |text: &str| text.to_lowercase().contains(wanted);
+    let said = match &listed.card {
+        Some(Ok(card)) => [&card.provenance.credit, &card.provenance.licence].into_iter().any(|text| has(text)),
+        _ => false,
+    };
+    wanted.is_empty() || has(listed.title()) || has(listed.file_name()) || said
+}
+
+fn caption(ui: &mut Ui, palette: &Palette, text: &str) {
+    ui.add_space(GRID);
+    ui.label(RichText::new(text).font(Palette::caption()).color(palette.soft));
+}
+
+/// A size as it is read.
+fn size(bytes: u64) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "a size to be read")]
+    let bytes = bytes as f64;
+    if bytes < 1e6 { format!("{:.0} kB", bytes / 1e3) } else { format!("{:.1} MB", bytes / 1e6) }
+}
+
+/// A line of the list; says whether it was clicked.
+fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -> bool {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::click());
+    let beyond = matches!(pick, Pick::Slot(slot) if i32::try_from(slot).is_ok_and(|slot| slot > SLOTS));
+    let fill = match (on, response.hovered()) {
+        (true, _) => faded(palette.accent, 0.16),
+        (false, true) => palette.control,
+        (false, false) => palette.panel,
+    };
+    ui.painter().rect_filled(rect, CornerRadius::same(ROUND), fill);
+    if on {
+        let mark = egui::Rect::from_min_size(rect.min + vec2(0.0, 8.0), vec2(3.0, LINE - 16.0));
+        ui.painter().rect_filled(mark, CornerRadius::same(1), palette.accent);
+    }
+    let (below, colour) = match &listed.card {
+        None => ("reading".to_owned(), palette.soft),
+        Some(Err(_)) => ("cannot be read".to_owned(), palette.error),
+        Some(Ok(_)) if beyond => (format!("beyond slot {SLOTS}"), palette.warn),
+        Some(Ok(card)) => (format!("{}  {}", size(listed.bytes), card.provenance.licence), palette.soft),
+    };
+    let inside = rect.shrink2(vec2(10.0, 0.0));
+    let short = |text: &str, font: egui::FontId, colour, width: f32| {
+        let mut job = egui::text::LayoutJob::simple_singleline(text.to_owned(), font, colour);
+        job.wrap = egui::text::TextWrapping::truncate_at_width(width);
+        ui.painter().layout_job(job)
+    };
+    let title_colour = if on { palette.accent } else { palette.text };
+    let title = short(listed.title(), Palette::body(), title_colour, inside.width());
+    ui.painter().galley(inside.min + vec2(0.0, 6.0), title, title_colour);
+    let tiers = if matches!(listed.card, Some(Ok(_))) { TIER_MARKS } else { 0.0 };
+    let second = short(&below, Palette::caption(), colour, inside.width() - tiers);
+    ui.painter().galley(inside.min + vec2(0.0, 24.0), second, colour);
+    if let Some(Ok(card)) = &listed.card {
+        for (index, tier) in Tier::ALL.into_iter().enumerate() {
+            let has = card.tiers.contains(&tier);
+            let at = egui::pos2(inside.right() - 4.0 - (3 - index) as f32 * 9.0, rect.top() + 31.0);
+            let colour = if has { palette.accent } else { palette.line };
+            ui.painter().circle_filled(at, 3.0, colour);
+        }
+    }
+    focus_ring(ui, palette, &response, rect.shrink(1.0), ROUND);
+    response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, !beyond, on, listed.title()));
+    response.on_hover_ui(|ui| tooltip(ui, palette, listed)).clicked() && !on && !beyond
+}
+
+/// Room for the four marks of tiers, points.
+const TIER_MARKS: f32 = 44.0;
+
+/// Everything that is known of a listed scene.
+fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
+    ui.set_max_width(320.0);
+    ui.label(RichText::new(listed.title()).font(Palette::heading()).color(palette.text));
+    match &listed.card {
+        Some(Ok(card)) => {
+            let tiers = card.tiers.iter().map(|tier| tier.name()).collect::<Vec<_>>().join(", ");
+            note(ui, palette, &card.provenance.credit);
+            note(ui, palette, format!("Licence: {}", card.provenance.licence));
+            note(ui, palette, format!("Tiers: {tiers}. {}, {} held-out measurements", size(listed.bytes), card.held_out));
+        }
+        Some(Err(error)) => {
+            ui.label(RichText::new(error).font(Palette::caption()).color(palette.error));
+        }
+        None => note(ui, palette, "Being read"),
+    }
+    if !listed.path.as_os_str().is_empty() {
+        note(ui, palette, listed.path.display().to_string());
+    }
+}
+
+/// Credit, licence and notes of the scene that is played.
+fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) {
+    ui.add_space(GRID);
+    let rule = ui.available_rect_before_wrap();
+    ui.painter().hline(rule.x_range(), rule.top(), egui::Stroke::new(1.0, palette.line));
+    heading(ui, palette, "Playing");
+    ScrollArea::vertical().id_salt("playing").auto_shrink(false).show(ui, |ui| {
+        ui.set_width(ui.available_width() - 4.0);
+        ui.spacing_mut().item_spacing = Vec2::new(GRID, 2.0);
+        ui.label(RichText::new(scene.title()).color(palette.text));
+        note(ui, palette, scene.credit());
+        note(ui, palette, format!("Licence: {}", scene.licence()));
+        let grid = scene.grid();
+        let kind = match (scene.field(), scene.cloud()) {
+            (Some(_), Some(_)) => "Baked field and live decoder",
+            (Some(_), None) => "Baked field",
+            (None, Some(_)) => "Live decoder",
+            (None, None) => "Empty",
+        };
+        note(ui, palette, format!("{kind}, {} at {} Hz", size(scene.memory_bytes() as u64), grid.sample_rate_hz));
+        for text in &scene.provenance().notes {
+            note(ui, palette, format!("Note: {text}"));
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_easily() {
+        assert_eq!((size(812_000), size(1_374_352)), ("812 kB".to_owned(), "1.4 MB".to_owned()));
+    }
+
+    #[test]
+    fn a_search_looks_at_title_and_credit() {
+        let lister = Lister::new(nice_plug_egui::RepaintNotifier::new());
+        crate::worker::Chore::serve(&*lister);
+        let listing = lister.newest();
+        let found = |wanted: &str| listing.factory.iter().filter(|listed| matches(listed, wanted)).count();
+        assert_eq!((found(""), found("office"), found("surrey"), found("nothing of the kind")), (2, 1, 2, 0));
+    }
+}

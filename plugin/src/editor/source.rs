@@ -1,0 +1,44 @@
+//! Where the pose comes from, in words.
+
+use super::ctx::Ctx;
+use crate::listener::Base;
+use crate::params::{Follow, GroupChoice};
+use crate::remote::Knob;
+use nice_plug::prelude::Enum;
+
+/// What moves the listener.
+#[must_use]
+pub fn words(ctx: &Ctx<'_>) -> String {
+    let follow = Follow::from_index(ctx.index(Knob::Follow));
+    let group = GroupChoice::from_index(ctx.index(Knob::Group));
+    let path = match follow {
+        Follow::Transport => "Camera path, transport",
+        Follow::Position | Follow::Off => "Camera path, position knob",
+    };
+    let base = match ctx.frame.base {
+        Base::Knobs if follow != Follow::Off => "Knobs: there is no camera path".to_owned(),
+        Base::Knobs => "Knobs".to_owned(),
+        Base::Path => path.to_owned(),
+        Base::PathAndKnobs => format!("{path}, knobs added"),
+        Base::Tracker => "Head tracker alone".to_owned(),
+        Base::Group => format!("Group {}, led by another instance", letter(group)),
+    };
+    let tracked = if ctx.frame.tracked && ctx.frame.base != Base::Tracker { " + tracker" } else { "" };
+    let leads = if ctx.frame.leads { format!(", leads group {}", letter(group)) } else { String::new() };
+    format!("{base}{tracked}{leads}")
+}
+
+/// Why the position and angle knobs are not in force; `None` where they are.
+#[must_use]
+pub fn reason(ctx: &Ctx<'_>) -> Option<&'static str> {
+    match ctx.frame.base {
+        Base::Knobs | Base::PathAndKnobs => None,
+        Base::Path => Some("The camera path moves the listener; the knobs wait"),
+        Base::Tracker => Some("The head tracker stands alone; the knobs wait"),
+        Base::Group => Some("The group's leader moves the listener; the knobs wait"),
+    }
+}
+
+fn letter(group: GroupChoice) -> &'static str {
+    GroupChoice::variants().get(group.to_index()).copied().unwrap_or_default()
+}

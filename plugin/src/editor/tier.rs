@@ -1,0 +1,78 @@
+//! The tier: what is asked for, what is played, what it costs.
+
+use super::ctx::Ctx;
+use super::knobs::{choice, slider};
+use super::theme::Palette;
+use super::widgets::fact;
+use crate::params::TierChoice;
+use crate::remote::Knob;
+use egui::{RichText, Ui};
+use nice_plug::prelude::Enum;
+use promenade_core::{Scene, Tier};
+
+/// Shows choice, outcome and cost.
+pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    let scene = ctx.scene;
+    choice(ui, ctx, Knob::Tier, |index| scene.is_none_or(|scene| scene.has_tier(Tier::ALL[index.min(3)])));
+    let asked = Tier::from(TierChoice::from_index(ctx.index(Knob::Tier)));
+    let played = ctx.frame.tier;
+    if let Some(scene) = scene {
+        let (text, colour) = match why_not(scene, asked, played) {
+            Some(why) => (format!("{} asked, {} played: {why}", title(asked), title(played)), ctx.palette.warn),
+            None => (format!("{} is played", title(played)), ctx.palette.soft),
+        };
+        ui.label(RichText::new(text).font(Palette::caption()).color(colour));
+    }
+    fact(ui, ctx.palette, "Processor", &format!("{:.1} %", ctx.frame.load * 100.0));
+    // A scene keeps measurements to judge it by, no errors of its own.
+    fact(ui, ctx.palette, "Error", "not measured").on_hover_text(scene.map_or_else(String::new, |scene| {
+        format!(
+            "The scene file states no error. It has {} measurements to tell it by: promenade measure",
+            scene.held_out().len()
+        )
+    }));
+    let decodes = played >= Tier::High && scene.is_some();
+    ui.scope(|ui| {
+        if !decodes {
+            ui.multiply_opacity(0.6);
+        }
+        slider(ui, ctx, Knob::Rate, "Decodes");
+    });
+}
+
+/// A tier's name as it is shown.
+fn title(tier: Tier) -> &'static str {
+    TierChoice::variants().get(tier as usize).copied().unwrap_or_default()
+}
+
+/// Why another tier is played than was asked for.
+fn why_not(scene: &Scene, asked: Tier, played: Tier) -> Option<&'static str> {
+    if asked == played {
+        return None;
+    }
+    Some(match asked {
+        Tier::Draft | Tier::Standard if scene.field().is_none() => "this scene has no baked field",
+        Tier::Standard => "this scene has no time filters",
+        Tier::High | Tier::Reference if scene.cloud().is_none() => "this scene has no decoder",
+        Tier::Reference if !scene.has_tier(Tier::Reference) => "this scene has no convolution layers",
+        _ => "it is not ready",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::factory;
+
+    #[test]
+    fn a_tier_that_a_scene_lacks_is_explained() {
+        let field = Scene::from_bytes(factory::ROOM_A.bytes).unwrap();
+        assert_eq!(why_not(&field, Tier::Standard, Tier::Standard), None);
+        assert_eq!(why_not(&field, Tier::High, Tier::Standard), Some("this scene has no decoder"));
+        let cloud = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes/box.promenade");
+        let cloud = Scene::from_bytes(&std::fs::read(cloud).unwrap()).unwrap();
+        let played = |asked| cloud.played_tier(asked);
+        assert_eq!(why_not(&cloud, Tier::Standard, played(Tier::Standard)), Some("this scene has no baked field"));
+        assert_eq!(Tier::ALL.map(title), ["Draft", "Standard", "High", "Reference"]);
+    }
+}

@@ -1,0 +1,164 @@
+//! Lists what there is to play, for an editor, without reading whole scenes.
+
+use crate::factory::{self, FactoryScene};
+use crate::library;
+use crate::worker::Chore;
+use nice_plug_egui::RepaintNotifier;
+use promenade_core::SceneCard;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
+
+/// A scene as it is listed.
+#[derive(Clone, Debug)]
+pub struct Listed {
+    /// Where it is; empty for a factory scene.
+    pub path: PathBuf,
+    /// Size of the file, bytes.
+    pub bytes: u64,
+    /// What the file says about itself, or what is wrong with it; `None` until it is read.
+    pub card: Option<Result<Arc<SceneCard>, String>>,
+    changed: Option<SystemTime>,
+}
+
+impl Listed {
+    /// The file's name without its extension.
+    #[must_use]
+    pub fn file_name(&self) -> &str {
+        self.path.file_stem().and_then(|name| name.to_str()).unwrap_or_default()
+    }
+
+    /// The scene's title, or the file's name until that is known.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        match &self.card {
+            Some(Ok(card)) if !card.provenance.title.is_empty() => &card.provenance.title,
+            _ => self.file_name(),
+        }
+    }
+}
+
+/// What there is to play.
+#[derive(Clone, Debug, Default)]
+pub struct Listing {
+    /// The built-in scenes, in the order of [`crate::params::SceneChoice`].
+    pub factory: Vec<Listed>,
+    /// The library's scenes; the first is in slot 1.
+    pub scenes: Vec<Listed>,
+    /// The library's camera paths; the first is in slot 1.
+    pub walks: Vec<PathBuf>,
+    /// The folders that were searched.
+    pub folders: Vec<PathBuf>,
+}
+
+/// Makes the list on a thread of its own.
+pub struct Lister {
+    newest: Mutex<Arc<Listing>>,
+    repaint: RepaintNotifier,
+}
+
+impl Lister {
+    /// Nothing listed yet; `repaint` is told of news.
+    #[must_use]
+    pub fn new(repaint: RepaintNotifier) -> Arc<Self> {
+        Arc::new(Self { newest: Mutex::default(), repaint })
+    }
+
+    /// What is known so far.
+    #[must_use]
+    pub fn newest(&self) -> Arc<Listing> {
+        Arc::clone(&self.newest.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn tell(&self, listing: &Listing) {
+        *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(listing.clone());
+        self.repaint.request_repaint();
+    }
+
+    /// Lists names at once, then reads what each file says; what has not changed is not read again.
+    fn list(&self, folders: Vec<PathBuf>) {
+        let old = self.newest();
+        let known = |path: &Path| old.scenes.iter().find(|listed| listed.path == path);
+        let mut listing = Listing {
+            factory: [factory::ROOM_A, factory::ROOM_B].iter().map(built_in).collect(),
+            walks: library::files(&folders, library::WALKS),
+            scenes: Vec::new(),
+            folders,
+        };
+        for path in library::files(&listing.folders, library::SCENES) {
+            let meta = std::fs::metadata(&path).ok();
+            let (bytes, changed) = meta.map_or((0, None), |meta| (meta.len(), meta.modified().ok()));
+            let same = known(&path).filter(|listed| listed.bytes == bytes && listed.changed == changed);
+            let card = same.and_then(|listed| listed.card.clone());
+            listing.scenes.push(Listed { path, bytes, card, changed });
+        }
+        self.tell(&listing);
+        for index in 0..listing.scenes.len() {
+            if listing.scenes[index].card.is_none() {
+                listing.scenes[index].card = Some(card_at(&listing.scenes[index].path).map(Arc::new));
+                self.tell(&listing);
+            }
+        }
+    }
+}
+
+impl Chore for Lister {
+    fn serve(&self) {
+        self.list(library::folders());
+    }
+}
+
+fn built_in(scene: &FactoryScene) -> Listed {
+    let card = SceneCard::from_head(scene.bytes).map(Arc::new).map_err(|error| error.to_string());
+    Listed { path: PathBuf::new(), bytes: scene.bytes.len() as u64, card: Some(card), changed: None }
+}
+
+/// Reads the head of a file.
+fn card_at(path: &Path) -> Result<SceneCard, String> {
+    let read = |path: &Path| -> std::io::Result<Result<SceneCard, String>> {
+        let mut file = File::open(path)?;
+        let mut head = Vec::new();
+        file.by_ref().take(8).read_to_end(&mut head)?;
+        let length = match SceneCard::head_len(&head) {
+            Ok(length) => length,
+            Err(error) => return Ok(Err(error.to_string())),
+        };
+        // What the file says of its length is believed only as far as there are bytes.
+        file.take((length - head.len()) as u64).read_to_end(&mut head)?;
+        Ok(SceneCard::from_head(&head).map_err(|error| error.to_string()))
+    };
+    read(path).map_err(|error| error.to_string()).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use promenade_core::Tier;
+
+    #[test]
+    fn every_file_is_listed_with_what_it_says_or_what_is_wrong() {
+        let folder = std::env::temp_dir().join(format!("promenade-lister-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("a.promenade"), factory::ROOM_B.bytes).unwrap();
+        std::fs::write(folder.join("b.promenade"), b"none").unwrap();
+        std::fs::write(folder.join("c.promenade"), u64::MAX.to_le_bytes()).unwrap();
+        std::fs::write(folder.join("walk.json"), "[]").unwrap();
+        let lister = Lister::new(RepaintNotifier::new());
+        lister.list(vec![folder.clone()]);
+        let listing = lister.newest();
+        assert_eq!((listing.factory.len(), listing.scenes.len(), listing.walks.len()), (2, 3, 1));
+        let card = listing.scenes[0].card.as_ref().unwrap().as_ref().unwrap();
+        assert_eq!(card.tiers, [Tier::Draft, Tier::Standard]);
+        assert_eq!(listing.scenes[0].title(), "IoSR Room B, class room");
+        for (scene, words) in [(&listing.scenes[1], "found 4"), (&listing.scenes[2], "at most")] {
+            let error = scene.card.as_ref().unwrap().as_ref().unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+        assert_eq!(listing.scenes[1].title(), "b");
+        std::fs::remove_dir_all(&folder).unwrap();
+        lister.list(vec![folder]);
+        assert!(lister.newest().scenes.is_empty());
+    }
+}
