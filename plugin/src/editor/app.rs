@@ -42,6 +42,9 @@ fn acts(input: &InputState) -> bool {
 /// The host is taken not to ask for sound when the audio thread has told nothing for this long, seconds.
 const SILENT_S: f64 = 0.4;
 
+/// The host is taken not to ask for sound when the audio thread has told nothing for this long, seconds.
+const SILENT_S: f64 = 0.4;
+
 /// Everything that lives as long as one window.
 pub(super) struct App {
     instance: Instance,

@@ -1,7 +1,7 @@
 //! The panel on the right: pose, sources, quality, output.
 
 use super::ctx::Ctx;
-use super::knobs::{choice, list, number, slider, toggle};
+use super::knobs::{choice, list, number, slider};
 use super::meter::Meters;
 use super::theme::{CONTROL, GRID, Palette};
 use super::view::reset;
@@ -63,10 +63,8 @@ fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         slider(ui, ctx, Knob::Path, "Position");
     });
     row(ui, ctx.palette, "Path", |ui| paths(ui, ctx));
-    toggle(ui, ctx, Knob::Offset, "Add the knobs to the path");
     row(ui, ctx.palette, "Tracker", |ui| list(ui, ctx, Knob::Tracking));
     row(ui, ctx.palette, "Group", |ui| list(ui, ctx, Knob::Group));
-    toggle(ui, ctx, Knob::Lead, "Lead the group");
 }
 
 /// The camera path: the one that is saved with the project, or one of the library.
