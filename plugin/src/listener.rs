@@ -266,3 +266,7 @@ mod tests {
         check(glide.follow(&at(-4.0, 0.0), 0.005), -4.0, 0.0);
     }
 }
+
+#[cfg(test)]
+#[path = "listener_tests.rs"]
+mod sound_tests;

@@ -165,5 +165,8 @@ fn note(config: &OscConfig) -> String {
     if KEYWORDS.contains(&name.as_str()) {
         notes.push(format!("The name {name} means something else in addresses: this instance cannot be addressed by it."));
     }
+    if config.format == TrackerFormat::Custom && !config.custom.address.starts_with('/') {
+        notes.push("The custom address does not begin with a slash: no message has it.".to_owned());
+    }
     notes.join(" ")
 }

@@ -39,8 +39,6 @@ fn acts(input: &InputState) -> bool {
     };
     input.events.iter().any(begins)
 }
-/// The host is taken not to ask for sound when the audio thread has told nothing for this long, seconds.
-const SILENT_S: f64 = 0.4;
 
 /// The host is taken not to ask for sound when the audio thread has told nothing for this long, seconds.
 const SILENT_S: f64 = 0.4;

@@ -148,7 +148,7 @@ mod tests {
         let mut batch = Batch::new();
         batch.fill(&to).unwrap();
         assert!(batch.is_empty());
-        from.send(&[b'/'; 65_507]).unwrap();
+        from.send(&vec![b'/'; 65_507]).unwrap();
         batch.fill(&to).unwrap();
         assert_eq!(batch.thin().garbage.len(), 1);
     }

@@ -4,7 +4,7 @@ use super::config::{CustomArguments, CustomTracker, OscConfig};
 use super::format::TrackerFormat;
 use super::inbox::Inbox;
 use super::receiver::{Message, Receiver};
-use super::{AxisMap, Recenter};
+use super::{AxisMap, Interface, Recenter};
 use crate::params::PromenadeParams;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -32,11 +32,15 @@ impl Instance {
         Self::new(&OscConfig { format, ..OscConfig::default() })
     }
 
-    fn hear(&self, (address, values): &Sent) -> &Self {
+    fn hear(&self, sent: &Sent) -> &Self {
+        self.hear_from([127, 0, 0, 1], sent)
+    }
+
+    fn hear_from(&self, ip: [u8; 4], (address, values): &Sent) -> &Self {
         #[expect(clippy::cast_possible_truncation, reason = "trackers send single precision")]
         let args = values.iter().map(|value| OscType::Float(*value as f32)).collect();
         let bytes = encoder::encode(&OscPacket::Message(OscMessage { addr: (*address).to_owned(), args })).unwrap();
-        let source = ([127, 0, 0, 1], 9).into();
+        let source = (ip, 9).into();
         self.receiver.take(&Message { source, address, bytes: &bytes, arguments: OnceCell::new() });
         self.receiver.commit();
         let (counts, ..) = self.receiver.report();
@@ -241,6 +245,27 @@ fn axes_are_mapped_on_top_of_the_format_but_not_of_our_own_addresses() {
     check("quaternion", instance.hear(&("/quaternion", vec![c, 0.0, 0.0, -s])).pose(), [0.0, 20.0, 0.0]);
     assert_eq!(instance.hear(&("/xyz", vec![1.0, 2.0, 3.0])).pose().position, Vec3::new(2.0, 1.0, 3.0));
     check("our own", instance.hear(&("/promenade/ypr", vec![30.0, 0.0, 20.0])).pose(), [30.0, 0.0, 20.0]);
+}
+
+#[test]
+fn a_telephone_on_the_head_is_a_matter_of_axes() {
+    // Device axes x right, y forward, z up, as docs/head-tracking.md says to map them.
+    let axes = AxisMap { order: [0, 2, 1], invert: [false, false, true] };
+    let custom = CustomTracker { address: "/*/quaternion".to_owned(), arguments: CustomArguments::QuaternionXyzw };
+    let instance = Instance::new(&OscConfig { format: TrackerFormat::Custom, axes, custom, ..OscConfig::default() });
+    let ((l, lc), (u, uc), (r, rc)) = (half(30.0), half(20.0), half(10.0));
+    check("left", instance.hear(&("/7f/quaternion", vec![0.0, 0.0, l, lc])).pose(), [30.0, 0.0, 0.0]);
+    check("up", instance.hear(&("/7f/quaternion", vec![u, 0.0, 0.0, uc])).pose(), [0.0, 20.0, 0.0]);
+    check("right", instance.hear(&("/7f/quaternion", vec![0.0, r, 0.0, rc])).pose(), [0.0, 0.0, 10.0]);
+}
+
+#[test]
+fn only_who_wants_networks_hears_them() {
+    let (left, right) = (("/promenade/ypr", vec![30.0, 0.0, 0.0]), ("/promenade/ypr", vec![-30.0, 0.0, 0.0]));
+    let instance = Instance::new(&OscConfig::default());
+    check("not from a network", instance.hear(&left).hear_from([192, 168, 1, 7], &right).pose(), [30.0, 0.0, 0.0]);
+    let wide = Instance::new(&OscConfig { interface: Interface::Any, ..OscConfig::default() });
+    check("from a network", wide.hear(&left).hear_from([192, 168, 1, 7], &right).pose(), [-30.0, 0.0, 0.0]);
 }
 
 #[test]

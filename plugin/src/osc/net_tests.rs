@@ -220,6 +220,13 @@ fn garbage_is_counted_with_its_reason() {
     let status = instance.status_that(|status| status.unknown == 1);
     assert_eq!((status.garbage, status.messages, status.tracker_s), (3, 4, None));
     assert!(status.note.contains("pose means something else"), "{}", status.note);
+    instance.change(|config| {
+        (config.name, config.format) = (String::new(), TrackerFormat::Custom);
+        config.custom.address = "head".to_owned();
+    });
+    assert!(instance.osc.status().note.contains("slash"), "{}", instance.osc.status().note);
+    instance.change(|config| config.format = TrackerFormat::Supperware);
+    assert_eq!(instance.osc.status().note, "");
     to.send(&ypr("/ypr", 3.0)).unwrap();
     assert!(instance.status_that(|status| status.tracker_s.is_some()).tracker_s < Some(20.0));
 }
@@ -315,6 +322,11 @@ fn an_unknown_host_is_said_to_be_unknown() {
     let instance = Instance::new(OscConfig { out, ..OscConfig::default() });
     let status = instance.status_that(|status| matches!(status.sending, Sending::Failed(_)));
     assert!(matches!(&status.sending, Sending::Failed(words) if words.contains("no-such-host.invalid")), "{status:?}");
+    for (host, port, words) in [("", 9000, "no host"), ("127.0.0.1", 0, "1 to 65535")] {
+        instance.change(|config| config.out = OscOut { on: true, host: host.to_owned(), port, ..OscOut::default() });
+        let sending = instance.osc.status().sending;
+        assert!(matches!(&sending, Sending::Failed(found) if found.contains(words)), "{sending:?}");
+    }
     // Nobody listens there: that is no error, it may start later.
     let port = free_port();
     instance.telemetry.pose.write(0.0, &Pose::IDENTITY);

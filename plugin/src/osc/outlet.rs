@@ -96,6 +96,8 @@ impl Outlet {
             sent: AtomicU64::new(0),
         });
         match literal(&config.out.host) {
+            _ if config.out.port == 0 => feed.connect(Err("a port is a number from 1 to 65535".to_owned())),
+            _ if config.out.host.trim().is_empty() => feed.connect(Err("no host to send to".to_owned())),
             Some(ip) => feed.connect(Ok(SocketAddr::new(ip, config.out.port))),
             None => {
                 let desk = Desk::new(&RESOLVER, Arc::new(Lookup(Arc::downgrade(&feed))))?;
