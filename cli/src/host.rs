@@ -4,7 +4,7 @@ use crate::args::HostArgs;
 use crate::{progress, report};
 use anyhow::{Context, Result, bail};
 use promenade_baker::wav::{self, Format, Wav, WavReader, WavWriter};
-use promenade_baker::{BakeError, atomic, resample};
+use promenade_baker::{FileError, atomic, resample};
 use promenade_host::{AutomationFile, Bounce, Bundle, Instance, Setup};
 use std::path::Path;
 use std::time::Instant;
@@ -50,7 +50,7 @@ impl Source {
     }
 
     /// Fills each channel with the next samples, and with silence after the last.
-    fn fill(&mut self, count: usize, block: &mut [Vec<f32>]) -> Result<(), BakeError> {
+    fn fill(&mut self, count: usize, block: &mut [Vec<f32>]) -> Result<(), FileError> {
         block.iter_mut().for_each(Vec::clear);
         match self {
             Self::File(reader) => drop(reader.read(count, block)?),
@@ -101,15 +101,11 @@ fn list(args: &HostArgs, bundle: &Bundle) -> Result<()> {
     let mut instance = opened(args, bundle, rate_hz, 2).or_else(|_| opened(args, bundle, rate_hz, 1))?;
     let latency = instance.latency()?;
     let info = instance.info();
-    let mut text = format!(
-        "{} {} ({}), by {}\nid {}\nlatency {latency} samples at {rate_hz} Hz, {:.2} ms\n",
-        info.name,
-        info.version,
-        bundle.format(),
-        info.vendor,
-        info.id,
-        1e3 * latency as f64 / f64::from(rate_hz)
-    );
+    let version = if info.version.is_empty() { "without a version" } else { &info.version };
+    let vendor = if info.vendor.is_empty() { "nobody named" } else { &info.vendor };
+    let latency_ms = 1e3 * latency as f64 / f64::from(rate_hz);
+    let mut text = format!("{} {version} ({}), by {vendor}\nid {}\n", info.name, bundle.format(), info.id);
+    text += &format!("latency {latency} samples at {rate_hz} Hz, {latency_ms:.2} ms\n");
     for other in bundle.plugins().iter().filter(|other| *other != info) {
         text += &format!("also in it: {} ({})\n", other.name, other.id);
     }

@@ -12,6 +12,7 @@ in_both_formats!(
     a_pose_sounds_as_it_is_rendered,
     a_camera_path_along_the_transport_sounds_as_it_is_rendered,
     automation_is_on_its_sample,
+    the_documented_automation_is_played,
     another_rate_is_converted_to,
     what_is_wrong_is_said_in_one_line,
 );
@@ -160,6 +161,20 @@ fn automation_is_on_its_sample<H: Host>() {
     assert!((level_db + 6.0).abs() < 0.1, "{level_db} dB");
 }
 
+fn the_documented_automation_is_played<H: Host>() {
+    let place = Place::new::<H>();
+    let input = place.dry(&[&noise(60_000)]);
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/hosts.md")).unwrap();
+    let example = page.split("```json").nth(1).and_then(|rest| rest.split("```").next()).expect("the page has an example");
+    std::fs::write(place.path("moves.json"), example).unwrap();
+    let moved = place.host(&input, &["--automation", &place.text("moves.json")]);
+    // At the start it is a pose; then the head turns, the gain falls and the dry sound comes in.
+    let still = place.render(&input, moved[0].len(), &["--pose", "0,0,0,-60,0,0"]);
+    let part = |ears: &[Vec<f32>; 2], from: usize| [0, 1].map(|ear| ears[ear][from..from + 200].to_vec());
+    assert!(difference_db(&part(&moved, 0), &part(&still, 0)) < -60.0);
+    assert!(difference_db(&part(&moved, 50_000), &part(&still, 50_000)) > -40.0);
+}
+
 fn another_rate_is_converted_to<H: Host>() {
     let place = Place::new::<H>();
     let tone: Vec<f32> = (0..24_000).map(|i| 0.5 * (i as f32 * 0.05).sin()).collect();
@@ -192,7 +207,7 @@ fn what_is_wrong_is_said_in_one_line<H: Host>() {
     };
     let automated = |text: &str| fails(&["--automation", &moves(text)]);
     for (line, said) in [
-        (fails(&["--set", "Jaw=3"]), "expected one of its 16 parameters, found \"Jaw\""),
+        (fails(&["--set", "Jaw=3"]), "parameters, found \"Jaw\""),
         (fails(&["--set", "Tier=Best"]), "such as \"Standard\", found \"Best\""),
         (fails(&["--state", &input]), "dry.wav"),
         (fails(&["--plugin", "Other"]), "expected a plugin \"Other\", found Promenade"),

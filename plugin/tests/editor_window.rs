@@ -7,6 +7,7 @@ use nice_plug::plugin::PluginState;
 use nice_plug::prelude::ParamPtr;
 use promenade_plugin::editor::{Instance, PromenadeEditor};
 use promenade_plugin::loader::Loader;
+use promenade_plugin::osc::Osc;
 use promenade_plugin::params::PromenadeParams;
 use promenade_plugin::telemetry::Telemetry;
 use std::sync::Arc;
@@ -61,6 +62,7 @@ fn a_closed_editor_leaves_nothing_behind() {
         params: Arc::clone(&params),
         loader: Arc::clone(&loader),
         telemetry: Arc::clone(&telemetry),
+        osc: Osc::new(Arc::clone(&params), Arc::default(), Arc::clone(&telemetry)),
         repaint,
     });
     let size = editor.size();

@@ -10,6 +10,7 @@ in_both_formats!(
     the_path_position_walks_the_camera_path,
     parameters_and_camera_paths_have_the_same_units,
     the_transport_walks_the_camera_path,
+    a_transport_without_a_tempo_walks_the_same,
     what_is_no_number_does_not_stay,
 );
 
@@ -134,6 +135,27 @@ fn the_transport_walks_the_camera_path<H: Host>() {
     let walking = settled(&mut host);
     assert!(difference_db(&walking, &turned::<H>(0.0)) > -60.0, "the transport does not move the listener");
     assert!(difference_db(&walking, &turned::<H>(90.0)) > -60.0, "the listener jumps to the end");
+}
+
+fn a_transport_without_a_tempo_walks_the_same<H: Host>() {
+    let walked = |tempo: Option<f64>| {
+        let mut host = turning::<H>();
+        host.set("follow", 1.0);
+        host.reopen(Setup { tempo, ..Setup::default() });
+        let signal = noise(48_000);
+        let mut out = [Vec::new(), Vec::new()];
+        host.play_from(0.0);
+        for (number, block) in signal.chunks(512).enumerate() {
+            // Changes cut the block; wrappers then repeat its position where there is no tempo to move it by.
+            for offset in (0..block.len()).step_by(100) {
+                host.set_at("gain", 0.8 + 0.01 * ((number + offset) % 3) as f64, offset);
+            }
+            out.iter_mut().zip(host.process(&[block, block])).for_each(|(all, new)| all.extend(new));
+        }
+        out
+    };
+    let difference = difference_db(&walked(Some(120.0)), &walked(None));
+    assert!(difference < -80.0, "{difference} dB");
 }
 
 fn what_is_no_number_does_not_stay<H: Host>() {
