@@ -183,7 +183,7 @@ mod tests {
             (Knob::Offset, OscType::Int(1), 1.0),
             (Knob::Slot, OscType::Int(12), 12.0),
         ] {
-            assert_eq!(plain(knob, &[argument.clone()]), Ok((wanted, false)), "{knob:?} {argument:?}");
+            assert_eq!(plain(knob, std::slice::from_ref(&argument)), Ok((wanted, false)), "{knob:?} {argument:?}");
         }
     }
 
