@@ -43,6 +43,9 @@ fn acts(input: &InputState) -> bool {
 /// The host is taken not to ask for sound when the audio thread has told nothing for this long, seconds.
 const SILENT_S: f64 = 0.4;
 
+/// A window narrower than this is narrow, points.
+const NARROW: f32 = 880.0;
+
 /// Everything that lives as long as one window.
 pub(super) struct App {
     instance: Instance,
@@ -173,6 +176,7 @@ impl NiceEguiApp for App {
             now_s,
             sounding,
             shows_time: false,
+            narrow: ui.available_width() < NARROW,
         };
         if self.before.is_none() && ui.input(acts) {
             self.before = Some(Recall::of(&params));
@@ -187,7 +191,7 @@ impl NiceEguiApp for App {
         mirror(&mut ctx);
         header::show(ui, &mut ctx);
         banner::show(ui, &ctx);
-        if ctx.settings.scenes {
+        if *ctx.list_is_open() {
             self.scenes.show(ui, &mut ctx);
         }
         side::right(ui, &mut ctx, &mut self.meters);

@@ -39,6 +39,8 @@ pub struct Instance {
 pub struct Selection {
     /// A keyframe of the camera path, by its number.
     pub keyframe: Option<usize>,
+    /// Whether the list of scenes is open in a narrow window.
+    pub list: bool,
 }
 
 /// One picture's worth of context.
@@ -75,6 +77,8 @@ pub struct Ctx<'a> {
     pub sounding: bool,
     /// Whether this picture shows the time of the transport; who shows it says so, and is painted again while it runs.
     pub shows_time: bool,
+    /// Whether the window is too narrow for everything at once.
+    pub narrow: bool,
 }
 
 impl Ctx<'_> {
@@ -82,6 +86,11 @@ impl Ctx<'_> {
     #[must_use]
     pub fn params(&self) -> &PromenadeParams {
         &self.instance.params
+    }
+
+    /// Whether the list of scenes is open. A narrow window keeps its room for the view until the user asks for the list.
+    pub fn list_is_open(&mut self) -> &mut bool {
+        if self.narrow { &mut self.selection.list } else { &mut self.settings.scenes }
     }
 
     /// A parameter's plain value: the one that the user is setting, else the one that is heard.

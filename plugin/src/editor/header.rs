@@ -22,8 +22,9 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
             mark(ui, palette);
             ui.label(RichText::new("Promenade").font(Palette::heading()).color(palette.text));
             ui.add_space(8.0);
-            if tab(ui, palette, "Scenes", ctx.settings.scenes).on_hover_text("Show or hide the list of scenes").clicked() {
-                ctx.settings.scenes = !ctx.settings.scenes;
+            let open = ctx.list_is_open();
+            if tab(ui, palette, "Scenes", *open).on_hover_text("Show or hide the list of scenes").clicked() {
+                *open = !*open;
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let (other, name) = match ctx.settings.theme {

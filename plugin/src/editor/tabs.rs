@@ -15,7 +15,7 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>, panels: &mut [Box<dyn Panel>]
     let chosen = panels.iter().position(|panel| panel.title() == ctx.settings.tab).unwrap_or(0);
     let bar = CONTROL + 2.0 * GRID;
     // A low window leaves at least as much to the view.
-    let height = if ctx.settings.drawer { HEIGHT.min(ui.available_height() * 0.5).max(bar) } else { bar };
+    let height = if ctx.settings.drawer { HEIGHT.min(ui.available_height() * 0.44).max(bar) } else { bar };
     egui::Panel::bottom("drawer").exact_size(height).resizable(false).frame(frame).show(ui, |ui| {
         ui.horizontal(|ui| {
             ui.set_height(bar);

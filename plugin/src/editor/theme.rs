@@ -182,6 +182,7 @@ fn style() -> Style {
         drag_value_text_style: TextStyle::Body,
         animation_time: 0.08,
         explanation_tooltips: false,
+        compact_menu_style: false,
         ..Style::default()
     };
     let spacing = &mut style.spacing;

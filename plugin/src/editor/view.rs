@@ -35,9 +35,18 @@ const TURN_PER_POINT: f32 = 0.12;
 pub(super) struct View {
     plan: Camera,
     orbit: Camera,
-    /// The scene that each of both was fitted to, by its address.
-    fitted: [Option<usize>; 2],
+    /// What each of both was fitted to.
+    fitted: [Option<Fitted>; 2],
     grip: Option<Grip>,
+}
+
+/// What a camera was fitted to: a scene by its address, none for no scene, and the room that there was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Fitted {
+    scene: Option<usize>,
+    size: egui::Vec2,
+    /// Whether the user has moved the camera since.
+    moved: bool,
 }
 
 impl Default for View {
@@ -94,10 +103,9 @@ impl View {
     pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, attended: Option<&Attended>) {
         let rect = ui.max_rect();
         let response = ui.interact(rect, ui.scope_id().with("place"), Sense::click_and_drag());
-        let fitted = ctx.scene.map(|scene| Arc::as_ptr(scene) as usize);
-        let kind = usize::from(ctx.settings.view == settings::View::Orbit);
-        if self.fitted[kind] != fitted {
-            self.fitted[kind] = fitted;
+        let scene = ctx.scene.map(|scene| Arc::as_ptr(scene) as usize);
+        let fits = |fitted: &Fitted| fitted.scene == scene && (fitted.moved || fitted.size == rect.size());
+        if !self.fitted[kind(ctx)].as_ref().is_some_and(fits) {
             self.fit(rect, ctx);
         }
         let mut scenery = Scenery::of(ctx, rect, self.camera(ctx));
@@ -124,7 +132,11 @@ impl View {
         }
     }
 
+    /// The camera, to be moved by the user.
     fn camera_mut(&mut self, ctx: &Ctx<'_>) -> &mut Camera {
+        if let Some(fitted) = &mut self.fitted[kind(ctx)] {
+            fitted.moved = true;
+        }
         match ctx.settings.view {
             settings::View::Top => &mut self.plan,
             settings::View::Orbit => &mut self.orbit,
@@ -134,6 +146,8 @@ impl View {
     fn fit(&mut self, rect: Rect, ctx: &Ctx<'_>) {
         let (low, high) = extent::of(ctx);
         self.camera_mut(ctx).fit(rect, low, high);
+        let scene = ctx.scene.map(|scene| Arc::as_ptr(scene) as usize);
+        self.fitted[kind(ctx)] = Some(Fitted { scene, size: rect.size(), moved: false });
     }
 
     /// Pointer and wheel. Returns what the pointer is over or holds.
@@ -218,6 +232,11 @@ impl View {
             });
         });
     }
+}
+
+/// Number of the camera that is in use.
+fn kind(ctx: &Ctx<'_>) -> usize {
+    usize::from(ctx.settings.view == settings::View::Orbit)
 }
 
 fn take_hold(ctx: &Ctx<'_>, scenery: &Scenery, thing: Thing, from: egui::Pos2) -> Grip {
