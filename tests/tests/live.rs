@@ -10,7 +10,7 @@ use promenade_core::{
     TailModel, Tier,
 };
 use promenade_tests::signal::{difference_db, noise, peak};
-use promenade_tests::{Host, Setup, in_both_formats, in_library, render};
+use promenade_tests::{Host, Setup, Vst3, in_both_formats, in_library, render};
 use std::path::Path;
 use std::sync::Arc;
 use std::thread;
@@ -62,32 +62,58 @@ fn turn(block: usize) -> f64 {
     0.5 + (block / 8 % 16) as f64 / 64.0
 }
 
+/// Plays blocks of a signal, each with its turn, `lead` blocks of which come before the turning begins.
+fn turned<H: Host>(host: &mut H, signal: &[f32], lead: usize) -> [Vec<f32>; 2] {
+    let mut heard = [Vec::new(), Vec::new()];
+    for (number, block) in signal.chunks(512).enumerate() {
+        host.set("yaw", turn(number.saturating_sub(lead)));
+        heard.iter_mut().zip(host.process(&[block, block])).for_each(|(all, new)| all.extend(new));
+    }
+    heard
+}
+
+/// The same in the engine, which waits for every decode.
+fn waited_for(folder: &Path, signal: &[f32], lead: usize) -> [Vec<f32>; 2] {
+    let scene = Arc::new(Scene::from_bytes(&std::fs::read(folder.join(SCENE)).unwrap()).unwrap());
+    let renderer = Renderer::new(Arc::clone(&scene), 48_000.0).unwrap();
+    let mut spatializer = Spatializer::new(48_000.0);
+    spatializer.install(Box::new(renderer.with_decoder(Box::new(InlineDecoder::new(&scene).unwrap()))));
+    let live = LiveParams { wait: true, ..LiveParams::default() };
+    let params = BlockParams { tier: Tier::High, live, ..BlockParams::default() };
+    let mut wanted = [vec![0.0; signal.len()], vec![0.0; signal.len()]];
+    for (number, block) in signal.chunks(512).enumerate() {
+        let yaw_deg = -180.0 + 360.0 * turn(number.saturating_sub(lead)) as f32;
+        let pose = Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0);
+        let [left, right] = &mut wanted;
+        let span = number * 512..(number + 1) * 512;
+        spatializer.process(&[block], [&mut left[span.clone()], &mut right[span]], &params, |_| pose);
+    }
+    assert!(peak(&wanted[0]) > 1e-3);
+    wanted
+}
+
 fn offline_waits_for_every_decode<H: Host>() {
     in_library(fill, |folder| {
         let signal = noise(40 * 512);
-        let mut host = opened::<H>(true);
-        let mut heard = [Vec::new(), Vec::new()];
-        for (number, block) in signal.chunks(512).enumerate() {
-            host.set("yaw", turn(number));
-            heard.iter_mut().zip(host.process(&[block, block])).for_each(|(all, new)| all.extend(new));
-        }
-
-        let scene = Arc::new(Scene::from_bytes(&std::fs::read(folder.join(SCENE)).unwrap()).unwrap());
-        let renderer = Renderer::new(Arc::clone(&scene), 48_000.0).unwrap();
-        let mut spatializer = Spatializer::new(48_000.0);
-        spatializer.install(Box::new(renderer.with_decoder(Box::new(InlineDecoder::new(&scene).unwrap()))));
-        let live = LiveParams { wait: true, ..LiveParams::default() };
-        let params = BlockParams { tier: Tier::High, live, ..BlockParams::default() };
-        let mut wanted = [vec![0.0; signal.len()], vec![0.0; signal.len()]];
-        for (number, block) in signal.chunks(512).enumerate() {
-            let pose = Pose::from_ypr(Vec3::ZERO, (-180.0 + 360.0 * turn(number) as f32).to_radians(), 0.0, 0.0);
-            let [left, right] = &mut wanted;
-            let span = number * 512..(number + 1) * 512;
-            spatializer.process(&[block], [&mut left[span.clone()], &mut right[span]], &params, |_| pose);
-        }
-        assert!(peak(&wanted[0]) > 1e-3);
-        let difference = difference_db(&wanted, &heard);
+        let heard = turned(&mut opened::<H>(true), &signal, 0);
+        let difference = difference_db(&waited_for(folder, &signal, 0), &heard);
         assert!(difference < -120.0, "{difference} dB from the engine by itself");
+    });
+}
+
+/// The VST3 wrapper hands on the mode of the time before: the first bounce after playing is announced as playing.
+#[test]
+fn a_bounce_that_is_announced_as_playing_is_noticed_by_its_pace() {
+    in_library(fill, |folder| {
+        let mut host = opened::<Vst3>(false);
+        host.reopen(Setup { offline: true, ..Setup::default() });
+        // A second comes much faster than a second; what was played meanwhile has died away when the head begins to turn.
+        let lead = 100;
+        let signal = noise((lead + 60) * 512);
+        let heard = turned(&mut host, &signal, lead);
+        let late = |ears: [Vec<f32>; 2]| ears.map(|ear| ear[lead * 512..].to_vec());
+        let difference = difference_db(&late(waited_for(folder, &signal, lead)), &late(heard));
+        assert!(difference < -100.0, "{difference} dB from the engine by itself");
     });
 }
 
