@@ -84,8 +84,10 @@ fn spectrum(painter: &Painter, rect: Rect, ctx: &Ctx<'_>, pointer: Option<Pos2>)
     }
     if top_hz < HIGHEST_HZ * 0.99 {
         inside.vline(x(top_hz), plot.y_range(), Stroke::new(1.0, faded(palette.soft, 0.5)));
-        let at = pos2(x(top_hz) + 6.0, plot.bottom() - 4.0);
-        inside.text(at, Align2::LEFT_BOTTOM, "no data", Palette::caption(), palette.soft);
+        if plot.right() - x(top_hz) > 56.0 {
+            let at = pos2(x(top_hz) + 6.0, plot.bottom() - 4.0);
+            inside.text(at, Align2::LEFT_BOTTOM, "no data", Palette::caption(), palette.soft);
+        }
     }
     let mut legend = pos2(plot.right() - 8.0, plot.top() + 6.0);
     let hover = pointer.filter(|at| plot.contains(*at));

@@ -211,7 +211,7 @@ impl Camera {
                 let radius = (size.length() / 2.0).max(0.1);
                 // A ball of that radius fills the room when it is seen under this angle.
                 let distance = radius * (1.0 + (2.0 * focal(rect) / room.min_elem()).powi(2)).sqrt();
-                *orbit = Orbit { target: middle, distance: distance.clamp(DISTANCES.0, DISTANCES.1) * 0.8, ..usual };
+                *orbit = Orbit { target: middle, distance: distance.clamp(DISTANCES.0, DISTANCES.1) * 0.92, ..usual };
             }
         }
     }

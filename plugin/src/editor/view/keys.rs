@@ -5,7 +5,7 @@ use super::camera::Camera;
 use super::grip::wrapped;
 use crate::remote::Knob;
 use egui::{Event, EventFilter, Key, Response, Ui};
-use promenade_core::glam::Vec2 as Flat;
+use promenade_core::glam::{Vec2 as Flat, Vec3};
 
 /// A step, metres, and with Shift.
 const STEPS_M: (f32, f32) = (0.1, 0.01);
@@ -19,37 +19,57 @@ pub(super) fn move_listener(ui: &Ui, response: &Response, ctx: &mut Ctx<'_>, cam
     }
     let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
     ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
-    let (shift, presses, typed) = ui.input(|input| {
-        let presses = [Key::ArrowUp, Key::ArrowDown, Key::ArrowLeft, Key::ArrowRight, Key::PageUp, Key::PageDown]
-            .map(|key| input.num_presses(key) as f32);
-        let typed = input.events.iter().filter_map(|event| match event {
-            Event::Text(text) => Some(text.as_str()),
-            _ => None,
-        });
-        (input.modifiers.shift, presses, typed.collect::<String>())
-    });
-    let step = if shift { STEPS_M.1 } else { STEPS_M.0 };
-    let [up, down, left, right, higher, lower] = presses;
     let ahead = camera.up();
-    let by = step * ((up - down) * ahead + (left - right) * ahead.rotate(Flat::Y));
-    for (knob, by) in [(Knob::X, by.x), (Knob::Y, by.y), (Knob::Z, step * (higher - lower))] {
+    let left = ahead.rotate(Flat::Y);
+    let (mut by, mut turn_deg, mut resets, mut fits) = (Vec3::ZERO, 0.0, false, false);
+    ui.input(|input| {
+        for event in &input.events {
+            match event {
+                Event::Key { key, pressed: true, modifiers, .. } => {
+                    let step = if modifiers.shift { STEPS_M.1 } else { STEPS_M.0 };
+                    by += step * direction(*key, ahead, left);
+                }
+                // By what is typed: with Shift, letters have no key code here.
+                Event::Text(text) => text.chars().for_each(|letter| match letter {
+                    'q' | '[' => turn_deg += TURNS_DEG.0,
+                    'e' | ']' => turn_deg -= TURNS_DEG.0,
+                    'Q' | '{' => turn_deg += TURNS_DEG.1,
+                    'E' | '}' => turn_deg -= TURNS_DEG.1,
+                    'r' | 'R' => resets = true,
+                    'f' | 'F' => fits = true,
+                    _ => {}
+                }),
+                _ => {}
+            }
+        }
+    });
+    for (knob, by) in [(Knob::X, by.x), (Knob::Y, by.y), (Knob::Z, by.z)] {
         if by != 0.0 {
             let value = ctx.value(knob) + by;
             ctx.nudge(knob, value);
         }
     }
-    // Letters by what is typed: with Shift they have no key code here.
-    let typed = typed.to_lowercase();
-    let count = |letters: &str| typed.chars().filter(|c| letters.contains(*c)).count() as f32;
-    let turn = count("q[{") - count("e]}");
-    if turn != 0.0 {
-        let value = wrapped(ctx.value(Knob::Yaw) + turn * if shift { TURNS_DEG.1 } else { TURNS_DEG.0 });
+    if turn_deg != 0.0 {
+        let value = wrapped(ctx.value(Knob::Yaw) + turn_deg);
         ctx.nudge(Knob::Yaw, value);
     }
-    if count("r") > 0.0 {
+    if resets {
         reset(ctx);
     }
-    count("f") > 0.0
+    fits
+}
+
+/// Which way a key moves the listener; nowhere for other keys.
+fn direction(key: Key, ahead: Flat, left: Flat) -> Vec3 {
+    match key {
+        Key::ArrowUp => ahead.extend(0.0),
+        Key::ArrowDown => -ahead.extend(0.0),
+        Key::ArrowLeft => left.extend(0.0),
+        Key::ArrowRight => -left.extend(0.0),
+        Key::PageUp => Vec3::Z,
+        Key::PageDown => Vec3::NEG_Z,
+        _ => Vec3::ZERO,
+    }
 }
 
 /// Puts the knobs' listener where the scene says to start.
@@ -60,5 +80,20 @@ pub(in crate::editor) fn reset(ctx: &mut Ctx<'_>) {
     let degrees = [(Knob::Yaw, yaw), (Knob::Pitch, pitch), (Knob::Roll, roll)].map(|(knob, angle)| (knob, angle.to_degrees()));
     for (knob, value) in [(Knob::X, x), (Knob::Y, y), (Knob::Z, z)].into_iter().chain(degrees) {
         ctx.set(knob, value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrows_move_as_the_window_shows_it() {
+        let (ahead, left) = (Flat::NEG_X, Flat::NEG_X.rotate(Flat::Y));
+        assert_eq!(direction(Key::ArrowUp, ahead, left), Vec3::NEG_X);
+        // Who looks along negative x has negative y on the left.
+        assert_eq!(direction(Key::ArrowLeft, ahead, left), Vec3::NEG_Y);
+        assert_eq!(direction(Key::PageUp, ahead, left), Vec3::Z);
+        assert_eq!(direction(Key::Tab, ahead, left), Vec3::ZERO);
     }
 }
