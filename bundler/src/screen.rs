@@ -20,7 +20,7 @@ const PACKAGES: [&str; 10] = [
     "xvfb",
 ];
 /// Wide enough for the editor at three times its size.
-const SIZE: &str = "3200x2100x24";
+const SIZE: &str = "3600x2400x24";
 
 /// A running X server; it ends when this is dropped.
 pub(crate) struct Screen {
@@ -48,9 +48,9 @@ impl Screen {
             println!("tests with windows are skipped; install for them: {missing}");
             return Ok(None);
         }
-        // The server picks a free number and writes it to the file descriptor that it is given.
+        // Without a reset, which would turn away whoever comes just after the last window has gone. The server picks a free number and writes it to the file descriptor that it is given.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", SIZE, "+extension", "GLX", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-screen", "0", SIZE, "+extension", "GLX", "-noreset", "-nolisten", "tcp"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()

@@ -110,11 +110,14 @@ pub struct History {
 }
 
 impl History {
-    /// Notes how it was before a change that has been made, unless that was one of going back, on or over.
-    pub fn note(&mut self, before: Recall) {
-        if std::mem::take(&mut self.moved) {
-            return;
+    /// Takes what the user has just done: how it was `before`, and how it is `now`. Going back, on or over is no change to be noted.
+    pub fn settle(&mut self, before: Recall, now: &Recall) {
+        if !std::mem::take(&mut self.moved) && before != *now {
+            self.note(before);
         }
+    }
+
+    fn note(&mut self, before: Recall) {
         self.undone.clear();
         if self.done.last() != Some(&before) {
             self.done.push(before);
@@ -218,7 +221,11 @@ mod tests {
         assert_eq!(history.undo(third.clone()), Some(second.clone()));
         assert_eq!(history.undo(second.clone()), Some(first.clone()));
         assert_eq!(history.redo(first.clone()), Some(second.clone()));
-        history.note(second);
+        history.settle(first, &second);
+        assert_eq!(history.can(), (true, true), "what was done again is no change of its own");
+        history.settle(second.clone(), &second);
+        assert_eq!(history.can(), (true, true), "nothing has changed");
+        history.settle(second, &third);
         assert_eq!(history.can(), (true, false), "a change after an undo forgets what was undone");
     }
 

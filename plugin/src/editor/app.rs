@@ -211,9 +211,8 @@ impl NiceEguiApp for App {
         if self.gestures.are_over()
             && !ui.input(|input| input.pointer.any_down())
             && let Some(before) = self.before.take()
-            && before != Recall::of(&params)
         {
-            self.history.note(before);
+            self.history.settle(before, &Recall::of(&params));
         }
         self.geometry.types(ui.ctx().text_edit_focused());
         self.keep_settings();
