@@ -28,8 +28,8 @@ fn after_turning<H: Host>(host: &mut H, to: &UdpSocket, yaw_deg: f32, is_so: imp
     let signal = noise(BLOCK);
     let started = Instant::now();
     loop {
-        // The socket opens on a thread of its own.
-        to.send(&message("/promenade/ypr", [yaw_deg, 0.0, 0.0])).unwrap();
+        // The socket opens on a thread of its own; before, the system may say that nobody listens.
+        let _refused = to.send(&message("/promenade/ypr", [yaw_deg, 0.0, 0.0]));
         let mut ears = [0.0; 2];
         for _ in 0..40 {
             let out = host.process(&[&signal, &signal]);
