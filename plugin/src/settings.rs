@@ -56,8 +56,8 @@ const MOST: f32 = 8192.0;
 impl Default for EditorSettings {
     fn default() -> Self {
         Self {
-            width: 1160.0,
-            height: 740.0,
+            width: 1200.0,
+            height: 760.0,
             zoom: 1.0,
             theme: Theme::default(),
             view: View::default(),
@@ -92,7 +92,7 @@ mod tests {
     fn a_window_that_cannot_be_is_brought_back() {
         let odd = EditorSettings { width: f32::NAN, height: 1e9, zoom: -3.0, ..EditorSettings::default() };
         let sane = odd.within_reason();
-        assert_eq!((sane.width, sane.height, sane.zoom), (1160.0, MOST, ZOOMS.0));
+        assert_eq!((sane.width, sane.height, sane.zoom), (1200.0, MOST, ZOOMS.0));
         let usual = EditorSettings::default();
         assert_eq!(usual.clone().within_reason(), usual);
     }

@@ -89,7 +89,7 @@ fn spectrum(painter: &Painter, rect: Rect, ctx: &Ctx<'_>, pointer: Option<Pos2>)
             inside.text(at, Align2::LEFT_BOTTOM, "no data", Palette::caption(), palette.soft);
         }
     }
-    let mut legend = pos2(plot.right() - 8.0, plot.top() + 6.0);
+    let mut legend = pos2(plot.right() - 8.0, plot.top() + 4.0);
     let hover = pointer.filter(|at| plot.contains(*at));
     let reading = hover.map(|at| (at.x - plot.left()) / plot.width());
     for (masks, colour, name) in
@@ -99,15 +99,24 @@ fn spectrum(painter: &Painter, rect: Rect, ctx: &Ctx<'_>, pointer: Option<Pos2>)
             Some(along) => format!("{name} {:.1} dB", at_share(masks, along).max(FLOOR_DB)),
             None => name.to_owned(),
         };
-        let drawn = inside.text(legend, Align2::RIGHT_TOP, text, Palette::body(), colour);
+        let drawn = plate(&inside, legend, text, colour, palette);
         legend.x = drawn.left() - 12.0;
     }
     if let (Some(at), Some(along)) = (hover, reading) {
         inside.vline(at.x, plot.y_range(), Stroke::new(1.0, faded(palette.soft, 0.7)));
         let text =
             if hertz(along) < 1000.0 { format!("{:.0} Hz", hertz(along)) } else { format!("{:.2} kHz", hertz(along) / 1e3) };
-        inside.text(legend, Align2::RIGHT_TOP, text, Palette::body(), palette.soft);
+        plate(&inside, legend, text, palette.soft, palette);
     }
+}
+
+/// Text that can be read over the curves, ending at a place.
+fn plate(painter: &Painter, right_top: Pos2, text: String, colour: Color32, palette: &Palette) -> Rect {
+    let galley = painter.layout_no_wrap(text, Palette::body(), colour);
+    let place = Align2::RIGHT_TOP.anchor_size(right_top, galley.size());
+    painter.rect_filled(place.expand(3.0), CornerRadius::same(3), faded(palette.ground, 0.8));
+    painter.galley(place.min, galley, colour);
+    place
 }
 
 /// The mask at a place along the plot, dB.

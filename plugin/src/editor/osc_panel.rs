@@ -3,8 +3,8 @@
 use super::ctx::Ctx;
 use super::knobs::{list, toggle};
 use super::panel::Panel;
-use super::theme::{CONTROL, GRID};
-use super::widgets::{button, note, row, segments, switch};
+use super::theme::CONTROL;
+use super::widgets::{button, columns, note, row, segments, switch};
 use crate::group;
 use crate::osc::{AxisMap, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat};
 use crate::params::GroupChoice;
@@ -43,21 +43,14 @@ impl Panel for OscPanel {
         if config.on || config.out.on {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(1.0 / LOOKS_PER_S));
         }
-        let size = Vec2::new((ui.available_width() - 8.0 * GRID) / 3.0, ui.available_height());
-        ui.horizontal_top(|ui| {
-            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
-            let mut column = |name: &str, add: &mut dyn FnMut(&mut Ui)| {
-                ui.allocate_ui(size, |ui| {
-                    ui.set_width(size.x);
-                    ui.spacing_mut().item_spacing.x = 2.0 * GRID;
-                    ui.vertical(|ui| ScrollArea::vertical().id_salt(name).auto_shrink(false).show(ui, |ui| add(ui)));
-                });
-            };
-            column("listening", &mut |ui| self.listening(ui, ctx, &config));
-            column("tracker", &mut |ui| self.tracker(ui, ctx, &config));
-            column("sending", &mut |ui| {
-                self.sending(ui, ctx, &config);
-                group_of(ui, ctx);
+        columns(ui, [208.0, 256.0, 216.0], |ui, column| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match column {
+                0 => self.listening(ui, ctx, &config),
+                1 => self.tracker(ui, ctx, &config),
+                _ => {
+                    self.sending(ui, ctx, &config);
+                    group_of(ui, ctx);
+                }
             });
         });
     }
@@ -100,7 +93,7 @@ impl OscPanel {
         });
         row(ui, ctx.palette, "From", |ui| {
             let chosen = usize::from(config.interface == Interface::Any);
-            if let Some(index) = segments(ui, ctx.palette, &["This machine", "Network"], chosen, |_| true) {
+            if let Some(index) = segments(ui, ctx.palette, &["Here", "Network"], chosen, |_| true) {
                 change(ctx, |c| c.interface = if index == 1 { Interface::Any } else { Interface::Loopback });
             }
         });
@@ -193,7 +186,7 @@ impl OscPanel {
 
     fn sending(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, config: &OscConfig) {
         ui.horizontal(|ui| {
-            if switch(ui, ctx.palette, "Send the pose to port", config.out.on).clicked() {
+            if switch(ui, ctx.palette, "Send to port", config.out.on).clicked() {
                 change(ctx, |c| c.out.on = !c.out.on);
             }
             if let Some(port) = port(ui, config.out.port) {
@@ -219,10 +212,10 @@ impl OscPanel {
 /// Which of the tracker's angles one of the head's is, and which way it counts.
 fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
     let source = usize::from(axes.order[axis]).min(2);
-    let shown = format!("tracker's {}", FULL_AXES[source]);
-    ComboBox::from_id_salt(("axis", axis)).selected_text(shown).width(112.0).show_ui(ui, |ui| {
+    let shown = format!("its {}", FULL_AXES[source]);
+    ComboBox::from_id_salt(("axis", axis)).selected_text(shown).width(88.0).show_ui(ui, |ui| {
         for (number, name) in (0_u8..).zip(FULL_AXES) {
-            if ui.selectable_label(axes.order[axis] == number, format!("tracker's {name}")).clicked() {
+            if ui.selectable_label(axes.order[axis] == number, format!("its {name}")).clicked() {
                 change(ctx, |c| c.axes.order[axis] = number);
             }
         }

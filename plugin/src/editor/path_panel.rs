@@ -4,7 +4,7 @@ use super::ctx::Ctx;
 use super::knobs::{choice, slider, toggle};
 use super::panel::Panel;
 use super::theme::{CONTROL, GRID};
-use super::widgets::{button, note, row, switch, tab};
+use super::widgets::{button, columns, note, row, switch, tab};
 use crate::causes::in_words;
 use crate::kept::Kept;
 use crate::library;
@@ -45,19 +45,10 @@ impl Panel for PathPanel {
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         self.record(ui, ctx);
-        let size = Vec2::new((ui.available_width() - 8.0 * GRID) / 3.0, ui.available_height());
-        ui.horizontal_top(|ui| {
-            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
-            let column = |ui: &mut Ui, add: &mut dyn FnMut(&mut Ui)| {
-                ui.allocate_ui(size, |ui| {
-                    ui.set_width(size.x);
-                    ui.spacing_mut().item_spacing.x = 2.0 * GRID;
-                    ui.vertical(|ui| add(ui));
-                });
-            };
-            column(ui, &mut |ui| playing(ui, ctx));
-            column(ui, &mut |ui| self.keyframes(ui, ctx));
-            column(ui, &mut |ui| self.files(ui, ctx));
+        columns(ui, [228.0, 236.0, 196.0], |ui, column| match column {
+            0 => playing(ui, ctx),
+            1 => self.keyframes(ui, ctx),
+            _ => self.files(ui, ctx),
         });
     }
 }
@@ -102,11 +93,12 @@ impl PathPanel {
     fn keyframes(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         let chosen = ctx.selection.keyframe;
         ui.horizontal(|ui| {
-            if button(ui, ctx.palette, "Add here").on_hover_text("A keyframe where the listener is").clicked() {
+            ui.spacing_mut().item_spacing.x = GRID;
+            if button(ui, ctx.palette, "Add").on_hover_text("A keyframe where the listener is").clicked() {
                 self.add(ctx);
             }
             ui.add_enabled_ui(chosen.is_some(), |ui| {
-                if button(ui, ctx.palette, "Move here").on_hover_text("Takes the chosen keyframe to the listener").clicked()
+                if button(ui, ctx.palette, "Move").on_hover_text("Takes the chosen keyframe to the listener").clicked()
                     && let Some(index) = chosen
                 {
                     let pose = ctx.frame.pose;
@@ -119,7 +111,7 @@ impl PathPanel {
                     ctx.selection.keyframe = None;
                 }
             });
-            if button(ui, ctx.palette, "Reverse").clicked() {
+            if button(ui, ctx.palette, "Reverse").on_hover_text("The way back").clicked() {
                 self.change(ctx, edit::reverse);
             }
         });

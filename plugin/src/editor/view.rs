@@ -40,10 +40,12 @@ pub(super) struct View {
     grip: Option<Grip>,
 }
 
-/// What a camera was fitted to: a scene by its address, none for no scene, and the room that there was.
+/// What a camera was fitted to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Fitted {
-    scene: Option<usize>,
+    /// Scene and camera path by their addresses.
+    shown: [Option<usize>; 2],
+    /// The room that there was.
     size: egui::Vec2,
     /// Whether the user has moved the camera since.
     moved: bool,
@@ -103,8 +105,12 @@ impl View {
     pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, attended: Option<&Attended>) {
         let rect = ui.max_rect();
         let response = ui.interact(rect, ui.scope_id().with("place"), Sense::click_and_drag());
-        let scene = ctx.scene.map(|scene| Arc::as_ptr(scene) as usize);
-        let fits = |fitted: &Fitted| fitted.scene == scene && (fitted.moved || fitted.size == rect.size());
+        let now = shown(ctx);
+        // Another scene is another place; another path or window is fitted only where the user has left it to the editor.
+        let fits = |fitted: &Fitted| match fitted.moved {
+            true => fitted.shown[0] == now[0],
+            false => fitted.shown == now && fitted.size == rect.size(),
+        };
         if !self.fitted[kind(ctx)].as_ref().is_some_and(fits) {
             self.fit(rect, ctx);
         }
@@ -146,8 +152,7 @@ impl View {
     fn fit(&mut self, rect: Rect, ctx: &Ctx<'_>) {
         let (low, high) = extent::of(ctx);
         self.camera_mut(ctx).fit(rect, low, high);
-        let scene = ctx.scene.map(|scene| Arc::as_ptr(scene) as usize);
-        self.fitted[kind(ctx)] = Some(Fitted { scene, size: rect.size(), moved: false });
+        self.fitted[kind(ctx)] = Some(Fitted { shown: shown(ctx), size: rect.size(), moved: false });
     }
 
     /// Pointer and wheel. Returns what the pointer is over or holds.
@@ -232,6 +237,11 @@ impl View {
             });
         });
     }
+}
+
+/// What there is to be fitted, by addresses.
+fn shown(ctx: &Ctx<'_>) -> [Option<usize>; 2] {
+    [ctx.scene.map(|scene| Arc::as_ptr(scene) as usize), ctx.walk.map(|walk| Arc::as_ptr(walk) as usize)]
 }
 
 /// Number of the camera that is in use.

@@ -35,6 +35,29 @@ pub fn row<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce(&mut
     .inner
 }
 
+/// Columns side by side in what is left of the window, each at least as wide as `least` says; where there is less room, they are scrolled.
+pub fn columns<const N: usize>(ui: &mut Ui, least: [f32; N], mut add: impl FnMut(&mut Ui, usize)) {
+    let gap = 4.0 * GRID;
+    let needed = least.iter().sum::<f32>() + gap * least.len().saturating_sub(1) as f32;
+    let spare = (ui.available_width() - needed).max(0.0) / least.len().max(1) as f32;
+    let height = ui.available_height();
+    egui::ScrollArea::horizontal().id_salt("columns").auto_shrink(false).show(ui, |ui| {
+        let (whole, _) = ui.allocate_exact_size(Vec2::new(needed + spare * least.len() as f32, height), Sense::hover());
+        let mut left = whole.left();
+        for (index, least) in least.into_iter().enumerate() {
+            let place = Rect::from_min_size(egui::pos2(left, whole.top()), Vec2::new(least + spare, height));
+            left = place.right() + gap;
+            let builder = egui::UiBuilder::new().id_salt(("column", index)).max_rect(place);
+            ui.scope_builder(builder, |ui| {
+                // Room for the line around what has the keyboard.
+                ui.shrink_clip_rect(place.expand2(Vec2::new(gap / 2.0, 0.0)));
+                ui.spacing_mut().item_spacing.x = 2.0 * GRID;
+                add(ui, index);
+            });
+        }
+    });
+}
+
 /// Width of the labels of [`row`], points.
 pub const LABEL_WIDTH: f32 = 76.0;
 
