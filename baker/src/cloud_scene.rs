@@ -65,6 +65,7 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
         cloud: Some(AnchorCloud {
             conv: if sizes.conv { options.conv } else { ConvMode::Off },
             projection: options.projection,
+            emitter: None,
             model,
         }),
         top_hz,

@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Taps that share the direct sound's interaural delay. The first reflections, of floor and ceiling, come from the source's lateral
 /// angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these hops, and
 /// the same either way later.
-const DELAYED_TAPS: usize = 2;
+pub(crate) const DELAYED_TAPS: usize = 2;
 
 /// Streaming form of AV-Cloud's Spatial Audio Render Head: masks and interaural delay for the direct sound, complex taps with fixed
 /// carriers for the room, and an exponential late part that feeds itself.
@@ -110,7 +110,7 @@ impl RenderHead {
         }
         for hop in range.start.max(taps)..range.end {
             // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
-            let power = i32_of(hop - taps) - i32_of(self.late_lead());
+            let power = late_power(hop - taps, taps);
             let ears = self.late_gains.chunks_exact_mut(self.shape.bands).zip(tf.late.chunks_exact(self.shape.bands));
             for (gains, stated) in ears {
                 for ((g, s), decay) in gains.iter_mut().zip(stated).zip(&self.hop_decay) {
@@ -179,7 +179,7 @@ impl RenderHead {
         for (j, slot) in self.late_slots.iter_mut().enumerate() {
             *slot = (tail_now + LATE_HOPS - j) % LATE_HOPS;
         }
-        let fed = (now + slots - (self.shape.taps + 1 - self.late_lead())) % slots;
+        let fed = (now + slots - (self.shape.taps + 1 - late_lead(self.shape.taps))) % slots;
         let from = Slot { ring: &self.input, slots, at: fed };
         let to = SlotMut { ring: &mut self.tail, slots: LATE_HOPS, at: tail_now };
         self.network.advance(self.frame, from, to);
@@ -188,11 +188,6 @@ impl RenderHead {
     fn forget_late(&mut self) {
         self.tail.fill(Block::default());
         self.network.reset();
-    }
-
-    /// Hops by which the late part starts before the hop after the last tap.
-    fn late_lead(&self) -> usize {
-        (LATE_HOPS - 1).min(self.shape.taps)
     }
 
     pub(crate) fn reset(&mut self) {
@@ -232,6 +227,16 @@ impl WithSimd for Mix<'_> {
             }
         }
     }
+}
+
+/// Hops by which the late part starts before the hop after the last tap.
+pub(crate) fn late_lead(taps: usize) -> usize {
+    (LATE_HOPS - 1).min(taps)
+}
+
+/// Hops of decay of a late hop's gain, from the hop after the last tap on.
+pub(crate) fn late_power(hop: usize, taps: usize) -> i32 {
+    i32_of(hop) - i32_of(late_lead(taps))
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a count of hops below a few thousand")]

@@ -8,6 +8,7 @@
 
 mod bands;
 mod carrier;
+mod clip_head;
 pub mod cloud;
 mod decoding;
 mod direct;
@@ -31,6 +32,7 @@ mod tier;
 mod transfer;
 
 pub use bands::Bands;
+pub use clip_head::{ClipHead, ClipInput};
 pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
 pub use glam;
 pub use grid::StftGrid;

@@ -6,7 +6,7 @@ mod error;
 mod format;
 mod manifest;
 
-use crate::cloud::{CloudModel, ConvMode, Projection, SarhOptions};
+use crate::cloud::{CloudEmitter, CloudModel, ConvMode, Projection, SarhOptions};
 use crate::metrics::Binaural;
 use crate::{Bands, Field, Pose, StftGrid, Tier, TransferShape};
 use glam::Vec3;
@@ -80,6 +80,8 @@ pub struct AnchorCloud {
     pub conv: ConvMode,
     /// How its time filters become taps.
     pub projection: Projection,
+    /// The emitter, where its place is known.
+    pub emitter: Option<CloudEmitter>,
 }
 
 impl AnchorCloud {
@@ -234,7 +236,8 @@ impl Scene {
     /// Emitter position in the world, metres, where it is known.
     #[must_use]
     pub fn emitter(&self) -> Option<Vec3> {
-        self.parts.field.as_ref().and_then(Field::emitter)
+        let cloud = self.parts.cloud.as_ref().and_then(|c| c.emitter);
+        self.parts.field.as_ref().and_then(Field::emitter).or(cloud.map(|e| e.position))
     }
 
     /// A measured pose to start at.

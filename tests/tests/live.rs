@@ -35,6 +35,7 @@ fn fill(folder: &Path) {
             model: golden::slice(CloudKind::Sh).model,
             conv: ConvMode::Off,
             projection: Projection::Diagonal,
+            emitter: None,
         }),
         top_hz: 10_000.0,
         start_pose: Pose::IDENTITY,

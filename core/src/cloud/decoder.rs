@@ -24,7 +24,7 @@ impl CloudDecoder {
     #[must_use]
     pub fn with_arch(model: &CloudModel, arch: Arch) -> Self {
         Self(match model.parts().kind {
-            CloudKind::Full | CloudKind::Sh => Kind::Transformer(Box::new(Transformer::new(model, arch))),
+            CloudKind::Full | CloudKind::Sh | CloudKind::Taps => Kind::Transformer(Box::new(Transformer::new(model, arch))),
             CloudKind::SimpleSh => Kind::Linear(Box::new(Linear::new(model, arch))),
         })
     }

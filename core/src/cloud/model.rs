@@ -15,10 +15,12 @@ const MAX_LAYERS: usize = 16;
 pub(crate) const TILE: usize = 8;
 /// Neighbouring bins that the convolution along frequency of [`CloudKind::Full`] reaches over.
 pub(crate) const FREQUENCY_TAPS: usize = 3;
+/// Shapes that taps are made of, `[shape][hop][band]`.
+pub(crate) const TAP_SHAPES: &str = "tap_shapes";
 /// Channels between the convolution layers.
 pub(crate) const CONV_CHANNELS: usize = 16;
 
-/// Which of the paper's three decoders.
+/// Which decoder: the paper's three, and the one that is trained for streams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CloudKind {
     /// Transformer; time filters from a hyper-network.
@@ -27,26 +29,29 @@ pub enum CloudKind {
     Sh,
     /// One linear attention product; time filters from spherical harmonics.
     SimpleSh,
+    /// Transformer; taps of the stream per band from the embedding, see [`crate::cloud::TapHead`].
+    Taps,
 }
 
 impl CloudKind {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Full, Self::Sh, Self::SimpleSh];
+    /// The paper's.
+    pub const PUBLISHED: [Self; 3] = [Self::Full, Self::Sh, Self::SimpleSh];
 
-    /// The published code's name.
+    /// The published code's name, where it has one.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Full => "full",
             Self::Sh => "sh",
             Self::SimpleSh => "simple-sh",
+            Self::Taps => "taps",
         }
     }
 
     /// The kind of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|k| k.name() == name)
+        Self::PUBLISHED.into_iter().chain([Self::Taps]).find(|k| k.name() == name)
     }
 }
 
@@ -104,7 +109,7 @@ pub struct CloudParts {
     pub anchors: Vec<Vec3>,
     /// Visual features, `[anchor][feature]`: zeroth-order harmonics of the colours of the nearest points, red, green, blue, nearest first.
     pub features: Vec<f32>,
-    /// Weights by the published code's names. A hyper-network that is constant is stored as `post_process.kernel`, `[3 T][T]`.
+    /// Weights by the published code's names, with `tap_prj` and `tap_shapes` for [`CloudKind::Taps`]. A hyper-network that is constant is stored as `post_process.kernel`, `[3 T][T]`.
     pub weights: BTreeMap<String, Tensor>,
 }
 
@@ -133,6 +138,12 @@ pub struct CloudSizes {
     pub hyper_bias: usize,
     /// Whether there are convolution layers.
     pub conv: bool,
+    /// Shapes that the taps of [`CloudKind::Taps`] are made of; 0 where there are none.
+    pub tap_shapes: usize,
+    /// Hops of a shape, the last one being the late part's level.
+    pub tap_hops: usize,
+    /// Bands of a shape.
+    pub tap_bands: usize,
 }
 
 /// Why weights make no model.
@@ -279,6 +290,9 @@ fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
         hyper: 0,
         hyper_bias: 0,
         conv: w.has("out.0.weight"),
+        tap_shapes: 0,
+        tap_hops: 0,
+        tap_bands: 0,
     };
     for (stem, inputs) in [("pcd_av_proj", features), ("vec_proj", 3 * (1 + 2 * octaves))] {
         w.linear(&format!("{stem}.0.proj"), &[width, inputs]);
@@ -291,7 +305,7 @@ fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
     w.linear("diff_prj", &[1, width]);
     match parts.kind {
         CloudKind::SimpleSh => w.want("freq_weights", &[bands, width]),
-        CloudKind::Full | CloudKind::Sh => want_transformer(&mut w, &mut sizes),
+        CloudKind::Full | CloudKind::Sh | CloudKind::Taps => want_transformer(&mut w, &mut sizes),
     }
     match parts.kind {
         CloudKind::Full => want_hyper_network(&mut w, &mut sizes),
@@ -302,6 +316,13 @@ fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
                 w.want("time_weights", &[bands, sizes.frames]);
                 w.want("time_freq_weights", &[n, bands, 4]);
                 w.want("_acoustic_features_t", &[n, 2 * sizes.frames]);
+            }
+        }
+        CloudKind::Taps => {
+            if w.has(TAP_SHAPES) {
+                [sizes.tap_shapes, sizes.tap_hops, sizes.tap_bands] = [0, 1, 2].map(|axis| w.size(TAP_SHAPES, axis));
+                w.want(TAP_SHAPES, &[sizes.tap_shapes, sizes.tap_hops, sizes.tap_bands]);
+                w.linear("tap_prj", &[2 * sizes.tap_shapes, width]);
             }
         }
     }

@@ -1,7 +1,8 @@
 //! From a pose in the scene's world to what the stream is filtered with.
 
 use crate::bands::BandPlace;
-use crate::cloud::{CloudDecoder, Masks, StreamTaps, TapProjector};
+use crate::cloud::tap_head::{LearnedTaps, direct, shares};
+use crate::cloud::{CloudDecoder, CloudKind, Masks, StreamTaps, TapProjector};
 use crate::scene::AnchorCloud;
 use crate::{Decoded, LiveDecoder, Pose, SarhFrame, Scene, Tier};
 use std::sync::Arc;
@@ -10,11 +11,13 @@ use std::sync::Arc;
 ///
 /// Masks become the direct sound as they are, with negative ones silent. The time filter's taps act on magnitudes, those of the stream
 /// on energies: each gain is chosen so that a steady sound that stops dies away as the magnitudes would (Schroeder 1965, interrupted
-/// noise), `g_l^2 = T_l^2 - T_(l+1)^2` with `T_l` the sum of the taps from lag l on, times the band's mixture mask.
+/// noise), `g_l^2 = T_l^2 - T_(l+1)^2` with `T_l` the sum of the taps from lag l on, times the band's mixture mask. A model that was
+/// trained for streams says its taps itself.
 pub struct PoseDecoder {
     scene: Arc<Scene>,
     decoder: CloudDecoder,
     filter: Option<(TapProjector, StreamTaps)>,
+    learned: Option<LearnedTaps>,
     masks: Masks,
     /// Where each bin lies among the cloud's frequencies.
     bins: Vec<BandPlace>,
@@ -38,9 +41,11 @@ impl PoseDecoder {
                 let taps = p.taps();
                 (p, taps)
             }),
+            learned: (cloud.model.parts().kind == CloudKind::Taps)
+                .then(|| LearnedTaps::new(&cloud.model, grid, scene.bands(), scene.shape().taps)),
             masks: Masks::new(&cloud.model.sizes()),
             bins,
-            bands: shares(frequencies.centres_hz(), scene),
+            bands: shares(frequencies.centres_hz(), scene.bands()),
             scene: Arc::clone(scene),
         })
     }
@@ -74,17 +79,20 @@ impl PoseDecoder {
     }
 
     fn decode_with(&mut self, pose: &Pose, attention: Option<&mut [f32]>, out: &mut Decoded) {
-        let Some(AnchorCloud { model, .. }) = self.scene.cloud() else { return };
+        let Some(AnchorCloud { model, emitter, .. }) = self.scene.cloud() else { return };
         let listener = model.listener(pose);
         match attention {
             Some(attention) => self.decoder.decode_with_attention(&listener, &mut self.masks, attention),
             None => self.decoder.decode(&listener, &mut self.masks),
         }
+        let gain = emitter.as_ref().map_or(1.0, |e| e.gain(pose));
+        out.transfer.delay_s = emitter.as_ref().map_or(0.0, |e| e.delay_s(pose));
         let masks = &self.masks;
-        for ((place, m), d) in self.bins.iter().zip(&mut out.transfer.mixture).zip(&mut out.transfer.difference) {
-            let at = |values: &[f32]| values[place.band] + place.fraction * (values[place.band + 1] - values[place.band]);
-            (*m, *d) = (at(&masks.mixture).max(0.0), at(&masks.difference).clamp(-1.0, 1.0));
+        if let Some(learned) = &mut self.learned {
+            learned.transfer(masks, gain, &mut out.transfer);
+            return;
         }
+        direct(&self.bins, &masks.mixture, &masks.difference, gain, &mut out.transfer);
         if let Some((projector, taps)) = &mut self.filter {
             projector.project(&listener, masks, taps);
             let bands = self.bands.len();
@@ -108,30 +116,6 @@ impl PoseDecoder {
             }
         }
     }
-}
-
-/// The cloud's frequencies in each band of the scene.
-fn shares(frequencies_hz: &[f32], scene: &Scene) -> Vec<Vec<(usize, f32)>> {
-    let bands = scene.bands();
-    let mut shares = vec![Vec::new(); bands.count()];
-    for (k, hz) in frequencies_hz.iter().enumerate() {
-        for (band, weight) in bands.weights(*hz) {
-            if weight > 0.0 {
-                shares[band].push((k, weight));
-            }
-        }
-    }
-    for (share, centre) in shares.iter_mut().zip(bands.centres_hz()) {
-        // A band between two of the cloud's frequencies takes the nearest.
-        if share.is_empty() {
-            let distance = |k: &usize| (frequencies_hz[*k] - centre).abs();
-            let nearest = (0..frequencies_hz.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            share.extend(nearest.map(|k| (k, 1.0)));
-        }
-        let sum: f32 = share.iter().map(|(_, w)| w).sum();
-        share.iter_mut().for_each(|(_, w)| *w /= sum);
-    }
-    shares
 }
 
 /// Decodes on the thread that asks: offline, and where the time it takes does not matter.

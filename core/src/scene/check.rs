@@ -53,8 +53,16 @@ fn check_field(field: &Field, shape: TransferShape) -> Result<(), SceneError> {
     field.emitter().map_or(Ok(()), |e| in_range("emitter position", &e.to_array(), -1e6, 1e6))
 }
 
-fn check_cloud(cloud: &AnchorCloud, grid: &StftGrid) -> Result<(), SceneError> {
+fn check_cloud(cloud: &AnchorCloud, grid: &StftGrid, shape: TransferShape) -> Result<(), SceneError> {
     let sizes = cloud.model.sizes();
+    if sizes.tap_shapes > 0 {
+        limit("hops of the tap shapes", sizes.tap_hops, shape.taps + 1, shape.taps + 1)?;
+        limit("bands of the tap shapes", sizes.tap_bands, shape.bands, shape.bands)?;
+    }
+    if let Some(emitter) = &cloud.emitter {
+        in_range("emitter position", &emitter.position.to_array(), -1e6, 1e6)?;
+        in_range("head radius", &[emitter.head_radius_m], 0.0, 1.0)?;
+    }
     if let Projection::Row(row) = cloud.projection {
         limit("row of the time filter", row, 0, sizes.frames.saturating_sub(1))?;
     }
@@ -85,7 +93,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
         check_field(field, shape)?;
     }
     if let Some(cloud) = &parts.cloud {
-        check_cloud(cloud, &parts.grid)?;
+        check_cloud(cloud, &parts.grid, shape)?;
     }
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
     limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;

@@ -247,7 +247,8 @@ fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<AnchorClou
         anchors: anchors.chunks_exact(3).map(Vec3::from_slice).collect(),
         weights,
     })?;
-    Ok(AnchorCloud { model, conv: m.conv().ok_or_else(|| named("use of its convolution layers"))?, projection: m.projection() })
+    let conv = m.conv().ok_or_else(|| named("use of its convolution layers"))?;
+    Ok(AnchorCloud { model, conv, projection: m.projection(), emitter: m.emitter() })
 }
 
 /// A tensor of f32; `None` in the shape stands for any size.

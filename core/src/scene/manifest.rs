@@ -1,7 +1,7 @@
 //! The manifest's own types, apart from the scene's: the file is a boundary.
 
 use super::{AnchorCloud, Provenance};
-use crate::cloud::{Alignment, CloudKind, ConvMode, PoseConvention, Projection};
+use crate::cloud::{Alignment, CloudEmitter, CloudKind, ConvMode, PoseConvention, Projection};
 use crate::field::{Axis, Facing, FieldGrid};
 use crate::metrics::Binaural;
 use crate::{HeldOut, Pose, StftGrid};
@@ -74,6 +74,16 @@ pub(super) struct ManifestCloud {
     conv: String,
     /// Row of the time filter that its taps are; without one they are the averages of its diagonals.
     row: Option<usize>,
+    /// Absent in files of scenes that know of none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    emitter: Option<ManifestEmitter>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ManifestEmitter {
+    position: [f32; 3],
+    head_radius_m: f32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -143,7 +153,12 @@ impl ManifestCloud {
                 Projection::Diagonal => None,
                 Projection::Row(row) => Some(row),
             },
+            emitter: cloud.emitter.map(|e| ManifestEmitter { position: e.position.to_array(), head_radius_m: e.head_radius_m }),
         }
+    }
+
+    pub(super) fn emitter(&self) -> Option<CloudEmitter> {
+        self.emitter.as_ref().map(|e| CloudEmitter { position: e.position.into(), head_radius_m: e.head_radius_m })
     }
 
     pub(super) fn conv(&self) -> Option<ConvMode> {

@@ -24,6 +24,7 @@ impl TimeFilter {
         let form = match model.parts().kind {
             _ if model.sizes().frames == 0 => return None,
             CloudKind::Full => Form::Hyper(Box::new(Hyper::new(model))),
+            CloudKind::Taps => return None,
             CloudKind::Sh | CloudKind::SimpleSh => Form::Harmonic(Box::new(Harmonic::new(model, arch))),
         };
         Some(Self { arch, form })

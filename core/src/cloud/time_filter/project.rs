@@ -85,6 +85,7 @@ impl TapProjector {
         let lags = Lags { projection, frames: sizes.frames, first: -lookahead.cast_signed(), count: lookahead + causal };
         let form = match model.parts().kind {
             CloudKind::Full => Form::Hyper(Box::new(Hyper::new(model, &lags))),
+            CloudKind::Taps => return None,
             CloudKind::Sh | CloudKind::SimpleSh => Form::Harmonic(Box::new(Harmonic::new(model, &lags))),
         };
         Some(Self { arch: Arch::new(), bands: sizes.bands, lookahead, causal, form })
