@@ -13,7 +13,7 @@ mod layout;
 mod log_row;
 pub mod measure;
 pub mod projection;
-mod random;
+pub mod random;
 pub mod responses;
 mod room;
 mod spectrum;

@@ -1,1 +1,17 @@
-//! Training of scenes.
+//! Training: captures in, anchor clouds with their decoders out.
+//!
+//! What is trained is what is played. The network (AV-Cloud's transformer) runs as a differentiable graph; what follows it, the engine's
+//! own render head, gives its derivative itself (`promenade_core::ClipHead`).
+
+mod network;
+pub mod settings;
+mod spectral_loss;
+mod streaming;
+mod training;
+mod weights;
+
+pub use network::Place;
+pub use settings::{LossSettings, NetworkSettings, TrainSettings};
+pub use streaming::Example;
+pub use training::{Scores, Stage, StepReport, Trainer};
+pub use weights::Arrays;

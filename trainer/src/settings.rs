@@ -1,0 +1,118 @@
+//! What is trained, and how.
+
+use serde::{Deserialize, Serialize};
+
+/// Sizes and parts of the network.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NetworkSettings {
+    /// Width C of embeddings, a multiple of 8 times `heads`.
+    pub width: usize,
+    /// Attention heads.
+    pub heads: usize,
+    /// Decoder layers, at least 1.
+    pub layers: usize,
+    /// Width of the feed-forward layers, a multiple of 8.
+    pub feed_forward: usize,
+    /// Query frequencies F.
+    pub bands: usize,
+    /// Octaves of the relative vectors' encoding, from a period of 2 pi times the scene's radius down to the shortest.
+    pub octaves: usize,
+    /// The highest factor of that encoding; published: 1024, which makes masks change within millimetres.
+    pub highest: f32,
+    /// Explicit taps of the stream; 0 for no room.
+    pub taps: usize,
+    /// Shapes that the taps are made of.
+    pub tap_shapes: usize,
+    /// Whether anchors have colours.
+    pub colour: bool,
+    /// Whether the mixture mask is read off the anchors' audio embeddings by the attention, instead of off the queries' embedding.
+    pub audio_embedding: bool,
+    /// Whether the ears have masks of their own.
+    pub two_masks: bool,
+    /// Whether the emitter, where it is known, gives distance and interaural delay.
+    pub emitter: bool,
+}
+
+impl Default for NetworkSettings {
+    fn default() -> Self {
+        Self {
+            width: 64,
+            heads: 4,
+            layers: 2,
+            feed_forward: 256,
+            bands: 64,
+            octaves: 6,
+            highest: 16.0,
+            taps: 32,
+            tap_shapes: 2,
+            colour: true,
+            audio_embedding: true,
+            two_masks: true,
+            emitter: true,
+        }
+    }
+}
+
+/// Weights of the terms of the loss.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LossSettings {
+    /// Transform lengths; hops are a quarter.
+    pub n_fft: Vec<usize>,
+    /// Mean absolute difference of `ln(1 + magnitude)`.
+    pub log: f32,
+    /// Mean absolute difference of magnitudes.
+    pub linear: f32,
+    /// Absolute difference of the left to right energy ratios, dB.
+    pub ratio: f32,
+}
+
+impl Default for LossSettings {
+    fn default() -> Self {
+        Self { n_fft: vec![256, 512, 1024], log: 1.0, linear: 0.3, ratio: 0.02 }
+    }
+}
+
+/// A whole training.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainSettings {
+    /// What is trained.
+    pub network: NetworkSettings,
+    /// What it is judged by.
+    pub loss: LossSettings,
+    /// Steps in all.
+    pub steps: usize,
+    /// Clips of a step.
+    pub batch: usize,
+    /// Highest learning rate; it rises over the first steps and falls to a fiftieth along a cosine.
+    pub rate: f32,
+    /// Weight decay of AdamW.
+    pub decay: f32,
+    /// Largest norm of a step's gradient.
+    pub clip_norm: f32,
+    /// Seconds along the path by which poses are shifted at random (pi-AVAS, section 3.3); 0 for none.
+    pub shift_s: f64,
+    /// Seed of weights, order and carriers.
+    pub seed: u64,
+    /// Steps from one look at the test clips to the next.
+    pub look_every: usize,
+}
+
+impl Default for TrainSettings {
+    fn default() -> Self {
+        Self {
+            network: NetworkSettings::default(),
+            loss: LossSettings::default(),
+            steps: 1500,
+            batch: 6,
+            rate: 2e-3,
+            decay: 1e-4,
+            clip_norm: 1.0,
+            shift_s: 0.0,
+            seed: 1,
+            look_every: 250,
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! The loop: clips in, better weights out.
+
+use crate::network::{Graph, Place};
+use crate::settings::TrainSettings;
+use crate::streaming::{BatchGradient, Example, StreamingHead};
+use crate::weights::{AdamW, Arrays, start};
+use burn::tensor::{Device, Tensor, TensorData};
+use promenade_baker::capture::{Capture, Clip, Split};
+use promenade_baker::random::Random;
+use promenade_core::cloud::{Alignment, CloudEmitter, Listener, QueryValues};
+use promenade_core::glam::Vec3;
+use promenade_core::metrics::avcloud;
+use promenade_core::{Bands, Pose, StftGrid, TailModel};
+use std::collections::BTreeMap;
+
+/// Seconds of dry sound before a clip that its room still answers to.
+const PRE_ROLL_S: f64 = 0.5;
+/// Share of the steps over which the learning rate rises.
+const WARM_UP: f32 = 0.05;
+/// The learning rate at the end, as a share of the highest.
+const LAST_RATE: f32 = 0.02;
+/// Mean radius of a head, metres.
+const HEAD_RADIUS_M: f32 = 0.0875;
+
+/// What a step came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepReport {
+    /// Steps done.
+    pub step: usize,
+    /// Mean loss of the step's clips.
+    pub loss: f64,
+    /// Norm of the gradient before it was limited.
+    pub gradient_norm: f32,
+    /// Learning rate.
+    pub rate: f32,
+}
+
+/// Mean distances of clips from their recordings, as AV-Cloud defines them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scores {
+    /// MAG, linear magnitudes.
+    pub mag: f64,
+    /// LRE, dB.
+    pub lre_db: f64,
+    /// ENV.
+    pub env: f64,
+}
+
+/// Everything around the weights that does not change.
+pub struct Stage {
+    /// Transform of the masks.
+    pub grid: StftGrid,
+    /// Bands of the taps.
+    pub bands: Bands,
+    /// Reverberation of the late part.
+    pub tail: TailModel,
+    /// Query frequencies.
+    pub queries: Bands,
+    /// Anchors as the network sees them.
+    pub place: Place,
+    /// Where they lie in the scene.
+    pub alignment: Alignment,
+    /// The emitter, where it is known and used.
+    pub emitter: Option<CloudEmitter>,
+}
+
+/// A training under way.
+pub struct Trainer<'a> {
+    capture: &'a Capture,
+    settings: TrainSettings,
+    stage: Stage,
+    device: Device,
+    head: StreamingHead,
+    weights: Arrays,
+    optimiser: AdamW,
+}
+
+impl Stage {
+    /// For a capture and anchors: a grid of four hops of about 5.8 ms, masks at `bands` frequencies as the ear spaces them.
+    #[must_use]
+    pub fn new(capture: &Capture, anchors: &promenade_baker::anchors::AnchorSet, settings: &TrainSettings) -> Self {
+        let rate = capture.sample_rate_hz;
+        let grid = StftGrid::four_hops(rate, 128.0 * rate / 22_050.0);
+        let bands = Bands::for_rate(rate);
+        let tail = TailModel { seed: settings.seed, t60_s: vec![0.4; bands.count()], coherence: diffuse_coherence(&bands) };
+        let network = &settings.network;
+        let centre = anchors.positions.iter().sum::<Vec3>() / anchors.positions.len().max(1) as f32;
+        let farthest = anchors.positions.iter().map(|p| p.distance(centre)).fold(0.0_f32, f32::max);
+        let features = if network.colour { anchors.features.clone() } else { vec![0.0; anchors.features.len()] };
+        Self {
+            queries: queries(&grid, network.bands),
+            place: Place { anchors: anchors.positions.clone(), features, max_norm: farthest.max(1e-3) },
+            alignment: anchors.alignment,
+            emitter: (capture.emitter.filter(|_| network.emitter))
+                .map(|position| CloudEmitter { position, head_radius_m: HEAD_RADIUS_M }),
+            grid,
+            bands,
+            tail,
+        }
+    }
+}
+
+/// Query frequencies: all bins, or fewer, evenly spaced in ERB numbers (Glasberg and Moore 1990).
+fn queries(grid: &StftGrid, count: usize) -> Bands {
+    let nyquist = 0.5 * grid.sample_rate_hz;
+    let number = |hz: f64| 21.4 * (1.0 + 0.00437 * hz).log10();
+    let hz = |number: f64| (10.0_f64.powf(number / 21.4) - 1.0) / 0.00437;
+    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
+    let centres = (0..count).map(|i| {
+        let share = i as f64 / (count.max(2) - 1) as f64;
+        if count >= grid.bins() { (share * nyquist) as f32 } else { hz(share * number(nyquist)) as f32 }
+    });
+    let centres: Vec<f32> = centres.collect();
+    Bands::new(centres).unwrap_or_else(|| Bands::for_rate(grid.sample_rate_hz))
+}
+
+/// Interaural coherence of a diffuse field about a head (Lindevald and Benade 1986), real.
+fn diffuse_coherence(bands: &Bands) -> Vec<f32> {
+    let of = |hz: f32| {
+        let kd = std::f32::consts::TAU * hz / 343.0 * 0.15;
+        let x = 2.2 * kd;
+        let sinc = if x > 1e-6 { x.sin() / x } else { 1.0 };
+        sinc / (1.0 + (0.5 * kd).powi(4)).sqrt()
+    };
+    bands.centres_hz().iter().map(|hz| of(*hz)).collect()
+}
+
+impl<'a> Trainer<'a> {
+    /// Begins with weights drawn from the seed.
+    #[must_use]
+    pub fn new(capture: &'a Capture, stage: Stage, settings: TrainSettings, device: Device, threads: usize) -> Self {
+        let anchors = stage.place.anchors.len();
+        let features = stage.place.features.len() / anchors.max(1);
+        let weights = start(&settings, anchors, features, stage.bands.count(), stage.grid.hop_s());
+        let known = (&stage.grid, &stage.bands, &stage.tail);
+        let known = [known].map(|k| k)[0];
+        let head = StreamingHead::new(&settings.network, &settings.loss, &stage.queries, known, stage.emitter, threads);
+        Self { capture, settings, stage, device: device.autodiff(), head, weights, optimiser: AdamW::default() }
+    }
+
+    /// Weights by name; tap shapes as logarithms.
+    #[must_use]
+    pub fn weights(&self) -> &Arrays {
+        &self.weights
+    }
+
+    /// What does not change.
+    #[must_use]
+    pub fn stage(&self) -> &Stage {
+        &self.stage
+    }
+
+    /// How it is trained.
+    #[must_use]
+    pub fn settings(&self) -> &TrainSettings {
+        &self.settings
+    }
+
+    /// Steps done.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.optimiser.steps
+    }
+
+    /// Takes one batch.
+    pub fn step(&mut self) -> StepReport {
+        let step = self.optimiser.steps;
+        let examples = self.batch(step);
+        let graph = Graph::new(&self.weights, &self.device);
+        let (values, parts) = self.decode(&graph, &examples);
+        let shapes = self.log_shapes().to_vec();
+        let judged = self.head.judge(&examples, &values, &shapes);
+        let mut gradients = graph.gradients(&surrogate(&parts, &judged, &self.device).backward());
+        if !shapes.is_empty() {
+            gradients.insert("tap_shapes".to_owned(), judged.log_shapes);
+        }
+        let rate = self.rate(step);
+        let gradient_norm = self.optimiser.step(&mut self.weights, &gradients, rate, &self.settings);
+        StepReport { step: self.optimiser.steps, loss: judged.loss, gradient_norm, rate }
+    }
+
+    /// Renders clips of a split with the weights as they are, and compares.
+    #[must_use]
+    pub fn look(&mut self, split: Split) -> Scores {
+        let clips: Vec<&Clip> = self.capture.split(split).collect();
+        let mut sum = Scores::default();
+        let mut count = 0.0;
+        for clips in clips.chunks(self.settings.batch.max(1)) {
+            let examples: Vec<_> = clips.iter().map(|c| self.example(c, 0.0)).collect();
+            for ([left, right], example) in self.render(&examples).iter().zip(&examples) {
+                let (got, want) = ([&left[..], &right[..]], example.binaural);
+                let of = (avcloud::mag(got, want), avcloud::lre_db(got, want), avcloud::env(got, want));
+                if let (Ok(mag), Ok(lre), Ok(env)) = of {
+                    (sum.mag, sum.lre_db, sum.env) = (sum.mag + mag, sum.lre_db + lre, sum.env + env);
+                    count += 1.0;
+                }
+            }
+        }
+        Scores { mag: sum.mag / count, lre_db: sum.lre_db / count, env: sum.env / count }
+    }
+
+    /// Both ears' sound of examples.
+    #[must_use]
+    pub fn render(&mut self, examples: &[Example<'_>]) -> Vec<[Vec<f32>; 2]> {
+        let graph = Graph::new(&self.weights, &self.device);
+        let (values, _) = self.decode(&graph, examples);
+        let shapes = self.log_shapes().to_vec();
+        self.head.render(examples, &values, &shapes)
+    }
+
+    /// A clip as an example, its pose shifted along the path.
+    #[must_use]
+    pub fn example(&self, clip: &Clip, shift_s: f64) -> Example<'a> {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of samples")]
+        let pre_roll = (PRE_ROLL_S * self.capture.sample_rate_hz) as usize;
+        let pose = if shift_s == 0.0 { clip.pose } else { self.capture.pose_near(clip, shift_s) };
+        Example { dry: self.capture.dry(clip, pre_roll), pre_roll, binaural: self.capture.binaural(clip), pose }
+    }
+
+    fn log_shapes(&self) -> &[f32] {
+        self.weights.get("tap_shapes").map_or(&[], |t| &t.values)
+    }
+
+    /// The clips of a step: all of the capture's in an order that the seed and the epoch give, then all in another.
+    fn batch(&self, step: usize) -> Vec<Example<'a>> {
+        let clips: Vec<&Clip> = self.capture.split(Split::Train).collect();
+        let batch = self.settings.batch.min(clips.len()).max(1);
+        let per_epoch = clips.len() / batch;
+        let (epoch, at) = (step / per_epoch, step % per_epoch);
+        let seed = self.settings.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let order = Random::new(seed.wrapping_add(epoch as u64)).order(clips.len());
+        let mut shifts = Random::new(seed ^ (step as u64).wrapping_mul(0xD134_2543_DE82_EF95));
+        let shift = |shifts: &mut Random| self.settings.shift_s * f64::from(2.0 * shifts.uniform() - 1.0);
+        order[at * batch..(at + 1) * batch].iter().map(|i| self.example(clips[*i], shift(&mut shifts))).collect()
+    }
+
+    fn rate(&self, step: usize) -> f32 {
+        let along = (step as f32 + 1.0) / self.settings.steps.max(1) as f32;
+        let fall = 0.5 + 0.5 * (std::f32::consts::PI * along.min(1.0)).cos();
+        self.settings.rate * (along / WARM_UP).min(1.0) * (LAST_RATE + (1.0 - LAST_RATE) * fall)
+    }
+
+    /// What the network says of the examples' listeners, as numbers and as parts of the graph.
+    fn decode(&self, graph: &Graph, examples: &[Example<'_>]) -> (Vec<QueryValues>, Vec<Tensor<2>>) {
+        let listeners: Vec<Listener> = examples.iter().map(|e| self.listener(&e.pose)).collect();
+        let factors = ["vec_embedder.freqs", "freq_embedder.freqs"].map(|name| &self.weights[name].values[..]);
+        let decoded = graph.decode(&self.stage.place, &listeners, &self.settings.network, factors);
+        let mut parts = vec![decoded.mixture, decoded.difference];
+        if self.settings.network.taps > 0 {
+            parts.push(graph.coefficients(&decoded.embedding));
+        }
+        let numbers: Vec<Vec<f32>> = parts.iter().map(|p| p.clone().into_data().into_vec().unwrap_or_default()).collect();
+        let count = examples.len();
+        let row = |part: usize, i: usize| {
+            numbers.get(part).map_or_else(Vec::new, |n| n[i * n.len() / count..(i + 1) * n.len() / count].to_vec())
+        };
+        let values =
+            (0..count).map(|i| QueryValues { mixture: row(0, i), difference: row(1, i), coefficients: row(2, i) }).collect();
+        (values, parts)
+    }
+
+    fn listener(&self, pose: &Pose) -> Listener {
+        self.stage.alignment.listener(pose)
+    }
+}
+
+/// A number whose derivatives are those of the loss: the values, weighted with the loss's derivatives by them.
+fn surrogate(parts: &[Tensor<2>], judged: &BatchGradient, device: &Device) -> Tensor<1> {
+    let pick: [fn(&QueryValues) -> &Vec<f32>; 3] = [|v| &v.mixture, |v| &v.difference, |v| &v.coefficients];
+    let sums = parts.iter().zip(pick).map(|(part, pick)| {
+        let by: Vec<f32> = judged.values.iter().flat_map(|v| pick(v).iter().copied()).collect();
+        let by = Tensor::<2>::from_data(TensorData::new(by, part.dims()), device);
+        (part.clone() * by).sum()
+    });
+    sums.reduce(|a, b| a + b).unwrap_or_else(|| Tensor::zeros([1], device))
+}
+
+/// Names of arrays with how many numbers each has.
+#[must_use]
+pub fn sizes(weights: &Arrays) -> BTreeMap<&str, usize> {
+    weights.iter().map(|(name, t)| (name.as_str(), t.values.len())).collect()
+}
