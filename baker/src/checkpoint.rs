@@ -74,7 +74,7 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
     };
     let replaced = inside.is_some() && anchors.is_some();
     let anchors = match anchors {
-        Some(path) => Some(Anchors::read(path)?),
+        Some(path) => Some(Anchors::read(path)?.0),
         None => inside,
     };
     let (Some(anchors), Some(max_norm)) = (&anchors, settings.max_norm) else {
@@ -119,6 +119,11 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
     };
     let model = CloudModel::new(parts).map_err(|source| BakeError::Cloud { path: checkpoint.to_path_buf(), source })?;
     Ok(Imported { model, grid, notes })
+}
+
+/// Anchors alone, and the metadata of a safetensors file.
+pub(crate) fn read_anchors(path: &Path) -> Result<(Anchors, BTreeMap<String, String>), BakeError> {
+    Anchors::read(path)
 }
 
 /// The decoder whose own weights are there.

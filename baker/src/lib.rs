@@ -1,5 +1,6 @@
 //! Promenade's bakery: measured responses, files and folders go in, scenes come out. May allocate, thread and fail with context.
 
+pub mod anchors;
 mod bake;
 mod calibrate;
 pub mod checkpoint;
@@ -14,6 +15,7 @@ mod log_row;
 pub mod measure;
 pub mod projection;
 pub mod random;
+pub mod reconstruction;
 pub mod responses;
 mod room;
 mod spectrum;

@@ -1,4 +1,4 @@
-//! The cameras of a COLMAP model as a path: `images.txt` or `images.bin`.
+//! The cameras of a COLMAP model: `images.txt` or `images.bin`, as a path or as they are in the reconstruction's world.
 //!
 //! Models with rigs and frames hold each image's pose there too, so these two files are all that is read.
 
@@ -9,25 +9,36 @@ mod times;
 mod up;
 
 use crate::waypoint::{Places, Track, Waypoint};
-use crate::{Format, ImportOptions, Origin, PathFileError};
-use glam::{DMat3, DQuat, DVec3};
+use crate::{Format, ImportOptions, Origin, PathFileError, placing};
+use glam::{DMat3, DQuat, DVec3, Vec3};
+use promenade_core::Pose;
 
 /// An image as COLMAP keeps it.
 #[derive(Clone, Debug, PartialEq)]
-struct Image {
+pub struct Image {
     /// Name, relative to the folder of the images.
-    name: String,
+    pub name: String,
     /// Id of the camera that took it.
-    camera: u32,
+    pub camera: u32,
     /// Rotation from the reconstruction's world to the camera: x right, y down, z forward. Unit quaternion.
-    rotation: DQuat,
+    pub rotation: DQuat,
     /// Translation from the world to the camera, the reconstruction's units.
-    translation: DVec3,
+    pub translation: DVec3,
+}
+
+/// Where a reconstruction comes to lie in the listener's world: z up, the origin as for a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct World {
+    /// The listener's origin in the reconstruction's world, its units.
+    pub centre: DVec3,
+    /// Rotation from the reconstruction's axes to the listener's, unit quaternion.
+    pub turn: DQuat,
 }
 
 impl Image {
     /// Centre of the camera in the reconstruction's world.
-    fn centre(&self) -> DVec3 {
+    #[must_use]
+    pub fn centre(&self) -> DVec3 {
         -(self.rotation.inverse() * self.translation)
     }
 
@@ -35,14 +46,87 @@ impl Image {
     fn head_axes(&self) -> [DVec3; 3] {
         [DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y].map(|axis| self.rotation.inverse() * axis)
     }
+
+    /// A head that stands at the camera's centre and looks where it does, in the reconstruction's world.
+    #[must_use]
+    pub fn head(&self) -> Pose {
+        let (position, orientation) = self.placed(DQuat::IDENTITY);
+        Pose { position: position.as_vec3(), orientation: orientation.as_quat().normalize() }
+    }
+
+    /// Position and orientation of that head in a world turned so.
+    fn placed(&self, turn: DQuat) -> (DVec3, DQuat) {
+        let [ahead, left, up] = self.head_axes();
+        (turn * self.centre(), (turn * DQuat::from_mat3(&DMat3::from_cols(ahead, left, up))).normalize())
+    }
+}
+
+/// The images of a COLMAP model, by their names, numbers in them by their value.
+///
+/// # Errors
+/// As [`crate::read()`], but images may be none. The message names the file and the place in it.
+pub fn images(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError> {
+    match Format::of(file, bytes)? {
+        format @ (Format::ColmapText | Format::ColmapBinary) => sorted(file, parse(file, bytes, format, &mut Vec::new())?),
+        other => Err(PathFileError::content(file, "COLMAP's images.txt or images.bin", other.name())),
+    }
+}
+
+/// Where the world of a reconstruction comes to lie by its cameras, the same as for a path of these images: `up` is a direction in the
+/// reconstruction's world, without it as the cameras were held. What was assumed is added to `notes`.
+///
+/// # Errors
+/// No images, or cameras that were held in all directions. `file` is for the message.
+pub fn world(
+    file: &str,
+    images: &[Image],
+    up: Option<Vec3>,
+    origin: Origin,
+    notes: &mut Vec<String>,
+) -> Result<World, PathFileError> {
+    let turn = upright(file, images, up, notes)?;
+    let waypoints: Vec<Waypoint> = images
+        .iter()
+        .map(|image| {
+            let (position, orientation) = image.placed(turn);
+            Waypoint { t_s: 0.0, position, orientation }
+        })
+        .collect();
+    let (centre, level) = placing::frame(&waypoints, origin);
+    Ok(World { centre: turn.inverse() * centre, turn: (level * turn).normalize() })
+}
+
+/// The turn that brings up to z.
+fn upright(file: &str, images: &[Image], up: Option<Vec3>, notes: &mut Vec<String>) -> Result<DQuat, PathFileError> {
+    if images.is_empty() {
+        return Err(PathFileError::content(file, "images with a pose", "none"));
+    }
+    let up = match up {
+        Some(up) => up.as_dvec3().normalize(),
+        None => up::of(file, images, notes)?,
+    };
+    // The same turn as that of an imported anchor cloud, so that both meet in one world when nothing else moves them.
+    Ok(DQuat::from_rotation_arc(DVec3::Z, up).inverse())
+}
+
+fn parse(file: &str, bytes: &[u8], format: Format, notes: &mut Vec<String>) -> Result<Vec<Image>, PathFileError> {
+    match format {
+        Format::ColmapBinary => binary::read(file, bytes),
+        _ => images::read(file, bytes, notes),
+    }
+}
+
+fn sorted(file: &str, mut images: Vec<Image>) -> Result<Vec<Image>, PathFileError> {
+    images.sort_by(|a, b| names::natural(&a.name, &b.name));
+    match images.windows(2).find(|pair| pair[0].name == pair[1].name) {
+        Some(twice) => Err(PathFileError::at(file, format!("image {}", twice[1].name), "each image once", "it twice")),
+        None => Ok(images),
+    }
 }
 
 pub(crate) fn read(file: &str, bytes: &[u8], format: Format, options: &ImportOptions) -> Result<Track, PathFileError> {
     let mut notes = Vec::new();
-    let mut images = match format {
-        Format::ColmapBinary => binary::read(file, bytes)?,
-        _ => images::read(file, bytes, &mut notes)?,
-    };
+    let mut images = parse(file, bytes, format, &mut notes)?;
     if let Some(camera) = options.camera {
         let cameras = cameras(&images);
         images.retain(|i| i.camera == camera);
@@ -53,21 +137,12 @@ pub(crate) fn read(file: &str, bytes: &[u8], format: Format, options: &ImportOpt
     if images.is_empty() {
         return Err(PathFileError::content(file, "images with a pose", "none"));
     }
-    images.sort_by(|a, b| names::natural(&a.name, &b.name));
-    if let Some(twice) = images.windows(2).find(|pair| pair[0].name == pair[1].name) {
-        return Err(PathFileError::at(file, format!("image {}", twice[1].name), "each image once", "it twice"));
-    }
+    let images = sorted(file, images)?;
     let times = times::of(file, &images, options.fps, &mut notes)?;
-    let up = match options.up {
-        Some(up) => up.as_dvec3().normalize(),
-        None => up::of(file, &images, &mut notes)?,
-    };
-    // The same turn as that of an imported anchor cloud, so that both meet in one world when nothing else moves them.
-    let turn = DQuat::from_rotation_arc(DVec3::Z, up).inverse();
+    let turn = upright(file, &images, options.up, &mut notes)?;
     let waypoint = |(image, t_s): (&Image, f64)| {
-        let [ahead, left, head_up] = image.head_axes();
-        let orientation = (turn * DQuat::from_mat3(&DMat3::from_cols(ahead, left, head_up))).normalize();
-        Waypoint { t_s, position: turn * image.centre(), orientation }
+        let (position, orientation) = image.placed(turn);
+        Waypoint { t_s, position, orientation }
     };
     let waypoints = images.iter().zip(times).map(waypoint).collect();
     if options.scale.is_none() {
@@ -112,7 +187,6 @@ fn image(file: &str, place: &str, name: String, camera: u32, pose: [f64; 7]) -> 
 mod tests {
     use super::*;
     use crate::{Imported, alone};
-    use glam::Vec3;
 
     fn import(text: &str, options: &ImportOptions) -> Imported {
         crate::read("images.txt", text.as_bytes(), options, &mut alone).unwrap()
@@ -163,6 +237,25 @@ mod tests {
         let centroid = ImportOptions { origin: Some(Origin::Centroid), ..ImportOptions::default() };
         let path = import(LEVEL, &centroid).path;
         assert!((path.keyframes()[0].pose.position - Vec3::new(-1.0, 0.5, -0.25)).length() < 1e-6);
+    }
+
+    #[test]
+    fn a_reconstruction_lies_where_its_path_does() {
+        for origin in Origin::ALL {
+            let options = ImportOptions { origin: Some(origin), scale: Some(0.5), ..ImportOptions::default() };
+            let path = import(LEVEL, &options).path;
+            let images = images("images.txt", LEVEL.as_bytes()).unwrap();
+            let world = world("images.txt", &images, None, origin, &mut Vec::new()).unwrap();
+            for (image, keyframe) in images.iter().zip(path.keyframes()) {
+                let position = 0.5 * (world.turn * (image.centre() - world.centre));
+                assert!((position.as_vec3() - keyframe.pose.position).length() < 1e-6, "{origin:?} {}", image.name);
+                let orientation = world.turn.as_quat() * image.head().orientation;
+                assert!(orientation.dot(keyframe.pose.orientation).abs() > 1.0 - 1e-6, "{origin:?} {}", image.name);
+            }
+        }
+        let error = images("walk.json", b"[]").unwrap_err().to_string();
+        assert!(error.contains("expected COLMAP's images.txt or images.bin, found JSON"), "{error}");
+        assert!(world("images.txt", &[], None, Origin::First, &mut Vec::new()).is_err());
     }
 
     #[test]

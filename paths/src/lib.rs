@@ -2,7 +2,8 @@
 //!
 //! [`read()`] takes the bytes of a file, JSON, CSV, COLMAP cameras or a glTF animation, and gives a [`CameraPath`] in Promenade's world:
 //! right-handed, z up, metres; the head looks along x. [`write()`] makes JSON or CSV of one. [`simplify()`] reduces a recorded walk to
-//! few keyframes, [`Recorder`] records one, and [`edit`] changes single keyframes.
+//! few keyframes, [`Recorder`] records one, and [`edit`] changes single keyframes. [`colmap`] also gives the cameras of a reconstruction as
+//! they are, and where its world comes to lie in the listener's.
 //!
 //! Nothing here opens a file or is meant for the audio thread: all of it may allocate and take its time.
 //!
@@ -17,7 +18,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable))]
 
-mod colmap;
+pub mod colmap;
 mod csv;
 pub mod edit;
 mod error;

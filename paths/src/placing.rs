@@ -37,16 +37,21 @@ impl Origin {
 
 /// Moves, turns and scales a world; `scale` is in metres per unit.
 pub(crate) fn place(waypoints: &mut [Waypoint], origin: Origin, scale: f64) {
-    let Some(first) = waypoints.first().copied() else { return };
-    let mean = || waypoints.iter().map(|w| w.position).sum::<DVec3>() / waypoints.len() as f64;
-    let (centre, turn) = match origin {
-        Origin::Keep => (DVec3::ZERO, DQuat::IDENTITY),
-        Origin::First => (first.position, level_turn(first.orientation)),
-        Origin::Centroid => (mean(), level_turn(first.orientation)),
-    };
+    let (centre, turn) = frame(waypoints, origin);
     for w in waypoints {
         w.position = scale * (turn * (w.position - centre));
         w.orientation = (turn * w.orientation).normalize();
+    }
+}
+
+/// The point that becomes the origin, and the turn of the world about it.
+pub(crate) fn frame(waypoints: &[Waypoint], origin: Origin) -> (DVec3, DQuat) {
+    let Some(first) = waypoints.first() else { return (DVec3::ZERO, DQuat::IDENTITY) };
+    let mean = || waypoints.iter().map(|w| w.position).sum::<DVec3>() / waypoints.len() as f64;
+    match origin {
+        Origin::Keep => (DVec3::ZERO, DQuat::IDENTITY),
+        Origin::First => (first.position, level_turn(first.orientation)),
+        Origin::Centroid => (mean(), level_turn(first.orientation)),
     }
 }
 

@@ -90,7 +90,7 @@ impl Graph {
 
     /// The derivatives by all weights that the differentiated number depends on.
     pub(crate) fn gradients(&self, gradients: &Gradients) -> BTreeMap<String, Vec<f32>> {
-        let of = |leaf: &Leaf| leaf.tensor.grad(gradients).and_then(|g| g.into_data().into_vec::<f32>().ok());
+        let of = |leaf: &Leaf| leaf.tensor.grad(gradients).and_then(|g| g.into_data().try_into_vec::<f32>().ok());
         self.leaves.iter().filter_map(|(name, leaf)| Some((name.clone(), of(leaf)?))).collect()
     }
 

@@ -50,7 +50,7 @@ impl StreamingHead {
         network: &NetworkSettings,
         loss: &LossSettings,
         queries: &Bands,
-        [grid, bands, tail]: (&StftGrid, &Bands, &TailModel),
+        (grid, bands, tail): (&StftGrid, &Bands, &TailModel),
         emitter: Option<CloudEmitter>,
         threads: usize,
     ) -> Self {
@@ -148,7 +148,7 @@ fn spread<B: Send, T: Send>(
             let work = &work;
             scope.spawn(move || {
                 let mine = examples.iter().zip(values).skip(lane).step_by(count);
-                mine.map(|(e, v)| work(bench, e, v)).collect::<Vec<_>>()
+                mine.map(|(e, v)| work(&mut *bench, e, v)).collect::<Vec<_>>()
             })
         };
         let threads: Vec<_> = benches.iter_mut().enumerate().map(spawn).collect();

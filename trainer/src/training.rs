@@ -11,7 +11,6 @@ use promenade_core::cloud::{Alignment, CloudEmitter, Listener, QueryValues};
 use promenade_core::glam::Vec3;
 use promenade_core::metrics::avcloud;
 use promenade_core::{Bands, Pose, StftGrid, TailModel};
-use std::collections::BTreeMap;
 
 /// Seconds of dry sound before a clip that its room still answers to.
 const PRE_ROLL_S: f64 = 0.5;
@@ -133,7 +132,6 @@ impl<'a> Trainer<'a> {
         let features = stage.place.features.len() / anchors.max(1);
         let weights = start(&settings, anchors, features, stage.bands.count(), stage.grid.hop_s());
         let known = (&stage.grid, &stage.bands, &stage.tail);
-        let known = [known].map(|k| k)[0];
         let head = StreamingHead::new(&settings.network, &settings.loss, &stage.queries, known, stage.emitter, threads);
         Self { capture, settings, stage, device: device.autodiff(), head, weights, optimiser: AdamW::default() }
     }
@@ -249,7 +247,7 @@ impl<'a> Trainer<'a> {
         if self.settings.network.taps > 0 {
             parts.push(graph.coefficients(&decoded.embedding));
         }
-        let numbers: Vec<Vec<f32>> = parts.iter().map(|p| p.clone().into_data().into_vec().unwrap_or_default()).collect();
+        let numbers: Vec<Vec<f32>> = parts.iter().map(|p| p.clone().into_data().try_into_vec().unwrap_or_default()).collect();
         let count = examples.len();
         let row = |part: usize, i: usize| {
             numbers.get(part).map_or_else(Vec::new, |n| n[i * n.len() / count..(i + 1) * n.len() / count].to_vec())
@@ -273,10 +271,4 @@ fn surrogate(parts: &[Tensor<2>], judged: &BatchGradient, device: &Device) -> Te
         (part.clone() * by).sum()
     });
     sums.reduce(|a, b| a + b).unwrap_or_else(|| Tensor::zeros([1], device))
-}
-
-/// Names of arrays with how many numbers each has.
-#[must_use]
-pub fn sizes(weights: &Arrays) -> BTreeMap<&str, usize> {
-    weights.iter().map(|(name, t)| (name.as_str(), t.values.len())).collect()
 }

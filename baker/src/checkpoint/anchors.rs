@@ -19,32 +19,36 @@ const LARGEST_HARMONIC: f32 = 0.5 / 0.282_094_8;
 
 /// Anchors with their features, one row of features for each.
 #[derive(Debug)]
-pub(super) struct Anchors {
-    pub(super) positions: Vec<Vec3>,
+pub(crate) struct Anchors {
+    pub(crate) positions: Vec<Vec3>,
     /// `[anchor][feature]`.
-    pub(super) features: Vec<f32>,
+    pub(crate) features: Vec<f32>,
 }
 
 impl Anchors {
-    /// Reads a .safetensors or .npz file.
-    pub(super) fn read(path: &Path) -> Result<Self, BakeError> {
+    /// Reads a .safetensors or .npz file, of the former with its metadata.
+    pub(super) fn read(path: &Path) -> Result<(Self, BTreeMap<String, String>), BakeError> {
         let wanted = |name: &str| POSITIONS.contains(&name) || FEATURES.contains(&name);
-        let (mut arrays, names) = match Form::of(path, EXPECTED)? {
+        let (mut arrays, names, metadata) = match Form::of(path, EXPECTED)? {
             Form::Safetensors => {
                 let file = weights::safetensors(path, wanted)?;
-                (file.weights, file.names)
+                (file.weights, file.names, file.metadata)
             }
-            Form::Zip => npz::read(path, wanted)?,
+            Form::Zip => {
+                let (arrays, names) = npz::read(path, wanted)?;
+                (arrays, names, BTreeMap::new())
+            }
             Form::Pickle => {
                 let found =
                     "a pickle, which runs as a program when it is opened: turn it into .safetensors with export_avcloud.py";
                 return Err(BakeError::content(path, EXPECTED, found));
             }
         };
-        Self::take(path, &mut arrays)?.ok_or_else(|| {
+        let anchors = Self::take(path, &mut arrays)?.ok_or_else(|| {
             let found = if names.is_empty() { "no arrays".to_owned() } else { few(&names) };
             BakeError::content(path, EXPECTED, found)
-        })
+        })?;
+        Ok((anchors, metadata))
     }
 
     /// Takes the anchors from among other arrays; `None` where there are none.
