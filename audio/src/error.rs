@@ -52,6 +52,14 @@ pub enum FileError {
         /// What the WAV reader said.
         source: hound::Error,
     },
+    /// A FLAC file is damaged or of an unknown kind.
+    #[error("{}: no readable FLAC file", path.display())]
+    Flac {
+        /// The file.
+        path: PathBuf,
+        /// What the FLAC reader said.
+        source: claxon::Error,
+    },
     /// A conversion between sample rates is not possible.
     #[error("no conversion from {from_hz} to {to_hz} Hz")]
     Resample {

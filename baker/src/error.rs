@@ -53,6 +53,14 @@ pub enum BakeError {
         /// What does not fit.
         source: CloudError,
     },
+    /// A capture cannot be used; everything that is wrong with it at once.
+    #[error("{}: {}", path.display(), defects.join("; "))]
+    Capture {
+        /// The manifest.
+        path: PathBuf,
+        /// What is wrong, each by the name of its track or clip.
+        defects: Vec<String>,
+    },
     /// A value given by the user, not in a file, is wrong.
     #[error("{what}: expected {expected}, found {found}")]
     Argument {

@@ -3,6 +3,7 @@
 pub mod anchors;
 mod bake;
 mod calibrate;
+pub mod capture;
 pub mod checkpoint;
 pub mod cloud_scene;
 pub mod cost;
@@ -20,9 +21,10 @@ pub mod responses;
 mod room;
 mod spectrum;
 
-pub use promenade_audio::{FileError, atomic, resample, wav};
+pub use promenade_audio::{FileError, atomic, resample, sound, wav};
 
 pub use bake::{BakeFailure, BakeOptions, bake_responses};
+pub use capture::{Capture, Clip, Split, Track};
 pub use error::BakeError;
 pub use layout::LayoutError;
 pub use responses::{HoldOut, LoadOptions, Response, Responses, Side};

@@ -1,0 +1,158 @@
+//! Captures: what a listener's two ears heard of a known dry sound while walking through a place, cut into clips.
+//!
+//! On disk a capture is a folder with a `capture.json` and sound files, WAV or FLAC; `docs/captures.md` has the format. In memory
+//! all tracks have one sample rate, the dry and the binaural sound of a track are aligned, and every clip has something to hear in
+//! it: clips that are silent, clipped or without a pose are left out when a capture is loaded, with a note that names them.
+
+mod cut;
+mod defects;
+mod load;
+mod manifest;
+mod write;
+
+pub use cut::{Cut, SplitRule};
+pub use defects::{CLIPPED_RUN, SILENT_DBFS};
+
+use crate::BakeError;
+use promenade_core::glam::Vec3;
+use promenade_core::{CameraPath, Pose};
+use std::path::Path;
+
+/// Recordings of one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Capture {
+    /// Name of the place.
+    pub title: String,
+    /// Who recorded it.
+    pub credit: String,
+    /// Terms of the data.
+    pub licence: String,
+    /// Samples per second of all tracks.
+    pub sample_rate_hz: f64,
+    /// Where the sound came from, world metres, where it is known.
+    pub emitter: Option<Vec3>,
+    /// The recordings.
+    pub tracks: Vec<Track>,
+    /// The parts of the recordings that are used; none is silent or clipped.
+    pub clips: Vec<Clip>,
+    /// What the user should know: what was left out, what was assumed.
+    pub notes: Vec<String>,
+}
+
+/// One continuous recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// Name, different from that of every other track.
+    pub name: String,
+    /// The dry sound, full scale 1.
+    pub dry: Vec<f32>,
+    /// What the left and the right ear heard, each as long as the dry sound and aligned with it.
+    pub binaural: [Vec<f32>; 2],
+    /// The listener over the track's seconds; one keyframe is a listener who stands still.
+    pub path: CameraPath,
+}
+
+/// A part of a track.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clip {
+    /// Name, different from that of every other clip.
+    pub name: String,
+    /// Number of its track.
+    pub track: usize,
+    /// First sample of the track.
+    pub start: usize,
+    /// Samples, at least 1; they end within the track.
+    pub len: usize,
+    /// The listener at the clip's middle.
+    pub pose: Pose,
+    /// What it is for.
+    pub split: Split,
+}
+
+/// What a clip is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Split {
+    /// To learn from.
+    Train,
+    /// To judge by.
+    Test,
+}
+
+impl Split {
+    /// The name used in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Test => "test",
+        }
+    }
+}
+
+impl Capture {
+    /// Loads a folder with a `capture.json`, or such a file of any name ending in `.json`.
+    ///
+    /// Silent and clipped clips, and clips at times that the path does not cover, are left out; a note names them.
+    ///
+    /// # Errors
+    /// One error that lists all that is wrong, by track and clip: files that are missing, damaged, of another rate or length than
+    /// the others, samples that are not finite, paths that cannot be read, clips beyond their track. A manifest of another version
+    /// or with unknown fields, and a capture of which no clip is left.
+    pub fn load(path: &Path) -> Result<Self, BakeError> {
+        let meta = std::fs::metadata(path).map_err(BakeError::read(path))?;
+        let manifest = if meta.is_dir() { path.join(manifest::NAME) } else { path.to_path_buf() };
+        load::load(&manifest)
+    }
+
+    /// Writes `capture.json` and 32-bit float WAV files into a folder, which is made where it does not exist.
+    ///
+    /// Each file is there whole or not at all, and the manifest comes last: an interrupted write leaves no capture, or the old one.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to, a rate that is no whole number of hertz, or samples that are not finite.
+    pub fn write(&self, folder: &Path) -> Result<(), BakeError> {
+        write::write(self, folder)
+    }
+
+    /// The clips of one split, in order.
+    pub fn split(&self, split: Split) -> impl Iterator<Item = &Clip> {
+        self.clips.iter().filter(move |c| c.split == split)
+    }
+
+    /// `pre_roll` samples of dry sound before the clip, zeros before the track's start, then the clip's own.
+    ///
+    /// # Panics
+    /// When the clip is not one of this capture.
+    #[must_use]
+    pub fn dry(&self, clip: &Clip, pre_roll: usize) -> Vec<f32> {
+        let dry = &self.tracks[clip.track].dry;
+        let before = pre_roll.min(clip.start);
+        let zeros = std::iter::repeat_n(0.0, pre_roll - before);
+        zeros.chain(dry[clip.start - before..clip.start + clip.len].iter().copied()).collect()
+    }
+
+    /// What the ears heard during the clip.
+    ///
+    /// # Panics
+    /// When the clip is not one of this capture.
+    #[must_use]
+    pub fn binaural(&self, clip: &Clip) -> [&[f32]; 2] {
+        self.tracks[clip.track].binaural.each_ref().map(|ear| &ear[clip.start..clip.start + clip.len])
+    }
+
+    /// Seconds of the clip's middle on its track.
+    #[must_use]
+    pub fn middle_s(&self, clip: &Clip) -> f64 {
+        (clip.start as f64 + 0.5 * clip.len as f64) / self.sample_rate_hz
+    }
+
+    /// The listener `shift_s` seconds after the clip's middle (before it where negative), along the track's path and no further than
+    /// its ends: the augmentation of pi-AVAS (section 3.3), which shifts by up to 1 s.
+    ///
+    /// # Panics
+    /// When the clip is not one of this capture.
+    #[must_use]
+    pub fn pose_near(&self, clip: &Clip, shift_s: f64) -> Pose {
+        self.tracks[clip.track].path.pose_at(self.middle_s(clip) + shift_s)
+    }
+}

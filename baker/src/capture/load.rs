@@ -1,0 +1,314 @@
+//! From a manifest and its files to a capture.
+
+use super::cut::{Cut, SplitRule};
+use super::defects::{is_clipped, is_silent};
+use super::manifest::{ClipEntry, CutEntry, Manifest, SplitEntry, TrackEntry};
+use super::{Capture, Clip, Split, Track};
+use crate::{BakeError, sound};
+use promenade_core::glam::Vec3;
+use promenade_core::{CameraPath, Keyframe};
+use promenade_paths::ImportOptions;
+use std::collections::{BTreeMap, HashSet};
+use std::path::{Path, PathBuf};
+
+/// Files of a track that should be of one length may differ by this, seconds, besides the offset between them.
+const LENGTH_SLACK_S: f64 = 0.1;
+/// A clip's middle may lie this far beyond the ends of a path, seconds: a pose a second leaves half a second at either end.
+const POSE_REACH_S: f64 = 0.5;
+/// Offsets that are believed, seconds.
+const MAX_OFFSET_S: f64 = 3600.0;
+
+pub(super) fn load(path: &Path) -> Result<Capture, BakeError> {
+    let manifest = Manifest::read(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut defects = Vec::new();
+    if manifest.tracks.is_empty() {
+        defects.push("expected at least one track, found none".to_owned());
+    }
+    let mut notes = manifest.notes.clone();
+    let mut tracks = Vec::new();
+    let mut names = HashSet::new();
+    for entry in &manifest.tracks {
+        if !names.insert(&entry.name) {
+            defects.push(format!("track {}: its name is there twice", entry.name));
+        }
+        let loader = TrackLoader { folder, rate_hz: manifest.sample_rate_hz, entry };
+        match loader.load(&mut notes) {
+            Ok(track) => tracks.push(track),
+            Err(wrong) => defects.extend(wrong.into_iter().map(|w| format!("track {}: {w}", entry.name))),
+        }
+    }
+    let rate = f64::from(manifest.sample_rate_hz);
+    let emitter = manifest.emitter.map(Vec3::from_array);
+    if emitter.is_some_and(|e| !e.is_finite()) {
+        defects.push("emitter: expected a finite position".to_owned());
+    }
+    let whole = defects.is_empty();
+    let clips = match (&manifest.clips, &manifest.cut) {
+        (Some(_), Some(_)) => Err(vec!["expected \"clips\" or \"cut\", found both".to_owned()]),
+        // Where tracks are missing, what clips say of them cannot be judged.
+        _ if !whole => Ok(Vec::new()),
+        (Some(clips), None) => listed(clips, &tracks),
+        (None, cut) => rule(cut.as_ref()).map(|rule| cut_all(&tracks, rate, &rule)),
+    };
+    let clips = match clips {
+        Ok(clips) => clips,
+        Err(wrong) => {
+            defects.extend(wrong);
+            Vec::new()
+        }
+    };
+    if !defects.is_empty() {
+        return Err(BakeError::Capture { path: path.to_path_buf(), defects });
+    }
+    let (tracks, first_dry): (Vec<Track>, Vec<usize>) = tracks.into_iter().map(|t| (t.track, t.first_dry)).unzip();
+    let mut capture = Capture {
+        title: manifest.title,
+        credit: manifest.credit,
+        licence: manifest.licence,
+        sample_rate_hz: rate,
+        emitter,
+        tracks,
+        clips,
+        notes,
+    };
+    leave_out(&mut capture, &first_dry);
+    if capture.clips.is_empty() {
+        let why = capture.notes.join("; ");
+        let found = if why.is_empty() { "tracks shorter than a clip".to_owned() } else { why };
+        return Err(BakeError::content(path, "at least one clip with sound and a pose", found));
+    }
+    Ok(capture)
+}
+
+/// A track with what is known of it while it is loaded.
+struct Loaded {
+    track: Track,
+    /// First sample at which there is dry sound.
+    first_dry: usize,
+}
+
+struct TrackLoader<'a> {
+    folder: &'a Path,
+    rate_hz: u32,
+    entry: &'a TrackEntry,
+}
+
+impl TrackLoader<'_> {
+    /// The track, or all that is wrong with it.
+    fn load(&self, notes: &mut Vec<String>) -> Result<Loaded, Vec<String>> {
+        let mut wrong = Vec::new();
+        let mut kept = |what: Result<_, String>| what.map_err(|w| wrong.push(w)).ok();
+        let dry = kept(self.sound(&self.entry.dry, 1));
+        let binaural = kept(self.sound(&self.entry.binaural, 2));
+        let path = self.path(notes).map_err(|w| wrong.push(w)).ok();
+        for (name, value) in [("dry_offset_s", self.entry.dry_offset_s), ("pose_offset_s", self.entry.pose_offset_s)] {
+            if !(-MAX_OFFSET_S..=MAX_OFFSET_S).contains(&value) {
+                wrong.push(format!("{name}: expected at most {MAX_OFFSET_S} s, found {value}"));
+            }
+        }
+        let (Some(dry), Some(binaural), Some(path)) = (dry, binaural, path) else { return Err(wrong) };
+        if !wrong.is_empty() {
+            return Err(wrong);
+        }
+        self.align(dry, binaural, path).map_err(|w| vec![w])
+    }
+
+    /// A file's channels: as many as are wanted, or for a dry track the mean of all.
+    fn sound(&self, name: &str, channels: usize) -> Result<Vec<Vec<f32>>, String> {
+        let file: PathBuf = self.folder.join(name);
+        let shown = file.display();
+        let sound = sound::read(&file).map_err(|e| with_cause(&e))?;
+        if sound.sample_rate_hz != self.rate_hz {
+            return Err(format!(
+                "{shown}: expected {} Hz as the manifest says, found {} Hz",
+                self.rate_hz, sound.sample_rate_hz
+            ));
+        }
+        let count = sound.channels.len();
+        if count == channels {
+            return Ok(sound.channels);
+        }
+        if channels != 1 {
+            return Err(format!("{shown}: expected {channels} channels, found {count}"));
+        }
+        let mean = |i: usize| sound.channels.iter().map(|c| c[i]).sum::<f32>() / count as f32;
+        Ok(vec![(0..sound.frames()).map(mean).collect()])
+    }
+
+    fn path(&self, notes: &mut Vec<String>) -> Result<CameraPath, String> {
+        let keyframes = match (&self.entry.path, &self.entry.poses) {
+            (Some(name), None) => {
+                let file = self.folder.join(name);
+                let bytes = std::fs::read(&file).map_err(|e| format!("{}: cannot be read: {e}", file.display()))?;
+                let mut beside = |uri: &str| std::fs::read(file.parent().unwrap_or(Path::new("")).join(uri));
+                let shown = file.display().to_string();
+                let imported = promenade_paths::read(&shown, &bytes, &ImportOptions::default(), &mut beside);
+                let imported = imported.map_err(|e| with_cause(&e))?;
+                notes.extend(imported.notes.iter().map(|n| format!("track {}: {n}", self.entry.name)));
+                imported.path.keyframes().to_vec()
+            }
+            (None, Some(entries)) => {
+                let keyframes = entries.iter().enumerate().map(|(i, e)| e.to_keyframe(i));
+                keyframes.collect::<Result<_, _>>().map_err(|e| e.to_string())?
+            }
+            (both, _) => {
+                let found = if both.is_some() { "both" } else { "neither" };
+                return Err(format!("expected \"path\" or \"poses\", found {found}"));
+            }
+        };
+        let later = |k: Keyframe| Keyframe { t_s: k.t_s + self.entry.pose_offset_s, ..k };
+        CameraPath::new(keyframes.into_iter().map(later).collect()).map_err(|e| e.to_string())
+    }
+
+    /// Shifts the dry sound and cuts both to where both are.
+    fn align(&self, dry: Vec<Vec<f32>>, binaural: Vec<Vec<f32>>, path: CameraPath) -> Result<Loaded, String> {
+        let rate = f64::from(self.rate_hz);
+        let (dry_len, heard_len) = (dry[0].len(), binaural[0].len());
+        let apart = dry_len.abs_diff(heard_len) as f64 / rate;
+        if apart > LENGTH_SLACK_S + self.entry.dry_offset_s.abs() {
+            return Err(format!(
+                "expected dry and binaural sound of one length, found {:.3} s and {:.3} s",
+                dry_len as f64 / rate,
+                heard_len as f64 / rate
+            ));
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "the offset is limited")]
+        let shift = (self.entry.dry_offset_s * rate).round() as i64;
+        let by = usize::try_from(shift.unsigned_abs()).unwrap_or(usize::MAX);
+        let mut mono = dry.into_iter().next().unwrap_or_default();
+        let first_dry = if shift > 0 { by } else { 0 };
+        if shift > 0 {
+            mono.splice(0..0, std::iter::repeat_n(0.0, by));
+        } else {
+            mono.drain(..by.min(mono.len()));
+        }
+        let len = mono.len().min(heard_len);
+        if len <= first_dry {
+            return Err(format!(
+                "expected dry and binaural sound at the same time, found none with an offset of {shift} samples"
+            ));
+        }
+        mono.truncate(len);
+        let Ok([mut left, mut right]) = <[Vec<f32>; 2]>::try_from(binaural) else {
+            return Err("expected two ears".to_owned());
+        };
+        left.truncate(len);
+        right.truncate(len);
+        Ok(Loaded { track: Track { name: self.entry.name.clone(), dry: mono, binaural: [left, right], path }, first_dry })
+    }
+}
+
+/// An error with its cause, in one line.
+fn with_cause(error: &dyn std::error::Error) -> String {
+    error.source().map_or_else(|| error.to_string(), |cause| format!("{error}: {cause}"))
+}
+
+fn listed(entries: &[ClipEntry], tracks: &[Loaded]) -> Result<Vec<Clip>, Vec<String>> {
+    let mut wrong = Vec::new();
+    let mut clips = Vec::new();
+    let mut names = HashSet::new();
+    for entry in entries {
+        let mut say = |what: String| wrong.push(format!("clip {}: {what}", entry.name));
+        if !names.insert(&entry.name) {
+            say("its name is there twice".to_owned());
+        }
+        let Some(track) = tracks.iter().position(|t| t.track.name == entry.track) else {
+            say(format!("expected the name of a track, found \"{}\"", entry.track));
+            continue;
+        };
+        let whole = tracks[track].track.dry.len();
+        if entry.len == 0 || entry.start.checked_add(entry.len).is_none_or(|end| end > whole) {
+            say(format!("expected samples of the {whole} in track {}, found {} from {}", entry.track, entry.len, entry.start));
+            continue;
+        }
+        let split = match entry.split {
+            SplitEntry::Train => Split::Train,
+            SplitEntry::Test => Split::Test,
+        };
+        // Its pose comes when all clips are known.
+        let pose = promenade_core::Pose::IDENTITY;
+        clips.push(Clip { name: entry.name.clone(), track, start: entry.start, len: entry.len, pose, split });
+    }
+    if wrong.is_empty() { Ok(clips) } else { Err(wrong) }
+}
+
+fn rule(entry: Option<&CutEntry>) -> Result<Cut, Vec<String>> {
+    let Some(entry) = entry else { return Ok(Cut::default()) };
+    let wrong = |what: String| Err(vec![format!("cut: {what}")]);
+    if !(0.01..=3600.0).contains(&entry.clip_s) {
+        return wrong(format!("expected clips of 0.01 to 3600 s, found {}", entry.clip_s));
+    }
+    let split = match (entry.every, entry.test_share) {
+        (Some(_), Some(_)) => return wrong("expected \"every\" or \"test_share\", found both".to_owned()),
+        (Some(every), None) if every < 2 => return wrong(format!("expected every 2 clips or more, found {every}")),
+        (Some(every), None) => SplitRule::Every(every),
+        (None, Some(test)) if (0.0..=1.0).contains(&test) => SplitRule::Share { test, seed: entry.seed.unwrap_or(1) },
+        (None, Some(test)) => return wrong(format!("expected a share from 0 to 1, found {test}")),
+        (None, None) => SplitRule::default(),
+    };
+    Ok(Cut { clip_s: entry.clip_s, split })
+}
+
+/// All clips of all tracks by a rule; the rule counts on from track to track.
+fn cut_all(tracks: &[Loaded], rate: f64, cut: &Cut) -> Vec<Clip> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
+    let len = ((cut.clip_s * rate).round() as usize).max(1);
+    let mut clips = Vec::new();
+    for (track, Loaded { track: t, first_dry }) in tracks.iter().enumerate() {
+        for (number, start) in (0..(t.dry.len() / len)).map(|n| n * len).enumerate().filter(|(_, s)| s >= first_dry) {
+            let name = format!("{}-{:05}", t.name, number + 1);
+            clips.push(Clip { name, track, start, len, pose: promenade_core::Pose::IDENTITY, split: Split::Train });
+        }
+    }
+    let splits = cut.split.splits(clips.len());
+    clips.iter_mut().zip(splits).for_each(|(clip, split)| clip.split = split);
+    clips
+}
+
+/// Gives every clip its pose and leaves out those from which nothing can be learnt, with a note for each reason.
+fn leave_out(capture: &mut Capture, first_dry: &[usize]) {
+    let mut left_out: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    let mut kept = Vec::with_capacity(capture.clips.len());
+    for mut clip in std::mem::take(&mut capture.clips) {
+        match useless(capture, &clip, first_dry[clip.track]) {
+            Some(why) => left_out.entry(why).or_default().push(clip.name),
+            None => {
+                clip.pose = capture.pose_near(&clip, 0.0);
+                kept.push(clip);
+            }
+        }
+    }
+    capture.clips = kept;
+    for (why, names) in left_out {
+        capture.notes.push(format!("{} clips left out, {why}: {}", names.len(), names.join(", ")));
+    }
+}
+
+/// Why a clip is of no use.
+fn useless(capture: &Capture, clip: &Clip, first_dry: usize) -> Option<&'static str> {
+    let dry = &capture.tracks[clip.track].dry[clip.start..clip.start + clip.len];
+    let [left, right] = capture.binaural(clip);
+    let keyframes = capture.tracks[clip.track].path.keyframes();
+    let middle = capture.middle_s(clip);
+    let covered = match keyframes {
+        [] => false,
+        [_] => true,
+        [first, .., last] => (first.t_s - POSE_REACH_S..=last.t_s + POSE_REACH_S).contains(&middle),
+    };
+    if clip.start < first_dry || is_silent(dry) {
+        Some("the dry sound is silent")
+    } else if is_silent(left) {
+        Some("the left ear is silent")
+    } else if is_silent(right) {
+        Some("the right ear is silent")
+    } else if is_clipped(left) || is_clipped(right) {
+        Some("the recording is clipped")
+    } else if is_clipped(dry) {
+        Some("the dry sound is clipped")
+    } else if !covered {
+        Some("no pose at its time")
+    } else {
+        None
+    }
+}
