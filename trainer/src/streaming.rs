@@ -144,14 +144,14 @@ fn spread<B: Send, T: Send>(
 ) -> Vec<T> {
     let count = benches.len();
     let mut lanes: Vec<std::vec::IntoIter<T>> = std::thread::scope(|scope| {
-        let spawn = |(lane, bench): (usize, _)| {
+        let mut threads = Vec::with_capacity(count);
+        for (lane, bench) in benches.iter_mut().enumerate() {
             let work = &work;
-            scope.spawn(move || {
+            threads.push(scope.spawn(move || {
                 let mine = examples.iter().zip(values).skip(lane).step_by(count);
-                mine.map(|(e, v)| work(&mut *bench, e, v)).collect::<Vec<_>>()
-            })
-        };
-        let threads: Vec<_> = benches.iter_mut().enumerate().map(spawn).collect();
+                mine.map(|(e, v)| work(bench, e, v)).collect::<Vec<_>>()
+            }));
+        }
         let join = |t: std::thread::ScopedJoinHandle<'_, Vec<T>>| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         threads.into_iter().map(|t| join(t).into_iter()).collect()
     });
