@@ -18,6 +18,7 @@ mod random;
 pub mod reconstruction;
 pub mod responses;
 mod room;
+pub mod shoebox;
 mod spectrum;
 
 pub use promenade_audio::{FileError, atomic, resample, wav};
