@@ -19,6 +19,7 @@ pub mod random;
 pub mod reconstruction;
 pub mod responses;
 mod room;
+pub mod shoebox;
 mod spectrum;
 
 pub use promenade_audio::{FileError, atomic, resample, sound, wav};

@@ -25,7 +25,7 @@ impl Random {
     }
 
     /// Standard normal (Box and Muller 1958).
-    pub fn gaussian(&mut self) -> f32 {
+    pub fn normal(&mut self) -> f32 {
         let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
         radius * (std::f32::consts::TAU * self.uniform()).cos()
     }

@@ -7,6 +7,7 @@ mod check;
 mod hold_out;
 mod manifest;
 mod pattern;
+mod save;
 mod sofa;
 mod spherical;
 

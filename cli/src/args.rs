@@ -1,6 +1,7 @@
 //! The command line.
 
 mod path;
+mod simulate;
 mod values;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
@@ -16,6 +17,7 @@ use values::{
 };
 
 pub(crate) use path::PathArgs;
+pub(crate) use simulate::{Simulate, SimulateBoxArgs};
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.
 #[derive(Debug, Parser)]
@@ -40,6 +42,11 @@ pub(crate) enum Command {
     Host(HostArgs),
     /// Convert a camera path, or show what it is: JSON, CSV, COLMAP cameras or a glTF animation
     Path(PathArgs),
+    /// Make binaural responses of a simulated room, to bake or to train on
+    Simulate {
+        #[command(subcommand)]
+        what: Box<Simulate>,
+    },
     /// Show what a scene file holds
     Inspect(InspectArgs),
     /// Compare a scene with the measurements held out of it and its streams with its model's clips, or measure a response

@@ -15,6 +15,7 @@ mod progress;
 mod render;
 mod report;
 mod scene;
+mod simulate;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
         args::Command::Render(a) => render::run(&a),
         args::Command::Host(a) => host::run(&a),
         args::Command::Path(a) => path::run(&a),
+        args::Command::Simulate { what } => simulate::run(&what),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
     };

@@ -38,7 +38,7 @@ impl Start {
     }
 
     fn normal(&mut self, name: &str, shape: &[usize], deviation: f32) {
-        let values = (0..shape.iter().product()).map(|_| deviation * self.random.gaussian()).collect();
+        let values = (0..shape.iter().product()).map(|_| deviation * self.random.normal()).collect();
         self.put(name, shape, values);
     }
 

@@ -1,0 +1,334 @@
+//! A head: what each ear hears of a direction.
+
+use super::minimum_phase::log_spectrum;
+use crate::{BakeError, Responses};
+use promenade_audio::resample;
+use promenade_core::glam::Vec3;
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex32;
+
+/// Length of the transform that an image is filtered in, seconds, at least.
+const FRAME_S: f64 = 0.036;
+/// How long after the first arrival a head's response counts, seconds.
+const RESPONSE_S: f64 = 0.010;
+/// Directions that stand for the sphere in means over it.
+const SPHERE: usize = 4096;
+/// Range of the equalisation: below it, its end holds. Above it, responses fade away towards half the sample rate, of which the upper
+/// end is a share: fractional delays would ring long otherwise.
+const EQUALISED: (f64, f64) = (100.0, 0.85);
+/// Directions that a response is interpolated of, and one more that says how far they reach.
+const NEAR: usize = 6;
+
+/// The transform that images are filtered in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    pub(super) n_fft: usize,
+    pub(super) sample_rate_hz: f64,
+}
+
+/// Responses of a head in a free field, equalised for a diffuse field: over all directions and both ears their energy is 1 at every
+/// frequency from 100 Hz to 85 % of half the sample rate, where they begin to fade away.
+///
+/// Between measured directions the delays and the responses without them are interpolated apart, of the five nearest directions with
+/// Franke and Little's weights (1980), so that a turn of the head has no steps.
+#[derive(Debug)]
+pub struct Head {
+    grid: Grid,
+    directions: Vec<Vec3>,
+    /// Of each direction both ears' delays after the head's centre, samples.
+    delays: Vec<[f32; 2]>,
+    /// `[direction][ear][bin]`, delays taken out.
+    spectra: Vec<[Vec<Complex32>; 2]>,
+    /// Real interaural coherence in a diffuse field, by bin.
+    coherence: Vec<f32>,
+    credit: String,
+    licence: String,
+}
+
+impl Head {
+    /// A head from its responses around it in a free field (a SOFA file of head-related responses), converted to a sample rate in Hz.
+    /// The mean delay of both ears over all directions is the distance's and is taken out, as is what the distances differ by.
+    ///
+    /// # Errors
+    /// A rate out of range, no responses, or ones without a direction or without sound.
+    pub fn new(set: &Responses, sample_rate_hz: u32) -> Result<Self, BakeError> {
+        let wrong = |what, expected: &str, found: String| BakeError::Argument { what, expected: expected.to_owned(), found };
+        if !(8_000..=192_000).contains(&sample_rate_hz) {
+            return Err(wrong("sample rate", "8000 to 192000 Hz", format!("{sample_rate_hz} Hz")));
+        }
+        let rate = f64::from(sample_rate_hz);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a rate within the range that WAV files have"
+        )]
+        let (n_fft, from_hz) = (((FRAME_S * rate) as usize).next_power_of_two(), set.sample_rate_hz.round() as u32);
+        let grid = Grid { n_fft, sample_rate_hz: rate };
+        let mut directions = Vec::with_capacity(set.responses.len());
+        let mut ears = Vec::with_capacity(2 * set.responses.len());
+        for response in &set.responses {
+            let direction = response.listener.to_head(response.source).try_normalize();
+            directions.push(direction.ok_or_else(|| wrong("head", "sources apart from it", response.name.clone()))?);
+            ears.extend([response.left.clone(), response.right.clone()]);
+        }
+        if directions.is_empty() {
+            return Err(wrong("head", "at least one direction", "none".to_owned()));
+        }
+        let ears = resample::response(&ears, from_hz, sample_rate_hz)?;
+        let mut head = Self {
+            grid,
+            delays: Vec::new(),
+            spectra: Vec::new(),
+            coherence: Vec::new(),
+            directions,
+            credit: set.credit.clone(),
+            licence: set.licence.clone(),
+        };
+        let shares = head.shares();
+        let (cut, onsets) = head.cut(&ears).ok_or_else(|| wrong("head", "responses with sound", "silence".to_owned()))?;
+        head.set(&cut, &onsets, &shares);
+        Ok(head)
+    }
+
+    pub(super) fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// Samples per second.
+    #[must_use]
+    pub fn sample_rate_hz(&self) -> u32 {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it came from a u32")]
+        let rate = self.grid.sample_rate_hz as u32;
+        rate
+    }
+
+    /// Directions that were measured.
+    #[must_use]
+    pub fn directions(&self) -> usize {
+        self.directions.len()
+    }
+
+    pub(super) fn credit(&self) -> &str {
+        &self.credit
+    }
+
+    pub(super) fn licence(&self) -> &str {
+        &self.licence
+    }
+
+    /// Real interaural coherence in a diffuse field at a frequency, -1 to 1.
+    pub(super) fn coherence(&self, hz: f64) -> f32 {
+        let bin = hz * self.grid.n_fft as f64 / self.grid.sample_rate_hz;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
+        let bin = (bin.round() as usize).min(self.coherence.len() - 1);
+        self.coherence[bin]
+    }
+
+    /// The share of the sphere that each direction stands for: how much of it is nearest to it.
+    fn shares(&self) -> Vec<f32> {
+        let mut shares = vec![0.0; self.directions.len()];
+        for i in 0..SPHERE {
+            shares[self.near(fibonacci(i, SPHERE)).weights[0].0] += 1.0 / SPHERE as f32;
+        }
+        shares
+    }
+
+    /// Responses from their onsets on, each as long as counts, and the onsets in samples.
+    fn cut(&self, ears: &[Vec<f32>]) -> Option<(Vec<Vec<f32>>, Vec<f32>)> {
+        let rate = self.grid.sample_rate_hz;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some milliseconds")]
+        let [lead, length, fade] = [0.001, RESPONSE_S, 0.002].map(|s| (s * rate) as usize);
+        let mut pieces = Vec::with_capacity(ears.len());
+        let mut onsets = Vec::with_capacity(ears.len());
+        for ear in ears {
+            let onset = arrival(ear)?;
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample of the response")]
+            let end = onset as usize + length;
+            let start = end.saturating_sub(length + lead);
+            let mut piece = vec![0.0; start];
+            piece.extend(ear.iter().skip(start).take(end - start));
+            let last = piece.len();
+            for (i, v) in piece.iter_mut().rev().take(fade).enumerate() {
+                // Only what was cut off needs an end.
+                if ear.len() > last {
+                    *v *= (0.5 * std::f32::consts::PI * (i as f32 + 0.5) / fade as f32).sin().powi(2);
+                }
+            }
+            pieces.push(piece);
+            onsets.push(onset);
+        }
+        Some((pieces, onsets))
+    }
+
+    fn set(&mut self, ears: &[Vec<f32>], onsets: &[f32], shares: &[f32]) {
+        let Grid { n_fft, sample_rate_hz } = self.grid;
+        let forward = RealFftPlanner::<f32>::new().plan_fft_forward(n_fft);
+        let mut time = forward.make_input_vec();
+        let spectra: Vec<Vec<Complex32>> = ears
+            .iter()
+            .zip(onsets)
+            .map(|(ear, onset)| {
+                // Turned round the transform so that the onset comes to lie at its beginning, where the rest follows exactly.
+                time.fill(0.0);
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample of the response")]
+                let whole = onset.round() as usize;
+                for (i, v) in ear.iter().enumerate() {
+                    if *v != 0.0 {
+                        time[(i + n_fft * (1 + whole / n_fft) - whole) % n_fft] += v;
+                    }
+                }
+                let mut spectrum = forward.make_output_vec();
+                let done = forward.process(&mut time, &mut spectrum);
+                debug_assert!(done.is_ok());
+                delay(&mut spectrum, whole as f32 - onset, n_fft);
+                spectrum
+            })
+            .collect();
+        let pairs: Vec<&[Vec<Complex32>]> = spectra.chunks(2).collect();
+        let bins = n_fft / 2 + 1;
+        let hz = |k: usize| k as f64 * sample_rate_hz / n_fft as f64;
+        let energy: Vec<f64> = (0..bins)
+            .map(|k| {
+                pairs.iter().zip(shares).map(|(p, w)| f64::from(w * 0.5 * (p[0][k].norm_sqr() + p[1][k].norm_sqr()))).sum()
+            })
+            .collect();
+        let range = EQUALISED.0..=EQUALISED.1 * 0.5 * sample_rate_hz;
+        let smooth = third_octaves(&energy, sample_rate_hz / n_fft as f64);
+        let equaliser = log_spectrum(self.grid, |f| {
+            let bin = f.clamp(*range.start(), *range.end()) / sample_rate_hz * n_fft as f64;
+            -0.5 * at(&smooth, bin).max(1e-12).ln()
+        });
+        let fade = |k: usize| {
+            let above = (hz(k) / (0.5 * sample_rate_hz) - EQUALISED.1) / (1.0 - EQUALISED.1);
+            #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
+            let gain = (0.5 * std::f64::consts::PI * above.clamp(0.0, 1.0)).cos().powi(2) as f32;
+            gain
+        };
+        let equaliser: Vec<Complex32> = equaliser.iter().enumerate().map(|(k, c)| c.exp() * fade(k)).collect();
+        let mean_onset = onsets.chunks(2).zip(shares).map(|(o, w)| w * 0.5 * (o[0] + o[1])).sum::<f32>();
+        self.delays = onsets.chunks(2).map(|o| [o[0] - mean_onset, o[1] - mean_onset]).collect();
+        self.coherence = (0..bins)
+            .map(|k| {
+                let (mut cross, mut left, mut right) = (0.0, 0.0, 0.0);
+                for ((p, w), d) in pairs.iter().zip(shares).zip(&self.delays) {
+                    #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+                    let lag = (2.0 * std::f64::consts::PI * hz(k) / sample_rate_hz) as f32 * (d[0] - d[1]);
+                    cross += w * (p[0][k] * p[1][k].conj() * Complex32::cis(-lag)).re;
+                    left += w * p[0][k].norm_sqr();
+                    right += w * p[1][k].norm_sqr();
+                }
+                (cross / (left * right).sqrt().max(1e-12)).clamp(-1.0, 1.0)
+            })
+            .collect();
+        let equalised = |s: &Vec<Complex32>| s.iter().zip(&equaliser).map(|(s, e)| s * e).collect();
+        self.spectra = pairs.iter().map(|p| [equalised(&p[0]), equalised(&p[1])]).collect();
+    }
+
+    /// What is measured near a direction of unit length: forward, left, up.
+    pub(super) fn near(&self, direction: Vec3) -> Near<'_> {
+        let mut nearest = [(usize::MAX, f32::NEG_INFINITY); NEAR];
+        for (i, d) in self.directions.iter().enumerate() {
+            let closeness = d.dot(direction);
+            if closeness > nearest[NEAR - 1].1 {
+                let place = nearest.partition_point(|n| n.1 >= closeness);
+                nearest[place..].rotate_right(1);
+                nearest[place] = (i, closeness);
+            }
+        }
+        let far = |(i, _): (usize, f32)| self.directions.get(i).map(|d| d.distance(direction));
+        // With few directions all of them count, however far.
+        let reach = far(nearest[NEAR - 1]).unwrap_or(4.0);
+        let mut weights = [(0, 0.0); NEAR - 1];
+        let mut sum = 0.0;
+        for (weight, n) in weights.iter_mut().zip(nearest) {
+            let Some(distance) = far(n) else { continue };
+            let w = ((reach - distance).max(0.0) / (reach * distance.max(1e-6)).max(1e-12)).powi(2);
+            *weight = (n.0, w);
+            sum += w;
+        }
+        if sum > 0.0 {
+            weights.iter_mut().for_each(|w| w.1 /= sum);
+        } else {
+            weights[0] = (nearest[0].0, 1.0);
+        }
+        Near { head: self, weights }
+    }
+}
+
+/// Measured directions with their weights, the nearest first.
+#[derive(Debug)]
+pub(super) struct Near<'a> {
+    head: &'a Head,
+    weights: [(usize, f32); NEAR - 1],
+}
+
+impl Near<'_> {
+    /// Delay of an ear after the head's centre, samples.
+    pub(super) fn delay(&self, ear: usize) -> f32 {
+        self.weights.iter().map(|(i, w)| w * self.head.delays[*i][ear]).sum()
+    }
+
+    /// Spectrum of an ear without its delay.
+    pub(super) fn spectrum(&self, ear: usize, out: &mut [Complex32]) {
+        out.fill(Complex32::default());
+        for (direction, weight) in self.weights.iter().filter(|(_, w)| *w > 1e-4) {
+            for (o, s) in out.iter_mut().zip(&self.head.spectra[*direction][ear]) {
+                *o += s * weight;
+            }
+        }
+    }
+}
+
+/// A direction of a lattice that covers the sphere evenly.
+fn fibonacci(i: usize, count: usize) -> Vec3 {
+    #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
+    let (i, count) = (i as f32 + 0.5, count as f32);
+    let z = 1.0 - 2.0 * i / count;
+    let turn = std::f32::consts::PI * (1.0 + 5.0_f32.sqrt()) * i;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    Vec3::new(r * turn.cos(), r * turn.sin(), z)
+}
+
+/// Sample of the first peak of at least half the highest, between samples by a parabola; `None` for silence.
+fn arrival(ear: &[f32]) -> Option<f32> {
+    let peak = ear.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+    if peak <= 0.0 {
+        return None;
+    }
+    let at = |i: usize| ear.get(i).map_or(0.0, |v| v.abs());
+    let i = (0..ear.len()).find(|i| at(*i) >= 0.5 * peak && at(*i) >= at(i + 1))?;
+    let before = if i > 0 { at(i - 1) } else { 0.0 };
+    let (middle, after) = (at(i), at(i + 1));
+    let curvature = before - 2.0 * middle + after;
+    let offset = if curvature < 0.0 { (0.5 * (before - after) / curvature).clamp(-0.5, 0.5) } else { 0.0 };
+    Some(i as f32 + offset)
+}
+
+/// Delays a spectrum by a fraction of a sample.
+fn delay(spectrum: &mut [Complex32], samples: f32, n_fft: usize) {
+    for (k, s) in spectrum.iter_mut().enumerate() {
+        *s *= Complex32::cis(-2.0 * std::f32::consts::PI * k as f32 * samples / n_fft as f32);
+    }
+}
+
+/// Means over a third of an octave about each bin.
+fn third_octaves(energy: &[f64], bin_hz: f64) -> Vec<f64> {
+    let edge = 2.0_f64.powf(1.0 / 6.0);
+    let last = energy.len() - 1;
+    (0..energy.len())
+        .map(|k| {
+            let hz = (k as f64 * bin_hz).max(0.5 * bin_hz);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bins")]
+            let (low, high) = ((hz / edge / bin_hz).round() as usize, ((hz * edge / bin_hz).round() as usize).min(last));
+            let low = low.min(high);
+            energy[low..=high].iter().sum::<f64>() / (high - low + 1) as f64
+        })
+        .collect()
+}
+
+/// A value between bins.
+fn at(values: &[f64], bin: f64) -> f64 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
+    let below = (bin as usize).min(values.len() - 2);
+    values[below] + (bin - below as f64) * (values[below + 1] - values[below])
+}

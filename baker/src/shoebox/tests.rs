@@ -1,0 +1,283 @@
+use super::*;
+use promenade_core::metrics::{DecayRange, decay_time_s, ild_db, itd_s};
+use std::f32::consts::PI;
+
+const RATE: u32 = 24_000;
+const ROOM: BoxRoom = BoxRoom { size: Vec3::new(7.0, 5.0, 3.0), absorption: [[0.3; 7]; 6] };
+const EMITTER: Vec3 = Vec3::new(3.1, 2.3, 1.9);
+
+fn set(directions: &[Vec3], ears: impl Fn(Vec3) -> [Vec<f32>; 2]) -> Responses {
+    let response = |(i, d): (usize, &Vec3)| {
+        let [left, right] = ears(*d);
+        Response { listener: Pose::IDENTITY, source: 1.4 * *d, left, right, name: format!("{i}") }
+    };
+    Responses {
+        title: String::new(),
+        credit: "me".to_owned(),
+        licence: String::new(),
+        sample_rate_hz: f64::from(RATE),
+        responses: directions.iter().enumerate().map(response).collect(),
+        notes: Vec::new(),
+    }
+}
+
+/// A head that hears alike from everywhere: two ears at its centre.
+fn transparent() -> Head {
+    let pulse = || (0..64).map(|i| f32::from(u8::from(i == 20))).collect();
+    Head::new(&set(&[Vec3::X], |_| [pulse(), pulse()]), RATE).unwrap()
+}
+
+/// Ears that hear their own side earlier, by up to 16 samples, and louder; the same to the left and to the right.
+fn two_sided() -> Head {
+    let half = (0..200).map(|i| {
+        let z = 1.0 - (2.0 * i as f32 + 1.0) / 200.0;
+        let turn = 2.4 * i as f32;
+        Vec3::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z)
+    });
+    let directions: Vec<Vec3> = half.flat_map(|d| [d, Vec3::new(d.x, -d.y, d.z)]).collect();
+    let ear = |side: f32| -> Vec<f32> {
+        let pulse = |i: i32| {
+            let t = i as f32 - (30.0 - 8.0 * side);
+            let sinc = if t.abs() < 1e-4 { 1.0 } else { (PI * t).sin() / (PI * t) };
+            (1.0 + 0.6 * side) * sinc * (0.5 + 0.5 * (PI * t / 17.0).cos()) * f32::from(u8::from(t.abs() < 17.0))
+        };
+        (0..64).map(pulse).collect()
+    };
+    Head::new(&set(&directions, |d| [ear(d.y), ear(-d.y)]), RATE).unwrap()
+}
+
+fn simulate(room: &BoxRoom, emitter: Vec3, head: &Head, poses: &[Pose], options: &BoxOptions) -> Vec<Response> {
+    simulate_box(room, emitter, head, poses, options, |_| ()).unwrap_or_else(|e| panic!("{e}")).responses
+}
+
+fn at(x: f32, y: f32, z: f32) -> Pose {
+    Pose { position: Vec3::new(x, y, z), ..Pose::IDENTITY }
+}
+
+fn energy(samples: &[f32]) -> f64 {
+    samples.iter().map(|v| f64::from(*v).powi(2)).sum()
+}
+
+/// Of the spectrum at a frequency.
+fn power(samples: &[f32], hz: f64) -> f64 {
+    let w = 2.0 * std::f64::consts::PI * hz / f64::from(RATE);
+    let sum = |f: fn(f64) -> f64| samples.iter().enumerate().map(|(i, v)| f64::from(*v) * f(w * i as f64)).sum::<f64>();
+    sum(f64::cos).powi(2) + sum(f64::sin).powi(2)
+}
+
+/// Without what lies near half the sample rate.
+fn smooth(samples: &[f32]) -> Vec<f32> {
+    samples.windows(5).map(|w| (w[0] + w[4]) / 16.0 + (w[1] + w[3]) / 4.0 + w[2] * 0.375).collect()
+}
+
+#[test]
+fn the_direct_sound_comes_after_its_way_at_its_level() {
+    let dead = BoxRoom { absorption: [[1.0; 7]; 6], ..ROOM };
+    for pose in [at(1.0, 1.0, 1.0), at(3.1, 2.3, 0.9), at(6.9, 4.9, 2.9)] {
+        let distance = pose.position.distance(EMITTER);
+        let response = &simulate(&dead, EMITTER, &transparent(), &[pose], &BoxOptions::default())[0];
+        assert_eq!(response.left, response.right);
+        let level = 10.0 * power(&response.left, 1000.0).log10() + 20.0 * f64::from(distance).log10();
+        assert!(level.abs() < 0.02, "{level} dB at {distance} m");
+        // The centre of a pulse's energy is where the pulse is.
+        let centre = response.left.iter().enumerate().map(|(i, v)| i as f64 * f64::from(*v).powi(2)).sum::<f64>();
+        let arrival = centre / energy(&response.left);
+        let expected = f64::from(distance / SPEED_OF_SOUND_M_S) * f64::from(RATE);
+        assert!((arrival - expected).abs() < 0.05, "{arrival} for {expected}");
+    }
+}
+
+#[test]
+fn images_are_where_mirrors_put_them_with_what_walls_leave() {
+    assert_eq!([0, 1, 2, 3, 6].map(|order| images(order).len()), [1, 7, 25, 63, 377]);
+    let mut absorption = [[0.0; 7]; 6];
+    for (wall, octaves) in absorption.iter_mut().enumerate() {
+        *octaves = [0.1 + 0.1 * wall as f32; 7];
+    }
+    let room = BoxRoom { absorption, ..ROOM };
+    let found = images(1);
+    // Walls at x = 0, x = 7, and so on: mirrors of the emitter, each with its own absorption.
+    for (wall, octaves) in absorption.iter().enumerate() {
+        let (axis, mut mirrored) = (wall / 2, EMITTER);
+        mirrored[axis] = if wall % 2 == 0 { -EMITTER[axis] } else { 2.0 * ROOM.size[axis] - EMITTER[axis] };
+        let image = found.iter().find(|i| i.position(EMITTER, ROOM.size).distance(mirrored) < 1e-4).unwrap();
+        assert!((image.energy(&room, 3) - f64::from(1.0 - octaves[3])).abs() < 1e-6, "wall {wall}");
+        assert_eq!(image.order(), 1);
+    }
+    // Every image is the mirror of another in the wall that it met last, with what that wall leaves.
+    let far = images(3).into_iter().find(|i| i.position(EMITTER, ROOM.size).abs_diff_eq(Vec3::new(17.1, 2.3, -1.9), 1e-4));
+    assert!((far.unwrap().energy(&room, 0) - 0.9 * 0.8 * 0.5).abs() < 1e-6, "floor, then far and near wall");
+}
+
+#[test]
+fn reflections_have_the_energy_of_their_images() {
+    let listener = at(1.0, 3.5, 1.2);
+    let options = BoxOptions { order: 2, length_s: Some(0.0235), ..BoxOptions::default() };
+    let response = &simulate(&ROOM, EMITTER, &transparent(), &[listener], &options)[0];
+    let mut silent = response.left.clone();
+    for image in images(2) {
+        let distance = image.position(EMITTER, ROOM.size).distance(listener.position);
+        let arrival = distance / SPEED_OF_SOUND_M_S * RATE as f32;
+        let amplitude = (image.energy(&ROOM, 3).sqrt() as f32) / distance;
+        for (i, v) in silent.iter_mut().enumerate() {
+            let t = PI * (i as f32 - arrival);
+            *v -= amplitude * if t.abs() < 1e-3 { 1.0 } else { t.sin() / t };
+        }
+    }
+    // Ripples of the images that arrive after the end are in one of both only.
+    let left = 10.0 * (energy(&smooth(&silent[..500])) / energy(&smooth(&response.left[..500]))).log10();
+    assert!(left < -70.0, "what the images do not explain: {left} dB");
+}
+
+#[test]
+fn walls_take_by_octave() {
+    let mut absorption = [[1.0; 7]; 6];
+    absorption[4] = [0.1, 0.1, 0.1, 0.5, 0.9, 0.9, 0.9];
+    let room = BoxRoom { absorption, ..ROOM };
+    // Direct sound and floor only.
+    let options = BoxOptions { length_s: Some(0.08), ..BoxOptions::default() };
+    let listener = at(5.0, 2.3, 1.9);
+    let response = &simulate(&room, EMITTER, &transparent(), &[listener], &options)[0];
+    let way = EMITTER.distance(Vec3::new(5.0, 2.3, -1.9));
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample")]
+    let start = (way / SPEED_OF_SOUND_M_S * RATE as f32) as usize - 20;
+    for (hz, left) in [(250.0, 0.9), (1000.0, 0.5), (4000.0, 0.1)] {
+        let found = power(&response.left[start..start + 700], hz) * f64::from(way).powi(2);
+        assert!((10.0 * (found / left).log10()).abs() < 0.5, "{hz} Hz: {found} for {left}");
+    }
+}
+
+#[test]
+fn the_room_decays_after_eyring() {
+    for absorption in [0.15, 0.3, 0.5] {
+        let room = BoxRoom { absorption: [[absorption; 7]; 6], ..ROOM };
+        let eyring = f64::from(room.eyring_t60_s()[3]);
+        let poses = [at(1.0, 1.0, 1.0), at(5.5, 1.5, 1.2), at(2.0, 4.0, 1.7)];
+        let options = BoxOptions { length_s: Some((1.2 * eyring) as f32), ..BoxOptions::default() };
+        for response in simulate(&room, EMITTER, &transparent(), &poses, &options) {
+            let t20 = decay_time_s(&response.left, f64::from(RATE), DecayRange::T20).unwrap();
+            assert!((t20 / eyring - 1.0).abs() < 0.15, "{} s for {eyring} s, absorption {absorption}, {}", t20, response.name);
+        }
+    }
+}
+
+#[test]
+fn late_energy_is_that_of_the_diffuse_field() {
+    let head = two_sided();
+    let poses: Vec<Pose> = (1..7).map(|i| at(i as f32, 1.0 + 0.4 * i as f32, 1.3)).collect();
+    let late = (0.1 * RATE as f32) as usize;
+    let decay = f64::from(ROOM.decay_per_s()[3]);
+    let density = 4.0 * std::f64::consts::PI * f64::from(SPEED_OF_SOUND_M_S / ROOM.volume_m3());
+    let expected = density / decay * (-0.1 * decay).exp();
+    let options = BoxOptions { length_s: Some(0.6), ..BoxOptions::default() };
+    let responses = simulate(&ROOM, EMITTER, &head, &poses, &options);
+    for ear in [|r: &Response| energy(&r.left[(0.1 * RATE as f32) as usize..]), |r: &Response| energy(&r.right[2400..])] {
+        let mean = responses.iter().map(ear).sum::<f64>() / poses.len() as f64;
+        assert!((10.0 * (mean / expected).log10()).abs() < 1.0, "{mean} for {expected}");
+    }
+    // At 1.5 kHz ears this far apart hear different noise, at 60 Hz the same.
+    let coherence = [60.0, 1500.0].map(|hz| head.coherence(hz));
+    assert!(coherence[0] > 0.7 && coherence[1].abs() < 0.4, "{coherence:?}");
+    let low: f64 = responses[0].left[late..].iter().zip(&responses[0].right[late..]).map(|(a, b)| f64::from(a * b)).sum();
+    assert!(low.abs() < 0.3 * energy(&responses[0].left[late..]), "broad-band noise of both ears has little in common");
+}
+
+#[test]
+fn the_near_ear_is_earlier_and_louder() {
+    let head = two_sided();
+    // The emitter is to the left of one who looks along x from the right wall, and to the right of one who looks back.
+    let options = BoxOptions { length_s: Some(0.05), ..BoxOptions::default() };
+    let back = Pose::from_ypr(Vec3::new(3.1, 1.0, 1.9), PI, 0.0, 0.0);
+    let responses = simulate(&ROOM, EMITTER, &head, &[at(3.1, 1.0, 1.9), back], &options);
+    for (response, side) in responses.iter().zip([1.0, -1.0]) {
+        let itd = itd_s(&response.left, &response.right, f64::from(RATE)).unwrap();
+        let ild = ild_db(&response.left, &response.right).unwrap();
+        assert!((itd * side + 16.0 / 24e3).abs() < 4e-5, "{}: the left ear is {itd} s later", response.name);
+        assert!(ild * side > 2.0, "{}: {ild} dB", response.name);
+    }
+}
+
+#[test]
+fn a_mirrored_room_swaps_the_ears() {
+    let head = two_sided();
+    let mut absorption = [[0.2; 7]; 6];
+    absorption[2] = [0.6; 7];
+    let room = BoxRoom { absorption, ..ROOM };
+    absorption.swap(2, 3);
+    let mirrored = BoxRoom { absorption, ..ROOM };
+    let flip = |p: Vec3| Vec3::new(p.x, ROOM.size.y - p.y, p.z);
+    // Before the tail, whose noise knows no mirror.
+    let options = BoxOptions { order: 5, length_s: Some(0.03), ..BoxOptions::default() };
+    let here = Pose::from_ypr(Vec3::new(1.2, 3.4, 1.6), 0.7, 0.2, 0.1);
+    let there = Pose::from_ypr(flip(here.position), -0.7, 0.2, -0.1);
+    let one = &simulate(&room, EMITTER, &head, &[here], &options)[0];
+    let other = &simulate(&mirrored, flip(EMITTER), &head, &[there], &options)[0];
+    for (a, b) in [(&one.left, &other.right), (&one.right, &other.left)] {
+        let difference: Vec<f32> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+        let left = 10.0 * (energy(&difference) / energy(a)).log10();
+        assert!(left < -45.0, "{left} dB of difference");
+    }
+    assert!(10.0 * (energy(&one.left) / energy(&one.right)).log10().abs() > 0.1, "the ears hear different things");
+}
+
+#[test]
+fn the_seed_is_the_noise_and_nothing_else() {
+    let options = BoxOptions { length_s: Some(0.2), ..BoxOptions::default() };
+    let poses = [at(1.0, 1.0, 1.0), at(1.0, 1.0, 1.0)];
+    let head = transparent();
+    let once = simulate(&ROOM, EMITTER, &head, &poses, &options);
+    assert_eq!(once, simulate(&ROOM, EMITTER, &head, &poses, &options));
+    let again = simulate(&ROOM, EMITTER, &head, &poses, &BoxOptions { seed: 2, ..options });
+    assert_eq!(once[0].left[..700], again[0].left[..700], "images have no noise");
+    assert_ne!(once[0].left, again[0].left);
+    assert_ne!(once[0].left, once[1].left, "each pose has its own");
+}
+
+#[test]
+fn a_turn_of_the_head_has_no_steps() {
+    let head = two_sided();
+    let near = |azimuth: f32| {
+        let near = head.near(Vec3::new(azimuth.cos(), azimuth.sin(), 0.3).normalize());
+        let mut spectrum = vec![Complex32::default(); head.grid().n_fft / 2 + 1];
+        near.spectrum(0, &mut spectrum);
+        (near.delay(0), spectrum[100].norm())
+    };
+    for step in 0..3600 {
+        let azimuth = step as f32 * PI / 1800.0;
+        let ((delay, level), (next_delay, next_level)) = (near(azimuth), near(azimuth + PI / 1800.0));
+        let step = (next_delay - delay, next_level / level);
+        assert!(step.0.abs() < 0.2 && (step.1 - 1.0).abs() < 0.02, "{step:?} at {azimuth}");
+        assert!((delay + 8.0 * azimuth.sin() / 1.09_f32.sqrt()).abs() < 0.9, "{delay} samples at {azimuth}");
+    }
+}
+
+#[test]
+fn what_cannot_be_is_an_error() {
+    let head = transparent();
+    let good = BoxOptions::default();
+    let inside = [at(1.0, 1.0, 1.0)];
+    let refused = |room: &BoxRoom, emitter, poses: &[Pose], options: &BoxOptions, says: &str| {
+        let error = simulate_box(room, emitter, &head, poses, options, |_| ()).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    };
+    let outside = [at(1.0, 1.0, 1.0), at(1.0, -0.1, 1.0)];
+    refused(
+        &ROOM,
+        EMITTER,
+        &outside,
+        &good,
+        "listener: expected inside the room, between 0,0,0 and [7, 5, 3], found pose 1 at",
+    );
+    refused(&ROOM, EMITTER, &[at(f32::NAN, 1.0, 1.0)], &good, "pose 0");
+    refused(&ROOM, EMITTER, &[at(3.1, 2.3, 1.95)], &good, "at least 0.1 m from the emitter");
+    refused(&ROOM, Vec3::new(8.0, 1.0, 1.0), &inside, &good, "emitter: expected inside the room");
+    refused(&BoxRoom { absorption: [[1.1; 7]; 6], ..ROOM }, EMITTER, &inside, &good, "absorption: expected 0 to 1, found 1.1");
+    refused(&BoxRoom { size: Vec3::new(0.1, 5.0, 3.0), ..ROOM }, EMITTER, &inside, &good, "size of the room");
+    refused(&ROOM, EMITTER, &inside, &BoxOptions { order: 99, ..good }, "order of images: expected at most 20");
+    refused(&ROOM, EMITTER, &inside, &BoxOptions { length_s: Some(0.0), ..good }, "length of the responses");
+    refused(&ROOM, EMITTER, &inside, &BoxOptions { sample_rate_hz: 48_000, ..good }, "the head's 24000 Hz");
+    let silent = set(&[Vec3::X], |_| [vec![0.0; 8], vec![0.0; 8]]);
+    assert!(Head::new(&silent, RATE).unwrap_err().to_string().contains("responses with sound, found silence"));
+    assert!(Head::new(&set(&[], |_| [Vec::new(), Vec::new()]), RATE).is_err());
+    assert!(Head::new(&set(&[Vec3::ZERO], |_| [vec![1.0], vec![1.0]]), RATE).is_err());
+}
