@@ -6,12 +6,15 @@
 
 mod cut;
 mod defects;
+mod from_responses;
 mod load;
 mod manifest;
+mod sift;
 mod write;
 
 pub use cut::{Cut, SplitRule};
-pub use defects::{CLIPPED_RUN, SILENT_DBFS};
+pub use defects::{CLIPPED_RUN, SILENT_DBFS, is_clipped, is_silent, level_dbfs};
+pub use from_responses::{DrySound, FromResponses, from_responses};
 
 use crate::BakeError;
 use promenade_core::glam::Vec3;
