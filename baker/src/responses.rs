@@ -4,12 +4,14 @@
 //! listener and source ends up in one right-handed world with z up, in metres.
 
 mod check;
+mod folder;
 mod hold_out;
 mod manifest;
 mod pattern;
 mod sofa;
 mod spherical;
 
+pub use folder::{FolderLayout, FolderOptions, load_folder};
 pub use hold_out::HoldOut;
 
 use crate::BakeError;

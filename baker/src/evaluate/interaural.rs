@@ -131,7 +131,7 @@ mod tests {
         assert!((itd - 312e-6).abs() < 5e-6, "{itd}");
         let itd = running_itd_s([&at_once, &late], 16_000.0).unwrap();
         assert!((itd + 312e-6).abs() < 5e-6, "{itd}");
-        assert_eq!(running_itd_s([&at_once, &[0.0; 16_000]], 16_000.0), None);
+        assert_eq!(running_itd_s([&at_once, &vec![0.0; 16_000]], 16_000.0), None);
     }
 
     #[test]
