@@ -6,12 +6,21 @@
 
 mod cut;
 mod defects;
+mod from_responses;
+mod import;
 mod load;
 mod manifest;
+mod replay;
+mod rwavs;
+mod sift;
 mod write;
 
 pub use cut::{Cut, SplitRule};
-pub use defects::{CLIPPED_RUN, SILENT_DBFS};
+pub use defects::{CLIPPED_RUN, SILENT_DBFS, is_clipped, is_silent, level_dbfs};
+pub use from_responses::{DrySound, FromResponses, from_responses};
+pub use import::ImportCapture;
+pub use replay::import_replay;
+pub use rwavs::import_rwavs;
 
 use crate::BakeError;
 use promenade_core::glam::Vec3;

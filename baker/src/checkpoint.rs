@@ -6,7 +6,7 @@
 mod anchors;
 mod float;
 mod form;
-mod npz;
+pub(crate) mod npz;
 mod pickle;
 mod settings;
 mod weights;

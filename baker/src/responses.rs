@@ -4,6 +4,7 @@
 //! listener and source ends up in one right-handed world with z up, in metres.
 
 mod check;
+mod folder;
 mod hold_out;
 mod manifest;
 mod pattern;
@@ -11,6 +12,7 @@ mod save;
 mod sofa;
 mod spherical;
 
+pub use folder::{FolderLayout, FolderOptions, load_folder};
 pub use hold_out::HoldOut;
 
 use crate::BakeError;

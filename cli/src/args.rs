@@ -1,5 +1,7 @@
 //! The command line.
 
+mod capture;
+mod eval;
 mod path;
 mod simulate;
 mod values;
@@ -16,6 +18,8 @@ use values::{
     parse_tier,
 };
 
+pub(crate) use capture::{CaptureCommand, CheckArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
+pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use path::PathArgs;
 pub(crate) use simulate::{Simulate, SimulateBoxArgs};
 
@@ -51,6 +55,13 @@ pub(crate) enum Command {
     Inspect(InspectArgs),
     /// Compare a scene with the measurements held out of it and its streams with its model's clips, or measure a response
     Measure(MeasureArgs),
+    /// Make, import and check captures: recordings of a walk beside their dry sound
+    Capture {
+        #[command(subcommand)]
+        command: CaptureCommand,
+    },
+    /// Judge scenes on the recordings of captures, beside baselines
+    Eval(EvalArgs),
 }
 
 #[derive(Debug, Subcommand)]

@@ -1,11 +1,14 @@
-//! `promenade`: bake scenes, render sound through them and through plugins, convert camera paths, inspect and measure.
+//! `promenade`: bake scenes, render sound through them and through plugins, convert camera paths, make captures, inspect, measure and
+//! evaluate.
 //!
 //! Results go to standard output, progress and remarks to standard error. The exit status is 0 for success, 1 for failure with a
 //! line `error: ...`, and 2 for a command line that is not understood.
 
 mod args;
 mod bake;
+mod capture;
 mod clip;
+mod eval;
 mod host;
 mod import;
 mod inspect;
@@ -31,6 +34,8 @@ fn main() -> ExitCode {
         args::Command::Simulate { what } => simulate::run(&what),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
+        args::Command::Capture { command } => capture::run(&command),
+        args::Command::Eval(a) => eval::run(&a),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -10,17 +10,21 @@ const FULL_SCALE: f32 = 0.999;
 const EQUAL: f32 = 1e-5;
 
 /// Root mean square of a signal, dB relative to full scale.
-pub(super) fn level_dbfs(x: &[f32]) -> f64 {
+#[must_use]
+pub fn level_dbfs(x: &[f32]) -> f64 {
     let power = x.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>() / x.len().max(1) as f64;
     10.0 * power.max(1e-30).log10()
 }
 
-pub(super) fn is_silent(x: &[f32]) -> bool {
+/// Whether a signal is below [`SILENT_DBFS`].
+#[must_use]
+pub fn is_silent(x: &[f32]) -> bool {
     level_dbfs(x) < SILENT_DBFS
 }
 
 /// Whether [`CLIPPED_RUN`] samples in a row are equal and at full scale.
-pub(super) fn is_clipped(x: &[f32]) -> bool {
+#[must_use]
+pub fn is_clipped(x: &[f32]) -> bool {
     let mut run = 0;
     let mut last = f32::NAN;
     x.iter().any(|&v| {

@@ -1,20 +1,18 @@
 //! From a manifest and its files to a capture.
 
 use super::cut::{Cut, SplitRule};
-use super::defects::{is_clipped, is_silent};
 use super::manifest::{ClipEntry, CutEntry, Manifest, SplitEntry, TrackEntry};
+use super::sift::sift;
 use super::{Capture, Clip, Split, Track};
 use crate::{BakeError, sound};
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Keyframe};
 use promenade_paths::ImportOptions;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Files of a track that should be of one length may differ by this, seconds, besides the offset between them.
 const LENGTH_SLACK_S: f64 = 0.1;
-/// A clip's middle may lie this far beyond the ends of a path, seconds: a pose a second leaves half a second at either end.
-const POSE_REACH_S: f64 = 0.5;
 /// Offsets that are believed, seconds.
 const MAX_OFFSET_S: f64 = 3600.0;
 
@@ -72,7 +70,7 @@ pub(super) fn load(path: &Path) -> Result<Capture, BakeError> {
         clips,
         notes,
     };
-    leave_out(&mut capture, &first_dry);
+    sift(&mut capture, &first_dry);
     if capture.clips.is_empty() {
         let why = capture.notes.join("; ");
         let found = if why.is_empty() { "tracks shorter than a clip".to_owned() } else { why };
@@ -264,51 +262,4 @@ fn cut_all(tracks: &[Loaded], rate: f64, cut: &Cut) -> Vec<Clip> {
     let splits = cut.split.splits(clips.len());
     clips.iter_mut().zip(splits).for_each(|(clip, split)| clip.split = split);
     clips
-}
-
-/// Gives every clip its pose and leaves out those from which nothing can be learnt, with a note for each reason.
-fn leave_out(capture: &mut Capture, first_dry: &[usize]) {
-    let mut left_out: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-    let mut kept = Vec::with_capacity(capture.clips.len());
-    for mut clip in std::mem::take(&mut capture.clips) {
-        match useless(capture, &clip, first_dry[clip.track]) {
-            Some(why) => left_out.entry(why).or_default().push(clip.name),
-            None => {
-                clip.pose = capture.pose_near(&clip, 0.0);
-                kept.push(clip);
-            }
-        }
-    }
-    capture.clips = kept;
-    for (why, names) in left_out {
-        capture.notes.push(format!("{} clips left out, {why}: {}", names.len(), names.join(", ")));
-    }
-}
-
-/// Why a clip is of no use.
-fn useless(capture: &Capture, clip: &Clip, first_dry: usize) -> Option<&'static str> {
-    let dry = &capture.tracks[clip.track].dry[clip.start..clip.start + clip.len];
-    let [left, right] = capture.binaural(clip);
-    let keyframes = capture.tracks[clip.track].path.keyframes();
-    let middle = capture.middle_s(clip);
-    let covered = match keyframes {
-        [] => false,
-        [_] => true,
-        [first, .., last] => (first.t_s - POSE_REACH_S..=last.t_s + POSE_REACH_S).contains(&middle),
-    };
-    if clip.start < first_dry || is_silent(dry) {
-        Some("the dry sound is silent")
-    } else if is_silent(left) {
-        Some("the left ear is silent")
-    } else if is_silent(right) {
-        Some("the right ear is silent")
-    } else if is_clipped(left) || is_clipped(right) {
-        Some("the recording is clipped")
-    } else if is_clipped(dry) {
-        Some("the dry sound is clipped")
-    } else if !covered {
-        Some("no pose at its time")
-    } else {
-        None
-    }
 }

@@ -40,7 +40,7 @@ pub(super) fn read(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(BTreeM
 }
 
 /// One .npy file; says what is wrong with it otherwise.
-fn array(bytes: &[u8]) -> Result<Tensor, String> {
+pub(crate) fn array(bytes: &[u8]) -> Result<Tensor, String> {
     let damaged = || "a damaged header".to_owned();
     let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(damaged)?;
     let (len, rest) = match rest {

@@ -77,6 +77,14 @@ pub(super) fn parse_tier(text: &str) -> Result<RenderTier, String> {
     stream.or(clip).ok_or_else(|| format!("expected one of {}, clip", Tier::ALL.map(Tier::name).join(", ")))
 }
 
+pub(super) fn parse_stream_tier(text: &str) -> Result<Tier, String> {
+    Tier::from_name(text).ok_or_else(|| format!("expected one of {}", Tier::ALL.map(Tier::name).join(", ")))
+}
+
+pub(super) fn parse_share(text: &str) -> Result<f64, String> {
+    parse_within(text, 0.0, 1.0)
+}
+
 fn parse_within<T: std::str::FromStr + PartialOrd + std::fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
     let wrong = || format!("expected a number from {low} to {high}");
     let value = text.parse::<T>().map_err(|_| wrong())?;

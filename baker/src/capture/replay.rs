@@ -1,0 +1,95 @@
+//! Multi-view recordings such as Replay-NVAS (Chen et al. 2023): views that stay, and microphones near the sources.
+
+use super::import::{ImportCapture, cameras, ears, mono, stem};
+use super::sift::sift;
+use super::{Capture, Clip, Split, SplitRule, Track};
+use crate::BakeError;
+use promenade_core::glam::Vec3;
+use promenade_core::{CameraPath, Keyframe};
+use std::path::{Path, PathBuf};
+
+/// The rate that AV-Cloud uses for Replay-NVAS, samples per second.
+const RATE_HZ: u32 = 16_000;
+
+/// Imports one scenario's folder: `near/*` the near-range microphones, `views/*` the stereo sound of each view (WAV or FLAC), and
+/// `cameras.json` with one camera per view, its `img_name` being the view's name.
+///
+/// What is assumed, since how the published files lie in folders is not: the near-range microphones are added up to one dry sound,
+/// all files begin at the same time, the left and right channels are ears that look where the camera does, and cameras are written
+/// as `gs_cameras.json` is (centre in the reconstruction's world, rotation from camera to world, y down). Each view is a track and
+/// its listener stands still; clips of all views at one time share their split, so that nothing that is said in a test clip is heard
+/// in training. Nothing is filtered; publications take away what is below 150 Hz.
+///
+/// # Errors
+/// Missing or damaged files, a view without a camera, or sounds that are shorter than a clip. Checked against layouts that were made
+/// by hand only.
+pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, BakeError> {
+    let rate_hz = options.sample_rate_hz.unwrap_or(RATE_HZ);
+    let (near, views) = (sounds(&folder.join("near"))?, sounds(&folder.join("views"))?);
+    let cameras_path = folder.join("cameras.json");
+    let heads = cameras(&cameras_path, &options.placement(Vec3::NEG_Y))?;
+    let mut dry: Vec<f32> = Vec::new();
+    for file in &near {
+        let one = mono(file, rate_hz)?;
+        dry.resize(dry.len().max(one.len()), 0.0);
+        dry.iter_mut().zip(one).for_each(|(sum, v)| *sum += v);
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
+    let clip = ((options.clip_s * f64::from(rate_hz)).round() as usize).max(1);
+    let (mut tracks, mut clips) = (Vec::new(), Vec::new());
+    for file in &views {
+        let shown = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = stem(&shown).to_owned();
+        let pose = heads.get(&name).ok_or_else(|| {
+            let known: Vec<&str> = heads.keys().map(String::as_str).collect();
+            BakeError::entry(&cameras_path, format!("view {name}"), "a camera of that img_name", known.join(", "))
+        })?;
+        let [mut left, mut right] = ears(file, rate_hz)?;
+        let len = dry.len().min(left.len());
+        left.truncate(len);
+        right.truncate(len);
+        let path = CameraPath::new(vec![Keyframe { t_s: 0.0, pose: *pose }])
+            .map_err(|e| BakeError::content(&cameras_path, "a finite pose", e.to_string()))?;
+        for number in 0..len / clip {
+            let name = format!("{name}-{:05}", number + 1);
+            let start = number * clip;
+            clips.push(Clip { name, track: tracks.len(), start, len: clip, pose: *pose, split: Split::Train });
+        }
+        tracks.push(Track { name, dry: dry[..len].to_vec(), binaural: [left, right], path });
+    }
+    let count = clips.iter().map(|c| c.start / clip + 1).max().unwrap_or(0);
+    let splits = SplitRule::Share { test: options.test_share, seed: options.seed }.splits(count);
+    clips.iter_mut().for_each(|c| c.split = splits[c.start / clip]);
+    let notes = vec![
+        format!("the dry sound is the sum of {} near-range microphones", near.len()),
+        "poses are those of cameras.json; scale and up of a reconstruction are not in the data".to_owned(),
+    ];
+    let mut capture = Capture {
+        title: options.title.clone(),
+        credit: options.credit.clone(),
+        licence: options.licence.clone(),
+        sample_rate_hz: f64::from(rate_hz),
+        emitter: options.emitter,
+        tracks,
+        clips,
+        notes,
+    };
+    sift(&mut capture, &[]);
+    if capture.clips.is_empty() {
+        return Err(BakeError::content(folder, "clips with sound", capture.notes.join("; ")));
+    }
+    Ok(capture)
+}
+
+/// The sound files of a folder, by name.
+fn sounds(folder: &Path) -> Result<Vec<PathBuf>, BakeError> {
+    let list = std::fs::read_dir(folder).map_err(BakeError::read(folder))?;
+    let all = list.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>().map_err(BakeError::read(folder))?;
+    let is_sound = |p: &PathBuf| p.extension().is_some_and(|e| ["wav", "flac"].iter().any(|s| e.eq_ignore_ascii_case(s)));
+    let mut files: Vec<PathBuf> = all.into_iter().filter(is_sound).collect();
+    files.sort();
+    if files.is_empty() {
+        return Err(BakeError::content(folder, "files ending in .wav or .flac", "none"));
+    }
+    Ok(files)
+}

@@ -1,0 +1,208 @@
+//! A scene against recordings that it was not made from, beside baselines: what `promenade eval` and training's held-out error rest
+//! on. `docs/measuring.md` says what each figure and each baseline is.
+
+mod baselines;
+mod decay;
+mod figure;
+mod head;
+mod interaural;
+mod nearest;
+mod player;
+
+pub use decay::decay_time_s;
+pub use figure::{Figure, Figures};
+pub use interaural::{band_ild_error_db, running_itd_s};
+pub use player::{PRE_ROLL_S, Player, Poses};
+
+use crate::{BakeError, Capture, Clip, Responses, Split};
+use baselines::baselines;
+use promenade_core::{Scene, Tier};
+use std::sync::Arc;
+
+/// Training clips that levels are fitted on, spread over all.
+const FIT_CLIPS: usize = 64;
+
+/// How a scene is evaluated.
+#[derive(Clone, Debug, Default)]
+pub struct EvaluateOptions {
+    /// Point on the curve of speed against accuracy; without it standard, or the cheapest that the scene has.
+    pub tier: Option<Tier>,
+    /// Where the listener is while a clip is rendered.
+    pub poses: Poses,
+    /// Scale the scene by one gain, that which gives the training clips their energy: for a scene whose level is not the capture's.
+    pub fit_level: bool,
+    /// Judge the baselines too.
+    pub baselines: bool,
+    /// Responses without a room, for the baseline of distance and HRTF; without them a sphere for a head.
+    pub head: Option<Responses>,
+}
+
+/// Something that says what ears hear during a clip.
+trait Method {
+    /// Name in tables and files.
+    fn name(&self) -> &'static str;
+    /// What it knows that a listener's pose and the dry sound do not tell.
+    fn note(&self) -> &'static str;
+    /// Both ears, each as long as the clip.
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError>;
+}
+
+/// How well one method does on one capture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodResult {
+    /// Name in tables and files; the scene's is "scene".
+    pub name: String,
+    /// What it is told of the recording that it predicts; empty for a method that is told nothing.
+    pub note: String,
+    /// Figures of each test clip, by its name.
+    pub clips: Vec<(String, Figures)>,
+    /// Means over the clips that have a value.
+    pub mean: Figures,
+}
+
+/// A scene on a capture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// The scene's title.
+    pub scene: String,
+    /// The capture's title.
+    pub capture: String,
+    /// The tier that was played.
+    pub tier: Tier,
+    /// Samples per second of clips and figures.
+    pub sample_rate_hz: f64,
+    /// The scene, then the baselines.
+    pub methods: Vec<MethodResult>,
+    /// What the user should know: levels that were fitted, baselines that were left out.
+    pub notes: Vec<String>,
+}
+
+/// What one method makes of one clip, beside the recording.
+#[derive(Clone, Copy, Debug)]
+pub struct Heard<'a> {
+    /// Name of the method.
+    pub method: &'a str,
+    /// The clip.
+    pub clip: &'a Clip,
+    /// What the method says that the ears hear.
+    pub predicted: [&'a [f32]; 2],
+    /// What was recorded.
+    pub recorded: [&'a [f32]; 2],
+}
+
+/// Compares a scene, and baselines where they are wanted, with the test clips of a capture.
+///
+/// Every clip is rendered by [`Player`] with at least a second of the dry sound before it, where the track has it.
+///
+/// # Errors
+/// A capture without test clips, a tier that the scene has not, or a rate that cannot be rendered.
+pub fn evaluate(scene: &Arc<Scene>, capture: &Capture, options: &EvaluateOptions) -> Result<Evaluation, BakeError> {
+    evaluate_each(scene, capture, options, &mut |_| Ok(()))
+}
+
+/// As [`evaluate`]; everything that is compared goes through `each` too, to be kept or shown.
+///
+/// # Errors
+/// As [`evaluate`], and those of `each`.
+pub fn evaluate_each(
+    scene: &Arc<Scene>,
+    capture: &Capture,
+    options: &EvaluateOptions,
+    each: &mut dyn FnMut(Heard<'_>) -> Result<(), BakeError>,
+) -> Result<Evaluation, BakeError> {
+    let tests: Vec<&Clip> = capture.split(Split::Test).collect();
+    if tests.is_empty() {
+        let found = format!("none among the {} of {}", capture.clips.len(), capture.title);
+        return Err(BakeError::Argument { what: "capture", expected: "at least one clip for testing".to_owned(), found });
+    }
+    let mut notes = Vec::new();
+    let player = Player::new(scene, capture.sample_rate_hz, options.tier, options.poses)?;
+    let tier = player.tier();
+    let mut methods: Vec<Box<dyn Method>> = vec![Box::new(SceneMethod { player, gain: 1.0 })];
+    let fit = fit_clips(capture);
+    if options.fit_level {
+        let gain = fitted_gain(methods[0].as_mut(), capture, &fit)?;
+        methods[0] =
+            Box::new(SceneMethod { player: Player::new(scene, capture.sample_rate_hz, options.tier, options.poses)?, gain });
+        notes.push(format!("the scene's level was fitted on {} training clips: {:+.2} dB", fit.len(), 20.0 * gain.log10()));
+    }
+    if options.baselines {
+        methods.extend(baselines(capture, &fit, options.head.as_ref(), &mut notes)?);
+    }
+    let mut results = Vec::with_capacity(methods.len());
+    for method in &mut methods {
+        let mut clips = Vec::with_capacity(tests.len());
+        for clip in &tests {
+            let predicted = method.predict(capture, clip)?;
+            let predicted = [&predicted[0][..], &predicted[1][..]];
+            let recorded = capture.binaural(clip);
+            each(Heard { method: method.name(), clip, predicted, recorded })?;
+            clips.push((clip.name.clone(), Figures::of(predicted, recorded, capture.sample_rate_hz)));
+        }
+        let mean = Figures::mean(clips.iter().map(|(_, f)| f));
+        results.push(MethodResult { name: method.name().to_owned(), note: method.note().to_owned(), clips, mean });
+    }
+    Ok(Evaluation {
+        scene: scene.title().to_owned(),
+        capture: capture.title.clone(),
+        tier,
+        sample_rate_hz: capture.sample_rate_hz,
+        methods: results,
+        notes,
+    })
+}
+
+/// Means over several evaluations, each counting once, of the methods that all of them have.
+#[must_use]
+pub fn overall(evaluations: &[Evaluation]) -> Vec<(String, Figures)> {
+    let Some(first) = evaluations.first() else { return Vec::new() };
+    let of = |e: &Evaluation, name: &str| e.methods.iter().find(|m| m.name == name).map(|m| m.mean);
+    let all = |name: &str| evaluations.iter().map(|e| of(e, name)).collect::<Option<Vec<Figures>>>();
+    first.methods.iter().filter_map(|m| Some((m.name.clone(), Figures::mean(all(&m.name)?.iter())))).collect()
+}
+
+/// The scene itself.
+struct SceneMethod {
+    player: Player,
+    gain: f32,
+}
+
+impl Method for SceneMethod {
+    fn name(&self) -> &'static str {
+        "scene"
+    }
+
+    fn note(&self) -> &'static str {
+        ""
+    }
+
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+        let mut ears = self.player.render(capture, clip)?;
+        ears.iter_mut().flatten().for_each(|v| *v *= self.gain);
+        Ok(ears)
+    }
+}
+
+/// Training clips spread over all of them.
+fn fit_clips(capture: &Capture) -> Vec<&Clip> {
+    let train: Vec<&Clip> = capture.split(Split::Train).collect();
+    let step = train.len().div_ceil(FIT_CLIPS).max(1);
+    train.into_iter().step_by(step).collect()
+}
+
+fn energy(ears: [&[f32]; 2]) -> f64 {
+    ears.into_iter().flatten().map(|&v| f64::from(v) * f64::from(v)).sum()
+}
+
+/// The gain that gives a method the energy of the recordings, all clips and both ears together; 1 where there is nothing to fit.
+fn fitted_gain(method: &mut dyn Method, capture: &Capture, clips: &[&Clip]) -> Result<f32, BakeError> {
+    let (mut wanted, mut given) = (0.0, 0.0);
+    for clip in clips {
+        let predicted = method.predict(capture, clip)?;
+        given += energy([&predicted[0], &predicted[1]]);
+        wanted += energy(capture.binaural(clip));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "a gain")]
+    let gain = (wanted / given).sqrt() as f32;
+    Ok(if gain.is_finite() && gain > 0.0 { gain } else { 1.0 })
+}

@@ -1,0 +1,168 @@
+//! The figures of one clip, and their means.
+
+use super::{band_ild_error_db, decay_time_s, running_itd_s};
+use promenade_core::metrics::{avcloud, lsd_db, rwavs};
+
+/// A distance between a rendering and a recording; smaller is better, 0 is equal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Figure {
+    /// MAG as AV-Cloud defines it: [`avcloud::mag`].
+    AvcloudMag,
+    /// LRE as AV-Cloud defines it, dB: [`avcloud::lre_db`].
+    AvcloudLre,
+    /// ENV as AV-Cloud defines it: [`avcloud::env`].
+    AvcloudEnv,
+    /// MAG as published with RWAVS: [`rwavs::mag`].
+    RwavsMag,
+    /// ENV as published with RWAVS, the same as AV-Cloud's: [`rwavs::env`].
+    RwavsEnv,
+    /// Log-spectral distance, dB, on RWAVS's grid, mean of both ears: [`lsd_db`].
+    Lsd,
+    /// Difference of blindly estimated decay times, seconds, mean of both ears: [`decay_time_s`].
+    Rte,
+    /// Difference of interaural time differences, microseconds: [`running_itd_s`].
+    Itd,
+    /// Difference of interaural level differences, dB, mean over octaves: [`band_ild_error_db`].
+    Ild,
+}
+
+impl Figure {
+    /// All of them, in the order of tables.
+    pub const ALL: [Self; 9] = [
+        Self::AvcloudMag,
+        Self::AvcloudLre,
+        Self::AvcloudEnv,
+        Self::RwavsMag,
+        Self::RwavsEnv,
+        Self::Lsd,
+        Self::Rte,
+        Self::Itd,
+        Self::Ild,
+    ];
+
+    /// Name in JSON, with convention and unit.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AvcloudMag => "avcloud_mag",
+            Self::AvcloudLre => "avcloud_lre_db",
+            Self::AvcloudEnv => "avcloud_env",
+            Self::RwavsMag => "rwavs_mag",
+            Self::RwavsEnv => "rwavs_env",
+            Self::Lsd => "lsd_db_512_128_hann_1e-5",
+            Self::Rte => "blind_rte_s",
+            Self::Itd => "itd_us",
+            Self::Ild => "octave_ild_db",
+        }
+    }
+
+    /// Head of its column.
+    #[must_use]
+    pub fn heading(self) -> &'static str {
+        match self {
+            Self::AvcloudMag => "MAG (AV-Cloud)",
+            Self::AvcloudLre => "LRE (AV-Cloud) dB",
+            Self::AvcloudEnv => "ENV (AV-Cloud)",
+            Self::RwavsMag => "MAG (RWAVS)",
+            Self::RwavsEnv => "ENV (RWAVS)",
+            Self::Lsd => "LSD dB",
+            Self::Rte => "RTE (blind) s",
+            Self::Itd => "ITD us",
+            Self::Ild => "ILD dB",
+        }
+    }
+
+    /// Digits after the point in tables.
+    #[must_use]
+    pub fn digits(self) -> usize {
+        match self {
+            Self::Itd => 0,
+            Self::Lsd | Self::AvcloudLre | Self::Ild => 2,
+            Self::Rte => 3,
+            _ => 4,
+        }
+    }
+}
+
+/// A value for each [`Figure`] that has one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures([Option<f64>; Figure::ALL.len()]);
+
+impl Figures {
+    /// Measures what was predicted against what was recorded; of the longer one, the end does not count.
+    #[must_use]
+    pub fn of(predicted: [&[f32]; 2], recorded: [&[f32]; 2], sample_rate_hz: f64) -> Self {
+        let len = predicted.iter().chain(&recorded).map(|ear| ear.len()).min().unwrap_or(0);
+        let (p, r) = (predicted.map(|ear| &ear[..len]), recorded.map(|ear| &ear[..len]));
+        let mean = |of: &dyn Fn(usize) -> Option<f64>| Some(0.5 * (of(0)? + of(1)?));
+        let one = |figure: Figure| match figure {
+            Figure::AvcloudMag => avcloud::mag(p, r).ok(),
+            Figure::AvcloudLre => avcloud::lre_db(p, r).ok(),
+            Figure::AvcloudEnv => avcloud::env(p, r).ok(),
+            Figure::RwavsMag => rwavs::mag(p, r).ok(),
+            Figure::RwavsEnv => rwavs::env(p, r).ok(),
+            Figure::Lsd => mean(&|ear| lsd_db(p[ear], r[ear], rwavs::GRID).ok()),
+            Figure::Rte => mean(&|ear| {
+                // Where the recording decays both are measured.
+                let of = |x: &[f32]| decay_time_s(x, r[ear], sample_rate_hz);
+                Some((of(p[ear])? - of(r[ear])?).abs())
+            }),
+            Figure::Itd => {
+                let of = |ears| running_itd_s(ears, sample_rate_hz);
+                Some(1e6 * (of(p)? - of(r)?).abs())
+            }
+            Figure::Ild => band_ild_error_db(p, r, sample_rate_hz),
+        };
+        Self(Figure::ALL.map(|figure| one(figure).filter(|v| v.is_finite())))
+    }
+
+    /// The value of a figure, where it has one.
+    #[must_use]
+    pub fn get(&self, figure: Figure) -> Option<f64> {
+        Figure::ALL.iter().position(|f| *f == figure).and_then(|i| self.0[i])
+    }
+
+    /// Means over those that have a value.
+    #[must_use]
+    pub fn mean<'a>(all: impl Iterator<Item = &'a Self>) -> Self {
+        let mut sums = [(0.0, 0_u32); Figure::ALL.len()];
+        for figures in all {
+            for ((sum, count), value) in sums.iter_mut().zip(figures.0) {
+                *sum += value.unwrap_or(0.0);
+                *count += u32::from(value.is_some());
+            }
+        }
+        Self(sums.map(|(sum, count)| (count > 0).then(|| sum / f64::from(count))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_perfect_prediction_has_no_error() {
+        let rate = 16_000.0_f32;
+        let mut state = 1_u32;
+        let mut noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 8_388_608.0 - 1.0
+        };
+        // Bursts that decay, so that all figures have a value.
+        let mut ear = |gain: f32| -> Vec<f32> {
+            (0..16_000).map(|i| gain * (-(i % 5000) as f32 / (0.05 * rate)).exp() * noise()).collect()
+        };
+        let (left, right) = (ear(0.5), ear(0.2));
+        let figures = Figures::of([&left, &right], [&left, &right], f64::from(rate));
+        for figure in Figure::ALL {
+            assert_eq!(figures.get(figure), Some(0.0), "{figure:?}");
+        }
+        let swapped = Figures::of([&right, &left], [&left, &right], f64::from(rate));
+        for figure in Figure::ALL.into_iter().filter(|f| *f != Figure::Rte) {
+            assert!(swapped.get(figure).unwrap() > 1e-3, "{figure:?}: {swapped:?}");
+        }
+        let mean = Figures::mean([figures, swapped].iter());
+        assert_eq!(mean.get(Figure::Ild), swapped.get(Figure::Ild).map(|v| 0.5 * v));
+        assert_eq!(Figures::mean([].iter()), Figures::default());
+    }
+}

@@ -1,0 +1,238 @@
+//! Importers of data sets, on small layouts that are made here: none of the sets themselves is.
+
+use promenade_baker::capture::{ImportCapture, import_replay, import_rwavs};
+use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
+use promenade_baker::wav::{self, Format};
+use promenade_baker::{BakeError, Capture, Placement, Split};
+use promenade_core::glam::{Quat, Vec3};
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+const RATE: u32 = 8_000;
+
+fn noise(seed: u32, count: usize) -> Vec<f32> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / 8_388_608.0 - 1.0
+    };
+    (0..count).map(|_| 0.3 * next()).collect()
+}
+
+fn text(path: &Path, content: impl Display) {
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(path, content.to_string()).unwrap();
+}
+
+fn sound(path: PathBuf, channels: &[&[f32]]) {
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    wav::write(&path, RATE, channels, Format::Float32).unwrap();
+}
+
+fn near(a: Vec3, b: Vec3) {
+    assert!((a - b).length() < 1e-5, "{a} {b}");
+}
+
+/// Six seconds of a walk: a camera that stands level in a world with y down, moves ahead along z by a unit a second and looks along
+/// x, to its right, from the fourth second on.
+fn rwavs(folder: &Path) -> (Vec<f32>, [Vec<f32>; 2]) {
+    let (dry, ears) = (noise(1, 48_000), [noise(2, 48_000), noise(3, 48_000)]);
+    sound(folder.join("source_syn_re.wav"), &[&dry, &dry]);
+    sound(folder.join("binaural_syn_re.wav"), &[&ears[0], &ears[1]]);
+    let frames = |numbers: &[u32]| {
+        let list: Vec<String> = numbers.iter().map(|n| format!(r#"{{"file_path":"frames/{n:05}.png","fov":90}}"#)).collect();
+        format!(r#"{{"camera_path":[{}],"fps":1}}"#, list.join(","))
+    };
+    text(&folder.join("transforms_scale_train.json"), frames(&[1, 2, 4, 5, 7]));
+    text(&folder.join("transforms_scale_val.json"), frames(&[3, 6]));
+    let camera = |n: u32| {
+        // Rows; columns are right, down and forward in the world.
+        let rotation = if n < 4 { "[[1,0,0],[0,1,0],[0,0,1]]" } else { "[[0,0,1],[0,1,0],[-1,0,0]]" };
+        format!(
+            r#"{{"id":{n},"img_name":"{n:05}","width":8,"height":8,"position":[0,-1,{n}],"rotation":{rotation},"fy":1,"fx":1}}"#
+        )
+    };
+    let list: Vec<String> = [7, 1, 2, 3, 4, 6].map(camera).into();
+    text(&folder.join("gs_cameras.json"), format!("[{}]", list.join(",")));
+    (dry, ears)
+}
+
+#[test]
+fn a_second_a_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let (dry, ears) = rwavs(folder.path());
+    let options = ImportCapture {
+        title: "office".to_owned(),
+        sample_rate_hz: Some(RATE),
+        metres_per_unit: 2.0,
+        emitter: Some(Vec3::ONE),
+        ..ImportCapture::default()
+    };
+    let capture = import_rwavs(folder.path(), &options).unwrap();
+    let names = |split| capture.split(split).map(|c| c.name.as_str()).collect::<Vec<_>>();
+    assert_eq!((names(Split::Train), names(Split::Test)), (vec!["00001", "00002", "00004"], vec!["00003", "00006"]));
+    let notes = capture.notes.join("\n");
+    assert!(notes.contains("1 frames without a pose left out: 00005"), "{notes}");
+    assert!(notes.contains("1 frames beyond the end of the sound left out: 00007"), "{notes}");
+    let third = capture.split(Split::Test).next().unwrap();
+    assert_eq!((third.start, third.len), (16_000, 8_000));
+    assert_eq!(capture.binaural(third), [&ears[0][16_000..24_000], &ears[1][16_000..24_000]]);
+    assert_eq!(capture.dry(third, 0), dry[16_000..24_000]);
+    // y down is z up; a unit is 2 m. In the turn that takes up to z, the camera's z stays level and x becomes x or its opposite.
+    let alignment = Placement { up: Vec3::NEG_Y, metres_per_unit: 2.0, origin: Vec3::ZERO }.alignment();
+    near(third.pose.position, alignment.to_world(Vec3::new(0.0, -1.0, 3.0)));
+    near(third.pose.orientation * Vec3::Z, Vec3::Z);
+    let fourth = &capture.clips.iter().find(|c| c.name == "00004").unwrap().pose;
+    assert!((fourth.position - third.pose.position).dot(third.pose.orientation * Vec3::X) > 1.99, "it walks ahead");
+    near(fourth.orientation * Vec3::X, third.pose.orientation * Vec3::NEG_Y);
+    // Halfway between two frames' middles.
+    near(capture.pose_near(third, -0.5).position, 0.5 * (third.pose.position + capture.clips[1].pose.position));
+    let written = tempfile::tempdir().unwrap();
+    capture.write(written.path()).unwrap();
+    assert_eq!(Capture::load(written.path()).unwrap().clips.len(), 5);
+}
+
+#[test]
+fn frames_may_have_their_own_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    rwavs(folder.path());
+    std::fs::remove_file(folder.path().join("gs_cameras.json")).unwrap();
+    let none = import_rwavs(folder.path(), &ImportCapture { sample_rate_hz: Some(RATE), ..ImportCapture::default() });
+    assert!(none.unwrap_err().to_string().contains("frames with a pose and sound"));
+    // A camera that looks along y: right is x, up is z, backward is -y.
+    let flat = "1,0,0,5, 0,0,-1,6, 0,1,0,7, 0,0,0,1";
+    let rows = "[1,0,0,5],[0,0,-1,6],[0,1,0,7],[0,0,0,1]";
+    let frame = |n: u32, matrix: &str| format!(r#"{{"file_path":"frames/{n:05}.png","camera_to_world":[{matrix}]}}"#);
+    let whole = |frames: &[String]| format!(r#"{{"camera_path":[{}]}}"#, frames.join(","));
+    text(&folder.path().join("transforms_scale_train.json"), whole(&[frame(1, flat)]));
+    text(&folder.path().join("transforms_scale_val.json"), whole(&[frame(2, rows)]));
+    let options = ImportCapture { sample_rate_hz: Some(RATE), ..ImportCapture::default() };
+    let capture = import_rwavs(folder.path(), &options).unwrap();
+    for clip in &capture.clips {
+        near(clip.pose.position, Vec3::new(5.0, 6.0, 7.0));
+        near(clip.pose.orientation * Vec3::X, Vec3::Y);
+        near(clip.pose.orientation * Vec3::Z, Vec3::Z);
+    }
+    text(&folder.path().join("transforms_scale_val.json"), whole(&[frame(2, "1,0,0,5")]));
+    let error = import_rwavs(folder.path(), &options).unwrap_err().to_string();
+    assert!(
+        error.contains("transforms_scale_val.json") && error.contains("frames/00002.png") && error.contains("16 numbers"),
+        "{error}"
+    );
+    text(&folder.path().join("transforms_scale_val.json"), r#"{"camera_path":[{"file_path":"frames/first.png"}]}"#);
+    assert!(import_rwavs(folder.path(), &options).unwrap_err().to_string().contains("a frame's number"));
+}
+
+#[test]
+fn views_that_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let (a, b) = (noise(1, 40_000), noise(2, 39_000));
+    sound(at("near/a.wav"), &[&a]);
+    sound(at("near/b.wav"), &[&b]);
+    for (view, seed) in [("v1", 3), ("v2", 5)] {
+        let (left, right) = (noise(seed, 40_000), noise(seed + 1, 40_000));
+        sound(at(&format!("views/{view}.wav")), &[&left, &right]);
+    }
+    let camera = |name: &str, x: f32| {
+        format!(r#"{{"img_name":"{name}.jpg","position":[{x},0,0],"rotation":[[1,0,0],[0,1,0],[0,0,1]]}}"#)
+    };
+    text(&at("cameras.json"), format!("[{},{}]", camera("v1", 1.0), camera("v2", -1.0)));
+    let options = ImportCapture { sample_rate_hz: Some(RATE), clip_s: 0.5, test_share: 0.3, ..ImportCapture::default() };
+    let capture = import_replay(folder.path(), &options).unwrap();
+    assert_eq!((capture.tracks.len(), capture.clips.len(), capture.split(Split::Test).count()), (2, 20, 6));
+    assert!((capture.tracks[0].dry[100] - a[100] - b[100]).abs() < 1e-6 && capture.tracks[0].dry[39_500] == a[39_500]);
+    assert!((capture.tracks[0].path.pose_at(9.0).position - capture.tracks[1].path.pose_at(0.0).position).length() > 1.99);
+    for clip in &capture.clips {
+        let other = capture.clips.iter().find(|c| c.start == clip.start && c.track != clip.track).unwrap();
+        assert_eq!(clip.split, other.split, "what is heard in a test clip is not learnt elsewhere");
+    }
+    text(&at("cameras.json"), format!("[{}]", camera("v1", 1.0)));
+    let error = import_replay(folder.path(), &options).unwrap_err().to_string();
+    assert!(error.contains("view v2: expected a camera of that img_name, found v1"), "{error}");
+    text(&at("cameras.json"), r#"[{"img_name":"v1","position":[0,0,0],"rotation":[[1,0,0],[0,1,0],[0,0,2]]}]"#);
+    assert!(import_replay(folder.path(), &options).unwrap_err().to_string().contains("camera v1: expected a finite position"));
+}
+
+fn options(layout: FolderLayout) -> FolderOptions {
+    FolderOptions {
+        layout,
+        title: "hall".to_owned(),
+        credit: String::new(),
+        licence: String::new(),
+        placement: Placement::IDENTITY,
+        emitter: None,
+        source: None,
+    }
+}
+
+fn shown<T>(result: Result<T, BakeError>) -> String {
+    result.err().map_or_else(String::new, |e| e.to_string())
+}
+
+#[test]
+fn a_folder_a_response() {
+    let folder = tempfile::tempdir().unwrap();
+    for (i, (rx, tx)) in [("1 2 3", "0 0 0 1 5 6 7"), ("1, 2, 4", "5,6,7"), ("2 2 2", "8 8 8")].iter().enumerate() {
+        let at = folder.path().join(format!("data/{i:06}"));
+        sound(at.join("rir.wav"), &[&noise(i as u32 + 1, 400)]);
+        text(&at.join("rx_pos.txt"), format!("{rx}\n"));
+        text(&at.join("tx_pos.txt"), tx);
+    }
+    let set = load_folder(folder.path(), &options(FolderLayout::Raf)).unwrap();
+    assert_eq!((set.responses.len(), set.sample_rate_hz), (2, f64::from(RATE)));
+    near(set.responses[1].listener.position, Vec3::new(1.0, 2.0, 4.0));
+    near(set.responses[0].source, Vec3::new(5.0, 6.0, 7.0));
+    assert_eq!(set.responses[0].left, set.responses[0].right);
+    let notes = set.notes.join("\n");
+    assert!(notes.contains("3 responses have one channel") && notes.contains("source 0 of 2"), "{notes}");
+    // The other source, in a world with y up.
+    let y_up = Placement { up: Vec3::Y, ..Placement::IDENTITY };
+    let other = FolderOptions { source: Some(1), placement: y_up, ..options(FolderLayout::Raf) };
+    let set = load_folder(folder.path(), &other).unwrap();
+    assert!((set.responses[0].source.z - 8.0).abs() < 1e-5 && set.responses[0].name == "000002");
+    let error = shown(load_folder(folder.path(), &FolderOptions { source: Some(2), ..options(FolderLayout::Raf) }));
+    assert!(error.contains("a source 2, counted from 0, found 2 sources"), "{error}");
+    text(&folder.path().join("data/000001/rx_pos.txt"), "1 2");
+    let error = shown(load_folder(folder.path(), &options(FolderLayout::Raf)));
+    assert!(error.contains("rx_pos.txt") && error.contains("found 2"), "{error}");
+    text(&folder.path().join("data/000001/rx_pos.txt"), "1 2 nowhere");
+    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Raf))).contains("found nowhere"));
+}
+
+#[test]
+fn rows_of_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for i in 0..3 {
+        sound(at(&format!("r{i}.wav")), &[&noise(i + 1, 300), &noise(i + 9, 300)]);
+    }
+    text(&at("poses.txt"), "# x y z yaw pitch roll\n1 0 0 90 0 0\n2 0 0 0 0 0\n\n3,0,0,0,0,0\n");
+    let error = shown(load_folder(folder.path(), &options(FolderLayout::Rows)));
+    assert!(error.contains("a source, in the folder or as an option, found none"), "{error}");
+    text(&at("source.txt"), "0 5 0");
+    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    near(set.responses[2].listener.position, Vec3::new(3.0, 0.0, 0.0));
+    near(set.responses[0].listener.orientation * Vec3::X, Vec3::Y);
+    near(set.responses[0].source, Vec3::new(0.0, 5.0, 0.0));
+    let elsewhere = FolderOptions { emitter: Some(Vec3::ONE), ..options(FolderLayout::Rows) };
+    near(load_folder(folder.path(), &elsewhere).unwrap().responses[0].source, Vec3::ONE);
+    // Quaternions in JSON come before text, NumPy's before both.
+    text(&at("poses.json"), "[[1,0,0,1,0,0,0],[2,0,0,0,0,0,1],[3,0,0,1,0,0,0]]");
+    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    assert!(set.responses[1].listener.orientation.angle_between(Quat::from_rotation_z(std::f32::consts::PI)) < 1e-3);
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 3), }\n";
+    let values = [4.0, 0.0, 0.0, 5.0, 0.0, 0.0, 6.0, 0.0, 0.5_f64].map(f64::to_le_bytes).concat();
+    let npy = [b"\x93NUMPY\x01\x00".as_slice(), &(header.len() as u16).to_le_bytes(), header.as_bytes(), &values].concat();
+    std::fs::write(at("poses.npy"), &npy).unwrap();
+    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    near(set.responses[2].listener.position, Vec3::new(6.0, 0.0, 0.5));
+    std::fs::write(at("poses.npy"), &npy[..npy.len() - 8]).unwrap();
+    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Rows))).contains("poses.npy"));
+    std::fs::remove_file(at("poses.npy")).unwrap();
+    text(&at("poses.json"), "[[1,0,0],[2,0,0]]");
+    let error = shown(load_folder(folder.path(), &options(FolderLayout::Rows)));
+    assert!(error.contains("poses.json: expected 3 poses, one for each sound file, found 2"), "{error}");
+    text(&at("poses.json"), "[[1,0,0],[2,0,0],[1,2,3,4]]");
+    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Rows))).contains("pose of r2: expected 3, 6 or 7"));
+}

@@ -1,0 +1,115 @@
+//! Arguments of `promenade capture`.
+
+use super::values::{parse_direction, parse_point, parse_scale, parse_share};
+use clap::{Args, Subcommand, ValueEnum};
+use promenade_core::glam::Vec3;
+use std::path::PathBuf;
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum CaptureCommand {
+    /// Make a capture of measured responses and dry sound, to judge or train with
+    FromResponses(FromResponsesArgs),
+    /// Make a capture of recordings or responses as a data set lays them out
+    Import(ImportCaptureArgs),
+    /// Show what a capture holds: levels, split, what is left out
+    Check(CheckArgs),
+}
+
+/// How dry sound and responses become clips.
+#[derive(Debug, Args)]
+pub(crate) struct MixArgs {
+    /// Dry sounds, WAV or FLAC; channels are averaged
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub(crate) dry: Vec<PathBuf>,
+    /// Clips of each response
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) clips: u32,
+    /// Seed of the choice of stretches and of the split
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Sample rate of the capture, hertz; without it the responses' or, for RWAVS, 22050, for Replay-NVAS, 16000
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
+    pub(crate) rate: Option<u32>,
+    /// Length of a clip, seconds
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    pub(crate) clip: f64,
+    /// Share of the clips that are for testing
+    #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = parse_share)]
+    pub(crate) test_share: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct FromResponsesArgs {
+    /// Folder, manifest or SOFA file, as for bake responses
+    pub(crate) source: PathBuf,
+    /// Folder to write
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
+    /// Folder of the WAV files that a manifest names
+    #[arg(long, value_name = "DIR")]
+    pub(crate) root: Option<PathBuf>,
+    /// Emitter to use of a SOFA file with several, counted from 0
+    #[arg(long = "source", value_name = "N")]
+    pub(crate) source_number: Option<usize>,
+    #[command(flatten)]
+    pub(crate) mix: MixArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(crate) enum LayoutArg {
+    /// One walk with a pose a second: source_syn_re.wav, binaural_syn_re.wav, gs_cameras.json or transforms_scale_*.json
+    Rwavs,
+    /// Views that stay: near/*.wav, views/*.wav, cameras.json
+    Replay,
+    /// A folder per response: rir.wav, rx_pos.txt, tx_pos.txt
+    Raf,
+    /// Responses in the order of their names, with poses.npy, poses.json or poses.txt
+    Responses,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ImportCaptureArgs {
+    /// Folder of the data set: one scene or room
+    pub(crate) folder: PathBuf,
+    /// How it is laid out
+    #[arg(long, value_enum)]
+    pub(crate) layout: LayoutArg,
+    /// Folder to write
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
+    /// Where the sound came from, metres in the capture's world
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) emitter: Option<Vec3>,
+    /// Of responses with several sources the one to use, counted from 0; without it the one with most responses
+    #[arg(long = "source", value_name = "N")]
+    pub(crate) source_number: Option<usize>,
+    /// Direction of up in the data's world [default: as each layout has it]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
+    pub(crate) up: Option<Vec3>,
+    /// Metres of one unit of the data
+    #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = parse_scale)]
+    pub(crate) metres_per_unit: f32,
+    /// Point of the data's world that is the capture's origin, its own units
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) origin: Option<Vec3>,
+    /// Title of the capture instead of the folder's name
+    #[arg(long)]
+    pub(crate) title: Option<String>,
+    /// Whom to credit
+    #[arg(long, default_value = "")]
+    pub(crate) credit: String,
+    /// Terms of the data
+    #[arg(long, default_value = "")]
+    pub(crate) licence: String,
+    #[command(flatten)]
+    pub(crate) mix: MixArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// Folder with a capture.json
+    pub(crate) capture: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}

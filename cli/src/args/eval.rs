@@ -1,0 +1,48 @@
+//! Arguments of `promenade eval`.
+
+use super::values::parse_stream_tier;
+use clap::{Args, ValueEnum};
+use promenade_core::Tier;
+use std::path::PathBuf;
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(crate) enum PosesArg {
+    /// The clip's middle, for the whole clip
+    Fixed,
+    /// The track's path
+    Path,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct EvalArgs {
+    /// Scene files, each followed by the captures to judge it on: folders, or manifests ending in .json
+    #[arg(required = true, num_args = 2.., value_name = "SCENE CAPTURE")]
+    pub(crate) subjects: Vec<PathBuf>,
+    /// Point on the curve of speed against accuracy; without it standard, or the cheapest that the scene has
+    #[arg(long, value_parser = parse_stream_tier)]
+    pub(crate) tier: Option<Tier>,
+    /// Where the listener is while a clip is rendered
+    #[arg(long, value_enum, default_value_t = PosesArg::Fixed)]
+    pub(crate) poses: PosesArg,
+    /// Scale each scene by the gain that gives the training clips their energy
+    #[arg(long)]
+    pub(crate) fit_level: bool,
+    /// Judge the scenes alone
+    #[arg(long)]
+    pub(crate) no_baselines: bool,
+    /// HRTF (SOFA) for the baseline of distance and HRTF; without it a sphere for a head
+    #[arg(long, value_name = "FILE")]
+    pub(crate) hrtf: Option<PathBuf>,
+    /// Write all figures, clip by clip
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the tables as Markdown
+    #[arg(long, value_name = "FILE")]
+    pub(crate) markdown: Option<PathBuf>,
+    /// Write a box plot (SVG) for each figure
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) plots: Option<PathBuf>,
+    /// Write what was recorded and what was rendered (WAV), for other metrics and for ears
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) wavs: Option<PathBuf>,
+}

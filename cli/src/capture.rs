@@ -1,0 +1,100 @@
+//! `promenade capture`: made of responses, imported from data sets, checked.
+
+mod check;
+
+use crate::args::{CaptureCommand, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
+use anyhow::{Result, bail};
+use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_replay, import_rwavs};
+use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
+use promenade_baker::{Capture, LoadOptions, Placement, Responses, Split, sound};
+use promenade_core::glam::Vec3;
+use std::path::{Path, PathBuf};
+
+pub(crate) fn run(command: &CaptureCommand) -> Result<()> {
+    match command {
+        CaptureCommand::FromResponses(args) => of_responses(args),
+        CaptureCommand::Import(args) => import(args),
+        CaptureCommand::Check(args) => check::run(args),
+    }
+}
+
+fn of_responses(args: &FromResponsesArgs) -> Result<()> {
+    let options = LoadOptions { root: args.root.clone(), source: args.source_number, ..LoadOptions::default() };
+    let responses = Responses::load(&args.source, &options)?;
+    write(&mixed(&responses, &args.mix)?, &args.output)
+}
+
+fn import(args: &ImportCaptureArgs) -> Result<()> {
+    let folder = args.folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let title = args.title.clone().unwrap_or(folder);
+    let is_recording = matches!(args.layout, LayoutArg::Rwavs | LayoutArg::Replay);
+    if is_recording && !args.mix.dry.is_empty() {
+        bail!("--dry is for layouts of responses; recordings have their own dry sound");
+    }
+    let capture = if is_recording {
+        let options = ImportCapture {
+            title,
+            credit: args.credit.clone(),
+            licence: args.licence.clone(),
+            sample_rate_hz: args.mix.rate,
+            emitter: args.emitter,
+            up: args.up,
+            metres_per_unit: args.metres_per_unit,
+            origin: args.origin.unwrap_or(Vec3::ZERO),
+            clip_s: args.mix.clip,
+            test_share: args.mix.test_share,
+            seed: args.mix.seed,
+        };
+        match args.layout {
+            LayoutArg::Rwavs => import_rwavs(&args.folder, &options)?,
+            _ => import_replay(&args.folder, &options)?,
+        }
+    } else {
+        let options = FolderOptions {
+            layout: if args.layout == LayoutArg::Raf { FolderLayout::Raf } else { FolderLayout::Rows },
+            title,
+            credit: args.credit.clone(),
+            licence: args.licence.clone(),
+            placement: Placement {
+                up: args.up.unwrap_or(Vec3::Z),
+                metres_per_unit: args.metres_per_unit,
+                origin: args.origin.unwrap_or(Vec3::ZERO),
+            },
+            emitter: args.emitter,
+            source: args.source_number,
+        };
+        mixed(&load_folder(&args.folder, &options)?, &args.mix)?
+    };
+    write(&capture, &args.output)
+}
+
+fn mixed(responses: &Responses, args: &MixArgs) -> Result<Capture> {
+    let one = |path: &PathBuf| -> Result<DrySound> {
+        let sound = sound::read(path)?;
+        let (frames, count) = (sound.frames(), sound.channels.len() as f32);
+        let mean = |i: usize| sound.channels.iter().map(|c| c[i]).sum::<f32>() / count;
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(DrySound { name, sample_rate_hz: sound.sample_rate_hz, samples: (0..frames).map(mean).collect() })
+    };
+    let dry = args.dry.iter().map(one).collect::<Result<Vec<_>>>()?;
+    let options = FromResponses {
+        sample_rate_hz: args.rate,
+        clip_s: args.clip,
+        clips: args.clips as usize,
+        test_share: args.test_share,
+        seed: args.seed,
+        ..FromResponses::default()
+    };
+    Ok(from_responses(responses, &dry, &options)?)
+}
+
+fn write(capture: &Capture, folder: &Path) -> Result<()> {
+    for note in &capture.notes {
+        eprintln!("note: {note}");
+    }
+    capture.write(folder)?;
+    let count = |split| capture.split(split).count();
+    let (tracks, train, test) = (capture.tracks.len(), count(Split::Train), count(Split::Test));
+    eprintln!("{}: {tracks} tracks, {train} clips to learn from, {test} to judge by", folder.display());
+    Ok(())
+}

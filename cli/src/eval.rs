@@ -1,0 +1,198 @@
+//! `promenade eval`: scenes against captures, beside baselines.
+
+mod plot;
+
+use crate::args::{EvalArgs, PosesArg};
+use crate::{progress, report, scene};
+use anyhow::{Context, Result, bail};
+use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Figures, Heard, Poses, evaluate_each, overall};
+use promenade_baker::wav::{self, Format};
+use promenade_baker::{BakeError, Capture, FileError, LoadOptions, Responses, Split, atomic};
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+
+pub(crate) fn run(args: &EvalArgs) -> Result<()> {
+    let pairs = pairs(&args.subjects)?;
+    let head = args.hrtf.as_deref().map(|path| Responses::load(path, &LoadOptions::default())).transpose()?;
+    let options = EvaluateOptions {
+        tier: args.tier,
+        poses: match args.poses {
+            PosesArg::Fixed => Poses::Fixed,
+            PosesArg::Path => Poses::Path,
+        },
+        fit_level: args.fit_level,
+        baselines: !args.no_baselines,
+        head,
+    };
+    let mut evaluations = Vec::new();
+    for (number, (scene_path, capture_path)) in pairs.iter().enumerate() {
+        let scene = scene::read(scene_path)?;
+        let capture = Capture::load(capture_path)?;
+        for note in &capture.notes {
+            eprintln!("note: {}: {note}", capture_path.display());
+        }
+        let rate = capture.sample_rate_hz;
+        let bar = progress::of_sound(capture.split(Split::Test).map(|c| c.len as f64 / rate).sum());
+        let folder = args.wavs.as_ref().map(|f| f.join(format!("{:02}-{}", number + 1, plain(&capture.title))));
+        let (mut method, mut done) = (String::new(), 0.0);
+        let evaluation = evaluate_each(&scene, &capture, &options, &mut |heard| {
+            if method != heard.method {
+                heard.method.clone_into(&mut method);
+                done = 0.0;
+            }
+            done += heard.clip.len as f64 / rate;
+            bar.at(done);
+            folder.as_deref().map_or(Ok(()), |f| keep(f, &heard, rate))
+        })
+        .with_context(|| format!("{} on {}", scene_path.display(), capture_path.display()))?;
+        drop(bar);
+        for note in &evaluation.notes {
+            eprintln!("note: {}: {note}", capture_path.display());
+        }
+        evaluations.push(evaluation);
+    }
+    if let Some(file) = &args.json {
+        atomic::write(file, format!("{:#}\n", as_json(&evaluations)).as_bytes())?;
+    }
+    if let Some(file) = &args.markdown {
+        atomic::write(file, tables(&evaluations, true).as_bytes())?;
+    }
+    if let Some(folder) = &args.plots {
+        std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
+        for figure in Figure::ALL {
+            atomic::write(&folder.join(format!("{}.svg", figure.name())), plot::boxes(&evaluations, figure).as_bytes())?;
+        }
+    }
+    report::print(&tables(&evaluations, false))
+}
+
+/// Each capture with the scene before it.
+fn pairs(subjects: &[PathBuf]) -> Result<Vec<(PathBuf, PathBuf)>> {
+    let mut pairs = Vec::new();
+    let mut scene: Option<(&PathBuf, usize)> = None;
+    for path in subjects {
+        let is_capture = path.is_dir() || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        match &mut scene {
+            Some((scene, used)) if is_capture => {
+                *used += 1;
+                pairs.push(((*scene).clone(), path.clone()));
+            }
+            Some((scene, 0)) => bail!("{}: expected a capture after it, found {}", scene.display(), path.display()),
+            None if is_capture => bail!("{}: expected a scene first, found a capture", path.display()),
+            _ => scene = Some((path, 0)),
+        }
+    }
+    match scene {
+        Some((scene, 0)) => bail!("{}: expected a capture after it, found none", scene.display()),
+        _ => Ok(pairs),
+    }
+}
+
+/// A name that a file may have.
+fn plain(name: &str) -> String {
+    let text: String = name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
+    text.chars().take(80).collect()
+}
+
+/// Writes one clip of one method, and the recording beside it.
+fn keep(folder: &Path, heard: &Heard<'_>, rate: f64) -> Result<(), BakeError> {
+    std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rate that was read from a file")]
+    let rate = rate.round() as u32;
+    let name = plain(&heard.clip.name);
+    let recorded = folder.join(format!("{name}.recorded.wav"));
+    if !recorded.exists() {
+        wav::write(&recorded, rate, &heard.recorded, Format::Float32)?;
+    }
+    wav::write(&folder.join(format!("{name}.{}.wav", heard.method)), rate, &heard.predicted, Format::Float32)?;
+    Ok(())
+}
+
+fn tables(evaluations: &[Evaluation], markdown: bool) -> String {
+    let mut text = String::new();
+    for e in evaluations {
+        let clips = e.methods.first().map_or(0, |m| m.clips.len());
+        let rate = e.sample_rate_hz;
+        let head = format!("{} on {}: {clips} test clips at {rate} Hz, tier {}", e.scene, e.capture, e.tier.name());
+        text += &if markdown { format!("## {head}\n\n") } else { format!("{head}\n") };
+        let rows = e.methods.iter().map(|m| (m.name.clone(), m.mean, m.note.clone()));
+        text += &table(rows, markdown);
+        text += &told(e);
+        for note in &e.notes {
+            text += &format!("{}{note}\n", if markdown { "\n" } else { "" });
+        }
+        text.push('\n');
+    }
+    if evaluations.len() > 1 {
+        let head = format!("Mean over {} captures", evaluations.len());
+        text += &if markdown { format!("## {head}\n\n") } else { format!("{head}\n") };
+        let notes =
+            |name: &str| evaluations[0].methods.iter().find(|m| m.name == name).map_or(String::new(), |m| m.note.clone());
+        text += &table(overall(evaluations).into_iter().map(|(name, mean)| (name.clone(), mean, notes(&name))), markdown);
+    }
+    text.trim_end().to_owned() + "\n"
+}
+
+fn table(rows: impl Iterator<Item = (String, Figures, String)>, markdown: bool) -> String {
+    let mut cells = vec![vec!["method".to_owned()]];
+    cells[0].extend(Figure::ALL.iter().map(|f| f.heading().to_owned()));
+    for (name, mean, note) in rows {
+        let mut row = vec![if note.is_empty() { name } else { format!("{name} *") }];
+        let value = |f: Figure| mean.get(f).map_or("-".to_owned(), |v| format!("{v:.*}", f.digits()));
+        row.extend(Figure::ALL.into_iter().map(value));
+        cells.push(row);
+    }
+    report::table(&cells, markdown)
+}
+
+/// What the methods with a star are told.
+fn told(e: &Evaluation) -> String {
+    let all: Vec<String> = e.methods.iter().filter(|m| !m.note.is_empty()).map(|m| format!("{} {}", m.name, m.note)).collect();
+    if all.is_empty() { String::new() } else { format!("\n\\* {}\n", all.join("; ")).replace("\n\\*", "\n*") }
+}
+
+fn as_json(evaluations: &[Evaluation]) -> Value {
+    let all: Vec<Value> = evaluations
+        .iter()
+        .map(|e| {
+            let methods: Vec<Value> = e
+                .methods
+                .iter()
+                .map(|m| {
+                    let clips: Vec<Value> =
+                        m.clips.iter().map(|(name, f)| json!({ "name": name, "figures": figures(f) })).collect();
+                    json!({ "name": m.name, "note": m.note, "mean": figures(&m.mean), "clips": clips })
+                })
+                .collect();
+            json!({
+                "scene": e.scene, "capture": e.capture, "tier": e.tier.name(), "sample_rate_hz": e.sample_rate_hz,
+                "methods": methods, "notes": e.notes,
+            })
+        })
+        .collect();
+    let means: Vec<Value> =
+        overall(evaluations).iter().map(|(name, mean)| json!({ "name": name, "mean": figures(mean) })).collect();
+    json!({ "evaluations": all, "overall": means })
+}
+
+fn figures(all: &Figures) -> Value {
+    Value::Object(Figure::ALL.iter().map(|f| (f.name().to_owned(), json!(all.get(*f)))).collect::<Map<_, _>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn captures_go_with_the_scene_before_them() {
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let found = pairs(&paths(&["a.promenade", "1.json", "2.json", "b.promenade", "3.json"])).unwrap();
+        let found: Vec<_> = found.iter().map(|(s, c)| (s.to_str().unwrap(), c.to_str().unwrap())).collect();
+        assert_eq!(found, [("a.promenade", "1.json"), ("a.promenade", "2.json"), ("b.promenade", "3.json")]);
+        for wrong in
+            [&["1.json", "a.promenade"][..], &["a.promenade", "b.promenade"], &["a.promenade", "1.json", "b.promenade"]]
+        {
+            assert!(pairs(&paths(wrong)).is_err(), "{wrong:?}");
+        }
+    }
+}
