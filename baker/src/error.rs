@@ -74,12 +74,15 @@ pub enum BakeError {
 }
 
 impl BakeError {
-    pub(crate) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+    /// A file that cannot be read, from what the system says.
+    pub fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let convert = FileError::read(path);
         move |source| convert(source).into()
     }
 
-    pub(crate) fn content(path: &Path, expected: impl Into<String>, found: impl Into<String>) -> Self {
+    /// A file with something else in it than was expected.
+    #[must_use]
+    pub fn content(path: &Path, expected: impl Into<String>, found: impl Into<String>) -> Self {
         FileError::content(path, expected, found).into()
     }
 

@@ -4,6 +4,8 @@ mod capture;
 mod eval;
 mod path;
 mod simulate;
+#[cfg(feature = "train")]
+mod train;
 mod values;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
@@ -22,6 +24,8 @@ pub(crate) use capture::{CaptureCommand, CheckArgs, FromResponsesArgs, ImportCap
 pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use path::PathArgs;
 pub(crate) use simulate::{Simulate, SimulateBoxArgs};
+#[cfg(feature = "train")]
+pub(crate) use train::TrainArgs;
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.
 #[derive(Debug, Parser)]
@@ -60,6 +64,9 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: CaptureCommand,
     },
+    /// Learn a scene from a capture and anchors
+    #[cfg(feature = "train")]
+    Train(TrainArgs),
     /// Judge scenes on the recordings of captures, beside baselines
     Eval(EvalArgs),
 }

@@ -19,6 +19,8 @@ mod render;
 mod report;
 mod scene;
 mod simulate;
+#[cfg(feature = "train")]
+mod train;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -35,6 +37,8 @@ fn main() -> ExitCode {
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
         args::Command::Capture { command } => capture::run(&command),
+        #[cfg(feature = "train")]
+        args::Command::Train(a) => train::run(&a),
         args::Command::Eval(a) => eval::run(&a),
     };
     match done {

@@ -96,8 +96,10 @@ impl ClipHead {
     #[must_use]
     pub fn new(grid: &StftGrid, bands: &Bands, tail: &TailModel, taps: usize) -> Self {
         let places = band_places(grid, bands, f32::INFINITY);
-        let ears: Vec<EarSpectra> =
-            [(0, taps), (1, LATE_HOPS)].iter().flat_map(|(set, hops)| hop_carriers(grid, grid, bands, tail, *set, *hops)).collect();
+        let ears: Vec<EarSpectra> = [(0, taps), (1, LATE_HOPS)]
+            .iter()
+            .flat_map(|(set, hops)| hop_carriers(grid, grid, bands, tail, *set, *hops))
+            .collect();
         #[expect(clippy::cast_possible_truncation, reason = "a gain in [0, 1]")]
         let decay: Vec<f32> = tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)) as f32).collect();
         let late = |hop| decay.iter().map(|d| Late::carrier_gain() * d.powi(late_power(hop, taps))).collect();
@@ -189,7 +191,13 @@ impl ClipHead {
     ///
     /// # Panics
     /// If a gradient is shorter than the clip.
-    pub fn adjoint(&mut self, input: &ClipInput, transfer: &TransferFunction, gradient: [&[f32]; 2], out: &mut TransferFunction) {
+    pub fn adjoint(
+        &mut self,
+        input: &ClipInput,
+        transfer: &TransferFunction,
+        gradient: [&[f32]; 2],
+        out: &mut TransferFunction,
+    ) {
         let (bins, bands, taps) = (self.shape.bins, self.shape.bands, self.shape.taps);
         let count = input.heard.len();
         for (ear, gradient) in gradient.into_iter().enumerate() {

@@ -1,17 +1,25 @@
 //! Training: captures in, anchor clouds with their decoders out.
 //!
 //! What is trained is what is played. The network (AV-Cloud's transformer) runs as a differentiable graph; what follows it, the engine's
-//! own render head, gives its derivative itself (`promenade_core::ClipHead`).
+//! own render head, gives its derivative itself ([`promenade_core::ClipHead`]).
 
+mod checkpoint;
+mod curve;
 mod network;
+mod scene;
 pub mod settings;
 mod spectral_loss;
 mod streaming;
 mod training;
 mod weights;
 
+pub use burn::tensor::Device;
+pub use checkpoint::{Checkpoint, CurvePoint};
+pub use curve::picture;
 pub use network::Place;
+pub use scene::scene;
 pub use settings::{LossSettings, NetworkSettings, TrainSettings};
+pub use spectral_loss::SpectralLoss;
 pub use streaming::Example;
 pub use training::{Scores, Stage, StepReport, Trainer};
-pub use weights::Arrays;
+pub use weights::{AdamW, Arrays};

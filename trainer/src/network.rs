@@ -26,7 +26,7 @@ pub struct Place {
 }
 
 /// The weights of one step as parts of a graph.
-pub struct Graph {
+pub(crate) struct Graph {
     device: Device,
     leaves: BTreeMap<String, Leaf>,
 }
@@ -37,13 +37,13 @@ struct Leaf {
 }
 
 /// What the decoder says of a batch of listeners.
-pub struct Decoded {
+pub(crate) struct Decoded {
     /// Mixture mask, `[listener][query]`.
-    pub mixture: Tensor<2>,
+    pub(crate) mixture: Tensor<2>,
     /// Difference mask, `[listener][query]`.
-    pub difference: Tensor<2>,
+    pub(crate) difference: Tensor<2>,
     /// Embedding, `[listener][query][width]`.
-    pub embedding: Tensor<3>,
+    pub(crate) embedding: Tensor<3>,
 }
 
 /// `[rows][cols]` as a tensor.
@@ -66,7 +66,7 @@ fn encode(rows: &[f32], d: usize, factors: &[f32]) -> Vec<f32> {
 impl Graph {
     /// Takes the weights to a device; those that are learnt are differentiated by.
     #[must_use]
-    pub fn new(weights: &Arrays, device: &Device) -> Self {
+    pub(crate) fn new(weights: &Arrays, device: &Device) -> Self {
         let leaf = |tensor: &promenade_core::cloud::Tensor, fixed: bool| {
             let cols = match tensor.shape[..] {
                 [n] => n,
@@ -138,7 +138,13 @@ impl Graph {
 
     /// Masks and embeddings of listeners.
     #[must_use]
-    pub fn decode(&self, place: &Place, listeners: &[Listener], settings: &NetworkSettings, factors: [&[f32]; 2]) -> Decoded {
+    pub(crate) fn decode(
+        &self,
+        place: &Place,
+        listeners: &[Listener],
+        settings: &NetworkSettings,
+        factors: [&[f32]; 2],
+    ) -> Decoded {
         let (batch, bands, width) = (listeners.len(), settings.bands, settings.width);
         let [relative_factors, query_factors] = factors;
         let mut relative = Vec::with_capacity(3 * batch * place.anchors.len());
@@ -199,7 +205,7 @@ impl Graph {
 
     /// Coefficients of the tap shapes, `[listener][query, ear, shape]`.
     #[must_use]
-    pub fn coefficients(&self, embedding: &Tensor<3>) -> Tensor<2> {
+    pub(crate) fn coefficients(&self, embedding: &Tensor<3>) -> Tensor<2> {
         let [batch, bands, width] = embedding.dims();
         let logs = self.linear("tap_prj", embedding.clone().reshape([batch * bands, width]));
         let outputs = logs.dims()[1];

@@ -1,10 +1,11 @@
 //! What is trained, and how.
 
+use promenade_baker::BakeError;
 use serde::{Deserialize, Serialize};
 
 /// Sizes and parts of the network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct NetworkSettings {
     /// Width C of embeddings, a multiple of 8 times `heads`.
     pub width: usize,
@@ -56,7 +57,7 @@ impl Default for NetworkSettings {
 
 /// Weights of the terms of the loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct LossSettings {
     /// Transform lengths; hops are a quarter.
     pub n_fft: Vec<usize>,
@@ -76,7 +77,7 @@ impl Default for LossSettings {
 
 /// A whole training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct TrainSettings {
     /// What is trained.
     pub network: NetworkSettings,
@@ -114,5 +115,52 @@ impl Default for TrainSettings {
             seed: 1,
             look_every: 250,
         }
+    }
+}
+
+impl TrainSettings {
+    /// What can be trained at all.
+    ///
+    /// # Errors
+    /// Names the first value that is out of its range.
+    pub fn check(&self) -> Result<(), BakeError> {
+        let NetworkSettings { width, heads, layers, feed_forward, bands, octaves, taps, tap_shapes, highest, .. } =
+            self.network;
+        let within = |what: &'static str, found: usize, low: usize, high: usize| {
+            let fits = (low..=high).contains(&found);
+            let error = || BakeError::Argument { what, expected: format!("{low} to {high}"), found: found.to_string() };
+            if fits { Ok(()) } else { Err(error()) }
+        };
+        within("attention heads", heads, 1, 64)?;
+        within("width", width, 8 * heads, 1024)?;
+        if !width.is_multiple_of(8 * heads) || !feed_forward.is_multiple_of(8) {
+            let expected = format!("a width divisible by {} and a feed-forward width by 8", 8 * heads);
+            return Err(BakeError::Argument { what: "widths", expected, found: format!("{width} and {feed_forward}") });
+        }
+        within("feed-forward width", feed_forward, 8, 8192)?;
+        within("decoder layers", layers, 1, 16)?;
+        within("query frequencies", bands, 2, 4096)?;
+        within("octaves of the encoding", octaves, 1, 32)?;
+        within("taps", taps, 0, 1024)?;
+        within("shapes of the taps", tap_shapes, 1, 16)?;
+        within("clips of a step", self.batch, 1, 1024)?;
+        within("steps", self.steps, 1, 10_000_000)?;
+        within("steps between looks", self.look_every, 1, 10_000_000)?;
+        within("resolutions of the loss", self.loss.n_fft.len(), 1, 16)?;
+        for n in &self.loss.n_fft {
+            within("transform length of the loss", *n, 16, 65_536)?;
+            within("transform length of the loss, modulo 4", n % 4, 0, 0)?;
+        }
+        let positive = [
+            ("highest factor of the encoding", highest, 1.0),
+            ("learning rate", self.rate, 1e-9),
+            ("largest gradient norm", self.clip_norm, 1e-9),
+        ];
+        for (what, found, low) in positive {
+            if !(found.is_finite() && found >= low) {
+                return Err(BakeError::Argument { what, expected: format!("at least {low}"), found: found.to_string() });
+            }
+        }
+        Ok(())
     }
 }

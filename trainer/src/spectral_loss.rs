@@ -148,7 +148,8 @@ mod tests {
     use super::*;
 
     fn noise(len: usize, of: u32) -> Vec<f32> {
-        let value = |i: u32| ((i.wrapping_mul(2_654_435_761) ^ of.wrapping_mul(0x9E37_79B9)).wrapping_mul(0x85EB_CA6B) >> 8) as f32;
+        let value =
+            |i: u32| ((i.wrapping_mul(2_654_435_761) ^ of.wrapping_mul(0x9E37_79B9)).wrapping_mul(0x85EB_CA6B) >> 8) as f32;
         (0..len as u32).map(|i| value(i) / 8_388_608.0 - 1.0).collect()
     }
 

@@ -20,13 +20,13 @@ pub struct Example<'a> {
 
 /// Derivatives of a batch.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct BatchGradient {
+pub(crate) struct BatchGradient {
     /// Mean loss of the clips.
-    pub loss: f64,
+    pub(crate) loss: f64,
     /// By the values of each clip's queries.
-    pub values: Vec<QueryValues>,
+    pub(crate) values: Vec<QueryValues>,
     /// By the logarithms of the tap shapes.
-    pub log_shapes: Vec<f32>,
+    pub(crate) log_shapes: Vec<f32>,
 }
 
 /// What a thread works with.
@@ -36,7 +36,7 @@ struct Bench {
 }
 
 /// The render head of training, the engine's own.
-pub struct StreamingHead {
+pub(crate) struct StreamingHead {
     taps: TapHead,
     blank: TransferFunction,
     emitter: Option<CloudEmitter>,
@@ -46,7 +46,7 @@ pub struct StreamingHead {
 impl StreamingHead {
     /// One set of everything per thread.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         network: &NetworkSettings,
         loss: &LossSettings,
         queries: &Bands,
@@ -67,15 +67,14 @@ impl StreamingHead {
 }
 
 impl StreamingHead {
-    /// Room for the values of a clip's queries.
-    #[must_use]
-    pub fn values(&self) -> QueryValues {
-        self.taps.values()
-    }
-
     /// Renders clips as the engine will, in order.
     #[must_use]
-    pub fn render(&mut self, examples: &[Example<'_>], values: &[QueryValues], log_shapes: &[f32]) -> Vec<[Vec<f32>; 2]> {
+    pub(crate) fn render(
+        &mut self,
+        examples: &[Example<'_>],
+        values: &[QueryValues],
+        log_shapes: &[f32],
+    ) -> Vec<[Vec<f32>; 2]> {
         let shapes = exponentials(log_shapes);
         let (taps, emitter, blank) = (&self.taps, self.emitter, &self.blank);
         spread(&mut self.benches, examples, values, |bench, example, values| {
@@ -87,7 +86,7 @@ impl StreamingHead {
 
     /// Renders clips, and gives the derivatives of their mean loss.
     #[must_use]
-    pub fn judge(&mut self, examples: &[Example<'_>], values: &[QueryValues], log_shapes: &[f32]) -> BatchGradient {
+    pub(crate) fn judge(&mut self, examples: &[Example<'_>], values: &[QueryValues], log_shapes: &[f32]) -> BatchGradient {
         let shapes = exponentials(log_shapes);
         let (taps, emitter, blank) = (&self.taps, self.emitter, &self.blank);
         let share = 1.0 / examples.len().max(1) as f32;
@@ -152,7 +151,8 @@ fn spread<B: Send, T: Send>(
                 mine.map(|(e, v)| work(bench, e, v)).collect::<Vec<_>>()
             }));
         }
-        let join = |t: std::thread::ScopedJoinHandle<'_, Vec<T>>| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        let join =
+            |t: std::thread::ScopedJoinHandle<'_, Vec<T>>| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         threads.into_iter().map(|t| join(t).into_iter()).collect()
     });
     (0..examples.len()).filter_map(|i| lanes[i % count].next()).collect()

@@ -1,16 +1,20 @@
 //! The loop: clips in, better weights out.
 
+use crate::checkpoint::{Checkpoint, CurvePoint};
 use crate::network::{Graph, Place};
+use crate::scene::scene;
 use crate::settings::TrainSettings;
 use crate::streaming::{BatchGradient, Example, StreamingHead};
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
+use promenade_baker::BakeError;
+use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split};
 use promenade_baker::random::Random;
 use promenade_core::cloud::{Alignment, CloudEmitter, Listener, QueryValues};
 use promenade_core::glam::Vec3;
 use promenade_core::metrics::avcloud;
-use promenade_core::{Bands, Pose, StftGrid, TailModel};
+use promenade_core::{Bands, Pose, Provenance, Scene, SceneError, StftGrid, TailModel};
 
 /// Seconds of dry sound before a clip that its room still answers to.
 const PRE_ROLL_S: f64 = 0.5;
@@ -72,12 +76,16 @@ pub struct Trainer<'a> {
     head: StreamingHead,
     weights: Arrays,
     optimiser: AdamW,
+    curve: Vec<CurvePoint>,
+    /// Losses since the last point of the curve.
+    losses: Vec<f64>,
+    fingerprint: u64,
 }
 
 impl Stage {
     /// For a capture and anchors: a grid of four hops of about 5.8 ms, masks at `bands` frequencies as the ear spaces them.
     #[must_use]
-    pub fn new(capture: &Capture, anchors: &promenade_baker::anchors::AnchorSet, settings: &TrainSettings) -> Self {
+    pub fn new(capture: &Capture, anchors: &AnchorSet, settings: &TrainSettings) -> Self {
         let rate = capture.sample_rate_hz;
         let grid = StftGrid::four_hops(rate, 128.0 * rate / 22_050.0);
         let bands = Bands::for_rate(rate);
@@ -125,15 +133,105 @@ fn diffuse_coherence(bands: &Bands) -> Vec<f32> {
 }
 
 impl<'a> Trainer<'a> {
-    /// Begins with weights drawn from the seed.
-    #[must_use]
-    pub fn new(capture: &'a Capture, stage: Stage, settings: TrainSettings, device: Device, threads: usize) -> Self {
-        let anchors = stage.place.anchors.len();
-        let features = stage.place.features.len() / anchors.max(1);
-        let weights = start(&settings, anchors, features, stage.bands.count(), stage.grid.hop_s());
+    /// Begins with weights drawn from the seed, `threads` clips at a time.
+    ///
+    /// # Errors
+    /// Settings out of range, a capture without clips to train on or to judge by.
+    pub fn new(
+        capture: &'a Capture,
+        anchors: &AnchorSet,
+        settings: TrainSettings,
+        device: Device,
+        threads: usize,
+    ) -> Result<Self, BakeError> {
+        settings.check()?;
+        for split in [Split::Train, Split::Test] {
+            if capture.split(split).next().is_none() {
+                let what = "clips of the capture";
+                return Err(BakeError::Argument {
+                    what,
+                    expected: format!("some to {}", split.name()),
+                    found: "none".to_owned(),
+                });
+            }
+        }
+        let stage = Stage::new(capture, anchors, &settings);
+        let features = stage.place.features.len() / stage.place.anchors.len();
+        let weights = start(&settings, stage.place.anchors.len(), features, stage.bands.count(), stage.grid.hop_s());
         let known = (&stage.grid, &stage.bands, &stage.tail);
         let head = StreamingHead::new(&settings.network, &settings.loss, &stage.queries, known, stage.emitter, threads);
-        Self { capture, settings, stage, device: device.autodiff(), head, weights, optimiser: AdamW::default() }
+        Ok(Self {
+            fingerprint: fingerprint(capture, &stage),
+            capture,
+            settings,
+            stage,
+            device: device.autodiff(),
+            head,
+            weights,
+            optimiser: AdamW::default(),
+            curve: Vec::new(),
+            losses: Vec::new(),
+        })
+    }
+
+    /// Goes on from where a training was.
+    ///
+    /// # Errors
+    /// A training of another capture, other anchors or other settings; only the number of steps may differ.
+    pub fn resume(&mut self, checkpoint: Checkpoint) -> Result<(), BakeError> {
+        let settings = TrainSettings { steps: self.settings.steps, ..checkpoint.settings };
+        let other = |what: &'static str| BakeError::Argument {
+            what: "training to go on with",
+            expected: format!("one of the same {what} (begin anew with --restart)"),
+            found: "one of another".to_owned(),
+        };
+        if settings != self.settings {
+            return Err(other("settings"));
+        }
+        if checkpoint.capture != self.fingerprint {
+            return Err(other("capture and anchors"));
+        }
+        (self.weights, self.optimiser, self.curve) = (checkpoint.weights, checkpoint.optimiser, checkpoint.curve);
+        self.losses = checkpoint.losses;
+        Ok(())
+    }
+
+    /// All that is needed to go on later.
+    #[must_use]
+    pub fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            settings: self.settings.clone(),
+            weights: self.weights.clone(),
+            optimiser: self.optimiser.clone(),
+            curve: self.curve.clone(),
+            losses: self.losses.clone(),
+            capture: self.fingerprint,
+        }
+    }
+
+    /// What was seen on the way.
+    #[must_use]
+    pub fn curve(&self) -> &[CurvePoint] {
+        &self.curve
+    }
+
+    /// Looks at the test clips and adds a point to the curve.
+    pub fn note(&mut self) -> CurvePoint {
+        let Scores { mag, lre_db, env } = self.look(Split::Test);
+        let loss = self.losses.iter().sum::<f64>() / self.losses.len().max(1) as f64;
+        self.losses.clear();
+        let point = CurvePoint { step: self.optimiser.steps, loss, test: [mag, lre_db, env] };
+        self.curve.push(point);
+        point
+    }
+
+    /// The scene of the weights as they are.
+    ///
+    /// # Errors
+    /// As [`crate::scene()`].
+    pub fn scene(&self, provenance: Provenance) -> Result<Scene, SceneError> {
+        let poses: Vec<Pose> = self.capture.clips.iter().map(|c| c.pose).collect();
+        scene(&self.stage, &self.settings, &self.weights, provenance, &poses)
     }
 
     /// Weights by name; tap shapes as logarithms.
@@ -174,6 +272,7 @@ impl<'a> Trainer<'a> {
         }
         let rate = self.rate(step);
         let gradient_norm = self.optimiser.step(&mut self.weights, &gradients, rate, &self.settings);
+        self.losses.push(judged.loss);
         StepReport { step: self.optimiser.steps, loss: judged.loss, gradient_norm, rate }
     }
 
@@ -271,4 +370,22 @@ fn surrogate(parts: &[Tensor<2>], judged: &BatchGradient, device: &Device) -> Te
         (part.clone() * by).sum()
     });
     sums.reduce(|a, b| a + b).unwrap_or_else(|| Tensor::zeros([1], device))
+}
+
+/// Tells captures and anchors apart (FNV-1a over what is learnt from).
+fn fingerprint(capture: &Capture, stage: &Stage) -> u64 {
+    let mut hash = 0xCBF2_9CE4_8422_2325_u64;
+    let mut mix = |value: u32| hash = (hash ^ u64::from(value)).wrapping_mul(0x0100_0000_01B3);
+    for track in &capture.tracks {
+        let samples = track.dry.iter().chain(track.binaural.iter().flatten());
+        samples.for_each(|x| mix(x.to_bits()));
+    }
+    for clip in &capture.clips {
+        #[expect(clippy::cast_possible_truncation, reason = "a hash")]
+        [clip.track, clip.start, clip.len, clip.split as usize].iter().for_each(|v| mix(*v as u32));
+        clip.pose.position.to_array().iter().chain(&clip.pose.orientation.to_array()).for_each(|x| mix(x.to_bits()));
+    }
+    let place = stage.place.anchors.iter().flat_map(|a| a.to_array());
+    place.chain(stage.place.features.iter().copied()).for_each(|x| mix(x.to_bits()));
+    hash
 }

@@ -64,7 +64,7 @@ impl Start {
 
 /// Starting weights of a network for `anchors` anchors of `features` features and taps in `tap_bands` bands, hops of `hop_s` seconds.
 #[must_use]
-pub fn start(settings: &TrainSettings, anchors: usize, features: usize, tap_bands: usize, hop_s: f64) -> Arrays {
+pub(crate) fn start(settings: &TrainSettings, anchors: usize, features: usize, tap_bands: usize, hop_s: f64) -> Arrays {
     let NetworkSettings { width, layers, feed_forward, octaves, taps, tap_shapes, .. } = settings.network;
     let mut s = Start { random: Random::new(settings.seed), arrays: Arrays::new() };
     s.put("vec_embedder.freqs", &[octaves], factors(octaves, settings.network.highest));
@@ -115,7 +115,7 @@ fn tap_shapes_at(taps: usize, shapes: usize, bands: usize, hop_s: f64) -> Vec<f3
 
 /// Whether an array is given, not learnt.
 #[must_use]
-pub fn is_fixed(name: &str) -> bool {
+pub(crate) fn is_fixed(name: &str) -> bool {
     name.ends_with(".freqs")
 }
 
@@ -133,7 +133,13 @@ impl AdamW {
     const EPS: f32 = 1e-8;
 
     /// Changes weights by one step; gradients that are not finite change nothing. Says the gradient's norm.
-    pub fn step(&mut self, weights: &mut Arrays, gradients: &BTreeMap<String, Vec<f32>>, rate: f32, settings: &TrainSettings) -> f32 {
+    pub fn step(
+        &mut self,
+        weights: &mut Arrays,
+        gradients: &BTreeMap<String, Vec<f32>>,
+        rate: f32,
+        settings: &TrainSettings,
+    ) -> f32 {
         let squares: f64 = gradients.values().flatten().map(|g| f64::from(*g) * f64::from(*g)).sum();
         #[expect(clippy::cast_possible_truncation, reason = "a norm")]
         let norm = squares.sqrt() as f32;

@@ -52,7 +52,8 @@ pub(super) fn parse_scale(text: &str) -> Result<f32, String> {
 }
 
 pub(super) fn parse_kind(text: &str) -> Result<CloudKind, String> {
-    CloudKind::from_name(text).ok_or_else(|| format!("expected one of {}", CloudKind::PUBLISHED.map(CloudKind::name).join(", ")))
+    CloudKind::from_name(text)
+        .ok_or_else(|| format!("expected one of {}", CloudKind::PUBLISHED.map(CloudKind::name).join(", ")))
 }
 
 pub(super) fn parse_convention(text: &str) -> Result<PoseConvention, String> {

@@ -1,7 +1,7 @@
 //! What is known of a cloud's emitter besides what the network learnt.
 
-use crate::field::NEAREST_M;
 use crate::Pose;
+use crate::field::NEAREST_M;
 use glam::Vec3;
 
 /// Speed of sound, m/s.

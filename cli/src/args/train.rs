@@ -1,0 +1,43 @@
+//! Arguments of `promenade train`.
+
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub(crate) struct TrainArgs {
+    /// Capture to learn from: a folder, or a manifest ending in .json
+    pub(crate) capture: PathBuf,
+    /// Anchors of the place, as `promenade anchors` writes them
+    #[arg(long, value_name = "FILE")]
+    pub(crate) anchors: PathBuf,
+    /// Scene file to write; the training is kept beside it, ending in .training, and goes on from there when it was stopped
+    #[arg(short, long, value_name = "SCENE")]
+    pub(crate) output: PathBuf,
+    /// Sizes of the network, terms of the loss and course of the training (JSON)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) settings: Option<PathBuf>,
+    /// Steps in all
+    #[arg(long)]
+    pub(crate) steps: Option<usize>,
+    /// Seed of weights, order and carriers
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Clips rendered at a time; without it as many as there are processors
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+    /// Steps after which the training is kept
+    #[arg(long, default_value_t = std::num::NonZero::<usize>::MIN.saturating_add(99))]
+    pub(crate) keep_every: std::num::NonZero<usize>,
+    /// Begin anew even where a training is kept
+    #[arg(long)]
+    pub(crate) restart: bool,
+    /// Run the network on a graphics card
+    #[arg(long)]
+    pub(crate) gpu: bool,
+    /// Write the course of the training as a picture (SVG)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) curve: Option<PathBuf>,
+    /// Name of the scene; without it the capture's
+    #[arg(long)]
+    pub(crate) title: Option<String>,
+}

@@ -1,0 +1,118 @@
+//! `promenade train`: a capture and anchors in, a scene out.
+
+use crate::args::TrainArgs;
+use crate::report;
+use anyhow::{Context, Result};
+use promenade_baker::anchors::AnchorSet;
+use promenade_baker::{Capture, atomic};
+use promenade_core::Provenance;
+use promenade_trainer::{Checkpoint, Device, TrainSettings, Trainer, picture};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+/// Ending of the file that a training is kept in beside its scene until it is done.
+const KEPT: &str = "training";
+
+pub(crate) fn run(args: &TrainArgs) -> Result<()> {
+    let capture = Capture::load(&args.capture)?;
+    for note in &capture.notes {
+        eprintln!("note: {}: {note}", args.capture.display());
+    }
+    let anchors = AnchorSet::load(&args.anchors)?;
+    let settings = settings(args)?;
+    let device = if args.gpu { gpu()? } else { Device::flex() };
+    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let mut trainer = Trainer::new(&capture, &anchors, settings.clone(), device, threads)?;
+    let kept = args.output.with_extension(KEPT);
+    if kept.exists() && !args.restart {
+        trainer.resume(Checkpoint::load(&kept)?).with_context(|| format!("{}", kept.display()))?;
+        eprintln!("note: {}: goes on from step {}", kept.display(), trainer.steps());
+    }
+    let (from, began) = (trainer.steps(), Instant::now());
+    while trainer.steps() < settings.steps {
+        let step = trainer.step();
+        if !step.gradient_norm.is_finite() {
+            anyhow::bail!("step {}: the loss is no number any more; a lower learning rate may help", step.step + 1);
+        }
+        let done = trainer.steps();
+        if done.is_multiple_of(settings.look_every) || done == settings.steps {
+            let point = trainer.note();
+            let [mag, lre, env] = point.test;
+            let per_step = began.elapsed().as_secs_f64() / (done - from) as f64;
+            let left = per_step * (settings.steps - done) as f64;
+            eprintln!(
+                "step {done} of {}: loss {:.4}; test MAG {mag:.4}, LRE {lre:.3} dB, ENV {env:.4}; {per_step:.3} s a step, {} left",
+                settings.steps,
+                point.loss,
+                minutes(left)
+            );
+            if let Some(file) = &args.curve {
+                atomic::write(file, picture(trainer.curve()).as_bytes())?;
+            }
+        }
+        if done.is_multiple_of(args.keep_every.get()) {
+            trainer.checkpoint().save(&kept)?;
+        }
+    }
+    trainer.checkpoint().save(&kept)?;
+    let scene = trainer.scene(provenance(&capture, &settings, args))?;
+    atomic::write(&args.output, &scene.to_bytes()?)?;
+    report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))
+}
+
+fn settings(args: &TrainArgs) -> Result<TrainSettings> {
+    let mut settings = match &args.settings {
+        None => TrainSettings::default(),
+        Some(file) => {
+            let text = std::fs::read_to_string(file).with_context(|| format!("{}", file.display()))?;
+            serde_json::from_str(&text).with_context(|| format!("{}: expected the settings of a training", file.display()))?
+        }
+    };
+    if let Some(steps) = args.steps {
+        settings.steps = steps;
+    }
+    if let Some(seed) = args.seed {
+        settings.seed = seed;
+    }
+    Ok(settings)
+}
+
+#[cfg(feature = "gpu")]
+#[expect(clippy::unnecessary_wraps, reason = "without the feature it fails")]
+fn gpu() -> Result<Device> {
+    Ok(Device::vulkan(promenade_trainer::DeviceKind::DefaultDevice))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu() -> Result<Device> {
+    anyhow::bail!("--gpu: this program was built without the feature 'gpu'")
+}
+
+fn minutes(seconds: f64) -> String {
+    let mut text = String::new();
+    let whole = seconds.round().max(0.0);
+    let done = write!(text, "{}:{:02}", (whole / 60.0).floor(), whole % 60.0);
+    debug_assert!(done.is_ok());
+    text
+}
+
+fn provenance(capture: &Capture, settings: &TrainSettings, args: &TrainArgs) -> Provenance {
+    let name = |path: &Path| path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let mut notes = capture.notes.clone();
+    notes.push(format!("trained by promenade {} with {}", env!("CARGO_PKG_VERSION"), serde_json::json!(settings)));
+    Provenance {
+        title: args.title.clone().unwrap_or_else(|| capture.title.clone()),
+        credit: capture.credit.clone(),
+        licence: capture.licence.clone(),
+        recipe: format!(
+            "promenade train {} --anchors {} -o {} --steps {} --seed {}",
+            name(&args.capture),
+            name(&args.anchors),
+            name(&args.output),
+            settings.steps,
+            settings.seed
+        ),
+        notes,
+    }
+}
