@@ -67,6 +67,11 @@ impl StreamingHead {
 }
 
 impl StreamingHead {
+    /// The transfer function of a pose's values.
+    pub(crate) fn transfer(&self, pose: &Pose, values: &QueryValues, log_shapes: &[f32]) -> TransferFunction {
+        transfer(&self.taps, self.emitter, &self.blank, pose, values, &exponentials(log_shapes))
+    }
+
     /// Renders clips as the engine will, in order.
     #[must_use]
     pub(crate) fn render(
@@ -78,7 +83,7 @@ impl StreamingHead {
         let shapes = exponentials(log_shapes);
         let (taps, emitter, blank) = (&self.taps, self.emitter, &self.blank);
         spread(&mut self.benches, examples, values, |bench, example, values| {
-            let transfer = transfer(taps, emitter, blank, example, values, &shapes);
+            let transfer = transfer(taps, emitter, blank, &example.pose, values, &shapes);
             let input = bench.head.analyse(&example.dry, example.pre_roll);
             bench.head.render(&input, &transfer)
         })
@@ -91,7 +96,7 @@ impl StreamingHead {
         let (taps, emitter, blank) = (&self.taps, self.emitter, &self.blank);
         let share = 1.0 / examples.len().max(1) as f32;
         let parts = spread(&mut self.benches, examples, values, |bench, example, values| {
-            let transfer = transfer(taps, emitter, blank, example, values, &shapes);
+            let transfer = transfer(taps, emitter, blank, &example.pose, values, &shapes);
             let input = bench.head.analyse(&example.dry, example.pre_roll);
             let [left, right] = bench.head.render(&input, &transfer);
             let mut by_samples = [Vec::new(), Vec::new()];
@@ -124,13 +129,13 @@ fn transfer(
     taps: &TapHead,
     emitter: Option<CloudEmitter>,
     blank: &TransferFunction,
-    example: &Example<'_>,
+    pose: &Pose,
     values: &QueryValues,
     shapes: &[f32],
 ) -> TransferFunction {
     let mut transfer = blank.clone();
-    taps.transfer(values, shapes, emitter.map_or(1.0, |e| e.gain(&example.pose)), &mut transfer);
-    transfer.delay_s = emitter.map_or(0.0, |e| e.delay_s(&example.pose));
+    taps.transfer(values, shapes, emitter.map_or(1.0, |e| e.gain(pose)), &mut transfer);
+    transfer.delay_s = emitter.map_or(0.0, |e| e.delay_s(pose));
     transfer
 }
 
