@@ -123,7 +123,20 @@ mod tests {
         // A file beside that claims more than any walk has: nothing is read of it.
         let folder = tempfile::tempdir().unwrap();
         let gltf = folder.path().join("walk.gltf");
-        std::fs::write(&gltf, r#"{"asset": {"version": "2.0"}, "buffers": [{"uri": "walk.bin", "byteLength": 4}]}"#).unwrap();
+        let document = r#"{
+            "asset": {"version": "2.0"}, "cameras": [{"type": "perspective"}], "nodes": [{"camera": 0}],
+            "animations": [{
+                "samplers": [{"input": 0, "output": 1}],
+                "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]
+            }],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 2, "type": "SCALAR"},
+                {"bufferView": 1, "componentType": 5126, "count": 2, "type": "VEC3"}
+            ],
+            "bufferViews": [{"buffer": 0, "byteLength": 8}, {"buffer": 0, "byteOffset": 8, "byteLength": 24}],
+            "buffers": [{"uri": "walk.bin", "byteLength": 32}]
+        }"#;
+        std::fs::write(&gltf, document).unwrap();
         std::fs::File::create(folder.path().join("walk.bin")).unwrap().set_len(2 << 30).unwrap();
         let error = crate::causes::in_words(&KeptWalk::from_file(&gltf).unwrap_err());
         assert!(error.contains("the file has 2147483648 bytes"), "{error}");

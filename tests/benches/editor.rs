@@ -137,7 +137,11 @@ fn main() {
         bench.screen.point(bench.hand.0 + x, bench.hand.1 + y);
     });
     bench.screen.press(1, false);
+    let editor = bench.host.instance().editor().expect("there is an editor");
+    let least = editor.resize(EditorSize { width: 1, height: 1 }).expect("the editor takes a size");
+    bench.screen.resize(least.width, least.height);
+    bench.row("as small as can be, playing, automation moves the listener", true, turning);
     bench.host.instance().editor().expect("there is an editor").close().expect("the editor closes");
     closed(&mut bench);
-    println!("\n{} x {} pixels", size.width, size.height);
+    println!("\n{} x {} pixels, at least {} x {}", size.width, size.height, least.width, least.height);
 }
