@@ -39,7 +39,7 @@ pub struct PluginInfo {
     pub version: String,
 }
 
-/// A file or folder with plugins, loaded once for all instances.
+/// A file or folder with plugins, loaded once for all instances, and for as long as the process lives.
 pub struct Bundle {
     path: PathBuf,
     inner: Inner,

@@ -26,6 +26,7 @@ use clack_host::prelude::*;
 use clack_host::utils::{BeatTime, SecondsTime};
 use editor::ClapEditor;
 use handlers::{Handlers, Requests};
+use libloading::Library;
 use ports::Ports;
 use std::ffi::{CStr, CString};
 use std::path::Path;
@@ -35,6 +36,14 @@ use std::sync::Arc;
 pub(crate) struct ClapBundle {
     entry: PluginEntry,
     plugins: Vec<PluginInfo>,
+}
+
+/// Keeps a loaded library loaded for good: threads that an editor has left behind may still run its code when the last instance is gone.
+fn stay(path: &Path) {
+    #[expect(unsafe_code, reason = "loading a shared library runs its code")]
+    // SAFETY: it is loaded already; this makes another handle to it. A bundle of macOS is no library itself, and is not kept.
+    let handle = unsafe { Library::new(path) };
+    handle.map(std::mem::forget).unwrap_or_default();
 }
 
 fn owned(text: Option<&CStr>) -> String {
@@ -50,6 +59,7 @@ impl ClapBundle {
         #[expect(unsafe_code, reason = "loading a shared library runs its code")]
         // SAFETY: whoever names a plugin to a host wants its code to run.
         let entry = unsafe { PluginEntry::load(path) }.map_err(|e| failed(e.to_string()))?;
+        stay(path);
         let bundle = Self::of_entry(entry);
         if bundle.plugins.is_empty() {
             return Err(failed("it lists no plugin".to_owned()));

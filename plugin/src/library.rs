@@ -120,13 +120,17 @@ pub fn file_in_slot(folders: &[PathBuf], extensions: &[&str], slot: u32) -> Resu
 /// # Errors
 /// The file cannot be read, or is larger than 1 GiB.
 pub fn read(path: &Path) -> Result<Vec<u8>, LibraryError> {
-    let io_error = |error| LibraryError::Io { path: path.to_owned(), error };
-    let length = std::fs::metadata(path).map_err(io_error)?.len();
+    bytes_of(path).map_err(|error| LibraryError::Io { path: path.to_owned(), error })
+}
+
+/// As [`read`], for a file that another one names.
+pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+    let length = std::fs::metadata(path)?.len();
     if length > LARGEST_FILE {
         let text = format!("the file has {length} bytes, expected at most {LARGEST_FILE}");
-        return Err(io_error(io::Error::new(io::ErrorKind::FileTooLarge, text)));
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
     }
-    std::fs::read(path).map_err(io_error)
+    std::fs::read(path)
 }
 
 /// The scene in a library slot.

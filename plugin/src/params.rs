@@ -273,7 +273,7 @@ impl Default for PromenadeParams {
                 .with_value_to_string(formatters::v2s_f32_percentage(2))
                 .with_string_to_value(formatters::s2v_f32_percentage())
         };
-        let slot = |name| IntParam::new(name, 0, IntRange::Linear { min: 0, max: SLOTS }).non_automatable();
+        let slot = |name| IntParam::new(name, 0, IntRange::Linear { min: 0, max: SLOTS });
         Self {
             x: metres("Listener X"),
             y: metres("Listener Y"),
@@ -288,8 +288,8 @@ impl Default for PromenadeParams {
             ex: metres("Emitter Offset X"),
             ey: metres("Emitter Offset Y"),
             ez: metres("Emitter Offset Z"),
-            group: EnumParam::new("Listener Group", GroupChoice::Off).non_automatable(),
-            lead: BoolParam::new("Lead Group", false).non_automatable(),
+            group: EnumParam::new("Listener Group", GroupChoice::Off),
+            lead: BoolParam::new("Lead Group", false),
             tier: EnumParam::new("Tier", TierChoice::Standard),
             rate: FloatParam::new("Decode Rate", LiveParams::default().rate_hz, rate_range_hz())
                 .with_unit(" Hz")
@@ -297,7 +297,7 @@ impl Default for PromenadeParams {
             mix: percent("Dry/Wet", 1.0),
             gain: FloatParam::new("Output Gain", 0.0, gain_range_db()).with_unit(" dB").with_value_to_string(rounded(2)),
             bypass: BoolParam::new("Bypass", false).make_bypass(),
-            scene: EnumParam::new("Scene", SceneChoice::RoomA).non_automatable(),
+            scene: EnumParam::new("Scene", SceneChoice::RoomA),
             slot: slot("Library Scene"),
             walk: slot("Library Path"),
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
@@ -328,7 +328,7 @@ pub struct Snapshot {
     pub block: BlockParams,
 }
 
-/// The non-automatable choices of files; a change sends the loader to work.
+/// The choices of files; a change sends the loader to work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choices {
     /// Where the scene comes from.

@@ -60,7 +60,7 @@ impl KeptWalk {
     /// The file cannot be read or holds no camera path.
     pub fn from_file(path: &Path) -> Result<(Self, Vec<String>), WalkError> {
         let name = path.display().to_string();
-        let mut beside = |other: &str| std::fs::read(path.with_file_name(other));
+        let mut beside = |other: &str| library::bytes_of(&path.with_file_name(other));
         let imported = promenade_paths::read(&name, &library::read(path)?, &ImportOptions::default(), &mut beside)?;
         Ok((Self::of(imported.path.keyframes()), imported.notes))
     }
@@ -120,6 +120,26 @@ mod tests {
             assert!(error.contains(reason), "{error}");
         }
         assert!(matches!(KeptWalk::from_file(Path::new("no/such.csv")), Err(WalkError::Io(_))));
+        // A file beside that claims more than any walk has: nothing is read of it.
+        let folder = tempfile::tempdir().unwrap();
+        let gltf = folder.path().join("walk.gltf");
+        let document = r#"{
+            "asset": {"version": "2.0"}, "cameras": [{"type": "perspective"}], "nodes": [{"camera": 0}],
+            "animations": [{
+                "samplers": [{"input": 0, "output": 1}],
+                "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]
+            }],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 2, "type": "SCALAR"},
+                {"bufferView": 1, "componentType": 5126, "count": 2, "type": "VEC3"}
+            ],
+            "bufferViews": [{"buffer": 0, "byteLength": 8}, {"buffer": 0, "byteOffset": 8, "byteLength": 24}],
+            "buffers": [{"uri": "walk.bin", "byteLength": 32}]
+        }"#;
+        std::fs::write(&gltf, document).unwrap();
+        std::fs::File::create(folder.path().join("walk.bin")).unwrap().set_len(2 << 30).unwrap();
+        let error = crate::causes::in_words(&KeptWalk::from_file(&gltf).unwrap_err());
+        assert!(error.contains("the file has 2147483648 bytes"), "{error}");
         let endless = KeptWalk { speed: f64::INFINITY, ..KeptWalk::default() };
         assert!(matches!(endless.to_walk(), Err(WalkError::Speed(_))));
     }

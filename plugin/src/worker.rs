@@ -12,10 +12,11 @@ pub trait Chore: Send + Sync {
     fn serve(&self);
 }
 
-/// A background thread; it is joined when the last instance lets go of it, so that the host can unload the library.
+/// A background thread; it ends when the last instance lets go of it, and is waited for, so that the host can unload the library.
 pub struct Worker {
     shared: Arc<Shared>,
     join: Option<JoinHandle<()>>,
+    waited_for: bool,
 }
 
 #[derive(Default)]
@@ -28,16 +29,30 @@ struct Shared {
 pub struct Post {
     name: &'static str,
     running: Mutex<Weak<Worker>>,
+    /// Whether the last instance waits for the thread's end.
+    waited_for: bool,
+}
+
+impl Post {
+    const fn new(name: &'static str) -> Self {
+        Self { name, running: Mutex::new(Weak::new()), waited_for: true }
+    }
+
+    /// Of a thread that may be kept up for long: no instance waits for its end where the library stays in memory (`build.rs`).
+    const fn left_behind(name: &'static str) -> Self {
+        let waited_for = cfg!(not(any(target_os = "linux", target_os = "macos")));
+        Self { name, running: Mutex::new(Weak::new()), waited_for }
+    }
 }
 
 /// Loads scenes and camera paths.
-pub static LOADER: Post = Post { name: "promenade-loader", running: Mutex::new(Weak::new()) };
+pub static LOADER: Post = Post::new("promenade-loader");
 /// Decodes poses; apart from the loader, so that no decode waits for a file.
-pub static DECODER: Post = Post { name: "promenade-decoder", running: Mutex::new(Weak::new()) };
+pub static DECODER: Post = Post::new("promenade-decoder");
 /// Looks up host names; apart from the others, because it may wait for a network.
-pub static RESOLVER: Post = Post { name: "promenade-resolver", running: Mutex::new(Weak::new()) };
+pub static RESOLVER: Post = Post::left_behind("promenade-resolver");
 /// Reads what an editor lists; apart from the loader, so that no scene waits for a list.
-pub static LISTER: Post = Post { name: "promenade-lister", running: Mutex::new(Weak::new()) };
+pub static LISTER: Post = Post::new("promenade-lister");
 
 /// An instance's place at a worker. It keeps the worker running.
 pub struct Desk {
@@ -62,7 +77,7 @@ impl Desk {
         let worker = match running.upgrade() {
             Some(worker) => worker,
             None => {
-                let worker = Arc::new(Worker::start(post.name)?);
+                let worker = Arc::new(Worker::start(post)?);
                 *running = Arc::downgrade(&worker);
                 worker
             }
@@ -87,11 +102,11 @@ impl Desk {
 }
 
 impl Worker {
-    fn start(name: &str) -> std::io::Result<Self> {
+    fn start(post: &Post) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let of_thread = Arc::clone(&shared);
-        let join = thread::Builder::new().name(name.to_owned()).spawn(move || work(&of_thread))?;
-        Ok(Self { shared, join: Some(join) })
+        let join = thread::Builder::new().name(post.name.to_owned()).spawn(move || work(&of_thread))?;
+        Ok(Self { shared, join: Some(join), waited_for: post.waited_for })
     }
 }
 
@@ -100,8 +115,10 @@ impl Drop for Worker {
         self.shared.ends.store(true, Ordering::Release);
         if let Some(join) = self.join.take() {
             join.thread().unpark();
-            // A panic of the worker has been reported where it happened.
-            drop(join.join());
+            if self.waited_for {
+                // A panic of the worker has been reported where it happened.
+                drop(join.join());
+            }
         }
     }
 }
@@ -123,6 +140,7 @@ mod tests {
     use super::*;
     use crate::loader::{Loader, Stage};
     use crate::params::PromenadeParams;
+    use std::sync::mpsc::{Receiver, Sender, channel};
     use std::time::{Duration, Instant};
 
     #[test]
@@ -141,6 +159,35 @@ mod tests {
             thread::yield_now();
         }
         assert!(matches!(loader.stages.pop(), Some(Stage::Scene(_))));
+    }
+
+    /// Says that it has begun, and goes on until it is told to end.
+    struct Endless(Sender<()>, Mutex<Receiver<()>>);
+
+    impl Chore for Endless {
+        fn serve(&self) {
+            self.0.send(()).unwrap();
+            let _ended = self.1.lock().unwrap().recv();
+        }
+    }
+
+    #[test]
+    #[cfg(any(target_os = "linux", target_os = "macos"))]
+    fn an_instance_goes_while_a_name_is_looked_up() {
+        static POST: Post = Post::left_behind("promenade-test");
+        let (begins, begun) = channel();
+        let (ends, ended) = channel();
+        let desk = Desk::new(&POST, Arc::new(Endless(begins, Mutex::new(ended)))).unwrap();
+        desk.call();
+        let patience = Duration::from_secs(20);
+        begun.recv_timeout(patience).expect("the chore is served");
+        let (gone, went) = channel();
+        thread::spawn(move || {
+            drop(desk);
+            gone.send(()).unwrap();
+        });
+        went.recv_timeout(patience).expect("the instance waits for the chore");
+        drop(ends);
     }
 
     #[test]

@@ -3,7 +3,8 @@
 //! `cargo bench --bench instances -p promenade-tests`. The plugin is the one that cargo builds beside it, or that of
 //! `PROMENADE_BUNDLES`. Time: processor seconds of the one thread that plays all instances in turn, per second of sound, at 48 kHz in
 //! blocks of 512, median of the runs; input is white noise, and every listener turns by 90 degrees a second and walks at 1 m/s with
-//! automation every 32 samples. Memory: what is resident of the process (Linux), of which before the first instance is taken off.
+//! automation every 32 samples; then without automation, and then without input too, once the room has died away. Memory: what is
+//! resident of the process (Linux), of which before the first instance is taken off.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;
@@ -19,7 +20,7 @@ const FORMAT: &str = "PROMENADE_BENCH_FORMAT";
 
 const RATE: f64 = 48_000.0;
 const BLOCK: usize = 512;
-const COUNTS: [usize; 3] = [1, 10, 50];
+const COUNTS: [usize; 4] = [1, 10, 25, 50];
 const SECONDS: f64 = 2.0;
 const RUNS: usize = 5;
 
@@ -74,11 +75,16 @@ fn table<H: Host>() {
         let mut at = 0;
         play(&mut hosts, &lanes, &signal[..signal.len() / 4], &mut at);
         let cost = median((0..RUNS).map(|_| play(&mut hosts, &lanes, &signal, &mut at)).collect());
+        let still = median((0..RUNS).map(|_| play(&mut hosts, &[], &signal, &mut at)).collect());
+        let silence = vec![0.0; signal.len()];
+        play(&mut hosts, &[], &silence, &mut at);
+        let silent = median((0..RUNS).map(|_| play(&mut hosts, &[], &silence, &mut at)).collect());
         let memory = match (before, resident_bytes()) {
             (Some(before), Some(now)) => format!("{:.1} MiB", (now - before.min(now)) as f64 / f64::from(1 << 20)),
             _ => "unknown".to_owned(),
         };
-        println!("| {} | {count} | {memory} | {:.2} % | {:.3} % |", H::FORMAT, 100.0 * cost, 100.0 * cost / count as f64);
+        let row = [cost, cost / count as f64, still, silent].map(|share| format!("{:.2} %", 100.0 * share)).join(" | ");
+        println!("| {} | {count} | {memory} | {row} |", H::FORMAT);
     }
 }
 
@@ -96,9 +102,9 @@ fn main() {
         Ok(_) => return table::<Vst3>(),
         Err(_) => (),
     }
-    println!("{}, {}, tier Standard, {RUNS} runs of {SECONDS} s\n", machine(), env::consts::OS);
-    println!("| format | instances | memory | of real time, all | of real time, each |");
-    println!("|---|---|---|---|---|");
+    println!("{}, {}, tier Standard, {RUNS} runs of {SECONDS} s, of one core\n", machine(), env::consts::OS);
+    println!("| format | instances | memory | moving, all | moving, each | still, all | silent, all |");
+    println!("|---|---|---|---|---|---|---|");
     let this = env::current_exe().expect("a bench has its own file");
     for format in ["clap", "vst3"] {
         let done = Command::new(&this).env(FORMAT, format).status().expect("a bench can be run again");

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use x11rb::connection::{Connection, RequestConnection};
+use x11rb::protocol::Event;
+use x11rb::protocol::damage::{ConnectionExt as _, ReportLevel};
 use x11rb::protocol::xproto::{
     BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ConfigureWindowAux, ConnectionExt as _, CreateWindowAux, EventMask, ImageFormat,
     KEY_PRESS_EVENT, KEY_RELEASE_EVENT, MOTION_NOTIFY_EVENT, WindowClass,
@@ -82,6 +84,24 @@ impl Screen {
         let sent = self.x11.xtest_fake_input(kind, detail, 0, self.root, x, y, 0);
         sent.expect("the X server listens").check().expect("the X server has a mouse");
         self.x11.flush().expect("the X server listens");
+    }
+
+    /// Begins to note what is drawn in the window, and in what is inside it.
+    ///
+    /// # Panics
+    /// The X server does not tell.
+    pub fn watch(&self) {
+        let version = self.x11.damage_query_version(1, 1).expect("the X server listens").reply();
+        version.expect("the X server tells what is drawn");
+        let damage = self.x11.generate_id().expect("the X server has room");
+        let watched = self.x11.damage_create(damage, self.window, ReportLevel::RAW_RECTANGLES);
+        watched.expect("the X server listens").check().expect("what is drawn is told");
+    }
+
+    /// How many times something was drawn since the last call, after [`Screen::watch`]. A window of OpenGL draws once a picture.
+    pub fn drawings(&self) -> usize {
+        let next = || self.x11.poll_for_event().expect("the X server listens");
+        std::iter::from_fn(next).filter(|event| matches!(event, Event::DamageNotify(_))).count()
     }
 
     /// Moves the mouse.

@@ -10,6 +10,7 @@ in_both_formats!(
     mono_sounds_as_two_equal_channels,
     a_turned_head_hears_the_source_at_one_side,
     blocks_of_no_samples_are_harmless,
+    a_sound_beyond_full_scale_is_only_louder,
 );
 
 /// Below the last bit of 16.
@@ -82,4 +83,17 @@ fn blocks_of_no_samples_are_harmless<H: Host>() {
     host.process(&[&[], &[]]);
     let out = host.process(&[&[0.5; 64], &[0.5; 64]]);
     assert!(out[0].iter().all(|s| s.is_finite()));
+}
+
+fn a_sound_beyond_full_scale_is_only_louder<H: Host>() {
+    // A power of two changes no digit of a sample.
+    let gain = 64.0;
+    let quiet = noise(LEN);
+    let loud = quiet.iter().map(|sample| gain * sample).collect::<Vec<_>>();
+    let heard = |signal: &[f32]| render(&mut H::open(Setup::default()), &[signal, signal], &[512]);
+    let (quiet, loud) = (heard(&quiet), heard(&loud));
+    assert!(peak(&loud[0]) > 4.0, "the peak is {}", peak(&loud[0]));
+    let as_quiet = loud.map(|ear| ear.into_iter().map(|sample| sample / gain).collect());
+    let difference = difference_db(&quiet, &as_quiet);
+    assert!(difference < SAME_DB, "{difference} dB");
 }

@@ -10,6 +10,7 @@ in_both_formats!(
     the_path_position_walks_the_camera_path,
     parameters_and_camera_paths_have_the_same_units,
     the_transport_walks_the_camera_path,
+    a_transport_that_is_located_jumps,
     a_transport_without_a_tempo_walks_the_same,
     what_is_no_number_does_not_stay,
 );
@@ -135,6 +136,34 @@ fn the_transport_walks_the_camera_path<H: Host>() {
     let walking = settled(&mut host);
     assert!(difference_db(&walking, &turned::<H>(0.0)) > -60.0, "the transport does not move the listener");
     assert!(difference_db(&walking, &turned::<H>(90.0)) > -60.0, "the listener jumps to the end");
+}
+
+fn a_transport_that_is_located_jumps<H: Host>() {
+    // Without a room, so that nothing but the frame sounds on.
+    let draft = || {
+        let mut host = turning::<H>();
+        host.set("tier", 0.0);
+        host.set("follow", 1.0);
+        host
+    };
+    let signal = noise(9600);
+    let block = 480;
+    let located = |to_s: f64| {
+        let mut host = draft();
+        host.play_from(0.0);
+        render(&mut host, &[&signal, &signal], &[block]);
+        host.play_from(to_s);
+        // The latency, and a frame of 20 ms.
+        let sounds_on = host.latency() + 960;
+        render(&mut host, &[&signal, &signal], &[block]).map(|ear| ear[sounds_on..].to_vec())
+    };
+    let mut there = draft();
+    there.play_from(50.0);
+    let wanted = render(&mut there, &[&signal, &signal], &[block]);
+    let wanted = wanted.map(|ear| ear[there.latency() + 960..].to_vec());
+    let difference = difference_db(&located(50.0), &wanted);
+    assert!(difference < -60.0, "after the jump the listener is {difference} dB away");
+    assert!(difference_db(&located(11.0), &wanted) > -40.0, "on the way to the left it sounds the same");
 }
 
 fn a_transport_without_a_tempo_walks_the_same<H: Host>() {

@@ -47,7 +47,6 @@ impl IHostApplicationTrait for Application {
 
 /// A second instance of a plugin, asked about texts only.
 pub(crate) struct Controller {
-    // Fields drop in this order: the library goes last, once nothing in it is referred to.
     controller: ComPtr<IEditController>,
     /// The component, where the controller is an object of its own.
     component: Option<ComPtr<IComponent>>,

@@ -7,6 +7,7 @@ use super::{Listening, Osc, OscStatus, Sending, port};
 use crate::params::PromenadeParams;
 use crate::remote::Knob;
 use crate::telemetry::Telemetry;
+use nice_plug::params::persist::deserialize_field;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use rosc::{OscMessage, OscPacket, OscType, encoder};
@@ -195,6 +196,22 @@ fn settings_that_change_are_taken_at_once() {
     drop(wide);
     // And closed to the networks again.
     instance.status_that(|status| matches!(status.listening, Listening::At(at) if at.ip().is_loopback()));
+}
+
+#[test]
+fn settings_of_a_later_version_are_noted_until_they_are_changed() {
+    let _alone = alone();
+    let port = free_port();
+    let saved = format!(r#"{{"on": true, "port": {port}, "format": "of-tomorrow", "name": "Lead"}}"#);
+    let instance = Instance::new(deserialize_field(&saved).unwrap());
+    instance.listens();
+    assert!(instance.osc.status().note.contains("\"of-tomorrow\""), "{}", instance.osc.status().note);
+    // What was understood is in force.
+    sender(port).send(&ypr("/promenade/Lead/ypr", 25.0)).unwrap();
+    instance.faces(25.0);
+    assert!(instance.osc.status().note.contains("\"of-tomorrow\""), "the note is lost");
+    instance.params.osc.restore(OscConfig { port, ..OscConfig::default() });
+    assert_eq!(instance.osc.status().note, "");
 }
 
 #[test]

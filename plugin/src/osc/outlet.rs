@@ -134,7 +134,7 @@ impl Drop for Outlet {
         self.feed.receiver.disown(None);
         let resolver = route.resolver.take();
         drop(route);
-        // Without the lock: the resolver may be waited for.
+        // Without the lock: on some systems the resolver is waited for.
         drop(resolver);
     }
 }
