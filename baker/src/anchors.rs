@@ -3,9 +3,12 @@
 //! The construction is that of the published code of Chen and Shlizerman, "AV-Cloud", NeurIPS 2024: points are merged in voxels,
 //! the voxels are clustered, and the colours of the voxels nearest to each cluster's centre are its features.
 
+mod box_points;
 mod k_means;
 mod store;
 mod voxels;
+
+pub use box_points::{WALL_COLOURS, box_points};
 
 use crate::BakeError;
 use crate::reconstruction::Point;

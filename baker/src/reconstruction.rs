@@ -1,6 +1,21 @@
 //! Points and cameras of a place: what photogrammetry, splats and meshes say of it.
 
+mod alignment;
+mod colmap;
+mod file;
+mod mesh;
+mod ply;
+
+pub use alignment::{AlignmentOptions, Landmark, Scale, SceneOrigin};
+pub use mesh::Surface;
+pub use promenade_paths::colmap::Image as Camera;
+
+use crate::BakeError;
 use promenade_core::glam::Vec3;
+use std::path::Path;
+
+/// Points that a reconstruction may have.
+pub const MAX_POINTS: usize = 50_000_000;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,3 +25,85 @@ pub struct Point {
     /// Red, green and blue, 0 to 1.
     pub colour: [f32; 3],
 }
+
+/// Points and cameras in a world of their own, of any scale and with any axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reconstruction {
+    /// Points in the order of the file.
+    pub points: Vec<Point>,
+    /// Cameras by name; none in a cloud of points. [`Camera::head`] is the pose of each in the reconstruction's world.
+    pub cameras: Vec<Camera>,
+    /// Points that the options have left out.
+    pub left_out: usize,
+}
+
+/// Which points are good enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointOptions {
+    /// COLMAP: images that see a point, at least.
+    pub min_track: u32,
+    /// COLMAP: mean error of its projections, pixels, at most.
+    pub max_error_px: f64,
+    /// 3D Gaussian splats: opacity, 0 to 1, at least.
+    pub min_opacity: f32,
+}
+
+impl Default for PointOptions {
+    fn default() -> Self {
+        Self { min_track: 0, max_error_px: f64::INFINITY, min_opacity: 0.1 }
+    }
+}
+
+/// What a file of a place's shape holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Place {
+    /// Points, with cameras or without.
+    Points(Reconstruction),
+    /// Triangles.
+    Surface(Surface),
+}
+
+impl Place {
+    /// Reads a COLMAP model (a folder with `points3D.bin` or `.txt` and the images beside it, or one that has them in `sparse/0` or
+    /// `sparse`), a `.ply` file (points, 3D Gaussian splats, or a mesh) or a mesh in an `.obj` file.
+    ///
+    /// # Errors
+    /// Files that are missing, too large, damaged or of another kind. The message names the file and the place in it.
+    pub fn load(path: &Path, options: &PointOptions) -> Result<Self, BakeError> {
+        if path.is_dir() {
+            return Reconstruction::load(path, options).map(Self::Points);
+        }
+        match file::ending(path).as_str() {
+            "ply" => ply::read(path, &file::bytes(path)?, options),
+            "obj" => mesh::read_obj(path).map(Self::Surface),
+            other => {
+                let expected = "a folder with a COLMAP model, or a file ending in .ply or .obj";
+                Err(BakeError::content(path, expected, format!("the ending \"{other}\"")))
+            }
+        }
+    }
+}
+
+impl Reconstruction {
+    /// Reads a COLMAP model from its folder, binary or text, with rigs and frames or without: points and images, which hold the poses
+    /// in all of them. Lenses make no difference to either, so what the cameras' file says, or whether it is there, does not matter.
+    ///
+    /// # Errors
+    /// As [`Place::load`].
+    pub fn load(folder: &Path, options: &PointOptions) -> Result<Self, BakeError> {
+        let model = colmap::model(folder)?;
+        let (points, left_out) = colmap::points(&model.points, &file::bytes(&model.points)?, options)?;
+        Ok(Self { points, cameras: colmap::cameras(&model.images)?, left_out })
+    }
+
+    /// Reads the cameras of a COLMAP model alone, for points of the same world in another file.
+    ///
+    /// # Errors
+    /// As [`Place::load`].
+    pub fn load_cameras(folder: &Path) -> Result<Vec<Camera>, BakeError> {
+        colmap::cameras(&colmap::images(folder)?)
+    }
+}
+
+#[cfg(test)]
+mod tests;

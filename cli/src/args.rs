@@ -1,5 +1,6 @@
 //! The command line.
 
+mod anchors;
 mod capture;
 mod eval;
 mod path;
@@ -20,6 +21,7 @@ use values::{
     parse_tier,
 };
 
+pub(crate) use anchors::AnchorsArgs;
 pub(crate) use capture::{CaptureCommand, CheckArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
 pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use path::PathArgs;
@@ -50,6 +52,8 @@ pub(crate) enum Command {
     Host(HostArgs),
     /// Convert a camera path, or show what it is: JSON, CSV, COLMAP cameras or a glTF animation
     Path(PathArgs),
+    /// Make the anchors of a model: of a reconstruction, a cloud of points or splats, a mesh or a box
+    Anchors(Box<AnchorsArgs>),
     /// Make binaural responses of a simulated room, to bake or to train on
     Simulate {
         #[command(subcommand)]

@@ -4,6 +4,7 @@
 //! Results go to standard output, progress and remarks to standard error. The exit status is 0 for success, 1 for failure with a
 //! line `error: ...`, and 2 for a command line that is not understood.
 
+mod anchors;
 mod args;
 mod bake;
 mod capture;
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
         args::Command::Render(a) => render::run(&a),
         args::Command::Host(a) => host::run(&a),
         args::Command::Path(a) => path::run(&a),
+        args::Command::Anchors(a) => anchors::run(&a),
         args::Command::Simulate { what } => simulate::run(&what),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),

@@ -1,6 +1,7 @@
 //! Values on the command line: what they must look like, in words.
 
 use super::RenderTier;
+use promenade_baker::reconstruction::{Landmark, SceneOrigin};
 use promenade_baker::shoebox::{Absorption, MAX_LENGTH_S};
 use promenade_baker::wav::Format;
 use promenade_core::cloud::{CloudKind, ConvMode, PoseConvention, Projection};
@@ -137,6 +138,22 @@ pub(super) fn parse_metres_per_unit(text: &str) -> Result<f64, String> {
 
 pub(super) fn parse_origin(text: &str) -> Result<Origin, String> {
     Origin::from_name(text).ok_or_else(|| format!("expected one of {}", Origin::ALL.map(Origin::name).join(", ")))
+}
+
+/// A point where it reads like one, else the name of a camera.
+pub(super) fn parse_landmark(text: &str) -> Landmark {
+    parse_point(text).map_or_else(|_| Landmark::Camera(text.to_owned()), Landmark::Point)
+}
+
+pub(super) fn parse_scene_origin(text: &str) -> Result<SceneOrigin, String> {
+    let cameras = Origin::from_name(text).map(SceneOrigin::Cameras);
+    let names = Origin::ALL.map(Origin::name).join(", ");
+    let point = || parse_point(text).map(SceneOrigin::Point).map_err(|_| format!("expected one of {names}, or x,y,z"));
+    cameras.map_or_else(point, Ok)
+}
+
+pub(super) fn parse_share(text: &str) -> Result<f32, String> {
+    parse_within(text, 0.0, 1.0)
 }
 
 /// Absorption of six walls in seven octaves.

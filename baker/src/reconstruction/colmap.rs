@@ -1,0 +1,178 @@
+//! COLMAP's sparse models: where their files are, and their points.
+
+use super::{Camera, MAX_POINTS, Point, PointOptions, file};
+use crate::BakeError;
+use promenade_core::glam::Vec3;
+use promenade_paths::{PathFileError, colmap};
+use std::path::{Path, PathBuf};
+
+/// Where a folder keeps a model.
+const FOLDERS: [&str; 3] = ["", "sparse/0", "sparse"];
+/// Id, position, colour, error and the length of no track.
+const LEAST_BYTES: usize = 8 + 3 * 8 + 3 + 8 + 8;
+/// An image's id and the number of a point in it.
+const TRACK_BYTES: usize = 8;
+
+/// Files of a model.
+#[derive(Debug)]
+pub(super) struct Model {
+    pub(super) points: PathBuf,
+    pub(super) images: PathBuf,
+}
+
+/// The points with the images beside them; COLMAP itself prefers the binary form.
+pub(super) fn model(folder: &Path) -> Result<Model, BakeError> {
+    let points = find(folder, "points3D")?;
+    let beside = points.parent().unwrap_or(folder);
+    Ok(Model { images: find_in(beside, &[""], "images")?, points })
+}
+
+pub(super) fn images(folder: &Path) -> Result<PathBuf, BakeError> {
+    find(folder, "images")
+}
+
+fn find(folder: &Path, stem: &str) -> Result<PathBuf, BakeError> {
+    find_in(folder, &FOLDERS, stem)
+}
+
+fn find_in(folder: &Path, under: &[&str], stem: &str) -> Result<PathBuf, BakeError> {
+    let mut files = under.iter().flat_map(|f| ["bin", "txt"].map(|e| folder.join(f).join(format!("{stem}.{e}"))));
+    files.find(|f| f.is_file()).ok_or_else(|| {
+        let expected = format!("a COLMAP model, a folder with {stem}.bin or {stem}.txt or with sparse/0");
+        BakeError::content(folder, expected, "none of them")
+    })
+}
+
+pub(super) fn cameras(path: &Path) -> Result<Vec<Camera>, BakeError> {
+    let name = path.display().to_string();
+    colmap::images(&name, &file::bytes(path)?).map_err(|source| unreadable(path, source))
+}
+
+pub(super) fn unreadable(path: &Path, source: PathFileError) -> BakeError {
+    BakeError::Unreadable { path: path.to_path_buf(), what: "COLMAP images", source: source.into() }
+}
+
+/// The points that are good enough, and how many are not.
+pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<(Vec<Point>, usize), BakeError> {
+    let mut points = Vec::new();
+    let mut left_out = 0;
+    let mut take = |place: &dyn Fn() -> String, found: Found| {
+        // Positions are f32 inside.
+        #[expect(clippy::cast_possible_truncation, reason = "what does not fit is found to be infinite")]
+        let position = Vec3::from_array(found.position.map(|v| v as f32));
+        if !position.is_finite() || !found.error_px.is_finite() {
+            let what = format!("{:?} with error {}", found.position, found.error_px);
+            return Err(BakeError::entry(path, place(), "a point with a finite position and error", what));
+        }
+        if found.error_px > options.max_error_px || found.track < u64::from(options.min_track) {
+            left_out += 1;
+        } else {
+            points.push(Point { position, colour: found.colour.map(|c| f32::from(c) / 255.0) });
+        }
+        Ok(())
+    };
+    if file::ending(path) == "txt" {
+        text(path, bytes, &mut take)?;
+    } else {
+        binary(path, bytes, &mut take)?;
+    }
+    Ok((points, left_out))
+}
+
+/// A point as it is in the file.
+struct Found {
+    position: [f64; 3],
+    colour: [u8; 3],
+    /// Below 0 where COLMAP has not computed it.
+    error_px: f64,
+    track: u64,
+}
+
+type Take<'a> = dyn FnMut(&dyn Fn() -> String, Found) -> Result<(), BakeError> + 'a;
+
+fn binary(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeError> {
+    let mut rest = bytes;
+    let place = |rest: &[u8]| format!("byte {}", bytes.len() - rest.len());
+    let mut next = |count: usize, what: &str| -> Result<(String, &[u8]), BakeError> {
+        let at = place(rest);
+        let Some((taken, left)) = rest.split_at_checked(count) else {
+            let found = format!("{} to the end", rest.len());
+            return Err(BakeError::entry(path, at, format!("{count} bytes of {what}"), found));
+        };
+        rest = left;
+        Ok((at, taken))
+    };
+    let (_, head) = next(8, "the count of points")?;
+    let count = u64::from_le_bytes(array(head));
+    let most = MAX_POINTS.min((bytes.len() - 8) / LEAST_BYTES);
+    if count > most as u64 {
+        let expected = format!("at most {most} points in {} bytes", bytes.len());
+        return Err(BakeError::entry(path, "byte 0", expected, count.to_string()));
+    }
+    for _ in 0..count {
+        let (at, point) = next(LEAST_BYTES, "a point")?;
+        let float = |i: usize| f64::from_le_bytes(array(&point[i..]));
+        let track = u64::from_le_bytes(array(&point[43..]));
+        let found = Found {
+            position: [float(8), float(16), float(24)],
+            colour: [point[32], point[33], point[34]],
+            error_px: float(35),
+            track,
+        };
+        take(&|| at.clone(), found)?;
+        let length = usize::try_from(track).ok().and_then(|n| n.checked_mul(TRACK_BYTES)).unwrap_or(usize::MAX);
+        next(length, "a track")?;
+    }
+    if rest.is_empty() {
+        return Ok(());
+    }
+    let expected = format!("the end after {count} points");
+    Err(BakeError::entry(path, place(rest), expected, format!("{} bytes more", rest.len())))
+}
+
+/// The first bytes, of which there are enough.
+fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
+    let mut array = [0; N];
+    array.copy_from_slice(&bytes[..N]);
+    array
+}
+
+fn text(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeError> {
+    let text = std::str::from_utf8(bytes)
+        .map_err(|e| BakeError::entry(path, format!("byte {}", e.valid_up_to()), "text in UTF-8", "something else"))?;
+    let mut count = 0;
+    for (line, number) in text.lines().zip(1_u64..) {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let place = || format!("line {number}");
+        let found = parse(line).ok_or_else(|| {
+            let expected = "POINT3D_ID X Y Z R G B ERROR and pairs of IMAGE_ID POINT2D_IDX";
+            let shown: String = line.chars().take(60).collect();
+            BakeError::entry(path, place(), expected, format!("{shown:?}"))
+        })?;
+        count += 1;
+        if count > MAX_POINTS {
+            return Err(BakeError::entry(path, place(), format!("at most {MAX_POINTS} points"), "more"));
+        }
+        take(&place, found)?;
+    }
+    Ok(())
+}
+
+fn parse(line: &str) -> Option<Found> {
+    let mut words = line.split_ascii_whitespace();
+    words.next()?.parse::<u64>().ok()?;
+    let mut float = || words.next()?.parse::<f64>().ok();
+    let position = [float()?, float()?, float()?];
+    let mut level = || words.next()?.parse::<u8>().ok();
+    let colour = [level()?, level()?, level()?];
+    let error_px = words.next()?.parse::<f64>().ok()?;
+    let mut ids = 0;
+    for id in words {
+        id.parse::<u64>().ok()?;
+        ids += 1;
+    }
+    (ids % 2 == 0).then_some(Found { position, colour, error_px, track: ids / 2 })
+}

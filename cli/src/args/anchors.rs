@@ -1,0 +1,71 @@
+//! Arguments of `promenade anchors`.
+
+use super::values::{parse_direction, parse_landmark, parse_point, parse_scale, parse_scene_origin, parse_share};
+use clap::{ArgGroup, Args};
+use promenade_baker::reconstruction::SceneOrigin;
+use promenade_core::glam::Vec3;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("place").args(["source", "size"]).required(true)))]
+pub(crate) struct AnchorsArgs {
+    /// COLMAP model (its folder), points, 3D Gaussian splats or a mesh (.ply), or a mesh (.obj)
+    pub(crate) source: Option<PathBuf>,
+    /// A box room from the origin to this corner instead, metres
+    #[arg(long = "box", value_name = "X,Y,Z", value_parser = parse_point)]
+    pub(crate) size: Option<Vec3>,
+    /// Anchor file to write
+    #[arg(short, long, value_name = "FILE.safetensors")]
+    pub(crate) output: PathBuf,
+    /// Anchors
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 256)]
+    pub(crate) count: usize,
+    /// Voxels around each anchor whose colours are its features
+    #[arg(long, value_name = "K", default_value_t = 50)]
+    pub(crate) neighbours: usize,
+    /// Edge of the voxels in which points are merged, metres
+    #[arg(long, value_name = "M", default_value_t = 0.25)]
+    pub(crate) voxel: f32,
+    /// Seed of the clustering and of a mesh's points
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Metres of one unit
+    #[arg(long, value_name = "M", conflicts_with = "distance", value_parser = parse_scale)]
+    pub(crate) metres_per_unit: Option<f32>,
+    /// Two places and the metres between them: names of images or X,Y,Z in the reconstruction's world
+    #[arg(long, num_args = 3, value_names = ["A", "B", "METRES"], allow_hyphen_values = true)]
+    pub(crate) distance: Option<Vec<String>>,
+    /// Direction of up in the reconstruction's world; without it as its cameras were held
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
+    pub(crate) up: Option<Vec3>,
+    /// The scene's origin: first or centroid of the cameras, keep, or X,Y,Z in the reconstruction's world [default: first]
+    #[arg(long, value_parser = parse_scene_origin, allow_hyphen_values = true)]
+    pub(crate) origin: Option<SceneOrigin>,
+    /// COLMAP model with the cameras of a .ply or .obj file of the same world
+    #[arg(long, value_name = "FOLDER", requires = "source")]
+    pub(crate) cameras: Option<PathBuf>,
+    /// COLMAP: images that see a point, at least
+    #[arg(long, value_name = "IMAGES", default_value_t = 0)]
+    pub(crate) min_track: u32,
+    /// COLMAP: mean error of a point's projections, pixels, at most
+    #[arg(long, value_name = "PX")]
+    pub(crate) max_error: Option<f64>,
+    /// Splats: opacity, 0 to 1, at least
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share)]
+    pub(crate) min_opacity: f32,
+}
+
+impl AnchorsArgs {
+    /// The places and metres of the option distance.
+    pub(crate) fn scale(&self) -> Result<Option<promenade_baker::reconstruction::Scale>, String> {
+        use promenade_baker::reconstruction::Scale;
+        match self.distance.as_deref() {
+            None => Ok(self.metres_per_unit.map(Scale::MetresPerUnit)),
+            Some([from, to, metres]) => {
+                let metres = parse_scale(metres)?;
+                Ok(Some(Scale::Distance { from: parse_landmark(from), to: parse_landmark(to), metres }))
+            }
+            Some(other) => Err(format!("expected two places and the metres between them, found {} values", other.len())),
+        }
+    }
+}
