@@ -46,9 +46,6 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
         })
         .with_context(|| format!("{} on {}", scene_path.display(), capture_path.display()))?;
         drop(bar);
-        for note in &evaluation.notes {
-            eprintln!("note: {}: {note}", capture_path.display());
-        }
         evaluations.push(evaluation);
     }
     if let Some(file) = &args.json {

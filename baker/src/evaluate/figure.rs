@@ -1,7 +1,7 @@
 //! The figures of one clip, and their means.
 
 use super::{band_ild_error_db, decay_time_s, running_itd_s};
-use promenade_core::metrics::{avcloud, lsd_db, rwavs};
+use promenade_core::metrics::{audible_lsd_db, avcloud, lsd_db, rwavs};
 
 /// A distance between a rendering and a recording; smaller is better, 0 is equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -18,6 +18,8 @@ pub enum Figure {
     RwavsEnv,
     /// Log-spectral distance, dB, on RWAVS's grid, mean of both ears: [`lsd_db`].
     Lsd,
+    /// Log-spectral distance where the recording is audible, dB, on the same grid: [`audible_lsd_db`].
+    AudibleLsd,
     /// Difference of blindly estimated decay times, seconds, mean of both ears: [`decay_time_s`].
     Rte,
     /// Difference of interaural time differences, microseconds: [`running_itd_s`].
@@ -28,13 +30,14 @@ pub enum Figure {
 
 impl Figure {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::AvcloudMag,
         Self::AvcloudLre,
         Self::AvcloudEnv,
         Self::RwavsMag,
         Self::RwavsEnv,
         Self::Lsd,
+        Self::AudibleLsd,
         Self::Rte,
         Self::Itd,
         Self::Ild,
@@ -50,6 +53,7 @@ impl Figure {
             Self::RwavsMag => "rwavs_mag",
             Self::RwavsEnv => "rwavs_env",
             Self::Lsd => "lsd_db_512_128_hann_1e-5",
+            Self::AudibleLsd => "audible_lsd_db_512_128_hann",
             Self::Rte => "blind_rte_s",
             Self::Itd => "itd_us",
             Self::Ild => "octave_ild_db",
@@ -66,6 +70,7 @@ impl Figure {
             Self::RwavsMag => "MAG (RWAVS)",
             Self::RwavsEnv => "ENV (RWAVS)",
             Self::Lsd => "LSD dB",
+            Self::AudibleLsd => "audible LSD dB",
             Self::Rte => "RTE (blind) s",
             Self::Itd => "ITD us",
             Self::Ild => "ILD dB",
@@ -77,7 +82,7 @@ impl Figure {
     pub fn digits(self) -> usize {
         match self {
             Self::Itd => 0,
-            Self::Lsd | Self::AvcloudLre | Self::Ild => 2,
+            Self::Lsd | Self::AudibleLsd | Self::AvcloudLre | Self::Ild => 2,
             Self::Rte => 3,
             _ => 4,
         }
@@ -102,6 +107,10 @@ impl Figures {
             Figure::RwavsMag => rwavs::mag(p, r).ok(),
             Figure::RwavsEnv => rwavs::env(p, r).ok(),
             Figure::Lsd => mean(&|ear| lsd_db(p[ear], r[ear], rwavs::GRID).ok()),
+            Figure::AudibleLsd => {
+                let owned = |ears: [&[f32]; 2]| [ears.map(<[f32]>::to_vec)];
+                audible_lsd_db(&owned(p), &owned(r), rwavs::GRID).ok()
+            }
             Figure::Rte => mean(&|ear| {
                 // Where the recording decays both are measured.
                 let of = |x: &[f32]| decay_time_s(x, r[ear], sample_rate_hz);

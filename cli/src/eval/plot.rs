@@ -80,7 +80,7 @@ fn step(most: f64) -> f64 {
         return 1.0;
     }
     let power = 10.0_f64.powf((most / 3.0).log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|f| f * power).find(|s| most / s >= 3.0).unwrap_or(power)
+    [5.0, 2.0, 1.0].into_iter().map(|f| f * power).find(|s| most / s > 2.999).unwrap_or(power)
 }
 
 fn short(value: f64) -> String {
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(quantile(&[], 0.5), None);
         for most in [0.0123, 0.3, 1.0, 7.7, 950.0] {
             let ticks = most / step(most);
-            assert!((3.0..8.0).contains(&ticks), "{most}: {ticks}");
+            assert!((2.999..8.0).contains(&ticks), "{most}: {ticks}");
         }
         assert_eq!((short(0.25), short(10.0), short(0.0)), ("0.25".to_owned(), "10".to_owned(), "0".to_owned()));
     }
