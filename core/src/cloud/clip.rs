@@ -6,7 +6,7 @@ use crate::cloud::hann::HannFrames;
 use crate::cloud::rows::Rows;
 use crate::cloud::sarh::magnitudes_of_ear;
 use crate::cloud::time_filter::TimeFilter;
-use crate::cloud::{CloudModel, CloudSizes, Listener, Masks, SarhError};
+use crate::cloud::{CloudKind, CloudModel, CloudSizes, Listener, Masks, SarhError};
 use pulp::Arch;
 use realfft::num_complex::Complex32;
 use std::ops::RangeInclusive;
@@ -51,6 +51,9 @@ impl ClipRenderer {
     /// As [`ClipRenderer::new`].
     pub fn with_arch(model: &CloudModel, grid: StftGrid, arch: Arch) -> Result<Self, SarhError> {
         let (sizes, bins) = (model.sizes(), grid.bins());
+        if model.parts().kind == CloudKind::Taps {
+            return Err(SarhError::Streamed);
+        }
         if sizes.bands != bins {
             return Err(SarhError::Bands { bands: sizes.bands, bins });
         }
