@@ -27,7 +27,7 @@ fn the_crates_meet_in_core_alone() {
     assert_eq!(ours("promenade-paths"), ["promenade-core"]);
     assert_eq!(ours("promenade-plugin"), ["promenade-core", "promenade-paths"]);
     assert!(ours("promenade-audio").is_empty());
-    assert_eq!(ours("promenade-baker"), ["promenade-audio", "promenade-core"]);
+    assert_eq!(ours("promenade-baker"), ["promenade-audio", "promenade-core", "promenade-paths"]);
     assert_eq!(
         ours("promenade"),
         ["promenade-audio", "promenade-baker", "promenade-core", "promenade-host", "promenade-paths"]
