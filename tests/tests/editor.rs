@@ -112,7 +112,7 @@ fn a_drag_writes_automation<H: Host>() {
     let written = gestures(&mut host, "x");
     assert!(written.starts_with("(v") && written.ends_with("v)"), "{written}");
     let values = written.trim_matches(['(', ')']);
-    assert!(values.len() > 3 && values.chars().all(|c| c == 'v'), "one gesture, many values: {written}");
+    assert!(values.len() > 1 && values.chars().all(|c| c == 'v'), "one gesture, several values: {written}");
     assert!((host.value("x") - before).abs() > 1e-4, "the listener has not moved");
 }
 

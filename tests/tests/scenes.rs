@@ -163,7 +163,8 @@ fn a_transport_that_is_located_jumps<H: Host>() {
     let wanted = wanted.map(|ear| ear[there.latency() + 960..].to_vec());
     let difference = difference_db(&located(50.0), &wanted);
     assert!(difference < -60.0, "after the jump the listener is {difference} dB away");
-    assert!(difference_db(&located(11.0), &wanted) > -40.0, "on the way to the left it sounds the same");
+    let difference = difference_db(&located(-5.0), &wanted);
+    assert!(difference > -40.0, "before the turn it sounds the same but for {difference} dB");
 }
 
 fn a_transport_without_a_tempo_walks_the_same<H: Host>() {
