@@ -230,7 +230,7 @@ fn what_is_wrong_is_said_in_one_line<H: Host>() {
             automated(r#"{"parameters": {"Yaw": [{"t": 0, "value": 0}], "119407": [{"t": 0, "value": 0}]}}"#),
             "parameter \"119407\": expected each parameter once",
         ),
-        (automated(r#"{"parameters": {"Scene": [{"t": 0, "value": "Library"}]}}"#), "may be automated"),
+        (automated(r#"{"parameters": {"Revision": [{"t": 0, "value": 1}]}}"#), "may be automated"),
     ] {
         assert!(line.contains(said), "{line}");
     }
