@@ -47,7 +47,7 @@ pub struct Head {
 
 impl Head {
     /// A head from its responses around it in a free field (a SOFA file of head-related responses), converted to a sample rate in Hz.
-    /// The mean delay of both ears over all directions is the distance's and is taken out, as is what the distances differ by.
+    /// The mean delay of both ears over all directions is the distance's, one for all of them, and is taken out.
     ///
     /// # Errors
     /// A rate out of range, no responses, or ones without a direction or without sound.

@@ -2,7 +2,7 @@
 
 use super::image::{Image, images};
 use super::minimum_phase::octave_place;
-use super::{BoxOptions, BoxRoom, Head, OCTAVES_HZ, SPEED_OF_SOUND_M_S};
+use super::{BoxOptions, BoxRoom, Head, SPEED_OF_SOUND_M_S};
 use crate::random::Random;
 use promenade_core::glam::Vec3;
 use realfft::num_complex::Complex32;
@@ -155,7 +155,6 @@ fn variances(room: &BoxRoom, emitter: Vec3, early: &[Image], hops: usize, hop: u
         .enumerate()
         .map(|(l, had)| {
             std::array::from_fn(|octave: usize| {
-                debug_assert!(octave < OCTAVES_HZ.len());
                 let t = (l * hop) as f64 / rate;
                 (density * (-decay[octave] * t).exp() - had[octave]).max(0.0)
             })

@@ -83,8 +83,8 @@ pub(super) fn parse_stream_tier(text: &str) -> Result<Tier, String> {
     Tier::from_name(text).ok_or_else(|| format!("expected one of {}", Tier::ALL.map(Tier::name).join(", ")))
 }
 
-pub(super) fn parse_share(text: &str) -> Result<f64, String> {
-    parse_within(text, 0.0, 1.0)
+pub(super) fn parse_share<T: std::str::FromStr + PartialOrd + std::fmt::Display + From<u8>>(text: &str) -> Result<T, String> {
+    parse_within(text, T::from(0), T::from(1))
 }
 
 fn parse_within<T: std::str::FromStr + PartialOrd + std::fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
@@ -150,10 +150,6 @@ pub(super) fn parse_scene_origin(text: &str) -> Result<SceneOrigin, String> {
     let names = Origin::ALL.map(Origin::name).join(", ");
     let point = || parse_point(text).map(SceneOrigin::Point).map_err(|_| format!("expected one of {names}, or x,y,z"));
     cameras.map_or_else(point, Ok)
-}
-
-pub(super) fn parse_share(text: &str) -> Result<f32, String> {
-    parse_within(text, 0.0, 1.0)
 }
 
 /// Absorption of six walls in seven octaves.

@@ -21,7 +21,9 @@ const MAX_GAIN: f32 = 1e12;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SarhError {
     /// The model's taps are those of the streaming head.
-    #[error("the model was trained for streams (kind taps): the published head, by clips or with convolution layers, cannot play it")]
+    #[error(
+        "the model was trained for streams (kind taps): the published head, by clips or with convolution layers, cannot play it"
+    )]
     Streamed,
     /// The masks do not lie on the grid's bins.
     #[error("the model's masks have {bands} bands, the grid has {bins} bins")]

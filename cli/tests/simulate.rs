@@ -1,0 +1,147 @@
+//! `promenade anchors` and `promenade simulate`.
+
+mod common;
+
+use common::{fails, succeeds};
+use promenade_baker::anchors::AnchorSet;
+use promenade_baker::{LoadOptions, Response, Responses};
+use promenade_core::Pose;
+use promenade_core::cloud::Alignment;
+use promenade_core::glam::Vec3;
+use promenade_core::metrics::ild_db;
+use std::path::Path;
+
+const POINTS: usize = 4000;
+
+/// A cloud of points on a sphere of 4 units about 10,0,0, text; colours rise with z.
+fn cloud() -> String {
+    let point = |i: usize| {
+        let z = 1.0 - 2.0 * (i as f32 + 0.5) / POINTS as f32;
+        let (r, turn) = ((1.0 - z * z).sqrt(), 2.4 * i as f32);
+        format!("{} {} {} {} 0.5 0.5\n", 10.0 + 4.0 * r * turn.cos(), 4.0 * r * turn.sin(), 4.0 * z, 0.5 + 0.5 * z)
+    };
+    let properties: String = ["x", "y", "z", "red", "green", "blue"].map(|p| format!("property float {p}\n")).concat();
+    let points: String = (0..POINTS).map(point).collect();
+    format!("ply\nformat ascii 1.0\nelement vertex {POINTS}\n{properties}end_header\n{points}")
+}
+
+#[test]
+fn anchors_of_a_cloud_a_model_and_a_box() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (cloud_file, out) = (text("sphere.ply"), text("anchors.safetensors"));
+    std::fs::write(&cloud_file, cloud()).unwrap();
+    let options = ["-n", "20", "--neighbours", "8", "--metres-per-unit", "0.5", "--origin", "10,0,0", "--up", "0,1,0"];
+    let (_, said) = succeeds(&[&["anchors", &cloud_file, "-o", &out][..], &options].concat());
+    assert!(said.contains("20 anchors of 8 neighbours") && said.contains("a unit is 0.500000 m"), "{said}");
+    let set = AnchorSet::load(Path::new(&out)).unwrap();
+    assert_eq!((set.positions.len(), set.neighbours, set.features.len()), (20, 8, 480));
+    for (position, features) in set.positions.iter().zip(set.features.chunks(24)) {
+        let metres = set.alignment.to_world(*position);
+        assert!((metres.length() - 2.0).abs() < 0.35, "{metres}");
+        assert!((metres.z - 0.5 * position.y).abs() < 1e-5, "up is the cloud's y");
+        let red = features.iter().step_by(3).sum::<f32>() / 8.0 * 0.2821 + 0.5;
+        assert!((red - (0.5 + position.z / 8.0)).abs() < 0.15, "{red} at {position}");
+    }
+    let first = std::fs::read(&out).unwrap();
+    succeeds(&[&["anchors", &cloud_file, "-o", &out][..], &options].concat());
+    assert_eq!(std::fs::read(&out).unwrap(), first, "the same each time");
+
+    succeeds(&["anchors", "--box", "6,4,2.8", "-o", &out, "-n", "64"]);
+    let set = AnchorSet::load(Path::new(&out)).unwrap();
+    assert_eq!((set.alignment, set.positions.len(), set.neighbours), (Alignment::IDENTITY, 64, 50));
+    let inside = |p: &Vec3| p.cmpge(Vec3::splat(-0.2)).all() && p.cmple(Vec3::new(6.2, 4.2, 3.0)).all();
+    assert!(set.positions.iter().all(inside));
+
+    let model = folder.path().join("model");
+    std::fs::create_dir(&model).unwrap();
+    let images = "1 1 0 0 0 0 0 0 1 a.jpg\n\n2 1 0 0 0 0 0 -2 1 b.jpg\n\n";
+    std::fs::write(model.join("images.txt"), images).unwrap();
+    let points: String = (0..300).map(|i| format!("{i} {} 0 {} 200 100 50 0.5 1 {i} 2 {i}\n", i % 20, i / 20)).collect();
+    std::fs::write(model.join("points3D.txt"), points).unwrap();
+    let model = text("model");
+    let few = ["-n", "8", "--neighbours", "4"];
+    let distance = ["--distance", "a.jpg", "b.jpg", "1"];
+    let (_, said) = succeeds(&[&["anchors", &model, "-o", &out][..], &few, &distance].concat());
+    assert!(said.contains("the first camera, a.jpg") && said.contains("1 m are 2.0000 units"), "{said}");
+    assert!((AnchorSet::load(Path::new(&out)).unwrap().alignment.scale - 2.0).abs() < 1e-6);
+    for (args, clue) in [
+        (vec!["anchors", &model, "-o", &out, "-n", "2000"], "expected at least 2000 for 2000 anchors of 50 neighbours"),
+        (vec!["anchors", &text("none.ply"), "-o", &out], "none.ply: cannot be read"),
+        (vec!["anchors", &text("model/images.txt"), "-o", &out], "a COLMAP model, or a file ending in .ply or .obj"),
+        (vec!["anchors", "--box", "6,4,2.8", "-o", &out, "--up", "0,0,1"], "found a box, which is in metres"),
+        (vec!["anchors", &cloud_file, "-o", &out, "--origin", "first"], "keep or a point, where there are no cameras"),
+        (vec!["anchors", &model, "-o", &out, "--distance", "a.jpg", "c.jpg", "1"], "found \"c.jpg\""),
+        (vec!["anchors", &model, "-o", &out, "--distance", "a.jpg", "b.jpg", "far"], "--distance: expected a number"),
+    ] {
+        let said = fails(&args);
+        assert!(said.contains(clue), "{args:?}: {said}");
+    }
+}
+
+/// A head whose ears hear their own side louder.
+fn head(folder: &Path) {
+    let response = |i: usize| {
+        let azimuth = (i as f32 * 30.0).to_radians();
+        let source = 1.4 * Vec3::new(azimuth.cos(), azimuth.sin(), 0.0);
+        let ear = |level: f32| (0..40).map(|n| if n == 12 { level } else { 0.0 }).collect::<Vec<f32>>();
+        let (left, right) = (ear(1.0 + 0.5 * azimuth.sin()), ear(1.0 - 0.5 * azimuth.sin()));
+        Response { listener: Pose::IDENTITY, source, left, right, name: format!("{i}") }
+    };
+    let set = Responses {
+        title: "Head".to_owned(),
+        credit: "me".to_owned(),
+        licence: "MIT".to_owned(),
+        sample_rate_hz: 16_000.0,
+        responses: (0..12).map(response).collect(),
+        notes: Vec::new(),
+    };
+    set.save(folder).unwrap();
+}
+
+#[test]
+fn a_box_is_simulated_along_a_walk() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    head(&folder.path().join("head"));
+    let (ears, walk, out) = (text("head"), text("walk.csv"), text("room"));
+    std::fs::write(&walk, "t,x,y,z,yaw,pitch,roll\n0,2,0.5,1.2,0,0,0\n10,4,0.5,1.2,180,0,0\n").unwrap();
+    let room = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--head", &ears, "--rate", "16000"];
+    let dead = ["--absorption", "1", "-o", &out, "--path", &walk, "--poses", "5"];
+    let (_, said) = succeeds(&[&room[..], &dead].concat());
+    assert!(said.contains("5 responses of") && said.contains("at 16000 Hz"), "{said}");
+    let set = Responses::load(Path::new(&out), &LoadOptions::default()).unwrap();
+    assert_eq!((set.responses.len(), set.sample_rate_hz, set.licence.as_str()), (5, 16_000.0, "MIT"));
+    let (first, last) = (&set.responses[0], &set.responses[4]);
+    assert_eq!((first.listener.position, last.listener.position), (Vec3::new(2.0, 0.5, 1.2), Vec3::new(4.0, 0.5, 1.2)));
+    assert_eq!(first.source, Vec3::new(3.0, 3.2, 1.5));
+    // It is to the left of one who looks along x, and to the right of one who has turned round.
+    let side = |r: &Response| ild_db(&r.left, &r.right).unwrap();
+    assert!(side(first) > 3.0 && side(last) < -3.0, "{} and {} dB", side(first), side(last));
+
+    let fitted = ["-o", &out, "--path", &walk, "--fit", "0.4"];
+    succeeds(&[&room[..], &fitted].concat());
+    let set = Responses::load(Path::new(&out), &LoadOptions::default()).unwrap();
+    let places: Vec<Vec3> = set.responses.iter().map(|r| r.listener.position).collect();
+    assert!(
+        places[0].distance(Vec3::new(0.4, 2.0, 1.4)) < 1e-5 && places[1].distance(Vec3::new(5.6, 2.0, 1.4)) < 1e-5,
+        "{places:?}"
+    );
+    succeeds(
+        &[&room[..], &["-o", &out, "--poses", "7", "--length", "0.1", "--absorption", "0.1;0.1;0.2;0.2;0.4;0.6"]].concat(),
+    );
+    assert_eq!(Responses::load(Path::new(&out), &LoadOptions::default()).unwrap().responses.len(), 7);
+
+    let wide = text("wide.csv");
+    std::fs::write(&wide, "t,x,y,z,yaw,pitch,roll\n0,2,0.5,1.2,0,0,0\n10,9,0.5,1.2,180,0,0\n").unwrap();
+    for (more, clue) in [
+        (vec!["--path", &wide], "listener: expected inside the room, between 0,0,0 and [6, 4, 2.8], found pose 1"),
+        (vec!["--path", &walk, "--fit", "2"], "does not fit: margin: expected 0 to less than half"),
+        (vec!["--margin", "1.5"], "margin: expected 0 to less than half"),
+        (vec!["--path", &text("none.csv")], "none.csv: cannot be read"),
+    ] {
+        let said = fails(&[&room[..], &["-o", &text("not")], &more].concat());
+        assert!(said.contains(clue), "{more:?}: {said}");
+        assert!(!folder.path().join("not").exists(), "{more:?}");
+    }
+}
