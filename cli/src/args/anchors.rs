@@ -51,7 +51,7 @@ pub(crate) struct AnchorsArgs {
     #[arg(long, value_name = "PX")]
     pub(crate) max_error: Option<f64>,
     /// Splats: opacity, 0 to 1, at least
-    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share::<f32>)]
     pub(crate) min_opacity: f32,
 }
 

@@ -34,7 +34,7 @@ pub(crate) struct MixArgs {
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     pub(crate) clip: f64,
     /// Share of the clips that are for testing
-    #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = parse_share)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = parse_share::<f64>)]
     pub(crate) test_share: f64,
 }
 
