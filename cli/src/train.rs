@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::{Capture, atomic};
 use promenade_core::Provenance;
-use promenade_trainer::{Checkpoint, Device, TrainSettings, Trainer, picture};
+use promenade_trainer::{Checkpoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, picture, search};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -19,14 +19,26 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     for note in &capture.notes {
         eprintln!("note: {}: {note}", args.capture.display());
     }
-    let anchors = AnchorSet::load(&args.anchors)?;
-    let settings = settings(args)?;
+    let sets: Vec<AnchorSet> = args.anchors.iter().map(|file| AnchorSet::load(file)).collect::<Result<_, _>>()?;
+    let mut settings = settings(args)?;
     let device = if args.gpu { gpu()? } else { Device::flex() };
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    let mut trainer = Trainer::new(&capture, &anchors, settings.clone(), device, threads)?;
     let kept = args.output.with_extension(KEPT);
-    if kept.exists() && !args.restart {
-        trainer.resume(Checkpoint::load(&kept)?).with_context(|| format!("{}", kept.display()))?;
+    let before = if kept.exists() && !args.restart { Some(Checkpoint::load(&kept)?) } else { None };
+    let (mut set, mut tried) = (0, Vec::new());
+    match (&before, args.search) {
+        // What was found is in what was kept.
+        (Some(before), Some(_)) => {
+            (set, tried) = (before.anchors, before.notes.clone());
+            settings = TrainSettings { steps: settings.steps, ..before.settings.clone() };
+        }
+        (None, Some(steps)) => (set, settings, tried) = look_for(&capture, &sets, &settings, steps, (&device, threads))?,
+        (_, None) => (),
+    }
+    let anchors = sets.get(set).with_context(|| format!("{}: was begun with more anchor files", kept.display()))?;
+    let mut trainer = Trainer::new(&capture, anchors, settings.clone(), device, threads)?;
+    if let Some(before) = before {
+        trainer.resume(before).with_context(|| format!("{}", kept.display()))?;
         eprintln!("note: {}: goes on from step {}", kept.display(), trainer.steps());
     }
     let (from, began) = (trainer.steps(), Instant::now());
@@ -52,13 +64,42 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
             }
         }
         if done.is_multiple_of(args.keep_every.get()) {
-            trainer.checkpoint().save(&kept)?;
+            kept_with(&trainer, set, &tried).save(&kept)?;
         }
     }
-    trainer.checkpoint().save(&kept)?;
-    let scene = trainer.scene(provenance(&capture, &settings, args))?;
+    kept_with(&trainer, set, &tried).save(&kept)?;
+    let scene = trainer.scene(provenance(&capture, &settings, &tried, args))?;
     atomic::write(&args.output, &scene.to_bytes()?)?;
     report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))
+}
+
+fn kept_with(trainer: &Trainer<'_>, anchors: usize, notes: &[String]) -> Checkpoint {
+    Checkpoint { anchors, notes: notes.to_vec(), ..trainer.checkpoint() }
+}
+
+/// Searches, and says what was tried.
+fn look_for(
+    capture: &Capture,
+    sets: &[AnchorSet],
+    settings: &TrainSettings,
+    steps: usize,
+    on: (&Device, usize),
+) -> Result<(usize, TrainSettings, Vec<String>)> {
+    let mut notes = vec![format!("searched with {steps} steps a trial, a change being worth {:.0} % of error:", 100.0 * WORTH)];
+    let mut each = |trial: &Trial| {
+        let Scores { mag, lre_db, env } = trial.scores;
+        let line = format!(
+            "{}: MAG {mag:.4}, LRE {lre_db:.3} dB, ENV {env:.4}, error {:.3} of the best, {:.2} ms a decode: {}",
+            trial.change,
+            trial.error,
+            1e3 * trial.decode_s,
+            if trial.kept { "kept" } else { "dropped" }
+        );
+        eprintln!("{line}");
+        notes.push(line);
+    };
+    let (set, found, _) = search(capture, sets, settings, steps, on, &mut each)?;
+    Ok((set, found, notes))
 }
 
 fn settings(args: &TrainArgs) -> Result<TrainSettings> {
@@ -97,9 +138,10 @@ fn minutes(seconds: f64) -> String {
     text
 }
 
-fn provenance(capture: &Capture, settings: &TrainSettings, args: &TrainArgs) -> Provenance {
+fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], args: &TrainArgs) -> Provenance {
     let name = |path: &Path| path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut notes = capture.notes.clone();
+    notes.extend_from_slice(tried);
     notes.push(format!("trained by promenade {} with {}", env!("CARGO_PKG_VERSION"), serde_json::json!(settings)));
     Provenance {
         title: args.title.clone().unwrap_or_else(|| capture.title.clone()),
@@ -108,7 +150,7 @@ fn provenance(capture: &Capture, settings: &TrainSettings, args: &TrainArgs) -> 
         recipe: format!(
             "promenade train {} --anchors {} -o {} --steps {} --seed {}",
             name(&args.capture),
-            name(&args.anchors),
+            args.anchors.iter().map(|file| name(file)).collect::<Vec<_>>().join(" "),
             name(&args.output),
             settings.steps,
             settings.seed

@@ -33,6 +33,10 @@ pub struct Checkpoint {
     pub losses: Vec<f64>,
     /// Tells captures apart: a training goes on with its own.
     pub capture: u64,
+    /// Which of the anchor files that were given, as a search found.
+    pub anchors: usize,
+    /// What was tried before.
+    pub notes: Vec<String>,
 }
 
 /// A point of the loss curve.
@@ -56,6 +60,8 @@ struct Header {
     curve: Vec<CurvePoint>,
     losses: Vec<f64>,
     capture: u64,
+    anchors: usize,
+    notes: Vec<String>,
 }
 
 impl Checkpoint {
@@ -76,6 +82,8 @@ impl Checkpoint {
             curve: self.curve.clone(),
             losses: self.losses.clone(),
             capture: self.capture,
+            anchors: self.anchors,
+            notes: self.notes.clone(),
         };
         let header = serde_json::to_string(&header).map_err(|e| unwritten(e.into()))?;
         let [first, second] = &self.optimiser.moments;
@@ -128,7 +136,7 @@ impl Checkpoint {
         }
         let [weights, first, second] = parts;
         let optimiser = AdamW { moments: [first, second], steps: header.steps };
-        let Header { settings, curve, losses, capture, .. } = header;
-        Ok(Self { settings, weights, optimiser, curve, losses, capture })
+        let Header { settings, curve, losses, capture, anchors, notes, .. } = header;
+        Ok(Self { settings, weights, optimiser, curve, losses, capture, anchors, notes })
     }
 }
