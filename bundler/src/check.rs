@@ -8,6 +8,8 @@ use std::process::Command;
 
 /// The feature that builds the standalone program.
 const STANDALONE: &str = "promenade-plugin/standalone";
+/// The feature that builds the command that trains.
+const TRAIN: &str = "promenade/train";
 
 /// Checks format and lints, bundles the plugin, and runs every test; stops at the first section that fails.
 pub(crate) fn test() -> Result<()> {
@@ -19,7 +21,7 @@ pub(crate) fn test() -> Result<()> {
 
     section("lints");
     let mut lints = cargo();
-    lints.args(["clippy", "--workspace", "--all-targets"]);
+    lints.args(["clippy", "--workspace", "--all-targets", "--features", TRAIN]);
     if screen.is_some() {
         lints.args(["--features", STANDALONE]);
     }
@@ -53,7 +55,7 @@ pub(crate) fn test() -> Result<()> {
     // Last, so that the log ends with the counts of cargo.
     section("rust");
     let mut tests = cargo();
-    tests.args(["test", "--workspace", "--no-fail-fast"]).env("PROMENADE_BUNDLES", &bundles);
+    tests.args(["test", "--workspace", "--no-fail-fast", "--features", TRAIN]).env("PROMENADE_BUNDLES", &bundles);
     match real_time_sanitizer()? {
         Some(library) => tests.env("RTSAN_ENABLE", "1").env("RTSAN_LIB_PATH", library),
         None => {

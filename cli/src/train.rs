@@ -68,6 +68,11 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         }
     }
     kept_with(&trainer, set, &tried).save(&kept)?;
+    if !settings.network.audio_embedding {
+        return report::print(
+            "no scene: the engine reads the mixture mask off audio embeddings, which the settings leave out\n",
+        );
+    }
     let scene = trainer.scene(provenance(&capture, &settings, &tried, args))?;
     atomic::write(&args.output, &scene.to_bytes()?)?;
     report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))

@@ -177,7 +177,8 @@ impl ClipHead {
             let mut out = vec![0.0; input.heard.end * hop];
             let mut sum = Frames::new(1, bins);
             for t in input.heard.clone() {
-                (sum.re.fill(0.0), sum.im.fill(0.0));
+                sum.re.fill(0.0);
+                sum.im.fill(0.0);
                 self.arch.dispatch(Filter { filters: &filters, input, taps: self.shape.taps, frame: t, sum: &mut sum });
                 sum.get(0, &mut self.spectrum);
                 self.stft.synthesise(0, &mut self.spectrum, &mut out[t * hop..(t + 1) * hop]);
@@ -206,14 +207,14 @@ impl ClipHead {
             self.arch.dispatch(Correlate { gradient: &frames, input, taps, count, out: &mut by_filter });
             let sign = if ear == 0 { -1.0 } else { 1.0 };
             let turn_per_bin = self.turn_per_bin(transfer, ear);
-            let phase = &transfer.phase[ear * bins..(ear + 1) * bins];
-            for k in 0..bins {
+            let phases = &transfer.phase[ear * bins..(ear + 1) * bins];
+            for (k, phase) in phases.iter().enumerate() {
                 let turn = Complex32::from_polar(1.0, turn_per_bin * k as f32);
                 let at = |hop: usize| Complex32::new(by_filter.re[hop * bins + k], by_filter.im[hop * bins + k]);
                 // By the delay, of something that is turned by it.
                 let swing = Complex32::new(0.0, sign * std::f32::consts::PI * self.bin_hz() * k as f32);
                 let (m, d) = (transfer.mixture[k], 1.0 + sign * transfer.difference[k]);
-                let unit = turn * Complex32::from_polar(1.0, phase[k]);
+                let unit = turn * Complex32::from_polar(1.0, *phase);
                 let by_gain = (unit.conj() * at(0)).re;
                 out.mixture[k] += d * by_gain;
                 out.difference[k] += sign * m * by_gain;

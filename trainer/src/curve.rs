@@ -10,7 +10,8 @@ const GAP: f64 = 40.0;
 /// Loss, MAG, LRE and ENV over steps, one under the other, as SVG.
 #[must_use]
 pub fn picture(curve: &[CurvePoint]) -> String {
-    let rows: [(&str, fn(&CurvePoint) -> f64); 4] = [
+    type Row = (&'static str, fn(&CurvePoint) -> f64);
+    let rows: [Row; 4] = [
         ("loss, training", |p| p.loss),
         ("MAG, test", |p| p.test[0]),
         ("LRE, test, dB", |p| p.test[1]),

@@ -583,7 +583,7 @@ mod tests {
         let first = whole.note();
         for _ in 0..40 {
             whole.step();
-            if whole.steps() % 20 == 0 {
+            if whole.steps().is_multiple_of(20) {
                 whole.note();
             }
         }
@@ -597,7 +597,7 @@ mod tests {
         assert_eq!(parts.steps(), 13);
         for _ in 13..40 {
             parts.step();
-            if parts.steps() % 20 == 0 {
+            if parts.steps().is_multiple_of(20) {
                 parts.note();
             }
         }

@@ -68,10 +68,11 @@ pub fn parts(kind: CloudKind, sizes: Sizes) -> CloudParts {
             tensor("time_freq_weights", &[n, bands, 4], 1.0);
             tensor("_acoustic_features_t", &[n, 2 * frames], (1.0 / frames as f32).sqrt());
         }
+        CloudKind::Taps => (),
     }
     match kind {
         CloudKind::SimpleSh => tensor("freq_weights", &[bands, c], 1.0),
-        CloudKind::Full | CloudKind::Sh => transformer(&mut tensor, c),
+        CloudKind::Full | CloudKind::Sh | CloudKind::Taps => transformer(&mut tensor, c),
     }
     let octaves: Vec<f32> = (0..10_u8).map(|k| 1024.0_f32.powf(f32::from(k) / 9.0)).collect();
     for name in ["vec_embedder.freqs", "freq_embedder.freqs"] {

@@ -46,7 +46,7 @@ pub fn decode(model: &CloudModel, listener: &Listener) -> Exact {
             let hs = mix(&a, &value).into_iter().map(|row| row.into_iter().map(|v| shrink * v).collect()).collect();
             (hs, a, shrink)
         }
-        CloudKind::Full | CloudKind::Sh => {
+        CloudKind::Full | CloudKind::Sh | CloudKind::Taps => {
             let (hs, a) = m.transformer(&key, &value);
             (hs, a, 1.0)
         }

@@ -1,0 +1,149 @@
+//! `promenade train` as a user runs it.
+#![cfg(feature = "train")]
+
+use promenade_baker::anchors::{AnchorOptions, AnchorSet, box_points};
+use promenade_baker::capture::{Clip, Split, Track};
+use promenade_baker::random::Random;
+use promenade_baker::{Capture, wav};
+use promenade_core::cloud::Alignment;
+use promenade_core::glam::Vec3;
+use promenade_core::{CameraPath, Keyframe, Pose, Scene};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A small network, a few short clips.
+const SETTINGS: &str = r#"{"network": {"width": 16, "heads": 2, "layers": 1, "feed_forward": 32, "bands": 8, "taps": 4},
+    "loss": {"n_fft": [64]}, "batch": 2, "look_every": 20}"#;
+
+fn promenade() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_promenade"));
+    command.args([
+        "train",
+        "capture",
+        "--anchors",
+        "anchors.safetensors",
+        "-o",
+        "scene.promenade",
+        "--settings",
+        "settings.json",
+    ]);
+    command
+}
+
+fn train(folder: &Path, more: &[&str]) -> Output {
+    promenade().args(more).current_dir(folder).output().unwrap()
+}
+
+fn capture() -> Capture {
+    let (clip, clips) = (800, 10);
+    let mut random = Random::new(5);
+    let dry: Vec<f32> = (0..clip * clips).map(|_| 0.2 * random.normal()).collect();
+    let pose = |i: usize| Pose::from_ypr(Vec3::new(1.0 + 0.1 * i as f32, 1.0, 1.5), 0.5 * i as f32, 0.0, 0.0);
+    let binaural = [1.0, 0.5].map(|gain: f32| dry.iter().map(|x| gain * x).collect::<Vec<f32>>());
+    let keyframe = |i: usize| Keyframe { t_s: (i * clip) as f64 / 8000.0, pose: pose(i) };
+    let clips = (0..clips).map(|i| Clip {
+        name: format!("{i}"),
+        track: 0,
+        start: i * clip,
+        len: clip,
+        pose: pose(i),
+        split: if i % 5 == 1 { Split::Test } else { Split::Train },
+    });
+    Capture {
+        title: "Corner".to_owned(),
+        credit: "Somebody".to_owned(),
+        licence: "CC0-1.0".to_owned(),
+        sample_rate_hz: 8000.0,
+        emitter: Some(Vec3::new(2.0, 2.0, 1.5)),
+        clips: clips.collect(),
+        tracks: vec![Track {
+            name: "t".to_owned(),
+            dry,
+            binaural,
+            path: CameraPath::new((0..10).map(keyframe).collect()).unwrap(),
+        }],
+        notes: Vec::new(),
+    }
+}
+
+fn prepared() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    capture().write(&folder.path().join("capture")).unwrap();
+    let points = box_points(Vec3::new(3.0, 3.0, 2.5), 0.25, &[[0.2, 0.5, 0.8]; 6]).unwrap();
+    let options = AnchorOptions { count: 12, neighbours: 4, ..AnchorOptions::default() };
+    let (anchors, _) = AnchorSet::from_points(&points, Alignment::IDENTITY, &options).unwrap();
+    anchors.save(&folder.path().join("anchors.safetensors")).unwrap();
+    std::fs::write(folder.path().join("settings.json"), SETTINGS).unwrap();
+    folder
+}
+
+#[test]
+fn a_training_that_is_killed_goes_on_to_the_same_scene() {
+    let folder = prepared();
+    let at = |name: &str| folder.path().join(name);
+    let whole = train(folder.path(), &["--steps", "120", "--curve", "course.svg"]);
+    assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
+    assert!(String::from_utf8_lossy(&whole.stderr).contains("step 120 of 120: loss"));
+    assert!(std::fs::read_to_string(at("course.svg")).unwrap().contains("<polyline"));
+    let wanted = std::fs::read(at("scene.promenade")).unwrap();
+    let scene = Scene::from_bytes(&wanted).unwrap();
+    assert_eq!((scene.title(), scene.credit(), scene.licence()), ("Corner", "Somebody", "CC0-1.0"));
+    assert!(scene.emitter().is_some() && scene.anchors().len() == 12);
+
+    for name in ["scene.promenade", "scene.training"] {
+        std::fs::remove_file(at(name)).unwrap();
+    }
+    // Killed again and again, as soon as something has been kept.
+    let args = ["--steps", "120", "--keep-every", "5"];
+    for _ in 0..3 {
+        let before = std::fs::metadata(at("scene.training")).and_then(|m| m.modified()).ok();
+        let mut running = promenade().args(args).current_dir(folder.path()).stderr(Stdio::null()).spawn().unwrap();
+        let began = Instant::now();
+        while std::fs::metadata(at("scene.training")).and_then(|m| m.modified()).ok() == before {
+            assert!(began.elapsed() < Duration::from_secs(300), "nothing is kept");
+            if running.try_wait().unwrap().is_some() {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        running.kill().unwrap();
+        running.wait().unwrap();
+    }
+    let rest = train(folder.path(), &args);
+    assert!(rest.status.success(), "{}", String::from_utf8_lossy(&rest.stderr));
+    let said = String::from_utf8_lossy(&rest.stderr).into_owned();
+    assert!(said.contains("goes on from step"), "{said}");
+    assert_eq!(Scene::from_bytes(&std::fs::read(at("scene.promenade")).unwrap()).unwrap().cloud(), scene.cloud());
+}
+
+#[test]
+fn a_search_says_what_it_tried_and_what_is_wrong_is_named() {
+    let folder = prepared();
+    let small = SETTINGS.replace("\"taps\": 4", "\"taps\": 0, \"colour\": false");
+    std::fs::write(folder.path().join("settings.json"), small).unwrap();
+    let found = train(folder.path(), &["--steps", "4", "--search", "2"]);
+    assert!(found.status.success(), "{}", String::from_utf8_lossy(&found.stderr));
+    let scene = Scene::from_bytes(&std::fs::read(folder.path().join("scene.promenade")).unwrap()).unwrap();
+    let notes = scene.provenance().notes.join("\n");
+    for expected in ["searched with 2 steps", "as set: MAG", "2 layers: MAG", "of the best", "dropped"] {
+        assert!(notes.contains(expected), "{expected} is not in {notes}");
+    }
+
+    let other = train(folder.path(), &["--steps", "8", "--seed", "9"]);
+    let said = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(!other.status.success() && said.contains("scene.training") && said.contains("--restart"), "{said}");
+
+    std::fs::write(folder.path().join("settings.json"), r#"{"network": {"width": 20}}"#).unwrap();
+    let odd = train(folder.path(), &["--restart"]);
+    let said = String::from_utf8_lossy(&odd.stderr).into_owned();
+    assert!(!odd.status.success() && said.contains("width") && said.contains("20"), "{said}");
+
+    // Nothing is trained on silence.
+    let silence = vec![0.0; 8000];
+    wav::write(&folder.path().join("capture/t.binaural.wav"), 8000, &[&silence, &silence], wav::Format::Float32).unwrap();
+    std::fs::write(folder.path().join("settings.json"), SETTINGS).unwrap();
+    let silent = train(folder.path(), &["--restart"]);
+    let said = String::from_utf8_lossy(&silent.stderr).into_owned();
+    assert!(!silent.status.success() && said.contains("silent"), "{said}");
+}
