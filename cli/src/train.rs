@@ -127,7 +127,7 @@ fn settings(args: &TrainArgs) -> Result<TrainSettings> {
 #[cfg(feature = "gpu")]
 #[expect(clippy::unnecessary_wraps, reason = "without the feature it fails")]
 fn gpu() -> Result<Device> {
-    Ok(Device::vulkan(promenade_trainer::DeviceKind::DefaultDevice))
+    Ok(promenade_trainer::gpu())
 }
 
 #[cfg(not(feature = "gpu"))]

@@ -210,8 +210,12 @@ fn what_osc_sets_is_told_to_the_host<H: Host>() {
         heard.contains("(v")
     });
     assert!(told, "the host hears {heard:?}");
-    // -60 to 12 dB.
-    assert!((host.value("gain") - 48.0 / 72.0).abs() < 1e-3, "{}", host.value("gain"));
+    // -60 to 12 dB; the value may come with a later block than the gesture.
+    let arrived = wait_until(PATIENCE, || {
+        play(&mut host, &input);
+        (host.value("gain") - 48.0 / 72.0).abs() < 1e-3
+    });
+    assert!(arrived, "{}", host.value("gain"));
 }
 
 /// A picture of each view and panel, from the CLAP.

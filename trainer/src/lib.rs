@@ -25,3 +25,10 @@ pub use spectral_loss::SpectralLoss;
 pub use streaming::Example;
 pub use training::{Scores, Stage, StepReport, Trainer};
 pub use weights::{AdamW, Arrays};
+
+/// The graphics card that Vulkan gives first.
+#[cfg(feature = "gpu")]
+#[must_use]
+pub fn gpu() -> Device {
+    Device::vulkan(burn::tensor::DeviceKind::DefaultDevice)
+}

@@ -95,7 +95,7 @@ pub struct TrainSettings {
     /// Largest norm of a step's gradient.
     pub clip_norm: f32,
     /// Seconds along the path by which poses are shifted at random (pi-AVAS, section 3.3); 0 for none.
-    pub shift_s: f64,
+    pub shift_s: f32,
     /// Seed of weights, order and carriers.
     pub seed: u64,
     /// Steps from one look at the test clips to the next.
