@@ -1,12 +1,11 @@
 //! A scene around an imported anchor cloud.
 
+use crate::anchors::HARMONIC;
 use crate::checkpoint::Imported;
-use promenade_core::cloud::{ConvMode, Projection};
+use promenade_core::cloud::{CloudModel, ConvMode, Projection};
 use promenade_core::glam::Vec3;
-use promenade_core::{Anchor, AnchorCloud, Bands, Pose, Provenance, Scene, SceneError, SceneParts, TailModel};
+use promenade_core::{Anchor, AnchorCloud, Bands, Pose, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel};
 
-/// Zeroth spherical harmonic: features are `(colour - 0.5) / C0`.
-const C0: f32 = 0.282_094_8;
 /// Share of the Nyquist frequency up to which masks are used at faster host rates.
 const TRUSTED_SHARE: f64 = 0.95;
 
@@ -36,14 +35,7 @@ pub struct CloudSceneOptions {
 pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Scene, SceneError> {
     let Imported { model, grid, notes } = imported;
     let sizes = model.sizes();
-    let parts = model.parts();
-    let colour = |features: &[f32]| match features {
-        [r, g, b, ..] => (Vec3::new(*r, *g, *b) * C0 + 0.5).clamp(Vec3::ZERO, Vec3::ONE),
-        _ => Vec3::splat(0.5),
-    };
-    let anchors: Vec<Anchor> = (parts.anchors.iter().zip(parts.features.chunks(sizes.features.max(1))))
-        .map(|(p, f)| Anchor { position: parts.alignment.to_world(*p), colour: colour(f) })
-        .collect();
+    let anchors = display_anchors(&model);
     let corner = |pick: fn(Vec3, Vec3) -> Vec3| anchors.iter().map(|a| a.position).reduce(pick).unwrap_or(Vec3::ZERO);
     let bounds = options.bounds.unwrap_or_else(|| (corner(Vec3::min), corner(Vec3::max)));
     let middle = Pose { position: 0.5 * (bounds.0 + bounds.1), ..Pose::IDENTITY };
@@ -53,8 +45,7 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
     let tail = TailModel { seed: options.seed, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
     let mut provenance = options.provenance;
     provenance.notes.extend(notes);
-    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
-    let top_hz = (0.5 * TRUSTED_SHARE * grid.sample_rate_hz) as f32;
+    let top_hz = top_hz(&grid);
     Scene::new(SceneParts {
         provenance,
         grid,
@@ -74,4 +65,25 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
         anchors,
         held_out: Vec::new(),
     })
+}
+
+/// A model's anchors in metres, each with the colour of its nearest point.
+#[must_use]
+pub fn display_anchors(model: &CloudModel) -> Vec<Anchor> {
+    let parts = model.parts();
+    let colour = |features: &[f32]| match features {
+        [r, g, b, ..] => (Vec3::new(*r, *g, *b) * HARMONIC + 0.5).clamp(Vec3::ZERO, Vec3::ONE),
+        _ => Vec3::splat(0.5),
+    };
+    (parts.anchors.iter().zip(parts.features.chunks(model.sizes().features.max(1))))
+        .map(|(p, f)| Anchor { position: parts.alignment.to_world(*p), colour: colour(f) })
+        .collect()
+}
+
+/// Frequency up to which a learnt scene's masks are used at faster host rates, Hz.
+#[must_use]
+pub fn top_hz(grid: &StftGrid) -> f32 {
+    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
+    let hz = (0.5 * TRUSTED_SHARE * grid.sample_rate_hz) as f32;
+    hz
 }

@@ -10,6 +10,7 @@ mod scene;
 mod search;
 pub mod settings;
 mod spectral_loss;
+mod stage;
 mod streaming;
 mod training;
 mod weights;
@@ -22,8 +23,9 @@ pub use scene::scene;
 pub use search::{Trial, WORTH, search};
 pub use settings::{LossSettings, NetworkSettings, TrainSettings};
 pub use spectral_loss::SpectralLoss;
+pub use stage::Stage;
 pub use streaming::Example;
-pub use training::{Scores, Stage, StepReport, Trainer};
+pub use training::{Scores, StepReport, Trainer};
 pub use weights::{AdamW, Arrays};
 
 /// The graphics card that Vulkan gives first.

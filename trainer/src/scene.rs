@@ -1,16 +1,13 @@
 //! A scene of trained weights.
 
 use crate::settings::TrainSettings;
+use crate::stage::Stage;
 use crate::streaming::exponentials;
-use crate::training::Stage;
 use crate::weights::Arrays;
-use promenade_baker::anchors::HARMONIC;
+use promenade_baker::cloud_scene::{display_anchors, top_hz};
 use promenade_core::cloud::{CloudKind, CloudModel, CloudParts, ConvMode, PoseConvention, Projection, Tensor};
 use promenade_core::glam::Vec3;
-use promenade_core::{Anchor, AnchorCloud, Pose, Provenance, Scene, SceneError, SceneParts};
-
-/// Share of the Nyquist frequency up to which masks are used at faster host rates.
-const TRUSTED_SHARE: f64 = 0.95;
+use promenade_core::{AnchorCloud, Pose, Provenance, Scene, SceneError, SceneParts};
 
 /// Puts a scene around weights: what was trained is what its tier High plays.
 ///
@@ -45,17 +42,8 @@ pub fn scene(
         features: stage.place.features.clone(),
         weights,
     })?;
-    let features = model.sizes().features.max(1);
-    let colour = |features: &[f32]| match features {
-        [r, g, b, ..] => (Vec3::new(*r, *g, *b) * HARMONIC + 0.5).clamp(Vec3::ZERO, Vec3::ONE),
-        _ => Vec3::splat(0.5),
-    };
-    let anchors = stage.place.anchors.iter().zip(stage.place.features.chunks(features));
-    let anchors = anchors.map(|(p, f)| Anchor { position: stage.alignment.to_world(*p), colour: colour(f) }).collect();
     let positions = || poses.iter().map(|p| p.position);
     let bounds = (positions().reduce(Vec3::min).unwrap_or(Vec3::ZERO), positions().reduce(Vec3::max).unwrap_or(Vec3::ZERO));
-    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
-    let top_hz = (0.5 * TRUSTED_SHARE * stage.grid.sample_rate_hz) as f32;
     Scene::new(SceneParts {
         provenance,
         grid: stage.grid,
@@ -63,11 +51,11 @@ pub fn scene(
         tail: stage.tail.clone(),
         taps: network.taps,
         field: None,
+        anchors: display_anchors(&model),
         cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter: stage.emitter }),
-        top_hz,
+        top_hz: top_hz(&stage.grid),
         start_pose: poses.first().copied().unwrap_or(Pose::IDENTITY),
         bounds,
-        anchors,
         held_out: Vec::new(),
     })
 }

@@ -44,8 +44,8 @@ impl Default for NetworkSettings {
             layers: 2,
             feed_forward: 256,
             bands: 64,
-            octaves: 6,
-            highest: 16.0,
+            octaves: 4,
+            highest: 4.0,
             taps: 32,
             tap_shapes: 2,
             colour: true,
@@ -72,7 +72,7 @@ pub struct LossSettings {
 
 impl Default for LossSettings {
     fn default() -> Self {
-        Self { n_fft: vec![256, 512, 1024], log: 1.0, linear: 0.3, ratio: 0.02 }
+        Self { n_fft: vec![256, 512, 1024], log: 1.0, linear: 1.0, ratio: 0.02 }
     }
 }
 

@@ -1,0 +1,206 @@
+//! What is trained is the derivative's, goes on after a stop, and is what plays.
+
+use super::*;
+use crate::settings::{LossSettings, NetworkSettings};
+use crate::weights::is_fixed;
+use promenade_baker::capture::Track;
+use promenade_core::cloud::{Alignment, PoseDecoder};
+use promenade_core::glam::Vec3;
+use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Renderer, Tier};
+use std::sync::Arc;
+
+const RATE: f64 = 8000.0;
+
+fn settings() -> TrainSettings {
+    let network = NetworkSettings {
+        width: 16,
+        heads: 2,
+        layers: 2,
+        feed_forward: 32,
+        bands: 12,
+        octaves: 3,
+        highest: 4.0,
+        taps: 5,
+        ..NetworkSettings::default()
+    };
+    let loss = LossSettings { n_fft: vec![64, 128], ..LossSettings::default() };
+    TrainSettings { network, loss, steps: 40, batch: 3, rate: 3e-3, shift_s: 0.5, look_every: 20, ..TrainSettings::default() }
+}
+
+/// A listener who walks round an emitter: softer far away, louder on its side, with an echo.
+fn capture() -> Capture {
+    let (clip, clips) = (1600, 10);
+    let mut random = Random::new(7);
+    let emitter = Vec3::new(1.0, 2.0, 1.5);
+    let dry: Vec<f32> = (0..clip * clips).map(|_| 0.3 * random.normal()).collect();
+    let pose = |i: usize| {
+        let at = i as f32;
+        Pose::from_ypr(Vec3::new((0.7 * at).sin(), -0.2 * at, 1.5), 0.6 * at, 0.0, 0.0)
+    };
+    let mut binaural = [vec![0.0; dry.len()], vec![0.0; dry.len()]];
+    for i in 0..dry.len() {
+        let pose = pose(i / clip);
+        let gain = 1.0 / pose.position.distance(emitter).max(0.25);
+        let side = pose.to_head(emitter).normalize().y;
+        for (ear, side) in binaural.iter_mut().zip([side, -side]) {
+            ear[i] = gain * (1.0 + 0.6 * side) * dry[i] + 0.2 * dry[i.saturating_sub(150)];
+        }
+    }
+    let seconds = |i: usize| (i * clip) as f64 / RATE;
+    let keyframes = (0..clips).map(|i| Keyframe { t_s: seconds(i) + 0.1, pose: pose(i) }).collect();
+    let clips = (0..clips).map(|i| Clip {
+        name: format!("{i}"),
+        track: 0,
+        start: i * clip,
+        len: clip,
+        pose: pose(i),
+        split: if i % 5 == 2 { Split::Test } else { Split::Train },
+    });
+    Capture {
+        title: "Walk".to_owned(),
+        credit: String::new(),
+        licence: String::new(),
+        sample_rate_hz: RATE,
+        emitter: Some(emitter),
+        clips: clips.collect(),
+        tracks: vec![Track { name: "t".to_owned(), dry, binaural, path: CameraPath::new(keyframes).unwrap() }],
+        notes: Vec::new(),
+    }
+}
+
+fn anchors() -> AnchorSet {
+    let mut random = Random::new(3);
+    let mut spread = |count: usize, by: f32| -> Vec<f32> { (0..count).map(|_| by * random.normal()).collect() };
+    let positions = spread(3 * 9, 2.0).chunks_exact(3).map(Vec3::from_slice).collect();
+    AnchorSet { alignment: Alignment::IDENTITY, positions, features: spread(9 * 6, 1.0), neighbours: 2 }
+}
+
+fn trainer(capture: &Capture, settings: TrainSettings) -> Trainer<'_> {
+    Trainer::new(capture, &anchors(), settings, Device::flex(), 2).unwrap()
+}
+
+#[test]
+fn every_gradient_is_the_derivative() {
+    let capture = capture();
+    let variants: [fn(&mut NetworkSettings); 4] =
+        [|_| (), |n| n.audio_embedding = false, |n| (n.emitter, n.taps) = (false, 0), |n| n.two_masks = false];
+    for (variant, change) in variants.into_iter().enumerate() {
+        let mut settings = settings();
+        change(&mut settings.network);
+        let mut trainer = trainer(&capture, settings);
+        let examples = trainer.batch(0);
+        let gradients = trainer.judge(&examples).1;
+        // What the variant leaves out has no gradient; all else has.
+        let used = |name: &str| match name {
+            "_audio_features_f" => variant != 1,
+            "diff_prj.weight" | "diff_prj.bias" => variant != 3,
+            _ => !is_fixed(name),
+        };
+        let names: Vec<String> = trainer.weights.keys().cloned().collect();
+        for name in names {
+            let gradient = gradients.get(&name).cloned().unwrap_or_default();
+            let norm = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
+            // The weights of a softmax do not change with a bias that all keys have.
+            if !used(&name) || name == "pcd_av_proj.2.proj.bias" {
+                assert!(norm < 1e-7, "{name} of variant {variant} has a gradient of {norm}");
+                continue;
+            }
+            let whole = trainer.weights[&name].values.clone();
+            let scale = (whole.iter().map(|w| w * w).sum::<f32>() / whole.len() as f32).sqrt().max(0.05);
+            let mut value = |step: f32| {
+                let moved = trainer.weights.get_mut(&name).unwrap();
+                let along = whole.iter().zip(&gradient).map(|(w, g)| w + step * g / norm.max(1e-12));
+                moved.values = along.collect();
+                trainer.judge(&examples).0
+            };
+            let step = 2e-2 * scale;
+            let slope = (value(step) - value(-step)) / (2.0 * f64::from(step));
+            trainer.weights.get_mut(&name).unwrap().values = whole;
+            // Single precision and the kinks of absolute values leave some percent.
+            let off = (slope - f64::from(norm)).abs();
+            assert!(off < 0.08 * f64::from(norm) + 2e-4, "{name} of variant {variant}: {norm} against {slope}");
+            assert!(norm > 1e-7, "{name} of variant {variant} has no gradient");
+        }
+    }
+}
+
+#[test]
+fn the_scene_plays_what_was_trained() {
+    let capture = capture();
+    let mut trainer = trainer(&capture, settings());
+    (0..5).for_each(|_| assert!(trainer.step().loss.is_finite()));
+    let scene = Arc::new(trainer.scene(Provenance::default()).unwrap());
+    let bytes = scene.to_bytes().unwrap();
+    assert_eq!(Scene::from_bytes(&bytes).unwrap(), *scene);
+    let mut decoder = PoseDecoder::new(&scene).unwrap();
+    let mut decoded = decoder.blank();
+    let clips: Vec<Clip> = capture.split(Split::Test).cloned().collect();
+    for clip in &clips {
+        decoder.decode(&clip.pose, &mut decoded);
+        let trained = trainer.transfer(&clip.pose).to_row();
+        let worst = decoded.transfer.to_row().iter().zip(&trained).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst < 1e-4, "transfer functions differ by {worst}");
+        let example = trainer.example(clip, 0.0);
+        let rendered = trainer.render(std::slice::from_ref(&example)).remove(0);
+        let mut renderer = Renderer::for_tier(&scene, RATE, Tier::High).unwrap();
+        let latency = renderer.latency_samples();
+        let input: Vec<f32> = example.dry.iter().copied().chain(vec![0.0; latency]).collect();
+        let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
+        let [left, right] = &mut out;
+        let quality = Quality { tier: Tier::High, live: LiveParams { wait: true, ..LiveParams::default() } };
+        renderer.process(&input, [left, right], quality, &mut |_| clip.pose);
+        for (played, rendered) in out.iter().zip(&rendered) {
+            let played = &played[example.pre_roll + latency..];
+            let worst = played.iter().zip(rendered).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(worst < 1e-4, "sounds differ by {worst}");
+            assert!(rendered.iter().any(|x| x.abs() > 0.01));
+        }
+    }
+}
+
+#[test]
+fn goes_on_after_a_stop_as_if_it_had_not_stopped_and_learns() {
+    let capture = capture();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("walk.training");
+    let mut whole = trainer(&capture, settings());
+    let first = whole.note();
+    for _ in 0..40 {
+        whole.step();
+        if whole.steps().is_multiple_of(20) {
+            whole.note();
+        }
+    }
+    let mut parts = trainer(&capture, settings());
+    parts.note();
+    (0..13).for_each(|_| assert!(parts.step().loss.is_finite()));
+    parts.checkpoint().save(&file).unwrap();
+    drop(parts);
+    let mut parts = trainer(&capture, settings());
+    parts.resume(Checkpoint::load(&file).unwrap()).unwrap();
+    assert_eq!(parts.steps(), 13);
+    for _ in 13..40 {
+        parts.step();
+        if parts.steps().is_multiple_of(20) {
+            parts.note();
+        }
+    }
+    assert_eq!(parts.weights(), whole.weights());
+    for (a, b) in parts.curve().iter().zip(whole.curve()) {
+        // Written as decimals on the way.
+        assert!(a.step == b.step && (a.loss - b.loss).abs() < 1e-12 && (a.test[0] - b.test[0]).abs() < 1e-12);
+    }
+    assert_eq!(parts.curve().len(), 3);
+    let last = whole.curve().last().unwrap();
+    assert!(last.test[0] < 0.8 * first.test[0], "MAG from {} to {}", first.test[0], last.test[0]);
+
+    let other = TrainSettings { seed: 2, ..settings() };
+    let refused = trainer(&capture, other).resume(Checkpoint::load(&file).unwrap()).unwrap_err();
+    assert!(refused.to_string().contains("settings"), "{refused}");
+    let bytes = std::fs::read(&file).unwrap();
+    for end in (0..bytes.len()).step_by(997) {
+        std::fs::write(&file, &bytes[..end]).unwrap();
+        let error = Checkpoint::load(&file).unwrap_err().to_string();
+        assert!(error.contains("walk.training"), "{error}");
+    }
+}
