@@ -49,6 +49,12 @@ fn cloud_json(cloud: &AnchorCloud) -> serde_json::Value {
 fn cloud_text(cloud: &AnchorCloud) -> String {
     let (sizes, parts) = (cloud.model.sizes(), cloud.model.parts());
     let filter = match (parts.kind, sizes.frames, sizes.hyper) {
+        (CloudKind::Taps, ..) if sizes.tap_shapes > 0 => {
+            return format!(
+                "taps, {} anchors, {} bands, width {}, {} layers, {} tap shapes of {} hops",
+                sizes.anchors, sizes.bands, sizes.width, sizes.layers, sizes.tap_shapes, sizes.tap_hops
+            );
+        }
         (_, 0, _) => "no time filter".to_owned(),
         (CloudKind::Full, t, 0) => format!("one time filter over {t} frames"),
         (_, t, _) => format!("time filters over {t} frames"),

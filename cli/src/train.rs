@@ -147,7 +147,8 @@ fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], arg
     let name = |path: &Path| path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut notes = capture.notes.clone();
     notes.extend_from_slice(tried);
-    notes.push(format!("trained by promenade {} with {}", env!("CARGO_PKG_VERSION"), serde_json::json!(settings)));
+    let settings_text = serde_json::to_string(settings).unwrap_or_default();
+    notes.push(format!("trained by promenade {} with {settings_text}", env!("CARGO_PKG_VERSION")));
     Provenance {
         title: args.title.clone().unwrap_or_else(|| capture.title.clone()),
         credit: capture.credit.clone(),
