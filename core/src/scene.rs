@@ -156,7 +156,7 @@ impl Scene {
     /// The scene as a file's content.
     ///
     /// # Errors
-    /// When the container cannot be written.
+    /// A scene larger than is read, or a container that cannot be written.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
         format::write(&self.parts)
     }

@@ -68,6 +68,11 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
     if let Some(cloud) = &parts.cloud {
         cloud_entries(&cloud.model, &mut entries);
     }
+    let size: usize = entries.iter().map(|e| size_of_val(&*e.values)).sum();
+    if size > MAX_SCENE_BYTES {
+        // What could not be read again is not written.
+        return Err(SceneError::TooLarge { found: size });
+    }
     entries.sort_by(|a, b| a.name.cmp(&b.name));
     let bytes: Vec<Vec<u8>> = entries.iter().map(|e| e.values.iter().flat_map(|v| v.to_le_bytes()).collect()).collect();
     let mut views = entries
