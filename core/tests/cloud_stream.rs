@@ -6,7 +6,7 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use cloud_models::{Sizes, model, noise};
 use promenade_core::StftGrid;
 use promenade_core::cloud::{
-    ClipRenderer, CloudKind, CloudModel, CloudParts, ConvMode, FrameMasks, Listener, Masks, Projection, SarhOptions,
+    ClipRenderer, CloudKind, CloudModel, CloudParts, ConvMode, FrameMasks, Listener, Masks, Projection, SarhError, SarhOptions,
     SarhStream, StreamTaps, TapProjector, Tensor,
 };
 use promenade_core::glam::{Mat3, Vec3};
@@ -357,4 +357,14 @@ fn neither_hops_nor_taps_nor_clips_allocate() {
             assert!(clip.render(&input, &masks, &LISTENER, [left, right]).is_ok());
         });
     }
+}
+
+#[test]
+fn a_model_for_streams_has_neither_convolution_layers_nor_clips() {
+    let mut parts = cloud_models::parts(CloudKind::Taps, SIZES);
+    let refused = CloudModel::new(parts.clone()).unwrap_err().to_string();
+    assert!(refused.contains("'taps' has no place for out.0.bias"), "{refused}");
+    parts.weights.retain(|name, _| !name.starts_with("out."));
+    let model = CloudModel::new(parts).unwrap();
+    assert_eq!(ClipRenderer::new(&model, GRID).err(), Some(SarhError::Streamed));
 }

@@ -16,13 +16,13 @@ const NORM_EPS: f64 = 1e-5;
 
 /// What of a scene the network sees, besides its weights.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub(crate) struct Place {
     /// Anchor positions, cloud units.
-    pub anchors: Vec<Vec3>,
+    pub(crate) anchors: Vec<Vec3>,
     /// `[anchor][feature]`.
-    pub features: Vec<f32>,
+    pub(crate) features: Vec<f32>,
     /// Distance that relative vectors are divided by, cloud units.
-    pub max_norm: f32,
+    pub(crate) max_norm: f32,
 }
 
 /// The weights of one step as parts of a graph.

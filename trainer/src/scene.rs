@@ -13,7 +13,7 @@ use promenade_core::{AnchorCloud, Pose, Provenance, Scene, SceneError, ScenePart
 ///
 /// # Errors
 /// Weights that are not finite or do not fit together, and networks with parts left out that the engine does not know.
-pub fn scene(
+pub(crate) fn scene(
     stage: &Stage,
     settings: &TrainSettings,
     weights: &Arrays,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 const RATIO_EPS: f64 = 1e-5;
 
 /// Terms of the loss over several resolutions, with their transforms.
-pub struct SpectralLoss {
+pub(crate) struct SpectralLoss {
     settings: LossSettings,
     grids: Vec<Grid>,
 }
@@ -109,7 +109,7 @@ fn sign(x: f32) -> f32 {
 impl SpectralLoss {
     /// Prepares the transforms.
     #[must_use]
-    pub fn new(settings: &LossSettings) -> Self {
+    pub(crate) fn new(settings: &LossSettings) -> Self {
         let mut planner = RealFftPlanner::new();
         let grids = settings.n_fft.iter().map(|n| Grid::new(*n, &mut planner)).collect();
         Self { settings: settings.clone(), grids }
@@ -117,7 +117,7 @@ impl SpectralLoss {
 
     /// The loss of a clip: per ear and resolution the mean difference of magnitudes, logarithmic and linear, averaged over ears and
     /// resolutions; and the difference of the energy ratios between ears. Derivatives by the rendered samples go into `gradient`.
-    pub fn of(&mut self, rendered: [&[f32]; 2], wanted: [&[f32]; 2], gradient: &mut [Vec<f32>; 2]) -> f64 {
+    pub(crate) fn of(&mut self, rendered: [&[f32]; 2], wanted: [&[f32]; 2], gradient: &mut [Vec<f32>; 2]) -> f64 {
         let mut loss = 0.0;
         let share = 0.5 / self.grids.len() as f32;
         for ((rendered, wanted), gradient) in rendered.into_iter().zip(wanted).zip(&mut *gradient) {

@@ -12,27 +12,27 @@ use promenade_core::{Bands, StftGrid, TailModel};
 const HEAD_RADIUS_M: f32 = 0.0875;
 
 /// Everything around the weights that does not change.
-pub struct Stage {
+pub(crate) struct Stage {
     /// Transform of the masks.
-    pub grid: StftGrid,
+    pub(crate) grid: StftGrid,
     /// Bands of the taps.
-    pub bands: Bands,
+    pub(crate) bands: Bands,
     /// Reverberation of the late part.
-    pub tail: TailModel,
+    pub(crate) tail: TailModel,
     /// Query frequencies.
-    pub queries: Bands,
+    pub(crate) queries: Bands,
     /// Anchors as the network sees them.
-    pub place: Place,
+    pub(crate) place: Place,
     /// Where they lie in the scene.
-    pub alignment: Alignment,
+    pub(crate) alignment: Alignment,
     /// The emitter, where it is known and used.
-    pub emitter: Option<CloudEmitter>,
+    pub(crate) emitter: Option<CloudEmitter>,
 }
 
 impl Stage {
     /// For a capture and anchors: a grid of four hops of about 5.8 ms, masks at `bands` frequencies as the ear spaces them.
     #[must_use]
-    pub fn new(capture: &Capture, anchors: &AnchorSet, settings: &TrainSettings) -> Self {
+    pub(crate) fn new(capture: &Capture, anchors: &AnchorSet, settings: &TrainSettings) -> Self {
         let rate = capture.sample_rate_hz;
         let grid = StftGrid::four_hops(rate, 128.0 * rate / 22_050.0);
         let bands = Bands::for_rate(rate);

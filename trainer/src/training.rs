@@ -161,7 +161,7 @@ impl<'a> Trainer<'a> {
     /// The scene of the weights as they are.
     ///
     /// # Errors
-    /// As [`crate::scene()`].
+    /// Weights that are not finite or do not fit together.
     pub fn scene(&self, provenance: Provenance) -> Result<Scene, SceneError> {
         let poses: Vec<Pose> = self.capture.clips.iter().map(|c| c.pose).collect();
         scene(&self.stage, &self.settings, &self.weights, provenance, &poses)
@@ -171,18 +171,6 @@ impl<'a> Trainer<'a> {
     #[must_use]
     pub fn weights(&self) -> &Arrays {
         &self.weights
-    }
-
-    /// What does not change.
-    #[must_use]
-    pub fn stage(&self) -> &Stage {
-        &self.stage
-    }
-
-    /// How it is trained.
-    #[must_use]
-    pub fn settings(&self) -> &TrainSettings {
-        &self.settings
     }
 
     /// Steps done.
@@ -285,7 +273,7 @@ impl<'a> Trainer<'a> {
 
     /// What the network says of the examples' listeners, as numbers and as parts of the graph.
     fn decode(&self, graph: &Graph, examples: &[Example<'_>]) -> (Vec<QueryValues>, Vec<Tensor<2>>) {
-        let listeners: Vec<Listener> = examples.iter().map(|e| self.listener(&e.pose)).collect();
+        let listeners: Vec<Listener> = examples.iter().map(|e| self.stage.alignment.listener(&e.pose)).collect();
         let factors = ["vec_embedder.freqs", "freq_embedder.freqs"].map(|name| &self.weights[name].values[..]);
         let decoded = graph.decode(&self.stage.place, &listeners, &self.settings.network, factors);
         let mut parts = vec![decoded.mixture, decoded.difference];
@@ -300,10 +288,6 @@ impl<'a> Trainer<'a> {
         let values =
             (0..count).map(|i| QueryValues { mixture: row(0, i), difference: row(1, i), coefficients: row(2, i) }).collect();
         (values, parts)
-    }
-
-    fn listener(&self, pose: &Pose) -> Listener {
-        self.stage.alignment.listener(pose)
     }
 }
 

@@ -1,5 +1,7 @@
 //! What importers of data sets share: options, cameras, sounds.
 
+use super::sift::sift;
+use super::{Capture, Clip, Track};
 use crate::{BakeError, Placement, resample, sound};
 use promenade_core::Pose;
 use promenade_core::glam::{Mat3, Vec3};
@@ -57,6 +59,32 @@ impl Default for ImportCapture {
 }
 
 impl ImportCapture {
+    /// A capture of what was read, without clips that nothing can be learnt from.
+    pub(super) fn finish(
+        &self,
+        folder: &Path,
+        rate_hz: u32,
+        (tracks, clips): (Vec<Track>, Vec<Clip>),
+        notes: Vec<String>,
+        expected: &str,
+    ) -> Result<Capture, BakeError> {
+        let mut capture = Capture {
+            title: self.title.clone(),
+            credit: self.credit.clone(),
+            licence: self.licence.clone(),
+            sample_rate_hz: f64::from(rate_hz),
+            emitter: self.emitter,
+            tracks,
+            clips,
+            notes,
+        };
+        sift(&mut capture, &[]);
+        if capture.clips.is_empty() {
+            return Err(BakeError::content(folder, expected, capture.notes.join("; ")));
+        }
+        Ok(capture)
+    }
+
     pub(super) fn placement(&self, up: Vec3) -> Placement {
         Placement { up: self.up.unwrap_or(up), metres_per_unit: self.metres_per_unit, origin: self.origin }
     }

@@ -1,7 +1,6 @@
 //! Multi-view recordings such as Replay-NVAS (Chen et al. 2023): views that stay, and microphones near the sources.
 
 use super::import::{ImportCapture, cameras, ears, mono, stem};
-use super::sift::sift;
 use super::{Capture, Clip, Split, SplitRule, Track};
 use crate::BakeError;
 use promenade_core::glam::Vec3;
@@ -64,21 +63,7 @@ pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, 
         format!("the dry sound is the sum of {} near-range microphones", near.len()),
         "poses are those of cameras.json; scale and up of a reconstruction are not in the data".to_owned(),
     ];
-    let mut capture = Capture {
-        title: options.title.clone(),
-        credit: options.credit.clone(),
-        licence: options.licence.clone(),
-        sample_rate_hz: f64::from(rate_hz),
-        emitter: options.emitter,
-        tracks,
-        clips,
-        notes,
-    };
-    sift(&mut capture, &[]);
-    if capture.clips.is_empty() {
-        return Err(BakeError::content(folder, "clips with sound", capture.notes.join("; ")));
-    }
-    Ok(capture)
+    options.finish(folder, rate_hz, (tracks, clips), notes, "clips with sound")
 }
 
 /// The sound files of a folder, by name.

@@ -1,7 +1,6 @@
 //! The layout of RWAVS (Liang et al. 2023), as AV-Cloud's preparation leaves it.
 
 use super::import::{ImportCapture, cameras, ears, json, mono, stem};
-use super::sift::sift;
 use super::{Capture, Clip, Split, Track};
 use crate::BakeError;
 use promenade_core::glam::{Mat3, Vec3};
@@ -111,21 +110,7 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
         x
     };
     let track = Track { name: "walk".to_owned(), dry: cut(dry), binaural: [cut(left), cut(right)], path };
-    let mut capture = Capture {
-        title: options.title.clone(),
-        credit: options.credit.clone(),
-        licence: options.licence.clone(),
-        sample_rate_hz: f64::from(rate_hz),
-        emitter: options.emitter,
-        tracks: vec![track],
-        clips,
-        notes,
-    };
-    sift(&mut capture, &[]);
-    if capture.clips.is_empty() {
-        return Err(BakeError::content(folder, "frames with sound", capture.notes.join("; ")));
-    }
-    Ok(capture)
+    options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
 }
 
 /// The number of a frame, from 1, from a name such as `frames/00001.png`.

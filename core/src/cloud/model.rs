@@ -289,7 +289,8 @@ fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
         feed_forward: 0,
         hyper: 0,
         hyper_bias: 0,
-        conv: w.has("out.0.weight"),
+        // The convolution layers belong to the published head.
+        conv: parts.kind != CloudKind::Taps && w.has("out.0.weight"),
         tap_shapes: 0,
         tap_hops: 0,
         tap_bands: 0,

@@ -1,8 +1,7 @@
 //! From a pose in the scene's world to what the stream is filtered with.
 
-use crate::bands::BandPlace;
-use crate::cloud::tap_head::{LearnedTaps, direct, shares};
-use crate::cloud::{CloudDecoder, CloudKind, Masks, StreamTaps, TapProjector};
+use crate::cloud::tap_head::LearnedTaps;
+use crate::cloud::{CloudDecoder, CloudKind, Masks, StreamTaps, TapHead, TapProjector};
 use crate::scene::AnchorCloud;
 use crate::{Decoded, LiveDecoder, Pose, SarhFrame, Scene, Tier};
 use std::sync::Arc;
@@ -19,10 +18,8 @@ pub struct PoseDecoder {
     filter: Option<(TapProjector, StreamTaps)>,
     learned: Option<LearnedTaps>,
     masks: Masks,
-    /// Where each bin lies among the cloud's frequencies.
-    bins: Vec<BandPlace>,
-    /// The cloud's frequencies that make up each band, with weights that sum to 1.
-    bands: Vec<Vec<(usize, f32)>>,
+    /// Where the cloud's frequencies lie among the scene's bins and bands.
+    head: TapHead,
 }
 
 impl PoseDecoder {
@@ -30,22 +27,18 @@ impl PoseDecoder {
     #[must_use]
     pub fn new(scene: &Arc<Scene>) -> Option<Self> {
         let cloud = scene.cloud()?;
-        let frequencies = &cloud.model.parts().frequencies;
-        let grid = scene.grid();
-        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
-        let bins = (0..grid.bins()).map(|k| frequencies.place(grid.bin_hz(k) as f32)).collect();
-        let projector = TapProjector::new(&cloud.model, cloud.projection, scene.shape().taps + 1);
+        let (taps, sizes) = (scene.shape().taps, cloud.model.sizes());
+        let head = TapHead::new(&cloud.model.parts().frequencies, scene.grid(), scene.bands(), taps, sizes.tap_shapes);
+        let projector = TapProjector::new(&cloud.model, cloud.projection, taps + 1);
         Some(Self {
             decoder: CloudDecoder::new(&cloud.model),
             filter: projector.map(|p| {
                 let taps = p.taps();
                 (p, taps)
             }),
-            learned: (cloud.model.parts().kind == CloudKind::Taps)
-                .then(|| LearnedTaps::new(&cloud.model, grid, scene.bands(), scene.shape().taps)),
-            masks: Masks::new(&cloud.model.sizes()),
-            bins,
-            bands: shares(frequencies.centres_hz(), scene.bands()),
+            learned: (cloud.model.parts().kind == CloudKind::Taps).then(|| LearnedTaps::new(&cloud.model, &head)),
+            masks: Masks::new(&sizes),
+            head,
             scene: Arc::clone(scene),
         })
     }
@@ -53,7 +46,7 @@ impl PoseDecoder {
     /// Room for an answer, which says that nothing is heard.
     #[must_use]
     pub fn blank(&self) -> Decoded {
-        let bins = self.bins.len();
+        let bins = self.scene.shape().bins;
         let sarh = self.scene.has_tier(Tier::Reference).then(|| SarhFrame {
             mixture: vec![0.0; bins],
             difference: vec![0.0; bins],
@@ -89,14 +82,14 @@ impl PoseDecoder {
         out.transfer.delay_s = emitter.as_ref().map_or(0.0, |e| e.delay_s(pose));
         let masks = &self.masks;
         if let Some(learned) = &mut self.learned {
-            learned.transfer(masks, gain, &mut out.transfer);
+            learned.transfer(&self.head, masks, gain, &mut out.transfer);
             return;
         }
-        direct(&self.bins, &masks.mixture, &masks.difference, gain, &mut out.transfer);
+        self.head.direct([&masks.mixture, &masks.difference], gain, &mut out.transfer);
         if let Some((projector, taps)) = &mut self.filter {
             projector.project(&listener, masks, taps);
-            let bands = self.bands.len();
-            for (band, share) in self.bands.iter().enumerate() {
+            let bands = self.head.bands().len();
+            for (band, share) in self.head.bands().iter().enumerate() {
                 let mean = |of: &dyn Fn(usize) -> f32| share.iter().map(|(k, w)| w * of(*k)).sum::<f32>();
                 let mixture = mean(&|k| masks.mixture[k].max(0.0).powi(2)).sqrt();
                 let mut rest = 0.0_f32;

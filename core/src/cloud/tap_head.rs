@@ -64,7 +64,7 @@ impl TapHead {
     /// # Real-time
     /// No allocation, lock or I/O.
     pub fn transfer(&self, values: &QueryValues, shapes: &[f32], gain: f32, out: &mut TransferFunction) {
-        direct(&self.bins, &values.mixture, &values.difference, gain, out);
+        self.direct([&values.mixture, &values.difference], gain, out);
         let (bands, hops, ranks) = (self.shape.bands, self.shape.taps + 1, self.tap_shapes);
         if ranks == 0 {
             return;
@@ -81,6 +81,19 @@ impl TapHead {
                 }
             }
         }
+    }
+
+    /// The direct sound of a mixture and a difference mask, multiplied by `gain`.
+    pub(crate) fn direct(&self, [mixture, difference]: [&[f32]; 2], gain: f32, out: &mut TransferFunction) {
+        for ((place, m), d) in self.bins.iter().zip(&mut out.mixture).zip(&mut out.difference) {
+            let at = |values: &[f32]| values[place.band] + place.fraction * (values[place.band + 1] - values[place.band]);
+            (*m, *d) = (gain * at(mixture).max(0.0), at(difference).clamp(-1.0, 1.0));
+        }
+    }
+
+    /// The queries in each band, with weights that sum to 1.
+    pub(crate) fn bands(&self) -> &[Vec<(usize, f32)>] {
+        &self.bands
     }
 
     /// The derivative by values and tap shapes of what has the derivative `by` by the transfer function: added to both.
@@ -127,16 +140,8 @@ fn tap(out: &mut TransferFunction, hop: usize, at: usize, bands: usize) -> &mut 
     if hop < taps { &mut out.taps[hop * 2 * bands + at] } else { &mut out.late[at] }
 }
 
-/// Masks at query frequencies as a direct sound.
-pub(crate) fn direct(bins: &[BandPlace], mixture: &[f32], difference: &[f32], gain: f32, out: &mut TransferFunction) {
-    for ((place, m), d) in bins.iter().zip(&mut out.mixture).zip(&mut out.difference) {
-        let at = |values: &[f32]| values[place.band] + place.fraction * (values[place.band + 1] - values[place.band]);
-        (*m, *d) = (gain * at(mixture).max(0.0), at(difference).clamp(-1.0, 1.0));
-    }
-}
-
 /// The query frequencies in each band, with weights that sum to 1.
-pub(crate) fn shares(frequencies_hz: &[f32], bands: &Bands) -> Vec<Vec<(usize, f32)>> {
+fn shares(frequencies_hz: &[f32], bands: &Bands) -> Vec<Vec<(usize, f32)>> {
     let mut shares = vec![Vec::new(); bands.count()];
     for (k, hz) in frequencies_hz.iter().enumerate() {
         for (band, weight) in bands.weights(*hz) {
@@ -158,9 +163,8 @@ pub(crate) fn shares(frequencies_hz: &[f32], bands: &Bands) -> Vec<Vec<(usize, f
     shares
 }
 
-/// A [`TapHead`] with the weights that make its coefficients.
+/// The weights that make the coefficients of a [`TapHead`].
 pub(crate) struct LearnedTaps {
-    head: TapHead,
     values: QueryValues,
     shapes: Vec<f32>,
     weight: Vec<f32>,
@@ -168,21 +172,14 @@ pub(crate) struct LearnedTaps {
 }
 
 impl LearnedTaps {
-    pub(crate) fn new(model: &CloudModel, grid: &StftGrid, bands: &Bands, taps: usize) -> Self {
-        let head = TapHead::new(&model.parts().frequencies, grid, bands, taps, model.sizes().tap_shapes);
+    pub(crate) fn new(model: &CloudModel, head: &TapHead) -> Self {
         let take = |name: &str| model.weights(name).to_vec();
-        Self {
-            values: head.values(),
-            head,
-            shapes: take(TAP_SHAPES),
-            weight: take("tap_prj.weight"),
-            bias: take("tap_prj.bias"),
-        }
+        Self { values: head.values(), shapes: take(TAP_SHAPES), weight: take("tap_prj.weight"), bias: take("tap_prj.bias") }
     }
 
     /// # Real-time
     /// No allocation, lock or I/O.
-    pub(crate) fn transfer(&mut self, masks: &Masks, gain: f32, out: &mut TransferFunction) {
+    pub(crate) fn transfer(&mut self, head: &TapHead, masks: &Masks, gain: f32, out: &mut TransferFunction) {
         self.values.mixture.copy_from_slice(&masks.mixture);
         self.values.difference.copy_from_slice(&masks.difference);
         if !self.bias.is_empty() {
@@ -195,7 +192,7 @@ impl LearnedTaps {
                 }
             }
         }
-        self.head.transfer(&self.values, &self.shapes, gain, out);
+        head.transfer(&self.values, &self.shapes, gain, out);
     }
 }
 
