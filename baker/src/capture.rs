@@ -11,6 +11,7 @@ mod import;
 mod load;
 mod manifest;
 mod replay;
+mod reverberation;
 mod rwavs;
 mod sift;
 mod write;
@@ -20,6 +21,7 @@ pub use defects::{CLIPPED_RUN, SILENT_DBFS, is_clipped, is_silent, level_dbfs};
 pub use from_responses::{DrySound, FromResponses, from_responses};
 pub use import::ImportCapture;
 pub use replay::import_replay;
+pub use reverberation::reverberation_times;
 pub use rwavs::import_rwavs;
 
 use crate::BakeError;

@@ -30,4 +30,4 @@ pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseC
 pub use pose_decoder::{InlineDecoder, PoseDecoder};
 pub use sarh::{ConvMode, FrameMasks, SarhError, SarhOptions, SarhStream};
 pub use tap_head::{MAX_LOG_COEFFICIENT, QueryValues, TapHead};
-pub use time_filter::{Projection, StreamTaps, TapProjector};
+pub use time_filter::{MAX_HARMONICS, Projection, StreamTaps, TapProjector, spherical_harmonics};

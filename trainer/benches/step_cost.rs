@@ -1,7 +1,7 @@
 //! What a step of training costs: `cargo bench -p promenade-trainer --bench step_cost`.
 //!
 //! Batches of 6 one-second clips at 22,050 Hz of noise, on as many threads as there are processors; medians of the wall times of single
-//! steps. `step_cost.py` beside it times PyTorch on the network of the second row.
+//! steps. `step_cost.py` beside it times PyTorch on the second and the fourth row.
 
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split, Track};
@@ -9,7 +9,7 @@ use promenade_baker::random::Random;
 use promenade_core::cloud::Alignment;
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Keyframe, Pose};
-use promenade_trainer::{Device, NetworkSettings, TrainSettings, Trainer};
+use promenade_trainer::{Device, HeadKind, NetworkSettings, TrainSettings, Trainer};
 use std::time::Instant;
 
 const RATE: usize = 22_050;
@@ -54,9 +54,15 @@ fn main() {
     let published =
         NetworkSettings { width: 128, layers: 3, feed_forward: 512, bands: 257, octaves: 10, ..NetworkSettings::default() };
     println!("{threads} threads, batches of 6 clips of 1 s, medians of {STEPS} steps");
-    for (name, count, network) in
-        [("N=64, F=64, C=64, 2 layers", 64, NetworkSettings::default()), ("N=256, F=257, C=128, 3 layers", 256, published)]
-    {
+    let with = |head, conv| NetworkSettings { head, conv, ..published.clone() };
+    let cases = [
+        ("taps, N=64, F=64, C=64, 2 layers", 64, NetworkSettings::default()),
+        ("taps, N=256, F=257, C=128, 3 layers", 256, published.clone()),
+        ("sh, the same, without convolution layers", 256, with(HeadKind::Sh, false)),
+        ("sh, the same, with convolution layers", 256, with(HeadKind::Sh, true)),
+        ("full, the same, with convolution layers", 256, with(HeadKind::Full, true)),
+    ];
+    for (name, count, network) in cases {
         let settings = TrainSettings { network, steps: 1000, ..TrainSettings::default() };
         let mut trainer =
             Trainer::new(&capture, &anchors(count), settings, Device::flex(), threads).expect("settings in range");

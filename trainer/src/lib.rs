@@ -5,22 +5,27 @@
 
 mod checkpoint;
 mod curve;
+mod head;
 mod network;
+mod published;
 mod scene;
 mod search;
 pub mod settings;
+mod softmax;
 mod spectral_loss;
 mod stage;
 mod streaming;
+mod time_filter;
 mod training;
 mod weights;
 
 pub use burn::tensor::Device;
 pub use checkpoint::{Checkpoint, CurvePoint};
 pub use curve::picture;
+pub use head::Example;
 pub use search::{Trial, WORTH, search};
-pub use settings::{LossSettings, NetworkSettings, TrainSettings};
-pub use streaming::Example;
+pub use settings::{HeadKind, LossSettings, NetworkSettings, TrainSettings};
+
 pub use training::{Scores, StepReport, Trainer};
 pub use weights::{AdamW, Arrays};
 

@@ -2,10 +2,11 @@
 //! `promenade_core::cloud`).
 
 use crate::settings::NetworkSettings;
+use crate::softmax::softmax;
 use crate::weights::{Arrays, is_fixed};
-use burn::tensor::activation::{relu, sigmoid, softmax};
+use burn::tensor::activation::{relu, sigmoid};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
-use promenade_core::cloud::{Listener, MAX_LOG_COEFFICIENT};
+use promenade_core::cloud::{Listener, MAX_LOG_COEFFICIENT, spherical_harmonics};
 use promenade_core::glam::Vec3;
 use std::collections::BTreeMap;
 
@@ -27,7 +28,7 @@ pub(crate) struct Place {
 
 /// The weights of one step as parts of a graph.
 pub(crate) struct Graph {
-    device: Device,
+    pub(crate) device: Device,
     leaves: BTreeMap<String, Leaf>,
 }
 
@@ -94,7 +95,7 @@ impl Graph {
         self.leaves.iter().filter_map(|(name, leaf)| Some((name.clone(), of(leaf)?))).collect()
     }
 
-    fn linear(&self, stem: &str, x: Tensor<2>) -> Tensor<2> {
+    pub(crate) fn linear(&self, stem: &str, x: Tensor<2>) -> Tensor<2> {
         x.matmul(self.get(&format!("{stem}.weight")).transpose()) + self.get(&format!("{stem}.bias"))
     }
 
@@ -128,9 +129,9 @@ impl Graph {
             let rows = x.dims()[0] / batch;
             x.reshape([batch, rows, heads, head]).swap_dims(1, 2)
         };
-        let (q, k, v) = (split(self.part(stem, 0, q)), split(self.part(stem, 1, k)), split(self.part(stem, 2, v)));
-        let scores = q.matmul(k.swap_dims(2, 3)) * (1.0 / (head as f64).sqrt());
-        let weights = softmax(scores, 3);
+        let q = self.part(stem, 0, q) * (1.0 / (head as f64).sqrt());
+        let (q, k, v) = (split(q), split(self.part(stem, 1, k)), split(self.part(stem, 2, v)));
+        let weights = softmax(q.matmul(k.swap_dims(2, 3)));
         let rows = batch * weights.dims()[2];
         let out = weights.clone().matmul(v).swap_dims(1, 2).reshape([rows, width]);
         (self.linear(&format!("{stem}.out_proj"), out), weights)
@@ -201,6 +202,22 @@ impl Graph {
             difference: difference.reshape([batch, bands]),
             embedding: embedding.reshape([batch, bands, width]),
         }
+    }
+
+    /// Spherical harmonics of the directions from listeners to anchors, `[anchor][harmonic][listener]`, in the cloud's axes.
+    #[must_use]
+    pub(crate) fn harmonics(&self, place: &Place, listeners: &[Listener], degree: usize) -> Tensor<3> {
+        let (anchors, count, batch) = (place.anchors.len(), (degree + 1).pow(2), listeners.len());
+        let mut values = vec![0.0; anchors * count * batch];
+        for (a, anchor) in place.anchors.iter().enumerate() {
+            for (b, listener) in listeners.iter().enumerate() {
+                let harmonics = spherical_harmonics((*anchor - listener.centre).normalize_or_zero());
+                for (h, y) in harmonics.iter().enumerate().take(count) {
+                    values[(a * count + h) * batch + b] = *y;
+                }
+            }
+        }
+        Tensor::from_data(TensorData::new(values, [anchors, count, batch]), &self.device)
     }
 
     /// Coefficients of the tap shapes, `[listener][query, ear, shape]`.

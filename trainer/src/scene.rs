@@ -1,15 +1,17 @@
 //! A scene of trained weights.
 
-use crate::settings::TrainSettings;
+use crate::settings::{HeadKind, TrainSettings};
 use crate::stage::Stage;
 use crate::streaming::exponentials;
 use crate::weights::Arrays;
-use promenade_baker::cloud_scene::{display_anchors, top_hz};
+use promenade_baker::checkpoint::Imported;
+use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene, display_anchors, top_hz};
 use promenade_core::cloud::{CloudKind, CloudModel, CloudParts, ConvMode, PoseConvention, Projection, Tensor};
 use promenade_core::glam::Vec3;
 use promenade_core::{AnchorCloud, Pose, Provenance, Scene, SceneError, SceneParts};
 
-/// Puts a scene around weights: what was trained is what its tier High plays.
+/// Puts a scene around weights: what was trained is what its tier High plays, or, with AV-Cloud's heads, its tier Reference as far as a stream
+/// can.
 ///
 /// # Errors
 /// Weights that are not finite or do not fit together, and networks with parts left out that the engine does not know.
@@ -21,6 +23,11 @@ pub(crate) fn scene(
     poses: &[Pose],
 ) -> Result<Scene, SceneError> {
     let network = &settings.network;
+    let kind = match network.head {
+        HeadKind::Taps => CloudKind::Taps,
+        HeadKind::Sh => CloudKind::Sh,
+        HeadKind::Full => CloudKind::Full,
+    };
     let mut weights = weights.clone();
     if let Some(shapes) = weights.get_mut("tap_shapes") {
         shapes.values = exponentials(&shapes.values);
@@ -32,7 +39,7 @@ pub(crate) fn scene(
         }
     }
     let model = CloudModel::new(CloudParts {
-        kind: CloudKind::Taps,
+        kind,
         heads: network.heads,
         max_norm: stage.place.max_norm,
         convention: PoseConvention::Physical,
@@ -44,6 +51,19 @@ pub(crate) fn scene(
     })?;
     let positions = || poses.iter().map(|p| p.position);
     let bounds = (positions().reduce(Vec3::min).unwrap_or(Vec3::ZERO), positions().reduce(Vec3::max).unwrap_or(Vec3::ZERO));
+    let start_pose = poses.first().copied();
+    if network.head != HeadKind::Taps {
+        let options = CloudSceneOptions {
+            provenance,
+            bounds: Some(bounds),
+            start_pose,
+            taps: network.taps,
+            conv: ConvMode::LookAhead,
+            projection: Projection::Diagonal,
+            seed: settings.seed,
+        };
+        return cloud_scene(Imported { model, grid: stage.grid, notes: Vec::new() }, options);
+    }
     Scene::new(SceneParts {
         provenance,
         grid: stage.grid,
@@ -54,7 +74,7 @@ pub(crate) fn scene(
         anchors: display_anchors(&model),
         cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter: stage.emitter }),
         top_hz: top_hz(&stage.grid),
-        start_pose: poses.first().copied().unwrap_or(Pose::IDENTITY),
+        start_pose: start_pose.unwrap_or(Pose::IDENTITY),
         bounds,
         held_out: Vec::new(),
     })

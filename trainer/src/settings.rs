@@ -3,10 +3,31 @@
 use promenade_baker::BakeError;
 use serde::{Deserialize, Serialize};
 
+/// The render head that is trained.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeadKind {
+    /// The engine's: taps per band, which stream.
+    #[default]
+    Taps,
+    /// AV-Cloud's with time filters from spherical harmonics, for clips of one length.
+    Sh,
+    /// AV-Cloud's with time filters from a hyper-network, for clips of one length.
+    Full,
+}
+
 /// Sizes and parts of the network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkSettings {
+    /// The render head. AV-Cloud's know no emitter and have a query for every bin, whatever `emitter` and `bands` say.
+    pub head: HeadKind,
+    /// Whether AV-Cloud's heads have their convolution layers.
+    pub conv: bool,
+    /// Degree of the spherical harmonics of [`HeadKind::Sh`], 0 to 3.
+    pub degree: usize,
+    /// Hidden units of the hyper-network of [`HeadKind::Full`].
+    pub hyper: usize,
     /// Width C of embeddings, a multiple of 8 times `heads`.
     pub width: usize,
     /// Attention heads.
@@ -21,7 +42,7 @@ pub struct NetworkSettings {
     pub octaves: usize,
     /// The highest factor of that encoding; published: 1024, which makes masks change within millimetres.
     pub highest: f32,
-    /// Explicit taps of the stream; 0 for no room.
+    /// Explicit taps of the stream; 0 for no room, in AV-Cloud's heads no time filter.
     pub taps: usize,
     /// Shapes that the taps are made of.
     pub tap_shapes: usize,
@@ -39,6 +60,10 @@ pub struct NetworkSettings {
 impl Default for NetworkSettings {
     fn default() -> Self {
         Self {
+            head: HeadKind::Taps,
+            conv: true,
+            degree: 1,
+            hyper: 32,
             width: 64,
             heads: 4,
             layers: 2,
@@ -143,6 +168,8 @@ impl TrainSettings {
         within("query frequencies", bands, 2, 4096)?;
         within("octaves of the encoding", octaves, 1, 32)?;
         within("taps", taps, 0, 1024)?;
+        within("degree of the harmonics", self.network.degree, 0, 3)?;
+        within("hidden units of the hyper-network", self.network.hyper, 1, 1024)?;
         within("shapes of the taps", tap_shapes, 1, 16)?;
         within("clips of a step", self.batch, 1, 1024)?;
         within("steps", self.steps, 1, 10_000_000)?;

@@ -6,6 +6,8 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
+/// Ratios of magnitudes, below 1e19 each, whose product is surely finite.
+const FACTORS: usize = 16;
 /// Added to the energies of the ratio between ears.
 const RATIO_EPS: f64 = 1e-5;
 
@@ -74,12 +76,19 @@ impl Grid {
             self.transform(frame, wanted, false);
             self.transform(frame, rendered, true);
             let last = self.n / 2;
+            // The logarithms' differences are summed as the logarithm of a product, a few factors at a time.
+            let mut product = 1.0_f64;
+            let mut differences = 0.0_f32;
             for (k, (x, y)) in self.rendered.iter_mut().zip(&self.wanted).enumerate() {
-                let (a, b) = (x.norm(), y.norm());
-                let log = a.ln_1p() - b.ln_1p();
-                loss += f64::from(scale * (settings.log * log.abs() + settings.linear * (a - b).abs()));
+                let (a, b) = (x.norm_sqr().sqrt(), y.norm_sqr().sqrt());
+                product *= f64::from((1.0 + a.max(b)) / (1.0 + a.min(b)));
+                if k % FACTORS == FACTORS - 1 || k == last {
+                    loss += f64::from(scale * settings.log) * product.ln();
+                    product = 1.0;
+                }
+                differences += (a - b).abs();
                 // A magnitude of 0 has no direction to grow in.
-                let slope = scale * (settings.log * sign(log) / (1.0 + a) + settings.linear * sign(a - b)) / a.max(1e-9);
+                let slope = scale * sign(a - b) * (settings.log / (1.0 + a) + settings.linear) / a.max(1e-9);
                 let whole = k == 0 || k == last;
                 // Half of an inner bin, since the inverse transform adds its mirror image.
                 *x *= if whole { slope } else { 0.5 * slope };
@@ -87,6 +96,7 @@ impl Grid {
                     x.im = 0.0;
                 }
             }
+            loss += f64::from(scale * settings.linear * differences);
             let done = self.inverse.process_with_scratch(&mut self.rendered, &mut self.time, &mut self.scratch);
             debug_assert!(done.is_ok());
             let start = self.start(frame);
@@ -116,15 +126,16 @@ impl SpectralLoss {
     }
 
     /// The loss of a clip: per ear and resolution the mean difference of magnitudes, logarithmic and linear, averaged over ears and
-    /// resolutions; and the difference of the energy ratios between ears. Derivatives by the rendered samples go into `gradient`.
-    pub(crate) fn of(&mut self, rendered: [&[f32]; 2], wanted: [&[f32]; 2], gradient: &mut [Vec<f32>; 2]) -> f64 {
+    /// resolutions; and the difference of the energy ratios between ears; all of it times `share`. Derivatives by the rendered samples go
+    /// into `gradient`.
+    pub(crate) fn of(&mut self, rendered: [&[f32]; 2], wanted: [&[f32]; 2], share: f32, gradient: &mut [Vec<f32>; 2]) -> f64 {
         let mut loss = 0.0;
-        let share = 0.5 / self.grids.len() as f32;
+        let part = 0.5 * share / self.grids.len() as f32;
         for ((rendered, wanted), gradient) in rendered.into_iter().zip(wanted).zip(&mut *gradient) {
             gradient.clear();
             gradient.resize(rendered.len(), 0.0);
             for grid in &mut self.grids {
-                loss += grid.ear(&self.settings, share, rendered, wanted, gradient);
+                loss += grid.ear(&self.settings, part, rendered, wanted, gradient);
             }
         }
         let energy = |x: &[f32]| RATIO_EPS + x.iter().map(|v| f64::from(*v) * f64::from(*v)).sum::<f64>();
@@ -132,7 +143,7 @@ impl SpectralLoss {
         let (got, want) = (of(rendered), of(wanted));
         let decibels = 10.0 / std::f64::consts::LN_10;
         let off = decibels * ((got[0] / got[1]).ln() - (want[0] / want[1]).ln());
-        let weight = f64::from(self.settings.ratio);
+        let weight = f64::from(share * self.settings.ratio);
         loss += weight * off.abs();
         for ((ear, gradient), (x, energy)) in [1.0, -1.0].into_iter().zip(gradient).zip(rendered.into_iter().zip(got)) {
             #[expect(clippy::cast_possible_truncation, reason = "a slope")]
@@ -160,9 +171,9 @@ mod tests {
         let (a, b) = ([noise(150, 1), noise(150, 2)], [noise(150, 3), noise(150, 4).iter().map(|v| 0.5 * v).collect()]);
         let pair = |x: &'_ [Vec<f32>; 2]| -> [Vec<f32>; 2] { x.clone() };
         let mut gradient = [vec![], vec![]];
-        loss.of([&a[0], &a[1]], [&b[0], &b[1]], &mut gradient);
+        loss.of([&a[0], &a[1]], [&b[0], &b[1]], 1.0, &mut gradient);
         let mut none = [vec![], vec![]];
-        assert!(loss.of([&a[0], &a[1]], [&a[0], &a[1]], &mut none) < 1e-9);
+        assert!(loss.of([&a[0], &a[1]], [&a[0], &a[1]], 1.0, &mut none) < 1e-9);
         // Sums of absolute values have kinks: many samples are moved at once, along the gradient.
         for ear in 0..2 {
             for from in [0, 40, 110] {
@@ -172,7 +183,7 @@ mod tests {
                     let mut moved = pair(&a);
                     let g = &gradient[ear][from..from + 40];
                     moved[ear][from..from + 40].iter_mut().zip(g).for_each(|(x, g)| *x += side * step * g / norm);
-                    loss.of([&moved[0], &moved[1]], [&b[0], &b[1]], &mut [vec![], vec![]])
+                    loss.of([&moved[0], &moved[1]], [&b[0], &b[1]], 1.0, &mut [vec![], vec![]])
                 };
                 let slope = (value(1.0) - value(-1.0)) / (2.0 * f64::from(step));
                 assert!((slope - f64::from(norm)).abs() < 0.03 * f64::from(norm), "{slope} against {norm}");

@@ -1,15 +1,20 @@
 //! What a training is about, besides weights: the grid, the room's bands, the anchors, the emitter.
 
 use crate::network::Place;
-use crate::settings::TrainSettings;
+use crate::settings::{HeadKind, TrainSettings};
+use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::capture::Capture;
+use promenade_baker::capture::{Capture, reverberation_times};
 use promenade_core::cloud::{Alignment, CloudEmitter};
 use promenade_core::glam::Vec3;
 use promenade_core::{Bands, StftGrid, TailModel};
 
 /// Mean radius of a head, metres.
 const HEAD_RADIUS_M: f32 = 0.0875;
+/// Reverberation time of bands in which nothing sounds, seconds.
+const SILENT_T60_S: f32 = 0.4;
+/// Frames of a clip that the engine takes.
+const MAX_FRAMES: usize = 1024;
 
 /// Everything around the weights that does not change.
 pub(crate) struct Stage {
@@ -27,21 +32,35 @@ pub(crate) struct Stage {
     pub(crate) alignment: Alignment,
     /// The emitter, where it is known and used.
     pub(crate) emitter: Option<CloudEmitter>,
+    /// Samples of every clip and frames of its transform, for heads that take clips of one length; otherwise 0.
+    pub(crate) clip_samples: usize,
+    pub(crate) frames: usize,
+}
+
+/// The transform of the masks at a rate: four hops of about 5.8 ms.
+pub(crate) fn grid(sample_rate_hz: f64) -> StftGrid {
+    StftGrid::four_hops(sample_rate_hz, 128.0 * sample_rate_hz / 22_050.0)
 }
 
 impl Stage {
-    /// For a capture and anchors: a grid of four hops of about 5.8 ms, masks at `bands` frequencies as the ear spaces them.
-    #[must_use]
-    pub(crate) fn new(capture: &Capture, anchors: &AnchorSet, settings: &TrainSettings) -> Self {
+    /// For a capture and anchors: masks at `bands` frequencies as the ear spaces them.
+    ///
+    /// # Errors
+    /// Clips of different lengths, or of more frames than a model may have, for a head that takes clips of one length.
+    pub(crate) fn new(capture: &Capture, anchors: &AnchorSet, settings: &TrainSettings) -> Result<Self, BakeError> {
         let rate = capture.sample_rate_hz;
-        let grid = StftGrid::four_hops(rate, 128.0 * rate / 22_050.0);
+        let grid = grid(rate);
+        let clip_samples = if settings.network.head == HeadKind::Taps { 0 } else { common_length(capture, &grid)? };
         let bands = Bands::for_rate(rate);
-        let tail = TailModel { seed: settings.seed, t60_s: vec![0.4; bands.count()], coherence: diffuse_coherence(&bands) };
+        let t60_s = reverberation_times(capture, &grid, &bands).into_iter().map(|t| t.unwrap_or(SILENT_T60_S)).collect();
+        let tail = TailModel { seed: settings.seed, t60_s, coherence: diffuse_coherence(&bands) };
         let network = &settings.network;
         let centre = anchors.positions.iter().sum::<Vec3>() / anchors.positions.len().max(1) as f32;
         let farthest = anchors.positions.iter().map(|p| p.distance(centre)).fold(0.0_f32, f32::max);
         let features = if network.colour { anchors.features.clone() } else { vec![0.0; anchors.features.len()] };
-        Self {
+        Ok(Self {
+            clip_samples,
+            frames: if clip_samples > 0 { clip_samples / grid.hop + 1 } else { 0 },
             queries: queries(&grid, network.bands),
             place: Place { anchors: anchors.positions.clone(), features, max_norm: farthest.max(1e-3) },
             alignment: anchors.alignment,
@@ -50,8 +69,25 @@ impl Stage {
             grid,
             bands,
             tail,
-        }
+        })
     }
+}
+
+/// The length that all clips have, samples.
+fn common_length(capture: &Capture, grid: &StftGrid) -> Result<usize, BakeError> {
+    let longest = capture.clips.iter().map(|c| c.len).max().unwrap_or(0);
+    let wrong = |found: String| BakeError::Argument {
+        what: "clips for AV-Cloud's own render head",
+        expected: format!("all of one length, {} to {} samples", 2 * grid.n_fft, MAX_FRAMES * grid.hop - 1),
+        found,
+    };
+    if let Some(other) = capture.clips.iter().find(|c| c.len != longest) {
+        return Err(wrong(format!("'{}' of {} samples beside others of {longest}", other.name, other.len)));
+    }
+    if !(2 * grid.n_fft..MAX_FRAMES * grid.hop).contains(&longest) {
+        return Err(wrong(format!("{longest} samples")));
+    }
+    Ok(longest)
 }
 
 /// Query frequencies: all bins, or fewer, evenly spaced in ERB numbers (Glasberg and Moore 1990).

@@ -1,18 +1,20 @@
 //! The loop: clips in, better weights out.
 
 use crate::checkpoint::{Checkpoint, CurvePoint};
-use crate::network::Graph;
+use crate::head::{Answer, Example, Head, Judged};
+use crate::network::{Decoded, Graph};
+use crate::published::PublishedHead;
 use crate::scene::scene;
-use crate::settings::TrainSettings;
-use crate::stage::{Stage, fingerprint};
-use crate::streaming::{BatchGradient, Example, StreamingHead};
+use crate::settings::{HeadKind, TrainSettings};
+use crate::stage::{Stage, fingerprint, grid};
+use crate::streaming::StreamingHead;
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
 use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split};
 use promenade_baker::random::Random;
-use promenade_core::cloud::{Listener, QueryValues};
+use promenade_core::cloud::Listener;
 use promenade_core::metrics::avcloud;
 use promenade_core::{Pose, Provenance, Scene, SceneError, TransferFunction};
 use std::collections::BTreeMap;
@@ -54,7 +56,7 @@ pub struct Trainer<'a> {
     settings: TrainSettings,
     stage: Stage,
     device: Device,
-    head: StreamingHead,
+    head: Head,
     weights: Arrays,
     optimiser: AdamW,
     curve: Vec<CurvePoint>,
@@ -71,11 +73,14 @@ impl<'a> Trainer<'a> {
     pub fn new(
         capture: &'a Capture,
         anchors: &AnchorSet,
-        settings: TrainSettings,
+        mut settings: TrainSettings,
         device: Device,
         threads: usize,
     ) -> Result<Self, BakeError> {
         settings.check()?;
+        if settings.network.head != HeadKind::Taps {
+            (settings.network.bands, settings.network.emitter) = (grid(capture.sample_rate_hz).bins(), false);
+        }
         for split in [Split::Train, Split::Test] {
             if capture.split(split).next().is_none() {
                 let what = "clips of the capture";
@@ -86,11 +91,24 @@ impl<'a> Trainer<'a> {
                 });
             }
         }
-        let stage = Stage::new(capture, anchors, &settings);
-        let features = stage.place.features.len() / stage.place.anchors.len();
-        let weights = start(&settings, stage.place.anchors.len(), features, stage.bands.count(), stage.grid.hop_s());
-        let known = (&stage.grid, &stage.bands, &stage.tail);
-        let head = StreamingHead::new(&settings.network, &settings.loss, &stage.queries, known, stage.emitter, threads);
+        let stage = Stage::new(capture, anchors, &settings)?;
+        let weights = start(&settings, &stage);
+        let head = match settings.network.head {
+            HeadKind::Taps => {
+                let known = (&stage.grid, &stage.bands, &stage.tail);
+                let (network, loss) = (&settings.network, &settings.loss);
+                let head = StreamingHead::new(network, loss, &stage.queries, known, stage.emitter, threads);
+                Head::Streaming(head)
+            }
+            HeadKind::Sh | HeadKind::Full => {
+                let head = PublishedHead::new(&settings, stage.grid, stage.frames, threads);
+                Head::Published(head.map_err(|e| BakeError::Argument {
+                    what: "clips of the capture",
+                    expected: "clips that AV-Cloud's render head takes".to_owned(),
+                    found: e.to_string(),
+                })?)
+            }
+        };
         Ok(Self {
             fingerprint: fingerprint(capture, &stage),
             capture,
@@ -192,22 +210,23 @@ impl<'a> Trainer<'a> {
     /// The mean loss of examples, and its derivatives by all weights.
     fn judge(&mut self, examples: &[Example<'_>]) -> (f64, BTreeMap<String, Vec<f32>>) {
         let graph = Graph::new(&self.weights, &self.device);
-        let (values, parts) = self.decode(&graph, examples);
-        let shapes = self.log_shapes().to_vec();
-        let judged = self.head.judge(examples, &values, &shapes);
+        let parts = self.decode(&graph, examples);
+        let judged = self.head.judge(examples, &answers(&parts), &self.weights);
         let mut gradients = graph.gradients(&surrogate(&parts, &judged, &self.device).backward());
-        if !shapes.is_empty() {
-            gradients.insert("tap_shapes".to_owned(), judged.log_shapes);
-        }
+        gradients.extend(judged.weights);
         (judged.loss, gradients)
     }
 
-    /// What the network says of a pose, as the render head takes it.
+    /// What the network says of a pose, as the engine's render head takes it; none with AV-Cloud's heads.
     #[must_use]
-    pub fn transfer(&self, pose: &Pose) -> TransferFunction {
+    pub fn transfer(&mut self, pose: &Pose) -> Option<TransferFunction> {
+        if let Head::Published(_) = self.head {
+            return None;
+        }
         let example = Example { dry: Vec::new(), pre_roll: 0, binaural: [&[], &[]], pose: *pose };
-        let (values, _) = self.decode(&Graph::new(&self.weights, &self.device), std::slice::from_ref(&example));
-        self.head.transfer(pose, &values[0], self.log_shapes())
+        let parts = self.decode(&Graph::new(&self.weights, &self.device), std::slice::from_ref(&example));
+        let Head::Streaming(head) = &self.head else { return None };
+        Some(head.transfer(pose, &answers(&parts)[0], &self.weights))
     }
 
     /// Renders clips of a split with the weights as they are, and compares.
@@ -219,7 +238,8 @@ impl<'a> Trainer<'a> {
         for clips in clips.chunks(self.settings.batch.max(1)) {
             let examples: Vec<_> = clips.iter().map(|c| self.example(c, 0.0)).collect();
             for ([left, right], example) in self.render(&examples).iter().zip(&examples) {
-                let (got, want) = ([&left[..], &right[..]], example.binaural);
+                // AV-Cloud's heads end with the last whole hop.
+                let (got, want) = ([&left[..], &right[..]], example.binaural.map(|ear| &ear[..left.len()]));
                 let of = (avcloud::mag(got, want), avcloud::lre_db(got, want), avcloud::env(got, want));
                 if let (Ok(mag), Ok(lre), Ok(env)) = of {
                     (sum.mag, sum.lre_db, sum.env) = (sum.mag + mag, sum.lre_db + lre, sum.env + env);
@@ -234,9 +254,8 @@ impl<'a> Trainer<'a> {
     #[must_use]
     pub fn render(&mut self, examples: &[Example<'_>]) -> Vec<[Vec<f32>; 2]> {
         let graph = Graph::new(&self.weights, &self.device);
-        let (values, _) = self.decode(&graph, examples);
-        let shapes = self.log_shapes().to_vec();
-        self.head.render(examples, &values, &shapes)
+        let answers = answers(&self.decode(&graph, examples));
+        self.head.render(examples, &answers, &self.weights)
     }
 
     /// A clip as an example, its pose shifted along the path.
@@ -246,10 +265,6 @@ impl<'a> Trainer<'a> {
         let pre_roll = (PRE_ROLL_S * self.capture.sample_rate_hz) as usize;
         let pose = if shift_s == 0.0 { clip.pose } else { self.capture.pose_near(clip, shift_s) };
         Example { dry: self.capture.dry(clip, pre_roll), pre_roll, binaural: self.capture.binaural(clip), pose }
-    }
-
-    fn log_shapes(&self) -> &[f32] {
-        self.weights.get("tap_shapes").map_or(&[], |t| &t.values)
     }
 
     /// The clips of a step: all of the capture's in an order that the seed and the epoch give, then all in another.
@@ -271,31 +286,45 @@ impl<'a> Trainer<'a> {
         self.settings.rate * (along / WARM_UP).min(1.0) * (LAST_RATE + (1.0 - LAST_RATE) * fall)
     }
 
-    /// What the network says of the examples' listeners, as numbers and as parts of the graph.
-    fn decode(&self, graph: &Graph, examples: &[Example<'_>]) -> (Vec<QueryValues>, Vec<Tensor<2>>) {
+    /// What the network says of the examples' listeners, `[listener][value]`: mixture mask, difference mask and, where there is one, room.
+    fn decode(&mut self, graph: &Graph, examples: &[Example<'_>]) -> Vec<Tensor<2>> {
+        let network = &self.settings.network;
         let listeners: Vec<Listener> = examples.iter().map(|e| self.stage.alignment.listener(&e.pose)).collect();
         let factors = ["vec_embedder.freqs", "freq_embedder.freqs"].map(|name| &self.weights[name].values[..]);
-        let decoded = graph.decode(&self.stage.place, &listeners, &self.settings.network, factors);
-        let mut parts = vec![decoded.mixture, decoded.difference];
-        if self.settings.network.taps > 0 {
-            parts.push(graph.coefficients(&decoded.embedding));
-        }
-        let numbers: Vec<Vec<f32>> = parts.iter().map(|p| p.clone().into_data().try_into_vec().unwrap_or_default()).collect();
-        let count = examples.len();
-        let row = |part: usize, i: usize| {
-            numbers.get(part).map_or_else(Vec::new, |n| n[i * n.len() / count..(i + 1) * n.len() / count].to_vec())
+        let Decoded { mixture, difference, embedding } = graph.decode(&self.stage.place, &listeners, network, factors);
+        let room = match &mut self.head {
+            _ if network.taps == 0 => None,
+            Head::Streaming(_) => Some(graph.coefficients(&embedding)),
+            Head::Published(head) => {
+                let [batch, bins] = mixture.dims();
+                let magnitudes = TensorData::new(head.magnitudes(examples), [batch, self.stage.frames, bins]);
+                let masked = Tensor::<3>::from_data(magnitudes, &self.device) * mixture.clone().unsqueeze_dim::<3>(1);
+                let filtered = match network.head {
+                    HeadKind::Full => graph.hyper_filter(&masked, &embedding),
+                    _ => graph.harmonic_filter(&masked, graph.harmonics(&self.stage.place, &listeners, network.degree)),
+                };
+                Some(filtered.reshape([batch, self.stage.frames * bins]))
+            }
         };
-        let values =
-            (0..count).map(|i| QueryValues { mixture: row(0, i), difference: row(1, i), coefficients: row(2, i) }).collect();
-        (values, parts)
+        [mixture, difference].into_iter().chain(room).collect()
     }
 }
 
+/// The parts as numbers, listener by listener.
+fn answers(parts: &[Tensor<2>]) -> Vec<Answer> {
+    let numbers: Vec<Vec<f32>> = parts.iter().map(|p| p.clone().into_data().try_into_vec().unwrap_or_default()).collect();
+    let count = parts.first().map_or(0, |p| p.dims()[0]);
+    let row = |part: usize, i: usize| {
+        numbers.get(part).map_or_else(Vec::new, |n| n[i * n.len() / count..(i + 1) * n.len() / count].to_vec())
+    };
+    (0..count).map(|i| Answer { mixture: row(0, i), difference: row(1, i), room: row(2, i) }).collect()
+}
+
 /// A number whose derivatives are those of the loss: the values, weighted with the loss's derivatives by them.
-fn surrogate(parts: &[Tensor<2>], judged: &BatchGradient, device: &Device) -> Tensor<1> {
-    let pick: [fn(&QueryValues) -> &Vec<f32>; 3] = [|v| &v.mixture, |v| &v.difference, |v| &v.coefficients];
+fn surrogate(parts: &[Tensor<2>], judged: &Judged, device: &Device) -> Tensor<1> {
+    let pick: [fn(&Answer) -> &Vec<f32>; 3] = [|a| &a.mixture, |a| &a.difference, |a| &a.room];
     let sums = parts.iter().zip(pick).map(|(part, pick)| {
-        let by: Vec<f32> = judged.values.iter().flat_map(|v| pick(v).iter().copied()).collect();
+        let by: Vec<f32> = judged.answers.iter().flat_map(|a| pick(a).iter().copied()).collect();
         let by = Tensor::<2>::from_data(TensorData::new(by, part.dims()), device);
         (part.clone() * by).sum()
     });

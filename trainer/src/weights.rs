@@ -1,6 +1,8 @@
 //! The network's weights by name, how they start, and how a step changes them.
 
-use crate::settings::{NetworkSettings, TrainSettings};
+use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
+use crate::stage::Stage;
+use crate::time_filter::NEIGHBOURS;
 use promenade_baker::random::Random;
 use promenade_core::cloud::Tensor;
 use std::collections::BTreeMap;
@@ -11,6 +13,11 @@ pub type Arrays = BTreeMap<String, Tensor>;
 /// Octaves of the queries' encoding, and its highest factor, as published.
 const QUERY_OCTAVES: usize = 10;
 const QUERY_HIGHEST: f32 = 1024.0;
+
+/// How large a time filter's entries are at the start. Published: up to 1, which is ten times louder than the direct sound.
+const QUIET: f32 = 0.02;
+/// Outputs, inputs and size of AV-Cloud's convolution layers.
+const CONV_LAYERS: [(&str, [usize; 3]); 3] = [("out.0", [16, 4, 7]), ("out.2", [16, 16, 3]), ("out.4", [1, 16, 3])];
 
 /// Factors of a positional encoding, from 1 to `highest` in even ratios.
 fn factors(octaves: usize, highest: f32) -> Vec<f32> {
@@ -62,10 +69,12 @@ impl Start {
     }
 }
 
-/// Starting weights of a network for `anchors` anchors of `features` features and taps in `tap_bands` bands, hops of `hop_s` seconds.
+/// Starting weights of a network for a place.
 #[must_use]
-pub(crate) fn start(settings: &TrainSettings, anchors: usize, features: usize, tap_bands: usize, hop_s: f64) -> Arrays {
-    let NetworkSettings { width, layers, feed_forward, octaves, taps, tap_shapes, .. } = settings.network;
+pub(crate) fn start(settings: &TrainSettings, stage: &Stage) -> Arrays {
+    let NetworkSettings { width, layers, feed_forward, octaves, .. } = settings.network;
+    let anchors = stage.place.anchors.len();
+    let features = stage.place.features.len() / anchors;
     let mut s = Start { random: Random::new(settings.seed), arrays: Arrays::new() };
     s.put("vec_embedder.freqs", &[octaves], factors(octaves, settings.network.highest));
     s.put("freq_embedder.freqs", &[QUERY_OCTAVES], factors(QUERY_OCTAVES, QUERY_HIGHEST));
@@ -91,12 +100,54 @@ pub(crate) fn start(settings: &TrainSettings, anchors: usize, features: usize, t
     s.fill("mix_prj.bias", &[1], 0.6);
     s.linear("diff_prj", 1, width);
     s.fill("diff_prj.bias", &[1], 0.0);
-    if taps > 0 {
-        s.linear("tap_prj", 2 * tap_shapes, width);
-        s.fill("tap_prj.bias", &[2 * tap_shapes], 0.0);
-        s.put("tap_shapes", &[tap_shapes, taps + 1, tap_bands], tap_shapes_at(taps, tap_shapes, tap_bands, hop_s));
-    }
+    s.room(settings, stage);
     s.arrays
+}
+
+impl Start {
+    /// What the render head has of its own: time filters that are quiet beside the direct sound, convolution layers.
+    fn room(&mut self, settings: &TrainSettings, stage: &Stage) {
+        let NetworkSettings { head, width, bands, taps, tap_shapes, degree, hyper, conv, .. } = settings.network;
+        let (anchors, frames) = (stage.place.anchors.len(), stage.frames);
+        match head {
+            _ if taps == 0 => (),
+            HeadKind::Taps => {
+                self.linear("tap_prj", 2 * tap_shapes, width);
+                self.fill("tap_prj.bias", &[2 * tap_shapes], 0.0);
+                let shapes = tap_shapes_at(taps, tap_shapes, stage.bands.count(), stage.grid.hop_s());
+                self.put("tap_shapes", &[tap_shapes, taps + 1, stage.bands.count()], shapes);
+            }
+            HeadKind::Sh => {
+                self.normal("time_weights", &[bands, frames], 1.0);
+                self.normal("time_freq_weights", &[anchors, bands, (degree + 1).pow(2)], 1.0);
+                self.normal("_acoustic_features_t", &[anchors, 2 * frames], QUIET);
+            }
+            HeadKind::Full => {
+                let stem = "post_process";
+                let kernel = NEIGHBOURS * frames * frames;
+                self.pointwise(&format!("{stem}.weight_model.0"), hyper, width);
+                self.uniform(&format!("{stem}.weight_model.2.weight"), &[kernel, hyper, 1], QUIET / (hyper as f32).sqrt());
+                self.uniform(&format!("{stem}.weight_model.2.bias"), &[kernel], QUIET);
+                self.pointwise(&format!("{stem}.bias_model.0"), hyper, width);
+                self.uniform(&format!("{stem}.bias_model.2.weight"), &[frames, hyper, 1], QUIET / (hyper as f32).sqrt());
+                self.fill(&format!("{stem}.bias_model.2.bias"), &[frames], 0.0);
+            }
+        }
+        if head != HeadKind::Taps && conv {
+            for (stem, [outputs, inputs, size]) in CONV_LAYERS {
+                let bound = 1.0 / ((inputs * size * size) as f32).sqrt();
+                self.uniform(&format!("{stem}.weight"), &[outputs, inputs, size, size], bound);
+                self.uniform(&format!("{stem}.bias"), &[outputs], bound);
+            }
+        }
+    }
+
+    /// A linear layer whose weights are stored as a convolution's over one point.
+    fn pointwise(&mut self, stem: &str, outputs: usize, inputs: usize) {
+        let bound = 1.0 / (inputs as f32).sqrt();
+        self.uniform(&format!("{stem}.weight"), &[outputs, inputs, 1], bound);
+        self.uniform(&format!("{stem}.bias"), &[outputs], bound);
+    }
 }
 
 /// Exponential decays of 0.15 s to 0.6 s, quiet beside the direct sound; stored as logarithms while training.

@@ -1,5 +1,6 @@
 //! The learned weights of an anchor cloud, checked to fit together.
 
+use crate::cloud::time_filter::harmonic_degree;
 use crate::cloud::{Alignment, Listener};
 use crate::{Bands, Pose};
 use glam::Vec3;
@@ -126,6 +127,8 @@ pub struct CloudSizes {
     pub bands: usize,
     /// Frames T of the clips that the time filters were trained on; 0 without time filters.
     pub frames: usize,
+    /// Spherical harmonics of the directions to anchors that time filters are made of, 1, 4, 9 or 16; 0 where there are none.
+    pub harmonics: usize,
     /// Octaves of the positional encoding of relative vectors.
     pub octaves: usize,
     /// Transformer layers; 0 for [`CloudKind::SimpleSh`].
@@ -284,6 +287,7 @@ fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
         width,
         bands,
         frames: 0,
+        harmonics: 0,
         octaves,
         layers: 0,
         feed_forward: 0,
@@ -314,8 +318,9 @@ fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
             let filtered = ["time_weights", "time_freq_weights", "_acoustic_features_t"].iter().any(|k| w.has(k));
             if filtered {
                 sizes.frames = w.size("time_weights", 1);
+                sizes.harmonics = w.size("time_freq_weights", 2);
                 w.want("time_weights", &[bands, sizes.frames]);
-                w.want("time_freq_weights", &[n, bands, 4]);
+                w.want("time_freq_weights", &[n, bands, sizes.harmonics]);
                 w.want("_acoustic_features_t", &[n, 2 * sizes.frames]);
             }
         }
@@ -346,6 +351,10 @@ fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
     within("width", width, TILE, MAX_WIDTH)?;
     within("frames", sizes.frames, 0, MAX_FRAMES)?;
     within("transformer layers", sizes.layers, 0, MAX_LAYERS)?;
+    let harmonic = sizes.frames > 0 && matches!(parts.kind, CloudKind::Sh | CloudKind::SimpleSh);
+    if harmonic && harmonic_degree(sizes.harmonics).is_none() {
+        return Err(value("spherical harmonics", "1, 4, 9 or 16", sizes.harmonics));
+    }
     for (name, expected) in shapes {
         let found = &parts.weights[&name];
         let fits = found.shape == expected && found.values.len() == expected.iter().product::<usize>();

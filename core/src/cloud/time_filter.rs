@@ -11,5 +11,7 @@ mod project;
 mod stream_taps;
 
 pub(crate) use exact::TimeFilter;
+pub(super) use harmonics::harmonic_degree;
+pub use harmonics::{MAX_HARMONICS, spherical_harmonics};
 pub use project::{Projection, TapProjector};
 pub use stream_taps::StreamTaps;

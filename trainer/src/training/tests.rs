@@ -1,10 +1,10 @@
 //! What is trained is the derivative's, goes on after a stop, and is what plays.
 
 use super::*;
-use crate::settings::{LossSettings, NetworkSettings};
+use crate::settings::{HeadKind, LossSettings, NetworkSettings};
 use crate::weights::is_fixed;
 use promenade_baker::capture::Track;
-use promenade_core::cloud::{Alignment, PoseDecoder};
+use promenade_core::cloud::{Alignment, ClipRenderer, CloudDecoder, Masks, PoseDecoder};
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Renderer, Tier};
 use std::sync::Arc;
@@ -82,8 +82,16 @@ fn trainer(capture: &Capture, settings: TrainSettings) -> Trainer<'_> {
 #[test]
 fn every_gradient_is_the_derivative() {
     let capture = capture();
-    let variants: [fn(&mut NetworkSettings); 4] =
-        [|_| (), |n| n.audio_embedding = false, |n| (n.emitter, n.taps) = (false, 0), |n| n.two_masks = false];
+    let variants: [fn(&mut NetworkSettings); 8] = [
+        |_| (),
+        |n| n.audio_embedding = false,
+        |n| (n.emitter, n.taps) = (false, 0),
+        |n| n.two_masks = false,
+        |n| n.head = HeadKind::Sh,
+        |n| (n.head, n.conv, n.degree) = (HeadKind::Sh, false, 2),
+        |n| (n.head, n.hyper) = (HeadKind::Full, 5),
+        |n| (n.head, n.taps) = (HeadKind::Sh, 0),
+    ];
     for (variant, change) in variants.into_iter().enumerate() {
         let mut settings = settings();
         change(&mut settings.network);
@@ -137,7 +145,7 @@ fn the_scene_plays_what_was_trained() {
     let clips: Vec<Clip> = capture.split(Split::Test).cloned().collect();
     for clip in &clips {
         decoder.decode(&clip.pose, &mut decoded);
-        let trained = trainer.transfer(&clip.pose).to_row();
+        let trained = trainer.transfer(&clip.pose).unwrap().to_row();
         let worst = decoded.transfer.to_row().iter().zip(&trained).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst < 1e-4, "transfer functions differ by {worst}");
         let example = trainer.example(clip, 0.0);
@@ -156,6 +164,52 @@ fn the_scene_plays_what_was_trained() {
             assert!(rendered.iter().any(|x| x.abs() > 0.01));
         }
     }
+}
+
+#[test]
+fn a_model_with_the_published_head_renders_clips_as_it_was_trained() {
+    let capture = capture();
+    let variants: [fn(&mut NetworkSettings); 4] = [
+        |n| n.head = HeadKind::Sh,
+        |n| (n.head, n.conv, n.degree) = (HeadKind::Sh, false, 3),
+        |n| (n.head, n.hyper) = (HeadKind::Full, 5),
+        |n| (n.head, n.taps) = (HeadKind::Full, 0),
+    ];
+    for change in variants {
+        let mut settings = settings();
+        change(&mut settings.network);
+        let mut trainer = trainer(&capture, settings);
+        (0..5).for_each(|_| assert!(trainer.step().loss.is_finite()));
+        let scene = trainer.scene(Provenance::default()).unwrap();
+        assert_eq!(Scene::from_bytes(&scene.to_bytes().unwrap()).unwrap(), scene);
+        let model = &scene.cloud().unwrap().model;
+        let mut decoder = CloudDecoder::new(model);
+        let mut masks = Masks::new(&model.sizes());
+        let mut renderer = ClipRenderer::new(model, *scene.grid()).unwrap();
+        for clip in capture.split(Split::Test) {
+            let listener = model.listener(&clip.pose);
+            decoder.decode(&listener, &mut masks);
+            let example = trainer.example(clip, 0.0);
+            let rendered = trainer.render(std::slice::from_ref(&example)).remove(0);
+            let mut out = rendered.clone().map(|ear| vec![0.0; ear.len()]);
+            let [left, right] = &mut out;
+            renderer.render(&example.dry[example.pre_roll..], &masks, &listener, [left, right]).unwrap();
+            for (played, rendered) in out.iter().zip(&rendered) {
+                let worst = played.iter().zip(rendered).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                assert!(worst < 1e-4, "sounds differ by {worst}");
+                assert!(rendered.iter().any(|x| x.abs() > 0.01));
+            }
+        }
+    }
+}
+
+#[test]
+fn clips_of_different_lengths_are_no_clips_for_the_published_head() {
+    let mut capture = capture();
+    let settings = TrainSettings { network: NetworkSettings { head: HeadKind::Sh, ..settings().network }, ..settings() };
+    capture.clips[4].len = 1500;
+    let refused = Trainer::new(&capture, &anchors(), settings, Device::flex(), 1).map(|_| ()).unwrap_err().to_string();
+    assert!(refused.contains("'4' of 1500 samples beside others of 1600"), "{refused}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The time filter of a whole clip, as it is published.
 
-use super::harmonics::{HARMONICS, Harmonics, band_table, frame_table};
+use super::harmonics::{Harmonics, band_table, frame_table};
 use super::hyper::{Embedding, Hidden};
 use crate::cloud::model::FREQUENCY_TAPS;
 use crate::cloud::rows::{Product, Rows, Weights};
@@ -109,7 +109,7 @@ impl Hyper {
 /// `mix[f][t] = sum_s K[t][s] masked[s][f] + bias[f][t]`, where K and the bias are sums over anchors of harmonics times features.
 struct Harmonic {
     harmonics: Harmonics,
-    /// Frame and band weights of each anchor and harmonic, `[anchor][HARMONICS]`.
+    /// Frame and band weights of each anchor and harmonic, `[anchor][harmonic]`.
     frame_table: Rows,
     band_table: Rows,
     /// Their sums over harmonics, by anchor.
@@ -168,10 +168,12 @@ impl WithSimd for OverHarmonics<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        for (i, y) in self.harmonics.as_chunks::<HARMONICS>().0.iter().enumerate() {
-            let [a, b, c, d] = std::array::from_fn(|h| self.table.row(HARMONICS * i + h));
-            for ((((o, a), b), c), d) in self.out.row_mut(i).iter_mut().zip(a).zip(b).zip(c).zip(d) {
-                *o = y[0] * a + y[1] * b + y[2] * c + y[3] * d;
+        let count = self.harmonics.len() / self.out.count().max(1);
+        for (i, y) in self.harmonics.chunks_exact(count.max(1)).enumerate() {
+            let out = self.out.row_mut(i);
+            out.fill(0.0);
+            for (h, y) in y.iter().enumerate() {
+                out.iter_mut().zip(self.table.row(count * i + h)).for_each(|(o, w)| *o += y * w);
             }
         }
     }

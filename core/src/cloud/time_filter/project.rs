@@ -1,6 +1,6 @@
 //! From the time filter of clips to the taps of a stream.
 
-use super::harmonics::{HARMONICS, Harmonics, band_table, frame_table};
+use super::harmonics::{Harmonics, band_table, frame_table};
 use super::hyper::{Embedding, Hidden};
 use super::stream_taps::{Kernel, StreamTaps};
 use crate::cloud::model::FREQUENCY_TAPS;
@@ -199,7 +199,7 @@ impl Hyper {
 /// Taps from spherical harmonics: each anchor and harmonic has its own, summed with the harmonics of the listener's place.
 struct Harmonic {
     harmonics: Harmonics,
-    /// Rows `[anchor][HARMONICS]` of taps and of biases by band.
+    /// Rows `[anchor][harmonic]` of taps and of biases by band.
     kernel: Rows,
     bias: Rows,
 }
@@ -207,15 +207,15 @@ struct Harmonic {
 impl Harmonic {
     fn new(model: &CloudModel, lags: &Lags) -> Self {
         let sizes = model.sizes();
-        let (n, frames) = (sizes.anchors, sizes.frames);
+        let (n, frames, harmonics) = (sizes.anchors, sizes.frames, sizes.harmonics);
         let scale = 1.0 / (n as f32).sqrt();
         let table = frame_table(model, Arch::new());
-        let mut kernel = Rows::new(n * HARMONICS, lags.count);
+        let mut kernel = Rows::new(n * harmonics, lags.count);
         let mut bias = band_table(model);
         for (i, features) in model.weights("_acoustic_features_t").chunks_exact(2 * frames).enumerate() {
             let (inputs, biases) = features.split_at(frames);
             let mean = scale * lags.bias(|t| biases[t]);
-            for row in i * HARMONICS..(i + 1) * HARMONICS {
+            for row in i * harmonics..(i + 1) * harmonics {
                 let outputs = table.row(row);
                 for (lag, tap) in kernel.row_mut(row).iter_mut().enumerate() {
                     *tap = scale * lags.tap(lag, |t, s| outputs[t] * inputs[s]);

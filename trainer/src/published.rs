@@ -1,0 +1,155 @@
+//! AV-Cloud's render head over a batch of clips: renders, judges, and gives the derivatives back to the network.
+
+use crate::head::{Answer, Example, Judged, spread};
+use crate::settings::{LossSettings, TrainSettings};
+use crate::spectral_loss::SpectralLoss;
+use crate::weights::Arrays;
+use promenade_core::StftGrid;
+use promenade_core::cloud::{ClipSource, ConvLayerWeights, ConvWeights, SarhClip, SarhError, SarhGradient, SarhInput};
+use std::collections::BTreeMap;
+
+/// The convolution layers as weights are named.
+const LAYERS: [&str; 3] = ["out.0", "out.2", "out.4"];
+
+/// What a thread works with.
+struct Bench {
+    clip: SarhClip,
+    source: ClipSource,
+    by: SarhGradient,
+    out: [Vec<f32>; 2],
+    by_samples: [Vec<f32>; 2],
+    /// The output of a time filter that is not there.
+    nothing: Vec<f32>,
+    loss: SpectralLoss,
+}
+
+/// AV-Cloud's render head in training: the engine's own clip by clip, with its adjoint.
+pub(crate) struct PublishedHead {
+    benches: Vec<Bench>,
+    filtered: bool,
+}
+
+impl Bench {
+    fn new(grid: StftGrid, frames: usize, loss: &LossSettings) -> Result<Self, SarhError> {
+        let clip = SarhClip::new(grid, frames)?;
+        let samples = vec![0.0; clip.out_samples()];
+        Ok(Self {
+            source: clip.source(),
+            by: clip.gradient(),
+            out: [samples.clone(), samples.clone()],
+            by_samples: [samples.clone(), samples],
+            nothing: vec![0.0; frames * grid.bins()],
+            loss: SpectralLoss::new(loss),
+            clip,
+        })
+    }
+
+    /// Renders a clip into `out`.
+    fn render(&mut self, example: &Example<'_>, answer: &Answer, conv: Option<&ConvWeights>) -> Result<(), SarhError> {
+        self.clip.analyse(clip(example), &mut self.source)?;
+        let [left, right] = &mut self.out;
+        self.clip.render(&self.source, input(answer, conv, &self.nothing), [left, right])
+    }
+
+    /// Renders a clip, and leaves the derivatives of its loss, times `share`, in `by`.
+    fn judge(
+        &mut self,
+        example: &Example<'_>,
+        answer: &Answer,
+        conv: Option<&ConvWeights>,
+        share: f32,
+    ) -> Result<f64, SarhError> {
+        self.render(example, answer, conv)?;
+        let [left, right] = &self.out;
+        let wanted = example.binaural.map(|ear| &ear[..left.len()]);
+        let loss = self.loss.of([left, right], wanted, share, &mut self.by_samples);
+        self.by.clear();
+        let by_samples = self.by_samples.each_ref().map(Vec::as_slice);
+        self.clip.adjoint(&self.source, input(answer, conv, &self.nothing), by_samples, &mut self.by)?;
+        Ok(loss)
+    }
+}
+
+/// The clip itself: this head does not know what was before.
+fn clip<'a>(example: &'a Example<'_>) -> &'a [f32] {
+    &example.dry[example.pre_roll..]
+}
+
+fn input<'a>(answer: &'a Answer, conv: Option<&'a ConvWeights>, nothing: &'a [f32]) -> SarhInput<'a> {
+    let mix = if answer.room.is_empty() { nothing } else { &answer.room };
+    SarhInput { mixture: &answer.mixture, difference: &answer.difference, mix, conv }
+}
+
+/// The convolution layers of weights by name, if there are some.
+fn conv_weights(weights: &Arrays) -> Option<ConvWeights> {
+    let values = |name: String| Some(weights.get(&name)?.values.clone());
+    let layer = |stem: &str| {
+        Some(ConvLayerWeights { weight: values(format!("{stem}.weight"))?, bias: values(format!("{stem}.bias"))? })
+    };
+    let [first, second, last] = LAYERS.map(layer);
+    Some(ConvWeights { layers: [first?, second?, last?] })
+}
+
+impl PublishedHead {
+    /// One set of everything per thread.
+    ///
+    /// # Errors
+    /// Clips that cannot be transformed.
+    pub(crate) fn new(settings: &TrainSettings, grid: StftGrid, frames: usize, threads: usize) -> Result<Self, SarhError> {
+        let benches = (0..threads.max(1)).map(|_| Bench::new(grid, frames, &settings.loss)).collect::<Result<_, _>>()?;
+        Ok(Self { benches, filtered: settings.network.taps > 0 })
+    }
+
+    /// Magnitudes of the clips' dry sound, `[clip][frame][bin]`.
+    pub(crate) fn magnitudes(&mut self, examples: &[Example<'_>]) -> Vec<f32> {
+        let bench = &mut self.benches[0];
+        let mut out = Vec::new();
+        for example in examples {
+            fits(bench.clip.analyse(clip(example), &mut bench.source));
+            out.extend(bench.source.magnitudes());
+        }
+        out
+    }
+
+    /// Renders clips, in order; they end with their last whole hop.
+    pub(crate) fn render(&mut self, examples: &[Example<'_>], answers: &[Answer], weights: &Arrays) -> Vec<[Vec<f32>; 2]> {
+        let conv = conv_weights(weights);
+        spread(&mut self.benches, examples, answers, |bench, example, answer| {
+            fits(bench.render(example, answer, conv.as_ref()));
+            bench.out.clone()
+        })
+    }
+
+    /// Renders clips, and gives the derivatives of their mean loss.
+    pub(crate) fn judge(&mut self, examples: &[Example<'_>], answers: &[Answer], weights: &Arrays) -> Judged {
+        let conv = conv_weights(weights);
+        let (filtered, share) = (self.filtered, 1.0 / examples.len().max(1) as f32);
+        let parts = spread(&mut self.benches, examples, answers, |bench, example, answer| {
+            let loss = fits(bench.judge(example, answer, conv.as_ref(), share));
+            (loss, bench.by.clone())
+        });
+        let mut out = Judged::default();
+        let mut by_layers: BTreeMap<String, Vec<f32>> = BTreeMap::new();
+        for (loss, by) in parts {
+            out.loss += loss;
+            let room = if filtered { by.mix } else { Vec::new() };
+            out.answers.push(Answer { mixture: by.mixture, difference: by.difference, room });
+            for (stem, layer) in LAYERS.into_iter().zip(by.conv.layers).filter(|_| conv.is_some()) {
+                for (name, by) in [("weight", layer.weight), ("bias", layer.bias)] {
+                    let sum = by_layers.entry(format!("{stem}.{name}")).or_insert_with(|| vec![0.0; by.len()]);
+                    sum.iter_mut().zip(by).for_each(|(s, b)| *s += b);
+                }
+            }
+        }
+        out.weights = by_layers;
+        out
+    }
+}
+
+/// What has been given the sizes it wants.
+///
+/// # Panics
+/// If it has not: lengths of clips, masks and weights were fixed when the training began.
+fn fits<T>(result: Result<T, SarhError>) -> T {
+    result.unwrap_or_else(|e| panic!("a render head of another size: {e}"))
+}
