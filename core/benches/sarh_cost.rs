@@ -11,8 +11,8 @@ use cloud_models::{PUBLISHED, Sizes, model, noise};
 use cpu_time::ThreadTime;
 use promenade_core::StftGrid;
 use promenade_core::cloud::{
-    ClipRenderer, CloudDecoder, CloudKind, ConvMode, FrameMasks, Listener, Masks, Projection, SarhOptions, SarhStream,
-    TapProjector,
+    ClipRenderer, CloudDecoder, CloudKind, ConvMode, ConvWeights, FrameMasks, Listener, Masks, Projection, SarhClip, SarhInput,
+    SarhOptions, SarhStream, TapProjector,
 };
 use promenade_core::glam::{Mat3, Vec3};
 use pulp::Arch;
@@ -58,6 +58,38 @@ fn main() {
     ];
     for (name, kind, sizes) in kinds {
         clip(name, kind, sizes, &input);
+    }
+    training(&input);
+}
+
+/// A step of training the head on a clip: its sound, and the derivatives by all that it was rendered with.
+fn training(input: &[f32]) {
+    println!("| training, clip of 1 s | instructions | render | derivatives | both |");
+    println!("|---|---|---|---|---|");
+    let weights = ConvWeights::of(&model(CloudKind::SimpleSh, PUBLISHED)).unwrap();
+    for (name, conv) in [("with convolution", Some(&weights)), ("without", None)] {
+        for (instructions, arch) in arches() {
+            let mut head = SarhClip::with_arch(GRID, PUBLISHED.frames, arch).unwrap();
+            let mut source = head.source();
+            head.analyse(input, &mut source).unwrap();
+            let values = |seed, count| -> Vec<f32> { (0..count).map(|i| noise(seed, i)).collect() };
+            let (bins, samples) = (GRID.bins(), head.out_samples());
+            let (mixture, difference, mix) = (values(2, bins), values(3, bins), values(4, bins * head.frames()));
+            let input = SarhInput { mixture: &mixture, difference: &difference, mix: &mix, conv };
+            let mut out = [vec![0.0; samples], vec![0.0; samples]];
+            let render = median_ms(41, || {
+                let [left, right] = &mut out;
+                head.render(&source, input, [left, right]).unwrap();
+                black_box(&out);
+            });
+            let by_samples = [values(5, samples), values(6, samples)];
+            let mut by = head.gradient();
+            let adjoint = median_ms(41, || {
+                head.adjoint(&source, input, [&by_samples[0], &by_samples[1]], &mut by).unwrap();
+                black_box(&by);
+            });
+            println!("| {name} | {instructions} | {render:.2} | {adjoint:.2} | {:.2} |", render + adjoint);
+        }
     }
 }
 

@@ -53,6 +53,15 @@ impl Rows {
         &mut self.values[row * self.stride..][..self.stride]
     }
 
+    /// Two rows, the first of which comes before or after the second.
+    #[inline(always)]
+    pub(crate) fn pair_mut(&mut self, a: usize, b: usize) -> [&mut [f32]; 2] {
+        let (stride, len) = (self.stride, self.len);
+        let (low, high) = self.values.split_at_mut(a.max(b) * stride);
+        let (low, high) = (&mut low[a.min(b) * stride + MARGIN..][..len], &mut high[MARGIN..][..len]);
+        if a < b { [low, high] } else { [high, low] }
+    }
+
     /// A row moved up by some positions, at most [`MARGIN`]: zeros come in from below.
     pub(crate) fn shifted(&self, row: usize, positions: usize) -> &[f32] {
         &self.padded(row)[MARGIN - positions..][..self.len]
@@ -220,6 +229,25 @@ pub(crate) fn for_tiles<S: Simd>(simd: S, outputs: usize, positions: usize, op: 
             1 => op.tile::<S, 4, 1>(simd, output, position),
             _ => {}
         }
+    }
+}
+
+/// Covers all positions of `O` outputs that are too few for [`for_tiles`].
+#[inline(always)]
+pub(crate) fn for_few<S: Simd, const O: usize>(simd: S, positions: usize, op: &mut impl Tile) {
+    let vectors = positions.div_ceil(S::F32_LANES);
+    let sixes = vectors / 6;
+    for six in 0..sixes {
+        op.tile::<S, O, 6>(simd, 0, 6 * six * S::F32_LANES);
+    }
+    let position = 6 * sixes * S::F32_LANES;
+    match vectors % 6 {
+        5 => op.tile::<S, O, 5>(simd, 0, position),
+        4 => op.tile::<S, O, 4>(simd, 0, position),
+        3 => op.tile::<S, O, 3>(simd, 0, position),
+        2 => op.tile::<S, O, 2>(simd, 0, position),
+        1 => op.tile::<S, O, 1>(simd, 0, position),
+        _ => {}
     }
 }
 

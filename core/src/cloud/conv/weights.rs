@@ -1,0 +1,69 @@
+//! Weights of the render head's convolution layers.
+
+use crate::cloud::CloudModel;
+use crate::cloud::model::CONV_CHANNELS;
+
+/// Outputs, inputs and kernel size of the three layers.
+const SHAPES: [(usize, usize, usize); 3] = [(CONV_CHANNELS, 4, 7), (CONV_CHANNELS, CONV_CHANNELS, 3), (1, CONV_CHANNELS, 3)];
+
+/// Weights of one layer, or derivatives by them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ConvLayerWeights {
+    /// `[output][input][bin][frame]`: the kernel's axes are frequency and time.
+    pub weight: Vec<f32>,
+    /// `[output]`.
+    pub bias: Vec<f32>,
+}
+
+impl ConvLayerWeights {
+    /// Inputs, for kernels of `size` bins by `size` frames.
+    pub(super) fn inputs(&self, size: usize) -> usize {
+        self.weight.len() / (self.bias.len() * size * size).max(1)
+    }
+}
+
+/// Weights of the three layers in the published order, or derivatives by them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvWeights {
+    /// `out.0`, 16 outputs of 4 inputs, kernels of 7 x 7; `out.2`, 16 of 16, 3 x 3; `out.4`, 1 of 16, 3 x 3.
+    ///
+    /// The inputs of the first: the time filter's output, the masked magnitude of the ear, the mixture mask, the difference mask with
+    /// the ear's sign.
+    pub layers: [ConvLayerWeights; 3],
+}
+
+impl ConvWeights {
+    /// Zeros.
+    #[must_use]
+    pub fn zeros() -> Self {
+        let layer = |(outputs, inputs, size)| ConvLayerWeights {
+            weight: vec![0.0; outputs * inputs * size * size],
+            bias: vec![0.0; outputs],
+        };
+        Self { layers: SHAPES.map(layer) }
+    }
+
+    /// Those of a model; `None` if it has no such layers.
+    #[must_use]
+    pub fn of(model: &CloudModel) -> Option<Self> {
+        let layer = |name: &str| ConvLayerWeights {
+            weight: model.weights(&format!("{name}.weight")).to_vec(),
+            bias: model.weights(&format!("{name}.bias")).to_vec(),
+        };
+        model.sizes().conv.then(|| Self { layers: ["out.0", "out.2", "out.4"].map(layer) })
+    }
+
+    /// What each tensor is called, how long it should be and how long it is.
+    pub(crate) fn lengths(&self) -> [(&'static str, usize, usize); 6] {
+        let [first, second, third] = &self.layers;
+        let [a, b, c] = SHAPES.map(|(outputs, inputs, size)| (outputs * inputs * size * size, outputs));
+        [
+            ("weights of out.0", a.0, first.weight.len()),
+            ("biases of out.0", a.1, first.bias.len()),
+            ("weights of out.2", b.0, second.weight.len()),
+            ("biases of out.2", b.1, second.bias.len()),
+            ("weights of out.4", c.0, third.weight.len()),
+            ("biases of out.4", c.1, third.bias.len()),
+        ]
+    }
+}
