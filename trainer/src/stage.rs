@@ -32,8 +32,7 @@ pub(crate) struct Stage {
     pub(crate) alignment: Alignment,
     /// The emitter, where it is known and used.
     pub(crate) emitter: Option<CloudEmitter>,
-    /// Samples of every clip and frames of its transform, for heads that take clips of one length; otherwise 0.
-    pub(crate) clip_samples: usize,
+    /// Frames of every clip, for heads that take clips of one length; otherwise 0.
     pub(crate) frames: usize,
 }
 
@@ -50,7 +49,10 @@ impl Stage {
     pub(crate) fn new(capture: &Capture, anchors: &AnchorSet, settings: &TrainSettings) -> Result<Self, BakeError> {
         let rate = capture.sample_rate_hz;
         let grid = grid(rate);
-        let clip_samples = if settings.network.head == HeadKind::Taps { 0 } else { common_length(capture, &grid)? };
+        let frames = match settings.network.head {
+            HeadKind::Taps => 0,
+            HeadKind::Sh | HeadKind::Full => common_length(capture, &grid)? / grid.hop + 1,
+        };
         let bands = Bands::for_rate(rate);
         let t60_s = reverberation_times(capture, &grid, &bands).into_iter().map(|t| t.unwrap_or(SILENT_T60_S)).collect();
         let tail = TailModel { seed: settings.seed, t60_s, coherence: diffuse_coherence(&bands) };
@@ -59,8 +61,7 @@ impl Stage {
         let farthest = anchors.positions.iter().map(|p| p.distance(centre)).fold(0.0_f32, f32::max);
         let features = if network.colour { anchors.features.clone() } else { vec![0.0; anchors.features.len()] };
         Ok(Self {
-            clip_samples,
-            frames: if clip_samples > 0 { clip_samples / grid.hop + 1 } else { 0 },
+            frames,
             queries: queries(&grid, network.bands),
             place: Place { anchors: anchors.positions.clone(), features, max_norm: farthest.max(1e-3) },
             alignment: anchors.alignment,

@@ -87,7 +87,6 @@ impl ClipRenderer {
     /// The input's length is not in [`ClipRenderer::clip_samples`], an output's is not [`ClipRenderer::out_samples`], or the masks are
     /// another model's.
     pub fn render(&mut self, mono: &[f32], masks: &Masks, listener: &Listener, out: [&mut [f32]; 2]) -> Result<(), SarhError> {
-        self.head.check_out(&out.each_ref().map(|o| o.len()))?;
         self.head.check_masks(&masks.mixture, &masks.difference)?;
         self.head.analyse(mono, &mut self.source)?;
         match &mut self.filter {

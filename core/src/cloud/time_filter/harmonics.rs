@@ -13,7 +13,7 @@ pub const MAX_HARMONICS: usize = (MAX_DEGREE + 1).pow(2);
 
 /// Degree up to which there are so many harmonics; none where there are not as many of any degree up to the third.
 #[must_use]
-pub fn harmonic_degree(harmonics: usize) -> Option<usize> {
+pub(crate) fn harmonic_degree(harmonics: usize) -> Option<usize> {
     (0..=MAX_DEGREE).find(|degree| (degree + 1).pow(2) == harmonics)
 }
 
