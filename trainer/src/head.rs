@@ -44,7 +44,7 @@ pub(crate) struct Judged {
 /// The render head that is trained.
 pub(crate) enum Head {
     /// The engine's, hop by hop.
-    Streaming(StreamingHead),
+    Streaming(Box<StreamingHead>),
     /// AV-Cloud's, clip by clip.
     Published(PublishedHead),
 }

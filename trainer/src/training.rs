@@ -98,7 +98,7 @@ impl<'a> Trainer<'a> {
                 let known = (&stage.grid, &stage.bands, &stage.tail);
                 let (network, loss) = (&settings.network, &settings.loss);
                 let head = StreamingHead::new(network, loss, &stage.queries, known, stage.emitter, threads);
-                Head::Streaming(head)
+                Head::Streaming(Box::new(head))
             }
             HeadKind::Sh | HeadKind::Full => {
                 let head = PublishedHead::new(&settings, stage.grid, stage.frames, threads);
