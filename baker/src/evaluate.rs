@@ -12,11 +12,11 @@ mod player;
 pub use decay::decay_time_s;
 pub use figure::{Figure, Figures};
 pub use interaural::{band_ild_error_db, running_itd_s};
-pub use player::{PRE_ROLL_S, Player, Poses};
+pub use player::{ClipPlayer, PRE_ROLL_S, Player, Playing, Poses, StreamPlayer};
 
 use crate::{BakeError, Capture, Clip, Responses, Split};
 use baselines::baselines;
-use promenade_core::{Scene, Tier};
+use promenade_core::Scene;
 use std::sync::Arc;
 
 /// Training clips that levels are fitted on, spread over all.
@@ -25,8 +25,8 @@ const FIT_CLIPS: usize = 64;
 /// How a scene is evaluated.
 #[derive(Clone, Debug, Default)]
 pub struct EvaluateOptions {
-    /// Point on the curve of speed against accuracy; without it standard, or the cheapest that the scene has.
-    pub tier: Option<Tier>,
+    /// How the scene is played; without it as a stream in the tier standard, or the cheapest that the scene has.
+    pub playing: Option<Playing>,
     /// Where the listener is while a clip is rendered.
     pub poses: Poses,
     /// Scale the scene by one gain, that which gives the training clips their energy: for a scene whose level is not the capture's.
@@ -43,7 +43,7 @@ trait Method {
     fn name(&self) -> &'static str;
     /// What it knows that a listener's pose and the dry sound do not tell.
     fn note(&self) -> &'static str;
-    /// Both ears, each as long as the clip.
+    /// Both ears, each as long as the clip or a little shorter.
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError>;
 }
 
@@ -67,8 +67,8 @@ pub struct Evaluation {
     pub scene: String,
     /// The capture's title.
     pub capture: String,
-    /// The tier that was played.
-    pub tier: Tier,
+    /// How the scene was played.
+    pub playing: Playing,
     /// Samples per second of clips and figures.
     pub sample_rate_hz: f64,
     /// The scene, then the baselines.
@@ -116,14 +116,14 @@ pub fn evaluate_each(
         return Err(BakeError::Argument { what: "capture", expected: "at least one clip for testing".to_owned(), found });
     }
     let mut notes = Vec::new();
-    let player = Player::new(scene, capture.sample_rate_hz, options.tier, options.poses)?;
-    let tier = player.tier();
+    let player = Player::new(scene, capture.sample_rate_hz, options.playing, options.poses)?;
+    let playing = player.playing();
     let mut methods: Vec<Box<dyn Method>> = vec![Box::new(SceneMethod { player, gain: 1.0 })];
     let fit = fit_clips(capture);
     if options.fit_level {
         let gain = fitted_gain(methods[0].as_mut(), capture, &fit)?;
         methods[0] =
-            Box::new(SceneMethod { player: Player::new(scene, capture.sample_rate_hz, options.tier, options.poses)?, gain });
+            Box::new(SceneMethod { player: Player::new(scene, capture.sample_rate_hz, options.playing, options.poses)?, gain });
         notes.push(format!("the scene's level was fitted on {} training clips: {:+.2} dB", fit.len(), 20.0 * gain.log10()));
     }
     if options.baselines {
@@ -135,7 +135,8 @@ pub fn evaluate_each(
         for clip in &tests {
             let predicted = method.predict(capture, clip)?;
             let predicted = [&predicted[0][..], &predicted[1][..]];
-            let recorded = capture.binaural(clip);
+            // Clips of the published model end with their last whole hop.
+            let recorded = capture.binaural(clip).map(|ear| &ear[..predicted[0].len()]);
             each(Heard { method: method.name(), clip, predicted, recorded })?;
             clips.push((clip.name.clone(), Figures::of(predicted, recorded, capture.sample_rate_hz)));
         }
@@ -145,7 +146,7 @@ pub fn evaluate_each(
     Ok(Evaluation {
         scene: scene.title().to_owned(),
         capture: capture.title.clone(),
-        tier,
+        playing,
         sample_rate_hz: capture.sample_rate_hz,
         methods: results,
         notes,

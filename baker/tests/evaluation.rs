@@ -1,7 +1,7 @@
 //! Captures made of responses, and scenes judged on them.
 
 use promenade_baker::capture::{DrySound, FromResponses, from_responses};
-use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Poses, evaluate, evaluate_each, overall};
+use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Playing, Poses, evaluate, evaluate_each, overall};
 use promenade_baker::{BakeOptions, Capture, LoadOptions, Response, Responses, Split, bake_responses, wav};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene, Tier};
@@ -186,7 +186,7 @@ fn what_cannot_be_evaluated_says_so() {
     let set = room();
     let scene = baked(&set);
     let mut capture = from_responses(&set, &[speech()], &FromResponses::default()).unwrap();
-    let high = EvaluateOptions { tier: Some(Tier::High), ..EvaluateOptions::default() };
+    let high = EvaluateOptions { playing: Some(Playing::Stream(Tier::High)), ..EvaluateOptions::default() };
     let error = evaluate(&scene, &capture, &high).unwrap_err().to_string();
     assert!(error.contains("tier: expected draft or standard, found high"), "{error}");
     capture.emitter = None;

@@ -10,10 +10,11 @@ mod train;
 mod values;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use promenade_baker::evaluate::Playing;
 use promenade_baker::wav::Format;
 use promenade_core::cloud::{CloudKind, ConvMode, PoseConvention, Projection};
 use promenade_core::glam::Vec3;
-use promenade_core::{LiveParams, Pose, Tier};
+use promenade_core::{LiveParams, Pose};
 use std::path::PathBuf;
 use values::{
     parse_bits, parse_bounds, parse_conv, parse_convention, parse_decode_rate, parse_direction, parse_gain, parse_kind,
@@ -235,7 +236,7 @@ pub(crate) struct RenderArgs {
     /// Point on the curve of speed against accuracy: draft, standard, high or reference, or clip for the published model clip by
     /// clip; without it standard, or the cheapest that the scene has
     #[arg(long, value_parser = parse_tier)]
-    pub(crate) tier: Option<RenderTier>,
+    pub(crate) tier: Option<Playing>,
     /// Decodes a second of the tiers high and reference
     #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = parse_decode_rate)]
     pub(crate) decode_rate: f32,
@@ -299,15 +300,6 @@ pub(crate) struct HostArgs {
     /// Silence after the input, seconds
     #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = parse_tail)]
     pub(crate) tail: f64,
-}
-
-/// What a file is rendered with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum RenderTier {
-    /// The stream.
-    Stream(Tier),
-    /// The published model, clip by clip.
-    Clip,
 }
 
 #[derive(Debug, Args)]

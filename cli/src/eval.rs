@@ -15,7 +15,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     let pairs = pairs(&args.subjects)?;
     let head = args.hrtf.as_deref().map(|path| Responses::load(path, &LoadOptions::default())).transpose()?;
     let options = EvaluateOptions {
-        tier: args.tier,
+        playing: args.tier,
         poses: match args.poses {
             PosesArg::Fixed => Poses::Fixed,
             PosesArg::Path => Poses::Path,
@@ -110,7 +110,7 @@ fn tables(evaluations: &[Evaluation], markdown: bool) -> String {
     for e in evaluations {
         let clips = e.methods.first().map_or(0, |m| m.clips.len());
         let rate = e.sample_rate_hz;
-        let head = format!("{} on {}: {clips} test clips at {rate} Hz, tier {}", e.scene, e.capture, e.tier.name());
+        let head = format!("{} on {}: {clips} test clips at {rate} Hz, tier {}", e.scene, e.capture, e.playing.name());
         text += &if markdown { format!("## {head}\n\n") } else { format!("{head}\n") };
         let rows = e.methods.iter().map(|m| (m.name.clone(), m.mean, m.note.clone()));
         text += &table(rows, markdown);
@@ -162,7 +162,7 @@ fn as_json(evaluations: &[Evaluation]) -> Value {
                 })
                 .collect();
             json!({
-                "scene": e.scene, "capture": e.capture, "tier": e.tier.name(), "sample_rate_hz": e.sample_rate_hz,
+                "scene": e.scene, "capture": e.capture, "tier": e.playing.name(), "sample_rate_hz": e.sample_rate_hz,
                 "methods": methods, "notes": e.notes,
             })
         })

@@ -3,6 +3,7 @@
 use crate::args::ImportArgs;
 use crate::scene;
 use anyhow::{Context, Result};
+use promenade_baker::anchors::AnchorSet;
 use promenade_baker::checkpoint::{ImportOptions, import};
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_core::cloud::Alignment;
@@ -24,7 +25,12 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
         hop: args.hop,
         heads: args.heads,
         convention: args.convention,
-        alignment: aligned.then_some(alignment),
+        alignment: match &args.anchors {
+            _ if aligned => Some(alignment),
+            // What `promenade anchors` was told.
+            Some(file) => AnchorSet::stored_alignment(file)?,
+            None => None,
+        },
     };
     let imported = import(&args.checkpoint, args.anchors.as_deref(), &options)?;
     let name = |path: &std::path::Path| path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();

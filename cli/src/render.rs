@@ -1,8 +1,9 @@
 //! `promenade render`: a WAV file through a scene, block by block, aligned in time with its input.
 
-use crate::args::{RenderArgs, RenderTier};
+use crate::args::RenderArgs;
 use crate::{clip, path, progress, scene};
 use anyhow::{Context, Result, anyhow, bail};
+use promenade_baker::evaluate::Playing;
 use promenade_baker::wav::{self, Wav, WavReader, WavWriter};
 use promenade_baker::{FileError, resample};
 use promenade_core::{BlockParams, CameraPath, LiveParams, Playback, Pose, Renderer, Scene, Spatializer, Tier};
@@ -128,8 +129,8 @@ impl Walk {
 pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let began = Instant::now();
     let scene = scene::read(&args.scene)?;
-    let wanted = args.tier.unwrap_or(RenderTier::Stream(scene.played_tier(Tier::Standard)));
-    if let RenderTier::Stream(tier) = wanted
+    let wanted = args.tier.unwrap_or(Playing::Stream(scene.played_tier(Tier::Standard)));
+    if let Playing::Stream(tier) = wanted
         && !scene.has_tier(tier)
     {
         bail!("{}: expected a scene with the tier {}, found none such in it", args.scene.display(), tier.name());
@@ -153,18 +154,18 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     // Opened first: an output that cannot be written is known at once.
     let mut writer = WavWriter::create(&args.output, rate_hz, 2, args.bits)?;
     match wanted {
-        RenderTier::Stream(tier) if tier < Tier::Reference || f64::from(rate_hz) == scene.grid().sample_rate_hz => {
+        Playing::Stream(tier) if tier < Tier::Reference || f64::from(rate_hz) == scene.grid().sample_rate_hz => {
             let shape = Shape { channels: usize::from(reader.channels()), frames: reader.frames() as usize };
             let mut read = |count: usize, input: &mut [Vec<f32>]| reader.read(count, input).map(drop);
             let mut write = |ears: [&[f32]; 2]| writer.write(&ears);
             job.stream(tier, f64::from(rate_hz), shape, &mut read, &mut write)?;
         }
-        RenderTier::Stream(tier) => {
+        Playing::Stream(tier) => {
             // The convolution layers know only their own grid: the sound is converted there and back.
             let [left, right] = job.at_the_scenes_rate(tier)?;
             writer.write(&[&left, &right])?;
         }
-        RenderTier::Clip => {
+        Playing::Clip => {
             let [left, right] = job.clip()?;
             writer.write(&[&left, &right])?;
         }

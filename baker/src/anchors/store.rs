@@ -56,6 +56,15 @@ impl AnchorSet {
         Ok(atomic::write(path, &file)?)
     }
 
+    /// The alignment that an anchor file says, if it says one.
+    ///
+    /// # Errors
+    /// As [`AnchorSet::load`].
+    pub fn stored_alignment(path: &Path) -> Result<Option<Alignment>, BakeError> {
+        let (_, metadata) = checkpoint::read_anchors(path)?;
+        metadata.get(KEY).map(|header| alignment(path, header)).transpose()
+    }
+
     /// Reads anchors: what [`AnchorSet::save`] wrote, or a `.safetensors` or `.npz` file with `anchor_xyz` and `rgb_features`, which
     /// has no alignment and gets [`Alignment::IDENTITY`].
     ///

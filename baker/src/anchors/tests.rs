@@ -70,6 +70,7 @@ fn a_file_gives_back_what_was_written() {
     let (set, _) = AnchorSet::from_points(&cloud(900, 2), alignment, &FEW).unwrap();
     set.save(&path).unwrap();
     assert_eq!(AnchorSet::load(&path).unwrap(), set);
+    assert_eq!(AnchorSet::stored_alignment(&path).unwrap(), Some(set.alignment));
     let bytes = std::fs::read(&path).unwrap();
     set.save(&path).unwrap();
     assert_eq!(std::fs::read(&path).unwrap(), bytes, "equal sets are equal files");

@@ -1,7 +1,8 @@
 //! A scene played for clips, one at a time.
 
 use crate::{BakeError, Capture, Clip, resample};
-use promenade_core::{LiveParams, Pose, Quality, Renderer, Scene, Tier};
+use promenade_core::cloud::{ClipRenderer, CloudDecoder, CloudModel, Masks};
+use promenade_core::{LiveParams, Pose, Quality, Renderer, Scene, StftGrid, Tier};
 use std::sync::Arc;
 
 /// Dry sound that is played before a clip, seconds, at least; as long as the scene's room sounds where that is more.
@@ -19,8 +20,117 @@ pub enum Poses {
     Path,
 }
 
+/// How a scene is played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Playing {
+    /// As a stream.
+    Stream(Tier),
+    /// The published model clip by clip, as it is trained.
+    Clip,
+}
+
+impl Playing {
+    /// The name used on the command line and in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stream(tier) => tier.name(),
+            Self::Clip => "clip",
+        }
+    }
+}
+
 /// Renders clips through a scene.
-pub struct Player {
+pub enum Player {
+    /// As the plugin would.
+    Stream(Box<StreamPlayer>),
+    /// As AV-Cloud's own model does.
+    Clip(Box<ClipPlayer>),
+}
+
+impl Player {
+    /// Prepares a scene for clips of a sample rate; unless it is said how, for standard or the cheapest tier that the scene has.
+    ///
+    /// The tier Reference knows only the scene's own rate: sound of another rate is converted there and back.
+    ///
+    /// # Errors
+    /// A tier that the scene has not, a rate that cannot be rendered, or a scene without a published model for clips.
+    pub fn new(scene: &Arc<Scene>, sample_rate_hz: f64, playing: Option<Playing>, poses: Poses) -> Result<Self, BakeError> {
+        match playing.unwrap_or_else(|| Playing::Stream(scene.played_tier(Tier::Standard))) {
+            Playing::Stream(tier) => Ok(Self::Stream(Box::new(StreamPlayer::new(scene, sample_rate_hz, tier, poses)?))),
+            Playing::Clip => Ok(Self::Clip(Box::new(ClipPlayer::new(scene, sample_rate_hz)?))),
+        }
+    }
+
+    /// How the scene is played.
+    #[must_use]
+    pub fn playing(&self) -> Playing {
+        match self {
+            Self::Stream(player) => Playing::Stream(player.tier),
+            Self::Clip(_) => Playing::Clip,
+        }
+    }
+
+    /// Both ears of a clip, aligned with it. A stream's are as long as the clip: its latency is taken out, and what was played before is
+    /// heard. Those of the published model end with the clip's last whole hop.
+    ///
+    /// # Errors
+    /// Rates between which nothing can be converted; a clip that is not as long as those the model was trained on.
+    ///
+    /// # Panics
+    /// When the clip is not one of the capture.
+    pub fn render(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+        match self {
+            Self::Stream(player) => player.render(capture, clip),
+            Self::Clip(player) => player.render(capture, clip),
+        }
+    }
+}
+
+/// The published model clip by clip.
+pub struct ClipPlayer {
+    model: CloudModel,
+    renderer: ClipRenderer,
+    decoder: CloudDecoder,
+    masks: Masks,
+}
+
+impl ClipPlayer {
+    fn new(scene: &Arc<Scene>, sample_rate_hz: f64) -> Result<Self, BakeError> {
+        let wrong = |what, expected: &str, found: String| BakeError::Argument { what, expected: expected.to_owned(), found };
+        let StftGrid { sample_rate_hz: own, .. } = *scene.grid();
+        if own != sample_rate_hz {
+            return Err(wrong(
+                "sample rate of the capture",
+                "the scene's own to play clip by clip",
+                format!("{sample_rate_hz} beside {own} Hz"),
+            ));
+        }
+        let expected = "one with a published model to play clip by clip";
+        let model = &scene.cloud().ok_or_else(|| wrong("scene", expected, "a field only".to_owned()))?.model;
+        let renderer = ClipRenderer::new(model, *scene.grid()).map_err(|e| wrong("scene", expected, e.to_string()))?;
+        let (decoder, masks) = (CloudDecoder::new(model), Masks::new(&model.sizes()));
+        Ok(Self { renderer, decoder, masks, model: model.clone() })
+    }
+
+    fn render(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+        let listener = self.model.listener(&clip.pose);
+        self.decoder.decode(&listener, &mut self.masks);
+        let silence = || vec![0.0; self.renderer.out_samples()];
+        let mut ears = [silence(), silence()];
+        let [left, right] = &mut ears;
+        let done = self.renderer.render(&capture.dry(clip, 0), &self.masks, &listener, [left, right]);
+        done.map_err(|e| BakeError::Argument {
+            what: "clip to play",
+            expected: "one of the model's length".to_owned(),
+            found: format!("'{}': {e}", clip.name),
+        })?;
+        Ok(ears)
+    }
+}
+
+/// A scene as the plugin plays it, one clip at a time.
+pub struct StreamPlayer {
     renderer: Renderer,
     tier: Tier,
     poses: Poses,
@@ -30,15 +140,8 @@ pub struct Player {
     pre_roll: usize,
 }
 
-impl Player {
-    /// Prepares a scene for clips of a sample rate; without a tier, for standard or the cheapest that the scene has.
-    ///
-    /// The tier Reference knows only the scene's own rate: sound of another rate is converted there and back.
-    ///
-    /// # Errors
-    /// A tier that the scene has not, or a rate that cannot be rendered.
-    pub fn new(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Option<Tier>, poses: Poses) -> Result<Self, BakeError> {
-        let tier = tier.unwrap_or_else(|| scene.played_tier(Tier::Standard));
+impl StreamPlayer {
+    fn new(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier, poses: Poses) -> Result<Self, BakeError> {
         if !scene.has_tier(tier) {
             let has: Vec<_> = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect();
             return Err(BakeError::Argument { what: "tier", expected: has.join(" or "), found: tier.name().to_owned() });
@@ -55,20 +158,7 @@ impl Player {
         Ok(Self { renderer, tier, poses, rate: sample_rate_hz, played_rate, pre_roll })
     }
 
-    /// The tier that is played.
-    #[must_use]
-    pub fn tier(&self) -> Tier {
-        self.tier
-    }
-
-    /// Both ears of a clip, each as long as it and aligned with it: the latency is taken out, and what was played before is heard.
-    ///
-    /// # Errors
-    /// Rates between which nothing can be converted.
-    ///
-    /// # Panics
-    /// When the clip is not one of the capture.
-    pub fn render(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+    fn render(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
         let mut input = capture.dry(clip, self.pre_roll);
         let converted = self.played_rate != self.rate;
         if converted {

@@ -1,8 +1,8 @@
 //! Arguments of `promenade eval`.
 
-use super::values::parse_stream_tier;
+use super::values::parse_tier;
 use clap::{Args, ValueEnum};
-use promenade_core::Tier;
+use promenade_baker::evaluate::Playing;
 use std::path::PathBuf;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -18,9 +18,10 @@ pub(crate) struct EvalArgs {
     /// Scene files, each followed by the captures to judge it on: folders, or manifests ending in .json
     #[arg(required = true, num_args = 2.., value_name = "SCENE CAPTURE")]
     pub(crate) subjects: Vec<PathBuf>,
-    /// Point on the curve of speed against accuracy; without it standard, or the cheapest that the scene has
-    #[arg(long, value_parser = parse_stream_tier)]
-    pub(crate) tier: Option<Tier>,
+    /// Point on the curve of speed against accuracy, or clip, a published model as it was trained; without it standard, or the cheapest
+    /// that the scene has
+    #[arg(long, value_parser = parse_tier)]
+    pub(crate) tier: Option<Playing>,
     /// Where the listener is while a clip is rendered
     #[arg(long, value_enum, default_value_t = PosesArg::Fixed)]
     pub(crate) poses: PosesArg,

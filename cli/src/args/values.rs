@@ -1,6 +1,6 @@
 //! Values on the command line: what they must look like, in words.
 
-use super::RenderTier;
+use promenade_baker::evaluate::Playing;
 use promenade_baker::reconstruction::{Landmark, SceneOrigin};
 use promenade_baker::shoebox::{Absorption, MAX_LENGTH_S};
 use promenade_baker::wav::Format;
@@ -73,14 +73,10 @@ pub(super) fn parse_projection(text: &str) -> Result<Projection, String> {
     }
 }
 
-pub(super) fn parse_tier(text: &str) -> Result<RenderTier, String> {
-    let stream = Tier::from_name(text).map(RenderTier::Stream);
-    let clip = (text == "clip").then_some(RenderTier::Clip);
+pub(super) fn parse_tier(text: &str) -> Result<Playing, String> {
+    let stream = Tier::from_name(text).map(Playing::Stream);
+    let clip = (text == "clip").then_some(Playing::Clip);
     stream.or(clip).ok_or_else(|| format!("expected one of {}, clip", Tier::ALL.map(Tier::name).join(", ")))
-}
-
-pub(super) fn parse_stream_tier(text: &str) -> Result<Tier, String> {
-    Tier::from_name(text).ok_or_else(|| format!("expected one of {}", Tier::ALL.map(Tier::name).join(", ")))
 }
 
 pub(super) fn parse_share<T: std::str::FromStr + PartialOrd + std::fmt::Display + From<u8>>(text: &str) -> Result<T, String> {

@@ -173,7 +173,7 @@ fn a_model_with_the_published_head_renders_clips_as_it_was_trained() {
         |n| n.head = HeadKind::Sh,
         |n| (n.head, n.conv, n.degree) = (HeadKind::Sh, false, 3),
         |n| (n.head, n.hyper) = (HeadKind::Full, 5),
-        |n| (n.head, n.taps) = (HeadKind::Full, 0),
+        |n| (n.head, n.hyper, n.conv) = (HeadKind::Full, 5, false),
     ];
     for change in variants {
         let mut settings = settings();
