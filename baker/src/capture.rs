@@ -6,6 +6,7 @@
 
 mod cut;
 mod defects;
+mod emitter;
 mod from_responses;
 mod import;
 mod load;
@@ -18,6 +19,7 @@ mod write;
 
 pub use cut::{Cut, SplitRule};
 pub use defects::{CLIPPED_RUN, SILENT_DBFS, is_clipped, is_silent, level_dbfs};
+pub use emitter::{EmitterEstimate, locate_emitter};
 pub use from_responses::{DrySound, FromResponses, from_responses};
 pub use import::ImportCapture;
 pub use replay::import_replay;
@@ -27,7 +29,7 @@ pub use rwavs::import_rwavs;
 use crate::BakeError;
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Pose};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Recordings of one place.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,9 +112,7 @@ impl Capture {
     /// the others, samples that are not finite, paths that cannot be read, clips beyond their track. A manifest of another version
     /// or with unknown fields, and a capture of which no clip is left.
     pub fn load(path: &Path) -> Result<Self, BakeError> {
-        let meta = std::fs::metadata(path).map_err(BakeError::read(path))?;
-        let manifest = if meta.is_dir() { path.join(manifest::NAME) } else { path.to_path_buf() };
-        load::load(&manifest)
+        load::load(&manifest_at(path)?)
     }
 
     /// Writes `capture.json` and 32-bit float WAV files into a folder, which is made where it does not exist.
@@ -123,6 +123,14 @@ impl Capture {
     /// A folder that cannot be written to, a rate that is no whole number of hertz, or samples that are not finite.
     pub fn write(&self, folder: &Path) -> Result<(), BakeError> {
         write::write(self, folder)
+    }
+
+    /// Puts an emitter's position, world metres, into the manifest of a capture on disk, whole or not at all; all else in it stays as it is.
+    ///
+    /// # Errors
+    /// A manifest that cannot be read or written, or that has an emitter already, unless it is to be replaced.
+    pub fn write_emitter(path: &Path, emitter: Vec3, replace: bool) -> Result<(), BakeError> {
+        write::write_emitter(&manifest_at(path)?, emitter, replace)
     }
 
     /// The clips of one split, in order.
@@ -166,4 +174,10 @@ impl Capture {
     pub fn pose_near(&self, clip: &Clip, shift_s: f64) -> Pose {
         self.tracks[clip.track].path.pose_at(self.middle_s(clip) + shift_s)
     }
+}
+
+/// The manifest of a folder, or the file itself.
+fn manifest_at(path: &Path) -> Result<PathBuf, BakeError> {
+    let meta = std::fs::metadata(path).map_err(BakeError::read(path))?;
+    Ok(if meta.is_dir() { path.join(manifest::NAME) } else { path.to_path_buf() })
 }

@@ -23,7 +23,7 @@ use values::{
 };
 
 pub(crate) use anchors::AnchorsArgs;
-pub(crate) use capture::{CaptureCommand, CheckArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
+pub(crate) use capture::{CaptureCommand, CheckArgs, EmitterArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
 pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use path::PathArgs;
 pub(crate) use simulate::{Simulate, SimulateBoxArgs};

@@ -1,6 +1,7 @@
-//! `promenade capture`: made of responses, imported from data sets, checked.
+//! `promenade capture`: made of responses, imported from data sets, checked, its emitter located.
 
 mod check;
+mod emitter;
 
 use crate::args::{CaptureCommand, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
 use anyhow::{Result, bail};
@@ -15,6 +16,7 @@ pub(crate) fn run(command: &CaptureCommand) -> Result<()> {
         CaptureCommand::FromResponses(args) => of_responses(args),
         CaptureCommand::Import(args) => import(args),
         CaptureCommand::Check(args) => check::run(args),
+        CaptureCommand::Emitter(args) => emitter::run(args),
     }
 }
 

@@ -3,7 +3,11 @@
 mod common;
 
 use common::{Place, fails, promenade, succeeds};
+use promenade_baker::capture::{Capture, Clip, Split, Track};
 use promenade_baker::wav;
+use promenade_core::cloud::CloudEmitter;
+use promenade_core::glam::Vec3;
+use promenade_core::{CameraPath, Keyframe, Pose};
 use std::path::Path;
 
 fn speech() -> String {
@@ -117,4 +121,73 @@ fn mistakes_are_one_line() {
         &imported,
     ]);
     assert!(said.contains("13 tracks"), "{said}");
+}
+
+/// Noise from an emitter in the open, at listeners once round, or at one who turns on the spot.
+fn open_air(emitter: Vec3, is_moving: bool) -> Capture {
+    const RATE: f32 = 48_000.0;
+    let sphere = CloudEmitter { position: emitter, head_radius_m: 0.0875 };
+    let mut state = 9_u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
+    };
+    let pose = |i: u8| {
+        let turn = std::f32::consts::TAU * f32::from(i) / 24.0;
+        let place = Vec3::new(1.5 * turn.cos(), turn.sin(), 0.4 * (2.0 * turn).sin());
+        Pose::from_ypr(if is_moving { place } else { Vec3::ZERO }, 3.0 * turn, 0.3 * (5.0 * turn).sin(), 0.0)
+    };
+    let track = |i: u8| {
+        let dry: Vec<f32> = (0..9600).map(|_| 0.3 * noise()).collect();
+        let distance = pose(i).position.distance(emitter);
+        let ear = |later_s: f32| {
+            let late = ((distance / 343.0 + later_s) * RATE).round() as usize;
+            (0..dry.len()).map(|n| n.checked_sub(late).map_or(0.0, |n| dry[n] / distance)).collect()
+        };
+        let half = 0.5 * sphere.delay_s(&pose(i));
+        let path = CameraPath::new(vec![Keyframe { t_s: 0.0, pose: pose(i) }]).unwrap();
+        Track { name: format!("at {i}"), binaural: [ear(half), ear(-half)], dry, path }
+    };
+    let clip = |i: u8| Clip {
+        name: format!("clip {i}"),
+        track: i.into(),
+        start: 1600,
+        len: 8000,
+        pose: pose(i),
+        split: if i == 0 { Split::Test } else { Split::Train },
+    };
+    Capture {
+        title: "open air".to_owned(),
+        credit: String::new(),
+        licence: String::new(),
+        sample_rate_hz: RATE.into(),
+        emitter: None,
+        tracks: (0..24).map(track).collect(),
+        clips: (0..24).map(clip).collect(),
+        notes: Vec::new(),
+    }
+}
+
+#[test]
+fn an_emitter_is_located_and_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (walk, still, truth) = (path("walk"), path("still"), Vec3::new(2.5, 1.0, 0.8));
+    open_air(truth, true).write(walk.as_ref()).unwrap();
+    let (text, _) = succeeds(&["capture", "emitter", &walk]);
+    assert!(text.contains("emitter") && text.contains("spread") && !text.contains("manifest"), "{text}");
+    assert_eq!(Capture::load(walk.as_ref()).unwrap().emitter, None);
+    succeeds(&["capture", "emitter", &walk, "--write"]);
+    let written = Capture::load(walk.as_ref()).unwrap().emitter.unwrap();
+    assert!(written.distance(truth) < 0.2, "{written}");
+    assert!(fails(&["capture", "emitter", &walk, "--write"]).contains("--force replaces it"));
+    let (json, _) = succeeds(&["capture", "emitter", &walk, "--write", "--force", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["clips"].as_u64(), Some(23));
+    assert!(json["manifest"]["off_m"].as_f64().unwrap() < 1e-3, "{json}");
+
+    open_air(truth, false).write(still.as_ref()).unwrap();
+    assert!(fails(&["capture", "emitter", &still]).contains("distance cannot be told, found 0.00 m"));
+    assert!(fails(&["capture", "emitter", &path("none")]).contains("cannot be read"));
+    assert_eq!(promenade(&["capture", "emitter", &walk, "--force"]).status.code(), Some(2));
 }

@@ -13,6 +13,8 @@ pub(crate) enum CaptureCommand {
     Import(ImportCaptureArgs),
     /// Show what a capture holds: levels, split, what is left out
     Check(CheckArgs),
+    /// Estimate where the sound of a capture came from, by its training clips
+    Emitter(EmitterArgs),
 }
 
 /// How dry sound and responses become clips.
@@ -112,4 +114,19 @@ pub(crate) struct CheckArgs {
     /// As JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct EmitterArgs {
+    /// Folder with a capture.json
+    pub(crate) capture: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Put the position into the capture's manifest
+    #[arg(long)]
+    pub(crate) write: bool,
+    /// Replace the emitter that the manifest has
+    #[arg(long, requires = "write")]
+    pub(crate) force: bool,
 }
