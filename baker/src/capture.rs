@@ -125,7 +125,8 @@ impl Capture {
         write::write(self, folder)
     }
 
-    /// Puts an emitter's position, world metres, into the manifest of a capture on disk, whole or not at all; all else in it stays as it is.
+    /// Puts an emitter's position, world metres, into the manifest of a capture on disk, whole or not at all; all else in it stays as
+    /// it is.
     ///
     /// # Errors
     /// A manifest that cannot be read or written, or that has an emitter already, unless it is to be replaced.

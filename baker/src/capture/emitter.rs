@@ -71,8 +71,8 @@ pub struct EmitterEstimate {
 ///
 /// Of each clip the direct sound is found by the dry sound beside it: its delay between the ears, its level and, where recordings and
 /// dry sound run by one clock, when it arrives. Of all places around, the one is taken at which the deviations from a sphere's delays
-/// (Woodworth 1938), from levels that fall with distance and from arrivals that grow with it are least, each weighed by
-/// its own scale and none counting beyond a limit.
+/// (Woodworth 1938), from levels that fall with distance and from arrivals that grow with it are least, each weighed by its own scale
+/// and none counting beyond a limit.
 ///
 /// # Errors
 /// A listener who does not move, and fewer than 12 clips with a clear direct sound.
