@@ -73,7 +73,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
             "no scene: the engine reads the mixture mask off audio embeddings, which the settings leave out\n",
         );
     }
-    let scene = trainer.scene(provenance(&capture, &settings, &tried, args))?;
+    let scene = trainer.scene(provenance(&capture, trainer.settings(), &tried, args))?;
     atomic::write(&args.output, &scene.to_bytes()?)?;
     report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))
 }

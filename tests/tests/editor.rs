@@ -81,18 +81,21 @@ fn a_drag_writes_automation<H: Host>() {
     let (middle_x, middle_y) = (i32::try_from(size.width).unwrap() / 2, i32::try_from(size.height).unwrap() / 2);
     let mut places = (-8..=8).flat_map(|x| (-8..=8).map(move |y| (x * 16, y * 16))).collect::<Vec<_>>();
     places.sort_by_key(|(x, y)| x * x + y * y);
-    let found = places.into_iter().find_map(|(x, y)| {
+    // A busy machine draws so rarely that a quick drag is a click to it: then a slow one is tried.
+    let paced = [1, 8].into_iter().flat_map(|pace| places.iter().map(move |place| (pace, *place)));
+    let found = paced.into_iter().find_map(|(pace, (x, y))| {
         let (x, y) = (i16::try_from(middle_x + x).unwrap(), i16::try_from(middle_y + y).unwrap());
+        let mut wait = |blocks: usize| (0..pace * blocks).for_each(|_| play(&mut host, &input));
         screen.point(x, y);
-        play(&mut host, &input);
+        wait(1);
         screen.press(1, true);
-        play(&mut host, &input);
+        wait(1);
         for step in 1..=3 {
             screen.point(x + 4 * step, y + 4 * step);
-            play(&mut host, &input);
+            wait(1);
         }
         screen.press(1, false);
-        (0..3).for_each(|_| play(&mut host, &input));
+        wait(3);
         (!gestures(&mut host, "x").is_empty()).then_some((x + 12, y + 12))
     });
     let (x, y) = found.expect("the listener can be dragged");

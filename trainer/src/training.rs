@@ -185,6 +185,12 @@ impl<'a> Trainer<'a> {
         scene(&self.stage, &self.settings, &self.weights, provenance, &poses)
     }
 
+    /// What is trained, with what the render head and the capture fix.
+    #[must_use]
+    pub fn settings(&self) -> &TrainSettings {
+        &self.settings
+    }
+
     /// Weights by name; tap shapes as logarithms.
     #[must_use]
     pub fn weights(&self) -> &Arrays {
