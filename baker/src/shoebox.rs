@@ -16,14 +16,13 @@ pub use poses::{along, fit, random_poses};
 use crate::{BakeError, Response, Responses};
 use image::{Image, images};
 use promenade_core::Pose;
+pub use promenade_core::cloud::SPEED_OF_SOUND_M_S;
 use promenade_core::glam::Vec3;
 use realfft::num_complex::Complex32;
 use realfft::{ComplexToReal, RealFftPlanner};
 use std::sync::Arc;
 use tail::Tail;
 
-/// Speed of sound, metres per second.
-pub const SPEED_OF_SOUND_M_S: f32 = 343.0;
 /// Centres of the octaves in which walls absorb, Hz.
 pub const OCTAVES_HZ: [f32; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 /// Shares of the energy that a wall absorbs, by octave.

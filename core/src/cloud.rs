@@ -24,9 +24,9 @@ mod transformer;
 
 pub use alignment::{Alignment, Listener};
 pub use clip::ClipRenderer;
-pub use conv::{ConvLayerWeights, ConvWeights};
+pub use conv::{CONV_LAYERS, ConvLayerWeights, ConvWeights};
 pub use decoder::CloudDecoder;
-pub use emitter::CloudEmitter;
+pub use emitter::{CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 pub use masks::Masks;
 pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseConvention, Tensor};
 pub use pose_decoder::{InlineDecoder, PoseDecoder};

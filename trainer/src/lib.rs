@@ -25,7 +25,6 @@ pub use curve::picture;
 pub use head::Example;
 pub use search::{Trial, WORTH, search};
 pub use settings::{HeadKind, LossSettings, NetworkSettings, TrainSettings};
-
 pub use training::{Scores, StepReport, Trainer};
 pub use weights::{AdamW, Arrays};
 

@@ -28,7 +28,7 @@ pub(crate) struct Place {
 
 /// The weights of one step as parts of a graph.
 pub(crate) struct Graph {
-    pub(crate) device: Device,
+    device: Device,
     leaves: BTreeMap<String, Leaf>,
 }
 

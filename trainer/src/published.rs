@@ -5,11 +5,8 @@ use crate::settings::{LossSettings, TrainSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
 use promenade_core::StftGrid;
-use promenade_core::cloud::{ClipSource, ConvLayerWeights, ConvWeights, SarhClip, SarhError, SarhGradient, SarhInput};
+use promenade_core::cloud::{CONV_LAYERS, ClipSource, ConvWeights, SarhClip, SarhError, SarhGradient, SarhInput};
 use std::collections::BTreeMap;
-
-/// The convolution layers as weights are named.
-const LAYERS: [&str; 3] = ["out.0", "out.2", "out.4"];
 
 /// What a thread works with.
 struct Bench {
@@ -82,12 +79,7 @@ fn input<'a>(answer: &'a Answer, conv: Option<&'a ConvWeights>, nothing: &'a [f3
 
 /// The convolution layers of weights by name, if there are some.
 fn conv_weights(weights: &Arrays) -> Option<ConvWeights> {
-    let values = |name: String| Some(weights.get(&name)?.values.clone());
-    let layer = |stem: &str| {
-        Some(ConvLayerWeights { weight: values(format!("{stem}.weight"))?, bias: values(format!("{stem}.bias"))? })
-    };
-    let [first, second, last] = LAYERS.map(layer);
-    Some(ConvWeights { layers: [first?, second?, last?] })
+    ConvWeights::by_name(|name| Some(&weights.get(name)?.values))
 }
 
 impl PublishedHead {
@@ -134,7 +126,7 @@ impl PublishedHead {
             out.loss += loss;
             let room = if filtered { by.mix } else { Vec::new() };
             out.answers.push(Answer { mixture: by.mixture, difference: by.difference, room });
-            for (stem, layer) in LAYERS.into_iter().zip(by.conv.layers).filter(|_| conv.is_some()) {
+            for ((stem, _), layer) in CONV_LAYERS.into_iter().zip(by.conv.layers).filter(|_| conv.is_some()) {
                 for (name, by) in [("weight", layer.weight), ("bias", layer.bias)] {
                     let sum = by_layers.entry(format!("{stem}.{name}")).or_insert_with(|| vec![0.0; by.len()]);
                     sum.iter_mut().zip(by).for_each(|(s, b)| *s += b);

@@ -5,12 +5,10 @@ use crate::settings::{HeadKind, TrainSettings};
 use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, reverberation_times};
-use promenade_core::cloud::{Alignment, CloudEmitter};
+use promenade_core::cloud::{Alignment, CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 use promenade_core::glam::Vec3;
 use promenade_core::{Bands, StftGrid, TailModel};
 
-/// Mean radius of a head, metres.
-const HEAD_RADIUS_M: f32 = 0.0875;
 /// Reverberation time of bands in which nothing sounds, seconds.
 const SILENT_T60_S: f32 = 0.4;
 /// Frames of a clip that the engine takes.
@@ -108,7 +106,7 @@ fn queries(grid: &StftGrid, count: usize) -> Bands {
 /// Interaural coherence of a diffuse field about a head (Lindevald and Benade 1986), real.
 fn diffuse_coherence(bands: &Bands) -> Vec<f32> {
     let of = |hz: f32| {
-        let kd = std::f32::consts::TAU * hz / 343.0 * 0.15;
+        let kd = std::f32::consts::TAU * hz / SPEED_OF_SOUND_M_S * 0.15;
         let x = 2.2 * kd;
         let sinc = if x > 1e-6 { x.sin() / x } else { 1.0 };
         sinc / (1.0 + (0.5 * kd).powi(4)).sqrt()

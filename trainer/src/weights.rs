@@ -4,7 +4,7 @@ use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
 use crate::stage::Stage;
 use crate::time_filter::NEIGHBOURS;
 use promenade_baker::random::Random;
-use promenade_core::cloud::Tensor;
+use promenade_core::cloud::{CONV_LAYERS, Tensor};
 use std::collections::BTreeMap;
 
 /// Arrays of numbers by the names that scenes store them under.
@@ -16,8 +16,6 @@ const QUERY_HIGHEST: f32 = 1024.0;
 
 /// How large a time filter's entries are at the start. Published: up to 1, which is ten times louder than the direct sound.
 const QUIET: f32 = 0.02;
-/// Outputs, inputs and size of AV-Cloud's convolution layers.
-const CONV_LAYERS: [(&str, [usize; 3]); 3] = [("out.0", [16, 4, 7]), ("out.2", [16, 16, 3]), ("out.4", [1, 16, 3])];
 
 /// Factors of a positional encoding, from 1 to `highest` in even ratios.
 fn factors(octaves: usize, highest: f32) -> Vec<f32> {
@@ -49,11 +47,15 @@ impl Start {
         self.put(name, shape, values);
     }
 
-    /// A linear layer with weights and biases up to one over the root of its inputs.
     fn linear(&mut self, stem: &str, outputs: usize, inputs: usize) {
-        let bound = 1.0 / (inputs as f32).sqrt();
-        self.uniform(&format!("{stem}.weight"), &[outputs, inputs], bound);
-        self.uniform(&format!("{stem}.bias"), &[outputs], bound);
+        self.layer(stem, &[outputs, inputs]);
+    }
+
+    /// A layer with weights `[output][input]...` and biases, up to one over the root of what an output sums over.
+    fn layer(&mut self, stem: &str, shape: &[usize]) {
+        let bound = 1.0 / (shape[1..].iter().product::<usize>() as f32).sqrt();
+        self.uniform(&format!("{stem}.weight"), shape, bound);
+        self.uniform(&format!("{stem}.bias"), &shape[..1], bound);
     }
 
     fn norm(&mut self, stem: &str, width: usize) {
@@ -125,28 +127,17 @@ impl Start {
             HeadKind::Full => {
                 let stem = "post_process";
                 let kernel = NEIGHBOURS * frames * frames;
-                self.pointwise(&format!("{stem}.weight_model.0"), hyper, width);
+                self.layer(&format!("{stem}.weight_model.0"), &[hyper, width, 1]);
                 self.uniform(&format!("{stem}.weight_model.2.weight"), &[kernel, hyper, 1], QUIET / (hyper as f32).sqrt());
                 self.uniform(&format!("{stem}.weight_model.2.bias"), &[kernel], QUIET);
-                self.pointwise(&format!("{stem}.bias_model.0"), hyper, width);
+                self.layer(&format!("{stem}.bias_model.0"), &[hyper, width, 1]);
                 self.uniform(&format!("{stem}.bias_model.2.weight"), &[frames, hyper, 1], QUIET / (hyper as f32).sqrt());
                 self.fill(&format!("{stem}.bias_model.2.bias"), &[frames], 0.0);
             }
         }
         if head != HeadKind::Taps && conv {
-            for (stem, [outputs, inputs, size]) in CONV_LAYERS {
-                let bound = 1.0 / ((inputs * size * size) as f32).sqrt();
-                self.uniform(&format!("{stem}.weight"), &[outputs, inputs, size, size], bound);
-                self.uniform(&format!("{stem}.bias"), &[outputs], bound);
-            }
+            CONV_LAYERS.iter().for_each(|(stem, shape)| self.layer(stem, shape));
         }
-    }
-
-    /// A linear layer whose weights are stored as a convolution's over one point.
-    fn pointwise(&mut self, stem: &str, outputs: usize, inputs: usize) {
-        let bound = 1.0 / (inputs as f32).sqrt();
-        self.uniform(&format!("{stem}.weight"), &[outputs, inputs, 1], bound);
-        self.uniform(&format!("{stem}.bias"), &[outputs], bound);
     }
 }
 

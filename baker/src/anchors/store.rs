@@ -6,7 +6,7 @@ use promenade_core::cloud::Alignment;
 use promenade_core::glam::{Quat, Vec3};
 use safetensors::tensor::{Dtype, TensorView};
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 /// Key of the metadata, a single one so that equal sets are equal files.
@@ -62,7 +62,7 @@ impl AnchorSet {
     /// As [`AnchorSet::load`].
     pub fn stored_alignment(path: &Path) -> Result<Option<Alignment>, BakeError> {
         let (_, metadata) = checkpoint::read_anchors(path)?;
-        metadata.get(KEY).map(|header| alignment(path, header)).transpose()
+        alignment(path, &metadata)
     }
 
     /// Reads anchors: what [`AnchorSet::save`] wrote, or a `.safetensors` or `.npz` file with `anchor_xyz` and `rgb_features`, which
@@ -72,10 +72,7 @@ impl AnchorSet {
     /// A file that is damaged, too large, of another kind or of a later version. The message names the file.
     pub fn load(path: &Path) -> Result<Self, BakeError> {
         let (anchors, metadata) = checkpoint::read_anchors(path)?;
-        let alignment = match metadata.get(KEY) {
-            None => Alignment::IDENTITY,
-            Some(header) => alignment(path, header)?,
-        };
+        let alignment = alignment(path, &metadata)?.unwrap_or(Alignment::IDENTITY);
         let per_anchor = anchors.features.len().checked_div(anchors.positions.len()).unwrap_or(0);
         if per_anchor % 3 != 0 {
             return Err(BakeError::entry(path, "features", "three for each neighbour", format!("{per_anchor}")));
@@ -86,7 +83,9 @@ impl AnchorSet {
     }
 }
 
-fn alignment(path: &Path, header: &str) -> Result<Alignment, BakeError> {
+/// The alignment in a file's metadata, if there is one.
+fn alignment(path: &Path, metadata: &BTreeMap<String, String>) -> Result<Option<Alignment>, BakeError> {
+    let Some(header) = metadata.get(KEY) else { return Ok(None) };
     // A later version may have other fields, so its number comes first.
     let wrong = |source| BakeError::Json { path: path.to_path_buf(), source };
     let value: serde_json::Value = serde_json::from_str(header).map_err(wrong)?;
@@ -94,9 +93,9 @@ fn alignment(path: &Path, header: &str) -> Result<Alignment, BakeError> {
         return Err(BakeError::entry(path, "version", VERSION.to_string(), version.to_string()));
     }
     let header: Header = serde_json::from_value(value).map_err(wrong)?;
-    Ok(Alignment {
+    Ok(Some(Alignment {
         scale: header.scale,
         rotation: Quat::from_array(header.rotation),
         translation: Vec3::from_array(header.translation),
-    })
+    }))
 }

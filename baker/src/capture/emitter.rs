@@ -6,12 +6,11 @@ use super::{Capture, Split};
 use crate::BakeError;
 use cues::PRE_ROLL_S;
 use promenade_core::Pose;
-use promenade_core::cloud::CloudEmitter;
+use promenade_core::cloud::{CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 use promenade_core::glam::Vec3;
 
-/// Radius of the sphere whose delay is compared, metres, and factors of it that are tried: heads' delays below 1.5 kHz are up to
-/// half as long again as Woodworth's.
-const HEAD_RADIUS_M: f32 = 0.0875;
+/// Factors of a head's mean radius that are tried for the sphere whose delay is compared: heads' delays below 1.5 kHz are up to half as
+/// long again as Woodworth's.
 const RADII: [f64; 6] = [0.9, 1.0, 1.1, 1.2, 1.3, 1.4];
 /// Clips that are enough, and the fewest.
 const MOST_CLIPS: usize = 400;
@@ -44,8 +43,6 @@ const WORSE_DELAYS: f64 = 1.25;
 const AS_GOOD: f64 = 1.2;
 /// Parts of the walk that are left out in turn.
 const PARTS: usize = 5;
-/// Speed of sound, m/s.
-const SPEED: f64 = 343.0;
 
 /// Where the sound came from, as the clips say.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -194,7 +191,7 @@ impl Fit {
             delays.push((o.delay_us, 1e6 * f64::from(emitter.delay_s(&o.pose)), o.weight));
             levels.push((o.level_db + 20.0 * distance.log10(), o.weight));
             if self.arrivals {
-                arrivals.push((o.arrival_us - 1e6 * distance / SPEED, o.weight));
+                arrivals.push((o.arrival_us - 1e6 * distance / f64::from(SPEED_OF_SOUND_M_S), o.weight));
             }
         }
         let of_radius = |radius: f64| {
@@ -336,7 +333,7 @@ mod tests {
             let echo_s = 0.004 + 0.01 * random.uniform();
             let wet = shape(&dry, RATE, |hz| {
                 let wave = |gain: f32, s: f32| Complex32::from_polar(gain, -std::f32::consts::TAU * hz as f32 * s);
-                let direct_s = distance / SPEED as f32 + late_s;
+                let direct_s = distance / SPEED_OF_SOUND_M_S + late_s;
                 let echo = wave(0.4 / distance, direct_s + echo_s);
                 [half, -half].map(|ear_s| wave(1.0 / distance, direct_s + ear_s) + echo)
             });

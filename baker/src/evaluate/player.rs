@@ -1,7 +1,7 @@
 //! A scene played for clips, one at a time.
 
 use crate::{BakeError, Capture, Clip, resample};
-use promenade_core::cloud::{ClipRenderer, CloudDecoder, CloudModel, Masks};
+use promenade_core::cloud::{Alignment, ClipRenderer, CloudDecoder, Masks};
 use promenade_core::{LiveParams, Pose, Quality, Renderer, Scene, StftGrid, Tier};
 use std::sync::Arc;
 
@@ -89,7 +89,7 @@ impl Player {
 
 /// The published model clip by clip.
 pub struct ClipPlayer {
-    model: CloudModel,
+    alignment: Alignment,
     renderer: ClipRenderer,
     decoder: CloudDecoder,
     masks: Masks,
@@ -110,11 +110,11 @@ impl ClipPlayer {
         let model = &scene.cloud().ok_or_else(|| wrong("scene", expected, "a field only".to_owned()))?.model;
         let renderer = ClipRenderer::new(model, *scene.grid()).map_err(|e| wrong("scene", expected, e.to_string()))?;
         let (decoder, masks) = (CloudDecoder::new(model), Masks::new(&model.sizes()));
-        Ok(Self { renderer, decoder, masks, model: model.clone() })
+        Ok(Self { renderer, decoder, masks, alignment: model.parts().alignment })
     }
 
     fn render(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
-        let listener = self.model.listener(&clip.pose);
+        let listener = self.alignment.listener(&clip.pose);
         self.decoder.decode(&listener, &mut self.masks);
         let silence = || vec![0.0; self.renderer.out_samples()];
         let mut ears = [silence(), silence()];

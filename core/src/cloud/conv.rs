@@ -12,7 +12,7 @@ mod weights;
 
 pub(crate) use adjoint::ConvAdjoint;
 pub(crate) use clip::{ClipConv, ClipPlanes};
-pub use weights::{ConvLayerWeights, ConvWeights};
+pub use weights::{CONV_LAYERS, ConvLayerWeights, ConvWeights};
 
 use crate::cloud::CloudModel;
 use crate::cloud::model::CONV_CHANNELS;

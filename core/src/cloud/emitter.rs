@@ -5,7 +5,9 @@ use crate::field::NEAREST_M;
 use glam::Vec3;
 
 /// Speed of sound, m/s.
-const SPEED: f32 = 343.0;
+pub const SPEED_OF_SOUND_M_S: f32 = 343.0;
+/// Mean radius of a head, metres.
+pub const HEAD_RADIUS_M: f32 = 0.0875;
 
 /// An emitter whose place is known: masks are stated for 1 m, and the ears differ in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +30,7 @@ impl CloudEmitter {
     #[must_use]
     pub fn delay_s(&self, listener: &Pose) -> f32 {
         let to_left = listener.to_head(self.position).normalize_or_zero().y.clamp(-1.0, 1.0);
-        -self.head_radius_m / SPEED * (to_left.asin() + to_left)
+        -self.head_radius_m / SPEED_OF_SOUND_M_S * (to_left.asin() + to_left)
     }
 }
 

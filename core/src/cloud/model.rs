@@ -1,5 +1,6 @@
 //! The learned weights of an anchor cloud, checked to fit together.
 
+use crate::cloud::conv::CONV_LAYERS;
 use crate::cloud::time_filter::harmonic_degree;
 use crate::cloud::{Alignment, Listener};
 use crate::{Bands, Pose};
@@ -333,9 +334,7 @@ fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
         }
     }
     if sizes.conv {
-        w.linear("out.0", &[CONV_CHANNELS, 4, 7, 7]);
-        w.linear("out.2", &[CONV_CHANNELS, CONV_CHANNELS, 3, 3]);
-        w.linear("out.4", &[1, CONV_CHANNELS, 3, 3]);
+        CONV_LAYERS.iter().for_each(|(stem, shape)| w.linear(stem, shape));
     }
     let Wanted { shapes, mut missing, .. } = w;
     missing.extend(shapes.keys().filter(|k| !parts.weights.contains_key(*k)).cloned());

@@ -3,8 +3,9 @@
 use crate::cloud::CloudModel;
 use crate::cloud::model::CONV_CHANNELS;
 
-/// Outputs, inputs and kernel size of the three layers.
-const SHAPES: [(usize, usize, usize); 3] = [(CONV_CHANNELS, 4, 7), (CONV_CHANNELS, CONV_CHANNELS, 3), (1, CONV_CHANNELS, 3)];
+/// Names of the three layers, and the shapes of their weights.
+pub const CONV_LAYERS: [(&str, [usize; 4]); 3] =
+    [("out.0", [CONV_CHANNELS, 4, 7, 7]), ("out.2", [CONV_CHANNELS, CONV_CHANNELS, 3, 3]), ("out.4", [1, CONV_CHANNELS, 3, 3])];
 
 /// Weights of one layer, or derivatives by them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,27 +37,31 @@ impl ConvWeights {
     /// Zeros.
     #[must_use]
     pub fn zeros() -> Self {
-        let layer = |(outputs, inputs, size)| ConvLayerWeights {
-            weight: vec![0.0; outputs * inputs * size * size],
-            bias: vec![0.0; outputs],
+        let layer = |(_, shape): (_, [usize; 4])| ConvLayerWeights {
+            weight: vec![0.0; shape.iter().product()],
+            bias: vec![0.0; shape[0]],
         };
-        Self { layers: SHAPES.map(layer) }
+        Self { layers: CONV_LAYERS.map(layer) }
     }
 
     /// Those of a model; `None` if it has no such layers.
     #[must_use]
     pub fn of(model: &CloudModel) -> Option<Self> {
-        let layer = |name: &str| ConvLayerWeights {
-            weight: model.weights(&format!("{name}.weight")).to_vec(),
-            bias: model.weights(&format!("{name}.bias")).to_vec(),
-        };
-        model.sizes().conv.then(|| Self { layers: ["out.0", "out.2", "out.4"].map(layer) })
+        model.sizes().conv.then(|| Self::by_name(|name| Some(model.weights(name)))).flatten()
+    }
+
+    /// Those of weights by the published names; `None` if one is not there.
+    pub fn by_name<'a>(weights: impl Fn(&str) -> Option<&'a [f32]>) -> Option<Self> {
+        let values = |stem: &str, name: &str| Some(weights(&format!("{stem}.{name}"))?.to_vec());
+        let layer = |(stem, _)| Some(ConvLayerWeights { weight: values(stem, "weight")?, bias: values(stem, "bias")? });
+        let [first, second, last] = CONV_LAYERS.map(layer);
+        Some(Self { layers: [first?, second?, last?] })
     }
 
     /// What each tensor is called, how long it should be and how long it is.
     pub(crate) fn lengths(&self) -> [(&'static str, usize, usize); 6] {
         let [first, second, third] = &self.layers;
-        let [a, b, c] = SHAPES.map(|(outputs, inputs, size)| (outputs * inputs * size * size, outputs));
+        let [a, b, c] = CONV_LAYERS.map(|(_, shape)| (shape.iter().product(), shape[0]));
         [
             ("weights of out.0", a.0, first.weight.len()),
             ("biases of out.0", a.1, first.bias.len()),
