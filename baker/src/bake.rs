@@ -1,13 +1,22 @@
 //! Field baking: measured binaural responses become a scene.
 
-use crate::calibrate::{Calibrator, Target, share_rooms};
-use crate::direct::{Direct, minimum_phase};
-use crate::kriging::{Site, weights};
-use crate::layout::{Layout, LayoutError};
-use crate::log_row::{LogRow, NO_GAIN, delay_trend};
-use crate::responses::{Response, Responses};
-use crate::room::{HopEnergies, coherence, hops_above_noise, late_gain, t60_s};
-use crate::spectrum::{Analyser, bandwidths};
+pub(crate) mod calibrate;
+pub mod cloud_scene;
+pub(crate) mod direct;
+pub mod field;
+pub(crate) mod kriging;
+pub(crate) mod layout;
+pub(crate) mod log_row;
+pub(crate) mod room;
+
+use crate::bake::calibrate::{Calibrator, Target, share_rooms};
+use crate::bake::direct::{Direct, minimum_phase};
+use crate::bake::kriging::{Site, weights};
+use crate::bake::layout::{Layout, LayoutError};
+use crate::bake::log_row::{LogRow, NO_GAIN, delay_trend};
+use crate::bake::room::{HopEnergies, coherence, hops_above_noise, late_gain, t60_s};
+use crate::signal::spectrum::{Analyser, bandwidths};
+use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
 use promenade_core::metrics::Binaural;
 use promenade_core::{

@@ -1,7 +1,7 @@
 //! What can go wrong between files on disk and a scene, said so that the user can mend it.
 
 use promenade_audio::FileError;
-use promenade_core::cloud::CloudError;
+use promenade_core::network::CloudError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 

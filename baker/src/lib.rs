@@ -1,35 +1,20 @@
 //! Promenade's bakery: measured responses, files and folders go in, scenes come out. May allocate, thread and fail with context.
 
-pub mod anchors;
 mod bake;
-mod calibrate;
-pub mod capture;
-pub mod checkpoint;
-pub mod cloud_scene;
-mod convolve;
-pub mod cost;
-mod direct;
 mod error;
-pub mod evaluate;
-pub mod field;
-mod kriging;
-mod layout;
-mod log_row;
-pub mod measure;
+mod judge;
 mod placement;
-pub mod projection;
-pub mod random;
-pub mod reconstruction;
-pub mod responses;
-mod room;
-pub mod shoebox;
-mod spectrum;
+mod signal;
+mod sources;
 
 pub use promenade_audio::{FileError, atomic, resample, sound, wav};
 
-pub use bake::{BakeFailure, BakeOptions, bake_responses};
-pub use capture::{Capture, Clip, Split, Track};
+pub use bake::layout::LayoutError;
+pub use bake::{BakeFailure, BakeOptions, bake_responses, cloud_scene, field};
 pub use error::BakeError;
-pub use layout::LayoutError;
+pub use judge::{cost, evaluate, measure, projection};
 pub use placement::Placement;
-pub use responses::{HoldOut, LoadOptions, Response, Responses, Side};
+pub use signal::random;
+pub use sources::capture::{Capture, Clip, Split, Track};
+pub use sources::responses::{HoldOut, LoadOptions, Response, Responses, Side};
+pub use sources::{anchors, capture, checkpoint, reconstruction, responses, shoebox};

@@ -1,8 +1,8 @@
 //! Where the world of foreign data comes to lie in Promenade's: metres, z up.
 
 use promenade_core::Pose;
-use promenade_core::cloud::Alignment;
 use promenade_core::glam::{Mat3, Quat, Vec3};
+use promenade_core::network::Alignment;
 
 /// How far the columns of a rotation may be from unit length and right angles.
 const ROTATION_SLACK: f32 = 0.02;

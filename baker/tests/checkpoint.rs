@@ -5,7 +5,7 @@
 
 use promenade_baker::BakeError;
 use promenade_baker::checkpoint::{ImportOptions, Imported, import};
-use promenade_core::cloud::{CloudKind, PoseConvention, Tensor};
+use promenade_core::network::{CloudKind, PoseConvention, Tensor};
 use safetensors::{Dtype, SafeTensors, serialize, tensor::TensorView};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};

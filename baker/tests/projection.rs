@@ -7,7 +7,8 @@ use cloud_models::Sizes;
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_baker::projection::{ProjectionFailure, ProjectionReport, bursts_and_clicks, compare_projections, poses_within};
-use promenade_core::cloud::{CloudKind, CloudModel, CloudParts, ConvMode, Projection};
+use promenade_core::network::{CloudKind, CloudModel, CloudParts};
+use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{Provenance, Scene, StftGrid};
 use std::sync::Arc;
 

@@ -4,7 +4,7 @@ use crate::args::AnchorsArgs;
 use anyhow::{Context, Result, anyhow, bail};
 use promenade_baker::anchors::{AnchorOptions, AnchorSet, WALL_COLOURS, box_points};
 use promenade_baker::reconstruction::{AlignmentOptions, Place, Point, PointOptions, Reconstruction};
-use promenade_core::cloud::Alignment;
+use promenade_core::network::Alignment;
 use std::path::Path;
 
 /// Points of a mesh for each square of a voxel's edge.

@@ -12,8 +12,9 @@ mod values;
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use promenade_baker::evaluate::Playing;
 use promenade_baker::wav::Format;
-use promenade_core::cloud::{CloudKind, ConvMode, PoseConvention, Projection};
 use promenade_core::glam::Vec3;
+use promenade_core::network::{CloudKind, PoseConvention};
+use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{LiveParams, Pose};
 use std::path::PathBuf;
 use values::{

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use promenade_baker::field::{Decode, FieldOptions, bake_field};
 use promenade_baker::{BakeOptions, HoldOut, LoadOptions, Responses, Side, bake_responses};
 use promenade_core::Scene;
-use promenade_core::cloud::PoseDecoder;
+use promenade_core::decode::PoseDecoder;
 
 pub(crate) fn responses(args: &BakeResponsesArgs) -> Result<()> {
     let hold_out = HoldOut::parse(&args.hold_out)?;

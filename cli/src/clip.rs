@@ -3,7 +3,8 @@
 use crate::render::two_ears;
 use anyhow::{Result, bail};
 use promenade_baker::resample;
-use promenade_core::cloud::{ClipRenderer, CloudDecoder, Masks};
+use promenade_core::network::{CloudDecoder, Masks};
+use promenade_core::published::ClipRenderer;
 use promenade_core::{Pose, Scene};
 
 /// Both ears at the input's rate, as long as the input. The model runs at its own rate; the sound is converted there and back.

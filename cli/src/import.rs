@@ -6,8 +6,8 @@ use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::checkpoint::{ImportOptions, import};
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
-use promenade_core::cloud::Alignment;
 use promenade_core::glam::{Quat, Vec3};
+use promenade_core::network::Alignment;
 use promenade_core::{Provenance, Tier};
 
 pub(crate) fn run(args: &ImportArgs) -> Result<()> {

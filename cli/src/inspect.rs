@@ -3,8 +3,9 @@
 use crate::args::InspectArgs;
 use crate::{report, scene};
 use anyhow::Result;
-use promenade_core::cloud::{CloudKind, Projection};
 use promenade_core::glam::Vec3;
+use promenade_core::network::CloudKind;
+use promenade_core::published::Projection;
 use promenade_core::{AnchorCloud, Facing, Field, Pose, Scene, Tier};
 use serde_json::json;
 

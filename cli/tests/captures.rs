@@ -5,8 +5,8 @@ mod common;
 use common::{Place, fails, promenade, succeeds};
 use promenade_baker::capture::{Capture, Clip, Split, Track};
 use promenade_baker::wav;
-use promenade_core::cloud::CloudEmitter;
 use promenade_core::glam::Vec3;
+use promenade_core::network::CloudEmitter;
 use promenade_core::{CameraPath, Keyframe, Pose};
 use std::path::Path;
 

@@ -10,7 +10,8 @@ use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_baker::projection::bursts_and_clicks;
 use promenade_baker::wav::{self, Format};
-use promenade_core::cloud::{CloudKind, CloudModel, ConvMode, Projection};
+use promenade_core::network::{CloudKind, CloudModel};
+use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{AnchorCloud, Provenance, Scene, StftGrid};
 use std::path::Path;
 

@@ -6,9 +6,9 @@ use common::{fails, succeeds};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::{LoadOptions, Response, Responses};
 use promenade_core::Pose;
-use promenade_core::cloud::Alignment;
 use promenade_core::glam::Vec3;
 use promenade_core::metrics::ild_db;
+use promenade_core::network::Alignment;
 use std::path::Path;
 
 const POINTS: usize = 4000;

@@ -10,8 +10,8 @@ mod oracle;
 
 use cpu_time::ThreadTime;
 use oracle::{Case, Noise};
-use promenade_core::cloud::{CloudDecoder, CloudKind, Listener, Masks};
 use promenade_core::glam::{Mat3, Vec3};
+use promenade_core::network::{CloudDecoder, CloudKind, Listener, Masks};
 use pulp::Arch;
 use std::hint::black_box;
 use std::io::{BufRead, Write};

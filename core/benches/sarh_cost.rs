@@ -10,11 +10,11 @@ mod cloud_models;
 use cloud_models::{PUBLISHED, Sizes, model, noise};
 use cpu_time::ThreadTime;
 use promenade_core::StftGrid;
-use promenade_core::cloud::{
-    ClipRenderer, CloudDecoder, CloudKind, ConvMode, ConvWeights, FrameMasks, Listener, Masks, Projection, SarhClip, SarhInput,
-    SarhOptions, SarhStream, TapProjector,
-};
 use promenade_core::glam::{Mat3, Vec3};
+use promenade_core::network::{CloudDecoder, CloudKind, Listener, Masks};
+use promenade_core::published::{
+    ClipRenderer, ConvMode, ConvWeights, FrameMasks, Projection, SarhClip, SarhInput, SarhOptions, SarhStream, TapProjector,
+};
 use pulp::Arch;
 use std::hint::black_box;
 
@@ -97,7 +97,7 @@ fn clip(name: &str, kind: CloudKind, sizes: Sizes, input: &[f32]) {
     let model = model(kind, sizes);
     let mut dry = model.parts().clone();
     dry.weights.retain(|name, _| !name.starts_with("out."));
-    let dry = promenade_core::cloud::CloudModel::new(dry).unwrap();
+    let dry = promenade_core::network::CloudModel::new(dry).unwrap();
     for (instructions, arch) in arches() {
         let mut decoder = CloudDecoder::with_arch(&model, arch);
         let mut masks = Masks::new(&model.sizes());

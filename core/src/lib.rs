@@ -7,36 +7,29 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable))]
 
 mod bands;
-mod carrier;
-mod clip_head;
-pub mod cloud;
-mod decoding;
-mod direct;
-mod field;
+pub mod decode;
+pub mod gradient;
 mod grid;
-mod head;
-mod lanes;
-mod late;
-mod live;
 pub mod metrics;
+pub mod network;
 mod path;
-mod phasor;
 mod pose;
-mod reference;
+pub mod published;
+mod render;
 mod renderer;
 mod scene;
 mod spatializer;
 mod stft;
-mod taps;
 mod tier;
 mod transfer;
 
 pub use bands::Bands;
-pub use clip_head::{ClipHead, ClipInput};
-pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
+pub use decode::{
+    Axis, Basis, Decoded, Facing, Field, FieldGrid, LiveDecoder, LiveParams, LowRank, NEAREST_M, Rows, SILENT_DB, SarhFrame,
+};
 pub use glam;
+pub use gradient::{ClipHead, ClipInput};
 pub use grid::StftGrid;
-pub use live::{Decoded, LiveDecoder, LiveParams, SarhFrame};
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;
 pub use renderer::{Quality, RenderError, Renderer, SAMPLE_RATES_HZ};

@@ -1,9 +1,9 @@
 //! One scene at one host rate: mono in, both ears out.
 
-use crate::cloud::InlineDecoder;
-use crate::decoding::Decoding;
-use crate::head::RenderHead;
-use crate::reference::Reference;
+use crate::decode::InlineDecoder;
+use crate::decode::follow::Decoding;
+use crate::published::tier::Reference;
+use crate::render::head::RenderHead;
 use crate::stft::{Spectrum, Stft};
 use crate::{LiveDecoder, LiveParams, Pose, Scene, StftGrid, Tier, TransferFunction};
 use realfft::num_complex::Complex32;

@@ -6,8 +6,9 @@ mod error;
 mod format;
 mod manifest;
 
-use crate::cloud::{CloudEmitter, CloudModel, ConvMode, Projection, SarhOptions};
 use crate::metrics::Binaural;
+use crate::network::{CloudEmitter, CloudModel};
+use crate::published::{ConvMode, Projection, SarhOptions};
 use crate::{Bands, Field, Pose, StftGrid, Tier, TransferShape};
 use glam::Vec3;
 

@@ -6,10 +6,9 @@ mod golden;
 use cloud_models::{Sizes, model, noise};
 use golden::Golden;
 use promenade_core::StftGrid;
-use promenade_core::cloud::{
-    ClipRenderer, CloudDecoder, CloudKind, CloudModel, CloudParts, Listener, Masks, SarhError, Tensor,
-};
 use promenade_core::glam::{Mat3, Vec3};
+use promenade_core::network::{CloudDecoder, CloudKind, CloudModel, CloudParts, Listener, Masks, Tensor};
+use promenade_core::published::{ClipRenderer, SarhError};
 use pulp::Arch;
 
 const GRID: StftGrid = StftGrid { sample_rate_hz: 22_050.0, n_fft: 512, hop: 127 };

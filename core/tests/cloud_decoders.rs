@@ -6,8 +6,8 @@ mod oracle;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use golden::Golden;
 use oracle::{Case, Exact};
-use promenade_core::cloud::{CloudDecoder, CloudKind, CloudModel, Listener, Masks};
 use promenade_core::glam::{Mat3, Vec3};
+use promenade_core::network::{CloudDecoder, CloudKind, CloudModel, Listener, Masks};
 use pulp::Arch;
 
 #[global_allocator]

@@ -5,11 +5,11 @@ mod cloud_models;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use cloud_models::{Sizes, model, noise};
 use promenade_core::StftGrid;
-use promenade_core::cloud::{
-    ClipRenderer, CloudKind, CloudModel, CloudParts, ConvMode, FrameMasks, Listener, Masks, Projection, SarhError, SarhOptions,
-    SarhStream, StreamTaps, TapProjector, Tensor,
-};
 use promenade_core::glam::{Mat3, Vec3};
+use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Masks, Tensor};
+use promenade_core::published::{
+    ClipRenderer, ConvMode, FrameMasks, Projection, SarhError, SarhOptions, SarhStream, StreamTaps, TapProjector,
+};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;

@@ -5,8 +5,10 @@ mod golden;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use common::{noise, render};
-use promenade_core::cloud::{CloudKind, ConvMode, FrameMasks, InlineDecoder, PoseDecoder, Projection, SarhStream};
+use promenade_core::decode::{InlineDecoder, PoseDecoder};
 use promenade_core::glam::Vec3;
+use promenade_core::network::CloudKind;
+use promenade_core::published::{ConvMode, FrameMasks, Projection, SarhStream};
 use promenade_core::{
     AnchorCloud, Bands, BlockParams, Decoded, LiveDecoder, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts,
     Spatializer, StftGrid, TailModel, Tier,

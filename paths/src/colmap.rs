@@ -224,7 +224,7 @@ mod tests {
         };
         let path = import(LEVEL, &options).path;
         // Where an anchor cloud of the same reconstruction comes to lie with the same up and scale.
-        let alignment = promenade_core::cloud::Alignment {
+        let alignment = promenade_core::network::Alignment {
             scale: 0.5,
             rotation: glam::Quat::from_rotation_arc(Vec3::Z, Vec3::NEG_Y),
             translation: Vec3::ZERO,

@@ -3,7 +3,7 @@
 use crate::attention::{Attended, Attention};
 use crate::worker::{Chore, DECODER, Desk};
 use crossbeam_queue::ArrayQueue;
-use promenade_core::cloud::PoseDecoder;
+use promenade_core::decode::PoseDecoder;
 use promenade_core::{Decoded, LiveDecoder, Pose, Scene};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;

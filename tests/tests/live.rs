@@ -3,8 +3,10 @@
 #[path = "../../core/tests/golden/mod.rs"]
 mod golden;
 
-use promenade_core::cloud::{CloudKind, ConvMode, InlineDecoder, Projection};
+use promenade_core::decode::InlineDecoder;
 use promenade_core::glam::Vec3;
+use promenade_core::network::CloudKind;
+use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
     AnchorCloud, Bands, BlockParams, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts, Spatializer, StftGrid,
     TailModel, Tier,

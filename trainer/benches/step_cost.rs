@@ -6,8 +6,8 @@
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split, Track};
 use promenade_baker::random::Random;
-use promenade_core::cloud::Alignment;
 use promenade_core::glam::Vec3;
+use promenade_core::network::Alignment;
 use promenade_core::{CameraPath, Keyframe, Pose};
 use promenade_trainer::{Device, HeadKind, NetworkSettings, TrainSettings, Trainer};
 use std::time::Instant;

@@ -3,7 +3,7 @@
 use crate::settings::TrainSettings;
 use crate::weights::{AdamW, Arrays};
 use promenade_baker::{BakeError, atomic};
-use promenade_core::cloud::Tensor;
+use promenade_core::network::Tensor;
 use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView};
 use serde::{Deserialize, Serialize};

@@ -1,13 +1,15 @@
 //! AV-Cloud's decoder as a graph that can be differentiated (Chen and Shlizerman, "AV-Cloud", NeurIPS 2024; sizes and names as in
-//! `promenade_core::cloud`).
+//! `promenade_core::network`).
 
 use crate::settings::NetworkSettings;
 use crate::softmax::softmax;
 use crate::weights::{Arrays, is_fixed};
 use burn::tensor::activation::{relu, sigmoid};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
-use promenade_core::cloud::{Listener, MAX_LOG_COEFFICIENT, spherical_harmonics};
+use promenade_core::decode::MAX_LOG_COEFFICIENT;
 use promenade_core::glam::Vec3;
+use promenade_core::network::Listener;
+use promenade_core::published::spherical_harmonics;
 use std::collections::BTreeMap;
 
 /// Ends of the queries' encoding.
@@ -68,7 +70,7 @@ impl Graph {
     /// Takes the weights to a device; those that are learnt are differentiated by.
     #[must_use]
     pub(crate) fn new(weights: &Arrays, device: &Device) -> Self {
-        let leaf = |tensor: &promenade_core::cloud::Tensor, fixed: bool| {
+        let leaf = |tensor: &promenade_core::network::Tensor, fixed: bool| {
             let cols = match tensor.shape[..] {
                 [n] => n,
                 [_, .., 1] => tensor.shape[1],

@@ -5,7 +5,7 @@ use crate::settings::{LossSettings, TrainSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
 use promenade_core::StftGrid;
-use promenade_core::cloud::{CONV_LAYERS, ClipSource, ConvWeights, SarhClip, SarhError, SarhGradient, SarhInput};
+use promenade_core::published::{CONV_LAYERS, ClipSource, ConvWeights, SarhClip, SarhError, SarhGradient, SarhInput};
 use std::collections::BTreeMap;
 
 /// What a thread works with.

@@ -6,8 +6,9 @@ use crate::streaming::exponentials;
 use crate::weights::Arrays;
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene, display_anchors, top_hz};
-use promenade_core::cloud::{CloudKind, CloudModel, CloudParts, ConvMode, PoseConvention, Projection, Tensor};
 use promenade_core::glam::Vec3;
+use promenade_core::network::{CloudKind, CloudModel, CloudParts, PoseConvention, Tensor};
+use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{AnchorCloud, Pose, Provenance, Scene, SceneError, SceneParts};
 
 /// Puts a scene around weights: what was trained is what its tier High plays, or, with AV-Cloud's heads, its tier Reference as far as a stream

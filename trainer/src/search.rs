@@ -8,7 +8,7 @@ use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Split};
 use promenade_core::Provenance;
-use promenade_core::cloud::PoseDecoder;
+use promenade_core::decode::PoseDecoder;
 use std::sync::Arc;
 
 /// A change has to lower the error by this share to be worth a cost, and may raise it by as much to save one.

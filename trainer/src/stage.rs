@@ -5,8 +5,8 @@ use crate::settings::{HeadKind, TrainSettings};
 use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, reverberation_times};
-use promenade_core::cloud::{Alignment, CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 use promenade_core::glam::Vec3;
+use promenade_core::network::{Alignment, CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 use promenade_core::{Bands, StftGrid, TailModel};
 
 /// Reverberation time of bands in which nothing sounds, seconds.

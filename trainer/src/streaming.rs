@@ -4,7 +4,8 @@ use crate::head::{Answer, Example, Judged, spread};
 use crate::settings::{LossSettings, NetworkSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
-use promenade_core::cloud::{CloudEmitter, QueryValues, TapHead};
+use promenade_core::decode::{QueryValues, TapHead};
+use promenade_core::network::CloudEmitter;
 use promenade_core::{Bands, ClipHead, Pose, StftGrid, TailModel, TransferFunction};
 
 /// The array of tap shapes' logarithms.

@@ -1,5 +1,5 @@
 //! AV-Cloud's time filters as a graph that can be differentiated (Chen and Shlizerman, "AV-Cloud", NeurIPS 2024, section 3.3; names and
-//! layouts of weights as in `promenade_core::cloud`).
+//! layouts of weights as in `promenade_core::published`).
 
 use crate::network::Graph;
 use burn::tensor::Tensor;

@@ -14,8 +14,8 @@ use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split};
 use promenade_baker::random::Random;
-use promenade_core::cloud::Listener;
 use promenade_core::metrics::avcloud;
+use promenade_core::network::Listener;
 use promenade_core::{Pose, Provenance, Scene, SceneError, TransferFunction};
 use std::collections::BTreeMap;
 

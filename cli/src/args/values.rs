@@ -4,8 +4,9 @@ use promenade_baker::evaluate::Playing;
 use promenade_baker::reconstruction::{Landmark, SceneOrigin};
 use promenade_baker::shoebox::{Absorption, MAX_LENGTH_S};
 use promenade_baker::wav::Format;
-use promenade_core::cloud::{CloudKind, ConvMode, PoseConvention, Projection};
 use promenade_core::glam::Vec3;
+use promenade_core::network::{CloudKind, PoseConvention};
+use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{Pose, Tier};
 use promenade_paths::Origin;
 

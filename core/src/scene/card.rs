@@ -3,7 +3,7 @@
 use super::error::SceneError;
 use super::format::{MANIFEST, manifest};
 use super::{Provenance, Tier};
-use crate::cloud::ConvMode;
+use crate::published::ConvMode;
 use serde::Deserialize;
 use std::collections::HashMap;
 

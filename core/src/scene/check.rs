@@ -2,8 +2,8 @@
 
 use super::error::{SceneError, value};
 use super::{AnchorCloud, SceneParts};
-use crate::cloud::{ConvMode, Projection};
-use crate::field::{Field, FieldGrid};
+use crate::decode::field::{Field, FieldGrid};
+use crate::published::{ConvMode, Projection};
 use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{StftGrid, TransferShape};
 

@@ -1,7 +1,7 @@
 //! What can be wrong with a scene.
 
 use super::format::{MAX_SCENE_BYTES, VERSION};
-use crate::cloud::CloudError;
+use crate::network::CloudError;
 use thiserror::Error;
 
 /// Why bytes are no scene.

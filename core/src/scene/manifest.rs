@@ -1,9 +1,10 @@
 //! The manifest's own types, apart from the scene's: the file is a boundary.
 
 use super::{AnchorCloud, Provenance};
-use crate::cloud::{Alignment, CloudEmitter, CloudKind, ConvMode, PoseConvention, Projection};
-use crate::field::{Axis, Facing, FieldGrid};
+use crate::decode::field::{Axis, Facing, FieldGrid};
 use crate::metrics::Binaural;
+use crate::network::{Alignment, CloudEmitter, CloudKind, PoseConvention};
+use crate::published::{ConvMode, Projection};
 use crate::{HeldOut, Pose, StftGrid};
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};

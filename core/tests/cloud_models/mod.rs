@@ -3,8 +3,8 @@
 #![allow(dead_code, unreachable_pub, reason = "each test uses a part of it")]
 
 use promenade_core::Bands;
-use promenade_core::cloud::{Alignment, CloudKind, CloudModel, CloudParts, PoseConvention, Tensor};
 use promenade_core::glam::Vec3;
+use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, PoseConvention, Tensor};
 use std::collections::BTreeMap;
 
 /// Sizes that are chosen freely.

@@ -4,8 +4,10 @@ use super::*;
 use crate::settings::{HeadKind, LossSettings, NetworkSettings};
 use crate::weights::is_fixed;
 use promenade_baker::capture::Track;
-use promenade_core::cloud::{Alignment, ClipRenderer, CloudDecoder, Masks, PoseDecoder};
+use promenade_core::decode::PoseDecoder;
 use promenade_core::glam::Vec3;
+use promenade_core::network::{Alignment, CloudDecoder, Masks};
+use promenade_core::published::ClipRenderer;
 use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Renderer, Tier};
 use std::sync::Arc;
 

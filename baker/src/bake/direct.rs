@@ -1,0 +1,105 @@
+//! The direct sound of a measured response: arrival, masks, common phase.
+
+use crate::signal::spectrum::{Analyser, at};
+use promenade_core::StftGrid;
+use promenade_core::metrics::onset;
+use realfft::RealFftPlanner;
+
+/// The direct sound begins this long before the earlier onset, seconds.
+const LEAD_S: f64 = 0.001;
+/// It is whole up to this long after the arrival at the head, seconds ...
+const WHOLE_S: f64 = 0.002;
+/// ... and has faded out by here, before early reflections take over.
+const END_S: f64 = 0.0035;
+
+/// Direct sound at both ears.
+#[derive(Clone, Debug)]
+pub(crate) struct Direct {
+    /// Sample of the response at which sound reaches the head's centre: midway between the ears' onsets.
+    pub(crate) arrival: i64,
+    /// Magnitude per bin, left and right, at the measured distance.
+    pub(crate) gain: [Vec<f64>; 2],
+    /// The response without the direct sound, left and right.
+    pub(crate) rest: [Vec<f32>; 2],
+}
+
+impl Direct {
+    /// Cuts the direct sound out of a response. `None` if an ear is silent.
+    pub(crate) fn of(ears: [&[f32]; 2], grid: &StftGrid, analyser: &Analyser) -> Option<Self> {
+        #[expect(clippy::cast_possible_wrap, reason = "an index into a response")]
+        let onsets = [onset(ears[0])? as i64, onset(ears[1])? as i64];
+        let arrival = (onsets[0] + onsets[1]) / 2;
+        #[expect(clippy::cast_possible_truncation, reason = "milliseconds in samples")]
+        let samples = |s: f64| (s * grid.sample_rate_hz).round() as i64;
+        let start = onsets[0].min(onsets[1]) - samples(LEAD_S);
+        let (whole, end) = (arrival + samples(WHOLE_S), arrival + samples(END_S));
+        let share = |i: i64| match i {
+            i if i < whole => 1.0,
+            i if i >= end => 0.0,
+            i => 0.5 + 0.5 * (std::f64::consts::PI * (i - whole) as f64 / (end - whole) as f64).cos(),
+        };
+        let cut = ears.map(|ear| {
+            let piece: Vec<f64> = (start..end).map(|i| share(i) * at(ear, i)).collect();
+            analyser.spectrum(&piece).iter().map(|x| x.norm()).collect()
+        });
+        let rest = ears.map(|ear| {
+            ear.iter()
+                .enumerate()
+                .map(|(i, v)| {
+                    #[expect(clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "an index; a share")]
+                    let kept = 1.0 - share(i as i64) as f32;
+                    kept * v
+                })
+                .collect()
+        });
+        Some(Self { arrival, gain: cut, rest })
+    }
+}
+
+/// Minimum phase of a magnitude, radians per bin, unwrapped: the Hilbert transform of the log magnitude by folding the cepstrum
+/// (Oppenheim and Schafer 2010, section 13.5).
+pub(crate) fn minimum_phase(log_gain: &[f64], grid: &StftGrid) -> Vec<f32> {
+    let n = grid.n_fft;
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let mut spectrum = forward.make_output_vec();
+    for (s, g) in spectrum.iter_mut().zip(log_gain) {
+        s.re = *g;
+    }
+    let mut cepstrum = inverse.make_output_vec();
+    let done = inverse.process(&mut spectrum, &mut cepstrum);
+    debug_assert!(done.is_ok());
+    for (i, c) in cepstrum.iter_mut().enumerate() {
+        let fold = if i == 0 || i == n / 2 {
+            1.0
+        } else if i < n / 2 {
+            2.0
+        } else {
+            0.0
+        };
+        *c *= fold / n as f64;
+    }
+    let done = forward.process(&mut cepstrum, &mut spectrum);
+    debug_assert!(done.is_ok());
+    #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+    spectrum.iter().map(|s| s.im as f32).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn minimum_phase_of_a_one_pole_is_its_own_phase() {
+        let grid = StftGrid { sample_rate_hz: 16_000.0, n_fft: 320, hop: 80 };
+        let response = |k: usize| {
+            let w = std::f64::consts::TAU * k as f64 / 320.0;
+            let (re, im) = (1.0 - 0.6 * w.cos(), 0.6 * w.sin());
+            (-0.5 * (re * re + im * im).ln(), -im.atan2(re))
+        };
+        let log_gain: Vec<f64> = (0..grid.bins()).map(|k| response(k).0).collect();
+        for (k, phase) in minimum_phase(&log_gain, &grid).iter().enumerate() {
+            assert!((f64::from(*phase) - response(k).1).abs() < 1e-5, "bin {k}");
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! How measurements lie around one emitter.
+
+use crate::bake::kriging::Site;
+use crate::sources::responses::Responses;
+use glam::{Quat, Vec3};
+use promenade_core::{Axis, Facing, FieldGrid, Pose, glam};
+use thiserror::Error;
+
+/// Two positions closer than this are one, metres.
+const SAME_PLACE_M: f32 = 1e-3;
+/// The densest directions that are kept apart, radians.
+const FINEST_STEP: f32 = 2.5 * std::f32::consts::PI / 180.0;
+/// The widest distance between the directions of a field, radians.
+const COARSEST_STEP: f32 = 15.0 * std::f32::consts::PI / 180.0;
+/// Positions along one axis of a field, at most.
+const MOST_POSITIONS: usize = 24;
+
+/// Why measurements make no scene.
+#[derive(Debug, Error, PartialEq)]
+pub enum LayoutError {
+    /// There is nothing to bake from.
+    #[error("no response to bake from is left")]
+    Empty,
+    /// Sources and listeners both move.
+    #[error(
+        "the responses have {sources} source positions and {listeners} listener positions, expected one of either; choose a source"
+    )]
+    Ambiguous {
+        /// Different source positions.
+        sources: usize,
+        /// Different listener positions.
+        listeners: usize,
+    },
+    /// A listener stands in the source.
+    #[error("response '{name}' has listener and source in one place")]
+    Coincident {
+        /// Name of the response.
+        name: String,
+    },
+}
+
+/// Measurements as listener poses around one emitter.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    /// Emitter in the scene's world, metres.
+    pub(crate) emitter: Vec3,
+    /// Listener pose of each response in the scene's world.
+    pub(crate) poses: Vec<Pose>,
+    /// The same as emitter directions and listener positions.
+    pub(crate) sites: Vec<Site>,
+    /// Distance from listener to emitter of each response, metres.
+    pub(crate) distances: Vec<f32>,
+    /// What was assumed, in words.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Layout {
+    /// Finds the emitter and the poses around it.
+    ///
+    /// A source that stays is the emitter. Sources that move around a listener who stays are read as one emitter straight ahead of
+    /// the origin, with the listener turned so that it is seen from the head as the source was: the room then turns with the head.
+    pub(crate) fn of(responses: &Responses) -> Result<Self, LayoutError> {
+        let all = &responses.responses;
+        let sources = count_places(all.iter().map(|r| r.source));
+        let listeners = count_places(all.iter().map(|r| r.listener.position));
+        let mut notes = Vec::new();
+        let relative: Vec<Vec3> = all.iter().map(|r| r.listener.to_head(r.source)).collect();
+        let distances: Vec<f32> = relative.iter().map(|v| v.length()).collect();
+        if let Some(i) = distances.iter().position(|d| *d < SAME_PLACE_M) {
+            return Err(LayoutError::Coincident { name: all[i].name.clone() });
+        }
+        let (emitter, poses): (Vec3, Vec<Pose>) = match (sources, listeners) {
+            (0, _) => return Err(LayoutError::Empty),
+            (1, _) => (all[0].source, all.iter().map(|r| r.listener).collect()),
+            (_, 1) => {
+                notes.push(format!(
+                    "{sources} sources around one listener: read as one emitter, with the room turning with the head"
+                ));
+                let ahead = distances.iter().sum::<f32>() / distances.len() as f32;
+                let emitter = Vec3::new(ahead, 0.0, 0.0);
+                let pose = |(v, d): (&Vec3, &f32)| {
+                    let azimuth = v.y.atan2(v.x);
+                    let elevation = (v.z / d).clamp(-1.0, 1.0).asin();
+                    let seen = Quat::from_rotation_z(azimuth) * Quat::from_rotation_y(-elevation);
+                    Pose { position: emitter - Vec3::X * *d, orientation: seen.inverse().normalize() }
+                };
+                (emitter, relative.iter().zip(&distances).map(pose).collect())
+            }
+            (sources, listeners) => return Err(LayoutError::Ambiguous { sources, listeners }),
+        };
+        let stays = listeners == 1;
+        let sites = relative
+            .iter()
+            .zip(&distances)
+            .zip(&poses)
+            .map(|((v, d), pose)| Site { direction: *v / *d, position: if stays { Vec3::ZERO } else { pose.position } })
+            .collect();
+        Ok(Self { emitter, poses, sites, distances, notes })
+    }
+
+    /// The same around fewer responses, by number.
+    pub(crate) fn only(&self, used: &[usize]) -> Self {
+        Self {
+            emitter: self.emitter,
+            poses: used.iter().map(|&i| self.poses[i]).collect(),
+            sites: used.iter().map(|&i| self.sites[i]).collect(),
+            distances: used.iter().map(|&i| self.distances[i]).collect(),
+            notes: self.notes.clone(),
+        }
+    }
+
+    /// Nodes for a field: as dense as the measurements where they are dense, over all directions.
+    pub(crate) fn grid(&self) -> FieldGrid {
+        let pi = std::f32::consts::PI;
+        let spacing = median_spacing(self.sites.iter().map(|s| s.direction)).clamp(FINEST_STEP, COARSEST_STEP);
+        let azimuths = count(2.0 * pi / spacing).max(4);
+        let flat = self.sites.iter().all(|s| s.direction.z.abs() < 0.035);
+        let elevations = if flat { 5 } else { count(pi / spacing).max(4) + 1 };
+        let axis = |pick: fn(Vec3) -> f32| {
+            let values = self.sites.iter().map(|s| pick(s.position));
+            let (low, high) = values.fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
+            let spacing = median_spacing(self.sites.iter().map(|s| s.position)).max(0.05);
+            let steps = if high - low < SAME_PLACE_M { 0 } else { count((high - low) / spacing).clamp(1, MOST_POSITIONS - 1) };
+            if steps == 0 { Axis::single(low) } else { Axis::uniform(low, (high - low) / steps as f32, steps + 1) }
+        };
+        FieldGrid {
+            position: [axis(|p| p.x), axis(|p| p.y), axis(|p| p.z)],
+            facing: Facing::Emitter {
+                position: self.emitter,
+                elevation: Axis::uniform(-pi / 2.0, pi / (elevations - 1) as f32, elevations),
+                azimuth: Axis::circle(-pi, azimuths),
+            },
+        }
+    }
+
+    /// Whether no measurement has the emitter behind the head (or none before it).
+    pub(crate) fn is_half(&self) -> bool {
+        let behind = |s: &Site| s.direction.x < -0.2;
+        let ahead = |s: &Site| s.direction.x > 0.2;
+        self.sites.iter().any(behind) != self.sites.iter().any(ahead)
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
+fn count(x: f32) -> usize {
+    x.round().max(0.0) as usize
+}
+
+fn count_places(places: impl Iterator<Item = Vec3>) -> usize {
+    let mut found: Vec<Vec3> = Vec::new();
+    for p in places {
+        if !found.iter().any(|f| f.distance(p) < SAME_PLACE_M) {
+            found.push(p);
+        }
+    }
+    found.len()
+}
+
+/// Median distance from a point to the nearest other point that is not the same; 1 where there is none.
+fn median_spacing(points: impl Iterator<Item = Vec3>) -> f32 {
+    let points: Vec<Vec3> = points.collect();
+    let mut nearest: Vec<f32> = points
+        .iter()
+        .map(|p| points.iter().map(|q| p.distance(*q)).filter(|d| *d > SAME_PLACE_M).fold(f32::MAX, f32::min))
+        .filter(|d| *d < f32::MAX)
+        .collect();
+    nearest.sort_by(f32::total_cmp);
+    nearest.get(nearest.len() / 2).copied().unwrap_or(1.0)
+}

@@ -1,0 +1,5 @@
+//! Signal processing that several rooms use.
+
+pub(crate) mod convolve;
+pub mod random;
+pub(crate) mod spectrum;

@@ -1,0 +1,8 @@
+//! Where acoustics come from: measured responses, recordings, reconstructions, published checkpoints, simulated rooms.
+
+pub mod anchors;
+pub mod capture;
+pub mod checkpoint;
+pub mod reconstruction;
+pub mod responses;
+pub mod shoebox;

@@ -1,0 +1,199 @@
+//! Published AV-Cloud checkpoints: what training left behind becomes a model that can be rendered.
+//!
+//! [`import`] reads the `.pth` of the published trainer together with the anchors of its scene, which the checkpoint does not hold,
+//! or one `.safetensors` with both, as `presets/recipes/export_avcloud.py` writes it.
+
+mod anchors;
+mod float;
+mod form;
+pub(crate) mod npz;
+mod pickle;
+mod settings;
+mod weights;
+
+use crate::BakeError;
+use anchors::{Anchors, few};
+use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, PoseConvention, Tensor};
+use promenade_core::{Bands, StftGrid};
+use settings::Settings;
+use std::collections::BTreeMap;
+use std::path::Path;
+use weights::Stored;
+
+/// What the user knows of a checkpoint. What is not given is as the file says, or else as in the published code.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImportOptions {
+    /// Which decoder; otherwise the names of the weights tell.
+    pub kind: Option<CloudKind>,
+    /// Distance that relative vectors were divided by, cloud units. There is none that fits all scenes: published training takes
+    /// 25, but 23.6032 for its scene 6 and 183.2170 for its scenes 12 and 13.
+    pub max_norm: Option<f32>,
+    /// Sample rate of the training, Hz; published: 22050.
+    pub sample_rate_hz: Option<f64>,
+    /// Length of the Fourier transform, samples; published: 512.
+    pub n_fft: Option<usize>,
+    /// Samples from frame to frame; published: 127.
+    pub hop: Option<usize>,
+    /// Attention heads, which the weights do not tell; published: 4.
+    pub heads: Option<usize>,
+    /// How the listener's rotation is applied; [`PoseConvention::Published`] unless said otherwise.
+    pub convention: Option<PoseConvention>,
+    /// Where the cloud lies in the scene; [`Alignment::IDENTITY`] unless said otherwise.
+    pub alignment: Option<Alignment>,
+}
+
+/// A checkpoint that became a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Imported {
+    /// Weights and anchors.
+    pub model: CloudModel,
+    /// The transform that the model's masks belong to.
+    pub grid: StftGrid,
+    /// What the user should know: values that were assumed, weights that do nothing, features that look wrong.
+    pub notes: Vec<String>,
+}
+
+/// Imports a checkpoint: a `.pth` of the published trainer, in the zip format or the one before it, its weights under
+/// `"state_dict"` or by themselves; or a `.safetensors`. The content tells which, not the name.
+///
+/// `anchors` is a `.safetensors` or `.npz` file with the positions `anchor_xyz` `(N, 3)` and the features `rgb_features` `(N, 150)`,
+/// harmonics of the colours `(c - 0.5) / 0.2821`; needed unless the checkpoint holds anchors itself. Pickles are not taken as
+/// anchors, and the pickle inside a checkpoint is parsed without being run.
+///
+/// # Errors
+/// Everything that has to be given and is not, at once; files that are damaged, too large or of another kind; weights and anchors
+/// that do not fit to each other or to the transform. The message names the file, what was expected and what was found.
+pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions) -> Result<Imported, BakeError> {
+    let Stored { mut weights, names, metadata, converted } = Stored::read(checkpoint)?;
+    let settings = Settings::new(checkpoint, &metadata, options)?;
+    let mut notes = settings.notes.clone();
+    let inside = Anchors::take(checkpoint, &mut weights)?;
+    let kind = match settings.kind {
+        Some(kind) => kind,
+        None => detect(checkpoint, &weights, &names)?,
+    };
+    let replaced = inside.is_some() && anchors.is_some();
+    let anchors = match anchors {
+        Some(path) => Some(Anchors::read(path)?.0),
+        None => inside,
+    };
+    let (Some(anchors), Some(max_norm)) = (&anchors, settings.max_norm) else {
+        let mut missing = Vec::new();
+        if anchors.is_none() {
+            missing.push("the scene's anchors (.safetensors or .npz with 'anchor_xyz' and 'rgb_features')".to_owned());
+        }
+        if settings.max_norm.is_none() {
+            missing.push(
+                "max_norm (25 in published training, but 23.6032 for scene 6 and 183.2170 for scenes 12 and 13)".to_owned(),
+            );
+        }
+        return Err(BakeError::Incomplete { path: checkpoint.to_path_buf(), missing });
+    };
+    if replaced {
+        notes.push("the anchors are those of the file given, not those beside the weights".to_owned());
+    }
+    if converted > 0 {
+        notes.push(format!("{converted} arrays were not of 32-bit floats and were converted"));
+    }
+    notes.extend(anchors.doubt());
+    check_anchors(checkpoint, &weights, anchors.positions.len())?;
+    let grid = settings.grid;
+    check_bins(checkpoint, &weights, &grid)?;
+    if kind == CloudKind::Full {
+        notes.extend(drop_dead_network(&mut weights));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "frequencies are f32 inside")]
+    let centres_hz = (0..grid.bins()).map(|k| grid.bin_hz(k) as f32).collect();
+    let frequencies = Bands::new(centres_hz)
+        .ok_or_else(|| BakeError::content(checkpoint, "a transform with two bins or more", format!("{grid:?}")))?;
+    let parts = CloudParts {
+        kind,
+        heads: settings.heads,
+        max_norm,
+        convention: settings.convention,
+        alignment: settings.alignment,
+        frequencies,
+        anchors: anchors.positions.clone(),
+        features: anchors.features.clone(),
+        weights,
+    };
+    let model = CloudModel::new(parts).map_err(|source| BakeError::Cloud { path: checkpoint.to_path_buf(), source })?;
+    Ok(Imported { model, grid, notes })
+}
+
+/// Anchors alone, and the metadata of a safetensors file.
+pub(crate) fn read_anchors(path: &Path) -> Result<(Anchors, BTreeMap<String, String>), BakeError> {
+    Anchors::read(path)
+}
+
+/// The decoder whose own weights are there.
+fn detect(path: &Path, weights: &BTreeMap<String, Tensor>, names: &[String]) -> Result<CloudKind, BakeError> {
+    let some = |start: &str| weights.keys().any(|k| k.starts_with(start));
+    if some("post_process.") {
+        Ok(CloudKind::Full)
+    } else if weights.contains_key("freq_weights") {
+        Ok(CloudKind::SimpleSh)
+    } else if weights.contains_key("time_weights") && some("decoder.") {
+        Ok(CloudKind::Sh)
+    } else {
+        let expected = "weights of AV-Cloud: 'post_process.*' (full), 'freq_weights' (simple-sh), or 'time_weights' with \
+                        'decoder.*' (sh)";
+        Err(BakeError::content(path, expected, few(names)))
+    }
+}
+
+fn check_anchors(path: &Path, weights: &BTreeMap<String, Tensor>, count: usize) -> Result<(), BakeError> {
+    match weights.get("_audio_features_f").and_then(|t| t.shape.first()) {
+        Some(rows) if *rows != count => {
+            let expected = format!("the {count} rows that {count} anchors have");
+            Err(BakeError::entry(
+                path,
+                "weights '_audio_features_f'",
+                expected,
+                format!("{rows}: the anchors of another scene?"),
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Weights that have a row for each bin tell the transform's length.
+fn check_bins(path: &Path, weights: &BTreeMap<String, Tensor>, grid: &StftGrid) -> Result<(), BakeError> {
+    for (name, axis) in [("freq_weights", 0), ("time_weights", 0), ("time_freq_weights", 1)] {
+        if let Some(bins) = weights.get(name).and_then(|t| t.shape.get(axis)).filter(|b| **b != grid.bins()) {
+            let expected = format!("{} frequencies, as a transform of {} samples has", grid.bins(), grid.n_fft);
+            let found = format!("{bins}, as one of {} has", 2 * bins.saturating_sub(1));
+            return Err(BakeError::entry(path, format!("weights '{name}'"), expected, found));
+        }
+    }
+    Ok(())
+}
+
+/// Replaces the network that makes time-filter kernels by the one kernel that it makes, where its first layer is zero.
+///
+/// Published training starts that layer at zero before a rectifier, whose gradient is zero there, so it stays: the kernel is the
+/// last layer's bias whatever the pose and frequency.
+fn drop_dead_network(weights: &mut BTreeMap<String, Tensor>) -> Option<String> {
+    const NETWORK: [&str; 4] = ["0.weight", "0.bias", "2.weight", "2.bias"];
+    let [first, first_bias, second, kernel] = NETWORK.map(|n| weights.get(&format!("post_process.weight_model.{n}")));
+    let (first, first_bias, second, kernel) = (first?, first_bias?, second?, kernel?);
+    let frames = *weights.get("post_process.bias_model.2.bias")?.shape.first()?;
+    let dead = first.values.iter().chain(&first_bias.values).all(|v| *v == 0.0);
+    // Of another size it is left for the model's own check to refuse.
+    if !dead || frames.checked_mul(frames).and_then(|n| n.checked_mul(3)) != Some(kernel.values.len()) {
+        return None;
+    }
+    let inert = first.values.len() + first_bias.values.len() + second.values.len();
+    let learned = weights.iter().filter(|(k, _)| !k.ends_with(".freqs"));
+    let learned: usize = learned.map(|(_, t)| t.values.len()).sum();
+    let kernel = Tensor { shape: vec![3 * frames, frames], values: kernel.values.clone() };
+    for n in NETWORK {
+        weights.remove(&format!("post_process.weight_model.{n}"));
+    }
+    weights.insert("post_process.kernel".to_owned(), kernel);
+    Some(format!(
+        "the network that should make the time filter's kernels has a first layer of zeros, as published training leaves it: \
+         {inert} of {learned} weights ({:.0} %) do nothing; its one kernel is kept",
+        100.0 * inert as f64 / learned as f64
+    ))
+}

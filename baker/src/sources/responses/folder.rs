@@ -1,0 +1,288 @@
+//! Folders of responses with poses beside them, as data sets for acoustic fields have them.
+
+use super::{Response, Responses, check};
+use crate::sources::checkpoint::npz;
+use crate::{BakeError, Placement, sound};
+use promenade_core::Pose;
+use promenade_core::glam::{Quat, Vec3};
+use std::path::{Path, PathBuf};
+
+/// Bytes that a file of poses may have.
+const MAX_BYTES: u64 = 64 << 20;
+/// Sources closer than this are one, metres.
+const SAME_PLACE_M: f32 = 1e-2;
+
+/// How responses and poses lie in a folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FolderLayout {
+    /// A folder per response, in the folder itself or its `data`, with `rir.wav`, the listener's place in `rx_pos.txt` and the
+    /// source's in `tx_pos.txt`, the last three numbers of either: as Real Acoustic Fields is published.
+    Raf,
+    /// Sound files in the order of their names, one row for each in `poses.npy`, `poses.json` or `poses.txt`; the source in the
+    /// options, or in `source.txt`: as other sets can be brought to be.
+    Rows,
+}
+
+/// What a folder does not say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FolderOptions {
+    /// How it is laid out.
+    pub layout: FolderLayout,
+    /// Name of the set.
+    pub title: String,
+    /// Whom to credit.
+    pub credit: String,
+    /// Terms of the data.
+    pub licence: String,
+    /// Where the data's world lies in Promenade's.
+    pub placement: Placement,
+    /// The source, metres in Promenade's world, where it is not in the folder.
+    pub emitter: Option<Vec3>,
+    /// Which of several sources, counted from 0 in the order in which they appear; without it the one with most responses.
+    pub source: Option<usize>,
+}
+
+/// Loads responses of one source and one or two channels; one channel is what both ears hear.
+///
+/// A row of poses has 3 numbers (position), 6 (position, yaw, pitch and roll in degrees) or 7 (position, quaternion w, x, y, z), in
+/// the data's world with the head's axes x forward, y left, z up; without an orientation heads look along x.
+///
+/// # Errors
+/// Missing or damaged files, another number of rows than of files, rates that differ, and what [`Responses::load`] refuses. Checked
+/// against layouts that were made by hand only.
+pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, BakeError> {
+    let measured = match options.layout {
+        FolderLayout::Raf => raf(folder)?,
+        FolderLayout::Rows => rows(folder, options.emitter.is_some())?,
+    };
+    let alignment = options.placement.alignment();
+    let mut notes = Vec::new();
+    let mut rate: Option<(PathBuf, u32)> = None;
+    let mut responses = Vec::with_capacity(measured.len());
+    let (mut mono, mut longest) = (0, 0);
+    for one in measured {
+        let wav = sound::read(&one.file)?;
+        let (rate_file, rate_hz) = rate.get_or_insert_with(|| (one.file.clone(), wav.sample_rate_hz));
+        if *rate_hz != wav.sample_rate_hz {
+            let expected = format!("{rate_hz} Hz as in {}", rate_file.display());
+            return Err(BakeError::content(&one.file, expected, format!("{} Hz", wav.sample_rate_hz)));
+        }
+        let count = wav.channels.len();
+        let mut channels = wav.channels.into_iter();
+        let (left, right) = match (channels.next(), channels.next(), count) {
+            (Some(both), None, _) => {
+                mono += 1;
+                (both.clone(), both)
+            }
+            (Some(left), Some(right), 2) => (left, right),
+            _ => return Err(BakeError::content(&one.file, "1 or 2 channels", format!("{count}"))),
+        };
+        longest = longest.max(left.len());
+        check::size(folder, responses.len() + 1, longest)?;
+        let listener = Pose {
+            position: alignment.to_world(one.listener.position),
+            orientation: if one.turned {
+                (alignment.rotation.inverse() * one.listener.orientation).normalize()
+            } else {
+                Quat::IDENTITY
+            },
+        };
+        let source = one.source.map(|s| alignment.to_world(s)).or(options.emitter);
+        let source = source.ok_or_else(|| BakeError::content(folder, "a source, in the folder or as an option", "none"))?;
+        responses.push(Response { listener, source, left, right, name: one.name });
+    }
+    if mono > 0 {
+        notes.push(format!("{mono} responses have one channel: both ears hear the same, and the head does not shade"));
+    }
+    one_source(folder, &mut responses, options.source, &mut notes)?;
+    let mut set = Responses {
+        title: options.title.clone(),
+        credit: options.credit.clone(),
+        licence: options.licence.clone(),
+        sample_rate_hz: rate.map_or(0.0, |(_, hz)| f64::from(hz)),
+        responses,
+        notes,
+    };
+    check::finish(folder, &mut set, true)?;
+    Ok(set)
+}
+
+/// A response on disk, in the data's world.
+struct Measured {
+    file: PathBuf,
+    name: String,
+    listener: Pose,
+    /// Whether the data say where the head looks.
+    turned: bool,
+    source: Option<Vec3>,
+}
+
+fn raf(folder: &Path) -> Result<Vec<Measured>, BakeError> {
+    let data = folder.join("data");
+    let root = if data.is_dir() { data } else { folder.to_path_buf() };
+    let mut found = Vec::new();
+    for place in entries(&root)?.into_iter().filter(|p| p.join("rir.wav").is_file()) {
+        let position = |name: &str| {
+            let path = place.join(name);
+            let numbers = numbers(&path)?;
+            // What goes before the position is an orientation; a loudspeaker has one, a microphone none.
+            match numbers[..] {
+                [.., x, y, z] if matches!(numbers.len(), 3 | 7) => Ok(Vec3::new(x, y, z)),
+                _ => Err(BakeError::content(
+                    &path,
+                    "3 numbers, or 7 of which the last 3 are a position",
+                    format!("{}", numbers.len()),
+                )),
+            }
+        };
+        let listener = Pose { position: position("rx_pos.txt")?, orientation: Quat::IDENTITY };
+        let source = Some(position("tx_pos.txt")?);
+        let name = place.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        found.push(Measured { file: place.join("rir.wav"), name, listener, turned: false, source });
+    }
+    if found.is_empty() {
+        return Err(BakeError::content(&root, "folders with a rir.wav", "none"));
+    }
+    Ok(found)
+}
+
+fn rows(folder: &Path, knows_source: bool) -> Result<Vec<Measured>, BakeError> {
+    let is_sound = |p: &PathBuf| p.extension().is_some_and(|e| ["wav", "flac"].iter().any(|s| e.eq_ignore_ascii_case(s)));
+    let files: Vec<PathBuf> = entries(folder)?.into_iter().filter(is_sound).collect();
+    let named = |names: &[&str]| names.iter().map(|n| folder.join(n)).find(|p| p.is_file());
+    let Some(path) = named(&["poses.npy", "poses.json", "poses.txt", "poses.csv"]) else {
+        return Err(BakeError::content(folder, "a poses.npy, poses.json or poses.txt", "none"));
+    };
+    let poses = table(&path)?;
+    if poses.len() != files.len() || files.is_empty() {
+        return Err(BakeError::content(
+            &path,
+            format!("{} poses, one for each sound file", files.len()),
+            format!("{}", poses.len()),
+        ));
+    }
+    let source = match named(&["source.txt", "source.npy"]) {
+        Some(path) if !knows_source => match table(&path)?.concat()[..] {
+            [x, y, z] => Some(Vec3::new(x, y, z)),
+            ref other => return Err(BakeError::content(&path, "3 numbers", format!("{}", other.len()))),
+        },
+        _ => None,
+    };
+    let measured = |(file, row): (PathBuf, Vec<f32>)| {
+        let name = file.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let wrong = |found: String| BakeError::entry(&path, format!("pose of {name}"), "3, 6 or 7 finite numbers", found);
+        if let Some(bad) = row.iter().find(|v| !v.is_finite()) {
+            return Err(wrong(bad.to_string()));
+        }
+        let (listener, turned) = match row[..] {
+            [x, y, z] => (Pose { position: Vec3::new(x, y, z), orientation: Quat::IDENTITY }, false),
+            [x, y, z, yaw, pitch, roll] => {
+                let [yaw, pitch, roll] = [yaw, pitch, roll].map(f32::to_radians);
+                (Pose::from_ypr(Vec3::new(x, y, z), yaw, pitch, roll), true)
+            }
+            [x, y, z, qw, qx, qy, qz] => {
+                let q = Quat::from_xyzw(qx, qy, qz, qw);
+                if !(0.99..=1.01).contains(&q.length()) {
+                    return Err(wrong(format!("a quaternion of length {}", q.length())));
+                }
+                (Pose { position: Vec3::new(x, y, z), orientation: q.normalize() }, true)
+            }
+            _ => return Err(wrong(format!("{}", row.len()))),
+        };
+        Ok(Measured { file, name, listener, turned, source })
+    };
+    files.into_iter().zip(poses).map(measured).collect()
+}
+
+/// The files and folders of a folder, by name.
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, BakeError> {
+    let list = std::fs::read_dir(folder).map_err(BakeError::read(folder))?;
+    let mut all = list.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>().map_err(BakeError::read(folder))?;
+    all.sort();
+    Ok(all)
+}
+
+/// Rows of numbers: NumPy's, JSON's, or lines.
+fn table(path: &Path) -> Result<Vec<Vec<f32>>, BakeError> {
+    let bytes = read(path)?;
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    match ending.as_str() {
+        "npy" => {
+            let wrong = |found: String| BakeError::content(path, "rows of floats as NumPy saves them", found);
+            let array = npz::array(&bytes).map_err(wrong)?;
+            let columns = array.shape.last().copied().unwrap_or(0);
+            if array.shape.len() > 2 || columns == 0 {
+                return Err(BakeError::content(
+                    path,
+                    "rows of floats as NumPy saves them",
+                    format!("the shape {:?}", array.shape),
+                ));
+            }
+            Ok(array.values.chunks_exact(columns).map(<[f32]>::to_vec).collect())
+        }
+        "json" => serde_json::from_slice(&bytes).map_err(|source| BakeError::Json { path: path.to_path_buf(), source }),
+        _ => {
+            let text = String::from_utf8_lossy(&bytes);
+            let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.trim().starts_with('#'));
+            lines.map(|(number, line)| of_line(path, number, line)).collect()
+        }
+    }
+}
+
+/// All numbers of a text.
+fn numbers(path: &Path) -> Result<Vec<f32>, BakeError> {
+    of_line(path, 0, &String::from_utf8_lossy(&read(path)?))
+}
+
+fn of_line(path: &Path, number: usize, line: &str) -> Result<Vec<f32>, BakeError> {
+    let words = line.split(|c: char| c == ',' || c == ';' || c.is_whitespace()).filter(|w| !w.is_empty());
+    let value = |word: &str| {
+        let wrong = || BakeError::entry(path, format!("line {}", number + 1), "finite numbers", word);
+        word.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(wrong)
+    };
+    words.map(value).collect()
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, BakeError> {
+    let size = std::fs::metadata(path).map_err(BakeError::read(path))?.len();
+    if size > MAX_BYTES {
+        return Err(BakeError::content(path, format!("at most {MAX_BYTES} bytes"), format!("{size}")));
+    }
+    std::fs::read(path).map_err(BakeError::read(path))
+}
+
+/// Keeps the responses of one source.
+fn one_source(
+    folder: &Path,
+    responses: &mut Vec<Response>,
+    wanted: Option<usize>,
+    notes: &mut Vec<String>,
+) -> Result<(), BakeError> {
+    let mut places: Vec<(Vec3, usize)> = Vec::new();
+    for r in responses.iter() {
+        match places.iter_mut().find(|(p, _)| p.distance(r.source) < SAME_PLACE_M) {
+            Some((_, count)) => *count += 1,
+            None => places.push((r.source, 1)),
+        }
+    }
+    let most = (0..places.len()).rev().max_by_key(|&i| places[i].1).unwrap_or(0);
+    let chosen = wanted.unwrap_or(most);
+    let Some((place, count)) = places.get(chosen).copied() else {
+        return Err(BakeError::content(
+            folder,
+            format!("a source {chosen}, counted from 0"),
+            format!("{} sources", places.len()),
+        ));
+    };
+    if places.len() > 1 {
+        notes.push(format!(
+            "source {chosen} of {} at {place} was used, with {count} of {} responses",
+            places.len(),
+            responses.len()
+        ));
+        responses.retain(|r| r.source.distance(place) < SAME_PLACE_M);
+    }
+    // Places that are one but for the grain of their measurement are one.
+    responses.iter_mut().for_each(|r| r.source = place);
+    Ok(())
+}

@@ -1,0 +1,175 @@
+//! Transfer functions of a field's nodes, whole or as few coefficients of common shapes.
+
+use crate::render::lanes::WeightedSum;
+use crate::{TransferFunction, TransferShape};
+use pulp::Arch;
+use std::ops::Range;
+
+/// Level that stands for silence in rows of [`LowRank`], dB.
+pub const SILENT_DB: f32 = -70.0;
+
+/// What a field stores for each node.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rows {
+    /// Rows of [`TransferFunction::to_row`].
+    Whole(Vec<f32>),
+    /// Coefficients.
+    LowRank(LowRank),
+}
+
+/// A mean and shapes around it: `value = mean + sum_r c_r * shape_r`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Basis {
+    /// Mean of all rows.
+    pub mean: Vec<f32>,
+    /// `[rank][len]`.
+    pub shapes: Vec<f32>,
+}
+
+impl Basis {
+    /// Number of shapes.
+    #[must_use]
+    pub fn rank(&self) -> usize {
+        self.shapes.len().checked_div(self.mean.len()).unwrap_or(0)
+    }
+
+    fn expand(&self, coefficients: &[f32], range: Range<usize>, out: &mut [f32]) {
+        out.copy_from_slice(&self.mean[range.clone()]);
+        for (c, shape) in coefficients.iter().zip(self.shapes.chunks_exact(self.mean.len())) {
+            out.iter_mut().zip(&shape[range.clone()]).for_each(|(o, s)| *o += c * s);
+        }
+    }
+}
+
+/// Rows as coefficients over two bases: levels of both ears over frequency, and gains of the time filters.
+///
+/// Levels are in dB, so that what is interpolated between nodes is magnitude in the measure that is heard; phase and delay are 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LowRank {
+    /// Level of each ear, `[ear][bin]`, dB, no lower than [`SILENT_DB`].
+    pub levels: Basis,
+    /// Gains of the taps and of the late part, `[tap][ear][band]`, linear amplitude.
+    pub taps: Basis,
+    /// `[node][levels.rank + taps.rank]`.
+    pub coefficients: Vec<f32>,
+}
+
+impl LowRank {
+    fn row_len(&self) -> usize {
+        self.levels.rank() + self.taps.rank()
+    }
+}
+
+impl Rows {
+    /// Whether the rows fit a number of nodes and a shape.
+    pub(super) fn fit(&self, nodes: usize, shape: &TransferShape) -> bool {
+        let basis =
+            |b: &Basis, len: usize| b.mean.len() == len && (len > 0 || b.shapes.is_empty()) && b.shapes.len() == b.rank() * len;
+        match self {
+            Self::Whole(rows) => rows.len() == nodes * shape.row_len(),
+            Self::LowRank(low) => {
+                basis(&low.levels, 2 * shape.bins)
+                    && basis(&low.taps, shape.tap_len() * (shape.taps + 1))
+                    && low.row_len() > 0
+                    && low.coefficients.len() == nodes * low.row_len()
+            }
+        }
+    }
+
+    /// All stored numbers.
+    pub(crate) fn values(&self) -> impl Iterator<Item = &[f32]> {
+        let parts: [&[f32]; 5] = match self {
+            Self::Whole(rows) => [rows, &[], &[], &[], &[]],
+            Self::LowRank(l) => [&l.coefficients, &l.levels.mean, &l.levels.shapes, &l.taps.mean, &l.taps.shapes],
+        };
+        parts.into_iter()
+    }
+
+    /// Room that [`Rows::masks`] and [`Rows::taps`] work in.
+    pub(super) fn scratch(&self) -> Vec<f32> {
+        match self {
+            Self::Whole(_) => Vec::new(),
+            Self::LowRank(low) => vec![0.0; low.row_len()],
+        }
+    }
+
+    /// Blends masks, phase and delay of the direct sound, before any change with distance.
+    pub(super) fn masks(&self, shape: &TransferShape, corners: &[(u32, f32)], scratch: &mut [f32], out: &mut TransferFunction) {
+        let bins = shape.bins;
+        match self {
+            Self::Whole(rows) => {
+                let part = |range: Range<usize>, out: &mut [f32]| blend(rows, corners, shape.row_len(), range, out);
+                part(0..bins, &mut out.mixture);
+                part(bins..2 * bins, &mut out.difference);
+                part(2 * bins..4 * bins, &mut out.phase);
+                let mut delay = [0.0];
+                part(4 * bins..4 * bins + 1, &mut delay);
+                out.delay_s = delay[0];
+            }
+            Self::LowRank(low) => {
+                let rank = low.levels.rank();
+                blend(&low.coefficients, corners, low.row_len(), 0..rank, &mut scratch[..rank]);
+                low.levels.expand(&scratch[..rank], 0..bins, &mut out.mixture);
+                low.levels.expand(&scratch[..rank], bins..2 * bins, &mut out.difference);
+                for (m, d) in out.mixture.iter_mut().zip(&mut out.difference) {
+                    let (left, right) = (amplitude(*m), amplitude(*d));
+                    let sum = left + right;
+                    (*m, *d) = (0.5 * sum, if sum > 0.0 { (right - left) / sum } else { 0.0 });
+                }
+                out.phase.fill(0.0);
+                out.delay_s = 0.0;
+            }
+        }
+    }
+
+    /// Blends time-filter gains of some taps; the tap after the last explicit one is the late part.
+    pub(super) fn taps(
+        &self,
+        shape: &TransferShape,
+        corners: &[(u32, f32)],
+        taps: Range<usize>,
+        scratch: &mut [f32],
+        out: &mut TransferFunction,
+    ) {
+        let len = shape.tap_len();
+        let explicit = taps.start.min(shape.taps)..taps.end.min(shape.taps);
+        let with_late = taps.end > shape.taps;
+        let explicit = explicit.start * len..explicit.end * len;
+        let late = shape.taps * len..(shape.taps + 1) * len;
+        match self {
+            Self::Whole(rows) => {
+                let first = shape.direct_len();
+                let part = |r: Range<usize>, out: &mut [f32]| {
+                    blend(rows, corners, shape.row_len(), first + r.start..first + r.end, out);
+                };
+                part(explicit.clone(), &mut out.taps[explicit]);
+                if with_late {
+                    part(late, &mut out.late);
+                }
+            }
+            Self::LowRank(low) => {
+                let (from, rank) = (low.levels.rank(), low.taps.rank());
+                let coefficients = &mut scratch[..rank];
+                blend(&low.coefficients, corners, low.row_len(), from..from + rank, coefficients);
+                let positive = |values: &mut [f32]| values.iter_mut().for_each(|v| *v = v.max(0.0));
+                low.taps.expand(coefficients, explicit.clone(), &mut out.taps[explicit.clone()]);
+                positive(&mut out.taps[explicit]);
+                if with_late {
+                    low.taps.expand(coefficients, late, &mut out.late);
+                    positive(&mut out.late);
+                }
+            }
+        }
+    }
+}
+
+/// Linear amplitude of a level; the level of silence is 0.
+fn amplitude(db: f32) -> f32 {
+    const OCTAVES_PER_DB: f32 = std::f32::consts::LOG2_10 / 20.0;
+    if db <= SILENT_DB { 0.0 } else { (OCTAVES_PER_DB * db).exp2() }
+}
+
+fn blend(rows: &[f32], corners: &[(u32, f32)], row_len: usize, part: Range<usize>, out: &mut [f32]) {
+    debug_assert_eq!(part.len(), out.len());
+    Arch::new().dispatch(WeightedSum { rows, corners, row_len, offset: part.start, out });
+}

@@ -1,0 +1,156 @@
+//! A live decoder behind the stream: asked for poses now and then, its answers cross-faded.
+
+use crate::published::StreamTaps;
+use crate::{Pose, Scene, TransferFunction};
+
+/// What a live decoder makes of one pose.
+#[derive(Clone, Debug)]
+pub struct Decoded {
+    /// Masks and time filters for the streaming head.
+    pub transfer: TransferFunction,
+    /// The same as the published head takes them, where the scene has the tier Reference.
+    pub sarh: Option<SarhFrame>,
+}
+
+/// What the published render head takes for one listener.
+#[derive(Clone, Debug)]
+pub struct SarhFrame {
+    /// Mixture mask per bin, linear gain, of either sign.
+    pub mixture: Vec<f32>,
+    /// Difference mask per bin, in (-1, 1); positive = right louder.
+    pub difference: Vec<f32>,
+    /// Time filter, where the model has one.
+    pub taps: Option<StreamTaps>,
+}
+
+/// Something that decodes poses, here or on another thread.
+pub trait LiveDecoder: Send {
+    /// Room for an answer, which says that nothing is heard.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    fn blank(&self) -> Decoded;
+
+    /// Asks for a pose; it takes the place of an older one that has not been decoded yet. With `wait` it is decoded on return.
+    ///
+    /// # Real-time
+    /// Audio thread without `wait`: no allocation, lock or I/O. With it, as long as a decode takes.
+    fn request(&mut self, pose: &Pose, wait: bool);
+
+    /// What has been decoded since this was last asked, the newest.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    fn take(&mut self) -> Option<&Decoded>;
+}
+
+/// How often poses are decoded while the listener moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveParams {
+    /// Decodes a second, above 0; answers are cross-faded over the time from one to the next.
+    pub rate_hz: f32,
+    /// Wait for every decode, as offline: the sound does not depend on the machine then.
+    pub wait: bool,
+}
+
+impl Default for LiveParams {
+    fn default() -> Self {
+        Self { rate_hz: 40.0, wait: false }
+    }
+}
+
+/// Follows a listener by decodes that come now and then.
+pub(crate) struct Live {
+    decoder: Box<dyn LiveDecoder>,
+    /// What is heard now, where the running cross-fade came from, and where it goes to.
+    shown: Decoded,
+    from: Decoded,
+    to: Decoded,
+    /// Hops of the running cross-fade that are done, and all of them.
+    done: usize,
+    hops: usize,
+    asked: Option<Pose>,
+    /// Hops since the last question.
+    since: usize,
+    /// Whether anything has been decoded yet.
+    heard: bool,
+}
+
+impl Live {
+    /// Begins with what the scene's start pose sounds like.
+    pub(crate) fn new(mut decoder: Box<dyn LiveDecoder>, scene: &Scene) -> Self {
+        let silent = decoder.blank();
+        let mut first = silent.clone();
+        decoder.request(&scene.start_pose(), true);
+        let heard = decoder.take().map(|d| first.copy_from(d)).is_some();
+        Self { decoder, from: silent, to: first.clone(), shown: first, done: 1, hops: 1, asked: None, since: 0, heard }
+    }
+
+    /// What is heard now.
+    pub(crate) fn shown(&self) -> &Decoded {
+        &self.shown
+    }
+
+    /// Moves on by a hop; `whole` takes the next answer at once. Says whether what is heard has changed.
+    pub(crate) fn follow(&mut self, pose: &Pose, whole: bool, hop_s: f64, params: &LiveParams) -> bool {
+        let rate = f64::from(params.rate_hz).max(1e-3);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of hops, at least 1")]
+        let interval = (1.0 / (rate * hop_s)).round().clamp(1.0, 1e6) as usize;
+        self.since = self.since.saturating_add(1);
+        if whole {
+            self.heard = false;
+        }
+        if whole || (self.since >= interval && self.asked.as_ref() != Some(pose)) {
+            self.decoder.request(pose, params.wait);
+            self.asked = Some(*pose);
+            self.since = 0;
+        }
+        if let Some(answer) = self.decoder.take() {
+            self.from.copy_from(&self.shown);
+            self.to.copy_from(answer);
+            // The first answer after a jump is not glided to.
+            (self.done, self.hops) = if self.heard { (0, interval) } else { (0, 1) };
+            self.heard = true;
+        }
+        let glides = self.done < self.hops;
+        if glides {
+            self.done += 1;
+            self.shown.blend(&self.from, &self.to, self.done as f32 / self.hops as f32);
+        }
+        glides
+    }
+}
+
+impl Decoded {
+    /// Takes the values of another answer of the same scene without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.blend(other, other, 0.0);
+    }
+
+    /// Becomes `from + share * (to - from)`, exactly at both ends.
+    fn blend(&mut self, from: &Self, to: &Self, share: f32) {
+        for ((out, a), b) in self.parts_mut().into_iter().zip(from.parts()).zip(to.parts()) {
+            for ((o, a), b) in out.iter_mut().zip(a).zip(b) {
+                *o = if share < 1.0 { a + share * (b - a) } else { *b };
+            }
+        }
+        if let (Some(out), Some(a), Some(b)) = (&mut self.sarh, &from.sarh, &to.sarh)
+            && let (Some(out), Some(a), Some(b)) = (&mut out.taps, &a.taps, &b.taps)
+        {
+            out.blend(a, b, share);
+        }
+    }
+
+    /// All values but the taps of the published head.
+    fn parts(&self) -> [&[f32]; 8] {
+        let t = &self.transfer;
+        let [m, d]: [&[f32]; 2] = self.sarh.as_ref().map_or([&[], &[]], |s| [&s.mixture, &s.difference]);
+        [&t.mixture, &t.difference, &t.phase, std::slice::from_ref(&t.delay_s), &t.taps, &t.late, m, d]
+    }
+
+    fn parts_mut(&mut self) -> [&mut [f32]; 8] {
+        let t = &mut self.transfer;
+        let [m, d]: [&mut [f32]; 2] = self.sarh.as_mut().map_or([&mut [], &mut []], |s| [&mut s.mixture, &mut s.difference]);
+        [&mut t.mixture, &mut t.difference, &mut t.phase, std::slice::from_mut(&mut t.delay_s), &mut t.taps, &mut t.late, m, d]
+    }
+}

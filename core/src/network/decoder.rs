@@ -1,0 +1,61 @@
+//! From a listener to masks.
+
+use crate::network::linear::Linear;
+use crate::network::transformer::Transformer;
+use crate::network::{CloudKind, CloudModel, Listener, Masks};
+use pulp::Arch;
+
+/// A decoder of one model with all the memory it needs.
+pub struct CloudDecoder(Kind);
+
+enum Kind {
+    Transformer(Box<Transformer>),
+    Linear(Box<Linear>),
+}
+
+impl CloudDecoder {
+    /// Folds the weights; not real-time safe. Uses the widest vector instructions of this machine.
+    #[must_use]
+    pub fn new(model: &CloudModel) -> Self {
+        Self::with_arch(model, Arch::new())
+    }
+
+    /// The same with these instructions.
+    #[must_use]
+    pub fn with_arch(model: &CloudModel, arch: Arch) -> Self {
+        Self(match model.parts().kind {
+            CloudKind::Full | CloudKind::Sh | CloudKind::Taps => Kind::Transformer(Box::new(Transformer::new(model, arch))),
+            CloudKind::SimpleSh => Kind::Linear(Box::new(Linear::new(model, arch))),
+        })
+    }
+
+    /// Masks of a listener, into [`Masks::new`] of the model's sizes.
+    ///
+    /// The same listener gives the same bits on the same instructions.
+    ///
+    /// # Real-time
+    /// No allocation, lock or I/O; milliseconds, so on a worker thread.
+    pub fn decode(&mut self, listener: &Listener, out: &mut Masks) {
+        match &mut self.0 {
+            Kind::Transformer(t) => t.decode(listener, out, None),
+            Kind::Linear(l) => l.decode(listener, out),
+        }
+    }
+
+    /// The same, and how much each anchor is attended to, `[anchor]`, sums to 1.
+    ///
+    /// A transformer's is the mean of the last layer's weights over heads and bands, the linear decoder's the mean magnitude of its
+    /// attention product over bands, which has either sign, divided by the sum over anchors.
+    ///
+    /// # Real-time
+    /// As [`Self::decode`].
+    pub fn decode_with_attention(&mut self, listener: &Listener, out: &mut Masks, attention: &mut [f32]) {
+        match &mut self.0 {
+            Kind::Transformer(t) => t.decode(listener, out, Some(attention)),
+            Kind::Linear(l) => {
+                l.decode(listener, out);
+                l.attention(listener, attention);
+            }
+        }
+    }
+}

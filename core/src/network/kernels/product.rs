@@ -1,0 +1,128 @@
+//! Linear layers on a panel.
+
+use super::matrix::Matrix;
+use super::panel::Row;
+use super::single;
+use super::tile::{Columns, add_products, in_columns, load, part_of, store};
+use super::vectors::{all, larger, plus, smaller, times_plus};
+use crate::network::model::TILE;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Weights of a linear layer in the order in which a product reads them.
+pub(crate) struct Weights {
+    /// `[output / 8][input][output % 8]`; outputs that fill up the last eight are 0.
+    pub(super) packed: Vec<[f32; TILE]>,
+    /// One per output, filled up as the weights are.
+    pub(super) bias: Vec<f32>,
+    pub(super) inputs: usize,
+}
+
+impl Weights {
+    /// From `[output][input]` and a bias per output, or none.
+    pub(crate) fn new(matrix: &Matrix, bias: &[f64]) -> Self {
+        let (outputs, inputs) = (matrix.rows(), matrix.cols());
+        let tiles = outputs.div_ceil(TILE);
+        let mut packed = vec![[0.0; TILE]; tiles * inputs];
+        for output in 0..outputs {
+            for (input, value) in matrix.row(output).iter().enumerate() {
+                packed[output / TILE * inputs + input][output % TILE] = *value as f32;
+            }
+        }
+        let mut filled: Vec<f32> = bias.iter().map(|b| *b as f32).collect();
+        filled.resize(tiles * TILE, 0.0);
+        Self { packed, bias: filled, inputs }
+    }
+}
+
+/// What a product is added to, besides the bias.
+#[derive(Clone, Copy)]
+pub(crate) enum Start<'a> {
+    /// Nothing.
+    Bias,
+    /// What the output holds.
+    Output,
+    /// Rows like the output's.
+    Rows(&'a [Row]),
+}
+
+/// What a product's outputs go through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Activation {
+    None,
+    Relu,
+    /// With this slope below 0.
+    Prelu(f32),
+}
+
+/// `output = activation(start + bias + weights * input)` at the first `positions` positions of a panel.
+pub(crate) struct Product<'a> {
+    pub(crate) weights: &'a Weights,
+    pub(crate) input: &'a [Row],
+    pub(crate) start: Start<'a>,
+    pub(crate) activation: Activation,
+    pub(crate) positions: usize,
+    pub(crate) output: &'a mut [Row],
+}
+
+impl Product<'_> {
+    pub(crate) fn run(self, arch: Arch) {
+        // The outputs of a tile fill no wider vector.
+        #[cfg(target_arch = "x86_64")]
+        let arch = match arch {
+            Arch::V4(v4) if self.positions == 1 => Arch::V3(*v4),
+            other => other,
+        };
+        arch.dispatch(self);
+    }
+}
+
+impl WithSimd for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        match (self.positions, S::F32_LANES) {
+            (1, 8) => single::product::<S, 1>(simd, &mut self),
+            (1, 4) => single::product::<S, 2>(simd, &mut self),
+            _ => in_columns(simd, self.positions, &mut self),
+        }
+    }
+}
+
+impl Columns for Product<'_> {
+    #[inline(always)]
+    fn columns<S: Simd, const M: usize, const V: usize>(&mut self, simd: S, first: usize) {
+        let Weights { packed, bias, inputs } = self.weights;
+        let input = &self.input[..*inputs];
+        for (t, (weights, bias)) in packed.chunks_exact(*inputs).zip(bias.as_chunks::<TILE>().0).enumerate() {
+            let output = &mut self.output[t * TILE..][..TILE];
+            for part in 0..TILE / M {
+                let bias = part_of::<M>(bias, part);
+                let mut sums = [all(simd, 0.0); M];
+                for m in 0..M {
+                    let row = part * M + m;
+                    let start = match self.start {
+                        Start::Bias => all(simd, 0.0),
+                        Start::Output => load::<S, V>(simd, &output[row], first),
+                        Start::Rows(rows) => load::<S, V>(simd, &rows[t * TILE + row], first),
+                    };
+                    sums[m] = plus(simd, start, all(simd, *bias[m]));
+                }
+                let terms = weights.iter().map(|w| part_of::<M>(w, part)).zip(input);
+                let sums = add_products::<S, M, V>(simd, first, sums, terms);
+                for m in 0..M {
+                    let above = larger(simd, sums[m], all(simd, 0.0));
+                    let active = match self.activation {
+                        Activation::None => sums[m],
+                        Activation::Relu => above,
+                        Activation::Prelu(slope) => {
+                            let below = smaller(simd, sums[m], all(simd, 0.0));
+                            times_plus(simd, all(simd, slope), below, above)
+                        }
+                    };
+                    store::<S, V>(simd, &mut output[part * M + m], first, active);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! The render head's three convolution layers over frequency and time: one frame at a time, and over a clip with their derivative.
+//!
+//! 4 to 16 channels 7 x 7, 16 to 16 3 x 3, 16 to 1 3 x 3, ReLU between them, zeros around a clip, the same weights for both ears. The
+//! first layer is linear and its inputs for the two ears are sums and differences of few planes, so it is computed once: the even part
+//! plus or minus the odd part.
+
+mod adjoint;
+mod clip;
+mod correlate;
+mod layer;
+mod weights;
+
+pub(crate) use adjoint::ConvAdjoint;
+pub(crate) use clip::{ClipConv, ClipPlanes};
+pub use weights::{CONV_LAYERS, ConvLayerWeights, ConvWeights};
+
+use crate::network::CloudModel;
+use crate::network::model::CONV_CHANNELS;
+use crate::published::rows::{Rows, for_few, for_tiles};
+use layer::{After, Conv, First, Layer};
+use pulp::{Arch, Simd, WithSimd};
+
+/// Frames that an output frame lies behind the newest input frame: half of the receptive field.
+pub(crate) const CONV_DELAY: usize = 5;
+
+/// Bins and frames that the first layer reaches over.
+const WIDE: usize = 7;
+/// Bins and frames that the other layers reach over.
+const NARROW: usize = 3;
+/// Planes that both ears have alike: filtered mixture, masked magnitude, mixture mask.
+const EVEN: usize = 3;
+/// Planes that the ears have with opposite signs: masked magnitude times difference mask, difference mask.
+const ODD: usize = 2;
+const PLANES: usize = EVEN + ODD;
+
+/// Channels of the published first layer.
+const MIX: usize = 0;
+const BASE: usize = 1;
+const MIXTURE: usize = 2;
+const DIFFERENCE: usize = 3;
+/// Channels between the layers.
+const HIDDEN: [usize; CONV_CHANNELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+
+/// One frame of what the layers read, one value per bin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Planes<'a> {
+    /// Output of the time filter.
+    pub(crate) mix: &'a [f32],
+    /// Source magnitude times the mixture mask.
+    pub(crate) masked: &'a [f32],
+    pub(crate) mixture: &'a [f32],
+    pub(crate) difference: &'a [f32],
+}
+
+/// The layers over a stream of frames, whose masks may change from frame to frame.
+pub(crate) struct ConvLayers {
+    arch: Arch,
+    even: Layer,
+    odd: Layer,
+    middle: Layer,
+    last: Layer,
+    /// `[frame modulo WIDE][plane]`.
+    planes: Rows,
+    /// `[frame modulo NARROW][ear][channel]`.
+    first: Rows,
+    /// `[frame modulo NARROW][ear][channel]`.
+    second: Rows,
+    out: Rows,
+    /// Frames pushed, modulo [`WIDE`] times [`NARROW`].
+    frame: usize,
+    /// Bit i: whether the frame pushed i frames ago belongs to the clip.
+    inside: u32,
+}
+
+impl ConvLayers {
+    /// `None` if the model has no such layers.
+    pub(crate) fn new(model: &CloudModel, bins: usize, arch: Arch) -> Option<Self> {
+        Some(Self::from_weights(&ConvWeights::of(model)?, bins, arch))
+    }
+
+    fn from_weights(ConvWeights { layers: [first, second, third] }: &ConvWeights, bins: usize, arch: Arch) -> Self {
+        let mut even = Layer::new(CONV_CHANNELS, EVEN, WIDE);
+        even.set(first, &[MIX, BASE, MIXTURE]);
+        even.set_bias(first);
+        let mut odd = Layer::new(CONV_CHANNELS, ODD, WIDE);
+        odd.set(first, &[BASE, DIFFERENCE]);
+        let narrow = |outputs, from: &ConvLayerWeights| {
+            let mut layer = Layer::new(outputs, CONV_CHANNELS, NARROW);
+            layer.set(from, &HIDDEN);
+            layer.set_bias(from);
+            layer
+        };
+        Self {
+            arch,
+            even,
+            odd,
+            middle: narrow(CONV_CHANNELS, second),
+            last: narrow(1, third),
+            planes: Rows::new(WIDE * PLANES, bins),
+            first: Rows::new(NARROW * 2 * CONV_CHANNELS, bins),
+            second: Rows::new(NARROW * 2 * CONV_CHANNELS, bins),
+            out: Rows::new(2, bins),
+            frame: 0,
+            inside: 0,
+        }
+    }
+
+    /// Takes the next frame, or a frame of zeros outside a clip. Says whether the frame [`CONV_DELAY`] ago, which
+    /// [`ConvLayers::ear`] then has, belongs to the clip.
+    pub(crate) fn push(&mut self, planes: Option<Planes<'_>>) -> bool {
+        self.frame = (self.frame + 1) % (WIDE * NARROW);
+        self.inside = self.inside << 1 | u32::from(planes.is_some());
+        let slot = self.frame % WIDE * PLANES;
+        match planes {
+            None => (0..PLANES).for_each(|p| self.planes.row_mut(slot + p).fill(0.0)),
+            Some(Planes { mix, masked, mixture, difference }) => {
+                for (p, plane) in [(0, mix), (1, masked), (2, mixture), (4, difference)] {
+                    self.planes.row_mut(slot + p).copy_from_slice(plane);
+                }
+                for ((x, s), d) in self.planes.row_mut(slot + 3).iter_mut().zip(masked).zip(difference) {
+                    *x = s * d;
+                }
+            }
+        }
+        self.arch.dispatch(Push { layers: self });
+        self.inside >> CONV_DELAY & 1 == 1
+    }
+
+    /// What the layers add to the magnitude of an ear, left 0 or right 1, for the frame [`CONV_DELAY`] ago.
+    pub(crate) fn ear(&self, ear: usize) -> &[f32] {
+        self.out.row(ear)
+    }
+
+    pub(crate) fn reset(&mut self) {
+        [&mut self.planes, &mut self.first, &mut self.second, &mut self.out].into_iter().for_each(Rows::clear);
+        self.frame = 0;
+        self.inside = 0;
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        [&self.planes, &self.first, &self.second, &self.out].into_iter().map(Rows::memory_bytes).sum()
+    }
+}
+
+struct Push<'a> {
+    layers: &'a mut ConvLayers,
+}
+
+impl WithSimd for Push<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let ConvLayers { even, odd, middle, last, planes, first, second, out, frame, inside, .. } = self.layers;
+        let inside = |behind: usize| *inside >> behind & 1 == 1;
+        let bins = planes.len();
+        // Oldest first.
+        let wide: [usize; WIDE] = slots(*frame, PLANES);
+        let narrow: [usize; NARROW] = slots(*frame, 2 * CONV_CHANNELS);
+        let newest = narrow[NARROW - 1];
+        if inside(3) {
+            let mut op = First { even, odd, constant: None, x: planes, slots: wide, out: first, slot: newest };
+            for_tiles(simd, CONV_CHANNELS, bins, &mut op);
+        }
+        bound(first, newest, inside(3));
+        for ear in 0..2 {
+            let slots = narrow.map(|s| s + ear * CONV_CHANNELS);
+            if inside(4) {
+                let slot = newest + ear * CONV_CHANNELS;
+                let mut op = Conv { layer: middle, x: first, slots, after: After::Rectify, out: second, slot };
+                for_tiles(simd, CONV_CHANNELS, bins, &mut op);
+            }
+        }
+        bound(second, newest, inside(4));
+        for ear in 0..2 {
+            let slots = narrow.map(|s| s + ear * CONV_CHANNELS);
+            for_few::<S, 1>(simd, bins, &mut Conv { layer: last, x: second, slots, after: After::Nothing, out, slot: ear });
+            out.clear_after(ear);
+        }
+    }
+}
+
+/// Zeros around a hidden frame of both ears: padding is of every layer's input, so a hidden frame outside the clip is zero, not the
+/// response to zeros.
+#[inline(always)]
+fn bound(hidden: &mut Rows, slot: usize, inside: bool) {
+    for channel in slot..slot + 2 * CONV_CHANNELS {
+        if inside { hidden.clear_after(channel) } else { hidden.row_mut(channel).fill(0.0) }
+    }
+}
+
+/// First rows of the newest frames in a ring, oldest first.
+fn slots<const N: usize>(frame: usize, rows: usize) -> [usize; N] {
+    std::array::from_fn(|i| (frame + 1 + i) % N * rows)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::published::rows::tests::{arches, noise};
+
+    /// A channel by time and bin.
+    type Image = Vec<Vec<f32>>;
+
+    /// Weights that look random and let what they are given through.
+    pub(crate) fn random_weights() -> ConvWeights {
+        let mut weights = ConvWeights::zeros();
+        for (layer, scale, seed) in weights.layers.iter_mut().zip([0.07, 0.1, 0.1]).zip([1, 3, 5]).map(|((l, a), b)| (l, a, b))
+        {
+            layer.weight.iter_mut().enumerate().for_each(|(i, w)| *w = scale * noise(seed, i));
+            layer.bias.iter_mut().enumerate().for_each(|(i, w)| *w = 0.2 * noise(seed + 1, i));
+        }
+        weights
+    }
+
+    fn naive(x: &[Image], ConvLayerWeights { weight, bias }: &ConvLayerWeights, size: usize, relu: bool) -> Vec<Image> {
+        let (frames, bins) = (x[0].len(), x[0][0].len());
+        let half = size / 2;
+        let at = |c: usize, t: usize, f: usize| {
+            let inside = (half..frames + half).contains(&t) && (half..bins + half).contains(&f);
+            if inside { x[c][t - half][f - half] } else { 0.0 }
+        };
+        let sum = |o: usize, t: usize, f: usize| {
+            let mut sum = f64::from(bias[o]);
+            for c in 0..x.len() {
+                for kf in 0..size {
+                    for kt in 0..size {
+                        let w = weight[((o * x.len() + c) * size + kf) * size + kt];
+                        sum += f64::from(w) * f64::from(at(c, t + kt, f + kf));
+                    }
+                }
+            }
+            if relu { sum.max(0.0) as f32 } else { sum as f32 }
+        };
+        (0..bias.len()).map(|o| (0..frames).map(|t| (0..bins).map(|f| sum(o, t, f)).collect()).collect()).collect()
+    }
+
+    #[test]
+    fn frame_by_frame_equals_the_three_layers_over_a_whole_clip() {
+        let weights = random_weights();
+        for (bins, frames) in [(53, 13), (8, 1), (33, 4), (257, 2)] {
+            let plane =
+                |seed| -> Image { (0..frames).map(|t| (0..bins).map(|f| noise(seed, t * bins + f)).collect()).collect() };
+            let planes = [plane(11), plane(12), plane(13), plane(14)];
+            let [mix, masked, mixture, difference] = &planes;
+            let wanted = [-1.0, 1.0].map(|sign| {
+                let map = |f: &dyn Fn(usize, usize) -> f32| -> Image {
+                    (0..frames).map(|t| (0..bins).map(|b| f(t, b)).collect()).collect()
+                };
+                let base = map(&|t, f| (1.0 + sign * difference[t][f]) * masked[t][f]);
+                let signed = map(&|t, f| sign * difference[t][f]);
+                let x = [mix.clone(), base, mixture.clone(), signed];
+                let hidden = naive(&x, &weights.layers[0], 7, true);
+                let hidden = naive(&hidden, &weights.layers[1], 3, true);
+                naive(&hidden, &weights.layers[2], 3, false).remove(0)
+            });
+            for arch in arches() {
+                let mut layers = ConvLayers::from_weights(&weights, bins, arch);
+                // A second clip after the first finds nothing of it.
+                for clip in 0..2 {
+                    for p in 0..frames + CONV_DELAY {
+                        let at = |i: usize| &planes[i][p][..];
+                        let inside = layers.push((p < frames).then(|| Planes {
+                            mix: at(0),
+                            masked: at(1),
+                            mixture: at(2),
+                            difference: at(3),
+                        }));
+                        assert_eq!(inside, p >= CONV_DELAY);
+                        for ear in (0..2).filter(|_| inside) {
+                            for (a, b) in layers.ear(ear).iter().zip(&wanted[ear][p - CONV_DELAY]) {
+                                assert!((a - b).abs() < 1e-5, "{arch:?}, clip {clip}, frame {p}: {a} for {b}");
+                            }
+                        }
+                    }
+                    layers.reset();
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! One convolution layer over bins and frames, and the sums that it takes of rows of bins.
+
+use crate::published::conv::ConvLayerWeights;
+use crate::published::rows::{MARGIN, OUTPUTS, Rows, Tile, load, step};
+use pulp::Simd;
+
+/// Weights of one layer, `[output / OUTPUTS][plane][frame][bin][OUTPUTS]`.
+pub(super) struct Layer {
+    weights: Vec<f32>,
+    /// Empty where there is none.
+    bias: Vec<f32>,
+    outputs: usize,
+    planes: usize,
+    size: usize,
+}
+
+impl Layer {
+    /// Zeros, for kernels of `size` bins by `size` frames.
+    pub(super) fn new(outputs: usize, planes: usize, size: usize) -> Self {
+        let weights = vec![0.0; outputs.next_multiple_of(OUTPUTS) * planes * size * size];
+        Self { weights, bias: Vec::with_capacity(outputs), outputs, planes, size }
+    }
+
+    /// Takes some channels of a published layer.
+    pub(super) fn set(&mut self, from: &ConvLayerWeights, channels: &[usize]) {
+        let (inputs, size) = (from.inputs(self.size), self.size);
+        self.fill(|o, plane, frame, bin| from.weight[((o * inputs + channels[plane]) * size + bin) * size + frame]);
+    }
+
+    /// Takes a published layer's bias.
+    pub(super) fn set_bias(&mut self, from: &ConvLayerWeights) {
+        self.bias.clear();
+        self.bias.extend_from_slice(&from.bias);
+    }
+
+    /// Takes some channels of a published layer such that the derivative by its outputs becomes that by these channels: outputs and
+    /// channels change places, frames and bins run backwards.
+    pub(super) fn set_adjoint(&mut self, of: &ConvLayerWeights, channels: &[usize]) {
+        let (inputs, size) = (of.inputs(self.size), self.size);
+        self.fill(|o, plane, frame, bin| {
+            of.weight[((plane * inputs + channels[o]) * size + (size - 1 - bin)) * size + (size - 1 - frame)]
+        });
+    }
+
+    /// Takes values by output, plane, frame and bin.
+    fn fill(&mut self, at: impl Fn(usize, usize, usize, usize) -> f32) {
+        let (outputs, size) = (self.outputs, self.size);
+        for (i, w) in self.weights.as_chunks_mut::<OUTPUTS>().0.iter_mut().enumerate() {
+            let (bin, frame) = (i % size, i / size % size);
+            let (plane, tile) = (i / (size * size) % self.planes, i / (size * size * self.planes));
+            for (w, o) in w.iter_mut().zip(tile * OUTPUTS..outputs) {
+                *w = at(o, plane, frame, bin);
+            }
+        }
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        4 * (self.weights.len() + self.bias.len())
+    }
+
+    /// The bias of a tile's outputs.
+    #[inline(always)]
+    fn start<S: Simd, const O: usize, const V: usize>(&self, simd: S, output: usize) -> [[S::f32s; V]; O] {
+        let mut acc = [[simd.splat_f32s(0.0); V]; O];
+        for (acc, b) in acc.iter_mut().zip(self.bias.iter().skip(output)) {
+            acc.fill(simd.splat_f32s(*b));
+        }
+        acc
+    }
+
+    /// Adds weighted planes to the sums of a tile. The planes of a frame lie side by side; `slots` are the first of each frame.
+    #[inline(always)]
+    fn convolve<S: Simd, const O: usize, const V: usize, const SIZE: usize>(
+        &self,
+        simd: S,
+        acc: &mut [[S::f32s; V]; O],
+        (x, slots): (&Rows, &[usize; SIZE]),
+        output: usize,
+        position: usize,
+    ) {
+        let len = self.planes * SIZE * SIZE * OUTPUTS;
+        let weights = &self.weights[output / OUTPUTS * len..][..len];
+        let within = output % OUTPUTS;
+        let start = MARGIN + position - SIZE / 2;
+        for (plane, weights) in weights.chunks_exact(SIZE * SIZE * OUTPUTS).enumerate() {
+            for (slot, weights) in slots.iter().zip(weights.chunks_exact(SIZE * OUTPUTS)) {
+                let x = &x.padded(slot + plane)[start..][..V * S::F32_LANES + SIZE - 1];
+                for (bin, w) in weights.as_chunks::<OUTPUTS>().0.iter().enumerate() {
+                    step(simd, acc, &w[within..][..O], &x[bin..][..V * S::F32_LANES]);
+                }
+            }
+        }
+    }
+}
+
+/// What becomes of a layer's sums.
+pub(super) enum After<'a> {
+    Nothing,
+    Rectify,
+    /// Kept where these rows, from this one on, are above 0.
+    Gate(&'a Rows, usize),
+}
+
+/// A layer's outputs of one frame.
+pub(super) struct Conv<'a, const SIZE: usize> {
+    pub(super) layer: &'a Layer,
+    pub(super) x: &'a Rows,
+    /// First row of each frame that is read.
+    pub(super) slots: [usize; SIZE],
+    pub(super) after: After<'a>,
+    pub(super) out: &'a mut Rows,
+    /// Row of the first output.
+    pub(super) slot: usize,
+}
+
+impl<const SIZE: usize> Tile for Conv<'_, SIZE> {
+    #[inline(always)]
+    fn tile<S: Simd, const O: usize, const V: usize>(&mut self, simd: S, output: usize, position: usize) {
+        let mut acc = self.layer.start::<S, O, V>(simd, output);
+        self.layer.convolve(simd, &mut acc, (self.x, &self.slots), output, position);
+        let zero = simd.splat_f32s(0.0);
+        for (o, acc) in acc.iter_mut().enumerate() {
+            match self.after {
+                After::Nothing => {}
+                After::Rectify => {
+                    for a in acc.iter_mut() {
+                        *a = simd.max_f32s(*a, zero);
+                    }
+                }
+                After::Gate(rows, row) => {
+                    let gate = load::<S, V>(simd, &rows.padded(row + output + o)[MARGIN + position..]);
+                    for (a, g) in acc.iter_mut().zip(gate) {
+                        *a = simd.select_f32s(simd.greater_than_f32s(g, zero), *a, zero);
+                    }
+                }
+            }
+            let row = &mut self.out.padded_mut(self.slot + output + o)[MARGIN + position..][..V * S::F32_LANES];
+            S::as_mut_simd_f32s(row).0.copy_from_slice(acc);
+        }
+    }
+}
+
+/// The first layer's outputs of one frame for both ears, rectified: `even - odd` left, `even + odd` right. Planes of the even part come
+/// before those of the odd part.
+pub(super) struct First<'a, const SIZE: usize> {
+    pub(super) even: &'a Layer,
+    pub(super) odd: &'a Layer,
+    /// What is added to both parts, `[part][output]`.
+    pub(super) constant: Option<&'a Rows>,
+    pub(super) x: &'a Rows,
+    pub(super) slots: [usize; SIZE],
+    /// `[ear][output]` from the row `slot` on.
+    pub(super) out: &'a mut Rows,
+    pub(super) slot: usize,
+}
+
+impl<const SIZE: usize> Tile for First<'_, SIZE> {
+    #[inline(always)]
+    fn tile<S: Simd, const O: usize, const V: usize>(&mut self, simd: S, output: usize, position: usize) {
+        let outputs = self.even.outputs;
+        let mut even = self.even.start::<S, O, V>(simd, output);
+        self.even.convolve(simd, &mut even, (self.x, &self.slots), output, position);
+        let mut odd = self.odd.start::<S, O, V>(simd, output);
+        let odd_slots = self.slots.map(|s| s + self.even.planes);
+        self.odd.convolve(simd, &mut odd, (self.x, &odd_slots), output, position);
+        let zero = simd.splat_f32s(0.0);
+        for o in 0..O {
+            if let Some(rows) = self.constant {
+                for (acc, part) in [(&mut even[o], 0), (&mut odd[o], outputs)] {
+                    let constant = load::<S, V>(simd, &rows.padded(part + output + o)[MARGIN + position..]);
+                    for (a, c) in acc.iter_mut().zip(constant) {
+                        *a = simd.add_f32s(*a, c);
+                    }
+                }
+            }
+            for ear in 0..2 {
+                let row = self.out.padded_mut(self.slot + ear * outputs + output + o);
+                let row = S::as_mut_simd_f32s(&mut row[MARGIN + position..][..V * S::F32_LANES]).0;
+                for ((r, e), d) in row.iter_mut().zip(&even[o]).zip(&odd[o]) {
+                    let sum = if ear == 0 { simd.sub_f32s(*e, *d) } else { simd.add_f32s(*e, *d) };
+                    *r = simd.max_f32s(sum, zero);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,225 @@
+use super::*;
+use crate::published::conv::tests::random_weights;
+use crate::published::rows::tests::{arches, noise};
+
+/// All that is learnt: mixture, difference, mix, then weights and biases of the three layers.
+type Inputs = Vec<Vec<f64>>;
+
+const NAMES: [&str; 9] = ["mixture", "difference", "mix", "out.0", "out.0 bias", "out.2", "out.2 bias", "out.4", "out.4 bias"];
+
+fn random(count: usize, seed: u32, scale: f32) -> Vec<f32> {
+    (0..count).map(|i| scale * noise(seed, i)).collect()
+}
+
+/// A head, a clip whose first frames are silent, and what it is rendered with.
+fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (SarhClip, ClipSource, SarhGradient) {
+    let mut head = SarhClip::with_arch(grid, frames, arch).unwrap();
+    let mut mono = random(*head.clip_samples().end(), 21, 0.3);
+    mono[..grid.n_fft / 2 + 2].fill(0.0);
+    let mut source = head.source();
+    head.analyse(&mono, &mut source).unwrap();
+    let at = SarhGradient {
+        mixture: random(grid.bins(), 22, 1.0),
+        difference: random(grid.bins(), 23, 0.9),
+        mix: random(frames * grid.bins(), 24, 1.0),
+        conv: random_weights(),
+    };
+    (head, source, at)
+}
+
+fn input(at: &SarhGradient, conv: bool) -> SarhInput<'_> {
+    SarhInput { mixture: &at.mixture, difference: &at.difference, mix: &at.mix, conv: conv.then_some(&at.conv) }
+}
+
+fn rendered(head: &mut SarhClip, source: &ClipSource, input: SarhInput<'_>) -> [Vec<f32>; 2] {
+    let mut out = [vec![0.0; head.out_samples()], vec![0.0; head.out_samples()]];
+    let [left, right] = &mut out;
+    head.render(source, input, [left, right]).unwrap();
+    out
+}
+
+fn inputs(from: &SarhGradient) -> Inputs {
+    let layers = from.conv.layers.iter().flat_map(|l| [&l.weight, &l.bias]);
+    let all = [&from.mixture, &from.difference, &from.mix].into_iter().chain(layers);
+    all.map(|v| v.iter().map(|x| f64::from(*x)).collect()).collect()
+}
+
+fn layer(x: &[Vec<f64>], weight: &[f64], bias: &[f64], (size, frames, bins): (usize, usize, usize)) -> Vec<Vec<f64>> {
+    let mut out: Vec<Vec<f64>> = bias.iter().map(|b| vec![*b; frames * bins]).collect();
+    for (i, w) in weight.iter().enumerate() {
+        let (kt, kf) = (i % size, i / size % size);
+        let (c, o) = (i / (size * size) % x.len(), i / (size * size * x.len()));
+        for t in 0..frames {
+            let Some(s) = (t + kt).checked_sub(size / 2).filter(|s| *s < frames) else { continue };
+            for f in 0..bins {
+                let Some(g) = (f + kf).checked_sub(size / 2).filter(|g| *g < bins) else { continue };
+                out[o][t * bins + f] += w * x[c][s * bins + g];
+            }
+        }
+    }
+    out
+}
+
+fn relu(x: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    x.into_iter().map(|v| v.into_iter().map(|x| x.max(0.0)).collect()).collect()
+}
+
+/// The head by its definition, in double precision.
+fn naive(grid: StftGrid, frames: usize, source: &ClipSource, of: &Inputs, conv: bool) -> [Vec<f64>; 2] {
+    let (bins, n, hop) = (grid.bins(), grid.n_fft, grid.hop);
+    let sizes = |size| (size, frames, bins);
+    [-1.0, 1.0].map(|sign| {
+        let each = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..frames * bins).map(f).collect() };
+        let base = each(&|i| (1.0 + sign * of[1][i % bins]) * of[0][i % bins] * f64::from(source.magnitudes[i]));
+        let mut added = of[2].clone();
+        if conv {
+            let x = [added, base.clone(), each(&|i| of[0][i % bins]), each(&|i| sign * of[1][i % bins])];
+            let hidden = relu(layer(&x, &of[3], &of[4], sizes(7)));
+            let hidden = relu(layer(&hidden, &of[5], &of[6], sizes(3)));
+            added = layer(&hidden, &of[7], &of[8], sizes(3)).remove(0);
+        }
+        let window = |j: usize| 0.5 - 0.5 * (std::f64::consts::TAU * j as f64 / n as f64).cos();
+        let (mut sums, mut squares) = (vec![0.0; frames * hop + n], vec![0.0; frames * hop + n]);
+        for t in 0..frames {
+            for j in 0..n {
+                let mut y = 0.0;
+                for k in 0..bins {
+                    let x = source.spectra[t * bins + k];
+                    let phase = if x.norm_sqr() == 0.0 { 0.0 } else { f64::from(x.im).atan2(f64::from(x.re)) };
+                    let turned = phase + std::f64::consts::TAU * (k * j % n) as f64 / n as f64;
+                    let both = if k == 0 || k == n / 2 { 1.0 } else { 2.0 };
+                    y += both * (added[t * bins + k] + base[t * bins + k]).max(0.0) * turned.cos() / n as f64;
+                }
+                sums[t * hop + j] += window(j) * y;
+                squares[t * hop + j] += window(j) * window(j);
+            }
+        }
+        (n / 2..n / 2 + (frames - 1) * hop).map(|i| sums[i] / squares[i]).collect()
+    })
+}
+
+fn grid(n_fft: usize, hop: usize) -> StftGrid {
+    StftGrid { sample_rate_hz: 8000.0, n_fft, hop }
+}
+
+/// Few and many frames, hops that do not divide a frame, every width of the last tile.
+const CLIPS: [(usize, usize, usize); 6] = [(64, 15, 9), (32, 7, 23), (16, 8, 3), (30, 11, 8), (150, 71, 4), (160, 77, 4)];
+
+#[test]
+fn renders_by_the_definition() {
+    for (n_fft, hop, frames) in CLIPS {
+        for arch in arches() {
+            let (mut head, source, at) = clip(grid(n_fft, hop), frames, arch);
+            for conv in [true, false] {
+                let want = naive(grid(n_fft, hop), frames, &source, &inputs(&at), conv);
+                for (a, b) in rendered(&mut head, &source, input(&at, conv)).concat().iter().zip(want.concat()) {
+                    assert!((f64::from(*a) - b).abs() < 1e-5, "{arch:?} {n_fft}, conv {conv}: {a} for {b}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_adjoint_is_the_derivative() {
+    for (n_fft, hop, frames) in CLIPS {
+        let grid = grid(n_fft, hop);
+        let (head, source, at) = clip(grid, frames, Arch::Scalar);
+        let by_samples = [31, 32].map(|seed| random(head.out_samples(), seed, 1.0));
+        let weighed = |of: &Inputs, conv| -> f64 {
+            let out = naive(grid, frames, &source, of, conv).concat();
+            out.iter().zip(by_samples.concat()).map(|(o, w)| o * f64::from(w)).sum()
+        };
+        for conv in [true, false] {
+            let at_f64 = inputs(&at);
+            // Along two random directions in each tensor.
+            let mut slopes = Vec::new();
+            for (tensor, seed) in (0..if conv { 9 } else { 3 }).flat_map(|t| [(t, 41), (t, 42)]) {
+                let direction = random(at_f64[tensor].len(), seed, 1.0);
+                let ends = [1e-6, -1e-6].map(|step| {
+                    let mut moved = at_f64.clone();
+                    moved[tensor].iter_mut().zip(&direction).for_each(|(x, d)| *x += step * f64::from(*d));
+                    weighed(&moved, conv)
+                });
+                slopes.push((tensor, direction, (ends[0] - ends[1]) / 2e-6));
+            }
+            for arch in arches() {
+                let mut head = SarhClip::with_arch(grid, frames, arch).unwrap();
+                let mut by = head.gradient();
+                // Nothing of an earlier clip is left, and derivatives add up.
+                for clips in 1..3 {
+                    head.adjoint(&source, input(&at, conv), by_samples.each_ref().map(|b| &b[..]), &mut by).unwrap();
+                    let found = inputs(&by);
+                    for (tensor, direction, slope) in &slopes {
+                        let (by, slope) = (&found[*tensor], f64::from(clips) * slope);
+                        let along: f64 = by.iter().zip(direction).map(|(b, d)| b * f64::from(*d)).sum();
+                        let size = by.iter().map(|b| b * b).sum::<f64>().sqrt();
+                        let what = NAMES[*tensor];
+                        assert!(size > 0.0, "{what}");
+                        assert!(
+                            (along - slope).abs() < 1e-4 * size,
+                            "{arch:?} {n_fft} {what}, conv {conv}: {along} for {slope}"
+                        );
+                    }
+                    assert!(conv || found[3..].iter().flatten().all(|b| *b == 0.0));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_layers_the_adjoint_is_the_transpose() {
+    // So loud a time filter that nothing is rectified: the output is its affine function.
+    for arch in arches() {
+        let (mut head, source, mut at) = clip(grid(64, 15), 9, arch);
+        let direction = random(at.mix.len(), 51, 1.0);
+        at.mix.fill(1e3);
+        let resting = rendered(&mut head, &source, input(&at, false)).concat();
+        at.mix.iter_mut().zip(&direction).for_each(|(x, d)| *x += 100.0 * d);
+        let moved = rendered(&mut head, &source, input(&at, false)).concat();
+        let by_samples = [52, 53].map(|seed| random(head.out_samples(), seed, 1.0));
+        let mut by = head.gradient();
+        head.adjoint(&source, input(&at, false), by_samples.each_ref().map(|b| &b[..]), &mut by).unwrap();
+        let difference = moved.iter().zip(&resting).map(|(a, b)| f64::from(a - b) / 100.0);
+        let ahead: f64 = difference.zip(by_samples.concat()).map(|(o, w)| o * f64::from(w)).sum();
+        let back: f64 = by.mix.iter().zip(&direction).map(|(b, d)| f64::from(b * d)).sum();
+        assert!((ahead - back).abs() < 1e-4 * ahead.abs(), "{arch:?}: {ahead} and {back}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_said() {
+    let (mut head, mut source, at) = clip(grid(64, 15), 9, Arch::Scalar);
+    let (mut by, samples) = (head.gradient(), head.out_samples());
+    assert_eq!(samples, 120);
+    assert!(matches!(SarhClip::new(grid(64, 15), 3), Err(SarhError::Short { samples: 30, expected: 32, .. })));
+    assert!(matches!(SarhClip::new(grid(64, 15), 0), Err(SarhError::Short { .. })));
+    for (mono, fits) in [(119, false), (120, true), (134, true), (135, false)] {
+        assert_eq!(head.analyse(&vec![0.1; mono], &mut source).is_ok(), fits, "{mono}");
+    }
+    let sound = vec![0.1; samples];
+    let mut said = |source: &ClipSource, at: &SarhGradient, by: &mut SarhGradient, right: usize| {
+        head.adjoint(source, input(at, true), [&sound, &sound[..right]], by).map_err(|e| e.to_string())
+    };
+    assert_eq!(said(&source, &at, &mut by, samples), Ok(()));
+    assert!(said(&source, &at, &mut by, samples - 1).unwrap_err().contains("right output"));
+    let other = SarhClip::new(grid(64, 15), 10).unwrap();
+    assert!(said(&other.source(), &at, &mut by, samples).unwrap_err().contains("source"));
+    assert!(said(&source, &at, &mut other.gradient(), samples).unwrap_err().contains("time filter"));
+    for (tensor, what) in [(0, "out.0"), (1, "out.2"), (2, "out.4")] {
+        let mut at = at.clone();
+        at.conv.layers[tensor].weight.pop();
+        assert!(said(&source, &at, &mut by, samples).unwrap_err().contains(what));
+    }
+}
+
+#[test]
+fn a_head_can_move_to_another_thread() {
+    fn moves<T: Send>(_: &T) {}
+    let (head, source, mut by) = clip(grid(64, 15), 9, Arch::Scalar);
+    moves(&head);
+    moves(&source);
+    by.clear();
+    assert_eq!(by, head.gradient());
+}

@@ -1,0 +1,80 @@
+//! The tier Reference: the published render head beside the streaming one.
+
+use crate::decode::live::SarhFrame;
+use crate::published::{ConvMode, FrameMasks, SarhStream};
+use crate::{Scene, StftGrid};
+
+/// A [`SarhStream`] and what it takes to fade between it and the other tiers, which are delayed to match.
+pub(crate) struct Reference {
+    stream: SarhStream,
+    input: Vec<f32>,
+    out: [Vec<f32>; 2],
+    /// The other tiers' newest samples, as many as they are early.
+    early: [Vec<f32>; 2],
+    at: usize,
+    /// Share of the stream in what is heard.
+    share: f32,
+}
+
+impl Reference {
+    /// `None` where the scene has no such tier, or not at this rate: the convolution layers know only the grid that they were trained on.
+    pub(crate) fn new(scene: &Scene, grid: &StftGrid) -> Option<Self> {
+        let cloud = scene.cloud().filter(|c| c.conv != ConvMode::Off && grid == scene.grid())?;
+        let stream = SarhStream::new(&cloud.model, *grid, cloud.stream_options(scene.shape().taps)).ok()?;
+        let early = stream.latency_samples().saturating_sub(grid.latency_samples());
+        let pair = |len: usize| [vec![0.0; len], vec![0.0; len]];
+        Some(Self { stream, input: vec![0.0; grid.hop], out: pair(grid.hop), early: pair(early), at: 0, share: 0.0 })
+    }
+
+    pub(crate) fn latency_samples(&self) -> usize {
+        self.stream.latency_samples()
+    }
+
+    /// Takes a hop of the source before it is windowed.
+    pub(crate) fn note_input(&mut self, hop: &[f32]) {
+        self.input.copy_from_slice(hop);
+    }
+
+    /// Delays what the other tiers made of the hop and fades to the stream by at most `step`, or from it.
+    pub(crate) fn finish(&mut self, on: bool, step: f32, frame: Option<&SarhFrame>, ready: &mut [Vec<f32>; 2]) {
+        let len = self.early[0].len();
+        for (ready, early) in ready.iter_mut().zip(&mut self.early) {
+            for (i, sample) in ready.iter_mut().enumerate().filter(|_| len > 0) {
+                std::mem::swap(sample, &mut early[(self.at + i) % len]);
+            }
+        }
+        self.at = (self.at + self.input.len()).checked_rem(len).unwrap_or(0);
+        let target = if on { 1.0 } else { 0.0 };
+        if let Some(frame) = frame.filter(|_| on || self.share > 0.0) {
+            let before = self.share;
+            self.share += (target - self.share).clamp(-step, step);
+            let masks = FrameMasks { mixture: &frame.mixture, difference: &frame.difference, taps: frame.taps.as_ref() };
+            let [left, right] = &mut self.out;
+            self.stream.hop(&self.input, masks, [left, right]);
+            let slope = (self.share - before) / self.input.len() as f32;
+            for (ready, out) in ready.iter_mut().zip(&self.out) {
+                for (i, (r, o)) in ready.iter_mut().zip(out).enumerate() {
+                    *r += (before + slope * i as f32) * (o - *r);
+                }
+            }
+            if self.share == 0.0 {
+                // What it heard so far belongs to another time when it is wanted again.
+                self.stream.reset();
+            }
+        }
+    }
+
+    /// Takes its place or leaves it without a fade.
+    pub(crate) fn jump(&mut self, on: bool) {
+        self.share = if on { 1.0 } else { 0.0 };
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.stream.reset();
+        self.early.iter_mut().for_each(|e| e.fill(0.0));
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.stream.memory_bytes() + 8 * (self.early[0].len() + self.input.len())
+    }
+}

@@ -1,0 +1,109 @@
+//! A time filter as a stream applies it.
+
+use crate::published::rows::Rows;
+
+/// What the newest frames of a few neighbouring bands add to a frame of a stream, and a bias, for one listener.
+///
+/// `mix[f](t) = bias[f] + sum over i, l of kernel[i][l][f] masked[f - i](t - l)`, with lags l in hops from minus the look-ahead on.
+#[derive(Clone, Debug)]
+pub struct StreamTaps {
+    pub(super) lookahead: usize,
+    pub(super) causal: usize,
+    pub(super) kernel: Kernel,
+    pub(super) bias: Rows,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Kernel {
+    /// The same for all bands, `[neighbour][lag]` in one row.
+    Shared(Rows),
+    /// One value per band, rows `[neighbour][lag]`.
+    Banded(Rows),
+}
+
+impl StreamTaps {
+    /// Taps that let nothing through.
+    pub(super) fn silent(bands: usize, neighbours: usize, lookahead: usize, causal: usize, banded: bool) -> Self {
+        let taps = neighbours * (lookahead + causal);
+        let kernel = if banded { Kernel::Banded(Rows::new(taps, bands)) } else { Kernel::Shared(Rows::new(1, taps)) };
+        Self { lookahead, causal, kernel, bias: Rows::new(1, bands) }
+    }
+
+    /// Bands that the taps are for.
+    #[must_use]
+    pub fn bands(&self) -> usize {
+        self.bias.len()
+    }
+
+    /// Hops of the future that the taps read.
+    #[must_use]
+    pub fn lookahead_hops(&self) -> usize {
+        self.lookahead
+    }
+
+    /// Hops of the present and the past that the taps read.
+    #[must_use]
+    pub fn causal_hops(&self) -> usize {
+        self.causal
+    }
+
+    /// Bias of each band, linear magnitude.
+    #[must_use]
+    pub fn bias(&self) -> &[f32] {
+        self.bias.row(0)
+    }
+
+    /// What a band's own past adds at a lag in hops, summed over its neighbours as for a spectrum that changes slowly over frequency;
+    /// 0 beyond the last tap.
+    #[must_use]
+    pub fn gain(&self, lag: usize, band: usize) -> f32 {
+        let lags = self.lookahead + self.causal;
+        if lag >= self.causal {
+            return 0.0;
+        }
+        let taps = |count: usize| (self.lookahead + lag..count).step_by(lags);
+        match &self.kernel {
+            Kernel::Shared(kernel) => taps(kernel.row(0).len()).map(|tap| kernel.row(0)[tap]).sum(),
+            Kernel::Banded(kernel) => taps(kernel.iter().count()).map(|tap| kernel.row(tap)[band]).sum(),
+        }
+    }
+
+    /// Becomes `from + fraction (to - from)`; all three are of one [`TapProjector`](crate::published::TapProjector).
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation.
+    pub fn blend(&mut self, from: &Self, to: &Self, fraction: f32) {
+        match (&mut self.kernel, &from.kernel, &to.kernel) {
+            (Kernel::Shared(out), Kernel::Shared(a), Kernel::Shared(b))
+            | (Kernel::Banded(out), Kernel::Banded(a), Kernel::Banded(b)) => out.blend(a, b, fraction),
+            _ => debug_assert!(false, "taps of different projectors"),
+        }
+        self.bias.blend(&from.bias, &to.bias, fraction);
+    }
+
+    /// The filtered frame, one value per band; `masked` gives the row of magnitudes at a lag in hops, where there is one.
+    #[inline(always)]
+    pub(crate) fn apply<'a>(&self, masked: impl Fn(isize) -> Option<(&'a Rows, usize)>, mix: &mut [f32]) {
+        mix.copy_from_slice(self.bias());
+        let lags = self.lookahead + self.causal;
+        let row = |tap: usize| masked((tap % lags).cast_signed() - self.lookahead.cast_signed());
+        match &self.kernel {
+            Kernel::Shared(kernel) => {
+                for (tap, w) in kernel.row(0).iter().enumerate() {
+                    if let Some((rows, row)) = row(tap) {
+                        let x = rows.shifted(row, tap / lags);
+                        mix.iter_mut().zip(x).for_each(|(m, x)| *m += w * x);
+                    }
+                }
+            }
+            Kernel::Banded(kernel) => {
+                for (tap, w) in kernel.iter().enumerate() {
+                    if let Some((rows, row)) = row(tap) {
+                        let x = rows.shifted(row, tap / lags);
+                        mix.iter_mut().zip(x).zip(w).for_each(|((m, x), w)| *m += w * x);
+                    }
+                }
+            }
+        }
+    }
+}

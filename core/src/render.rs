@@ -1,0 +1,9 @@
+//! What is done to a frame of the source: its direct sound filtered, its time filters and late part added.
+
+pub(crate) mod carrier;
+pub(crate) mod direct;
+pub(crate) mod head;
+pub(crate) mod lanes;
+pub(crate) mod late;
+pub(crate) mod phasor;
+pub(crate) mod taps;

@@ -1,0 +1,245 @@
+//! The render head: applies a transfer function to short-time spectra.
+
+use crate::render::carrier::{band_places, hop_carriers, per_bin};
+use crate::render::direct::DirectFilter;
+use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
+use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut};
+use crate::render::taps::Taps;
+use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
+use pulp::{Arch, WithSimd};
+use realfft::num_complex::Complex32;
+use std::ops::Range;
+
+/// Taps that share the direct sound's interaural delay. The first reflections, of floor and ceiling, come from the source's lateral
+/// angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these hops, and
+/// the same either way later.
+pub(crate) const DELAYED_TAPS: usize = 2;
+
+/// Streaming form of AV-Cloud's Spatial Audio Render Head: masks and interaural delay for the direct sound, complex taps with fixed
+/// carriers for the room, and an exponential late part that feeds itself.
+///
+/// Per bin k and frame t: `Y[k,t] = D[k] X[k,t] + sum_l g_l[k] C_l[k] X[k,t-l] + sum_j h_j[k] E_j[k] Z[k,t-j]`, with `l` from 1 to the
+/// number of taps and `Z` the output of [`Late`].
+pub(crate) struct RenderHead {
+    arch: Arch,
+    shape: TransferShape,
+    direct: DirectFilter,
+    taps: Taps,
+    late: Taps,
+    network: Late,
+    /// Per band, amplitude left after one hop.
+    hop_decay: Vec<f32>,
+    /// Gains of one late hop, both ears.
+    late_gains: Vec<f32>,
+    /// The newest input spectra, `[block][slot]`, one more than there are taps.
+    input: Vec<Block>,
+    /// The newest spectra of the late network.
+    tail: Vec<Block>,
+    slots: Vec<usize>,
+    late_slots: Vec<usize>,
+    frame: usize,
+    direct_sum: Vec<EarBlocks>,
+    room_sum: Vec<EarBlocks>,
+    room_gain: f32,
+    /// Frames since anything was heard.
+    dead_frames: usize,
+}
+
+impl RenderHead {
+    /// Prepares for a host grid; `scene_grid` is the one the transfer functions are sampled on.
+    pub(crate) fn new(
+        grid: StftGrid,
+        scene_grid: &StftGrid,
+        shape: TransferShape,
+        bands: &Bands,
+        tail: &TailModel,
+        top_hz: f32,
+    ) -> Self {
+        let blocks = blocks_for(grid.bins());
+        // Within the scene's own band the masks hold up to its Nyquist frequency, where anti-alias filters close;
+        // a wider host band must not inherit that closing edge.
+        let wider = grid.sample_rate_hz > 1.05 * scene_grid.sample_rate_hz;
+        let top_hz = if wider { top_hz } else { f32::INFINITY };
+        let places = band_places(&grid, bands, top_hz);
+        #[expect(clippy::cast_possible_truncation, reason = "a gain in [0, 1]")]
+        let hop_decay: Vec<f32> =
+            tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)) as f32).collect();
+        let filters = |set: u64, hops: usize| {
+            let carriers = hop_carriers(&grid, scene_grid, bands, tail, set, hops);
+            Taps::new(&carriers, &places, shape.bands)
+        };
+        Self {
+            arch: Arch::new(),
+            shape,
+            direct: DirectFilter::new(&grid, scene_grid, top_hz),
+            taps: filters(0, shape.taps),
+            late: filters(1, LATE_HOPS),
+            network: Late::new(&grid, scene_grid, tail, &per_bin(&places, &hop_decay)),
+            hop_decay,
+            late_gains: vec![0.0; shape.tap_len()],
+            input: vec![Block::default(); blocks * (shape.taps + 1)],
+            tail: vec![Block::default(); blocks * LATE_HOPS],
+            slots: vec![0; shape.taps],
+            late_slots: vec![0; LATE_HOPS],
+            frame: 0,
+            direct_sum: vec![EarBlocks::default(); blocks],
+            room_sum: vec![EarBlocks::default(); blocks],
+            room_gain: 1.0,
+            dead_frames: usize::MAX / 2,
+        }
+    }
+
+    /// Explicit taps and late hops together: the range that [`RenderHead::set_taps`] counts in.
+    pub(crate) fn filter_hops(&self) -> usize {
+        self.taps.hops() + self.late.hops()
+    }
+
+    /// Takes masks, phase and interaural delay of the direct sound.
+    pub(crate) fn set_direct(&mut self, tf: &TransferFunction) {
+        self.direct.set(tf);
+    }
+
+    /// Takes the gains of a range of [`RenderHead::filter_hops`].
+    pub(crate) fn set_taps(&mut self, tf: &TransferFunction, range: Range<usize>) {
+        let (taps, len) = (self.shape.taps, self.shape.tap_len());
+        for hop in range.start..range.end.min(taps) {
+            self.taps.set(hop, &tf.taps[hop * len..(hop + 1) * len]);
+            if hop < DELAYED_TAPS {
+                self.taps.turn(hop, self.direct.turn());
+            }
+        }
+        for hop in range.start.max(taps)..range.end {
+            // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
+            let power = late_power(hop - taps, taps);
+            let ears = self.late_gains.chunks_exact_mut(self.shape.bands).zip(tf.late.chunks_exact(self.shape.bands));
+            for (gains, stated) in ears {
+                for ((g, s), decay) in gains.iter_mut().zip(stated).zip(&self.hop_decay) {
+                    *g = Late::carrier_gain() * s * decay.powi(power);
+                }
+            }
+            self.late.set(hop - taps, &self.late_gains);
+        }
+    }
+
+    /// Level of everything but the direct sound: moves towards 1 or 0 by at most `step` a frame, or jumps with a step of 1.
+    pub(crate) fn glide_room(&mut self, on: bool, step: f32) {
+        if on && self.room_gain == 0.0 {
+            // The late part stood still meanwhile: what is left in it belongs to another time.
+            self.forget_late();
+        }
+        let target = if on { 1.0 } else { 0.0 };
+        self.room_gain += (target - self.room_gain).clamp(-step, step);
+    }
+
+    /// Whether anything but the direct sound is heard.
+    pub(crate) fn has_room(&self) -> bool {
+        self.room_gain > 0.0
+    }
+
+    /// Applies the filters to the newest frame. `None` when nothing sounds any more: both ears are silent.
+    pub(crate) fn render(&mut self, spectrum: &[Complex32], ears: [&mut [Complex32]; 2]) -> Option<()> {
+        let silent = spectrum.iter().all(|x| x.re == 0.0 && x.im == 0.0);
+        if silent && self.dead_frames > self.filter_hops() + 1 {
+            return None;
+        }
+        let slots = self.shape.taps + 1;
+        let now = self.frame % slots;
+        write_slot(&mut self.input, slots, now, spectrum);
+        for (l, slot) in self.slots.iter_mut().enumerate() {
+            *slot = (now + slots - 1 - l) % slots;
+        }
+        if self.has_room() {
+            self.advance_late(now);
+        }
+        let dead = silent && (!self.has_room() || self.network.is_silent());
+        self.dead_frames = if dead { self.dead_frames.saturating_add(1) } else { 0 };
+
+        self.direct_sum.fill(EarBlocks::default());
+        let (arch, input, tail) = (self.arch, &self.input, &self.tail);
+        let add = |slots: &[usize], ring: &[Block], ring_len: usize, filter: &[EarBlocks], sums: &mut [EarBlocks]| {
+            Accumulate { arch, slots, ring_len, ring, filter, sums }.run();
+        };
+        add(&[now], input, slots, self.direct.blocks(), &mut self.direct_sum);
+        if self.has_room() {
+            self.room_sum.fill(EarBlocks::default());
+            add(&self.slots, input, slots, self.taps.filters(), &mut self.room_sum);
+            add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), &mut self.room_sum);
+        }
+        for (ear, out) in ears.into_iter().enumerate() {
+            arch.dispatch(Mix { ear, direct: &self.direct_sum, room: &self.room_sum, room_gain: self.room_gain, out });
+        }
+        self.frame = self.frame.wrapping_add(1);
+        Some(())
+    }
+
+    /// Feeds the late network from the ring of input, whose newest frame is in slot `now`.
+    fn advance_late(&mut self, now: usize) {
+        let slots = self.shape.taps + 1;
+        let tail_now = self.frame % LATE_HOPS;
+        for (j, slot) in self.late_slots.iter_mut().enumerate() {
+            *slot = (tail_now + LATE_HOPS - j) % LATE_HOPS;
+        }
+        let fed = (now + slots - (self.shape.taps + 1 - late_lead(self.shape.taps))) % slots;
+        let from = Slot { ring: &self.input, slots, at: fed };
+        let to = SlotMut { ring: &mut self.tail, slots: LATE_HOPS, at: tail_now };
+        self.network.advance(self.frame, from, to);
+    }
+
+    fn forget_late(&mut self) {
+        self.tail.fill(Block::default());
+        self.network.reset();
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.input.fill(Block::default());
+        self.forget_late();
+        self.dead_frames = usize::MAX / 2;
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let ear_blocks = self.direct_sum.len() + self.room_sum.len() + self.direct.blocks().len();
+        ear_blocks * size_of::<EarBlocks>()
+            + (self.input.len() + self.tail.len()) * size_of::<Block>()
+            + self.taps.memory_bytes()
+            + self.late.memory_bytes()
+            + self.network.memory_bytes()
+    }
+}
+
+/// Adds one ear's direct sound and room.
+struct Mix<'a> {
+    ear: usize,
+    direct: &'a [EarBlocks],
+    room: &'a [EarBlocks],
+    room_gain: f32,
+    out: &'a mut [Complex32],
+}
+
+impl WithSimd for Mix<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        for ((chunk, direct), room) in self.out.chunks_mut(LANES).zip(self.direct).zip(self.room) {
+            let (d, r) = (&direct.ears[self.ear], &room.ears[self.ear]);
+            for (i, x) in chunk.iter_mut().enumerate() {
+                *x = Complex32::new(d.re[i] + self.room_gain * r.re[i], d.im[i] + self.room_gain * r.im[i]);
+            }
+        }
+    }
+}
+
+/// Hops by which the late part starts before the hop after the last tap.
+pub(crate) fn late_lead(taps: usize) -> usize {
+    (LATE_HOPS - 1).min(taps)
+}
+
+/// Hops of decay of a late hop's gain, from the hop after the last tap on.
+pub(crate) fn late_power(hop: usize, taps: usize) -> i32 {
+    i32_of(hop) - i32_of(late_lead(taps))
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a count of hops below a few thousand")]
+fn i32_of(hops: usize) -> i32 {
+    hops as i32
+}
