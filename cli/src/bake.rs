@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use promenade_baker::field::{Decode, FieldOptions, bake_field};
 use promenade_baker::{BakeOptions, HoldOut, LoadOptions, Responses, Side, bake_responses};
 use promenade_core::Scene;
-use promenade_core::decode::PoseDecoder;
+use promenade_core::decode::CloudDecoder;
 
 pub(crate) fn responses(args: &BakeResponsesArgs) -> Result<()> {
     let hold_out = HoldOut::parse(&args.hold_out)?;
@@ -59,7 +59,7 @@ pub(crate) fn field(args: &BakeFieldArgs) -> Result<()> {
         seed: args.seed,
     };
     let decoder = || -> Option<Decode<'_>> {
-        let mut decoder = PoseDecoder::new(&scene)?;
+        let mut decoder = CloudDecoder::new(&scene)?;
         let mut answer = decoder.blank();
         Some(Box::new(move |pose| {
             decoder.decode(pose, &mut answer);

@@ -3,7 +3,7 @@
 use crate::render::two_ears;
 use anyhow::{Result, bail};
 use promenade_baker::resample;
-use promenade_core::network::{CloudDecoder, Masks};
+use promenade_core::network::{Masks, Network};
 use promenade_core::published::ClipRenderer;
 use promenade_core::{Pose, Scene};
 
@@ -14,7 +14,7 @@ pub(crate) fn render(scene: &Scene, mono: &[f32], rate_hz: u32, pose_at: impl Fn
     let model_hz = scene.grid().sample_rate_hz.round() as u32;
     let source = resample::signal(&[mono.to_vec()], rate_hz, model_hz)?;
     let mut renderer = ClipRenderer::new(&cloud.model, *scene.grid())?;
-    let mut decoder = CloudDecoder::new(&cloud.model);
+    let mut decoder = Network::new(&cloud.model);
     let sizes = cloud.model.sizes();
     let ears = renderer.render_long(&source[0], |seconds, masks| {
         if masks.mixture.is_empty() {

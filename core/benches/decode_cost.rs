@@ -11,7 +11,7 @@ mod oracle;
 use cpu_time::ThreadTime;
 use oracle::{Case, Noise};
 use promenade_core::glam::{Mat3, Vec3};
-use promenade_core::network::{CloudDecoder, CloudKind, Listener, Masks};
+use promenade_core::network::{CloudKind, Listener, Masks, Network};
 use pulp::Arch;
 use std::hint::black_box;
 use std::io::{BufRead, Write};
@@ -84,7 +84,7 @@ fn contestants() -> Vec<(String, Run)> {
 
 fn decoder(case: &Case, arch: Arch) -> Run {
     let model = case.model();
-    let mut decoder = CloudDecoder::with_arch(&model, arch);
+    let mut decoder = Network::with_arch(&model, arch);
     let mut masks = Masks::new(&model.sizes());
     let mut step = 0.0;
     Box::new(move || {

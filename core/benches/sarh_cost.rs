@@ -11,7 +11,7 @@ use cloud_models::{PUBLISHED, Sizes, model, noise};
 use cpu_time::ThreadTime;
 use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
-use promenade_core::network::{CloudDecoder, CloudKind, Listener, Masks};
+use promenade_core::network::{CloudKind, Listener, Masks, Network};
 use promenade_core::published::{
     ClipRenderer, ConvMode, ConvWeights, FrameMasks, Projection, SarhClip, SarhInput, SarhOptions, SarhStream, TapProjector,
 };
@@ -99,7 +99,7 @@ fn clip(name: &str, kind: CloudKind, sizes: Sizes, input: &[f32]) {
     dry.weights.retain(|name, _| !name.starts_with("out."));
     let dry = promenade_core::network::CloudModel::new(dry).unwrap();
     for (instructions, arch) in arches() {
-        let mut decoder = CloudDecoder::with_arch(&model, arch);
+        let mut decoder = Network::with_arch(&model, arch);
         let mut masks = Masks::new(&model.sizes());
         let decode = median_ms(41, || decoder.decode(&LISTENER, &mut masks));
         let render = |model| {
@@ -128,7 +128,7 @@ fn stream(input: &[f32]) {
     ] {
         let masks = {
             let mut masks = Masks::new(&model.sizes());
-            CloudDecoder::new(model).decode(&LISTENER, &mut masks);
+            Network::new(model).decode(&LISTENER, &mut masks);
             masks
         };
         let causal_hops = if projection == Projection::Diagonal { 32 } else { 166 };

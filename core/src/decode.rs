@@ -6,7 +6,7 @@ pub(crate) mod follow;
 pub(crate) mod live;
 pub(crate) mod readout;
 
-pub use cloud::{InlineDecoder, PoseDecoder};
+pub use cloud::{CloudDecoder, InlineWorker};
 pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
-pub use live::{Decoded, LiveDecoder, LiveParams, SarhFrame};
+pub use live::{DecodeWorker, Decoded, LiveParams, SarhFrame};
 pub use readout::{MAX_LOG_COEFFICIENT, QueryValues, TapHead};

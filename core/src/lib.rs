@@ -25,7 +25,7 @@ mod transfer;
 
 pub use bands::Bands;
 pub use decode::{
-    Axis, Basis, Decoded, Facing, Field, FieldGrid, LiveDecoder, LiveParams, LowRank, NEAREST_M, Rows, SILENT_DB, SarhFrame,
+    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LiveParams, LowRank, NEAREST_M, Rows, SILENT_DB, SarhFrame,
 };
 pub use glam;
 pub use gradient::{ClipHead, ClipInput};

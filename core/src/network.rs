@@ -3,7 +3,6 @@
 //! Chen and Shlizerman, "AV-Cloud: Spatial Audio Rendering Through Audio-Visual Cloud Splatting", NeurIPS 2024, in the form
 //! that its published code trains.
 
-pub(crate) mod decoder;
 pub(crate) mod emitter;
 pub(crate) mod kernels;
 pub(crate) mod linear;
@@ -13,8 +12,66 @@ pub(crate) mod placement;
 pub(crate) mod relative;
 pub(crate) mod transformer;
 
-pub use decoder::CloudDecoder;
+use linear::Linear;
+use pulp::Arch;
+use transformer::Transformer;
+
 pub use emitter::{CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 pub use masks::Masks;
 pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseConvention, Tensor};
 pub use placement::{Alignment, Listener};
+
+/// A decoder of one model with all the memory it needs.
+pub struct Network(Kind);
+
+enum Kind {
+    Transformer(Box<Transformer>),
+    Linear(Box<Linear>),
+}
+
+impl Network {
+    /// Folds the weights; not real-time safe. Uses the widest vector instructions of this machine.
+    #[must_use]
+    pub fn new(model: &CloudModel) -> Self {
+        Self::with_arch(model, Arch::new())
+    }
+
+    /// The same with these instructions.
+    #[must_use]
+    pub fn with_arch(model: &CloudModel, arch: Arch) -> Self {
+        Self(match model.parts().kind {
+            CloudKind::Full | CloudKind::Sh | CloudKind::Taps => Kind::Transformer(Box::new(Transformer::new(model, arch))),
+            CloudKind::SimpleSh => Kind::Linear(Box::new(Linear::new(model, arch))),
+        })
+    }
+
+    /// Masks of a listener, into [`Masks::new`] of the model's sizes.
+    ///
+    /// The same listener gives the same bits on the same instructions.
+    ///
+    /// # Real-time
+    /// No allocation, lock or I/O; milliseconds, so on a worker thread.
+    pub fn decode(&mut self, listener: &Listener, out: &mut Masks) {
+        match &mut self.0 {
+            Kind::Transformer(t) => t.decode(listener, out, None),
+            Kind::Linear(l) => l.decode(listener, out),
+        }
+    }
+
+    /// The same, and how much each anchor is attended to, `[anchor]`, sums to 1.
+    ///
+    /// A transformer's is the mean of the last layer's weights over heads and bands, the linear decoder's the mean magnitude of its
+    /// attention product over bands, which has either sign, divided by the sum over anchors.
+    ///
+    /// # Real-time
+    /// As [`Self::decode`].
+    pub fn decode_with_attention(&mut self, listener: &Listener, out: &mut Masks, attention: &mut [f32]) {
+        match &mut self.0 {
+            Kind::Transformer(t) => t.decode(listener, out, Some(attention)),
+            Kind::Linear(l) => {
+                l.decode(listener, out);
+                l.attention(listener, attention);
+            }
+        }
+    }
+}

@@ -1,11 +1,11 @@
 //! One scene at one host rate: mono in, both ears out.
 
-use crate::decode::InlineDecoder;
+use crate::decode::InlineWorker;
 use crate::decode::follow::Decoding;
 use crate::published::tier::Reference;
 use crate::render::head::RenderHead;
 use crate::stft::{Spectrum, Stft};
-use crate::{LiveDecoder, LiveParams, Pose, Scene, StftGrid, Tier, TransferFunction};
+use crate::{DecodeWorker, LiveParams, Pose, Scene, StftGrid, Tier, TransferFunction};
 use realfft::num_complex::Complex32;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -114,9 +114,9 @@ impl Renderer {
     /// Not real-time safe, nor is the processing of the tiers High and Reference: decodes where it stands.
     pub fn for_tier(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier) -> Result<Self, RenderError> {
         let renderer = Self::new(Arc::clone(scene), sample_rate_hz)?;
-        let decoder = if tier >= Tier::High { InlineDecoder::new(scene) } else { None };
+        let decoder = if tier >= Tier::High { InlineWorker::new(scene) } else { None };
         Ok(match decoder {
-            Some(decoder) => renderer.with_decoder(Box::new(decoder)),
+            Some(decoder) => renderer.with_worker(Box::new(decoder)),
             None => renderer,
         })
     }
@@ -126,7 +126,7 @@ impl Renderer {
     /// # Real-time
     /// Not real-time safe: decodes the scene's start pose.
     #[must_use]
-    pub fn with_decoder(mut self, decoder: Box<dyn LiveDecoder>) -> Self {
+    pub fn with_worker(mut self, decoder: Box<dyn DecodeWorker>) -> Self {
         self.decoding.set_live(decoder, &self.scene);
         self
     }

@@ -7,7 +7,7 @@ use cloud_models::{Sizes, model, noise};
 use golden::Golden;
 use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
-use promenade_core::network::{CloudDecoder, CloudKind, CloudModel, CloudParts, Listener, Masks, Tensor};
+use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Masks, Network, Tensor};
 use promenade_core::published::{ClipRenderer, SarhError};
 use pulp::Arch;
 
@@ -64,7 +64,7 @@ fn golden_masks(golden: &Golden, pose: usize) -> Option<Masks> {
 
 /// Masks from the decoder.
 fn decoded(golden: &Golden) -> Vec<Masks> {
-    let mut decoder = CloudDecoder::new(&golden.model);
+    let mut decoder = Network::new(&golden.model);
     let mut masks = Masks::new(&golden.model.sizes());
     let mut decode = |listener: &Listener| {
         decoder.decode(listener, &mut masks);
@@ -208,7 +208,7 @@ fn clips_of_a_long_signal_are_rendered_at_their_centres_and_faded_into_each_othe
 fn a_long_signal_of_one_clip_is_that_clip() {
     let golden = golden::slice(CloudKind::Full);
     let mut renderer = ClipRenderer::new(&golden.model, GRID).unwrap();
-    let (mut decoder, listener) = (CloudDecoder::new(&golden.model), golden.listeners[2]);
+    let (mut decoder, listener) = (Network::new(&golden.model), golden.listeners[2]);
     // A long signal is padded with zeros to the longest clip.
     let mut input = mono(&golden)[..renderer.out_samples()].to_vec();
     let long = renderer.render_long(&input, |_, masks| {

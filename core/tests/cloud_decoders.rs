@@ -7,7 +7,7 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use golden::Golden;
 use oracle::{Case, Exact};
 use promenade_core::glam::{Mat3, Vec3};
-use promenade_core::network::{CloudDecoder, CloudKind, CloudModel, Listener, Masks};
+use promenade_core::network::{CloudKind, CloudModel, Listener, Masks, Network};
 use pulp::Arch;
 
 #[global_allocator]
@@ -124,7 +124,7 @@ fn instruction_sets_agree() {
 fn the_same_listener_gives_the_same_bits() {
     for kind in CloudKind::PUBLISHED {
         let golden = golden::slice(kind);
-        let mut decoder = CloudDecoder::new(&golden.model);
+        let mut decoder = Network::new(&golden.model);
         let (first, attention) = decode(&golden.model, Arch::new(), &golden.listeners[0]);
         let mut masks = Masks::new(&golden.model.sizes());
         decoder.decode(&golden.listeners[2], &mut masks);
@@ -156,7 +156,7 @@ fn a_listener_anywhere_gets_numbers() {
 fn decoding_never_allocates() {
     for kind in CloudKind::PUBLISHED {
         let golden = golden::slice(kind);
-        let mut decoder = CloudDecoder::new(&golden.model);
+        let mut decoder = Network::new(&golden.model);
         let mut masks = Masks::new(&golden.model.sizes());
         let mut attention = vec![0.0; golden.model.sizes().anchors];
         assert_no_alloc(|| {
@@ -171,7 +171,7 @@ fn decode(model: &CloudModel, arch: Arch, listener: &Listener) -> (Masks, Vec<f3
     let sizes = model.sizes();
     let mut masks = Masks::new(&sizes);
     let mut attention = vec![f32::NAN; sizes.anchors];
-    let mut decoder = CloudDecoder::with_arch(model, arch);
+    let mut decoder = Network::with_arch(model, arch);
     decoder.decode(listener, &mut masks);
     let plain = masks.clone();
     decoder.decode_with_attention(listener, &mut masks, &mut attention);

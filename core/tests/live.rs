@@ -5,12 +5,12 @@ mod golden;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use common::{noise, render};
-use promenade_core::decode::{InlineDecoder, PoseDecoder};
+use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, FrameMasks, Projection, SarhStream};
 use promenade_core::{
-    AnchorCloud, Bands, BlockParams, Decoded, LiveDecoder, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts,
+    AnchorCloud, Bands, BlockParams, DecodeWorker, Decoded, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts,
     Spatializer, StftGrid, TailModel, Tier,
 };
 use std::sync::Arc;
@@ -43,7 +43,7 @@ fn scene(kind: CloudKind, conv: ConvMode, projection: Projection) -> Arc<Scene> 
 fn spatializer(scene: &Arc<Scene>, rate: f64) -> Spatializer {
     let renderer = Renderer::new(Arc::clone(scene), rate).unwrap();
     let mut s = Spatializer::new(rate);
-    s.install(Box::new(renderer.with_decoder(Box::new(InlineDecoder::new(scene).unwrap()))));
+    s.install(Box::new(renderer.with_worker(Box::new(InlineWorker::new(scene).unwrap()))));
     s
 }
 
@@ -110,7 +110,7 @@ fn the_tier_reference_is_the_published_head_as_a_stream() {
         let heard = render(&mut s, &input, &[300], &params(Tier::Reference), |_| Pose::IDENTITY);
 
         let cloud = scene.cloud().unwrap();
-        let mut decoder = PoseDecoder::new(&scene).unwrap();
+        let mut decoder = CloudDecoder::new(&scene).unwrap();
         let mut decoded = decoder.blank();
         decoder.decode(&Pose::IDENTITY, &mut decoded);
         let frame = decoded.sarh.unwrap();
@@ -137,7 +137,7 @@ fn what_a_scene_lacks_is_played_as_what_it_has() {
     let cloud = scene(CloudKind::Sh, ConvMode::Causal, Projection::Diagonal);
     assert_eq!(Tier::ALL.map(|t| cloud.played_tier(t)), [Tier::High, Tier::High, Tier::High, Tier::Reference]);
     let renderer = |scene: &Arc<Scene>, rate| {
-        Renderer::new(Arc::clone(scene), rate).unwrap().with_decoder(Box::new(InlineDecoder::new(scene).unwrap()))
+        Renderer::new(Arc::clone(scene), rate).unwrap().with_worker(Box::new(InlineWorker::new(scene).unwrap()))
     };
     assert_eq!(renderer(&cloud, RATE).played_tier(Tier::Reference), Tier::Reference);
     assert_eq!(renderer(&cloud, 48_000.0).played_tier(Tier::Reference), Tier::High, "its layers know one rate only");
@@ -157,13 +157,13 @@ fn silence_stays_silent() {
 
 /// Answers after some hops, as a thread would.
 struct Slow {
-    decoder: PoseDecoder,
+    decoder: CloudDecoder,
     answer: Decoded,
     due: Option<(usize, Pose)>,
     delay: usize,
 }
 
-impl LiveDecoder for Slow {
+impl DecodeWorker for Slow {
     fn blank(&self) -> Decoded {
         self.decoder.blank()
     }
@@ -187,10 +187,10 @@ impl LiveDecoder for Slow {
 #[test]
 fn an_answer_that_comes_late_is_faded_to_without_allocation_or_a_step() {
     let scene = scene(CloudKind::SimpleSh, ConvMode::LookAhead, Projection::Diagonal);
-    let decoder = PoseDecoder::new(&scene).unwrap();
+    let decoder = CloudDecoder::new(&scene).unwrap();
     let slow = Slow { answer: decoder.blank(), decoder, due: None, delay: 3 };
     let mut s = Spatializer::new(RATE);
-    s.install(Box::new(Renderer::new(Arc::clone(&scene), RATE).unwrap().with_decoder(Box::new(slow))));
+    s.install(Box::new(Renderer::new(Arc::clone(&scene), RATE).unwrap().with_worker(Box::new(slow))));
     let tone: Vec<f32> = (0..33_075).map(|i| 0.5 * (std::f32::consts::TAU * 1000.0 * i as f32 / RATE as f32).sin()).collect();
     let mut out = [vec![0.0; tone.len()], vec![0.0; tone.len()]];
     let live = LiveParams { rate_hz: 40.0, wait: false };
@@ -209,7 +209,7 @@ fn an_answer_that_comes_late_is_faded_to_without_allocation_or_a_step() {
 fn the_attention_of_the_anchors_adds_up() {
     for kind in CloudKind::PUBLISHED {
         let scene = scene(kind, ConvMode::Off, Projection::Diagonal);
-        let mut decoder = PoseDecoder::new(&scene).unwrap();
+        let mut decoder = CloudDecoder::new(&scene).unwrap();
         let (mut plain, mut watched) = (decoder.blank(), decoder.blank());
         let mut attention = vec![0.0; scene.cloud().unwrap().model.sizes().anchors];
         decoder.decode(&walk(5_000), &mut plain);

@@ -3,8 +3,8 @@
 use crate::attention::{Attended, Attention};
 use crate::worker::{Chore, DECODER, Desk};
 use crossbeam_queue::ArrayQueue;
-use promenade_core::decode::PoseDecoder;
-use promenade_core::{Decoded, LiveDecoder, Pose, Scene};
+use promenade_core::decode::CloudDecoder;
+use promenade_core::{DecodeWorker, Decoded, Pose, Scene};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ const ANSWERS: usize = 4;
 const LOOK: Duration = Duration::from_micros(50);
 
 /// A decoder and the scene that it is for, as long as an instance plays it.
-type Held = (Weak<Scene>, Weak<Mutex<PoseDecoder>>);
+type Held = (Weak<Scene>, Weak<Mutex<CloudDecoder>>);
 
 /// Decoders of the scenes that are played in this process.
 static DECODERS: Mutex<Vec<Held>> = Mutex::new(Vec::new());
@@ -27,7 +27,7 @@ struct Answer {
 
 /// What the audio thread and the worker share.
 struct Exchange {
-    decoder: Arc<Mutex<PoseDecoder>>,
+    decoder: Arc<Mutex<CloudDecoder>>,
     /// The newest question.
     question: ArrayQueue<(u64, Pose)>,
     /// The newest answer.
@@ -66,7 +66,7 @@ impl Chore for Exchange {
 }
 
 /// The audio thread's end.
-pub struct SharedDecoder {
+pub struct SharedWorker {
     exchange: Arc<Exchange>,
     desk: Desk,
     asked: u64,
@@ -75,7 +75,7 @@ pub struct SharedDecoder {
     fresh: bool,
 }
 
-impl SharedDecoder {
+impl SharedWorker {
     /// For a scene with an anchor cloud; `None` for others. What is attended to is told to `attention` while that is watched.
     ///
     /// # Errors
@@ -111,7 +111,7 @@ impl SharedDecoder {
     }
 }
 
-impl LiveDecoder for SharedDecoder {
+impl DecodeWorker for SharedWorker {
     fn blank(&self) -> Decoded {
         self.exchange.decoder.lock().unwrap_or_else(PoisonError::into_inner).blank()
     }
@@ -134,14 +134,14 @@ impl LiveDecoder for SharedDecoder {
 }
 
 /// The decoder of a scene, made once for all instances that play it.
-fn decoder_of(scene: &Arc<Scene>) -> Option<Arc<Mutex<PoseDecoder>>> {
+fn decoder_of(scene: &Arc<Scene>) -> Option<Arc<Mutex<CloudDecoder>>> {
     let mut decoders = DECODERS.lock().unwrap_or_else(PoisonError::into_inner);
     decoders.retain(|(_, decoder)| decoder.strong_count() > 0);
     let same = |held: &Weak<Scene>| held.upgrade().is_some_and(|held| Arc::ptr_eq(&held, scene));
     if let Some(decoder) = decoders.iter().find(|(held, _)| same(held)).and_then(|(_, decoder)| decoder.upgrade()) {
         return Some(decoder);
     }
-    let decoder = Arc::new(Mutex::new(PoseDecoder::new(scene)?));
+    let decoder = Arc::new(Mutex::new(CloudDecoder::new(scene)?));
     decoders.push((Arc::downgrade(scene), Arc::downgrade(&decoder)));
     Some(decoder)
 }

@@ -3,7 +3,7 @@
 use crate::attention::Attention;
 use crate::cache;
 use crate::causes::in_words;
-use crate::decoder::SharedDecoder;
+use crate::decoder::SharedWorker;
 use crate::factory::{self, FactoryScene};
 use crate::library::{self, Found, LibraryError};
 use crate::params::{Choices, PromenadeParams, SceneChoice};
@@ -182,11 +182,11 @@ impl Loader {
             let result = find_scene(wish.choices, &wish.kept);
             let result = result.and_then(|found| {
                 let renderer = Renderer::new(Arc::clone(&found.scene), f64::from_bits(sample_rate_bits))?;
-                let decoder = SharedDecoder::new(&found.scene, &self.attention).map_err(LoadError::Thread)?;
+                let decoder = SharedWorker::new(&found.scene, &self.attention).map_err(LoadError::Thread)?;
                 Ok((
                     found,
                     match decoder {
-                        Some(decoder) => renderer.with_decoder(Box::new(decoder)),
+                        Some(decoder) => renderer.with_worker(Box::new(decoder)),
                         None => renderer,
                     },
                 ))

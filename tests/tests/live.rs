@@ -3,7 +3,7 @@
 #[path = "../../core/tests/golden/mod.rs"]
 mod golden;
 
-use promenade_core::decode::InlineDecoder;
+use promenade_core::decode::InlineWorker;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
@@ -80,7 +80,7 @@ fn waited_for(folder: &Path, signal: &[f32], lead: usize) -> [Vec<f32>; 2] {
     let scene = Arc::new(Scene::from_bytes(&std::fs::read(folder.join(SCENE)).unwrap()).unwrap());
     let renderer = Renderer::new(Arc::clone(&scene), 48_000.0).unwrap();
     let mut spatializer = Spatializer::new(48_000.0);
-    spatializer.install(Box::new(renderer.with_decoder(Box::new(InlineDecoder::new(&scene).unwrap()))));
+    spatializer.install(Box::new(renderer.with_worker(Box::new(InlineWorker::new(&scene).unwrap()))));
     let live = LiveParams { wait: true, ..LiveParams::default() };
     let params = BlockParams { tier: Tier::High, live, ..BlockParams::default() };
     let mut wanted = [vec![0.0; signal.len()], vec![0.0; signal.len()]];

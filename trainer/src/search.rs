@@ -8,7 +8,7 @@ use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Split};
 use promenade_core::Provenance;
-use promenade_core::decode::PoseDecoder;
+use promenade_core::decode::CloudDecoder;
 use std::sync::Arc;
 
 /// A change has to lower the error by this share to be worth a cost, and may raise it by as much to save one.
@@ -138,7 +138,7 @@ fn decode_s(trainer: &Trainer<'_>) -> Result<f64, BakeError> {
         found: e.to_string(),
     })?;
     let scene = Arc::new(scene);
-    let Some(mut decoder) = PoseDecoder::new(&scene) else { return Ok(0.0) };
+    let Some(mut decoder) = CloudDecoder::new(&scene) else { return Ok(0.0) };
     let mut answer = decoder.blank();
     let mut times = Vec::with_capacity(DECODES);
     for _ in 0..DECODES {

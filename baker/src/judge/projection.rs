@@ -9,9 +9,9 @@ pub use signal::{bursts_and_clicks, poses_within};
 
 use cpu_time::ThreadTime;
 use distance::Ears;
-use promenade_core::decode::PoseDecoder;
+use promenade_core::decode::CloudDecoder;
 use promenade_core::metrics::MetricError;
-use promenade_core::network::{CloudDecoder, Masks};
+use promenade_core::network::{Masks, Network};
 use promenade_core::published::{ClipRenderer, ConvMode, Projection, SarhError};
 use promenade_core::{AnchorCloud, Pose, RenderError, Scene, SceneError, StftGrid, Tier};
 use std::ops::Range;
@@ -130,7 +130,7 @@ pub fn compare_projections(
     report.decode_s = decode_s(scene, poses);
 
     let (seconds, count) = (mono.len() as f64 / grid.sample_rate_hz, ways.len() as f64);
-    let mut decoder = CloudDecoder::new(&cloud.model);
+    let mut decoder = Network::new(&cloud.model);
     let mut found: Vec<(Vec<Distance>, Vec<f64>)> = vec![Default::default(); ways.len()];
     let (mut clip_costs, mut silent) = (Vec::new(), 0);
     for (number, pose) in poses.iter().enumerate() {
@@ -222,7 +222,7 @@ fn ways(scene: &Arc<Scene>, cloud: &AnchorCloud) -> Result<(Vec<Way>, Vec<String
 
 /// Median processor seconds of decoding a pose.
 fn decode_s(scene: &Arc<Scene>, poses: &[Pose]) -> Option<f64> {
-    let mut decoder = PoseDecoder::new(scene)?;
+    let mut decoder = CloudDecoder::new(scene)?;
     let mut answer = decoder.blank();
     let times = poses.iter().cycle().take(DECODES * poses.len()).map(|pose| {
         let began = ThreadTime::now();

@@ -2,10 +2,10 @@
 
 use crate::decode::TapHead;
 use crate::decode::readout::LearnedTaps;
-use crate::network::{CloudDecoder, CloudKind, Masks};
+use crate::network::{CloudKind, Masks, Network};
 use crate::published::{StreamTaps, TapProjector};
 use crate::scene::AnchorCloud;
-use crate::{Decoded, LiveDecoder, Pose, SarhFrame, Scene, Tier};
+use crate::{DecodeWorker, Decoded, Pose, SarhFrame, Scene, Tier};
 use std::sync::Arc;
 
 /// Decodes poses of one scene, for [`Decoded`].
@@ -14,9 +14,9 @@ use std::sync::Arc;
 /// on energies: each gain is chosen so that a steady sound that stops dies away as the magnitudes would (Schroeder 1965, interrupted
 /// noise), `g_l^2 = T_l^2 - T_(l+1)^2` with `T_l` the sum of the taps from lag l on, times the band's mixture mask. A model that was
 /// trained for streams says its taps itself.
-pub struct PoseDecoder {
+pub struct CloudDecoder {
     scene: Arc<Scene>,
-    decoder: CloudDecoder,
+    decoder: Network,
     filter: Option<(TapProjector, StreamTaps)>,
     learned: Option<LearnedTaps>,
     masks: Masks,
@@ -24,7 +24,7 @@ pub struct PoseDecoder {
     head: TapHead,
 }
 
-impl PoseDecoder {
+impl CloudDecoder {
     /// `None` where the scene has no anchor cloud. Folds the weights; not real-time safe.
     #[must_use]
     pub fn new(scene: &Arc<Scene>) -> Option<Self> {
@@ -33,7 +33,7 @@ impl PoseDecoder {
         let head = TapHead::new(&cloud.model.parts().frequencies, scene.grid(), scene.bands(), taps, sizes.tap_shapes);
         let projector = TapProjector::new(&cloud.model, cloud.projection, taps + 1);
         Some(Self {
-            decoder: CloudDecoder::new(&cloud.model),
+            decoder: Network::new(&cloud.model),
             filter: projector.map(|p| {
                 let taps = p.taps();
                 (p, taps)
@@ -114,22 +114,22 @@ impl PoseDecoder {
 }
 
 /// Decodes on the thread that asks: offline, and where the time it takes does not matter.
-pub struct InlineDecoder {
-    decoder: PoseDecoder,
+pub struct InlineWorker {
+    decoder: CloudDecoder,
     answer: Decoded,
     fresh: bool,
 }
 
-impl InlineDecoder {
+impl InlineWorker {
     /// `None` where the scene has no anchor cloud.
     #[must_use]
     pub fn new(scene: &Arc<Scene>) -> Option<Self> {
-        let decoder = PoseDecoder::new(scene)?;
+        let decoder = CloudDecoder::new(scene)?;
         Some(Self { answer: decoder.blank(), decoder, fresh: false })
     }
 }
 
-impl LiveDecoder for InlineDecoder {
+impl DecodeWorker for InlineWorker {
     fn blank(&self) -> Decoded {
         self.decoder.blank()
     }

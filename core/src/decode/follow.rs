@@ -1,7 +1,7 @@
 //! Brings the render head to the listener's pose, from a field or from a live decoder.
 
 use crate::decode::field::{Cell, Field};
-use crate::decode::live::{Decoded, Live, LiveDecoder};
+use crate::decode::live::{DecodeWorker, Decoded, Live};
 use crate::render::head::RenderHead;
 use crate::{Pose, Quality, Scene, Tier, TransferFunction};
 
@@ -38,7 +38,7 @@ impl Decoding {
     }
 
     /// Gives the stream a live decoder for the tiers that need one.
-    pub(crate) fn set_live(&mut self, decoder: Box<dyn LiveDecoder>, scene: &Scene) {
+    pub(crate) fn set_live(&mut self, decoder: Box<dyn DecodeWorker>, scene: &Scene) {
         self.live = Some(Live::new(decoder, scene));
     }
 

@@ -24,7 +24,7 @@ pub struct SarhFrame {
 }
 
 /// Something that decodes poses, here or on another thread.
-pub trait LiveDecoder: Send {
+pub trait DecodeWorker: Send {
     /// Room for an answer, which says that nothing is heard.
     ///
     /// # Real-time
@@ -61,7 +61,7 @@ impl Default for LiveParams {
 
 /// Follows a listener by decodes that come now and then.
 pub(crate) struct Live {
-    decoder: Box<dyn LiveDecoder>,
+    decoder: Box<dyn DecodeWorker>,
     /// What is heard now, where the running cross-fade came from, and where it goes to.
     shown: Decoded,
     from: Decoded,
@@ -78,7 +78,7 @@ pub(crate) struct Live {
 
 impl Live {
     /// Begins with what the scene's start pose sounds like.
-    pub(crate) fn new(mut decoder: Box<dyn LiveDecoder>, scene: &Scene) -> Self {
+    pub(crate) fn new(mut decoder: Box<dyn DecodeWorker>, scene: &Scene) -> Self {
         let silent = decoder.blank();
         let mut first = silent.clone();
         decoder.request(&scene.start_pose(), true);

@@ -4,9 +4,9 @@ use super::*;
 use crate::settings::{HeadKind, LossSettings, NetworkSettings};
 use crate::weights::is_fixed;
 use promenade_baker::capture::Track;
-use promenade_core::decode::PoseDecoder;
+use promenade_core::decode::CloudDecoder;
 use promenade_core::glam::Vec3;
-use promenade_core::network::{Alignment, CloudDecoder, Masks};
+use promenade_core::network::{Alignment, Masks, Network};
 use promenade_core::published::ClipRenderer;
 use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Renderer, Tier};
 use std::sync::Arc;
@@ -142,7 +142,7 @@ fn the_scene_plays_what_was_trained() {
     let scene = Arc::new(trainer.scene(Provenance::default()).unwrap());
     let bytes = scene.to_bytes().unwrap();
     assert_eq!(Scene::from_bytes(&bytes).unwrap(), *scene);
-    let mut decoder = PoseDecoder::new(&scene).unwrap();
+    let mut decoder = CloudDecoder::new(&scene).unwrap();
     let mut decoded = decoder.blank();
     let clips: Vec<Clip> = capture.split(Split::Test).cloned().collect();
     for clip in &clips {
@@ -185,7 +185,7 @@ fn a_model_with_the_published_head_renders_clips_as_it_was_trained() {
         let scene = trainer.scene(Provenance::default()).unwrap();
         assert_eq!(Scene::from_bytes(&scene.to_bytes().unwrap()).unwrap(), scene);
         let model = &scene.cloud().unwrap().model;
-        let mut decoder = CloudDecoder::new(model);
+        let mut decoder = Network::new(model);
         let mut masks = Masks::new(&model.sizes());
         let mut renderer = ClipRenderer::new(model, *scene.grid()).unwrap();
         for clip in capture.split(Split::Test) {

@@ -1,7 +1,7 @@
 //! A scene played for clips, one at a time.
 
 use crate::{BakeError, Capture, Clip, resample};
-use promenade_core::network::{Alignment, CloudDecoder, Masks};
+use promenade_core::network::{Alignment, Masks, Network};
 use promenade_core::published::ClipRenderer;
 use promenade_core::{LiveParams, Pose, Quality, Renderer, Scene, StftGrid, Tier};
 use std::sync::Arc;
@@ -92,7 +92,7 @@ impl Player {
 pub struct ClipPlayer {
     alignment: Alignment,
     renderer: ClipRenderer,
-    decoder: CloudDecoder,
+    decoder: Network,
     masks: Masks,
 }
 
@@ -110,7 +110,7 @@ impl ClipPlayer {
         let expected = "one with a published model to play clip by clip";
         let model = &scene.cloud().ok_or_else(|| wrong("scene", expected, "a field only".to_owned()))?.model;
         let renderer = ClipRenderer::new(model, *scene.grid()).map_err(|e| wrong("scene", expected, e.to_string()))?;
-        let (decoder, masks) = (CloudDecoder::new(model), Masks::new(&model.sizes()));
+        let (decoder, masks) = (Network::new(model), Masks::new(&model.sizes()));
         Ok(Self { renderer, decoder, masks, alignment: model.parts().alignment })
     }
 
