@@ -8,5 +8,5 @@ pub(crate) mod readout;
 
 pub use cloud::{CloudDecoder, InlineWorker};
 pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
-pub use live::{DecodeWorker, Decoded, LiveParams, SarhFrame};
-pub use readout::{MAX_LOG_COEFFICIENT, QueryValues, TapHead};
+pub use live::{DecodeWorker, Decoded, LiveParams, PublishedFrame};
+pub use readout::{MAX_LOG_COEFFICIENT, QueryValues, Readout};

@@ -1,5 +1,5 @@
 //! Derivatives that training needs.
 
-pub(crate) mod clip_head;
+pub(crate) mod clip_render;
 
-pub use clip_head::{ClipHead, ClipInput};
+pub use clip_render::{ClipRender, ClipRenderInput};

@@ -25,10 +25,11 @@ mod transfer;
 
 pub use bands::Bands;
 pub use decode::{
-    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LiveParams, LowRank, NEAREST_M, Rows, SILENT_DB, SarhFrame,
+    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LiveParams, LowRank, NEAREST_M, PublishedFrame, Rows,
+    SILENT_DB,
 };
 pub use glam;
-pub use gradient::{ClipHead, ClipInput};
+pub use gradient::{ClipRender, ClipRenderInput};
 pub use grid::StftGrid;
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;

@@ -2,15 +2,15 @@
 
 pub(crate) mod clip;
 pub(crate) mod conv;
+pub(crate) mod frames;
 pub(crate) mod hann;
 pub(crate) mod head;
-pub(crate) mod rows;
 pub(crate) mod stream;
 pub(crate) mod tier;
 pub(crate) mod time_filter;
 
 pub use clip::ClipRenderer;
 pub use conv::{CONV_LAYERS, ConvLayerWeights, ConvWeights};
-pub use head::{ClipSource, SarhClip, SarhGradient, SarhInput};
-pub use stream::{ConvMode, FrameMasks, SarhError, SarhOptions, SarhStream};
+pub use head::{ClipSource, PublishedClip, PublishedGradient, PublishedInput};
+pub use stream::{ConvMode, FrameMasks, PublishedError, PublishedOptions, PublishedStream};
 pub use time_filter::{MAX_HARMONICS, Projection, StreamTaps, TapProjector, spherical_harmonics};

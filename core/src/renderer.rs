@@ -281,7 +281,7 @@ impl Renderer {
             }
         }
         if let Some(reference) = &mut self.reference {
-            let frame = self.decoding.shown().and_then(|d| d.sarh.as_ref());
+            let frame = self.decoding.shown().and_then(|d| d.published.as_ref());
             reference.finish(tier == Tier::Reference, 1.0 / TIER_FADE_HOPS, frame, &mut self.ready);
         }
     }

@@ -8,7 +8,7 @@ mod manifest;
 
 use crate::metrics::Binaural;
 use crate::network::{CloudEmitter, CloudModel};
-use crate::published::{ConvMode, Projection, SarhOptions};
+use crate::published::{ConvMode, Projection, PublishedOptions};
 use crate::{Bands, Field, Pose, StftGrid, Tier, TransferShape};
 use glam::Vec3;
 
@@ -88,8 +88,8 @@ pub struct AnchorCloud {
 impl AnchorCloud {
     /// How the published head streams it, with `taps` hops of the past besides the present.
     #[must_use]
-    pub fn stream_options(&self, taps: usize) -> SarhOptions {
-        SarhOptions::streaming(self.conv, self.projection, self.model.sizes().frames, taps)
+    pub fn stream_options(&self, taps: usize) -> PublishedOptions {
+        PublishedOptions::streaming(self.conv, self.projection, self.model.sizes().frames, taps)
     }
 }
 

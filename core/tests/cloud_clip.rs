@@ -8,7 +8,7 @@ use golden::Golden;
 use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Masks, Network, Tensor};
-use promenade_core::published::{ClipRenderer, SarhError};
+use promenade_core::published::{ClipRenderer, PublishedError};
 use pulp::Arch;
 
 const GRID: StftGrid = StftGrid { sample_rate_hz: 22_050.0, n_fft: 512, hop: 127 };
@@ -223,11 +223,11 @@ fn a_long_signal_of_one_clip_is_that_clip() {
 fn what_does_not_fit_is_said() {
     let golden = golden::slice(CloudKind::SimpleSh);
     let error = |grid| ClipRenderer::new(&golden.model, grid).err();
-    assert_eq!(error(StftGrid { n_fft: 1024, ..GRID }), Some(SarhError::Bands { bands: 257, bins: 513 }));
+    assert_eq!(error(StftGrid { n_fft: 1024, ..GRID }), Some(PublishedError::Bands { bands: 257, bins: 513 }));
     for hop in [0, 257] {
-        assert!(matches!(error(StftGrid { hop, ..GRID }), Some(SarhError::Grid { .. })));
+        assert!(matches!(error(StftGrid { hop, ..GRID }), Some(PublishedError::Grid { .. })));
     }
-    assert!(matches!(error(StftGrid { hop: 6, ..GRID }), Some(SarhError::Short { samples: 234, .. })));
+    assert!(matches!(error(StftGrid { hop: 6, ..GRID }), Some(PublishedError::Short { samples: 234, .. })));
     let mut renderer = ClipRenderer::new(&golden.model, GRID).unwrap();
     assert_eq!(renderer.clip_samples(), 39 * 127..=40 * 127 - 1);
     let masks = Masks::new(&golden.model.sizes());

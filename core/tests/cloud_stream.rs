@@ -8,7 +8,7 @@ use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Masks, Tensor};
 use promenade_core::published::{
-    ClipRenderer, ConvMode, FrameMasks, Projection, SarhError, SarhOptions, SarhStream, StreamTaps, TapProjector,
+    ClipRenderer, ConvMode, FrameMasks, Projection, PublishedError, PublishedOptions, PublishedStream, StreamTaps, TapProjector,
 };
 
 #[global_allocator]
@@ -47,7 +47,7 @@ fn taps(model: &CloudModel, projection: Projection, causal_hops: usize) -> Strea
 
 /// Output of a stream, and the magnitudes of both ears after each hop.
 fn play(
-    stream: &mut SarhStream,
+    stream: &mut PublishedStream,
     input: &[f32],
     masks: &Masks,
     taps: Option<&StreamTaps>,
@@ -64,9 +64,9 @@ fn play(
     (out, magnitudes)
 }
 
-fn options(conv: ConvMode, taps: Option<&StreamTaps>, max_gain: f32) -> SarhOptions {
+fn options(conv: ConvMode, taps: Option<&StreamTaps>, max_gain: f32) -> PublishedOptions {
     let (lookahead_hops, causal_hops) = taps.map_or((0, 1), |t| (t.lookahead_hops(), t.causal_hops()));
-    SarhOptions { conv, lookahead_hops, causal_hops, max_gain }
+    PublishedOptions { conv, lookahead_hops, causal_hops, max_gain }
 }
 
 fn signal(samples: usize) -> Vec<f32> {
@@ -113,7 +113,7 @@ fn a_stream_that_looks_ahead_is_the_clip_inside_it() {
         let [left, right] = &mut wanted;
         clip.render(&input, &masks, &LISTENER, [left, right]).unwrap();
 
-        let mut stream = SarhStream::new(model, GRID, options(ConvMode::LookAhead, Some(&taps), OPEN)).unwrap();
+        let mut stream = PublishedStream::new(model, GRID, options(ConvMode::LookAhead, Some(&taps), OPEN)).unwrap();
         assert_eq!(stream.latency_samples(), GRID.n_fft + delay * GRID.hop);
         let (lead, _) = alignment();
         let mut padded = vec![0.0; lead];
@@ -152,7 +152,7 @@ fn a_row_of_the_matrix_is_that_frame_of_clips_shifted_along_the_stream() {
         let (lead, first) = alignment();
         let mut padded = vec![0.0; lead];
         padded.extend(&input);
-        let mut stream = SarhStream::new(&model, GRID, options(ConvMode::Off, Some(&taps), OPEN)).unwrap();
+        let mut stream = PublishedStream::new(&model, GRID, options(ConvMode::Off, Some(&taps), OPEN)).unwrap();
         assert_eq!(stream.latency_samples(), GRID.n_fft + taps.lookahead_hops() * GRID.hop);
         let (_, magnitudes) = play(&mut stream, &padded, &masks, Some(&taps));
         let mut compared = 0;
@@ -181,7 +181,7 @@ fn the_causal_stream_adds_late_convolution_to_the_undelayed_base() {
     let (masks, taps) = (masks(&model), taps(&model, Projection::Diagonal, 4));
     let input = signal(40 * GRID.hop);
     let magnitudes = |conv, taps: Option<&StreamTaps>| {
-        let mut stream = SarhStream::new(&model, GRID, options(conv, taps, OPEN)).unwrap();
+        let mut stream = PublishedStream::new(&model, GRID, options(conv, taps, OPEN)).unwrap();
         play(&mut stream, &input, &masks, taps).1
     };
     // Without taps nothing is added to the base.
@@ -216,7 +216,7 @@ fn layers_that_add_nothing_leave_a_delay_of_five_hops_between_the_modes() {
     let (masks, taps) = (masks(&model), taps(&model, Projection::Diagonal, 4));
     let input = signal(40 * GRID.hop);
     let [causal, ahead] = [ConvMode::Causal, ConvMode::LookAhead].map(|conv| {
-        let mut stream = SarhStream::new(&model, GRID, options(conv, Some(&taps), OPEN)).unwrap();
+        let mut stream = PublishedStream::new(&model, GRID, options(conv, Some(&taps), OPEN)).unwrap();
         (play(&mut stream, &input, &masks, Some(&taps)).0, stream.latency_samples())
     });
     assert_eq!(ahead.1 - causal.1, AHEAD * GRID.hop);
@@ -228,7 +228,7 @@ fn layers_that_add_nothing_leave_a_delay_of_five_hops_between_the_modes() {
 fn masks_alone_are_gains_after_the_stated_latency() {
     let model = change(&model(CloudKind::SimpleSh, SIZES), |p| p.weights.retain(|name, _| !name.starts_with("out.")));
     let masks = Masks { mixture: vec![0.5; SIZES.bands], difference: vec![0.25; SIZES.bands], embedding: Vec::new() };
-    let mut stream = SarhStream::new(&model, GRID, options(ConvMode::LookAhead, None, 2.0)).unwrap();
+    let mut stream = PublishedStream::new(&model, GRID, options(ConvMode::LookAhead, None, 2.0)).unwrap();
     assert_eq!(stream.latency_samples(), GRID.n_fft);
     let input = signal(60 * GRID.hop);
     let (out, _) = play(&mut stream, &input, &masks, None);
@@ -247,7 +247,7 @@ fn silence_gives_silence_and_no_bin_exceeds_the_gate() {
     let model = model(CloudKind::Full, SIZES);
     let (masks, taps) = (masks(&model), taps(&model, Projection::Row(36), 20));
     for conv in [ConvMode::Off, ConvMode::Causal, ConvMode::LookAhead] {
-        let mut stream = SarhStream::new(&model, GRID, options(conv, Some(&taps), 4.0)).unwrap();
+        let mut stream = PublishedStream::new(&model, GRID, options(conv, Some(&taps), 4.0)).unwrap();
         let silent = vec![0.0; 60 * GRID.hop];
         for quiet in [silent.clone(), vec![1e-39; 60 * GRID.hop]] {
             let (out, _) = play(&mut stream, &quiet, &masks, Some(&taps));
@@ -264,7 +264,7 @@ fn silence_gives_silence_and_no_bin_exceeds_the_gate() {
         assert!(out.iter().all(|o| o[end..].iter().all(|v| *v == 0.0)));
     }
     // Shut, nothing comes through at all.
-    let mut stream = SarhStream::new(&model, GRID, options(ConvMode::Causal, Some(&taps), 0.0)).unwrap();
+    let mut stream = PublishedStream::new(&model, GRID, options(ConvMode::Causal, Some(&taps), 0.0)).unwrap();
     let (out, _) = play(&mut stream, &signal(30 * GRID.hop), &masks, Some(&taps));
     assert!(out.iter().flatten().all(|v| *v == 0.0));
 }
@@ -273,7 +273,7 @@ fn silence_gives_silence_and_no_bin_exceeds_the_gate() {
 fn a_stream_gets_over_samples_that_are_no_numbers() {
     let model = model(CloudKind::SimpleSh, SIZES);
     let (masks, taps) = (masks(&model), taps(&model, Projection::Diagonal, 8));
-    let mut stream = SarhStream::new(&model, GRID, options(ConvMode::Causal, Some(&taps), 4.0)).unwrap();
+    let mut stream = PublishedStream::new(&model, GRID, options(ConvMode::Causal, Some(&taps), 4.0)).unwrap();
     let mut input = signal(60 * GRID.hop);
     for (i, bad) in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e38, 1e-42].into_iter().enumerate() {
         input[200 + 7 * i] = bad;
@@ -288,7 +288,7 @@ fn a_stream_that_is_reset_is_a_new_one() {
     let (masks, taps) = (masks(&model), taps(&model, Projection::Row(30), 12));
     let input = signal(50 * GRID.hop);
     for conv in [ConvMode::Off, ConvMode::Causal, ConvMode::LookAhead] {
-        let make = || SarhStream::new(&model, GRID, options(conv, Some(&taps), 4.0)).unwrap();
+        let make = || PublishedStream::new(&model, GRID, options(conv, Some(&taps), 4.0)).unwrap();
         let (fresh, _) = play(&mut make(), &input, &masks, Some(&taps));
         let mut stream = make();
         play(&mut stream, &signal(33 * GRID.hop), &masks, Some(&taps));
@@ -309,7 +309,7 @@ fn taps_between_two_places_are_between_their_taps() {
         projector.project(&Listener { centre: -LISTENER.centre, ..LISTENER }, &masks, &mut to);
         between.blend(&from, &to, 0.25);
         let added = |taps: &StreamTaps| {
-            let mut stream = SarhStream::new(&model, GRID, options(ConvMode::Off, Some(taps), OPEN)).unwrap();
+            let mut stream = PublishedStream::new(&model, GRID, options(ConvMode::Off, Some(taps), OPEN)).unwrap();
             let masks = Masks { mixture: vec![1.0; SIZES.bands], difference: vec![0.0; SIZES.bands], embedding: Vec::new() };
             play(&mut stream, &signal(30 * GRID.hop), &masks, Some(taps)).1.remove(20)[0].clone()
         };
@@ -335,7 +335,7 @@ fn neither_hops_nor_taps_nor_clips_allocate() {
         for projection in [Projection::Diagonal, Projection::Row(35)] {
             let mut projector = TapProjector::new(&model, projection, 9).unwrap();
             let [mut taps, silent, mut glide] = std::array::from_fn(|_| projector.taps());
-            let mut stream = SarhStream::new(&model, GRID, options(ConvMode::Causal, Some(&taps), 4.0)).unwrap();
+            let mut stream = PublishedStream::new(&model, GRID, options(ConvMode::Causal, Some(&taps), 4.0)).unwrap();
             let input = signal(GRID.hop);
             let mut out = [vec![0.0; GRID.hop], vec![0.0; GRID.hop]];
             assert_no_alloc(|| {
@@ -366,5 +366,5 @@ fn a_model_for_streams_has_neither_convolution_layers_nor_clips() {
     assert!(refused.contains("'taps' has no place for out.0.bias"), "{refused}");
     parts.weights.retain(|name, _| !name.starts_with("out."));
     let model = CloudModel::new(parts).unwrap();
-    assert_eq!(ClipRenderer::new(&model, GRID).err(), Some(SarhError::Streamed));
+    assert_eq!(ClipRenderer::new(&model, GRID).err(), Some(PublishedError::Streamed));
 }

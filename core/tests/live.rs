@@ -8,7 +8,7 @@ use common::{noise, render};
 use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
-use promenade_core::published::{ConvMode, FrameMasks, Projection, SarhStream};
+use promenade_core::published::{ConvMode, FrameMasks, Projection, PublishedStream};
 use promenade_core::{
     AnchorCloud, Bands, BlockParams, DecodeWorker, Decoded, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts,
     Spatializer, StftGrid, TailModel, Tier,
@@ -113,8 +113,8 @@ fn the_tier_reference_is_the_published_head_as_a_stream() {
         let mut decoder = CloudDecoder::new(&scene).unwrap();
         let mut decoded = decoder.blank();
         decoder.decode(&Pose::IDENTITY, &mut decoded);
-        let frame = decoded.sarh.unwrap();
-        let mut stream = SarhStream::new(&cloud.model, *scene.grid(), cloud.stream_options(16)).unwrap();
+        let frame = decoded.published.unwrap();
+        let mut stream = PublishedStream::new(&cloud.model, *scene.grid(), cloud.stream_options(16)).unwrap();
         let mut hop = [vec![0.0; 127], vec![0.0; 127]];
         for (number, x) in input.chunks(127).take(79).enumerate() {
             let masks = FrameMasks { mixture: &frame.mixture, difference: &frame.difference, taps: frame.taps.as_ref() };

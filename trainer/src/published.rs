@@ -5,14 +5,16 @@ use crate::settings::{LossSettings, TrainSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
 use promenade_core::StftGrid;
-use promenade_core::published::{CONV_LAYERS, ClipSource, ConvWeights, SarhClip, SarhError, SarhGradient, SarhInput};
+use promenade_core::published::{
+    CONV_LAYERS, ClipSource, ConvWeights, PublishedClip, PublishedError, PublishedGradient, PublishedInput,
+};
 use std::collections::BTreeMap;
 
 /// What a thread works with.
 struct Bench {
-    clip: SarhClip,
+    clip: PublishedClip,
     source: ClipSource,
-    by: SarhGradient,
+    by: PublishedGradient,
     out: [Vec<f32>; 2],
     by_samples: [Vec<f32>; 2],
     /// The output of a time filter that is not there.
@@ -27,8 +29,8 @@ pub(crate) struct PublishedHead {
 }
 
 impl Bench {
-    fn new(grid: StftGrid, frames: usize, loss: &LossSettings) -> Result<Self, SarhError> {
-        let clip = SarhClip::new(grid, frames)?;
+    fn new(grid: StftGrid, frames: usize, loss: &LossSettings) -> Result<Self, PublishedError> {
+        let clip = PublishedClip::new(grid, frames)?;
         let samples = vec![0.0; clip.out_samples()];
         Ok(Self {
             source: clip.source(),
@@ -42,7 +44,7 @@ impl Bench {
     }
 
     /// Renders a clip into `out`.
-    fn render(&mut self, example: &Example<'_>, answer: &Answer, conv: Option<&ConvWeights>) -> Result<(), SarhError> {
+    fn render(&mut self, example: &Example<'_>, answer: &Answer, conv: Option<&ConvWeights>) -> Result<(), PublishedError> {
         self.clip.analyse(clip(example), &mut self.source)?;
         let [left, right] = &mut self.out;
         self.clip.render(&self.source, input(answer, conv, &self.nothing), [left, right])
@@ -55,7 +57,7 @@ impl Bench {
         answer: &Answer,
         conv: Option<&ConvWeights>,
         share: f32,
-    ) -> Result<f64, SarhError> {
+    ) -> Result<f64, PublishedError> {
         self.render(example, answer, conv)?;
         let [left, right] = &self.out;
         let wanted = example.binaural.map(|ear| &ear[..left.len()]);
@@ -72,9 +74,9 @@ fn clip<'a>(example: &'a Example<'_>) -> &'a [f32] {
     &example.dry[example.pre_roll..]
 }
 
-fn input<'a>(answer: &'a Answer, conv: Option<&'a ConvWeights>, nothing: &'a [f32]) -> SarhInput<'a> {
+fn input<'a>(answer: &'a Answer, conv: Option<&'a ConvWeights>, nothing: &'a [f32]) -> PublishedInput<'a> {
     let mix = if answer.room.is_empty() { nothing } else { &answer.room };
-    SarhInput { mixture: &answer.mixture, difference: &answer.difference, mix, conv }
+    PublishedInput { mixture: &answer.mixture, difference: &answer.difference, mix, conv }
 }
 
 /// The convolution layers of weights by name, if there are some.
@@ -87,7 +89,7 @@ impl PublishedHead {
     ///
     /// # Errors
     /// Clips that cannot be transformed.
-    pub(crate) fn new(settings: &TrainSettings, grid: StftGrid, frames: usize, threads: usize) -> Result<Self, SarhError> {
+    pub(crate) fn new(settings: &TrainSettings, grid: StftGrid, frames: usize, threads: usize) -> Result<Self, PublishedError> {
         let benches = (0..threads.max(1)).map(|_| Bench::new(grid, frames, &settings.loss)).collect::<Result<_, _>>()?;
         Ok(Self { benches, filtered: settings.network.taps > 0 })
     }
@@ -142,6 +144,6 @@ impl PublishedHead {
 ///
 /// # Panics
 /// If it has not: lengths of clips, masks and weights were fixed when the training began.
-fn fits<T>(result: Result<T, SarhError>) -> T {
+fn fits<T>(result: Result<T, PublishedError>) -> T {
     result.unwrap_or_else(|e| panic!("a render head of another size: {e}"))
 }

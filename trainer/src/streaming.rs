@@ -4,22 +4,22 @@ use crate::head::{Answer, Example, Judged, spread};
 use crate::settings::{LossSettings, NetworkSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
-use promenade_core::decode::{QueryValues, TapHead};
+use promenade_core::decode::{QueryValues, Readout};
 use promenade_core::network::CloudEmitter;
-use promenade_core::{Bands, ClipHead, Pose, StftGrid, TailModel, TransferFunction};
+use promenade_core::{Bands, ClipRender, Pose, StftGrid, TailModel, TransferFunction};
 
 /// The array of tap shapes' logarithms.
 const SHAPES: &str = "tap_shapes";
 
 /// What a thread works with.
 struct Bench {
-    head: ClipHead,
+    head: ClipRender,
     loss: SpectralLoss,
 }
 
 /// The render head of training, the engine's own.
 pub(crate) struct StreamingHead {
-    taps: TapHead,
+    taps: Readout,
     blank: TransferFunction,
     emitter: Option<CloudEmitter>,
     benches: Vec<Bench>,
@@ -37,10 +37,10 @@ impl StreamingHead {
         threads: usize,
     ) -> Self {
         let shapes = if network.taps > 0 { network.tap_shapes } else { 0 };
-        let bench = || Bench { head: ClipHead::new(grid, bands, tail, network.taps), loss: SpectralLoss::new(loss) };
+        let bench = || Bench { head: ClipRender::new(grid, bands, tail, network.taps), loss: SpectralLoss::new(loss) };
         let benches: Vec<_> = (0..threads.max(1)).map(|_| bench()).collect();
         Self {
-            taps: TapHead::new(queries, grid, bands, network.taps, shapes),
+            taps: Readout::new(queries, grid, bands, network.taps, shapes),
             blank: benches[0].head.shape().silent(),
             emitter,
             benches,
@@ -116,7 +116,7 @@ pub(crate) fn exponentials(logs: &[f32]) -> Vec<f32> {
 }
 
 fn transfer(
-    taps: &TapHead,
+    taps: &Readout,
     emitter: Option<CloudEmitter>,
     blank: &TransferFunction,
     pose: &Pose,

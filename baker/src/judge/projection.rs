@@ -12,7 +12,7 @@ use distance::Ears;
 use promenade_core::decode::CloudDecoder;
 use promenade_core::metrics::MetricError;
 use promenade_core::network::{Masks, Network};
-use promenade_core::published::{ClipRenderer, ConvMode, Projection, SarhError};
+use promenade_core::published::{ClipRenderer, ConvMode, Projection, PublishedError};
 use promenade_core::{AnchorCloud, Pose, RenderError, Scene, SceneError, StftGrid, Tier};
 use std::ops::Range;
 use std::sync::Arc;
@@ -82,7 +82,7 @@ pub enum ProjectionFailure {
     Render(#[from] RenderError),
     /// The model cannot be rendered.
     #[error(transparent)]
-    Head(#[from] SarhError),
+    Head(#[from] PublishedError),
     /// A rendering cannot be compared.
     #[error("{name}, pose {pose}")]
     Metric {
@@ -276,7 +276,7 @@ impl Clips {
     }
 
     /// The inner parts of all clips, and the processor seconds per second of sound.
-    fn render(&mut self, mono: &[f32], spot: &Spot) -> Result<(Vec<Ears>, f64), SarhError> {
+    fn render(&mut self, mono: &[f32], spot: &Spot) -> Result<(Vec<Ears>, f64), PublishedError> {
         let samples = self.renderer.out_samples();
         let mut out = [vec![0.0; samples], vec![0.0; samples]];
         let (mut inner, mut took) = (Vec::new(), 0.0);

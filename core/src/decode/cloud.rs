@@ -1,11 +1,11 @@
 //! From a pose in the scene's world to what the stream is filtered with.
 
-use crate::decode::TapHead;
+use crate::decode::Readout;
 use crate::decode::readout::LearnedTaps;
 use crate::network::{CloudKind, Masks, Network};
 use crate::published::{StreamTaps, TapProjector};
 use crate::scene::AnchorCloud;
-use crate::{DecodeWorker, Decoded, Pose, SarhFrame, Scene, Tier};
+use crate::{DecodeWorker, Decoded, Pose, PublishedFrame, Scene, Tier};
 use std::sync::Arc;
 
 /// Decodes poses of one scene, for [`Decoded`].
@@ -21,7 +21,7 @@ pub struct CloudDecoder {
     learned: Option<LearnedTaps>,
     masks: Masks,
     /// Where the cloud's frequencies lie among the scene's bins and bands.
-    head: TapHead,
+    head: Readout,
 }
 
 impl CloudDecoder {
@@ -30,7 +30,7 @@ impl CloudDecoder {
     pub fn new(scene: &Arc<Scene>) -> Option<Self> {
         let cloud = scene.cloud()?;
         let (taps, sizes) = (scene.shape().taps, cloud.model.sizes());
-        let head = TapHead::new(&cloud.model.parts().frequencies, scene.grid(), scene.bands(), taps, sizes.tap_shapes);
+        let head = Readout::new(&cloud.model.parts().frequencies, scene.grid(), scene.bands(), taps, sizes.tap_shapes);
         let projector = TapProjector::new(&cloud.model, cloud.projection, taps + 1);
         Some(Self {
             decoder: Network::new(&cloud.model),
@@ -49,12 +49,12 @@ impl CloudDecoder {
     #[must_use]
     pub fn blank(&self) -> Decoded {
         let bins = self.scene.shape().bins;
-        let sarh = self.scene.has_tier(Tier::Reference).then(|| SarhFrame {
+        let published = self.scene.has_tier(Tier::Reference).then(|| PublishedFrame {
             mixture: vec![0.0; bins],
             difference: vec![0.0; bins],
             taps: self.filter.as_ref().map(|(projector, _)| projector.taps()),
         });
-        Decoded { transfer: self.scene.shape().silent(), sarh }
+        Decoded { transfer: self.scene.shape().silent(), published }
     }
 
     /// Decodes a pose.
@@ -103,7 +103,7 @@ impl CloudDecoder {
                 }
             }
         }
-        if let Some(frame) = &mut out.sarh {
+        if let Some(frame) = &mut out.published {
             frame.mixture.copy_from_slice(&masks.mixture);
             frame.difference.copy_from_slice(&masks.difference);
             if let (Some(to), Some((_, taps))) = (&mut frame.taps, &self.filter) {

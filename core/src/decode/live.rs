@@ -9,12 +9,12 @@ pub struct Decoded {
     /// Masks and time filters for the streaming head.
     pub transfer: TransferFunction,
     /// The same as the published head takes them, where the scene has the tier Reference.
-    pub sarh: Option<SarhFrame>,
+    pub published: Option<PublishedFrame>,
 }
 
 /// What the published render head takes for one listener.
 #[derive(Clone, Debug)]
-pub struct SarhFrame {
+pub struct PublishedFrame {
     /// Mixture mask per bin, linear gain, of either sign.
     pub mixture: Vec<f32>,
     /// Difference mask per bin, in (-1, 1); positive = right louder.
@@ -134,7 +134,7 @@ impl Decoded {
                 *o = if share < 1.0 { a + share * (b - a) } else { *b };
             }
         }
-        if let (Some(out), Some(a), Some(b)) = (&mut self.sarh, &from.sarh, &to.sarh)
+        if let (Some(out), Some(a), Some(b)) = (&mut self.published, &from.published, &to.published)
             && let (Some(out), Some(a), Some(b)) = (&mut out.taps, &a.taps, &b.taps)
         {
             out.blend(a, b, share);
@@ -144,13 +144,14 @@ impl Decoded {
     /// All values but the taps of the published head.
     fn parts(&self) -> [&[f32]; 8] {
         let t = &self.transfer;
-        let [m, d]: [&[f32]; 2] = self.sarh.as_ref().map_or([&[], &[]], |s| [&s.mixture, &s.difference]);
+        let [m, d]: [&[f32]; 2] = self.published.as_ref().map_or([&[], &[]], |s| [&s.mixture, &s.difference]);
         [&t.mixture, &t.difference, &t.phase, std::slice::from_ref(&t.delay_s), &t.taps, &t.late, m, d]
     }
 
     fn parts_mut(&mut self) -> [&mut [f32]; 8] {
         let t = &mut self.transfer;
-        let [m, d]: [&mut [f32]; 2] = self.sarh.as_mut().map_or([&mut [], &mut []], |s| [&mut s.mixture, &mut s.difference]);
+        let [m, d]: [&mut [f32]; 2] =
+            self.published.as_mut().map_or([&mut [], &mut []], |s| [&mut s.mixture, &mut s.difference]);
         [&mut t.mixture, &mut t.difference, &mut t.phase, std::slice::from_mut(&mut t.delay_s), &mut t.taps, &mut t.late, m, d]
     }
 }

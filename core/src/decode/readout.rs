@@ -15,7 +15,7 @@ pub const MAX_LOG_COEFFICIENT: f32 = 6.0;
 ///   late part's level, and coefficients `c = exp(W e + w)` of the query's embedding `e`, averaged over the queries in the band. How a
 ///   room's energy is spread over time is the room's; how much of it an ear gets depends on where the listener is.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TapHead {
+pub struct Readout {
     shape: TransferShape,
     tap_shapes: usize,
     queries: usize,
@@ -36,7 +36,7 @@ pub struct QueryValues {
     pub coefficients: Vec<f32>,
 }
 
-impl TapHead {
+impl Readout {
     /// For masks at these query frequencies, taps of `tap_shapes` shapes, 0 for none.
     #[must_use]
     pub fn new(queries: &Bands, grid: &StftGrid, bands: &Bands, taps: usize, tap_shapes: usize) -> Self {
@@ -163,7 +163,7 @@ fn shares(frequencies_hz: &[f32], bands: &Bands) -> Vec<Vec<(usize, f32)>> {
     shares
 }
 
-/// The weights that make the coefficients of a [`TapHead`].
+/// The weights that make the coefficients of a [`Readout`].
 pub(crate) struct LearnedTaps {
     values: QueryValues,
     shapes: Vec<f32>,
@@ -172,14 +172,14 @@ pub(crate) struct LearnedTaps {
 }
 
 impl LearnedTaps {
-    pub(crate) fn new(model: &CloudModel, head: &TapHead) -> Self {
+    pub(crate) fn new(model: &CloudModel, head: &Readout) -> Self {
         let take = |name: &str| model.weights(name).to_vec();
         Self { values: head.values(), shapes: take(TAP_SHAPES), weight: take("tap_prj.weight"), bias: take("tap_prj.bias") }
     }
 
     /// # Real-time
     /// No allocation, lock or I/O.
-    pub(crate) fn transfer(&mut self, head: &TapHead, masks: &Masks, gain: f32, out: &mut TransferFunction) {
+    pub(crate) fn transfer(&mut self, head: &Readout, masks: &Masks, gain: f32, out: &mut TransferFunction) {
         self.values.mixture.copy_from_slice(&masks.mixture);
         self.values.difference.copy_from_slice(&masks.difference);
         if !self.bias.is_empty() {
@@ -210,7 +210,7 @@ mod tests {
         let bands = Bands::for_rate(8000.0);
         let queries = Bands::new((0..12).map(|i| 300.0 * i as f32).collect()).unwrap();
         let (taps, ranks) = (3, 2);
-        let head = TapHead::new(&queries, &grid, &bands, taps, ranks);
+        let head = Readout::new(&queries, &grid, &bands, taps, ranks);
         let mut at = head.values();
         at.mixture = values(at.mixture.len(), 1.0);
         at.difference = values(at.difference.len(), 2.0);

@@ -31,7 +31,7 @@ pub enum CloudKind {
     Sh,
     /// One linear attention product; time filters from spherical harmonics.
     SimpleSh,
-    /// Transformer; taps of the stream per band from the embedding, see [`crate::decode::TapHead`].
+    /// Transformer; taps of the stream per band from the embedding, see [`crate::decode::Readout`].
     Taps,
 }
 

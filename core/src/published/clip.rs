@@ -2,10 +2,10 @@
 
 use crate::StftGrid;
 use crate::network::{CloudKind, CloudModel, CloudSizes, Listener, Masks};
-use crate::published::SarhError;
+use crate::published::PublishedError;
 use crate::published::conv::ConvWeights;
-use crate::published::head::{ClipSource, SarhClip};
-use crate::published::rows::Rows;
+use crate::published::frames::Frames;
+use crate::published::head::{ClipSource, PublishedClip};
 use crate::published::time_filter::TimeFilter;
 use pulp::Arch;
 use std::ops::RangeInclusive;
@@ -20,11 +20,11 @@ pub struct ClipRenderer {
     grid: StftGrid,
     filter: Option<TimeFilter>,
     conv: Option<ConvWeights>,
-    head: SarhClip,
+    head: PublishedClip,
     source: ClipSource,
     /// `[frame][bin]`, as the time filter's output is.
-    masked: Rows,
-    mix: Rows,
+    masked: Frames,
+    mix: Frames,
 }
 
 impl ClipRenderer {
@@ -32,7 +32,7 @@ impl ClipRenderer {
     ///
     /// # Errors
     /// The grid has other bins than the model has bands, is not usable, or a clip is too short to be reflected at its ends.
-    pub fn new(model: &CloudModel, grid: StftGrid) -> Result<Self, SarhError> {
+    pub fn new(model: &CloudModel, grid: StftGrid) -> Result<Self, PublishedError> {
         Self::with_arch(model, grid, Arch::new())
     }
 
@@ -40,16 +40,16 @@ impl ClipRenderer {
     ///
     /// # Errors
     /// As [`ClipRenderer::new`].
-    pub fn with_arch(model: &CloudModel, grid: StftGrid, arch: Arch) -> Result<Self, SarhError> {
+    pub fn with_arch(model: &CloudModel, grid: StftGrid, arch: Arch) -> Result<Self, PublishedError> {
         let (sizes, bins) = (model.sizes(), grid.bins());
         if model.parts().kind == CloudKind::Taps {
-            return Err(SarhError::Streamed);
+            return Err(PublishedError::Streamed);
         }
         if sizes.bands != bins {
-            return Err(SarhError::Bands { bands: sizes.bands, bins });
+            return Err(PublishedError::Bands { bands: sizes.bands, bins });
         }
         let frames = if sizes.frames > 0 { sizes.frames } else { second(&grid) / grid.hop.max(1) + 1 };
-        let head = SarhClip::with_arch(grid, frames, arch)?;
+        let head = PublishedClip::with_arch(grid, frames, arch)?;
         Ok(Self {
             sizes,
             grid,
@@ -57,8 +57,8 @@ impl ClipRenderer {
             conv: ConvWeights::of(model),
             source: head.source(),
             head,
-            masked: Rows::new(frames, bins),
-            mix: Rows::new(frames, bins),
+            masked: Frames::new(frames, bins),
+            mix: Frames::new(frames, bins),
         })
     }
 
@@ -87,7 +87,13 @@ impl ClipRenderer {
     /// # Errors
     /// The input's length is not in [`ClipRenderer::clip_samples`], an output's is not [`ClipRenderer::out_samples`], or the masks are
     /// another model's.
-    pub fn render(&mut self, mono: &[f32], masks: &Masks, listener: &Listener, out: [&mut [f32]; 2]) -> Result<(), SarhError> {
+    pub fn render(
+        &mut self,
+        mono: &[f32],
+        masks: &Masks,
+        listener: &Listener,
+        out: [&mut [f32]; 2],
+    ) -> Result<(), PublishedError> {
         self.head.check_masks(&masks.mixture, &masks.difference)?;
         self.head.analyse(mono, &mut self.source)?;
         match &mut self.filter {
@@ -117,7 +123,7 @@ impl ClipRenderer {
         &mut self,
         mono: &[f32],
         mut masks_at: impl FnMut(f64, &mut Masks) -> Listener,
-    ) -> Result<[Vec<f32>; 2], SarhError> {
+    ) -> Result<[Vec<f32>; 2], PublishedError> {
         let samples = self.out_samples();
         let overlap = samples / 20;
         let clip_samples = second(&self.grid).clamp(*self.clip_samples().start(), *self.clip_samples().end());

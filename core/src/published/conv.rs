@@ -16,7 +16,7 @@ pub use weights::{CONV_LAYERS, ConvLayerWeights, ConvWeights};
 
 use crate::network::CloudModel;
 use crate::network::model::CONV_CHANNELS;
-use crate::published::rows::{Rows, for_few, for_tiles};
+use crate::published::frames::{Frames, for_few, for_tiles};
 use layer::{After, Conv, First, Layer};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -60,12 +60,12 @@ pub(crate) struct ConvLayers {
     middle: Layer,
     last: Layer,
     /// `[frame modulo WIDE][plane]`.
-    planes: Rows,
+    planes: Frames,
     /// `[frame modulo NARROW][ear][channel]`.
-    first: Rows,
+    first: Frames,
     /// `[frame modulo NARROW][ear][channel]`.
-    second: Rows,
-    out: Rows,
+    second: Frames,
+    out: Frames,
     /// Frames pushed, modulo [`WIDE`] times [`NARROW`].
     frame: usize,
     /// Bit i: whether the frame pushed i frames ago belongs to the clip.
@@ -96,10 +96,10 @@ impl ConvLayers {
             odd,
             middle: narrow(CONV_CHANNELS, second),
             last: narrow(1, third),
-            planes: Rows::new(WIDE * PLANES, bins),
-            first: Rows::new(NARROW * 2 * CONV_CHANNELS, bins),
-            second: Rows::new(NARROW * 2 * CONV_CHANNELS, bins),
-            out: Rows::new(2, bins),
+            planes: Frames::new(WIDE * PLANES, bins),
+            first: Frames::new(NARROW * 2 * CONV_CHANNELS, bins),
+            second: Frames::new(NARROW * 2 * CONV_CHANNELS, bins),
+            out: Frames::new(2, bins),
             frame: 0,
             inside: 0,
         }
@@ -132,13 +132,13 @@ impl ConvLayers {
     }
 
     pub(crate) fn reset(&mut self) {
-        [&mut self.planes, &mut self.first, &mut self.second, &mut self.out].into_iter().for_each(Rows::clear);
+        [&mut self.planes, &mut self.first, &mut self.second, &mut self.out].into_iter().for_each(Frames::clear);
         self.frame = 0;
         self.inside = 0;
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        [&self.planes, &self.first, &self.second, &self.out].into_iter().map(Rows::memory_bytes).sum()
+        [&self.planes, &self.first, &self.second, &self.out].into_iter().map(Frames::memory_bytes).sum()
     }
 }
 
@@ -183,7 +183,7 @@ impl WithSimd for Push<'_> {
 /// Zeros around a hidden frame of both ears: padding is of every layer's input, so a hidden frame outside the clip is zero, not the
 /// response to zeros.
 #[inline(always)]
-fn bound(hidden: &mut Rows, slot: usize, inside: bool) {
+fn bound(hidden: &mut Frames, slot: usize, inside: bool) {
     for channel in slot..slot + 2 * CONV_CHANNELS {
         if inside { hidden.clear_after(channel) } else { hidden.row_mut(channel).fill(0.0) }
     }
@@ -197,7 +197,7 @@ fn slots<const N: usize>(frame: usize, rows: usize) -> [usize; N] {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::published::rows::tests::{arches, noise};
+    use crate::published::frames::tests::{arches, noise};
 
     /// A channel by time and bin.
     type Image = Vec<Vec<f32>>;

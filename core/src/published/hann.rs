@@ -1,7 +1,7 @@
 //! Frames of the published transform: periodic Hann window in analysis and synthesis.
 
 use crate::StftGrid;
-use crate::published::SarhError;
+use crate::published::PublishedError;
 use pulp::{Arch, Simd, WithSimd};
 use realfft::num_complex::Complex32;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
@@ -25,11 +25,11 @@ pub(crate) struct HannFrames {
 impl HannFrames {
     /// # Errors
     /// The grid's hop or transform length is not usable.
-    pub(crate) fn new(grid: &StftGrid, arch: Arch) -> Result<Self, SarhError> {
+    pub(crate) fn new(grid: &StftGrid, arch: Arch) -> Result<Self, PublishedError> {
         let n = grid.n_fft;
         let rate_fits = (1.0..=MAX_RATE_HZ).contains(&grid.sample_rate_hz);
         if !(2..=MAX_FFT).contains(&n) || !n.is_multiple_of(2) || !(1..=n / 2).contains(&grid.hop) || !rate_fits {
-            return Err(SarhError::Grid { n_fft: n, hop: grid.hop, sample_rate_hz: grid.sample_rate_hz });
+            return Err(PublishedError::Grid { n_fft: n, hop: grid.hop, sample_rate_hz: grid.sample_rate_hz });
         }
         let mut planner = RealFftPlanner::new();
         let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));

@@ -1,10 +1,10 @@
 //! The published render head over a clip, and the derivative of what it renders: what training goes through.
 
 use crate::StftGrid;
-use crate::published::SarhError;
+use crate::published::PublishedError;
 use crate::published::conv::{ClipConv, ClipPlanes, ConvAdjoint, ConvWeights};
+use crate::published::frames::Frames;
 use crate::published::hann::HannFrames;
-use crate::published::rows::Rows;
 use crate::published::stream::magnitudes_of_ear;
 use pulp::{Arch, Simd, WithSimd};
 use realfft::num_complex::Complex32;
@@ -41,7 +41,7 @@ impl ClipSource {
 
 /// What a clip is rendered with.
 #[derive(Clone, Copy, Debug)]
-pub struct SarhInput<'a> {
+pub struct PublishedInput<'a> {
     /// Mixture mask, one value per bin, linear gain.
     pub mixture: &'a [f32],
     /// Difference mask in (-1, 1), one value per bin; positive = right louder.
@@ -54,8 +54,8 @@ pub struct SarhInput<'a> {
 
 /// Derivatives of a number by what a clip was rendered with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SarhGradient {
-    /// By the mixture mask, `[bin]`. What reaches the output through [`SarhInput::mix`] is not in it.
+pub struct PublishedGradient {
+    /// By the mixture mask, `[bin]`. What reaches the output through [`PublishedInput::mix`] is not in it.
     pub mixture: Vec<f32>,
     /// By the difference mask, `[bin]`.
     pub difference: Vec<f32>,
@@ -65,7 +65,7 @@ pub struct SarhGradient {
     pub conv: ConvWeights,
 }
 
-impl SarhGradient {
+impl PublishedGradient {
     /// Zeros.
     pub fn clear(&mut self) {
         let layers = self.conv.layers.iter_mut().flat_map(|l| [&mut l.weight, &mut l.bias]);
@@ -78,7 +78,7 @@ impl SarhGradient {
 /// The magnitudes of each ear are `ReLU(added + (1 + sign difference) mixture |X|)`, sign -1 left and 1 right, where `added` is the time
 /// filter's output or what the convolution layers make of it; they take the source's phase. One serves any number of clips, one at a
 /// time: a thread has its own.
-pub struct SarhClip {
+pub struct PublishedClip {
     arch: Arch,
     grid: StftGrid,
     frames: usize,
@@ -87,7 +87,7 @@ pub struct SarhClip {
     padded: Vec<f32>,
     planes: ClipPlanes,
     conv: ClipConv,
-    ears: [Rows; 2],
+    ears: [Frames; 2],
     spectrum: Vec<Complex32>,
     /// One over the sum of squared windows at each sample of the output.
     scale: Vec<f32>,
@@ -97,29 +97,29 @@ pub struct SarhClip {
 
 struct Adjoint {
     /// By the magnitudes of each ear, `[frame][bin]`.
-    ears: [Rows; 2],
+    ears: [Frames; 2],
     conv: ConvAdjoint,
 }
 
-impl SarhClip {
+impl PublishedClip {
     /// For clips of so many frames on this grid.
     ///
     /// # Errors
     /// The grid is not usable, or a clip is too short to be reflected at its ends.
-    pub fn new(grid: StftGrid, frames: usize) -> Result<Self, SarhError> {
+    pub fn new(grid: StftGrid, frames: usize) -> Result<Self, PublishedError> {
         Self::with_arch(grid, frames, Arch::new())
     }
 
     /// The same with these instructions.
     ///
     /// # Errors
-    /// As [`SarhClip::new`].
-    pub fn with_arch(grid: StftGrid, frames: usize, arch: Arch) -> Result<Self, SarhError> {
+    /// As [`PublishedClip::new`].
+    pub fn with_arch(grid: StftGrid, frames: usize, arch: Arch) -> Result<Self, PublishedError> {
         let transform = HannFrames::new(&grid, arch)?;
         let bins = grid.bins();
         let samples = frames.saturating_sub(1) * grid.hop;
         if samples <= grid.n_fft / 2 {
-            return Err(SarhError::Short { frames, samples, expected: grid.n_fft / 2 });
+            return Err(PublishedError::Short { frames, samples, expected: grid.n_fft / 2 });
         }
         let mut scale = vec![0.0; samples + grid.n_fft];
         for frame in 0..frames {
@@ -133,7 +133,7 @@ impl SarhClip {
             padded: vec![0.0; frames * grid.hop + grid.n_fft],
             planes: ClipPlanes::new(frames, bins),
             conv: ClipConv::new(frames, bins, arch),
-            ears: [Rows::new(frames, bins), Rows::new(frames, bins)],
+            ears: [Frames::new(frames, bins), Frames::new(frames, bins)],
             spectrum: vec![Complex32::default(); bins],
             scale: scale[grid.n_fft / 2..][..samples].iter().map(|s| 1.0 / s).collect(),
             adjoint: None,
@@ -152,7 +152,7 @@ impl SarhClip {
         (self.frames - 1) * self.grid.hop..=self.frames * self.grid.hop - 1
     }
 
-    /// Length of a rendered clip, samples: the shortest of [`SarhClip::clip_samples`].
+    /// Length of a rendered clip, samples: the shortest of [`PublishedClip::clip_samples`].
     #[must_use]
     pub fn out_samples(&self) -> usize {
         self.scale.len()
@@ -167,17 +167,17 @@ impl SarhClip {
 
     /// Room for derivatives: zeros.
     #[must_use]
-    pub fn gradient(&self) -> SarhGradient {
+    pub fn gradient(&self) -> PublishedGradient {
         let zeros = |count| vec![0.0; count];
         let (bins, conv) = (self.grid.bins(), ConvWeights::zeros());
-        SarhGradient { mixture: zeros(bins), difference: zeros(bins), mix: zeros(self.frames * bins), conv }
+        PublishedGradient { mixture: zeros(bins), difference: zeros(bins), mix: zeros(self.frames * bins), conv }
     }
 
     /// Transforms a clip: frames are centred, the signal is reflected at its ends. Does not allocate.
     ///
     /// # Errors
-    /// The length is not in [`SarhClip::clip_samples`], or the source is another head's.
-    pub fn analyse(&mut self, mono: &[f32], source: &mut ClipSource) -> Result<(), SarhError> {
+    /// The length is not in [`PublishedClip::clip_samples`], or the source is another head's.
+    pub fn analyse(&mut self, mono: &[f32], source: &mut ClipSource) -> Result<(), PublishedError> {
         length("input samples", self.clip_samples(), mono.len())?;
         self.check_source(source)?;
         let (n, hop, bins) = (self.grid.n_fft, self.grid.hop, self.grid.bins());
@@ -197,8 +197,13 @@ impl SarhClip {
     /// Renders a clip to the left and the right ear, time-aligned with what was analysed. Does not allocate.
     ///
     /// # Errors
-    /// Something is of another length than this head's; an output's should be [`SarhClip::out_samples`].
-    pub fn render(&mut self, source: &ClipSource, input: SarhInput<'_>, out: [&mut [f32]; 2]) -> Result<(), SarhError> {
+    /// Something is of another length than this head's; an output's should be [`PublishedClip::out_samples`].
+    pub fn render(
+        &mut self,
+        source: &ClipSource,
+        input: PublishedInput<'_>,
+        out: [&mut [f32]; 2],
+    ) -> Result<(), PublishedError> {
         self.check(source, &input)?;
         let bins = self.grid.bins();
         self.render_frames(source, (input.mixture, input.difference), |t| &input.mix[t * bins..][..bins], input.conv, out)
@@ -212,7 +217,7 @@ impl SarhClip {
         mix: impl Fn(usize) -> &'a [f32],
         conv: Option<&ConvWeights>,
         out: [&mut [f32]; 2],
-    ) -> Result<(), SarhError> {
+    ) -> Result<(), PublishedError> {
         self.check_out(out.each_ref().map(|o| o.len()))?;
         self.fill_planes(source, masks, mix);
         match conv {
@@ -240,21 +245,21 @@ impl SarhClip {
     pub fn adjoint(
         &mut self,
         source: &ClipSource,
-        input: SarhInput<'_>,
+        input: PublishedInput<'_>,
         by_samples: [&[f32]; 2],
-        by: &mut SarhGradient,
-    ) -> Result<(), SarhError> {
+        by: &mut PublishedGradient,
+    ) -> Result<(), PublishedError> {
         self.check(source, &input)?;
         self.check_out(by_samples.map(<[f32]>::len))?;
         self.check(
             source,
-            &SarhInput { mixture: &by.mixture, difference: &by.difference, mix: &by.mix, conv: Some(&by.conv) },
+            &PublishedInput { mixture: &by.mixture, difference: &by.difference, mix: &by.mix, conv: Some(&by.conv) },
         )?;
         let (frames, bins, arch) = (self.frames, self.grid.bins(), self.arch);
         self.fill_planes(source, (input.mixture, input.difference), |t| &input.mix[t * bins..][..bins]);
         let mut adjoint = self.adjoint.take().unwrap_or_else(|| {
             Box::new(Adjoint {
-                ears: [Rows::new(frames, bins), Rows::new(frames, bins)],
+                ears: [Frames::new(frames, bins), Frames::new(frames, bins)],
                 conv: ConvAdjoint::new(frames, bins, arch),
             })
         });
@@ -308,13 +313,13 @@ impl SarhClip {
     }
 
     /// Whether masks fit.
-    pub(crate) fn check_masks(&self, mixture: &[f32], difference: &[f32]) -> Result<(), SarhError> {
+    pub(crate) fn check_masks(&self, mixture: &[f32], difference: &[f32]) -> Result<(), PublishedError> {
         let bins = self.grid.bins();
         exactly("values of the mixture mask", bins, mixture.len())?;
         exactly("values of the difference mask", bins, difference.len())
     }
 
-    fn check(&self, source: &ClipSource, input: &SarhInput<'_>) -> Result<(), SarhError> {
+    fn check(&self, source: &ClipSource, input: &PublishedInput<'_>) -> Result<(), PublishedError> {
         self.check_source(source)?;
         self.check_masks(input.mixture, input.difference)?;
         exactly("values of the time filter's output", self.frames * self.grid.bins(), input.mix.len())?;
@@ -322,12 +327,12 @@ impl SarhClip {
         tensors.try_for_each(|(what, expected, found)| exactly(what, expected, found))
     }
 
-    fn check_source(&self, source: &ClipSource) -> Result<(), SarhError> {
+    fn check_source(&self, source: &ClipSource) -> Result<(), PublishedError> {
         exactly("bins of the source", self.grid.bins(), source.bins)?;
         exactly("values of the source", self.frames * self.grid.bins(), source.magnitudes.len())
     }
 
-    fn check_out(&self, [left, right]: [usize; 2]) -> Result<(), SarhError> {
+    fn check_out(&self, [left, right]: [usize; 2]) -> Result<(), PublishedError> {
         exactly("samples of the left output", self.out_samples(), left)?;
         exactly("samples of the right output", self.out_samples(), right)
     }
@@ -359,7 +364,7 @@ impl SarhClip {
     }
 
     /// Derivatives by magnitudes become those by what is rectified.
-    fn gate(&self, frame: usize, by: &mut [Rows; 2]) {
+    fn gate(&self, frame: usize, by: &mut [Frames; 2]) {
         for (by, ear) in by.iter_mut().zip(&self.ears) {
             by.row_mut(frame).iter_mut().zip(ear.row(frame)).for_each(|(b, m)| *b = if *m > 0.0 { *b } else { 0.0 });
         }
@@ -378,8 +383,8 @@ impl SarhClip {
         }
     }
 
-    /// The adjoint of [`SarhClip::synthesise`].
-    fn by_magnitudes(&mut self, source: &ClipSource, by_samples: &[f32], out: &mut Rows) {
+    /// The adjoint of [`PublishedClip::synthesise`].
+    fn by_magnitudes(&mut self, source: &ClipSource, by_samples: &[f32], out: &mut Frames) {
         let (n, hop) = (self.grid.n_fft, self.grid.hop);
         self.padded.fill(0.0);
         for ((p, b), scale) in self.padded[n / 2..].iter_mut().zip(by_samples).zip(&self.scale) {
@@ -397,9 +402,9 @@ struct Gather<'a> {
     source: &'a ClipSource,
     difference: &'a [f32],
     planes: &'a ClipPlanes,
-    ears: &'a [Rows; 2],
+    ears: &'a [Frames; 2],
     conv: Option<&'a ConvAdjoint>,
-    by: &'a mut SarhGradient,
+    by: &'a mut PublishedGradient,
 }
 
 impl WithSimd for Gather<'_> {
@@ -441,11 +446,11 @@ fn add(sums: &mut [f32], x: &[f32]) {
     sums.iter_mut().zip(x).for_each(|(s, x)| *s += x);
 }
 
-fn length(what: &'static str, expected: RangeInclusive<usize>, found: usize) -> Result<(), SarhError> {
-    if expected.contains(&found) { Ok(()) } else { Err(SarhError::Length { what, expected, found }) }
+fn length(what: &'static str, expected: RangeInclusive<usize>, found: usize) -> Result<(), PublishedError> {
+    if expected.contains(&found) { Ok(()) } else { Err(PublishedError::Length { what, expected, found }) }
 }
 
-fn exactly(what: &'static str, expected: usize, found: usize) -> Result<(), SarhError> {
+fn exactly(what: &'static str, expected: usize, found: usize) -> Result<(), PublishedError> {
     length(what, expected..=expected, found)
 }
 

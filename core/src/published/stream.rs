@@ -3,8 +3,8 @@
 use crate::StftGrid;
 use crate::network::CloudModel;
 use crate::published::conv::{CONV_DELAY, ConvLayers, Planes};
+use crate::published::frames::Frames;
 use crate::published::hann::HannFrames;
-use crate::published::rows::Rows;
 use crate::published::{Projection, StreamTaps};
 use pulp::{Arch, Simd, WithSimd};
 use realfft::num_complex::Complex32;
@@ -20,7 +20,7 @@ const MAX_GAIN: f32 = 1e12;
 
 /// Why a render head cannot be built, or cannot render.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum SarhError {
+pub enum PublishedError {
     /// The model's taps are those of the streaming head.
     #[error(
         "the model was trained for streams (kind taps): the published head, by clips or with convolution layers, cannot play it"
@@ -98,9 +98,9 @@ impl ConvMode {
     }
 }
 
-/// Settings of a [`SarhStream`].
+/// Settings of a [`PublishedStream`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SarhOptions {
+pub struct PublishedOptions {
     /// Use of the convolution layers; a model without them is always [`ConvMode::Off`].
     pub conv: ConvMode,
     /// Hops of the future that the taps read, by which the stream is delayed.
@@ -112,13 +112,13 @@ pub struct SarhOptions {
     pub max_gain: f32,
 }
 
-impl Default for SarhOptions {
+impl Default for PublishedOptions {
     fn default() -> Self {
         Self { conv: ConvMode::Causal, lookahead_hops: 0, causal_hops: 32, max_gain: 10.0 }
     }
 }
 
-impl SarhOptions {
+impl PublishedOptions {
     /// How a scene streams a model with clips of `frames` frames, with `taps` hops of the past besides the present.
     #[must_use]
     pub fn streaming(conv: ConvMode, projection: Projection, frames: usize, taps: usize) -> Self {
@@ -156,10 +156,10 @@ pub struct FrameMasks<'a> {
 ///
 /// # Real-time
 /// The audio thread owns it; no method but `new` allocates, locks or waits.
-pub struct SarhStream {
+pub struct PublishedStream {
     arch: Arch,
     grid: StftGrid,
-    options: SarhOptions,
+    options: PublishedOptions,
     conv: Option<ConvLayers>,
     transform: HannFrames,
     /// The newest input, one frame, oldest first.
@@ -167,7 +167,7 @@ pub struct SarhStream {
     history: History,
     mix: Vec<f32>,
     nothing: Vec<f32>,
-    ears: Rows,
+    ears: Frames,
     spectrum: Vec<Complex32>,
     /// Overlap-add sums of both ears, oldest first.
     sums: [Vec<f32>; 2],
@@ -182,39 +182,44 @@ struct History {
     /// Frames since the start, at most as many as there are slots.
     seen: usize,
     spectra: Vec<Complex32>,
-    source: Rows,
-    masked: Rows,
-    mixture: Rows,
-    difference: Rows,
+    source: Frames,
+    masked: Frames,
+    mixture: Frames,
+    difference: Frames,
 }
 
-impl SarhStream {
+impl PublishedStream {
     /// For the grid that the model was trained on.
     ///
     /// # Errors
     /// The grid has other bins than the model has bands, or is not usable.
-    pub fn new(model: &CloudModel, grid: StftGrid, options: SarhOptions) -> Result<Self, SarhError> {
+    pub fn new(model: &CloudModel, grid: StftGrid, options: PublishedOptions) -> Result<Self, PublishedError> {
         Self::with_arch(model, grid, options, Arch::new())
     }
 
     /// The same with these instructions.
     ///
     /// # Errors
-    /// As [`SarhStream::new`].
-    pub fn with_arch(model: &CloudModel, grid: StftGrid, options: SarhOptions, arch: Arch) -> Result<Self, SarhError> {
+    /// As [`PublishedStream::new`].
+    pub fn with_arch(
+        model: &CloudModel,
+        grid: StftGrid,
+        options: PublishedOptions,
+        arch: Arch,
+    ) -> Result<Self, PublishedError> {
         let (bands, bins) = (model.sizes().bands, grid.bins());
         if bands != bins {
-            return Err(SarhError::Bands { bands, bins });
+            return Err(PublishedError::Bands { bands, bins });
         }
         let transform = HannFrames::new(&grid, arch)?;
         let conv = if options.conv == ConvMode::Off { None } else { ConvLayers::new(model, bins, arch) };
         let conv_mode = if conv.is_some() { options.conv } else { ConvMode::Off };
         let max_gain = if options.max_gain.is_nan() { 0.0 } else { options.max_gain.clamp(0.0, MAX_GAIN) };
-        let options = SarhOptions { conv: conv_mode, max_gain, ..options };
+        let options = PublishedOptions { conv: conv_mode, max_gain, ..options };
         let window: Vec<f32> = transform.squared_window().collect();
         let scale = |i: usize| 1.0 / window.iter().skip(i).step_by(grid.hop).sum::<f32>();
         let slots = options.lookahead_hops + options.causal_hops.max(CONV_DELAY + 1);
-        let rows = || Rows::new(slots, bins);
+        let rows = || Frames::new(slots, bins);
         Ok(Self {
             arch,
             grid,
@@ -234,7 +239,7 @@ impl SarhStream {
             },
             mix: vec![0.0; bins],
             nothing: vec![0.0; bins],
-            ears: Rows::new(2, bins),
+            ears: Frames::new(2, bins),
             spectrum: vec![Complex32::default(); bins],
             sums: [vec![0.0; grid.n_fft], vec![0.0; grid.n_fft]],
             scale: (0..grid.hop).map(scale).collect(),
@@ -255,7 +260,7 @@ impl SarhStream {
     }
 
     /// Takes a hop of input and gives out a hop of each ear, left and right. The masks are those of the newest frame, the taps those of
-    /// the frame [`SarhOptions::lookahead_hops`] before it.
+    /// the frame [`PublishedOptions::lookahead_hops`] before it.
     ///
     /// # Real-time
     /// Audio thread; no allocation.
@@ -308,14 +313,14 @@ impl SarhStream {
         let h = &mut self.history;
         (h.newest, h.seen) = (0, 0);
         h.spectra.fill(Complex32::default());
-        [&mut h.source, &mut h.masked, &mut h.mixture, &mut h.difference].into_iter().for_each(Rows::clear);
+        [&mut h.source, &mut h.masked, &mut h.mixture, &mut h.difference].into_iter().for_each(Frames::clear);
     }
 
     /// Bytes in memory.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         let h = &self.history;
-        let rows: usize = [&h.source, &h.masked, &h.mixture, &h.difference].map(Rows::memory_bytes).iter().sum();
+        let rows: usize = [&h.source, &h.masked, &h.mixture, &h.difference].map(Frames::memory_bytes).iter().sum();
         rows + 8 * h.spectra.len() + self.conv.as_ref().map_or(0, ConvLayers::memory_bytes)
     }
 

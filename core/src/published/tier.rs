@@ -1,12 +1,12 @@
 //! The tier Reference: the published render head beside the streaming one.
 
-use crate::decode::live::SarhFrame;
-use crate::published::{ConvMode, FrameMasks, SarhStream};
+use crate::decode::live::PublishedFrame;
+use crate::published::{ConvMode, FrameMasks, PublishedStream};
 use crate::{Scene, StftGrid};
 
-/// A [`SarhStream`] and what it takes to fade between it and the other tiers, which are delayed to match.
+/// A [`PublishedStream`] and what it takes to fade between it and the other tiers, which are delayed to match.
 pub(crate) struct Reference {
-    stream: SarhStream,
+    stream: PublishedStream,
     input: Vec<f32>,
     out: [Vec<f32>; 2],
     /// The other tiers' newest samples, as many as they are early.
@@ -20,7 +20,7 @@ impl Reference {
     /// `None` where the scene has no such tier, or not at this rate: the convolution layers know only the grid that they were trained on.
     pub(crate) fn new(scene: &Scene, grid: &StftGrid) -> Option<Self> {
         let cloud = scene.cloud().filter(|c| c.conv != ConvMode::Off && grid == scene.grid())?;
-        let stream = SarhStream::new(&cloud.model, *grid, cloud.stream_options(scene.shape().taps)).ok()?;
+        let stream = PublishedStream::new(&cloud.model, *grid, cloud.stream_options(scene.shape().taps)).ok()?;
         let early = stream.latency_samples().saturating_sub(grid.latency_samples());
         let pair = |len: usize| [vec![0.0; len], vec![0.0; len]];
         Some(Self { stream, input: vec![0.0; grid.hop], out: pair(grid.hop), early: pair(early), at: 0, share: 0.0 })
@@ -36,7 +36,7 @@ impl Reference {
     }
 
     /// Delays what the other tiers made of the hop and fades to the stream by at most `step`, or from it.
-    pub(crate) fn finish(&mut self, on: bool, step: f32, frame: Option<&SarhFrame>, ready: &mut [Vec<f32>; 2]) {
+    pub(crate) fn finish(&mut self, on: bool, step: f32, frame: Option<&PublishedFrame>, ready: &mut [Vec<f32>; 2]) {
         let len = self.early[0].len();
         for (ready, early) in ready.iter_mut().zip(&mut self.early) {
             for (i, sample) in ready.iter_mut().enumerate().filter(|_| len > 0) {

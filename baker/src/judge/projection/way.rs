@@ -4,7 +4,7 @@ use super::distance::Ears;
 use cpu_time::ThreadTime;
 use promenade_core::network::{Listener, Masks};
 use promenade_core::published::{
-    ConvMode, FrameMasks, Projection, SarhError, SarhOptions, SarhStream, StreamTaps, TapProjector,
+    ConvMode, FrameMasks, Projection, PublishedError, PublishedOptions, PublishedStream, StreamTaps, TapProjector,
 };
 use promenade_core::{AnchorCloud, Pose, RenderError, Renderer, Scene, Tier};
 use std::sync::Arc;
@@ -32,7 +32,7 @@ enum Played {
 }
 
 struct Stream {
-    head: SarhStream,
+    head: PublishedStream,
     hop: usize,
     taps: Option<(TapProjector, StreamTaps)>,
 }
@@ -50,10 +50,10 @@ impl Way {
     }
 
     /// The published head without a time filter.
-    pub(super) fn without_taps(scene: &Scene, cloud: &AnchorCloud, conv: ConvMode) -> Result<Self, SarhError> {
+    pub(super) fn without_taps(scene: &Scene, cloud: &AnchorCloud, conv: ConvMode) -> Result<Self, PublishedError> {
         let name = if conv == ConvMode::Off { "masks only".to_owned() } else { format!("no taps, conv {}", conv.name()) };
-        let options = SarhOptions { conv, ..SarhOptions::default() };
-        let head = SarhStream::new(&cloud.model, *scene.grid(), options)?;
+        let options = PublishedOptions { conv, ..PublishedOptions::default() };
+        let head = PublishedStream::new(&cloud.model, *scene.grid(), options)?;
         Ok(Self { name, played: Played::Stream(Box::new(Stream { head, hop: scene.grid().hop, taps: None })) })
     }
 
@@ -63,9 +63,9 @@ impl Way {
         cloud: &AnchorCloud,
         projection: Projection,
         conv: ConvMode,
-    ) -> Result<Self, SarhError> {
-        let options = SarhOptions::streaming(conv, projection, cloud.model.sizes().frames, scene.shape().taps);
-        let head = SarhStream::new(&cloud.model, *scene.grid(), options)?;
+    ) -> Result<Self, PublishedError> {
+        let options = PublishedOptions::streaming(conv, projection, cloud.model.sizes().frames, scene.shape().taps);
+        let head = PublishedStream::new(&cloud.model, *scene.grid(), options)?;
         let taps = TapProjector::new(&cloud.model, projection, options.causal_hops).map(|p| {
             let taps = p.taps();
             (p, taps)

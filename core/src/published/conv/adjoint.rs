@@ -5,7 +5,7 @@ use crate::published::conv::clip::{BLOCK, BOTH, RING, around, within};
 use crate::published::conv::correlate::{Correlation, Place, Tap};
 use crate::published::conv::layer::{After, Conv, Layer};
 use crate::published::conv::{BASE, ClipConv, ClipPlanes, ConvWeights, DIFFERENCE, HIDDEN, MIX, MIXTURE, NARROW, WIDE, bound};
-use crate::published::rows::{Rows, for_few, for_tiles};
+use crate::published::frames::{Frames, for_few, for_tiles};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Follows a [`ClipConv`] a few frames behind and carries derivatives back through it. Between the layers nothing but the frames that
@@ -20,20 +20,20 @@ pub(crate) struct ConvAdjoint {
     by_even_mask: Layer,
     by_odd_mask: Layer,
     /// Derivatives by the layers' output, `[frame modulo RING][ear]`.
-    out: Rows,
+    out: Frames,
     /// By the sums of the second layer, `[frame modulo RING][ear][channel]`.
-    second: Rows,
+    second: Frames,
     /// By the even and the odd part of the first layer's, `[frame modulo RING][part][channel]`.
-    first: Rows,
+    first: Frames,
     /// By the planes, `[frame][plane]`.
-    planes: Rows,
+    planes: Frames,
     /// By the masks as planes: mixture, difference.
-    masks: Rows,
-    out_sum: Rows,
+    masks: Frames,
+    out_sum: Frames,
     /// `[channel]`.
-    second_sum: Rows,
+    second_sum: Frames,
     /// `[frame of the kernel][part][channel]`, of those frames for which the kernel's frame falls into the clip.
-    first_sums: Rows,
+    first_sums: Frames,
     by_first_even: Correlation<WIDE>,
     by_first_odd: Correlation<WIDE>,
     by_first_masks: Correlation<WIDE>,
@@ -53,14 +53,14 @@ impl ConvAdjoint {
             by_odd: Layer::new(1, CONV_CHANNELS, WIDE),
             by_even_mask: Layer::new(1, CONV_CHANNELS, WIDE),
             by_odd_mask: Layer::new(1, CONV_CHANNELS, WIDE),
-            out: Rows::new(RING * 2, bins),
-            second: Rows::new(RING * BOTH, bins),
-            first: Rows::new(RING * BOTH, bins),
-            planes: Rows::new(frames * ClipPlanes::COUNT, bins),
-            masks: Rows::new(2, bins),
-            out_sum: Rows::new(1, bins),
-            second_sum: Rows::new(CONV_CHANNELS, bins),
-            first_sums: Rows::new(WIDE * BOTH, bins),
+            out: Frames::new(RING * 2, bins),
+            second: Frames::new(RING * BOTH, bins),
+            first: Frames::new(RING * BOTH, bins),
+            planes: Frames::new(frames * ClipPlanes::COUNT, bins),
+            masks: Frames::new(2, bins),
+            out_sum: Frames::new(1, bins),
+            second_sum: Frames::new(CONV_CHANNELS, bins),
+            first_sums: Frames::new(WIDE * BOTH, bins),
             by_first_even: Correlation::new(CONV_CHANNELS, ClipPlanes::EVEN),
             by_first_odd: Correlation::new(CONV_CHANNELS, 1),
             by_first_masks: Correlation::with_taps(CONV_CHANNELS, one_frame),
@@ -80,7 +80,7 @@ impl ConvAdjoint {
         self.by_last.set_adjoint(third, &HIDDEN);
         let rows = [&mut self.out, &mut self.second, &mut self.first];
         let sums = [&mut self.out_sum, &mut self.second_sum, &mut self.first_sums];
-        rows.into_iter().chain(sums).for_each(Rows::clear);
+        rows.into_iter().chain(sums).for_each(Frames::clear);
         [&mut self.by_first_even, &mut self.by_first_odd].into_iter().for_each(Correlation::clear);
         [&mut self.by_second, &mut self.by_third].into_iter().for_each(Correlation::clear);
     }
@@ -121,7 +121,7 @@ impl ConvAdjoint {
         let rows = [&self.out, &self.second, &self.first, &self.planes, &self.masks, &self.second_sum, &self.first_sums];
         let wide = [&self.by_first_even, &self.by_first_odd, &self.by_first_masks].map(Correlation::memory_bytes);
         let narrow = [&self.by_second, &self.by_third].map(Correlation::memory_bytes);
-        rows.map(Rows::memory_bytes).iter().chain(&wide).chain(&narrow).sum()
+        rows.map(Frames::memory_bytes).iter().chain(&wide).chain(&narrow).sum()
     }
 }
 
@@ -225,13 +225,13 @@ impl<const SIZE: usize> Places<SIZE> {
 }
 
 #[inline(always)]
-fn add_row(sums: &mut Rows, row: usize, x: &[f32]) {
+fn add_row(sums: &mut Frames, row: usize, x: &[f32]) {
     sums.row_mut(row).iter_mut().zip(x).for_each(|(s, x)| *s += x);
 }
 
 /// Derivatives by the left and the right ear become those by the even and the odd part.
 #[inline(always)]
-fn parts(first: &mut Rows, slot: usize) {
+fn parts(first: &mut Frames, slot: usize) {
     for channel in slot..slot + CONV_CHANNELS {
         let [left, right] = first.pair_mut(channel, channel + CONV_CHANNELS);
         for (l, r) in left.iter_mut().zip(right) {
@@ -242,7 +242,7 @@ fn parts(first: &mut Rows, slot: usize) {
 
 /// Adds a frame to the sum of all, that of the kernel's middle frame, and takes it from those that it does not belong to.
 #[inline(always)]
-fn sum_parts(first: &Rows, slot: usize, frame: usize, frames: usize, sums: &mut Rows) {
+fn sum_parts(first: &Frames, slot: usize, frame: usize, frames: usize, sums: &mut Frames) {
     for row in 0..BOTH {
         let x = first.row(slot + row);
         add_row(sums, WIDE / 2 * BOTH + row, x);

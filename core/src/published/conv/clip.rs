@@ -3,7 +3,7 @@
 use crate::network::model::CONV_CHANNELS;
 use crate::published::conv::layer::{After, Conv, First, Layer};
 use crate::published::conv::{BASE, ConvWeights, DIFFERENCE, HIDDEN, MIX, MIXTURE, NARROW, WIDE, bound};
-use crate::published::rows::{Rows, for_few, for_tiles};
+use crate::published::frames::{Frames, for_few, for_tiles};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Frames that are kept of what lies between the layers: those that a block of the adjoint reads.
@@ -17,7 +17,7 @@ const DELAY: usize = 2;
 
 /// The planes of a clip that change from frame to frame, with zeros before and after.
 pub(crate) struct ClipPlanes {
-    rows: Rows,
+    rows: Frames,
 }
 
 impl ClipPlanes {
@@ -27,7 +27,7 @@ impl ClipPlanes {
     pub(super) const EVEN: usize = 2;
 
     pub(crate) fn new(frames: usize, bins: usize) -> Self {
-        Self { rows: Rows::new((frames + WIDE - 1) * Self::COUNT, bins) }
+        Self { rows: Frames::new((frames + WIDE - 1) * Self::COUNT, bins) }
     }
 
     pub(crate) fn get(&self, frame: usize, plane: usize) -> &[f32] {
@@ -44,7 +44,7 @@ impl ClipPlanes {
         self.rows.pair_mut(at, at + 1)
     }
 
-    pub(super) fn rows(&self) -> &Rows {
+    pub(super) fn rows(&self) -> &Frames {
         &self.rows
     }
 
@@ -74,14 +74,14 @@ pub(crate) struct ClipConv {
     middle: Layer,
     last: Layer,
     /// Zeros, mixture mask, difference mask.
-    pub(super) masks: Rows,
+    pub(super) masks: Frames,
     /// What the masks contribute, `[part][channel]`, and which frames of the kernel it is the sum of.
-    constant: Rows,
+    constant: Frames,
     reach: Option<[bool; WIDE]>,
     /// `[frame modulo RING][ear][channel]`.
-    pub(super) first: Rows,
-    pub(super) second: Rows,
-    out: Rows,
+    pub(super) first: Frames,
+    pub(super) second: Frames,
+    out: Frames,
 }
 
 impl ClipConv {
@@ -95,12 +95,12 @@ impl ClipConv {
             odd_mask: Layer::new(CONV_CHANNELS, 1, WIDE),
             middle: Layer::new(CONV_CHANNELS, CONV_CHANNELS, NARROW),
             last: Layer::new(1, CONV_CHANNELS, NARROW),
-            masks: Rows::new(3, bins),
-            constant: Rows::new(BOTH, bins),
+            masks: Frames::new(3, bins),
+            constant: Frames::new(BOTH, bins),
             reach: None,
-            first: Rows::new(RING * BOTH, bins),
-            second: Rows::new(RING * BOTH, bins),
-            out: Rows::new(2, bins),
+            first: Frames::new(RING * BOTH, bins),
+            second: Frames::new(RING * BOTH, bins),
+            out: Frames::new(2, bins),
         }
     }
 
@@ -119,7 +119,7 @@ impl ClipConv {
         self.masks.row_mut(1).copy_from_slice(mixture);
         self.masks.row_mut(2).copy_from_slice(difference);
         self.reach = None;
-        [&mut self.first, &mut self.second].into_iter().for_each(Rows::clear);
+        [&mut self.first, &mut self.second].into_iter().for_each(Frames::clear);
     }
 
     /// Takes the next frame, counted from 0, on beyond the last. Gives the frame that [`ClipConv::ear`] then has.
@@ -139,7 +139,7 @@ impl ClipConv {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let rows = [&self.masks, &self.constant, &self.first, &self.second, &self.out].map(Rows::memory_bytes);
+        let rows = [&self.masks, &self.constant, &self.first, &self.second, &self.out].map(Frames::memory_bytes);
         let layers =
             [&self.even, &self.odd, &self.even_mask, &self.odd_mask, &self.middle, &self.last].map(Layer::memory_bytes);
         rows.iter().chain(&layers).sum()

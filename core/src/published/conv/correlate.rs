@@ -1,6 +1,6 @@
 //! Derivatives by a layer's weights: correlations of the derivatives by its outputs with its inputs, over all bins and frames.
 
-use crate::published::rows::{MARGIN, Rows};
+use crate::published::frames::{Frames, MARGIN};
 use pulp::Simd;
 
 /// The widest vector there is.
@@ -62,7 +62,7 @@ impl<const SIZE: usize> Correlation<SIZE> {
 
     /// Adds some frames. Rows must have zeros around them.
     #[inline(always)]
-    pub(super) fn add<S: Simd>(&mut self, simd: S, outputs: &Rows, inputs: &Rows, places: &[Place<SIZE>]) {
+    pub(super) fn add<S: Simd>(&mut self, simd: S, outputs: &Frames, inputs: &Frames, places: &[Place<SIZE>]) {
         if S::REGISTER_COUNT >= 32 {
             self.add_tiles::<S, 8>(simd, outputs, inputs, places);
         } else {
@@ -71,7 +71,7 @@ impl<const SIZE: usize> Correlation<SIZE> {
     }
 
     #[inline(always)]
-    fn add_tiles<S: Simd, const O: usize>(&mut self, simd: S, outputs: &Rows, inputs: &Rows, places: &[Place<SIZE>]) {
+    fn add_tiles<S: Simd, const O: usize>(&mut self, simd: S, outputs: &Frames, inputs: &Frames, places: &[Place<SIZE>]) {
         let len = outputs.len().next_multiple_of(S::F32_LANES);
         let chunk = self.outputs * LANES;
         for output in (0..self.outputs).step_by(O) {

@@ -1,7 +1,7 @@
 //! One convolution layer over bins and frames, and the sums that it takes of rows of bins.
 
 use crate::published::conv::ConvLayerWeights;
-use crate::published::rows::{MARGIN, OUTPUTS, Rows, Tile, load, step};
+use crate::published::frames::{Frames, MARGIN, OUTPUTS, Tile, load, step};
 use pulp::Simd;
 
 /// Weights of one layer, `[output / OUTPUTS][plane][frame][bin][OUTPUTS]`.
@@ -74,7 +74,7 @@ impl Layer {
         &self,
         simd: S,
         acc: &mut [[S::f32s; V]; O],
-        (x, slots): (&Rows, &[usize; SIZE]),
+        (x, slots): (&Frames, &[usize; SIZE]),
         output: usize,
         position: usize,
     ) {
@@ -98,17 +98,17 @@ pub(super) enum After<'a> {
     Nothing,
     Rectify,
     /// Kept where these rows, from this one on, are above 0.
-    Gate(&'a Rows, usize),
+    Gate(&'a Frames, usize),
 }
 
 /// A layer's outputs of one frame.
 pub(super) struct Conv<'a, const SIZE: usize> {
     pub(super) layer: &'a Layer,
-    pub(super) x: &'a Rows,
+    pub(super) x: &'a Frames,
     /// First row of each frame that is read.
     pub(super) slots: [usize; SIZE],
     pub(super) after: After<'a>,
-    pub(super) out: &'a mut Rows,
+    pub(super) out: &'a mut Frames,
     /// Row of the first output.
     pub(super) slot: usize,
 }
@@ -146,11 +146,11 @@ pub(super) struct First<'a, const SIZE: usize> {
     pub(super) even: &'a Layer,
     pub(super) odd: &'a Layer,
     /// What is added to both parts, `[part][output]`.
-    pub(super) constant: Option<&'a Rows>,
-    pub(super) x: &'a Rows,
+    pub(super) constant: Option<&'a Frames>,
+    pub(super) x: &'a Frames,
     pub(super) slots: [usize; SIZE],
     /// `[ear][output]` from the row `slot` on.
-    pub(super) out: &'a mut Rows,
+    pub(super) out: &'a mut Frames,
     pub(super) slot: usize,
 }
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::published::conv::tests::random_weights;
-use crate::published::rows::tests::{arches, noise};
+use crate::published::frames::tests::{arches, noise};
 
 /// All that is learnt: mixture, difference, mix, then weights and biases of the three layers.
 type Inputs = Vec<Vec<f64>>;
@@ -12,13 +12,13 @@ fn random(count: usize, seed: u32, scale: f32) -> Vec<f32> {
 }
 
 /// A head, a clip whose first frames are silent, and what it is rendered with.
-fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (SarhClip, ClipSource, SarhGradient) {
-    let mut head = SarhClip::with_arch(grid, frames, arch).unwrap();
+fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (PublishedClip, ClipSource, PublishedGradient) {
+    let mut head = PublishedClip::with_arch(grid, frames, arch).unwrap();
     let mut mono = random(*head.clip_samples().end(), 21, 0.3);
     mono[..grid.n_fft / 2 + 2].fill(0.0);
     let mut source = head.source();
     head.analyse(&mono, &mut source).unwrap();
-    let at = SarhGradient {
+    let at = PublishedGradient {
         mixture: random(grid.bins(), 22, 1.0),
         difference: random(grid.bins(), 23, 0.9),
         mix: random(frames * grid.bins(), 24, 1.0),
@@ -27,18 +27,18 @@ fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (SarhClip, ClipSource, Sar
     (head, source, at)
 }
 
-fn input(at: &SarhGradient, conv: bool) -> SarhInput<'_> {
-    SarhInput { mixture: &at.mixture, difference: &at.difference, mix: &at.mix, conv: conv.then_some(&at.conv) }
+fn input(at: &PublishedGradient, conv: bool) -> PublishedInput<'_> {
+    PublishedInput { mixture: &at.mixture, difference: &at.difference, mix: &at.mix, conv: conv.then_some(&at.conv) }
 }
 
-fn rendered(head: &mut SarhClip, source: &ClipSource, input: SarhInput<'_>) -> [Vec<f32>; 2] {
+fn rendered(head: &mut PublishedClip, source: &ClipSource, input: PublishedInput<'_>) -> [Vec<f32>; 2] {
     let mut out = [vec![0.0; head.out_samples()], vec![0.0; head.out_samples()]];
     let [left, right] = &mut out;
     head.render(source, input, [left, right]).unwrap();
     out
 }
 
-fn inputs(from: &SarhGradient) -> Inputs {
+fn inputs(from: &PublishedGradient) -> Inputs {
     let layers = from.conv.layers.iter().flat_map(|l| [&l.weight, &l.bias]);
     let all = [&from.mixture, &from.difference, &from.mix].into_iter().chain(layers);
     all.map(|v| v.iter().map(|x| f64::from(*x)).collect()).collect()
@@ -144,7 +144,7 @@ fn the_adjoint_is_the_derivative() {
                 slopes.push((tensor, direction, (ends[0] - ends[1]) / 2e-6));
             }
             for arch in arches() {
-                let mut head = SarhClip::with_arch(grid, frames, arch).unwrap();
+                let mut head = PublishedClip::with_arch(grid, frames, arch).unwrap();
                 let mut by = head.gradient();
                 // Nothing of an earlier clip is left, and derivatives add up.
                 for clips in 1..3 {
@@ -193,18 +193,18 @@ fn what_does_not_fit_is_said() {
     let (mut head, mut source, at) = clip(grid(64, 15), 9, Arch::Scalar);
     let (mut by, samples) = (head.gradient(), head.out_samples());
     assert_eq!(samples, 120);
-    assert!(matches!(SarhClip::new(grid(64, 15), 3), Err(SarhError::Short { samples: 30, expected: 32, .. })));
-    assert!(matches!(SarhClip::new(grid(64, 15), 0), Err(SarhError::Short { .. })));
+    assert!(matches!(PublishedClip::new(grid(64, 15), 3), Err(PublishedError::Short { samples: 30, expected: 32, .. })));
+    assert!(matches!(PublishedClip::new(grid(64, 15), 0), Err(PublishedError::Short { .. })));
     for (mono, fits) in [(119, false), (120, true), (134, true), (135, false)] {
         assert_eq!(head.analyse(&vec![0.1; mono], &mut source).is_ok(), fits, "{mono}");
     }
     let sound = vec![0.1; samples];
-    let mut said = |source: &ClipSource, at: &SarhGradient, by: &mut SarhGradient, right: usize| {
+    let mut said = |source: &ClipSource, at: &PublishedGradient, by: &mut PublishedGradient, right: usize| {
         head.adjoint(source, input(at, true), [&sound, &sound[..right]], by).map_err(|e| e.to_string())
     };
     assert_eq!(said(&source, &at, &mut by, samples), Ok(()));
     assert!(said(&source, &at, &mut by, samples - 1).unwrap_err().contains("right output"));
-    let other = SarhClip::new(grid(64, 15), 10).unwrap();
+    let other = PublishedClip::new(grid(64, 15), 10).unwrap();
     assert!(said(&other.source(), &at, &mut by, samples).unwrap_err().contains("source"));
     assert!(said(&source, &at, &mut other.gradient(), samples).unwrap_err().contains("time filter"));
     for (tensor, what) in [(0, "out.0"), (1, "out.2"), (2, "out.4")] {

@@ -4,7 +4,7 @@ use super::harmonics::{Harmonics, band_table, frame_table};
 use super::hyper::{Embedding, Hidden};
 use crate::network::model::FREQUENCY_TAPS;
 use crate::network::{CloudKind, CloudModel, Listener, Masks};
-use crate::published::rows::{Product, Rows, Weights};
+use crate::published::frames::{Frames, Product, Weights};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Mixes the frames of a clip for a listener.
@@ -31,7 +31,7 @@ impl TimeFilter {
     }
 
     /// Filters magnitudes times the mixture mask into `mix`, both `[frame][band]`. Does not allocate.
-    pub(crate) fn apply(&mut self, listener: &Listener, masks: &Masks, masked: &Rows, mix: &mut Rows) {
+    pub(crate) fn apply(&mut self, listener: &Listener, masks: &Masks, masked: &Frames, mix: &mut Frames) {
         match &mut self.form {
             Form::Hyper(hyper) => hyper.apply(self.arch, masks, masked, mix),
             Form::Harmonic(harmonic) => harmonic.apply(self.arch, listener, masked, mix),
@@ -44,7 +44,7 @@ impl TimeFilter {
             Form::Harmonic(h) => {
                 let rows = [&h.frame_table, &h.band_table, &h.frame_weights, &h.band_weights, &h.matrix];
                 let weights = [&h.kernel_features, &h.bias_features, &h.kernel];
-                rows.map(Rows::memory_bytes).iter().chain(&weights.map(Weights::memory_bytes)).sum()
+                rows.map(Frames::memory_bytes).iter().chain(&weights.map(Weights::memory_bytes)).sum()
             }
         }
     }
@@ -86,7 +86,7 @@ impl Hyper {
         }
     }
 
-    fn apply(&mut self, arch: Arch, masks: &Masks, masked: &Rows, mix: &mut Rows) {
+    fn apply(&mut self, arch: Arch, masks: &Masks, masked: &Frames, mix: &mut Frames) {
         let embedding = self.embedding.set(masks);
         for (frame, bias) in self.bias.iter().enumerate() {
             mix.row_mut(frame).fill(*bias);
@@ -110,16 +110,16 @@ impl Hyper {
 struct Harmonic {
     harmonics: Harmonics,
     /// Frame and band weights of each anchor and harmonic, `[anchor][harmonic]`.
-    frame_table: Rows,
-    band_table: Rows,
+    frame_table: Frames,
+    band_table: Frames,
     /// Their sums over harmonics, by anchor.
-    frame_weights: Rows,
-    band_weights: Rows,
+    frame_weights: Frames,
+    band_weights: Frames,
     /// From anchors to input frames s, and to the bias's frames t.
     kernel_features: Weights,
     bias_features: Weights,
     /// K, rows of output frames by input frame, and the same in the order of products.
-    matrix: Rows,
+    matrix: Frames,
     kernel: Weights,
 }
 
@@ -133,16 +133,16 @@ impl Harmonic {
             harmonics: Harmonics::new(model),
             frame_table: frame_table(model, arch),
             band_table: band_table(model),
-            frame_weights: Rows::new(n, frames),
-            band_weights: Rows::new(n, sizes.bands),
+            frame_weights: Frames::new(n, frames),
+            band_weights: Frames::new(n, sizes.bands),
             kernel_features: Weights::new(n, frames, |i, s| scale * features[i * 2 * frames + s]),
             bias_features: Weights::new(n, frames, |i, t| scale * features[i * 2 * frames + frames + t]),
-            matrix: Rows::new(frames, frames),
+            matrix: Frames::new(frames, frames),
             kernel: Weights::new(frames, frames, |_, _| 0.0),
         }
     }
 
-    fn apply(&mut self, arch: Arch, listener: &Listener, masked: &Rows, mix: &mut Rows) {
+    fn apply(&mut self, arch: Arch, listener: &Listener, masked: &Frames, mix: &mut Frames) {
         let harmonics = self.harmonics.at(listener.centre);
         let pairs = [(&self.frame_table, &mut self.frame_weights), (&self.band_table, &mut self.band_weights)];
         for (table, out) in pairs {
@@ -159,8 +159,8 @@ impl Harmonic {
 
 struct OverHarmonics<'a> {
     harmonics: &'a [f32],
-    table: &'a Rows,
-    out: &'a mut Rows,
+    table: &'a Frames,
+    out: &'a mut Frames,
 }
 
 impl WithSimd for OverHarmonics<'_> {

@@ -2,7 +2,7 @@
 
 use crate::network::CloudModel;
 use crate::network::relative::directions;
-use crate::published::rows::{Product, Rows, Weights};
+use crate::published::frames::{Frames, Product, Weights};
 use glam::Vec3;
 use pulp::Arch;
 
@@ -75,27 +75,27 @@ impl Harmonics {
 }
 
 /// `sum over bands f of time_freq_weights[i][f][c] time_weights[f][t] / sqrt(F)`, rows `[anchor][harmonic]` of frames t.
-pub(super) fn frame_table(model: &CloudModel, arch: Arch) -> Rows {
+pub(super) fn frame_table(model: &CloudModel, arch: Arch) -> Frames {
     let sizes = model.sizes();
     let harmonics = sizes.harmonics;
     let coefficients = model.weights("time_freq_weights");
     let scale = 1.0 / (sizes.bands as f32).sqrt();
-    let mut x = Rows::new(sizes.bands, sizes.frames);
+    let mut x = Frames::new(sizes.bands, sizes.frames);
     for (band, w) in model.weights("time_weights").chunks_exact(sizes.frames).enumerate() {
         x.row_mut(band).copy_from_slice(w);
     }
     let at = |band: usize, o: usize| scale * coefficients[(o / harmonics * sizes.bands + band) * harmonics + o % harmonics];
     let weights = Weights::new(sizes.bands, sizes.anchors * harmonics, at);
-    let mut table = Rows::new(sizes.anchors * harmonics, sizes.frames);
+    let mut table = Frames::new(sizes.anchors * harmonics, sizes.frames);
     Product { weights: &weights, x: &x, gate: None, out: &mut table }.run(arch);
     table
 }
 
 /// `time_freq_weights` as rows `[anchor][harmonic]` of bands.
-pub(super) fn band_table(model: &CloudModel) -> Rows {
+pub(super) fn band_table(model: &CloudModel) -> Frames {
     let sizes = model.sizes();
     let harmonics = sizes.harmonics;
-    let mut table = Rows::new(sizes.anchors * harmonics, sizes.bands);
+    let mut table = Frames::new(sizes.anchors * harmonics, sizes.bands);
     for (anchor, w) in model.weights("time_freq_weights").chunks_exact(sizes.bands * harmonics).enumerate() {
         for (band, w) in w.chunks_exact(harmonics).enumerate() {
             for (c, w) in w.iter().enumerate() {

@@ -1,22 +1,22 @@
 //! The hyper-network's hidden layers over the embedding of every band.
 
 use crate::network::{CloudModel, Masks};
-use crate::published::rows::{Product, Rows, Weights};
+use crate::published::frames::{Frames, Product, Weights};
 use pulp::Arch;
 
 /// Embeddings of all bands, `[feature][band]`.
 pub(super) struct Embedding {
-    rows: Rows,
+    rows: Frames,
 }
 
 impl Embedding {
     pub(super) fn new(model: &CloudModel) -> Self {
         let sizes = model.sizes();
-        Self { rows: Rows::new(sizes.width, sizes.bands) }
+        Self { rows: Frames::new(sizes.width, sizes.bands) }
     }
 
     /// Takes the embedding of new masks.
-    pub(super) fn set(&mut self, masks: &Masks) -> &Rows {
+    pub(super) fn set(&mut self, masks: &Masks) -> &Frames {
         let width = self.rows.count();
         debug_assert_eq!(masks.embedding.len(), width * self.rows.len());
         // Blocks of features: each line of the source is read once.
@@ -34,7 +34,7 @@ impl Embedding {
 pub(super) struct Hidden {
     weights: Weights,
     bias: Vec<f32>,
-    rows: Rows,
+    rows: Frames,
 }
 
 impl Hidden {
@@ -45,12 +45,12 @@ impl Hidden {
         let bias = model.weights(&format!("post_process.{name}.0.bias")).to_vec();
         Self {
             weights: Weights::new(sizes.width, bias.len(), |input, unit| w[unit * sizes.width + input]),
-            rows: Rows::new(bias.len(), sizes.bands),
+            rows: Frames::new(bias.len(), sizes.bands),
             bias,
         }
     }
 
-    pub(super) fn run(&mut self, arch: Arch, embedding: &Rows) -> &Rows {
+    pub(super) fn run(&mut self, arch: Arch, embedding: &Frames) -> &Frames {
         for (unit, bias) in self.bias.iter().enumerate() {
             self.rows.row_mut(unit).fill(*bias);
         }

@@ -5,7 +5,7 @@ use super::hyper::{Embedding, Hidden};
 use super::stream_taps::{Kernel, StreamTaps};
 use crate::network::model::FREQUENCY_TAPS;
 use crate::network::{CloudKind, CloudModel, Listener, Masks};
-use crate::published::rows::{Product, Rows, Weights};
+use crate::published::frames::{Frames, Product, Weights};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
@@ -200,8 +200,8 @@ impl Hyper {
 struct Harmonic {
     harmonics: Harmonics,
     /// Rows `[anchor][harmonic]` of taps and of biases by band.
-    kernel: Rows,
-    bias: Rows,
+    kernel: Frames,
+    bias: Frames,
 }
 
 impl Harmonic {
@@ -210,7 +210,7 @@ impl Harmonic {
         let (n, frames, harmonics) = (sizes.anchors, sizes.frames, sizes.harmonics);
         let scale = 1.0 / (n as f32).sqrt();
         let table = frame_table(model, Arch::new());
-        let mut kernel = Rows::new(n * harmonics, lags.count);
+        let mut kernel = Frames::new(n * harmonics, lags.count);
         let mut bias = band_table(model);
         for (i, features) in model.weights("_acoustic_features_t").chunks_exact(2 * frames).enumerate() {
             let (inputs, biases) = features.split_at(frames);
@@ -240,7 +240,7 @@ impl Harmonic {
 
 struct WeightedRows<'a> {
     weights: &'a [f32],
-    table: &'a Rows,
+    table: &'a Frames,
     out: &'a mut [f32],
 }
 

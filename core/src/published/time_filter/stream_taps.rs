@@ -1,6 +1,6 @@
 //! A time filter as a stream applies it.
 
-use crate::published::rows::Rows;
+use crate::published::frames::Frames;
 
 /// What the newest frames of a few neighbouring bands add to a frame of a stream, and a bias, for one listener.
 ///
@@ -10,23 +10,23 @@ pub struct StreamTaps {
     pub(super) lookahead: usize,
     pub(super) causal: usize,
     pub(super) kernel: Kernel,
-    pub(super) bias: Rows,
+    pub(super) bias: Frames,
 }
 
 #[derive(Clone, Debug)]
 pub(super) enum Kernel {
     /// The same for all bands, `[neighbour][lag]` in one row.
-    Shared(Rows),
+    Shared(Frames),
     /// One value per band, rows `[neighbour][lag]`.
-    Banded(Rows),
+    Banded(Frames),
 }
 
 impl StreamTaps {
     /// Taps that let nothing through.
     pub(super) fn silent(bands: usize, neighbours: usize, lookahead: usize, causal: usize, banded: bool) -> Self {
         let taps = neighbours * (lookahead + causal);
-        let kernel = if banded { Kernel::Banded(Rows::new(taps, bands)) } else { Kernel::Shared(Rows::new(1, taps)) };
-        Self { lookahead, causal, kernel, bias: Rows::new(1, bands) }
+        let kernel = if banded { Kernel::Banded(Frames::new(taps, bands)) } else { Kernel::Shared(Frames::new(1, taps)) };
+        Self { lookahead, causal, kernel, bias: Frames::new(1, bands) }
     }
 
     /// Bands that the taps are for.
@@ -83,7 +83,7 @@ impl StreamTaps {
 
     /// The filtered frame, one value per band; `masked` gives the row of magnitudes at a lag in hops, where there is one.
     #[inline(always)]
-    pub(crate) fn apply<'a>(&self, masked: impl Fn(isize) -> Option<(&'a Rows, usize)>, mix: &mut [f32]) {
+    pub(crate) fn apply<'a>(&self, masked: impl Fn(isize) -> Option<(&'a Frames, usize)>, mix: &mut [f32]) {
         mix.copy_from_slice(self.bias());
         let lags = self.lookahead + self.causal;
         let row = |tap: usize| masked((tap % lags).cast_signed() - self.lookahead.cast_signed());

@@ -1,4 +1,4 @@
-//! Rows of values with zeros around them, neighbouring positions in neighbouring lanes, and sums of weighted rows.
+//! Frames of values with zeros around them, neighbouring positions in neighbouring lanes, and sums of weighted rows.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -9,15 +9,15 @@ const WIDEST: usize = 16;
 /// Outputs whose weights lie side by side.
 pub(crate) const OUTPUTS: usize = 8;
 
-/// Rows of equal length, with [`MARGIN`] zeros before each and at least as many after it.
+/// Frames of equal length, with [`MARGIN`] zeros before each and at least as many after it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Rows {
+pub(crate) struct Frames {
     values: Vec<f32>,
     len: usize,
     stride: usize,
 }
 
-impl Rows {
+impl Frames {
     pub(crate) fn new(rows: usize, len: usize) -> Self {
         let stride = len.next_multiple_of(WIDEST) + 2 * MARGIN;
         Self { values: vec![0.0; rows * stride], len, stride }
@@ -126,7 +126,7 @@ impl Weights {
     }
 
     /// Takes a matrix that lies in rows, `[input][output]`.
-    pub(crate) fn set_rows(&mut self, rows: &Rows) {
+    pub(crate) fn set_rows(&mut self, rows: &Frames) {
         debug_assert!(rows.count() == self.inputs && rows.len() == self.outputs);
         for (tile, block) in self.packed.chunks_exact_mut((self.inputs * OUTPUTS).max(1)).enumerate() {
             for (w, input) in block.as_chunks_mut::<OUTPUTS>().0.iter_mut().zip(0..) {
@@ -144,9 +144,9 @@ impl Weights {
 /// times a gate per position where there is one.
 pub(crate) struct Product<'a> {
     pub(crate) weights: &'a Weights,
-    pub(crate) x: &'a Rows,
-    pub(crate) gate: Option<(&'a Rows, usize)>,
-    pub(crate) out: &'a mut Rows,
+    pub(crate) x: &'a Frames,
+    pub(crate) gate: Option<(&'a Frames, usize)>,
+    pub(crate) out: &'a mut Frames,
 }
 
 impl Product<'_> {
@@ -308,14 +308,14 @@ pub(crate) mod tests {
     fn a_product_adds_weighted_rows_moved_by_its_taps() {
         for arch in arches() {
             for (len, rows, outputs, taps) in [(257, 5, 8, 3), (40, 3, 13, 1), (33, 7, 1, 2), (1, 1, 3, 3)] {
-                let mut x = Rows::new(rows, len);
+                let mut x = Frames::new(rows, len);
                 (0..rows).for_each(|r| (0..len).for_each(|i| x.row_mut(r)[i] = noise(1, r * len + i)));
-                let mut gate = Rows::new(1, len);
+                let mut gate = Frames::new(1, len);
                 (0..len).for_each(|i| gate.row_mut(0)[i] = noise(3, i));
                 let at = |k: usize, o: usize| noise(2, k * outputs + o);
                 let weights = Weights::new(rows * taps, outputs, at);
                 for gated in [false, true] {
-                    let mut out = Rows::new(outputs, len);
+                    let mut out = Frames::new(outputs, len);
                     (0..outputs).for_each(|o| out.row_mut(o).fill(0.5));
                     Product { weights: &weights, x: &x, gate: gated.then_some((&gate, 0)), out: &mut out }.run(arch);
                     for o in 0..outputs {

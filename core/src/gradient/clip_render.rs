@@ -61,7 +61,7 @@ impl Frames {
 
 /// A dry clip as the head takes it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ClipInput {
+pub struct ClipRenderInput {
     dry: Frames,
     tail: Frames,
     /// Frames that reach into the clip.
@@ -74,7 +74,7 @@ pub struct ClipInput {
 /// Renders clips with one transfer function each, as [`crate::Renderer`] does for a listener who rests, at the scene's own rate.
 ///
 /// What is rendered is linear in masks, taps and late gains; [`Self::adjoint`] gives its derivative by all of them.
-pub struct ClipHead {
+pub struct ClipRender {
     arch: Arch,
     grid: StftGrid,
     shape: TransferShape,
@@ -91,7 +91,7 @@ pub struct ClipHead {
     time: Vec<f32>,
 }
 
-impl ClipHead {
+impl ClipRender {
     /// Draws the carriers; allocates.
     #[must_use]
     pub fn new(grid: &StftGrid, bands: &Bands, tail: &TailModel, taps: usize) -> Self {
@@ -128,11 +128,11 @@ impl ClipHead {
 
     /// Transforms a dry clip; its first `pre_roll` samples come before the clip, for the room to sound on from.
     #[must_use]
-    pub fn analyse(&mut self, dry: &[f32], pre_roll: usize) -> ClipInput {
+    pub fn analyse(&mut self, dry: &[f32], pre_roll: usize) -> ClipRenderInput {
         let (hop, bins) = (self.grid.hop, self.grid.bins());
         let lag = self.lag();
         let frames = (dry.len() + lag).div_ceil(hop);
-        let mut input = ClipInput {
+        let mut input = ClipRenderInput {
             dry: Frames::new(frames, bins),
             tail: Frames::new(frames, bins),
             heard: (pre_roll + lag).saturating_sub(self.grid.n_fft).div_ceil(hop)..frames,
@@ -168,7 +168,7 @@ impl ClipHead {
 
     /// Both ears' sound of the clip, as long as the clip.
     #[must_use]
-    pub fn render(&mut self, input: &ClipInput, transfer: &TransferFunction) -> [Vec<f32>; 2] {
+    pub fn render(&mut self, input: &ClipRenderInput, transfer: &TransferFunction) -> [Vec<f32>; 2] {
         let (hop, lag, bins) = (self.grid.hop, self.lag(), self.grid.bins());
         let from = input.pre_roll + lag;
         [0, 1].map(|ear| {
@@ -194,7 +194,7 @@ impl ClipHead {
     /// If a gradient is shorter than the clip.
     pub fn adjoint(
         &mut self,
-        input: &ClipInput,
+        input: &ClipRenderInput,
         transfer: &TransferFunction,
         gradient: [&[f32]; 2],
         out: &mut TransferFunction,
@@ -288,7 +288,7 @@ impl ClipHead {
     }
 
     /// The derivative by every bin of the frames that are heard, by real and imaginary part.
-    fn transform_gradient(&mut self, input: &ClipInput, gradient: &[f32]) -> Frames {
+    fn transform_gradient(&mut self, input: &ClipRenderInput, gradient: &[f32]) -> Frames {
         let (n, hop) = (self.grid.n_fft, self.grid.hop);
         let mut frames = Frames::new(input.heard.len(), self.grid.bins());
         let first = input.pre_roll + self.lag();
@@ -310,7 +310,7 @@ impl ClipHead {
 }
 
 /// Frame that a filter reads: of the dry sound for the direct sound and the taps, of the late network for the rest.
-fn read(input: &ClipInput, taps: usize, filter: usize, frame: usize) -> Option<(&[f32], &[f32])> {
+fn read(input: &ClipRenderInput, taps: usize, filter: usize, frame: usize) -> Option<(&[f32], &[f32])> {
     if filter <= taps {
         frame.checked_sub(filter).map(|t| input.dry.frame(t))
     } else {
@@ -321,7 +321,7 @@ fn read(input: &ClipInput, taps: usize, filter: usize, frame: usize) -> Option<(
 /// Sums what all filters make of one frame.
 struct Filter<'a> {
     filters: &'a Frames,
-    input: &'a ClipInput,
+    input: &'a ClipRenderInput,
     taps: usize,
     frame: usize,
     sum: &'a mut Frames,
@@ -347,7 +347,7 @@ impl WithSimd for Filter<'_> {
 /// Correlates the gradient with what every filter reads.
 struct Correlate<'a> {
     gradient: &'a Frames,
-    input: &'a ClipInput,
+    input: &'a ClipRenderInput,
     taps: usize,
     count: usize,
     out: &'a mut Frames,
@@ -413,7 +413,7 @@ mod tests {
     fn renders_what_the_stream_does() {
         let (bands, tail, transfer) = room();
         let dry = noise(700, 11);
-        let mut head = RenderHead::new(GRID, &GRID, ClipHead::new(&GRID, &bands, &tail, TAPS).shape(), &bands, &tail, 4000.0);
+        let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &bands, &tail, 4000.0);
         head.set_direct(&transfer);
         head.set_taps(&transfer, 0..head.filter_hops());
         let mut stft = Stft::new(GRID);
@@ -432,7 +432,7 @@ mod tests {
                 streamed[ear].extend(out);
             }
         }
-        let mut clips = ClipHead::new(&GRID, &bands, &tail, TAPS);
+        let mut clips = ClipRender::new(&GRID, &bands, &tail, TAPS);
         for pre_roll in [0, 133, 300] {
             let input = clips.analyse(&dry, pre_roll);
             let out = clips.render(&input, &transfer);
@@ -449,7 +449,7 @@ mod tests {
     #[test]
     fn the_adjoint_is_the_derivative() {
         let (bands, tail, transfer) = room();
-        let mut clips = ClipHead::new(&GRID, &bands, &tail, TAPS);
+        let mut clips = ClipRender::new(&GRID, &bands, &tail, TAPS);
         let input = clips.analyse(&noise(500, 12), 120);
         let gradient = [noise(380, 13), noise(380, 14)];
         let mut by = clips.shape().silent();

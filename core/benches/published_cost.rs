@@ -1,6 +1,6 @@
 //! Cost of AV-Cloud's render head: convolution layers, stream and whole clips.
 //!
-//! `cargo bench --bench sarh_cost -p promenade-core`. Unit: milliseconds of processor time of the one thread, median over runs, at the
+//! `cargo bench --bench published_cost -p promenade-core`. Unit: milliseconds of processor time of the one thread, median over runs, at the
 //! published sizes (256 anchors, 257 bands, 174 frames, 22.05 kHz). Input: white noise; weights that look random.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
@@ -13,7 +13,8 @@ use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, Listener, Masks, Network};
 use promenade_core::published::{
-    ClipRenderer, ConvMode, ConvWeights, FrameMasks, Projection, SarhClip, SarhInput, SarhOptions, SarhStream, TapProjector,
+    ClipRenderer, ConvMode, ConvWeights, FrameMasks, Projection, PublishedClip, PublishedInput, PublishedOptions,
+    PublishedStream, TapProjector,
 };
 use pulp::Arch;
 use std::hint::black_box;
@@ -69,13 +70,13 @@ fn training(input: &[f32]) {
     let weights = ConvWeights::of(&model(CloudKind::SimpleSh, PUBLISHED)).unwrap();
     for (name, conv) in [("with convolution", Some(&weights)), ("without", None)] {
         for (instructions, arch) in arches() {
-            let mut head = SarhClip::with_arch(GRID, PUBLISHED.frames, arch).unwrap();
+            let mut head = PublishedClip::with_arch(GRID, PUBLISHED.frames, arch).unwrap();
             let mut source = head.source();
             head.analyse(input, &mut source).unwrap();
             let values = |seed, count| -> Vec<f32> { (0..count).map(|i| noise(seed, i)).collect() };
             let (bins, samples) = (GRID.bins(), head.out_samples());
             let (mixture, difference, mix) = (values(2, bins), values(3, bins), values(4, bins * head.frames()));
-            let input = SarhInput { mixture: &mixture, difference: &difference, mix: &mix, conv };
+            let input = PublishedInput { mixture: &mixture, difference: &difference, mix: &mix, conv };
             let mut out = [vec![0.0; samples], vec![0.0; samples]];
             let render = median_ms(41, || {
                 let [left, right] = &mut out;
@@ -139,8 +140,8 @@ fn stream(input: &[f32]) {
         let frame = FrameMasks { mixture: &masks.mixture, difference: &masks.difference, taps: Some(&taps) };
         for (instructions, arch) in arches() {
             let cost = |conv| {
-                let options = SarhOptions { conv, lookahead_hops, causal_hops, ..SarhOptions::default() };
-                let mut stream = SarhStream::with_arch(model, GRID, options, arch).unwrap();
+                let options = PublishedOptions { conv, lookahead_hops, causal_hops, ..PublishedOptions::default() };
+                let mut stream = PublishedStream::with_arch(model, GRID, options, arch).unwrap();
                 let mut out = [vec![0.0; GRID.hop], vec![0.0; GRID.hop]];
                 let hops = input.len() / GRID.hop;
                 median_ms(41, || {
