@@ -25,18 +25,17 @@ mod transfer;
 
 pub use bands::Bands;
 pub use decode::{
-    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LiveParams, LowRank, NEAREST_M, PublishedFrame, Rows,
-    SILENT_DB,
+    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, PublishedFrame, Rows, SILENT_DB,
 };
 pub use glam;
 pub use gradient::{ClipRender, ClipRenderInput};
 pub use grid::StftGrid;
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;
-pub use renderer::{Quality, RenderError, Renderer, SAMPLE_RATES_HZ};
+pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
     Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, Provenance, Scene, SceneCard, SceneError, SceneParts, TailModel,
 };
 pub use spatializer::{BlockParams, Spatializer};
-pub use tier::Tier;
+pub use tier::{LiveParams, Quality, Tier};
 pub use transfer::{TransferFunction, TransferShape};

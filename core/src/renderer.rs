@@ -1,11 +1,11 @@
 //! One scene at one host rate: mono in, both ears out.
 
 use crate::decode::InlineWorker;
-use crate::decode::follow::Decoding;
+use crate::decode::follow::Follower;
 use crate::published::tier::Reference;
 use crate::render::head::RenderHead;
 use crate::stft::{Spectrum, Stft};
-use crate::{DecodeWorker, LiveParams, Pose, Scene, StftGrid, Tier, TransferFunction};
+use crate::{DecodeWorker, Pose, Quality, Scene, StftGrid, Tier, TransferFunction};
 use realfft::num_complex::Complex32;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -32,21 +32,6 @@ pub enum RenderError {
     },
 }
 
-/// How well a stream is rendered.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Quality {
-    /// Point on the curve of speed against accuracy; one that the scene lacks is played as [`Scene::played_tier`] says.
-    pub tier: Tier,
-    /// How often a live decoder is asked.
-    pub live: LiveParams,
-}
-
-impl From<Tier> for Quality {
-    fn from(tier: Tier) -> Self {
-        Self { tier, ..Self::default() }
-    }
-}
-
 /// Renders a mono stream through one scene at one sample rate.
 pub struct Renderer {
     scene: Arc<Scene>,
@@ -58,7 +43,9 @@ pub struct Renderer {
     ready: [Vec<f32>; 2],
     /// Samples of the current hop taken in so far.
     filled: usize,
-    decoding: Decoding,
+    follower: Follower,
+    /// Level of everything but the direct sound, 0 to 1.
+    room_gain: f32,
     reference: Option<Reference>,
     /// Poses of the last hops: a frame is rendered with the pose at its centre.
     poses: VecDeque<Pose>,
@@ -90,12 +77,13 @@ impl Renderer {
         Ok(Self {
             grid,
             stft: Stft::new(grid),
+            follower: Follower::new(&scene, head.filter_hops()),
             head,
             spectrum: spectrum(),
             ears: [spectrum(), spectrum()],
             ready: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
             filled: 0,
-            decoding: Decoding::new(&scene, grid.hop_s()),
+            room_gain: 1.0,
             reference: Reference::new(&scene, &grid),
             poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
             pose_phase: grid.hop - centre % grid.hop,
@@ -126,8 +114,8 @@ impl Renderer {
     /// # Real-time
     /// Not real-time safe: decodes the scene's start pose.
     #[must_use]
-    pub fn with_worker(mut self, decoder: Box<dyn DecodeWorker>) -> Self {
-        self.decoding.set_live(decoder, &self.scene);
+    pub fn with_worker(mut self, worker: Box<dyn DecodeWorker>) -> Self {
+        self.follower.set_live(worker, &self.scene, self.grid.hop_s());
         self
     }
 
@@ -146,7 +134,7 @@ impl Renderer {
     /// What the newest pose does to the source, on the scene's grid; time filters may follow a few hops later.
     #[must_use]
     pub fn heard(&self) -> &TransferFunction {
-        self.decoding.heard()
+        self.follower.transfer()
     }
 
     /// Samples by which the output lags the input, the same for all tiers.
@@ -159,7 +147,7 @@ impl Renderer {
     /// sample rate besides.
     #[must_use]
     pub fn played_tier(&self, wanted: Tier) -> Tier {
-        let most = match (self.decoding.has_live(), &self.reference) {
+        let most = match (self.follower.has_live(), &self.reference) {
             (true, Some(_)) => Tier::Reference,
             (true, None) => Tier::High,
             (false, _) => Tier::Standard,
@@ -259,8 +247,14 @@ impl Renderer {
     /// Brings the head to a pose and fades its room in or out; `whole` leaves nothing for the hops to come. Says what is played.
     fn follow(&mut self, pose: Pose, wanted: &Quality, whole: bool) -> Tier {
         let quality = Quality { tier: self.played_tier(wanted.tier), ..*wanted };
-        self.decoding.follow(&self.scene, &mut self.head, pose, &quality, whole);
-        self.head.glide_room(quality.tier != Tier::Draft, if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS });
+        let change = self.follower.follow(&pose, &quality, whole, self.room_gain > 0.0);
+        self.head.update(self.follower.transfer(), &change);
+        let (room, step) = (quality.tier != Tier::Draft, if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS });
+        if room && self.room_gain == 0.0 {
+            // The late part stood still meanwhile: what is left in it belongs to another time.
+            self.head.forget_late();
+        }
+        self.room_gain += (if room { 1.0 } else { 0.0 } - self.room_gain).clamp(-step, step);
         quality.tier
     }
 
@@ -271,7 +265,7 @@ impl Renderer {
         }
         self.stft.analyse(&mut self.spectrum);
         let [left, right] = &mut self.ears;
-        if self.head.render(&self.spectrum, [left, right]).is_some() {
+        if self.head.render(&self.spectrum, self.room_gain, [left, right]).is_some() {
             for (ear, (spectrum, ready)) in self.ears.iter_mut().zip(&mut self.ready).enumerate() {
                 self.stft.synthesise(ear, spectrum, ready);
             }
@@ -281,7 +275,7 @@ impl Renderer {
             }
         }
         if let Some(reference) = &mut self.reference {
-            let frame = self.decoding.shown().and_then(|d| d.published.as_ref());
+            let frame = self.follower.decoded().and_then(|d| d.published.as_ref());
             reference.finish(tier == Tier::Reference, 1.0 / TIER_FADE_HOPS, frame, &mut self.ready);
         }
     }

@@ -1,4 +1,4 @@
-//! Named points on the curve of speed against accuracy.
+//! Speed against accuracy: named points on the curve, and how often poses are decoded.
 
 /// How much of a scene is rendered. Cost rises and error falls in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -33,5 +33,35 @@ impl Tier {
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|t| t.name() == name)
+    }
+}
+
+/// How often poses are decoded while the listener moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveParams {
+    /// Decodes a second, above 0; answers are cross-faded over the time from one to the next.
+    pub rate_hz: f32,
+    /// Wait for every decode, as offline: the sound does not depend on the machine then.
+    pub wait: bool,
+}
+
+impl Default for LiveParams {
+    fn default() -> Self {
+        Self { rate_hz: 40.0, wait: false }
+    }
+}
+
+/// How well a stream is rendered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// Point on the curve of speed against accuracy; one that the scene lacks is played as [`crate::Scene::played_tier`] says.
+    pub tier: Tier,
+    /// How often a live decoder is asked.
+    pub live: LiveParams,
+}
+
+impl From<Tier> for Quality {
+    fn from(tier: Tier) -> Self {
+        Self { tier, ..Self::default() }
     }
 }

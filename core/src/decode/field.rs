@@ -1,6 +1,7 @@
 //! Baked transfer functions on a grid of listener positions and head directions.
 
 mod axis;
+mod decoder;
 mod rows;
 
 use crate::{Pose, TransferFunction, TransferShape};
@@ -8,6 +9,7 @@ use glam::Vec3;
 use std::ops::Range;
 
 pub use axis::Axis;
+pub(crate) use decoder::FieldDecoder;
 pub use rows::{Basis, LowRank, Rows, SILENT_DB};
 
 /// The closest distance to the emitter at which the direct sound still grows, metres.

@@ -1,45 +1,38 @@
-//! Brings the render head to the listener's pose, from a field or from a live decoder.
+//! Follows the listener's pose by the decoder that the tier asks for, and tells the render head what has changed.
 
-use crate::decode::field::{Cell, Field};
-use crate::decode::live::{DecodeWorker, Decoded, Live};
-use crate::render::head::RenderHead;
+use crate::decode::field::FieldDecoder;
+use crate::decode::live::{DecodeWorker, Decoded, LiveDecoder};
+use crate::decode::{Change, Decoder};
 use crate::{Pose, Quality, Scene, Tier, TransferFunction};
+use std::sync::Arc;
 
 /// Hops over which the time filters of a new pose are taken in, a share of them at each hop.
 const REFRESH_HOPS: usize = 4;
 
-/// Decoder of one stream.
-pub(crate) struct Decoding {
-    cell: Option<Cell>,
-    live: Option<Live>,
-    hop_s: f64,
-    /// What the field says.
-    transfer: TransferFunction,
-    /// Where the head stands: the pose of the field, and whether the live decoder was heard last.
-    decoded: Pose,
-    was_live: bool,
-    /// Shares of the time filters that still have to follow.
+/// The decoders of one stream.
+pub(crate) struct Follower {
+    field: Option<FieldDecoder>,
+    live: Option<LiveDecoder>,
+    /// Heard where the scene has neither.
+    silent: TransferFunction,
+    /// Whether the live decoder was heard last.
+    is_live: bool,
+    /// Hops of the render head's time filters.
+    filter_hops: usize,
+    /// Shares of the time filters that still have to follow, and the next of them.
     stale_shares: usize,
     share: usize,
 }
 
-impl Decoding {
-    pub(crate) fn new(scene: &Scene, hop_s: f64) -> Self {
-        Self {
-            cell: scene.field().map(Field::cell),
-            live: None,
-            hop_s,
-            transfer: scene.shape().silent(),
-            decoded: Pose::IDENTITY,
-            was_live: false,
-            stale_shares: 0,
-            share: 0,
-        }
+impl Follower {
+    pub(crate) fn new(scene: &Arc<Scene>, filter_hops: usize) -> Self {
+        let (field, silent) = (FieldDecoder::new(scene), scene.shape().silent());
+        Self { field, live: None, silent, is_live: false, filter_hops, stale_shares: 0, share: 0 }
     }
 
     /// Gives the stream a live decoder for the tiers that need one.
-    pub(crate) fn set_live(&mut self, decoder: Box<dyn DecodeWorker>, scene: &Scene) {
-        self.live = Some(Live::new(decoder, scene));
+    pub(crate) fn set_live(&mut self, worker: Box<dyn DecodeWorker>, scene: &Scene, hop_s: f64) {
+        self.live = Some(LiveDecoder::new(worker, scene, hop_s));
     }
 
     /// Whether poses can be decoded live.
@@ -47,68 +40,47 @@ impl Decoding {
         self.live.is_some()
     }
 
-    /// What is heard now.
-    pub(crate) fn heard(&self) -> &TransferFunction {
-        match &self.live {
-            Some(live) if self.was_live => &live.shown().transfer,
-            _ => &self.transfer,
+    /// The transfer function that is heard now; time filters beyond the last [`Change`] may be those of an older pose.
+    pub(crate) fn transfer(&self) -> &TransferFunction {
+        match (&self.live, &self.field) {
+            (Some(live), _) if self.is_live => live.transfer(),
+            (_, Some(field)) => field.transfer(),
+            _ => &self.silent,
         }
     }
 
-    /// What the live decoder says now.
-    pub(crate) fn shown(&self) -> Option<&Decoded> {
-        self.live.as_ref().map(Live::shown)
+    /// The newest result of the live decoder.
+    pub(crate) fn decoded(&self) -> Option<&Decoded> {
+        self.live.as_ref().map(LiveDecoder::shown)
     }
 
-    /// Follows to a pose in a tier that can be played: the direct sound at once, the time filters a share per hop unless `whole`.
-    pub(crate) fn follow(&mut self, scene: &Scene, head: &mut RenderHead, pose: Pose, quality: &Quality, whole: bool) {
+    /// Follows to a pose in a tier that can be played: the direct sound at once, the time filters a share per hop, or all of them if
+    /// `whole`. While no room is heard its filters wait.
+    pub(crate) fn follow(&mut self, pose: &Pose, quality: &Quality, whole: bool, room: bool) -> Change {
         let live = self.live.as_mut().filter(|_| quality.tier >= Tier::High);
-        let whole = whole || live.is_some() != self.was_live;
-        self.was_live = live.is_some();
-        let field = scene.field().zip(self.cell.as_mut());
-        // Where a scene has neither, nothing is heard.
-        match (live, field) {
-            (Some(live), _) => {
-                if live.follow(&pose, whole, self.hop_s, &quality.live) || whole {
-                    self.stale_shares = REFRESH_HOPS;
-                    head.set_direct(&live.shown().transfer);
-                }
-            }
-            (None, Some((field, cell))) => {
-                if whole || pose != self.decoded {
-                    self.decoded = pose;
-                    self.stale_shares = REFRESH_HOPS;
-                    field.locate(&pose, cell);
-                    field.masks(cell, &mut self.transfer);
-                    head.set_direct(&self.transfer);
-                }
-            }
-            (None, None) => return,
-        }
-        self.refresh(scene, head, whole);
-    }
-
-    /// Without a room its filters wait; they catch up while it fades in.
-    fn refresh(&mut self, scene: &Scene, head: &mut RenderHead, whole: bool) {
-        let shares = match (whole, head.has_room()) {
-            (true, _) => REFRESH_HOPS,
-            (false, true) => self.stale_shares.min(1),
-            (false, false) => 0,
+        let whole = whole || live.is_some() != self.is_live;
+        self.is_live = live.is_some();
+        let decoder: &mut dyn Decoder = match (live, &mut self.field) {
+            (Some(live), _) => live,
+            (None, Some(field)) => field,
+            (None, None) => return Change::default(),
         };
-        let (explicit, hops) = (scene.shape().taps, head.filter_hops());
-        for _ in 0..shares {
-            let range = hops * self.share / REFRESH_HOPS..hops * (self.share + 1) / REFRESH_HOPS;
-            match (&self.live, scene.field().zip(self.cell.as_mut())) {
-                (Some(live), _) if self.was_live => head.set_taps(&live.shown().transfer, range),
-                (_, Some((field, cell))) => {
-                    let last = if range.end > explicit { explicit + 1 } else { range.end };
-                    field.taps(cell, range.start..last, &mut self.transfer);
-                    head.set_taps(&self.transfer, range);
-                }
-                _ => (),
-            }
-            self.share = (self.share + 1) % REFRESH_HOPS;
-            self.stale_shares = self.stale_shares.saturating_sub(1);
+        let direct = decoder.follow(pose, whole, &quality.live);
+        if direct {
+            self.stale_shares = REFRESH_HOPS;
         }
+        let filters = if whole {
+            self.stale_shares = 0;
+            0..self.filter_hops
+        } else if room && self.stale_shares > 0 {
+            let share = self.share;
+            self.stale_shares -= 1;
+            self.share = (share + 1) % REFRESH_HOPS;
+            self.filter_hops * share / REFRESH_HOPS..self.filter_hops * (share + 1) / REFRESH_HOPS
+        } else {
+            0..0
+        };
+        decoder.update_filters(filters.clone());
+        Change { direct, filters }
     }
 }

@@ -1,7 +1,9 @@
-//! A live decoder behind the stream: asked for poses now and then, its answers cross-faded.
+//! A decoder whose poses take longer than a hop: it asks a worker now and then and cross-fades the answers.
 
+use crate::decode::Decoder;
 use crate::published::StreamTaps;
-use crate::{Pose, Scene, TransferFunction};
+use crate::{LiveParams, Pose, Scene, TransferFunction};
+use std::ops::Range;
 
 /// What a live decoder makes of one pose.
 #[derive(Clone, Debug)]
@@ -44,24 +46,10 @@ pub trait DecodeWorker: Send {
     fn take(&mut self) -> Option<&Decoded>;
 }
 
-/// How often poses are decoded while the listener moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LiveParams {
-    /// Decodes a second, above 0; answers are cross-faded over the time from one to the next.
-    pub rate_hz: f32,
-    /// Wait for every decode, as offline: the sound does not depend on the machine then.
-    pub wait: bool,
-}
-
-impl Default for LiveParams {
-    fn default() -> Self {
-        Self { rate_hz: 40.0, wait: false }
-    }
-}
-
 /// Follows a listener by decodes that come now and then.
-pub(crate) struct Live {
-    decoder: Box<dyn DecodeWorker>,
+pub(crate) struct LiveDecoder {
+    worker: Box<dyn DecodeWorker>,
+    hop_s: f64,
     /// What is heard now, where the running cross-fade came from, and where it goes to.
     shown: Decoded,
     from: Decoded,
@@ -76,36 +64,37 @@ pub(crate) struct Live {
     heard: bool,
 }
 
-impl Live {
+impl LiveDecoder {
     /// Begins with what the scene's start pose sounds like.
-    pub(crate) fn new(mut decoder: Box<dyn DecodeWorker>, scene: &Scene) -> Self {
-        let silent = decoder.blank();
+    pub(crate) fn new(mut worker: Box<dyn DecodeWorker>, scene: &Scene, hop_s: f64) -> Self {
+        let silent = worker.blank();
         let mut first = silent.clone();
-        decoder.request(&scene.start_pose(), true);
-        let heard = decoder.take().map(|d| first.copy_from(d)).is_some();
-        Self { decoder, from: silent, to: first.clone(), shown: first, done: 1, hops: 1, asked: None, since: 0, heard }
+        worker.request(&scene.start_pose(), true);
+        let heard = worker.take().map(|d| first.copy_from(d)).is_some();
+        Self { worker, hop_s, from: silent, to: first.clone(), shown: first, done: 1, hops: 1, asked: None, since: 0, heard }
     }
 
     /// What is heard now.
     pub(crate) fn shown(&self) -> &Decoded {
         &self.shown
     }
+}
 
-    /// Moves on by a hop; `whole` takes the next answer at once. Says whether what is heard has changed.
-    pub(crate) fn follow(&mut self, pose: &Pose, whole: bool, hop_s: f64, params: &LiveParams) -> bool {
+impl Decoder for LiveDecoder {
+    fn follow(&mut self, pose: &Pose, whole: bool, params: &LiveParams) -> bool {
         let rate = f64::from(params.rate_hz).max(1e-3);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of hops, at least 1")]
-        let interval = (1.0 / (rate * hop_s)).round().clamp(1.0, 1e6) as usize;
+        let interval = (1.0 / (rate * self.hop_s)).round().clamp(1.0, 1e6) as usize;
         self.since = self.since.saturating_add(1);
         if whole {
             self.heard = false;
         }
         if whole || (self.since >= interval && self.asked.as_ref() != Some(pose)) {
-            self.decoder.request(pose, params.wait);
+            self.worker.request(pose, params.wait);
             self.asked = Some(*pose);
             self.since = 0;
         }
-        if let Some(answer) = self.decoder.take() {
+        if let Some(answer) = self.worker.take() {
             self.from.copy_from(&self.shown);
             self.to.copy_from(answer);
             // The first answer after a jump is not glided to.
@@ -117,7 +106,15 @@ impl Live {
             self.done += 1;
             self.shown.blend(&self.from, &self.to, self.done as f32 / self.hops as f32);
         }
-        glides
+        glides || whole
+    }
+
+    fn update_filters(&mut self, _hops: Range<usize>) {
+        // An answer brings all of them.
+    }
+
+    fn transfer(&self) -> &TransferFunction {
+        &self.shown.transfer
     }
 }
 

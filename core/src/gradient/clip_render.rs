@@ -376,6 +376,7 @@ impl WithSimd for Correlate<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::decode::Change;
     use crate::render::head::RenderHead;
 
     const GRID: StftGrid = StftGrid { sample_rate_hz: 8000.0, n_fft: 64, hop: 16 };
@@ -414,8 +415,8 @@ mod tests {
         let (bands, tail, transfer) = room();
         let dry = noise(700, 11);
         let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &bands, &tail, 4000.0);
-        head.set_direct(&transfer);
-        head.set_taps(&transfer, 0..head.filter_hops());
+        let all = Change { direct: true, filters: 0..head.filter_hops() };
+        head.update(&transfer, &all);
         let mut stft = Stft::new(GRID);
         let spectrum = || vec![Complex32::default(); GRID.bins()];
         let (mut x, mut left, mut right) = (spectrum(), spectrum(), spectrum());
@@ -425,7 +426,7 @@ mod tests {
                 *s = dry.get(hop * GRID.hop + i).copied().unwrap_or(0.0);
             }
             stft.analyse(&mut x);
-            head.render(&x, [&mut left, &mut right]).unwrap();
+            head.render(&x, 1.0, [&mut left, &mut right]).unwrap();
             for (ear, y) in [&mut left, &mut right].into_iter().enumerate() {
                 let mut out = vec![0.0; GRID.hop];
                 stft.synthesise(ear, y, &mut out);

@@ -1,5 +1,6 @@
 //! The render head: applies a transfer function to short-time spectra.
 
+use crate::decode::Change;
 use crate::render::carrier::{band_places, hop_carriers, per_bin};
 use crate::render::direct::DirectFilter;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
@@ -8,7 +9,6 @@ use crate::render::taps::Taps;
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
 use pulp::{Arch, WithSimd};
 use realfft::num_complex::Complex32;
-use std::ops::Range;
 
 /// Taps that share the direct sound's interaural delay. The first reflections, of floor and ceiling, come from the source's lateral
 /// angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these hops, and
@@ -40,7 +40,6 @@ pub(crate) struct RenderHead {
     frame: usize,
     direct_sum: Vec<EarBlocks>,
     room_sum: Vec<EarBlocks>,
-    room_gain: f32,
     /// Frames since anything was heard.
     dead_frames: usize,
 }
@@ -84,23 +83,21 @@ impl RenderHead {
             frame: 0,
             direct_sum: vec![EarBlocks::default(); blocks],
             room_sum: vec![EarBlocks::default(); blocks],
-            room_gain: 1.0,
             dead_frames: usize::MAX / 2,
         }
     }
 
-    /// Explicit taps and late hops together: the range that [`RenderHead::set_taps`] counts in.
+    /// Explicit taps and late hops together: the range that [`RenderHead::update`] counts in.
     pub(crate) fn filter_hops(&self) -> usize {
         self.taps.hops() + self.late.hops()
     }
 
-    /// Takes masks, phase and interaural delay of the direct sound.
-    pub(crate) fn set_direct(&mut self, tf: &TransferFunction) {
-        self.direct.set(tf);
-    }
-
-    /// Takes the gains of a range of [`RenderHead::filter_hops`].
-    pub(crate) fn set_taps(&mut self, tf: &TransferFunction, range: Range<usize>) {
+    /// Takes what has changed in a transfer function.
+    pub(crate) fn update(&mut self, tf: &TransferFunction, change: &Change) {
+        if change.direct {
+            self.direct.set(tf);
+        }
+        let range = change.filters.clone();
         let (taps, len) = (self.shape.taps, self.shape.tap_len());
         for hop in range.start..range.end.min(taps) {
             self.taps.set(hop, &tf.taps[hop * len..(hop + 1) * len]);
@@ -121,23 +118,9 @@ impl RenderHead {
         }
     }
 
-    /// Level of everything but the direct sound: moves towards 1 or 0 by at most `step` a frame, or jumps with a step of 1.
-    pub(crate) fn glide_room(&mut self, on: bool, step: f32) {
-        if on && self.room_gain == 0.0 {
-            // The late part stood still meanwhile: what is left in it belongs to another time.
-            self.forget_late();
-        }
-        let target = if on { 1.0 } else { 0.0 };
-        self.room_gain += (target - self.room_gain).clamp(-step, step);
-    }
-
-    /// Whether anything but the direct sound is heard.
-    pub(crate) fn has_room(&self) -> bool {
-        self.room_gain > 0.0
-    }
-
-    /// Applies the filters to the newest frame. `None` when nothing sounds any more: both ears are silent.
-    pub(crate) fn render(&mut self, spectrum: &[Complex32], ears: [&mut [Complex32]; 2]) -> Option<()> {
+    /// Applies the filters to the newest frame, everything but the direct sound at `room_gain`, 0 to 1. `None` when nothing sounds any more: both ears are silent.
+    pub(crate) fn render(&mut self, spectrum: &[Complex32], room_gain: f32, ears: [&mut [Complex32]; 2]) -> Option<()> {
+        let has_room = room_gain > 0.0;
         let silent = spectrum.iter().all(|x| x.re == 0.0 && x.im == 0.0);
         if silent && self.dead_frames > self.filter_hops() + 1 {
             return None;
@@ -148,10 +131,10 @@ impl RenderHead {
         for (l, slot) in self.slots.iter_mut().enumerate() {
             *slot = (now + slots - 1 - l) % slots;
         }
-        if self.has_room() {
+        if has_room {
             self.advance_late(now);
         }
-        let dead = silent && (!self.has_room() || self.network.is_silent());
+        let dead = silent && (!has_room || self.network.is_silent());
         self.dead_frames = if dead { self.dead_frames.saturating_add(1) } else { 0 };
 
         self.direct_sum.fill(EarBlocks::default());
@@ -160,13 +143,13 @@ impl RenderHead {
             Accumulate { arch, slots, ring_len, ring, filter, sums }.run();
         };
         add(&[now], input, slots, self.direct.blocks(), &mut self.direct_sum);
-        if self.has_room() {
+        if has_room {
             self.room_sum.fill(EarBlocks::default());
             add(&self.slots, input, slots, self.taps.filters(), &mut self.room_sum);
             add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), &mut self.room_sum);
         }
         for (ear, out) in ears.into_iter().enumerate() {
-            arch.dispatch(Mix { ear, direct: &self.direct_sum, room: &self.room_sum, room_gain: self.room_gain, out });
+            arch.dispatch(Mix { ear, direct: &self.direct_sum, room: &self.room_sum, room_gain, out });
         }
         self.frame = self.frame.wrapping_add(1);
         Some(())
@@ -185,7 +168,8 @@ impl RenderHead {
         self.network.advance(self.frame, from, to);
     }
 
-    fn forget_late(&mut self) {
+    /// Empties the late part.
+    pub(crate) fn forget_late(&mut self) {
         self.tail.fill(Block::default());
         self.network.reset();
     }
