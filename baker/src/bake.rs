@@ -15,10 +15,10 @@ use crate::bake::kriging::{Site, weights};
 use crate::bake::layout::{Layout, LayoutError};
 use crate::bake::log_row::{LogRow, NO_GAIN, delay_trend};
 use crate::bake::room::{HopEnergies, coherence, hops_above_noise, late_gain, t60_s};
+use crate::judge::response_measures::response_measures;
 use crate::signal::spectrum::{Analyser, bandwidths};
 use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
-use promenade_core::metrics::Binaural;
 use promenade_core::{
     Anchor, Bands, Field, HeldOut, Provenance, Rows, Scene, SceneError, SceneParts, StftGrid, TailModel, TransferFunction,
     TransferShape, glam,
@@ -210,8 +210,7 @@ fn level(responses: &[&Response]) -> f32 {
 fn held_out(responses: &Responses, layout: &Layout, held: &[bool]) -> Result<Vec<HeldOut>, BakeFailure> {
     let mut out = Vec::new();
     for (i, r) in responses.responses.iter().enumerate().filter(|(i, _)| held[*i]) {
-        let measured =
-            Binaural::of_response(&r.left, &r.right, responses.sample_rate_hz).map_err(|e| unmeasurable(&r.name, &e))?;
+        let measured = response_measures(&r.left, &r.right, responses.sample_rate_hz).map_err(|e| unmeasurable(&r.name, &e))?;
         out.push(HeldOut { name: r.name.clone(), pose: layout.poses[i], measured });
     }
     Ok(out)

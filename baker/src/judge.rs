@@ -4,3 +4,4 @@ pub mod cost;
 pub mod evaluate;
 pub mod measure;
 pub mod projection;
+pub(crate) mod response_measures;

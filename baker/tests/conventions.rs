@@ -3,8 +3,8 @@
 use promenade_baker::measure::render_response;
 use promenade_baker::{BakeOptions, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
-use promenade_core::metrics::{ild_db, itd_s};
 use promenade_core::{Pose, Scene};
+use promenade_metrics::{ild_db, itd_s};
 use std::sync::Arc;
 
 const RATE: f64 = 16_000.0;

@@ -1,8 +1,8 @@
 //! The factory scenes meet their accuracy at poses they were not baked from, on what the render head puts out.
 
 use promenade_baker::measure::{MeanErrors, compare_held_out, render_response};
-use promenade_core::metrics::{ild_db, itd_s};
 use promenade_core::{Pose, Renderer, Scene};
+use promenade_metrics::{ild_db, itd_s};
 use std::sync::Arc;
 
 fn factory(name: &str) -> Arc<Scene> {

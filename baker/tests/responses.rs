@@ -2,7 +2,7 @@
 
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{HoldOut, LoadOptions, Responses, Side};
-use promenade_core::metrics::{ild_db, itd_s};
+use promenade_metrics::{ild_db, itd_s};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

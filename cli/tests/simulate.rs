@@ -7,8 +7,8 @@ use promenade_baker::anchors::AnchorSet;
 use promenade_baker::{LoadOptions, Response, Responses};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
-use promenade_core::metrics::ild_db;
 use promenade_core::network::Alignment;
+use promenade_metrics::ild_db;
 use std::path::Path;
 
 const POINTS: usize = 4000;

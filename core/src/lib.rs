@@ -10,7 +10,6 @@ mod bands;
 pub mod decode;
 pub mod gradient;
 mod grid;
-pub mod metrics;
 pub mod network;
 mod path;
 mod pose;
@@ -34,7 +33,8 @@ pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Pl
 pub use pose::Pose;
 pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
-    Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, Provenance, Scene, SceneCard, SceneError, SceneParts, TailModel,
+    Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, Provenance, ResponseMeasures, Scene, SceneCard, SceneError, SceneParts,
+    TailModel,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

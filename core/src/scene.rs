@@ -6,7 +6,6 @@ mod error;
 mod format;
 mod manifest;
 
-use crate::metrics::Binaural;
 use crate::network::{CloudEmitter, CloudModel};
 use crate::published::{ConvMode, Projection, PublishedOptions};
 use crate::{Bands, Field, Pose, StftGrid, Tier, TransferShape};
@@ -54,7 +53,22 @@ pub struct HeldOut {
     /// Listener pose in the scene's world.
     pub pose: Pose,
     /// Measures of the response.
-    pub measured: Binaural,
+    pub measured: ResponseMeasures,
+}
+
+/// Measures of a binaural room response: direction, decay and clarity. T20, EDT and C50 are means over both ears.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResponseMeasures {
+    /// Interaural time difference, seconds; positive when the left ear is later.
+    pub itd_s: f64,
+    /// Interaural level difference, dB; positive when the left ear is louder.
+    pub ild_db: f64,
+    /// Reverberation time from the decay between -5 and -25 dB, seconds; `None` where the response does not decay so far.
+    pub t20_s: Option<f64>,
+    /// Early decay time from the first 10 dB, seconds; `None` where the response does not decay so far.
+    pub edt_s: Option<f64>,
+    /// Clarity C50, dB; `None` where the response ends within 50 ms of its onset, as an anechoic one does.
+    pub c50_db: Option<f64>,
 }
 
 /// Where a scene comes from.

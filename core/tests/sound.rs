@@ -4,8 +4,8 @@ mod common;
 
 use common::{noise, render, room, spatializer, walk};
 use promenade_core::glam::Vec3;
-use promenade_core::metrics::{tail_modulation_db, tone_cleanliness};
 use promenade_core::{BlockParams, Pose, Tier};
+use promenade_metrics::{tail_modulation_db, tone_cleanliness};
 use std::f32::consts::{PI, TAU};
 
 const RATE: f64 = 48_000.0;

@@ -3,8 +3,8 @@
 use super::*;
 use crate::factory;
 use promenade_core::glam::{Quat, Vec3};
-use promenade_core::metrics::tone_cleanliness;
 use promenade_core::{Quality, Renderer, Scene};
+use promenade_metrics::tone_cleanliness;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 

@@ -27,11 +27,15 @@ fn the_crates_meet_in_core_alone() {
     assert_eq!(ours("promenade-paths"), ["promenade-core"]);
     assert_eq!(ours("promenade-plugin"), ["promenade-core", "promenade-paths"]);
     assert!(ours("promenade-audio").is_empty());
-    assert_eq!(ours("promenade-baker"), ["promenade-audio", "promenade-core", "promenade-paths"]);
-    assert_eq!(ours("promenade-trainer"), ["promenade-audio", "promenade-baker", "promenade-core", "promenade-paths"]);
+    assert!(ours("promenade-metrics").is_empty());
+    assert_eq!(ours("promenade-baker"), ["promenade-audio", "promenade-core", "promenade-metrics", "promenade-paths"]);
+    assert_eq!(
+        ours("promenade-trainer"),
+        ["promenade-audio", "promenade-baker", "promenade-core", "promenade-metrics", "promenade-paths"]
+    );
     assert_eq!(
         ours("promenade"),
-        ["promenade-audio", "promenade-baker", "promenade-core", "promenade-host", "promenade-paths"]
+        ["promenade-audio", "promenade-baker", "promenade-core", "promenade-host", "promenade-metrics", "promenade-paths"]
     );
 }
 

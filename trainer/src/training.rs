@@ -14,9 +14,9 @@ use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split};
 use promenade_baker::random::Random;
-use promenade_core::metrics::avcloud;
 use promenade_core::network::Listener;
 use promenade_core::{Pose, Provenance, Scene, SceneError, TransferFunction};
+use promenade_metrics::avcloud;
 use std::collections::BTreeMap;
 
 /// Seconds of dry sound before a clip that its room still answers to.

@@ -6,11 +6,11 @@ use crate::bake::{BakeFailure, Room, set_ears, unmeasurable};
 use crate::judge::measure::render_response;
 use crate::signal::spectrum::{Analyser, at};
 use glam::Vec3;
-use promenade_core::metrics::itd_s;
 use promenade_core::{
     Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneParts, StftGrid, TailModel, TransferFunction,
     TransferShape, glam,
 };
+use promenade_metrics::itd_s;
 use std::sync::Arc;
 
 /// Rounds of rendering and correcting.

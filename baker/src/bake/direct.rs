@@ -2,7 +2,7 @@
 
 use crate::signal::spectrum::{Analyser, at};
 use promenade_core::StftGrid;
-use promenade_core::metrics::onset;
+use promenade_metrics::onset;
 use realfft::RealFftPlanner;
 
 /// The direct sound begins this long before the earlier onset, seconds.

@@ -2,16 +2,12 @@
 //! on. `docs/measuring.md` says what each figure and each baseline is.
 
 mod baselines;
-mod decay;
 mod figure;
 mod head;
-mod interaural;
 mod nearest;
 mod player;
 
-pub use decay::decay_time_s;
 pub use figure::{Figure, Figures};
-pub use interaural::{band_ild_error_db, running_itd_s};
 pub use player::{ClipPlayer, PRE_ROLL_S, Player, Playing, Poses, StreamPlayer};
 
 use crate::{BakeError, Capture, Clip, Responses, Split};

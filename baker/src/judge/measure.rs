@@ -1,7 +1,8 @@
 //! What a scene does, measured on what the render head puts out.
 
-use promenade_core::metrics::{Binaural, BinauralError};
-use promenade_core::{HeldOut, Pose, Renderer, Scene, Tier};
+pub use crate::judge::response_measures::Unmeasurable;
+use crate::judge::response_measures::response_measures;
+use promenade_core::{HeldOut, Pose, Renderer, ResponseMeasures, Scene, Tier};
 use std::sync::Arc;
 
 /// What the renderer makes of a unit impulse at sample `lead`, for a listener who stands still, at the scene's own rate: `len` samples
@@ -28,9 +29,9 @@ pub struct Comparison {
     /// Name of the measurement.
     pub name: String,
     /// Measures of the room.
-    pub measured: Binaural,
+    pub measured: ResponseMeasures,
     /// The same of the rendered response.
-    pub rendered: Binaural,
+    pub rendered: ResponseMeasures,
 }
 
 /// Mean absolute errors over poses.
@@ -52,14 +53,14 @@ pub struct MeanErrors {
 ///
 /// # Errors
 /// The name of the pose and why its rendered response has no measures.
-pub fn compare_held_out(scene: &Arc<Scene>, response_s: f64) -> Result<Vec<Comparison>, (String, BinauralError)> {
+pub fn compare_held_out(scene: &Arc<Scene>, response_s: f64) -> Result<Vec<Comparison>, (String, Unmeasurable)> {
     let rate = scene.grid().sample_rate_hz;
     let lead = scene.grid().n_fft;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
     let len = lead + (response_s * rate) as usize;
     let one = |held: &HeldOut| {
         let [left, right] = render_response(scene, held.pose, lead, len);
-        let rendered = Binaural::of_response(&left, &right, rate).map_err(|e| (held.name.clone(), e))?;
+        let rendered = response_measures(&left, &right, rate).map_err(|e| (held.name.clone(), e))?;
         Ok(Comparison { name: held.name.clone(), measured: held.measured, rendered })
     };
     scene.held_out().iter().map(one).collect()

@@ -6,8 +6,7 @@ use crate::report;
 use anyhow::{Result, anyhow, bail};
 use promenade_baker::cost::{TierCost, tier_costs};
 use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out};
-use promenade_core::Scene;
-use promenade_core::metrics::Binaural;
+use promenade_core::{ResponseMeasures, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
@@ -91,7 +90,7 @@ fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) ->
         costs.iter().map(|c| json!({ "tier": c.tier.name(), "real_time": c.real_time, "times_stft": c.times_stft })).collect();
     let poses: Vec<Value> = comparisons
         .iter()
-        .map(|c| json!({ "name": c.name, "measured": binaural(&c.measured), "rendered": binaural(&c.rendered) }))
+        .map(|c| json!({ "name": c.name, "measured": measures(&c.measured), "rendered": measures(&c.rendered) }))
         .collect();
     json!({
         "poses": poses,
@@ -106,6 +105,6 @@ fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) ->
     })
 }
 
-fn binaural(b: &Binaural) -> Value {
+fn measures(b: &ResponseMeasures) -> Value {
     json!({ "itd_us": 1e6 * b.itd_s, "ild_db": b.ild_db, "t20_s": b.t20_s, "edt_s": b.edt_s, "c50_db": b.c50_db })
 }

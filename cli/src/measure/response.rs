@@ -4,7 +4,7 @@ use crate::args::MeasureArgs;
 use crate::report;
 use anyhow::{Context, Result, bail};
 use promenade_baker::wav;
-use promenade_core::metrics::{
+use promenade_metrics::{
     DecayRange, MetricError, avcloud, c50_db, decay_time_s, ild_db, itd_s, lsd_db, rwavs, tail_modulation_db, tone_cleanliness,
 };
 use serde_json::{Map, Value, json};
@@ -73,7 +73,7 @@ fn room(ears: &Ears) -> Value {
 fn distance(ears: &Ears, reference: &Ears) -> Value {
     let shorter = ears.left.len().min(reference.left.len());
     let (a, b) = ([&ears.left[..shorter], &ears.right[..shorter]], [&reference.left[..shorter], &reference.right[..shorter]]);
-    let lsd = lsd_db(a[0], b[0], rwavs::GRID).and_then(|l| Ok(0.5 * (l + lsd_db(a[1], b[1], rwavs::GRID)?)));
+    let lsd = lsd_db(a[0], b[0], rwavs::SPECTROGRAM).and_then(|l| Ok(0.5 * (l + lsd_db(a[1], b[1], rwavs::SPECTROGRAM)?)));
     named(&[
         ("avcloud_mag", avcloud::mag(a, b)),
         ("avcloud_lre_db", avcloud::lre_db(a, b)),

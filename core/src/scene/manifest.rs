@@ -2,10 +2,9 @@
 
 use super::{AnchorCloud, Provenance};
 use crate::decode::field::{Axis, Facing, FieldGrid};
-use crate::metrics::Binaural;
 use crate::network::{Alignment, CloudEmitter, CloudKind, PoseConvention};
 use crate::published::{ConvMode, Projection};
-use crate::{HeldOut, Pose, StftGrid};
+use crate::{HeldOut, Pose, ResponseMeasures, StftGrid};
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -245,7 +244,7 @@ impl From<&HeldOut> for ManifestHeldOut {
 
 impl From<&ManifestHeldOut> for HeldOut {
     fn from(h: &ManifestHeldOut) -> Self {
-        let measured = Binaural { itd_s: h.itd_s, ild_db: h.ild_db, t20_s: h.t20_s, edt_s: h.edt_s, c50_db: h.c50_db };
+        let measured = ResponseMeasures { itd_s: h.itd_s, ild_db: h.ild_db, t20_s: h.t20_s, edt_s: h.edt_s, c50_db: h.c50_db };
         Self { name: h.name.clone(), pose: (&h.pose).into(), measured }
     }
 }

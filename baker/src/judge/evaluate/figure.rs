@@ -1,7 +1,6 @@
 //! The figures of one clip, and their means.
 
-use super::{band_ild_error_db, decay_time_s, running_itd_s};
-use promenade_core::metrics::{audible_lsd_db, avcloud, lsd_db, rwavs};
+use promenade_metrics::{audible_lsd_db, avcloud, band_ild_error_db, blind_decay_time_s, lsd_db, running_itd_s, rwavs};
 
 /// A distance between a rendering and a recording; smaller is better, 0 is equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -16,11 +15,11 @@ pub enum Figure {
     RwavsMag,
     /// ENV as published with RWAVS, the same as AV-Cloud's: [`rwavs::env`].
     RwavsEnv,
-    /// Log-spectral distance, dB, on RWAVS's grid, mean of both ears: [`lsd_db`].
+    /// Log-spectral distance, dB, on RWAVS's spectrogram, mean of both ears: [`lsd_db`].
     Lsd,
-    /// Log-spectral distance where the recording is audible, dB, on the same grid: [`audible_lsd_db`].
+    /// Log-spectral distance where the recording is audible, dB, on the same spectrogram: [`audible_lsd_db`].
     AudibleLsd,
-    /// Difference of blindly estimated decay times, seconds, mean of both ears: [`decay_time_s`].
+    /// Difference of blindly estimated decay times, seconds, mean of both ears: [`blind_decay_time_s`].
     Rte,
     /// Difference of interaural time differences, microseconds: [`running_itd_s`].
     Itd,
@@ -106,14 +105,14 @@ impl Figures {
             Figure::AvcloudEnv => avcloud::env(p, r).ok(),
             Figure::RwavsMag => rwavs::mag(p, r).ok(),
             Figure::RwavsEnv => rwavs::env(p, r).ok(),
-            Figure::Lsd => mean(&|ear| lsd_db(p[ear], r[ear], rwavs::GRID).ok()),
+            Figure::Lsd => mean(&|ear| lsd_db(p[ear], r[ear], rwavs::SPECTROGRAM).ok()),
             Figure::AudibleLsd => {
                 let owned = |ears: [&[f32]; 2]| [ears.map(<[f32]>::to_vec)];
-                audible_lsd_db(&owned(p), &owned(r), rwavs::GRID).ok()
+                audible_lsd_db(&owned(p), &owned(r), rwavs::SPECTROGRAM).ok()
             }
             Figure::Rte => mean(&|ear| {
                 // Where the recording decays both are measured.
-                let of = |x: &[f32]| decay_time_s(x, r[ear], sample_rate_hz);
+                let of = |x: &[f32]| blind_decay_time_s(x, r[ear], sample_rate_hz);
                 Some((of(p[ear])? - of(r[ear])?).abs())
             }),
             Figure::Itd => {

@@ -1,10 +1,10 @@
 //! Baselines that know the training recordings: the nearest one itself, and what it did to its dry sound.
 
 use super::Method;
-use super::interaural::band_powers;
 use crate::signal::convolve::shape;
 use crate::{BakeError, Capture, Clip, Split};
 use promenade_core::Pose;
+use promenade_metrics::band_powers;
 
 /// A radian of turning counts like so many metres.
 const METRES_PER_RADIAN: f32 = 1.0;

@@ -1,7 +1,7 @@
 //! How far a stream is from the clips that it stands for.
 
 use promenade_core::StftGrid;
-use promenade_core::metrics::{Grid, MetricError, Window, audible_lsd_db, avcloud};
+use promenade_metrics::{MetricError, Spectrogram, Window, audible_lsd_db, avcloud};
 
 /// Clips whose energy lies further below the loudest clip's than this are silence, as a share.
 const SILENT_CLIP: f64 = 1e-4;
@@ -27,7 +27,7 @@ pub struct Distance {
 impl Distance {
     /// Compares the stretches of one recording; those where the clips are silent do not count.
     pub(super) fn between(rendered: &[Ears], clips: &[Ears], grid: &StftGrid) -> Result<Self, MetricError> {
-        let own = Grid { n_fft: grid.n_fft, hop: grid.hop, window_length: grid.n_fft, window: Window::Hann };
+        let own = Spectrogram { n_fft: grid.n_fft, hop: grid.hop, window_length: grid.n_fft, window: Window::Hann };
         let lsd_db = audible_lsd_db(rendered, clips, own)?;
         let loudest = clips.iter().map(energy).fold(0.0, f64::max);
         let heard: Vec<_> = rendered.iter().zip(clips).filter(|(_, c)| energy(c) >= SILENT_CLIP * loudest).collect();

@@ -2,7 +2,7 @@
 
 use super::{Response, Responses};
 use crate::BakeError;
-use promenade_core::metrics::{ild_db, itd_s};
+use promenade_metrics::{ild_db, itd_s};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;

@@ -1,5 +1,5 @@
 use super::*;
-use promenade_core::metrics::{DecayRange, decay_time_s, ild_db, itd_s};
+use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
 use std::f32::consts::PI;
 
 const RATE: u32 = 24_000;

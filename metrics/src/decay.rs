@@ -1,6 +1,6 @@
 //! Energy decay of a room: Schroeder's backward integral, decay times and clarity (ISO 3382-1:2009).
 
-use super::{MetricError, check_finite, check_rate, energy, onset, samples_in};
+use crate::{MetricError, check_finite, check_rate, energy, onset, samples_in, slope};
 
 /// The part of a decay curve to which a line is fitted, dB relative to its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,27 +40,18 @@ pub fn schroeder_db(response: &[f32]) -> Result<Vec<f64>, MetricError> {
     Ok(curve)
 }
 
-/// Time for 60 dB of decay, seconds, from the least-squares line through the decay curve within `range`.
+/// Reverberation time of a response, seconds for 60 dB of decay, from the least-squares line through the decay curve within `range`.
 ///
 /// # Errors
 /// Silence, a sample that is not finite, a bad rate, or a decay with fewer than 2 samples in the range.
 pub fn decay_time_s(response: &[f32], sample_rate_hz: f64, range: DecayRange) -> Result<f64, MetricError> {
     check_rate(sample_rate_hz)?;
     let curve = schroeder_db(response)?;
-    let inside =
-        || curve.iter().enumerate().filter(|&(_, &d)| d <= range.upper_db && d >= range.lower_db).map(|(i, &d)| (i as f64, d));
-    let count = inside().count();
-    let none = MetricError::NoDecay { upper_db: range.upper_db, lower_db: range.lower_db, found: count };
-    if count < 2 {
-        return Err(none);
-    }
-    let n = count as f64;
-    let (sum_t, sum_d) = inside().fold((0.0, 0.0), |(t, d), (i, v)| (t + i, d + v));
-    let (mean_t, mean_d) = (sum_t / n, sum_d / n);
-    let (covariance, variance) =
-        inside().fold((0.0, 0.0), |(c, v), (i, d)| (c + (i - mean_t) * (d - mean_d), v + (i - mean_t).powi(2)));
-    let slope_db_per_s = covariance / variance * sample_rate_hz;
-    if slope_db_per_s < 0.0 { Ok(-60.0 / slope_db_per_s) } else { Err(none) }
+    let inside = curve.iter().enumerate().filter(|&(_, &d)| d <= range.upper_db && d >= range.lower_db);
+    let points: Vec<(f64, f64)> = inside.map(|(i, &d)| (i as f64, d)).collect();
+    let falling = slope(&points).map(|s| s * sample_rate_hz).filter(|s| *s < 0.0);
+    let none = MetricError::NoDecay { upper_db: range.upper_db, lower_db: range.lower_db, found: points.len() };
+    falling.map(|slope_db_per_s| -60.0 / slope_db_per_s).ok_or(none)
 }
 
 /// Clarity C50: energy of the first 50 ms after the onset over that of the rest, dB.
@@ -87,8 +78,8 @@ pub fn c50_db(response: &[f32], sample_rate_hz: f64) -> Result<f64, MetricError>
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_signals::decaying_noise;
     use super::*;
+    use crate::test_signals::decaying_noise;
 
     #[test]
     fn exponential_noise_has_its_decay_time_and_clarity() {

@@ -1,10 +1,8 @@
 //! Short-time magnitude spectra for measuring, and the distances between them.
 
-use super::{MetricError, check_pair};
-use realfft::num_complex::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
+use crate::fourier::Fourier;
+use crate::{MetricError, check_pair};
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 /// Shape of an analysis window, periodic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,9 +23,9 @@ impl Window {
     }
 }
 
-/// A short-time Fourier grid for measuring. Frames are centred on multiples of the hop; the signal is zero beyond its ends.
+/// How a spectrogram is made. Frames are centred on multiples of the hop; the signal is zero beyond its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grid {
+pub struct Spectrogram {
     /// Transform length, samples.
     pub n_fft: usize,
     /// Step from frame to frame, samples, at least 1.
@@ -38,7 +36,7 @@ pub struct Grid {
     pub window: Window,
 }
 
-impl Grid {
+impl Spectrogram {
     /// Frames for a signal of `length` samples.
     #[must_use]
     pub fn frames(&self, length: usize) -> usize {
@@ -48,7 +46,7 @@ impl Grid {
     /// Magnitudes, frame after frame of `n_fft / 2 + 1` bins, linear and unscaled (a window's sum is not divided out).
     #[must_use]
     pub fn magnitudes(&self, samples: &[f32]) -> Vec<f64> {
-        let mut fourier = Fourier::new(self.n_fft);
+        let fourier = Fourier::new(self.n_fft);
         let mut frame_window = vec![0.0; self.n_fft];
         let inset = (self.n_fft - self.window_length) / 2;
         for (slot, w) in frame_window[inset..].iter_mut().zip(self.window.samples(self.window_length)) {
@@ -56,10 +54,10 @@ impl Grid {
         }
         let mut magnitudes = Vec::with_capacity(self.frames(samples.len()) * (self.n_fft / 2 + 1));
         for frame in 0..self.frames(samples.len()) {
-            let spectrum = fourier.forward(|i| {
+            let spectrum = fourier.spectrum((0..self.n_fft).map(|i| {
                 let at = (frame * self.hop + i).checked_sub(self.n_fft / 2);
                 at.and_then(|at| samples.get(at)).map_or(0.0, |&v| f64::from(v) * frame_window[i])
-            });
+            }));
             magnitudes.extend(spectrum.iter().map(|c| c.norm()));
         }
         magnitudes
@@ -71,55 +69,33 @@ pub const LSD_EPS: f64 = 1e-5;
 
 /// Log-spectral distance, dB: the mean over frames of the root mean square over bins of `20 log10(A / B)`.
 ///
-/// Magnitudes are floored at [`LSD_EPS`]; the figure depends on that floor and on the grid, so quote both.
+/// Magnitudes are floored at [`LSD_EPS`]; the figure depends on that floor and on the spectrogram, so quote both.
 ///
 /// # Errors
 /// Signals of different lengths or with samples that are not finite.
-pub fn lsd_db(first: &[f32], second: &[f32], grid: Grid) -> Result<f64, MetricError> {
+pub fn lsd_db(first: &[f32], second: &[f32], of: Spectrogram) -> Result<f64, MetricError> {
     check_pair(first, second)?;
-    let bins = grid.n_fft / 2 + 1;
-    let (a, b) = (grid.magnitudes(first), grid.magnitudes(second));
+    let bins = of.n_fft / 2 + 1;
+    let (a, b) = (of.magnitudes(first), of.magnitudes(second));
     let frames = a.chunks_exact(bins).zip(b.chunks_exact(bins)).map(|(a, b)| {
         let square: f64 = a.iter().zip(b).map(|(a, b)| (20.0 * (a.max(LSD_EPS) / b.max(LSD_EPS)).log10()).powi(2)).sum();
         (square / bins as f64).sqrt()
     });
-    Ok(frames.sum::<f64>() / grid.frames(first.len()) as f64)
-}
-
-/// A forward transform with its buffers.
-pub(super) struct Fourier {
-    plan: Arc<dyn RealToComplex<f64>>,
-    input: Vec<f64>,
-    output: Vec<Complex<f64>>,
-    scratch: Vec<Complex<f64>>,
-}
-
-impl Fourier {
-    pub(super) fn new(length: usize) -> Self {
-        let plan = RealFftPlanner::new().plan_fft_forward(length);
-        Self { input: plan.make_input_vec(), output: plan.make_output_vec(), scratch: plan.make_scratch_vec(), plan }
-    }
-
-    /// Spectrum of the samples that `at` gives, bins 0 to half the length.
-    pub(super) fn forward(&mut self, at: impl FnMut(usize) -> f64) -> &[Complex<f64>] {
-        (0..self.input.len()).map(at).zip(&mut self.input).for_each(|(v, slot)| *slot = v);
-        let done = self.plan.process_with_scratch(&mut self.input, &mut self.output, &mut self.scratch);
-        debug_assert!(done.is_ok(), "the buffers come from the plan");
-        &self.output
-    }
+    Ok(frames.sum::<f64>() / of.frames(first.len()) as f64)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_signals::noise;
     use super::*;
+    use crate::test_signals::noise;
+    use realfft::num_complex::Complex;
 
-    const GRID: Grid = Grid { n_fft: 512, hop: 160, window_length: 400, window: Window::Hamming };
+    const SPECTROGRAM: Spectrogram = Spectrogram { n_fft: 512, hop: 160, window_length: 400, window: Window::Hamming };
 
     #[test]
     fn a_direct_transform_agrees() {
         let x: Vec<f32> = noise(5, 1000).iter().map(|v| *v as f32).collect();
-        let magnitudes = GRID.magnitudes(&x);
+        let magnitudes = SPECTROGRAM.magnitudes(&x);
         assert_eq!(magnitudes.len(), 7 * 257);
         let (frame, bin) = (3_usize, 40_usize);
         let mut sum = Complex::new(0.0, 0.0);
@@ -135,7 +111,7 @@ mod tests {
     fn a_gain_is_its_distance_in_db() {
         let x: Vec<f32> = noise(7, 4000).iter().map(|v| *v as f32).collect();
         let half: Vec<f32> = x.iter().map(|v| 0.5 * v).collect();
-        assert!((lsd_db(&x, &half, GRID).unwrap() - 20.0 * 2.0_f64.log10()).abs() < 1e-6);
-        assert_eq!(lsd_db(&x, &x, GRID), Ok(0.0));
+        assert!((lsd_db(&x, &half, SPECTROGRAM).unwrap() - 20.0 * 2.0_f64.log10()).abs() < 1e-6);
+        assert_eq!(lsd_db(&x, &x, SPECTROGRAM), Ok(0.0));
     }
 }

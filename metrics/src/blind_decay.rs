@@ -1,5 +1,6 @@
 //! Reverberation of running sound, estimated without knowing what was played.
 
+use crate::slope;
 use std::ops::Range;
 
 /// Frames over which power is averaged, and their step, seconds.
@@ -15,7 +16,7 @@ const LEAST_DROP_DB: f64 = 10.0;
 const LEAST_S: f64 = 0.060;
 /// Levels within this of a clip's lowest are noise, dB.
 const NOISE_DB: f64 = 3.0;
-/// The longest time that is told: what does not fall, or rises, has this one.
+/// The longest time that is returned, also for what does not fall.
 const LONGEST_S: f64 = 5.0;
 
 /// Time for 60 dB of decay of a signal, seconds, from what follows its offsets, or `None` where no offset shows enough of a decay.
@@ -28,13 +29,14 @@ const LONGEST_S: f64 = 5.0;
 /// sound that dies away slowly, and knows nothing of bands. Two sounds with the same source compare better than either alone is
 /// known. It is not the learnt estimator of published RTE figures.
 #[must_use]
-pub fn decay_time_s(signal: &[f32], guide: &[f32], sample_rate_hz: f64) -> Option<f64> {
+pub fn blind_decay_time_s(signal: &[f32], guide: &[f32], sample_rate_hz: f64) -> Option<f64> {
     let levels = levels_db(signal, sample_rate_hz);
     let mut times: Vec<(f64, usize)> = decays(&levels_db(guide, sample_rate_hz))
         .into_iter()
         .filter(|range| range.end <= levels.len())
         .map(|range| {
-            let slope = slope(&levels[range.clone()]) / STEP_S;
+            let points: Vec<(f64, f64)> = levels[range.clone()].iter().zip(0_u32..).map(|(l, i)| (f64::from(i), *l)).collect();
+            let slope = slope(&points).map_or(0.0, |s| s / STEP_S);
             let time = if slope < -60.0 / LONGEST_S { -60.0 / slope } else { LONGEST_S };
             (time, range.len())
         })
@@ -53,7 +55,6 @@ pub fn decay_time_s(signal: &[f32], guide: &[f32], sample_rate_hz: f64) -> Optio
 
 /// Mean power of each frame, dB.
 fn levels_db(x: &[f32], sample_rate_hz: f64) -> Vec<f64> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "milliseconds in samples")]
     let samples = |seconds: f64| ((seconds * sample_rate_hz).round() as usize).max(1);
     let (window, step) = (samples(WINDOW_S), samples(STEP_S));
     let power = |frame: &[f32]| frame.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>() / window as f64;
@@ -62,7 +63,6 @@ fn levels_db(x: &[f32], sample_rate_hz: f64) -> Vec<f64> {
 
 /// Frames in which a level falls.
 fn decays(levels: &[f64]) -> Vec<Range<usize>> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few frames")]
     let least = (LEAST_S / STEP_S) as usize;
     let noise = levels.iter().fold(f64::INFINITY, |m, v| m.min(*v)) + NOISE_DB;
     let mut found = Vec::new();
@@ -90,52 +90,37 @@ fn decays(levels: &[f64]) -> Vec<Range<usize>> {
     found
 }
 
-/// Slope of the least-squares line, per frame.
-fn slope(levels: &[f64]) -> f64 {
-    let n = levels.len() as f64;
-    let (mid, mean) = (0.5 * (n - 1.0), levels.iter().sum::<f64>() / n);
-    let (covariance, variance) = levels.iter().enumerate().fold((0.0, 0.0), |(c, v), (i, level)| {
-        let x = i as f64 - mid;
-        (c + x * (level - mean), v + x * x)
-    });
-    covariance / variance
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_signals::noise;
 
     /// Bursts of noise, 30 ms long, that decay by 60 dB in `t60_s`.
     fn bursts(t60_s: f64) -> Vec<f32> {
-        let mut state = 7_u64;
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (state >> 40) as f64 / f64::from(1_u32 << 23) - 1.0
-        };
         let decay = |t: f64| if t < 0.03 { 1.0 } else { 10.0_f64.powf(-3.0 * (t - 0.03) / t60_s) };
-        (0..32_000).map(|i| (0.3 * decay(f64::from(i % 8000) / 16_000.0) * noise()) as f32).collect()
+        noise(7, 32_000).iter().enumerate().map(|(i, v)| (0.3 * decay((i % 8000) as f64 / 16_000.0) * v) as f32).collect()
     }
 
     #[test]
     fn bursts_have_their_decay_time() {
         for t60 in [0.2, 0.5, 1.0] {
             let x = bursts(t60);
-            let found = decay_time_s(&x, &x, 16_000.0).unwrap();
+            let found = blind_decay_time_s(&x, &x, 16_000.0).unwrap();
             assert!((found / t60 - 1.0).abs() < 0.15, "{found} s for {t60} s");
         }
         let (dry, wet) = (bursts(0.3), bursts(0.8));
-        let told = decay_time_s(&dry, &wet, 16_000.0).unwrap();
-        assert!(told < 0.45, "the signal's decay, at the guide's offsets: {told}");
+        let dry_time = blind_decay_time_s(&dry, &wet, 16_000.0).unwrap();
+        assert!(dry_time < 0.45, "the signal's decay, at the guide's offsets: {dry_time}");
     }
 
     #[test]
     fn what_does_not_decay_has_no_time() {
         let tone: Vec<f32> = (0..16_000).map(|i| (i as f32 * 0.3).sin()).collect();
-        assert_eq!(decay_time_s(&tone, &tone, 16_000.0), None);
-        assert_eq!(decay_time_s(&[], &[], 16_000.0), None);
+        assert_eq!(blind_decay_time_s(&tone, &tone, 16_000.0), None);
+        assert_eq!(blind_decay_time_s(&[], &[], 16_000.0), None);
         let bursts = bursts(0.5);
         assert_eq!(
-            decay_time_s(&tone, &bursts[..16_000], 16_000.0),
+            blind_decay_time_s(&tone, &bursts[..16_000], 16_000.0),
             Some(LONGEST_S),
             "where the guide decays, a tone does not"
         );

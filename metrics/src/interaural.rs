@@ -1,20 +1,24 @@
 //! Differences between the ears: time below 1.5 kHz, level over the whole band.
 
-use super::{MetricError, check_finite, check_pair, check_rate, energy, onset, samples_in};
+use crate::fourier::{signal, spectrum};
+use crate::{MetricError, check_finite, check_pair, check_rate, energy, onset, samples_in};
+use realfft::num_complex::Complex64;
 use std::f64::consts::PI;
 
 /// Upper edge of the band in which people localise by time, hertz.
 const CUTOFF_HZ: f64 = 1500.0;
-/// The lag is found on a grid this much finer than the samples.
-const OVERSAMPLING: usize = 16;
 /// No head is wider than this, seconds.
 const LARGEST_LAG_S: f64 = 1e-3;
-/// Samples kept before the earlier onset.
+/// The lag of responses is found on a grid this much finer than the samples.
+const OVERSAMPLING: usize = 16;
+/// Samples of a response kept before the earlier onset.
 const LEAD: usize = 8;
-/// Time kept after the earlier onset, seconds: the direct sound, before most reflections.
+/// Time of a response kept after the earlier onset, seconds: the direct sound, before most reflections.
 const DIRECT_S: f64 = 0.010;
+/// Bins of running sound's spectra are at most this wide, hertz, so that the band's upper edge is where it should be.
+const WIDEST_BIN_HZ: f64 = 32.0;
 
-/// Interaural time difference, seconds; positive when the left ear is later.
+/// Interaural time difference of a response, seconds; positive when the left ear is later.
 ///
 /// Both ears are low-passed (4th-order Butterworth, 1.5 kHz), cut from 8 samples before the earlier onset to 10 ms after it, and
 /// oversampled 16 times; the lag of the cross-correlation's maximum within 1 ms is the ITD, on a grid of 1/16 sample.
@@ -33,17 +37,54 @@ pub fn itd_s(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<f64, Me
     let direct = |ear: &[f32]| oversample(&low_pass(&ear[..stop], sample_rate_hz)[start..]);
     let (left, right) = (direct(left), direct(right));
     let rate = sample_rate_hz * OVERSAMPLING as f64;
-    let reach = samples_in(LARGEST_LAG_S, rate).min(left.len().saturating_sub(1));
-    // Lags run from right-later to left-later; the first of equal maxima wins.
-    let mut best = (f64::NEG_INFINITY, 0.0);
-    for step in 0..=2 * reach {
-        let (skip_left, skip_right) = (step.saturating_sub(reach), reach.saturating_sub(step));
-        let product: f64 = left[skip_left..].iter().zip(&right[skip_right..]).map(|(l, r)| l * r).sum();
-        if product > best.0 {
-            best = (product, step as f64 - reach as f64);
-        }
+    let lags = Lags::new(&left, &right, 2 * left.len(), |_| true);
+    Ok(lags.strongest(samples_in(LARGEST_LAG_S, rate).min(left.len() - 1)) as f64 / rate)
+}
+
+/// Interaural time difference of running sound, seconds, positive when the left ear is later: the maximum within 1 ms of the ears'
+/// cross-correlation below 1.5 kHz (Knapp and Carter 1976), between samples by a parabola. `None` where an ear is silent.
+///
+/// All that is given counts, reflections too: in a reverberant place it is not that of the direct sound.
+#[must_use]
+pub fn running_itd_s<T: Copy + Into<f64>>([left, right]: [&[T]; 2], sample_rate_hz: f64) -> Option<f64> {
+    if left.is_empty() || sample_rate_hz <= 0.0 {
+        return None;
     }
-    Ok(best.1 / rate)
+    let length = (2 * left.len().max(right.len())).max((sample_rate_hz / WIDEST_BIN_HZ) as usize).next_power_of_two();
+    let inside = |bin: usize| bin > 0 && bin < length / 2 && bin as f64 * sample_rate_hz / length as f64 <= CUTOFF_HZ;
+    let lags = Lags::new(left, right, length, inside);
+    let best = lags.strongest(samples_in(LARGEST_LAG_S, sample_rate_hz));
+    let [before, peak, after] = [-1, 0, 1].map(|i| lags.at(best + i));
+    if peak <= 0.0 {
+        return None;
+    }
+    let bend = before - 2.0 * peak + after;
+    let part = if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+    Some((best as f64 + part) / sample_rate_hz)
+}
+
+/// The cross-correlation of two ears by lag; positive when the left ear is later.
+struct Lags(Vec<f64>);
+
+impl Lags {
+    /// Of the frequency bins that are `inside`, by a transform of at least `length` samples.
+    fn new<T: Copy + Into<f64>>(left: &[T], right: &[T], length: usize, inside: impl Fn(usize) -> bool) -> Self {
+        let length = length.next_power_of_two();
+        let [left, right] = [left, right].map(|ear| spectrum(ear.iter().map(|&v| v.into()), length));
+        let bins = left.iter().zip(&right).enumerate();
+        let cross = bins.map(|(k, (l, r))| if inside(k) { l * r.conj() } else { Complex64::default() });
+        Self(signal(cross.collect(), length))
+    }
+
+    fn at(&self, lag: i64) -> f64 {
+        self.0[lag.rem_euclid(self.0.len() as i64) as usize]
+    }
+
+    /// The lag of the maximum within `reach`; of equal maxima the one where the left ear is earliest.
+    fn strongest(&self, reach: usize) -> i64 {
+        let reach = reach as i64;
+        (-reach..=reach).rev().max_by(|a, b| self.at(*a).total_cmp(&self.at(*b))).unwrap_or(0)
+    }
 }
 
 /// Interaural level difference: broadband energy of the left ear over that of the right, dB; positive when the left is louder.
@@ -115,8 +156,8 @@ fn bessel_i0(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_signals::pulse;
     use super::*;
+    use crate::test_signals::{noise, pulse};
 
     #[test]
     fn a_delayed_pair_has_its_delay() {
@@ -154,5 +195,21 @@ mod tests {
         // Abramowitz and Stegun 1964, table 9.8: I0(1), I0(5).
         assert!((bessel_i0(1.0) - 1.266_065_877_752_008_4).abs() < 1e-14);
         assert!((bessel_i0(5.0) - 27.239_871_823_604_44).abs() < 1e-12);
+    }
+
+    #[test]
+    fn running_sound_is_later_at_the_far_ear() {
+        let x = noise(3, 16_000);
+        let at_once: Vec<f32> = x.iter().map(|v| 0.3 * *v as f32).collect();
+        // 312 us, not a whole number of samples, and 6 dB softer.
+        let spectrum = spectrum(x.iter().map(|v| 0.15 * v), 32_768);
+        let turn = |k: usize| Complex64::from_polar(1.0, -2.0 * PI * k as f64 * 16_000.0 / 32_768.0 * 312e-6);
+        let late = signal(spectrum.iter().enumerate().map(|(k, v)| v * turn(k)).collect(), 32_768);
+        let late: Vec<f32> = late[..16_000].iter().map(|v| *v as f32).collect();
+        let itd = running_itd_s([&late, &at_once], 16_000.0).unwrap();
+        assert!((itd - 312e-6).abs() < 5e-6, "{itd}");
+        let itd = running_itd_s([&at_once, &late], 16_000.0).unwrap();
+        assert!((itd + 312e-6).abs() < 5e-6, "{itd}");
+        assert_eq!(running_itd_s([&at_once, &vec![0.0; 16_000]], 16_000.0), None);
     }
 }

@@ -1,8 +1,8 @@
 //! What a moving listener adds to a steady tone.
 
-use super::spectrum::Fourier;
-use super::tail::median;
-use super::{MetricError, check_finite, check_rate, samples_in};
+use crate::fourier::Fourier;
+use crate::tail::median;
+use crate::{MetricError, check_finite, check_rate, samples_in};
 use std::f64::consts::PI;
 
 const FRAME: usize = 4096;
@@ -47,11 +47,11 @@ pub fn tone_cleanliness(samples: &[f32], sample_rate_hz: f64, tone_hz: f64) -> R
             found: samples.len(),
         });
     }
-    let mut fourier = Fourier::new(FRAME);
+    let fourier = Fourier::new(FRAME);
     let (mut outside_db, mut high_db) = (Vec::new(), Vec::new());
+    let window = |i: usize| 0.5 - 0.5 * (2.0 * PI * i as f64 / (FRAME - 1) as f64).cos();
     for start in (first..end).step_by(STEP) {
-        let spectrum =
-            fourier.forward(|i| f64::from(samples[start + i]) * (0.5 - 0.5 * (2.0 * PI * i as f64 / (FRAME - 1) as f64).cos()));
+        let spectrum = fourier.spectrum((0..FRAME).map(|i| f64::from(samples[start + i]) * window(i)));
         let (mut inside, mut outside, mut high) = (0.0, 0.0, 0.0);
         for (bin, value) in spectrum.iter().enumerate() {
             let frequency = bin as f64 * sample_rate_hz / FRAME as f64;

@@ -1,32 +1,32 @@
 //! Log-spectral distance where there is something to hear.
 
-use super::{Grid, MetricError, check_pair};
+use crate::{MetricError, Spectrogram, check_pair};
 
-/// A frame counts where its largest magnitude lies at most this far below the reference's largest, dB.
+/// A frame counts where its largest magnitude lies at most this far below the recording's largest, dB.
 pub const AUDIBLE_FRAME_DB: f64 = 40.0;
-/// Magnitudes are floored this far below the reference's largest, dB.
+/// Magnitudes are floored this far below the recording's largest, dB.
 pub const AUDIBLE_FLOOR_DB: f64 = 60.0;
 
 /// Log-spectral distance of stretches of one recording, dB: the mean over ears and frames of the root mean square over bins of
 /// `20 log10(A / B)`.
 ///
-/// Of each stretch the frames that lie within it count where the reference is audible there: see [`AUDIBLE_FRAME_DB`] and
-/// [`AUDIBLE_FLOOR_DB`], both relative to the reference's largest magnitude in all stretches and both ears.
+/// Of each stretch the frames that lie within it count where the recording is audible there: see [`AUDIBLE_FRAME_DB`] and
+/// [`AUDIBLE_FLOOR_DB`], both relative to the recording's largest magnitude in all stretches and both ears.
 ///
 /// # Errors
-/// Stretches of different numbers or lengths, samples that are not finite, or a reference without an audible frame.
-pub fn audible_lsd_db(rendered: &[[Vec<f32>; 2]], reference: &[[Vec<f32>; 2]], grid: Grid) -> Result<f64, MetricError> {
-    if rendered.len() != reference.len() {
-        return Err(MetricError::Lengths { first: rendered.len(), second: reference.len() });
+/// Stretches of different numbers or lengths, samples that are not finite, or a recording without an audible frame.
+pub fn audible_lsd_db(rendered: &[[Vec<f32>; 2]], recorded: &[[Vec<f32>; 2]], of: Spectrogram) -> Result<f64, MetricError> {
+    if rendered.len() != recorded.len() {
+        return Err(MetricError::Lengths { first: rendered.len(), second: recorded.len() });
     }
-    let bins = grid.n_fft / 2 + 1;
+    let bins = of.n_fft / 2 + 1;
     let mut pairs = Vec::new();
-    for (a, b) in rendered.iter().flatten().zip(reference.iter().flatten()) {
+    for (a, b) in rendered.iter().flatten().zip(recorded.iter().flatten()) {
         check_pair(a, b)?;
-        let first = (grid.n_fft / 2).div_ceil(grid.hop);
-        let last = b.len().saturating_sub(grid.n_fft / 2) / grid.hop;
+        let first = (of.n_fft / 2).div_ceil(of.hop);
+        let last = b.len().saturating_sub(of.n_fft / 2) / of.hop;
         let within = (first * bins)..((last + 1).max(first) * bins);
-        pairs.push((grid.magnitudes(a), grid.magnitudes(b), within));
+        pairs.push((of.magnitudes(a), of.magnitudes(b), within));
     }
     let largest_of = |magnitudes: &[f64]| magnitudes.iter().fold(0.0_f64, |m, v| m.max(*v));
     let largest = pairs.iter().map(|(_, b, within)| largest_of(b.get(within.clone()).unwrap_or_default())).fold(0.0, f64::max);
@@ -47,11 +47,11 @@ pub fn audible_lsd_db(rendered: &[[Vec<f32>; 2]], reference: &[[Vec<f32>; 2]], g
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_signals::noise;
-    use super::super::{MetricError, Window};
     use super::*;
+    use crate::test_signals::noise;
+    use crate::{MetricError, Window};
 
-    const GRID: Grid = Grid { n_fft: 256, hop: 64, window_length: 256, window: Window::Hann };
+    const SPECTROGRAM: Spectrogram = Spectrogram { n_fft: 256, hop: 64, window_length: 256, window: Window::Hann };
 
     fn ears(seed: u64, gain: f64) -> [Vec<f32>; 2] {
         [seed, seed + 1].map(|s| noise(s, 4000).iter().map(|v| (gain * v) as f32).collect())
@@ -61,7 +61,7 @@ mod tests {
     fn a_gain_is_its_distance_and_silence_does_not_count() {
         let (loud, softer) = (ears(3, 1.0), ears(3, 0.5));
         let gain = 20.0 * 2.0_f64.log10();
-        let distance = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| audible_lsd_db(a, b, GRID).unwrap();
+        let distance = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| audible_lsd_db(a, b, SPECTROGRAM).unwrap();
         assert_eq!(distance(std::slice::from_ref(&loud), std::slice::from_ref(&loud)), 0.0);
         assert!((distance(std::slice::from_ref(&softer), std::slice::from_ref(&loud)) - gain).abs() < 1e-6);
         // A stretch 60 dB down is not audible, whatever a rendering makes of it.
@@ -76,20 +76,20 @@ mod tests {
                 (0..4000).map(|i| (i as f32 * std::f32::consts::TAU / 8.0).sin() + level * (-1.0_f32).powi(i)).collect();
             [x.clone(), x]
         };
-        let near = audible_lsd_db(&[tone(1e-4)], &[tone(1e-5)], GRID).unwrap();
+        let near = audible_lsd_db(&[tone(1e-4)], &[tone(1e-5)], SPECTROGRAM).unwrap();
         assert!(near < 1e-3, "80 and 100 dB down: {near}");
-        let above = audible_lsd_db(&[tone(1e-2)], &[tone(1e-4)], GRID).unwrap();
+        let above = audible_lsd_db(&[tone(1e-2)], &[tone(1e-4)], SPECTROGRAM).unwrap();
         assert!(above > 1.0, "40 dB down is seen: {above}");
     }
 
     #[test]
     fn silence_has_no_distance() {
         let silent = [vec![0.0; 4000], vec![0.0; 4000]];
-        assert_eq!(audible_lsd_db(&[ears(1, 1.0)], &[silent], GRID), Err(MetricError::Silent));
-        assert_eq!(audible_lsd_db(&[], &[], GRID), Err(MetricError::Silent));
+        assert_eq!(audible_lsd_db(&[ears(1, 1.0)], &[silent], SPECTROGRAM), Err(MetricError::Silent));
+        assert_eq!(audible_lsd_db(&[], &[], SPECTROGRAM), Err(MetricError::Silent));
         let short = [vec![1.0; 100], vec![1.0; 100]];
         assert_eq!(
-            audible_lsd_db(std::slice::from_ref(&short), std::slice::from_ref(&short), GRID),
+            audible_lsd_db(std::slice::from_ref(&short), std::slice::from_ref(&short), SPECTROGRAM),
             Err(MetricError::Silent),
             "no frame lies within it"
         );

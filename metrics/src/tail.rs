@@ -1,13 +1,13 @@
 //! Buzz of a tail at the hop rate.
 
-use super::spectrum::Fourier;
-use super::{MetricError, check_finite, check_rate, envelope, samples_in};
+use crate::fourier::spectrum;
+use crate::{MetricError, check_finite, check_rate, envelope, samples_in};
 use std::f64::consts::PI;
 
 /// Samples over which the decay is averaged out.
 const SMOOTHING: usize = 4096;
-/// Band whose median is the reference, hertz.
-const REFERENCE_HZ: (f64, f64) = (50.0, 400.0);
+/// Band whose median the line is compared with, hertz.
+const COMPARED_HZ: (f64, f64) = (50.0, 400.0);
 
 /// How far the envelope of a decaying tail is modulated at `hop_hz`, dB over the median between 50 and 400 Hz.
 ///
@@ -40,19 +40,15 @@ pub fn tail_modulation_db(
         return Err(MetricError::Silent);
     }
     let last = (flat.len() - 1) as f64;
-    let mut fourier = Fourier::new(flat.len());
-    let lines: Vec<f64> = fourier
-        .forward(|i| (flat[i] - mean) * (0.5 - 0.5 * (2.0 * PI * i as f64 / last).cos()))
-        .iter()
-        .map(|c| c.norm())
-        .collect();
+    let windowed = flat.iter().enumerate().map(|(i, v)| (v - mean) * (0.5 - 0.5 * (2.0 * PI * i as f64 / last).cos()));
+    let lines: Vec<f64> = spectrum(windowed, flat.len()).iter().map(|c| c.norm()).collect();
     let spacing_hz = sample_rate_hz / flat.len() as f64;
-    let hop_line = nearest(hop_hz / spacing_hz).min(lines.len() - 1);
+    let hop_line = ((hop_hz / spacing_hz).round() as usize).min(lines.len() - 1);
     let around = &lines[hop_line.saturating_sub(3)..(hop_line + 4).min(lines.len())];
-    let inside = |i: usize| (i as f64 * spacing_hz) > REFERENCE_HZ.0 && (i as f64 * spacing_hz) < REFERENCE_HZ.1;
-    let mut reference: Vec<f64> = lines.iter().enumerate().filter(|(i, _)| inside(*i)).map(|(_, &v)| v).collect();
+    let inside = |i: usize| (i as f64 * spacing_hz) > COMPARED_HZ.0 && (i as f64 * spacing_hz) < COMPARED_HZ.1;
+    let mut compared: Vec<f64> = lines.iter().enumerate().filter(|(i, _)| inside(*i)).map(|(_, &v)| v).collect();
     let peak = around.iter().fold(0.0_f64, |m, &v| m.max(v));
-    Ok(20.0 * (peak / median(&mut reference)).log10())
+    Ok(20.0 * (peak / median(&mut compared)).log10())
 }
 
 /// Mean over the 4096 samples around each one, the signal being zero beyond its ends.
@@ -68,18 +64,8 @@ fn running_mean(x: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// A line number that is not whole, rounded.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "float to integer casts saturate, and the caller limits the line"
-)]
-fn nearest(line: f64) -> usize {
-    line.round() as usize
-}
-
 /// The middle value, or the mean of the two middle ones; NaN of nothing.
-pub(super) fn median(values: &mut [f64]) -> f64 {
+pub(crate) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let half = values.len() / 2;
     match values {
@@ -91,8 +77,8 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_signals::decaying_noise;
     use super::*;
+    use crate::test_signals::decaying_noise;
 
     #[test]
     fn a_modulated_tail_stands_out_and_a_plain_one_does_not() {

@@ -1,30 +1,39 @@
 //! Measures of sound, one definition each: pure functions on slices, computed in double precision.
 //!
-//! Room measures ([`Binaural`], [`decay_time_s`], [`c50_db`], [`itd_s`], [`ild_db`]) act on impulse responses. Distances between a
-//! rendering and its reference act on running sound; papers define MAG and ENV differently, so each convention lives in a module of
-//! its own name: [`avcloud`], [`rwavs`]. Never quote such a figure without its convention.
+//! Room measures ([`decay_time_s`], [`c50_db`], [`itd_s`], [`ild_db`]) act on impulse responses. Distances between a rendering and a
+//! recording act on running sound; papers define MAG and ENV differently, so each convention lives in a module of its own name:
+//! [`avcloud`], [`rwavs`]. Never quote such a figure without its convention.
 //!
-//! None of this is real-time safe: every function allocates.
+//! Samples are `f32` with full scale 1, sample rates are in hertz. None of this is real-time safe: every function allocates.
+
+#![forbid(unsafe_code)]
 
 mod audible;
 pub mod avcloud;
-mod binaural;
+mod bands;
+mod blind_decay;
 mod decay;
 mod envelope;
+pub mod fourier;
 mod interaural;
+mod line;
 mod onset;
 pub mod rwavs;
-mod spectrum;
+mod spectrogram;
 mod tail;
+#[cfg(test)]
+mod test_signals;
 mod tone;
 
 pub use audible::{AUDIBLE_FLOOR_DB, AUDIBLE_FRAME_DB, audible_lsd_db};
-pub use binaural::{Binaural, BinauralError};
+pub use bands::{band_ild_error_db, band_powers};
+pub use blind_decay::blind_decay_time_s;
 pub use decay::{DecayRange, c50_db, decay_time_s, schroeder_db};
 pub use envelope::{envelope, envelope_distance};
-pub use interaural::{ild_db, itd_s};
+pub use interaural::{ild_db, itd_s, running_itd_s};
+pub use line::slope;
 pub use onset::onset;
-pub use spectrum::{Grid, LSD_EPS, Window, lsd_db};
+pub use spectrogram::{LSD_EPS, Spectrogram, Window, lsd_db};
 pub use tail::tail_modulation_db;
 pub use tone::{Cleanliness, tone_cleanliness};
 
@@ -117,50 +126,6 @@ fn energy(samples: &[f32]) -> f64 {
 }
 
 /// Seconds as whole samples, rounded down; a negative or absurd time becomes 0 or the largest count.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "float to integer casts saturate, which is what is wanted here"
-)]
 fn samples_in(seconds: f64, sample_rate_hz: f64) -> usize {
     (seconds * sample_rate_hz) as usize
-}
-
-#[cfg(test)]
-pub(crate) mod test_signals {
-    //! Signals with known measures.
-
-    /// Uniform noise in [-1, 1) by a linear congruential generator, the same on every machine.
-    pub(crate) fn noise(seed: u64, count: usize) -> Vec<f64> {
-        let mut state = seed.wrapping_mul(2).wrapping_add(1);
-        (0..count)
-            .map(|_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-            })
-            .collect()
-    }
-
-    /// Exponentially decaying noise that falls by 60 dB in `t60_s`.
-    pub(crate) fn decaying_noise(seed: u64, t60_s: f64, seconds: f64, sample_rate_hz: f64) -> Vec<f32> {
-        let count = (seconds * sample_rate_hz) as usize;
-        let rate = 3.0 * std::f64::consts::LN_10 / (t60_s * sample_rate_hz);
-        noise(seed, count).iter().enumerate().map(|(i, v)| (v * (-rate * i as f64).exp()) as f32).collect()
-    }
-
-    /// A band-limited pulse around `centre` (samples, fractional): a sinc under a Gaussian, 4 kHz wide at 48 kHz.
-    pub(crate) fn pulse(centre: f64, count: usize) -> Vec<f32> {
-        (0..count)
-            .map(|i| {
-                let x = i as f64 - centre;
-                let width = 12.0_f64;
-                let sinc = if x.abs() < 1e-12 {
-                    1.0
-                } else {
-                    (std::f64::consts::PI * x / 6.0).sin() / (std::f64::consts::PI * x / 6.0)
-                };
-                (sinc * (-0.5 * (x / width).powi(2)).exp()) as f32
-            })
-            .collect()
-    }
 }

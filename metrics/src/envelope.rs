@@ -1,7 +1,7 @@
 //! Amplitude envelopes by the analytic signal.
 
-use super::{MetricError, check_finite, check_pair};
-use realfft::RealFftPlanner;
+use crate::fourier::{signal, spectrum};
+use crate::{MetricError, check_pair};
 use realfft::num_complex::Complex;
 
 /// Magnitude of the analytic signal over the whole slice: the real signal and its Hilbert transform by one Fourier transform
@@ -11,25 +11,15 @@ pub fn envelope(samples: &[f32]) -> Vec<f64> {
     if samples.is_empty() {
         return Vec::new();
     }
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(samples.len()), planner.plan_fft_inverse(samples.len()));
-    let mut time: Vec<f64> = samples.iter().map(|&v| f64::from(v)).collect();
-    let mut spectrum = forward.make_output_vec();
-    let done = forward.process(&mut time, &mut spectrum);
-    debug_assert!(done.is_ok(), "the buffers come from the plan");
     // The Hilbert transform turns positive frequencies by -90 degrees and has neither a constant nor a Nyquist part.
-    for bin in &mut spectrum {
-        *bin = Complex::new(bin.im, -bin.re);
-    }
-    spectrum[0] = Complex::new(0.0, 0.0);
+    let spectrum = spectrum(samples.iter().map(|&v| f64::from(v)), samples.len());
+    let mut turned: Vec<_> = spectrum.iter().map(|bin| Complex::new(bin.im, -bin.re)).collect();
+    turned[0].re = 0.0;
     if samples.len().is_multiple_of(2) {
-        spectrum[samples.len() / 2] = Complex::new(0.0, 0.0);
+        turned[samples.len() / 2].re = 0.0;
     }
-    let mut quadrature = inverse.make_output_vec();
-    let done = inverse.process(&mut spectrum, &mut quadrature);
-    debug_assert!(done.is_ok(), "the ends of the spectrum are real");
-    let scale = 1.0 / samples.len() as f64;
-    samples.iter().zip(&quadrature).map(|(&re, im)| f64::from(re).hypot(im * scale)).collect()
+    let quadrature = signal(turned, samples.len());
+    samples.iter().zip(&quadrature).map(|(&re, im)| f64::from(re).hypot(*im)).collect()
 }
 
 /// Root mean square difference of two signals' envelopes.
@@ -38,8 +28,6 @@ pub fn envelope(samples: &[f32]) -> Vec<f64> {
 /// Empty signals, different lengths or samples that are not finite.
 pub fn envelope_distance(first: &[f32], second: &[f32]) -> Result<f64, MetricError> {
     check_pair(first, second)?;
-    check_finite(first)?;
-    check_finite(second)?;
     if first.is_empty() {
         return Err(MetricError::TooShort { measure: "envelope distance", needed: 1, found: 0 });
     }

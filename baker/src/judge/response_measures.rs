@@ -1,0 +1,66 @@
+//! The measures of a binaural room response.
+
+use promenade_core::ResponseMeasures;
+use promenade_metrics::{DecayRange, MetricError, c50_db, decay_time_s, ild_db, itd_s};
+use thiserror::Error;
+
+/// Which measure of a response has no value, and why.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("no {measure} from this response: {source}")]
+pub struct Unmeasurable {
+    /// Name of the measure.
+    pub measure: &'static str,
+    /// Why it has no value.
+    pub source: MetricError,
+}
+
+/// Measures a response of two ears.
+///
+/// # Errors
+/// Ears of different lengths, silence, a sample that is not finite, or a bad rate: nothing can be measured then.
+pub(crate) fn response_measures(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<ResponseMeasures, Unmeasurable> {
+    let named = |measure| move |source| Unmeasurable { measure, source };
+    let mean = |of: &dyn Fn(&[f32]) -> Result<f64, MetricError>| Some(0.5 * (of(left).ok()? + of(right).ok()?));
+    Ok(ResponseMeasures {
+        itd_s: itd_s(left, right, sample_rate_hz).map_err(named("ITD"))?,
+        ild_db: ild_db(left, right).map_err(named("ILD"))?,
+        t20_s: mean(&|h| decay_time_s(h, sample_rate_hz, DecayRange::T20)),
+        edt_s: mean(&|h| decay_time_s(h, sample_rate_hz, DecayRange::EDT)),
+        c50_db: mean(&|h| c50_db(h, sample_rate_hz)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn mirrors_when_the_ears_are_swapped() {
+        // Noise that decays by 60 dB in 0.4 s.
+        let mut random = Random::new(3);
+        let left: Vec<f32> = (0..38_400).map(|i| random.normal() * 10.0_f32.powf(-3.0 * i as f32 / 19_200.0)).collect();
+        // The right ear hears the same 10 samples later and 6 dB softer.
+        let right: Vec<f32> = std::iter::repeat_n(0.0, 10).chain(left.iter().map(|v| 0.5 * v)).take(left.len()).collect();
+        let (a, b) = (response_measures(&left, &right, 48_000.0).unwrap(), response_measures(&right, &left, 48_000.0).unwrap());
+        // The cut after 10 ms weighs the ears a little differently: a step of the grid to each side.
+        assert!((a.itd_s + 10.0 / 48_000.0).abs() < 1.01 / 16.0 / 48_000.0, "the left ear leads: {}", a.itd_s);
+        assert!((a.itd_s + b.itd_s).abs() < 1e-12 && (a.ild_db + b.ild_db).abs() < 1e-12);
+        assert!((a.ild_db - 6.02).abs() < 0.01);
+        assert_eq!((a.t20_s, a.edt_s, a.c50_db), (b.t20_s, b.edt_s, b.c50_db));
+    }
+
+    #[test]
+    fn an_anechoic_response_has_direction_but_no_clarity() {
+        let click = |at: usize| (0..512).map(|i| if i == at { 1.0 } else { 0.0 }).collect::<Vec<f32>>();
+        let b = response_measures(&click(40), &click(44), 44_100.0).unwrap();
+        assert!((b.itd_s + 4.0 / 44_100.0).abs() < 1e-5 && b.ild_db.abs() < 1e-9);
+        assert_eq!(b.c50_db, None);
+    }
+
+    #[test]
+    fn names_the_measure_that_fails() {
+        let error = response_measures(&[0.0; 64], &[0.0; 64], 48_000.0).unwrap_err();
+        assert!(error.to_string().contains("ITD"), "{error}");
+    }
+}

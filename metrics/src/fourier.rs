@@ -1,0 +1,70 @@
+//! Fourier transforms of real signals, for the measures here and for the baker.
+
+use realfft::num_complex::Complex;
+use realfft::{FftNum, RealFftPlanner, RealToComplex};
+use std::sync::Arc;
+
+/// A forward transform of one length.
+#[derive(Clone)]
+pub struct Fourier<T: FftNum>(Arc<dyn RealToComplex<T>>);
+
+impl<T: FftNum> Fourier<T> {
+    /// A transform of `length` samples, at least 1.
+    #[must_use]
+    pub fn new(length: usize) -> Self {
+        Self(RealFftPlanner::new().plan_fft_forward(length))
+    }
+
+    /// The spectrum of a signal, zero-padded (or cut) to the transform's length: bins 0 to half the length, unscaled.
+    #[must_use]
+    pub fn spectrum(&self, signal: impl IntoIterator<Item = T>) -> Vec<Complex<T>> {
+        let mut time = self.0.make_input_vec();
+        time.iter_mut().zip(signal).for_each(|(slot, v)| *slot = v);
+        let mut spectrum = self.0.make_output_vec();
+        let done = self.0.process(&mut time, &mut spectrum);
+        debug_assert!(done.is_ok(), "the buffers come from the plan");
+        spectrum
+    }
+}
+
+/// The spectrum of a signal, zero-padded (or cut) to `length` samples: bins 0 to half the length, unscaled.
+#[must_use]
+pub fn spectrum<T: FftNum>(signal: impl IntoIterator<Item = T>, length: usize) -> Vec<Complex<T>> {
+    Fourier::new(length).spectrum(signal)
+}
+
+/// The signal of `length` samples that has a spectrum: the inverse of [`spectrum`], scaled by `1 / length`.
+///
+/// The imaginary parts of the constant and, for an even length, of the Nyquist bin are ignored. A spectrum of fewer than
+/// `length / 2 + 1` bins is zero above them.
+#[must_use]
+pub fn signal<T: FftNum>(mut spectrum: Vec<Complex<T>>, length: usize) -> Vec<T> {
+    let plan = RealFftPlanner::new().plan_fft_inverse(length);
+    spectrum.resize(length / 2 + 1, Complex::new(T::zero(), T::zero()));
+    spectrum[0].im = T::zero();
+    if length.is_multiple_of(2) {
+        spectrum[length / 2].im = T::zero();
+    }
+    let mut time = plan.make_output_vec();
+    let done = plan.process(&mut spectrum, &mut time);
+    debug_assert!(done.is_ok(), "the buffers fit the plan, and the ends of the spectrum are real");
+    let scale = T::from_usize(length).unwrap_or(T::one());
+    time.iter_mut().for_each(|v| *v = *v / scale);
+    time
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn back_and_forth() {
+        for length in [1, 2, 7, 12] {
+            let x: Vec<f64> = crate::test_signals::noise(3, length);
+            let y = signal(spectrum(x.iter().copied(), length), length);
+            assert!(x.iter().zip(&y).all(|(a, b)| (a - b).abs() < 1e-12), "{length}: {x:?} {y:?}");
+        }
+        assert_eq!(spectrum([1.0, 2.0], 4)[0].re, 3.0, "zeros behind");
+        assert_eq!(spectrum([1.0, 2.0, 3.0], 2)[0].re, 3.0, "cut");
+    }
+}
