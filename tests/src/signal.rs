@@ -1,71 +1,9 @@
 //! Test signals and measures of difference.
 
-use std::f64::consts::TAU;
+pub use promenade_testing::signal::*;
 
 /// Uniform noise in [-0.5, 0.5), the same on every machine.
 #[must_use]
 pub fn noise(len: usize) -> Vec<f32> {
-    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
-    let mut next = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 40) as f32 / 16_777_216.0 - 0.5
-    };
-    (0..len).map(|_| next()).collect()
-}
-
-/// A sine of amplitude 0.5.
-#[must_use]
-pub fn sine(hz: f64, rate: f64, len: usize) -> Vec<f32> {
-    (0..len).map(|i| (0.5 * (TAU * hz * i as f64 / rate).sin()) as f32).collect()
-}
-
-/// A one at `at`, zeros elsewhere.
-#[must_use]
-pub fn impulse(at: usize, len: usize) -> Vec<f32> {
-    let mut signal = vec![0.0; len];
-    signal[at] = 1.0;
-    signal
-}
-
-/// The index of the largest magnitude.
-#[must_use]
-pub fn peak_index(signal: &[f32]) -> usize {
-    let loudest = signal.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    loudest.map_or(0, |(index, _)| index)
-}
-
-/// The largest magnitude.
-#[must_use]
-pub fn peak(signal: &[f32]) -> f32 {
-    signal.iter().fold(0.0, |loudest, sample| loudest.max(sample.abs()))
-}
-
-/// The largest difference of two stereo signals, dB full scale.
-#[must_use]
-pub fn difference_db(a: &[Vec<f32>; 2], b: &[Vec<f32>; 2]) -> f32 {
-    assert_eq!(a[0].len(), b[0].len());
-    let difference = |x: &[f32], y: &[f32]| x.iter().zip(y).fold(0.0_f32, |most, (x, y)| most.max((x - y).abs()));
-    20.0 * difference(&a[0], &b[0]).max(difference(&a[1], &b[1])).max(1e-12).log10()
-}
-
-/// The index of the first sample at which two stereo signals differ.
-#[must_use]
-pub fn first_difference(a: &[Vec<f32>; 2], b: &[Vec<f32>; 2]) -> Option<usize> {
-    let differ = |i: &usize| a[0][*i].to_bits() != b[0][*i].to_bits() || a[1][*i].to_bits() != b[1][*i].to_bits();
-    (0..a[0].len()).find(differ)
-}
-
-/// Root of the mean square.
-#[must_use]
-pub fn rms(signal: &[f32]) -> f64 {
-    let squares = signal.iter().map(|s| f64::from(*s) * f64::from(*s)).sum::<f64>();
-    (squares / signal.len().max(1) as f64).sqrt()
-}
-
-/// The largest step from one sample to the next.
-#[must_use]
-pub fn largest_step(signal: &[f32]) -> f32 {
-    signal.windows(2).fold(0.0, |most, pair| most.max((pair[1] - pair[0]).abs()))
+    Noise::new(1).take(len).map(|value| 0.5 * value).collect()
 }

@@ -1,18 +1,21 @@
-//! Anchor clouds of any size with weights that look random.
+//! Anchor clouds of any size with random weights.
 
-#![allow(dead_code, unreachable_pub, reason = "each test uses a part of it")]
-
+use crate::signal::{Noise, noise};
 use promenade_core::Bands;
 use promenade_core::glam::Vec3;
 use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, PoseConvention, Tensor};
 use std::collections::BTreeMap;
 
 /// Sizes that are chosen freely.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Sizes {
+    /// Anchors.
     pub anchors: usize,
+    /// Frequencies of the masks.
     pub bands: usize,
+    /// Frames that the time filters look over.
     pub frames: usize,
+    /// Width of the transformer.
     pub width: usize,
     /// Hidden units of the hyper-network; 0 for a constant kernel.
     pub hyper: usize,
@@ -21,26 +24,25 @@ pub struct Sizes {
 /// The sizes of the published models.
 pub const PUBLISHED: Sizes = Sizes { anchors: 256, bands: 257, frames: 174, width: 128, hyper: 32 };
 
-/// Numbers in (-1, 1) that look random.
-pub fn noise(seed: usize, i: usize) -> f32 {
-    let mut z = (seed as u64) << 40 ^ (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    (z >> 40) as f32 / 8_388_608.0 - 1.0
-}
-
 /// A model of that kind with all its weights.
+///
+/// # Panics
+/// The sizes fit no model.
+#[must_use]
 pub fn model(kind: CloudKind, sizes: Sizes) -> CloudModel {
     CloudModel::new(parts(kind, sizes)).unwrap()
 }
 
 /// The parts of such a model, to be changed before it is made.
+///
+/// # Panics
+/// There are no bands.
+#[must_use]
 pub fn parts(kind: CloudKind, sizes: Sizes) -> CloudParts {
     let Sizes { anchors: n, bands, frames, width: c, .. } = sizes;
     let mut weights = BTreeMap::new();
     let mut tensor = |name: &str, shape: &[usize], scale: f32| {
-        let seed = weights.len() + 100;
-        let values = (0..shape.iter().product()).map(|i| scale * noise(seed, i)).collect();
+        let values = Noise::new(weights.len() as u64).take(shape.iter().product()).map(|value| scale * value).collect();
         weights.insert(name.to_owned(), Tensor { shape: shape.to_vec(), values });
     };
     for (stem, inputs) in [("pcd_av_proj", 150), ("vec_proj", 63)] {
@@ -87,8 +89,8 @@ pub fn parts(kind: CloudKind, sizes: Sizes) -> CloudParts {
         convention: PoseConvention::Published,
         alignment: Alignment::IDENTITY,
         frequencies: Bands::new((0..bands).map(|k| k as f32 * 43.066).collect()).unwrap(),
-        anchors: (0..n).map(|i| 5.0 * Vec3::from_array([0, 1, 2].map(|axis| noise(axis, i)))).collect(),
-        features: (0..n * 150).map(|i| noise(9, i)).collect(),
+        anchors: noise(100, 3 * n).chunks(3).map(|point| 5.0 * Vec3::from_slice(point)).collect(),
+        features: noise(101, 150 * n),
         weights,
     }
 }

@@ -1,5 +1,4 @@
 //! Scenes made of numbers, and a way to render them.
-#![allow(dead_code, reason = "each test binary uses its own part")]
 
 use promenade_core::glam::Vec3;
 use promenade_core::{
@@ -10,7 +9,11 @@ use std::f32::consts::PI;
 use std::sync::Arc;
 
 /// A room with a spherical-head-like direct sound and an exponential tail of `t60_s`, emitter 1.5 m ahead of the origin.
-pub(crate) fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
+///
+/// # Panics
+/// The rate is too low for a window.
+#[must_use]
+pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
     let hop = (0.005 * sample_rate_hz) as usize;
     let grid = StftGrid { sample_rate_hz, n_fft: 4 * hop, hop };
     let bands = Bands::for_rate(sample_rate_hz);
@@ -60,14 +63,19 @@ pub(crate) fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene
     Arc::new(Scene::new(parts).unwrap())
 }
 
-pub(crate) fn spatializer(scene: &Arc<Scene>, rate: f64) -> Spatializer {
+/// A spatializer at `rate` Hz that plays the scene.
+///
+/// # Panics
+/// The scene cannot be played at that rate.
+#[must_use]
+pub fn spatializer(scene: &Arc<Scene>, rate: f64) -> Spatializer {
     let mut s = Spatializer::new(rate);
     s.install(Box::new(Renderer::new(Arc::clone(scene), rate).unwrap()));
     s
 }
 
 /// Renders a mono input in blocks whose sizes come from `sizes` in turn; `pose_at` counts samples from the start.
-pub(crate) fn render(
+pub fn render(
     s: &mut Spatializer,
     input: &[f32],
     sizes: &[usize],
@@ -86,21 +94,8 @@ pub(crate) fn render(
     out
 }
 
-/// Uniform noise in [-1, 1), the same on every machine.
-pub(crate) fn noise(seed: u64, len: usize) -> Vec<f32> {
-    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-    (0..len)
-        .map(|_| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state >> 40) as f32 / 8_388_608.0 - 1.0
-        })
-        .collect()
-}
-
 /// A listener who walks at 1 m/s and turns at 90 degrees a second.
-pub(crate) fn walk(rate: f64) -> impl Fn(usize) -> Pose {
+pub fn walk(rate: f64) -> impl Fn(usize) -> Pose {
     move |i| {
         let t = (i as f64 / rate) as f32;
         let x = (t / 2.0).fract() * 2.0;

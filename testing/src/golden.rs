@@ -1,10 +1,9 @@
 //! Golden vectors of AV-Cloud: a slice in the repository, all of them where they are at hand.
 //!
 //! Weights follow from their names by a hash; inputs and thinned outputs are in `slice.safetensors`, cut by `make_slice.py`. The whole
-//! set is read from the folder that `PROMENADE_GOLDEN` names, or from `../shared/golden` beside the checkout.
+//! set is in `../shared/golden` beside the checkout.
 
-#![allow(dead_code, unreachable_pub, reason = "each test uses a part of it")]
-
+use crate::shared;
 use promenade_core::Bands;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, Listener, PoseConvention, Tensor};
@@ -13,9 +12,12 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// One decoder with its inputs and what must come out.
+/// One network with its inputs and what must come out.
+#[derive(Debug)]
 pub struct Golden {
+    /// The network.
     pub model: CloudModel,
+    /// Poses.
     pub listeners: Vec<Listener>,
     /// Both channels of the source.
     pub input: [Vec<f32>; 2],
@@ -24,12 +26,20 @@ pub struct Golden {
 
 impl Golden {
     /// Every n-th value of a flattened output, and n.
+    ///
+    /// # Panics
+    /// There is no such output.
+    #[must_use]
     pub fn expected(&self, name: &str) -> (usize, &[f32]) {
         let (every, values) = self.expected.get(name).unwrap_or_else(|| panic!("no golden '{name}'"));
         (*every, values)
     }
 
     /// Largest difference from a whole flattened output to the golden one, which starts at `from` of it.
+    ///
+    /// # Panics
+    /// There is no such output, or nothing of it in this range.
+    #[must_use]
     pub fn worst(&self, name: &str, from: usize, found: &[f32]) -> f32 {
         let (every, values) = self.expected(name);
         let inside = |i: &usize| (from..from + found.len()).contains(i);
@@ -40,6 +50,10 @@ impl Golden {
 }
 
 /// The case from the slice in the repository.
+///
+/// # Panics
+/// It is damaged.
+#[must_use]
 pub fn slice(kind: CloudKind) -> Golden {
     let bytes = std::fs::read(here().join("slice.safetensors")).unwrap();
     let file = SafeTensors::deserialize(&bytes).unwrap();
@@ -52,28 +66,21 @@ pub fn slice(kind: CloudKind) -> Golden {
     golden(kind, &file, expected.collect())
 }
 
-/// The case from the whole set; `None` where it is not at hand.
-pub fn whole(kind: CloudKind) -> Option<Golden> {
-    let path = folder()?.join(format!("{}.golden.safetensors", kind.name().replace('-', "_")));
+/// The case from the whole set.
+///
+/// # Panics
+/// It is not there.
+#[must_use]
+pub fn whole(kind: CloudKind) -> Golden {
+    let path = shared(&format!("golden/{}.golden.safetensors", kind.name().replace('-', "_")));
     let bytes = std::fs::read(path).unwrap();
     let file = SafeTensors::deserialize(&bytes).unwrap();
     let expected = file.names().into_iter().map(|n| (n.to_owned(), (1, floats(&file, n)))).collect();
-    Some(golden(kind, &file, expected))
-}
-
-/// The folder of the whole set; says so when it is not there.
-pub fn folder() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/golden");
-    let folder = std::env::var_os("PROMENADE_GOLDEN").map_or(beside, PathBuf::from);
-    if !folder.is_dir() {
-        println!("the whole set of golden vectors is not at {}: only the slice is tested", folder.display());
-        return None;
-    }
-    Some(folder)
+    golden(kind, &file, expected)
 }
 
 fn here() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/tests/golden")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
 }
 
 fn about() -> Value {
@@ -107,7 +114,11 @@ fn golden(kind: CloudKind, file: &SafeTensors<'_>, expected: BTreeMap<String, (u
     }
 }
 
-/// All weights of a decoder.
+/// All weights of a network.
+///
+/// # Panics
+/// The slice is damaged.
+#[must_use]
 pub fn weights(kind: CloudKind) -> BTreeMap<String, Tensor> {
     let bytes = std::fs::read(here().join("slice.safetensors")).unwrap();
     let file = SafeTensors::deserialize(&bytes).unwrap();
