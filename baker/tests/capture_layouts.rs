@@ -5,18 +5,14 @@ use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeError, Capture, Placement, Split};
 use promenade_core::glam::{Quat, Vec3};
+use promenade_testing::Noise;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 const RATE: u32 = 8_000;
 
-fn noise(seed: u32, count: usize) -> Vec<f32> {
-    let mut state = seed;
-    let mut next = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) as f32 / 8_388_608.0 - 1.0
-    };
-    (0..count).map(|_| 0.3 * next()).collect()
+fn noise(seed: u64, count: usize) -> Vec<f32> {
+    Noise::new(seed).take(count).map(|v| 0.3 * v).collect()
 }
 
 fn text(path: &Path, content: impl Display) {

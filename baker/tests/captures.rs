@@ -3,18 +3,14 @@
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{Capture, Split};
 use promenade_core::glam::Vec3;
+use promenade_testing::Noise;
 use std::path::Path;
 
 const RATE: u32 = 8_000;
 
 /// Noise, the same on every machine.
 fn noise(seed: u64, count: usize, gain: f32) -> Vec<f32> {
-    let mut state = seed.wrapping_mul(2).wrapping_add(1);
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
-    };
-    (0..count).map(|_| gain * next()).collect()
+    Noise::new(seed).take(count).map(|v| gain * v).collect()
 }
 
 /// A folder with a track of ten seconds, walked along x at 1 m/s.

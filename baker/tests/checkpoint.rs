@@ -332,36 +332,6 @@ fn sizes_that_a_file_only_claims_take_no_memory() {
     refused(&path, Some(&anchors), &SMALL, &["no readable PyTorch checkpoint", "more than 1048576 operations"]);
 }
 
-#[test]
-fn published_checkpoints_become_their_models() {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/golden");
-    let folder = std::env::var_os("PROMENADE_GOLDEN").map_or(beside, PathBuf::from);
-    if !folder.is_dir() {
-        println!("the whole set of golden vectors is not at {}: only small checkpoints are tested", folder.display());
-        return;
-    }
-    let bytes = std::fs::read(folder.join("weights_union.safetensors")).unwrap();
-    let union = SafeTensors::deserialize(&bytes).unwrap();
-    for (stem, kind) in [("full", CloudKind::Full), ("sh", CloudKind::Sh), ("simple_sh", CloudKind::SimpleSh)] {
-        let checkpoint = folder.join(format!("checkpoints/{stem}.100.pth"));
-        let options = ImportOptions { max_norm: Some(25.0), ..ImportOptions::default() };
-        let golden = folder.join(format!("{stem}.golden.safetensors"));
-        let imported = import(&checkpoint, Some(&golden), &options).unwrap_or_else(|e| panic!("{}", text(&e)));
-        let parts = imported.model.parts();
-        assert_eq!((parts.kind, parts.heads, parts.anchors.len(), imported.model.sizes().frames), (kind, 4, 32, 40));
-        assert_eq!((imported.grid.sample_rate_hz, imported.grid.n_fft, imported.grid.hop), (22_050.0, 512, 127));
-        assert!(imported.notes.iter().any(|n| n.contains("sample_rate 22050")), "{:?}", imported.notes);
-        assert!(!imported.notes.iter().any(|n| n.contains("features")), "{:?}", imported.notes);
-        let expected: BTreeMap<_, _> = parts.weights.keys().map(|k| (k.clone(), floats(&union, k))).collect();
-        assert_eq!(parts.weights, expected, "{stem}");
-        // The first layer of the golden network is not zero.
-        assert_eq!(imported.model.sizes().hyper, if kind == CloudKind::Full { 32 } else { 0 });
-
-        let pipeline = import(&checkpoint, Some(&folder.join("anchor_pipeline.npz")), &options).unwrap();
-        assert_eq!(pipeline.model, imported.model, "{stem}");
-    }
-}
-
 fn floats(file: &SafeTensors<'_>, name: &str) -> Tensor {
     let view = file.tensor(name).unwrap_or_else(|e| panic!("'{name}': {e}"));
     assert_eq!(view.dtype(), Dtype::F32, "{name}");
@@ -383,4 +353,35 @@ fn write_arrays(path: &Path, arrays: &[(&str, &[usize], &[f32])]) {
         ((*name).to_owned(), view)
     });
     std::fs::write(path, serialize(views.collect::<HashMap<_, _>>(), None).unwrap()).unwrap();
+}
+
+mod needs_shared {
+    use super::*;
+    use promenade_testing::shared;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn published_checkpoints_become_their_models() {
+        let folder = shared("golden");
+        let bytes = std::fs::read(folder.join("weights_union.safetensors")).unwrap();
+        let union = SafeTensors::deserialize(&bytes).unwrap();
+        for (stem, kind) in [("full", CloudKind::Full), ("sh", CloudKind::Sh), ("simple_sh", CloudKind::SimpleSh)] {
+            let checkpoint = folder.join(format!("checkpoints/{stem}.100.pth"));
+            let options = ImportOptions { max_norm: Some(25.0), ..ImportOptions::default() };
+            let golden = folder.join(format!("{stem}.golden.safetensors"));
+            let imported = import(&checkpoint, Some(&golden), &options).unwrap_or_else(|e| panic!("{}", text(&e)));
+            let parts = imported.model.parts();
+            assert_eq!((parts.kind, parts.heads, parts.anchors.len(), imported.model.sizes().frames), (kind, 4, 32, 40));
+            assert_eq!((imported.grid.sample_rate_hz, imported.grid.n_fft, imported.grid.hop), (22_050.0, 512, 127));
+            assert!(imported.notes.iter().any(|n| n.contains("sample_rate 22050")), "{:?}", imported.notes);
+            assert!(!imported.notes.iter().any(|n| n.contains("features")), "{:?}", imported.notes);
+            let expected: BTreeMap<_, _> = parts.weights.keys().map(|k| (k.clone(), floats(&union, k))).collect();
+            assert_eq!(parts.weights, expected, "{stem}");
+            // The first layer of the golden network is not zero.
+            assert_eq!(imported.model.sizes().hyper, if kind == CloudKind::Full { 32 } else { 0 });
+
+            let pipeline = import(&checkpoint, Some(&folder.join("anchor_pipeline.npz")), &options).unwrap();
+            assert_eq!(pipeline.model, imported.model, "{stem}");
+        }
+    }
 }

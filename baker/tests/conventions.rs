@@ -5,6 +5,7 @@ use promenade_baker::{BakeOptions, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene};
 use promenade_metrics::{ild_db, itd_s};
+use promenade_testing::Noise;
 use std::sync::Arc;
 
 const RATE: f64 = 16_000.0;
@@ -13,11 +14,7 @@ const RATE: f64 = 16_000.0;
 fn measured(azimuth_deg: f32) -> Response {
     let azimuth = azimuth_deg.to_radians();
     let side = azimuth.sin();
-    let mut state = 1_u32;
-    let mut noise = move || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) as f32 / 8_388_608.0 - 1.0
-    };
+    let mut noise = Noise::new(1);
     let mut ear = |near: f32| {
         let delay = 40.0 - 5.0 * near;
         // The head's shadow: a first-order low-pass on the far side.
@@ -28,7 +25,7 @@ fn measured(azimuth_deg: f32) -> Response {
                 let click = if t.abs() < 1e-3 { 1.0 } else { (std::f32::consts::PI * t).sin() / (std::f32::consts::PI * t) };
                 let click = if t.abs() < 16.0 { click * (0.2 * t).cos().max(0.0) } else { 0.0 };
                 memory = shadow * memory + (1.0 - shadow) * click;
-                (1.0 + 0.4 * near) * memory + if t > 80.0 { 0.02 * noise() * (-t / 900.0).exp() } else { 0.0 }
+                (1.0 + 0.4 * near) * memory + if t > 80.0 { 0.02 * noise.value() * (-t / 900.0).exp() } else { 0.0 }
             })
             .collect::<Vec<f32>>()
     };

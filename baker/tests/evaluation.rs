@@ -5,7 +5,7 @@ use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Playing, Po
 use promenade_baker::{BakeOptions, Capture, LoadOptions, Response, Responses, Split, bake_responses, wav};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene, Tier};
-use std::io::Write;
+use promenade_testing::Noise;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -13,11 +13,7 @@ const RATE: f64 = 16_000.0;
 
 /// A room of noise with a source 2 m ahead and a head that turns.
 fn room() -> Responses {
-    let mut state = 1_u64;
-    let mut noise = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
-    };
+    let mut noise = Noise::new(1);
     let response = |yaw: i32| {
         let side = -(yaw as f32).to_radians().sin();
         let mut ear = |sign: f32| -> Vec<f32> {
@@ -26,7 +22,7 @@ fn room() -> Responses {
                 .map(|i| {
                     let t = i as f32 - arrival;
                     let direct = (1.0 + 0.6 * sign * side) * (-0.5 * (t / 0.8).powi(2)).exp();
-                    let tail = if t > 20.0 { 0.05 * (-6.9 * t / (0.3 * RATE as f32)).exp() * noise() } else { 0.0 };
+                    let tail = if t > 20.0 { 0.05 * (-6.9 * t / (0.3 * RATE as f32)).exp() * noise.value() } else { 0.0 };
                     direct + tail
                 })
                 .collect()
@@ -201,24 +197,25 @@ fn what_cannot_be_evaluated_says_so() {
     assert!(error.contains("at least one clip for testing"), "{error}");
 }
 
-#[test]
-fn a_measured_room_is_judged() {
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    if !data.is_dir() {
-        let _ = writeln!(std::io::stderr(), "skipped: {} is not here", data.display());
-        return;
-    }
-    let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes/iosr-room-a.json");
-    let load = LoadOptions { root: Some(data.join("iosr_brir")), ..LoadOptions::default() };
-    let set = Responses::load(&recipe, &load).unwrap();
-    let capture = from_responses(&set, &[speech()], &FromResponses::default()).unwrap();
-    let tested: Vec<String> = capture.split(Split::Test).map(|c| capture.tracks[c.track].name.clone()).collect();
-    let scene = Arc::new(bake_responses(&set, |r, _| tested.contains(&r.name), &BakeOptions::default()).unwrap());
-    let head = Responses::load(&data.join("hrtf_kemar/MIT_KEMAR_normal_pinna.sofa"), &LoadOptions::default()).unwrap();
-    let options = EvaluateOptions { baselines: true, head: Some(head), ..EvaluateOptions::default() };
-    let evaluation = evaluate(&scene, &capture, &options).unwrap();
-    show(&evaluation);
-    for figure in [Figure::AvcloudMag, Figure::AvcloudLre, Figure::AvcloudEnv, Figure::Lsd, Figure::Itd, Figure::Ild] {
-        assert!(of(&evaluation, "scene", figure) < of(&evaluation, "mono-mono", figure), "{figure:?}");
+mod needs_shared {
+    use super::*;
+    use promenade_testing::shared;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn a_measured_room_is_judged() {
+        let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes/iosr-room-a.json");
+        let load = LoadOptions { root: Some(shared("data/iosr_brir")), ..LoadOptions::default() };
+        let set = Responses::load(&recipe, &load).unwrap();
+        let capture = from_responses(&set, &[speech()], &FromResponses::default()).unwrap();
+        let tested: Vec<String> = capture.split(Split::Test).map(|c| capture.tracks[c.track].name.clone()).collect();
+        let scene = Arc::new(bake_responses(&set, |r, _| tested.contains(&r.name), &BakeOptions::default()).unwrap());
+        let head = Responses::load(&shared("data/hrtf_kemar/MIT_KEMAR_normal_pinna.sofa"), &LoadOptions::default()).unwrap();
+        let options = EvaluateOptions { baselines: true, head: Some(head), ..EvaluateOptions::default() };
+        let evaluation = evaluate(&scene, &capture, &options).unwrap();
+        show(&evaluation);
+        for figure in [Figure::AvcloudMag, Figure::AvcloudLre, Figure::AvcloudEnv, Figure::Lsd, Figure::Itd, Figure::Ild] {
+            assert!(of(&evaluation, "scene", figure) < of(&evaluation, "mono-mono", figure), "{figure:?}");
+        }
     }
 }

@@ -1,15 +1,13 @@
 //! Streams of an anchor cloud beside its own clips.
 
-#[path = "../../core/tests/cloud_models/mod.rs"]
-mod cloud_models;
-
-use cloud_models::Sizes;
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_baker::projection::{ProjectionFailure, ProjectionReport, bursts_and_clicks, compare_projections, poses_within};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts};
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{Provenance, Scene, StftGrid};
+use promenade_testing::clouds;
+use promenade_testing::clouds::Sizes;
 use std::sync::Arc;
 
 const GRID: StftGrid = StftGrid { sample_rate_hz: 8000.0, n_fft: 64, hop: 15 };
@@ -17,7 +15,7 @@ const SMALL: Sizes = Sizes { anchors: 4, bands: 33, frames: 60, width: 32, hyper
 
 /// Weights that look random, of which masks near 1 are heard.
 fn audible(kind: CloudKind, sizes: Sizes) -> CloudParts {
-    let mut parts = cloud_models::parts(kind, sizes);
+    let mut parts = clouds::parts(kind, sizes);
     for name in ["mix_prj.weight", "out.4.weight", "out.4.bias"] {
         parts.weights.get_mut(name).unwrap().values.iter_mut().for_each(|v| *v *= 0.1);
     }

@@ -3,19 +3,7 @@
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{HoldOut, LoadOptions, Responses, Side};
 use promenade_metrics::{ild_db, itd_s};
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-/// The folder of measured sets, which not every checkout has.
-fn shared() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    // Past the capture of a passing test's output, so that the log says what did not run.
-    let _ = writeln!(std::io::stderr(), "skipped: {} is not here", folder.display());
-    None
-}
+use std::path::Path;
 
 fn load(path: &Path) -> Result<Responses, String> {
     load_with(path, &LoadOptions::default())
@@ -135,61 +123,6 @@ fn agrees_with_its_ears(set: &Responses, at_least_deg: f32) {
     assert!(judged > 0, "nothing to judge");
 }
 
-#[test]
-fn iosr_rooms_by_file_name() {
-    let Some(data) = shared() else { return };
-    for (recipe, frames) in [("iosr-room-a.json", 6259), ("iosr-room-b.json", 16001)] {
-        let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes").join(recipe);
-        let set = load_with(&recipe, &LoadOptions { root: Some(data.join("iosr_brir")), ..LoadOptions::default() }).unwrap();
-        assert_eq!((set.responses.len(), set.responses[0].left.len(), set.sample_rate_hz), (37, frames, 16_000.0));
-        agrees_with_its_ears(&set, 10.0);
-        assert_eq!(HoldOut::parse("azimuth=odd5").unwrap().split(&set).unwrap().1.len(), 18);
-    }
-}
-
-#[test]
-fn iosr_room_by_sofa_with_clockwise_azimuths() {
-    let Some(data) = shared() else { return };
-    let file = data.join("iosr_brir/original_sofa/UniS_Room_A_BRIR_16k.sofa");
-    assert!(load(&file).unwrap_err().contains("ears that agree with the directions"), "as labelled it is mirrored");
-    let set = load_with(&file, &LoadOptions { azimuth_positive: Some(Side::Right), ..LoadOptions::default() }).unwrap();
-    assert_eq!((set.responses.len(), set.sample_rate_hz, set.licence.as_str()), (37, 16_000.0, "MIT license"));
-    agrees_with_its_ears(&set, 10.0);
-    // The same measurements as the WAV files.
-    let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes/iosr-room-a.json");
-    let wavs = load_with(&recipe, &LoadOptions { root: Some(data.join("iosr_brir")), ..LoadOptions::default() }).unwrap();
-    for r in &set.responses {
-        let twin = wavs.responses.iter().find(|w| (w.direction_deg().0 - r.direction_deg().0).abs() < 0.01).unwrap();
-        let error = twin.left.iter().zip(&r.left).fold(0.0_f32, |m, (a, b)| m.max((a - b).abs()));
-        assert!(error < 1e-4, "{}: {error}", r.name);
-    }
-}
-
-#[test]
-fn hrtfs_whose_labels_are_right_or_wrong() {
-    let Some(data) = shared() else { return };
-    for (file, count, notes) in [("KEMAR_HRTFs_lfcorr.sofa", 360, 1), ("MIT_KEMAR_normal_pinna.sofa", 710, 0)] {
-        let set = load(&data.join("hrtf_kemar").join(file)).unwrap();
-        assert_eq!(
-            (set.responses.len(), set.sample_rate_hz, set.notes.len()),
-            (count, 44_100.0, notes),
-            "{file}: {:?}",
-            set.notes
-        );
-        agrees_with_its_ears(&set, 30.0);
-    }
-}
-
-#[test]
-fn loudspeakers_above_and_below() {
-    let Some(data) = shared() else { return };
-    let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes/bbcrd-listening-room.json");
-    let set = load_with(&recipe, &LoadOptions { root: Some(data.join("bbcrd_brir")), ..LoadOptions::default() }).unwrap();
-    assert_eq!((set.responses.len(), set.sample_rate_hz), (32, 48_000.0));
-    agrees_with_its_ears(&set, 20.0);
-    assert_eq!(HoldOut::parse("elevation=90").unwrap().split(&set).unwrap().1.len(), 1);
-}
-
 /// A SOFA file of two emitters and two head turns, the delays stored apart, views spherical and up Cartesian as writers leave it.
 fn small_sofa(path: &Path, right_ear_first: bool) {
     use hdf5_pure::{AttrValue, FileBuilder};
@@ -265,5 +198,66 @@ fn damaged_sofa_files_are_errors_not_panics() {
         std::fs::write(&path, &damaged).unwrap();
         // Either is fine; neither may panic.
         let _ = load_with(&path, &options);
+    }
+}
+
+mod needs_shared {
+    use super::*;
+    use promenade_testing::shared;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn iosr_rooms_by_file_name() {
+        for (recipe, frames) in [("iosr-room-a.json", 6259), ("iosr-room-b.json", 16001)] {
+            let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes").join(recipe);
+            let set =
+                load_with(&recipe, &LoadOptions { root: Some(shared("data/iosr_brir")), ..LoadOptions::default() }).unwrap();
+            assert_eq!((set.responses.len(), set.responses[0].left.len(), set.sample_rate_hz), (37, frames, 16_000.0));
+            agrees_with_its_ears(&set, 10.0);
+            assert_eq!(HoldOut::parse("azimuth=odd5").unwrap().split(&set).unwrap().1.len(), 18);
+        }
+    }
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn iosr_room_by_sofa_with_clockwise_azimuths() {
+        let file = shared("data/iosr_brir/original_sofa/UniS_Room_A_BRIR_16k.sofa");
+        assert!(load(&file).unwrap_err().contains("ears that agree with the directions"), "as labelled it is mirrored");
+        let set = load_with(&file, &LoadOptions { azimuth_positive: Some(Side::Right), ..LoadOptions::default() }).unwrap();
+        assert_eq!((set.responses.len(), set.sample_rate_hz, set.licence.as_str()), (37, 16_000.0, "MIT license"));
+        agrees_with_its_ears(&set, 10.0);
+        // The same measurements as the WAV files.
+        let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes/iosr-room-a.json");
+        let wavs = load_with(&recipe, &LoadOptions { root: Some(shared("data/iosr_brir")), ..LoadOptions::default() }).unwrap();
+        for r in &set.responses {
+            let twin = wavs.responses.iter().find(|w| (w.direction_deg().0 - r.direction_deg().0).abs() < 0.01).unwrap();
+            let error = twin.left.iter().zip(&r.left).fold(0.0_f32, |m, (a, b)| m.max((a - b).abs()));
+            assert!(error < 1e-4, "{}: {error}", r.name);
+        }
+    }
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn hrtfs_whose_labels_are_right_or_wrong() {
+        for (file, count, notes) in [("KEMAR_HRTFs_lfcorr.sofa", 360, 1), ("MIT_KEMAR_normal_pinna.sofa", 710, 0)] {
+            let set = load(&shared("data/hrtf_kemar").join(file)).unwrap();
+            assert_eq!(
+                (set.responses.len(), set.sample_rate_hz, set.notes.len()),
+                (count, 44_100.0, notes),
+                "{file}: {:?}",
+                set.notes
+            );
+            agrees_with_its_ears(&set, 30.0);
+        }
+    }
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn loudspeakers_above_and_below() {
+        let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/recipes/bbcrd-listening-room.json");
+        let set = load_with(&recipe, &LoadOptions { root: Some(shared("data/bbcrd_brir")), ..LoadOptions::default() }).unwrap();
+        assert_eq!((set.responses.len(), set.sample_rate_hz), (32, 48_000.0));
+        agrees_with_its_ears(&set, 20.0);
+        assert_eq!(HoldOut::parse("elevation=90").unwrap().split(&set).unwrap().1.len(), 1);
     }
 }

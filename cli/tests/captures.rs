@@ -8,6 +8,7 @@ use promenade_baker::wav;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudEmitter;
 use promenade_core::{CameraPath, Keyframe, Pose};
+use promenade_testing::Noise;
 use std::path::Path;
 
 fn speech() -> String {
@@ -127,18 +128,13 @@ fn mistakes_are_one_line() {
 fn open_air(emitter: Vec3, is_moving: bool) -> Capture {
     const RATE: f32 = 48_000.0;
     let sphere = CloudEmitter { position: emitter, head_radius_m: 0.0875 };
-    let mut state = 9_u64;
-    let mut noise = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
-    };
     let pose = |i: u8| {
         let turn = std::f32::consts::TAU * f32::from(i) / 24.0;
         let place = Vec3::new(1.5 * turn.cos(), turn.sin(), 0.4 * (2.0 * turn).sin());
         Pose::from_ypr(if is_moving { place } else { Vec3::ZERO }, 3.0 * turn, 0.3 * (5.0 * turn).sin(), 0.0)
     };
     let track = |i: u8| {
-        let dry: Vec<f32> = (0..9600).map(|_| 0.3 * noise()).collect();
+        let dry: Vec<f32> = Noise::new(i.into()).take(9600).map(|v| 0.3 * v).collect();
         let distance = pose(i).position.distance(emitter);
         let ear = |later_s: f32| {
             let late = ((distance / 343.0 + later_s) * RATE).round() as usize;

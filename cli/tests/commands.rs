@@ -1,10 +1,7 @@
 //! The command-line tool from outside: what it writes, what it says, what it leaves behind.
 
-#[path = "../../core/tests/cloud_models/mod.rs"]
-mod cloud_models;
 mod common;
 
-use cloud_models::Sizes;
 use common::{Place, RATE, fails, promenade, rms, succeeds};
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
@@ -13,6 +10,8 @@ use promenade_baker::wav::{self, Format};
 use promenade_core::network::{CloudKind, CloudModel};
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{AnchorCloud, Provenance, Scene, StftGrid};
+use promenade_testing::clouds;
+use promenade_testing::clouds::Sizes;
 use std::path::Path;
 
 #[test]
@@ -335,7 +334,7 @@ fn measure_says_what_it_needs() {
 /// A scene with a small anchor cloud whose weights look random.
 fn small_cloud() -> Scene {
     let sizes = Sizes { anchors: 4, bands: 33, frames: 60, width: 32, hyper: 0 };
-    let mut parts = cloud_models::parts(CloudKind::SimpleSh, sizes);
+    let mut parts = clouds::parts(CloudKind::SimpleSh, sizes);
     // Masks near 1 are heard.
     for name in ["mix_prj.weight", "out.4.weight", "out.4.bias"] {
         parts.weights.get_mut(name).unwrap().values.iter_mut().for_each(|v| *v *= 0.1);

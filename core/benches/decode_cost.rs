@@ -9,9 +9,10 @@
 mod oracle;
 
 use cpu_time::ThreadTime;
-use oracle::{Case, Noise};
+use oracle::Case;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, Listener, Masks, Network};
+use promenade_testing::Noise;
 use pulp::Arch;
 use std::hint::black_box;
 use std::io::{BufRead, Write};
@@ -129,8 +130,8 @@ fn products(case: &Case, multiply: fn(&mut Problem)) -> Run {
         sizes.push((f, c, 4 * c, true));
         sizes.push((f, 4 * c, c, true));
     }
-    let mut noise = Noise(3);
-    let mut numbers = |count: usize| -> Vec<f32> { (0..count).map(|_| noise.next()).collect() };
+    let mut noise = Noise::new(3);
+    let mut numbers = |count: usize| -> Vec<f32> { noise.by_ref().take(count).collect() };
     let mut problems: Vec<Problem> = sizes
         .into_iter()
         .map(|(m, k, n, transposed)| Problem { m, k, n, transposed, a: numbers(m * k), b: numbers(k * n), c: vec![0.0; m * n] })

@@ -5,6 +5,7 @@
 use cpu_time::ThreadTime;
 use promenade_core::glam::Vec3;
 use promenade_core::{Axis, Basis, Facing, Field, FieldGrid, LowRank, Pose, Rows, TransferShape};
+use promenade_testing::Rng;
 use std::f32::consts::PI;
 use std::hint::black_box;
 
@@ -21,16 +22,10 @@ fn main() {
         roll: Axis::uniform(-0.6, 0.2, 7),
     };
     let grid = FieldGrid { position, facing };
-    let mut state = 1_u64;
-    let mut random = move || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 40) as f32 / 16_777_216.0
-    };
+    let mut rng = Rng::with_seed(1);
     let mut basis = |len: usize, rank: usize, mean: f32| Basis {
         mean: vec![mean; len],
-        shapes: (0..rank * len).map(|_| 0.1 * random()).collect(),
+        shapes: (0..rank * len).map(|_| 0.1 * rng.f32()).collect(),
     };
     let rows = LowRank {
         levels: basis(2 * shape.bins, levels, -10.0),

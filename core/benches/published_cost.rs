@@ -4,10 +4,6 @@
 //! published sizes (256 anchors, 257 bands, 174 frames, 22.05 kHz). Input: white noise; weights that look random.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
-#[path = "../tests/cloud_models/mod.rs"]
-mod cloud_models;
-
-use cloud_models::{PUBLISHED, Sizes, model, noise};
 use cpu_time::ThreadTime;
 use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
@@ -16,6 +12,8 @@ use promenade_core::published::{
     ClipRenderer, ConvMode, ConvWeights, FrameMasks, Projection, PublishedClip, PublishedInput, PublishedOptions,
     PublishedStream, TapProjector,
 };
+use promenade_testing::clouds::{PUBLISHED, Sizes, model};
+use promenade_testing::{Noise, noise};
 use pulp::Arch;
 use std::hint::black_box;
 
@@ -47,7 +45,7 @@ fn arches() -> Vec<(&'static str, Arch)> {
 }
 
 fn main() {
-    let input: Vec<f32> = (0..22_050).map(|i| 0.3 * noise(1, i)).collect();
+    let input: Vec<f32> = Noise::new(1).take(22_050).map(|v| 0.3 * v).collect();
     stream(&input);
     println!("| clip of 1 s | instructions | decode | render | of it without convolution | both |");
     println!("|---|---|---|---|---|---|");
@@ -73,9 +71,8 @@ fn training(input: &[f32]) {
             let mut head = PublishedClip::with_arch(GRID, PUBLISHED.frames, arch).unwrap();
             let mut source = head.source();
             head.analyse(input, &mut source).unwrap();
-            let values = |seed, count| -> Vec<f32> { (0..count).map(|i| noise(seed, i)).collect() };
             let (bins, samples) = (GRID.bins(), head.out_samples());
-            let (mixture, difference, mix) = (values(2, bins), values(3, bins), values(4, bins * head.frames()));
+            let (mixture, difference, mix) = (noise(2, bins), noise(3, bins), noise(4, bins * head.frames()));
             let input = PublishedInput { mixture: &mixture, difference: &difference, mix: &mix, conv };
             let mut out = [vec![0.0; samples], vec![0.0; samples]];
             let render = median_ms(41, || {
@@ -83,7 +80,7 @@ fn training(input: &[f32]) {
                 head.render(&source, input, [left, right]).unwrap();
                 black_box(&out);
             });
-            let by_samples = [values(5, samples), values(6, samples)];
+            let by_samples = [noise(5, samples), noise(6, samples)];
             let mut by = head.gradient();
             let adjoint = median_ms(41, || {
                 head.adjoint(&source, input, [&by_samples[0], &by_samples[1]], &mut by).unwrap();

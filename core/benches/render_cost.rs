@@ -4,13 +4,11 @@
 //! runs. Input: white noise at 48 kHz; a scene with a tail of 1 s; a listener who walks at 1 m/s and turns at 90 degrees a second.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-
-use common::{noise, room, walk};
 use cpu_time::ThreadTime;
 use fft_convolver::TwoStageFFTConvolver;
 use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
+use promenade_testing::noise;
+use promenade_testing::scenes::{room, walk};
 use realfft::RealFftPlanner;
 use std::hint::black_box;
 use std::sync::Arc;

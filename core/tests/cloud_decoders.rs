@@ -1,13 +1,13 @@
 //! The anchor-cloud decoders against golden vectors, a plain decoder in double precision, and themselves.
 
-mod golden;
 mod oracle;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use golden::Golden;
 use oracle::{Case, Exact};
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, CloudModel, Listener, Masks, Network};
+use promenade_testing::golden;
+use promenade_testing::golden::Golden;
 use pulp::Arch;
 
 #[global_allocator]
@@ -17,26 +17,9 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 const BARS: [f32; 4] = [2e-5, 2e-5, 5e-5, 1e-5];
 
 #[test]
-fn weights_follow_from_their_names() {
-    let Some(folder) = golden::folder() else { return };
-    let bytes = std::fs::read(folder.join("weights_union.safetensors")).unwrap();
-    let file = safetensors::SafeTensors::deserialize(&bytes).unwrap();
-    for kind in CloudKind::PUBLISHED {
-        for (name, tensor) in golden::weights(kind) {
-            let stored = file.tensor(&name).unwrap();
-            let found: Vec<f32> = stored.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-            assert!(stored.shape() == tensor.shape && found == tensor.values, "{name}");
-        }
-    }
-}
-
-#[test]
 fn golden_masks_embeddings_and_attention_come_out() {
     for kind in CloudKind::PUBLISHED {
         check_golden(kind, "slice", &golden::slice(kind));
-        if let Some(whole) = golden::whole(kind) {
-            check_golden(kind, "whole", &whole);
-        }
     }
 }
 
@@ -213,4 +196,31 @@ fn instruction_sets() -> Vec<(&'static str, Arch)> {
 #[cfg(not(target_arch = "x86_64"))]
 fn instruction_sets() -> Vec<(&'static str, Arch)> {
     vec![("Scalar", Arch::Scalar), ("widest", Arch::new())]
+}
+
+mod needs_shared {
+    use super::*;
+    use promenade_testing::shared;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn weights_follow_from_their_names() {
+        let bytes = std::fs::read(shared("golden/weights_union.safetensors")).unwrap();
+        let file = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+        for kind in CloudKind::PUBLISHED {
+            for (name, tensor) in golden::weights(kind) {
+                let stored = file.tensor(&name).unwrap();
+                let found: Vec<f32> = stored.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+                assert!(stored.shape() == tensor.shape && found == tensor.values, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn golden_masks_embeddings_and_attention_of_the_whole_set_come_out() {
+        for kind in CloudKind::PUBLISHED {
+            check_golden(kind, "whole", &golden::whole(kind));
+        }
+    }
 }

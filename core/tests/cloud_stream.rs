@@ -1,15 +1,15 @@
 //! AV-Cloud's render head hop by hop, against whole clips.
 
-mod cloud_models;
-
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use cloud_models::{Sizes, model, noise};
 use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Masks, Tensor};
 use promenade_core::published::{
     ClipRenderer, ConvMode, FrameMasks, Projection, PublishedError, PublishedOptions, PublishedStream, StreamTaps, TapProjector,
 };
+use promenade_testing::clouds;
+use promenade_testing::clouds::{Sizes, model};
+use promenade_testing::{Noise, noise};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -32,9 +32,10 @@ fn change(model: &CloudModel, change: impl FnOnce(&mut CloudParts)) -> CloudMode
 /// Masks that let sound through.
 fn masks(model: &CloudModel) -> Masks {
     let mut masks = Masks::new(&model.sizes());
-    masks.mixture.iter_mut().enumerate().for_each(|(f, m)| *m = 0.6 + 0.3 * noise(60, f));
-    masks.difference.iter_mut().enumerate().for_each(|(f, d)| *d = 0.7 * noise(61, f));
-    masks.embedding.iter_mut().enumerate().for_each(|(i, e)| *e = 1.5 * noise(62, i));
+    let mut noise = Noise::new(60);
+    masks.mixture.iter_mut().for_each(|m| *m = 0.6 + 0.3 * noise.value());
+    masks.difference.iter_mut().for_each(|d| *d = 0.7 * noise.value());
+    masks.embedding.iter_mut().for_each(|e| *e = 1.5 * noise.value());
     masks
 }
 
@@ -70,7 +71,7 @@ fn options(conv: ConvMode, taps: Option<&StreamTaps>, max_gain: f32) -> Publishe
 }
 
 fn signal(samples: usize) -> Vec<f32> {
-    (0..samples).map(|i| 0.3 * noise(3, i)).collect()
+    Noise::new(3).take(samples).map(|v| 0.3 * v).collect()
 }
 
 /// Zeros to put before a signal so that a stream's frames are a clip's, and the stream's number of a clip's first frame.
@@ -85,10 +86,10 @@ fn shift_invariant(lags: usize) -> CloudModel {
     let model = model(CloudKind::Full, Sizes { hyper: 0, ..SIZES });
     let frames = SIZES.frames;
     change(&model, |p| {
-        let tap = |i: usize, lag: usize| 0.2 * noise(40 + i, lag);
+        let taps = noise(40, 3 * lags);
         let kernel = (0..3 * frames * frames).map(|flat| {
             let (i, s, t) = (flat / frames / frames, flat / frames % frames, flat % frames);
-            if (s..s + lags).contains(&t) { tap(i, t - s) } else { 0.0 }
+            if (s..s + lags).contains(&t) { 0.2 * taps[i * lags + t - s] } else { 0.0 }
         });
         let values = kernel.collect();
         p.weights.insert("post_process.kernel".to_owned(), Tensor { shape: vec![3 * frames, frames], values });
@@ -148,7 +149,8 @@ fn a_row_of_the_matrix_is_that_frame_of_clips_shifted_along_the_stream() {
         let samples = clip.out_samples();
         // A sound with silence around it: nothing is reflected at the clips' ends.
         let burst = (ROW - 1) * GRID.hop..samples - GRID.n_fft / 2;
-        let input: Vec<f32> = (0..2 * samples).map(|i| if burst.contains(&i) { noise(5, i) } else { 0.0 }).collect();
+        let input: Vec<f32> =
+            noise(5, 2 * samples).into_iter().enumerate().map(|(i, v)| if burst.contains(&i) { v } else { 0.0 }).collect();
         let (lead, first) = alignment();
         let mut padded = vec![0.0; lead];
         padded.extend(&input);
@@ -361,7 +363,7 @@ fn neither_hops_nor_taps_nor_clips_allocate() {
 
 #[test]
 fn a_model_for_streams_has_neither_convolution_layers_nor_clips() {
-    let mut parts = cloud_models::parts(CloudKind::Taps, SIZES);
+    let mut parts = clouds::parts(CloudKind::Taps, SIZES);
     let refused = CloudModel::new(parts.clone()).unwrap_err().to_string();
     assert!(refused.contains("'taps' has no place for out.0.bias"), "{refused}");
     parts.weights.retain(|name, _| !name.starts_with("out."));

@@ -1,10 +1,9 @@
 //! What `docs/conventions.md` says of scenes and rendering.
 
-mod common;
-
-use common::{render, room, spatializer};
 use promenade_core::glam::{Quat, Vec3};
 use promenade_core::{BlockParams, Field, NEAREST_M, Pose, Rows, Scene, Tier};
+use promenade_testing::noise;
+use promenade_testing::scenes::{render, room, spatializer};
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -129,7 +128,7 @@ fn a_jump_takes_the_next_pose_at_once_and_keeps_what_sounds() {
     let scene = room(16_000.0, 0.6, 0.2);
     let (front, left) = (Pose::IDENTITY, Pose::from_ypr(Vec3::ZERO, -FRAC_PI_2, 0.0, 0.0));
     let mut s = spatializer(&scene, 48_000.0);
-    render(&mut s, &common::noise(2, 24_000), &[512], &BlockParams::default(), |_| front);
+    render(&mut s, &noise(2, 24_000), &[512], &BlockParams::default(), |_| front);
     s.jump();
     let silence = vec![0.0; 4_800];
     let out = render(&mut s, &silence, &[512], &BlockParams::default(), |_| left);

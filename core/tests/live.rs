@@ -1,10 +1,6 @@
 //! Live decoding behind the stream.
 
-mod common;
-mod golden;
-
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use common::{noise, render};
 use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
@@ -13,6 +9,9 @@ use promenade_core::{
     AnchorCloud, Bands, BlockParams, DecodeWorker, Decoded, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts,
     Spatializer, StftGrid, TailModel, Tier,
 };
+use promenade_testing::golden;
+use promenade_testing::noise;
+use promenade_testing::scenes::render;
 use std::sync::Arc;
 
 #[global_allocator]

@@ -1,9 +1,8 @@
 //! Gain, mix, bypass and scene changes belong to the sample they come with.
 
-mod common;
-
-use common::{noise, render, room, spatializer};
 use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
+use promenade_testing::noise;
+use promenade_testing::scenes::{render, room, spatializer};
 use std::sync::Arc;
 
 const RATE: f64 = 48_000.0;

@@ -1,10 +1,9 @@
 //! The audio thread allocates nothing, whatever happens on it.
 
-mod common;
-
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use common::{noise, room, walk};
 use promenade_core::{BlockParams, Renderer, Spatializer, Tier};
+use promenade_testing::noise;
+use promenade_testing::scenes::{room, walk};
 use std::sync::Arc;
 
 #[global_allocator]

@@ -1,13 +1,12 @@
 //! Scene files, whole and damaged.
 
-mod common;
-
-use common::room;
 use promenade_core::glam::Vec3;
 use promenade_core::{
     Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneCard, SceneError, SceneParts, StftGrid,
     TailModel, Tier, TransferShape,
 };
+use promenade_testing::noise;
+use promenade_testing::scenes::room;
 use safetensors::tensor::{Dtype, TensorView};
 
 /// A scene of a few kilobytes.
@@ -168,7 +167,7 @@ fn values_out_of_range_are_refused_by_name() {
 
 #[test]
 fn foreign_bytes_are_refused() {
-    let noise: Vec<u8> = common::noise(9, 4_096).iter().map(|v| (v * 127.0) as i8 as u8).collect();
+    let noise: Vec<u8> = noise(9, 4_096).iter().map(|v| (v * 127.0) as i8 as u8).collect();
     let mut huge = u64::MAX.to_le_bytes().to_vec();
     huge.extend(b"{}");
     for bytes in [&b""[..], b"RIFF....WAVEfmt ", b"{}", &noise, &huge] {

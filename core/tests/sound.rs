@@ -1,11 +1,10 @@
 //! How the engine sounds: blocks, latency, silence, tails, tones.
 
-mod common;
-
-use common::{noise, render, room, spatializer, walk};
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Pose, Tier};
 use promenade_metrics::{tail_modulation_db, tone_cleanliness};
+use promenade_testing::noise;
+use promenade_testing::scenes::{render, room, spatializer, walk};
 use std::f32::consts::{PI, TAU};
 
 const RATE: f64 = 48_000.0;

@@ -189,6 +189,7 @@ pub(crate) fn angle_between(a: &Pose, b: &Pose) -> f32 {
 mod tests {
     use super::*;
     use glam::Vec3;
+    use promenade_testing::Rng;
 
     /// Poses 60 times a second.
     fn recorded(seconds: f64, pose: impl Fn(f32) -> Pose) -> Vec<Keyframe> {
@@ -208,11 +209,8 @@ mod tests {
 
     /// Random smooth walks: sums of slow sines for every coordinate, with pauses.
     fn walk(seed: u64) -> impl Fn(f32) -> Pose {
-        let mut state = seed;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1_u64 << 24) as f32
-        };
+        let mut rng = Rng::with_seed(seed);
+        let mut random = || rng.f32();
         let waves: Vec<[f32; 3]> = (0..24).map(|_| [random(), 0.05 + random(), 6.3 * random()]).collect();
         let pause_s = 3.0 * random();
         move |t| {

@@ -29,6 +29,7 @@ mod tests {
     use super::*;
     use glam::{Quat, Vec3};
     use promenade_core::{Keyframe, Pose};
+    use promenade_testing::Noise;
 
     /// The largest difference of times, coordinates and angles, seconds, metres and radians.
     fn difference(a: &CameraPath, b: &CameraPath) -> f64 {
@@ -44,11 +45,8 @@ mod tests {
 
     fn poses() -> CameraPath {
         let mut keyframes = Vec::new();
-        let mut state = 7_u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
-        };
+        let mut noise = Noise::new(7);
+        let mut random = || noise.value();
         let mut t_s = -3.0;
         for number in 0..2000 {
             let q = Quat::from_xyzw(random(), random(), random(), random()).normalize();

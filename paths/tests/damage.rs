@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::{Random, cart};
+use common::cart;
 use promenade_paths::{ImportOptions, alone, read};
+use promenade_testing::Rng;
 
 const JSON: &str = r#"[{"t": 0, "position": [0, 1.5, -2], "ypr": [30, 0, 0]},
   {"t": 1.25, "position": [1, 1.5, -2], "quat": [1, 0, 0, 0]}, {"t": 2, "position": [1, 1, 1e-3], "ypr": [0, 0, 5]}]"#;
@@ -72,10 +73,10 @@ fn files_cut_at_every_byte() {
 #[test]
 fn files_with_a_flipped_bit_in_every_byte() {
     for (name, bytes) in files() {
-        let mut random = Random(2);
+        let mut rng = Rng::with_seed(2);
         for at in 0..bytes.len() {
             let mut damaged = bytes.clone();
-            damaged[at] ^= 1 << random.below(8);
+            damaged[at] ^= 1 << rng.u8(..8);
             survives(name, &damaged);
         }
     }
@@ -84,17 +85,17 @@ fn files_with_a_flipped_bit_in_every_byte() {
 #[test]
 fn files_with_wrong_bytes_and_lost_parts() {
     for (name, bytes) in files() {
-        let mut random = Random(1);
+        let mut rng = Rng::with_seed(1);
         for _ in 0..1000 {
             let mut damaged = bytes.clone();
-            for _ in 0..1 + random.below(8) {
-                let at = random.below(damaged.len());
-                match random.below(3) {
-                    0 => damaged[at] = random.next() as u8,
+            for _ in 0..1 + rng.usize(..8) {
+                let at = rng.usize(..damaged.len());
+                match rng.usize(..3) {
+                    0 => damaged[at] = rng.u8(..),
                     // What does most damage: ends of ranges.
-                    1 => damaged[at] = [0, 0xff, 0x7f, 0x80, b'9', b'-', b'e', b'"'][random.below(8)],
+                    1 => damaged[at] = [0, 0xff, 0x7f, 0x80, b'9', b'-', b'e', b'"'][rng.usize(..8)],
                     _ => {
-                        let end = (at + 1 + random.below(16)).min(damaged.len());
+                        let end = (at + 1 + rng.usize(..16)).min(damaged.len());
                         damaged.drain(at..end);
                         damaged.push(0);
                     }

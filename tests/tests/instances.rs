@@ -1,11 +1,7 @@
 //! Many instances of one scene: it is in memory once, and each plays as if it were alone.
 
-// The engine's own test scenes; this crate needs a big one.
-#[allow(unreachable_pub, reason = "the module is a part of other test binaries too")]
-#[path = "../../core/tests/common/mod.rs"]
-mod common;
-
 use promenade_core::Scene;
+use promenade_testing::scenes;
 use promenade_tests::memory::resident_bytes;
 use promenade_tests::signal::{difference_db, noise, peak};
 use promenade_tests::{Host, Setup, in_both_formats, in_library, render};
@@ -17,7 +13,7 @@ const SCENE: &str = "big.promenade";
 const INSTANCES: usize = 20;
 
 fn fill(folder: &Path) {
-    std::fs::write(folder.join(SCENE), common::room(96_000.0, 0.3, 0.05).to_bytes().unwrap()).unwrap();
+    std::fs::write(folder.join(SCENE), scenes::room(96_000.0, 0.3, 0.05).to_bytes().unwrap()).unwrap();
 }
 
 fn opened<H: Host>() -> H {

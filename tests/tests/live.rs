@@ -1,8 +1,5 @@
 //! Anchor clouds decoded live, on a thread that all instances share.
 
-#[path = "../../core/tests/golden/mod.rs"]
-mod golden;
-
 use promenade_core::decode::InlineWorker;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
@@ -11,6 +8,7 @@ use promenade_core::{
     AnchorCloud, Bands, BlockParams, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts, Spatializer, StftGrid,
     TailModel, Tier,
 };
+use promenade_testing::golden;
 use promenade_tests::signal::{difference_db, noise, peak};
 use promenade_tests::{Host, Setup, Vst3, in_both_formats, in_library, render};
 use std::path::Path;

@@ -1,10 +1,8 @@
 //! A scene on another grid has another latency, and hosts are told.
 
 // The engine's own test scenes; this crate needs one whose hop is not that of the factory scenes.
-#[allow(unreachable_pub, reason = "the module is a part of other test binaries too")]
-#[path = "../../core/tests/common/mod.rs"]
-mod common;
 
+use promenade_testing::scenes;
 use promenade_tests::signal::{impulse, peak_index};
 use promenade_tests::{Host, Setup, edit_state, in_both_formats, render};
 use serde_json::json;
@@ -15,7 +13,7 @@ const AT: usize = 9600;
 
 fn the_latency_follows_the_scene<H: Host>() {
     // Whole samples make a hop of 39 at this rate, 4.88 ms, where the usual one is 5 ms.
-    let scene = common::room(7_990.0, 0.3, 0.05);
+    let scene = scenes::room(7_990.0, 0.3, 0.05);
     let file = std::env::temp_dir().join(format!("promenade-latency-{}-{}.promenade", H::FORMAT, std::process::id()));
     std::fs::write(&file, scene.to_bytes().unwrap()).unwrap();
 

@@ -2,11 +2,8 @@
 //!
 //! With `RTSAN_ENABLE` set (`cargo xtask test` sets it) the real-time sanitizer ends the process if it does.
 
-#[allow(unreachable_pub, reason = "the module is a part of other test binaries too")]
-#[path = "../../core/tests/common/mod.rs"]
-mod common;
-
 use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
+use promenade_testing::{noise, scenes};
 use std::env;
 use std::hint::black_box;
 use std::process::Command;
@@ -43,11 +40,11 @@ fn allocate(len: usize) {
 
 #[test]
 fn walking_automating_and_changing_scenes_never_blocks() {
-    let scenes = [common::room(RATE, 0.3, 0.05), common::room(44_100.0, 1.2, 0.1)];
+    let scenes = [scenes::room(RATE, 0.3, 0.05), scenes::room(44_100.0, 1.2, 0.1)];
     let renderer = |i: usize| Box::new(Renderer::new(scenes[i % 2].clone(), RATE).unwrap());
-    let mut spatializer = common::spatializer(&scenes[0], RATE);
+    let mut spatializer = scenes::spatializer(&scenes[0], RATE);
     let mut next = None;
-    let input = common::noise(1, 4096);
+    let input = noise(1, 4096);
     let mut output = [vec![0.0; 4096], vec![0.0; 4096]];
     let mut at = 0;
     for (turn, len) in [512, 1, 4096, 7, 64, 0, 511].into_iter().cycle().take(700).enumerate() {
@@ -62,7 +59,7 @@ fn walking_automating_and_changing_scenes_never_blocks() {
             bypass: turn % 90 > 80,
             ..BlockParams::default()
         };
-        let walk = common::walk(RATE);
+        let walk = scenes::walk(RATE);
         let pose = |i: usize| walk(at + i);
         block(&mut spatializer, &mut next, &mut done, &input[..len], &mut output, (params, pose));
         at += len;

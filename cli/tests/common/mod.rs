@@ -3,6 +3,7 @@
 #![allow(dead_code, unreachable_pub, reason = "each test uses a part of it")]
 
 use promenade_baker::wav::{self, Format};
+use promenade_testing::Noise;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
@@ -40,21 +41,17 @@ impl Place {
     pub fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let count = RATE as usize / 2;
-        let mut state = 1_u64;
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
-        };
+        let mut noise = Noise::new(1);
         for yaw in (-90..=90).step_by(15) {
             // The source is on the left when the head is turned to the right.
             let side = -(yaw as f32).to_radians().sin();
-            let ear = |sign: f32, noise: &mut dyn FnMut() -> f32| -> Vec<f32> {
+            let ear = |sign: f32, noise: &mut Noise| -> Vec<f32> {
                 let arrival = 40.0 - sign * side * 5.0;
                 (0..count)
                     .map(|i| {
                         let t = i as f32 - arrival;
                         let direct = (1.0 + 0.6 * sign * side) * (-0.5 * (t / 0.8).powi(2)).exp();
-                        let tail = if t > 20.0 { 0.03 * (-6.9 * t / (0.3 * RATE as f32)).exp() * noise() } else { 0.0 };
+                        let tail = if t > 20.0 { 0.03 * (-6.9 * t / (0.3 * RATE as f32)).exp() * noise.value() } else { 0.0 };
                         direct + tail
                     })
                     .collect()

@@ -5,6 +5,7 @@
 use promenade_core::Bands;
 use promenade_core::glam::Vec3;
 use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, Listener, PoseConvention, Tensor};
+use promenade_testing::Noise;
 use std::collections::BTreeMap;
 
 /// What a decoder gives.
@@ -199,11 +200,11 @@ pub struct Case {
 impl Case {
     /// Weights of the size that training starts from; attention somewhat sharper. No time filters, no convolution.
     pub fn model(&self) -> CloudModel {
-        let mut noise = Noise(7);
+        let mut noise = Noise::new(7);
         let (n, c, features, octaves) = (self.anchors, self.width, 12, 10);
         let mut weights = BTreeMap::new();
         let mut put = |name: &str, shape: &[usize], scale: f32, offset: f32| {
-            let values = (0..shape.iter().product()).map(|_| offset + scale * noise.next()).collect();
+            let values = (0..shape.iter().product()).map(|_| offset + scale * noise.value()).collect();
             weights.insert(name.to_owned(), Tensor { shape: shape.to_vec(), values });
         };
         for (stem, inputs) in [("pcd_av_proj", features), ("vec_proj", 3 * (1 + 2 * octaves))] {
@@ -251,7 +252,7 @@ impl Case {
         if self.kind == CloudKind::SimpleSh {
             weights.remove("freq_embedder.freqs");
         }
-        let point = |noise: &mut Noise| Vec3::new(8.0 * noise.next(), 8.0 * noise.next(), 3.0 * noise.next());
+        let point = |noise: &mut Noise| Vec3::new(8.0 * noise.value(), 8.0 * noise.value(), 3.0 * noise.value());
         let top = (self.bands.max(2) - 1) as f32;
         CloudModel::new(CloudParts {
             kind: self.kind,
@@ -261,23 +262,9 @@ impl Case {
             alignment: Alignment::IDENTITY,
             frequencies: Bands::new((0..self.bands).map(|k| 11_025.0 * k as f32 / top).collect()).unwrap(),
             anchors: (0..n).map(|_| point(&mut noise)).collect(),
-            features: (0..n * features).map(|_| 1.7 * noise.next()).collect(),
+            features: (0..n * features).map(|_| 1.7 * noise.value()).collect(),
             weights,
         })
         .unwrap()
-    }
-}
-
-/// Numbers in [-1, 1) from a seed: splitmix64.
-pub struct Noise(pub u64);
-
-impl Noise {
-    pub fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        2.0 * ((z >> 40) as f32 / 16_777_216.0) - 1.0
     }
 }

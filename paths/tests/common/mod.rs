@@ -5,20 +5,6 @@
 use base64::Engine;
 use serde_json::{Value, json};
 
-/// Pseudo-random numbers, the same each time.
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        self.0 >> 33
-    }
-
-    pub fn below(&mut self, count: usize) -> usize {
-        self.next() as usize % count
-    }
-}
-
 /// A glTF file in the making.
 pub struct Gltf {
     pub json: Value,

@@ -170,15 +170,9 @@ mod tests {
 
     #[test]
     fn random_bytes_do_no_harm() {
-        let mut seed = 0x2545_f491_4f6c_dd1d_u64;
-        let mut next = || {
-            seed ^= seed << 13;
-            seed ^= seed >> 7;
-            seed ^= seed << 17;
-            seed.to_le_bytes()[3]
-        };
+        let mut rng = promenade_testing::Rng::with_seed(1);
         for round in 0..20_000_usize {
-            let mut bytes = (0..round % 96).map(|_| next()).collect::<Vec<_>>();
+            let mut bytes = (0..round % 96).map(|_| rng.u8(..)).collect::<Vec<_>>();
             // Some begin as packets do.
             let head: &[u8] = [b"".as_slice(), b"/ypr\0\0\0\0,", b"#bundle\0\0\0\0\0\0\0\0\x01\0\0\0"][round % 3];
             bytes.splice(0..0, head.iter().copied());

@@ -98,67 +98,70 @@ fn a_file_gives_back_what_was_written() {
     }
 }
 
-/// The whole pipeline of the published code on one cloud.
-#[test]
-fn anchors_are_those_of_the_published_pipeline() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/golden/anchor_pipeline.npz");
-    if !file.is_file() {
-        let _ = writeln!(std::io::stderr(), "skipped: {} is not here", file.display());
-        return;
-    }
-    let mut archive = zip::ZipArchive::new(std::fs::File::open(&file).unwrap()).unwrap();
-    let mut raw = |name: &str| {
-        let mut bytes = Vec::new();
-        archive.by_name(&format!("{name}.npy")).unwrap().read_to_end(&mut bytes).unwrap();
-        let header = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-        bytes.split_off(10 + header)
-    };
-    let floats = |bytes: Vec<u8>| bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect::<Vec<f32>>();
-    let doubles = |bytes: Vec<u8>| bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect::<Vec<f64>>();
-    let vectors = |values: &[f32]| values.as_chunks::<3>().0.iter().copied().map(Vec3::from_array).collect::<Vec<Vec3>>();
-    let positions = vectors(&floats(raw("points_xyz")));
-    let colours = raw("points_rgb");
-    let colours = colours.as_chunks::<3>().0.iter().map(|c| c.map(|c| f32::from(c) / 255.0));
-    let points: Vec<Point> = positions.into_iter().zip(colours).map(|(position, colour)| Point { position, colour }).collect();
-    let (golden_voxels, golden_colours) = (vectors(&floats(raw("voxel_xyz"))), doubles(raw("voxel_rgb")));
-    let (golden_anchors, golden_features) = (vectors(&floats(raw("anchor_xyz"))), floats(raw("rgb_features")));
+mod needs_shared {
+    use super::*;
+    use promenade_testing::shared;
 
-    let voxels = voxels::merge(&points, 0.25).unwrap();
-    assert_eq!(voxels.len(), golden_voxels.len());
-    // Theirs are in another order.
-    let mut theirs: Vec<_> = golden_voxels.iter().zip(golden_colours.as_chunks::<3>().0).collect();
-    let key = |p: &Vec3| p.to_array();
-    theirs.sort_by(|a, b| key(a.0).partial_cmp(&key(b.0)).unwrap());
-    for (ours, (position, colour)) in voxels.iter().zip(theirs) {
-        assert_eq!(ours.position, *position);
-        assert!(ours.colour.iter().zip(colour).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-6));
-    }
+    /// The whole pipeline of the published code on one cloud.
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn anchors_are_those_of_the_published_pipeline() {
+        let file = shared("golden/anchor_pipeline.npz");
+        let mut archive = zip::ZipArchive::new(std::fs::File::open(&file).unwrap()).unwrap();
+        let mut raw = |name: &str| {
+            let mut bytes = Vec::new();
+            archive.by_name(&format!("{name}.npy")).unwrap().read_to_end(&mut bytes).unwrap();
+            let header = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+            bytes.split_off(10 + header)
+        };
+        let floats = |bytes: Vec<u8>| bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect::<Vec<f32>>();
+        let doubles = |bytes: Vec<u8>| bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect::<Vec<f64>>();
+        let vectors = |values: &[f32]| values.as_chunks::<3>().0.iter().copied().map(Vec3::from_array).collect::<Vec<Vec3>>();
+        let positions = vectors(&floats(raw("points_xyz")));
+        let colours = raw("points_rgb");
+        let colours = colours.as_chunks::<3>().0.iter().map(|c| c.map(|c| f32::from(c) / 255.0));
+        let points: Vec<Point> =
+            positions.into_iter().zip(colours).map(|(position, colour)| Point { position, colour }).collect();
+        let (golden_voxels, golden_colours) = (vectors(&floats(raw("voxel_xyz"))), doubles(raw("voxel_rgb")));
+        let (golden_anchors, golden_features) = (vectors(&floats(raw("anchor_xyz"))), floats(raw("rgb_features")));
 
-    // Theirs sorts distances with rounding errors: among voxels equally far, any may come first.
-    let (found, mut swapped) = (features(&golden_anchors, &voxels, 50), 0);
-    let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-6);
-    for (anchor, (ours, theirs)) in golden_anchors.iter().zip(found.chunks(150).zip(golden_features.chunks(150))) {
-        let mut far: Vec<f32> = voxels.iter().map(|v| v.position.distance(*anchor)).collect();
-        let by_place = far.clone();
-        far.sort_by(f32::total_cmp);
-        for (k, (ours, theirs)) in ours.chunks(3).zip(theirs.chunks(3)).enumerate() {
-            if same(ours, theirs) {
-                continue;
-            }
-            swapped += 1;
-            let equally_far = voxels.iter().zip(&by_place).filter(|(_, d)| (**d - far[k]).abs() < 1e-5);
-            let mut harmonics = equally_far.map(|(v, _)| v.colour.map(|c| (c - 0.5) / HARMONIC));
-            assert!(harmonics.any(|h| same(&h, theirs)), "anchor {anchor}, neighbour {k}");
+        let voxels = voxels::merge(&points, 0.25).unwrap();
+        assert_eq!(voxels.len(), golden_voxels.len());
+        // Theirs are in another order.
+        let mut theirs: Vec<_> = golden_voxels.iter().zip(golden_colours.as_chunks::<3>().0).collect();
+        let key = |p: &Vec3| p.to_array();
+        theirs.sort_by(|a, b| key(a.0).partial_cmp(&key(b.0)).unwrap());
+        for (ours, (position, colour)) in voxels.iter().zip(theirs) {
+            assert_eq!(ours.position, *position);
+            assert!(ours.colour.iter().zip(colour).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-6));
         }
-    }
-    assert!(swapped < 20, "{swapped} of 1600 neighbours are others");
 
-    let places: Vec<Vec3> = voxels.iter().map(|v| v.position).collect();
-    let nearest = |p: &Vec3, to: &[Vec3]| to.iter().map(|c| p.distance_squared(*c)).fold(f32::INFINITY, f32::min);
-    let golden: f64 = places.iter().map(|p| f64::from(nearest(p, &golden_anchors))).sum();
-    for seed in 1..=5 {
-        let ours = k_means(&places, golden_anchors.len(), seed);
-        let ratio = ours.inertia / golden;
-        assert!((0.97..1.03).contains(&ratio), "inertia {} for {golden}, seed {seed}", ours.inertia);
+        // Theirs sorts distances with rounding errors: among voxels equally far, any may come first.
+        let (found, mut swapped) = (features(&golden_anchors, &voxels, 50), 0);
+        let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-6);
+        for (anchor, (ours, theirs)) in golden_anchors.iter().zip(found.chunks(150).zip(golden_features.chunks(150))) {
+            let mut far: Vec<f32> = voxels.iter().map(|v| v.position.distance(*anchor)).collect();
+            let by_place = far.clone();
+            far.sort_by(f32::total_cmp);
+            for (k, (ours, theirs)) in ours.chunks(3).zip(theirs.chunks(3)).enumerate() {
+                if same(ours, theirs) {
+                    continue;
+                }
+                swapped += 1;
+                let equally_far = voxels.iter().zip(&by_place).filter(|(_, d)| (**d - far[k]).abs() < 1e-5);
+                let mut harmonics = equally_far.map(|(v, _)| v.colour.map(|c| (c - 0.5) / HARMONIC));
+                assert!(harmonics.any(|h| same(&h, theirs)), "anchor {anchor}, neighbour {k}");
+            }
+        }
+        assert!(swapped < 20, "{swapped} of 1600 neighbours are others");
+
+        let places: Vec<Vec3> = voxels.iter().map(|v| v.position).collect();
+        let nearest = |p: &Vec3, to: &[Vec3]| to.iter().map(|c| p.distance_squared(*c)).fold(f32::INFINITY, f32::min);
+        let golden: f64 = places.iter().map(|p| f64::from(nearest(p, &golden_anchors))).sum();
+        for seed in 1..=5 {
+            let ours = k_means(&places, golden_anchors.len(), seed);
+            let ratio = ours.inertia / golden;
+            assert!((0.97..1.03).contains(&ratio), "inertia {} for {golden}, seed {seed}", ours.inertia);
+        }
     }
 }

@@ -314,35 +314,37 @@ fn obj_meshes_have_the_colours_of_vertices_or_materials() {
     assert!(Place::load(&folder.path().join("room.stl"), &ALL).unwrap_err().to_string().contains("found the ending \"stl\""));
 }
 
-/// The models of `../shared/data/colmap` beside the checkout.
-#[test]
-fn models_that_colmap_made() {
-    let models = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/colmap");
-    if !models.is_dir() {
-        let _ = writeln!(std::io::stderr(), "skipped: {} is not here", models.display());
-        return;
-    }
-    let load = |name: &str| Reconstruction::load(&models.join(name), &ALL).unwrap_or_else(|e| panic!("{e}"));
-    for (name, points, cameras) in [
-        ("bedroom_plush_mit_rebuilt/bin", 6002, 48),
-        ("sceaux_castle_mit/colmap_example_model_bin", 7862, 11),
-        ("sceaux_castle_mit/colmap_example_model_not_shared_txt", 8024, 11),
-        ("sceaux_castle_mit/colmap_example_model_txt_missing_cams_and_subfolders", 6319, 9),
-        ("maupertuis_bsd/samples/maupertuis/colmap/reconstruction", 1039, 4),
-    ] {
-        let found = load(name);
-        assert_eq!((found.points.len(), found.cameras.len()), (points, cameras), "{name}");
-    }
-    for (binary, text) in [
-        ("bedroom_plush_mit_rebuilt/bin", "bedroom_plush_mit_rebuilt/txt"),
-        ("sceaux_castle_mit/colmap_example_model_bin", "sceaux_castle_mit/colmap_example_model_txt"),
-    ] {
-        let (a, b) = (load(binary), load(text));
-        // Text has fewer digits, and another order.
-        let middle = |r: &Reconstruction| r.points.iter().map(|p| p.position).sum::<Vec3>() / r.points.len() as f32;
-        let colour = |r: &Reconstruction| r.points.iter().map(|p| f64::from(p.colour.iter().sum::<f32>())).sum::<f64>();
-        assert!(middle(&a).distance(middle(&b)) < 1e-3, "{binary}: {} and {}", middle(&a), middle(&b));
-        assert!((colour(&a) - colour(&b)).abs() < 0.1, "{binary}: {} and {}", colour(&a), colour(&b));
-        assert_eq!(a.cameras.len(), b.cameras.len());
+mod needs_shared {
+    use super::*;
+    use promenade_testing::shared;
+
+    /// The models of `../shared/data/colmap` beside the checkout.
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn models_that_colmap_made() {
+        let models = shared("data/colmap");
+        let load = |name: &str| Reconstruction::load(&models.join(name), &ALL).unwrap_or_else(|e| panic!("{e}"));
+        for (name, points, cameras) in [
+            ("bedroom_plush_mit_rebuilt/bin", 6002, 48),
+            ("sceaux_castle_mit/colmap_example_model_bin", 7862, 11),
+            ("sceaux_castle_mit/colmap_example_model_not_shared_txt", 8024, 11),
+            ("sceaux_castle_mit/colmap_example_model_txt_missing_cams_and_subfolders", 6319, 9),
+            ("maupertuis_bsd/samples/maupertuis/colmap/reconstruction", 1039, 4),
+        ] {
+            let found = load(name);
+            assert_eq!((found.points.len(), found.cameras.len()), (points, cameras), "{name}");
+        }
+        for (binary, text) in [
+            ("bedroom_plush_mit_rebuilt/bin", "bedroom_plush_mit_rebuilt/txt"),
+            ("sceaux_castle_mit/colmap_example_model_bin", "sceaux_castle_mit/colmap_example_model_txt"),
+        ] {
+            let (a, b) = (load(binary), load(text));
+            // Text has fewer digits, and another order.
+            let middle = |r: &Reconstruction| r.points.iter().map(|p| p.position).sum::<Vec3>() / r.points.len() as f32;
+            let colour = |r: &Reconstruction| r.points.iter().map(|p| f64::from(p.colour.iter().sum::<f32>())).sum::<f64>();
+            assert!(middle(&a).distance(middle(&b)) < 1e-3, "{binary}: {} and {}", middle(&a), middle(&b));
+            assert!((colour(&a) - colour(&b)).abs() < 0.1, "{binary}: {} and {}", colour(&a), colour(&b));
+            assert_eq!(a.cameras.len(), b.cameras.len());
+        }
     }
 }
