@@ -171,7 +171,7 @@ fn a_folder_a_response() {
     let folder = tempfile::tempdir().unwrap();
     for (i, (rx, tx)) in [("1 2 3", "0 0 0 1 5 6 7"), ("1, 2, 4", "5,6,7"), ("2 2 2", "8 8 8")].iter().enumerate() {
         let at = folder.path().join(format!("data/{i:06}"));
-        sound(at.join("rir.wav"), &[&noise(i as u32 + 1, 400)]);
+        sound(at.join("rir.wav"), &[&noise(i as u64 + 1, 400)]);
         text(&at.join("rx_pos.txt"), format!("{rx}\n"));
         text(&at.join("tx_pos.txt"), tx);
     }

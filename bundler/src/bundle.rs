@@ -14,8 +14,13 @@ pub(crate) fn target_folder() -> Result<PathBuf> {
 
 /// Builds the plugin with options of `cargo build` and lays out its bundles; returns their folder.
 pub(crate) fn bundle(options: &[String]) -> Result<PathBuf> {
-    let target = target_folder()?;
     nice_plug_xtask::build(&[PACKAGE.to_owned()], options)?;
+    lay_out(options)
+}
+
+/// Lays out the bundles of a plugin that was built with these options; returns their folder.
+pub(crate) fn lay_out(options: &[String]) -> Result<PathBuf> {
+    let target = target_folder()?;
     nice_plug_xtask::bundle(&target, PACKAGE, options, false)?;
     Ok(target.join("bundled"))
 }

@@ -2,88 +2,103 @@
 
 use crate::bundle;
 use crate::screen::Screen;
-use anyhow::{Context, Result, bail};
+use crate::sections::Sections;
+use anyhow::{Context, Result, anyhow, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::thread;
 
-/// The feature that builds the standalone program.
-const STANDALONE: &str = "promenade-plugin/standalone";
-/// The feature that builds the command that trains.
-const TRAIN: &str = "promenade/train";
+/// What everything is built with, so that one build serves lints, bundles and tests: the command that trains and the standalone program.
+/// The latter needs headers that come with the screen's packages.
+const FEATURES: [&str; 2] = ["promenade/train", "promenade-plugin/standalone"];
 
 /// Checks format and lints, bundles the plugin, and runs every test; stops at the first section that fails.
 pub(crate) fn test() -> Result<()> {
-    section("format");
-    run(cargo().args(["fmt", "--all", "--check"]))?;
-
-    section("screen");
-    let screen = Screen::start()?;
-
-    section("lints");
-    let mut lints = cargo();
-    lints.args(["clippy", "--workspace", "--all-targets", "--features", TRAIN]);
-    if screen.is_some() {
-        lints.args(["--features", STANDALONE]);
-    }
-    run(lints.args(["--", "-D", "warnings"]))?;
-
-    section("bundles");
-    let bundles = bundle::bundle(&[])?;
-
-    section("python");
-    let python = python_environment()?;
-    for check in ["pedalboard_check.py", "dawdreamer_check.py"] {
-        run(Command::new(&python).arg(Path::new("tests/python").join(check)).arg(bundles.join("Promenade.vst3")))?;
-    }
-    run(cargo().args(["build", "--package", "promenade"]))?;
-    let tool = bundle::target_folder()?.join("debug").join(format!("promenade{}", std::env::consts::EXE_SUFFIX));
-    run(Command::new(&python).arg("tests/python/metrics_check.py").arg(tool))?;
-
-    if screen.is_some() {
-        section("standalone");
-        run(cargo().args([
-            "build",
-            "--package",
-            "promenade-plugin",
-            "--bin",
-            "promenade-standalone",
-            "--features",
-            STANDALONE,
-        ]))?;
-    }
-
-    // Last, so that the log ends with the counts of cargo.
-    section("rust");
-    let mut tests = cargo();
-    tests.args(["test", "--workspace", "--no-fail-fast", "--features", TRAIN]).env("PROMENADE_BUNDLES", &bundles);
-    match real_time_sanitizer()? {
-        Some(library) => tests.env("RTSAN_ENABLE", "1").env("RTSAN_LIB_PATH", library),
-        None => {
-            println!("this toolchain has no real-time sanitizer: only allocations are watched for");
-            &mut tests
-        }
-    };
-    if let Some(screen) = &screen {
-        let pictures = bundle::target_folder()?.join("screenshots");
-        std::fs::create_dir_all(&pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
-        let program = bundle::target_folder()?.join("debug").join("promenade-standalone");
-        // Software drawing, so that the pictures do not depend on the graphics card.
-        tests.args(["--features", STANDALONE]);
-        tests.env("DISPLAY", &screen.display).env("LIBGL_ALWAYS_SOFTWARE", "1");
-        tests.env("PROMENADE_SCREENSHOTS", &pictures).env("PROMENADE_STANDALONE", program);
-    }
-    run(&mut tests)?;
+    let mut sections = Sections::default();
+    let result = all(&mut sections);
+    sections.print();
+    result?;
     println!("\nall sections passed");
     Ok(())
 }
 
-fn section(name: &str) {
-    println!("\n=== {name} ===");
+fn all(sections: &mut Sections) -> Result<()> {
+    sections.run("format", || run(cargo("fmt").args(["--all", "--check"])))?;
+    let screen = sections.run("screen", Screen::start)?;
+    let features = FEATURES[..if screen.is_some() { 2 } else { 1 }].join(",");
+    let built = |command: &str| {
+        let mut cargo = cargo(command);
+        cargo.args(["--workspace", "--features", &features]);
+        cargo
+    };
+
+    // Packages are downloaded while the compiler works.
+    let python = thread::spawn(python_environment);
+    sections.run("build", || run(built("build").args(["--lib", "--bins", "--tests"])))?;
+    let python = sections.run("python environment", || python.join().map_err(|_| anyhow!("pip's thread has panicked"))?)?;
+    let bundles = sections.run("bundles", || bundle::lay_out(&[]))?;
+
+    let vst3 = bundles.join("Promenade.vst3");
+    let tool = bundle::target_folder()?.join("debug").join(format!("promenade{}", std::env::consts::EXE_SUFFIX));
+    // Neither keeps two processors busy by itself.
+    let checks = thread::spawn(move || {
+        let checks = [("pedalboard_check.py", &vst3), ("dawdreamer_check.py", &vst3), ("metrics_check.py", &tool)];
+        checks.map(|(check, of)| Command::new(&python).arg(Path::new("tests/python").join(check)).arg(of).output())
+    });
+    sections.run("lints", || run(built("clippy").args(["--all-targets", "--", "-D", "warnings"])))?;
+    sections.run("python", || {
+        for output in checks.join().map_err(|_| anyhow!("the thread of the Python checks has panicked"))? {
+            let output = output.context("cannot run Python")?;
+            print!("{}", String::from_utf8_lossy(&output.stdout));
+            if !output.status.success() {
+                bail!("a Python check failed: {}\n{}", output.status, String::from_utf8_lossy(&output.stderr));
+            }
+        }
+        Ok(())
+    })?;
+
+    // Last, so that the log ends with the counts of cargo.
+    let sanitizer = real_time_sanitizer()?;
+    let tests = || -> Result<Command> {
+        let mut tests = built("test");
+        tests.arg("--no-fail-fast").env("PROMENADE_BUNDLES", &bundles);
+        if let Some(library) = &sanitizer {
+            tests.env("RTSAN_ENABLE", "1").env("RTSAN_LIB_PATH", library);
+        }
+        if let Some(screen) = &screen {
+            let pictures = bundle::target_folder()?.join("screenshots");
+            std::fs::create_dir_all(&pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
+            // Software drawing, so that the pictures do not depend on the graphics card.
+            tests.env("DISPLAY", &screen.display).env("LIBGL_ALWAYS_SOFTWARE", "1");
+            tests.env("PROMENADE_SCREENSHOTS", &pictures);
+        }
+        Ok(tests)
+    };
+    sections.run("tests", || run(&mut tests()?))?;
+
+    // Tests that not every machine can run are ignored so far, and named by what they need.
+    let needs = [
+        ("needs_shared", Path::new("../shared").is_dir()),
+        ("needs_screen", screen.is_some()),
+        ("needs_sanitizer", sanitizer.is_some()),
+    ];
+    let (here, missing): (Vec<_>, Vec<_>) = needs.into_iter().partition(|(_, here)| *here);
+    let names = |needs: Vec<(&'static str, bool)>| needs.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+    let (here, missing) = (names(here), names(missing));
+    if !here.is_empty() {
+        sections.run("tests with needs", || run(tests()?.args(["--tests", "--", "--ignored"]).args(&here)))?;
+    }
+    if !missing.is_empty() {
+        println!("\nnot run on this machine: {}", missing.join(", "));
+    }
+    Ok(())
 }
 
-fn cargo() -> Command {
-    // Within `cargo xtask` this is the cargo of the pinned toolchain.
-    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+/// A command of the cargo that runs `cargo xtask`.
+fn cargo(command: &str) -> Command {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.arg(command);
+    cargo
 }
 
 fn run(command: &mut Command) -> Result<()> {
@@ -93,7 +108,6 @@ fn run(command: &mut Command) -> Result<()> {
     }
     Ok(())
 }
-
 /// The sanitizer's runtime, which Linux toolchains bring along.
 fn real_time_sanitizer() -> Result<Option<PathBuf>> {
     let rustc = Command::new("rustc").args(["--print", "target-libdir"]).output().context("cannot run rustc")?;

@@ -4,6 +4,7 @@ mod bundle;
 mod check;
 mod install;
 mod screen;
+mod sections;
 
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;

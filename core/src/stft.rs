@@ -141,8 +141,7 @@ mod tests {
 
     fn round_trip(grid: StftGrid) -> f32 {
         let mut stft = Stft::new(grid);
-        let hash = |i: u32| ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 8_388_608.0) - 1.0;
-        let x: Vec<f32> = (0..20 * grid.n_fft as u32).map(hash).collect();
+        let x = promenade_testing::noise(1, 20 * grid.n_fft);
         let mut spectrum = vec![Complex32::default(); grid.bins()];
         let (mut y, mut out) = (Vec::new(), vec![0.0; grid.hop]);
         for chunk in x.chunks_exact(grid.hop) {

@@ -1,14 +1,8 @@
 //! Signals with known measures.
 
-/// Uniform noise in [-1, 1) by a linear congruential generator, the same on every machine.
+/// Uniform noise in [-1, 1), the same on every machine.
 pub(crate) fn noise(seed: u64, count: usize) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(2).wrapping_add(1);
-    (0..count)
-        .map(|_| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        })
-        .collect()
+    promenade_testing::Noise::new(seed).take(count).map(f64::from).collect()
 }
 
 /// Exponentially decaying noise that falls by 60 dB in `t60_s`.

@@ -7,7 +7,7 @@ pub mod scenes;
 pub mod signal;
 
 pub use fastrand::Rng;
-pub use signal::{Noise, noise};
+pub use signal::{Noise, noise, noise_at};
 
 use std::path::{Path, PathBuf};
 

@@ -27,6 +27,12 @@ impl Iterator for Noise {
     }
 }
 
+/// A value in [-1, 1) for each pair.
+#[must_use]
+pub fn noise_at(seed: u64, index: usize) -> f32 {
+    Noise::new(seed << 40 | index as u64).value()
+}
+
 /// The first `len` values of a [`Noise`].
 #[must_use]
 pub fn noise(seed: u64, len: usize) -> Vec<f32> {

@@ -108,7 +108,7 @@ impl Bench {
 }
 
 fn main() {
-    let Some(screen) = Screen::new(1400, 900) else { return };
+    let screen = Screen::new(1400, 900);
     screen.watch();
     let host = ClapHost::open(Setup { rate: RATE, block: BLOCK, ..Setup::default() });
     let mut bench = Bench { host, screen, signal: noise(BLOCK * 100), hand: (0, 0) };

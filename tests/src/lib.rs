@@ -14,21 +14,29 @@ pub use library::in_library;
 pub use played::{ClapHost, Host, Knob, Vst3, edit_state, host_id, render};
 pub use promenade_host::{Format, Setup};
 
-/// Runs generic tests in both formats: `fn name<H: Host>()` becomes `clap::name` and `vst3::name`.
+/// Runs generic tests in both formats: `fn name<H: Host>()` becomes `clap::name` and `vst3::name`. An attribute `ignore` before the
+/// names is that of all.
 #[macro_export]
 macro_rules! in_both_formats {
-    ($($name:ident),+ $(,)?) => {
+    (#[ignore = $why:literal] $($name:ident),+ $(,)?) => {
+        $crate::in_both_formats!(@modules [#[ignore = $why]] $($name)+);
+    };
+    (@modules $ignore:tt $($name:ident)+) => {
         mod clap {
-            $(#[test]
-            fn $name() {
-                super::$name::<promenade_tests::ClapHost>();
-            })+
+            $($crate::in_both_formats!(@test $ignore ClapHost $name);)+
         }
         mod vst3 {
-            $(#[test]
-            fn $name() {
-                super::$name::<promenade_tests::Vst3>();
-            })+
+            $($crate::in_both_formats!(@test $ignore Vst3 $name);)+
         }
+    };
+    (@test [$($ignore:tt)*] $host:ident $name:ident) => {
+        #[test]
+        $($ignore)*
+        fn $name() {
+            super::$name::<$crate::$host>();
+        }
+    };
+    ($($name:ident),+ $(,)?) => {
+        $crate::in_both_formats!(@modules [] $($name)+);
     };
 }

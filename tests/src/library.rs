@@ -21,7 +21,11 @@ pub fn in_library(fill: impl FnOnce(&Path), test: impl FnOnce(&Path)) {
     fs::create_dir_all(&folder).expect("the folder for temporary files can be written");
     fill(&folder);
     let this = env::current_exe().expect("a test has its own file");
-    let again = Command::new(this).args(["--exact", &name]).env(FOLDERS, &folder).output().expect("a test can be run again");
+    let again = Command::new(this)
+        .args(["--exact", "--include-ignored", &name])
+        .env(FOLDERS, &folder)
+        .output()
+        .expect("a test can be run again");
     fs::remove_dir_all(&folder).expect("the folder is still there");
     let text = String::from_utf8_lossy(&again.stdout);
     assert!(again.status.success() && text.contains("1 passed"), "{text}\n{}", String::from_utf8_lossy(&again.stderr));

@@ -157,18 +157,13 @@ impl SpectralLoss {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn noise(len: usize, of: u32) -> Vec<f32> {
-        let value =
-            |i: u32| ((i.wrapping_mul(2_654_435_761) ^ of.wrapping_mul(0x9E37_79B9)).wrapping_mul(0x85EB_CA6B) >> 8) as f32;
-        (0..len as u32).map(|i| value(i) / 8_388_608.0 - 1.0).collect()
-    }
+    use promenade_testing::noise;
 
     #[test]
     fn the_gradient_is_the_derivative_and_nothing_differs_from_itself() {
         let settings = LossSettings { n_fft: vec![32, 64], log: 1.0, linear: 0.4, ratio: 0.05 };
         let mut loss = SpectralLoss::new(&settings);
-        let (a, b) = ([noise(150, 1), noise(150, 2)], [noise(150, 3), noise(150, 4).iter().map(|v| 0.5 * v).collect()]);
+        let (a, b) = ([noise(1, 150), noise(2, 150)], [noise(3, 150), noise(4, 150).iter().map(|v| 0.5 * v).collect()]);
         let pair = |x: &'_ [Vec<f32>; 2]| -> [Vec<f32>; 2] { x.clone() };
         let mut gradient = [vec![], vec![]];
         loss.of([&a[0], &a[1]], [&b[0], &b[1]], 1.0, &mut gradient);

@@ -378,22 +378,18 @@ mod tests {
     use super::*;
     use crate::decode::Change;
     use crate::render::head::RenderHead;
+    use promenade_testing::{noise, noise_at};
 
     const GRID: StftGrid = StftGrid { sample_rate_hz: 8000.0, n_fft: 64, hop: 16 };
     const TAPS: usize = 9;
-
-    fn hash(i: usize, of: usize) -> f32 {
-        let x = (i as u32).wrapping_mul(2_654_435_761).wrapping_add((of as u32).wrapping_mul(0x9E37_79B9));
-        ((x ^ (x >> 15)).wrapping_mul(0x85EB_CA6B) >> 8) as f32 / 8_388_608.0 - 1.0
-    }
 
     fn room() -> (Bands, TailModel, TransferFunction) {
         let bands = Bands::for_rate(GRID.sample_rate_hz);
         let n = bands.count();
         let tail = TailModel { seed: 3, t60_s: vec![0.2; n], coherence: vec![0.3; n] };
         let shape = TransferShape { bins: GRID.bins(), bands: n, taps: TAPS };
-        let values = |count: usize, of: usize, low: f32, high: f32| -> Vec<f32> {
-            (0..count).map(|i| low + (high - low) * (0.5 + 0.5 * hash(i, of))).collect()
+        let values = |count: usize, of: u64, low: f32, high: f32| -> Vec<f32> {
+            (0..count).map(|i| low + (high - low) * (0.5 + 0.5 * noise_at(of, i))).collect()
         };
         let transfer = TransferFunction {
             mixture: values(shape.bins, 1, 0.2, 1.0),
@@ -406,14 +402,10 @@ mod tests {
         (bands, tail, transfer)
     }
 
-    fn noise(len: usize, of: usize) -> Vec<f32> {
-        (0..len).map(|i| hash(i, of)).collect()
-    }
-
     #[test]
     fn renders_what_the_stream_does() {
         let (bands, tail, transfer) = room();
-        let dry = noise(700, 11);
+        let dry = noise(11, 700);
         let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &bands, &tail, 4000.0);
         let all = Change { direct: true, filters: 0..head.filter_hops() };
         head.update(&transfer, &all);
@@ -451,8 +443,8 @@ mod tests {
     fn the_adjoint_is_the_derivative() {
         let (bands, tail, transfer) = room();
         let mut clips = ClipRender::new(&GRID, &bands, &tail, TAPS);
-        let input = clips.analyse(&noise(500, 12), 120);
-        let gradient = [noise(380, 13), noise(380, 14)];
+        let input = clips.analyse(&noise(12, 500), 120);
+        let gradient = [noise(13, 380), noise(14, 380)];
         let mut by = clips.shape().silent();
         clips.adjoint(&input, &transfer, [&gradient[0], &gradient[1]], &mut by);
         let mut value = |t: &TransferFunction| -> f64 {

@@ -197,7 +197,8 @@ fn slots<const N: usize>(frame: usize, rows: usize) -> [usize; N] {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::published::frames::tests::{arches, noise};
+    use crate::published::frames::tests::arches;
+    use promenade_testing::noise_at;
 
     /// A channel by time and bin.
     type Image = Vec<Vec<f32>>;
@@ -207,8 +208,8 @@ pub(crate) mod tests {
         let mut weights = ConvWeights::zeros();
         for (layer, scale, seed) in weights.layers.iter_mut().zip([0.07, 0.1, 0.1]).zip([1, 3, 5]).map(|((l, a), b)| (l, a, b))
         {
-            layer.weight.iter_mut().enumerate().for_each(|(i, w)| *w = scale * noise(seed, i));
-            layer.bias.iter_mut().enumerate().for_each(|(i, w)| *w = 0.2 * noise(seed + 1, i));
+            layer.weight.iter_mut().enumerate().for_each(|(i, w)| *w = scale * noise_at(seed, i));
+            layer.bias.iter_mut().enumerate().for_each(|(i, w)| *w = 0.2 * noise_at(seed + 1, i));
         }
         weights
     }
@@ -240,7 +241,7 @@ pub(crate) mod tests {
         let weights = random_weights();
         for (bins, frames) in [(53, 13), (8, 1), (33, 4), (257, 2)] {
             let plane =
-                |seed| -> Image { (0..frames).map(|t| (0..bins).map(|f| noise(seed, t * bins + f)).collect()).collect() };
+                |seed| -> Image { (0..frames).map(|t| (0..bins).map(|f| noise_at(seed, t * bins + f)).collect()).collect() };
             let planes = [plane(11), plane(12), plane(13), plane(14)];
             let [mix, masked, mixture, difference] = &planes;
             let wanted = [-1.0, 1.0].map(|sign| {

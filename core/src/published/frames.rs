@@ -276,6 +276,7 @@ pub(crate) fn load<S: Simd, const V: usize>(simd: S, x: &[f32]) -> [S::f32s; V] 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use promenade_testing::noise_at;
 
     /// Every instruction set that the running machine has.
     pub(crate) fn arches() -> Vec<Arch> {
@@ -296,23 +297,15 @@ pub(crate) mod tests {
         all
     }
 
-    /// Numbers in (-1, 1) that look random.
-    pub(crate) fn noise(seed: u32, i: usize) -> f32 {
-        let i = u32::try_from(i).unwrap().wrapping_mul(0x9E37_79B9).wrapping_add(seed.wrapping_mul(0x85EB_CA6B));
-        let h = (i ^ (i >> 15)).wrapping_mul(0x2C1B_3C6D);
-        let h = (h ^ (h >> 12)).wrapping_mul(0x297A_2D39);
-        ((h ^ (h >> 15)) >> 8) as f32 / 8_388_608.0 - 1.0
-    }
-
     #[test]
     fn a_product_adds_weighted_rows_moved_by_its_taps() {
         for arch in arches() {
             for (len, rows, outputs, taps) in [(257, 5, 8, 3), (40, 3, 13, 1), (33, 7, 1, 2), (1, 1, 3, 3)] {
                 let mut x = Frames::new(rows, len);
-                (0..rows).for_each(|r| (0..len).for_each(|i| x.row_mut(r)[i] = noise(1, r * len + i)));
+                (0..rows).for_each(|r| (0..len).for_each(|i| x.row_mut(r)[i] = noise_at(1, r * len + i)));
                 let mut gate = Frames::new(1, len);
-                (0..len).for_each(|i| gate.row_mut(0)[i] = noise(3, i));
-                let at = |k: usize, o: usize| noise(2, k * outputs + o);
+                (0..len).for_each(|i| gate.row_mut(0)[i] = noise_at(3, i));
+                let at = |k: usize, o: usize| noise_at(2, k * outputs + o);
                 let weights = Weights::new(rows * taps, outputs, at);
                 for gated in [false, true] {
                     let mut out = Frames::new(outputs, len);

@@ -151,14 +151,10 @@ mod tests {
     #[test]
     fn a_perfect_prediction_has_no_error() {
         let rate = 16_000.0_f32;
-        let mut state = 1_u32;
-        let mut noise = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 8_388_608.0 - 1.0
-        };
+        let mut noise = promenade_testing::Noise::new(1);
         // Bursts that decay, so that all figures have a value.
         let mut ear = |gain: f32| -> Vec<f32> {
-            (0..16_000).map(|i| gain * (-(i % 5000) as f32 / (0.05 * rate)).exp() * noise()).collect()
+            (0..16_000).map(|i| gain * (-(i % 5000) as f32 / (0.05 * rate)).exp() * noise.value()).collect()
         };
         let (left, right) = (ear(0.5), ear(0.2));
         let figures = Figures::of([&left, &right], [&left, &right], f64::from(rate));

@@ -2,6 +2,7 @@
 
 use super::exponential::exp2;
 use super::*;
+use promenade_testing::noise_at;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Vector instructions, or a stand-in for those of other machines.
@@ -33,9 +34,7 @@ impl Set {
 
 /// A number in [-1, 1) for each pair.
 fn value(a: usize, b: usize) -> f64 {
-    let mut z = (a as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (b as u64 + 1).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 29)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    (z >> 40) as f64 / 8_388_608.0 - 1.0
+    noise_at(a as u64, b).into()
 }
 
 fn panels(features: usize, positions: usize, seed: usize) -> Panels {

@@ -1,14 +1,15 @@
 use super::*;
 use crate::published::conv::tests::random_weights;
-use crate::published::frames::tests::{arches, noise};
+use crate::published::frames::tests::arches;
+use promenade_testing::noise_at;
 
 /// All that is learnt: mixture, difference, mix, then weights and biases of the three layers.
 type Inputs = Vec<Vec<f64>>;
 
 const NAMES: [&str; 9] = ["mixture", "difference", "mix", "out.0", "out.0 bias", "out.2", "out.2 bias", "out.4", "out.4 bias"];
 
-fn random(count: usize, seed: u32, scale: f32) -> Vec<f32> {
-    (0..count).map(|i| scale * noise(seed, i)).collect()
+fn random(count: usize, seed: u64, scale: f32) -> Vec<f32> {
+    (0..count).map(|i| scale * noise_at(seed, i)).collect()
 }
 
 /// A head, a clip whose first frames are silent, and what it is rendered with.
