@@ -1,7 +1,6 @@
 //! FLAC files, of verbatim frames made here and of an encoder's where there are some.
 
 use promenade_audio::{FileError, flac, sound};
-use std::path::Path;
 
 /// Cyclic redundancy check of `bits` bits, most significant bit first, starting at 0 (RFC 9639, sections 9.1.8 and 9.3).
 fn crc(bytes: &[u8], bits: u32, polynomial: u32) -> u32 {

@@ -9,7 +9,6 @@ use fft_convolver::TwoStageFFTConvolver;
 use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, walk};
-use realfft::RealFftPlanner;
 use std::hint::black_box;
 use std::sync::Arc;
 
@@ -86,8 +85,7 @@ type Engine = Box<dyn FnMut(usize, &[f32], [&mut [f32]; 2])>;
 
 fn engines(scene: &Arc<promenade_core::Scene>) -> Vec<(&'static str, Engine)> {
     let (n, hop) = (scene.grid().n_fft, scene.grid().hop);
-    let mut planner = RealFftPlanner::<f32>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, inverse) = (promenade_fourier::forward::<f32>(n), promenade_fourier::inverse::<f32>(n));
     let (mut time, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
     let mut scratch = forward.make_scratch_vec();
     let mut filled = 0;

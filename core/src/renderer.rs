@@ -6,7 +6,7 @@ use crate::published::tier::Reference;
 use crate::render::head::RenderHead;
 use crate::stft::{Spectrum, Stft};
 use crate::{DecodeWorker, Pose, Quality, Scene, StftGrid, Tier, TransferFunction};
-use realfft::num_complex::Complex32;
+use promenade_fourier::num_complex::Complex32;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use thiserror::Error;

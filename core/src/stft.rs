@@ -1,8 +1,8 @@
 //! Streaming short-time Fourier transform: one channel in, two out, any hop.
 
 use crate::StftGrid;
-use realfft::num_complex::Complex32;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use promenade_fourier::num_complex::Complex32;
+use promenade_fourier::{ComplexToReal, RealToComplex};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -50,8 +50,7 @@ pub(crate) struct Stft {
 impl Stft {
     pub(crate) fn new(grid: StftGrid) -> Self {
         let n = grid.n_fft;
-        let mut planner = RealFftPlanner::new();
-        let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+        let (forward, inverse) = (promenade_fourier::forward(n), promenade_fourier::inverse(n));
         let scratch_len = forward.get_scratch_len().max(inverse.get_scratch_len());
         Self {
             grid,

@@ -1,10 +1,10 @@
 //! The audio thread allocates nothing, whatever happens on it.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use promenade_core::{BlockParams, Renderer, Spatializer, Tier};
+use promenade_core::{BlockParams, Spatializer, Tier};
 use promenade_testing::noise;
-use promenade_testing::scenes::{room, walk};
-use std::sync::Arc;
+use promenade_testing::scenes::{live_renderer, room_with_cloud, walk};
+use std::collections::BTreeSet;
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -12,14 +12,16 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 #[test]
 fn processing_never_allocates() {
     for rate in [8_000.0, 44_100.0, 48_000.0, 192_000.0] {
-        let (first, second) = (room(16_000.0, 0.4, 0.1), room(48_000.0, 0.8, 0.1));
+        // The second scene has the rate that is played, which the tier Reference asks for.
+        let (first, second) = (room_with_cloud(16_000.0, 0.4, 0.1), room_with_cloud(rate, 0.8, 0.1));
         let mut s = Spatializer::new(rate);
-        s.install(Box::new(Renderer::new(Arc::clone(&first), rate).unwrap()));
+        s.install(Box::new(live_renderer(&first, rate)));
         let input = noise(1, 60_000);
         let (mut left, mut right) = (vec![0.0; 8_192], vec![0.0; 8_192]);
         let pose = walk(rate);
-        let mut next = Some(Box::new(Renderer::new(second, rate).unwrap()));
+        let mut next = Some(Box::new(live_renderer(&second, rate)));
         let mut retired = None;
+        let mut played = BTreeSet::new();
         let mut at = 0;
         for (turn, size) in [1, 7, 64, 511, 4_096, 0, 480, 8_192, 33, 2_000].into_iter().cycle().take(40).enumerate() {
             if at + size > input.len() {
@@ -51,7 +53,9 @@ fn processing_never_allocates() {
                 }
             });
             at += size;
+            played.extend(s.renderer().map(|renderer| renderer.played_tier(tier)).filter(|_| size > 0));
         }
+        assert_eq!(Vec::from_iter(played), Tier::ALL);
         assert!(next.is_none() && retired.is_some(), "the swap took place");
     }
 }

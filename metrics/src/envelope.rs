@@ -2,7 +2,7 @@
 
 use crate::fourier::{signal, spectrum};
 use crate::{MetricError, check_pair};
-use realfft::num_complex::Complex;
+use promenade_fourier::num_complex::Complex;
 
 /// Magnitude of the analytic signal over the whole slice: the real signal and its Hilbert transform by one Fourier transform
 /// (Marple 1999), so the slice is treated as periodic.

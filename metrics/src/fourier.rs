@@ -1,18 +1,18 @@
 //! Fourier transforms of real signals, for the measures here and for the baker.
 
-use realfft::num_complex::Complex;
-use realfft::{FftNum, RealFftPlanner, RealToComplex};
+use promenade_fourier::num_complex::Complex;
+use promenade_fourier::{RealToComplex, Sample};
 use std::sync::Arc;
 
 /// A forward transform of one length.
 #[derive(Clone)]
-pub struct Fourier<T: FftNum>(Arc<dyn RealToComplex<T>>);
+pub struct Fourier<T: Sample>(Arc<dyn RealToComplex<T>>);
 
-impl<T: FftNum> Fourier<T> {
+impl<T: Sample> Fourier<T> {
     /// A transform of `length` samples, at least 1.
     #[must_use]
     pub fn new(length: usize) -> Self {
-        Self(RealFftPlanner::new().plan_fft_forward(length))
+        Self(promenade_fourier::forward(length))
     }
 
     /// The spectrum of a signal, zero-padded (or cut) to the transform's length: bins 0 to half the length, unscaled.
@@ -29,7 +29,7 @@ impl<T: FftNum> Fourier<T> {
 
 /// The spectrum of a signal, zero-padded (or cut) to `length` samples: bins 0 to half the length, unscaled.
 #[must_use]
-pub fn spectrum<T: FftNum>(signal: impl IntoIterator<Item = T>, length: usize) -> Vec<Complex<T>> {
+pub fn spectrum<T: Sample>(signal: impl IntoIterator<Item = T>, length: usize) -> Vec<Complex<T>> {
     Fourier::new(length).spectrum(signal)
 }
 
@@ -38,8 +38,8 @@ pub fn spectrum<T: FftNum>(signal: impl IntoIterator<Item = T>, length: usize) -
 /// The imaginary parts of the constant and, for an even length, of the Nyquist bin are ignored. A spectrum of fewer than
 /// `length / 2 + 1` bins is zero above them.
 #[must_use]
-pub fn signal<T: FftNum>(mut spectrum: Vec<Complex<T>>, length: usize) -> Vec<T> {
-    let plan = RealFftPlanner::new().plan_fft_inverse(length);
+pub fn signal<T: Sample>(mut spectrum: Vec<Complex<T>>, length: usize) -> Vec<T> {
+    let plan = promenade_fourier::inverse(length);
     spectrum.resize(length / 2 + 1, Complex::new(T::zero(), T::zero()));
     spectrum[0].im = T::zero();
     if length.is_multiple_of(2) {

@@ -2,7 +2,7 @@
 
 use crate::fourier::{signal, spectrum};
 use crate::{MetricError, check_finite, check_pair, check_rate, energy, onset, samples_in};
-use realfft::num_complex::Complex64;
+use promenade_fourier::num_complex::Complex64;
 use std::f64::consts::PI;
 
 /// Upper edge of the band in which people localise by time, hertz.

@@ -88,7 +88,7 @@ pub fn lsd_db(first: &[f32], second: &[f32], of: Spectrogram) -> Result<f64, Met
 mod tests {
     use super::*;
     use crate::test_signals::noise;
-    use realfft::num_complex::Complex;
+    use promenade_fourier::num_complex::Complex;
 
     const SPECTROGRAM: Spectrogram = Spectrogram { n_fft: 512, hop: 160, window_length: 400, window: Window::Hamming };
 

@@ -1,9 +1,13 @@
 //! Scenes made of numbers, and a way to render them.
 
+use crate::clouds::{self, Sizes};
+use promenade_core::decode::InlineWorker;
 use promenade_core::glam::Vec3;
+use promenade_core::network::CloudKind;
+use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
-    Anchor, Axis, Bands, BlockParams, Facing, Field, FieldGrid, Pose, Provenance, Renderer, Rows, Scene, SceneParts,
-    Spatializer, StftGrid, TailModel, TransferShape,
+    Anchor, AnchorCloud, Axis, Bands, BlockParams, Facing, Field, FieldGrid, Pose, Provenance, Renderer, Rows, Scene,
+    SceneParts, Spatializer, StftGrid, TailModel, TransferShape,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -14,6 +18,27 @@ use std::sync::Arc;
 /// The rate is too low for a window.
 #[must_use]
 pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
+    Arc::new(Scene::new(parts(sample_rate_hz, t60_s, tail_gain)).unwrap())
+}
+
+/// A [`room`] with a small anchor cloud besides, whose convolution layers look ahead: a scene of all tiers.
+///
+/// # Panics
+/// The rate is too low for a window.
+#[must_use]
+pub fn room_with_cloud(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
+    let mut parts = parts(sample_rate_hz, t60_s, tail_gain);
+    let sizes = Sizes { anchors: 8, bands: parts.grid.bins(), frames: 40, width: 32, hyper: 4 };
+    parts.cloud = Some(AnchorCloud {
+        model: clouds::model(CloudKind::Full, sizes),
+        conv: ConvMode::LookAhead,
+        projection: Projection::Diagonal,
+        emitter: None,
+    });
+    Arc::new(Scene::new(parts).unwrap())
+}
+
+fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> SceneParts {
     let hop = (0.005 * sample_rate_hz) as usize;
     let grid = StftGrid { sample_rate_hz, n_fft: 4 * hop, hop };
     let bands = Bands::for_rate(sample_rate_hz);
@@ -46,7 +71,7 @@ pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
         .collect();
     let tail = TailModel { seed: 7, t60_s: vec![t60_s; shape.bands], coherence: vec![0.2; shape.bands] };
     let field = Field::new(nodes, shape, Rows::Whole(rows)).unwrap();
-    let parts = SceneParts {
+    SceneParts {
         provenance: Provenance { title: "Numbers".into(), ..Provenance::default() },
         grid,
         bands,
@@ -59,8 +84,16 @@ pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
         bounds: (Vec3::new(-2.0, -2.0, 0.0), Vec3::new(2.0, 2.0, 0.0)),
         anchors: vec![Anchor { position: Vec3::X, colour: Vec3::ONE }],
         held_out: vec![],
-    };
-    Arc::new(Scene::new(parts).unwrap())
+    }
+}
+
+/// A renderer at `rate` Hz that decodes on the thread that renders.
+///
+/// # Panics
+/// The scene cannot be played at that rate, or has no anchor cloud.
+#[must_use]
+pub fn live_renderer(scene: &Arc<Scene>, rate: f64) -> Renderer {
+    Renderer::new(Arc::clone(scene), rate).unwrap().with_worker(Box::new(InlineWorker::new(scene).unwrap()))
 }
 
 /// A spatializer at `rate` Hz that plays the scene.

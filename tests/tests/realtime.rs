@@ -3,7 +3,9 @@
 //! With `RTSAN_ENABLE` set (`cargo xtask test` sets it) the real-time sanitizer ends the process if it does.
 
 use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
-use promenade_testing::{noise, scenes};
+use promenade_testing::noise;
+use promenade_testing::scenes::{live_renderer, room_with_cloud, walk};
+use std::collections::BTreeSet;
 use std::env;
 use std::hint::black_box;
 use std::process::Command;
@@ -40,9 +42,12 @@ fn allocate(len: usize) {
 
 #[test]
 fn walking_automating_and_changing_scenes_never_blocks() {
-    let scenes = [scenes::room(RATE, 0.3, 0.05), scenes::room(44_100.0, 1.2, 0.1)];
-    let renderer = |i: usize| Box::new(Renderer::new(scenes[i % 2].clone(), RATE).unwrap());
-    let mut spatializer = scenes::spatializer(&scenes[0], RATE);
+    // The tier Reference asks for a scene of the rate that is played.
+    let scenes = [room_with_cloud(RATE, 0.3, 0.05), room_with_cloud(44_100.0, 1.2, 0.1)];
+    let renderer = |i: usize| Box::new(live_renderer(&scenes[i % 2], RATE));
+    let mut spatializer = Spatializer::new(RATE);
+    spatializer.install(renderer(0));
+    let mut played = BTreeSet::new();
     let mut next = None;
     let input = noise(1, 4096);
     let mut output = [vec![0.0; 4096], vec![0.0; 4096]];
@@ -52,19 +57,22 @@ fn walking_automating_and_changing_scenes_never_blocks() {
             next = Some(renderer(turn / 40 + 1));
         }
         let mut done = None;
+        let tier = Tier::ALL[turn / 10 % Tier::ALL.len()];
         let params = BlockParams {
-            tier: Tier::ALL[turn / 10 % Tier::ALL.len()],
+            tier,
             mix: (turn % 5) as f32 / 4.0,
             gain: 0.5 + (turn % 3) as f32,
             bypass: turn % 90 > 80,
             ..BlockParams::default()
         };
-        let walk = scenes::walk(RATE);
+        let walk = walk(RATE);
         let pose = |i: usize| walk(at + i);
         block(&mut spatializer, &mut next, &mut done, &input[..len], &mut output, (params, pose));
         at += len;
         assert!(output.iter().flatten().all(|s| s.is_finite()));
+        played.extend(spatializer.renderer().map(|renderer| renderer.played_tier(tier)).filter(|_| len > 0));
     }
+    assert_eq!(Vec::from_iter(played), Tier::ALL);
 }
 
 mod needs_sanitizer {

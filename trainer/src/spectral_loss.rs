@@ -1,8 +1,8 @@
 //! How far a rendered clip is from its recording, and the derivative by every sample.
 
 use crate::settings::LossSettings;
-use realfft::num_complex::Complex32;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use promenade_fourier::num_complex::Complex32;
+use promenade_fourier::{ComplexToReal, RealToComplex};
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
@@ -31,8 +31,8 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(n: usize, planner: &mut RealFftPlanner<f32>) -> Self {
-        let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    fn new(n: usize) -> Self {
+        let (forward, inverse) = (promenade_fourier::forward(n), promenade_fourier::inverse(n));
         let spectrum = || vec![Complex32::default(); n / 2 + 1];
         Self {
             n,
@@ -120,8 +120,7 @@ impl SpectralLoss {
     /// Prepares the transforms.
     #[must_use]
     pub(crate) fn new(settings: &LossSettings) -> Self {
-        let mut planner = RealFftPlanner::new();
-        let grids = settings.n_fft.iter().map(|n| Grid::new(*n, &mut planner)).collect();
+        let grids = settings.n_fft.iter().map(|n| Grid::new(*n)).collect();
         Self { settings: settings.clone(), grids }
     }
 

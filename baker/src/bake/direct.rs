@@ -3,7 +3,6 @@
 use crate::signal::spectrum::{Analyser, at};
 use promenade_core::StftGrid;
 use promenade_metrics::onset;
-use realfft::RealFftPlanner;
 
 /// The direct sound begins this long before the earlier onset, seconds.
 const LEAD_S: f64 = 0.001;
@@ -60,8 +59,7 @@ impl Direct {
 /// (Oppenheim and Schafer 2010, section 13.5).
 pub(crate) fn minimum_phase(log_gain: &[f64], grid: &StftGrid) -> Vec<f32> {
     let n = grid.n_fft;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, inverse) = (promenade_fourier::forward::<f64>(n), promenade_fourier::inverse::<f64>(n));
     let mut spectrum = forward.make_output_vec();
     for (s, g) in spectrum.iter_mut().zip(log_gain) {
         s.re = *g;

@@ -3,7 +3,6 @@
 use cpu_time::ThreadTime;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, StftGrid, Tier};
-use realfft::RealFftPlanner;
 use std::sync::Arc;
 
 /// Runs that a median is taken over.
@@ -75,8 +74,7 @@ pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds
 
 /// Processor seconds of `frames` frames of one forward and two inverse transforms.
 fn bare_stft(grid: &StftGrid, frames: usize) -> f64 {
-    let mut planner = RealFftPlanner::<f32>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(grid.n_fft), planner.plan_fft_inverse(grid.n_fft));
+    let (forward, inverse) = (promenade_fourier::forward::<f32>(grid.n_fft), promenade_fourier::inverse::<f32>(grid.n_fft));
     let mut time = noise(grid.n_fft);
     let mut spectrum = forward.make_output_vec();
     let mut scratch = vec![Default::default(); forward.get_scratch_len().max(inverse.get_scratch_len())];

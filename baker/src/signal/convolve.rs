@@ -1,7 +1,6 @@
 //! Filtering whole signals by one long transform.
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex32;
+use promenade_fourier::num_complex::Complex32;
 
 /// `x` convolved with a filter for each ear; as long as both together, less one.
 pub(crate) fn convolve(x: &[f32], filters: [&[f32]; 2]) -> [Vec<f32>; 2] {
@@ -35,7 +34,7 @@ pub(crate) fn shape(x: &[f32], sample_rate_hz: f64, mut response: impl FnMut(f64
 
 /// Spectrum of a signal with zeros behind it.
 fn transform(x: &[f32], length: usize) -> Vec<Complex32> {
-    let plan = RealFftPlanner::<f32>::new().plan_fft_forward(length.max(2));
+    let plan = promenade_fourier::forward::<f32>(length.max(2));
     let mut time = plan.make_input_vec();
     time[..x.len()].copy_from_slice(x);
     let mut spectrum = plan.make_output_vec();
@@ -48,7 +47,7 @@ fn transform(x: &[f32], length: usize) -> Vec<Complex32> {
 /// The first samples of what a spectrum stands for.
 fn back(mut spectrum: Vec<Complex32>, samples: usize) -> Vec<f32> {
     let length = 2 * (spectrum.len() - 1);
-    let plan = RealFftPlanner::<f32>::new().plan_fft_inverse(length);
+    let plan = promenade_fourier::inverse::<f32>(length);
     let mut time = plan.make_output_vec();
     // A real signal's end bins are real; the inverse transform insists on it.
     spectrum[0].im = 0.0;

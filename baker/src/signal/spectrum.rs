@@ -1,8 +1,8 @@
 //! Spectra of short pieces of a response.
 
 use promenade_core::{Bands, StftGrid};
-use realfft::num_complex::Complex64;
-use realfft::{RealFftPlanner, RealToComplex};
+use promenade_fourier::RealToComplex;
+use promenade_fourier::num_complex::Complex64;
 use std::sync::Arc;
 
 /// Transform of pieces up to one frame of a grid long.
@@ -13,7 +13,7 @@ pub(crate) struct Analyser {
 
 impl Analyser {
     pub(crate) fn new(grid: StftGrid) -> Self {
-        Self { grid, forward: RealFftPlanner::new().plan_fft_forward(grid.n_fft) }
+        Self { grid, forward: promenade_fourier::forward(grid.n_fft) }
     }
 
     /// One-sided spectrum of a piece, zero-padded (or cut) to the grid's transform length.

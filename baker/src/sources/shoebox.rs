@@ -18,8 +18,8 @@ use image::{Image, images};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 pub use promenade_core::network::SPEED_OF_SOUND_M_S;
-use realfft::num_complex::Complex32;
-use realfft::{ComplexToReal, RealFftPlanner};
+use promenade_fourier::ComplexToReal;
+use promenade_fourier::num_complex::Complex32;
 use std::sync::Arc;
 use tail::Tail;
 
@@ -144,7 +144,7 @@ pub fn simulate_box(
         size: room.size,
         head,
         reflected: images.iter().map(|i| (*i, i.spectrum(&walls))).collect(),
-        inverse: RealFftPlanner::new().plan_fft_inverse(head.grid().n_fft),
+        inverse: promenade_fourier::inverse(head.grid().n_fft),
     };
     let tail = Tail::new(room, emitter, &images, head, options, length);
     let mut responses = Vec::with_capacity(poses.len());
@@ -241,8 +241,8 @@ impl Early<'_> {
 /// Reflects, delays by samples and scales.
 fn turn(spectrum: &mut [Complex32], walls: &[Complex32], delay: f64, n_fft: usize, gain: f32) {
     let angle = -2.0 * std::f64::consts::PI * delay / n_fft as f64;
-    let step = realfft::num_complex::Complex64::cis(angle);
-    let mut phase = realfft::num_complex::Complex64::new(f64::from(gain), 0.0);
+    let step = promenade_fourier::num_complex::Complex64::cis(angle);
+    let mut phase = promenade_fourier::num_complex::Complex64::new(f64::from(gain), 0.0);
     for (s, w) in spectrum.iter_mut().zip(walls) {
         #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
         let p = Complex32::new(phase.re as f32, phase.im as f32);

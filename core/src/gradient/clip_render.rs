@@ -7,9 +7,9 @@ use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
 use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut};
 use crate::stft::Stft;
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
+use promenade_fourier::RealToComplex;
+use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
-use realfft::num_complex::Complex32;
-use realfft::{RealFftPlanner, RealToComplex};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -103,7 +103,7 @@ impl ClipRender {
         #[expect(clippy::cast_possible_truncation, reason = "a gain in [0, 1]")]
         let decay: Vec<f32> = tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)) as f32).collect();
         let late = |hop| decay.iter().map(|d| Late::carrier_gain() * d.powi(late_power(hop, taps))).collect();
-        let forward = RealFftPlanner::new().plan_fft_forward(grid.n_fft);
+        let forward = promenade_fourier::forward(grid.n_fft);
         Self {
             arch: Arch::new(),
             grid: *grid,

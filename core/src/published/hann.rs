@@ -2,9 +2,9 @@
 
 use crate::StftGrid;
 use crate::published::PublishedError;
+use promenade_fourier::num_complex::Complex32;
+use promenade_fourier::{ComplexToReal, RealToComplex};
 use pulp::{Arch, Simd, WithSimd};
-use realfft::num_complex::Complex32;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
 /// Largest transform length that is taken.
@@ -31,8 +31,7 @@ impl HannFrames {
         if !(2..=MAX_FFT).contains(&n) || !n.is_multiple_of(2) || !(1..=n / 2).contains(&grid.hop) || !rate_fits {
             return Err(PublishedError::Grid { n_fft: n, hop: grid.hop, sample_rate_hz: grid.sample_rate_hz });
         }
-        let mut planner = RealFftPlanner::new();
-        let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+        let (forward, inverse) = (promenade_fourier::forward(n), promenade_fourier::inverse(n));
         let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
         #[expect(clippy::cast_possible_truncation, reason = "a window value")]
         let hann = |i: usize| (0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / n as f64).cos()) as f32;

@@ -6,8 +6,8 @@ use crate::published::conv::{ClipConv, ClipPlanes, ConvAdjoint, ConvWeights};
 use crate::published::frames::Frames;
 use crate::published::hann::HannFrames;
 use crate::published::stream::magnitudes_of_ear;
+use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
-use realfft::num_complex::Complex32;
 use std::ops::RangeInclusive;
 
 /// A clip's dry sound as the head takes it.

@@ -6,8 +6,8 @@ use crate::published::conv::{CONV_DELAY, ConvLayers, Planes};
 use crate::published::frames::Frames;
 use crate::published::hann::HannFrames;
 use crate::published::{Projection, StreamTaps};
+use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
-use realfft::num_complex::Complex32;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 

@@ -2,8 +2,8 @@
 
 use crate::bands::{BandPlace, Bands};
 use crate::{StftGrid, TailModel};
-use realfft::num_complex::{Complex32, Complex64};
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use promenade_fourier::num_complex::{Complex32, Complex64};
+use promenade_fourier::{ComplexToReal, RealToComplex};
 use std::sync::Arc;
 
 /// Bins from one random angle of [`smooth_phases`] to the next.
@@ -68,8 +68,7 @@ struct Shaper {
 
 impl Shaper {
     fn new(grid: &StftGrid) -> Self {
-        let mut planner = RealFftPlanner::new();
-        Self { grid: *grid, forward: planner.plan_fft_forward(grid.n_fft), inverse: planner.plan_fft_inverse(grid.n_fft) }
+        Self { grid: *grid, forward: promenade_fourier::forward(grid.n_fft), inverse: promenade_fourier::inverse(grid.n_fft) }
     }
 
     /// Spectrum of a hop of samples, the first of which lies [`StftGrid::lead`] before time 0.
@@ -241,8 +240,7 @@ mod tests {
             let grid = scene_grid.at_rate(host);
             let bands = Bands::for_rate(rate);
             let tail = TailModel { seed: 4, t60_s: vec![1.0; bands.count()], coherence: vec![0.3; bands.count()] };
-            let mut planner = RealFftPlanner::<f32>::new();
-            let inverse = planner.plan_fft_inverse(grid.n_fft);
+            let inverse = promenade_fourier::inverse::<f32>(grid.n_fft);
             let places = band_places(&grid, &bands, f32::INFINITY);
             for ears in hop_carriers(&grid, &scene_grid, &bands, &tail, 0, 4) {
                 for mut ear in ears {

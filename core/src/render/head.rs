@@ -7,8 +7,8 @@ use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, writ
 use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut};
 use crate::render::taps::Taps;
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
+use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
-use realfft::num_complex::Complex32;
 
 /// Taps that share the direct sound's interaural delay. The first reflections, of floor and ceiling, come from the source's lateral
 /// angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these hops, and

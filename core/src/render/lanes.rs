@@ -1,7 +1,7 @@
 //! Spectra in blocks of lanes, and the sums over taps that the render head spends its time on.
 
+use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
-use realfft::num_complex::Complex32;
 
 /// Bins per block: two vectors of 256 bits.
 pub(crate) const LANES: usize = 16;

@@ -41,7 +41,7 @@ struct DelayLine {
 }
 
 impl DelayLine {
-    fn new(hops: usize, gain: &[realfft::num_complex::Complex32]) -> Self {
+    fn new(hops: usize, gain: &[promenade_fourier::num_complex::Complex32]) -> Self {
         let blocks = blocks_for(gain.len());
         let mut packed = vec![Block::default(); blocks];
         write_slot(&mut packed, 1, 0, gain);

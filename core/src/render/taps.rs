@@ -134,7 +134,7 @@ impl WithSimd for Turned<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use realfft::num_complex::Complex32;
+    use promenade_fourier::num_complex::Complex32;
 
     #[test]
     fn gains_colour_the_carriers_and_a_turn_delays_the_ears_in_opposite_directions() {

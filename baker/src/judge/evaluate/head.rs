@@ -5,7 +5,7 @@ use crate::signal::convolve::{convolve, shape};
 use crate::{BakeError, Capture, Clip, Responses, resample};
 use promenade_core::NEAREST_M;
 use promenade_core::glam::Vec3;
-use realfft::num_complex::{Complex32, Complex64};
+use promenade_fourier::num_complex::{Complex32, Complex64};
 use std::f64::consts::PI;
 
 /// Radius of a sphere for a head, metres (Brown and Duda 1998), and the speed of sound, metres a second.

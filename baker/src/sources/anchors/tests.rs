@@ -1,8 +1,7 @@
 use super::*;
 use crate::signal::random::Random;
 use promenade_core::glam::Quat;
-use std::io::{Read, Write};
-use std::path::Path;
+use std::io::Read;
 
 fn cloud(count: usize, seed: u64) -> Vec<Point> {
     let mut random = Random::new(seed);

@@ -315,7 +315,7 @@ mod tests {
     use crate::signal::random::Random;
     use crate::sources::capture::{Clip, Track};
     use promenade_core::{CameraPath, Keyframe};
-    use realfft::num_complex::Complex32;
+    use promenade_fourier::num_complex::Complex32;
 
     const RATE: f64 = 16_000.0;
     const EMITTER: Vec3 = Vec3::new(2.5, 1.5, 1.8);

@@ -3,8 +3,6 @@ use crate::sources::anchors::HARMONIC;
 use promenade_core::Pose;
 use promenade_core::glam::Quat;
 use promenade_paths::{ImportOptions, Origin};
-use std::io::Write;
-use std::path::PathBuf;
 
 const ALL: PointOptions = PointOptions { min_track: 0, max_error_px: f64::INFINITY, min_opacity: 0.0 };
 

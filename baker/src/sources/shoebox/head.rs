@@ -4,8 +4,7 @@ use super::minimum_phase::log_spectrum;
 use crate::{BakeError, Responses};
 use promenade_audio::resample;
 use promenade_core::glam::Vec3;
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex32;
+use promenade_fourier::num_complex::Complex32;
 
 /// Length of the transform that an image is filtered in, seconds, at least.
 const FRAME_S: f64 = 0.036;
@@ -162,7 +161,7 @@ impl Head {
 
     fn set(&mut self, ears: &[Vec<f32>], onsets: &[f32], shares: &[f32]) {
         let Grid { n_fft, sample_rate_hz } = self.grid;
-        let forward = RealFftPlanner::<f32>::new().plan_fft_forward(n_fft);
+        let forward = promenade_fourier::forward::<f32>(n_fft);
         let mut time = forward.make_input_vec();
         let spectra: Vec<Vec<Complex32>> = ears
             .iter()

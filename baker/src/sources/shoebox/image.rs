@@ -2,7 +2,7 @@
 
 use super::BoxRoom;
 use promenade_core::glam::Vec3;
-use realfft::num_complex::Complex32;
+use promenade_fourier::num_complex::Complex32;
 
 /// An image by the number of rooms that it lies away along each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,8 +2,7 @@
 
 use super::head::Grid;
 use super::{BoxRoom, OCTAVES_HZ};
-use realfft::RealFftPlanner;
-use realfft::num_complex::{Complex32, Complex64};
+use promenade_fourier::num_complex::{Complex32, Complex64};
 
 /// Amplitude that stands for nothing, whose logarithm would be infinite.
 const LEAST_AMPLITUDE: f64 = 1e-5;
@@ -41,8 +40,7 @@ pub(super) fn octave_place(hz: f64) -> (usize, f64) {
 /// deconvolution: the cepstrum folded to positive times).
 pub(super) fn log_spectrum(grid: Grid, log_amplitude: impl Fn(f64) -> f64) -> Vec<Complex32> {
     let n = OVERSAMPLING * grid.n_fft;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, inverse) = (promenade_fourier::forward::<f64>(n), promenade_fourier::inverse::<f64>(n));
     let hz = |k: usize| k as f64 * grid.sample_rate_hz / n as f64;
     let mut spectrum: Vec<Complex64> = (0..=n / 2).map(|k| Complex64::new(log_amplitude(hz(k)), 0.0)).collect();
     let mut cepstrum = inverse.make_output_vec();

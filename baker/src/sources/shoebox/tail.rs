@@ -5,8 +5,8 @@ use super::minimum_phase::octave_place;
 use super::{BoxOptions, BoxRoom, Head, SPEED_OF_SOUND_M_S};
 use crate::signal::random::Random;
 use promenade_core::glam::Vec3;
-use realfft::num_complex::Complex32;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use promenade_fourier::num_complex::Complex32;
+use promenade_fourier::{ComplexToReal, RealToComplex};
 use std::sync::Arc;
 
 /// Length of the frames in which noise is shaped, seconds, about.
@@ -65,7 +65,6 @@ impl Tail {
             [(0.5 * (1.0 + coherence)).sqrt(), (0.5 * (1.0 - coherence)).sqrt()]
         };
         let order = options.order + 1;
-        let mut planner = RealFftPlanner::new();
         Self {
             n_fft,
             length,
@@ -77,8 +76,8 @@ impl Tail {
             gains: variances.iter().map(|v| (0..bins).map(|k| gain(v, k)).collect()).collect(),
             shares: (0..bins).map(shares).collect(),
             window: (0..n_fft).map(|i| (std::f32::consts::PI * (i as f32 + 0.5) / n_fft as f32).sin()).collect(),
-            forward: planner.plan_fft_forward(n_fft),
-            inverse: planner.plan_fft_inverse(n_fft),
+            forward: promenade_fourier::forward(n_fft),
+            inverse: promenade_fourier::inverse(n_fft),
         }
     }
 

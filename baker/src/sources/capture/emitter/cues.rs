@@ -1,7 +1,6 @@
 //! What one clip tells about where its sound came from: the direct sound, found by the dry sound beside it.
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex64;
+use promenade_fourier::num_complex::Complex64;
 
 /// Dry sound before a clip that still sounds in it, seconds.
 pub(super) const PRE_ROLL_S: f64 = 0.25;
@@ -136,7 +135,7 @@ fn spectrum(x: &[f32], offset: usize, length: usize) -> Vec<Complex64> {
 }
 
 fn transform(x: impl Iterator<Item = f64>, length: usize) -> Vec<Complex64> {
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(length.max(2));
+    let plan = promenade_fourier::forward::<f64>(length.max(2));
     let mut time = plan.make_input_vec();
     time.iter_mut().zip(x).for_each(|(to, from)| *to = from);
     let mut out = plan.make_output_vec();
@@ -147,7 +146,7 @@ fn transform(x: impl Iterator<Item = f64>, length: usize) -> Vec<Complex64> {
 }
 
 fn back(mut spectrum: Vec<Complex64>, length: usize) -> Vec<f64> {
-    let plan = RealFftPlanner::<f64>::new().plan_fft_inverse(length.max(2));
+    let plan = promenade_fourier::inverse::<f64>(length.max(2));
     let mut time = plan.make_output_vec();
     // The callers leave both end bins at 0, which are to be real.
     let done = plan.process(&mut spectrum, &mut time);

@@ -1,0 +1,46 @@
+//! Plans of Fourier transforms of real signals.
+//!
+//! A planner is generic, and a crate that makes one compiles all algorithms of the library again. Here they are compiled once, for single
+//! and for double precision.
+
+pub use realfft::{ComplexToReal, FftNum, RealToComplex, num_complex};
+
+use realfft::RealFftPlanner;
+use std::sync::Arc;
+
+/// A transform of `length` real samples to `length / 2 + 1` bins, unscaled. Making one allocates, using it does not.
+#[must_use]
+pub fn forward<T: Sample>(length: usize) -> Arc<dyn RealToComplex<T>> {
+    T::forward(length)
+}
+
+/// A transform of `length / 2 + 1` bins to `length` real samples, unscaled: after [`forward`], `length` times the signal. Making one
+/// allocates, using it does not.
+#[must_use]
+pub fn inverse<T: Sample>(length: usize) -> Arc<dyn ComplexToReal<T>> {
+    T::inverse(length)
+}
+
+/// Samples that there are transforms of: `f32` and `f64`.
+pub trait Sample: FftNum {
+    /// [`forward`] of these.
+    fn forward(length: usize) -> Arc<dyn RealToComplex<Self>>;
+    /// [`inverse`] of these.
+    fn inverse(length: usize) -> Arc<dyn ComplexToReal<Self>>;
+}
+
+macro_rules! sample {
+    ($($float:ty),+) => {$(
+        impl Sample for $float {
+            fn forward(length: usize) -> Arc<dyn RealToComplex<Self>> {
+                RealFftPlanner::new().plan_fft_forward(length)
+            }
+
+            fn inverse(length: usize) -> Arc<dyn ComplexToReal<Self>> {
+                RealFftPlanner::new().plan_fft_inverse(length)
+            }
+        }
+    )+};
+}
+
+sample!(f32, f64);
