@@ -1,7 +1,9 @@
 //! What can go wrong between files on disk and a scene, said so that the user can mend it.
 
 use promenade_audio::FileError;
+use promenade_core::SceneError;
 use promenade_core::network::CloudError;
+use promenade_core::published::PublishedError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -61,6 +63,20 @@ pub enum BakeError {
         /// What is wrong, each by the name of its track or clip.
         defects: Vec<String>,
     },
+    /// A response or a rendering cannot be measured.
+    #[error("{what} cannot be measured")]
+    Unmeasurable {
+        /// Its name, with what it is.
+        what: String,
+        /// Why.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// What was made does not hold together as a scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A model cannot be rendered by the published head.
+    #[error(transparent)]
+    Published(#[from] PublishedError),
     /// A value given by the user, not in a file, is wrong.
     #[error("{what}: expected {expected}, found {found}")]
     Argument {
@@ -84,6 +100,14 @@ impl BakeError {
     #[must_use]
     pub fn content(path: &Path, expected: impl Into<String>, found: impl Into<String>) -> Self {
         FileError::content(path, expected, found).into()
+    }
+
+    pub(crate) fn argument(what: &'static str, expected: impl Into<String>, found: impl ToString) -> Self {
+        Self::Argument { what, expected: expected.into(), found: found.to_string() }
+    }
+
+    pub(crate) fn unmeasurable(what: String, why: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::Unmeasurable { what, source: why.into() }
     }
 
     pub(crate) fn entry(path: &Path, entry: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {

@@ -3,5 +3,5 @@
 pub mod cost;
 pub mod evaluate;
 pub mod measure;
-pub mod projection;
 pub(crate) mod response_measures;
+pub mod streaming;

@@ -4,15 +4,15 @@ mod bake;
 mod error;
 mod judge;
 mod placement;
+pub mod player;
 mod signal;
 mod sources;
 
 pub use promenade_audio::{FileError, atomic, resample, sound, wav};
 
-pub use bake::layout::LayoutError;
-pub use bake::{BakeFailure, BakeOptions, bake_responses, cloud_scene, field};
+pub use bake::{BakeOptions, bake_responses, cloud_scene, field};
 pub use error::BakeError;
-pub use judge::{cost, evaluate, measure, projection};
+pub use judge::{cost, evaluate, measure, streaming};
 pub use placement::Placement;
 pub use signal::random;
 pub use sources::capture::{Capture, Clip, Split, Track};

@@ -1,6 +1,6 @@
 //! What `docs/conventions.md` says of baking.
 
-use promenade_baker::measure::render_response;
+use promenade_baker::player::render_response;
 use promenade_baker::{BakeOptions, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene};
@@ -47,7 +47,7 @@ fn bake(azimuths: &[f32]) -> Arc<Scene> {
 }
 
 fn turned(scene: &Arc<Scene>, yaw_deg: f32) -> [Vec<f32>; 2] {
-    render_response(scene, Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0), 400, 6_000)
+    render_response(scene, Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0), 400, 6_000).unwrap()
 }
 
 #[test]
@@ -118,9 +118,9 @@ fn a_set_of_positions_around_one_source_is_walked_through() {
     let (low, high) = scene.bounds();
     assert!((low - Vec3::new(-2.0, -1.0, 0.0)).length() < 1e-5 && (high - Vec3::new(1.0, 1.0, 0.0)).length() < 1e-5);
     let direct = |ears: &[Vec<f32>; 2], from: usize| ears.iter().flat_map(|e| &e[from..from + 40]).map(|v| v * v).sum::<f32>();
-    let reference = direct(&render_response(&scene, set.responses[5].listener, 400, 6_000), 390);
+    let reference = direct(&render_response(&scene, set.responses[5].listener, 400, 6_000).unwrap(), 390);
     for r in &set.responses {
-        let ears = render_response(&scene, r.listener, 400, 6_000);
+        let ears = render_response(&scene, r.listener, 400, 6_000).unwrap();
         let itd = itd_s(&ears[0], &ears[1], RATE).unwrap() - itd_s(&r.left, &r.right, RATE).unwrap();
         assert!(itd.abs() < 40e-6, "{}: {itd} s", r.name);
         let wanted = direct(&[r.left.clone(), r.right.clone()], 30)

@@ -1,7 +1,8 @@
 //! Captures made of responses, and scenes judged on them.
 
 use promenade_baker::capture::{DrySound, FromResponses, from_responses};
-use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Playing, Poses, evaluate, evaluate_each, overall};
+use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, evaluate, evaluate_each, overall};
+use promenade_baker::player::{Playing, Poses};
 use promenade_baker::{BakeOptions, Capture, LoadOptions, Response, Responses, Split, bake_responses, wav};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene, Tier};

@@ -1,6 +1,7 @@
 //! The factory scenes meet their accuracy at poses they were not baked from, on what the render head puts out.
 
-use promenade_baker::measure::{MeanErrors, compare_held_out, render_response};
+use promenade_baker::measure::{MeanErrors, compare_held_out};
+use promenade_baker::player::render_response;
 use promenade_core::{Pose, Renderer, Scene};
 use promenade_metrics::{ild_db, itd_s};
 use std::sync::Arc;
@@ -29,7 +30,7 @@ fn the_direct_sound_follows_the_head_and_the_distance() {
     let at = |x: f32, y: f32, yaw_deg: f32| Pose::from_ypr(on_the_floor(x, y), yaw_deg.to_radians(), 0.0, 0.0);
     let rate = scene.grid().sample_rate_hz;
     let measure = |pose: Pose| {
-        let [left, right] = render_response(&scene, pose, 400, 8_000);
+        let [left, right] = render_response(&scene, pose, 400, 8_000).unwrap();
         let energy = |from: usize, to: usize| (from..to).map(|i| left[i].powi(2) + right[i].powi(2)).sum::<f32>();
         let (direct, late) = (energy(380, 440), energy(400 + 1_600, 8_000));
         (itd_s(&left, &right, rate).unwrap(), ild_db(&left, &right).unwrap(), direct, late)
@@ -65,7 +66,7 @@ fn the_same_at_every_host_rate() {
             renderer.process(&input, [left, right], promenade_core::Tier::Standard, &mut |_| pose);
             let itd = itd_s(&ears[0], &ears[1], rate).unwrap();
             let native = {
-                let [l, r] = render_response(&scene, pose, 400, 8_000);
+                let [l, r] = render_response(&scene, pose, 400, 8_000).unwrap();
                 itd_s(&l, &r, scene.grid().sample_rate_hz).unwrap()
             };
             assert!((itd - native).abs() < 25e-6, "{name} at {rate}: {itd} against {native}");

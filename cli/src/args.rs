@@ -10,7 +10,7 @@ mod train;
 mod values;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
-use promenade_baker::evaluate::Playing;
+use promenade_baker::player::Playing;
 use promenade_baker::wav::Format;
 use promenade_core::glam::Vec3;
 use promenade_core::network::{CloudKind, PoseConvention};

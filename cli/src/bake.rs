@@ -1,14 +1,19 @@
-//! `promenade bake`.
+//! `promenade bake`: measured responses become a scene, and a scene's anchor cloud a table.
 
-use crate::args::{BakeFieldArgs, BakeResponsesArgs, SideArg};
+use crate::args::{BakeFieldArgs, BakeResponsesArgs, BakeSource, SideArg};
 use crate::{progress, scene};
-use anyhow::{Context, Result, bail};
-use promenade_baker::field::{Decode, FieldOptions, bake_field};
+use anyhow::{Context, Result};
+use promenade_baker::field::{FieldOptions, bake_cloud};
 use promenade_baker::{BakeOptions, HoldOut, LoadOptions, Responses, Side, bake_responses};
-use promenade_core::Scene;
-use promenade_core::decode::CloudDecoder;
 
-pub(crate) fn responses(args: &BakeResponsesArgs) -> Result<()> {
+pub(crate) fn run(source: &BakeSource) -> Result<()> {
+    match source {
+        BakeSource::Responses(args) => responses(args),
+        BakeSource::Field(args) => field(args),
+    }
+}
+
+fn responses(args: &BakeResponsesArgs) -> Result<()> {
     let hold_out = HoldOut::parse(&args.hold_out)?;
     let azimuth_positive = args.azimuth_positive.map(|side| match side {
         SideArg::Left => Side::Left,
@@ -41,53 +46,24 @@ pub(crate) fn responses(args: &BakeResponsesArgs) -> Result<()> {
     Ok(())
 }
 
-pub(crate) fn field(args: &BakeFieldArgs) -> Result<()> {
+fn field(args: &BakeFieldArgs) -> Result<()> {
     let scene = scene::read(&args.scene)?;
-    let name = args.scene.display();
-    if scene.cloud().is_none() {
-        bail!("{name}: expected a scene with an anchor cloud, found a field only");
-    }
     let radians = |(low, high): (f32, f32)| (low.to_radians(), high.to_radians());
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-    let max_bytes = (args.max_mb * 1e6) as usize;
     let options = FieldOptions {
         bounds: args.bounds.unwrap_or_else(|| scene.bounds()),
         pitch: radians(args.pitch),
         roll: radians(args.roll),
         error_db: args.error_db,
-        max_bytes,
+        max_bytes: (args.max_mb * 1e6) as usize,
         seed: args.seed,
     };
-    let decoder = || -> Option<Decode<'_>> {
-        let mut decoder = CloudDecoder::new(&scene)?;
-        let mut answer = decoder.blank();
-        Some(Box::new(move |pose| {
-            decoder.decode(pose, &mut answer);
-            answer.transfer.clone()
-        }))
-    };
     let bar = progress::of_sound(1.0);
-    let (field, report) = bake_field(scene.shape(), decoder, &options, |share| bar.at(share))
-        .with_context(|| format!("{name}: cannot be baked"))?;
+    let baked = bake_cloud(&scene, &options, |share| bar.at(share));
     drop(bar);
-    let [x, y, z, yaw, pitch, roll] = report.nodes;
-    let errors = &report.errors;
-    let note = format!(
-        "field of {x} x {y} x {z} positions, {yaw} x {pitch} x {roll} directions (yaw, pitch, roll), {} + {} shapes, {} kB; its levels \
-         differ from the decoder's by {:.2} dB in the median, {:.2} dB at 95 %, {:.2} dB at 99 % (1000 random poses, masks above -40 dB)",
-        report.ranks[0],
-        report.ranks[1],
-        report.bytes.div_ceil(1000),
-        errors.median_db,
-        errors.p95_db,
-        errors.p99_db
-    );
-    eprintln!("note: {note}");
-    let mut parts = scene.parts().clone();
-    parts.provenance.notes.retain(|n| !n.starts_with("field of "));
-    parts.provenance.notes.push(note);
-    (parts.bounds, parts.field) = (options.bounds, Some(field));
-    let baked = Scene::new(parts).with_context(|| format!("{name}: cannot be baked"))?;
+    let baked = baked.with_context(|| format!("{}: cannot be baked", args.scene.display()))?;
+    if let Some(note) = baked.provenance().notes.last() {
+        eprintln!("note: {note}");
+    }
     let bytes = scene::write(&args.output, &baked)?;
     eprintln!("{}: {} kB", args.output.display(), bytes.div_ceil(1000));
     Ok(())

@@ -5,7 +5,8 @@ mod plot;
 use crate::args::{EvalArgs, PosesArg};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result, bail};
-use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Figures, Heard, Poses, evaluate_each, overall};
+use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Figures, Heard, evaluate_each, overall};
+use promenade_baker::player::Poses;
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeError, Capture, FileError, LoadOptions, Responses, Split, atomic};
 use serde_json::{Map, Value, json};
@@ -94,7 +95,6 @@ fn plain(name: &str) -> String {
 /// Writes one clip of one method, and the recording beside it.
 fn keep(folder: &Path, heard: &Heard<'_>, rate: f64) -> Result<(), BakeError> {
     std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rate that was read from a file")]
     let rate = rate.round() as u32;
     let name = plain(&heard.clip.name);
     let recorded = folder.join(format!("{name}.recorded.wav"));

@@ -2,69 +2,16 @@
 
 use crate::args::HostArgs;
 use crate::{progress, report};
-use anyhow::{Context, Result, bail};
-use promenade_baker::wav::{self, Format, Wav, WavReader, WavWriter};
-use promenade_baker::{FileError, atomic, resample};
+use anyhow::{Context, Result};
+use promenade_baker::atomic;
+use promenade_baker::player::Source;
+use promenade_baker::wav::{Format, WavWriter};
 use promenade_host::{AutomationFile, Bounce, Bundle, Instance, Setup};
 use std::path::Path;
 use std::time::Instant;
 
 /// Sample rate at which a plugin is listed, hertz.
 const USUAL_RATE: u32 = 48_000;
-
-/// The dry sound, at the plugin's rate.
-enum Source {
-    /// Read as it is played.
-    File(WavReader),
-    /// Converted from another rate.
-    Converted { channels: Vec<Vec<f32>>, at: usize },
-}
-
-impl Source {
-    fn open(path: &Path, rate_hz: Option<u32>) -> Result<Self> {
-        let reader = WavReader::open(path)?;
-        if reader.channels() > 2 {
-            bail!("{}: expected 1 or 2 channels, found {}", path.display(), reader.channels());
-        }
-        match rate_hz.filter(|&rate_hz| rate_hz != reader.sample_rate_hz()) {
-            None => Ok(Self::File(reader)),
-            Some(rate_hz) => {
-                let Wav { sample_rate_hz, channels } = wav::read(path)?;
-                Ok(Self::Converted { channels: resample::signal(&channels, sample_rate_hz, rate_hz)?, at: 0 })
-            }
-        }
-    }
-
-    fn channels(&self) -> usize {
-        match self {
-            Self::File(reader) => usize::from(reader.channels()),
-            Self::Converted { channels, .. } => channels.len(),
-        }
-    }
-
-    fn frames(&self) -> usize {
-        match self {
-            Self::File(reader) => reader.frames() as usize,
-            Self::Converted { channels, .. } => channels.first().map_or(0, Vec::len),
-        }
-    }
-
-    /// Fills each channel with the next samples, and with silence after the last.
-    fn fill(&mut self, count: usize, block: &mut [Vec<f32>]) -> Result<(), FileError> {
-        block.iter_mut().for_each(Vec::clear);
-        match self {
-            Self::File(reader) => drop(reader.read(count, block)?),
-            Self::Converted { channels, at } => {
-                for (to, from) in block.iter_mut().zip(channels.iter()) {
-                    to.extend_from_slice(&from[(*at).min(from.len())..(*at + count).min(from.len())]);
-                }
-                *at += count;
-            }
-        }
-        block.iter_mut().for_each(|channel| channel.resize(count, 0.0));
-        Ok(())
-    }
-}
 
 pub(crate) fn run(args: &HostArgs) -> Result<()> {
     let bundle = Bundle::load(&args.bundle)?;
@@ -126,10 +73,7 @@ fn list(args: &HostArgs, bundle: &Bundle) -> Result<()> {
 fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Result<()> {
     let began = Instant::now();
     let mut source = Source::open(input, args.rate)?;
-    let rate_hz = match &source {
-        Source::File(reader) => reader.sample_rate_hz(),
-        Source::Converted { .. } => args.rate.unwrap_or(USUAL_RATE),
-    };
+    let rate_hz = source.sample_rate_hz();
     let rate = f64::from(rate_hz);
     let mut instance = opened(args, bundle, rate_hz, source.channels())?;
     let lanes = match &args.automation {
@@ -140,7 +84,6 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
         atomic::write(path, &instance.save()?)?;
     }
     let mut writer = WavWriter::create(output, rate_hz, 2, Format::Float32)?;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an hour at most")]
     let tail = (args.tail * rate).round() as usize;
     let mut bounce = Bounce::new(&mut instance, &lanes)?;
     let whole = source.frames() + tail + bounce.latency();
@@ -160,11 +103,10 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     let changed = bounce.finish()?;
     let written = writer.finish()?;
     drop(bar);
-    let (sound, took) = (written.frames as f64 / rate, began.elapsed().as_secs_f64());
-    eprintln!("{}: {sound:.2} s of sound in {took:.2} s, {:.0} times real time", output.display(), sound / took.max(1e-9));
+    progress::done(output, written.frames, rate, began);
     if let Some(now) = changed {
         eprintln!(
-            "note: the plugin's latency went from {latency} to {now} samples on the way; what came after that is out of time by it"
+            "note: the plugin's latency changed from {latency} to {now} samples; the output after that is late or early by the difference"
         );
     }
     Ok(())

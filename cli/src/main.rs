@@ -8,7 +8,6 @@ mod anchors;
 mod args;
 mod bake;
 mod capture;
-mod clip;
 mod eval;
 mod host;
 mod import;
@@ -28,8 +27,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let done = match args::Cli::parse().command {
-        args::Command::Bake { source: args::BakeSource::Responses(a) } => bake::responses(&a),
-        args::Command::Bake { source: args::BakeSource::Field(a) } => bake::field(&a),
+        args::Command::Bake { source } => bake::run(&source),
         args::Command::Import(a) => import::run(&a),
         args::Command::Render(a) => render::run(&a),
         args::Command::Host(a) => host::run(&a),

@@ -1,8 +1,8 @@
 //! `promenade measure`: a scene against what was held out of it and against its own clips, or one response.
 
-mod cloud;
 mod held_out;
 mod response;
+mod streams;
 
 use crate::args::{MeasureArgs, TableForm};
 use crate::{report, scene};
@@ -10,7 +10,7 @@ use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// What there is to say about a scene.
+/// One part of the figures of a scene, as text and as JSON.
 struct Part {
     text: String,
     json: Value,
@@ -38,7 +38,7 @@ fn whole_scene(path: &Path, args: &MeasureArgs) -> Result<()> {
         bail!("{name}: --seconds is for a scene with held-out measurements, found none");
     }
     let held_out = held_out.then(|| held_out::measure(&scene, path, args)).transpose()?;
-    let cloud = cloud.map(|c| cloud::measure(&scene, c, path, args)).transpose()?;
+    let cloud = cloud.map(|c| streams::measure(&scene, c, path, args)).transpose()?;
     report::print(&match args.format {
         TableForm::Json => {
             let mut whole = held_out.map_or_else(|| json!({}), |p| p.json);

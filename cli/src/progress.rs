@@ -1,6 +1,8 @@
 //! A bar on standard error, when that is a terminal.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use std::path::Path;
+use std::time::Instant;
 
 /// A bar over `seconds` of sound.
 pub(crate) fn of_sound(seconds: f64) -> Bar {
@@ -25,7 +27,12 @@ impl Drop for Bar {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and it is only a bar")]
+/// Reports a sound that has been written: its length, and how fast it was made.
+pub(crate) fn done(output: &Path, frames: u64, rate_hz: f64, began: Instant) {
+    let (sound, took) = (frames as f64 / rate_hz, began.elapsed().as_secs_f64());
+    eprintln!("{}: {sound:.2} s of sound in {took:.2} s, {:.0} times real time", output.display(), sound / took.max(1e-9));
+}
+
 fn in_tenths(seconds: f64) -> u64 {
     (10.0 * seconds) as u64
 }

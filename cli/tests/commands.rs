@@ -5,7 +5,7 @@ mod common;
 use common::{Place, RATE, fails, promenade, rms, succeeds};
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
-use promenade_baker::projection::bursts_and_clicks;
+use promenade_baker::streaming::bursts_and_clicks;
 use promenade_baker::wav::{self, Format};
 use promenade_core::network::{CloudKind, CloudModel};
 use promenade_core::published::{ConvMode, Projection};
@@ -298,7 +298,7 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     let room = place.bake();
     for (args, clue) in [
         (vec!["render", &room, &dry, &twice, "--tier", "clip"], "anchor cloud"),
-        (vec!["render", &scene, &dry, &twice, "--tier", "standard"], "tier standard"),
+        (vec!["render", &scene, &dry, &twice, "--tier", "standard"], "tier: expected high or reference, found standard"),
         (vec!["bake", "field", &room, "-o", &baked], "anchor cloud"),
         (vec!["import", &dry, "-o", &imported], "dry.wav"),
         (vec!["import", &checkpoint("nested.pth"), "-o", &imported], "max_norm"),

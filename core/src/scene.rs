@@ -8,7 +8,8 @@ mod manifest;
 
 use crate::network::{CloudEmitter, CloudModel};
 use crate::published::{ConvMode, Projection, PublishedOptions};
-use crate::{Bands, Field, Pose, StftGrid, Tier, TransferShape};
+use crate::{Axis, Bands, Facing, Field, FieldGrid, Pose, Rows, StftGrid, Tier, TransferFunction, TransferShape};
+use error::value;
 use glam::Vec3;
 
 pub use card::SceneCard;
@@ -158,6 +159,37 @@ impl Scene {
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
         check::check(&parts)?;
         Ok(Self { parts })
+    }
+
+    /// A scene in which every pose hears one transfer function, in the tiers Draft and Standard.
+    ///
+    /// # Errors
+    /// As [`Scene::new`]; a transfer function that does not fit `grid` and `bands`.
+    pub fn of_transfer(
+        transfer: &TransferFunction,
+        grid: StftGrid,
+        bands: Bands,
+        tail: TailModel,
+        top_hz: f32,
+    ) -> Result<Self, SceneError> {
+        let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: transfer.taps.len() / (2 * bands.count()) };
+        let [x, y, z, yaw, pitch, roll] = [(); 6].map(|()| Axis::single(0.0));
+        let nodes = FieldGrid { position: [x, y, z], facing: Facing::Head { yaw, pitch, roll } };
+        let field = Field::new(nodes, shape, Rows::Whole(transfer.to_row()));
+        Self::new(SceneParts {
+            provenance: Provenance::default(),
+            grid,
+            bands,
+            tail,
+            taps: shape.taps,
+            field: Some(field.ok_or_else(|| value("transfer function", format!("{shape:?}"), "another shape"))?),
+            cloud: None,
+            top_hz,
+            start_pose: Pose::IDENTITY,
+            bounds: (Vec3::ZERO, Vec3::ZERO),
+            anchors: Vec::new(),
+            held_out: Vec::new(),
+        })
     }
 
     /// Reads a scene file.

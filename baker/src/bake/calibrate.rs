@@ -1,15 +1,12 @@
 //! Calibration: transfer functions corrected until the render head's own output measures as the room did.
 
+use crate::bake::direct::set_ears;
 use crate::bake::kriging::Site;
-use crate::bake::room::HopEnergies;
-use crate::bake::{BakeFailure, Room, set_ears, unmeasurable};
-use crate::judge::measure::render_response;
+use crate::bake::room::{HopEnergies, Room};
+use crate::error::BakeError;
+use crate::player::{Ears, render_response};
 use crate::signal::spectrum::{Analyser, at};
-use glam::Vec3;
-use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneParts, StftGrid, TailModel, TransferFunction,
-    TransferShape, glam,
-};
+use promenade_core::{Pose, Scene, StftGrid, TransferFunction};
 use promenade_metrics::itd_s;
 use std::sync::Arc;
 
@@ -27,7 +24,7 @@ const SHARED_ROOM: f64 = 0.35;
 
 /// A measured response at the scene's level and what is to be reached.
 pub(crate) struct Target {
-    ears: [Vec<f32>; 2],
+    ears: Ears,
     /// Energy per hop and band of each ear.
     hops: [HopEnergies; 2],
     /// Interaural time difference, seconds.
@@ -66,35 +63,23 @@ fn step(wanted: f64, got: f64) -> f32 {
 }
 
 /// Renders transfer functions as the plugin does and corrects them.
-pub(crate) struct Calibrator {
+pub(crate) struct Calibrator<'a> {
     grid: StftGrid,
-    bands: Bands,
-    tail: TailModel,
-    shape: TransferShape,
-    top_hz: f32,
+    room: &'a Room,
     analyser: Analyser,
-    /// Hops above the measurement's noise per band.
-    above_noise: Vec<usize>,
 }
 
-impl Calibrator {
-    pub(crate) fn new(grid: &StftGrid, room: &Room) -> Self {
-        Self {
-            grid: *grid,
-            bands: room.bands.clone(),
-            tail: room.tail.clone(),
-            shape: room.shape,
-            top_hz: room.top_hz,
-            analyser: Analyser::new(*grid),
-            above_noise: room.above_noise.clone(),
-        }
+impl<'a> Calibrator<'a> {
+    pub(crate) fn new(grid: &StftGrid, room: &'a Room) -> Self {
+        Self { grid: *grid, room, analyser: Analyser::new(*grid) }
     }
 
     /// What a transfer function is fitted to; all targets of a scene have responses of one length.
-    pub(crate) fn target(&self, ears: [Vec<f32>; 2], arrival: i64, name: &str) -> Result<Target, BakeFailure> {
-        let itd_s = itd_s(&ears[0], &ears[1], self.grid.sample_rate_hz).map_err(|e| unmeasurable(name, &e))?;
+    pub(crate) fn target(&self, ears: Ears, arrival: i64, name: &str) -> Result<Target, BakeError> {
+        let itd_s = itd_s(&ears[0], &ears[1], self.grid.sample_rate_hz)
+            .map_err(|why| BakeError::unmeasurable(format!("response '{name}'"), why))?;
         let count = ears[0].len() / self.grid.hop + 1;
-        let hops = ears.each_ref().map(|ear| self.analyser.hop_energies(ear, arrival, count, &self.bands));
+        let hops = ears.each_ref().map(|ear| self.analyser.hop_energies(ear, arrival, count, &self.room.bands));
         Ok(Target { ears, hops, itd_s })
     }
 
@@ -102,26 +87,26 @@ impl Calibrator {
     ///
     /// Tap and late gains follow the ratio of measured to rendered band energy; the direct sound of each ear makes up what its whole
     /// energy lacks, which sets level and level difference; the delay follows the interaural time difference.
-    pub(crate) fn fit(&self, mut transfer: TransferFunction, target: &Target) -> Result<TransferFunction, BakeFailure> {
-        let hops = target.hops[0].len();
+    pub(crate) fn fit(&self, mut transfer: TransferFunction, target: &Target) -> Result<TransferFunction, BakeError> {
+        let (hops, shape) = (target.hops[0].len(), self.room.shape);
         #[expect(clippy::cast_possible_truncation, reason = "a delay")]
         {
             transfer.delay_s = target.itd_s as f32;
         }
         for _ in 0..ROUNDS {
             let (ears, origin) = self.render(&transfer, target.ears[0].len())?;
-            let got: [HopEnergies; 2] = [0, 1].map(|e| self.analyser.hop_energies(&ears[e], origin, hops, &self.bands));
+            let got: [HopEnergies; 2] = [0, 1].map(|e| self.analyser.hop_energies(&ears[e], origin, hops, &self.room.bands));
             for ear in 0..2 {
-                for band in 0..self.shape.bands {
+                for band in 0..shape.bands {
                     let (wanted, got) = (&target.hops[ear], &got[ear]);
-                    for tap in 0..self.shape.taps.min(hops - 1) {
-                        let g = &mut transfer.taps[(tap * 2 + ear) * self.shape.bands + band];
+                    for tap in 0..shape.taps.min(hops - 1) {
+                        let g = &mut transfer.taps[(tap * 2 + ear) * shape.bands + band];
                         *g *= step(wanted[tap + 1][band], got[tap + 1][band]);
                     }
-                    let late = self.shape.taps + 1..self.above_noise[band];
+                    let late = shape.taps + 1..self.room.above_noise[band];
                     if !late.is_empty() && late.end <= hops {
                         let sum = |e: &HopEnergies| e[late.clone()].iter().map(|hop| hop[band]).sum::<f64>();
-                        transfer.late[ear * self.shape.bands + band] *= step(sum(wanted), sum(got));
+                        transfer.late[ear * shape.bands + band] *= step(sum(wanted), sum(got));
                     }
                 }
             }
@@ -143,7 +128,7 @@ impl Calibrator {
                 let all_wanted = energy(&target.ears[e], 0, target.ears[e].len() as i64);
                 (1.0 + (all_wanted - all_got) / direct_got.max(1e-30)).max(0.25).sqrt().clamp(1.0 / LARGEST_STEP, LARGEST_STEP)
             });
-            for k in 0..self.shape.bins {
+            for k in 0..shape.bins {
                 let (m, d) = (f64::from(transfer.mixture[k]), f64::from(transfer.difference[k]));
                 set_ears(&mut transfer, k, [gains[0] * (1.0 - d) * m, gains[1] * (1.0 + d) * m]);
             }
@@ -151,30 +136,11 @@ impl Calibrator {
         Ok(transfer)
     }
 
-    /// What the render head makes of an impulse, and the sample at which the head's centre hears it.
-    fn render(&self, transfer: &TransferFunction, len: usize) -> Result<([Vec<f32>; 2], i64), BakeFailure> {
-        let one = || Axis::single(0.0);
-        let facing = Facing::Emitter { position: Vec3::X, elevation: one(), azimuth: one() };
-        let nodes = FieldGrid { position: [one(), one(), one()], facing };
-        let field =
-            Field::new(nodes, self.shape, Rows::Whole(transfer.to_row())).ok_or(crate::bake::layout::LayoutError::Empty)?;
-        let scene = Scene::new(SceneParts {
-            provenance: Provenance::default(),
-            grid: self.grid,
-            bands: self.bands.clone(),
-            tail: self.tail.clone(),
-            taps: self.shape.taps,
-            field: Some(field),
-            cloud: None,
-            top_hz: self.top_hz,
-            start_pose: Pose::IDENTITY,
-            bounds: (Vec3::ZERO, Vec3::ZERO),
-            anchors: Vec::new(),
-            held_out: Vec::new(),
-        })?;
+    /// The render head's response, and the sample at which the head's centre hears it.
+    fn render(&self, transfer: &TransferFunction, len: usize) -> Result<(Ears, i64), BakeError> {
+        let Room { bands, tail, top_hz, .. } = self.room;
+        let scene = Scene::of_transfer(transfer, self.grid, bands.clone(), tail.clone(), *top_hz)?;
         let lead = self.grid.n_fft;
-        let ears = render_response(&Arc::new(scene), Pose::IDENTITY, lead, lead + len);
-        #[expect(clippy::cast_possible_wrap, reason = "a sample count")]
-        Ok((ears, lead as i64))
+        Ok((render_response(&Arc::new(scene), Pose::IDENTITY, lead, lead + len)?, lead as i64))
     }
 }

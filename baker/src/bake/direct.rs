@@ -1,7 +1,7 @@
 //! The direct sound of a measured response: arrival, masks, common phase.
 
 use crate::signal::spectrum::{Analyser, at};
-use promenade_core::StftGrid;
+use promenade_core::{StftGrid, TransferFunction};
 use promenade_metrics::onset;
 
 /// The direct sound begins this long before the earlier onset, seconds.
@@ -81,6 +81,16 @@ pub(crate) fn minimum_phase(log_gain: &[f64], grid: &StftGrid) -> Vec<f32> {
     debug_assert!(done.is_ok());
     #[expect(clippy::cast_possible_truncation, reason = "a phase")]
     spectrum.iter().map(|s| s.im as f32).collect()
+}
+
+/// Sets the masks of a bin from the gains of both ears.
+pub(crate) fn set_ears(transfer: &mut TransferFunction, bin: usize, [left, right]: [f64; 2]) {
+    let sum = left + right;
+    #[expect(clippy::cast_possible_truncation, reason = "gains")]
+    {
+        transfer.mixture[bin] = (0.5 * sum) as f32;
+        transfer.difference[bin] = if sum > 0.0 { ((right - left) / sum) as f32 } else { 0.0 };
+    }
 }
 
 #[cfg(test)]

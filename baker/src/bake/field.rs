@@ -1,4 +1,4 @@
-//! A live decoder baked down to a table that plays in the default tier.
+//! A live decoder baked down to a table that plays in the tiers Draft and Standard.
 //!
 //! Nodes lie where masks change: along each axis the interval with the largest error of interpolation for its cost is halved until the
 //! wanted error or the size is reached. Levels over frequency are kept as few coefficients of common shapes.
@@ -8,12 +8,13 @@ mod refine;
 
 use crate::bake::field::basis::{Shapes, levels_db};
 use crate::bake::field::refine::{Coordinates, Lines, Span};
+use crate::error::BakeError;
+use promenade_core::decode::CloudDecoder;
 use promenade_core::glam::Vec3;
-use promenade_core::{Facing, Field, FieldGrid, LowRank, Pose, Rows, TransferFunction, TransferShape};
+use promenade_core::{Facing, Field, FieldGrid, LowRank, Pose, Rows, Scene, TransferFunction, TransferShape};
+use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI};
-use std::num::NonZero;
-use std::thread;
-use thiserror::Error;
+use std::sync::Arc;
 
 /// Poses that the common shapes are found from.
 const SHAPE_POSES: usize = 500;
@@ -23,6 +24,8 @@ const JUDGED_POSES: usize = 1000;
 pub const JUDGED_ABOVE_DB: f32 = -40.0;
 /// Share of the wanted error that leaving out shapes may cost.
 const SHAPES_SHARE: f64 = 0.4;
+/// Start of the note on a field in a scene's provenance.
+const NOTE: &str = "field of ";
 /// Nodes that are decoded between two reports of progress.
 const BATCH: usize = 512;
 
@@ -80,7 +83,7 @@ pub struct FieldErrors {
     pub judged: f32,
 }
 
-/// What a field bake came to.
+/// Size and errors of a baked field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldReport {
     /// Nodes along x, y, z, yaw, pitch and roll.
@@ -93,13 +96,19 @@ pub struct FieldReport {
     pub errors: FieldErrors,
 }
 
-/// Why no field can be baked.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[error("{what}: expected {expected}, found {found}")]
-pub struct FieldFailure {
-    what: &'static str,
-    expected: &'static str,
-    found: String,
+impl FieldReport {
+    /// The report in one line, for the scene's provenance.
+    #[must_use]
+    pub fn note(&self) -> String {
+        let ([x, y, z, yaw, pitch, roll], [levels, taps]) = (self.nodes, self.ranks);
+        let FieldErrors { median_db, p95_db, p99_db, .. } = self.errors;
+        format!(
+            "{NOTE}{x} x {y} x {z} positions, {yaw} x {pitch} x {roll} directions (yaw, pitch, roll), {levels} + {taps} shapes, {} kB; \
+             its levels differ from the decoder's by {median_db:.2} dB in the median, {p95_db:.2} dB at 95 %, {p99_db:.2} dB at 99 % \
+             ({JUDGED_POSES} random poses, masks above {JUDGED_ABOVE_DB} dB)",
+            self.bytes.div_ceil(1000)
+        )
+    }
 }
 
 /// Decodes one pose.
@@ -112,18 +121,37 @@ impl Decoders<'_> {
     /// A value of each pose's transfer function, in order.
     pub(crate) fn map<T: Send>(&mut self, poses: &[Pose], value: impl Fn(&TransferFunction) -> T + Sync) -> Vec<T> {
         let share = poses.len().div_ceil(self.0.len()).max(1);
-        let value = &value;
-        thread::scope(|scope| {
-            let jobs = self.0.iter_mut().zip(poses.chunks(share));
-            let threads: Vec<_> = jobs
-                .map(|(decode, part)| scope.spawn(move || part.iter().map(|p| value(&decode(p))).collect::<Vec<T>>()))
-                .collect();
-            threads.into_iter().flat_map(|t| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
-        })
+        let parts = self.0.par_iter_mut().zip(poses.par_chunks(share));
+        parts.flat_map_iter(|(decode, part)| part.iter().map(|pose| value(&decode(pose)))).collect()
     }
 }
 
-/// Bakes a decoder down. `decoder` makes one for each core; `progress` is told the share that is done, 0 to 1.
+/// Bakes a table of a scene's anchor cloud, which plays in the tiers Draft and Standard, into the scene; its provenance notes the
+/// table's size and errors. `progress` is given the share that is done, 0 to 1.
+///
+/// # Errors
+/// A scene without an anchor cloud, and as [`bake_field`].
+pub fn bake_cloud(scene: &Arc<Scene>, options: &FieldOptions, progress: impl Fn(f64)) -> Result<Scene, BakeError> {
+    let decoder = || -> Option<Decode<'_>> {
+        let mut decoder = CloudDecoder::new(scene)?;
+        let mut decoded = decoder.blank();
+        Some(Box::new(move |pose| {
+            decoder.decode(pose, &mut decoded);
+            decoded.transfer.clone()
+        }))
+    };
+    if scene.cloud().is_none() {
+        return Err(BakeError::argument("scene", "one with an anchor cloud", "a field only"));
+    }
+    let (field, report) = bake_field(scene.shape(), decoder, options, progress)?;
+    let mut parts = scene.parts().clone();
+    parts.provenance.notes.retain(|n| !n.starts_with(NOTE));
+    parts.provenance.notes.push(report.note());
+    (parts.bounds, parts.field) = (options.bounds, Some(field));
+    Ok(Scene::new(parts)?)
+}
+
+/// Bakes a table of a decoder. `decoder` makes one for each core; `progress` is given the share that is done, 0 to 1.
 ///
 /// # Errors
 /// No decoder, bounds or ranges that are not finite or of the wrong order, or a size that no table fits in.
@@ -132,16 +160,11 @@ pub fn bake_field<'a>(
     decoder: impl Fn() -> Option<Decode<'a>>,
     options: &FieldOptions,
     progress: impl Fn(f64),
-) -> Result<(Field, FieldReport), FieldFailure> {
+) -> Result<(Field, FieldReport), BakeError> {
     let spans = options.spans();
     check(&spans, options)?;
-    let cores = thread::available_parallelism().map_or(1, NonZero::get);
-    let decoders: Option<Vec<Decode<'a>>> = (0..cores).map(|_| decoder()).collect();
-    let mut decoders = Decoders(decoders.ok_or_else(|| FieldFailure {
-        what: "decoder",
-        expected: "one for each core",
-        found: "none".to_owned(),
-    })?);
+    let decoders: Option<Vec<Decode<'a>>> = (0..rayon::current_num_threads()).map(|_| decoder()).collect();
+    let mut decoders = Decoders(decoders.ok_or_else(|| BakeError::argument("decoder", "one for each core", "none"))?);
     let poses: Vec<Pose> = Coordinates::random(&spans, options.seed, SHAPE_POSES).iter().map(Coordinates::pose).collect();
     let rows = decoders.map(&poses, |tf| (levels_db(tf), [&tf.taps[..], &tf.late].concat()));
     let (levels, taps): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
@@ -154,10 +177,9 @@ pub fn bake_field<'a>(
     let basis_bytes = 4 * (levels.values() + taps.values());
     let most_nodes = options.max_bytes.saturating_sub(basis_bytes) / node_bytes;
     let mut lines = Lines::new(spans, options.seed);
-    let axes = lines.refine(&mut decoders, &levels, f64::from(options.error_db), most_nodes).ok_or_else(|| FieldFailure {
-        what: "size of the field",
-        expected: "room for the coarsest table",
-        found: format!("{} bytes, {node_bytes} for each node", options.max_bytes),
+    let axes = lines.refine(&mut decoders, &levels, f64::from(options.error_db), most_nodes).ok_or_else(|| {
+        let found = format!("{} bytes, {node_bytes} for each node", options.max_bytes);
+        BakeError::argument("size of the field", "room for the coarsest table", found)
     })?;
     let nodes = [0, 1, 2, 3, 4, 5].map(|a| axes[a].count());
     let [x, y, z, yaw, pitch, roll] = axes;
@@ -175,27 +197,22 @@ pub fn bake_field<'a>(
         }
     }
     let low_rank = LowRank { levels: levels.into_basis(), taps: taps.into_basis(), coefficients };
-    let field = Field::new(grid, shape, Rows::LowRank(low_rank)).ok_or_else(|| FieldFailure {
-        what: "decoder",
-        expected: "transfer functions of the scene's shape",
-        found: "others".to_owned(),
-    })?;
+    let field = Field::new(grid, shape, Rows::LowRank(low_rank))
+        .ok_or_else(|| BakeError::argument("decoder", "transfer functions of the scene's shape", "others"))?;
     let errors = errors(&field, &mut decoders, &spans, options.seed);
     let report = FieldReport { nodes, ranks, bytes: field.memory_bytes(), errors };
     Ok((field, report))
 }
 
-fn check(spans: &[Span; 6], options: &FieldOptions) -> Result<(), FieldFailure> {
-    let wrong = |what, expected, found: String| Err(FieldFailure { what, expected, found });
-    for (span, what) in
-        spans.iter().zip(["bounds in x", "bounds in y", "bounds in z", "yaw", "range of pitch", "range of roll"])
-    {
-        if !(span.low.is_finite() && span.high.is_finite() && span.low <= span.high) {
-            return wrong(what, "finite, the lower end first", format!("{} to {}", span.low, span.high));
+fn check(spans: &[Span; 6], options: &FieldOptions) -> Result<(), BakeError> {
+    let axes = ["bounds in x", "bounds in y", "bounds in z", "yaw", "range of pitch", "range of roll"];
+    for (Span { low, high, .. }, what) in spans.iter().zip(axes) {
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            return Err(BakeError::argument(what, "finite, the lower end first", format!("{low} to {high}")));
         }
     }
     if !(options.error_db.is_finite() && options.error_db > 0.0) {
-        return wrong("error of the field", "a number of decibels above 0", options.error_db.to_string());
+        return Err(BakeError::argument("error of the field", "a number of decibels above 0", options.error_db));
     }
     Ok(())
 }
@@ -213,7 +230,6 @@ fn errors(field: &Field, decoders: &mut Decoders<'_>, spans: &[Span; 6], seed: u
         errors.extend(found.iter().zip(wanted).filter(|(_, w)| **w > JUDGED_ABOVE_DB).map(|(f, w)| (f - w).abs()));
     }
     errors.sort_by(f32::total_cmp);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index within the list")]
     let at = |share: f64| errors.get((share * (errors.len().saturating_sub(1)) as f64) as usize).copied().unwrap_or(0.0);
     FieldErrors {
         median_db: at(0.5),

@@ -1,10 +1,10 @@
 //! How measurements lie around one emitter.
 
 use crate::bake::kriging::Site;
+use crate::error::BakeError;
 use crate::sources::responses::Responses;
 use glam::{Quat, Vec3};
 use promenade_core::{Axis, Facing, FieldGrid, Pose, glam};
-use thiserror::Error;
 
 /// Two positions closer than this are one, metres.
 const SAME_PLACE_M: f32 = 1e-3;
@@ -14,30 +14,6 @@ const FINEST_STEP: f32 = 2.5 * std::f32::consts::PI / 180.0;
 const COARSEST_STEP: f32 = 15.0 * std::f32::consts::PI / 180.0;
 /// Positions along one axis of a field, at most.
 const MOST_POSITIONS: usize = 24;
-
-/// Why measurements make no scene.
-#[derive(Debug, Error, PartialEq)]
-pub enum LayoutError {
-    /// There is nothing to bake from.
-    #[error("no response to bake from is left")]
-    Empty,
-    /// Sources and listeners both move.
-    #[error(
-        "the responses have {sources} source positions and {listeners} listener positions, expected one of either; choose a source"
-    )]
-    Ambiguous {
-        /// Different source positions.
-        sources: usize,
-        /// Different listener positions.
-        listeners: usize,
-    },
-    /// A listener stands in the source.
-    #[error("response '{name}' has listener and source in one place")]
-    Coincident {
-        /// Name of the response.
-        name: String,
-    },
-}
 
 /// Measurements as listener poses around one emitter.
 #[derive(Clone, Debug)]
@@ -59,7 +35,7 @@ impl Layout {
     ///
     /// A source that stays is the emitter. Sources that move around a listener who stays are read as one emitter straight ahead of
     /// the origin, with the listener turned so that it is seen from the head as the source was: the room then turns with the head.
-    pub(crate) fn of(responses: &Responses) -> Result<Self, LayoutError> {
+    pub(crate) fn of(responses: &Responses) -> Result<Self, BakeError> {
         let all = &responses.responses;
         let sources = count_places(all.iter().map(|r| r.source));
         let listeners = count_places(all.iter().map(|r| r.listener.position));
@@ -67,10 +43,11 @@ impl Layout {
         let relative: Vec<Vec3> = all.iter().map(|r| r.listener.to_head(r.source)).collect();
         let distances: Vec<f32> = relative.iter().map(|v| v.length()).collect();
         if let Some(i) = distances.iter().position(|d| *d < SAME_PLACE_M) {
-            return Err(LayoutError::Coincident { name: all[i].name.clone() });
+            let found = format!("both in one place in '{}'", all[i].name);
+            return Err(BakeError::argument("responses", "a distance between listener and source", found));
         }
         let (emitter, poses): (Vec3, Vec<Pose>) = match (sources, listeners) {
-            (0, _) => return Err(LayoutError::Empty),
+            (0, _) => return Err(BakeError::argument("responses", "at least one", "none")),
             (1, _) => (all[0].source, all.iter().map(|r| r.listener).collect()),
             (_, 1) => {
                 notes.push(format!(
@@ -86,7 +63,10 @@ impl Layout {
                 };
                 (emitter, relative.iter().zip(&distances).map(pose).collect())
             }
-            (sources, listeners) => return Err(LayoutError::Ambiguous { sources, listeners }),
+            _ => {
+                let found = format!("{sources} sources and {listeners} listener positions");
+                return Err(BakeError::argument("responses", "one source or one listener position (choose a source)", found));
+            }
         };
         let stays = listeners == 1;
         let sites = relative
@@ -110,7 +90,7 @@ impl Layout {
     }
 
     /// Nodes for a field: as dense as the measurements where they are dense, over all directions.
-    pub(crate) fn grid(&self) -> FieldGrid {
+    pub(crate) fn nodes(&self) -> FieldGrid {
         let pi = std::f32::consts::PI;
         let spacing = median_spacing(self.sites.iter().map(|s| s.direction)).clamp(FINEST_STEP, COARSEST_STEP);
         let azimuths = count(2.0 * pi / spacing).max(4);

@@ -1,7 +1,11 @@
 //! What a measured room does after the direct sound: band energies hop by hop, reverberation time, coherence.
 
+use crate::bake::direct::{Direct, minimum_phase, set_ears};
+use crate::bake::log_transfer::NO_GAIN;
+use crate::error::BakeError;
 use crate::signal::spectrum::{Analyser, at};
-use promenade_core::{Bands, StftGrid};
+use crate::sources::responses::Response;
+use promenade_core::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
 
 /// Reverberation times outside this range are taken for a failed fit, seconds.
 const T60_RANGE_S: std::ops::RangeInclusive<f64> = 0.03..=20.0;
@@ -15,7 +19,7 @@ pub(crate) type HopEnergies = Vec<Vec<f64>>;
 
 /// Reverberation time per band, seconds, from energies averaged over many responses: a straight line through the level in dB
 /// from hop `from` on, down to where the measurement's noise begins (ISO 3382-1, regression).
-pub(crate) fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64) -> Vec<f32> {
+fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64) -> Vec<f32> {
     let bands = mean.first().map_or(0, Vec::len);
     let fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s)).collect();
     // A band without a decay of its own takes the median of the others.
@@ -27,7 +31,7 @@ pub(crate) fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64) -> Vec<f32> {
 }
 
 /// Hops at the start that stand above the measurement's noise in a band.
-pub(crate) fn hops_above_noise(mean: &HopEnergies, band: usize) -> usize {
+fn hops_above_noise(mean: &HopEnergies, band: usize) -> usize {
     let tail = mean.len() / 10;
     let floor = mean.iter().rev().take(tail.max(1)).map(|e| e[band]).sum::<f64>() / tail.max(1) as f64;
     mean.iter().position(|e| e[band] < OVER_NOISE * floor || e[band] <= 1e-20).unwrap_or(mean.len())
@@ -49,7 +53,7 @@ fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f
 }
 
 /// Gain of an exponential late part at hop `from`, linear amplitude, by least squares on energies from there to the noise.
-pub(crate) fn late_gain(energies: &HopEnergies, band: usize, from: usize, until: usize, decay_per_hop: f64) -> f64 {
+fn late_gain(energies: &HopEnergies, band: usize, from: usize, until: usize, decay_per_hop: f64) -> f64 {
     let (mut num, mut den) = (0.0, 0.0);
     for (j, e) in energies.iter().take(until).skip(from).enumerate() {
         #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a hop count")]
@@ -61,14 +65,7 @@ pub(crate) fn late_gain(energies: &HopEnergies, band: usize, from: usize, until:
 }
 
 /// Real interaural coherence per band of both ears' sound from sample `start` on.
-pub(crate) fn coherence(
-    ears: [&[f32]; 2],
-    start: i64,
-    hops: usize,
-    grid: &StftGrid,
-    bands: &Bands,
-    analyser: &Analyser,
-) -> [Vec<f64>; 3] {
+fn coherence(ears: [&[f32]; 2], start: i64, hops: usize, grid: &StftGrid, bands: &Bands, analyser: &Analyser) -> [Vec<f64>; 3] {
     let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];
     #[expect(clippy::cast_possible_wrap, reason = "sample counts of a response")]
     for l in 0..hops as i64 {
@@ -93,6 +90,134 @@ pub(crate) fn coherence(
         }
     }
     sums
+}
+
+/// Share of the Nyquist frequency that measurements are trusted up to; above it anti-alias filters close.
+const TRUSTED_SHARE: f64 = 0.85;
+
+/// A first estimate of one response's transfer function.
+pub(crate) struct First {
+    /// Sample of the response at which sound reaches the head's centre.
+    pub(crate) arrival: i64,
+    pub(crate) transfer: TransferFunction,
+}
+
+/// What all responses share.
+pub(crate) struct Room {
+    pub(crate) bands: Bands,
+    pub(crate) tail: TailModel,
+    pub(crate) shape: TransferShape,
+    pub(crate) top_hz: f32,
+    /// Hops that stand above the measurements' noise per band.
+    pub(crate) above_noise: Vec<usize>,
+}
+
+impl Room {
+    /// Measures the room that responses share and estimates a transfer function of each, times `gain`: direct sound, `early_s` seconds
+    /// of explicit taps and a late part.
+    pub(crate) fn of(
+        measured: &[&Response],
+        grid: &StftGrid,
+        early_s: f64,
+        seed: u64,
+        gain: f32,
+    ) -> Result<(Self, Vec<First>), BakeError> {
+        let analyser = Analyser::new(*grid);
+        let bands = Bands::for_rate(grid.sample_rate_hz);
+        let silent = |r: &Response| BakeError::unmeasurable(format!("response '{}'", r.name), "an ear is silent");
+        let mut directs = Vec::new();
+        for r in measured {
+            directs.push(Direct::of([&r.left, &r.right], grid, &analyser).ok_or_else(|| silent(r))?);
+        }
+        let longest = measured.iter().map(|r| r.left.len()).max().unwrap_or(0);
+        let hops = longest / grid.hop + 1;
+        let energies: Vec<[HopEnergies; 2]> =
+            directs.iter().map(|d| [0, 1].map(|ear| analyser.hop_energies(&d.rest[ear], d.arrival, hops, &bands))).collect();
+        let ears = (2 * energies.len()) as f64;
+        let mean: HopEnergies = (0..hops)
+            .map(|l| {
+                let all = energies.iter().flatten();
+                (0..bands.count()).map(|b| all.clone().map(|e| e[l][b]).sum::<f64>() / ears).collect()
+            })
+            .collect();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of hops")]
+        let taps = ((early_s / grid.hop_s()).round() as usize).min(hops.saturating_sub(2)).max(1);
+        let t60 = t60_s(&mean, taps, grid.hop_s());
+        let above_noise: Vec<usize> = (0..bands.count()).map(|b| hops_above_noise(&mean, b)).collect();
+        let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];
+        for d in &directs {
+            #[expect(clippy::cast_possible_wrap, reason = "samples of a response")]
+            let start = d.arrival + 4 * grid.hop as i64;
+            let part = coherence([&d.rest[0], &d.rest[1]], start, taps, grid, &bands, &analyser);
+            for (s, p) in sums.iter_mut().flatten().zip(part.iter().flatten()) {
+                *s += p;
+            }
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "a coherence")]
+        let coherence = (0..bands.count())
+            .map(|b| (sums[0][b] / (sums[1][b] * sums[2][b]).sqrt().max(1e-30)).clamp(-1.0, 1.0) as f32)
+            .collect();
+        let tail = TailModel { seed, t60_s: t60, coherence };
+        let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
+        let gain = f64::from(gain);
+        let firsts = directs
+            .iter()
+            .zip(&energies)
+            .map(|(d, e)| First { arrival: d.arrival, transfer: first_transfer(d, e, &above_noise, &tail, shape, grid, gain) })
+            .collect();
+        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
+        let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
+        Ok((Self { bands, tail, shape, top_hz, above_noise }, firsts))
+    }
+}
+
+fn first_transfer(
+    direct: &Direct,
+    energies: &[HopEnergies; 2],
+    above_noise: &[usize],
+    tail: &TailModel,
+    shape: TransferShape,
+    grid: &StftGrid,
+    gain: f64,
+) -> TransferFunction {
+    let mut out = shape.silent();
+    for k in 0..shape.bins {
+        set_ears(&mut out, k, [gain * direct.gain[0][k], gain * direct.gain[1][k]]);
+    }
+    out.phase = direct.gain.iter().flat_map(|g| minimum_phase(&floored_log(g), grid)).collect();
+    let first_late = shape.taps + 1;
+    for (ear, hops) in energies.iter().enumerate() {
+        for band in 0..shape.bands {
+            #[expect(clippy::cast_possible_truncation, reason = "gains")]
+            for tap in 0..shape.taps {
+                out.taps[(tap * 2 + ear) * shape.bands + band] = (gain * hops[tap + 1][band].sqrt()) as f32;
+            }
+            let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(tail.t60_s[band]));
+            let until = above_noise[band];
+            // Where the noise begins before the late part does, the late part continues the last taps. Where the response itself
+            // ends there, as an anechoic one does, nothing is known to follow.
+            let late = if hops.len() <= first_late + 2 {
+                0.0
+            } else if until > first_late + 2 {
+                late_gain(hops, band, first_late, until, decay)
+            } else {
+                let from = until.saturating_sub(8).max(1);
+                #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a hop count")]
+                let steps = first_late as i32 - from as i32;
+                late_gain(hops, band, from, until.max(from + 1), decay) * decay.powi(steps)
+            };
+            #[expect(clippy::cast_possible_truncation, reason = "a gain")]
+            let late = (gain * late) as f32;
+            out.late[ear * shape.bands + band] = late;
+        }
+    }
+    out
+}
+
+/// Log of a magnitude, no lower than 60 dB below its peak: a deeper notch would only lengthen the response.
+fn floored_log(gain: &[f64]) -> Vec<f64> {
+    let floor = 1e-3 * gain.iter().fold(NO_GAIN, |a, b| a.max(*b));
+    gain.iter().map(|g| g.max(floor).ln()).collect()
 }
 
 #[cfg(test)]

@@ -5,11 +5,10 @@ mod baselines;
 mod figure;
 mod head;
 mod nearest;
-mod player;
 
 pub use figure::{Figure, Figures};
-pub use player::{ClipPlayer, PRE_ROLL_S, Player, Playing, Poses, StreamPlayer};
 
+use crate::player::{Ears, Player, Playing, Poses};
 use crate::{BakeError, Capture, Clip, Responses, Split};
 use baselines::baselines;
 use promenade_core::Scene;
@@ -40,7 +39,7 @@ trait Method {
     /// What it knows that a listener's pose and the dry sound do not tell.
     fn note(&self) -> &'static str;
     /// Both ears, each as long as the clip or a little shorter.
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError>;
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError>;
 }
 
 /// How well one method does on one capture.
@@ -109,19 +108,19 @@ pub fn evaluate_each(
     let tests: Vec<&Clip> = capture.split(Split::Test).collect();
     if tests.is_empty() {
         let found = format!("none among the {} of {}", capture.clips.len(), capture.title);
-        return Err(BakeError::Argument { what: "capture", expected: "at least one clip for testing".to_owned(), found });
+        return Err(BakeError::argument("capture", "at least one clip for testing", found));
     }
     let mut notes = Vec::new();
-    let player = Player::new(scene, capture.sample_rate_hz, options.playing, options.poses)?;
+    let player = Player::new(scene, capture.sample_rate_hz, options.playing)?;
     let playing = player.playing();
-    let mut methods: Vec<Box<dyn Method>> = vec![Box::new(SceneMethod { player, gain: 1.0 })];
+    let mut method = SceneMethod { player, poses: options.poses, gain: 1.0 };
     let fit = fit_clips(capture);
     if options.fit_level {
-        let gain = fitted_gain(methods[0].as_mut(), capture, &fit)?;
-        methods[0] =
-            Box::new(SceneMethod { player: Player::new(scene, capture.sample_rate_hz, options.playing, options.poses)?, gain });
-        notes.push(format!("the scene's level was fitted on {} training clips: {:+.2} dB", fit.len(), 20.0 * gain.log10()));
+        method.gain = fitted_gain(&mut method, capture, &fit)?;
+        let gain_db = 20.0 * method.gain.log10();
+        notes.push(format!("the scene's level was fitted on {} training clips: {gain_db:+.2} dB", fit.len()));
     }
+    let mut methods: Vec<Box<dyn Method>> = vec![Box::new(method)];
     if options.baselines {
         methods.extend(baselines(capture, &fit, options.head.as_ref(), &mut notes)?);
     }
@@ -161,6 +160,7 @@ pub fn overall(evaluations: &[Evaluation]) -> Vec<(String, Figures)> {
 /// The scene itself.
 struct SceneMethod {
     player: Player,
+    poses: Poses,
     gain: f32,
 }
 
@@ -173,8 +173,8 @@ impl Method for SceneMethod {
         ""
     }
 
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
-        let mut ears = self.player.render(capture, clip)?;
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
+        let mut ears = self.player.render_clip(capture, clip, self.poses)?;
         ears.iter_mut().flatten().for_each(|v| *v *= self.gain);
         Ok(ears)
     }

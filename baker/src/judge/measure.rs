@@ -1,27 +1,14 @@
-//! What a scene does, measured on what the render head puts out.
+//! A scene's rendered responses against measurements that it was not baked from.
 
-pub use crate::judge::response_measures::Unmeasurable;
+use crate::error::BakeError;
 use crate::judge::response_measures::response_measures;
-use promenade_core::{HeldOut, Pose, Renderer, ResponseMeasures, Scene, Tier};
+use crate::player::render_response;
+use promenade_core::{HeldOut, ResponseMeasures, Scene};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// What the renderer makes of a unit impulse at sample `lead`, for a listener who stands still, at the scene's own rate: `len` samples
-/// of both ears, with the latency taken out.
-#[must_use]
-pub fn render_response(scene: &Arc<Scene>, pose: Pose, lead: usize, len: usize) -> [Vec<f32>; 2] {
-    let Ok(mut renderer) = Renderer::new(Arc::clone(scene), scene.grid().sample_rate_hz) else {
-        return [Vec::new(), Vec::new()];
-    };
-    let latency = renderer.latency_samples();
-    let mut input = vec![0.0; len + latency];
-    if let Some(x) = input.get_mut(lead) {
-        *x = 1.0;
-    }
-    let mut ears = [vec![0.0; input.len()], vec![0.0; input.len()]];
-    let [left, right] = &mut ears;
-    renderer.process(&input, [left, right], Tier::Standard, &mut |_| pose);
-    ears.map(|ear| ear[latency..].to_vec())
-}
+/// Lengths of rendered responses, seconds.
+pub const RESPONSE_S: RangeInclusive<f64> = 0.25..=60.0;
 
 /// One pose: what was measured there and what the render head makes of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +28,7 @@ pub struct MeanErrors {
     pub itd_s: f64,
     /// Interaural level difference, dB.
     pub ild_db: f64,
-    /// Reverberation time T20, as a share of the measured one; none where no pose has one.
+    /// Reverberation time T20, as a share of the measured one; `None` where no pose has one.
     pub t20: Option<f64>,
     /// Early decay time, as a share of the measured one.
     pub edt: Option<f64>,
@@ -49,18 +36,25 @@ pub struct MeanErrors {
     pub c50_db: Option<f64>,
 }
 
-/// Renders every held-out pose of a scene and compares. Poses whose rendering cannot be measured are an error with their name.
+/// The length of response in which a scene's decays can be measured, seconds: one and a half times the longest reverberation time.
+#[must_use]
+pub fn response_s(scene: &Scene) -> f64 {
+    let longest = scene.tail().t60_s.iter().fold(0.0_f32, |a, b| a.max(*b));
+    (1.5 * f64::from(longest)).clamp(*RESPONSE_S.start(), *RESPONSE_S.end())
+}
+
+/// Renders responses of some seconds at all held-out poses of a scene and compares them with the measurements.
 ///
 /// # Errors
-/// The name of the pose and why its rendered response has no measures.
-pub fn compare_held_out(scene: &Arc<Scene>, response_s: f64) -> Result<Vec<Comparison>, (String, Unmeasurable)> {
+/// A rendered response that has no measures, by the name of its pose, or a scene that cannot be rendered.
+pub fn compare_held_out(scene: &Arc<Scene>, response_s: f64) -> Result<Vec<Comparison>, BakeError> {
     let rate = scene.grid().sample_rate_hz;
     let lead = scene.grid().n_fft;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
     let len = lead + (response_s * rate) as usize;
     let one = |held: &HeldOut| {
-        let [left, right] = render_response(scene, held.pose, lead, len);
-        let rendered = response_measures(&left, &right, rate).map_err(|e| (held.name.clone(), e))?;
+        let [left, right] = render_response(scene, held.pose, lead, len)?;
+        let rendered = response_measures(&left, &right, rate)
+            .map_err(|why| BakeError::unmeasurable(format!("held-out pose {}", held.name), why))?;
         Ok(Comparison { name: held.name.clone(), measured: held.measured, rendered })
     };
     scene.held_out().iter().map(one).collect()

@@ -2,7 +2,7 @@
 
 use super::values::parse_tier;
 use clap::{Args, ValueEnum};
-use promenade_baker::evaluate::Playing;
+use promenade_baker::player::Playing;
 use std::path::PathBuf;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]

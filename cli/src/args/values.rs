@@ -1,6 +1,6 @@
 //! Values on the command line: what they must look like, in words.
 
-use promenade_baker::evaluate::Playing;
+use promenade_baker::player::Playing;
 use promenade_baker::reconstruction::{Landmark, SceneOrigin};
 use promenade_baker::shoebox::{Absorption, MAX_LENGTH_S};
 use promenade_baker::wav::Format;

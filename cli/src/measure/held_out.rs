@@ -3,9 +3,9 @@
 use super::Part;
 use crate::args::{MeasureArgs, TableForm};
 use crate::report;
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use promenade_baker::cost::{TierCost, tier_costs};
-use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out};
+use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out, response_s};
 use promenade_core::{ResponseMeasures, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -19,14 +19,8 @@ const COST_S: f64 = 2.0;
 
 pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<Part> {
     let name = path.display();
-    let longest = scene.tail().t60_s.iter().fold(0.0_f32, |a, b| a.max(*b));
-    let seconds = args.seconds.unwrap_or(1.5 * f64::from(longest)).max(0.25);
-    if !(0.25..=60.0).contains(&seconds) {
-        bail!("seconds: expected 0.25 to 60, found {seconds}");
-    }
-    let comparisons = compare_held_out(scene, seconds).map_err(|(pose, error)| {
-        anyhow::Error::from(error).context(format!("{name}: held-out pose {pose} cannot be measured"))
-    })?;
+    let seconds = args.seconds.unwrap_or_else(|| response_s(scene));
+    let comparisons = compare_held_out(scene, seconds).with_context(|| name.to_string())?;
     let mean = MeanErrors::of(&comparisons).ok_or_else(|| anyhow!("{name}: nothing was compared"))?;
     let costs = tier_costs(scene, HOST_RATE_HZ, HOST_BLOCK, COST_S);
     let markdown = args.format == TableForm::Markdown;

@@ -3,6 +3,7 @@
 use super::head::DistanceAndHead;
 use super::nearest::{NearestRecording, NearestTransfer};
 use super::{Method, energy, fitted_gain};
+use crate::player::Ears;
 use crate::{BakeError, Capture, Clip, Responses, Split};
 
 /// The baselines that a capture allows; a note for each that it does not.
@@ -49,7 +50,7 @@ impl Method for Mono {
         ""
     }
 
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
         let dry: Vec<f32> = capture.dry(clip, 0).iter().map(|v| self.gain * v).collect();
         Ok([dry.clone(), dry])
     }
@@ -67,7 +68,7 @@ impl Method for MonoEnergy {
         "knows the recording's energy"
     }
 
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
         let dry = with_energy(capture.dry(clip, 0), 0.5 * energy(capture.binaural(clip)));
         Ok([dry.clone(), dry])
     }
@@ -85,7 +86,7 @@ impl Method for StereoEnergy {
         "knows the energy of each of the recording's ears"
     }
 
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
         Ok(capture.binaural(clip).map(|ear| with_energy(capture.dry(clip, 0), energy([ear, &[]]))))
     }
 }

@@ -1,6 +1,7 @@
 //! Baselines that know the training recordings: the nearest one itself, and what it did to its dry sound.
 
 use super::Method;
+use crate::player::Ears;
 use crate::signal::convolve::shape;
 use crate::{BakeError, Capture, Clip, Split};
 use promenade_core::Pose;
@@ -43,7 +44,7 @@ impl Method for NearestRecording {
         ""
     }
 
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
         let found = nearest(capture, &clip.pose);
         Ok(found.map_or_else(|| [vec![0.0; clip.len], vec![0.0; clip.len]], |n| capture.binaural(n).map(|e| cut(e, clip.len))))
     }
@@ -61,7 +62,7 @@ impl Method for NearestTransfer {
         ""
     }
 
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
+    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
         let rate = capture.sample_rate_hz;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
         let before = (PRE_ROLL_S * rate) as usize;

@@ -59,11 +59,7 @@ impl Default for FromResponses {
 /// but silence.
 pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromResponses) -> Result<Capture, BakeError> {
     check(options)?;
-    let layout = Layout::of(responses).map_err(|e| BakeError::Argument {
-        what: "responses",
-        expected: "listeners around one source, or sources around one listener".to_owned(),
-        found: e.to_string(),
-    })?;
+    let layout = Layout::of(responses)?;
     let from_hz = whole_rate(responses.sample_rate_hz)?;
     let rate_hz = options.sample_rate_hz.unwrap_or(from_hz);
     let rate = f64::from(rate_hz);

@@ -1,25 +1,24 @@
 //! Transfer functions as they are interpolated between measurements.
 
-use crate::bake::direct::minimum_phase;
+use crate::bake::direct::{minimum_phase, set_ears};
 use crate::bake::kriging::Site;
-use crate::bake::set_ears;
 use promenade_core::{StftGrid, TransferFunction, TransferShape};
 
-/// Gains below this are nothing (-140 dB).
+/// Gains below this count as silence (-140 dB).
 pub(crate) const NO_GAIN: f64 = 1e-7;
 
 /// A transfer function in the domain that it is interpolated in: log gains, at a distance of 1 m, and delay.
 ///
 /// Gains of measurements a few degrees apart differ by factors, and delays by sums; complex spectra that differ in delay would cancel.
 #[derive(Clone, Debug)]
-pub(crate) struct LogRow {
+pub(crate) struct LogTransfer {
     direct: [Vec<f64>; 2],
     delay_s: f64,
     room: Vec<f64>,
     explicit: usize,
 }
 
-impl LogRow {
+impl LogTransfer {
     pub(crate) fn of(t: &TransferFunction, distance_m: f64) -> Self {
         let log = |g: f64| g.max(NO_GAIN).ln();
         let ear = |sign: f32| {
@@ -30,20 +29,20 @@ impl LogRow {
         Self { direct: [ear(-1.0), ear(1.0)], delay_s: f64::from(t.delay_s), room, explicit: t.taps.len() }
     }
 
-    pub(crate) fn blend(rows: &[Self], sites: &[Site], weights: &[(usize, f64)], trend: f64, node: &Site) -> Self {
+    pub(crate) fn blend(measured: &[Self], sites: &[Site], weights: &[(usize, f64)], trend: f64, node: &Site) -> Self {
         let sum = |pick: &dyn Fn(&Self) -> &Vec<f64>| {
-            let mut out = vec![0.0; pick(&rows[0]).len()];
+            let mut out = vec![0.0; pick(&measured[0]).len()];
             for &(i, w) in weights {
-                out.iter_mut().zip(pick(&rows[i])).for_each(|(o, v)| *o += w * v);
+                out.iter_mut().zip(pick(&measured[i])).for_each(|(o, v)| *o += w * v);
             }
             out
         };
-        let off_trend: f64 = weights.iter().map(|&(i, w)| w * (rows[i].delay_s - trend * lateral(&sites[i]))).sum();
+        let off_trend: f64 = weights.iter().map(|&(i, w)| w * (measured[i].delay_s - trend * lateral(&sites[i]))).sum();
         Self {
             direct: [sum(&|r| &r.direct[0]), sum(&|r| &r.direct[1])],
             delay_s: off_trend + trend * lateral(node),
             room: sum(&|r| &r.room),
-            explicit: rows[0].explicit,
+            explicit: measured[0].explicit,
         }
     }
 
@@ -72,8 +71,8 @@ fn lateral(site: &Site) -> f64 {
 }
 
 /// Delay per unit of [`lateral`], seconds, by least squares: the measured head's radius over the speed of sound, negated.
-pub(crate) fn delay_trend(sites: &[Site], rows: &[LogRow]) -> f64 {
-    let pairs = || sites.iter().map(lateral).zip(rows.iter().map(|r| r.delay_s));
+pub(crate) fn delay_trend(sites: &[Site], measured: &[LogTransfer]) -> f64 {
+    let pairs = || sites.iter().map(lateral).zip(measured.iter().map(|r| r.delay_s));
     let square: f64 = pairs().map(|(x, _)| x * x).sum();
     if square > 0.1 { pairs().map(|(x, d)| x * d).sum::<f64>() / square } else { -0.09 / 343.0 }
 }

@@ -1,15 +1,13 @@
 //! How far a stream is from the clips that it stands for.
 
+use crate::player::Ears;
 use promenade_core::StftGrid;
 use promenade_metrics::{MetricError, Spectrogram, Window, audible_lsd_db, avcloud};
 
 /// Clips whose energy lies further below the loudest clip's than this are silence, as a share.
 const SILENT_CLIP: f64 = 1e-4;
-/// The lowest level difference that is told, dB.
+/// The lowest level difference that is reported, dB.
 const LOWEST_DB: f64 = -120.0;
-
-/// Both ears of a stretch of sound.
-pub(super) type Ears = [Vec<f32>; 2];
 
 /// Distances to the clip path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,7 +41,7 @@ impl Distance {
         Ok(Self { mag: mag / count, lsd_db, lre_db: lre_db / count, level_db: (10.0 * ratio.log10()).max(LOWEST_DB) })
     }
 
-    /// The mean; none of nothing.
+    /// Mean distances; `None` where there are none.
     pub(super) fn mean(all: &[Self]) -> Option<Self> {
         let mean = |of: fn(&Self) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
         (!all.is_empty()).then(|| Self {

@@ -1,8 +1,8 @@
 //! Sound and poses that are the same on every machine.
 
 use crate::signal::random::Random;
-use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use promenade_core::{AnchorCloud, Pose, StftGrid};
 use std::f32::consts::{PI, TAU};
 
 /// From one burst or click to the next, seconds.
@@ -16,13 +16,18 @@ const CLICKS: [f32; 5] = [0.01, 0.02, 0.04, 0.08, 0.16];
 /// Highest pitch of a random pose up and down, radians.
 const PITCH: f32 = PI / 6.0;
 
+/// The sound that streams are compared on unless there is another: bursts and clicks of 3 s, or of 3 clips where those are longer.
+#[must_use]
+pub fn test_sound(grid: &StftGrid, cloud: &AnchorCloud) -> Vec<f32> {
+    let clip_s = cloud.model.sizes().frames as f64 * grid.hop_s();
+    bursts_and_clicks(grid.sample_rate_hz, 3.0_f64.max(3.0 * clip_s))
+}
+
 /// Bursts of white noise and clicks of decaying tones in turn, full scale 0.5.
 #[must_use]
 pub fn bursts_and_clicks(sample_rate_hz: f64, seconds: f64) -> Vec<f32> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
     let samples = |s: f64| ((s * sample_rate_hz) as usize).max(1);
     let (every, burst) = (samples(EVERY_S), samples(BURST_S));
-    #[expect(clippy::cast_possible_truncation, reason = "a decay in samples")]
     let fall = 6.91 / (CLICK_T60_S * sample_rate_hz as f32);
     let mut random = Random::new(1);
     let at = |i: usize, random: &mut Random| {

@@ -1,8 +1,9 @@
 //! Streams of an anchor cloud beside its own clips.
 
+use promenade_baker::BakeError;
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
-use promenade_baker::projection::{ProjectionFailure, ProjectionReport, bursts_and_clicks, compare_projections, poses_within};
+use promenade_baker::streaming::{StreamReport, bursts_and_clicks, compare_streams, poses_within};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts};
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{Provenance, Scene, StftGrid};
@@ -37,13 +38,13 @@ fn scene(parts: CloudParts, conv: ConvMode) -> Arc<Scene> {
     Arc::new(cloud_scene(Imported { model, grid: GRID, notes: Vec::new() }, options).unwrap())
 }
 
-fn measure(scene: &Arc<Scene>, seconds: f64) -> Result<ProjectionReport, ProjectionFailure> {
+fn measure(scene: &Arc<Scene>, seconds: f64) -> Result<StreamReport, BakeError> {
     let sound = bursts_and_clicks(GRID.sample_rate_hz, seconds);
-    compare_projections(scene, &sound, &poses_within(scene.bounds(), scene.start_pose(), 2, 1), |_| ())
+    compare_streams(scene, &sound, &poses_within(scene.bounds(), scene.start_pose(), 2, 1), |_| ())
 }
 
-fn names(report: &ProjectionReport) -> Vec<&str> {
-    report.rows.iter().map(|r| r.name.as_str()).collect()
+fn names(report: &StreamReport) -> Vec<&str> {
+    report.streams.iter().map(|r| r.name.as_str()).collect()
 }
 
 #[test]
@@ -54,14 +55,14 @@ fn a_stream_that_is_the_clip_is_at_no_distance() {
     let report = measure(&scene(parts, ConvMode::LookAhead), 3.0).unwrap();
     assert_eq!(names(&report), ["source", "masks only", "high", "no taps, conv causal", "no taps, conv look-ahead"]);
     assert!(report.notes.iter().any(|n| n.contains("no time filter")), "{:?}", report.notes);
-    let distance = |row: usize| report.rows[row].distance.unwrap();
+    let distance = |row: usize| report.streams[row].distance.unwrap();
     assert!(!report.notes.iter().any(|n| n.contains("silent")), "{:?}", report.notes);
     let same = distance(4);
     assert!(same.mag < 1e-5 && same.lsd_db < 1e-3 && same.lre_db < 1e-3 && same.level_db.abs() < 1e-3, "{same:?}");
-    assert!((0..4).all(|row| distance(row).mag > 1e-3), "the others are not: {:?}", report.rows);
-    let latencies: Vec<usize> = report.rows[1..].iter().map(|r| (8000.0 * r.latency_s).round() as usize).collect();
-    assert_eq!((latencies[0], latencies[3], report.rows[4].lookahead_hops), (64, 64 + 5 * 15, 5));
-    assert!(report.rows[0].real_time.is_none() && report.rows[1..].iter().all(|r| r.real_time.is_some_and(|t| t > 0.0)));
+    assert!((0..4).all(|row| distance(row).mag > 1e-3), "the others are not: {:?}", report.streams);
+    let latencies: Vec<usize> = report.streams[1..].iter().map(|r| (8000.0 * r.latency_s).round() as usize).collect();
+    assert_eq!((latencies[0], latencies[3], report.streams[4].lookahead_hops), (64, 64 + 5 * 15, 5));
+    assert!(report.streams[0].real_time.is_none() && report.streams[1..].iter().all(|r| r.real_time.is_some_and(|t| t > 0.0)));
 }
 
 #[test]
@@ -71,9 +72,9 @@ fn projections_are_listed_by_look_ahead() {
     let rows = ["row 59", "row 34", "row 30", "row 0"].map(|r| format!("{r}, conv look-ahead"));
     let streams = ["diagonal, conv off", "diagonal, conv causal", "diagonal, conv look-ahead"].map(str::to_owned);
     assert_eq!(names(&report)[3..], [&streams[..], &rows].concat());
-    let hops: Vec<usize> = report.rows[3..].iter().map(|r| r.lookahead_hops).collect();
+    let hops: Vec<usize> = report.streams[3..].iter().map(|r| r.lookahead_hops).collect();
     assert_eq!(hops, [0, 0, 5, 5, 30, 34, 64]);
-    assert!(report.rows.iter().all(|r| r.distance.is_some_and(|d| d.mag.is_finite() && d.lsd_db > 0.0)), "{report:?}");
+    assert!(report.streams.iter().all(|r| r.distance.is_some_and(|d| d.mag.is_finite() && d.lsd_db > 0.0)), "{report:?}");
     assert!(report.notes.iter().any(|n| n == "the scene's tier reference: diagonal, conv causal"), "{:?}", report.notes);
     assert!(report.clips > 3 && report.decode_s.is_some());
 }
@@ -83,7 +84,7 @@ fn what_cannot_be_compared_is_said() {
     let mut short = audible(CloudKind::SimpleSh, Sizes { frames: 15, ..SMALL });
     short.weights.retain(|name, _| !name.starts_with("out."));
     let report = measure(&scene(short, ConvMode::Off), 1.0).unwrap();
-    assert!(report.rows.iter().all(|r| r.distance.is_none()) && names(&report).contains(&"diagonal, conv off"));
+    assert!(report.streams.iter().all(|r| r.distance.is_none()) && names(&report).contains(&"diagonal, conv off"));
     assert!(report.notes.iter().any(|n| n.contains("clips have 210 samples")), "{:?}", report.notes);
     assert!(!report.notes.iter().any(|n| n.contains("reference")), "{:?}", report.notes);
 
@@ -104,6 +105,6 @@ fn poses_where_nothing_is_heard_are_left_out() {
         silent.weights.get_mut(name).unwrap().values.fill(value);
     }
     let report = measure(&scene(silent, ConvMode::Off), 1.5).unwrap();
-    assert!(report.rows.iter().all(|r| r.distance.is_none()), "{report:?}");
+    assert!(report.streams.iter().all(|r| r.distance.is_none()), "{report:?}");
     assert!(report.notes.iter().any(|n| n.contains("at 2 of 2 poses the clips are silent")), "{:?}", report.notes);
 }

@@ -1,0 +1,294 @@
+//! Dry sound played through a scene, offline: both ears come out aligned with it.
+
+mod clips;
+mod source;
+mod stream;
+
+pub use source::Source;
+
+pub(crate) use clips::ClipPlayer;
+
+use crate::error::BakeError;
+use crate::sources::capture::{Capture, Clip};
+use promenade_audio::{FileError, resample};
+use promenade_core::{Pose, Scene, Tier};
+use std::collections::VecDeque;
+use std::sync::Arc;
+use stream::StreamPlayer;
+
+/// Dry sound that is played before a clip, seconds, at least; as long as the scene's room sounds where that is more.
+const PRE_ROLL_S: f64 = 1.0;
+/// The most dry sound that is played before a clip, seconds.
+const LONGEST_PRE_ROLL_S: f64 = 10.0;
+/// Samples rendered at a time where nobody sees the blocks.
+const BLOCK: usize = 4096;
+
+/// Left and right ear, of one length.
+pub type Ears = [Vec<f32>; 2];
+
+/// How a scene is played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Playing {
+    /// As a stream, as the plugin plays it.
+    Stream(Tier),
+    /// The published model clip by clip, as it is trained.
+    Clip,
+}
+
+impl Playing {
+    /// The name used on the command line and in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stream(tier) => tier.name(),
+            Self::Clip => "clip",
+        }
+    }
+}
+
+/// Where the listener is while a clip of a capture is played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Poses {
+    /// Where the clip's middle was, for the whole clip and before it: as the published models take it.
+    #[default]
+    Fixed,
+    /// On the track's path.
+    Path,
+}
+
+/// Linear gains of the rendered and of the dry sound in what is played.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mix {
+    rendered: f32,
+    dry: f32,
+}
+
+impl Mix {
+    /// The rendered sound alone.
+    pub const RENDERED: Self = Self { rendered: 1.0, dry: 0.0 };
+
+    /// A share of rendered sound, 0 to 1, the rest of it dry, and a gain of both, dB.
+    #[must_use]
+    pub fn new(share: f32, gain_db: f32) -> Self {
+        let gain = 10.0_f32.powf(gain_db / 20.0);
+        Self { rendered: gain * share, dry: gain * (1.0 - share) }
+    }
+
+    /// Mixes the dry samples that are waiting into the next samples of both ears.
+    fn apply(self, ears: [&mut [f32]; 2], waiting: &mut [VecDeque<f32>; 2]) {
+        for (ear, waiting) in ears.into_iter().zip(waiting) {
+            for x in ear {
+                *x = *x * self.rendered + waiting.pop_front().unwrap_or(0.0) * self.dry;
+            }
+        }
+    }
+}
+
+/// Plays sound of one sample rate through a scene. Its output begins with its input: the latency is taken out.
+///
+/// Clips and the tier Reference know only the scene's own rate: sound of another rate is converted there and back.
+pub struct Player {
+    engine: Engine,
+    /// Rates of the sound and of the engine, samples per second.
+    rate_hz: f64,
+    played_hz: f64,
+}
+
+enum Engine {
+    Stream(Box<StreamPlayer>),
+    Clips(Box<ClipPlayer>),
+}
+
+impl Player {
+    /// Prepares a scene for sound of a sample rate. Where `playing` is not given, the tier is standard, or the cheapest that the scene
+    /// has.
+    ///
+    /// # Errors
+    /// A tier that the scene does not have, a rate that cannot be rendered, or no published model to play clip by clip.
+    pub fn new(scene: &Arc<Scene>, rate_hz: f64, playing: Option<Playing>) -> Result<Self, BakeError> {
+        let own_hz = scene.grid().sample_rate_hz;
+        let (engine, played_hz) = match playing.unwrap_or_else(|| Playing::Stream(scene.played_tier(Tier::Standard))) {
+            Playing::Stream(tier) => {
+                if !scene.has_tier(tier) {
+                    let has: Vec<_> = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect();
+                    return Err(BakeError::argument("tier", has.join(" or "), tier.name()));
+                }
+                let played_hz = if tier == Tier::Reference { own_hz } else { rate_hz };
+                let stream = StreamPlayer::new(scene, played_hz, tier)
+                    .map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?;
+                (Engine::Stream(Box::new(stream)), played_hz)
+            }
+            Playing::Clip => {
+                let expected = "one with an anchor cloud, to be played clip by clip";
+                let cloud = scene.cloud().ok_or_else(|| BakeError::argument("scene", expected, "a field only"))?;
+                (Engine::Clips(Box::new(ClipPlayer::new(&cloud.model, *scene.grid())?)), own_hz)
+            }
+        };
+        Ok(Self { engine, rate_hz, played_hz })
+    }
+
+    /// The same with so many decodes a second in the tiers high and reference.
+    #[must_use]
+    pub fn with_decode_rate(mut self, rate_hz: f32) -> Self {
+        if let Engine::Stream(player) = &mut self.engine {
+            player.quality.live.rate_hz = rate_hz;
+        }
+        self
+    }
+
+    /// How the scene is played.
+    #[must_use]
+    pub fn playing(&self) -> Playing {
+        match &self.engine {
+            Engine::Stream(player) => Playing::Stream(player.quality.tier),
+            Engine::Clips(_) => Playing::Clip,
+        }
+    }
+
+    /// Samples of the engine's rate by which a host hears the scene late; 0 for clips.
+    #[must_use]
+    pub fn latency_samples(&self) -> usize {
+        match &self.engine {
+            Engine::Stream(player) => player.latency_samples(),
+            Engine::Clips(_) => 0,
+        }
+    }
+
+    /// Seconds for which the room sounds on after the input has ended; 0 for clips.
+    #[must_use]
+    pub fn tail_s(&self) -> f64 {
+        match &self.engine {
+            Engine::Stream(player) => player.tail_s(),
+            Engine::Clips(_) => 0.0,
+        }
+    }
+
+    /// Processor seconds that the last stream took; the decoding of its first pose is not counted. 0 for clips.
+    #[must_use]
+    pub fn processor_s(&self) -> f64 {
+        match &self.engine {
+            Engine::Stream(player) => player.processor_s,
+            Engine::Clips(_) => 0.0,
+        }
+    }
+
+    /// Plays a whole sound; `pose_at` is given seconds from its start. What sounds after a stream's input is kept.
+    ///
+    /// `write` is given both ears block by block, of `block` samples at most unless the sound is converted or played in clips, which
+    /// takes all of it into memory.
+    ///
+    /// # Errors
+    /// A sound that cannot be read or converted, and those of `write`.
+    pub fn play(
+        &mut self,
+        source: Source,
+        mix: Mix,
+        block: usize,
+        pose_at: &mut dyn FnMut(f64) -> Pose,
+        write: &mut dyn FnMut([&[f32]; 2]) -> Result<(), FileError>,
+    ) -> Result<(), BakeError> {
+        match &mut self.engine {
+            Engine::Stream(player) if self.rate_hz == self.played_hz => {
+                Ok(player.play(source, true, mix, block, pose_at, write)?)
+            }
+            _ => {
+                let channels = source.whole()?;
+                let tail = self.playing() != Playing::Clip;
+                let mut ears = self.whole(&mono(&channels), tail, pose_at)?;
+                let mut waiting = [channels.first(), channels.last()].map(|c| c.into_iter().flatten().copied().collect());
+                mix.apply(ears.each_mut().map(|ear| &mut ear[..]), &mut waiting);
+                Ok(write(ears.each_ref().map(|ear| &ear[..]))?)
+            }
+        }
+    }
+
+    /// Both ears of a mono sound, as long as it; `pose_at` is given seconds from its start.
+    ///
+    /// # Errors
+    /// Rates between which nothing can be converted.
+    pub fn render(&mut self, dry: &[f32], pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, BakeError> {
+        self.whole(dry, false, pose_at)
+    }
+
+    /// Both ears of a clip of a capture of this rate. A stream's are as long as the clip, and the dry sound before it is heard too;
+    /// those of the published model end with the clip's last whole hop.
+    ///
+    /// # Errors
+    /// Rates between which nothing can be converted; for the published model, a rate that is not the scene's or a clip that is not as
+    /// long as those it was trained on.
+    ///
+    /// # Panics
+    /// When the clip is not one of the capture.
+    pub fn render_clip(&mut self, capture: &Capture, clip: &Clip, poses: Poses) -> Result<Ears, BakeError> {
+        let rate_hz = self.rate_hz;
+        if let Engine::Clips(player) = &mut self.engine {
+            if rate_hz != self.played_hz {
+                let expected = format!("{} Hz, the scene's own, to be played clip by clip", self.played_hz);
+                return Err(BakeError::argument("sample rate of the capture", expected, format!("{rate_hz} Hz")));
+            }
+            player.listen(&clip.pose);
+            let ears = player.render(&capture.dry(clip, 0));
+            return ears.map_err(|e| BakeError::argument("clip", "one of the model's length", format!("'{}': {e}", clip.name)));
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
+        let pre_roll = (self.tail_s().clamp(PRE_ROLL_S, LONGEST_PRE_ROLL_S) * rate_hz).ceil() as usize;
+        let began_s = (clip.start as f64 - pre_roll as f64) / rate_hz;
+        let path = &capture.tracks[clip.track].path;
+        let ears = self.render(&capture.dry(clip, pre_roll), &mut |seconds| match poses {
+            Poses::Fixed => clip.pose,
+            Poses::Path => path.pose_at(began_s + seconds),
+        })?;
+        Ok(ears.map(|mut ear| ear.split_off(pre_roll)))
+    }
+
+    /// Both ears of a mono sound, converted to the engine's rate and back where they differ; as long as the sound without `tail`.
+    fn whole(&mut self, dry: &[f32], tail: bool, pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, BakeError> {
+        let [rate_hz, played_hz] = [self.rate_hz, self.played_hz].map(hertz);
+        let source = Source::held(resample::signal(&[dry.to_vec()], rate_hz, played_hz)?, played_hz);
+        let ears = match &mut self.engine {
+            Engine::Stream(player) => {
+                let mut ears = Ears::default();
+                let mut keep = |block: [&[f32]; 2]| {
+                    ears.iter_mut().zip(block).for_each(|(to, from)| to.extend_from_slice(from));
+                    Ok(())
+                };
+                player.play(source, tail, Mix::RENDERED, BLOCK, pose_at, &mut keep)?;
+                ears
+            }
+            Engine::Clips(player) => player.render_long(&mono(&source.whole()?), pose_at)?,
+        };
+        let mut back = resample::signal(&ears, played_hz, rate_hz)?.into_iter();
+        Ok([(); 2].map(|()| {
+            let mut ear = back.next().unwrap_or_default();
+            ear.resize(if tail { ear.len() } else { dry.len() }, 0.0);
+            ear
+        }))
+    }
+}
+
+/// What a scene at its own rate, in the tier standard or its cheapest, makes of a unit impulse at sample `lead`, for a listener who
+/// stands still: `len` samples of both ears.
+///
+/// # Errors
+/// A rate that cannot be rendered.
+pub fn render_response(scene: &Arc<Scene>, pose: Pose, lead: usize, len: usize) -> Result<Ears, BakeError> {
+    let mut impulse = vec![0.0; len];
+    if let Some(x) = impulse.get_mut(lead) {
+        *x = 1.0;
+    }
+    Player::new(scene, scene.grid().sample_rate_hz, None)?.render(&impulse, &mut |_| pose)
+}
+
+/// The mean of one or two channels.
+fn mono(channels: &[Vec<f32>]) -> Vec<f32> {
+    match channels {
+        [] => Vec::new(),
+        [first, .., last] => first.iter().zip(last).map(|(a, b)| 0.5 * (a + b)).collect(),
+        [one] => one.clone(),
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rates are checked when scenes and files are read")]
+fn hertz(rate: f64) -> u32 {
+    rate.round() as u32
+}

@@ -1,0 +1,57 @@
+//! AV-Cloud's own model, clip by clip.
+
+use super::Ears;
+use promenade_core::network::{Alignment, CloudModel, Listener, Masks, Network};
+use promenade_core::published::{ClipRenderer, PublishedError};
+use promenade_core::{Pose, StftGrid};
+use std::ops::RangeInclusive;
+
+/// A clip renderer with what it needs to hear a pose: network and masks.
+pub(crate) struct ClipPlayer {
+    alignment: Alignment,
+    renderer: ClipRenderer,
+    network: Network,
+    masks: Masks,
+    listener: Listener,
+}
+
+impl ClipPlayer {
+    pub(crate) fn new(model: &CloudModel, grid: StftGrid) -> Result<Self, PublishedError> {
+        let renderer = ClipRenderer::new(model, grid)?;
+        let (network, masks, listener) = (Network::new(model), Masks::new(&model.sizes()), model.listener(&Pose::IDENTITY));
+        Ok(Self { alignment: model.parts().alignment, renderer, network, masks, listener })
+    }
+
+    /// Lengths of clips that the model takes, samples.
+    pub(crate) fn clip_samples(&self) -> RangeInclusive<usize> {
+        self.renderer.clip_samples()
+    }
+
+    /// Length of a rendered clip, samples.
+    pub(crate) fn out_samples(&self) -> usize {
+        self.renderer.out_samples()
+    }
+
+    /// Decodes the pose that the next clips are heard from.
+    pub(crate) fn listen(&mut self, pose: &Pose) {
+        self.listener = self.alignment.listener(pose);
+        self.network.decode(&self.listener, &mut self.masks);
+    }
+
+    /// Both ears of one clip, up to its last whole hop.
+    pub(crate) fn render(&mut self, dry: &[f32]) -> Result<Ears, PublishedError> {
+        let mut ears = [(); 2].map(|()| vec![0.0; self.renderer.out_samples()]);
+        let [left, right] = &mut ears;
+        self.renderer.render(dry, &self.masks, &self.listener, [left, right])?;
+        Ok(ears)
+    }
+
+    /// Both ears of a sound of any length, as overlapping clips; `pose_at` is given the seconds of each clip's middle.
+    pub(crate) fn render_long(&mut self, dry: &[f32], pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, PublishedError> {
+        self.renderer.render_long(dry, |seconds, masks| {
+            let listener = self.alignment.listener(&pose_at(seconds));
+            self.network.decode(&listener, masks);
+            listener
+        })
+    }
+}
