@@ -7,11 +7,11 @@ use thiserror::Error;
 /// Which measure of a response has no value, and why.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("no {measure} from this response: {source}")]
-pub struct Unmeasurable {
+pub(crate) struct Unmeasurable {
     /// Name of the measure.
-    pub measure: &'static str,
+    pub(crate) measure: &'static str,
     /// Why it has no value.
-    pub source: MetricError,
+    pub(crate) source: MetricError,
 }
 
 /// Measures a response of two ears.
