@@ -230,7 +230,6 @@ impl Player {
             let ears = player.render(&capture.dry(clip, 0));
             return ears.map_err(|e| BakeError::argument("clip", "one of the model's length", format!("'{}': {e}", clip.name)));
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
         let pre_roll = (self.tail_s().clamp(PRE_ROLL_S, LONGEST_PRE_ROLL_S) * rate_hz).ceil() as usize;
         let began_s = (clip.start as f64 - pre_roll as f64) / rate_hz;
         let path = &capture.tracks[clip.track].path;
@@ -288,7 +287,6 @@ fn mono(channels: &[Vec<f32>]) -> Vec<f32> {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rates are checked when scenes and files are read")]
 fn hertz(rate: f64) -> u32 {
     rate.round() as u32
 }

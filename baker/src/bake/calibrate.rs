@@ -57,7 +57,6 @@ pub(crate) fn share_rooms(targets: &mut [Target], sites: &[Site], bandwidths: &[
 }
 
 /// Factor that brings a gain closer to giving the wanted energy.
-#[expect(clippy::cast_possible_truncation, reason = "a gain near 1")]
 fn step(wanted: f64, got: f64) -> f32 {
     (wanted / got.max(1e-30)).sqrt().clamp(1.0 / LARGEST_STEP, LARGEST_STEP) as f32
 }
@@ -89,10 +88,7 @@ impl<'a> Calibrator<'a> {
     /// energy lacks, which sets level and level difference; the delay follows the interaural time difference.
     pub(crate) fn fit(&self, mut transfer: TransferFunction, target: &Target) -> Result<TransferFunction, BakeError> {
         let (hops, shape) = (target.hops[0].len(), self.room.shape);
-        #[expect(clippy::cast_possible_truncation, reason = "a delay")]
-        {
-            transfer.delay_s = target.itd_s as f32;
-        }
+        transfer.delay_s = target.itd_s as f32;
         for _ in 0..ROUNDS {
             let (ears, origin) = self.render(&transfer, target.ears[0].len())?;
             let got: [HopEnergies; 2] = [0, 1].map(|e| self.analyser.hop_energies(&ears[e], origin, hops, &self.room.bands));
@@ -114,13 +110,10 @@ impl<'a> Calibrator<'a> {
             // A larger error means that the correlation of the rendered ears peaked elsewhere, which says nothing about the delay.
             let late_by = target.itd_s - rendered_itd_s;
             if late_by.abs() < BELIEVED_DELAY_S {
-                #[expect(clippy::cast_possible_truncation, reason = "a delay")]
-                let step = late_by.clamp(-LARGEST_DELAY_STEP_S, LARGEST_DELAY_STEP_S) as f32;
-                transfer.delay_s += step;
+                transfer.delay_s += late_by.clamp(-LARGEST_DELAY_STEP_S, LARGEST_DELAY_STEP_S) as f32;
             }
             let energy = |x: &[f32], from: i64, to: i64| (from..to).map(|i| at(x, i).powi(2)).sum::<f64>();
             // All of each ear's energy is matched through its direct sound: level and interaural level difference at once.
-            #[expect(clippy::cast_possible_wrap, reason = "sample counts")]
             let gains = [0, 1].map(|e| {
                 let span = self.grid.hop as i64 * 2;
                 let direct_got = energy(&ears[e], origin - span, origin + span);

@@ -84,7 +84,5 @@ pub fn display_anchors(model: &CloudModel) -> Vec<Anchor> {
 /// Frequency up to which a learnt scene's masks are used at faster host rates, Hz.
 #[must_use]
 pub fn top_hz(grid: &StftGrid) -> f32 {
-    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
-    let hz = (0.5 * TRUSTED_SHARE * grid.sample_rate_hz) as f32;
-    hz
+    (0.5 * TRUSTED_SHARE * grid.sample_rate_hz) as f32
 }

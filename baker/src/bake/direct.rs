@@ -25,10 +25,8 @@ pub(crate) struct Direct {
 impl Direct {
     /// Cuts the direct sound out of a response. `None` if an ear is silent.
     pub(crate) fn of(ears: [&[f32]; 2], grid: &StftGrid, analyser: &Analyser) -> Option<Self> {
-        #[expect(clippy::cast_possible_wrap, reason = "an index into a response")]
         let onsets = [onset(ears[0])? as i64, onset(ears[1])? as i64];
         let arrival = (onsets[0] + onsets[1]) / 2;
-        #[expect(clippy::cast_possible_truncation, reason = "milliseconds in samples")]
         let samples = |s: f64| (s * grid.sample_rate_hz).round() as i64;
         let start = onsets[0].min(onsets[1]) - samples(LEAD_S);
         let (whole, end) = (arrival + samples(WHOLE_S), arrival + samples(END_S));
@@ -37,21 +35,12 @@ impl Direct {
             i if i >= end => 0.0,
             i => 0.5 + 0.5 * (std::f64::consts::PI * (i - whole) as f64 / (end - whole) as f64).cos(),
         };
-        let cut = ears.map(|ear| {
+        let gain = ears.map(|ear| {
             let piece: Vec<f64> = (start..end).map(|i| share(i) * at(ear, i)).collect();
             analyser.spectrum(&piece).iter().map(|x| x.norm()).collect()
         });
-        let rest = ears.map(|ear| {
-            ear.iter()
-                .enumerate()
-                .map(|(i, v)| {
-                    #[expect(clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "an index; a share")]
-                    let kept = 1.0 - share(i as i64) as f32;
-                    kept * v
-                })
-                .collect()
-        });
-        Some(Self { arrival, gain: cut, rest })
+        let rest = ears.map(|ear| ear.iter().enumerate().map(|(i, v)| (1.0 - share(i as i64) as f32) * v).collect());
+        Some(Self { arrival, gain, rest })
     }
 }
 
@@ -79,18 +68,14 @@ pub(crate) fn minimum_phase(log_gain: &[f64], grid: &StftGrid) -> Vec<f32> {
     }
     let done = forward.process(&mut cepstrum, &mut spectrum);
     debug_assert!(done.is_ok());
-    #[expect(clippy::cast_possible_truncation, reason = "a phase")]
     spectrum.iter().map(|s| s.im as f32).collect()
 }
 
 /// Sets the masks of a bin from the gains of both ears.
 pub(crate) fn set_ears(transfer: &mut TransferFunction, bin: usize, [left, right]: [f64; 2]) {
     let sum = left + right;
-    #[expect(clippy::cast_possible_truncation, reason = "gains")]
-    {
-        transfer.mixture[bin] = (0.5 * sum) as f32;
-        transfer.difference[bin] = if sum > 0.0 { ((right - left) / sum) as f32 } else { 0.0 };
-    }
+    transfer.mixture[bin] = (0.5 * sum) as f32;
+    transfer.difference[bin] = if sum > 0.0 { ((right - left) / sum) as f32 } else { 0.0 };
 }
 
 #[cfg(test)]

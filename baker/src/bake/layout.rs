@@ -121,7 +121,6 @@ impl Layout {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
 fn count(x: f32) -> usize {
     x.round().max(0.0) as usize
 }

@@ -53,12 +53,9 @@ impl LogTransfer {
             set_ears(&mut out, k, [gain(self.direct[0][k]), gain(self.direct[1][k])]);
         }
         out.phase = self.direct.iter().flat_map(|log_gain| minimum_phase(log_gain, grid)).collect();
-        #[expect(clippy::cast_possible_truncation, reason = "gains and a delay")]
-        {
-            out.delay_s = self.delay_s as f32;
-            out.taps = self.room[..self.explicit].iter().map(|g| gain(*g) as f32).collect();
-            out.late = self.room[self.explicit..].iter().map(|g| gain(*g) as f32).collect();
-        }
+        out.delay_s = self.delay_s as f32;
+        out.taps = self.room[..self.explicit].iter().map(|g| gain(*g) as f32).collect();
+        out.late = self.room[self.explicit..].iter().map(|g| gain(*g) as f32).collect();
         out
     }
 }

@@ -26,7 +26,6 @@ fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64) -> Vec<f32> {
     let mut known: Vec<f64> = fitted.iter().flatten().copied().collect();
     known.sort_by(f64::total_cmp);
     let typical = known.get(known.len() / 2).copied().unwrap_or(0.3);
-    #[expect(clippy::cast_possible_truncation, reason = "seconds")]
     fitted.iter().map(|t| t.unwrap_or(typical) as f32).collect()
 }
 
@@ -56,7 +55,6 @@ fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f
 fn late_gain(energies: &HopEnergies, band: usize, from: usize, until: usize, decay_per_hop: f64) -> f64 {
     let (mut num, mut den) = (0.0, 0.0);
     for (j, e) in energies.iter().take(until).skip(from).enumerate() {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a hop count")]
         let model = decay_per_hop.powi(2 * j as i32);
         num += e[band] * model;
         den += model * model;
@@ -67,7 +65,6 @@ fn late_gain(energies: &HopEnergies, band: usize, from: usize, until: usize, dec
 /// Real interaural coherence per band of both ears' sound from sample `start` on.
 fn coherence(ears: [&[f32]; 2], start: i64, hops: usize, grid: &StftGrid, bands: &Bands, analyser: &Analyser) -> [Vec<f64>; 3] {
     let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];
-    #[expect(clippy::cast_possible_wrap, reason = "sample counts of a response")]
     for l in 0..hops as i64 {
         let at_hop = start + l * grid.hop as i64;
         let [left, right] = ears.map(|ear| {
@@ -80,7 +77,6 @@ fn coherence(ears: [&[f32]; 2], start: i64, hops: usize, grid: &StftGrid, bands:
             analyser.spectrum(&piece)
         });
         for (k, (a, b)) in left.iter().zip(&right).enumerate() {
-            #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
             for (band, w) in bands.weights(grid.bin_hz(k) as f32) {
                 let w = f64::from(w);
                 sums[0][band] += w * (a * b.conj()).re;
@@ -140,20 +136,17 @@ impl Room {
                 (0..bands.count()).map(|b| all.clone().map(|e| e[l][b]).sum::<f64>() / ears).collect()
             })
             .collect();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of hops")]
         let taps = ((early_s / grid.hop_s()).round() as usize).min(hops.saturating_sub(2)).max(1);
         let t60 = t60_s(&mean, taps, grid.hop_s());
         let above_noise: Vec<usize> = (0..bands.count()).map(|b| hops_above_noise(&mean, b)).collect();
         let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];
         for d in &directs {
-            #[expect(clippy::cast_possible_wrap, reason = "samples of a response")]
             let start = d.arrival + 4 * grid.hop as i64;
             let part = coherence([&d.rest[0], &d.rest[1]], start, taps, grid, &bands, &analyser);
             for (s, p) in sums.iter_mut().flatten().zip(part.iter().flatten()) {
                 *s += p;
             }
         }
-        #[expect(clippy::cast_possible_truncation, reason = "a coherence")]
         let coherence = (0..bands.count())
             .map(|b| (sums[0][b] / (sums[1][b] * sums[2][b]).sqrt().max(1e-30)).clamp(-1.0, 1.0) as f32)
             .collect();
@@ -165,7 +158,6 @@ impl Room {
             .zip(&energies)
             .map(|(d, e)| First { arrival: d.arrival, transfer: first_transfer(d, e, &above_noise, &tail, shape, grid, gain) })
             .collect();
-        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
         let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
         Ok((Self { bands, tail, shape, top_hz, above_noise }, firsts))
     }
@@ -188,7 +180,6 @@ fn first_transfer(
     let first_late = shape.taps + 1;
     for (ear, hops) in energies.iter().enumerate() {
         for band in 0..shape.bands {
-            #[expect(clippy::cast_possible_truncation, reason = "gains")]
             for tap in 0..shape.taps {
                 out.taps[(tap * 2 + ear) * shape.bands + band] = (gain * hops[tap + 1][band].sqrt()) as f32;
             }
@@ -202,13 +193,9 @@ fn first_transfer(
                 late_gain(hops, band, first_late, until, decay)
             } else {
                 let from = until.saturating_sub(8).max(1);
-                #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a hop count")]
-                let steps = first_late as i32 - from as i32;
-                late_gain(hops, band, from, until.max(from + 1), decay) * decay.powi(steps)
+                late_gain(hops, band, from, until.max(from + 1), decay) * decay.powi(first_late as i32 - from as i32)
             };
-            #[expect(clippy::cast_possible_truncation, reason = "a gain")]
-            let late = (gain * late) as f32;
-            out.late[ear * shape.bands + band] = late;
+            out.late[ear * shape.bands + band] = (gain * late) as f32;
         }
     }
     out

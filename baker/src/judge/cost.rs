@@ -24,13 +24,11 @@ pub struct TierCost {
 /// Processor time of the calling thread; medians of 5 runs that take turns with the bare transform.
 #[must_use]
 pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds: f64) -> Vec<TierCost> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
     let input = noise((seconds * sample_rate_hz) as usize);
     let played = input.len() as f64 / sample_rate_hz;
     let grid = scene.grid().at_rate(sample_rate_hz);
     let start = scene.start_pose();
     let walk = |sample: usize| {
-        #[expect(clippy::cast_possible_truncation, reason = "seconds")]
         let t = (sample as f64 / sample_rate_hz) as f32;
         // Two metres there and back, so that a long walk stays near the measured poses.
         let there = 1.0 - (t.rem_euclid(4.0) - 2.0).abs();

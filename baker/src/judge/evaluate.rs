@@ -199,7 +199,6 @@ fn fitted_gain(method: &mut dyn Method, capture: &Capture, clips: &[&Clip]) -> R
         given += energy([&predicted[0], &predicted[1]]);
         wanted += energy(capture.binaural(clip));
     }
-    #[expect(clippy::cast_possible_truncation, reason = "a gain")]
     let gain = (wanted / given).sqrt() as f32;
     Ok(if gain.is_finite() && gain > 0.0 { gain } else { 1.0 })
 }

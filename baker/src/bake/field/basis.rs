@@ -80,7 +80,6 @@ impl Shapes {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "values of single precision")]
 fn narrow(x: f64) -> f32 {
     x as f32
 }

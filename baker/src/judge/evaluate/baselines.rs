@@ -93,7 +93,6 @@ impl Method for StereoEnergy {
 
 fn with_energy(mut x: Vec<f32>, wanted: f64) -> Vec<f32> {
     let given = energy([&x, &[]]);
-    #[expect(clippy::cast_possible_truncation, reason = "a gain")]
     let gain = if given > 0.0 { (wanted / given).sqrt() as f32 } else { 0.0 };
     x.iter_mut().for_each(|v| *v *= gain);
     x

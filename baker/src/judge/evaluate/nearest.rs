@@ -64,7 +64,6 @@ impl Method for NearestTransfer {
 
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
         let rate = capture.sample_rate_hz;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
         let before = (PRE_ROLL_S * rate) as usize;
         let Some(found) = nearest(capture, &clip.pose) else {
             return Ok([vec![0.0; clip.len], vec![0.0; clip.len]]);
@@ -74,7 +73,6 @@ impl Method for NearestTransfer {
         let [left, right] = capture.binaural(found).map(|ear| gains_db(&dry, &band_powers(ear, rate, &bands)));
         let middles: Vec<f64> = bands.iter().map(|(low, high)| (low * high).sqrt().ln()).collect();
         let at = |gains: &[f64], hz: f64| {
-            #[expect(clippy::cast_possible_truncation, reason = "a gain")]
             let gain = 10.0_f64.powf(between(&middles, gains, hz.max(1e-3).ln()) / 20.0) as f32;
             gain.into()
         };
