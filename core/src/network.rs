@@ -10,6 +10,7 @@ pub(crate) mod masks;
 pub(crate) mod model;
 pub(crate) mod placement;
 pub(crate) mod relative;
+pub(crate) mod shapes;
 pub(crate) mod transformer;
 
 use linear::Linear;
@@ -20,6 +21,7 @@ pub use emitter::{CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 pub use masks::Masks;
 pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseConvention, Tensor};
 pub use placement::{Alignment, Listener};
+pub use shapes::{CONV_LAYERS, MAX_HARMONICS};
 
 /// A decoder of one model with all the memory it needs.
 pub struct Network(Kind);

@@ -2,6 +2,7 @@
 
 pub(crate) mod clip;
 pub(crate) mod conv;
+pub(crate) mod error;
 pub(crate) mod frames;
 pub(crate) mod hann;
 pub(crate) mod head;
@@ -10,7 +11,8 @@ pub(crate) mod tier;
 pub(crate) mod time_filter;
 
 pub use clip::ClipRenderer;
-pub use conv::{CONV_LAYERS, ConvLayerWeights, ConvWeights};
+pub use conv::{ConvLayerWeights, ConvWeights};
+pub use error::PublishedError;
 pub use head::{ClipSource, PublishedClip, PublishedGradient, PublishedInput};
-pub use stream::{ConvMode, FrameMasks, PublishedError, PublishedOptions, PublishedStream};
-pub use time_filter::{MAX_HARMONICS, Projection, StreamTaps, TapProjector, spherical_harmonics};
+pub use stream::{ConvMode, FrameMasks, PublishedOptions, PublishedStream};
+pub use time_filter::{Projection, StreamTaps, TapProjector, spherical_harmonics};

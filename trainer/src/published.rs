@@ -5,9 +5,7 @@ use crate::settings::{LossSettings, TrainSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
 use promenade_core::StftGrid;
-use promenade_core::published::{
-    CONV_LAYERS, ClipSource, ConvWeights, PublishedClip, PublishedError, PublishedGradient, PublishedInput,
-};
+use promenade_core::published::{ClipSource, ConvWeights, PublishedClip, PublishedError, PublishedGradient, PublishedInput};
 use std::collections::BTreeMap;
 
 /// What a thread works with.
@@ -128,7 +126,9 @@ impl PublishedHead {
             out.loss += loss;
             let room = if filtered { by.mix } else { Vec::new() };
             out.answers.push(Answer { mixture: by.mixture, difference: by.difference, room });
-            for ((stem, _), layer) in CONV_LAYERS.into_iter().zip(by.conv.layers).filter(|_| conv.is_some()) {
+            for ((stem, _), layer) in
+                promenade_core::network::CONV_LAYERS.into_iter().zip(by.conv.layers).filter(|_| conv.is_some())
+            {
                 for (name, by) in [("weight", layer.weight), ("bias", layer.bias)] {
                     let sum = by_layers.entry(format!("{stem}.{name}")).or_insert_with(|| vec![0.0; by.len()]);
                     sum.iter_mut().zip(by).for_each(|(s, b)| *s += b);

@@ -4,8 +4,8 @@ use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
 use crate::stage::Stage;
 use crate::time_filter::NEIGHBOURS;
 use promenade_baker::random::Random;
+use promenade_core::network::CONV_LAYERS;
 use promenade_core::network::Tensor;
-use promenade_core::published::CONV_LAYERS;
 use std::collections::BTreeMap;
 
 /// Arrays of numbers by the names that scenes store them under.

@@ -1,7 +1,7 @@
 //! From a decoder's masks and embedding to a transfer function, and back for training.
 
 use crate::bands::BandPlace;
-use crate::network::model::TAP_SHAPES;
+use crate::network::shapes::TAP_SHAPES;
 use crate::network::{CloudModel, Masks};
 use crate::{Bands, StftGrid, TransferFunction, TransferShape};
 

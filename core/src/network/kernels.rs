@@ -9,7 +9,6 @@ mod matrix;
 mod norm;
 mod panel;
 mod product;
-mod single;
 #[cfg(test)]
 mod tests;
 mod tile;

@@ -2,8 +2,8 @@
 
 use crate::StftGrid;
 use crate::network::{CloudKind, CloudModel, CloudSizes, Listener, Masks};
-use crate::published::PublishedError;
 use crate::published::conv::ConvWeights;
+use crate::published::error::PublishedError;
 use crate::published::frames::Frames;
 use crate::published::head::{ClipSource, PublishedClip};
 use crate::published::time_filter::TimeFilter;

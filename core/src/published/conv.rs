@@ -12,10 +12,10 @@ mod weights;
 
 pub(crate) use adjoint::ConvAdjoint;
 pub(crate) use clip::{ClipConv, ClipPlanes};
-pub use weights::{CONV_LAYERS, ConvLayerWeights, ConvWeights};
+pub use weights::{ConvLayerWeights, ConvWeights};
 
 use crate::network::CloudModel;
-use crate::network::model::CONV_CHANNELS;
+use crate::network::shapes::CONV_CHANNELS;
 use crate::published::frames::{Frames, for_few, for_tiles};
 use layer::{After, Conv, First, Layer};
 use pulp::{Arch, Simd, WithSimd};

@@ -1,7 +1,7 @@
 //! Frames of the published transform: periodic Hann window in analysis and synthesis.
 
 use crate::StftGrid;
-use crate::published::PublishedError;
+use crate::published::error::PublishedError;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
 use pulp::{Arch, Simd, WithSimd};

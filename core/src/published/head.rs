@@ -1,8 +1,8 @@
 //! The published render head over a clip, and the derivative of what it renders: what training goes through.
 
 use crate::StftGrid;
-use crate::published::PublishedError;
 use crate::published::conv::{ClipConv, ClipPlanes, ConvAdjoint, ConvWeights};
+use crate::published::error::PublishedError;
 use crate::published::frames::Frames;
 use crate::published::hann::HannFrames;
 use crate::published::stream::magnitudes_of_ear;

@@ -3,13 +3,12 @@
 use crate::StftGrid;
 use crate::network::CloudModel;
 use crate::published::conv::{CONV_DELAY, ConvLayers, Planes};
+use crate::published::error::PublishedError;
 use crate::published::frames::Frames;
 use crate::published::hann::HannFrames;
 use crate::published::{Projection, StreamTaps};
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
-use std::ops::RangeInclusive;
-use thiserror::Error;
 
 /// Input below this is silence: nothing after it is slowed down by subnormal numbers.
 const SILENT: f32 = 1e-15;
@@ -17,57 +16,6 @@ const SILENT: f32 = 1e-15;
 const LOUDEST: f32 = 1e15;
 /// The loosest gate: infinity times silence would be no number.
 const MAX_GAIN: f32 = 1e12;
-
-/// Why a render head cannot be built, or cannot render.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum PublishedError {
-    /// The model's taps are those of the streaming head.
-    #[error(
-        "the model was trained for streams (kind taps): the published head, by clips or with convolution layers, cannot play it"
-    )]
-    Streamed,
-    /// The masks do not lie on the grid's bins.
-    #[error("the model's masks have {bands} bands, the grid has {bins} bins")]
-    Bands {
-        /// Bands of the model.
-        bands: usize,
-        /// Bins of the grid.
-        bins: usize,
-    },
-    /// Not a grid that a transform can work on.
-    #[error(
-        "transform of {n_fft} samples with a hop of {hop} at {sample_rate_hz} Hz: expected an even length of 2 to 65536, a hop of 1 to \
-         half of it, a rate of 1 to 1000000 Hz"
-    )]
-    Grid {
-        /// Transform length, samples.
-        n_fft: usize,
-        /// Hop, samples.
-        hop: usize,
-        /// Sample rate, Hz.
-        sample_rate_hz: f64,
-    },
-    /// A clip cannot be reflected at its ends.
-    #[error("clips of {frames} frames have {samples} samples, expected more than {expected}")]
-    Short {
-        /// Frames of a clip.
-        frames: usize,
-        /// Its shortest length, samples.
-        samples: usize,
-        /// Half of the transform length, samples.
-        expected: usize,
-    },
-    /// A signal or a mask is of another length.
-    #[error("{what}: expected {} to {}, found {found}", expected.start(), expected.end())]
-    Length {
-        /// What is of another length.
-        what: &'static str,
-        /// Lengths that are taken.
-        expected: RangeInclusive<usize>,
-        /// Its length.
-        found: usize,
-    },
-}
 
 /// How a stream uses the convolution layers, which look five hops ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,6 +11,6 @@ mod project;
 mod stream_taps;
 
 pub(crate) use exact::TimeFilter;
-pub use harmonics::{MAX_HARMONICS, spherical_harmonics};
+pub use harmonics::spherical_harmonics;
 pub use project::{Projection, TapProjector};
 pub use stream_taps::StreamTaps;

@@ -1,8 +1,9 @@
 //! Attention of a panel of queries to all keys.
 
+mod single;
+
 use super::exponential::exp2;
 use super::panel::{PANEL, Panels, Row};
-use super::single;
 use super::tile::{Columns, add_products, in_columns, load, part_of, store};
 use super::vectors::{all, larger, minus, over, plus, times, times_plus};
 use crate::network::model::TILE;

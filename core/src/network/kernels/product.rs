@@ -1,8 +1,9 @@
 //! Linear layers on a panel.
 
+mod single;
+
 use super::matrix::Matrix;
 use super::panel::Row;
-use super::single;
 use super::tile::{Columns, add_products, in_columns, load, part_of, store};
 use super::vectors::{all, larger, plus, smaller, times_plus};
 use crate::network::model::TILE;

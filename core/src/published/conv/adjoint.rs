@@ -1,6 +1,6 @@
 //! The derivative of what the convolution layers add to a clip, by their weights and by all that they read.
 
-use crate::network::model::CONV_CHANNELS;
+use crate::network::shapes::CONV_CHANNELS;
 use crate::published::conv::clip::{BLOCK, BOTH, RING, around, within};
 use crate::published::conv::correlate::{Correlation, Place, Tap};
 use crate::published::conv::layer::{After, Conv, Layer};

@@ -1,6 +1,6 @@
 //! The convolution layers over a clip that has one mixture mask and one difference mask for all of its frames.
 
-use crate::network::model::CONV_CHANNELS;
+use crate::network::shapes::CONV_CHANNELS;
 use crate::published::conv::layer::{After, Conv, First, Layer};
 use crate::published::conv::{BASE, ConvWeights, DIFFERENCE, HIDDEN, MIX, MIXTURE, NARROW, WIDE, bound};
 use crate::published::frames::{Frames, for_few, for_tiles};

@@ -1,11 +1,6 @@
 //! Weights of the render head's convolution layers.
 
-use crate::network::CloudModel;
-use crate::network::model::CONV_CHANNELS;
-
-/// Names of the three layers, and the shapes of their weights.
-pub const CONV_LAYERS: [(&str, [usize; 4]); 3] =
-    [("out.0", [CONV_CHANNELS, 4, 7, 7]), ("out.2", [CONV_CHANNELS, CONV_CHANNELS, 3, 3]), ("out.4", [1, CONV_CHANNELS, 3, 3])];
+use crate::network::{CONV_LAYERS, CloudModel};
 
 /// Weights of one layer, or derivatives by them.
 #[derive(Clone, Debug, Default, PartialEq)]

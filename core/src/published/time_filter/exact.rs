@@ -2,7 +2,7 @@
 
 use super::harmonics::{Harmonics, band_table, frame_table};
 use super::hyper::{Embedding, Hidden};
-use crate::network::model::FREQUENCY_TAPS;
+use crate::network::shapes::FREQUENCY_TAPS;
 use crate::network::{CloudKind, CloudModel, Listener, Masks};
 use crate::published::frames::{Frames, Product, Weights};
 use pulp::{Arch, Simd, WithSimd};

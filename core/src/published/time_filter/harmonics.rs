@@ -1,21 +1,10 @@
 //! Spherical harmonics of the directions to the anchors.
 
-use crate::network::CloudModel;
 use crate::network::relative::directions;
+use crate::network::{CloudModel, MAX_HARMONICS};
 use crate::published::frames::{Frames, Product, Weights};
 use glam::Vec3;
 use pulp::Arch;
-
-/// Highest degree of the harmonics.
-const MAX_DEGREE: usize = 3;
-/// Harmonics up to that degree.
-pub const MAX_HARMONICS: usize = (MAX_DEGREE + 1).pow(2);
-
-/// Degree up to which there are so many harmonics; none where there are not as many of any degree up to the third.
-#[must_use]
-pub(crate) fn harmonic_degree(harmonics: usize) -> Option<usize> {
-    (0..=MAX_DEGREE).find(|degree| (degree + 1).pow(2) == harmonics)
-}
 
 /// Real spherical harmonics of a unit vector, by degree and order from the lowest, with the Condon-Shortley phase; normalised to a mean
 /// square of one over 4 pi (Blanco, Florez and Bermejo 1997, table 1). Of the zero vector only the zeroth counts.
@@ -132,6 +121,5 @@ mod tests {
                 assert!((area * p - wanted).abs() < 2e-3, "{i} by {j}: {}", area * p);
             }
         }
-        assert_eq!([1, 4, 9, 16, 25, 5, 0].map(harmonic_degree), [Some(0), Some(1), Some(2), Some(3), None, None, None]);
     }
 }
