@@ -7,6 +7,7 @@
 use cpu_time::ThreadTime;
 use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
+use promenade_core::gradient::PublishedAdjoint;
 use promenade_core::network::{CloudKind, Listener, Masks, Network};
 use promenade_core::published::{
     ClipRenderer, ConvMode, ConvWeights, FrameMasks, Projection, PublishedClip, PublishedInput, PublishedOptions,
@@ -81,9 +82,10 @@ fn training(input: &[f32]) {
                 black_box(&out);
             });
             let by_samples = [noise(5, samples), noise(6, samples)];
-            let mut by = head.gradient();
+            let mut backward = PublishedAdjoint::with_arch(&head, arch);
+            let mut by = backward.gradient();
             let adjoint = median_ms(41, || {
-                head.adjoint(&source, input, [&by_samples[0], &by_samples[1]], &mut by).unwrap();
+                backward.add(&mut head, &source, input, [&by_samples[0], &by_samples[1]], &mut by).unwrap();
                 black_box(&by);
             });
             println!("| {name} | {instructions} | {render:.2} | {adjoint:.2} | {:.2} |", render + adjoint);

@@ -8,6 +8,7 @@
 
 mod bands;
 pub mod decode;
+#[cfg(feature = "gradients")]
 pub mod gradient;
 mod grid;
 pub mod network;
@@ -27,7 +28,6 @@ pub use decode::{
     Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, PublishedFrame, Rows, SILENT_DB,
 };
 pub use glam;
-pub use gradient::{ClipRender, ClipRenderInput};
 pub use grid::StftGrid;
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;

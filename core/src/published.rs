@@ -5,14 +5,14 @@ pub(crate) mod conv;
 pub(crate) mod error;
 pub(crate) mod frames;
 pub(crate) mod hann;
-pub(crate) mod head;
+pub(crate) mod renderer;
 pub(crate) mod stream;
 pub(crate) mod tier;
 pub(crate) mod time_filter;
 
-pub use clip::ClipRenderer;
+pub use clip::{ClipSource, PublishedClip, PublishedInput};
 pub use conv::{ConvLayerWeights, ConvWeights};
 pub use error::PublishedError;
-pub use head::{ClipSource, PublishedClip, PublishedGradient, PublishedInput};
+pub use renderer::ClipRenderer;
 pub use stream::{ConvMode, FrameMasks, PublishedOptions, PublishedStream};
 pub use time_filter::{Projection, StreamTaps, TapProjector, spherical_harmonics};

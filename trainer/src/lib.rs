@@ -1,7 +1,7 @@
 //! Training: captures in, anchor clouds with their decoders out.
 //!
 //! What is trained is what is played. The network (AV-Cloud's transformer) runs as a differentiable graph; what follows it, the engine's
-//! own render head, gives its derivative itself ([`promenade_core::ClipRender`]; for AV-Cloud's own, [`promenade_core::published::PublishedClip`]).
+//! own render head, gives its derivative itself ([`promenade_core::gradient::ClipRender`]; for AV-Cloud's own, [`promenade_core::gradient::PublishedAdjoint`]).
 
 mod checkpoint;
 mod curve;

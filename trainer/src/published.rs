@@ -5,12 +5,15 @@ use crate::settings::{LossSettings, TrainSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
 use promenade_core::StftGrid;
-use promenade_core::published::{ClipSource, ConvWeights, PublishedClip, PublishedError, PublishedGradient, PublishedInput};
+use promenade_core::gradient::{PublishedAdjoint, PublishedGradient};
+use promenade_core::network::CONV_LAYERS;
+use promenade_core::published::{ClipSource, ConvWeights, PublishedClip, PublishedError, PublishedInput};
 use std::collections::BTreeMap;
 
 /// What a thread works with.
 struct Bench {
     clip: PublishedClip,
+    adjoint: PublishedAdjoint,
     source: ClipSource,
     by: PublishedGradient,
     out: [Vec<f32>; 2],
@@ -29,15 +32,16 @@ pub(crate) struct PublishedHead {
 impl Bench {
     fn new(grid: StftGrid, frames: usize, loss: &LossSettings) -> Result<Self, PublishedError> {
         let clip = PublishedClip::new(grid, frames)?;
-        let samples = vec![0.0; clip.out_samples()];
+        let (adjoint, samples) = (PublishedAdjoint::new(&clip), vec![0.0; clip.out_samples()]);
         Ok(Self {
             source: clip.source(),
-            by: clip.gradient(),
+            by: adjoint.gradient(),
             out: [samples.clone(), samples.clone()],
             by_samples: [samples.clone(), samples],
             nothing: vec![0.0; frames * grid.bins()],
             loss: SpectralLoss::new(loss),
             clip,
+            adjoint,
         })
     }
 
@@ -62,7 +66,8 @@ impl Bench {
         let loss = self.loss.of([left, right], wanted, share, &mut self.by_samples);
         self.by.clear();
         let by_samples = self.by_samples.each_ref().map(Vec::as_slice);
-        self.clip.adjoint(&self.source, input(answer, conv, &self.nothing), by_samples, &mut self.by)?;
+        let input = input(answer, conv, &self.nothing);
+        self.adjoint.add(&mut self.clip, &self.source, input, by_samples, &mut self.by)?;
         Ok(loss)
     }
 }
@@ -126,9 +131,7 @@ impl PublishedHead {
             out.loss += loss;
             let room = if filtered { by.mix } else { Vec::new() };
             out.answers.push(Answer { mixture: by.mixture, difference: by.difference, room });
-            for ((stem, _), layer) in
-                promenade_core::network::CONV_LAYERS.into_iter().zip(by.conv.layers).filter(|_| conv.is_some())
-            {
+            for ((stem, _), layer) in CONV_LAYERS.into_iter().zip(by.conv.layers).filter(|_| conv.is_some()) {
                 for (name, by) in [("weight", layer.weight), ("bias", layer.bias)] {
                     let sum = by_layers.entry(format!("{stem}.{name}")).or_insert_with(|| vec![0.0; by.len()]);
                     sum.iter_mut().zip(by).for_each(|(s, b)| *s += b);

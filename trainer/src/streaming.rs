@@ -5,8 +5,9 @@ use crate::settings::{LossSettings, NetworkSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
 use promenade_core::decode::{QueryValues, Readout};
+use promenade_core::gradient::ClipRender;
 use promenade_core::network::CloudEmitter;
-use promenade_core::{Bands, ClipRender, Pose, StftGrid, TailModel, TransferFunction};
+use promenade_core::{Bands, Pose, StftGrid, TailModel, TransferFunction};
 
 /// The array of tap shapes' logarithms.
 const SHAPES: &str = "tap_shapes";

@@ -1,172 +1,287 @@
-//! Whole clips, rendered as the published code does.
+//! The published head over a clip.
 
 use crate::StftGrid;
-use crate::network::{CloudKind, CloudModel, CloudSizes, Listener, Masks};
-use crate::published::conv::ConvWeights;
+use crate::published::conv::{ClipConv, ClipPlanes, ConvWeights};
 use crate::published::error::PublishedError;
 use crate::published::frames::Frames;
-use crate::published::head::{ClipSource, PublishedClip};
-use crate::published::time_filter::TimeFilter;
+use crate::published::hann::HannFrames;
+use crate::published::stream::magnitudes_of_ear;
+use promenade_fourier::num_complex::Complex32;
 use pulp::Arch;
 use std::ops::RangeInclusive;
 
-/// Renders a clip of as many frames as the model was trained on, one listener for all of it.
-///
-/// The magnitudes of the source times the mixture mask go through the time filter; convolution layers over frequency and time add to
-/// the masked magnitudes of each ear, which take the source's phase. Without convolution layers the time filter's output is added
-/// itself; a model without time filters is rendered as if their output were zero, in clips of a second.
-pub struct ClipRenderer {
-    sizes: CloudSizes,
-    grid: StftGrid,
-    filter: Option<TimeFilter>,
-    conv: Option<ConvWeights>,
-    head: PublishedClip,
-    source: ClipSource,
-    /// `[frame][bin]`, as the time filter's output is.
-    masked: Frames,
-    mix: Frames,
+/// A clip's dry sound as the head takes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipSource {
+    bins: usize,
+    spectra: Vec<Complex32>,
+    magnitudes: Vec<f32>,
 }
 
-impl ClipRenderer {
-    /// For clips on the grid that the model was trained on.
+impl ClipSource {
+    /// Magnitudes, `[frame][bin]`.
+    #[must_use]
+    pub fn magnitudes(&self) -> &[f32] {
+        &self.magnitudes
+    }
+
+    /// Magnitudes of one frame.
+    pub(crate) fn frame(&self, frame: usize) -> &[f32] {
+        &self.magnitudes[frame * self.bins..][..self.bins]
+    }
+
+    pub(crate) fn spectrum(&self, frame: usize) -> &[Complex32] {
+        &self.spectra[frame * self.bins..][..self.bins]
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        8 * self.spectra.len() + 4 * self.magnitudes.len()
+    }
+}
+
+/// What a clip is rendered with.
+#[derive(Clone, Copy, Debug)]
+pub struct PublishedInput<'a> {
+    /// Mixture mask, one value per bin, linear gain.
+    pub mixture: &'a [f32],
+    /// Difference mask in (-1, 1), one value per bin; positive = right louder.
+    pub difference: &'a [f32],
+    /// Output of the time filter, magnitudes, `[frame][bin]`.
+    pub mix: &'a [f32],
+    /// The convolution layers; without them `mix` is added to the masked magnitudes itself.
+    pub conv: Option<&'a ConvWeights>,
+}
+
+/// Renders clips from masks and the time filter's output, as the published code does.
+///
+/// The magnitudes of each ear are `ReLU(added + (1 + sign difference) mixture |X|)`, sign -1 left and 1 right, where `added` is the time
+/// filter's output or what the convolution layers make of it; they take the source's phase. One serves any number of clips, one at a
+/// time: a thread has its own.
+pub struct PublishedClip {
+    pub(crate) grid: StftGrid,
+    frames: usize,
+    pub(crate) transform: HannFrames,
+    /// A clip's samples with half a frame before and after.
+    pub(crate) padded: Vec<f32>,
+    pub(crate) planes: ClipPlanes,
+    pub(crate) conv: ClipConv,
+    /// Magnitudes.
+    pub(crate) ears: [Frames; 2],
+    pub(crate) spectrum: Vec<Complex32>,
+    /// One over the sum of squared windows at each sample of the output.
+    pub(crate) scale: Vec<f32>,
+}
+
+impl PublishedClip {
+    /// For clips of so many frames on this grid.
     ///
     /// # Errors
-    /// The grid has other bins than the model has bands, is not usable, or a clip is too short to be reflected at its ends.
-    pub fn new(model: &CloudModel, grid: StftGrid) -> Result<Self, PublishedError> {
-        Self::with_arch(model, grid, Arch::new())
+    /// The grid is not usable, or a clip is too short to be reflected at its ends.
+    pub fn new(grid: StftGrid, frames: usize) -> Result<Self, PublishedError> {
+        Self::with_arch(grid, frames, Arch::new())
     }
 
     /// The same with these instructions.
     ///
     /// # Errors
-    /// As [`ClipRenderer::new`].
-    pub fn with_arch(model: &CloudModel, grid: StftGrid, arch: Arch) -> Result<Self, PublishedError> {
-        let (sizes, bins) = (model.sizes(), grid.bins());
-        if model.parts().kind == CloudKind::Taps {
-            return Err(PublishedError::Streamed);
+    /// As [`PublishedClip::new`].
+    pub fn with_arch(grid: StftGrid, frames: usize, arch: Arch) -> Result<Self, PublishedError> {
+        let transform = HannFrames::new(&grid, arch)?;
+        let bins = grid.bins();
+        let samples = frames.saturating_sub(1) * grid.hop;
+        if samples <= grid.n_fft / 2 {
+            return Err(PublishedError::Short { frames, samples, expected: grid.n_fft / 2 });
         }
-        if sizes.bands != bins {
-            return Err(PublishedError::Bands { bands: sizes.bands, bins });
+        let mut scale = vec![0.0; samples + grid.n_fft];
+        for frame in 0..frames {
+            scale[frame * grid.hop..].iter_mut().zip(transform.squared_window()).for_each(|(s, w)| *s += w);
         }
-        let frames = if sizes.frames > 0 { sizes.frames } else { second(&grid) / grid.hop.max(1) + 1 };
-        let head = PublishedClip::with_arch(grid, frames, arch)?;
         Ok(Self {
-            sizes,
             grid,
-            filter: TimeFilter::new(model, arch),
-            conv: ConvWeights::of(model),
-            source: head.source(),
-            head,
-            masked: Frames::new(frames, bins),
-            mix: Frames::new(frames, bins),
+            frames,
+            transform,
+            padded: vec![0.0; frames * grid.hop + grid.n_fft],
+            planes: ClipPlanes::new(frames, bins),
+            conv: ClipConv::new(frames, bins, arch),
+            ears: [Frames::new(frames, bins), Frames::new(frames, bins)],
+            spectrum: vec![Complex32::default(); bins],
+            scale: scale[grid.n_fft / 2..][..samples].iter().map(|s| 1.0 / s).collect(),
         })
     }
 
-    /// Lengths of clips that have the model's number of frames, samples.
+    /// Frames of a clip.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Lengths of clips that have this number of frames, samples.
     #[must_use]
     pub fn clip_samples(&self) -> RangeInclusive<usize> {
-        self.head.clip_samples()
+        (self.frames - 1) * self.grid.hop..=self.frames * self.grid.hop - 1
     }
 
-    /// Length of a rendered clip, samples: the shortest of [`ClipRenderer::clip_samples`].
+    /// Length of a rendered clip, samples: the shortest of [`PublishedClip::clip_samples`].
     #[must_use]
     pub fn out_samples(&self) -> usize {
-        self.head.out_samples()
+        self.scale.len()
     }
 
-    /// Magnitudes of an ear, left 0 or right 1, of the last rendered clip, frame by frame, one value per bin.
-    pub fn magnitudes(&self, ear: usize) -> impl Iterator<Item = &[f32]> {
-        self.head.magnitudes(ear)
+    /// Room for a clip's sound.
+    #[must_use]
+    pub fn source(&self) -> ClipSource {
+        let (bins, values) = (self.grid.bins(), self.frames * self.grid.bins());
+        ClipSource { bins, spectra: vec![Complex32::default(); values], magnitudes: vec![0.0; values] }
     }
 
-    /// Renders one clip to the left and the right ear, time-aligned with the input.
-    ///
-    /// # Real-time
-    /// Not for the audio thread: takes milliseconds. Does not allocate.
+    /// Transforms a clip: frames are centred, the signal is reflected at its ends. Does not allocate.
     ///
     /// # Errors
-    /// The input's length is not in [`ClipRenderer::clip_samples`], an output's is not [`ClipRenderer::out_samples`], or the masks are
-    /// another model's.
+    /// The length is not in [`PublishedClip::clip_samples`], or the source is another head's.
+    pub fn analyse(&mut self, mono: &[f32], source: &mut ClipSource) -> Result<(), PublishedError> {
+        length("input samples", self.clip_samples(), mono.len())?;
+        self.check_source(source)?;
+        let (n, hop, bins) = (self.grid.n_fft, self.grid.hop, self.grid.bins());
+        let (before, rest) = self.padded.split_at_mut(n / 2);
+        let (middle, after) = rest.split_at_mut(mono.len());
+        middle.copy_from_slice(mono);
+        before.iter_mut().rev().zip(&mono[1..]).for_each(|(p, x)| *p = *x);
+        after.iter_mut().zip(mono.iter().rev().skip(1)).for_each(|(p, x)| *p = *x);
+        let spectra = source.spectra.chunks_exact_mut(bins).zip(source.magnitudes.chunks_exact_mut(bins));
+        for (frame, (spectrum, magnitudes)) in spectra.enumerate() {
+            self.transform.analyse(&self.padded[frame * hop..][..n], spectrum);
+            self.transform.magnitudes(spectrum, magnitudes);
+        }
+        Ok(())
+    }
+
+    /// Renders a clip to the left and the right ear, time-aligned with what was analysed. Does not allocate.
+    ///
+    /// # Errors
+    /// Something is of another length than this head's; an output's should be [`PublishedClip::out_samples`].
     pub fn render(
         &mut self,
-        mono: &[f32],
-        masks: &Masks,
-        listener: &Listener,
+        source: &ClipSource,
+        input: PublishedInput<'_>,
         out: [&mut [f32]; 2],
     ) -> Result<(), PublishedError> {
-        self.head.check_masks(&masks.mixture, &masks.difference)?;
-        self.head.analyse(mono, &mut self.source)?;
-        match &mut self.filter {
-            Some(filter) => {
-                for frame in 0..self.head.frames() {
-                    let masked = self.masked.row_mut(frame).iter_mut().zip(self.source.frame(frame));
-                    masked.zip(&masks.mixture).for_each(|((s, x), m)| *s = x * m);
-                }
-                filter.apply(listener, masks, &self.masked, &mut self.mix);
-            }
-            None => self.mix.clear(),
-        }
-        let masks = (&masks.mixture[..], &masks.difference[..]);
-        self.head.render_frames(&self.source, masks, |t| self.mix.row(t), self.conv.as_ref(), out)
+        self.check(source, &input)?;
+        let bins = self.grid.bins();
+        self.render_frames(source, (input.mixture, input.difference), |t| &input.mix[t * bins..][..bins], input.conv, out)
     }
 
-    /// Renders a signal of any length as clips that overlap by a twentieth, each faded linearly into the next (Chen and Shlizerman 2024,
-    /// appendix A.2). `masks_at` is given the seconds of each clip's centre; it decodes the masks and returns the listener. The outputs
-    /// are as long as the input and aligned with it.
-    ///
-    /// # Real-time
-    /// Not for the audio thread: allocates.
-    ///
-    /// # Errors
-    /// The masks are another model's.
-    pub fn render_long(
+    /// The same for masks and weights of the right length, and the time filter's output by frame.
+    pub(crate) fn render_frames<'a>(
         &mut self,
-        mono: &[f32],
-        mut masks_at: impl FnMut(f64, &mut Masks) -> Listener,
-    ) -> Result<[Vec<f32>; 2], PublishedError> {
-        let samples = self.out_samples();
-        let overlap = samples / 20;
-        let clip_samples = second(&self.grid).clamp(*self.clip_samples().start(), *self.clip_samples().end());
-        let mut masks = Masks::new(&self.sizes);
-        let mut clip = vec![0.0; clip_samples];
-        let mut rendered = [vec![0.0; samples], vec![0.0; samples]];
-        let mut out = [vec![0.0; mono.len()], vec![0.0; mono.len()]];
-        let mut start = 0;
-        while start < mono.len() {
-            let input = &mono[start..mono.len().min(start + clip_samples)];
-            clip.fill(0.0);
-            clip[..input.len()].copy_from_slice(input);
-            let listener = masks_at((start as f64 + 0.5 * samples as f64) / self.grid.sample_rate_hz, &mut masks);
-            let [left, right] = &mut rendered;
-            self.render(&clip, &masks, &listener, [left, right])?;
-            for (out, clip) in out.iter_mut().zip(&rendered) {
-                for (i, (o, x)) in out[start..].iter_mut().zip(clip).enumerate() {
-                    let faded_in = if start == 0 { 1.0 } else { ((i as f32 + 0.5) / overlap as f32).min(1.0) };
-                    let faded_out = (((samples - i) as f32 - 0.5) / overlap as f32).min(1.0);
-                    // Where the next clip fades in there is one; the last clip ends with the signal.
-                    let last = start + samples >= mono.len();
-                    *o += x * faded_in * if last { 1.0 } else { faded_out };
+        source: &ClipSource,
+        masks: (&[f32], &[f32]),
+        mix: impl Fn(usize) -> &'a [f32],
+        conv: Option<&ConvWeights>,
+        out: [&mut [f32]; 2],
+    ) -> Result<(), PublishedError> {
+        self.check_out(out.each_ref().map(|o| o.len()))?;
+        self.fill_planes(source, masks, mix);
+        match conv {
+            None => (0..self.frames).for_each(|t| self.mix_ears(t, masks.1, false)),
+            Some(weights) => {
+                self.conv.start(weights, masks.0, masks.1);
+                for pushed in 0..self.conv.pushes() {
+                    if let Some(frame) = self.conv.push(pushed, &self.planes) {
+                        self.mix_ears(frame, masks.1, true);
+                    }
                 }
             }
-            if start + samples >= mono.len() {
-                break;
-            }
-            start += samples - overlap;
         }
-        Ok(out)
+        for (ear, out) in out.into_iter().enumerate() {
+            self.synthesise(ear, source, out);
+        }
+        Ok(())
+    }
+
+    /// Magnitudes of an ear, left 0 or right 1, of the last clip, frame by frame, one value per bin.
+    pub fn magnitudes(&self, ear: usize) -> impl Iterator<Item = &[f32]> {
+        self.ears[ear.min(1)].iter()
     }
 
     /// Bytes in memory.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let filter = self.filter.as_ref().map_or(0, TimeFilter::memory_bytes);
-        let rows = self.masked.memory_bytes() + self.mix.memory_bytes();
-        rows + filter + self.source.memory_bytes() + self.head.memory_bytes()
+        let [left, right] = &self.ears;
+        left.memory_bytes() + right.memory_bytes() + self.planes.memory_bytes() + self.conv.memory_bytes()
+    }
+
+    /// Whether masks fit.
+    pub(crate) fn check_masks(&self, mixture: &[f32], difference: &[f32]) -> Result<(), PublishedError> {
+        let bins = self.grid.bins();
+        exactly("values of the mixture mask", bins, mixture.len())?;
+        exactly("values of the difference mask", bins, difference.len())
+    }
+
+    pub(crate) fn check(&self, source: &ClipSource, input: &PublishedInput<'_>) -> Result<(), PublishedError> {
+        self.check_source(source)?;
+        self.check_masks(input.mixture, input.difference)?;
+        exactly("values of the time filter's output", self.frames * self.grid.bins(), input.mix.len())?;
+        let mut tensors = input.conv.map(ConvWeights::lengths).into_iter().flatten();
+        tensors.try_for_each(|(what, expected, found)| exactly(what, expected, found))
+    }
+
+    fn check_source(&self, source: &ClipSource) -> Result<(), PublishedError> {
+        exactly("bins of the source", self.grid.bins(), source.bins)?;
+        exactly("values of the source", self.frames * self.grid.bins(), source.magnitudes.len())
+    }
+
+    pub(crate) fn check_out(&self, [left, right]: [usize; 2]) -> Result<(), PublishedError> {
+        exactly("samples of the left output", self.out_samples(), left)?;
+        exactly("samples of the right output", self.out_samples(), right)
+    }
+
+    pub(crate) fn fill_planes<'a>(
+        &mut self,
+        source: &ClipSource,
+        (mixture, difference): (&[f32], &[f32]),
+        mix: impl Fn(usize) -> &'a [f32],
+    ) {
+        for frame in 0..self.frames {
+            self.planes.get_mut(frame, 0).copy_from_slice(mix(frame));
+            let masks = mixture.iter().zip(difference);
+            let [masked, swung] = self.planes.pair_mut(frame);
+            for (((s, w), x), (m, d)) in masked.iter_mut().zip(swung).zip(source.frame(frame)).zip(masks) {
+                *s = x * m;
+                *w = *s * d;
+            }
+        }
+    }
+
+    /// Magnitudes of both ears in one frame.
+    pub(crate) fn mix_ears(&mut self, frame: usize, difference: &[f32], conv: bool) {
+        let masked = self.planes.get(frame, 1);
+        for (ear, rows) in self.ears.iter_mut().enumerate() {
+            let added = if conv { self.conv.ear(ear) } else { self.planes.get(frame, 0) };
+            magnitudes_of_ear(ear, masked, difference, added, rows.row_mut(frame));
+        }
+    }
+
+    fn synthesise(&mut self, ear: usize, source: &ClipSource, out: &mut [f32]) {
+        let (n, hop) = (self.grid.n_fft, self.grid.hop);
+        self.padded.fill(0.0);
+        for frame in 0..self.frames {
+            let wanted = self.ears[ear].row(frame);
+            self.transform.with_phase(wanted, source.spectrum(frame), source.frame(frame), &mut self.spectrum);
+            self.transform.synthesise(&mut self.spectrum, &mut self.padded[frame * hop..][..n]);
+        }
+        for ((o, s), scale) in out.iter_mut().zip(&self.padded[n / 2..]).zip(&self.scale) {
+            *o = s * scale;
+        }
     }
 }
 
-/// Samples of a second.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample rate, checked to be above 0")]
-fn second(grid: &StftGrid) -> usize {
-    grid.sample_rate_hz.round() as usize
+fn length(what: &'static str, expected: RangeInclusive<usize>, found: usize) -> Result<(), PublishedError> {
+    if expected.contains(&found) { Ok(()) } else { Err(PublishedError::Length { what, expected, found }) }
 }
+
+pub(crate) fn exactly(what: &'static str, expected: usize, found: usize) -> Result<(), PublishedError> {
+    length(what, expected..=expected, found)
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,32 +1,29 @@
-//! The render head's three convolution layers over frequency and time: one frame at a time, and over a clip with their derivative.
+//! The render head's three convolution layers over frequency and time: one frame at a time, and over a clip.
 //!
 //! 4 to 16 channels 7 x 7, 16 to 16 3 x 3, 16 to 1 3 x 3, ReLU between them, zeros around a clip, the same weights for both ears. The
 //! first layer is linear and its inputs for the two ears are sums and differences of few planes, so it is computed once: the even part
 //! plus or minus the odd part.
 
-mod adjoint;
-mod clip;
-mod correlate;
-mod layer;
+pub(crate) mod clip;
+pub(crate) mod layer;
 mod weights;
 
-pub(crate) use adjoint::ConvAdjoint;
 pub(crate) use clip::{ClipConv, ClipPlanes};
 pub use weights::{ConvLayerWeights, ConvWeights};
 
 use crate::network::CloudModel;
 use crate::network::shapes::CONV_CHANNELS;
 use crate::published::frames::{Frames, for_few, for_tiles};
-use layer::{After, Conv, First, Layer};
+use layer::{Conv, First, Layer};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Frames that an output frame lies behind the newest input frame: half of the receptive field.
 pub(crate) const CONV_DELAY: usize = 5;
 
 /// Bins and frames that the first layer reaches over.
-const WIDE: usize = 7;
+pub(crate) const WIDE: usize = 7;
 /// Bins and frames that the other layers reach over.
-const NARROW: usize = 3;
+pub(crate) const NARROW: usize = 3;
 /// Planes that both ears have alike: filtered mixture, masked magnitude, mixture mask.
 const EVEN: usize = 3;
 /// Planes that the ears have with opposite signs: masked magnitude times difference mask, difference mask.
@@ -34,12 +31,12 @@ const ODD: usize = 2;
 const PLANES: usize = EVEN + ODD;
 
 /// Channels of the published first layer.
-const MIX: usize = 0;
-const BASE: usize = 1;
-const MIXTURE: usize = 2;
-const DIFFERENCE: usize = 3;
+pub(crate) const MIX: usize = 0;
+pub(crate) const BASE: usize = 1;
+pub(crate) const MIXTURE: usize = 2;
+pub(crate) const DIFFERENCE: usize = 3;
 /// Channels between the layers.
-const HIDDEN: [usize; CONV_CHANNELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+pub(crate) const HIDDEN: [usize; CONV_CHANNELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// One frame of what the layers read, one value per bin.
 #[derive(Clone, Copy, Debug)]
@@ -167,14 +164,14 @@ impl WithSimd for Push<'_> {
             let slots = narrow.map(|s| s + ear * CONV_CHANNELS);
             if inside(4) {
                 let slot = newest + ear * CONV_CHANNELS;
-                let mut op = Conv { layer: middle, x: first, slots, after: After::Rectify, out: second, slot };
+                let mut op = Conv { layer: middle, x: first, slots, rectify: true, out: second, slot };
                 for_tiles(simd, CONV_CHANNELS, bins, &mut op);
             }
         }
         bound(second, newest, inside(4));
         for ear in 0..2 {
             let slots = narrow.map(|s| s + ear * CONV_CHANNELS);
-            for_few::<S, 1>(simd, bins, &mut Conv { layer: last, x: second, slots, after: After::Nothing, out, slot: ear });
+            for_few::<S, 1>(simd, bins, &mut Conv { layer: last, x: second, slots, rectify: false, out, slot: ear });
             out.clear_after(ear);
         }
     }
@@ -183,7 +180,7 @@ impl WithSimd for Push<'_> {
 /// Zeros around a hidden frame of both ears: padding is of every layer's input, so a hidden frame outside the clip is zero, not the
 /// response to zeros.
 #[inline(always)]
-fn bound(hidden: &mut Frames, slot: usize, inside: bool) {
+pub(crate) fn bound(hidden: &mut Frames, slot: usize, inside: bool) {
     for channel in slot..slot + 2 * CONV_CHANNELS {
         if inside { hidden.clear_after(channel) } else { hidden.row_mut(channel).fill(0.0) }
     }

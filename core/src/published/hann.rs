@@ -74,24 +74,6 @@ impl HannFrames {
         }
     }
 
-    /// The derivative by the magnitudes of one frame that went through [`HannFrames::with_phase`] and [`HannFrames::synthesise`], from
-    /// that by its samples in the sums. The spectrum is overwritten.
-    pub(crate) fn by_magnitudes(
-        &mut self,
-        by_samples: &[f32],
-        (source, magnitudes): (&[Complex32], &[f32]),
-        spectrum: &mut [Complex32],
-        out: &mut [f32],
-    ) {
-        self.analyse(by_samples, spectrum);
-        let scale = 1.0 / self.frame.len() as f32;
-        self.arch.dispatch(ByMagnitudes { spectrum, source, magnitudes, scale: 2.0 * scale, out });
-        // Every bin but the ends stands for its mirror image too.
-        let last = out.len() - 1;
-        out[0] *= 0.5;
-        out[last] *= 0.5;
-    }
-
     /// Magnitudes of a spectrum.
     pub(crate) fn magnitudes(&self, spectrum: &[Complex32], out: &mut [f32]) {
         self.arch.dispatch(Magnitudes { spectrum, out });
@@ -146,26 +128,6 @@ impl WithSimd for WithPhase<'_> {
             let (re, im) = (x.re / magnitude, x.im / magnitude);
             let silent = *magnitude == 0.0;
             *y = Complex32::new(m * if silent { 1.0 } else { re }, m * if silent { 0.0 } else { im });
-        }
-    }
-}
-
-struct ByMagnitudes<'a> {
-    spectrum: &'a [Complex32],
-    source: &'a [Complex32],
-    magnitudes: &'a [f32],
-    scale: f32,
-    out: &'a mut [f32],
-}
-
-impl WithSimd for ByMagnitudes<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        for (((o, y), x), magnitude) in self.out.iter_mut().zip(self.spectrum).zip(self.source).zip(self.magnitudes) {
-            let along = (y.re * x.re + y.im * x.im) / magnitude;
-            *o = self.scale * if *magnitude == 0.0 { y.re } else { along };
         }
     }
 }

@@ -1,17 +1,17 @@
 //! The convolution layers over a clip that has one mixture mask and one difference mask for all of its frames.
 
 use crate::network::shapes::CONV_CHANNELS;
-use crate::published::conv::layer::{After, Conv, First, Layer};
+use crate::published::conv::layer::{Conv, First, Layer};
 use crate::published::conv::{BASE, ConvWeights, DIFFERENCE, HIDDEN, MIX, MIXTURE, NARROW, WIDE, bound};
 use crate::published::frames::{Frames, for_few, for_tiles};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Frames that are kept of what lies between the layers: those that a block of the adjoint reads.
-pub(super) const RING: usize = BLOCK + 6;
+pub(crate) const RING: usize = BLOCK + 6;
 /// Frames that the adjoint works on at a time.
-pub(super) const BLOCK: usize = 4;
+pub(crate) const BLOCK: usize = 4;
 /// Rows of a frame between the layers, `[ear][channel]`.
-pub(super) const BOTH: usize = 2 * CONV_CHANNELS;
+pub(crate) const BOTH: usize = 2 * CONV_CHANNELS;
 /// Frames that an output frame lies behind the newest input frame, where the input is at hand.
 const DELAY: usize = 2;
 
@@ -24,7 +24,7 @@ impl ClipPlanes {
     /// Of a frame: mix, masked magnitude; masked magnitude times difference mask.
     pub(crate) const COUNT: usize = Self::EVEN + 1;
     /// Planes that both ears have alike.
-    pub(super) const EVEN: usize = 2;
+    pub(crate) const EVEN: usize = 2;
 
     pub(crate) fn new(frames: usize, bins: usize) -> Self {
         Self { rows: Frames::new((frames + WIDE - 1) * Self::COUNT, bins) }
@@ -44,13 +44,13 @@ impl ClipPlanes {
         self.rows.pair_mut(at, at + 1)
     }
 
-    pub(super) fn rows(&self) -> &Frames {
+    pub(crate) fn rows(&self) -> &Frames {
         &self.rows
     }
 
     /// First row of each frame around one.
     #[inline(always)]
-    pub(super) fn around(frame: usize) -> [usize; WIDE] {
+    pub(crate) fn around(frame: usize) -> [usize; WIDE] {
         std::array::from_fn(|i| (frame + i) * Self::COUNT)
     }
 
@@ -74,13 +74,13 @@ pub(crate) struct ClipConv {
     middle: Layer,
     last: Layer,
     /// Zeros, mixture mask, difference mask.
-    pub(super) masks: Frames,
+    pub(crate) masks: Frames,
     /// What the masks contribute, `[part][channel]`, and which frames of the kernel it is the sum of.
     constant: Frames,
     reach: Option<[bool; WIDE]>,
     /// `[frame modulo RING][ear][channel]`.
-    pub(super) first: Frames,
-    pub(super) second: Frames,
+    pub(crate) first: Frames,
+    pub(crate) second: Frames,
     out: Frames,
 }
 
@@ -148,13 +148,13 @@ impl ClipConv {
 
 /// Rows of each frame around one in a ring, from one row of a frame on.
 #[inline(always)]
-pub(super) fn around<const N: usize>(frame: usize, rows: usize, row: usize) -> [usize; N] {
+pub(crate) fn around<const N: usize>(frame: usize, rows: usize, row: usize) -> [usize; N] {
     std::array::from_fn(|i| (frame + RING + i - N / 2) % RING * rows + row)
 }
 
 /// Whether a frame of the first layer's kernel falls into the clip, for an output frame.
 #[inline(always)]
-pub(super) fn within(frame: usize, frames: usize, tap: usize) -> bool {
+pub(crate) fn within(frame: usize, frames: usize, tap: usize) -> bool {
     (WIDE / 2..frames + WIDE / 2).contains(&(frame + tap))
 }
 
@@ -180,7 +180,7 @@ impl WithSimd for Push<'_> {
                 *reach = Some(here);
                 for (layer, row, slot) in [(even_mask, 1, 0), (odd_mask, 2, CONV_CHANNELS)] {
                     let slots = here.map(|inside| if inside { row } else { 0 });
-                    let mut op = Conv { layer, x: masks, slots, after: After::Nothing, out: constant, slot };
+                    let mut op = Conv { layer, x: masks, slots, rectify: false, out: constant, slot };
                     for_tiles(simd, CONV_CHANNELS, bins, &mut op);
                 }
             }
@@ -194,7 +194,7 @@ impl WithSimd for Push<'_> {
             for row in [0, CONV_CHANNELS] {
                 if frame < frames {
                     let slots = around::<NARROW>(frame, BOTH, row);
-                    let mut op = Conv { layer: middle, x: first, slots, after: After::Rectify, out: second, slot: slot + row };
+                    let mut op = Conv { layer: middle, x: first, slots, rectify: true, out: second, slot: slot + row };
                     for_tiles(simd, CONV_CHANNELS, bins, &mut op);
                 }
             }
@@ -203,7 +203,7 @@ impl WithSimd for Push<'_> {
         if let Some(frame) = frame.checked_sub(2).filter(|f| *f < frames) {
             for ear in 0..2 {
                 let slots = around::<NARROW>(frame, BOTH, ear * CONV_CHANNELS);
-                for_few::<S, 1>(simd, bins, &mut Conv { layer: last, x: second, slots, after: After::Nothing, out, slot: ear });
+                for_few::<S, 1>(simd, bins, &mut Conv { layer: last, x: second, slots, rectify: false, out, slot: ear });
                 out.clear_after(ear);
             }
         }

@@ -5,7 +5,7 @@ use crate::published::frames::{Frames, MARGIN, OUTPUTS, Tile, load, step};
 use pulp::Simd;
 
 /// Weights of one layer, `[output / OUTPUTS][plane][frame][bin][OUTPUTS]`.
-pub(super) struct Layer {
+pub(crate) struct Layer {
     weights: Vec<f32>,
     /// Empty where there is none.
     bias: Vec<f32>,
@@ -16,34 +16,25 @@ pub(super) struct Layer {
 
 impl Layer {
     /// Zeros, for kernels of `size` bins by `size` frames.
-    pub(super) fn new(outputs: usize, planes: usize, size: usize) -> Self {
+    pub(crate) fn new(outputs: usize, planes: usize, size: usize) -> Self {
         let weights = vec![0.0; outputs.next_multiple_of(OUTPUTS) * planes * size * size];
         Self { weights, bias: Vec::with_capacity(outputs), outputs, planes, size }
     }
 
     /// Takes some channels of a published layer.
-    pub(super) fn set(&mut self, from: &ConvLayerWeights, channels: &[usize]) {
+    pub(crate) fn set(&mut self, from: &ConvLayerWeights, channels: &[usize]) {
         let (inputs, size) = (from.inputs(self.size), self.size);
         self.fill(|o, plane, frame, bin| from.weight[((o * inputs + channels[plane]) * size + bin) * size + frame]);
     }
 
     /// Takes a published layer's bias.
-    pub(super) fn set_bias(&mut self, from: &ConvLayerWeights) {
+    pub(crate) fn set_bias(&mut self, from: &ConvLayerWeights) {
         self.bias.clear();
         self.bias.extend_from_slice(&from.bias);
     }
 
-    /// Takes some channels of a published layer such that the derivative by its outputs becomes that by these channels: outputs and
-    /// channels change places, frames and bins run backwards.
-    pub(super) fn set_adjoint(&mut self, of: &ConvLayerWeights, channels: &[usize]) {
-        let (inputs, size) = (of.inputs(self.size), self.size);
-        self.fill(|o, plane, frame, bin| {
-            of.weight[((plane * inputs + channels[o]) * size + (size - 1 - bin)) * size + (size - 1 - frame)]
-        });
-    }
-
     /// Takes values by output, plane, frame and bin.
-    fn fill(&mut self, at: impl Fn(usize, usize, usize, usize) -> f32) {
+    pub(crate) fn fill(&mut self, at: impl Fn(usize, usize, usize, usize) -> f32) {
         let (outputs, size) = (self.outputs, self.size);
         for (i, w) in self.weights.as_chunks_mut::<OUTPUTS>().0.iter_mut().enumerate() {
             let (bin, frame) = (i % size, i / size % size);
@@ -54,7 +45,7 @@ impl Layer {
         }
     }
 
-    pub(super) fn memory_bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         4 * (self.weights.len() + self.bias.len())
     }
 
@@ -93,24 +84,17 @@ impl Layer {
     }
 }
 
-/// What becomes of a layer's sums.
-pub(super) enum After<'a> {
-    Nothing,
-    Rectify,
-    /// Kept where these rows, from this one on, are above 0.
-    Gate(&'a Frames, usize),
-}
-
 /// A layer's outputs of one frame.
-pub(super) struct Conv<'a, const SIZE: usize> {
-    pub(super) layer: &'a Layer,
-    pub(super) x: &'a Frames,
+pub(crate) struct Conv<'a, const SIZE: usize> {
+    pub(crate) layer: &'a Layer,
+    pub(crate) x: &'a Frames,
     /// First row of each frame that is read.
-    pub(super) slots: [usize; SIZE],
-    pub(super) after: After<'a>,
-    pub(super) out: &'a mut Frames,
+    pub(crate) slots: [usize; SIZE],
+    /// Whether outputs below 0 become 0.
+    pub(crate) rectify: bool,
+    pub(crate) out: &'a mut Frames,
     /// Row of the first output.
-    pub(super) slot: usize,
+    pub(crate) slot: usize,
 }
 
 impl<const SIZE: usize> Tile for Conv<'_, SIZE> {
@@ -120,18 +104,9 @@ impl<const SIZE: usize> Tile for Conv<'_, SIZE> {
         self.layer.convolve(simd, &mut acc, (self.x, &self.slots), output, position);
         let zero = simd.splat_f32s(0.0);
         for (o, acc) in acc.iter_mut().enumerate() {
-            match self.after {
-                After::Nothing => {}
-                After::Rectify => {
-                    for a in acc.iter_mut() {
-                        *a = simd.max_f32s(*a, zero);
-                    }
-                }
-                After::Gate(rows, row) => {
-                    let gate = load::<S, V>(simd, &rows.padded(row + output + o)[MARGIN + position..]);
-                    for (a, g) in acc.iter_mut().zip(gate) {
-                        *a = simd.select_f32s(simd.greater_than_f32s(g, zero), *a, zero);
-                    }
+            if self.rectify {
+                for a in acc.iter_mut() {
+                    *a = simd.max_f32s(*a, zero);
                 }
             }
             let row = &mut self.out.padded_mut(self.slot + output + o)[MARGIN + position..][..V * S::F32_LANES];
@@ -142,16 +117,16 @@ impl<const SIZE: usize> Tile for Conv<'_, SIZE> {
 
 /// The first layer's outputs of one frame for both ears, rectified: `even - odd` left, `even + odd` right. Planes of the even part come
 /// before those of the odd part.
-pub(super) struct First<'a, const SIZE: usize> {
-    pub(super) even: &'a Layer,
-    pub(super) odd: &'a Layer,
+pub(crate) struct First<'a, const SIZE: usize> {
+    pub(crate) even: &'a Layer,
+    pub(crate) odd: &'a Layer,
     /// What is added to both parts, `[part][output]`.
-    pub(super) constant: Option<&'a Frames>,
-    pub(super) x: &'a Frames,
-    pub(super) slots: [usize; SIZE],
+    pub(crate) constant: Option<&'a Frames>,
+    pub(crate) x: &'a Frames,
+    pub(crate) slots: [usize; SIZE],
     /// `[ear][output]` from the row `slot` on.
-    pub(super) out: &'a mut Frames,
-    pub(super) slot: usize,
+    pub(crate) out: &'a mut Frames,
+    pub(crate) slot: usize,
 }
 
 impl<const SIZE: usize> Tile for First<'_, SIZE> {

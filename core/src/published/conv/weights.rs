@@ -13,7 +13,7 @@ pub struct ConvLayerWeights {
 
 impl ConvLayerWeights {
     /// Inputs, for kernels of `size` bins by `size` frames.
-    pub(super) fn inputs(&self, size: usize) -> usize {
+    pub(crate) fn inputs(&self, size: usize) -> usize {
         self.weight.len() / (self.bias.len() * size * size).max(1)
     }
 }

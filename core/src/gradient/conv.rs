@@ -1,10 +1,12 @@
 //! The derivative of what the convolution layers add to a clip, by their weights and by all that they read.
 
+use crate::gradient::correlation::{Correlation, Place, Tap};
 use crate::network::shapes::CONV_CHANNELS;
 use crate::published::conv::clip::{BLOCK, BOTH, RING, around, within};
-use crate::published::conv::correlate::{Correlation, Place, Tap};
-use crate::published::conv::layer::{After, Conv, Layer};
-use crate::published::conv::{BASE, ClipConv, ClipPlanes, ConvWeights, DIFFERENCE, HIDDEN, MIX, MIXTURE, NARROW, WIDE, bound};
+use crate::published::conv::layer::{Conv, Layer};
+use crate::published::conv::{
+    BASE, ClipConv, ClipPlanes, ConvLayerWeights, ConvWeights, DIFFERENCE, HIDDEN, MIX, MIXTURE, NARROW, WIDE, bound,
+};
 use crate::published::frames::{Frames, for_few, for_tiles};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -72,12 +74,12 @@ impl ConvAdjoint {
     /// Starts a clip.
     pub(crate) fn start(&mut self, weights: &ConvWeights) {
         let [first, second, third] = &weights.layers;
-        self.by_even.set_adjoint(first, &[MIX, BASE]);
-        self.by_odd.set_adjoint(first, &[BASE]);
-        self.by_even_mask.set_adjoint(first, &[MIXTURE]);
-        self.by_odd_mask.set_adjoint(first, &[DIFFERENCE]);
-        self.by_middle.set_adjoint(second, &HIDDEN);
-        self.by_last.set_adjoint(third, &HIDDEN);
+        set_adjoint(&mut self.by_even, first, WIDE, &[MIX, BASE]);
+        set_adjoint(&mut self.by_odd, first, WIDE, &[BASE]);
+        set_adjoint(&mut self.by_even_mask, first, WIDE, &[MIXTURE]);
+        set_adjoint(&mut self.by_odd_mask, first, WIDE, &[DIFFERENCE]);
+        set_adjoint(&mut self.by_middle, second, NARROW, &HIDDEN);
+        set_adjoint(&mut self.by_last, third, NARROW, &HIDDEN);
         let rows = [&mut self.out, &mut self.second, &mut self.first];
         let sums = [&mut self.out_sum, &mut self.second_sum, &mut self.first_sums];
         rows.into_iter().chain(sums).for_each(Frames::clear);
@@ -116,13 +118,6 @@ impl ConvAdjoint {
     pub(crate) fn by_masks(&self) -> [&[f32]; 2] {
         [0, 1].map(|mask| self.masks.row(mask))
     }
-
-    pub(crate) fn memory_bytes(&self) -> usize {
-        let rows = [&self.out, &self.second, &self.first, &self.planes, &self.masks, &self.second_sum, &self.first_sums];
-        let wide = [&self.by_first_even, &self.by_first_odd, &self.by_first_masks].map(Correlation::memory_bytes);
-        let narrow = [&self.by_second, &self.by_third].map(Correlation::memory_bytes);
-        rows.map(Frames::memory_bytes).iter().chain(&wide).chain(&narrow).sum()
-    }
 }
 
 /// What can be carried back once the derivatives by the output are known up to the frame `end`.
@@ -151,9 +146,10 @@ impl WithSimd for Block<'_> {
             let slot = frame % RING * BOTH;
             for ear in (0..2).filter(|_| frame < frames) {
                 let (slots, slot) = (around(frame, 2, ear), slot + ear * CONV_CHANNELS);
-                let after = After::Gate(&conv.second, slot);
-                let mut op = Conv::<NARROW> { layer: &a.by_last, x: &a.out, slots, after, out: &mut a.second, slot };
+                let out = &mut a.second;
+                let mut op = Conv::<NARROW> { layer: &a.by_last, x: &a.out, slots, rectify: false, out, slot };
                 for_tiles(simd, CONV_CHANNELS, bins, &mut op);
+                gate_channels(&mut a.second, &conv.second, slot);
             }
             bound(&mut a.second, slot, frame < frames);
             for row in 0..if frame < frames { BOTH } else { 0 } {
@@ -171,9 +167,10 @@ impl WithSimd for Block<'_> {
             for ear in (0..2).filter(|_| frame < frames) {
                 let row = ear * CONV_CHANNELS;
                 let (slots, slot) = (around(frame, BOTH, row), slot + row);
-                let after = After::Gate(&conv.first, slot);
-                let mut op = Conv::<NARROW> { layer: &a.by_middle, x: &a.second, slots, after, out: &mut a.first, slot };
+                let out = &mut a.first;
+                let mut op = Conv::<NARROW> { layer: &a.by_middle, x: &a.second, slots, rectify: false, out, slot };
                 for_tiles(simd, CONV_CHANNELS, bins, &mut op);
+                gate_channels(&mut a.first, &conv.first, slot);
             }
             bound(&mut a.first, slot, frame < frames);
             if frame < frames {
@@ -198,9 +195,9 @@ impl WithSimd for Block<'_> {
             let slot = frame * ClipPlanes::COUNT;
             let (x, out) = (&a.first, &mut a.planes);
             let slots = around::<WIDE>(frame, BOTH, 0);
-            for_few::<S, 2>(simd, bins, &mut Conv { layer: &a.by_even, x, slots, after: After::Nothing, out, slot });
+            for_few::<S, 2>(simd, bins, &mut Conv { layer: &a.by_even, x, slots, rectify: false, out, slot });
             let (slots, slot) = (around::<WIDE>(frame, BOTH, CONV_CHANNELS), slot + ClipPlanes::EVEN);
-            for_few::<S, 1>(simd, bins, &mut Conv { layer: &a.by_odd, x, slots, after: After::Nothing, out, slot });
+            for_few::<S, 1>(simd, bins, &mut Conv { layer: &a.by_odd, x, slots, rectify: false, out, slot });
         }
     }
 }
@@ -222,6 +219,26 @@ impl<const SIZE: usize> Places<SIZE> {
         self.0.iter_mut().zip(inside).for_each(|(p, frame)| *p = place(frame));
         &self.0[..count]
     }
+}
+
+/// Sets the weights of a layer that carries back the derivatives by the outputs of a published layer to these channels of its inputs:
+/// outputs and channels change places, frames and bins run backwards.
+fn set_adjoint(layer: &mut Layer, of: &ConvLayerWeights, size: usize, channels: &[usize]) {
+    let inputs = of.inputs(size);
+    layer.fill(|o, plane, frame, bin| {
+        of.weight[((plane * inputs + channels[o]) * size + (size - 1 - bin)) * size + (size - 1 - frame)]
+    });
+}
+
+/// Derivatives by rectified values become those by what was rectified: 0 where the rectified value is.
+#[inline(always)]
+pub(super) fn gate(by: &mut [f32], rectified: &[f32]) {
+    by.iter_mut().zip(rectified).for_each(|(b, r)| *b = if *r > 0.0 { *b } else { 0.0 });
+}
+
+#[inline(always)]
+fn gate_channels(by: &mut Frames, rectified: &Frames, slot: usize) {
+    (slot..slot + CONV_CHANNELS).for_each(|row| gate(by.row_mut(row), rectified.row(row)));
 }
 
 #[inline(always)]
@@ -273,7 +290,7 @@ impl WithSimd for Finish<'_> {
         for (part, layer) in [&a.by_even_mask, &a.by_odd_mask].into_iter().enumerate() {
             let slots: [usize; WIDE] = std::array::from_fn(|i| (WIDE - 1 - i) * BOTH + part * CONV_CHANNELS);
             let (x, out) = (&a.first_sums, &mut a.masks);
-            for_few::<S, 1>(simd, a.out.len(), &mut Conv { layer, x, slots, after: After::Nothing, out, slot: part });
+            for_few::<S, 1>(simd, a.out.len(), &mut Conv { layer, x, slots, rectify: false, out, slot: part });
         }
         let mut add_first = |output, channel, frame, bin, value| {
             first.weight[((output * 4 + channel) * WIDE + bin) * WIDE + frame] += value;

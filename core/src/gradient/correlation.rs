@@ -56,10 +56,6 @@ impl<const SIZE: usize> Correlation<SIZE> {
         self.sums[(tap * self.outputs + output) * LANES..][..LANES].iter().sum()
     }
 
-    pub(super) fn memory_bytes(&self) -> usize {
-        4 * self.sums.len()
-    }
-
     /// Adds some frames. Rows must have zeros around them.
     #[inline(always)]
     pub(super) fn add<S: Simd>(&mut self, simd: S, outputs: &Frames, inputs: &Frames, places: &[Place<SIZE>]) {
