@@ -4,6 +4,7 @@ use promenade_audio::FileError;
 use promenade_core::SceneError;
 use promenade_core::network::CloudError;
 use promenade_core::published::PublishedError;
+use promenade_paths::PathFileError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -13,6 +14,9 @@ pub enum BakeError {
     /// A file cannot be read, written or converted, or its content is not what is needed.
     #[error(transparent)]
     File(#[from] FileError),
+    /// Cameras or a camera path cannot be read, or cannot be placed as the options say.
+    #[error(transparent)]
+    Path(#[from] PathFileError),
     /// A JSON file does not have the expected form.
     #[error("{}: not the JSON that is expected here", path.display())]
     Json {

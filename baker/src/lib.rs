@@ -3,7 +3,6 @@
 mod bake;
 mod error;
 mod judge;
-mod placement;
 pub mod player;
 mod signal;
 mod sources;
@@ -13,7 +12,6 @@ pub use promenade_audio::{FileError, atomic, resample, sound, wav};
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field};
 pub use error::BakeError;
 pub use judge::{cost, evaluate, measure, streaming};
-pub use placement::Placement;
 pub use signal::random;
 pub use sources::capture::{Capture, Clip, Split, Track};
 pub use sources::responses::{HoldOut, LoadOptions, Response, Responses, Side};

@@ -3,8 +3,10 @@
 use promenade_baker::capture::{ImportCapture, import_replay, import_rwavs};
 use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
 use promenade_baker::wav::{self, Format};
-use promenade_baker::{BakeError, Capture, Placement, Split};
+use promenade_baker::{BakeError, Capture, Split};
 use promenade_core::glam::{Quat, Vec3};
+use promenade_core::network::Placement;
+use promenade_paths::PlacementOptions;
 use promenade_testing::Noise;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -60,7 +62,7 @@ fn a_second_a_frame() {
     let options = ImportCapture {
         title: "office".to_owned(),
         sample_rate_hz: Some(RATE),
-        metres_per_unit: 2.0,
+        placement: PlacementOptions { metres_per_unit: Some(2.0), ..PlacementOptions::default() },
         emitter: Some(Vec3::ONE),
         ..ImportCapture::default()
     };
@@ -75,8 +77,9 @@ fn a_second_a_frame() {
     assert_eq!(capture.binaural(third), [&ears[0][16_000..24_000], &ears[1][16_000..24_000]]);
     assert_eq!(capture.dry(third, 0), dry[16_000..24_000]);
     // y down is z up; a unit is 2 m. In the turn that takes up to z, the camera's z stays level and x becomes x or its opposite.
-    let alignment = Placement { up: Vec3::NEG_Y, metres_per_unit: 2.0, origin: Vec3::ZERO }.alignment();
-    near(third.pose.position, alignment.to_world(Vec3::new(0.0, -1.0, 3.0)));
+    let rotation = Quat::from_rotation_arc(Vec3::Z, Vec3::NEG_Y);
+    let placement = Placement { units_per_metre: 0.5, rotation, origin: Vec3::ZERO };
+    near(third.pose.position, placement.to_scene(Vec3::new(0.0, -1.0, 3.0)));
     near(third.pose.orientation * Vec3::Z, Vec3::Z);
     let fourth = &capture.clips.iter().find(|c| c.name == "00004").unwrap().pose;
     assert!((fourth.position - third.pose.position).dot(third.pose.orientation * Vec3::X) > 1.99, "it walks ahead");
@@ -156,7 +159,7 @@ fn options(layout: FolderLayout) -> FolderOptions {
         title: "hall".to_owned(),
         credit: String::new(),
         licence: String::new(),
-        placement: Placement::IDENTITY,
+        placement: PlacementOptions::default(),
         emitter: None,
         source: None,
     }
@@ -183,7 +186,7 @@ fn a_folder_a_response() {
     let notes = set.notes.join("\n");
     assert!(notes.contains("3 responses have one channel") && notes.contains("source 0 of 2"), "{notes}");
     // The other source, in a world with y up.
-    let y_up = Placement { up: Vec3::Y, ..Placement::IDENTITY };
+    let y_up = PlacementOptions { up: Some(Vec3::Y), ..PlacementOptions::default() };
     let other = FolderOptions { source: Some(1), placement: y_up, ..options(FolderLayout::Raf) };
     let set = load_folder(folder.path(), &other).unwrap();
     assert!((set.responses[0].source.z - 8.0).abs() < 1e-5 && set.responses[0].name == "000002");

@@ -19,7 +19,7 @@ const SMALL: ImportOptions = ImportOptions {
     hop: Some(2),
     heads: Some(1),
     convention: None,
-    alignment: None,
+    placement: None,
 };
 
 fn fixture(name: &str) -> PathBuf {

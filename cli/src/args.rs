@@ -4,6 +4,7 @@ mod anchors;
 mod capture;
 mod eval;
 mod path;
+mod placement;
 mod simulate;
 #[cfg(feature = "train")]
 mod train;
@@ -18,15 +19,15 @@ use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{LiveParams, Pose};
 use std::path::PathBuf;
 use values::{
-    parse_bits, parse_bounds, parse_conv, parse_convention, parse_decode_rate, parse_direction, parse_gain, parse_kind,
-    parse_mix, parse_pair, parse_point, parse_pose, parse_projection, parse_scale, parse_setting, parse_speed, parse_tail,
-    parse_tier,
+    parse_bits, parse_bounds, parse_conv, parse_convention, parse_decode_rate, parse_gain, parse_kind, parse_mix, parse_pair,
+    parse_pose, parse_projection, parse_setting, parse_speed, parse_tail, parse_tier,
 };
 
 pub(crate) use anchors::AnchorsArgs;
 pub(crate) use capture::{CaptureCommand, CheckArgs, EmitterArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
 pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use path::PathArgs;
+use placement::PlacementArgs;
 pub(crate) use simulate::{Simulate, SimulateBoxArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::TrainArgs;
@@ -143,15 +144,8 @@ pub(crate) struct ImportArgs {
     /// How the head's rotation was applied in training: published or physical
     #[arg(long, value_parser = parse_convention)]
     pub(crate) convention: Option<PoseConvention>,
-    /// Metres of one unit of the reconstruction
-    #[arg(long, value_name = "M", value_parser = parse_scale)]
-    pub(crate) metres_per_unit: Option<f32>,
-    /// Direction of up in the reconstruction's world [default: 0,-1,0, as its first camera stood]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
-    pub(crate) up: Option<Vec3>,
-    /// Point of the reconstruction that is the scene's origin, its own units
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
-    pub(crate) origin: Option<Vec3>,
+    #[command(flatten)]
+    pub(crate) placement: PlacementArgs,
     /// Listener positions that the scene is for, metres; without it the anchors' box
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_bounds, allow_hyphen_values = true)]
     pub(crate) bounds: Option<(Vec3, Vec3)>,

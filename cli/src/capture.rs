@@ -7,8 +7,7 @@ use crate::args::{CaptureCommand, FromResponsesArgs, ImportCaptureArgs, LayoutAr
 use anyhow::{Result, bail};
 use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_replay, import_rwavs};
 use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
-use promenade_baker::{Capture, LoadOptions, Placement, Responses, Split, sound};
-use promenade_core::glam::Vec3;
+use promenade_baker::{Capture, LoadOptions, Responses, Split, sound};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(command: &CaptureCommand) -> Result<()> {
@@ -40,9 +39,7 @@ fn import(args: &ImportCaptureArgs) -> Result<()> {
             licence: args.licence.clone(),
             sample_rate_hz: args.mix.rate,
             emitter: args.emitter,
-            up: args.up,
-            metres_per_unit: args.metres_per_unit,
-            origin: args.origin.unwrap_or(Vec3::ZERO),
+            placement: args.placement.options(),
             clip_s: args.mix.clip,
             test_share: args.mix.test_share,
             seed: args.mix.seed,
@@ -57,11 +54,7 @@ fn import(args: &ImportCaptureArgs) -> Result<()> {
             title,
             credit: args.credit.clone(),
             licence: args.licence.clone(),
-            placement: Placement {
-                up: args.up.unwrap_or(Vec3::Z),
-                metres_per_unit: args.metres_per_unit,
-                origin: args.origin.unwrap_or(Vec3::ZERO),
-            },
+            placement: args.placement.options(),
             emitter: args.emitter,
             source: args.source_number,
         };

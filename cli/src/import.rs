@@ -6,16 +6,21 @@ use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::checkpoint::{ImportOptions, import};
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
-use promenade_core::glam::{Quat, Vec3};
-use promenade_core::network::Alignment;
+use promenade_core::network::Placement;
+use promenade_core::published::Projection;
 use promenade_core::{Provenance, Tier};
+use promenade_paths::PlacementOptions;
+use std::path::Path;
 
 pub(crate) fn run(args: &ImportArgs) -> Result<()> {
-    let aligned = args.up.is_some() || args.origin.is_some() || args.metres_per_unit.is_some();
-    let alignment = Alignment {
-        scale: args.metres_per_unit.unwrap_or(1.0).recip(),
-        rotation: Quat::from_rotation_arc(Vec3::Z, args.up.unwrap_or(Vec3::NEG_Y)).normalize(),
-        translation: args.origin.unwrap_or(Vec3::ZERO),
+    let stated = match &args.anchors {
+        Some(file) => AnchorSet::stored_placement(file)?,
+        None => None,
+    };
+    let given = args.placement.options();
+    let placement = match stated {
+        None if given == PlacementOptions::default() => None,
+        stated => Some(given.over(&stated.unwrap_or(Placement::IDENTITY), &[])?),
     };
     let options = ImportOptions {
         kind: args.kind,
@@ -25,27 +30,15 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
         hop: args.hop,
         heads: args.heads,
         convention: args.convention,
-        alignment: match &args.anchors {
-            _ if aligned => Some(alignment),
-            // What `promenade anchors` was told.
-            Some(file) => AnchorSet::stored_alignment(file)?,
-            None => None,
-        },
+        placement,
     };
     let imported = import(&args.checkpoint, args.anchors.as_deref(), &options)?;
-    let name = |path: &std::path::Path| path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let options = CloudSceneOptions {
         provenance: Provenance {
             title: args.title.clone().unwrap_or_else(|| name(args.checkpoint.with_extension("").as_path())),
             credit: args.credit.clone(),
             licence: args.licence.clone(),
-            recipe: format!(
-                "promenade import {} --taps {} --conv {} --seed {}",
-                name(&args.checkpoint),
-                args.taps,
-                args.conv.name(),
-                args.seed
-            ),
+            recipe: recipe(args),
             notes: Vec::new(),
         },
         bounds: args.bounds,
@@ -63,4 +56,41 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     let tiers: Vec<_> = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect();
     eprintln!("{}: tiers {}, {} kB", args.output.display(), tiers.join(", "), bytes.div_ceil(1000));
     Ok(())
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// The command for the scene's provenance: what was chosen, without the places of files on this machine.
+fn recipe(args: &ImportArgs) -> String {
+    let list = |values: &[f32]| values.iter().map(f32::to_string).collect::<Vec<_>>().join(",");
+    let start = args.start.map(|pose| {
+        let (yaw, pitch, roll) = pose.ypr();
+        list(&[&pose.position.to_array()[..], &[yaw, pitch, roll].map(f32::to_degrees)].concat())
+    });
+    let options = [
+        ("anchors", args.anchors.as_deref().map(name)),
+        ("max-norm", args.max_norm.map(|v| v.to_string())),
+        ("sample-rate", args.sample_rate.map(|v| v.to_string())),
+        ("n-fft", args.n_fft.map(|v| v.to_string())),
+        ("hop", args.hop.map(|v| v.to_string())),
+        ("heads", args.heads.map(|v| v.to_string())),
+        ("kind", args.kind.map(|k| k.name().to_owned())),
+        ("convention", args.convention.map(|c| c.name().to_owned())),
+        ("bounds", args.bounds.map(|(low, high)| list(&[low.to_array(), high.to_array()].concat()))),
+        ("start", start),
+        ("taps", Some(args.taps.to_string())),
+        ("conv", Some(args.conv.name().to_owned())),
+        (
+            "projection",
+            Some(match args.projection {
+                Projection::Diagonal => "diagonal".to_owned(),
+                Projection::Row(row) => format!("row={row}"),
+            }),
+        ),
+        ("seed", Some(args.seed.to_string())),
+    ];
+    let given = options.into_iter().filter_map(|(option, value)| value.map(|v| format!(" --{option} {v}")));
+    format!("promenade import {}{}{}", name(&args.checkpoint), args.placement, given.collect::<String>())
 }

@@ -42,7 +42,7 @@ fn cloud_json(cloud: &AnchorCloud) -> serde_json::Value {
         "projection": projection(cloud.projection),
         "convention": parts.convention.name(),
         "max_norm": parts.max_norm,
-        "metres_per_unit": parts.alignment.scale.recip(),
+        "metres_per_unit": parts.placement.units_per_metre.recip(),
         "memory_bytes": cloud.model.memory_bytes(),
     })
 }

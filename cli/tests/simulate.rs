@@ -7,7 +7,7 @@ use promenade_baker::anchors::AnchorSet;
 use promenade_baker::{LoadOptions, Response, Responses};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
-use promenade_core::network::Alignment;
+use promenade_core::network::Placement;
 use promenade_metrics::ild_db;
 use std::path::Path;
 
@@ -37,7 +37,7 @@ fn anchors_of_a_cloud_a_model_and_a_box() {
     let set = AnchorSet::load(Path::new(&out)).unwrap();
     assert_eq!((set.positions.len(), set.neighbours, set.features.len()), (20, 8, 480));
     for (position, features) in set.positions.iter().zip(set.features.chunks(24)) {
-        let metres = set.alignment.to_world(*position);
+        let metres = set.placement.to_scene(*position);
         assert!((metres.length() - 2.0).abs() < 0.35, "{metres}");
         assert!((metres.z - 0.5 * position.y).abs() < 1e-5, "up is the cloud's y");
         let red = features.iter().step_by(3).sum::<f32>() / 8.0 * 0.2821 + 0.5;
@@ -49,7 +49,7 @@ fn anchors_of_a_cloud_a_model_and_a_box() {
 
     succeeds(&["anchors", "--box", "6,4,2.8", "-o", &out, "-n", "64"]);
     let set = AnchorSet::load(Path::new(&out)).unwrap();
-    assert_eq!((set.alignment, set.positions.len(), set.neighbours), (Alignment::IDENTITY, 64, 50));
+    assert_eq!((set.placement, set.positions.len(), set.neighbours), (Placement::IDENTITY, 64, 50));
     let inside = |p: &Vec3| p.cmpge(Vec3::splat(-0.2)).all() && p.cmple(Vec3::new(6.2, 4.2, 3.0)).all();
     assert!(set.positions.iter().all(inside));
 
@@ -64,7 +64,7 @@ fn anchors_of_a_cloud_a_model_and_a_box() {
     let distance = ["--distance", "a.jpg", "b.jpg", "1"];
     let (_, said) = succeeds(&[&["anchors", &model, "-o", &out][..], &few, &distance].concat());
     assert!(said.contains("the first camera, a.jpg") && said.contains("1 m are 2.0000 units"), "{said}");
-    assert!((AnchorSet::load(Path::new(&out)).unwrap().alignment.scale - 2.0).abs() < 1e-6);
+    assert!((AnchorSet::load(Path::new(&out)).unwrap().placement.units_per_metre - 2.0).abs() < 1e-6);
     for (args, clue) in [
         (vec!["anchors", &model, "-o", &out, "-n", "2000"], "expected at least 2000 for 2000 anchors of 50 neighbours"),
         (vec!["anchors", &text("none.ply"), "-o", &out], "none.ply: cannot be read"),

@@ -6,7 +6,7 @@ use promenade_baker::capture::{Clip, Split, Track};
 use promenade_baker::random::Random;
 use promenade_baker::{Capture, wav};
 use promenade_core::glam::Vec3;
-use promenade_core::network::Alignment;
+use promenade_core::network::Placement;
 use promenade_core::{CameraPath, Keyframe, Pose, Scene};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -72,7 +72,7 @@ fn prepared() -> tempfile::TempDir {
     capture().write(&folder.path().join("capture")).unwrap();
     let points = box_points(Vec3::new(3.0, 3.0, 2.5), 0.25, &[[0.2, 0.5, 0.8]; 6]).unwrap();
     let options = AnchorOptions { count: 12, neighbours: 4, ..AnchorOptions::default() };
-    let (anchors, _) = AnchorSet::from_points(&points, Alignment::IDENTITY, &options).unwrap();
+    let (anchors, _) = AnchorSet::from_points(&points, Placement::IDENTITY, &options).unwrap();
     anchors.save(&folder.path().join("anchors.safetensors")).unwrap();
     std::fs::write(folder.path().join("settings.json"), SETTINGS).unwrap();
     folder

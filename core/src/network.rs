@@ -20,7 +20,7 @@ use transformer::Transformer;
 pub use emitter::{CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 pub use masks::Masks;
 pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseConvention, Tensor};
-pub use placement::{Alignment, Listener};
+pub use placement::{Listener, Placement};
 pub use shapes::{CONV_LAYERS, MAX_HARMONICS};
 
 /// A decoder of one model with all the memory it needs.

@@ -8,10 +8,12 @@ mod names;
 mod times;
 mod up;
 
+use crate::placement::Frame;
 use crate::waypoint::{Places, Track, Waypoint};
-use crate::{Format, ImportOptions, Origin, PathFileError, placing};
-use glam::{DMat3, DQuat, DVec3, Vec3};
+use crate::{Format, ImportOptions, Origin, PathFileError, PlacementOptions};
+use glam::{DMat3, DQuat, DVec3};
 use promenade_core::Pose;
+use promenade_core::network::Placement;
 
 /// An image as COLMAP keeps it.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,15 +26,6 @@ pub struct Image {
     pub rotation: DQuat,
     /// Translation from the world to the camera, the reconstruction's units.
     pub translation: DVec3,
-}
-
-/// Where a reconstruction comes to lie in the listener's world: z up, the origin as for a path.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct World {
-    /// The listener's origin in the reconstruction's world, its units.
-    pub centre: DVec3,
-    /// Rotation from the reconstruction's axes to the listener's, unit quaternion.
-    pub turn: DQuat,
 }
 
 impl Image {
@@ -50,14 +43,15 @@ impl Image {
     /// A head that stands at the camera's centre and looks where it does, in the reconstruction's world.
     #[must_use]
     pub fn head(&self) -> Pose {
-        let (position, orientation) = self.placed(DQuat::IDENTITY);
+        let Waypoint { position, orientation, .. } = self.waypoint(0.0);
         Pose { position: position.as_vec3(), orientation: orientation.as_quat().normalize() }
     }
 
-    /// Position and orientation of that head in a world turned so.
-    fn placed(&self, turn: DQuat) -> (DVec3, DQuat) {
+    /// That head at a time, seconds.
+    fn waypoint(&self, t_s: f64) -> Waypoint {
         let [ahead, left, up] = self.head_axes();
-        (turn * self.centre(), (turn * DQuat::from_mat3(&DMat3::from_cols(ahead, left, up))).normalize())
+        let orientation = DQuat::from_mat3(&DMat3::from_cols(ahead, left, up)).normalize();
+        Waypoint { t_s, position: self.centre(), orientation }
     }
 }
 
@@ -72,41 +66,52 @@ pub fn images(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError> {
     }
 }
 
-/// Where the world of a reconstruction comes to lie by its cameras, the same as for a path of these images: `up` is a direction in the
-/// reconstruction's world, without it as the cameras were held. What was assumed is added to `notes`.
+/// Where the world of a reconstruction lies by its cameras, the same as for a path of these images. What is not given is assumed, in
+/// `notes`: up as the cameras were held, the first camera as the origin, 1 m a unit; without cameras z up and the world's own origin.
 ///
 /// # Errors
-/// No images, or cameras that were held in all directions. `file` is for the message.
-pub fn world(
+/// An option out of range, an origin by cameras where there are none, or cameras that were held in all directions. `file` is for the
+/// message.
+pub fn placement(
     file: &str,
     images: &[Image],
-    up: Option<Vec3>,
-    origin: Origin,
+    options: &PlacementOptions,
     notes: &mut Vec<String>,
-) -> Result<World, PathFileError> {
-    let turn = upright(file, images, up, notes)?;
-    let waypoints: Vec<Waypoint> = images
-        .iter()
-        .map(|image| {
-            let (position, orientation) = image.placed(turn);
-            Waypoint { t_s: 0.0, position, orientation }
-        })
-        .collect();
-    let (centre, level) = placing::frame(&waypoints, origin);
-    Ok(World { centre: turn.inverse() * centre, turn: (level * turn).normalize() })
+) -> Result<Placement, PathFileError> {
+    let heads: Vec<Waypoint> = images.iter().map(|image| image.waypoint(0.0)).collect();
+    Ok(frame(file, images, &heads, options, notes)?.placement())
 }
 
-/// The turn that brings up to z.
-fn upright(file: &str, images: &[Image], up: Option<Vec3>, notes: &mut Vec<String>) -> Result<DQuat, PathFileError> {
-    if images.is_empty() {
-        return Err(PathFileError::content(file, "images with a pose", "none"));
+/// The same with the heads at the images, in double precision.
+fn frame(
+    file: &str,
+    images: &[Image],
+    heads: &[Waypoint],
+    options: &PlacementOptions,
+    notes: &mut Vec<String>,
+) -> Result<Frame, PathFileError> {
+    let mut options = *options;
+    let mut assumed = Frame::IDENTITY;
+    if options.up.is_none() && images.is_empty() {
+        notes.push("up is taken as 0,0,1 of the cloud's world; the option up says otherwise".to_owned());
+    } else if options.up.is_none() {
+        assumed = assumed.tilted(up::of(file, images, notes)?);
     }
-    let up = match up {
-        Some(up) => up.as_dvec3().normalize(),
-        None => up::of(file, images, notes)?,
-    };
-    // The same turn as that of an imported anchor cloud, so that both meet in one world when nothing else moves them.
-    Ok(DQuat::from_rotation_arc(DVec3::Z, up).inverse())
+    if options.metres_per_unit.is_none() {
+        notes.push(
+            "the scale of a reconstruction is arbitrary: one unit is taken as 1 m; the option metres-per-unit says otherwise"
+                .to_owned(),
+        );
+    }
+    if let Some(Image { name, .. }) = images.first() {
+        match options.origin {
+            None => notes.push(format!("the first camera, {name}, stands at the origin and looks along x")),
+            Some(Origin::Centroid | Origin::First) => notes.push(format!("the first camera, {name}, looks along x")),
+            Some(Origin::Keep | Origin::Point(_)) => {}
+        }
+        options.origin = options.origin.or(Some(Origin::First));
+    }
+    options.frame(assumed, heads)
 }
 
 fn parse(file: &str, bytes: &[u8], format: Format, notes: &mut Vec<String>) -> Result<Vec<Image>, PathFileError> {
@@ -139,22 +144,8 @@ pub(crate) fn read(file: &str, bytes: &[u8], format: Format, options: &ImportOpt
     }
     let images = sorted(file, images)?;
     let times = times::of(file, &images, options.fps, &mut notes)?;
-    let turn = upright(file, &images, options.up, &mut notes)?;
-    let waypoint = |(image, t_s): (&Image, f64)| {
-        let (position, orientation) = image.placed(turn);
-        Waypoint { t_s, position, orientation }
-    };
-    let waypoints = images.iter().zip(times).map(waypoint).collect();
-    if options.scale.is_none() {
-        notes.push(
-            "the scale of a reconstruction is arbitrary: one unit is taken as 1 m; the option scale says otherwise".to_owned(),
-        );
-    }
-    match options.origin {
-        None => notes.push(format!("the first camera, {}, stands at the origin and looks along x", images[0].name)),
-        Some(Origin::Centroid | Origin::First) => notes.push(format!("the first camera, {}, looks along x", images[0].name)),
-        Some(Origin::Keep) => {}
-    }
+    let mut waypoints: Vec<Waypoint> = images.iter().zip(times).map(|(image, t_s)| image.waypoint(t_s)).collect();
+    frame(file, &images, &waypoints, &options.placement, &mut notes)?.place(&mut waypoints);
     let names = images.into_iter().map(|i| i.name).collect();
     Ok(Track { waypoints, places: Places::Images(names), notes })
 }
@@ -187,6 +178,7 @@ fn image(file: &str, place: &str, name: String, camera: u32, pose: [f64; 7]) -> 
 mod tests {
     use super::*;
     use crate::{Imported, alone};
+    use glam::Vec3;
 
     fn import(text: &str, options: &ImportOptions) -> Imported {
         crate::read("images.txt", text.as_bytes(), options, &mut alone).unwrap()
@@ -216,46 +208,46 @@ mod tests {
     #[test]
     fn options_place_the_world() {
         let options = ImportOptions {
-            up: Some(Vec3::new(0.0, -3.0, 0.0)),
-            origin: Some(Origin::Keep),
-            scale: Some(2.0),
+            placement: PlacementOptions {
+                up: Some(Vec3::new(0.0, -3.0, 0.0)),
+                origin: Some(Origin::Keep),
+                metres_per_unit: Some(2.0),
+            },
             fps: Some(10.0),
             ..ImportOptions::default()
         };
         let path = import(LEVEL, &options).path;
         // Where an anchor cloud of the same reconstruction comes to lie with the same up and scale.
-        let alignment = promenade_core::network::Alignment {
-            scale: 0.5,
-            rotation: glam::Quat::from_rotation_arc(Vec3::Z, Vec3::NEG_Y),
-            translation: Vec3::ZERO,
-        };
+        let rotation = glam::Quat::from_rotation_arc(Vec3::Z, Vec3::NEG_Y);
+        let placement = Placement { units_per_metre: 0.5, rotation, origin: Vec3::ZERO };
         let centre = Vec3::new(1.0, -0.5, 2.0);
-        assert!((path.keyframes()[1].pose.position - alignment.to_world(centre)).length() < 1e-5);
-        let listener = alignment.listener(&path.keyframes()[1].pose);
+        assert!((path.keyframes()[1].pose.position - placement.to_scene(centre)).length() < 1e-5);
+        let listener = placement.listener(&path.keyframes()[1].pose);
         assert!((listener.camera_to_world * Vec3::Z - Vec3::X).length() < 1e-5, "it looks along the world's x");
         assert!((path.duration_s() - 3.0).abs() < 1e-9);
-        let centroid = ImportOptions { origin: Some(Origin::Centroid), ..ImportOptions::default() };
-        let path = import(LEVEL, &centroid).path;
+        let centroid = PlacementOptions { origin: Some(Origin::Centroid), ..PlacementOptions::default() };
+        let path = import(LEVEL, &ImportOptions { placement: centroid, ..ImportOptions::default() }).path;
         assert!((path.keyframes()[0].pose.position - Vec3::new(-1.0, 0.5, -0.25)).length() < 1e-6);
     }
 
     #[test]
     fn a_reconstruction_lies_where_its_path_does() {
-        for origin in Origin::ALL {
-            let options = ImportOptions { origin: Some(origin), scale: Some(0.5), ..ImportOptions::default() };
-            let path = import(LEVEL, &options).path;
-            let images = images("images.txt", LEVEL.as_bytes()).unwrap();
-            let world = world("images.txt", &images, None, origin, &mut Vec::new()).unwrap();
-            for (image, keyframe) in images.iter().zip(path.keyframes()) {
-                let position = 0.5 * (world.turn * (image.centre() - world.centre));
-                assert!((position.as_vec3() - keyframe.pose.position).length() < 1e-6, "{origin:?} {}", image.name);
-                let orientation = world.turn.as_quat() * image.head().orientation;
-                assert!(orientation.dot(keyframe.pose.orientation).abs() > 1.0 - 1e-6, "{origin:?} {}", image.name);
+        let found = images("images.txt", LEVEL.as_bytes()).unwrap();
+        let named = Origin::NAMED.map(|(_, origin)| Some(origin));
+        for origin in named.into_iter().chain([None, Some(Origin::Point(Vec3::ONE))]) {
+            let options = PlacementOptions { origin, metres_per_unit: Some(0.5), up: None };
+            let path = import(LEVEL, &ImportOptions { placement: options, ..ImportOptions::default() }).path;
+            let world = placement("images.txt", &found, &options, &mut Vec::new()).unwrap();
+            for (image, keyframe) in found.iter().zip(path.keyframes()) {
+                let head = world.pose(&image.head());
+                assert!((head.position - keyframe.pose.position).length() < 1e-6, "{origin:?} {}", image.name);
+                assert!(head.orientation.dot(keyframe.pose.orientation).abs() > 1.0 - 1e-6, "{origin:?} {}", image.name);
             }
         }
         let error = images("walk.json", b"[]").unwrap_err().to_string();
         assert!(error.contains("expected COLMAP's images.txt or images.bin, found JSON"), "{error}");
-        assert!(world("images.txt", &[], None, Origin::First, &mut Vec::new()).is_err());
+        let by_cameras = PlacementOptions { origin: Some(Origin::First), ..PlacementOptions::default() };
+        assert!(placement("images.txt", &[], &by_cameras, &mut Vec::new()).is_err());
     }
 
     #[test]

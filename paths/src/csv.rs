@@ -1,9 +1,8 @@
 //! Paths as rows under a head: `t`, `x`, `y`, `z` and `yaw`, `pitch`, `roll` or `qw`, `qx`, `qy`, `qz`, in any order.
 
 use crate::PathFileError;
-use crate::text::{self, number, quoted};
+use crate::text::{self, decimal, number, quoted};
 use crate::waypoint::{Places, Track, Waypoint, from_degrees, to_degrees, unit};
-use crate::write::decimal;
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec3;
 use promenade_core::{CameraPath, MAX_KEYFRAMES};

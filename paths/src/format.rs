@@ -42,6 +42,10 @@ impl Format {
         }
     }
 
+    pub(crate) fn is_colmap(self) -> bool {
+        matches!(self, Self::ColmapText | Self::ColmapBinary)
+    }
+
     /// The form of a file: by the ending of its name where that says it, else by the content.
     pub(crate) fn of(file: &str, bytes: &[u8]) -> Result<Self, PathFileError> {
         match ending(file).as_str() {

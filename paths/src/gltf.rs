@@ -9,7 +9,7 @@ mod document;
 mod node;
 mod subject;
 
-use crate::read::Beside;
+use crate::options::Beside;
 use crate::waypoint::{Places, Track, Waypoint};
 use crate::{ImportOptions, PathFileError};
 use document::Document;

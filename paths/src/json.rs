@@ -1,8 +1,8 @@
 //! Paths in JSON: `[{"t": 0, "position": [x, y, z], "ypr": [yaw, pitch, roll]}, ...]`, or `"quat": [w, x, y, z]`.
 
+use crate::PathFileError;
+use crate::text::{self, decimal};
 use crate::waypoint::{Places, Track, Waypoint, to_degrees};
-use crate::write::decimal;
-use crate::{PathFileError, text};
 use promenade_core::{CameraPath, KeyframeEntry, MAX_KEYFRAMES};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, SeqAccess, Visitor};
@@ -39,7 +39,7 @@ impl<'de> Deserialize<'de> for Entries {
 pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Track, PathFileError> {
     let Entries(entries) =
         serde_json::from_str(text::of(file, bytes)?).map_err(|source| PathFileError::Json { file: file.to_owned(), source })?;
-    let waypoint = |(index, entry): (usize, &KeyframeEntry)| entry.to_keyframe(index).map(Waypoint::from);
+    let waypoint = |(index, entry): (usize, &KeyframeEntry)| entry.to_keyframe(index).map(|k| Waypoint::at(k.t_s, &k.pose));
     let waypoints = entries.iter().enumerate().map(waypoint).collect::<Result<_, _>>();
     let waypoints = waypoints.map_err(|source| PathFileError::Keyframes { file: file.to_owned(), source })?;
     Ok(Track { waypoints, places: Places::Keyframes, notes: Vec::new() })

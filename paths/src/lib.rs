@@ -2,8 +2,8 @@
 //!
 //! [`read()`] takes the bytes of a file, JSON, CSV, COLMAP cameras or a glTF animation, and gives a [`CameraPath`] in Promenade's world:
 //! right-handed, z up, metres; the head looks along x. [`write()`] makes JSON or CSV of one. [`simplify()`] reduces a recorded walk to
-//! few keyframes, [`Recorder`] records one, and [`edit`] changes single keyframes. [`colmap`] also gives the cameras of a reconstruction as
-//! they are, and where its world comes to lie in the listener's.
+//! few keyframes, [`Recorder`] records one, and [`edit`] changes single keyframes. [`colmap`] also gives the cameras of a reconstruction,
+//! and [`PlacementOptions`] place a foreign world in the scene's.
 //!
 //! Nothing here opens a file or is meant for the audio thread: all of it may allocate and take its time.
 //!
@@ -25,7 +25,8 @@ mod error;
 mod format;
 mod gltf;
 mod json;
-mod placing;
+mod options;
+mod placement;
 mod read;
 mod recorder;
 mod simplify;
@@ -36,9 +37,10 @@ mod write;
 
 pub use error::PathFileError;
 pub use format::{Format, WriteFormat};
-pub use placing::Origin;
+pub use options::{Beside, ImportOptions, MAX_FILE_BYTES, alone};
+pub use placement::{Origin, PlacementOptions};
 pub use promenade_core::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Pose};
-pub use read::{Beside, GLTF_TOLERANCE_M, GLTF_TOLERANCE_RAD, ImportOptions, Imported, MAX_FILE_BYTES, alone, read};
+pub use read::{GLTF_TOLERANCE_M, GLTF_TOLERANCE_RAD, Imported, read};
 pub use recorder::{RecordError, Recorder, RecorderConfig};
 pub use simplify::simplify;
 pub use summary::Summary;

@@ -1,4 +1,4 @@
-//! Text of files: what is checked before anything is parsed.
+//! Text of files: what is checked before anything is parsed, and numbers that are written.
 
 use crate::PathFileError;
 
@@ -25,6 +25,13 @@ pub(crate) fn quoted(text: &str) -> String {
 pub(crate) fn number(file: &str, line: u64, name: &str, field: &str) -> Result<f64, PathFileError> {
     let value = field.parse::<f64>().ok().filter(|v| v.is_finite());
     value.ok_or_else(|| PathFileError::at(file, format!("line {line}"), format!("a finite number for {name}"), quoted(field)))
+}
+
+/// An angle in degrees to 1e-7 rad, which is as fine as orientations are, as short as that allows and without a negative zero.
+pub(crate) fn decimal(degrees: f64) -> String {
+    let text = format!("{degrees:.5}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".to_owned() } else { short.to_owned() }
 }
 
 #[cfg(test)]

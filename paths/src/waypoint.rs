@@ -48,21 +48,15 @@ impl Places {
 }
 
 impl Waypoint {
-    #[expect(clippy::cast_possible_truncation, reason = "poses are f32 inside; what does not fit is refused as not finite")]
-    fn keyframe(&self) -> Keyframe {
-        let position = self.position.as_vec3();
-        let q = self.orientation;
-        Keyframe {
-            t_s: self.t_s,
-            pose: Pose { position, orientation: Quat::from_xyzw(q.x as f32, q.y as f32, q.z as f32, q.w as f32) },
-        }
+    /// A head at a time, seconds.
+    pub(crate) fn at(t_s: f64, pose: &Pose) -> Self {
+        Self { t_s, position: pose.position.as_dvec3(), orientation: pose.orientation.as_dquat() }
     }
-}
 
-impl From<Keyframe> for Waypoint {
-    fn from(keyframe: Keyframe) -> Self {
-        let Pose { position, orientation } = keyframe.pose;
-        Self { t_s: keyframe.t_s, position: position.as_dvec3(), orientation: orientation.as_dquat() }
+    /// In single precision; what does not fit is not finite.
+    fn keyframe(&self) -> Keyframe {
+        let pose = Pose { position: self.position.as_vec3(), orientation: self.orientation.as_quat() };
+        Keyframe { t_s: self.t_s, pose }
     }
 }
 

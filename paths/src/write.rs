@@ -17,13 +17,6 @@ pub fn write(path: &CameraPath, format: WriteFormat) -> String {
     }
 }
 
-/// An angle in degrees to 1e-7 rad, which is as fine as orientations are, as short as that allows and without a negative zero.
-pub(crate) fn decimal(degrees: f64) -> String {
-    let text = format!("{degrees:.5}");
-    let short = text.trim_end_matches('0').trim_end_matches('.');
-    if short == "-0" { "0".to_owned() } else { short.to_owned() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

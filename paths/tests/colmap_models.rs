@@ -1,7 +1,7 @@
 //! Models that COLMAP made, in `../shared/data/colmap` beside the checkout.
 
 use glam::Vec3;
-use promenade_paths::{CameraPath, Format, ImportOptions, Imported, Origin, Summary, alone, read};
+use promenade_paths::{CameraPath, Format, ImportOptions, Imported, Origin, PlacementOptions, Summary, alone, read};
 use std::path::Path;
 
 fn import(file: &Path, options: &ImportOptions) -> Imported {
@@ -87,7 +87,8 @@ mod needs_shared {
             .collect();
         assert!(names.len() > 10, "{}", names.len());
         let up = Vec3::new(0.0, -1.0, 0.0);
-        let options = ImportOptions { up: Some(up), origin: Some(Origin::Keep), ..ImportOptions::default() };
+        let kept = PlacementOptions { up: Some(up), origin: Some(Origin::Keep), ..PlacementOptions::default() };
+        let options = ImportOptions { placement: kept, ..ImportOptions::default() };
         let path = import(&model.join("images.txt"), &options).path;
         let point = glam::Quat::from_rotation_arc(up, Vec3::Z) * point;
         // Images are in the order of their names; the lens of 827 pixels sees 31 degrees to the sides and 25 up and down.

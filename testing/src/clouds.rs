@@ -3,7 +3,7 @@
 use crate::signal::{Noise, noise};
 use promenade_core::Bands;
 use promenade_core::glam::Vec3;
-use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, PoseConvention, Tensor};
+use promenade_core::network::{CloudKind, CloudModel, CloudParts, Placement, PoseConvention, Tensor};
 use std::collections::BTreeMap;
 
 /// Sizes that are chosen freely.
@@ -87,7 +87,7 @@ pub fn parts(kind: CloudKind, sizes: Sizes) -> CloudParts {
         heads: 4,
         max_norm: 25.0,
         convention: PoseConvention::Published,
-        alignment: Alignment::IDENTITY,
+        placement: Placement::IDENTITY,
         frequencies: Bands::new((0..bands).map(|k| k as f32 * 43.066).collect()).unwrap(),
         anchors: noise(100, 3 * n).chunks(3).map(|point| 5.0 * Vec3::from_slice(point)).collect(),
         features: noise(101, 150 * n),

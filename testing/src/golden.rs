@@ -6,7 +6,7 @@
 use crate::shared;
 use promenade_core::Bands;
 use promenade_core::glam::{Mat3, Vec3};
-use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, Listener, PoseConvention, Tensor};
+use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Placement, PoseConvention, Tensor};
 use safetensors::SafeTensors;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -100,7 +100,7 @@ fn golden(kind: CloudKind, file: &SafeTensors<'_>, expected: BTreeMap<String, (u
         heads: 4,
         max_norm: 25.0,
         convention: PoseConvention::Published,
-        alignment: Alignment::IDENTITY,
+        placement: Placement::IDENTITY,
         frequencies: Bands::new((0..257).map(|k| k as f32 * 22_050.0 / 512.0).collect()).unwrap(),
         anchors: floats(file, "anchor_xyz").chunks_exact(3).map(Vec3::from_slice).collect(),
         features: floats(file, "rgb_features"),

@@ -7,7 +7,7 @@ use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split, Track};
 use promenade_baker::random::Random;
 use promenade_core::glam::Vec3;
-use promenade_core::network::Alignment;
+use promenade_core::network::Placement;
 use promenade_core::{CameraPath, Keyframe, Pose};
 use promenade_trainer::{Device, HeadKind, NetworkSettings, TrainSettings, Trainer};
 use std::time::Instant;
@@ -45,7 +45,7 @@ fn anchors(count: usize) -> AnchorSet {
     let mut random = Random::new(2);
     let positions = (0..count).map(|_| Vec3::new(random.normal(), random.normal(), random.normal())).collect();
     let features = (0..count * 150).map(|_| random.normal()).collect();
-    AnchorSet { alignment: Alignment::IDENTITY, positions, features, neighbours: 50 }
+    AnchorSet { placement: Placement::IDENTITY, positions, features, neighbours: 50 }
 }
 
 fn main() {

@@ -44,7 +44,7 @@ pub(crate) fn scene(
         heads: network.heads,
         max_norm: stage.place.max_norm,
         convention: PoseConvention::Physical,
-        alignment: stage.alignment,
+        placement: stage.placement,
         frequencies: stage.queries.clone(),
         anchors: stage.place.anchors.clone(),
         features: stage.place.features.clone(),

@@ -6,7 +6,7 @@ use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, reverberation_times};
 use promenade_core::glam::Vec3;
-use promenade_core::network::{Alignment, CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
+use promenade_core::network::{CloudEmitter, HEAD_RADIUS_M, Placement, SPEED_OF_SOUND_M_S};
 use promenade_core::{Bands, StftGrid, TailModel};
 
 /// Reverberation time of bands in which nothing sounds, seconds.
@@ -27,7 +27,7 @@ pub(crate) struct Stage {
     /// Anchors as the network sees them.
     pub(crate) place: Place,
     /// Where they lie in the scene.
-    pub(crate) alignment: Alignment,
+    pub(crate) placement: Placement,
     /// The emitter, where it is known and used.
     pub(crate) emitter: Option<CloudEmitter>,
     /// Frames of every clip, for heads that take clips of one length; otherwise 0.
@@ -62,7 +62,7 @@ impl Stage {
             frames,
             queries: queries(&grid, network.bands),
             place: Place { anchors: anchors.positions.clone(), features, max_norm: farthest.max(1e-3) },
-            alignment: anchors.alignment,
+            placement: anchors.placement,
             emitter: (capture.emitter.filter(|_| network.emitter))
                 .map(|position| CloudEmitter { position, head_radius_m: HEAD_RADIUS_M }),
             grid,

@@ -295,7 +295,7 @@ impl<'a> Trainer<'a> {
     /// What the network says of the examples' listeners, `[listener][value]`: mixture mask, difference mask and, where there is one, room.
     fn decode(&mut self, graph: &Graph, examples: &[Example<'_>]) -> Vec<Tensor<2>> {
         let network = &self.settings.network;
-        let listeners: Vec<Listener> = examples.iter().map(|e| self.stage.alignment.listener(&e.pose)).collect();
+        let listeners: Vec<Listener> = examples.iter().map(|e| self.stage.placement.listener(&e.pose)).collect();
         let factors = ["vec_embedder.freqs", "freq_embedder.freqs"].map(|name| &self.weights[name].values[..]);
         let Decoded { mixture, difference, embedding } = graph.decode(&self.stage.place, &listeners, network, factors);
         let room = match &mut self.head {

@@ -1,7 +1,7 @@
 //! A scene around an imported anchor cloud.
 
-use crate::sources::anchors::HARMONIC;
 use crate::sources::checkpoint::Imported;
+use crate::sources::reconstruction::HARMONIC;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudModel;
 use promenade_core::published::{ConvMode, Projection};
@@ -77,7 +77,7 @@ pub fn display_anchors(model: &CloudModel) -> Vec<Anchor> {
         _ => Vec3::splat(0.5),
     };
     (parts.anchors.iter().zip(parts.features.chunks(model.sizes().features.max(1))))
-        .map(|(p, f)| Anchor { position: parts.alignment.to_world(*p), colour: colour(f) })
+        .map(|(p, f)| Anchor { position: parts.placement.to_scene(*p), colour: colour(f) })
         .collect()
 }
 

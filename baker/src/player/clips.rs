@@ -1,14 +1,14 @@
 //! AV-Cloud's own model, clip by clip.
 
 use super::Ears;
-use promenade_core::network::{Alignment, CloudModel, Listener, Masks, Network};
+use promenade_core::network::{CloudModel, Listener, Masks, Network, Placement};
 use promenade_core::published::{ClipRenderer, PublishedError};
 use promenade_core::{Pose, StftGrid};
 use std::ops::RangeInclusive;
 
 /// A clip renderer with what it needs to hear a pose: network and masks.
 pub(crate) struct ClipPlayer {
-    alignment: Alignment,
+    placement: Placement,
     renderer: ClipRenderer,
     network: Network,
     masks: Masks,
@@ -19,7 +19,7 @@ impl ClipPlayer {
     pub(crate) fn new(model: &CloudModel, grid: StftGrid) -> Result<Self, PublishedError> {
         let renderer = ClipRenderer::new(model, grid)?;
         let (network, masks, listener) = (Network::new(model), Masks::new(&model.sizes()), model.listener(&Pose::IDENTITY));
-        Ok(Self { alignment: model.parts().alignment, renderer, network, masks, listener })
+        Ok(Self { placement: model.parts().placement, renderer, network, masks, listener })
     }
 
     /// Lengths of clips that the model takes, samples.
@@ -34,7 +34,7 @@ impl ClipPlayer {
 
     /// Decodes the pose that the next clips are heard from.
     pub(crate) fn listen(&mut self, pose: &Pose) {
-        self.listener = self.alignment.listener(pose);
+        self.listener = self.placement.listener(pose);
         self.network.decode(&self.listener, &mut self.masks);
     }
 
@@ -49,7 +49,7 @@ impl ClipPlayer {
     /// Both ears of a sound of any length, as overlapping clips; `pose_at` is given the seconds of each clip's middle.
     pub(crate) fn render_long(&mut self, dry: &[f32], pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, PublishedError> {
         self.renderer.render_long(dry, |seconds, masks| {
-            let listener = self.alignment.listener(&pose_at(seconds));
+            let listener = self.placement.listener(&pose_at(seconds));
             self.network.decode(&listener, masks);
             listener
         })

@@ -11,14 +11,12 @@ mod voxels;
 pub use box_points::{WALL_COLOURS, box_points};
 
 use crate::BakeError;
-use crate::sources::reconstruction::Point;
+use crate::sources::reconstruction::{HARMONIC, Point};
 use k_means::k_means;
 use promenade_core::glam::Vec3;
-use promenade_core::network::Alignment;
+use promenade_core::network::Placement;
 use voxels::Voxel;
 
-/// Value of the zeroth spherical harmonic: features are `(colour - 0.5) / HARMONIC`.
-pub const HARMONIC: f32 = 0.282_094_8;
 /// Anchors that a set may have.
 pub const MAX_ANCHORS: usize = 65_536;
 /// Neighbours that an anchor may have.
@@ -27,8 +25,8 @@ pub const MAX_NEIGHBOURS: usize = 1024;
 /// Anchors with their features, and where their world lies in the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnchorSet {
-    /// From the scene's world to the cloud's.
-    pub alignment: Alignment,
+    /// Where the cloud's world lies in the scene's.
+    pub placement: Placement,
     /// Positions in the cloud's world, its units.
     pub positions: Vec<Vec3>,
     /// `[anchor][neighbour][red, green, blue]`, the nearest neighbour first: `(colour - 0.5) / HARMONIC` of colours in 0 to 1.
@@ -56,7 +54,7 @@ impl Default for AnchorOptions {
     }
 }
 
-/// What was made of what.
+/// Figures of how a set was made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnchorReport {
     /// Points that went in.
@@ -82,11 +80,11 @@ impl AnchorSet {
     /// An option out of range, a point that is not finite, or fewer voxels than anchors or neighbours are asked for.
     pub fn from_points(
         points: &[Point],
-        alignment: Alignment,
+        placement: Placement,
         options: &AnchorOptions,
     ) -> Result<(Self, AnchorReport), BakeError> {
         options.check()?;
-        let voxels = voxels::merge(points, options.voxel_m * alignment.scale)?;
+        let voxels = voxels::merge(points, options.voxel_m * placement.units_per_metre)?;
         let needed = options.count.max(options.neighbours);
         if voxels.len() < needed {
             let found = format!("{} of {} points", voxels.len(), points.len());
@@ -99,20 +97,19 @@ impl AnchorSet {
         let places: Vec<Vec3> = voxels.iter().map(|v| v.position).collect();
         let clusters = k_means(&places, options.count, options.seed);
         let features = features(&clusters.centres, &voxels, options.neighbours);
-        let in_scene = places.iter().map(|p| alignment.to_world(*p));
+        let in_scene = places.iter().map(|p| placement.to_scene(*p));
         let extent_m = in_scene.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        #[expect(clippy::cast_possible_truncation, reason = "a distance for people")]
         let report = AnchorReport {
             points: points.len(),
             voxels: voxels.len(),
             iterations: clusters.iterations,
-            spread_m: (clusters.inertia / voxels.len() as f64).sqrt() as f32 / alignment.scale,
+            spread_m: (clusters.inertia / voxels.len() as f64).sqrt() as f32 / placement.units_per_metre,
             extent_m,
         };
-        Ok((Self { alignment, positions: clusters.centres, features, neighbours: options.neighbours }, report))
+        Ok((Self { placement, positions: clusters.centres, features, neighbours: options.neighbours }, report))
     }
 
-    /// Checks what a file or another program has said.
+    /// Checks what a file or another program states.
     fn check(&self) -> Result<(), (&'static str, String, String)> {
         let count = self.positions.len();
         if !(1..=MAX_ANCHORS).contains(&count) {
@@ -125,10 +122,9 @@ impl AnchorSet {
         if !self.positions.iter().all(|p| p.is_finite()) || !self.features.iter().all(|f| f.is_finite()) {
             return Err(("anchors", "finite numbers".to_owned(), "others".to_owned()));
         }
-        let Alignment { scale, rotation, translation } = self.alignment;
-        if !(scale.is_finite() && scale > 0.0 && (rotation.length() - 1.0).abs() < 1e-3 && translation.is_finite()) {
-            let expected = "a scale above 0, a unit quaternion and a finite translation";
-            return Err(("alignment", expected.to_owned(), format!("{:?}", self.alignment)));
+        if !self.placement.is_valid() {
+            let expected = "a scale above 0, a unit quaternion and a finite origin";
+            return Err(("placement", expected.to_owned(), format!("{:?}", self.placement)));
         }
         Ok(())
     }

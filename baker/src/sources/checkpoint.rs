@@ -13,7 +13,7 @@ mod weights;
 
 use crate::BakeError;
 use anchors::{Anchors, few};
-use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, PoseConvention, Tensor};
+use promenade_core::network::{CloudKind, CloudModel, CloudParts, Placement, PoseConvention, Tensor};
 use promenade_core::{Bands, StftGrid};
 use settings::Settings;
 use std::collections::BTreeMap;
@@ -38,8 +38,8 @@ pub struct ImportOptions {
     pub heads: Option<usize>,
     /// How the listener's rotation is applied; [`PoseConvention::Published`] unless said otherwise.
     pub convention: Option<PoseConvention>,
-    /// Where the cloud lies in the scene; [`Alignment::IDENTITY`] unless said otherwise.
-    pub alignment: Option<Alignment>,
+    /// Where the cloud lies in the scene; otherwise [`Placement::IDENTITY`].
+    pub placement: Option<Placement>,
 }
 
 /// A checkpoint that became a model.
@@ -111,7 +111,7 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
         heads: settings.heads,
         max_norm,
         convention: settings.convention,
-        alignment: settings.alignment,
+        placement: settings.placement,
         frequencies,
         anchors: anchors.positions.clone(),
         features: anchors.features.clone(),

@@ -1,30 +1,23 @@
-//! Points and cameras of a place: what photogrammetry, splats and meshes say of it.
+//! Points and cameras of a place, from photogrammetry, splats and meshes.
 
-mod alignment;
 mod colmap;
 mod file;
 mod mesh;
 mod ply;
+mod point;
 
-pub use alignment::{AlignmentOptions, Landmark, Scale, SceneOrigin};
 pub use mesh::Surface;
+pub use point::{HARMONIC, Point};
 pub use promenade_paths::colmap::Image as Camera;
 
 use crate::BakeError;
 use promenade_core::glam::Vec3;
+use promenade_core::network::Placement;
+use promenade_paths::PlacementOptions;
 use std::path::Path;
 
 /// Points that a reconstruction may have.
 pub const MAX_POINTS: usize = 50_000_000;
-
-/// A point of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
-    /// In the reconstruction's own world, its units.
-    pub position: Vec3,
-    /// Red, green and blue, 0 to 1.
-    pub colour: [f32; 3],
-}
 
 /// Points and cameras in a world of their own, of any scale and with any axes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +28,15 @@ pub struct Reconstruction {
     pub cameras: Vec<Camera>,
     /// Points that the options have left out.
     pub left_out: usize,
+}
+
+/// A place in a reconstruction.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Landmark {
+    /// Where the camera of an image stood: the image's name, or an end of it that no other image has.
+    Camera(String),
+    /// A point, the reconstruction's units.
+    Point(Vec3),
 }
 
 /// Which points are good enough.
@@ -86,7 +88,7 @@ impl Place {
 
 impl Reconstruction {
     /// Reads a COLMAP model from its folder, binary or text, with rigs and frames or without: points and images, which hold the poses
-    /// in all of them. Lenses make no difference to either, so what the cameras' file says, or whether it is there, does not matter.
+    /// in all of them. Lenses make no difference to either, so the file of cameras is not read.
     ///
     /// # Errors
     /// As [`Place::load`].
@@ -94,6 +96,44 @@ impl Reconstruction {
         let model = colmap::model(folder)?;
         let (points, left_out) = colmap::points(&model.points, &file::bytes(&model.points)?, options)?;
         Ok(Self { points, cameras: colmap::cameras(&model.images)?, left_out })
+    }
+
+    /// Where the reconstruction lies in the scene's world, which is where a path of its cameras lies with the same options; what is
+    /// assumed is added to `notes`.
+    ///
+    /// # Errors
+    /// An option out of range, an origin by cameras where there are none, or cameras that were held in all directions.
+    pub fn place(&self, options: &PlacementOptions, notes: &mut Vec<String>) -> Result<Placement, BakeError> {
+        Ok(promenade_paths::colmap::placement("cameras", &self.cameras, options, notes)?)
+    }
+
+    /// Metres of a unit where two places are known to be `metres` apart.
+    ///
+    /// # Errors
+    /// A landmark that is not there, or both on one spot.
+    pub fn metres_per_unit(&self, [from, to]: [&Landmark; 2], metres: f64) -> Result<f64, BakeError> {
+        let units = f64::from(self.position(from)?.distance(self.position(to)?));
+        if units > 0.0 {
+            return Ok(metres / units);
+        }
+        let expected = "places that lie apart".to_owned();
+        Err(BakeError::Argument { what: "distance", expected, found: format!("{units} units between them") })
+    }
+
+    fn position(&self, landmark: &Landmark) -> Result<Vec3, BakeError> {
+        let name = match landmark {
+            Landmark::Point(point) => return Ok(*point),
+            Landmark::Camera(name) => name,
+        };
+        let exact = self.cameras.iter().find(|c| c.name == *name);
+        let ending: Vec<&Camera> = self.cameras.iter().filter(|c| c.name.ends_with(name.as_str())).collect();
+        match (exact, &ending[..]) {
+            (Some(camera), _) | (None, [camera]) => Ok(camera.centre().as_vec3()),
+            (None, some) => {
+                let found = format!("{name:?}, with which {} of {} images end", some.len(), self.cameras.len());
+                Err(BakeError::Argument { what: "camera", expected: "the name of one image".to_owned(), found })
+            }
+        }
     }
 
     /// Reads the cameras of a COLMAP model alone, for points of the same world in another file.

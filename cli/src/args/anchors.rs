@@ -1,8 +1,9 @@
 //! Arguments of `promenade anchors`.
 
-use super::values::{parse_direction, parse_landmark, parse_point, parse_scale, parse_scene_origin, parse_share};
+use super::placement::PlacementArgs;
+use super::values::{parse_landmark, parse_metres_per_unit, parse_point, parse_share};
 use clap::{ArgGroup, Args};
-use promenade_baker::reconstruction::SceneOrigin;
+use promenade_baker::reconstruction::Landmark;
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
@@ -29,18 +30,11 @@ pub(crate) struct AnchorsArgs {
     /// Seed of the clustering and of a mesh's points
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Metres of one unit
-    #[arg(long, value_name = "M", conflicts_with = "distance", value_parser = parse_scale)]
-    pub(crate) metres_per_unit: Option<f32>,
-    /// Two places and the metres between them: names of images or X,Y,Z in the reconstruction's world
-    #[arg(long, num_args = 3, value_names = ["A", "B", "METRES"], allow_hyphen_values = true)]
+    #[command(flatten)]
+    pub(crate) placement: PlacementArgs,
+    /// Two places and the metres between them, instead of the metres of a unit: names of images or X,Y,Z in the data's world
+    #[arg(long, num_args = 3, value_names = ["A", "B", "METRES"], allow_hyphen_values = true, conflicts_with = "metres_per_unit")]
     pub(crate) distance: Option<Vec<String>>,
-    /// Direction of up in the reconstruction's world; without it as its cameras were held
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
-    pub(crate) up: Option<Vec3>,
-    /// The scene's origin: first or centroid of the cameras, keep, or X,Y,Z in the reconstruction's world [default: first]
-    #[arg(long, value_parser = parse_scene_origin, allow_hyphen_values = true)]
-    pub(crate) origin: Option<SceneOrigin>,
     /// COLMAP model with the cameras of a .ply or .obj file of the same world
     #[arg(long, value_name = "FOLDER", requires = "source")]
     pub(crate) cameras: Option<PathBuf>,
@@ -57,14 +51,10 @@ pub(crate) struct AnchorsArgs {
 
 impl AnchorsArgs {
     /// The places and metres of the option distance.
-    pub(crate) fn scale(&self) -> Result<Option<promenade_baker::reconstruction::Scale>, String> {
-        use promenade_baker::reconstruction::Scale;
+    pub(crate) fn landmarks(&self) -> Result<Option<([Landmark; 2], f64)>, String> {
         match self.distance.as_deref() {
-            None => Ok(self.metres_per_unit.map(Scale::MetresPerUnit)),
-            Some([from, to, metres]) => {
-                let metres = parse_scale(metres)?;
-                Ok(Some(Scale::Distance { from: parse_landmark(from), to: parse_landmark(to), metres }))
-            }
+            None => Ok(None),
+            Some([from, to, metres]) => Ok(Some(([parse_landmark(from), parse_landmark(to)], parse_metres_per_unit(metres)?))),
             Some(other) => Err(format!("expected two places and the metres between them, found {} values", other.len())),
         }
     }

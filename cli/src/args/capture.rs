@@ -1,6 +1,7 @@
 //! Arguments of `promenade capture`.
 
-use super::values::{parse_direction, parse_point, parse_scale, parse_share};
+use super::placement::PlacementArgs;
+use super::values::{parse_point, parse_share};
 use clap::{Args, Subcommand, ValueEnum};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
@@ -85,15 +86,8 @@ pub(crate) struct ImportCaptureArgs {
     /// Of responses with several sources the one to use, counted from 0; without it the one with most responses
     #[arg(long = "source", value_name = "N")]
     pub(crate) source_number: Option<usize>,
-    /// Direction of up in the data's world [default: as each layout has it]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
-    pub(crate) up: Option<Vec3>,
-    /// Metres of one unit of the data
-    #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = parse_scale)]
-    pub(crate) metres_per_unit: f32,
-    /// Point of the data's world that is the capture's origin, its own units
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
-    pub(crate) origin: Option<Vec3>,
+    #[command(flatten)]
+    pub(crate) placement: PlacementArgs,
     /// Title of the capture instead of the folder's name
     #[arg(long)]
     pub(crate) title: Option<String>,

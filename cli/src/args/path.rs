@@ -1,9 +1,9 @@
 //! Arguments of `promenade path`.
 
-use super::values::{parse_direction, parse_fps, parse_metres_per_unit, parse_origin, parse_tolerance};
+use super::placement::PlacementArgs;
+use super::values::{parse_fps, parse_tolerance};
 use clap::Args;
-use promenade_core::glam::Vec3;
-use promenade_paths::{ImportOptions, Origin};
+use promenade_paths::ImportOptions;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -16,15 +16,8 @@ pub(crate) struct PathArgs {
     /// COLMAP: images a second, else the times in their names or 1. glTF: steps of the animation a second, else 60
     #[arg(long, value_parser = parse_fps)]
     pub(crate) fps: Option<f64>,
-    /// Metres of one unit [default: 1]
-    #[arg(long, value_name = "M_PER_UNIT", value_parser = parse_metres_per_unit)]
-    pub(crate) scale: Option<f64>,
-    /// COLMAP: direction of up in the reconstruction's world; without it as the cameras were held
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
-    pub(crate) up: Option<Vec3>,
-    /// The world's origin: first or centroid, where the first pose looks along x, or keep [default: first for COLMAP, else keep]
-    #[arg(long, value_parser = parse_origin)]
-    pub(crate) origin: Option<Origin>,
+    #[command(flatten)]
+    pub(crate) placement: PlacementArgs,
     /// glTF: name of the animation, camera or node; without it the first animated camera
     #[arg(long, value_name = "NAME")]
     pub(crate) animation: Option<String>,
@@ -40,9 +33,7 @@ impl PathArgs {
     pub(crate) fn options(&self) -> ImportOptions {
         ImportOptions {
             fps: self.fps,
-            scale: self.scale,
-            up: self.up,
-            origin: self.origin,
+            placement: self.placement.options(),
             animation: self.animation.clone(),
             camera: self.camera,
         }

@@ -1,7 +1,7 @@
 //! Values on the command line: what they must look like, in words.
 
 use promenade_baker::player::Playing;
-use promenade_baker::reconstruction::{Landmark, SceneOrigin};
+use promenade_baker::reconstruction::Landmark;
 use promenade_baker::shoebox::{Absorption, MAX_LENGTH_S};
 use promenade_baker::wav::Format;
 use promenade_core::glam::Vec3;
@@ -47,10 +47,6 @@ pub(super) fn parse_point(text: &str) -> Result<Vec3, String> {
 pub(super) fn parse_direction(text: &str) -> Result<Vec3, String> {
     let direction = parse_point(text)?;
     direction.try_normalize().ok_or_else(|| "expected a direction, found no length".to_owned())
-}
-
-pub(super) fn parse_scale(text: &str) -> Result<f32, String> {
-    parse_within(text, 1e-6, 1e6)
 }
 
 pub(super) fn parse_kind(text: &str) -> Result<CloudKind, String> {
@@ -134,19 +130,16 @@ pub(super) fn parse_metres_per_unit(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn parse_origin(text: &str) -> Result<Origin, String> {
-    Origin::from_name(text).ok_or_else(|| format!("expected one of {}", Origin::ALL.map(Origin::name).join(", ")))
+    let wrong = |_| format!("expected one of {}, or x,y,z", Origin::NAMED.map(|(name, _)| name).join(", "));
+    match Origin::NAMED.iter().find(|(name, _)| *name == text) {
+        Some((_, origin)) => Ok(*origin),
+        None => parse_point(text).map(Origin::Point).map_err(wrong),
+    }
 }
 
 /// A point where it reads like one, else the name of a camera.
 pub(super) fn parse_landmark(text: &str) -> Landmark {
     parse_point(text).map_or_else(|_| Landmark::Camera(text.to_owned()), Landmark::Point)
-}
-
-pub(super) fn parse_scene_origin(text: &str) -> Result<SceneOrigin, String> {
-    let cameras = Origin::from_name(text).map(SceneOrigin::Cameras);
-    let names = Origin::ALL.map(Origin::name).join(", ");
-    let point = || parse_point(text).map(SceneOrigin::Point).map_err(|_| format!("expected one of {names}, or x,y,z"));
-    cameras.map_or_else(point, Ok)
 }
 
 /// Absorption of six walls in seven octaves.

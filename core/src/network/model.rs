@@ -2,7 +2,7 @@
 
 mod check;
 
-use crate::network::{Alignment, Listener};
+use crate::network::{Listener, Placement};
 use crate::{Bands, Pose};
 use glam::Vec3;
 use std::collections::BTreeMap;
@@ -95,7 +95,7 @@ pub struct CloudParts {
     /// How the rotation is applied.
     pub convention: PoseConvention,
     /// Where the cloud lies in the scene.
-    pub alignment: Alignment,
+    pub placement: Placement,
     /// Frequencies that the masks are stated at, one per query, Hz.
     pub frequencies: Bands,
     /// Anchor positions, cloud units.
@@ -220,7 +220,7 @@ impl CloudModel {
     /// A listener of the scene's world in the cloud's.
     #[must_use]
     pub fn listener(&self, pose: &Pose) -> Listener {
-        self.parts.alignment.listener(pose)
+        self.parts.placement.listener(pose)
     }
 
     /// Bytes that the weights take in memory.

@@ -246,7 +246,7 @@ fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<AnchorClou
         heads: m.heads,
         max_norm: m.max_norm,
         convention: m.convention().ok_or_else(|| named("pose convention"))?,
-        alignment: m.alignment(),
+        placement: m.placement(),
         frequencies: rising(floats(tensors, "cloud.frequencies_hz", &[None])?, "frequencies of the anchor cloud")?,
         features: floats(tensors, "cloud.features", &[Some(anchors.len() / 3), None])?,
         anchors: anchors.chunks_exact(3).map(Vec3::from_slice).collect(),

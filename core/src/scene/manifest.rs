@@ -2,7 +2,7 @@
 
 use super::{AnchorCloud, Provenance};
 use crate::decode::field::{Axis, Facing, FieldGrid};
-use crate::network::{Alignment, CloudEmitter, CloudKind, PoseConvention};
+use crate::network::{CloudEmitter, CloudKind, Placement, PoseConvention};
 use crate::published::{ConvMode, Projection};
 use crate::{HeldOut, Pose, ResponseMeasures, StftGrid};
 use glam::{Quat, Vec3};
@@ -139,7 +139,7 @@ impl ManifestField {
 impl ManifestCloud {
     pub(super) fn of(cloud: &AnchorCloud) -> Self {
         let parts = cloud.model.parts();
-        let Alignment { scale, rotation: q, translation } = parts.alignment;
+        let Placement { units_per_metre: scale, rotation: q, origin } = parts.placement;
         Self {
             kind: parts.kind.name().to_owned(),
             heads: parts.heads,
@@ -147,7 +147,7 @@ impl ManifestCloud {
             convention: parts.convention.name().to_owned(),
             scale,
             rotation: [q.w, q.x, q.y, q.z],
-            translation: translation.to_array(),
+            translation: origin.to_array(),
             conv: cloud.conv.name().to_owned(),
             row: match cloud.projection {
                 Projection::Diagonal => None,
@@ -177,9 +177,10 @@ impl ManifestCloud {
         PoseConvention::from_name(&self.convention)
     }
 
-    pub(super) fn alignment(&self) -> Alignment {
+    pub(super) fn placement(&self) -> Placement {
         let [w, x, y, z] = self.rotation;
-        Alignment { scale: self.scale, rotation: Quat::from_xyzw(x, y, z, w), translation: self.translation.into() }
+        let rotation = Quat::from_xyzw(x, y, z, w);
+        Placement { units_per_metre: self.scale, rotation, origin: self.translation.into() }
     }
 }
 

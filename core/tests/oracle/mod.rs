@@ -4,7 +4,7 @@
 
 use promenade_core::Bands;
 use promenade_core::glam::Vec3;
-use promenade_core::network::{Alignment, CloudKind, CloudModel, CloudParts, Listener, PoseConvention, Tensor};
+use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Placement, PoseConvention, Tensor};
 use promenade_testing::Noise;
 use std::collections::BTreeMap;
 
@@ -259,7 +259,7 @@ impl Case {
             heads: self.heads,
             max_norm: 25.0,
             convention: if self.physical { PoseConvention::Physical } else { PoseConvention::Published },
-            alignment: Alignment::IDENTITY,
+            placement: Placement::IDENTITY,
             frequencies: Bands::new((0..self.bands).map(|k| 11_025.0 * k as f32 / top).collect()).unwrap(),
             anchors: (0..n).map(|_| point(&mut noise)).collect(),
             features: (0..n * features).map(|_| 1.7 * noise.value()).collect(),

@@ -1,7 +1,7 @@
 //! A glTF file: its JSON and the bytes of its buffers.
 
 use crate::PathFileError;
-use crate::read::{Beside, MAX_FILE_BYTES};
+use crate::options::{Beside, MAX_FILE_BYTES};
 use crate::text::quoted;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

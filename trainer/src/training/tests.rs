@@ -6,7 +6,7 @@ use crate::weights::is_fixed;
 use promenade_baker::capture::Track;
 use promenade_core::decode::CloudDecoder;
 use promenade_core::glam::Vec3;
-use promenade_core::network::{Alignment, Masks, Network};
+use promenade_core::network::{Masks, Network, Placement};
 use promenade_core::published::ClipRenderer;
 use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Renderer, Tier};
 use std::sync::Arc;
@@ -74,7 +74,7 @@ fn anchors() -> AnchorSet {
     let mut random = Random::new(3);
     let mut spread = |count: usize, by: f32| -> Vec<f32> { (0..count).map(|_| by * random.normal()).collect() };
     let positions = spread(3 * 9, 2.0).chunks_exact(3).map(Vec3::from_slice).collect();
-    AnchorSet { alignment: Alignment::IDENTITY, positions, features: spread(9 * 6, 1.0), neighbours: 2 }
+    AnchorSet { placement: Placement::IDENTITY, positions, features: spread(9 * 6, 1.0), neighbours: 2 }
 }
 
 fn trainer(capture: &Capture, settings: TrainSettings) -> Trainer<'_> {

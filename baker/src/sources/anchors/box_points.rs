@@ -24,7 +24,6 @@ pub fn box_points(size: Vec3, step: f32, colours: &[[f32; 3]; 6]) -> Result<Vec<
         let expected = format!("lengths above 0 and a step that makes at most {MAX_POINTS} points");
         return Err(BakeError::Argument { what: "box", expected, found: format!("{size} with a step of {step}") });
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked above")]
     let sides = sides.to_array().map(|n| n as usize);
     let mut points = Vec::new();
     for (wall, colour) in colours.iter().enumerate() {

@@ -65,7 +65,6 @@ pub(super) fn k_means(points: &[Vec3], count: usize, seed: u64) -> Clusters {
 /// Greedy k-means++ (Arthur and Vassilvitskii 2007): each next centre is the best of a few points drawn by their squared distance to
 /// the centres so far.
 fn start(points: &[Vec3], count: usize, random: &mut Random) -> Vec<Vec3> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a handful")]
     let trials = 2 + (count as f32).ln() as usize;
     let at = |share: f64, weights: &[f32], total: f64| {
         let mut left = share * total;
@@ -125,7 +124,6 @@ fn step(points: &[Vec3], labels: &mut [usize], centres: &mut [Vec3]) -> (bool, f
     }
     let mut moved = 0.0;
     for (centre, (sum, count)) in centres.iter_mut().zip(&sums) {
-        #[expect(clippy::cast_possible_truncation, reason = "positions are f32")]
         let next = Vec3::from_array(sum.map(|s| (s / f64::from(*count)) as f32));
         moved += f64::from(centre.distance_squared(next));
         *centre = next;
@@ -143,7 +141,6 @@ fn add((sum, count): &mut ([f64; 3], u32), point: Vec3, sign: f64) {
 fn mean(points: impl Iterator<Item = Vec3>, count: f64) -> Vec3 {
     let mut sum = ([0.0; 3], 0);
     points.for_each(|p| add(&mut sum, p, 1.0));
-    #[expect(clippy::cast_possible_truncation, reason = "positions are f32")]
     Vec3::from_array(sum.0.map(|s| (s / count) as f32))
 }
 

@@ -1,10 +1,10 @@
-//! Anchor files: safetensors with the arrays that `promenade import` reads, and the alignment beside them.
+//! Anchor files: safetensors with the arrays that `promenade import` reads, and the placement beside them.
 
 use super::AnchorSet;
 use crate::sources::checkpoint;
 use crate::{BakeError, atomic};
 use promenade_core::glam::{Quat, Vec3};
-use promenade_core::network::Alignment;
+use promenade_core::network::Placement;
 use safetensors::tensor::{Dtype, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
@@ -29,7 +29,7 @@ struct Header {
 
 impl AnchorSet {
     /// Writes a file that [`AnchorSet::load`] and `promenade import --anchors` read: `anchors.position` `(N, 3)` and
-    /// `anchors.features` `(N, 3 K)`, with the alignment in the metadata.
+    /// `anchors.features` `(N, 3 K)`, with the placement in the metadata.
     ///
     /// # Errors
     /// Anchors that make no set, or a file that cannot be written.
@@ -39,8 +39,8 @@ impl AnchorSet {
         let bytes = |values: &mut dyn Iterator<Item = f32>| values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
         let positions = bytes(&mut self.positions.iter().flat_map(|p| p.to_array()));
         let features = bytes(&mut self.features.iter().copied());
-        let Alignment { scale, rotation, translation } = self.alignment;
-        let header = Header { version: VERSION, scale, rotation: rotation.to_array(), translation: translation.to_array() };
+        let Placement { units_per_metre: scale, rotation, origin } = self.placement;
+        let header = Header { version: VERSION, scale, rotation: rotation.to_array(), translation: origin.to_array() };
         let unwritten = |source: Box<dyn std::error::Error + Send + Sync>| BakeError::Unreadable {
             path: path.to_path_buf(),
             what: "anchors to write",
@@ -57,35 +57,35 @@ impl AnchorSet {
         Ok(atomic::write(path, &file)?)
     }
 
-    /// The alignment that an anchor file says, if it says one.
+    /// The placement that an anchor file states, if it does.
     ///
     /// # Errors
     /// As [`AnchorSet::load`].
-    pub fn stored_alignment(path: &Path) -> Result<Option<Alignment>, BakeError> {
+    pub fn stored_placement(path: &Path) -> Result<Option<Placement>, BakeError> {
         let (_, metadata) = checkpoint::read_anchors(path)?;
-        alignment(path, &metadata)
+        placement(path, &metadata)
     }
 
     /// Reads anchors: what [`AnchorSet::save`] wrote, or a `.safetensors` or `.npz` file with `anchor_xyz` and `rgb_features`, which
-    /// has no alignment and gets [`Alignment::IDENTITY`].
+    /// has no placement and gets [`Placement::IDENTITY`].
     ///
     /// # Errors
     /// A file that is damaged, too large, of another kind or of a later version. The message names the file.
     pub fn load(path: &Path) -> Result<Self, BakeError> {
         let (anchors, metadata) = checkpoint::read_anchors(path)?;
-        let alignment = alignment(path, &metadata)?.unwrap_or(Alignment::IDENTITY);
+        let placement = placement(path, &metadata)?.unwrap_or(Placement::IDENTITY);
         let per_anchor = anchors.features.len().checked_div(anchors.positions.len()).unwrap_or(0);
         if per_anchor % 3 != 0 {
             return Err(BakeError::entry(path, "features", "three for each neighbour", format!("{per_anchor}")));
         }
-        let set = Self { alignment, positions: anchors.positions, features: anchors.features, neighbours: per_anchor / 3 };
+        let set = Self { placement, positions: anchors.positions, features: anchors.features, neighbours: per_anchor / 3 };
         set.check().map_err(|(what, expected, found)| BakeError::entry(path, what, expected, found))?;
         Ok(set)
     }
 }
 
-/// The alignment in a file's metadata, if there is one.
-fn alignment(path: &Path, metadata: &BTreeMap<String, String>) -> Result<Option<Alignment>, BakeError> {
+/// The placement in a file's metadata, if there is one.
+fn placement(path: &Path, metadata: &BTreeMap<String, String>) -> Result<Option<Placement>, BakeError> {
     let Some(header) = metadata.get(KEY) else { return Ok(None) };
     // A later version may have other fields, so its number comes first.
     let wrong = |source| BakeError::Json { path: path.to_path_buf(), source };
@@ -94,9 +94,9 @@ fn alignment(path: &Path, metadata: &BTreeMap<String, String>) -> Result<Option<
         return Err(BakeError::entry(path, "version", VERSION.to_string(), version.to_string()));
     }
     let header: Header = serde_json::from_value(value).map_err(wrong)?;
-    Ok(Some(Alignment {
-        scale: header.scale,
+    Ok(Some(Placement {
+        units_per_metre: header.scale,
         rotation: Quat::from_array(header.rotation),
-        translation: Vec3::from_array(header.translation),
+        origin: Vec3::from_array(header.translation),
     }))
 }

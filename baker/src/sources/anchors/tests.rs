@@ -27,9 +27,9 @@ fn voxels_lie_at_multiples_of_the_edge_and_mix_colours() {
 fn the_edge_is_in_metres_of_the_scene() {
     let points = cloud(3000, 1);
     let doubled: Vec<Point> = points.iter().map(|p| Point { position: 2.0 * p.position, ..*p }).collect();
-    let (one, report) = AnchorSet::from_points(&points, Alignment::IDENTITY, &FEW).unwrap();
-    let alignment = Alignment { scale: 2.0, ..Alignment::IDENTITY };
-    let (two, of_two) = AnchorSet::from_points(&doubled, alignment, &FEW).unwrap();
+    let (one, report) = AnchorSet::from_points(&points, Placement::IDENTITY, &FEW).unwrap();
+    let placement = Placement { units_per_metre: 2.0, ..Placement::IDENTITY };
+    let (two, of_two) = AnchorSet::from_points(&doubled, placement, &FEW).unwrap();
     assert_eq!((one.features, report.voxels), (two.features, of_two.voxels), "the same place in other units");
     assert!(one.positions.iter().zip(&two.positions).all(|(a, b)| (2.0 * *a).distance(*b) < 1e-5));
     assert!((report.spread_m - of_two.spread_m).abs() < 1e-5 && report.extent_m == of_two.extent_m);
@@ -55,21 +55,21 @@ fn too_few_voxels_are_an_error() {
         (AnchorOptions { neighbours: 2000, ..FEW }, "number of neighbours: expected 1 to 1024"),
         (AnchorOptions { voxel_m: f32::NAN, ..FEW }, "edge of a voxel: expected 0.0001 to 10000, found NaN"),
     ] {
-        let error = AnchorSet::from_points(&cloud(500, 1), Alignment::IDENTITY, &options).unwrap_err().to_string();
+        let error = AnchorSet::from_points(&cloud(500, 1), Placement::IDENTITY, &options).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     }
-    assert!(AnchorSet::from_points(&[], Alignment::IDENTITY, &FEW).is_err());
+    assert!(AnchorSet::from_points(&[], Placement::IDENTITY, &FEW).is_err());
 }
 
 #[test]
 fn a_file_gives_back_what_was_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("anchors.safetensors");
-    let alignment = Alignment { scale: 3.7, rotation: Quat::from_rotation_x(1.1), translation: Vec3::new(0.1, -2.0, 7.3) };
-    let (set, _) = AnchorSet::from_points(&cloud(900, 2), alignment, &FEW).unwrap();
+    let placement = Placement { units_per_metre: 3.7, rotation: Quat::from_rotation_x(1.1), origin: Vec3::new(0.1, -2.0, 7.3) };
+    let (set, _) = AnchorSet::from_points(&cloud(900, 2), placement, &FEW).unwrap();
     set.save(&path).unwrap();
     assert_eq!(AnchorSet::load(&path).unwrap(), set);
-    assert_eq!(AnchorSet::stored_alignment(&path).unwrap(), Some(set.alignment));
+    assert_eq!(AnchorSet::stored_placement(&path).unwrap(), Some(set.placement));
     let bytes = std::fs::read(&path).unwrap();
     set.save(&path).unwrap();
     assert_eq!(std::fs::read(&path).unwrap(), bytes, "equal sets are equal files");

@@ -25,14 +25,12 @@ pub(super) fn merge(points: &[Point], edge: f32) -> Result<Vec<Voxel>, BakeError
             let found = format!("{} with colour {:?}", point.position, point.colour);
             return Err(BakeError::Argument { what: "points", expected, found: format!("point {index} at {found}") });
         }
-        #[expect(clippy::cast_possible_truncation, reason = "checked above")]
         let (sum, count) = cells.entry(cell.map(|c| c as i64)).or_default();
         for (sum, c) in sum.iter_mut().zip(point.colour) {
             *sum += f64::from(c);
         }
         *count += 1;
     }
-    #[expect(clippy::cast_possible_truncation, reason = "numbers of cells below 2^24 and colours")]
     let voxel = |(cell, (sum, count)): ([i64; 3], ([f64; 3], u32))| Voxel {
         position: Vec3::from_array(cell.map(|c| c as f32)) * edge,
         colour: sum.map(|s| (s / f64::from(count)) as f32),

@@ -2,9 +2,11 @@
 
 use super::sift::sift;
 use super::{Capture, Clip, Track};
-use crate::{BakeError, Placement, resample, sound};
+use crate::{BakeError, resample, sound};
 use promenade_core::Pose;
-use promenade_core::glam::{Mat3, Vec3};
+use promenade_core::glam::{Mat3, Quat, Vec3};
+use promenade_core::network::Placement;
+use promenade_paths::PlacementOptions;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
@@ -12,6 +14,8 @@ use std::path::Path;
 
 /// Bytes that a file of cameras may have.
 const MAX_BYTES: u64 = 256 << 20;
+/// How far the columns of a rotation may be from unit length and right angles.
+const ROTATION_SLACK: f32 = 0.02;
 
 /// What a data set does not say.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,12 +30,8 @@ pub struct ImportCapture {
     pub sample_rate_hz: Option<u32>,
     /// Where the sound came from, metres in the capture's world.
     pub emitter: Option<Vec3>,
-    /// Direction of up in the data's world; without it as the layout has it.
-    pub up: Option<Vec3>,
-    /// Metres of one unit of the data, above 0.
-    pub metres_per_unit: f32,
-    /// Point of the data's world that becomes the origin, its own units.
-    pub origin: Vec3,
+    /// Where the data's world lies in the capture's; without up as the layout has it.
+    pub placement: PlacementOptions,
     /// Length of a clip, seconds, where the layout does not have one.
     pub clip_s: f64,
     /// Share of the clips that are for testing, where the layout does not split them.
@@ -48,9 +48,7 @@ impl Default for ImportCapture {
             licence: String::new(),
             sample_rate_hz: None,
             emitter: None,
-            up: None,
-            metres_per_unit: 1.0,
-            origin: Vec3::ZERO,
+            placement: PlacementOptions::default(),
             clip_s: 1.0,
             test_share: 0.2,
             seed: 1,
@@ -85,8 +83,12 @@ impl ImportCapture {
         Ok(capture)
     }
 
-    pub(super) fn placement(&self, up: Vec3) -> Placement {
-        Placement { up: self.up.unwrap_or(up), metres_per_unit: self.metres_per_unit, origin: self.origin }
+    /// Takes heads from the data's world into the capture's; `up` is the layout's.
+    pub(super) fn place<Name>(&self, up: Vec3, heads: &mut BTreeMap<Name, Pose>) -> Result<(), BakeError> {
+        let options = PlacementOptions { up: self.placement.up.or(Some(up)), ..self.placement };
+        let placement = options.over(&Placement::IDENTITY, &heads.values().copied().collect::<Vec<_>>())?;
+        heads.values_mut().for_each(|head| *head = placement.pose(head));
+        Ok(())
     }
 }
 
@@ -100,13 +102,13 @@ struct Camera {
     rotation: [[f32; 3]; 3],
 }
 
-/// Heads at the places of cameras, by the names of their images without ending.
-pub(super) fn cameras(path: &Path, placement: &Placement) -> Result<BTreeMap<String, Pose>, BakeError> {
+/// Heads at the places of cameras in their own world, by the names of their images without ending.
+pub(super) fn cameras(path: &Path) -> Result<BTreeMap<String, Pose>, BakeError> {
     let mut heads = BTreeMap::new();
     for camera in json::<Vec<Camera>>(path)? {
         let rotation = Mat3::from_cols_array_2d(&camera.rotation).transpose();
         let entry = || format!("camera {}", camera.img_name);
-        let head = placement.head(Vec3::from_array(camera.position), rotation).ok_or_else(|| {
+        let head = head(Vec3::from_array(camera.position), rotation).ok_or_else(|| {
             BakeError::entry(
                 path,
                 entry(),
@@ -119,6 +121,18 @@ pub(super) fn cameras(path: &Path, placement: &Placement) -> Result<BTreeMap<Str
         }
     }
     Ok(heads)
+}
+
+/// A head that looks where a camera does, from the camera's centre and its axes as columns: x right, y down, z forward. `None` where
+/// they are no rotation.
+pub(super) fn head(centre: Vec3, camera_to_world: Mat3) -> Option<Pose> {
+    let product = camera_to_world.transpose() * camera_to_world;
+    let off = (product - Mat3::IDENTITY).to_cols_array().into_iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+    if !(off <= ROTATION_SLACK && camera_to_world.determinant() > 0.0 && centre.is_finite()) {
+        return None;
+    }
+    let [right, down, ahead] = [camera_to_world.x_axis, camera_to_world.y_axis, camera_to_world.z_axis];
+    Some(Pose { position: centre, orientation: Quat::from_mat3(&Mat3::from_cols(ahead, -right, -down)).normalize() })
 }
 
 /// A name without its folders and its ending.
@@ -154,4 +168,24 @@ pub(super) fn ears(path: &Path, rate_hz: u32) -> Result<[Vec<f32>; 2], BakeError
     let all = channels(path, rate_hz)?;
     let count = all.len();
     <[Vec<f32>; 2]>::try_from(all).map_err(|_| BakeError::content(path, "2 channels, left and right", format!("{count}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_becomes_the_head_that_becomes_the_camera() {
+        let rotation = Quat::from_rotation_arc(Vec3::Z, Vec3::new(0.1, -2.0, 0.3).normalize());
+        let placement = Placement { units_per_metre: 2.0, rotation, origin: Vec3::new(1.0, 2.0, 3.0) };
+        let camera = Mat3::from_quat(Quat::from_rotation_y(0.7) * Quat::from_rotation_x(0.2));
+        let centre = Vec3::new(-1.0, 0.5, 4.0);
+        let back = placement.listener(&placement.pose(&head(centre, camera).unwrap()));
+        assert!(
+            (back.centre - centre).length() < 1e-5
+                && (back.camera_to_world - camera).to_cols_array().iter().all(|v| v.abs() < 1e-5)
+        );
+        assert!(head(centre, 1.1 * camera).is_none() && head(centre, -camera).is_none());
+        assert!(head(Vec3::NAN, camera).is_none() && head(centre, Mat3::ZERO).is_none());
+    }
 }

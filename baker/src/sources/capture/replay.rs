@@ -26,7 +26,8 @@ pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, 
     let rate_hz = options.sample_rate_hz.unwrap_or(RATE_HZ);
     let (near, views) = (sounds(&folder.join("near"))?, sounds(&folder.join("views"))?);
     let cameras_path = folder.join("cameras.json");
-    let heads = cameras(&cameras_path, &options.placement(Vec3::NEG_Y))?;
+    let mut heads = cameras(&cameras_path)?;
+    options.place(Vec3::NEG_Y, &mut heads)?;
     let mut dry: Vec<f32> = Vec::new();
     for file in &near {
         let one = mono(file, rate_hz)?;

@@ -1,6 +1,6 @@
 //! The layout of RWAVS (Liang et al. 2023), as AV-Cloud's preparation leaves it.
 
-use super::import::{ImportCapture, cameras, ears, json, mono, stem};
+use super::import::{ImportCapture, cameras, ears, head, json, mono, stem};
 use super::{Capture, Clip, Split, Track};
 use crate::BakeError;
 use promenade_core::glam::{Mat3, Vec3};
@@ -36,7 +36,7 @@ enum Matrix {
 /// `transforms_scale_val.json`, and their poses in `gs_cameras.json`.
 ///
 /// Frame i, counted from 1, is the second from i - 1 to i, and its pose is that second's middle. Frames without a pose or beyond the
-/// sound are left out with a note. Up is that of the first camera, y down, unless the options say otherwise: give what was given to
+/// sound are left out with a note. Up is that of the first camera, y down, unless the options give another: give what was given to
 /// `promenade import`. Where there is no `gs_cameras.json`, the frames' own `camera_to_world` is taken: x right, y up, z backward, in
 /// a world with z up.
 ///
@@ -58,21 +58,22 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
                 return Err(BakeError::entry(&path, &frame.file_path, "each frame once", "it twice"));
             }
             if let (false, Some(matrix)) = (has_cameras, &frame.camera_to_world) {
-                own.insert(number, head(&path, &frame.file_path, matrix, options)?);
+                own.insert(number, own_head(&path, &frame.file_path, matrix)?);
             }
         }
     }
-    let poses = if has_cameras {
+    let (mut poses, up) = if has_cameras {
         let mut poses = BTreeMap::new();
-        for (name, pose) in cameras(&given, &options.placement(Vec3::NEG_Y))? {
+        for (name, pose) in cameras(&given)? {
             poses.insert(number(&given, &name)?, pose);
         }
         notes.push("poses are those of gs_cameras.json; scale and up of a reconstruction are not in the data".to_owned());
-        poses
+        (poses, Vec3::NEG_Y)
     } else {
         notes.push("poses are the frames' own: axes of OpenGL, z up".to_owned());
-        own
+        (own, Vec3::Z)
     };
+    options.place(up, &mut poses)?;
     let dry = mono(&folder.join("source_syn_re.wav"), rate_hz)?;
     let [left, right] = ears(&folder.join("binaural_syn_re.wav"), rate_hz)?;
     let len = dry.len().min(left.len());
@@ -122,7 +123,7 @@ fn number(path: &Path, name: &str) -> Result<usize, BakeError> {
 }
 
 /// A pose from a frame's own matrix.
-fn head(path: &Path, name: &str, matrix: &Matrix, options: &ImportCapture) -> Result<Pose, BakeError> {
+fn own_head(path: &Path, name: &str, matrix: &Matrix) -> Result<Pose, BakeError> {
     let flat = match matrix {
         Matrix::Flat(values) => values.clone(),
         Matrix::Rows(rows) => rows.concat(),
@@ -131,7 +132,7 @@ fn head(path: &Path, name: &str, matrix: &Matrix, options: &ImportCapture) -> Re
         let column = |c: usize| Vec3::new(flat[c], flat[4 + c], flat[8 + c]);
         // x right, y up, z backward.
         let axes = Mat3::from_cols(column(0), -column(1), -column(2));
-        options.placement(Vec3::Z).head(column(3), axes)
+        head(column(3), axes)
     });
     pose.flatten().ok_or_else(|| BakeError::entry(path, name, "a rotation and a position in 16 numbers", format!("{flat:?}")))
 }

@@ -3,6 +3,7 @@
 use super::form::Form;
 use super::{npz, weights};
 use crate::BakeError;
+use crate::sources::reconstruction::HARMONIC;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Tensor;
 use std::collections::BTreeMap;
@@ -15,7 +16,7 @@ const FEATURES: [&str; 3] = ["anchors.features", "rgb_features", "features"];
 /// What an anchor file must be.
 const EXPECTED: &str = "anchors as .safetensors or .npz with 'anchor_xyz' and 'rgb_features'";
 /// The zeroth-order harmonic of a colour c in 0 to 1 is (c - 0.5) / 0.2821, so no larger than this.
-const LARGEST_HARMONIC: f32 = 0.5 / 0.282_094_8;
+const LARGEST_HARMONIC: f32 = 0.5 / HARMONIC;
 
 /// Anchors with their features, one row of features for each.
 #[derive(Debug)]

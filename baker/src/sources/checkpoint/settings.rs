@@ -3,7 +3,7 @@
 use super::ImportOptions;
 use crate::BakeError;
 use promenade_core::StftGrid;
-use promenade_core::network::{Alignment, CloudKind, PoseConvention};
+use promenade_core::network::{CloudKind, Placement, PoseConvention};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
@@ -24,7 +24,7 @@ pub(super) struct Settings {
     pub(super) grid: StftGrid,
     pub(super) heads: usize,
     pub(super) convention: PoseConvention,
-    pub(super) alignment: Alignment,
+    pub(super) placement: Placement,
     pub(super) notes: Vec<String>,
 }
 
@@ -44,9 +44,9 @@ impl Settings {
         if !assumed.is_empty() {
             notes.push(format!("taken as in the published code: {}", assumed.join(", ")));
         }
-        if options.alignment.is_none() {
+        if options.placement.is_none() {
             notes.push(
-                "no alignment is given: one unit of the cloud is taken as a metre, its axes as the scene's (z up)".to_owned(),
+                "no placement is given: one unit of the cloud is taken as a metre, its axes as the scene's (z up)".to_owned(),
             );
         }
         let wrong = |what: &str, expected: String, found: String| Err(BakeError::entry(path, what, expected, found));
@@ -73,7 +73,7 @@ impl Settings {
             grid: StftGrid { sample_rate_hz, n_fft, hop },
             heads,
             convention: convention.unwrap_or(PoseConvention::Published),
-            alignment: options.alignment.unwrap_or(Alignment::IDENTITY),
+            placement: options.placement.unwrap_or(Placement::IDENTITY),
             notes,
         })
     }

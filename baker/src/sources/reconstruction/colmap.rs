@@ -3,7 +3,7 @@
 use super::{Camera, MAX_POINTS, Point, PointOptions, file};
 use crate::BakeError;
 use promenade_core::glam::Vec3;
-use promenade_paths::{PathFileError, colmap};
+use promenade_paths::colmap;
 use std::path::{Path, PathBuf};
 
 /// Where a folder keeps a model.
@@ -45,11 +45,7 @@ fn find_in(folder: &Path, under: &[&str], stem: &str) -> Result<PathBuf, BakeErr
 
 pub(super) fn cameras(path: &Path) -> Result<Vec<Camera>, BakeError> {
     let name = path.display().to_string();
-    colmap::images(&name, &file::bytes(path)?).map_err(|source| unreadable(path, source))
-}
-
-pub(super) fn unreadable(path: &Path, source: PathFileError) -> BakeError {
-    BakeError::Unreadable { path: path.to_path_buf(), what: "COLMAP images", source: source.into() }
+    Ok(colmap::images(&name, &file::bytes(path)?)?)
 }
 
 /// The points that are good enough, and how many are not.
@@ -57,8 +53,7 @@ pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Resul
     let mut points = Vec::new();
     let mut left_out = 0;
     let mut take = |place: &dyn Fn() -> String, found: Found| {
-        // Positions are f32 inside.
-        #[expect(clippy::cast_possible_truncation, reason = "what does not fit is found to be infinite")]
+        // What does not fit is found to be infinite.
         let position = Vec3::from_array(found.position.map(|v| v as f32));
         if !position.is_finite() || !found.error_px.is_finite() {
             let what = format!("{:?} with error {}", found.position, found.error_px);
@@ -132,9 +127,7 @@ fn binary(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeErro
 
 /// The first bytes, of which there are enough.
 fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
-    let mut array = [0; N];
-    array.copy_from_slice(&bytes[..N]);
-    array
+    std::array::from_fn(|i| bytes[i])
 }
 
 fn text(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeError> {

@@ -1,7 +1,7 @@
 //! Surfaces of triangles, and points spread over them.
 
-use super::ply::GREY;
-use super::{MAX_POINTS, Point, file};
+use super::point::{GREY, Point};
+use super::{MAX_POINTS, file};
 use crate::BakeError;
 use crate::signal::random::Random;
 use promenade_core::glam::Vec3;

@@ -1,16 +1,13 @@
 //! PLY files: clouds of points, 3D Gaussian splats and meshes; text and binary of either byte order.
 
 use super::mesh::{Corner, Surface};
-use super::{MAX_POINTS, Place, Point, PointOptions, Reconstruction};
+use super::point::{GREY, HARMONIC, Point};
+use super::{MAX_POINTS, Place, PointOptions, Reconstruction};
 use crate::BakeError;
-use crate::sources::anchors::HARMONIC;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyAccessResult};
 use promenade_core::glam::Vec3;
 use std::path::Path;
-
-/// Colour of a surface without colours: grey, whose features are 0.
-pub(super) const GREY: [f32; 3] = [0.5; 3];
 
 /// Harmonics of a splat's colour.
 const SPLAT: [&str; 3] = ["f_dc_0", "f_dc_1", "f_dc_2"];
@@ -146,7 +143,6 @@ fn names(element: &ElementDef) -> String {
 }
 
 fn point(vertex: &Vertex, splat: bool) -> Result<Point, String> {
-    #[expect(clippy::cast_possible_truncation, reason = "positions and colours are f32 inside")]
     let narrow = |v: [f64; 3]| v.map(|c| c as f32);
     let position = Vec3::from_array(narrow(vertex.position));
     let colour =

@@ -1,5 +1,4 @@
 use super::*;
-use crate::sources::anchors::HARMONIC;
 use promenade_core::Pose;
 use promenade_core::glam::Quat;
 use promenade_paths::{ImportOptions, Origin};
@@ -101,21 +100,16 @@ fn a_reconstruction_lies_where_the_path_of_its_cameras_does() {
     let folder = tempfile::tempdir().unwrap();
     model(folder.path());
     let place = Reconstruction::load(folder.path(), &ALL).unwrap();
-    let distance = Scale::Distance {
-        from: Landmark::Camera("01.jpg".to_owned()),
-        to: Landmark::Point(Vec3::new(0.0, 0.0, 4.0)),
-        metres: 2.0,
-    };
-    for (origin, scene) in
-        [None, Some(Origin::First), Some(Origin::Centroid), Some(Origin::Keep)].map(|o| (o, o.map(SceneOrigin::Cameras)))
-    {
-        let options = AlignmentOptions { up: None, scale: Some(distance.clone()), origin: scene };
-        let alignment = place.align(&options, &mut Vec::new()).unwrap();
-        assert!((alignment.scale - 2.0).abs() < 1e-6, "two units a metre");
-        let import = ImportOptions { scale: Some(0.5), origin, ..ImportOptions::default() };
+    let landmarks = [&Landmark::Camera("01.jpg".to_owned()), &Landmark::Point(Vec3::new(0.0, 0.0, 4.0))];
+    let metres_per_unit = Some(place.metres_per_unit(landmarks, 2.0).unwrap());
+    for origin in [None, Some(Origin::First), Some(Origin::Centroid), Some(Origin::Keep), Some(Origin::Point(Vec3::ONE))] {
+        let options = PlacementOptions { metres_per_unit, origin, up: None };
+        let placement = place.place(&options, &mut Vec::new()).unwrap();
+        assert!((placement.units_per_metre - 2.0).abs() < 1e-6, "two units a metre");
+        let import = ImportOptions { placement: options, ..ImportOptions::default() };
         let path = promenade_paths::read("images.txt", IMAGES.as_bytes(), &import, &mut promenade_paths::alone).unwrap().path;
         for (camera, keyframe) in place.cameras.iter().zip(path.keyframes()) {
-            let listener = alignment.listener(&keyframe.pose);
+            let listener = placement.listener(&keyframe.pose);
             assert!(listener.centre.distance(camera.centre().as_vec3()) < 1e-5, "{origin:?}: {}", camera.name);
             let ahead = camera.head().orientation * Vec3::X;
             assert!((listener.camera_to_world * Vec3::Z).distance(ahead) < 1e-5, "{origin:?}: {}", camera.name);
@@ -124,29 +118,34 @@ fn a_reconstruction_lies_where_the_path_of_its_cameras_does() {
 }
 
 #[test]
-fn what_cannot_be_aligned_is_an_error() {
+fn what_cannot_be_placed_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     model(folder.path());
     let mut place = Reconstruction::load(folder.path(), &ALL).unwrap();
-    let fails = |place: &Reconstruction, scale: Option<Scale>, origin: Option<SceneOrigin>, clue: &str| {
-        let options = AlignmentOptions { scale, origin, ..AlignmentOptions::default() };
-        let error = place.align(&options, &mut Vec::new()).unwrap_err().to_string();
+    let camera = |name: &str| Landmark::Camera(name.to_owned());
+    for (name, clue) in [
+        (".jpg", "found \".jpg\", with which 2 of 2 images end"),
+        ("b", "with which 0 of 2"),
+        ("a_01.jpg", "expected places that lie apart, found 0 units"),
+    ] {
+        let error = place.metres_per_unit([&camera(name), &camera("a_01.jpg")], 1.0).unwrap_err().to_string();
+        assert!(error.contains(clue), "{error}");
+    }
+    let none = PlacementOptions::default();
+    let fails = |place: &Reconstruction, options: PlacementOptions, clue: &str| {
+        let error = place.place(&options, &mut Vec::new()).unwrap_err().to_string();
         assert!(error.contains(clue), "{error}");
     };
-    let camera = |name: &str| Landmark::Camera(name.to_owned());
-    let apart = |from, to| Some(Scale::Distance { from, to, metres: 1.0 });
-    fails(&place, apart(camera(".jpg"), camera("a_01.jpg")), None, "found \".jpg\", with which 2 of 2 images end");
-    fails(&place, apart(camera("b"), camera("a_01.jpg")), None, "with which 0 of 2");
-    fails(&place, apart(camera("a_01.jpg"), camera("a_01.jpg")), None, "between places that lie apart, found inf");
-    fails(&place, Some(Scale::MetresPerUnit(-1.0)), None, "metres per unit");
+    fails(&place, PlacementOptions { metres_per_unit: Some(-1.0), ..none }, "metres-per-unit");
     place.cameras.clear();
-    fails(&place, None, Some(SceneOrigin::Cameras(Origin::First)), "keep or a point, where there are no cameras, found first");
+    let first = PlacementOptions { origin: Some(Origin::First), ..none };
+    fails(&place, first, "keep or a point, where there are no cameras, found first");
     let mut notes = Vec::new();
-    let up = AlignmentOptions { up: Some(Vec3::NEG_Y), origin: Some(SceneOrigin::Point(Vec3::ONE)), scale: None };
-    let alignment = place.align(&up, &mut notes).unwrap();
-    assert!((alignment.rotation * Vec3::Z).distance(Vec3::NEG_Y) < 1e-6 && alignment.translation == Vec3::ONE);
+    let up = PlacementOptions { up: Some(Vec3::NEG_Y), origin: Some(Origin::Point(Vec3::ONE)), ..none };
+    let placement = place.place(&up, &mut notes).unwrap();
+    assert!((placement.rotation * Vec3::Z).distance(Vec3::NEG_Y) < 1e-6 && placement.origin == Vec3::ONE);
     assert!(notes.iter().any(|n| n.contains("one unit is taken as 1 m")), "{notes:?}");
-    assert_eq!(place.align(&AlignmentOptions::default(), &mut notes).unwrap().rotation, Quat::IDENTITY);
+    assert_eq!(place.place(&none, &mut notes).unwrap().rotation, Quat::IDENTITY);
 }
 
 /// The same two vertices in the three encodings.

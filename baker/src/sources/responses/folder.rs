@@ -2,9 +2,11 @@
 
 use super::{Response, Responses, check};
 use crate::sources::checkpoint::npz;
-use crate::{BakeError, Placement, sound};
+use crate::{BakeError, sound};
 use promenade_core::Pose;
 use promenade_core::glam::{Quat, Vec3};
+use promenade_core::network::Placement;
+use promenade_paths::PlacementOptions;
 use std::path::{Path, PathBuf};
 
 /// Bytes that a file of poses may have.
@@ -34,8 +36,8 @@ pub struct FolderOptions {
     pub credit: String,
     /// Terms of the data.
     pub licence: String,
-    /// Where the data's world lies in Promenade's.
-    pub placement: Placement,
+    /// Where the data's world lies in Promenade's; z up where they give none.
+    pub placement: PlacementOptions,
     /// The source, metres in Promenade's world, where it is not in the folder.
     pub emitter: Option<Vec3>,
     /// Which of several sources, counted from 0 in the order in which they appear; without it the one with most responses.
@@ -55,7 +57,8 @@ pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, 
         FolderLayout::Raf => raf(folder)?,
         FolderLayout::Rows => rows(folder, options.emitter.is_some())?,
     };
-    let alignment = options.placement.alignment();
+    let heads: Vec<Pose> = measured.iter().map(|one| one.listener).collect();
+    let placement = options.placement.over(&Placement::IDENTITY, &heads)?;
     let mut notes = Vec::new();
     let mut rate: Option<(PathBuf, u32)> = None;
     let mut responses = Vec::with_capacity(measured.len());
@@ -79,15 +82,11 @@ pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, 
         };
         longest = longest.max(left.len());
         check::size(folder, responses.len() + 1, longest)?;
-        let listener = Pose {
-            position: alignment.to_world(one.listener.position),
-            orientation: if one.turned {
-                (alignment.rotation.inverse() * one.listener.orientation).normalize()
-            } else {
-                Quat::IDENTITY
-            },
-        };
-        let source = one.source.map(|s| alignment.to_world(s)).or(options.emitter);
+        let mut listener = placement.pose(&one.listener);
+        if !one.turned {
+            listener.orientation = Quat::IDENTITY;
+        }
+        let source = one.source.map(|s| placement.to_scene(s)).or(options.emitter);
         let source = source.ok_or_else(|| BakeError::content(folder, "a source, in the folder or as an option", "none"))?;
         responses.push(Response { listener, source, left, right, name: one.name });
     }

@@ -1,7 +1,6 @@
 //! Whether a model's weights are complete, known, finite and of shapes that fit together.
 
 use super::{CloudError, CloudKind, CloudParts, CloudSizes, MAX_ANCHORS, TILE};
-use crate::network::Alignment;
 use crate::network::shapes::{CONV_LAYERS, FREQUENCY_TAPS, TAP_SHAPES, harmonic_degree};
 use std::collections::BTreeMap;
 
@@ -154,18 +153,12 @@ fn check_place(parts: &CloudParts, features: usize) -> Result<(), CloudError> {
     for a in &parts.anchors {
         finite("anchor position", &a.to_array())?;
     }
-    let Alignment { scale, rotation, translation } = parts.alignment;
     if !(parts.max_norm.is_finite() && parts.max_norm > 0.0) {
         return Err(value("max_norm", "a finite number above 0", parts.max_norm));
     }
-    if !(scale.is_finite() && scale > 0.0 && translation.is_finite() && rotation.is_finite())
-        || (rotation.length() - 1.0).abs() > 1e-3
-    {
-        return Err(value(
-            "alignment",
-            "a scale above 0, a unit quaternion, a finite translation",
-            format!("{:?}", parts.alignment),
-        ));
+    if !parts.placement.is_valid() {
+        let expected = "a scale above 0, a unit quaternion and a finite origin";
+        return Err(value("placement", expected, format!("{:?}", parts.placement)));
     }
     Ok(())
 }
