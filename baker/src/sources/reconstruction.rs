@@ -127,13 +127,11 @@ impl Reconstruction {
         };
         let exact = self.cameras.iter().find(|c| c.name == *name);
         let ending: Vec<&Camera> = self.cameras.iter().filter(|c| c.name.ends_with(name.as_str())).collect();
-        match (exact, &ending[..]) {
-            (Some(camera), _) | (None, [camera]) => Ok(camera.centre().as_vec3()),
-            (None, some) => {
-                let found = format!("{name:?}, with which {} of {} images end", some.len(), self.cameras.len());
-                Err(BakeError::Argument { what: "camera", expected: "the name of one image".to_owned(), found })
-            }
-        }
+        let camera = exact.or(if let [one] = ending[..] { Some(one) } else { None });
+        camera.map(|c| c.centre().as_vec3()).ok_or_else(|| {
+            let found = format!("{name:?}, with which {} of {} images end", ending.len(), self.cameras.len());
+            BakeError::Argument { what: "camera", expected: "the name of one image".to_owned(), found }
+        })
     }
 
     /// Reads the cameras of a COLMAP model alone, for points of the same world in another file.
