@@ -1,9 +1,7 @@
 //! `promenade eval`: scenes against captures, beside baselines.
 
-mod plot;
-
 use crate::args::{EvalArgs, PosesArg};
-use crate::{progress, report, scene};
+use crate::{plot, progress, report, scene};
 use anyhow::{Context, Result, bail};
 use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Figures, Heard, evaluate_each, overall};
 use promenade_baker::player::Poses;
@@ -58,10 +56,25 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     if let Some(folder) = &args.plots {
         std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
         for figure in Figure::ALL {
-            atomic::write(&folder.join(format!("{}.svg", figure.name())), plot::boxes(&evaluations, figure).as_bytes())?;
+            let plot = plot::boxes(figure.heading(), &values(&evaluations, figure))?;
+            atomic::write(&folder.join(format!("{}.svg", figure.name())), plot.as_bytes())?;
         }
     }
     report::print(&tables(&evaluations, false))
+}
+
+/// The values of a figure over the clips of all evaluations, rising, by method.
+fn values(evaluations: &[Evaluation], figure: Figure) -> Vec<(&str, Vec<f64>)> {
+    let mut rows: Vec<(&str, Vec<f64>)> = Vec::new();
+    for method in evaluations.iter().flat_map(|e| &e.methods) {
+        let values = method.clips.iter().filter_map(|(_, figures)| figures.get(figure));
+        match rows.iter_mut().find(|(name, _)| *name == method.name) {
+            Some((_, row)) => row.extend(values),
+            None => rows.push((&method.name, values.collect())),
+        }
+    }
+    rows.iter_mut().for_each(|(_, row)| row.sort_by(f64::total_cmp));
+    rows
 }
 
 /// Each capture with the scene before it.

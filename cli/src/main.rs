@@ -14,6 +14,7 @@ mod import;
 mod inspect;
 mod measure;
 mod path;
+mod plot;
 mod progress;
 mod render;
 mod report;

@@ -3,7 +3,7 @@
 use crate::args::{Simulate, SimulateBoxArgs};
 use crate::{path, progress};
 use anyhow::{Context, Result};
-use promenade_baker::shoebox::{BoxOptions, BoxRoom, Head, along, fit, random_poses, simulate_box};
+use promenade_baker::shoebox::{BoxOptions, BoxRoom, Hrtf, along, fit, random_poses, simulate_box};
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
 use promenade_paths::ImportOptions;
@@ -18,10 +18,10 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
     let room = BoxRoom { size: args.size, absorption: args.absorption };
     let poses = poses(args, &room)?;
     let set = Responses::load(&args.head, &LoadOptions::default())?;
-    let head = Head::new(&set, args.rate).with_context(|| format!("{}: makes no head", args.head.display()))?;
+    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
     let options = BoxOptions { sample_rate_hz: args.rate, order: args.order, length_s: args.length, seed: args.seed };
     let bar = progress::of_sound(poses.len() as f64);
-    let mut responses = simulate_box(&room, args.emitter, &head, &poses, &options, |done| bar.at(done as f64))?;
+    let mut responses = simulate_box(&room, args.emitter, &hrtf, &poses, &options, |done| bar.at(done as f64))?;
     drop(bar);
     responses.notes.push(format!(
         "simulated by promenade {}: image sources up to order {}, tail with seed {}, head {} of {} directions",
@@ -29,7 +29,7 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
         args.order,
         args.seed,
         set.title,
-        head.directions()
+        hrtf.directions()
     ));
     responses.save(&args.output)?;
     let times: Vec<String> = room.eyring_t60_s().iter().map(|t| format!("{t:.2}")).collect();

@@ -1,12 +1,12 @@
 //! `promenade train`: a capture and anchors in, a scene out.
 
 use crate::args::TrainArgs;
-use crate::report;
+use crate::{plot, report};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::{Capture, atomic};
 use promenade_core::Provenance;
-use promenade_trainer::{Checkpoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, picture, search};
+use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
                 minutes(left)
             );
             if let Some(file) = &args.curve {
-                atomic::write(file, picture(trainer.curve()).as_bytes())?;
+                atomic::write(file, course(trainer.curve())?.as_bytes())?;
             }
         }
         if done.is_multiple_of(args.keep_every.get()) {
@@ -163,4 +163,16 @@ fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], arg
         ),
         notes,
     }
+}
+
+/// Loss, MAG, LRE and ENV over steps, as SVG.
+fn course(curve: &[CurvePoint]) -> Result<String> {
+    let panel = |value: fn(&CurvePoint) -> f64| curve.iter().map(|p| (p.step as f64, value(p))).collect();
+    let panels = [
+        ("loss, training", panel(|p| p.loss)),
+        ("MAG, test", panel(|p| p.test[0])),
+        ("LRE, test, dB", panel(|p| p.test[1])),
+        ("ENV, test", panel(|p| p.test[2])),
+    ];
+    plot::curves("steps", &panels)
 }

@@ -1,9 +1,13 @@
-//! Plans of Fourier transforms of real signals.
+//! Fourier transforms of real signals: plans, and whole signals by one call.
 //!
 //! A planner is generic, and a crate that makes one compiles all algorithms of the library again. Here they are compiled once, for single
 //! and for double precision.
 
 pub use realfft::{ComplexToReal, FftNum, RealToComplex, num_complex};
+
+mod whole;
+
+pub use whole::{Fourier, signal, spectrum};
 
 use realfft::RealFftPlanner;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! Power by frequency band, and the level difference between the ears by octave.
 
-use crate::fourier::spectrum;
+use promenade_fourier::spectrum;
 
 /// Middle of the lowest octave, hertz, and the number of octaves.
 const LOWEST_HZ: f64 = 125.0;

@@ -1,8 +1,8 @@
 //! Amplitude envelopes by the analytic signal.
 
-use crate::fourier::{signal, spectrum};
 use crate::{MetricError, check_pair};
 use promenade_fourier::num_complex::Complex;
+use promenade_fourier::{signal, spectrum};
 
 /// Magnitude of the analytic signal over the whole slice: the real signal and its Hilbert transform by one Fourier transform
 /// (Marple 1999), so the slice is treated as periodic.

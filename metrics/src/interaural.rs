@@ -1,8 +1,8 @@
 //! Differences between the ears: time below 1.5 kHz, level over the whole band.
 
-use crate::fourier::{signal, spectrum};
 use crate::{MetricError, check_finite, check_pair, check_rate, energy, onset, samples_in};
 use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::{signal, spectrum};
 use std::f64::consts::PI;
 
 /// Upper edge of the band in which people localise by time, hertz.

@@ -14,7 +14,6 @@ mod bands;
 mod blind_decay;
 mod decay;
 mod envelope;
-pub mod fourier;
 mod interaural;
 mod line;
 mod onset;

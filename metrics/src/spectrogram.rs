@@ -1,7 +1,7 @@
 //! Short-time magnitude spectra for measuring, and the distances between them.
 
-use crate::fourier::Fourier;
 use crate::{MetricError, check_pair};
+use promenade_fourier::Fourier;
 use std::f64::consts::PI;
 
 /// Shape of an analysis window, periodic.

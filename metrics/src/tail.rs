@@ -1,7 +1,7 @@
 //! Buzz of a tail at the hop rate.
 
-use crate::fourier::spectrum;
 use crate::{MetricError, check_finite, check_rate, envelope, samples_in};
+use promenade_fourier::spectrum;
 use std::f64::consts::PI;
 
 /// Samples over which the decay is averaged out.

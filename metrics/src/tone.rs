@@ -1,8 +1,8 @@
 //! What a moving listener adds to a steady tone.
 
-use crate::fourier::Fourier;
 use crate::tail::median;
 use crate::{MetricError, check_finite, check_rate, samples_in};
+use promenade_fourier::Fourier;
 use std::f64::consts::PI;
 
 const FRAME: usize = 4096;

@@ -4,6 +4,7 @@ use crate::published::PublishedHead;
 use crate::streaming::StreamingHead;
 use crate::weights::Arrays;
 use promenade_core::Pose;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// A clip in training.
@@ -75,18 +76,14 @@ pub(crate) fn spread<B: Send, T: Send>(
     work: impl Fn(&mut B, &Example<'_>, &Answer) -> T + Sync,
 ) -> Vec<T> {
     let count = benches.len();
-    let mut lanes: Vec<std::vec::IntoIter<T>> = std::thread::scope(|scope| {
-        let mut threads = Vec::with_capacity(count);
-        for (lane, bench) in benches.iter_mut().enumerate() {
-            let work = &work;
-            threads.push(scope.spawn(move || {
-                let mine = examples.iter().zip(answers).skip(lane).step_by(count);
-                mine.map(|(e, a)| work(bench, e, a)).collect::<Vec<_>>()
-            }));
-        }
-        let join =
-            |t: std::thread::ScopedJoinHandle<'_, Vec<T>>| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        threads.into_iter().map(|t| join(t).into_iter()).collect()
-    });
+    let lanes: Vec<Vec<T>> = benches
+        .par_iter_mut()
+        .enumerate()
+        .map(|(lane, bench)| {
+            let mine = examples.iter().zip(answers).skip(lane).step_by(count);
+            mine.map(|(e, a)| work(bench, e, a)).collect()
+        })
+        .collect();
+    let mut lanes: Vec<_> = lanes.into_iter().map(Vec::into_iter).collect();
     (0..examples.len()).filter_map(|i| lanes[i % count].next()).collect()
 }

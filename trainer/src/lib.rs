@@ -4,7 +4,6 @@
 //! own render head, gives its derivative itself ([`promenade_core::gradient::ClipRender`]; for AV-Cloud's own, [`promenade_core::gradient::PublishedAdjoint`]).
 
 mod checkpoint;
-mod curve;
 mod head;
 mod network;
 mod published;
@@ -21,7 +20,6 @@ mod weights;
 
 pub use burn::tensor::Device;
 pub use checkpoint::{Checkpoint, CurvePoint};
-pub use curve::picture;
 pub use head::Example;
 pub use search::{Trial, WORTH, search};
 pub use settings::{HeadKind, LossSettings, NetworkSettings, TrainSettings};

@@ -44,55 +44,9 @@ impl Direct {
     }
 }
 
-/// Minimum phase of a magnitude, radians per bin, unwrapped: the Hilbert transform of the log magnitude by folding the cepstrum
-/// (Oppenheim and Schafer 2010, section 13.5).
-pub(crate) fn minimum_phase(log_gain: &[f64], grid: &StftGrid) -> Vec<f32> {
-    let n = grid.n_fft;
-    let (forward, inverse) = (promenade_fourier::forward::<f64>(n), promenade_fourier::inverse::<f64>(n));
-    let mut spectrum = forward.make_output_vec();
-    for (s, g) in spectrum.iter_mut().zip(log_gain) {
-        s.re = *g;
-    }
-    let mut cepstrum = inverse.make_output_vec();
-    let done = inverse.process(&mut spectrum, &mut cepstrum);
-    debug_assert!(done.is_ok());
-    for (i, c) in cepstrum.iter_mut().enumerate() {
-        let fold = if i == 0 || i == n / 2 {
-            1.0
-        } else if i < n / 2 {
-            2.0
-        } else {
-            0.0
-        };
-        *c *= fold / n as f64;
-    }
-    let done = forward.process(&mut cepstrum, &mut spectrum);
-    debug_assert!(done.is_ok());
-    spectrum.iter().map(|s| s.im as f32).collect()
-}
-
 /// Sets the masks of a bin from the gains of both ears.
 pub(crate) fn set_ears(transfer: &mut TransferFunction, bin: usize, [left, right]: [f64; 2]) {
     let sum = left + right;
     transfer.mixture[bin] = (0.5 * sum) as f32;
     transfer.difference[bin] = if sum > 0.0 { ((right - left) / sum) as f32 } else { 0.0 };
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn minimum_phase_of_a_one_pole_is_its_own_phase() {
-        let grid = StftGrid { sample_rate_hz: 16_000.0, n_fft: 320, hop: 80 };
-        let response = |k: usize| {
-            let w = std::f64::consts::TAU * k as f64 / 320.0;
-            let (re, im) = (1.0 - 0.6 * w.cos(), 0.6 * w.sin());
-            (-0.5 * (re * re + im * im).ln(), -im.atan2(re))
-        };
-        let log_gain: Vec<f64> = (0..grid.bins()).map(|k| response(k).0).collect();
-        for (k, phase) in minimum_phase(&log_gain, &grid).iter().enumerate() {
-            assert!((f64::from(*phase) - response(k).1).abs() < 1e-5, "bin {k}");
-        }
-    }
 }

@@ -1,7 +1,8 @@
 //! Transfer functions as they are interpolated between measurements.
 
-use crate::bake::direct::{minimum_phase, set_ears};
+use crate::bake::direct::set_ears;
 use crate::bake::kriging::Site;
+use crate::signal::minimum_phase::minimum_phase;
 use promenade_core::{StftGrid, TransferFunction, TransferShape};
 
 /// Gains below this count as silence (-140 dB).
@@ -52,7 +53,7 @@ impl LogTransfer {
         for k in 0..shape.bins {
             set_ears(&mut out, k, [gain(self.direct[0][k]), gain(self.direct[1][k])]);
         }
-        out.phase = self.direct.iter().flat_map(|log_gain| minimum_phase(log_gain, grid)).collect();
+        out.phase = self.direct.iter().flat_map(|log_gain| minimum_phase(log_gain.iter().copied(), grid.n_fft)).collect();
         out.delay_s = self.delay_s as f32;
         out.taps = self.room[..self.explicit].iter().map(|g| gain(*g) as f32).collect();
         out.late = self.room[self.explicit..].iter().map(|g| gain(*g) as f32).collect();

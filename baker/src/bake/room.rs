@@ -1,11 +1,13 @@
 //! What a measured room does after the direct sound: band energies hop by hop, reverberation time, coherence.
 
-use crate::bake::direct::{Direct, minimum_phase, set_ears};
+use crate::bake::direct::{Direct, set_ears};
 use crate::bake::log_transfer::NO_GAIN;
 use crate::error::BakeError;
+use crate::signal::minimum_phase::minimum_phase;
 use crate::signal::spectrum::{Analyser, at};
 use crate::sources::responses::Response;
 use promenade_core::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
+use promenade_metrics::slope;
 
 /// Reverberation times outside this range are taken for a failed fit, seconds.
 const T60_RANGE_S: std::ops::RangeInclusive<f64> = 0.03..=20.0;
@@ -44,11 +46,7 @@ fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f
     if points.len() < FEWEST_HOPS {
         return None;
     }
-    let n = points.len() as f64;
-    let (mt, ml) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
-    let covariance: f64 = points.iter().map(|p| (p.0 - mt) * (p.1 - ml)).sum();
-    let variance: f64 = points.iter().map(|p| (p.0 - mt).powi(2)).sum();
-    Some(-60.0 * variance / covariance).filter(|t| T60_RANGE_S.contains(t))
+    slope(&points).map(|db_per_s| -60.0 / db_per_s).filter(|t| T60_RANGE_S.contains(t))
 }
 
 /// Gain of an exponential late part at hop `from`, linear amplitude, by least squares on energies from there to the noise.
@@ -176,7 +174,7 @@ fn first_transfer(
     for k in 0..shape.bins {
         set_ears(&mut out, k, [gain * direct.gain[0][k], gain * direct.gain[1][k]]);
     }
-    out.phase = direct.gain.iter().flat_map(|g| minimum_phase(&floored_log(g), grid)).collect();
+    out.phase = direct.gain.iter().flat_map(|g| minimum_phase(floored_log(g), grid.n_fft)).collect();
     let first_late = shape.taps + 1;
     for (ear, hops) in energies.iter().enumerate() {
         for band in 0..shape.bands {

@@ -3,7 +3,7 @@
 
 mod baselines;
 mod figure;
-mod head;
+mod hrtf;
 mod nearest;
 
 pub use figure::{Figure, Figures};

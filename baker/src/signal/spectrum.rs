@@ -1,31 +1,23 @@
 //! Spectra of short pieces of a response.
 
 use promenade_core::{Bands, StftGrid};
-use promenade_fourier::RealToComplex;
+use promenade_fourier::Fourier;
 use promenade_fourier::num_complex::Complex64;
-use std::sync::Arc;
 
 /// Transform of pieces up to one frame of a grid long.
 pub(crate) struct Analyser {
     grid: StftGrid,
-    forward: Arc<dyn RealToComplex<f64>>,
+    fourier: Fourier<f64>,
 }
 
 impl Analyser {
     pub(crate) fn new(grid: StftGrid) -> Self {
-        Self { grid, forward: promenade_fourier::forward(grid.n_fft) }
+        Self { grid, fourier: Fourier::new(grid.n_fft) }
     }
 
     /// One-sided spectrum of a piece, zero-padded (or cut) to the grid's transform length.
     pub(crate) fn spectrum(&self, piece: &[f64]) -> Vec<Complex64> {
-        let mut time = vec![0.0; self.grid.n_fft];
-        let n = piece.len().min(time.len());
-        time[..n].copy_from_slice(&piece[..n]);
-        let mut out = self.forward.make_output_vec();
-        // The lengths come from the plan itself, the only thing that the transform checks.
-        let done = self.forward.process(&mut time, &mut out);
-        debug_assert!(done.is_ok());
-        out
+        self.fourier.spectrum(piece.iter().copied())
     }
 
     /// Mean energy density per band of a response's hops, `[hop][band]`, when the head's centre hears the direct sound at sample

@@ -1,16 +1,17 @@
-//! Binaural responses of a box room: image sources with a head, and a statistical tail after them.
+//! Binaural responses of a box room: image sources with HRTFs, and a statistical tail after them.
 //!
 //! Allen and Berkley, "Image method for efficiently simulating small-room acoustics", J. Acoust. Soc. Am. 65 (1979). The room is
 //! the box from the origin to its size: metres, z up. Walls mirror, their absorption depends on the octave and not on the angle; air
 //! absorbs nothing; the emitter radiates alike in all directions.
 
-mod head;
+mod bins;
+mod hrtf;
 mod image;
-mod minimum_phase;
 mod poses;
 mod tail;
+mod walls;
 
-pub use head::Head;
+pub use hrtf::Hrtf;
 pub use poses::{along, fit, random_poses};
 
 use crate::{BakeError, Response, Responses};
@@ -116,8 +117,8 @@ impl BoxRoom {
 
 /// Binaural responses of an emitter in a room for heads at `poses`.
 ///
-/// The direct sound of an emitter at 1 m has the level of the head's response, 0 dB in a diffuse field, and arrives after distance
-/// over [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. `done` hears how many poses are finished. The same input and seed
+/// The direct sound of an emitter at 1 m has the level of the HRTF, 0 dB in a diffuse field, and arrives after distance
+/// over [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. `done` is called with the number of finished poses. The same input and seed
 /// give the same samples.
 ///
 /// # Errors
@@ -126,27 +127,27 @@ impl BoxRoom {
 pub fn simulate_box(
     room: &BoxRoom,
     emitter: Vec3,
-    head: &Head,
+    hrtf: &Hrtf,
     poses: &[Pose],
     options: &BoxOptions,
     mut done: impl FnMut(usize),
 ) -> Result<Responses, BakeError> {
-    check(room, emitter, head, poses, options)?;
+    check(room, emitter, hrtf, poses, options)?;
     let longest = room.eyring_t60_s().into_iter().fold(0.0, f32::max);
     let diagonal_s = room.size.length() / SPEED_OF_SOUND_M_S;
     let length_s = options.length_s.unwrap_or_else(|| longest.max(diagonal_s + 0.05).min(LONGEST_BY_ITSELF_S));
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 10 s")]
     let length = (f64::from(length_s) * f64::from(options.sample_rate_hz)).ceil() as usize;
     let images = images(options.order);
-    let walls = minimum_phase::walls(room, head.grid());
+    let walls = walls::walls(room, hrtf.bins());
     let mut early = Early {
         emitter,
         size: room.size,
-        head,
+        hrtf,
         reflected: images.iter().map(|i| (*i, i.spectrum(&walls))).collect(),
-        inverse: promenade_fourier::inverse(head.grid().n_fft),
+        inverse: promenade_fourier::inverse(hrtf.bins().n_fft),
     };
-    let tail = Tail::new(room, emitter, &images, head, options, length);
+    let tail = Tail::new(room, emitter, &images, hrtf, options, length);
     let mut responses = Vec::with_capacity(poses.len());
     for (index, pose) in poses.iter().enumerate() {
         let mut ears = [vec![0.0; length], vec![0.0; length]];
@@ -159,23 +160,23 @@ pub fn simulate_box(
     let [x, y, z] = room.size.to_array();
     Ok(Responses {
         title: format!("Box of {x} x {y} x {z} m"),
-        credit: head.credit().to_owned(),
-        licence: head.licence().to_owned(),
+        credit: hrtf.credit().to_owned(),
+        licence: hrtf.licence().to_owned(),
         sample_rate_hz: f64::from(options.sample_rate_hz),
         responses,
         notes: Vec::new(),
     })
 }
 
-fn check(room: &BoxRoom, emitter: Vec3, head: &Head, poses: &[Pose], options: &BoxOptions) -> Result<(), BakeError> {
+fn check(room: &BoxRoom, emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &BoxOptions) -> Result<(), BakeError> {
     let wrong = |what, expected: String, found: String| Err(BakeError::Argument { what, expected, found });
     room.check()?;
     let inside = || format!("inside the room, between 0,0,0 and {}", room.size);
     if !room.contains(emitter) {
         return wrong("emitter", inside(), emitter.to_string());
     }
-    if options.sample_rate_hz != head.sample_rate_hz() {
-        return wrong("sample rate", format!("the head's {} Hz", head.sample_rate_hz()), options.sample_rate_hz.to_string());
+    if options.sample_rate_hz != hrtf.sample_rate_hz() {
+        return wrong("sample rate", format!("the HRTF's {} Hz", hrtf.sample_rate_hz()), options.sample_rate_hz.to_string());
     }
     if options.order > MAX_ORDER {
         return wrong("order of images", format!("at most {MAX_ORDER}"), options.order.to_string());
@@ -199,7 +200,7 @@ fn check(room: &BoxRoom, emitter: Vec3, head: &Head, poses: &[Pose], options: &B
 struct Early<'a> {
     emitter: Vec3,
     size: Vec3,
-    head: &'a Head,
+    hrtf: &'a Hrtf,
     /// Images with what their walls leave, by bin.
     reflected: Vec<(Image, Vec<Complex32>)>,
     inverse: Arc<dyn ComplexToReal<f32>>,
@@ -207,22 +208,22 @@ struct Early<'a> {
 
 impl Early<'_> {
     fn add(&mut self, pose: &Pose, ears: &mut [Vec<f32>; 2]) {
-        let grid = self.head.grid();
+        let bins = self.hrtf.bins();
         let mut spectrum = self.inverse.make_input_vec();
         let mut piece = self.inverse.make_output_vec();
         let mut scratch = self.inverse.make_scratch_vec();
         for (image, walls) in &self.reflected {
             let to_head = pose.to_head(image.position(self.emitter, self.size));
             let distance = to_head.length();
-            let near = self.head.near(to_head / distance);
+            let near = self.hrtf.near(to_head / distance);
             for (ear, out) in ears.iter_mut().enumerate() {
-                let arrival = f64::from(distance / SPEED_OF_SOUND_M_S) * grid.sample_rate_hz + f64::from(near.delay(ear));
+                let arrival = f64::from(distance / SPEED_OF_SOUND_M_S) * bins.sample_rate_hz + f64::from(near.delay(ear));
                 let start = arrival.floor() - LEAD as f64;
                 if start >= out.len() as f64 {
                     continue;
                 }
                 near.spectrum(ear, &mut spectrum);
-                turn(&mut spectrum, walls, arrival - start, grid.n_fft, 1.0 / (distance * grid.n_fft as f32));
+                turn(&mut spectrum, walls, arrival - start, bins.n_fft, 1.0 / (distance * bins.n_fft as f32));
                 // The lengths come from the plan, and the ends are real: the only things that the transform checks.
                 let done = self.inverse.process_with_scratch(&mut spectrum, &mut piece, &mut scratch);
                 debug_assert!(done.is_ok());

@@ -1,6 +1,6 @@
 //! What a scene must be better than to be worth anything.
 
-use super::head::DistanceAndHead;
+use super::hrtf::DistanceAndHrtf;
 use super::nearest::{NearestRecording, NearestTransfer};
 use super::{Method, energy, fitted_gain};
 use crate::player::Ears;
@@ -23,7 +23,7 @@ pub(super) fn baselines(
         notes.push("there are no training clips: levels are not fitted, and nearest recordings are left out".to_owned());
     }
     if let Some(emitter) = capture.emitter {
-        let mut free = DistanceAndHead::new(capture, emitter, head)?;
+        let mut free = DistanceAndHrtf::new(capture, emitter, head)?;
         free.gain = fitted_gain(&mut free, capture, fit)?;
         notes.push(match head {
             Some(set) => format!("distance-and-head: nearest of the {} responses of {}", set.responses.len(), set.title),

@@ -2,6 +2,7 @@
 
 use super::{Capture, Split};
 use crate::signal::spectrum::Analyser;
+use nalgebra::{DMatrix, DVector};
 use promenade_core::{Bands, StftGrid};
 
 /// Seconds of dry sound before a clip that still sound in it.
@@ -17,7 +18,7 @@ const FLOOR: f64 = 1e-4;
 /// Mean squares of dry and recorded sound below this are silence.
 const SILENT: f64 = 1e-12;
 
-/// Reverberation time per band that the training clips tell, seconds; `None` for a band in which nothing sounds.
+/// Reverberation time per band, seconds, estimated from the training clips; `None` for a band in which nothing sounds.
 ///
 /// The energy of a band in a frame of a recording is taken as that of the dry sound's frame, that of an exponential decay after all frames
 /// before it, and a constant, each with a factor of its own per clip that is not negative. Of the times tried, the one with the least
@@ -117,8 +118,8 @@ fn misfit(dry: &[f64], wet: &[f64], before: usize, per_hop: f64) -> f64 {
     least_squares(&products) / parts.len().max(1) as f64
 }
 
-/// The least sum of squares of `y - f x` over factors f that are not negative, from the products of the three parts of x and of y: of
-/// all choices of parts, the best whose factors are none below 0.
+/// The least sum of squares of `y - f x` over factors f of 0 or more, from the products of the three parts of x and of y: the best
+/// choice of parts whose factors are all 0 or more.
 fn least_squares(products: &[[f64; 4]; 4]) -> f64 {
     let mut best = products[3][3];
     for choice in 1..8_usize {
@@ -131,22 +132,14 @@ fn least_squares(products: &[[f64; 4]; 4]) -> f64 {
     best.max(0.0)
 }
 
-/// Solves the normal equations of some parts by elimination; they are positive definite, so no rows need to be exchanged.
-fn solve(parts: &[usize], products: &[[f64; 4]; 4]) -> Option<Vec<f64>> {
-    let row = |i: &usize| parts.iter().chain([&3]).map(|j| products[*i][*j]).collect::<Vec<f64>>();
-    let mut rows: Vec<Vec<f64>> = parts.iter().map(row).collect();
-    let n = rows.len();
-    for i in 0..n {
-        let pivot = rows[i].clone();
-        if pivot[i] <= 1e-12 * products[parts[i]][parts[i]] {
-            return None;
-        }
-        for (_, row) in rows.iter_mut().enumerate().filter(|(r, _)| *r != i) {
-            let factor = row[i] / pivot[i];
-            row.iter_mut().zip(&pivot).for_each(|(a, p)| *a -= factor * p);
-        }
-    }
-    Some((0..n).map(|i| rows[i][n] / rows[i][i]).collect())
+/// Solves the normal equations of some parts; `None` where they depend on each other.
+fn solve(parts: &[usize], products: &[[f64; 4]; 4]) -> Option<DVector<f64>> {
+    let n = parts.len();
+    let system = DMatrix::from_fn(n, n, |i, j| products[parts[i]][parts[j]]);
+    let wanted = DVector::from_fn(n, |i, _| products[parts[i]][3]);
+    let factor = system.clone().cholesky()?;
+    let pivot = |i: usize| factor.l_dirty()[(i, i)].powi(2);
+    (0..n).all(|i| pivot(i) > 1e-12 * system[(i, i)]).then(|| factor.solve(&wanted))
 }
 
 #[cfg(test)]

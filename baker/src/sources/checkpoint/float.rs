@@ -1,5 +1,7 @@
 //! Floating-point formats that weights are stored in.
 
+use half::{bf16, f16};
+
 /// A format with its bytes in little-endian order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Float {
@@ -19,7 +21,7 @@ impl Float {
         }
     }
 
-    /// The numbers as `f32`; a rest that is too short for a number is left out.
+    /// The numbers as `f32`; bytes left over at the end are ignored.
     pub(super) fn values(self, bytes: &[u8]) -> Vec<f32> {
         match self {
             #[expect(
@@ -28,23 +30,10 @@ impl Float {
             )]
             Self::F64 => bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b) as f32).collect(),
             Self::F32 => bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect(),
-            Self::F16 => bytes.as_chunks().0.iter().map(|b| half(u16::from_le_bytes(*b))).collect(),
-            Self::Bf16 => bytes.as_chunks().0.iter().map(|b| f32::from_bits(u32::from(u16::from_le_bytes(*b)) << 16)).collect(),
+            Self::F16 => bytes.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).to_f32()).collect(),
+            Self::Bf16 => bytes.as_chunks().0.iter().map(|b| bf16::from_le_bytes(*b).to_f32()).collect(),
         }
     }
-}
-
-/// IEEE 754 binary16.
-fn half(bits: u16) -> f32 {
-    // Exponents are biased by 15 there and by 127 here; the factor also scales what was subnormal.
-    const REBIAS: f32 = f32::from_bits((127 + 127 - 15) << 23);
-    let magnitude = f32::from_bits(u32::from(bits & 0x7fff) << 13) * REBIAS;
-    let magnitude = match (bits & 0x7c00 == 0x7c00, bits & 0x03ff) {
-        (false, _) => magnitude,
-        (true, 0) => f32::INFINITY,
-        (true, _) => f32::NAN,
-    };
-    if bits & 0x8000 == 0 { magnitude } else { -magnitude }
 }
 
 #[cfg(test)]
@@ -64,6 +53,7 @@ mod tests {
             (0x7bff, 65_504.0),
             (0xfc00, f32::NEG_INFINITY),
         ];
+        let half = |bits: u16| Float::F16.values(&bits.to_le_bytes())[0];
         for (bits, value) in known {
             assert_eq!(half(bits), value, "{bits:#06x}");
         }

@@ -1,8 +1,8 @@
 //! What comes after the images: noise that decays as the room's energy does.
 
 use super::image::{Image, images};
-use super::minimum_phase::octave_place;
-use super::{BoxOptions, BoxRoom, Head, SPEED_OF_SOUND_M_S};
+use super::walls::octave_place;
+use super::{BoxOptions, BoxRoom, Hrtf, SPEED_OF_SOUND_M_S};
 use crate::signal::random::Random;
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
@@ -39,7 +39,7 @@ impl Tail {
         room: &BoxRoom,
         emitter: Vec3,
         early: &[Image],
-        head: &Head,
+        hrtf: &Hrtf,
         options: &BoxOptions,
         length: usize,
     ) -> Self {
@@ -61,7 +61,7 @@ impl Tail {
             gain
         };
         let shares = |k: usize| {
-            let coherence = head.coherence(hz(k));
+            let coherence = hrtf.coherence(hz(k));
             [(0.5 * (1.0 + coherence)).sqrt(), (0.5 * (1.0 - coherence)).sqrt()]
         };
         let order = options.order + 1;

@@ -22,13 +22,13 @@ fn set(directions: &[Vec3], ears: impl Fn(Vec3) -> [Vec<f32>; 2]) -> Responses {
 }
 
 /// A head that hears alike from everywhere: two ears at its centre.
-fn transparent() -> Head {
+fn transparent() -> Hrtf {
     let pulse = || (0..64).map(|i| f32::from(u8::from(i == 20))).collect();
-    Head::new(&set(&[Vec3::X], |_| [pulse(), pulse()]), RATE).unwrap()
+    Hrtf::new(&set(&[Vec3::X], |_| [pulse(), pulse()]), RATE).unwrap()
 }
 
 /// Ears that hear their own side earlier, by up to 16 samples, and louder; the same to the left and to the right.
-fn two_sided() -> Head {
+fn two_sided() -> Hrtf {
     let half = (0..200).map(|i| {
         let z = 1.0 - (2.0 * i as f32 + 1.0) / 200.0;
         let turn = 2.4 * i as f32;
@@ -43,11 +43,11 @@ fn two_sided() -> Head {
         };
         (0..64).map(pulse).collect()
     };
-    Head::new(&set(&directions, |d| [ear(d.y), ear(-d.y)]), RATE).unwrap()
+    Hrtf::new(&set(&directions, |d| [ear(d.y), ear(-d.y)]), RATE).unwrap()
 }
 
-fn simulate(room: &BoxRoom, emitter: Vec3, head: &Head, poses: &[Pose], options: &BoxOptions) -> Vec<Response> {
-    simulate_box(room, emitter, head, poses, options, |_| ()).unwrap_or_else(|e| panic!("{e}")).responses
+fn simulate(room: &BoxRoom, emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &BoxOptions) -> Vec<Response> {
+    simulate_box(room, emitter, hrtf, poses, options, |_| ()).unwrap_or_else(|e| panic!("{e}")).responses
 }
 
 fn at(x: f32, y: f32, z: f32) -> Pose {
@@ -163,20 +163,20 @@ fn the_room_decays_after_eyring() {
 
 #[test]
 fn late_energy_is_that_of_the_diffuse_field() {
-    let head = two_sided();
+    let hrtf = two_sided();
     let poses: Vec<Pose> = (1..7).map(|i| at(i as f32, 1.0 + 0.4 * i as f32, 1.3)).collect();
     let late = (0.1 * RATE as f32) as usize;
     let decay = f64::from(ROOM.decay_per_s()[3]);
     let density = 4.0 * std::f64::consts::PI * f64::from(SPEED_OF_SOUND_M_S / ROOM.volume_m3());
     let expected = density / decay * (-0.1 * decay).exp();
     let options = BoxOptions { length_s: Some(0.6), ..BoxOptions::default() };
-    let responses = simulate(&ROOM, EMITTER, &head, &poses, &options);
+    let responses = simulate(&ROOM, EMITTER, &hrtf, &poses, &options);
     for ear in [|r: &Response| energy(&r.left[(0.1 * RATE as f32) as usize..]), |r: &Response| energy(&r.right[2400..])] {
         let mean = responses.iter().map(ear).sum::<f64>() / poses.len() as f64;
         assert!((10.0 * (mean / expected).log10()).abs() < 1.0, "{mean} for {expected}");
     }
     // At 1.5 kHz ears this far apart hear different noise, at 60 Hz the same.
-    let coherence = [60.0, 1500.0].map(|hz| head.coherence(hz));
+    let coherence = [60.0, 1500.0].map(|hz| hrtf.coherence(hz));
     assert!(coherence[0] > 0.7 && coherence[1].abs() < 0.4, "{coherence:?}");
     let low: f64 = responses[0].left[late..].iter().zip(&responses[0].right[late..]).map(|(a, b)| f64::from(a * b)).sum();
     assert!(low.abs() < 0.3 * energy(&responses[0].left[late..]), "broad-band noise of both ears has little in common");
@@ -184,11 +184,11 @@ fn late_energy_is_that_of_the_diffuse_field() {
 
 #[test]
 fn the_near_ear_is_earlier_and_louder() {
-    let head = two_sided();
+    let hrtf = two_sided();
     // The emitter is to the left of one who looks along x from the right wall, and to the right of one who looks back.
     let options = BoxOptions { length_s: Some(0.05), ..BoxOptions::default() };
     let back = Pose::from_ypr(Vec3::new(3.1, 1.0, 1.9), PI, 0.0, 0.0);
-    let responses = simulate(&ROOM, EMITTER, &head, &[at(3.1, 1.0, 1.9), back], &options);
+    let responses = simulate(&ROOM, EMITTER, &hrtf, &[at(3.1, 1.0, 1.9), back], &options);
     for (response, side) in responses.iter().zip([1.0, -1.0]) {
         let itd = itd_s(&response.left, &response.right, f64::from(RATE)).unwrap();
         let ild = ild_db(&response.left, &response.right).unwrap();
@@ -199,7 +199,7 @@ fn the_near_ear_is_earlier_and_louder() {
 
 #[test]
 fn a_mirrored_room_swaps_the_ears() {
-    let head = two_sided();
+    let hrtf = two_sided();
     let mut absorption = [[0.2; 7]; 6];
     absorption[2] = [0.6; 7];
     let room = BoxRoom { absorption, ..ROOM };
@@ -210,8 +210,8 @@ fn a_mirrored_room_swaps_the_ears() {
     let options = BoxOptions { order: 5, length_s: Some(0.03), ..BoxOptions::default() };
     let here = Pose::from_ypr(Vec3::new(1.2, 3.4, 1.6), 0.7, 0.2, 0.1);
     let there = Pose::from_ypr(flip(here.position), -0.7, 0.2, -0.1);
-    let one = &simulate(&room, EMITTER, &head, &[here], &options)[0];
-    let other = &simulate(&mirrored, flip(EMITTER), &head, &[there], &options)[0];
+    let one = &simulate(&room, EMITTER, &hrtf, &[here], &options)[0];
+    let other = &simulate(&mirrored, flip(EMITTER), &hrtf, &[there], &options)[0];
     for (a, b) in [(&one.left, &other.right), (&one.right, &other.left)] {
         let difference: Vec<f32> = a.iter().zip(b).map(|(a, b)| a - b).collect();
         let left = 10.0 * (energy(&difference) / energy(a)).log10();
@@ -224,10 +224,10 @@ fn a_mirrored_room_swaps_the_ears() {
 fn the_seed_is_the_noise_and_nothing_else() {
     let options = BoxOptions { length_s: Some(0.2), ..BoxOptions::default() };
     let poses = [at(1.0, 1.0, 1.0), at(1.0, 1.0, 1.0)];
-    let head = transparent();
-    let once = simulate(&ROOM, EMITTER, &head, &poses, &options);
-    assert_eq!(once, simulate(&ROOM, EMITTER, &head, &poses, &options));
-    let again = simulate(&ROOM, EMITTER, &head, &poses, &BoxOptions { seed: 2, ..options });
+    let hrtf = transparent();
+    let once = simulate(&ROOM, EMITTER, &hrtf, &poses, &options);
+    assert_eq!(once, simulate(&ROOM, EMITTER, &hrtf, &poses, &options));
+    let again = simulate(&ROOM, EMITTER, &hrtf, &poses, &BoxOptions { seed: 2, ..options });
     assert_eq!(once[0].left[..700], again[0].left[..700], "images have no noise");
     assert_ne!(once[0].left, again[0].left);
     assert_ne!(once[0].left, once[1].left, "each pose has its own");
@@ -235,10 +235,10 @@ fn the_seed_is_the_noise_and_nothing_else() {
 
 #[test]
 fn a_turn_of_the_head_has_no_steps() {
-    let head = two_sided();
+    let hrtf = two_sided();
     let near = |azimuth: f32| {
-        let near = head.near(Vec3::new(azimuth.cos(), azimuth.sin(), 0.3).normalize());
-        let mut spectrum = vec![Complex32::default(); head.grid().n_fft / 2 + 1];
+        let near = hrtf.near(Vec3::new(azimuth.cos(), azimuth.sin(), 0.3).normalize());
+        let mut spectrum = vec![Complex32::default(); hrtf.bins().n_fft / 2 + 1];
         near.spectrum(0, &mut spectrum);
         (near.delay(0), spectrum[100].norm())
     };
@@ -253,11 +253,11 @@ fn a_turn_of_the_head_has_no_steps() {
 
 #[test]
 fn what_cannot_be_is_an_error() {
-    let head = transparent();
+    let hrtf = transparent();
     let good = BoxOptions::default();
     let inside = [at(1.0, 1.0, 1.0)];
     let refused = |room: &BoxRoom, emitter, poses: &[Pose], options: &BoxOptions, says: &str| {
-        let error = simulate_box(room, emitter, &head, poses, options, |_| ()).unwrap_err().to_string();
+        let error = simulate_box(room, emitter, &hrtf, poses, options, |_| ()).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     };
     let outside = [at(1.0, 1.0, 1.0), at(1.0, -0.1, 1.0)];
@@ -275,9 +275,9 @@ fn what_cannot_be_is_an_error() {
     refused(&BoxRoom { size: Vec3::new(0.1, 5.0, 3.0), ..ROOM }, EMITTER, &inside, &good, "size of the room");
     refused(&ROOM, EMITTER, &inside, &BoxOptions { order: 99, ..good }, "order of images: expected at most 20");
     refused(&ROOM, EMITTER, &inside, &BoxOptions { length_s: Some(0.0), ..good }, "length of the responses");
-    refused(&ROOM, EMITTER, &inside, &BoxOptions { sample_rate_hz: 48_000, ..good }, "the head's 24000 Hz");
+    refused(&ROOM, EMITTER, &inside, &BoxOptions { sample_rate_hz: 48_000, ..good }, "the HRTF's 24000 Hz");
     let silent = set(&[Vec3::X], |_| [vec![0.0; 8], vec![0.0; 8]]);
-    assert!(Head::new(&silent, RATE).unwrap_err().to_string().contains("responses with sound, found silence"));
-    assert!(Head::new(&set(&[], |_| [Vec::new(), Vec::new()]), RATE).is_err());
-    assert!(Head::new(&set(&[Vec3::ZERO], |_| [vec![1.0], vec![1.0]]), RATE).is_err());
+    assert!(Hrtf::new(&silent, RATE).unwrap_err().to_string().contains("responses with sound, found silence"));
+    assert!(Hrtf::new(&set(&[], |_| [Vec::new(), Vec::new()]), RATE).is_err());
+    assert!(Hrtf::new(&set(&[Vec3::ZERO], |_| [vec![1.0], vec![1.0]]), RATE).is_err());
 }

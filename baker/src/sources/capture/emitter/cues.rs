@@ -1,6 +1,8 @@
-//! What one clip tells about where its sound came from: the direct sound, found by the dry sound beside it.
+//! The direct sound of one clip, found with the help of the dry sound: the cues to where the sound came from.
 
 use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::{signal, spectrum};
+use promenade_metrics::running_itd_s;
 
 /// Dry sound before a clip that still sounds in it, seconds.
 pub(super) const PRE_ROLL_S: f64 = 0.25;
@@ -10,8 +12,6 @@ const LATEST_S: f64 = 0.15;
 /// Band of the transfer that is estimated, hertz.
 const LOWEST_HZ: f64 = 150.0;
 const HIGHEST_HZ: f64 = 7000.0;
-/// Band of the interaural delay, hertz.
-const DELAY_TOP_HZ: f64 = 1500.0;
 /// Dry sound weaker than this share of its mean power does not count.
 const REGULARISATION: f64 = 0.03;
 /// The first arrival is the first at least so strong, a share of the strongest one's power.
@@ -24,8 +24,6 @@ const EDGE: f64 = 0.3;
 /// Energies are summed over this on both sides; an arrival rises to its peak within the second, seconds.
 const SMOOTH_S: f64 = 0.0003;
 const RISE_S: f64 = 0.0008;
-/// No head is wider than this, seconds.
-const LARGEST_LAG_S: f64 = 1e-3;
 
 /// The direct sound of a clip.
 #[derive(Clone, Copy, Debug)]
@@ -42,11 +40,11 @@ pub(super) struct Direct {
 
 /// The direct sound of what the ears heard of a dry sound that begins `pre_roll` samples earlier; `None` where nothing stands out.
 ///
-/// Each ear is divided by the dry sound, regularised where the dry sound is weak. The first strong arrival is cut out of both
-/// responses, and the two are cross-correlated (Knapp and Carter 1976).
+/// Each ear is divided by the dry sound, with regularisation where the dry sound is weak. The first strong arrival is cut out of both
+/// responses, and its delay between them is measured ([`running_itd_s`]).
 pub(super) fn direct(dry: &[f32], pre_roll: usize, ears: [&[f32]; 2], rate: f64) -> Option<Direct> {
     let length = (2 * dry.len()).next_power_of_two();
-    let x = spectrum(dry, 0, length);
+    let x = spectrum(dry.iter().map(|&v| f64::from(v)), length);
     let hz = |k: usize| k as f64 * rate / length as f64;
     let inside = |k: usize| (LOWEST_HZ..=HIGHEST_HZ.min(0.45 * rate)).contains(&hz(k));
     let powers: Vec<f64> = x.iter().enumerate().filter(|(k, _)| inside(*k)).map(|(_, x)| x.norm_sqr()).collect();
@@ -55,11 +53,12 @@ pub(super) fn direct(dry: &[f32], pre_roll: usize, ears: [&[f32]; 2], rate: f64)
         return None;
     }
     let responses = ears.map(|ear| {
-        let mut transfer = spectrum(ear, pre_roll, length);
+        let late = std::iter::repeat_n(0.0, pre_roll).chain(ear.iter().map(|&v| f64::from(v)));
+        let mut transfer = spectrum(late, length);
         for (k, (y, x)) in transfer.iter_mut().zip(&x).enumerate() {
             *y = if inside(k) { *y * x.conj() / (x.norm_sqr() + floor) } else { Complex64::default() };
         }
-        Periodic(back(transfer, length))
+        Periodic(signal(transfer, length))
     });
     let power = |i: i64| responses.iter().map(|h| h.at(i).powi(2)).sum::<f64>();
     let [first, last, before, after] = [EARLIEST_S, LATEST_S, BEFORE_S, AFTER_S].map(|s| samples(s, rate));
@@ -86,32 +85,11 @@ pub(super) fn direct(dry: &[f32], pre_roll: usize, ears: [&[f32]; 2], rate: f64)
     let around = || (centre - 2 * half..=centre + 2 * half).map(|i| (i as f64, power(i)));
     let middle = around().map(|(i, p)| i * p).sum::<f64>() / around().map(|(_, p)| p).sum::<f64>();
     Some(Direct {
-        delay_s: lag_s(&pieces, rate)?,
+        delay_s: running_itd_s(pieces.each_ref().map(Vec::as_slice), rate)?,
         level_db: 10.0 * (energy / kept).log10(),
         arrival_s: middle / rate,
         clarity_db: 10.0 * (smooth[peak] / mean).log10(),
     })
-}
-
-/// The lag within 1 ms of the largest cross-correlation below 1.5 kHz, between samples by a parabola; seconds, positive = left later.
-fn lag_s([left, right]: &[Vec<f64>; 2], rate: f64) -> Option<f64> {
-    let length = (8 * left.len()).next_power_of_two();
-    let [l, r] = [left, right].map(|x| transform(x.iter().copied(), length));
-    let top = DELAY_TOP_HZ * length as f64 / rate;
-    let cross = l.iter().zip(&r).enumerate().map(|(k, (l, r))| {
-        let inside = k > 0 && k as f64 <= top && k < length / 2;
-        if inside { l * r.conj() } else { Complex64::default() }
-    });
-    let correlation = Periodic(back(cross.collect(), length));
-    let reach = samples(LARGEST_LAG_S, rate);
-    let best = (-reach..=reach).max_by(|a, b| correlation.at(*a).total_cmp(&correlation.at(*b)))?;
-    let [before, peak, after] = [-1, 0, 1].map(|i| correlation.at(best + i));
-    if peak <= 0.0 {
-        return None;
-    }
-    let bend = before - 2.0 * peak + after;
-    let part = if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
-    Some((best as f64 + part) / rate)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "less than a second")]
@@ -127,30 +105,4 @@ impl Periodic {
         let length = i64::try_from(self.0.len()).unwrap_or(i64::MAX).max(1);
         usize::try_from(i.rem_euclid(length)).ok().and_then(|i| self.0.get(i)).copied().unwrap_or(0.0)
     }
-}
-
-/// Spectrum of a signal that begins `offset` samples late.
-fn spectrum(x: &[f32], offset: usize, length: usize) -> Vec<Complex64> {
-    transform(std::iter::repeat_n(0.0, offset).chain(x.iter().map(|v| f64::from(*v))), length)
-}
-
-fn transform(x: impl Iterator<Item = f64>, length: usize) -> Vec<Complex64> {
-    let plan = promenade_fourier::forward::<f64>(length.max(2));
-    let mut time = plan.make_input_vec();
-    time.iter_mut().zip(x).for_each(|(to, from)| *to = from);
-    let mut out = plan.make_output_vec();
-    // The lengths come from the plan itself, the only thing that the transform checks.
-    let done = plan.process(&mut time, &mut out);
-    debug_assert!(done.is_ok());
-    out
-}
-
-fn back(mut spectrum: Vec<Complex64>, length: usize) -> Vec<f64> {
-    let plan = promenade_fourier::inverse::<f64>(length.max(2));
-    let mut time = plan.make_output_vec();
-    // The callers leave both end bins at 0, which are to be real.
-    let done = plan.process(&mut spectrum, &mut time);
-    debug_assert!(done.is_ok());
-    time.iter_mut().for_each(|v| *v /= length as f64);
-    time
 }

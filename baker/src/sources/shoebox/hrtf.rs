@@ -1,9 +1,10 @@
-//! A head: what each ear hears of a direction.
+//! Head-related transfer functions: what each ear hears of a direction.
 
-use super::minimum_phase::log_spectrum;
+use super::bins::Bins;
 use crate::{BakeError, Responses};
 use promenade_audio::resample;
 use promenade_core::glam::Vec3;
+use promenade_fourier::Fourier;
 use promenade_fourier::num_complex::Complex32;
 
 /// Length of the transform that an image is filtered in, seconds, at least.
@@ -15,15 +16,8 @@ const SPHERE: usize = 4096;
 /// Range of the equalisation: below it, its end holds. Above it, responses fade away towards half the sample rate, of which the upper
 /// end is a share: fractional delays would ring long otherwise.
 const EQUALISED: (f64, f64) = (100.0, 0.85);
-/// Directions that a response is interpolated of, and one more that says how far they reach.
+/// Directions that a response is interpolated from, and one more that sets how far they reach.
 const NEAR: usize = 6;
-
-/// The transform that images are filtered in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Grid {
-    pub(super) n_fft: usize,
-    pub(super) sample_rate_hz: f64,
-}
 
 /// Responses of a head in a free field, equalised for a diffuse field: over all directions and both ears their energy is 1 at every
 /// frequency from 100 Hz to 85 % of half the sample rate, where they begin to fade away.
@@ -31,8 +25,8 @@ pub(super) struct Grid {
 /// Between measured directions the delays and the responses without them are interpolated apart, of the five nearest directions with
 /// Franke and Little's weights (1980), so that a turn of the head has no steps.
 #[derive(Debug)]
-pub struct Head {
-    grid: Grid,
+pub struct Hrtf {
+    bins: Bins,
     directions: Vec<Vec3>,
     /// Of each direction both ears' delays after the head's centre, samples.
     delays: Vec<[f32; 2]>,
@@ -44,8 +38,8 @@ pub struct Head {
     licence: String,
 }
 
-impl Head {
-    /// A head from its responses around it in a free field (a SOFA file of head-related responses), converted to a sample rate in Hz.
+impl Hrtf {
+    /// HRTFs from responses of a head around it in a free field (a SOFA file of head-related responses), converted to a sample rate in Hz.
     /// The mean delay of both ears over all directions is the distance's, one for all of them, and is taken out.
     ///
     /// # Errors
@@ -62,20 +56,20 @@ impl Head {
             reason = "a rate within the range that WAV files have"
         )]
         let (n_fft, from_hz) = (((FRAME_S * rate) as usize).next_power_of_two(), set.sample_rate_hz.round() as u32);
-        let grid = Grid { n_fft, sample_rate_hz: rate };
+        let bins = Bins { n_fft, sample_rate_hz: rate };
         let mut directions = Vec::with_capacity(set.responses.len());
         let mut ears = Vec::with_capacity(2 * set.responses.len());
         for response in &set.responses {
             let direction = response.listener.to_head(response.source).try_normalize();
-            directions.push(direction.ok_or_else(|| wrong("head", "sources apart from it", response.name.clone()))?);
+            directions.push(direction.ok_or_else(|| wrong("HRTF", "sources apart from it", response.name.clone()))?);
             ears.extend([response.left.clone(), response.right.clone()]);
         }
         if directions.is_empty() {
-            return Err(wrong("head", "at least one direction", "none".to_owned()));
+            return Err(wrong("HRTF", "at least one direction", "none".to_owned()));
         }
         let ears = resample::response(&ears, from_hz, sample_rate_hz)?;
-        let mut head = Self {
-            grid,
+        let mut hrtf = Self {
+            bins,
             delays: Vec::new(),
             spectra: Vec::new(),
             coherence: Vec::new(),
@@ -83,21 +77,21 @@ impl Head {
             credit: set.credit.clone(),
             licence: set.licence.clone(),
         };
-        let shares = head.shares();
-        let (cut, onsets) = head.cut(&ears).ok_or_else(|| wrong("head", "responses with sound", "silence".to_owned()))?;
-        head.set(&cut, &onsets, &shares);
-        Ok(head)
+        let shares = hrtf.shares();
+        let (cut, onsets) = hrtf.cut(&ears).ok_or_else(|| wrong("HRTF", "responses with sound", "silence".to_owned()))?;
+        hrtf.set(&cut, &onsets, &shares);
+        Ok(hrtf)
     }
 
-    pub(super) fn grid(&self) -> Grid {
-        self.grid
+    pub(super) fn bins(&self) -> Bins {
+        self.bins
     }
 
     /// Samples per second.
     #[must_use]
     pub fn sample_rate_hz(&self) -> u32 {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it came from a u32")]
-        let rate = self.grid.sample_rate_hz as u32;
+        let rate = self.bins.sample_rate_hz as u32;
         rate
     }
 
@@ -117,7 +111,7 @@ impl Head {
 
     /// Real interaural coherence in a diffuse field at a frequency, -1 to 1.
     pub(super) fn coherence(&self, hz: f64) -> f32 {
-        let bin = hz * self.grid.n_fft as f64 / self.grid.sample_rate_hz;
+        let bin = hz * self.bins.n_fft as f64 / self.bins.sample_rate_hz;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
         let bin = (bin.round() as usize).min(self.coherence.len() - 1);
         self.coherence[bin]
@@ -134,7 +128,7 @@ impl Head {
 
     /// Responses from their onsets on, each as long as counts, and the onsets in samples.
     fn cut(&self, ears: &[Vec<f32>]) -> Option<(Vec<Vec<f32>>, Vec<f32>)> {
-        let rate = self.grid.sample_rate_hz;
+        let rate = self.bins.sample_rate_hz;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some milliseconds")]
         let [lead, length, fade] = [0.001, RESPONSE_S, 0.002].map(|s| (s * rate) as usize);
         let mut pieces = Vec::with_capacity(ears.len());
@@ -160,9 +154,9 @@ impl Head {
     }
 
     fn set(&mut self, ears: &[Vec<f32>], onsets: &[f32], shares: &[f32]) {
-        let Grid { n_fft, sample_rate_hz } = self.grid;
-        let forward = promenade_fourier::forward::<f32>(n_fft);
-        let mut time = forward.make_input_vec();
+        let Bins { n_fft, sample_rate_hz } = self.bins;
+        let fourier = Fourier::new(n_fft);
+        let mut time = vec![0.0_f32; n_fft];
         let spectra: Vec<Vec<Complex32>> = ears
             .iter()
             .zip(onsets)
@@ -176,29 +170,25 @@ impl Head {
                         time[(i + n_fft * (1 + whole / n_fft) - whole) % n_fft] += v;
                     }
                 }
-                let mut spectrum = forward.make_output_vec();
-                let done = forward.process(&mut time, &mut spectrum);
-                debug_assert!(done.is_ok());
+                let mut spectrum = fourier.spectrum(time.iter().copied());
                 delay(&mut spectrum, whole as f32 - onset, n_fft);
                 spectrum
             })
             .collect();
         let pairs: Vec<&[Vec<Complex32>]> = spectra.chunks(2).collect();
-        let bins = n_fft / 2 + 1;
-        let hz = |k: usize| k as f64 * sample_rate_hz / n_fft as f64;
-        let energy: Vec<f64> = (0..bins)
+        let energy: Vec<f64> = (0..self.bins.count())
             .map(|k| {
                 pairs.iter().zip(shares).map(|(p, w)| f64::from(w * 0.5 * (p[0][k].norm_sqr() + p[1][k].norm_sqr()))).sum()
             })
             .collect();
         let range = EQUALISED.0..=EQUALISED.1 * 0.5 * sample_rate_hz;
         let smooth = third_octaves(&energy, sample_rate_hz / n_fft as f64);
-        let equaliser = log_spectrum(self.grid, |f| {
+        let equaliser = self.bins.minimum_phase(|f| {
             let bin = f.clamp(*range.start(), *range.end()) / sample_rate_hz * n_fft as f64;
             -0.5 * at(&smooth, bin).max(1e-12).ln()
         });
         let fade = |k: usize| {
-            let above = (hz(k) / (0.5 * sample_rate_hz) - EQUALISED.1) / (1.0 - EQUALISED.1);
+            let above = (self.bins.hz(k) / (0.5 * sample_rate_hz) - EQUALISED.1) / (1.0 - EQUALISED.1);
             #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
             let gain = (0.5 * std::f64::consts::PI * above.clamp(0.0, 1.0)).cos().powi(2) as f32;
             gain
@@ -206,12 +196,12 @@ impl Head {
         let equaliser: Vec<Complex32> = equaliser.iter().enumerate().map(|(k, c)| c.exp() * fade(k)).collect();
         let mean_onset = onsets.chunks(2).zip(shares).map(|(o, w)| w * 0.5 * (o[0] + o[1])).sum::<f32>();
         self.delays = onsets.chunks(2).map(|o| [o[0] - mean_onset, o[1] - mean_onset]).collect();
-        self.coherence = (0..bins)
+        self.coherence = (0..self.bins.count())
             .map(|k| {
                 let (mut cross, mut left, mut right) = (0.0, 0.0, 0.0);
                 for ((p, w), d) in pairs.iter().zip(shares).zip(&self.delays) {
                     #[expect(clippy::cast_possible_truncation, reason = "a phase")]
-                    let lag = (2.0 * std::f64::consts::PI * hz(k) / sample_rate_hz) as f32 * (d[0] - d[1]);
+                    let lag = (2.0 * std::f64::consts::PI * self.bins.hz(k) / sample_rate_hz) as f32 * (d[0] - d[1]);
                     cross += w * (p[0][k] * p[1][k].conj() * Complex32::cis(-lag)).re;
                     left += w * p[0][k].norm_sqr();
                     right += w * p[1][k].norm_sqr();
@@ -250,28 +240,28 @@ impl Head {
         } else {
             weights[0] = (nearest[0].0, 1.0);
         }
-        Near { head: self, weights }
+        Near { hrtf: self, weights }
     }
 }
 
 /// Measured directions with their weights, the nearest first.
 #[derive(Debug)]
 pub(super) struct Near<'a> {
-    head: &'a Head,
+    hrtf: &'a Hrtf,
     weights: [(usize, f32); NEAR - 1],
 }
 
 impl Near<'_> {
     /// Delay of an ear after the head's centre, samples.
     pub(super) fn delay(&self, ear: usize) -> f32 {
-        self.weights.iter().map(|(i, w)| w * self.head.delays[*i][ear]).sum()
+        self.weights.iter().map(|(i, w)| w * self.hrtf.delays[*i][ear]).sum()
     }
 
     /// Spectrum of an ear without its delay.
     pub(super) fn spectrum(&self, ear: usize, out: &mut [Complex32]) {
         out.fill(Complex32::default());
         for (direction, weight) in self.weights.iter().filter(|(_, w)| *w > 1e-4) {
-            for (o, s) in out.iter_mut().zip(&self.head.spectra[*direction][ear]) {
+            for (o, s) in out.iter_mut().zip(&self.hrtf.spectra[*direction][ear]) {
                 *o += s * weight;
             }
         }

@@ -5,17 +5,15 @@ use crate::signal::convolve::{convolve, shape};
 use crate::{BakeError, Capture, Clip, Responses, resample};
 use promenade_core::NEAREST_M;
 use promenade_core::glam::Vec3;
+use promenade_core::network::{HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 use promenade_fourier::num_complex::{Complex32, Complex64};
 use std::f64::consts::PI;
 
-/// Radius of a sphere for a head, metres (Brown and Duda 1998), and the speed of sound, metres a second.
-const RADIUS_M: f64 = 0.0875;
-const SPEED_M_S: f64 = 343.0;
 /// Dry sound before a clip that is filtered with it, seconds.
 const PRE_ROLL_S: f64 = 0.25;
 
-/// What stands for a head.
-enum Head {
+/// Where the ears' responses come from.
+enum Hrtf {
     /// Responses without a room at the capture's rate: the direction that each is for, and both ears.
     Measured(Vec<(Vec3, [Vec<f32>; 2])>),
     /// A rigid sphere.
@@ -23,15 +21,15 @@ enum Head {
 }
 
 /// The dry sound over the distance, heard from the emitter's direction, with one gain for all clips.
-pub(super) struct DistanceAndHead {
-    head: Head,
+pub(super) struct DistanceAndHrtf {
+    hrtf: Hrtf,
     emitter: Vec3,
     pub(super) gain: f32,
 }
 
-impl DistanceAndHead {
-    pub(super) fn new(capture: &Capture, emitter: Vec3, head: Option<&Responses>) -> Result<Self, BakeError> {
-        let Some(set) = head else { return Ok(Self { head: Head::Sphere, emitter, gain: 1.0 }) };
+impl DistanceAndHrtf {
+    pub(super) fn new(capture: &Capture, emitter: Vec3, hrtf: Option<&Responses>) -> Result<Self, BakeError> {
+        let Some(set) = hrtf else { return Ok(Self { hrtf: Hrtf::Sphere, emitter, gain: 1.0 }) };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rates of files and captures")]
         let (from, to) = (set.sample_rate_hz.round() as u32, capture.sample_rate_hz.round() as u32);
         let one = |r: &crate::Response| {
@@ -40,11 +38,11 @@ impl DistanceAndHead {
             Ok((direction, [ears.next().unwrap_or_default(), ears.next().unwrap_or_default()]))
         };
         let responses = set.responses.iter().map(one).collect::<Result<Vec<_>, BakeError>>()?;
-        Ok(Self { head: Head::Measured(responses), emitter, gain: 1.0 })
+        Ok(Self { hrtf: Hrtf::Measured(responses), emitter, gain: 1.0 })
     }
 }
 
-impl Method for DistanceAndHead {
+impl Method for DistanceAndHrtf {
     fn name(&self) -> &'static str {
         "distance-and-head"
     }
@@ -61,12 +59,12 @@ impl Method for DistanceAndHead {
         let gain = self.gain / seen.length().max(NEAREST_M);
         let direction = seen.try_normalize().unwrap_or(Vec3::X);
         let dry: Vec<f32> = capture.dry(clip, before).iter().map(|v| gain * v).collect();
-        let ears = match &self.head {
-            Head::Measured(all) => {
+        let ears = match &self.hrtf {
+            Hrtf::Measured(all) => {
                 let nearest = all.iter().max_by(|a, b| a.0.dot(direction).total_cmp(&b.0.dot(direction)));
                 nearest.map_or_else(|| [dry.clone(), dry.clone()], |(_, [l, r])| convolve(&dry, [l, r]))
             }
-            Head::Sphere => shape(&dry, rate, |hz| [1.0, -1.0].map(|side| sphere(f64::from(side * direction.y), hz))),
+            Hrtf::Sphere => shape(&dry, rate, |hz| [1.0, -1.0].map(|side| sphere(f64::from(side * direction.y), hz))),
         };
         Ok(ears.map(|ear| {
             let mut ear = ear[before..].to_vec();
@@ -83,13 +81,13 @@ fn sphere(towards: f64, hz: f64) -> Complex32 {
     const LEAST: f64 = 0.1;
     const DARKEST: f64 = 150.0 / 180.0;
     let angle = towards.clamp(-1.0, 1.0).acos();
-    let corner = SPEED_M_S / RADIUS_M;
+    let radius_s = f64::from(HEAD_RADIUS_M) / f64::from(SPEED_OF_SOUND_M_S);
     let alpha = (1.0 + 0.5 * LEAST) + (1.0 - 0.5 * LEAST) * (angle / DARKEST).cos();
     let w = 2.0 * PI * hz;
-    let shadow = Complex64::new(1.0, 0.5 * alpha * w / corner) / Complex64::new(1.0, 0.5 * w / corner);
+    let shadow = Complex64::new(1.0, 0.5 * alpha * w * radius_s) / Complex64::new(1.0, 0.5 * w * radius_s);
     // From the ear that is nearest to the source's plane wave on.
     let way = if angle < 0.5 * PI { 1.0 - angle.cos() } else { 1.0 + angle - 0.5 * PI };
-    let value = shadow * Complex64::from_polar(1.0, -w * way * RADIUS_M / SPEED_M_S);
+    let value = shadow * Complex64::from_polar(1.0, -w * way * radius_s);
     #[expect(clippy::cast_possible_truncation, reason = "a gain near 1")]
     let narrow = Complex32::new(value.re as f32, value.im as f32);
     narrow

@@ -1,0 +1,36 @@
+//! Filters of given magnitudes that ring as little as they can.
+
+use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::{signal, spectrum};
+
+/// The complex logarithm of the minimum-phase filter whose magnitude has this natural logarithm, both by bin from 0 to half of an
+/// even `n_fft`: the cepstrum folded to positive times (Oppenheim and Schafer 2010, section 13.5).
+pub(crate) fn minimum_phase_log(log_gain: impl IntoIterator<Item = f64>, n_fft: usize) -> Vec<Complex64> {
+    let mut cepstrum = signal(log_gain.into_iter().map(Complex64::from).collect(), n_fft);
+    let (positive, negative) = cepstrum.split_at_mut(n_fft / 2);
+    positive.iter_mut().skip(1).for_each(|c| *c *= 2.0);
+    negative.iter_mut().skip(1).for_each(|c| *c = 0.0);
+    spectrum(cepstrum, n_fft)
+}
+
+/// The phase alone, radians, unwrapped.
+pub(crate) fn minimum_phase(log_gain: impl IntoIterator<Item = f64>, n_fft: usize) -> impl Iterator<Item = f32> {
+    minimum_phase_log(log_gain, n_fft).into_iter().map(|log| log.im as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn minimum_phase_of_a_one_pole_is_its_own_phase() {
+        let response = |k: usize| {
+            let w = std::f64::consts::TAU * k as f64 / 320.0;
+            let (re, im) = (1.0 - 0.6 * w.cos(), 0.6 * w.sin());
+            Complex64::new(-0.5 * (re * re + im * im).ln(), -im.atan2(re))
+        };
+        for (k, found) in minimum_phase_log((0..161).map(|k| response(k).re), 320).iter().enumerate() {
+            assert!((found - response(k)).norm() < 1e-5, "bin {k}");
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The transform that images are filtered in.
+
+use crate::signal::minimum_phase::minimum_phase_log;
+use promenade_fourier::num_complex::Complex32;
+
+/// Oversampling of the frequencies, against the cepstrum's folding onto itself.
+const OVERSAMPLING: usize = 8;
+
+/// Bins of a transform of `n_fft` samples, from 0 to half the sample rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bins {
+    pub(super) n_fft: usize,
+    pub(super) sample_rate_hz: f64,
+}
+
+impl Bins {
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.n_fft / 2 + 1
+    }
+
+    /// Frequency of a bin, hertz.
+    pub(super) fn hz(&self, bin: usize) -> f64 {
+        bin as f64 * self.sample_rate_hz / self.n_fft as f64
+    }
+
+    /// The complex logarithm, by bin, of the minimum-phase filter with this log amplitude by frequency in hertz.
+    pub(super) fn minimum_phase(&self, log_amplitude: impl Fn(f64) -> f64) -> Vec<Complex32> {
+        let fine = Self { n_fft: OVERSAMPLING * self.n_fft, ..*self };
+        let logs = minimum_phase_log((0..fine.count()).map(|k| log_amplitude(fine.hz(k))), fine.n_fft);
+        logs.iter().step_by(OVERSAMPLING).map(|c| Complex32::new(c.re as f32, c.im as f32)).collect()
+    }
+}

@@ -1,0 +1,35 @@
+//! What walls leave of a sound.
+
+use super::bins::Bins;
+use super::{BoxRoom, OCTAVES_HZ};
+use promenade_fourier::num_complex::Complex32;
+
+/// Amplitude that stands for 0, whose logarithm would be infinite.
+const LEAST_AMPLITUDE: f64 = 1e-5;
+
+/// Complex logarithms of the walls' reflection, by bin.
+pub(super) fn walls(room: &BoxRoom, bins: Bins) -> [Vec<Complex32>; 6] {
+    room.absorption.map(|absorption| {
+        let amplitude = |hz: f64| {
+            let absorbed = octave(&absorption, hz);
+            (1.0 - absorbed).max(0.0).sqrt().max(LEAST_AMPLITUDE).ln()
+        };
+        bins.minimum_phase(amplitude)
+    })
+}
+
+/// A value by octave at a frequency: linear over the logarithm of the frequency, held beyond the ends.
+fn octave(values: &[f32; 7], hz: f64) -> f64 {
+    let (below, fraction) = octave_place(hz);
+    let [a, b] = [values[below], values[below + 1]].map(f64::from);
+    a + fraction * (b - a)
+}
+
+/// The octave below a frequency and how far it is on the way to the next.
+pub(super) fn octave_place(hz: f64) -> (usize, f64) {
+    let last = OCTAVES_HZ.len() - 1;
+    let place = (hz.max(1.0) / f64::from(OCTAVES_HZ[0])).log2().clamp(0.0, last as f64);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the octaves")]
+    let below = (place as usize).min(last - 1);
+    (below, place - below as f64)
+}

@@ -1,0 +1,129 @@
+//! Plots as SVG.
+
+use anyhow::Result;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+const WIDTH: u32 = 720;
+const BAR: RGBColor = RGBColor(0x4a, 0x7f, 0xb5);
+const OTHER_BAR: RGBColor = RGBColor(0xc8, 0xc8, 0xc8);
+const FONT: (&str, u32) = ("sans-serif", 13);
+const TITLE_FONT: (&str, u32) = ("sans-serif", 15);
+/// Left of the boxes, for the names of rows.
+const NAMES_WIDTH: u32 = 170;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// A box for each named row of rising values: quartiles and median, and whiskers from the smallest to the largest value. The first
+/// row stands out.
+pub(crate) fn boxes(title: &str, rows: &[(&str, Vec<f64>)]) -> Result<String> {
+    let most = rows.iter().filter_map(|(_, v)| v.last()).fold(0.0_f64, |m, v| m.max(*v));
+    let height = 75 + 28 * u32::try_from(rows.len())?;
+    svg(height, |area| {
+        let mut chart = ChartBuilder::on(area)
+            .caption(title, TITLE_FONT)
+            .margin_right(20)
+            .x_label_area_size(30)
+            .y_label_area_size(NAMES_WIDTH)
+            .build_cartesian_2d(0.0..if most > 0.0 { 1.05 * most } else { 1.0 }, (0..rows.len()).into_segmented())?;
+        // From the top down.
+        let row = |from_below: usize| rows.len().checked_sub(from_below + 1).and_then(|i| rows.get(i));
+        let name = |place: &SegmentValue<usize>| match place {
+            SegmentValue::CenterOf(i) => row(*i).map_or("", |r| r.0).to_owned(),
+            _ => String::new(),
+        };
+        chart
+            .configure_mesh()
+            .disable_y_mesh()
+            .light_line_style(TRANSPARENT)
+            .x_labels(8)
+            .y_labels(rows.len())
+            .y_label_formatter(&name)
+            .label_style(FONT)
+            .draw()?;
+        for i in 0..rows.len() {
+            let values = row(i).map_or(&[][..], |r| &r.1);
+            let [Some(low), Some(q1), Some(median), Some(q3), Some(high)] =
+                [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| quantile(values, share))
+            else {
+                continue;
+            };
+            let middle = SegmentValue::CenterOf(i);
+            chart.draw_series([PathElement::new([(low, middle.clone()), (high, middle.clone())], BLACK)])?;
+            let colour = if i + 1 == rows.len() { BAR } else { OTHER_BAR };
+            let mut bar = Rectangle::new([(q1, SegmentValue::Exact(i)), (q3, SegmentValue::Exact(i + 1))], colour.filled());
+            bar.set_margin(6, 6, 0, 0);
+            chart.draw_series([bar])?;
+            let line = PathElement::new([(0, -8), (0, 8)], BLACK.stroke_width(2));
+            chart.draw_series([EmptyElement::at((median, middle)) + line])?;
+        }
+        Ok(())
+    })
+}
+
+/// Named curves over one horizontal axis, one below the other, each from 0 to its largest value.
+#[cfg(feature = "train")]
+pub(crate) fn curves(axis: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> Result<String> {
+    let end = curves.iter().flat_map(|(_, points)| points).fold(1.0_f64, |m, p| m.max(p.0));
+    svg(190 * u32::try_from(curves.len())?, |area| {
+        for (panel, (name, points)) in area.split_evenly((curves.len(), 1)).iter().zip(curves) {
+            let finite = points.iter().copied().filter(|p| p.1.is_finite());
+            let most = finite.clone().fold(1e-12_f64, |m, p| m.max(p.1));
+            let mut chart = ChartBuilder::on(panel)
+                .caption(name, TITLE_FONT)
+                .margin_right(20)
+                .x_label_area_size(38)
+                .y_label_area_size(70)
+                .build_cartesian_2d(0.0..end, 0.0..1.05 * most)?;
+            chart
+                .configure_mesh()
+                .light_line_style(TRANSPARENT)
+                .x_desc(axis)
+                .x_label_formatter(&f64::to_string)
+                .y_labels(5)
+                .label_style(FONT)
+                .draw()?;
+            chart.draw_series(LineSeries::new(finite, BAR.stroke_width(2)))?;
+        }
+        Ok(())
+    })
+}
+
+/// An image with a white ground.
+fn svg(height: u32, draw: impl FnOnce(&Area<'_>) -> Result<()>) -> Result<String> {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
+        area.fill(&WHITE)?;
+        draw(&area)?;
+        area.present()?;
+    }
+    Ok(text)
+}
+
+/// A value below which this share of rising values lies, interpolated.
+fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let place = share * (sorted.len().checked_sub(1)?) as f64;
+    let below = place.floor() as usize;
+    let (a, b) = (sorted.get(below)?, sorted.get(below + 1).or(sorted.last())?);
+    Some(a + (b - a) * place.fract())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_interpolated() {
+        let v = [1.0, 2.0, 3.0, 5.0];
+        assert_eq!([0.0, 0.5, 1.0].map(|s| quantile(&v, s)), [Some(1.0), Some(2.5), Some(5.0)]);
+        assert_eq!(quantile(&[], 0.5), None);
+    }
+
+    #[test]
+    fn names_and_empty_rows_are_drawn() {
+        let text = boxes("a & b", &[("<x>", vec![0.0, 7.7]), ("none", Vec::new())]).unwrap();
+        assert!(text.contains("a &amp; b") && text.contains("&lt;x&gt;") && text.contains("none"), "{text}");
+        assert_eq!(text.matches("<rect").count(), 2, "the ground and one box");
+    }
+}
