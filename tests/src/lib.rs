@@ -9,6 +9,7 @@ pub mod memory;
 mod played;
 pub mod screen;
 pub mod signal;
+pub mod sources;
 
 pub use library::in_library;
 pub use played::{ClapHost, Host, Knob, Vst3, edit_state, host_id, render};

@@ -1,14 +1,15 @@
-//! The crates depend on each other as `docs/architecture.md` says.
+//! The crates depend on each other as `docs/architecture.md` says; core computes and does nothing else.
 
+use promenade_tests::sources;
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::process::Command;
 
 /// Every package that a package pulls in when it is built, by name, features as they are by default.
 fn closure(of: &str) -> BTreeSet<String> {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     // Packages for tests and benches are of no concern to who builds the crate.
     let options = ["tree", "--offline", "--edges", "normal,build", "--prefix", "none", "--format", "{p}", "--package", of];
-    let out = Command::new(env!("CARGO")).args(options).current_dir(root).output().expect("cargo runs");
+    let out = Command::new(env!("CARGO")).args(options).current_dir(root()).output().expect("cargo runs");
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let text = String::from_utf8(out.stdout).unwrap();
     let names = text.lines().filter_map(|line| line.split_whitespace().next()).map(str::to_owned);
@@ -63,4 +64,29 @@ fn no_training_framework_ships() {
         let all = closure(shipped);
         assert!(!all.iter().any(|n| n.starts_with("burn") || n.starts_with("candle") || n == "tch"), "{shipped}");
     }
+}
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// What core uses of the standard library: numbers and collections, no files, threads, clocks, sockets or variables.
+const OF_STD: [&str; 14] =
+    ["array", "borrow", "cmp", "collections", "error", "f32", "f64", "fmt", "iter", "mem", "ops", "slice", "sync::Arc", "u32"];
+
+#[test]
+fn core_computes_and_does_nothing_else() {
+    let mut foreign = Vec::new();
+    for source in sources::of_crate(&root().join("core")).values() {
+        for (line, path) in &source.paths {
+            if path[0] == "std" && !OF_STD.iter().any(|of_std| path[1..].join("::").starts_with(of_std)) {
+                foreign.push(format!("{}:{line}: {}", source.file.display(), path.join("::")));
+            }
+        }
+        let prints = ["print", "println", "eprint", "eprintln", "dbg"];
+        for (line, name) in source.macros.iter().filter(|(_, name)| prints.contains(&name.as_str())) {
+            foreign.push(format!("{}:{line}: {name}!", source.file.display()));
+        }
+    }
+    assert!(foreign.is_empty(), "{}", foreign.join("\n"));
 }
