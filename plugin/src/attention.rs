@@ -1,23 +1,24 @@
-//! How much a decoder attends to each anchor of its scene, for whoever looks on.
+//! How much a decoder attends to each anchor of its scene, for an open editor.
 
+use crate::lock::lock;
 use promenade_core::Scene;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
-/// What was attended to in one decode.
+/// The attention of one decode over the scene's anchors.
 #[derive(Clone, Debug, Default)]
-pub struct Attended {
+pub struct AttentionWeights {
     /// The scene that was decoded.
     pub scene: Weak<Scene>,
-    /// Share of each anchor; they sum to 1.
-    pub shares: Vec<f32>,
+    /// Weight of each anchor; they sum to 1.
+    pub weights: Vec<f32>,
 }
 
-/// From one instance's decoder to its editor. The audio thread has no part in it.
+/// The newest attention weights on their way from an instance's decoder to its editor. The audio thread does not touch it.
 #[derive(Debug, Default)]
 pub struct Attention {
     watched: AtomicBool,
-    newest: Mutex<Arc<Attended>>,
+    newest: Mutex<Arc<AttentionWeights>>,
 }
 
 impl Attention {
@@ -32,15 +33,15 @@ impl Attention {
         self.watched.store(watched, Ordering::Relaxed);
     }
 
-    /// Takes the newest.
-    pub fn tell(&self, attended: Attended) {
-        *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(attended);
+    /// Replaces the newest weights.
+    pub fn publish(&self, weights: AttentionWeights) {
+        *lock(&self.newest) = Arc::new(weights);
     }
 
-    /// What was attended to last in a scene, if it was decoded while someone looked on.
+    /// The newest weights of a scene, if it was decoded while an editor was open.
     #[must_use]
-    pub fn in_scene(&self, scene: &Arc<Scene>) -> Option<Arc<Attended>> {
-        let newest = Arc::clone(&self.newest.lock().unwrap_or_else(PoisonError::into_inner));
+    pub fn in_scene(&self, scene: &Arc<Scene>) -> Option<Arc<AttentionWeights>> {
+        let newest = Arc::clone(&lock(&self.newest));
         let same = newest.scene.upgrade().is_some_and(|held| Arc::ptr_eq(&held, scene));
         same.then_some(newest)
     }

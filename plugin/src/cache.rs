@@ -1,8 +1,9 @@
 //! Scenes in memory, one copy per content in the whole process.
 
+use crate::lock::lock;
 use promenade_core::{Scene, SceneError};
 use std::collections::HashMap;
-use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
+use std::sync::{Arc, LazyLock, Mutex, Weak};
 
 /// BLAKE3 of a scene file, 64 lower-case hexadecimal digits.
 pub type ContentHash = String;
@@ -18,7 +19,7 @@ pub fn content_hash(bytes: &[u8]) -> ContentHash {
 /// The scene of that content, if any instance in this process holds it.
 #[must_use]
 pub fn in_memory(hash: &str) -> Option<Arc<Scene>> {
-    SCENES.lock().unwrap_or_else(PoisonError::into_inner).get(hash).and_then(Weak::upgrade)
+    lock(&SCENES).get(hash).and_then(Weak::upgrade)
 }
 
 /// The scene in `bytes`, shared with every instance that plays the same content.
@@ -31,7 +32,7 @@ pub fn scene_from(bytes: &[u8]) -> Result<(Arc<Scene>, ContentHash), SceneError>
         return Ok((scene, hash));
     }
     let scene = Arc::new(Scene::from_bytes(bytes)?);
-    let mut scenes = SCENES.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut scenes = lock(&SCENES);
     scenes.retain(|_, held| held.strong_count() > 0);
     scenes.insert(hash.clone(), Arc::downgrade(&scene));
     Ok((scene, hash))
@@ -41,7 +42,7 @@ pub fn scene_from(bytes: &[u8]) -> Result<(Arc<Scene>, ContentHash), SceneError>
 #[cfg(test)]
 pub(crate) fn alone() -> std::sync::MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
-    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+    lock(&ALONE)
 }
 
 #[cfg(test)]

@@ -5,24 +5,24 @@
 
 mod app;
 mod banner;
+pub mod controls;
 pub mod ctx;
 mod direction;
+mod drawer;
 mod ears_panel;
 mod estimate;
+mod geometry;
 pub mod gesture;
 mod header;
 pub mod host;
-pub mod knobs;
 pub mod meter;
-mod mirror;
 mod osc_panel;
 pub mod panel;
 mod path_panel;
+pub mod pose_source;
 mod presets_panel;
 mod scenes;
 mod side;
-pub mod source;
-mod tabs;
 pub mod theme;
 mod tier;
 mod view;

@@ -2,6 +2,7 @@
 //!
 //! The groups belong to the process: instances of a host that runs each plugin in a process of its own meet over Open Sound Control instead.
 
+use crate::cast::narrow;
 use crate::pose_cell::PoseCell;
 use promenade_core::Pose;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,7 +12,7 @@ pub const GROUPS: usize = 4;
 /// Poses that a group remembers; leaders publish one a hop.
 const POSES: usize = 256;
 /// A follower that is further than this behind or ahead of the leader's time, seconds, takes its newest pose: their times do not belong together.
-const STRANGE_S: f64 = 0.5;
+const UNRELATED_S: f64 = 0.5;
 /// Nobody leads.
 const NOBODY: u64 = 0;
 
@@ -32,9 +33,9 @@ impl Group {
     }
 
     fn slot(&self, index: u64) -> &PoseCell {
-        #[expect(clippy::cast_possible_truncation, reason = "the remainder of a small number")]
-        let place = (index % POSES as u64) as usize;
-        &self.poses[place]
+        // The low bits are all that the remainder by a power of two needs.
+        #[expect(clippy::cast_possible_truncation, reason = "truncation keeps the remainder")]
+        &self.poses[index as usize % POSES]
     }
 
     fn newest(&self) -> Option<(f64, Pose)> {
@@ -51,8 +52,7 @@ impl Group {
             let Some((t_s, pose)) = self.slot(index).read() else { break };
             if t_s <= time_s {
                 let Some((later_s, next)) = later else { return Some(pose) };
-                #[expect(clippy::cast_possible_truncation, reason = "a share of 1")]
-                let share = ((time_s - t_s) / (later_s - t_s)) as f32;
+                let share = narrow((time_s - t_s) / (later_s - t_s));
                 return Some(Pose {
                     position: pose.position.lerp(next.position, share),
                     orientation: pose.orientation.slerp(next.orientation, share).normalize(),
@@ -89,7 +89,7 @@ impl Default for Member {
 }
 
 impl Member {
-    /// Takes or leaves the lead. Says whether this instance leads the group; another that came first keeps it.
+    /// Takes or leaves the lead. Returns whether this instance leads the group; another that came first keeps it.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -103,6 +103,12 @@ impl Member {
                 self.leads = wanted;
             }
         }
+        self.leads()
+    }
+
+    /// Whether this instance leads a group.
+    #[must_use]
+    pub fn leads(&self) -> bool {
         self.leads.is_some()
     }
 
@@ -127,7 +133,7 @@ impl Member {
         group.count.store(count + 1, Ordering::Release);
     }
 
-    /// Prepares to follow a group through a block from `start_s` to `end_s`; `moved` says that the transport was moved.
+    /// Prepares to follow a group through a block that ends at `end_s`, seconds; `moved` when the transport was moved to it.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -138,7 +144,7 @@ impl Member {
         if moved {
             self.lag_s = 0.0;
         }
-        if behind_s.abs() > STRANGE_S {
+        if behind_s.abs() > UNRELATED_S {
             return Some(Following { group, lag_s: 0.0, held: Some(newest) });
         }
         self.lag_s = self.lag_s.max(behind_s);

@@ -1,36 +1,47 @@
 //! Promenade as a plugin: parameters, state, scene loading and the shell around [`promenade_core::Spatializer`].
 //!
-//! Threads: the audio thread owns [`Promenade`] and calls `process` and `reset`; everything that reads a file, parses or allocates is
-//! done by the [`loader`] on the host's main thread or on a background thread; a second one decodes poses. All instances in a process share both.
+//! Threads: the audio thread owns [`Promenade`] and calls `process` and `reset`. Whatever reads a file, parses or allocates is done by the
+//! [`loader`] on the host's main thread or on a background thread; another background thread decodes poses. All instances in a process share
+//! these threads.
+
+#![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 
 pub mod attention;
 pub mod cache;
-pub mod causes;
+mod cast;
+pub mod choices;
 pub mod clock;
-pub mod decoder;
 pub mod editor;
+pub mod error_chain;
 mod export;
 pub mod factory;
 pub mod group;
-pub mod kept;
+pub mod history;
 pub mod library;
 pub mod listener;
 pub mod lister;
 pub mod loader;
+mod lock;
+mod monitor;
+pub mod offline;
 pub mod osc;
-pub mod pace;
+pub mod parameter;
 pub mod params;
+pub mod persisted;
 #[cfg(feature = "standalone")]
 pub mod player;
+mod playing;
 mod plugin;
 pub mod pose_cell;
+pub mod pose_sources;
 pub mod presets;
-pub mod recall;
-pub mod reference;
 pub mod remote;
+pub mod scene_key;
 pub mod settings;
+pub mod shared_worker;
 pub mod state;
 pub mod telemetry;
+pub mod user_state;
 pub mod walk;
 pub mod worker;
 

@@ -1,7 +1,7 @@
 //! The user's own scenes and camera paths on disk, and the search for a scene that has moved.
 
 use crate::cache::{self, ContentHash};
-use crate::reference::SceneReference;
+use crate::scene_key::SceneKey;
 use promenade_core::{Scene, SceneError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,8 +22,8 @@ pub struct Found {
     /// The scene.
     pub scene: Arc<Scene>,
     /// Its content and place.
-    pub reference: SceneReference,
-    /// What is odd about it; empty when nothing is.
+    pub key: SceneKey,
+    /// A remark for the user, such as that the file has changed; usually empty.
     pub note: String,
 }
 
@@ -43,7 +43,7 @@ pub enum LibraryError {
     /// The project names no scene.
     #[error("the scene is set to the library, but neither a slot is chosen nor a scene saved with the project")]
     NoScene,
-    /// A scene of that content is nowhere to be found.
+    /// No file has the scene's content or its name.
     #[error(
         "scene \"{title}\" (BLAKE3 {hash}) is missing: it was at {absolute}, and is in none of {folders:?}; the dry sound passes"
     )]
@@ -62,10 +62,10 @@ pub enum LibraryError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         error: io::Error,
     },
-    /// A file is no scene.
+    /// A file is not a scene.
     #[error("{path}: {error}")]
     NoSceneFile {
         /// The file.
@@ -115,7 +115,7 @@ pub fn file_in_slot(folders: &[PathBuf], extensions: &[&str], slot: u32) -> Resu
     usize::try_from(slot).ok().and_then(|n| n.checked_sub(1)).and_then(|n| files.into_iter().nth(n)).ok_or(empty)
 }
 
-/// The bytes of a file that is not absurdly large.
+/// The bytes of a file of at most 1 GiB.
 ///
 /// # Errors
 /// The file cannot be read, or is larger than 1 GiB.
@@ -136,12 +136,12 @@ pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
 /// The scene in a library slot.
 ///
 /// # Errors
-/// The slot is empty or its file is no scene.
+/// The slot is empty or its file is not a scene.
 pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryError> {
     let path = file_in_slot(folders, SCENES, slot)?;
     let (scene, hash) = scene_at(&path)?;
-    let reference = SceneReference::to_file(&path, hash, scene.title().to_owned(), slot);
-    Ok(Found { scene, reference, note: String::new() })
+    let key = SceneKey::to_file(&path, hash, scene.title().to_owned(), slot);
+    Ok(Found { scene, key, note: String::new() })
 }
 
 /// The scene a project names: in memory, where it was, where it was from home, by file name in the library, by content in the library.
@@ -149,13 +149,13 @@ pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryErr
 /// A file with the right name and other content is used only when no file has the right content, and is reported.
 ///
 /// # Errors
-/// The project names no scene, or there is no file with that content or that name, or it is no scene.
-pub fn scene_of(folders: &[PathBuf], wanted: &SceneReference) -> Result<Found, LibraryError> {
+/// The project names no scene, or there is no file with that content or that name, or it is not a scene.
+pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<Found, LibraryError> {
     if !wanted.is_some() {
         return Err(LibraryError::NoScene);
     }
     if let Some(scene) = cache::in_memory(&wanted.hash) {
-        return Ok(Found { scene, reference: wanted.clone(), note: String::new() });
+        return Ok(Found { scene, key: wanted.clone(), note: String::new() });
     }
     let library = files(folders, SCENES);
     let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
@@ -175,12 +175,12 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneReference) -> Result<Found, L
     } else {
         String::new()
     };
-    let mut reference = SceneReference::to_file(path, hash, scene.title().to_owned(), wanted.slot);
+    let mut key = SceneKey::to_file(path, hash, scene.title().to_owned(), wanted.slot);
     if changed {
         // The project keeps asking for the scene it was made with, in case that comes back.
-        reference = wanted.clone();
+        key = wanted.clone();
     }
-    Ok(Found { scene, reference, note })
+    Ok(Found { scene, key, note })
 }
 
 fn holds(path: &Path, hash: &str) -> bool {

@@ -24,8 +24,8 @@ impl Drop for Folder {
     }
 }
 
-fn reference(path: PathBuf, bytes: &[u8]) -> SceneReference {
-    SceneReference { hash: cache::content_hash(bytes), absolute: path, ..SceneReference::default() }
+fn key(path: PathBuf, bytes: &[u8]) -> SceneKey {
+    SceneKey { hash: cache::content_hash(bytes), absolute: path, ..SceneKey::default() }
 }
 
 #[test]
@@ -43,19 +43,19 @@ fn a_moved_and_renamed_scene_is_found_by_its_content() {
     let _alone = cache::alone();
     let bytes = factory::ROOM_A.bytes;
     let folder = Folder::new("moved").with("a.promenade", factory::ROOM_B.bytes).with("renamed.promenade", bytes);
-    let found = scene_of(std::slice::from_ref(&folder.0), &reference("/nowhere/hall.promenade".into(), bytes)).unwrap();
+    let found = scene_of(std::slice::from_ref(&folder.0), &key("/nowhere/hall.promenade".into(), bytes)).unwrap();
     assert!(found.note.is_empty(), "{}", found.note);
-    assert!(found.reference.absolute.ends_with("renamed.promenade"));
+    assert!(found.key.absolute.ends_with("renamed.promenade"));
 }
 
 #[test]
 fn a_changed_scene_is_played_and_reported_and_the_old_one_still_asked_for() {
     let _alone = cache::alone();
     let folder = Folder::new("changed").with("hall.promenade", factory::ROOM_A.bytes);
-    let wanted = reference(folder.0.join("hall.promenade"), b"the scene of yore");
+    let wanted = key(folder.0.join("hall.promenade"), b"the scene of yore");
     let found = scene_of(&[], &wanted).unwrap();
     assert!(found.note.contains("has changed"), "{}", found.note);
-    assert_eq!(found.reference, wanted);
+    assert_eq!(found.key, wanted);
 }
 
 #[test]
@@ -63,13 +63,13 @@ fn the_right_content_wins_over_the_right_name() {
     let _alone = cache::alone();
     let bytes = factory::ROOM_A.bytes;
     let folder = Folder::new("content").with("hall.promenade", b"something else").with("other.promenade", bytes);
-    let found = scene_of(std::slice::from_ref(&folder.0), &reference(folder.0.join("hall.promenade"), bytes)).unwrap();
-    assert!(found.reference.absolute.ends_with("other.promenade"));
+    let found = scene_of(std::slice::from_ref(&folder.0), &key(folder.0.join("hall.promenade"), bytes)).unwrap();
+    assert!(found.key.absolute.ends_with("other.promenade"));
 }
 
 #[test]
 fn what_is_nowhere_is_missing() {
-    let wanted = reference("/nowhere/hall.promenade".into(), b"gone");
+    let wanted = key("/nowhere/hall.promenade".into(), b"gone");
     assert!(matches!(scene_of(&[], &wanted), Err(LibraryError::Missing { .. })));
-    assert!(matches!(scene_of(&[], &SceneReference::default()), Err(LibraryError::NoScene)));
+    assert!(matches!(scene_of(&[], &SceneKey::default()), Err(LibraryError::NoScene)));
 }

@@ -1,115 +1,18 @@
-//! Where the listener's pose comes from: every source, and which goes before which.
-//!
-//! From first to last: a listener group's leader replaces everything; else an absolute tracker replaces knobs and path; else the camera
-//! path, where one is followed, replaces the knobs or has them added; else the knobs. A head tracker turns the head on top of knobs and path.
+//! The listener of an instance, block by block, from all sources of its pose.
 
-use crate::group::Following;
-use crate::params::Follow;
+use crate::cast::narrow;
+use crate::choices::Tracking;
+use crate::clock::BlockTime;
+use crate::group::{Following, Member};
+use crate::osc::Inbox;
+use crate::params::Snapshot;
+use crate::pose_sources::{Base, Sources};
 use crate::walk::Walk;
-use promenade_core::{Playback, Pose};
+use promenade_core::Pose;
+use std::sync::Arc;
 
 /// Time constant with which a tracker's steps are smoothed, seconds: trackers send 30 to 100 poses a second, hops are shorter.
 const GLIDE_S: f64 = 0.015;
-
-/// How a head tracker is used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tracking {
-    /// Not at all.
-    Off,
-    /// Its orientation turns the head on top of the other sources.
-    #[default]
-    Head,
-    /// Its orientation and position are added to the other sources, as seen from their pose.
-    Pose,
-    /// It stands in place of the other sources.
-    Absolute,
-}
-
-/// The sources of one block besides the group.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sources {
-    /// The pose that the position and angle parameters set.
-    pub knobs: Pose,
-    /// Whether a camera path is followed.
-    pub follow: Follow,
-    /// Share of the camera path that has been walked, 0 to 1.
-    pub path_share: f64,
-    /// Whether the knobs are added to the path's pose.
-    pub offset: bool,
-    /// How a head tracker is used.
-    pub tracking: Tracking,
-}
-
-/// What the pose comes from in the end, besides a tracker on top.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Base {
-    /// The position and angle parameters.
-    #[default]
-    Knobs,
-    /// The camera path.
-    Path,
-    /// The camera path with the parameters added.
-    PathAndKnobs,
-    /// A tracker alone.
-    Tracker,
-    /// The leader of the listener group.
-    Group,
-}
-
-impl Sources {
-    /// What the pose comes from, with or without a path and a tracker at hand.
-    #[must_use]
-    pub fn base(&self, has_walk: bool, has_tracker: bool) -> Base {
-        match (self.tracking, self.follow) {
-            (Tracking::Absolute, _) if has_tracker => Base::Tracker,
-            (_, Follow::Off) => Base::Knobs,
-            _ if !has_walk => Base::Knobs,
-            _ if self.offset => Base::PathAndKnobs,
-            _ => Base::Path,
-        }
-    }
-
-    /// Whether a tracker that is at hand has a say.
-    #[must_use]
-    pub fn is_tracked(&self, has_tracker: bool) -> bool {
-        has_tracker && self.tracking != Tracking::Off
-    }
-
-    /// The pose at `time_s` of the transport.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
-    pub fn pose(&self, walk: Option<&Walk>, tracked: Option<&Pose>, time_s: f64) -> Pose {
-        let on_path = |walk: &Walk| match self.follow {
-            Follow::Position => walk.path.pose_after(self.path_share * walk.path.duration_s(), Playback::default()),
-            Follow::Off | Follow::Transport => walk.path.pose_after(time_s, walk.playback),
-        };
-        let base = match (self.base(walk.is_some(), tracked.is_some()), walk) {
-            (Base::Path, Some(walk)) => on_path(walk),
-            (Base::PathAndKnobs, Some(walk)) => {
-                let path = on_path(walk);
-                // World axes for the position, as the knobs are labelled; the head turns from where the path faces.
-                Pose { position: path.position + self.knobs.position, ..compose(&path, &self.knobs) }
-            }
-            _ => self.knobs,
-        };
-        match (self.tracking, tracked) {
-            (Tracking::Off, _) | (_, None) => base,
-            (Tracking::Head, Some(tracked)) => Pose { position: base.position, ..compose(&base, tracked) },
-            (Tracking::Pose, Some(tracked)) => compose(&base, tracked),
-            (Tracking::Absolute, Some(tracked)) => *tracked,
-        }
-    }
-}
-
-/// A pose that is given in the axes of another.
-fn compose(outer: &Pose, inner: &Pose) -> Pose {
-    Pose {
-        position: outer.position + outer.orientation * inner.position,
-        orientation: (outer.orientation * inner.orientation).normalize(),
-    }
-}
 
 /// Follows the steps of a tracker smoothly.
 #[derive(Clone, Copy, Debug, Default)]
@@ -125,8 +28,7 @@ impl Glide {
     pub fn follow(&mut self, target: &Pose, past_s: f64) -> Pose {
         let next = match self.pose {
             Some(from) => {
-                #[expect(clippy::cast_possible_truncation, reason = "a share of 1")]
-                let share = (1.0 - (-past_s / GLIDE_S).exp()) as f32;
+                let share = narrow(1.0 - (-past_s / GLIDE_S).exp());
                 Pose {
                     position: from.position.lerp(target.position, share),
                     orientation: from.orientation.slerp(target.orientation, share).normalize(),
@@ -138,10 +40,72 @@ impl Glide {
         next
     }
 
-    /// The next pose is jumped to.
+    /// The next pose is taken at once.
     pub fn jump(&mut self) {
         self.pose = None;
     }
+}
+
+/// The sources of an instance's listener that last from block to block. The audio thread owns them.
+#[derive(Default)]
+pub(crate) struct ListenerSources {
+    inbox: Arc<Inbox>,
+    glide: Glide,
+    pub(crate) member: Member,
+}
+
+impl ListenerSources {
+    /// A tracker's poses come from `inbox`.
+    pub(crate) fn new(inbox: Arc<Inbox>) -> Self {
+        Self { inbox, ..Self::default() }
+    }
+
+    /// The tracker's next pose is taken at once, not glided to.
+    pub(crate) fn jump(&mut self) {
+        self.glide.jump();
+    }
+
+    /// The listener of a block, which leads or follows its group.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn of_block<'a>(
+        &'a mut self,
+        snapshot: &Snapshot,
+        walk: Option<&'a Walk>,
+        time: &BlockTime,
+        sample_rate_hz: f64,
+    ) -> Listener<'a> {
+        if time.moved {
+            self.glide.jump();
+        }
+        let leads = self.member.lead(snapshot.group.filter(|_| snapshot.leads));
+        let group = snapshot.group.filter(|_| !leads);
+        Listener {
+            sources: snapshot.sources,
+            walk,
+            tracked: self.inbox.tracked(),
+            glide: &mut self.glide,
+            following: group.and_then(|group| self.member.follow(group, time.end_s(), time.moved)),
+            member: &self.member,
+            start_s: time.start_s,
+            sample_s: sample_rate_hz.recip(),
+            asked: 0,
+        }
+    }
+}
+
+/// The listener at the end of a block, as an editor shows it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Heard {
+    /// The pose, from all sources.
+    pub(crate) pose: Pose,
+    /// What it comes from.
+    pub(crate) base: Base,
+    /// Whether a head tracker turns or moves it.
+    pub(crate) tracked: bool,
+    /// Whether this instance leads its listener group.
+    pub(crate) leads: bool,
 }
 
 /// The listener during one block.
@@ -156,104 +120,66 @@ pub struct Listener<'a> {
     pub glide: &'a mut Glide,
     /// The group's leader, where this instance follows one.
     pub following: Option<Following>,
+    /// This instance's place in the groups.
+    pub member: &'a Member,
     /// Time of the transport at the first sample, seconds.
     pub start_s: f64,
     /// Length of a sample, seconds.
     pub sample_s: f64,
-    /// The sample that was last asked for.
+    /// The sample whose pose was asked for last.
     pub asked: usize,
 }
 
 impl Listener<'_> {
     /// Time of the transport at a sample of the block, seconds.
-    #[must_use]
-    pub fn time_s(&self, sample: usize) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "an index into a block is exact")]
-        let past_s = sample as f64 * self.sample_s;
-        self.start_s + past_s
+    fn time_s(&self, sample: usize) -> f64 {
+        self.start_s + sample as f64 * self.sample_s
     }
 
-    /// The pose at a sample; they are asked for in rising order.
+    /// The pose at a sample, which is published to the group that this instance leads. Samples are asked for in rising order.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn pose(&mut self, sample: usize) -> Pose {
+        self.publish(sample, self.time_s(sample))
+    }
+
+    /// The listener after the last of so many samples, at `end_s` of the transport.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn end(&mut self, samples: usize, end_s: f64) -> Heard {
+        let pose = self.publish(samples, end_s);
+        let has_tracker = self.tracked.is_some();
+        let (base, tracked) = match self.following {
+            Some(_) => (Base::Group, false),
+            None => {
+                (self.sources.base(self.walk.is_some(), has_tracker), has_tracker && self.sources.tracking != Tracking::Off)
+            }
+        };
+        Heard { pose, base, tracked, leads: self.member.leads() }
+    }
+
+    fn publish(&mut self, sample: usize, published_s: f64) -> Pose {
         let time_s = self.time_s(sample);
-        if let Some(pose) = self.following.as_ref().and_then(|f| f.pose(time_s)) {
-            return pose;
-        }
-        #[expect(clippy::cast_precision_loss, reason = "an index into a block is exact")]
-        let past_s = sample.saturating_sub(self.asked) as f64 * self.sample_s;
-        self.asked = sample;
-        let tracked = self.tracked.map(|target| self.glide.follow(&target, past_s));
-        self.sources.pose(self.walk, tracked.as_ref(), time_s)
-    }
-
-    /// What the poses come from.
-    #[must_use]
-    pub fn base(&self) -> Base {
-        if self.following.is_some() { Base::Group } else { self.sources.base(self.walk.is_some(), self.tracked.is_some()) }
-    }
-
-    /// Whether a tracker has a say.
-    #[must_use]
-    pub fn is_tracked(&self) -> bool {
-        self.following.is_none() && self.sources.is_tracked(self.tracked.is_some())
+        let pose = self.following.as_ref().and_then(|f| f.pose(time_s)).unwrap_or_else(|| {
+            let past_s = sample.saturating_sub(self.asked) as f64 * self.sample_s;
+            self.asked = sample;
+            let tracked = self.tracked.map(|target| self.glide.follow(&target, past_s));
+            self.sources.pose(self.walk, tracked.as_ref(), time_s)
+        });
+        self.member.publish(published_s, &pose);
+        pose
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use promenade_core::glam::Vec3;
-    use promenade_core::{CameraPath, Keyframe};
-    use std::f32::consts::{FRAC_PI_2, PI};
-
-    fn at(x: f32, yaw: f32) -> Pose {
-        Pose::from_ypr(Vec3::new(x, 0.0, 0.0), yaw, 0.0, 0.0)
-    }
-
-    fn walk() -> Walk {
-        let keyframes = [(0.0, at(0.0, FRAC_PI_2)), (2.0, at(2.0, FRAC_PI_2))];
-        let path = CameraPath::new(keyframes.map(|(t_s, pose)| Keyframe { t_s, pose }).to_vec()).unwrap();
-        Walk { path, playback: Playback::default() }
-    }
-
-    fn sources(follow: Follow, offset: bool, tracking: Tracking) -> Sources {
-        Sources { knobs: at(1.0, 0.1), follow, path_share: 0.25, offset, tracking }
-    }
-
-    fn check(found: Pose, x: f32, yaw: f32) {
-        assert!((found.position - Vec3::new(x, 0.0, 0.0)).length() < 1e-5, "{found:?}");
-        let off = (found.ypr().0 - yaw).rem_euclid(2.0 * PI);
-        assert!(off < 1e-5 || 2.0 * PI - off < 1e-5, "{found:?}");
-    }
+    use crate::pose_sources::tests::{at, check};
 
     #[test]
-    fn a_path_goes_before_the_knobs_or_has_them_added() {
-        let walk = walk();
-        let pose = |follow, offset| sources(follow, offset, Tracking::Off).pose(Some(&walk), None, 1.5);
-        check(pose(Follow::Off, true), 1.0, 0.1);
-        check(pose(Follow::Transport, false), 1.5, FRAC_PI_2);
-        check(pose(Follow::Position, false), 0.5, FRAC_PI_2);
-        check(pose(Follow::Transport, true), 2.5, FRAC_PI_2 + 0.1);
-        check(sources(Follow::Transport, true, Tracking::Off).pose(None, None, 1.5), 1.0, 0.1);
-    }
-
-    #[test]
-    fn a_tracker_turns_the_head_on_top_or_stands_alone() {
-        let (walk, tracked) = (walk(), at(3.0, 0.5));
-        let pose = |tracking| sources(Follow::Transport, false, tracking).pose(Some(&walk), Some(&tracked), 1.0);
-        check(pose(Tracking::Off), 1.0, FRAC_PI_2);
-        check(pose(Tracking::Head), 1.0, FRAC_PI_2 + 0.5);
-        check(pose(Tracking::Absolute), 3.0, 0.5);
-        // The path faces left, so that a step forward of the tracker goes along y.
-        let stepped = pose(Tracking::Pose);
-        assert!((stepped.position - Vec3::new(1.0, 3.0, 0.0)).length() < 1e-5, "{stepped:?}");
-    }
-
-    #[test]
-    fn a_glide_reaches_its_target_and_jumps_when_told() {
+    fn a_glide_reaches_its_target_and_jumps_on_demand() {
         let mut glide = Glide::default();
         check(glide.follow(&at(0.0, 0.0), 0.005), 0.0, 0.0);
         let first = glide.follow(&at(1.0, 1.0), 0.005).position.x;

@@ -1,6 +1,7 @@
 //! How a head that a tracker turns sounds.
 
 use super::*;
+use crate::choices::Follow;
 use crate::factory;
 use promenade_core::glam::{Quat, Vec3};
 use promenade_core::{Quality, Renderer, Scene};
@@ -21,7 +22,7 @@ fn turned(smooth: bool) -> Vec<f32> {
     let mut renderer = Renderer::new(scene, RATE).unwrap();
     let input = (0..3 * 48_000).map(|i| (0.5 * (TAU * TONE_HZ * f64::from(i) / RATE).sin()) as f32).collect::<Vec<_>>();
     let (mut left, mut right) = (vec![0.0; input.len()], [0.0; BLOCK]);
-    let mut glide = Glide::default();
+    let (mut glide, member) = (Glide::default(), Member::default());
     for (number, (chunk, left)) in input.chunks(BLOCK).zip(left.chunks_mut(BLOCK)).enumerate() {
         let start_s = (number * BLOCK) as f64 / RATE;
         // What has come in by the start of the block.
@@ -39,6 +40,7 @@ fn turned(smooth: bool) -> Vec<f32> {
             tracked: Some(tracked),
             glide: &mut glide,
             following: None,
+            member: &member,
             start_s,
             sample_s: RATE.recip(),
             asked: 0,

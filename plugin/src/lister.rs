@@ -1,14 +1,15 @@
-//! Lists what there is to play, for an editor, without reading whole scenes.
+//! Lists scenes and camera paths for an editor, without reading whole scenes.
 
 use crate::factory::{self, FactoryScene};
 use crate::library;
-use crate::worker::Chore;
+use crate::lock::lock;
+use crate::worker::Task;
 use nice_plug_egui::RepaintNotifier;
 use promenade_core::SceneCard;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 
 /// A scene as it is listed.
@@ -18,7 +19,7 @@ pub struct Listed {
     pub path: PathBuf,
     /// Size of the file, bytes.
     pub bytes: u64,
-    /// What the file says about itself, or what is wrong with it; `None` until it is read.
+    /// The file's own description, or what is wrong with the file; `None` until it is read.
     pub card: Option<Result<Arc<SceneCard>, String>>,
     changed: Option<SystemTime>,
 }
@@ -40,10 +41,10 @@ impl Listed {
     }
 }
 
-/// What there is to play.
+/// The scenes and camera paths that can be chosen.
 #[derive(Clone, Debug, Default)]
 pub struct Listing {
-    /// The built-in scenes, in the order of [`crate::params::SceneChoice`].
+    /// The built-in scenes, in the order of [`crate::choices::SceneChoice`].
     pub factory: Vec<Listed>,
     /// The library's scenes; the first is in slot 1.
     pub scenes: Vec<Listed>,
@@ -60,7 +61,7 @@ pub struct Lister {
 }
 
 impl Lister {
-    /// Nothing listed yet; `repaint` is told of news.
+    /// Nothing listed yet; `repaint` is asked for a picture whenever the list changes.
     #[must_use]
     pub fn new(repaint: RepaintNotifier) -> Arc<Self> {
         Arc::new(Self { newest: Mutex::default(), repaint })
@@ -69,15 +70,15 @@ impl Lister {
     /// What is known so far.
     #[must_use]
     pub fn newest(&self) -> Arc<Listing> {
-        Arc::clone(&self.newest.lock().unwrap_or_else(PoisonError::into_inner))
+        Arc::clone(&lock(&self.newest))
     }
 
-    fn tell(&self, listing: &Listing) {
-        *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(listing.clone());
+    fn publish(&self, listing: &Listing) {
+        *lock(&self.newest) = Arc::new(listing.clone());
         self.repaint.request_repaint();
     }
 
-    /// Lists names at once, then reads what each file says; what has not changed is not read again.
+    /// Lists names at once, then reads each file's description; files that have not changed are not read again.
     fn list(&self, folders: Vec<PathBuf>) {
         let old = self.newest();
         let known = |path: &Path| old.scenes.iter().find(|listed| listed.path == path);
@@ -94,18 +95,18 @@ impl Lister {
             let card = same.and_then(|listed| listed.card.clone());
             listing.scenes.push(Listed { path, bytes, card, changed });
         }
-        self.tell(&listing);
+        self.publish(&listing);
         for index in 0..listing.scenes.len() {
             if listing.scenes[index].card.is_none() {
                 listing.scenes[index].card = Some(card_at(&listing.scenes[index].path).map(Arc::new));
-                self.tell(&listing);
+                self.publish(&listing);
             }
         }
     }
 }
 
-impl Chore for Lister {
-    fn serve(&self) {
+impl Task for Lister {
+    fn run(&self) {
         self.list(library::folders());
     }
 }
@@ -115,19 +116,19 @@ fn built_in(scene: &FactoryScene) -> Listed {
     Listed { path: PathBuf::new(), bytes: scene.bytes.len() as u64, card: Some(card), changed: None }
 }
 
-/// Reads the head of a file.
+/// Reads a file's description from its header.
 fn card_at(path: &Path) -> Result<SceneCard, String> {
     let read = |path: &Path| -> std::io::Result<Result<SceneCard, String>> {
         let mut file = File::open(path)?;
-        let mut head = Vec::new();
-        file.by_ref().take(8).read_to_end(&mut head)?;
-        let length = match SceneCard::head_len(&head) {
+        let mut header = Vec::new();
+        file.by_ref().take(8).read_to_end(&mut header)?;
+        let length = match SceneCard::head_len(&header) {
             Ok(length) => length,
             Err(error) => return Ok(Err(error.to_string())),
         };
-        // What the file says of its length is believed only as far as there are bytes.
-        file.take((length - head.len()) as u64).read_to_end(&mut head)?;
-        Ok(SceneCard::from_head(&head).map_err(|error| error.to_string()))
+        // The length is the file's own claim: no more is read than there is.
+        file.take((length - header.len()) as u64).read_to_end(&mut header)?;
+        Ok(SceneCard::from_head(&header).map_err(|error| error.to_string()))
     };
     read(path).map_err(|error| error.to_string()).flatten()
 }
@@ -138,7 +139,7 @@ mod tests {
     use promenade_core::Tier;
 
     #[test]
-    fn every_file_is_listed_with_what_it_says_or_what_is_wrong() {
+    fn every_file_is_listed_with_its_description_or_what_is_wrong() {
         let folder = std::env::temp_dir().join(format!("promenade-lister-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("a.promenade"), factory::ROOM_B.bytes).unwrap();

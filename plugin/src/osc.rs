@@ -1,12 +1,13 @@
 //! Open Sound Control: head trackers and remote control in, the listener's pose out.
 //!
-//! One socket per port and process, with a thread that reads it, finds out whom a message means, and hands poses to the audio thread by an
+//! One socket per port and process, with a thread that reads it, finds out which instances a message is for, and hands poses to the audio thread by an
 //! [`Inbox`] and parameters by [`crate::remote::Remote`]. One thread sends the poses of all instances. `docs/osc.md` has the addresses.
 
 mod address;
 mod axes;
 mod batch;
 pub mod config;
+pub mod custom;
 pub mod format;
 pub mod inbox;
 mod outlet;
@@ -27,18 +28,20 @@ mod net_tests;
 
 pub use address::KEYWORDS;
 pub use axes::AxisMap;
-pub use config::{CustomArguments, CustomTracker, Interface, OscConfig, OscOut, Recenter};
+pub use config::{Interface, OscConfig, OscOut, Recenter};
+pub use custom::{CustomArguments, CustomTracker};
 pub use format::TrackerFormat;
 pub use inbox::Inbox;
 pub use outlet::Sending;
 pub use status::{Listening, OscStatus};
 
+use crate::lock::lock;
 use crate::params::PromenadeParams;
 use crate::telemetry::Telemetry;
 use outlet::Outlet;
 use port::Subscription;
 use receiver::Receiver;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// One instance's Open Sound Control. Its methods are for threads that may wait.
 pub struct Osc {
@@ -56,7 +59,7 @@ struct Applied {
     config: Option<OscConfig>,
     subscription: Option<Subscription>,
     outlet: Option<Outlet>,
-    /// Why there is no subscription or outlet, in words.
+    /// Why there is no subscription or outlet; empty while there is none to open.
     listening_failed: String,
     sending_failed: String,
 }
@@ -117,7 +120,7 @@ impl Osc {
         }
     }
 
-    /// Makes what the tracker says now the origin; `None` as the settings say.
+    /// Makes the tracker's present pose the origin; `None` recentres what the settings choose.
     pub fn recenter(&self, how: Option<Recenter>) {
         self.receiver.recenter(how);
     }
@@ -137,9 +140,9 @@ impl Osc {
             ..OscStatus::default()
         };
         if let Some(subscription) = &applied.subscription {
-            let heard = subscription.heard();
-            (status.listening, status.messages_per_s) = (heard.listening, heard.messages_per_s);
-            (status.last_address, status.messages) = (heard.last_address, subscription.messages());
+            let port = subscription.state();
+            (status.listening, status.messages_per_s) = (port.listening, port.messages_per_s);
+            (status.last_address, status.messages) = (port.last_address, subscription.messages());
         } else if !applied.listening_failed.is_empty() {
             status.listening = Listening::Failed(applied.listening_failed.clone());
         }
@@ -153,11 +156,11 @@ impl Osc {
     }
 
     fn lock(&self) -> MutexGuard<'_, Applied> {
-        self.applied.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.applied)
     }
 }
 
-/// What is odd about settings.
+/// Remarks on settings that cannot work as they are.
 fn note(config: &OscConfig) -> String {
     let mut notes =
         config.notes.iter().map(|note| format!("The project's settings were not all understood: {note}.")).collect::<Vec<_>>();

@@ -1,16 +1,18 @@
 //! The standalone program's dry track: a file that is played in place of the live input.
 
+use crate::cast::{narrow, whole};
+use crate::lock::lock;
 use crossbeam_queue::ArrayQueue;
 use promenade_audio::{FileError, resample, wav};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, OnceLock};
 
 /// The fade at a start or a stop, seconds.
 const FADE_S: f64 = 0.005;
 /// Longer files are refused, samples of all channels: an hour of stereo at 48 kHz.
 const LONGEST: u64 = 2 * 48_000 * 3_600;
-/// No place was asked for: a word that no finite number has.
+/// No seek is pending: the bits of no finite number.
 const NOWHERE: u64 = u64::MAX;
 
 static PLAYER: OnceLock<Player> = OnceLock::new();
@@ -75,7 +77,7 @@ impl Player {
             return Err(FileError::content(path, "one or two channels", wav.channels.len().to_string()));
         }
         let source = Source { path: path.to_owned(), sample_rate_hz: wav.sample_rate_hz, channels: wav.channels };
-        *self.source.lock().unwrap_or_else(PoisonError::into_inner) = Some(source);
+        *lock(&self.source) = Some(source);
         self.prepare()?;
         self.seek_s(0.0);
         self.play(true);
@@ -87,15 +89,14 @@ impl Player {
     /// # Errors
     /// There is no conversion to that rate.
     pub fn set_rate(&self, sample_rate_hz: f64) -> Result<(), FileError> {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample rate, checked by the caller")]
-        let rate = sample_rate_hz.round() as u32;
+        let rate = whole(sample_rate_hz.round());
         if self.sample_rate_hz.swap(rate, Ordering::AcqRel) == rate { Ok(()) } else { self.prepare() }
     }
 
     fn prepare(&self) -> Result<(), FileError> {
         while self.retired.pop().is_some() {}
         let rate = self.sample_rate_hz.load(Ordering::Acquire);
-        let source = self.source.lock().unwrap_or_else(PoisonError::into_inner);
+        let source = lock(&self.source);
         let Some(source) = source.as_ref().filter(|_| rate > 0) else { return Ok(()) };
         let mut channels = resample::signal(&source.channels, source.sample_rate_hz, rate)?;
         let left = channels.swap_remove(0);
@@ -106,8 +107,7 @@ impl Player {
 
     /// The file that is played, and its length, seconds.
     pub fn file(&self) -> Option<(PathBuf, f64)> {
-        let source = self.source.lock().unwrap_or_else(PoisonError::into_inner);
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples in memory")]
+        let source = lock(&self.source);
         let length = |s: &Source| s.channels.first().map_or(0, Vec::len) as f64 / f64::from(s.sample_rate_hz);
         source.as_ref().map(|s| (s.path.clone(), length(s)))
     }
@@ -145,17 +145,17 @@ impl Player {
     }
 }
 
-/// The audio thread's side.
+/// The audio thread's end of the player: where it is in the track.
 #[derive(Default)]
-pub struct Deck {
+pub struct Playhead {
     track: Option<Box<Track>>,
     at: usize,
     gain: f32,
 }
 
-impl Deck {
-    /// Replaces a block of live input by the file; says the file's time at its first sample, seconds, and whether it plays.
-    /// Without a file the input stays as it is.
+impl Playhead {
+    /// Replaces a block of live input by the file. Returns the file's time at its first sample, seconds, and whether it plays; `None` without a
+    /// file, when the input stays as it is.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -171,16 +171,12 @@ impl Deck {
         let [first, second] = &track.channels;
         let seek = player.seek.swap(NOWHERE, Ordering::AcqRel);
         if seek != NOWHERE {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples, not below 0")]
-            let at = (f64::from_bits(seek) * track.sample_rate_hz) as usize;
-            self.at = at.min(first.len());
+            self.at = first.len().min(whole(f64::from_bits(seek) * track.sample_rate_hz) as usize);
         }
         let playing = player.is_playing();
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples in memory")]
         let seconds = |at: usize| at as f64 / track.sample_rate_hz;
         let start_s = seconds(self.at);
-        #[expect(clippy::cast_possible_truncation, reason = "a step of a gain")]
-        let step = (1.0 / (FADE_S * track.sample_rate_hz)) as f32;
+        let step = narrow(1.0 / (FADE_S * track.sample_rate_hz));
         for (l, r) in left.iter_mut().zip(right) {
             if self.at >= first.len() {
                 if player.is_looping() {
@@ -213,9 +209,9 @@ mod tests {
         path
     }
 
-    fn block(deck: &mut Deck, player: &Player, len: usize) -> (Vec<f32>, Option<(f64, bool)>) {
+    fn block(playhead: &mut Playhead, player: &Player, len: usize) -> (Vec<f32>, Option<(f64, bool)>) {
         let (mut left, mut right) = (vec![9.0; len], vec![9.0; len]);
-        let time = deck.play(player, &mut left, &mut right);
+        let time = playhead.play(player, &mut left, &mut right);
         if time.is_some() {
             assert_eq!(left, right);
         }
@@ -226,18 +222,18 @@ mod tests {
     fn a_file_is_played_looped_sought_and_stopped() {
         let folder = tempfile::tempdir().unwrap();
         let player = Player::new();
-        let mut deck = Deck::default();
-        assert_eq!(block(&mut deck, &player, 4), (vec![9.0; 4], None), "live input stays");
+        let mut playhead = Playhead::default();
+        assert_eq!(block(&mut playhead, &player, 4), (vec![9.0; 4], None), "live input stays");
         player.set_rate(48_000.0).unwrap();
         player.open(&ramp_file(folder.path(), 1000)).unwrap();
-        let (out, time) = block(&mut deck, &player, 600);
+        let (out, time) = block(&mut playhead, &player, 600);
         assert_eq!(time, Some((0.0, true)));
         assert!((out[500] * 65_536.0 - 500.0).abs() < 0.1);
-        let (out, _) = block(&mut deck, &player, 600);
+        let (out, _) = block(&mut playhead, &player, 600);
         assert!((out[500] * 65_536.0 - 100.0).abs() < 0.1, "it begins anew");
         player.seek_s(900.0 / 48_000.0);
         player.set_looping(false);
-        let (out, _) = block(&mut deck, &player, 600);
+        let (out, _) = block(&mut playhead, &player, 600);
         assert!((out[50] * 65_536.0 - 950.0).abs() < 0.1 && out[200] == 0.0);
         assert!(!player.is_playing(), "it stops at the end");
     }
@@ -248,8 +244,8 @@ mod tests {
         let player = Player::new();
         player.open(&ramp_file(folder.path(), 48_000)).unwrap();
         player.set_rate(24_000.0).unwrap();
-        let mut deck = Deck::default();
-        let (out, _) = block(&mut deck, &player, 12_000);
+        let mut playhead = Playhead::default();
+        let (out, _) = block(&mut playhead, &player, 12_000);
         assert!((out[11_000] * 65_536.0 - 22_000.0).abs() < 5.0);
     }
 

@@ -1,57 +1,50 @@
-//! The shell: what hosts call, on which thread.
+//! The plugin as hosts call it: activation, blocks, parameters and editor.
 
-use crate::clock::Clock;
+use crate::clock::{BlockTime, Clock};
 use crate::editor::{Instance, PromenadeEditor};
-use crate::group::Member;
-use crate::listener::{Glide, Listener};
-use crate::loader::{Loader, Retired, Stage};
+use crate::listener::{Heard, ListenerSources};
+use crate::loader::Loader;
+use crate::monitor::Monitor;
+use crate::offline::OfflineDetector;
 use crate::osc::{Inbox, Osc};
-use crate::pace::Pace;
-use crate::params::{Choices, PromenadeParams, Snapshot};
-use crate::telemetry::{Frame, Telemetry};
-use crate::walk::Walk;
-use crate::worker::{Desk, LOADER};
+use crate::params::{PromenadeParams, Snapshot};
+use crate::playing::Playing;
+use crate::telemetry::Telemetry;
 use nice_plug::prelude::*;
-use promenade_core::{Pose, Spatializer};
+use promenade_core::Pose;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Time between two pictures when only levels or the time change, seconds.
-const LEVELS_S: f64 = 1.0 / 30.0;
 
 /// The plugin. The audio thread owns it once the host has activated it.
 pub struct Promenade {
     params: Arc<PromenadeParams>,
-    loader: Arc<Loader>,
-    /// From the first activation on.
-    desk: Option<Desk>,
+    /// What the editor is given of this instance.
+    instance: Instance,
+    playing: Playing,
+    listener: ListenerSources,
+    input: Input,
+    timing: Timing,
+    monitor: Monitor,
+}
+
+/// The time of blocks, and whether they are rendered offline.
+#[derive(Default)]
+struct Timing {
     sample_rate_hz: f64,
-    input_channels: usize,
-    /// A copy of the input, because hosts hand the same buffer for input and output.
-    input: [Vec<f32>; 2],
-    spatializer: Option<Spatializer>,
-    walk: Option<Arc<Walk>>,
-    /// Whether the wanted scene is missing, so that the dry sound passes.
-    dry: bool,
-    /// What could not be handed back yet, because the loader has fallen behind.
-    held: Option<Retired>,
-    choices: Option<Choices>,
     clock: Clock,
-    /// The latency that the host knows of, samples.
+    offline: OfflineDetector,
+    /// The latency that was reported to the host, samples.
     latency: u32,
-    pace: Pace,
-    inbox: Arc<Inbox>,
-    osc: Arc<Osc>,
-    glide: Glide,
-    member: Member,
-    telemetry: Arc<Telemetry>,
-    frame: Frame,
+}
+
+/// A copy of the input, because hosts hand over the same buffer for input and output.
+#[derive(Default)]
+struct Input {
+    /// 1 for mono, else 2.
+    channels: usize,
+    copy: [Vec<f32>; 2],
     #[cfg(feature = "standalone")]
-    deck: crate::player::Deck,
-    /// What an open editor was last asked to show.
-    told: Frame,
-    told_snapshot: Option<Snapshot>,
-    since_told_s: f64,
+    playhead: crate::player::Playhead,
 }
 
 impl Default for Promenade {
@@ -59,97 +52,107 @@ impl Default for Promenade {
     fn default() -> Self {
         let params = Arc::new(PromenadeParams::default());
         let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
+        let loader = Loader::new(Arc::clone(&params));
+        let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry));
+        let repaint = loader.repaint.clone();
         Self {
-            osc: Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry)),
-            loader: Loader::new(Arc::clone(&params)),
+            playing: Playing::new(Arc::clone(&loader)),
+            listener: ListenerSources::new(inbox),
+            input: Input::default(),
+            timing: Timing::default(),
+            monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
+            instance: Instance { params: Arc::clone(&params), loader, telemetry, osc, repaint },
             params,
-            desk: None,
-            sample_rate_hz: 0.0,
-            input_channels: 2,
-            input: [Vec::new(), Vec::new()],
-            spatializer: None,
-            walk: None,
-            dry: false,
-            held: None,
-            choices: None,
-            clock: Clock::default(),
-            latency: 0,
-            pace: Pace::default(),
-            inbox,
-            glide: Glide::default(),
-            member: Member::default(),
-            telemetry,
-            frame: Frame::default(),
-            #[cfg(feature = "standalone")]
-            deck: crate::player::Deck::default(),
-            told: Frame::default(),
-            told_snapshot: None,
-            since_told_s: 0.0,
         }
     }
 }
 
 impl Promenade {
-    /// Ends a running cross-fade and forgets the past.
-    fn jump(&mut self) {
-        self.glide.jump();
-        if let Some(spatializer) = &mut self.spatializer {
-            spatializer.reset();
-        }
+    /// The time of a block, by the host's transport, or by the file that the standalone program plays in place of the input.
+    fn follow_transport(&mut self, buffer: &mut Buffer, transport: &Transport) -> BlockTime {
+        let host = (transport.pos_seconds(), transport.playing);
+        let (position_s, playing) = self.input.play_file(buffer).map_or(host, |(file_s, playing)| (Some(file_s), playing));
+        self.timing.clock.advance(position_s, playing, buffer.samples(), self.timing.sample_rate_hz)
     }
 
-    /// Plays the standalone program's file in place of the input, and by its time.
+    /// The parameters of a block; a missing scene passes the dry sound, and decodes are waited for offline.
+    fn snapshot(&mut self, began: Instant, time: &BlockTime) -> Snapshot {
+        let mut snapshot = self.params.snapshot();
+        snapshot.block.live.wait = self.timing.offline.advance(began, time.length_s);
+        if self.playing.dry {
+            snapshot.block.mix = 0.0;
+        }
+        snapshot
+    }
+
+    /// Renders a block in place, pose by pose. `None` before activation, or without two output channels.
+    fn render(&mut self, buffer: &mut Buffer, snapshot: &Snapshot, time: &BlockTime) -> Option<Heard> {
+        let total = buffer.samples();
+        let walk = self.playing.walk.as_deref();
+        let mut listener = self.listener.of_block(snapshot, walk, time, self.timing.sample_rate_hz);
+        let (Some(spatializer), [left, right]) = (&mut self.playing.spatializer, buffer.as_slice()) else { return None };
+        if time.moved {
+            spatializer.jump();
+        }
+        // One pass, unless a host breaks its own promise on the block size.
+        for start in (0..total).step_by(self.input.longest()) {
+            let span = start..total.min(start + self.input.longest());
+            let (left, right) = (&mut left[span.clone()], &mut right[span]);
+            let channels = self.input.channels;
+            let input = self.input.copied(left, right);
+            self.monitor.measure_input(input);
+            spatializer.process(&input[..channels], [left, right], &snapshot.block, |i| {
+                let pose = listener.pose(start + i);
+                Pose { position: pose.position - snapshot.emitter_offset, ..pose }
+            });
+        }
+        Some(listener.end(total, time.end_s()))
+    }
+
+    /// Reports latency and tail.
+    fn report(&mut self, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
+        let Some(spatializer) = &self.playing.spatializer else { return ProcessStatus::Normal };
+        let latency = samples(spatializer.latency_samples());
+        if latency != self.timing.latency {
+            self.timing.latency = latency;
+            context.set_latency_samples(latency);
+        }
+        ProcessStatus::Tail(latency.saturating_add(samples(spatializer.tail_samples())))
+    }
+}
+
+impl Input {
+    /// Makes room for blocks of up to `longest` samples.
+    fn resize(&mut self, channels: usize, longest: usize) {
+        self.channels = if channels == 1 { 1 } else { 2 };
+        self.copy.iter_mut().for_each(|channel| channel.resize(longest, 0.0));
+    }
+
+    /// Samples that there is room for.
+    fn longest(&self) -> usize {
+        self.copy[0].len().max(1)
+    }
+
+    /// Copies the channels, which are of one length, at most [`Input::longest`].
+    fn copied(&mut self, left: &[f32], right: &[f32]) -> [&[f32]; 2] {
+        let [first, second] = &mut self.copy;
+        let (first, second) = (&mut first[..left.len()], &mut second[..right.len()]);
+        first.copy_from_slice(left);
+        second.copy_from_slice(right);
+        [first, second]
+    }
+
+    /// Plays the standalone program's file in place of the input. Returns its time, seconds, and whether it plays.
     #[cfg(feature = "standalone")]
     fn play_file(&mut self, buffer: &mut Buffer) -> Option<(f64, bool)> {
         let [left, right] = buffer.as_slice() else { return None };
-        self.deck.play(crate::player::player()?, left, right)
+        self.playhead.play(crate::player::player()?, left, right)
     }
 
     #[cfg(not(feature = "standalone"))]
     #[expect(clippy::unused_self, reason = "hosts have their own files")]
     fn play_file(&mut self, _buffer: &mut Buffer) -> Option<(f64, bool)> {
         None
-    }
-
-    /// Begins the cross-fade to what the loader has ready. Says whether the loader has something to drop.
-    fn fetch(&mut self) -> bool {
-        let Some(spatializer) = &mut self.spatializer else { return false };
-        let mut hands_back = self.held.is_some();
-        let retire = |loader: &Loader, held: &mut Option<Retired>, item: Retired| {
-            // Nothing new is fetched while something is held, so the place is free.
-            *held = loader.retired.push(item).err();
-        };
-        if let Some(item) = self.held.take() {
-            retire(&self.loader, &mut self.held, item);
-        }
-        if self.held.is_none()
-            && let Some(renderer) = spatializer.take_retired()
-        {
-            hands_back = true;
-            retire(&self.loader, &mut self.held, Retired::Scene(Stage::Scene(renderer)));
-        }
-        if self.held.is_none()
-            && let Some(stage) = self.loader.stages.pop()
-        {
-            self.dry = matches!(stage, Stage::Dry);
-            if let Stage::Scene(renderer) = stage
-                && let Err(renderer) = spatializer.swap_in(renderer)
-            {
-                // A fade is running: come back for it, unless the loader has a newer one by then.
-                if let Err(stage) = self.loader.stages.push(Stage::Scene(renderer)) {
-                    hands_back = true;
-                    retire(&self.loader, &mut self.held, Retired::Scene(stage));
-                }
-            }
-        }
-        if self.held.is_none()
-            && let Some(walk) = self.loader.walks.pop()
-            && let Some(old) = std::mem::replace(&mut self.walk, walk)
-        {
-            hands_back = true;
-            retire(&self.loader, &mut self.held, Retired::Walk(old));
-        }
-        hands_back
     }
 }
 
@@ -186,13 +189,7 @@ impl Plugin for Promenade {
     }
 
     fn editor(&mut self, _async_executor: AsyncExecutor<Self>) -> Option<PromenadeEditor> {
-        Some(PromenadeEditor::new(Instance {
-            params: Arc::clone(&self.params),
-            loader: Arc::clone(&self.loader),
-            telemetry: Arc::clone(&self.telemetry),
-            osc: Arc::clone(&self.osc),
-            repaint: self.loader.repaint.clone(),
-        }))
+        Some(PromenadeEditor::new(self.instance.clone()))
     }
 
     fn filter_state(state: &mut PluginState) {
@@ -205,55 +202,30 @@ impl Plugin for Promenade {
             nice_error!("the host's sample rate is {sample_rate_hz} Hz, expected a positive number");
             return false;
         }
+        self.timing.sample_rate_hz = sample_rate_hz;
         let trusted = context.plugin_api() != PluginApi::Vst3;
-        self.pace = Pace::new(config.process_mode == ProcessMode::Offline, trusted);
-        self.input_channels = layout.main_input_channels.map_or(0, NonZeroU32::get) as usize;
-        let block = (config.max_buffer_size as usize).max(1);
-        self.input.iter_mut().for_each(|channel| channel.resize(block, 0.0));
-        self.choices = Some(self.params.choices());
-        // Hosts activate several times in a row; only another sample rate makes all that was prepared useless.
-        if self.spatializer.is_none() || self.sample_rate_hz != sample_rate_hz {
-            self.sample_rate_hz = sample_rate_hz;
-            self.spatializer = Some(Spatializer::new(sample_rate_hz));
-        }
-        if self.desk.is_none() {
-            match Desk::new(&LOADER, self.loader.clone()) {
-                Ok(desk) => self.desk = Some(desk),
-                Err(error) => nice_error!("no thread to load scenes while playing: {error}"),
-            }
-        }
+        self.timing.offline = OfflineDetector::new(config.process_mode == ProcessMode::Offline, trusted);
+        let channels = layout.main_input_channels.map_or(0, NonZeroU32::get);
+        self.input.resize(channels as usize, (config.max_buffer_size as usize).max(1));
         #[cfg(feature = "standalone")]
         if let Some(Err(error)) = crate::player::player().map(|player| player.set_rate(sample_rate_hz)) {
             nice_error!("{error}");
         }
-        self.loader.activate(sample_rate_hz);
-        self.osc.activate();
-        if let Some(spatializer) = &mut self.spatializer {
-            // The sound begins with the scene, not with a fade to it: a bounce starts here.
-            match self.loader.stages.pop() {
-                Some(Stage::Scene(renderer)) => {
-                    spatializer.install(renderer);
-                    self.dry = false;
-                }
-                Some(Stage::Dry) => self.dry = true,
-                None => (),
-            }
-            self.latency = samples(spatializer.latency_samples());
-            context.set_latency_samples(self.latency);
-        }
-        self.fetch();
+        self.playing.activate(sample_rate_hz, self.params.choices());
+        self.instance.osc.activate();
+        self.timing.latency = self.playing.spatializer.as_ref().map_or(0, |s| samples(s.latency_samples()));
+        context.set_latency_samples(self.timing.latency);
         true
     }
 
     fn reset(&mut self) {
-        self.jump();
-        self.fetch();
-        self.jump();
-        self.clock = Clock::default();
+        self.playing.reset();
+        self.listener.jump();
+        self.timing.clock = Clock::default();
     }
 
     fn deactivate(&mut self) {
-        self.member.leave();
+        self.listener.member.leave();
     }
 
     fn process(
@@ -263,108 +235,14 @@ impl Plugin for Promenade {
         context: &mut impl ProcessContext<Self>,
     ) -> ProcessStatus {
         let began = Instant::now();
-        let choices = self.params.choices();
-        if (self.fetch() | (self.choices != Some(choices)))
-            && let Some(desk) = &self.desk
-        {
-            self.choices = Some(choices);
-            desk.call();
-        }
-        let snapshot = self.params.snapshot();
-        let total = buffer.samples();
-        let transport = context.transport();
-        let (position_s, playing) = match self.play_file(buffer) {
-            Some((position_s, playing)) => (Some(position_s), playing),
-            None => (transport.pos_seconds(), transport.playing),
-        };
-        let start_s = self.clock.advance(position_s, playing, total, self.sample_rate_hz);
-        self.frame.transport_s = start_s;
-        self.frame.playing = playing;
-        #[expect(clippy::cast_precision_loss, reason = "a block's length is exact")]
-        let block_s = total as f64 / self.sample_rate_hz;
-        let mut block = snapshot.block;
-        block.live.wait = self.pace.advance(began, block_s);
-        if self.dry {
-            block.mix = 0.0;
-        }
-        let moved = self.clock.moved();
-        if moved {
-            self.glide.jump();
-        }
-        let leads = self.member.lead(snapshot.group.filter(|_| snapshot.leads));
-        let following = match snapshot.group {
-            Some(group) if !leads => self.member.follow(group, start_s + block_s, moved),
-            _ => None,
-        };
-        let mut listener = Listener {
-            sources: snapshot.sources,
-            walk: self.walk.as_deref(),
-            tracked: self.inbox.tracked(),
-            glide: &mut self.glide,
-            following,
-            start_s,
-            sample_s: self.sample_rate_hz.recip(),
-            asked: 0,
-        };
-        let (Some(spatializer), [left, right]) = (&mut self.spatializer, buffer.as_slice()) else {
+        self.playing.update(self.params.choices());
+        let time = self.follow_transport(buffer, context.transport());
+        let snapshot = self.snapshot(began, &time);
+        let Some(heard) = self.render(buffer, &snapshot, &time) else {
             return ProcessStatus::Error("not activated, or not two output channels");
         };
-        if moved {
-            spatializer.jump();
-        }
-        let watched = self.telemetry.is_watched();
-        // One pass, unless a host breaks its own promise on the block size.
-        let longest = self.input[0].len().max(1);
-        for start in (0..total).step_by(longest) {
-            let span = start..total.min(start + longest);
-            let [first, second] = &mut self.input;
-            let (first, second) = (&mut first[..span.len()], &mut second[..span.len()]);
-            first.copy_from_slice(&left[span.clone()]);
-            second.copy_from_slice(&right[span.clone()]);
-            if watched {
-                louder(&mut self.frame.input_peak, [first, second]);
-            }
-            let (mono, stereo) = ([&*first], [&*first, &*second]);
-            let input: &[&[f32]] = if self.input_channels == 1 { &mono } else { &stereo };
-            let output = [&mut left[span.clone()], &mut right[span]];
-            spatializer.process(input, output, &block, |i| {
-                let pose = listener.pose(start + i);
-                self.member.publish(listener.time_s(start + i), &pose);
-                Pose { position: pose.position - snapshot.emitter_offset, ..pose }
-            });
-        }
-        let pose = listener.pose(total);
-        self.member.publish(start_s + block_s, &pose);
-        self.telemetry.pose.write(start_s + block_s, &pose);
-        if watched {
-            louder(&mut self.frame.output_peak, [left, right]);
-            let frame = &mut self.frame;
-            (frame.pose, frame.base, frame.tracked) = (pose, listener.base(), listener.is_tracked());
-            (frame.leads, frame.dry, frame.offline) = (leads, self.dry, block.live.wait);
-            if let Some(renderer) = spatializer.renderer() {
-                frame.tier = renderer.played_tier(block.tier);
-                frame.show(renderer);
-            }
-            #[expect(clippy::cast_possible_truncation, reason = "a share of a block's time")]
-            frame.add_load((began.elapsed().as_secs_f64() / block_s.max(1e-9)) as f32, block_s as f32);
-            // Levels and time alone are shown less often; none is lost, peaks wait for the next picture.
-            self.since_told_s += block_s;
-            let runs = frame.is_loud() || (frame.playing && self.telemetry.shows_time());
-            if (runs && self.since_told_s >= LEVELS_S) || frame.differs_from(&self.told) || self.told_snapshot != Some(snapshot)
-            {
-                self.told.clone_from(frame);
-                (self.told_snapshot, self.since_told_s) = (Some(snapshot), 0.0);
-                self.loader.repaint.request_repaint();
-            }
-            self.telemetry.publish(frame);
-            (frame.input_peak, frame.output_peak) = ([0.0; 2], [0.0; 2]);
-        }
-        let latency = samples(spatializer.latency_samples());
-        if latency != self.latency {
-            self.latency = latency;
-            context.set_latency_samples(latency);
-        }
-        ProcessStatus::Tail(latency.saturating_add(samples(spatializer.tail_samples())))
+        self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());
+        self.report(context)
     }
 }
 
@@ -388,10 +266,11 @@ impl Vst3Plugin for Promenade {
     const VST3_SUBCATEGORIES: &'static [Vst3SubCategory] = &[Vst3SubCategory::Fx, Vst3SubCategory::Spatial];
 }
 
-/// Raises peaks to those of a block.
-fn louder(peaks: &mut [f32; 2], channels: [&[f32]; 2]) {
-    for (peak, channel) in peaks.iter_mut().zip(channels) {
-        *peak = channel.iter().fold(*peak, |most, sample| most.max(sample.abs()));
+/// Both output channels; empty without them.
+fn ears<'a>(buffer: &'a mut Buffer) -> [&'a [f32]; 2] {
+    match buffer.as_slice() {
+        [left, right] => [left, right],
+        _ => [&[], &[]],
     }
 }
 

@@ -1,5 +1,6 @@
-//! Saved states: their version, and what becomes of old and broken ones.
+//! Saved states: their version, and how old and damaged ones are read.
 
+use crate::parameter::Parameter;
 use nice_plug::params::persist::{PersistentField, deserialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
 
@@ -7,9 +8,6 @@ use nice_plug::plugin::{ParamValue, PluginState};
 const VERSION_FIELD: &str = "version";
 /// The version of the states that this plugin writes.
 pub const VERSION: u32 = 2;
-
-/// Ids of the parameters that are choices; a state has them as texts.
-pub const CHOICES: [&str; 5] = ["follow", "group", "scene", "tier", "tracking"];
 
 /// Writes [`VERSION`] into every state.
 #[derive(Default)]
@@ -39,9 +37,14 @@ pub fn migrate(state: &mut PluginState) {
     }
     state.params.retain(|id, value| match value {
         ParamValue::F32(number) => number.is_finite(),
-        ParamValue::I32(_) => !CHOICES.contains(&id.as_str()),
+        ParamValue::I32(_) => !is_choice(id),
         ParamValue::Bool(_) | ParamValue::String(_) => true,
     });
+}
+
+/// Whether a parameter is a choice, which a state has as a text.
+fn is_choice(id: &str) -> bool {
+    Parameter::of_id(id).is_some_and(|parameter| parameter.variants().is_some())
 }
 
 #[cfg(test)]
@@ -62,9 +65,8 @@ mod tests {
     #[test]
     fn every_choice_is_known_as_one() {
         let params = PromenadeParams::default();
-        let choices = params.param_map().into_iter().filter(|(_, param, _)| matches!(param, ParamPtr::EnumParam(_)));
-        let mut ids = choices.map(|(id, ..)| id).collect::<Vec<_>>();
-        ids.sort();
-        assert_eq!(ids, CHOICES);
+        for (id, param, _) in params.param_map() {
+            assert_eq!(is_choice(&id), matches!(param, ParamPtr::EnumParam(_)), "{id}");
+        }
     }
 }

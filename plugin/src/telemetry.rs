@@ -1,7 +1,8 @@
-//! What the audio thread tells the editor: values that go one way.
+//! What the audio thread reports to the editor: values that go one way.
 
-use crate::listener::Base;
+use crate::cast::index;
 use crate::pose_cell::PoseCell;
+use crate::pose_sources::Base;
 use crossbeam_queue::ArrayQueue;
 use promenade_core::{Pose, Renderer, Tier};
 use std::sync::Arc;
@@ -105,7 +106,7 @@ impl Frame {
     /// Audio thread; no allocation, lock or I/O.
     #[must_use]
     pub fn differs_from(&self, seen: &Self) -> bool {
-        let words = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline);
+        let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline);
         let near = |a: f32, b: f32, step: f32| (a - b).abs() < step;
         let moved = (self.pose.position - seen.pose.position).length() >= SEEN_M;
         // The chord between two unit quaternions of the same sign is half the angle.
@@ -114,7 +115,7 @@ impl Frame {
         let masks = self.masks_db.as_flattened().iter().zip(seen.masks_db.as_flattened());
         moved
             || turned
-            || words(self) != words(seen)
+            || states(self) != states(seen)
             || !near(self.load, seen.load, SEEN_LOAD)
             || !near(self.ild_db, seen.ild_db, SEEN_DB)
             || !near(self.itd_s, seen.itd_s, 1e-6)
@@ -145,8 +146,7 @@ impl Frame {
         let (grid, [left_db, right_db]) = (scene.grid(), &mut self.masks_db);
         for (point, (left, right)) in left_db.iter_mut().zip(right_db).enumerate() {
             let place = frequency_hz(point) * grid.n_fft as f32 / grid.sample_rate_hz as f32;
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin's number, not below 0")]
-            let bin = (place as usize).min(last);
+            let bin = index(place).min(last);
             let share = (place - bin as f32).clamp(0.0, 1.0);
             let (low, high) = (gains(bin), gains((bin + 1).min(last)));
             [*left, *right] = [0, 1].map(|ear| decibels(low[ear] + share * (high[ear] - low[ear])));
@@ -177,7 +177,7 @@ pub struct Telemetry {
 }
 
 impl Telemetry {
-    /// Nobody watches yet.
+    /// No editor is open yet.
     #[must_use]
     pub fn new() -> Arc<Self> {
         let telemetry = Self {
@@ -240,7 +240,7 @@ impl Telemetry {
         }
     }
 
-    /// Fetches the newest frame; says whether there was one.
+    /// Fetches the newest frame; returns whether there was one.
     pub fn fetch(&self, into: &mut Frame) -> bool {
         let Some(frame) = self.fresh.pop() else { return false };
         *into = (*frame).clone();

@@ -10,7 +10,7 @@ use thiserror::Error;
 /// A camera path as the project keeps it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct KeptWalk {
+pub struct SavedWalk {
     /// Poses in rising order of time; none means there is no path.
     pub keyframes: Vec<KeyframeEntry>,
     /// Path seconds per second of the transport; negative runs backwards.
@@ -47,13 +47,13 @@ pub enum WalkError {
     File(#[from] PathFileError),
 }
 
-impl Default for KeptWalk {
+impl Default for SavedWalk {
     fn default() -> Self {
         Self { keyframes: Vec::new(), speed: 1.0, looping: false, slot: 0 }
     }
 }
 
-impl KeptWalk {
+impl SavedWalk {
     /// Reads a camera path file: JSON, CSV, COLMAP's cameras or a glTF animation. Also says what had to be assumed.
     ///
     /// # Errors
@@ -97,7 +97,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("walk.json");
         std::fs::write(&path, json).unwrap();
-        KeptWalk::from_file(&path)?.0.to_walk()
+        SavedWalk::from_file(&path)?.0.to_walk()
     }
 
     #[test]
@@ -116,10 +116,10 @@ mod tests {
             (r#"[{"t": 0, "position": [1, 2, 3]}]"#, "ypr"),
             (r#"[{"t": 0, "position": [1, 2, 3], "quat": [0, 0, 0, 0]}]"#, "unit quaternion"),
         ] {
-            let error = crate::causes::in_words(&of(json).unwrap_err());
+            let error = crate::error_chain::with_causes(&of(json).unwrap_err());
             assert!(error.contains(reason), "{error}");
         }
-        assert!(matches!(KeptWalk::from_file(Path::new("no/such.csv")), Err(WalkError::Io(_))));
+        assert!(matches!(SavedWalk::from_file(Path::new("no/such.csv")), Err(WalkError::Io(_))));
         // A file beside that claims more than any walk has: nothing is read of it.
         let folder = tempfile::tempdir().unwrap();
         let gltf = folder.path().join("walk.gltf");
@@ -138,9 +138,9 @@ mod tests {
         }"#;
         std::fs::write(&gltf, document).unwrap();
         std::fs::File::create(folder.path().join("walk.bin")).unwrap().set_len(2 << 30).unwrap();
-        let error = crate::causes::in_words(&KeptWalk::from_file(&gltf).unwrap_err());
+        let error = crate::error_chain::with_causes(&SavedWalk::from_file(&gltf).unwrap_err());
         assert!(error.contains("the file has 2147483648 bytes"), "{error}");
-        let endless = KeptWalk { speed: f64::INFINITY, ..KeptWalk::default() };
+        let endless = SavedWalk { speed: f64::INFINITY, ..SavedWalk::default() };
         assert!(matches!(endless.to_walk(), Err(WalkError::Speed(_))));
     }
 }

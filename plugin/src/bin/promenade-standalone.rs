@@ -1,7 +1,7 @@
 //! Promenade without a host: live input from JACK or the system's sound, or a file.
 
 use nice_plug::prelude::nice_export_standalone_with_args;
-use promenade_plugin::causes::in_words;
+use promenade_plugin::error_chain::with_causes;
 use promenade_plugin::{Promenade, player};
 use std::path::Path;
 use std::process::ExitCode;
@@ -39,7 +39,7 @@ fn main() -> ExitCode {
     if let Some(file) = file
         && let Err(error) = player.open(Path::new(&file))
     {
-        return refuse(&in_words(&error));
+        return refuse(&with_causes(&error));
     }
     if nice_export_standalone_with_args::<Promenade, _>(rest) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -1,23 +1,25 @@
-//! The open editor: what it holds between two pictures, and where its panels lie.
+//! The open editor: what it keeps between two pictures, and the layout of its panels.
 
 use super::ctx::{Ctx, Instance, Selection};
-use super::estimate::stand_in;
+use super::drawer::{self, panels};
+use super::estimate::estimate;
+use super::geometry::Geometry;
 use super::gesture::Gestures;
 use super::host::Host;
 use super::meter::Meters;
-use super::mirror::mirror;
-use super::panel::{Panel, panels};
+use super::panel::Panel;
 use super::scenes::Scenes;
 use super::theme::{Palette, dress, set_fonts};
 use super::view::View;
-use super::window::Geometry;
-use super::{banner, header, side, tabs};
+use super::{banner, header, side};
+use crate::cast::narrow;
+use crate::history::History;
 use crate::lister::Lister;
 use crate::params::Choices;
-use crate::recall::{History, Recall};
 use crate::settings::{EditorSettings, Theme};
 use crate::telemetry::Frame;
-use crate::worker::{Desk, LOADER};
+use crate::user_state::UserState;
+use crate::worker::{LOADER, TaskHandle};
 use egui::{CentralPanel, Event, InputState, Key, KeyboardShortcut, Margin, Modifiers, Ui};
 use nice_plug::context::gui::GuiContext;
 use nice_plug::nice_error;
@@ -29,7 +31,7 @@ use std::time::{Duration, Instant};
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
 const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
 
-/// Whether the user begins to do something.
+/// Whether the user begins a change.
 fn acts(input: &InputState) -> bool {
     let begins = |event: &Event| {
         matches!(
@@ -40,7 +42,7 @@ fn acts(input: &InputState) -> bool {
     input.events.iter().any(begins)
 }
 
-/// The host is taken not to ask for sound when the audio thread has told nothing for this long, seconds.
+/// The host is taken not to ask for sound when the audio thread has sent no picture for this long, seconds.
 const SILENT_S: f64 = 0.4;
 
 /// A window narrower than this is narrow, points.
@@ -51,7 +53,7 @@ pub(super) struct App {
     instance: Instance,
     geometry: Arc<Geometry>,
     gui: Option<GuiContext>,
-    desk: Option<Desk>,
+    task: Option<TaskHandle>,
     frame: Box<Frame>,
     gestures: Gestures,
     selection: Selection,
@@ -61,15 +63,15 @@ pub(super) struct App {
     dressed: Option<Theme>,
     choices: Option<Choices>,
     opened: Instant,
-    /// When the audio thread last told something, seconds since the window was opened.
+    /// When the audio thread last sent a picture, seconds since the window was opened.
     heard_s: f64,
     meters: Meters,
     view: View,
     scenes: Scenes,
     panels: Vec<Box<dyn Panel>>,
     history: History,
-    /// How it was before the change that the user is making.
-    before: Option<Recall>,
+    /// The state before the change that the user is making.
+    before: Option<UserState>,
 }
 
 impl App {
@@ -82,7 +84,7 @@ impl App {
             instance,
             geometry,
             gui: None,
-            desk: None,
+            task: None,
             frame: Box::default(),
             gestures: Gestures::default(),
             selection: Selection::default(),
@@ -124,7 +126,8 @@ impl NiceEguiApp for App {
         let size = frame.baseview_window().size();
         self.geometry.resized(size.physical.into(), size.scale_factor);
         self.gui = Some(gui);
-        self.desk = Desk::new(&LOADER, self.instance.loader.clone())
+        self.task = LOADER
+            .add(self.instance.loader.clone())
             .inspect_err(|error| nice_error!("no thread to load scenes from the editor: {error}"))
             .ok();
         self.instance.telemetry.watch(true);
@@ -157,7 +160,7 @@ impl NiceEguiApp for App {
         let (scene, walk) = (self.instance.loader.scene(), self.instance.loader.walk());
         let params = Arc::clone(&self.instance.params);
         if !sounding {
-            stand_in(&mut self.frame, &params, &self.gestures, walk.as_deref());
+            estimate(&mut self.frame, &params, &self.gestures, walk.as_deref());
         }
         let mut ctx = Ctx {
             instance: &self.instance,
@@ -172,14 +175,14 @@ impl NiceEguiApp for App {
             selection: &mut self.selection,
             history: &mut self.history,
             gestures: &mut self.gestures,
-            desk: self.desk.as_ref(),
+            task: self.task.as_ref(),
             now_s,
             sounding,
             shows_time: false,
             narrow: ui.available_width() < NARROW,
         };
         if self.before.is_none() && ui.input(acts) {
-            self.before = Some(Recall::of(&params));
+            self.before = Some(UserState::of(&params));
         }
         if !ui.ctx().text_edit_focused() {
             if ui.input_mut(|input| input.consume_shortcut(&REDO)) {
@@ -188,17 +191,17 @@ impl NiceEguiApp for App {
                 ctx.undo();
             }
         }
-        mirror(&mut ctx);
+        ctx.report_remote();
         header::show(ui, &mut ctx);
         banner::show(ui, &ctx);
         if *ctx.list_is_open() {
             self.scenes.show(ui, &mut ctx);
         }
         side::right(ui, &mut ctx, &mut self.meters);
-        tabs::show(ui, &mut ctx, &mut self.panels);
+        drawer::show(ui, &mut ctx, &mut self.panels);
         let centre = egui::Frame::new().fill(palette.ground).inner_margin(Margin::ZERO);
-        let attended = scene.as_ref().and_then(|scene| self.instance.loader.attention.in_scene(scene));
-        CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, &mut ctx, attended.as_deref()));
+        let attention = scene.as_ref().and_then(|scene| self.instance.loader.attention.in_scene(scene));
+        CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, &mut ctx, attention.as_deref()));
         self.instance.telemetry.show_time(ctx.shows_time);
         let choices = params.choices();
         if self.choices.replace(choices) != Some(choices) {
@@ -212,7 +215,7 @@ impl NiceEguiApp for App {
             && !ui.input(|input| input.pointer.any_down())
             && let Some(before) = self.before.take()
         {
-            self.history.settle(before, &Recall::of(&params));
+            self.history.record(before, &UserState::of(&params));
         }
         self.geometry.types(ui.ctx().text_edit_focused());
         self.keep_settings();
@@ -221,9 +224,7 @@ impl NiceEguiApp for App {
     fn resized(&mut self, size: WindowSize) {
         let zoom = f64::from(self.settings.zoom);
         self.geometry.resized(size.physical.into(), size.scale_factor / zoom);
-        #[expect(clippy::cast_possible_truncation, reason = "a window's size in points")]
-        let (width, height) = (size.logical.width as f32, size.logical.height as f32);
-        (self.settings.width, self.settings.height) = (width, height);
+        (self.settings.width, self.settings.height) = (narrow(size.logical.width), narrow(size.logical.height));
     }
 
     fn zoom_factor_changed(&mut self, zoom_factor: f32) {

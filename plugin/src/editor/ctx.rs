@@ -1,32 +1,34 @@
-//! What the editor's panels are given to show and to change.
+//! The context that the editor's panels show and change.
 
 use super::gesture::Gestures;
-use super::host::Host;
+use super::host::{Host, landed};
 use super::theme::Palette;
-use crate::kept::Kept;
+use crate::cast::index;
+use crate::history::History;
 use crate::lister::Listing;
 use crate::loader::Loader;
 use crate::osc::Osc;
+use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
-use crate::recall::{History, Recall};
-use crate::remote::Knob;
+use crate::persisted::Persisted;
 use crate::settings::EditorSettings;
 use crate::telemetry::{Frame, Telemetry};
+use crate::user_state::UserState;
 use crate::walk::Walk;
-use crate::worker::Desk;
+use crate::worker::TaskHandle;
 use nice_plug::context::gui::GuiContext;
 use nice_plug_egui::RepaintNotifier;
 use promenade_core::Scene;
 use std::sync::Arc;
 
-/// What an editor knows of the instance that it belongs to.
+/// The instance that an editor belongs to.
 #[derive(Clone)]
 pub struct Instance {
     /// The parameters and what is saved beside them.
     pub params: Arc<PromenadeParams>,
     /// Finds and reads scenes and camera paths.
     pub loader: Arc<Loader>,
-    /// What the audio thread tells.
+    /// What the audio thread reports.
     pub telemetry: Arc<Telemetry>,
     /// Head tracking and remote control.
     pub osc: Arc<Osc>,
@@ -51,13 +53,13 @@ pub struct Ctx<'a> {
     pub host: Host<'a>,
     /// The framework's own context, for whole states.
     pub gui: &'a GuiContext,
-    /// The newest that the audio thread has told.
+    /// The newest picture from the audio thread.
     pub frame: &'a Frame,
     /// The scene that is played or about to be.
     pub scene: Option<&'a Arc<Scene>>,
     /// What the library has.
     pub listing: &'a Listing,
-    /// The camera path at hand, followed or not.
+    /// The camera path that is ready, followed or not.
     pub walk: Option<&'a Arc<Walk>>,
     /// The theme's colours.
     pub palette: &'static Palette,
@@ -65,17 +67,17 @@ pub struct Ctx<'a> {
     pub settings: &'a mut EditorSettings,
     /// What is chosen.
     pub selection: &'a mut Selection,
-    /// What can be undone and compared.
+    /// Undo, redo and the A/B comparison.
     pub history: &'a mut History,
     /// Gestures that are going on; use the methods of this type.
     pub gestures: &'a mut Gestures,
-    /// Sends the loader to work.
-    pub desk: Option<&'a Desk>,
+    /// Wakes the loader.
+    pub task: Option<&'a TaskHandle>,
     /// Time since the window was opened, seconds.
     pub now_s: f64,
     /// Whether the host asks for sound; otherwise `frame` is what it would be.
     pub sounding: bool,
-    /// Whether this picture shows the time of the transport; who shows it says so, and is painted again while it runs.
+    /// Set by whatever shows the time of the transport in this picture: it is painted again while that runs.
     pub shows_time: bool,
     /// Whether the window is too narrow for everything at once.
     pub narrow: bool,
@@ -95,64 +97,71 @@ impl Ctx<'_> {
 
     /// A parameter's plain value: the one that the user is setting, else the one that is heard.
     #[must_use]
-    pub fn value(&self, knob: Knob) -> f32 {
-        self.gestures.value(knob).unwrap_or_else(|| self.instance.params.heard(knob))
+    pub fn value(&self, parameter: Parameter) -> f32 {
+        self.gestures.value(parameter).unwrap_or_else(|| self.instance.params.heard(parameter))
     }
 
     /// A choice's index or a slot's number.
     #[must_use]
-    pub fn index(&self, knob: Knob) -> usize {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
-        let index = self.value(knob).max(0.0) as usize;
-        index
+    pub fn index(&self, parameter: Parameter) -> usize {
+        index(self.value(parameter))
     }
 
     /// Whether a switch is on.
     #[must_use]
-    pub fn is_on(&self, knob: Knob) -> bool {
-        self.value(knob) > 0.5
+    pub fn is_on(&self, parameter: Parameter) -> bool {
+        self.value(parameter) > 0.5
     }
 
     /// Sets a value at once, as a gesture of its own.
-    pub fn set(&mut self, knob: Knob, value: f32) {
-        let value = self.taken(knob, value);
-        self.gestures.set(&self.host, knob, value);
+    pub fn set(&mut self, parameter: Parameter, value: f32) {
+        let value = self.taken(parameter, value);
+        self.gestures.set(&self.host, parameter, value);
     }
 
     /// Sets a value while the pointer is down. To be called in each frame until it is released, moved or not.
-    pub fn hold(&mut self, knob: Knob, value: f32) {
-        let value = self.taken(knob, value);
-        self.gestures.hold(&self.host, knob, value);
+    pub fn hold(&mut self, parameter: Parameter, value: f32) {
+        let value = self.taken(parameter, value);
+        self.gestures.hold(&self.host, parameter, value);
     }
 
     /// Sets a value by a step of the wheel or a key.
-    pub fn nudge(&mut self, knob: Knob, value: f32) {
-        let value = self.taken(knob, value);
-        self.gestures.nudge(&self.host, knob, value, self.now_s);
+    pub fn nudge(&mut self, parameter: Parameter, value: f32) {
+        let value = self.taken(parameter, value);
+        self.gestures.nudge(&self.host, parameter, value, self.now_s);
     }
 
-    /// A value within the range. What came over Open Sound Control for the parameter gives way.
-    fn taken(&self, knob: Knob, value: f32) -> f32 {
-        self.instance.params.remote.clear(knob);
-        let (least, greatest) = PromenadeParams::limits(knob);
-        let value = if value.is_finite() { value.clamp(least, greatest) } else { least };
-        if knob.is_whole() { value.round() } else { value }
+    /// A value that the parameter can take. It replaces what came over Open Sound Control.
+    fn taken(&self, parameter: Parameter, value: f32) -> f32 {
+        self.instance.params.remote.clear(parameter);
+        parameter.clamp(value)
+    }
+
+    /// Reports values that came over Open Sound Control to the host, as only an open editor can; values in quick succession are one gesture.
+    pub fn report_remote(&mut self) {
+        for parameter in Parameter::ALL {
+            let params = &self.instance.params;
+            if let Some(value) = params.remote.pending(parameter, params.hosted(parameter)) {
+                params.remote.announce(parameter, landed(params, parameter, value));
+                self.gestures.nudge(&self.host, parameter, value, self.now_s);
+            }
+        }
     }
 
     /// A value with its unit, or the name of a choice, as hosts show it.
     #[must_use]
-    pub fn text(&self, knob: Knob) -> String {
-        super::host::text(&self.instance.params, knob, self.value(knob))
+    pub fn text(&self, parameter: Parameter) -> String {
+        super::host::text(&self.instance.params, parameter, self.value(parameter))
     }
 
-    /// Tells the host that the project has changed beside the parameters, and sends the loader to look.
+    /// Tells the host that the project has changed beside the parameters, and wakes the loader.
     pub fn touch(&self) {
         self.host.touch();
         self.refresh();
     }
 
     /// Changes what is saved beside the parameters. A state that the host restores meanwhile wins.
-    pub fn keep<T: Clone + PartialEq>(&self, field: &Kept<T>, change: impl FnOnce(&mut T)) {
+    pub fn keep<T: Clone + PartialEq>(&self, field: &Persisted<T>, change: impl FnOnce(&mut T)) {
         let (old, restores) = field.get();
         let mut new = old.clone();
         change(&mut new);
@@ -161,40 +170,41 @@ impl Ctx<'_> {
         }
     }
 
-    /// Brings settings back, as gestures of their own.
-    pub fn recall(&mut self, recall: &Recall) {
+    /// Restores a state, as gestures of its own.
+    pub fn restore(&mut self, state: &UserState) {
         let mut set = Vec::new();
-        recall.apply(&self.instance.params, |knob, value| set.push((knob, value)));
-        for (knob, value) in set {
-            self.set(knob, value);
+        state.restore(&self.instance.params, |parameter, value| set.push((parameter, value)));
+        for (parameter, value) in set {
+            self.set(parameter, value);
         }
         self.touch();
     }
 
     /// Takes the last change back, if there is one.
     pub fn undo(&mut self) {
-        if let Some(before) = self.history.undo(Recall::of(&self.instance.params)) {
-            self.recall(&before);
-        }
+        self.travel(History::undo);
     }
 
     /// Makes the change again that was taken back last, if there is one.
     pub fn redo(&mut self) {
-        if let Some(after) = self.history.redo(Recall::of(&self.instance.params)) {
-            self.recall(&after);
+        self.travel(History::redo);
+    }
+
+    /// Switches from A to B or back.
+    pub fn compare(&mut self) {
+        self.travel(|history, now| Some(history.compare(now)));
+    }
+
+    fn travel(&mut self, to: impl FnOnce(&mut History, UserState) -> Option<UserState>) {
+        if let Some(state) = to(self.history, UserState::of(&self.instance.params)) {
+            self.restore(&state);
         }
     }
 
-    /// Goes from A to B or back.
-    pub fn compare(&mut self) {
-        let other = self.history.compare(Recall::of(&self.instance.params));
-        self.recall(&other);
-    }
-
-    /// Sends the loader to look for what the parameters ask for.
+    /// Wakes the loader to load what the parameters choose.
     pub fn refresh(&self) {
-        if let Some(desk) = self.desk {
-            desk.call();
+        if let Some(task) = self.task {
+            task.schedule();
         }
     }
 }

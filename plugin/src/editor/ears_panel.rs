@@ -4,6 +4,7 @@ use super::ctx::Ctx;
 use super::direction::dial;
 use super::panel::Panel;
 use super::theme::{Palette, faded};
+use crate::cast::index;
 use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, LOWEST_HZ, MASK_POINTS, frequency_hz};
 use egui::{Align2, Color32, CornerRadius, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 
@@ -60,7 +61,7 @@ fn spectrum(painter: &Painter, rect: Rect, ctx: &Ctx<'_>, pointer: Option<Pos2>)
     let mut db = RANGE_DB.0;
     while db <= RANGE_DB.1 {
         let main = db == 0.0;
-        painter.hline(plot.x_range(), y(db), Stroke::new(1.0, if main { palette.line } else { palette.grid }));
+        painter.hline(plot.x_range(), y(db), Stroke::new(1.0, if main { palette.line } else { palette.hairline }));
         if (db / every).fract() == 0.0 {
             let text = format!("{db:.0}").replace('-', "\u{2212}");
             caption(pos2(plot.left() - 6.0, y(db)), Align2::RIGHT_CENTER, &text, palette.soft);
@@ -68,7 +69,7 @@ fn spectrum(painter: &Painter, rect: Rect, ctx: &Ctx<'_>, pointer: Option<Pos2>)
         db += STEP_DB;
     }
     for (hz, text) in MARKS_HZ {
-        painter.vline(x(hz), plot.y_range(), Stroke::new(1.0, palette.grid));
+        painter.vline(x(hz), plot.y_range(), Stroke::new(1.0, palette.hairline));
         caption(pos2(x(hz), rect.bottom()), Align2::CENTER_BOTTOM, text, palette.soft);
     }
     caption(pos2(plot.left() - 6.0, rect.bottom()), Align2::RIGHT_BOTTOM, "dB", palette.soft);
@@ -122,8 +123,7 @@ fn plate(painter: &Painter, right_top: Pos2, text: String, colour: Color32, pale
 /// The mask at a place along the plot, dB.
 fn at_share(masks: &[f32; MASK_POINTS], along: f32) -> f32 {
     let place = along.clamp(0.0, 1.0) * (MASK_POINTS - 1) as f32;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a point's number")]
-    let low = (place as usize).min(MASK_POINTS - 2);
+    let low = index(place).min(MASK_POINTS - 2);
     masks[low] + (place - low as f32) * (masks[low + 1] - masks[low])
 }
 

@@ -1,6 +1,6 @@
 //! Automation gestures: every value that the editor sets lies between one begin and one end.
 
-use crate::remote::Knob;
+use crate::parameter::Parameter;
 
 /// A gesture that nothing has moved for this long is over, seconds: wheel and arrow keys have no release of their own.
 const REST_S: f64 = 0.4;
@@ -8,11 +8,11 @@ const REST_S: f64 = 0.4;
 /// Who is told of gestures, the host.
 pub trait Automation {
     /// The user takes hold of a parameter.
-    fn begin(&self, knob: Knob);
+    fn begin(&self, parameter: Parameter);
     /// A plain value, as [`crate::params::PromenadeParams::hosted`] counts.
-    fn set(&self, knob: Knob, plain: f32);
+    fn set(&self, parameter: Parameter, plain: f32);
     /// The user lets go.
-    fn end(&self, knob: Knob);
+    fn end(&self, parameter: Parameter);
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,47 +31,47 @@ struct Open {
 
 /// The gestures that are going on.
 #[derive(Debug, Default)]
-pub struct Gestures([Option<Open>; Knob::ALL.len()]);
+pub struct Gestures([Option<Open>; Parameter::ALL.len()]);
 
 impl Gestures {
     /// The value that the user has set and the host may not have taken yet.
     #[must_use]
-    pub fn value(&self, knob: Knob) -> Option<f32> {
-        self.0[knob as usize].map(|open| open.value)
+    pub fn value(&self, parameter: Parameter) -> Option<f32> {
+        self.0[parameter as usize].map(|open| open.value)
     }
 
     /// Sets a value while the pointer is down; to be called each frame, moved or not, until it is released.
-    pub fn hold(&mut self, host: &dyn Automation, knob: Knob, value: f32) {
-        self.move_to(host, knob, value, Until::Released(true));
+    pub fn hold(&mut self, host: &dyn Automation, parameter: Parameter, value: f32) {
+        self.move_to(host, parameter, value, Until::Released(true));
     }
 
     /// Sets a value by a step of the wheel or a key; more steps in quick succession are one gesture.
-    pub fn nudge(&mut self, host: &dyn Automation, knob: Knob, value: f32, now_s: f64) {
-        self.move_to(host, knob, value, Until::Time(now_s + REST_S));
+    pub fn nudge(&mut self, host: &dyn Automation, parameter: Parameter, value: f32, now_s: f64) {
+        self.move_to(host, parameter, value, Until::Time(now_s + REST_S));
     }
 
     /// Sets a value at once.
-    pub fn set(&mut self, host: &dyn Automation, knob: Knob, value: f32) {
-        if self.0[knob as usize].is_some() {
-            self.move_to(host, knob, value, Until::Released(false));
+    pub fn set(&mut self, host: &dyn Automation, parameter: Parameter, value: f32) {
+        if self.0[parameter as usize].is_some() {
+            self.move_to(host, parameter, value, Until::Released(false));
         } else {
-            host.begin(knob);
-            host.set(knob, value);
-            host.end(knob);
+            host.begin(parameter);
+            host.set(parameter, value);
+            host.end(parameter);
         }
     }
 
-    fn move_to(&mut self, host: &dyn Automation, knob: Knob, value: f32, until: Until) {
-        let place = &mut self.0[knob as usize];
+    fn move_to(&mut self, host: &dyn Automation, parameter: Parameter, value: f32, until: Until) {
+        let place = &mut self.0[parameter as usize];
         let moved = match place {
             Some(open) => open.value != value,
             None => {
-                host.begin(knob);
+                host.begin(parameter);
                 true
             }
         };
         if moved {
-            host.set(knob, value);
+            host.set(parameter, value);
         }
         *place = Some(Open { value, until });
     }
@@ -79,7 +79,7 @@ impl Gestures {
     /// Ends what was not held in this frame or has rested. Seconds until the next is to end, if one rests.
     pub fn end_frame(&mut self, host: &dyn Automation, now_s: f64) -> Option<f64> {
         let mut next: Option<f64> = None;
-        for (knob, place) in Knob::ALL.into_iter().zip(&mut self.0) {
+        for (parameter, place) in Parameter::ALL.into_iter().zip(&mut self.0) {
             let Some(open) = place else { continue };
             let over = match &mut open.until {
                 Until::Released(held) => !std::mem::take(held),
@@ -90,7 +90,7 @@ impl Gestures {
                 }
             };
             if over {
-                host.end(knob);
+                host.end(parameter);
                 *place = None;
             }
         }
@@ -105,9 +105,9 @@ impl Gestures {
 
     /// Ends all of them.
     pub fn close(&mut self, host: &dyn Automation) {
-        for (knob, place) in Knob::ALL.into_iter().zip(&mut self.0) {
+        for (parameter, place) in Parameter::ALL.into_iter().zip(&mut self.0) {
             if place.take().is_some() {
-                host.end(knob);
+                host.end(parameter);
             }
         }
     }
@@ -128,14 +128,14 @@ mod tests {
     }
 
     impl Automation for Log {
-        fn begin(&self, knob: Knob) {
-            self.0.borrow_mut().push(format!("+{}", knob.id()));
+        fn begin(&self, parameter: Parameter) {
+            self.0.borrow_mut().push(format!("+{}", parameter.id()));
         }
-        fn set(&self, knob: Knob, plain: f32) {
-            self.0.borrow_mut().push(format!("{}={plain}", knob.id()));
+        fn set(&self, parameter: Parameter, plain: f32) {
+            self.0.borrow_mut().push(format!("{}={plain}", parameter.id()));
         }
-        fn end(&self, knob: Knob) {
-            self.0.borrow_mut().push(format!("-{}", knob.id()));
+        fn end(&self, parameter: Parameter) {
+            self.0.borrow_mut().push(format!("-{}", parameter.id()));
         }
     }
 
@@ -143,13 +143,13 @@ mod tests {
     fn a_drag_is_one_gesture_and_a_rest_within_it_sets_nothing() {
         let (log, mut gestures) = (Log::default(), Gestures::default());
         for value in [1.0, 1.0, 2.0] {
-            gestures.hold(&log, Knob::X, value);
+            gestures.hold(&log, Parameter::X, value);
             assert_eq!(gestures.end_frame(&log, 0.0), None);
         }
-        assert_eq!(gestures.value(Knob::X), Some(2.0));
+        assert_eq!(gestures.value(Parameter::X), Some(2.0));
         gestures.end_frame(&log, 0.0);
         assert_eq!(log.take(), "+x x=1 x=2 -x");
-        assert_eq!(gestures.value(Knob::X), None);
+        assert_eq!(gestures.value(Parameter::X), None);
         gestures.end_frame(&log, 0.0);
         assert_eq!(log.take(), "");
     }
@@ -158,7 +158,7 @@ mod tests {
     fn steps_in_quick_succession_are_one_gesture() {
         let (log, mut gestures) = (Log::default(), Gestures::default());
         for now_s in [0.0, 0.3, 0.6] {
-            gestures.nudge(&log, Knob::Yaw, now_s as f32, now_s);
+            gestures.nudge(&log, Parameter::Yaw, now_s as f32, now_s);
             assert!(gestures.end_frame(&log, now_s).is_some_and(|s| s > 0.0));
         }
         assert!(gestures.end_frame(&log, 0.9).is_some());
@@ -169,10 +169,10 @@ mod tests {
     #[test]
     fn a_value_at_once_has_a_gesture_of_its_own_or_joins_one() {
         let (log, mut gestures) = (Log::default(), Gestures::default());
-        gestures.set(&log, Knob::Tier, 2.0);
+        gestures.set(&log, Parameter::Tier, 2.0);
         assert_eq!(log.take(), "+tier tier=2 -tier");
-        gestures.hold(&log, Knob::Tier, 1.0);
-        gestures.set(&log, Knob::Tier, 3.0);
+        gestures.hold(&log, Parameter::Tier, 1.0);
+        gestures.set(&log, Parameter::Tier, 3.0);
         gestures.end_frame(&log, 0.0);
         assert_eq!(log.take(), "+tier tier=1 tier=3 -tier");
     }
@@ -180,8 +180,8 @@ mod tests {
     #[test]
     fn closing_ends_everything_once() {
         let (log, mut gestures) = (Log::default(), Gestures::default());
-        gestures.hold(&log, Knob::X, 1.0);
-        gestures.nudge(&log, Knob::Yaw, 1.0, 0.0);
+        gestures.hold(&log, Parameter::X, 1.0);
+        gestures.nudge(&log, Parameter::Yaw, 1.0, 0.0);
         log.take();
         gestures.close(&log);
         gestures.close(&log);

@@ -1,10 +1,10 @@
 //! The line at the top.
 
+use super::controls::toggle;
 use super::ctx::Ctx;
-use super::knobs::toggle;
 use super::theme::{Palette, faded};
 use super::widgets::{button, tab};
-use crate::remote::Knob;
+use crate::parameter::Parameter;
 use crate::settings::{Theme, ZOOMS};
 use egui::{Align, CornerRadius, Frame, Layout, Margin, Popup, RichText, Sense, Stroke, Ui, vec2};
 
@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
                 }
                 zoom(ui, ctx);
                 ui.add_space(4.0);
-                toggle(ui, ctx, Knob::Bypass, "Bypass");
+                toggle(ui, ctx, Parameter::Bypass, "Bypass");
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| state(ui, ctx));
             });
         });
@@ -48,7 +48,7 @@ fn state(ui: &mut Ui, ctx: &Ctx<'_>) {
     let palette = ctx.palette;
     ui.add_space(8.0);
     let title = ctx.scene.map_or("No scene", |scene| scene.title());
-    let remark = if ctx.is_on(Knob::Bypass) {
+    let remark = if ctx.is_on(Parameter::Bypass) {
         Some("bypassed")
     } else if !ctx.sounding {
         Some("the host asks for no sound")

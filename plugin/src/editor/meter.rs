@@ -1,6 +1,7 @@
 //! Level meters with peak hold and a light for clipping.
 
 use super::theme::{Palette, faded};
+use crate::cast::narrow;
 use crate::telemetry::decibels;
 use egui::{Align2, Color32, CornerRadius, Painter, Rect, Response, Sense, Stroke, Ui, Vec2, pos2};
 
@@ -37,8 +38,7 @@ impl Meter {
     /// Takes the peak since the last picture, linear.
     pub fn advance(&mut self, peak: f32, now_s: f64) {
         let peak_db = decibels(peak).max(RANGE_DB.0);
-        #[expect(clippy::cast_possible_truncation, reason = "a few dB")]
-        let fall = ((now_s - self.now_s).max(0.0) * FALL_DB_PER_S) as f32;
+        let fall = narrow((now_s - self.now_s).max(0.0) * FALL_DB_PER_S);
         self.now_s = now_s;
         self.level_db = peak_db.max(self.level_db - fall).max(RANGE_DB.0);
         if peak_db >= self.hold_db {

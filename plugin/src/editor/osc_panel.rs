@@ -1,14 +1,14 @@
 //! Head tracking and remote control over Open Sound Control, and the listener group.
 
+use super::controls::{list, toggle};
 use super::ctx::Ctx;
-use super::knobs::{list, toggle};
 use super::panel::Panel;
 use super::theme::CONTROL;
-use super::widgets::{button, columns, note, row, segments, switch};
+use super::widgets::{button, columns, labelled, note, segments, switch};
+use crate::choices::GroupChoice;
 use crate::group;
 use crate::osc::{AxisMap, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat};
-use crate::params::GroupChoice;
-use crate::remote::Knob;
+use crate::parameter::Parameter;
 use egui::{ComboBox, DragValue, ScrollArea, TextEdit, Ui, Vec2};
 use nice_plug::prelude::Enum;
 use std::time::Duration;
@@ -91,13 +91,13 @@ impl OscPanel {
                 change(ctx, |c| c.port = port);
             }
         });
-        row(ui, ctx.palette, "From", |ui| {
+        labelled(ui, ctx.palette, "From", |ui| {
             let chosen = usize::from(config.interface == Interface::Any);
             if let Some(index) = segments(ui, ctx.palette, &["Here", "Network"], chosen, |_| true) {
                 change(ctx, |c| c.interface = if index == 1 { Interface::Any } else { Interface::Loopback });
             }
         });
-        row(ui, ctx.palette, "Name", |ui| {
+        labelled(ui, ctx.palette, "Name", |ui| {
             if let Some(name) = text(ui, &mut self.name, &config.name, "For its own addresses") {
                 change(ctx, |c| c.name = name);
             }
@@ -129,7 +129,7 @@ impl OscPanel {
     }
 
     fn tracker(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, config: &OscConfig) {
-        row(ui, ctx.palette, "Tracker", |ui| {
+        labelled(ui, ctx.palette, "Tracker", |ui| {
             let width = ui.available_width();
             ComboBox::from_id_salt("format").selected_text(config.format.title()).width(width).show_ui(ui, |ui| {
                 for format in TrackerFormat::ALL {
@@ -142,11 +142,11 @@ impl OscPanel {
         if config.format == TrackerFormat::Custom {
             self.custom(ui, ctx, config);
         }
-        row(ui, ctx.palette, "Used as", |ui| list(ui, ctx, Knob::Tracking));
+        labelled(ui, ctx.palette, "Used as", |ui| list(ui, ctx, Parameter::Tracking));
         for (axis, name) in AXES.into_iter().enumerate() {
-            row(ui, ctx.palette, name, |ui| axis_of(ui, ctx, config.axes, axis));
+            labelled(ui, ctx.palette, name, |ui| axis_of(ui, ctx, config.axes, axis));
         }
-        row(ui, ctx.palette, "Recentre", |ui| {
+        labelled(ui, ctx.palette, "Recentre", |ui| {
             let kinds = [("Yaw", Recenter::Yaw), ("All", Recenter::Full), ("Off", Recenter::Off)];
             if button(ui, ctx.palette, "Now").clicked() {
                 ctx.instance.osc.recenter(None);
@@ -166,12 +166,12 @@ impl OscPanel {
     }
 
     fn custom(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, config: &OscConfig) {
-        row(ui, ctx.palette, "Address", |ui| {
+        labelled(ui, ctx.palette, "Address", |ui| {
             if let Some(address) = text(ui, &mut self.address, &config.custom.address, "/head/ypr") {
                 change(ctx, |c| c.custom.address = address);
             }
         });
-        row(ui, ctx.palette, "Sends", |ui| {
+        labelled(ui, ctx.palette, "Sends", |ui| {
             let chosen = config.custom.arguments;
             let width = ui.available_width();
             ComboBox::from_id_salt("arguments").selected_text(chosen.title()).width(width).show_ui(ui, |ui| {
@@ -193,7 +193,7 @@ impl OscPanel {
                 change(ctx, |c| c.out.port = port);
             }
         });
-        row(ui, ctx.palette, "Host", |ui| {
+        labelled(ui, ctx.palette, "Host", |ui| {
             if let Some(host) = text(ui, &mut self.host, &config.out.host, "127.0.0.1") {
                 change(ctx, |c| c.out.host = host);
             }
@@ -227,14 +227,14 @@ fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
 
 /// The listener group.
 fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    row(ui, ctx.palette, "Group", |ui| super::knobs::choice(ui, ctx, Knob::Group, |_| true));
-    let chosen = GroupChoice::from_index(ctx.index(Knob::Group));
+    labelled(ui, ctx.palette, "Group", |ui| super::controls::choice(ui, ctx, Parameter::Group, |_| true));
+    let chosen = GroupChoice::from_index(ctx.index(Parameter::Group));
     let Some(number) = chosen.number() else {
         note(ui, ctx.palette, "Instances of one group share one listener");
         return;
     };
-    toggle(ui, ctx, Knob::Lead, "Lead the group");
-    let words = match (ctx.frame.leads, ctx.is_on(Knob::Lead), group::is_led(number)) {
+    toggle(ui, ctx, Parameter::Lead, "Lead the group");
+    let words = match (ctx.frame.leads, ctx.is_on(Parameter::Lead), group::is_led(number)) {
         (true, ..) => "This instance's listener is the group's",
         (false, true, true) => "Another instance leads already; this one follows it",
         (false, false, true) => "Another instance leads; this one hears with its listener",

@@ -1,15 +1,14 @@
 //! The camera path: how it is followed, its keyframes, recording, and files.
 
+use super::controls::{choice, slider, toggle};
 use super::ctx::Ctx;
-use super::knobs::{choice, slider, toggle};
 use super::panel::Panel;
-use super::theme::{CONTROL, GRID};
-use super::widgets::{button, columns, note, row, switch, tab};
-use crate::causes::in_words;
-use crate::kept::Kept;
+use super::theme::{CONTROL, SPACE};
+use super::widgets::{button, columns, labelled, note, switch, tab};
+use crate::error_chain::with_causes;
 use crate::library;
-use crate::remote::Knob;
-use crate::walk::KeptWalk;
+use crate::parameter::Parameter;
+use crate::walk::SavedWalk;
 use egui::{DragValue, ScrollArea, TextEdit, Ui, Vec2};
 use promenade_core::{CameraPath, Keyframe};
 use promenade_paths::edit::{self, EditError};
@@ -55,20 +54,20 @@ impl Panel for PathPanel {
 
 /// How the path is followed.
 fn playing(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    choice(ui, ctx, Knob::Follow, |_| true);
-    slider(ui, ctx, Knob::Path, "Position");
-    let (kept, _) = ctx.params().kept_walk.get();
+    choice(ui, ctx, Parameter::Follow, |_| true);
+    slider(ui, ctx, Parameter::Path, "Position");
+    let (kept, _) = ctx.params().saved_walk.get();
     let mut speed = kept.speed;
-    row(ui, ctx.palette, "Speed", |ui| {
+    labelled(ui, ctx.palette, "Speed", |ui| {
         let drag = DragValue::new(&mut speed).range(-8.0..=8.0).speed(0.01).fixed_decimals(2).suffix(" x");
         if ui.add_sized(Vec2::new(72.0, CONTROL), drag).changed() {
-            ctx.keep(&ctx.params().kept_walk, |walk| walk.speed = speed);
+            ctx.keep(&ctx.params().saved_walk, |walk| walk.speed = speed);
         }
         if switch(ui, ctx.palette, "Loop", kept.looping).clicked() {
-            ctx.keep(&ctx.params().kept_walk, |walk| walk.looping = !walk.looping);
+            ctx.keep(&ctx.params().saved_walk, |walk| walk.looping = !walk.looping);
         }
     });
-    toggle(ui, ctx, Knob::Offset, "Add position and angles");
+    toggle(ui, ctx, Parameter::Offset, "Add position and angles");
     let words = match ctx.walk {
         Some(walk) => format!("{} keyframes, {:.1} s", walk.path.keyframes().len(), walk.path.duration_s()),
         None => "No path yet: record one, add keyframes, or import a file.".to_owned(),
@@ -93,7 +92,7 @@ impl PathPanel {
     fn keyframes(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         let chosen = ctx.selection.keyframe;
         ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = GRID;
+            ui.spacing_mut().item_spacing.x = SPACE;
             if button(ui, ctx.palette, "Add").on_hover_text("A keyframe where the listener is").clicked() {
                 self.add(ctx);
             }
@@ -116,9 +115,9 @@ impl PathPanel {
             }
         });
         let Some(walk) = ctx.walk else { return };
-        let rows = walk.path.keyframes();
-        ScrollArea::vertical().auto_shrink(false).show_rows(ui, CONTROL, rows.len(), |ui, range| {
-            for (index, keyframe) in rows.iter().enumerate().take(range.end).skip(range.start) {
+        let keyframes = walk.path.keyframes();
+        ScrollArea::vertical().auto_shrink(false).show_rows(ui, CONTROL, keyframes.len(), |ui, range| {
+            for (index, keyframe) in keyframes.iter().enumerate().take(range.end).skip(range.start) {
                 ui.horizontal(|ui| self.keyframe(ui, ctx, index, keyframe));
             }
         });
@@ -165,9 +164,9 @@ impl PathPanel {
     fn change(&mut self, ctx: &mut Ctx<'_>, change: impl FnOnce(&mut Vec<Keyframe>) -> Result<(), EditError>) -> bool {
         let mut keyframes = ctx.walk.map_or_else(Vec::new, |walk| walk.path.keyframes().to_vec());
         let done = change(&mut keyframes);
-        self.said = done.as_ref().err().map(|error| Err(in_words(error)));
+        self.said = done.as_ref().err().map(|error| Err(with_causes(error)));
         if done.is_ok() {
-            take(ctx, KeptWalk::of(&keyframes));
+            take(ctx, SavedWalk::of(&keyframes));
         }
         done.is_ok()
     }
@@ -198,7 +197,7 @@ impl PathPanel {
                 });
             });
             if button(ui, ctx.palette, "Clear").clicked() {
-                take(ctx, KeptWalk::default());
+                take(ctx, SavedWalk::default());
                 ctx.selection.keyframe = None;
             }
         });
@@ -218,28 +217,28 @@ impl PathPanel {
                 self.said = Some(match recording.recorder.finish(TOLERANCE_M, TOLERANCE_DEG.to_radians()) {
                     Ok(keyframes) => {
                         let done = format!("Recorded {poses} poses, kept as {} keyframes.", keyframes.len());
-                        take(ctx, KeptWalk::of(&keyframes));
+                        take(ctx, SavedWalk::of(&keyframes));
                         Ok(done)
                     }
-                    Err(error) => Err(in_words(&error)),
+                    Err(error) => Err(with_causes(&error)),
                 });
             }
             None => match Recorder::new(RecorderConfig::default()) {
                 Ok(recorder) => self.recording = Some(Recording { recorder, began_s: ctx.now_s }),
-                Err(error) => self.said = Some(Err(in_words(&error))),
+                Err(error) => self.said = Some(Err(with_causes(&error))),
             },
         }
     }
 
     fn import(&mut self, ctx: &mut Ctx<'_>) {
-        self.said = Some(match KeptWalk::from_file(&library::place_of(&self.file)) {
+        self.said = Some(match SavedWalk::from_file(&library::place_of(&self.file)) {
             Ok((walk, notes)) => {
                 let done = [vec![format!("Imported {} keyframes.", walk.keyframes.len())], notes].concat().join(" ");
                 take(ctx, walk);
                 ctx.selection.keyframe = None;
                 Ok(done)
             }
-            Err(error) => Err(in_words(&error)),
+            Err(error) => Err(with_causes(&error)),
         });
     }
 
@@ -250,7 +249,7 @@ impl PathPanel {
 }
 
 fn export(path: &CameraPath, file: &Path) -> Result<String, String> {
-    let format = WriteFormat::of(&file.display().to_string()).map_err(|error| in_words(&error))?;
+    let format = WriteFormat::of(&file.display().to_string()).map_err(|error| with_causes(&error))?;
     let folder = file.parent().map_or(Ok(()), std::fs::create_dir_all);
     let written = folder.and_then(|()| std::fs::write(file, write(path, format)));
     written.map_err(|error| format!("{}: {error}", file.display()))?;
@@ -258,10 +257,9 @@ fn export(path: &CameraPath, file: &Path) -> Result<String, String> {
 }
 
 /// Makes a path the project's own, with the speed and the looping that are set.
-fn take(ctx: &mut Ctx<'_>, new: KeptWalk) {
-    let kept: &Kept<KeptWalk> = &ctx.params().kept_walk;
-    ctx.keep(kept, |walk| *walk = KeptWalk { speed: walk.speed, looping: walk.looping, slot: 0, ..new });
-    ctx.set(Knob::Walk, 0.0);
+fn take(ctx: &mut Ctx<'_>, new: SavedWalk) {
+    ctx.keep(&ctx.params().saved_walk, |walk| *walk = SavedWalk { speed: walk.speed, looping: walk.looping, slot: 0, ..new });
+    ctx.set(Parameter::Walk, 0.0);
 }
 
 #[cfg(test)]
@@ -277,7 +275,7 @@ mod tests {
         for name in ["new/walk.csv", "walk.json"] {
             let file = folder.path().join(name);
             export(&path, &file).unwrap();
-            let (kept, _) = KeptWalk::from_file(&file).unwrap();
+            let (kept, _) = SavedWalk::from_file(&file).unwrap();
             assert_eq!(kept.to_walk().unwrap().unwrap().path, path);
         }
         let error = export(&path, &folder.path().join("walk.mp3")).unwrap_err();

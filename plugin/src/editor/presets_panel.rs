@@ -2,11 +2,11 @@
 
 use super::ctx::Ctx;
 use super::panel::Panel;
-use super::theme::{CONTROL, GRID};
-use super::widgets::{button, note, row, tab};
-use crate::causes::in_words;
+use super::theme::{CONTROL, SPACE};
+use super::widgets::{button, labelled, note, tab};
+use crate::error_chain::with_causes;
 use crate::presets::{self, Preset};
-use crate::recall::Recall;
+use crate::user_state::UserState;
 use egui::{ScrollArea, TextEdit, Ui, Vec2};
 use std::path::PathBuf;
 
@@ -40,11 +40,11 @@ impl Panel for PresetsPanel {
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         let height = ui.available_height();
         ui.horizontal_top(|ui| {
-            let list = Vec2::new((ui.available_width() - SIDE - 3.0 * GRID).max(160.0), height);
+            let list = Vec2::new((ui.available_width() - SIDE - 3.0 * SPACE).max(160.0), height);
             ui.allocate_ui(list, |ui| {
                 ui.vertical(|ui| self.list(ui, ctx));
             });
-            ui.add_space(2.0 * GRID);
+            ui.add_space(2.0 * SPACE);
             ui.allocate_ui(Vec2::new(SIDE, height), |ui| {
                 ui.vertical(|ui| self.side(ui, ctx));
             });
@@ -76,19 +76,19 @@ impl PresetsPanel {
         if let Some(preset) = clicked {
             self.said = match presets::read(&preset) {
                 Ok(state) => {
-                    let now = Recall::of(ctx.params());
-                    ctx.recall(&Recall::from_state(state, &now));
+                    let now = UserState::of(ctx.params());
+                    ctx.restore(&UserState::from_saved(state, &now));
                     self.name.clone_from(&preset.name);
                     self.chosen = Some(preset);
                     None
                 }
-                Err(error) => Some(Err(in_words(&error))),
+                Err(error) => Some(Err(with_causes(&error))),
             };
         }
     }
 
     fn side(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
-        row(ui, ctx.palette, "Compare", |ui| {
+        labelled(ui, ctx.palette, "Compare", |ui| {
             for (name, b) in [("A", false), ("B", true)] {
                 if tab(ui, ctx.palette, name, ctx.history.is_b() == b).clicked() && ctx.history.is_b() != b {
                     ctx.compare();
@@ -96,10 +96,10 @@ impl PresetsPanel {
             }
             let (from, to) = if ctx.history.is_b() { ("B", "A") } else { ("A", "B") };
             if button(ui, ctx.palette, &format!("Copy {from} to {to}")).clicked() {
-                ctx.history.copy(Recall::of(ctx.params()));
+                ctx.history.copy(UserState::of(ctx.params()));
             }
         });
-        row(ui, ctx.palette, "Changes", |ui| {
+        labelled(ui, ctx.palette, "Changes", |ui| {
             let (undo, redo) = ctx.history.can();
             if ui.add_enabled_ui(undo, |ui| button(ui, ctx.palette, "Undo")).inner.clicked() {
                 ctx.undo();
@@ -108,7 +108,7 @@ impl PresetsPanel {
                 ctx.redo();
             }
         });
-        row(ui, ctx.palette, "Save as", |ui| {
+        labelled(ui, ctx.palette, "Save as", |ui| {
             let width = (ui.available_width() - 56.0).max(60.0);
             ui.add_sized(Vec2::new(width, CONTROL), TextEdit::singleline(&mut self.name).hint_text("Name"));
             if button(ui, ctx.palette, "Save").clicked() {
@@ -137,7 +137,7 @@ impl PresetsPanel {
                 self.chosen = Some(preset);
                 Ok(done)
             }
-            Err(error) => Err(in_words(&error)),
+            Err(error) => Err(with_causes(&error)),
         });
     }
 }

@@ -1,12 +1,12 @@
-//! The panel on the left: what there is to play, and what is played.
+//! The panel on the left: the scenes to choose from, and the one that is played.
 
 use super::ctx::Ctx;
-use super::theme::{GRID, Palette, ROUND, faded};
+use super::theme::{Palette, ROUND, SPACE, faded};
 use super::widgets::{button, focus_ring, heading, note};
+use crate::choices::SceneChoice;
 use crate::lister::{Listed, Lister, Listing};
-use crate::params::{SLOTS, SceneChoice};
-use crate::remote::Knob;
-use crate::worker::{Desk, LISTER};
+use crate::parameter::{Parameter, SLOTS};
+use crate::worker::{LISTER, TaskHandle};
 use egui::{Align, CornerRadius, Frame, Layout, Margin, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, WidgetInfo, vec2};
 use nice_plug::nice_error;
 use nice_plug::prelude::Enum;
@@ -21,7 +21,7 @@ const LINE: f32 = 44.0;
 /// The list with its search.
 pub(super) struct Scenes {
     lister: Arc<Lister>,
-    desk: Option<Desk>,
+    task: Option<TaskHandle>,
     search: String,
     /// Whether the folders are shown.
     folders: bool,
@@ -37,9 +37,8 @@ enum Pick {
 impl Scenes {
     /// Begins to list.
     pub(super) fn new(lister: Arc<Lister>) -> Self {
-        let desk =
-            Desk::new(&LISTER, lister.clone()).inspect_err(|error| nice_error!("no thread to list scenes on: {error}")).ok();
-        let scenes = Self { lister, desk, search: String::new(), folders: false };
+        let task = LISTER.add(lister.clone()).inspect_err(|error| nice_error!("no thread to list scenes on: {error}")).ok();
+        let scenes = Self { lister, task, search: String::new(), folders: false };
         scenes.list();
         scenes
     }
@@ -50,8 +49,8 @@ impl Scenes {
     }
 
     fn list(&self) {
-        if let Some(desk) = &self.desk {
-            desk.call();
+        if let Some(task) = &self.task {
+            task.schedule();
         }
     }
 
@@ -60,7 +59,7 @@ impl Scenes {
         let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin { left: 12, right: 8, top: 4, bottom: 8 });
         egui::Panel::left("scenes").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
             let listing = ctx.listing;
-            self.head(ui, ctx, listing);
+            self.header(ui, ctx, listing);
             let about = if ui.available_height() > 360.0 { 156.0 } else { 0.0 };
             let height = (ui.available_height() - about).max(80.0);
             ScrollArea::vertical().max_height(height).auto_shrink(false).show(ui, |ui| {
@@ -75,7 +74,7 @@ impl Scenes {
         });
     }
 
-    fn head(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, listing: &Listing) {
+    fn header(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, listing: &Listing) {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Scenes").font(Palette::heading()).color(ctx.palette.text));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -105,7 +104,7 @@ impl Scenes {
             .margin(Margin::symmetric(8, 5))
             .desired_width(ui.available_width() - 4.0);
         ui.add(search);
-        ui.add_space(GRID);
+        ui.add_space(SPACE);
     }
 
     fn lines(&self, ui: &mut Ui, ctx: &mut Ctx<'_>, listing: &Listing) {
@@ -114,12 +113,12 @@ impl Scenes {
         let factory = listing.factory.iter().enumerate().map(|(index, listed)| (Pick::Factory(index), listed));
         let library = listing.scenes.iter().enumerate().map(|(index, listed)| (Pick::Slot(index + 1), listed));
         let mut clicked = None;
-        let kept = ctx.params().scene_reference.get().0;
+        let saved = ctx.params().scene_key.get().0;
         for (title, lines) in [("Built in", factory.collect::<Vec<_>>()), ("Library", library.collect())] {
             caption(ui, ctx.palette, title);
             let shown = lines.iter().filter(|(_, listed)| matches(listed, &wanted)).collect::<Vec<_>>();
-            if title == "Library" && kept.is_some() && matches!(chosen, Pick::Slot(0)) {
-                note(ui, ctx.palette, format!("Saved with the project: {}", kept.title));
+            if title == "Library" && saved.is_some() && matches!(chosen, Pick::Slot(0)) {
+                note(ui, ctx.palette, format!("Saved with the project: {}", saved.title));
             }
             if shown.is_empty() {
                 let why = if lines.is_empty() { "No scene files in the library's folders" } else { "None found" };
@@ -132,11 +131,11 @@ impl Scenes {
             }
         }
         match clicked {
-            Some(Pick::Factory(index)) => ctx.set(Knob::Scene, index as f32),
+            Some(Pick::Factory(index)) => ctx.set(Parameter::Scene, index as f32),
             Some(Pick::Slot(slot)) => {
                 // The slot first: the scene that was chosen before is not read again in between.
-                ctx.set(Knob::Slot, slot as f32);
-                ctx.set(Knob::Scene, SceneChoice::Library.to_index() as f32);
+                ctx.set(Parameter::Slot, slot as f32);
+                ctx.set(Parameter::Scene, SceneChoice::Library.to_index() as f32);
             }
             None => {}
         }
@@ -145,11 +144,11 @@ impl Scenes {
 
 /// What the parameters choose.
 fn chosen(ctx: &Ctx<'_>) -> Pick {
-    let scene = ctx.index(Knob::Scene);
-    if scene == SceneChoice::Library.to_index() { Pick::Slot(ctx.index(Knob::Slot)) } else { Pick::Factory(scene) }
+    let scene = ctx.index(Parameter::Scene);
+    if scene == SceneChoice::Library.to_index() { Pick::Slot(ctx.index(Parameter::Slot)) } else { Pick::Factory(scene) }
 }
 
-/// Whether a scene is what is searched for, by anything that is written about it.
+/// Whether a scene matches a search, by title, file name, credit or licence.
 fn matches(listed: &Listed, wanted: &str) -> bool {
     let has = |text: &str| text.to_lowercase().contains(wanted);
     let said = match &listed.card {
@@ -160,13 +159,12 @@ fn matches(listed: &Listed, wanted: &str) -> bool {
 }
 
 fn caption(ui: &mut Ui, palette: &Palette, text: &str) {
-    ui.add_space(GRID);
+    ui.add_space(SPACE);
     ui.label(RichText::new(text).font(Palette::caption()).color(palette.soft));
 }
 
-/// A size as it is read.
+/// A size with its unit.
 fn size(bytes: u64) -> String {
-    #[expect(clippy::cast_precision_loss, reason = "a size to be read")]
     let bytes = bytes as f64;
     if bytes < 1e6 { format!("{:.0} kB", bytes / 1e3) } else { format!("{:.1} MB", bytes / 1e6) }
 }
@@ -174,7 +172,7 @@ fn size(bytes: u64) -> String {
 /// A line of the list; says whether it was clicked.
 fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -> bool {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::click());
-    let beyond = matches!(pick, Pick::Slot(slot) if i32::try_from(slot).is_ok_and(|slot| slot > SLOTS));
+    let beyond = matches!(pick, Pick::Slot(slot) if slot > usize::from(SLOTS));
     let fill = match (on, response.hovered()) {
         (true, _) => faded(palette.accent, 0.16),
         (false, true) => palette.control,
@@ -242,13 +240,13 @@ fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
 
 /// Credit, licence and notes of the scene that is played.
 fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) {
-    ui.add_space(GRID);
+    ui.add_space(SPACE);
     let rule = ui.available_rect_before_wrap();
     ui.painter().hline(rule.x_range(), rule.top(), egui::Stroke::new(1.0, palette.line));
     heading(ui, palette, "Playing");
     ScrollArea::vertical().id_salt("playing").auto_shrink(false).show(ui, |ui| {
         ui.set_width(ui.available_width() - 4.0);
-        ui.spacing_mut().item_spacing = Vec2::new(GRID, 2.0);
+        ui.spacing_mut().item_spacing = Vec2::new(SPACE, 2.0);
         ui.label(RichText::new(scene.title()).color(palette.text));
         note(ui, palette, scene.credit());
         note(ui, palette, format!("Licence: {}", scene.licence()));
@@ -278,7 +276,7 @@ mod tests {
     #[test]
     fn a_search_looks_at_title_and_credit() {
         let lister = Lister::new(nice_plug_egui::RepaintNotifier::new());
-        crate::worker::Chore::serve(&*lister);
+        crate::worker::Task::run(&*lister);
         let listing = lister.newest();
         let found = |wanted: &str| listing.factory.iter().filter(|listed| matches(listed, wanted)).count();
         assert_eq!((found(""), found("office"), found("surrey"), found("nothing of the kind")), (2, 1, 2, 0));

@@ -1,14 +1,14 @@
 //! The panel on the right: pose, sources, quality, output.
 
+use super::controls::{choice, list, number, slider};
 use super::ctx::Ctx;
-use super::knobs::{choice, list, number, slider};
 use super::meter::Meters;
-use super::theme::{CONTROL, GRID, Palette};
+use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
-use super::widgets::{button, heading, note, row};
-use super::{source, tier};
-use crate::params::{Follow, SLOTS};
-use crate::remote::Knob;
+use super::widgets::{button, heading, labelled, note};
+use super::{pose_source, tier};
+use crate::choices::Follow;
+use crate::parameter::{Parameter, SLOTS};
 use egui::{Align, Align2, ComboBox, Frame, Layout, Margin, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 use nice_plug::prelude::Enum;
 
@@ -21,17 +21,17 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, meters: &mut Meters) {
     egui::Panel::right("controls").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.set_width(ui.available_width());
-            ui.spacing_mut().item_spacing.y = GRID;
+            ui.spacing_mut().item_spacing.y = SPACE;
             pose(ui, ctx);
             movement(ui, ctx);
             heading(ui, ctx.palette, "Emitter offset");
-            triple(ui, ctx, [(Knob::Ex, "x"), (Knob::Ey, "y"), (Knob::Ez, "z")]);
+            triple(ui, ctx, [(Parameter::Ex, "x"), (Parameter::Ey, "y"), (Parameter::Ez, "z")]);
             heading(ui, ctx.palette, "Tier");
             tier::show(ui, ctx);
             heading(ui, ctx.palette, "Output");
-            slider(ui, ctx, Knob::Mix, "Mix");
-            slider(ui, ctx, Knob::Gain, "Gain");
-            ui.add_space(GRID);
+            slider(ui, ctx, Parameter::Mix, "Mix");
+            slider(ui, ctx, Parameter::Gain, "Gain");
+            ui.add_space(SPACE);
             meters.show(ui, ctx.palette);
         });
     });
@@ -48,23 +48,23 @@ fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         });
     });
     origin(ui, ctx);
-    triple(ui, ctx, [(Knob::X, "x"), (Knob::Y, "y"), (Knob::Z, "z")]);
-    triple(ui, ctx, [(Knob::Yaw, "Yaw"), (Knob::Pitch, "Pitch"), (Knob::Roll, "Roll")]);
+    triple(ui, ctx, [(Parameter::X, "x"), (Parameter::Y, "y"), (Parameter::Z, "z")]);
+    triple(ui, ctx, [(Parameter::Yaw, "Yaw"), (Parameter::Pitch, "Pitch"), (Parameter::Roll, "Roll")]);
 }
 
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     heading(ui, ctx.palette, "Movement");
-    choice(ui, ctx, Knob::Follow, |_| true);
-    let follows = Follow::from_index(ctx.index(Knob::Follow)) == Follow::Position;
+    choice(ui, ctx, Parameter::Follow, |_| true);
+    let follows = Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position;
     ui.scope(|ui| {
         if !follows {
             ui.multiply_opacity(0.6);
         }
-        slider(ui, ctx, Knob::Path, "Position");
+        slider(ui, ctx, Parameter::Path, "Position");
     });
-    row(ui, ctx.palette, "Path", |ui| paths(ui, ctx));
-    row(ui, ctx.palette, "Tracker", |ui| list(ui, ctx, Knob::Tracking));
-    row(ui, ctx.palette, "Group", |ui| list(ui, ctx, Knob::Group));
+    labelled(ui, ctx.palette, "Path", |ui| paths(ui, ctx));
+    labelled(ui, ctx.palette, "Tracker", |ui| list(ui, ctx, Parameter::Tracking));
+    labelled(ui, ctx.palette, "Group", |ui| list(ui, ctx, Parameter::Group));
 }
 
 /// The camera path: the one that is saved with the project, or one of the library.
@@ -78,8 +78,8 @@ fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
             .and_then(|path| path.file_stem())
             .map_or_else(|| format!("Slot {slot}"), |stem| stem.to_string_lossy().into_owned()),
     };
-    let chosen = ctx.index(Knob::Walk);
-    let count = walks.len().min(SLOTS as usize);
+    let chosen = ctx.index(Parameter::Walk);
+    let count = walks.len().min(usize::from(SLOTS));
     let mut clicked = None;
     ComboBox::from_id_salt("walk").selected_text(name(chosen)).width(ui.available_width()).truncate().show_ui(ui, |ui| {
         for slot in 0..=count {
@@ -89,32 +89,32 @@ fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         }
     });
     if let Some(slot) = clicked {
-        ctx.set(Knob::Walk, slot as f32);
+        ctx.set(Parameter::Walk, slot as f32);
     }
 }
 
-/// What moves the listener, in words.
+/// What moves the listener.
 fn origin(ui: &mut Ui, ctx: &Ctx<'_>) {
     let palette = ctx.palette;
-    let waits = source::reason(ctx).is_some();
+    let waits = pose_source::reason(ctx).is_some();
     ui.horizontal(|ui| {
         let (dot, _) = ui.allocate_exact_size(Vec2::new(8.0, 16.0), Sense::hover());
         ui.painter().circle_filled(dot.center(), 3.5, if waits { palette.warn } else { palette.accent });
-        note(ui, palette, source::words(ctx));
+        note(ui, palette, pose_source::description(ctx));
     });
 }
 
 /// Three numbers side by side, each under its name.
-fn triple(ui: &mut Ui, ctx: &mut Ctx<'_>, knobs: [(Knob, &str); 3]) {
+fn triple(ui: &mut Ui, ctx: &mut Ctx<'_>, parameters: [(Parameter, &str); 3]) {
     const NAMES: f32 = 14.0;
     let palette = ctx.palette;
-    let width = (ui.available_width() - 2.0 * GRID) / 3.0;
+    let width = (ui.available_width() - 2.0 * SPACE) / 3.0;
     let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), NAMES + CONTROL), Sense::hover());
-    for (index, (knob, name)) in knobs.into_iter().enumerate() {
-        let left = rect.left() + index as f32 * (width + GRID);
+    for (index, (parameter, name)) in parameters.into_iter().enumerate() {
+        let left = rect.left() + index as f32 * (width + SPACE);
         let place = Rect::from_min_size(egui::pos2(left, rect.top()), Vec2::new(width, rect.height()));
         ui.painter().text(place.left_top() + Vec2::new(2.0, 0.0), Align2::LEFT_TOP, name, Palette::caption(), palette.soft);
         let field = place.with_min_y(place.top() + NAMES);
-        ui.scope_builder(UiBuilder::new().max_rect(field), |ui| number(ui, ctx, knob));
+        ui.scope_builder(UiBuilder::new().max_rect(field), |ui| number(ui, ctx, parameter));
     }
 }

@@ -9,7 +9,7 @@ use egui::{
 use std::sync::Arc;
 
 /// Every distance is a multiple of this, points.
-pub const GRID: f32 = 4.0;
+pub const SPACE: f32 = 4.0;
 /// Height of a control, points.
 pub const CONTROL: f32 = 24.0;
 /// Radius of a control's corners, points.
@@ -18,7 +18,7 @@ pub const ROUND: u8 = 5;
 const REGULAR: &str = "Inter";
 const SEMI_BOLD: &str = "Inter SemiBold";
 
-/// Colours by what they are for. Text keeps a contrast of at least 4.5:1 on every ground.
+/// Colours by their use. Text keeps a contrast of at least 4.5:1 on every ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Palette {
     /// The theme that they belong to.
@@ -33,8 +33,8 @@ pub struct Palette {
     pub raised: Color32,
     /// Between panels, and around controls.
     pub line: Color32,
-    /// Fine lines of grids.
-    pub grid: Color32,
+    /// Fine lines behind the view and the plots.
+    pub hairline: Color32,
     /// Text.
     pub text: Color32,
     /// Text of less weight.
@@ -51,9 +51,9 @@ pub struct Palette {
     pub emitter: Color32,
     /// The camera path.
     pub path: Color32,
-    /// What is odd.
+    /// Remarks.
     pub warn: Color32,
-    /// What is wrong.
+    /// Errors.
     pub error: Color32,
 }
 
@@ -70,7 +70,7 @@ pub const DARK: Palette = Palette {
     control: rgb(0x272C34),
     raised: rgb(0x303641),
     line: rgb(0x333943),
-    grid: rgb(0x242930),
+    hairline: rgb(0x242930),
     text: rgb(0xE7EAEE),
     soft: rgb(0xA7B0BC),
     accent: rgb(0x5FD3B4),
@@ -91,7 +91,7 @@ pub const LIGHT: Palette = Palette {
     control: rgb(0xE6E9EE),
     raised: rgb(0xDBE0E6),
     line: rgb(0xCFD5DC),
-    grid: rgb(0xE9ECF0),
+    hairline: rgb(0xE9ECF0),
     text: rgb(0x171B21),
     soft: rgb(0x4C5664),
     accent: rgb(0x0A6B57),
@@ -186,7 +186,7 @@ fn style() -> Style {
         ..Style::default()
     };
     let spacing = &mut style.spacing;
-    spacing.item_spacing = Vec2::splat(GRID);
+    spacing.item_spacing = Vec2::splat(SPACE);
     spacing.window_margin = Margin::same(12);
     spacing.menu_margin = Margin::same(8);
     spacing.button_padding = Vec2::new(8.0, 4.0);

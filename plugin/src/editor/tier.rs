@@ -1,11 +1,11 @@
 //! The tier: what is asked for, what is played, what it costs.
 
+use super::controls::{choice, slider};
 use super::ctx::Ctx;
-use super::knobs::{choice, slider};
 use super::theme::Palette;
 use super::widgets::fact;
-use crate::params::TierChoice;
-use crate::remote::Knob;
+use crate::choices::TierChoice;
+use crate::parameter::Parameter;
 use egui::{RichText, Ui};
 use nice_plug::prelude::Enum;
 use promenade_core::{Scene, Tier};
@@ -13,8 +13,8 @@ use promenade_core::{Scene, Tier};
 /// Shows choice, outcome and cost.
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let scene = ctx.scene;
-    choice(ui, ctx, Knob::Tier, |index| scene.is_none_or(|scene| scene.has_tier(Tier::ALL[index.min(3)])));
-    let asked = Tier::from(TierChoice::from_index(ctx.index(Knob::Tier)));
+    choice(ui, ctx, Parameter::Tier, |index| scene.is_none_or(|scene| scene.has_tier(Tier::ALL[index.min(3)])));
+    let asked = Tier::from(TierChoice::from_index(ctx.index(Parameter::Tier)));
     let played = ctx.frame.tier;
     if let Some(scene) = scene {
         let (text, colour) = match why_not(scene, asked, played) {
@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         if !decodes {
             ui.multiply_opacity(0.6);
         }
-        slider(ui, ctx, Knob::Rate, "Decodes");
+        slider(ui, ctx, Parameter::Rate, "Decodes");
     });
 }
 

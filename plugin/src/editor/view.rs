@@ -1,25 +1,25 @@
-//! The view of the place: from above or from anywhere, to look at and to move things in.
+//! The view of the place: from above or from anywhere, to look at and to move handles in.
 
 pub(super) mod camera;
+mod drag;
 mod extent;
-mod grid;
-mod grip;
-mod head;
+mod ground;
 mod keys;
 mod layers;
-mod place;
+mod listener;
+mod scene;
 
 use super::ctx::Ctx;
-use super::source;
-use super::theme::{GRID, Palette, faded};
+use super::pose_source;
+use super::theme::{Palette, SPACE, faded};
 use super::widgets::{button, segments};
-use crate::attention::Attended;
-use crate::remote::Knob;
+use crate::attention::AttentionWeights;
+use crate::parameter::Parameter;
+use crate::params::{emitter_offset_of, pose_of};
 use crate::settings;
 use camera::{Camera, Orbit, Plan};
+use drag::{Drag, Handle, Target, pick, wrapped};
 use egui::{Align2, CornerRadius, CursorIcon, PointerButton, Rect, Response, Sense, Ui, UiBuilder, pos2, vec2};
-pub(super) use grip::pose_of;
-use grip::{Grip, Target, Thing, pick, wrapped};
 pub(super) use keys::reset;
 use layers::Layers;
 use promenade_core::Pose;
@@ -37,7 +37,7 @@ pub(super) struct View {
     orbit: Camera,
     /// What each of both was fitted to.
     fitted: [Option<Fitted>; 2],
-    grip: Option<Grip>,
+    drag: Option<Drag>,
 }
 
 /// What a camera was fitted to.
@@ -53,7 +53,7 @@ struct Fitted {
 
 impl Default for View {
     fn default() -> Self {
-        Self { plan: Camera::Plan(Plan::default()), orbit: Camera::Orbit(Orbit::default()), fitted: [None; 2], grip: None }
+        Self { plan: Camera::Plan(Plan::default()), orbit: Camera::Orbit(Orbit::default()), fitted: [None; 2], drag: None }
     }
 }
 
@@ -69,28 +69,27 @@ struct Scenery {
 
 impl Scenery {
     fn of(ctx: &Ctx<'_>, rect: Rect, camera: &Camera) -> Self {
-        let (heard, knobs) = (ctx.frame.pose, pose_of(|knob| ctx.value(knob)));
-        let reason = source::reason(ctx);
-        let offset = Vec3::new(ctx.value(Knob::Ex), ctx.value(Knob::Ey), ctx.value(Knob::Ez));
+        let (heard, knobs) = (ctx.frame.pose, pose_of(|parameter| ctx.value(parameter)));
+        let reason = pose_source::reason(ctx);
+        let offset = emitter_offset_of(|parameter| ctx.value(parameter));
         let emitter = ctx.scene.and_then(|scene| scene.emitter()).map(|home| (home, home + offset));
         let held = if reason.is_some() { &knobs } else { &heard };
-        let spot = |world| camera.project(rect, world);
+        let project = |world| camera.project(rect, world);
         let mut targets = Vec::new();
-        if let Some(at) = spot(held.position) {
-            targets.push((Thing::Listener, at.at, head::radius(at)));
+        if let Some(at) = project(held.position) {
+            targets.push((Handle::Listener, at.at, listener::radius(at)));
         }
-        if let Some(tip) = head::nose(spot, held) {
-            targets.push((Thing::Nose, tip, 3.0));
+        if let Some(tip) = listener::nose(project, held) {
+            targets.push((Handle::Nose, tip, 3.0));
         }
-        if let Some(at) = emitter.and_then(|(_, moved)| spot(moved)) {
-            targets.push((Thing::Emitter, at.at, 8.0));
+        if let Some(at) = emitter.and_then(|(_, moved)| project(moved)) {
+            targets.push((Handle::Emitter, at.at, 8.0));
         }
         let keyframes = ctx.walk.map_or(&[][..], |walk| walk.path.keyframes());
         targets.extend(
-            keyframes
-                .iter()
-                .enumerate()
-                .filter_map(|(index, keyframe)| spot(keyframe.pose.position).map(|at| (Thing::Keyframe(index), at.at, 0.0))),
+            keyframes.iter().enumerate().filter_map(|(index, keyframe)| {
+                project(keyframe.pose.position).map(|at| (Handle::Keyframe(index), at.at, 0.0))
+            }),
         );
         Self { heard, knobs, reason, emitter, targets }
     }
@@ -102,7 +101,7 @@ impl Scenery {
 
 impl View {
     /// Shows the place in what is left of the window.
-    pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, attended: Option<&Attended>) {
+    pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, attention: Option<&AttentionWeights>) {
         let rect = ui.max_rect();
         let response = ui.interact(rect, ui.scope_id().with("place"), Sense::click_and_drag());
         let now = shown(ctx);
@@ -122,7 +121,7 @@ impl View {
         }
         // What was moved is shown where it is now.
         scenery = Scenery::of(ctx, rect, &camera);
-        paint(ui, rect, &camera, ctx, &scenery, hot, attended);
+        paint(ui, rect, &camera, ctx, &scenery, hot, attention);
         if response.has_focus() {
             let stroke = egui::Stroke::new(1.0, faded(ctx.palette.accent, 0.6));
             ui.painter().rect_stroke(rect, CornerRadius::ZERO, stroke, egui::StrokeKind::Inside);
@@ -156,7 +155,7 @@ impl View {
     }
 
     /// Pointer and wheel. Returns what the pointer is over or holds.
-    fn handle(&mut self, ui: &Ui, response: &Response, rect: Rect, ctx: &mut Ctx<'_>, scenery: &Scenery) -> Option<Thing> {
+    fn handle(&mut self, ui: &Ui, response: &Response, rect: Rect, ctx: &mut Ctx<'_>, scenery: &Scenery) -> Option<Handle> {
         let modifiers = ui.input(|input| input.modifiers);
         let over = response.hover_pos().and_then(|at| pick(&scenery.targets, at));
         if response.is_pointer_button_down_on() || response.clicked() {
@@ -165,21 +164,21 @@ impl View {
         if response.drag_started_by(PointerButton::Primary) {
             // Where the button went down, not where the move was noticed.
             let from = ui.input(|input| input.pointer.press_origin()).or(response.interact_pointer_pos());
-            self.grip = from.and_then(|from| {
-                let thing = pick(&scenery.targets, from)?;
-                (!matches!(thing, Thing::Keyframe(_))).then(|| take_hold(ctx, scenery, thing, from))
+            self.drag = from.and_then(|from| {
+                let handle = pick(&scenery.targets, from)?;
+                (!matches!(handle, Handle::Keyframe(_))).then(|| begin_drag(ctx, scenery, handle, from))
             });
         }
-        if let Some(grip) = self.grip.filter(|_| response.dragged_by(PointerButton::Primary)) {
+        if let Some(drag) = self.drag.filter(|_| response.dragged_by(PointerButton::Primary)) {
             if let Some(to) = response.interact_pointer_pos() {
-                for (knob, value) in grip.drag(self.camera(ctx), rect, to, modifiers) {
-                    ctx.hold(knob, value);
+                for (parameter, value) in drag.values(self.camera(ctx), rect, to, modifiers) {
+                    ctx.hold(parameter, value);
                 }
             }
             ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
-            return Some(grip.thing);
+            return Some(drag.handle);
         }
-        self.grip = None;
+        self.drag = None;
         let by = response.drag_delta();
         if response.dragged_by(PointerButton::Primary) && !modifiers.shift {
             match ctx.settings.view {
@@ -193,7 +192,7 @@ impl View {
             && let Some(at) = response.interact_pointer_pos()
         {
             match pick(&scenery.targets, at) {
-                Some(Thing::Keyframe(index)) => ctx.selection.keyframe = Some(index),
+                Some(Handle::Keyframe(index)) => ctx.selection.keyframe = Some(index),
                 Some(_) => {}
                 None => ctx.selection.keyframe = None,
             }
@@ -205,9 +204,9 @@ impl View {
             let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
             if pinch != 1.0 {
                 self.camera_mut(ctx).zoom(rect, at, pinch);
-            } else if scroll != 0.0 && matches!(over, Some(Thing::Listener | Thing::Nose)) {
-                let value = wrapped(ctx.value(Knob::Yaw) + scroll * TURN_PER_POINT);
-                ctx.nudge(Knob::Yaw, value);
+            } else if scroll != 0.0 && matches!(over, Some(Handle::Listener | Handle::Nose)) {
+                let value = wrapped(ctx.value(Parameter::Yaw) + scroll * TURN_PER_POINT);
+                ctx.nudge(Parameter::Yaw, value);
             } else if scroll != 0.0 {
                 self.camera_mut(ctx).zoom(rect, at, (scroll * ZOOM_PER_POINT).exp());
             }
@@ -230,7 +229,7 @@ impl View {
                         ctx.settings.view = if index == 0 { settings::View::Top } else { settings::View::Orbit };
                     }
                 });
-                ui.add_space(GRID);
+                ui.add_space(SPACE);
                 if button(ui, ctx.palette, "Fit").on_hover_text("Show everything (F, or a double click)").clicked() {
                     self.fit(rect, ctx);
                 }
@@ -249,15 +248,15 @@ fn kind(ctx: &Ctx<'_>) -> usize {
     usize::from(ctx.settings.view == settings::View::Orbit)
 }
 
-fn take_hold(ctx: &Ctx<'_>, scenery: &Scenery, thing: Thing, from: egui::Pos2) -> Grip {
-    let world = match (thing, scenery.emitter) {
-        (Thing::Emitter, Some((_, moved))) => moved,
+fn begin_drag(ctx: &Ctx<'_>, scenery: &Scenery, handle: Handle, from: egui::Pos2) -> Drag {
+    let world = match (handle, scenery.emitter) {
+        (Handle::Emitter, Some((_, moved))) => moved,
         _ => scenery.held().position,
     };
-    let mut grip =
-        Grip { thing, from, world, values: [0.0; 3], yaw_deg: ctx.value(Knob::Yaw), heard_yaw: scenery.held().ypr().0 };
-    grip.values = grip.knobs().map(|knob| ctx.value(knob));
-    grip
+    let mut drag =
+        Drag { handle, from, world, start: [0.0; 3], yaw_deg: ctx.value(Parameter::Yaw), heard_yaw: scenery.held().ypr().0 };
+    drag.start = drag.parameters().map(|parameter| ctx.value(parameter));
+    drag
 }
 
 fn paint(
@@ -266,33 +265,33 @@ fn paint(
     camera: &Camera,
     ctx: &Ctx<'_>,
     scenery: &Scenery,
-    hot: Option<Thing>,
-    attended: Option<&Attended>,
+    hot: Option<Handle>,
+    attention: Option<&AttentionWeights>,
 ) {
     let painter = ui.painter().with_clip_rect(rect);
-    grid::paint(&painter, rect, camera, ctx.palette);
+    ground::paint(&painter, rect, camera, ctx.palette);
     let mut layers = Layers::new(rect, camera);
     if let Some(scene) = ctx.scene {
-        place::bounds(&mut layers, ctx, scene);
-        place::anchors(&mut layers, ctx, scene, attended);
+        scene::bounds(&mut layers, ctx, scene);
+        scene::anchors(&mut layers, ctx, scene, attention);
     }
     if let Some(walk) = ctx.walk {
-        place::path(&mut layers, ctx, &walk.path, ctx.selection.keyframe);
+        scene::path(&mut layers, ctx, &walk.path, ctx.selection.keyframe);
     }
     if let Some((home, moved)) = scenery.emitter {
-        place::emitter(&mut layers, ctx, home, moved, hot == Some(Thing::Emitter));
+        scene::emitter(&mut layers, ctx, home, moved, hot == Some(Handle::Emitter));
     }
-    let held = matches!(hot, Some(Thing::Listener | Thing::Nose));
-    head::listener(&mut layers, ctx, &scenery.heard, held && scenery.reason.is_none());
+    let held = matches!(hot, Some(Handle::Listener | Handle::Nose));
+    listener::listener(&mut layers, ctx, &scenery.heard, held && scenery.reason.is_none());
     if scenery.reason.is_some() {
-        head::ghost(&mut layers, ctx, &scenery.knobs, held);
+        listener::ghost(&mut layers, ctx, &scenery.knobs, held);
     }
     layers.paint(&painter);
-    grid::paint_scale(&painter, rect, camera, ctx.palette);
+    ground::paint_scale(&painter, rect, camera, ctx.palette);
 }
 
 /// What moves the listener, and what can be done with what the pointer is over.
-fn caption(ui: &Ui, rect: Rect, ctx: &Ctx<'_>, scenery: &Scenery, hot: Option<Thing>) {
+fn caption(ui: &Ui, rect: Rect, ctx: &Ctx<'_>, scenery: &Scenery, hot: Option<Handle>) {
     let palette = ctx.palette;
     let plate = |align: Align2, at: egui::Pos2, text: String, colour| {
         let galley = ui.painter().layout(text, Palette::caption(), palette.text, rect.width() - 40.0);
@@ -302,13 +301,13 @@ fn caption(ui: &Ui, rect: Rect, ctx: &Ctx<'_>, scenery: &Scenery, hot: Option<Th
         ui.painter().galley_with_override_text_color(place.min + vec2(8.0, 4.0), galley, colour);
     };
     let text = match (hot, scenery.reason) {
-        (Some(Thing::Listener | Thing::Nose), Some(reason)) => Some((reason.to_owned(), palette.warn)),
-        (Some(Thing::Listener), None) => {
+        (Some(Handle::Listener | Handle::Nose), Some(reason)) => Some((reason.to_owned(), palette.warn)),
+        (Some(Handle::Listener), None) => {
             Some(("Drag to move, with Shift to turn, with Alt for height; the wheel turns".to_owned(), palette.soft))
         }
-        (Some(Thing::Nose), None) => Some(("Drag to turn".to_owned(), palette.soft)),
-        (Some(Thing::Emitter), _) => Some(("Drag to move the emitter, with Alt for height".to_owned(), palette.soft)),
-        (Some(Thing::Keyframe(index)), _) => {
+        (Some(Handle::Nose), None) => Some(("Drag to turn".to_owned(), palette.soft)),
+        (Some(Handle::Emitter), _) => Some(("Drag to move the emitter, with Alt for height".to_owned(), palette.soft)),
+        (Some(Handle::Keyframe(index)), _) => {
             let t_s = ctx.walk.and_then(|walk| walk.path.keyframes().get(index)).map_or(0.0, |keyframe| keyframe.t_s);
             Some((format!("Keyframe {} at {t_s:.2} s", index + 1), palette.path))
         }

@@ -1,6 +1,6 @@
 //! Controls that belong to no parameter, in the editor's own look.
 
-use super::theme::{CONTROL, GRID, Palette, ROUND, faded};
+use super::theme::{CONTROL, Palette, ROUND, SPACE, faded};
 use egui::{Align2, Color32, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
 
 /// A line around a control that has the keyboard.
@@ -13,7 +13,7 @@ pub fn focus_ring(ui: &Ui, palette: &Palette, response: &Response, rect: Rect, r
 
 /// Title of a section.
 pub fn heading(ui: &mut Ui, palette: &Palette, text: &str) {
-    ui.add_space(GRID);
+    ui.add_space(SPACE);
     ui.label(egui::RichText::new(text).font(Palette::heading()).color(palette.text));
 }
 
@@ -22,8 +22,8 @@ pub fn note(ui: &mut Ui, palette: &Palette, text: impl Into<String>) {
     ui.label(egui::RichText::new(text).font(Palette::caption()).color(palette.soft));
 }
 
-/// A line of label and control: the label takes `label_width`, the control what is left.
-pub fn row<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+/// A line of label and control: the label takes [`LABEL_WIDTH`], the control what is left.
+pub fn labelled<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
         let size = Vec2::new(LABEL_WIDTH.min(ui.available_width() * 0.4), CONTROL);
         let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
@@ -37,7 +37,7 @@ pub fn row<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce(&mut
 
 /// Columns side by side in what is left of the window, each at least as wide as `least` says; where there is less room, they are scrolled.
 pub fn columns<const N: usize>(ui: &mut Ui, least: [f32; N], mut add: impl FnMut(&mut Ui, usize)) {
-    let gap = 4.0 * GRID;
+    let gap = 4.0 * SPACE;
     let needed = least.iter().sum::<f32>() + gap * least.len().saturating_sub(1) as f32;
     let spare = (ui.available_width() - needed).max(0.0) / least.len().max(1) as f32;
     let height = ui.available_height();
@@ -51,14 +51,14 @@ pub fn columns<const N: usize>(ui: &mut Ui, least: [f32; N], mut add: impl FnMut
             ui.scope_builder(builder, |ui| {
                 // Room for the line around what has the keyboard.
                 ui.shrink_clip_rect(place.expand2(Vec2::new(gap / 2.0, 0.0)));
-                ui.spacing_mut().item_spacing.x = 2.0 * GRID;
+                ui.spacing_mut().item_spacing.x = 2.0 * SPACE;
                 add(ui, index);
             });
         }
     });
 }
 
-/// Width of the labels of [`row`], points.
+/// Width of the labels of [`labelled`], points.
 pub const LABEL_WIDTH: f32 = 76.0;
 
 /// A name with its value at the right, of less weight.
@@ -99,7 +99,7 @@ fn face(ui: &mut Ui, palette: &Palette, text: &str, on: bool, padding: f32) -> R
     response
 }
 
-/// Choices side by side; says which was clicked. `enabled` tells which can be had.
+/// Choices side by side; returns the one that was clicked. `enabled` is asked which are available.
 pub fn segments(
     ui: &mut Ui,
     palette: &Palette,
@@ -144,11 +144,11 @@ pub fn segments(
     clicked
 }
 
-/// A switch; says whether it was flipped.
+/// A switch; the response is clicked when it is flipped.
 pub fn switch(ui: &mut Ui, palette: &Palette, label: &str, on: bool) -> Response {
     let size = Vec2::new(32.0, 16.0);
     let galley = ui.painter().layout_no_wrap(label.to_owned(), Palette::body(), palette.text);
-    let wanted = Vec2::new(size.x + 2.0 * GRID + galley.size().x, CONTROL);
+    let wanted = Vec2::new(size.x + 2.0 * SPACE + galley.size().x, CONTROL);
     let (rect, response) = ui.allocate_exact_size(wanted, Sense::click());
     let place = Rect::from_center_size(rect.left_center() + Vec2::new(size.x / 2.0, 0.0), size);
     let at = ui.ctx().animate_bool(response.id, on);
@@ -158,9 +158,9 @@ pub fn switch(ui: &mut Ui, palette: &Palette, label: &str, on: bool) -> Response
     let line = if response.hovered() { palette.soft } else { palette.line };
     ui.painter().rect_stroke(place, radius, Stroke::new(1.0, line), StrokeKind::Inside);
     let centre = place.left_center() + Vec2::new(8.0 + at * 16.0, 0.0);
-    let knob: Color32 = if on { palette.on_accent } else { palette.text };
-    ui.painter().circle_filled(centre, 5.0, knob);
-    let text = rect.left_center() + Vec2::new(size.x + 2.0 * GRID, -galley.size().y / 2.0);
+    let thumb: Color32 = if on { palette.on_accent } else { palette.text };
+    ui.painter().circle_filled(centre, 5.0, thumb);
+    let text = rect.left_center() + Vec2::new(size.x + 2.0 * SPACE, -galley.size().y / 2.0);
     ui.painter().galley(text, galley, palette.text);
     focus_ring(ui, palette, &response, place, 8);
     response.widget_info(|| WidgetInfo::selected(Role::Switch, true, on, label));

@@ -2,6 +2,7 @@
 
 use super::app::App;
 use super::ctx::Instance;
+use super::geometry::Geometry;
 use crate::settings::{EditorSettings, LEAST_SIZE};
 use nice_plug::context::gui::GuiContext;
 use nice_plug::editor::dpi::{LogicalSize, NativeSize, PhysicalSize};
@@ -10,45 +11,8 @@ use nice_plug::editor::{
 };
 use nice_plug_egui::{EguiEditorHandle, EguiEditorState, EguiNiceSettings, baseview, create_egui_editor};
 use std::error::Error;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
-
-/// How large the window is; the window tells.
-#[derive(Debug, Default)]
-pub(super) struct Geometry(Mutex<Held>);
-
-#[derive(Debug, Default)]
-struct Held {
-    /// Pixels, while a window is open.
-    open: Option<(u32, u32)>,
-    /// Pixels per point at zoom 1; the last that a window had.
-    scale: Option<f64>,
-    /// Whether keys go to a text field.
-    typing: bool,
-}
-
-impl Geometry {
-    /// A window has this many pixels, and this many to a point at zoom 1.
-    pub(super) fn resized(&self, pixels: (u32, u32), scale: f64) {
-        let mut held = self.held();
-        (held.open, held.scale) = (Some(pixels), Some(scale));
-    }
-
-    /// The window is gone.
-    pub(super) fn closed(&self) {
-        let mut held = self.held();
-        (held.open, held.typing) = (None, false);
-    }
-
-    /// Whether keys go to a text field.
-    pub(super) fn types(&self, typing: bool) {
-        self.held().typing = typing;
-    }
-
-    fn held(&self) -> std::sync::MutexGuard<'_, Held> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
 
 /// Opens an instance's editor as often as the host likes. What an open one needs goes with its window.
 pub struct PromenadeEditor {

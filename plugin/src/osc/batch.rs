@@ -1,4 +1,4 @@
-//! Packets of one wake, read from a socket and thinned out.
+//! Packets that are read from a socket at one go and thinned out.
 //!
 //! A tracker, or a program gone wild, may send faster than anybody needs. All that has come is read at one go, and of the messages of one
 //! sender at one address only the newest is looked at.
@@ -22,13 +22,13 @@ pub(super) struct Batch {
     packets: Vec<(SocketAddr, std::ops::Range<usize>)>,
 }
 
-/// What a batch has come to.
+/// The messages of a batch that count.
 pub(super) struct Thinned<'a> {
     /// The newest message of each sender at each address, in the order in which they came.
     pub(super) messages: Vec<Message<'a>>,
     /// How many messages there were.
     pub(super) count: usize,
-    /// Packets that could not be taken apart, and why.
+    /// Packets that could not be parsed, and why.
     pub(super) garbage: Vec<(SocketAddr, &'static str)>,
 }
 
@@ -56,7 +56,7 @@ impl Batch {
         Ok(())
     }
 
-    /// Reads one packet; says whether there was one.
+    /// Reads one packet; returns whether there was one.
     fn receive(&mut self, socket: &UdpSocket, used: &mut usize) -> io::Result<bool> {
         match socket.recv_from(&mut self.bytes[*used..*used + LARGEST]) {
             Ok((length, source)) => {

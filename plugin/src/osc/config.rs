@@ -1,6 +1,7 @@
 //! How an instance's Open Sound Control is set up.
 
 use super::axes::AxisMap;
+use super::custom::CustomTracker;
 use super::format::TrackerFormat;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ pub enum Interface {
     Any,
 }
 
-/// What becomes the origin when a tracker is recentred.
+/// What a tracker's recentring resets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Recenter {
@@ -29,70 +30,6 @@ pub enum Recenter {
     Full,
     /// Nothing: the tracker's own origin.
     Off,
-}
-
-/// What the arguments of a custom address are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum CustomArguments {
-    /// Yaw, pitch and roll in degrees, positive to the left, nose up and right ear down.
-    #[default]
-    YprDegrees,
-    /// The same in radians.
-    YprRadians,
-    /// w, x, y, z; x forward, y left, z up.
-    QuaternionWxyz,
-    /// x, y, z, w; x forward, y left, z up.
-    QuaternionXyzw,
-    /// x, y, z in metres; x forward, y left, z up.
-    Position,
-    /// x, y, z in metres, then w, x, y, z.
-    Pose,
-    /// x, y, z in metres, then yaw, pitch and roll in degrees.
-    PositionYpr,
-}
-
-impl CustomArguments {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::YprDegrees,
-        Self::YprRadians,
-        Self::QuaternionWxyz,
-        Self::QuaternionXyzw,
-        Self::Position,
-        Self::Pose,
-        Self::PositionYpr,
-    ];
-
-    /// As users read it.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::YprDegrees => "Yaw, pitch, roll in degrees",
-            Self::YprRadians => "Yaw, pitch, roll in radians",
-            Self::QuaternionWxyz => "Quaternion w, x, y, z",
-            Self::QuaternionXyzw => "Quaternion x, y, z, w",
-            Self::Position => "Position x, y, z in metres",
-            Self::Pose => "Position, quaternion w, x, y, z",
-            Self::PositionYpr => "Position, yaw, pitch, roll in degrees",
-        }
-    }
-}
-
-/// A tracker that no format names.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct CustomTracker {
-    /// Its address; a part that is `*` stands for any part.
-    pub address: String,
-    /// What it sends there.
-    pub arguments: CustomArguments,
-}
-
-impl Default for CustomTracker {
-    fn default() -> Self {
-        Self { address: "/head/ypr".to_owned(), arguments: CustomArguments::default() }
-    }
 }
 
 /// Where the listener's pose is sent.
@@ -124,9 +61,9 @@ impl OscOut {
     }
 }
 
-/// What a project keeps of an instance's Open Sound Control.
+/// An instance's settings of Open Sound Control, as the project saves them.
 ///
-/// A saved value that is not understood, as a later version may write one, leaves only its own field as at first.
+/// A saved value that is not understood, such as one of a later version, sets only its own field to the default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Value")]
 pub struct OscConfig {
@@ -138,19 +75,19 @@ pub struct OscConfig {
     pub interface: Interface,
     /// The instance's name in addresses; empty answers only to addresses without a name. See [`OscConfig::address_name`].
     pub name: String,
-    /// What the tracker speaks.
+    /// The tracker's format.
     pub format: TrackerFormat,
     /// Which of the tracker's yaw, pitch and roll is which of the head's, after the format's own convention.
     pub axes: AxisMap,
     /// Which of the tracker's x, y and z is which of the world's, after the format's own convention.
     pub position_axes: AxisMap,
-    /// What is recentred when nothing else is said.
+    /// What is recentred unless a message asks for something else.
     pub recenter: Recenter,
     /// What [`TrackerFormat::Custom`] means.
     pub custom: CustomTracker,
     /// Where the pose is sent.
     pub out: OscOut,
-    /// What was not understood when it was restored, in words.
+    /// Messages on what was not understood when it was restored.
     #[serde(skip)]
     pub notes: Vec<String>,
 }
@@ -257,9 +194,9 @@ mod tests {
             let config: OscConfig = deserialize_field(odd).unwrap();
             assert_eq!(OscConfig { notes: Vec::new(), ..config }, OscConfig::default());
         }
-        let kept = crate::kept::Kept::<OscConfig>::default();
-        kept.set(deserialize_field(saved).unwrap());
-        assert_eq!(kept.get().0.port, 9000);
+        let persisted = crate::persisted::Persisted::<OscConfig>::default();
+        persisted.set(deserialize_field(saved).unwrap());
+        assert_eq!(persisted.get().0.port, 9000);
     }
 
     #[test]

@@ -2,12 +2,11 @@
 
 use super::address::KEYWORDS;
 use super::axes::AxisMap;
-use super::config::{CustomArguments, OscConfig};
+use super::config::OscConfig;
+use super::custom::CustomArguments;
 use super::format::TrackerFormat;
 use super::reading::{Argument, FARTHEST_M, Unit};
-use super::value;
-use crate::params::PromenadeParams;
-use crate::remote::Knob;
+use crate::parameter::Parameter;
 
 fn document(name: &str) -> String {
     std::fs::read_to_string(format!("{}/../docs/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
@@ -69,15 +68,15 @@ fn the_addresses_of_all_formats_are_documented() {
 
 #[test]
 fn the_addresses_of_all_parameters_are_documented() {
-    let lines = Knob::ALL.map(|knob| {
-        let (least, most) = PromenadeParams::limits(knob);
-        let scale = if value::is_percent(knob) { 100.0 } else { 1.0 };
-        let values = match value::choices(knob) {
+    let lines = Parameter::ALL.map(|parameter| {
+        let (least, most) = parameter.limits();
+        let scale = if parameter.is_share() { 100.0 } else { 1.0 };
+        let values = match parameter.variants() {
             Some((ids, _)) => ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>().join(", "),
-            None if value::is_switch(knob) => "0 or 1, `off` or `on`".to_owned(),
-            None => format!("{} to {} {}", least * scale, most * scale, value::unit(knob)).trim_end().to_owned(),
+            None if parameter.is_switch() => "0 or 1, `off` or `on`".to_owned(),
+            None => format!("{} to {} {}", least * scale, most * scale, parameter.unit()).trim_end().to_owned(),
         };
-        format!("| `/promenade/param/{}` | {values} |", knob.id())
+        format!("| `/promenade/param/{}` | {values} |", parameter.id())
     });
     check("osc.md", &lines);
 }

@@ -1,13 +1,13 @@
-//! What head trackers speak: the addresses of each format, their arguments, and which way these count.
+//! Formats of head trackers: the addresses of each, their arguments, and which way these count.
 //!
 //! The sources of each convention are in `docs/osc.md`, whose tables a test compares with this file.
 
 use super::axes::AxisMap;
-use super::config::{CustomArguments, CustomTracker};
+use super::custom::CustomTracker;
 use super::reading::{Argument, Unit};
 use serde::{Deserialize, Serialize};
 
-/// What a head tracker speaks. A tracker sends what a plugin of that name understands with its settings as they come.
+/// The format of a head tracker, named after the plugin or device whose default settings it matches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TrackerFormat {
@@ -68,7 +68,7 @@ const YAW: u8 = 0;
 const PITCH: u8 = 1;
 const ROLL: u8 = 2;
 
-use Argument::{Angle, Angles, Position, Quaternion, QuaternionLast, RotationVector, Skip};
+use Argument::{Angle, Angles, Position, Quaternion, RotationVector, Skip};
 use Unit::{Degrees, Radians, Turns};
 
 /// SPARTA counts the parts of the vector from yaw to roll, and turns the scene.
@@ -219,35 +219,8 @@ impl TrackerFormat {
             _ => form.address == address,
         };
         match self {
-            Self::Custom => matches(&custom.address, address).then(|| custom.arguments.arguments()),
+            Self::Custom => custom.arguments(address),
             _ => self.forms().iter().find(same).map(|form| form.arguments),
-        }
-    }
-}
-
-impl CustomArguments {
-    /// What they are, one after the other.
-    pub(super) fn arguments(self) -> &'static [Argument] {
-        match self {
-            Self::YprDegrees => &[Angles(Degrees, SAME)],
-            Self::YprRadians => &[Angles(Radians, SAME)],
-            Self::QuaternionWxyz => &[Quaternion(SAME)],
-            Self::QuaternionXyzw => &[QuaternionLast(SAME)],
-            Self::Position => &[Position(SAME)],
-            Self::Pose => &[Position(SAME), Quaternion(SAME)],
-            Self::PositionYpr => &[Position(SAME), Angles(Degrees, SAME)],
-        }
-    }
-}
-
-/// Whether an address is one of a pattern, in which a part that is `*` stands for any part.
-fn matches(pattern: &str, address: &str) -> bool {
-    let (mut wanted, mut found) = (pattern.trim_end_matches('/').split('/'), address.split('/'));
-    loop {
-        match (wanted.next(), found.next()) {
-            (None, None) => return true,
-            (Some(part), Some(of)) if part == of || part == "*" => (),
-            _ => return false,
         }
     }
 }
@@ -255,21 +228,6 @@ fn matches(pattern: &str, address: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_star_stands_for_one_part() {
-        assert!(matches("/*/quaternion", "/8f3a/quaternion"));
-        assert!(matches("/head/ypr/", "/head/ypr"));
-        for (pattern, address) in [
-            ("/*/quaternion", "/a/b/quaternion"),
-            ("/*/quaternion", "/quaternion"),
-            ("/head", "/head/ypr"),
-            ("/head/ypr", "/head"),
-            ("", "/head"),
-        ] {
-            assert!(!matches(pattern, address), "{pattern} {address}");
-        }
-    }
 
     #[test]
     fn no_format_has_an_address_twice() {

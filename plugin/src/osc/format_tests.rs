@@ -1,6 +1,7 @@
 //! Every format turns the head the right way.
 
-use super::config::{CustomArguments, CustomTracker, OscConfig};
+use super::config::OscConfig;
+use super::custom::{CustomArguments, CustomTracker};
 use super::format::TrackerFormat;
 use super::inbox::Inbox;
 use super::receiver::{Message, Receiver};

@@ -1,4 +1,4 @@
-//! What has come in for one instance.
+//! A tracker's poses on their way to the audio thread.
 
 use crate::pose_cell::PoseCell;
 use promenade_core::Pose;
@@ -9,7 +9,7 @@ const NOBODY: u8 = 2;
 /// Attempts of a reader that is overtaken by newer poses while it reads.
 const TRIES: usize = 16;
 
-/// The newest of a tracker, from the network thread to the audio thread.
+/// The newest pose of a tracker, from the network thread to the audio thread.
 ///
 /// Two cells take turns, so that a reader is not met by the writer of the newest pose, however fast a tracker sends.
 pub struct Inbox {
@@ -33,7 +33,7 @@ impl Inbox {
         self.newest.store(next, Ordering::Release);
     }
 
-    /// There is no tracker any more.
+    /// Forgets the tracker.
     pub fn lose(&self) {
         self.newest.store(NOBODY, Ordering::Release);
     }

@@ -4,8 +4,9 @@ use super::config::{Interface, OscConfig, OscOut};
 use super::format::TrackerFormat;
 use super::inbox::Inbox;
 use super::{Listening, Osc, OscStatus, Sending, port};
+use crate::lock::lock;
+use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
-use crate::remote::Knob;
 use crate::telemetry::Telemetry;
 use nice_plug::params::persist::deserialize_field;
 use promenade_core::Pose;
@@ -13,7 +14,7 @@ use promenade_core::glam::Vec3;
 use rosc::{OscMessage, OscPacket, OscType, encoder};
 use std::net::UdpSocket;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -23,7 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// The ports of the process belong to one test at a time.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
-    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+    lock(&ALONE)
 }
 
 struct Instance {
@@ -127,10 +128,10 @@ fn two_instances_share_a_port_and_names_tell_them_apart() {
     to.send(&encoded("/promenade/Lead/param/gain", vec![OscType::String("-6 dB".to_owned())])).unwrap();
     to.send(&encoded("/promenade/param/mix", vec![OscType::Int(25)])).unwrap();
     to.send(&encoded("/promenade/path", vec![OscType::Double(0.75)])).unwrap();
-    let heard = |instance: &Instance, knob| instance.params.heard(knob);
-    until(|| (heard(&second, Knob::Path) == 0.75).then_some(()), || format!("{}", heard(&second, Knob::Path)));
-    assert_eq!((heard(&first, Knob::Gain), heard(&second, Knob::Gain)), (-6.0, 0.0));
-    assert_eq!((heard(&first, Knob::Mix), heard(&second, Knob::Mix)), (0.25, 0.25));
+    let heard = |instance: &Instance, parameter| instance.params.heard(parameter);
+    until(|| (heard(&second, Parameter::Path) == 0.75).then_some(()), || format!("{}", heard(&second, Parameter::Path)));
+    assert_eq!((heard(&first, Parameter::Gain), heard(&second, Parameter::Gain)), (-6.0, 0.0));
+    assert_eq!((heard(&first, Parameter::Mix), heard(&second, Parameter::Mix)), (0.25, 0.25));
     // The one that stays keeps the socket.
     drop(first);
     to.send(&ypr("/ypr", 10.0)).unwrap();

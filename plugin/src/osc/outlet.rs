@@ -3,14 +3,15 @@
 use super::address;
 use super::config::{OscConfig, OscOut};
 use super::receiver::Receiver;
+use crate::lock::lock;
 use crate::telemetry::Telemetry;
-use crate::worker::{Chore, Desk, RESOLVER};
+use crate::worker::{RESOLVER, Task, TaskHandle};
 use promenade_core::Pose;
 use rosc::{OscMessage, OscPacket, OscType, encoder};
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -34,7 +35,7 @@ pub enum Sending {
     Resolving,
     /// There.
     To(SocketAddr),
-    /// Nowhere, and why, in words.
+    /// Nowhere, for this reason.
     Failed(String),
 }
 
@@ -61,9 +62,9 @@ struct Route {
     due: Instant,
     last: Option<(Pose, Instant)>,
     /// What looks names up, if there is a name to look up.
-    resolver: Option<Desk>,
+    resolver: Option<TaskHandle>,
     asked: Instant,
-    /// The instance has gone: an answer that comes yet is too late.
+    /// Whether the instance is gone, so that a late answer is ignored.
     gone: bool,
 }
 
@@ -79,7 +80,7 @@ struct Shared {
 }
 
 impl Outlet {
-    /// Sends the pose that `telemetry` has, as `config` says.
+    /// Sends the pose of `telemetry` as `config` sets it up.
     ///
     /// # Errors
     /// The system gives no thread.
@@ -100,9 +101,9 @@ impl Outlet {
             _ if config.out.host.trim().is_empty() => feed.connect(Err("no host to send to".to_owned())),
             Some(ip) => feed.connect(Ok(SocketAddr::new(ip, config.out.port))),
             None => {
-                let desk = Desk::new(&RESOLVER, Arc::new(Lookup(Arc::downgrade(&feed))))?;
-                desk.call();
-                lock(&feed.route).resolver = Some(desk);
+                let lookup = RESOLVER.add(Arc::new(Lookup(Arc::downgrade(&feed))))?;
+                lookup.schedule();
+                lock(&feed.route).resolver = Some(lookup);
             }
         }
         let mut running = lock(&SENDER);
@@ -131,7 +132,7 @@ impl Drop for Outlet {
     fn drop(&mut self) {
         let mut route = lock(&self.feed.route);
         route.gone = true;
-        self.feed.receiver.disown(None);
+        self.feed.receiver.set_own_address(None);
         let resolver = route.resolver.take();
         drop(route);
         // Without the lock: on some systems the resolver is waited for.
@@ -148,8 +149,8 @@ fn literal(host: &str) -> Option<IpAddr> {
 /// Looks up a feed's host name, on the resolver's thread.
 struct Lookup(Weak<Feed>);
 
-impl Chore for Lookup {
-    fn serve(&self) {
+impl Task for Lookup {
+    fn run(&self) {
         // The feed is not held while the name is looked up, so that its instance can go.
         let Some((host, port)) = self.0.upgrade().map(|feed| (feed.out.host.trim().to_owned(), feed.out.port)) else { return };
         let found = (host.as_str(), port).to_socket_addrs().map(|mut all| {
@@ -169,7 +170,7 @@ impl Chore for Lookup {
 }
 
 impl Feed {
-    /// Sends there from now on, or says why not.
+    /// Sends to a target from now on, or reports why not.
     fn connect(&self, target: Result<SocketAddr, String>) {
         let connected = target.and_then(|target| {
             let any = if target.is_ipv4() { IpAddr::V4(Ipv4Addr::UNSPECIFIED) } else { IpAddr::V6(Ipv6Addr::UNSPECIFIED) };
@@ -188,15 +189,15 @@ impl Feed {
         }
         match connected {
             Ok((socket, own, target)) => {
-                self.receiver.disown(Some(own));
+                self.receiver.set_own_address(Some(own));
                 (route.socket, route.state) = (Some(socket), Sending::To(target));
             }
             Err(reason) => (route.socket, route.state) = (None, Sending::Failed(reason)),
         }
     }
 
-    /// Sends the pose if it is due. Says when the next may be.
-    fn serve(&self, now: Instant) -> Instant {
+    /// Sends the pose if it is due. Returns when the next is due.
+    fn send(&self, now: Instant) -> Instant {
         let mut route = lock(&self.route);
         if now < route.due {
             return route.due;
@@ -207,7 +208,7 @@ impl Feed {
             if now.saturating_duration_since(route.asked) >= RETRY
                 && let Some(resolver) = &route.resolver
             {
-                resolver.call();
+                resolver.schedule();
                 route.asked = now;
             }
             return route.due;
@@ -216,7 +217,7 @@ impl Feed {
         let fresh = route.last.is_none_or(|(last, at)| last != pose || now.saturating_duration_since(at) >= REPEAT);
         if fresh {
             let packet = packet(&self.address, &pose);
-            // Where nobody listened to the packet before, the system says so in place of sending this one.
+            // Where nobody listened to the packet before, the system reports that instead of sending this one.
             let sent = socket.send(&packet).or_else(|error| if nobody(&error) { socket.send(&packet) } else { Err(error) });
             route.state = match (sent, socket.peer_addr()) {
                 (Ok(_), Ok(target)) => {
@@ -232,7 +233,7 @@ impl Feed {
     }
 }
 
-/// Whether an error says that nobody has listened.
+/// Whether an error means that nobody listens.
 fn nobody(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset)
 }
@@ -250,7 +251,7 @@ impl Sender {
     fn start() -> io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let of_thread = Arc::clone(&shared);
-        let join = thread::Builder::new().name("promenade-osc-out".to_owned()).spawn(move || send(&of_thread))?;
+        let join = thread::Builder::new().name("promenade-osc-out".to_owned()).spawn(move || run(&of_thread))?;
         Ok(Self { shared, join: Some(join) })
     }
 }
@@ -266,7 +267,7 @@ impl Drop for Sender {
     }
 }
 
-fn send(shared: &Shared) {
+fn run(shared: &Shared) {
     while !shared.ends.load(Ordering::Acquire) {
         let feeds = {
             let mut feeds = lock(&shared.feeds);
@@ -274,11 +275,7 @@ fn send(shared: &Shared) {
             feeds.clone()
         };
         let now = Instant::now();
-        let next = feeds.iter().filter_map(Weak::upgrade).map(|feed| feed.serve(now)).min().unwrap_or(now + IDLE);
+        let next = feeds.iter().filter_map(Weak::upgrade).map(|feed| feed.send(now)).min().unwrap_or(now + IDLE);
         thread::park_timeout(next.saturating_duration_since(Instant::now()).min(IDLE));
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -4,16 +4,17 @@ use super::batch::Batch;
 use super::config::Interface;
 use super::receiver::Receiver;
 use super::status::Listening;
+use crate::lock::lock;
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// A thread looks this often whether it is still needed.
+/// A thread checks this often whether it is still needed.
 const WAIT: Duration = Duration::from_millis(100);
-/// A port that cannot be had is asked for this often.
+/// A port that cannot be opened is tried again this often.
 const RETRY: Duration = Duration::from_secs(1);
 /// Time over which messages a second are counted.
 const COUNTED: Duration = Duration::from_millis(500);
@@ -32,28 +33,28 @@ pub(super) struct Port {
     number: u16,
     ends: AtomicBool,
     receivers: Mutex<Vec<(Interface, Arc<Receiver>)>>,
-    heard: Mutex<Heard>,
+    state: Mutex<PortState>,
     messages: AtomicU64,
 }
 
-/// What the editor is told of a port.
+/// The state of a port, for the editor.
 #[derive(Clone, Debug)]
-pub(super) struct Heard {
+pub(super) struct PortState {
     pub(super) listening: Listening,
     pub(super) messages_per_s: f32,
     pub(super) last_address: String,
 }
 
-/// An instance's place at a port; the socket is closed with the last one.
+/// An instance's subscription to a port; the socket is closed with the last one.
 pub(super) struct Subscription {
     port: Arc<Port>,
     receiver: Arc<Receiver>,
 }
 
 impl Subscription {
-    /// A place at a port, which is opened if it is not.
+    /// Subscribes to a port, which is opened if it is not.
     ///
-    /// The socket is as wide as the widest that is asked for; an instance that wants this machine only is spared the rest by its receiver.
+    /// The socket is as wide as the widest that is asked for; the receiver of an instance that wants this machine only ignores the rest.
     ///
     /// # Errors
     /// The system gives no thread.
@@ -70,7 +71,7 @@ impl Subscription {
                     number,
                     ends: AtomicBool::new(false),
                     receivers: Mutex::new(vec![(interface, Arc::clone(&receiver))]),
-                    heard: Mutex::new(Heard {
+                    state: Mutex::new(PortState {
                         listening: Listening::Opening,
                         messages_per_s: 0.0,
                         last_address: String::new(),
@@ -86,9 +87,9 @@ impl Subscription {
         Ok(Self { port, receiver })
     }
 
-    /// What the editor is told.
-    pub(super) fn heard(&self) -> Heard {
-        lock(&self.port.heard).clone()
+    /// The state of the port, for the editor.
+    pub(super) fn state(&self) -> PortState {
+        lock(&self.port.state).clone()
     }
 
     /// Messages so far.
@@ -101,20 +102,20 @@ impl Drop for Subscription {
     fn drop(&mut self) {
         let mut ports = lock(&PORTS);
         let mut receivers = lock(&self.port.receivers);
-        if let Some(place) = receivers.iter().position(|(_, receiver)| Arc::ptr_eq(receiver, &self.receiver)) {
-            receivers.swap_remove(place);
+        if let Some(index) = receivers.iter().position(|(_, receiver)| Arc::ptr_eq(receiver, &self.receiver)) {
+            receivers.swap_remove(index);
         }
         let last = receivers.is_empty();
         drop(receivers);
-        let Some(place) = ports.iter().position(|open| Arc::ptr_eq(&open.port, &self.port)) else { return };
+        let Some(index) = ports.iter().position(|open| Arc::ptr_eq(&open.port, &self.port)) else { return };
         if last {
-            let open = ports.swap_remove(place);
+            let open = ports.swap_remove(index);
             open.port.ends.store(true, Ordering::Release);
             open.thread.thread().unpark();
             // The port is free again before anybody can ask for it. A panic of the thread has been reported where it happened.
             drop(open.thread.join());
         } else {
-            ports[place].thread.thread().unpark();
+            ports[index].thread.thread().unpark();
         }
     }
 }
@@ -132,11 +133,11 @@ impl Port {
                 match bind(wanted, self.number) {
                     Ok(bound) => {
                         let at = bound.local_addr().unwrap_or_else(|_| SocketAddr::new(wanted.address(), self.number));
-                        lock(&self.heard).listening = Listening::At(at);
+                        lock(&self.state).listening = Listening::At(at);
                         socket = Some((wanted, bound));
                     }
                     Err(error) => {
-                        lock(&self.heard).listening = Listening::Failed(words(self.number, &error));
+                        lock(&self.state).listening = Listening::Failed(message(self.number, &error));
                         thread::park_timeout(RETRY);
                         continue;
                     }
@@ -145,7 +146,7 @@ impl Port {
             if let Some((_, bound)) = &socket
                 && let Err(error) = batch.fill(bound)
             {
-                lock(&self.heard).listening = Listening::Failed(words(self.number, &error));
+                lock(&self.state).listening = Listening::Failed(message(self.number, &error));
                 socket = None;
                 thread::park_timeout(RETRY);
             }
@@ -155,9 +156,7 @@ impl Port {
             let past = since.elapsed();
             if past >= COUNTED {
                 let count = self.messages.load(Ordering::Relaxed);
-                #[expect(clippy::cast_precision_loss, reason = "messages of half a second")]
-                let messages = (count - before) as f32;
-                lock(&self.heard).messages_per_s = messages / past.as_secs_f32();
+                lock(&self.state).messages_per_s = (count - before) as f32 / past.as_secs_f32();
                 (since, before) = (Instant::now(), count);
             }
         }
@@ -173,15 +172,15 @@ impl Port {
         let thinned = batch.thin();
         self.messages.fetch_add(thinned.count as u64, Ordering::Relaxed);
         if let Some(last) = thinned.messages.last() {
-            let mut heard = lock(&self.heard);
-            if heard.last_address != last.address {
-                heard.last_address = last.address.to_owned();
+            let mut state = lock(&self.state);
+            if state.last_address != last.address {
+                state.last_address = last.address.to_owned();
             }
         }
         let receivers = lock(&self.receivers).clone();
         for (_, receiver) in &receivers {
             for (source, reason) in &thinned.garbage {
-                receiver.blame(*source, reason);
+                receiver.reject(*source, reason);
             }
             for message in &thinned.messages {
                 receiver.take(message);
@@ -210,17 +209,13 @@ fn bind(interface: Interface, port: u16) -> io::Result<UdpSocket> {
     Ok(socket)
 }
 
-/// An error as users read it.
-fn words(port: u16, error: &io::Error) -> String {
+/// An error as a message for the user.
+fn message(port: u16, error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::AddrInUse => format!("port {port} is in use by another program"),
         ErrorKind::PermissionDenied => format!("the system does not allow port {port}"),
         _ => format!("port {port}: {error}"),
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Ports that are open in this process.

@@ -1,6 +1,7 @@
-//! What a message of a tracker says about the head.
+//! The head's pose as a tracker's message gives it.
 
 use super::axes::AxisMap;
+use crate::cast::narrow;
 use promenade_core::glam::{Quat, Vec3};
 
 /// Positions beyond this are clamped, metres.
@@ -24,7 +25,7 @@ pub enum Unit {
 /// Consecutive arguments that belong together. Maps give the head's axes, as in the conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Argument {
-    /// So many that say nothing about the head.
+    /// So many that are skipped.
     Skip(usize),
     /// x, y and z, metres.
     Position(AxisMap),
@@ -45,11 +46,11 @@ pub enum Argument {
 pub enum Facing {
     /// An orientation.
     Turned(Quat),
-    /// Yaw, pitch and roll, radians; what is none stays as it was.
+    /// Yaw, pitch and roll, radians; `None` stays as it was.
     Angles([Option<f32>; 3]),
 }
 
-/// What a message says about the head.
+/// The parts of the head's pose that a message gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reading {
     /// Where it is, metres.
@@ -74,7 +75,7 @@ impl Argument {
 }
 
 impl Reading {
-    /// What `values` say, if they are such arguments.
+    /// Reads the values of such arguments.
     ///
     /// # Errors
     /// The reason in words: another number of values, or none that a head can have.
@@ -155,11 +156,6 @@ fn orientation(map: AxisMap, vector: [f64; 3], w: f64) -> Result<Quat, String> {
     let [x, y, z] = vector.map(|v| narrow(v / length));
     let head = map.apply_to(Vec3::new(x, y, z));
     Ok(Quat::from_xyzw(head.x, head.y, head.z, narrow(w / length)).normalize())
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "measurements of a few digits")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }
 
 #[cfg(test)]

@@ -1,19 +1,21 @@
-//! What packets do to one instance.
+//! Messages applied to one instance.
 
 use super::address::{self, Verb};
-use super::config::{CustomTracker, Interface, OscConfig, Recenter};
+use super::config::{Interface, OscConfig, Recenter};
+use super::custom::CustomTracker;
 use super::format::TrackerFormat;
 use super::inbox::Inbox;
 use super::packet;
 use super::reading::{Argument, Reading};
 use super::tracker::Tracker;
 use super::value;
+use crate::lock::lock;
+use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
-use crate::remote::Knob;
 use rosc::OscType;
 use std::cell::OnceCell;
 use std::net::SocketAddr;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Instant;
 
 /// A message that has come in; its arguments are read when the first instance wants them.
@@ -30,16 +32,16 @@ impl Message<'_> {
     }
 }
 
-/// How often what has happened to one instance.
+/// What has been counted for one instance.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Counts {
     /// Messages with a value that was out of range and has been clamped.
     pub(super) clamped: u64,
-    /// Packets that are none, and messages for this instance with arguments that are none.
+    /// Packets that are malformed, and messages for this instance with malformed arguments.
     pub(super) garbage: u64,
-    /// Why, the last time.
+    /// Why the last one was rejected.
     pub(super) last_garbage: String,
-    /// Messages at addresses that mean nothing here.
+    /// Messages at addresses that this instance does not know.
     pub(super) unknown: u64,
 }
 
@@ -58,7 +60,7 @@ struct State {
     custom: CustomTracker,
     recenter: Recenter,
     tracker: Tracker,
-    /// Whether the tracker has said something that the inbox does not have yet.
+    /// Whether the tracker has a newer pose than the inbox.
     moved: bool,
     /// Where this instance's own packets come from.
     own: Option<SocketAddr>,
@@ -83,7 +85,7 @@ impl Receiver {
         Arc::new(Self { params, inbox, state: Mutex::new(state) })
     }
 
-    /// Takes settings; a tracker that is there stays, unless it speaks otherwise now.
+    /// Takes settings; the tracker's state stays, unless its format changes.
     pub(super) fn open(&self, config: &OscConfig) {
         let mut state = self.lock();
         if !state.open || state.format != config.format || state.custom != config.custom {
@@ -103,7 +105,7 @@ impl Receiver {
         self.commit();
     }
 
-    /// Takes nothing any more.
+    /// Ignores messages from now on.
     pub(super) fn close(&self) {
         let mut state = self.lock();
         state.open = false;
@@ -112,8 +114,8 @@ impl Receiver {
         self.inbox.lose();
     }
 
-    /// This instance's own packets come from there.
-    pub(super) fn disown(&self, own: Option<SocketAddr>) {
+    /// Sets where this instance's own packets come from, so that they are ignored.
+    pub(super) fn set_own_address(&self, own: Option<SocketAddr>) {
         self.lock().own = own;
     }
 
@@ -132,14 +134,14 @@ impl Receiver {
             state.counts.unknown += 1;
             return;
         };
-        match message.arguments().and_then(|arguments| self.obey(state, verb, arguments, mapped)) {
+        match message.arguments().and_then(|arguments| self.apply(state, verb, arguments, mapped)) {
             Ok(clamped) => state.counts.clamped += u64::from(clamped),
-            Err(reason) => state.counts.blame(format!("{}: {reason}", message.address)),
+            Err(reason) => state.counts.reject(format!("{}: {reason}", message.address)),
         }
     }
 
-    /// Does what a message asks for; says whether a value has been clamped.
-    fn obey(&self, state: &mut State, verb: Verb, arguments: &[OscType], mapped: bool) -> Result<bool, String> {
+    /// Applies a message; returns whether a value has been clamped.
+    fn apply(&self, state: &mut State, verb: Verb, arguments: &[OscType], mapped: bool) -> Result<bool, String> {
         match verb {
             Verb::Track(form) => {
                 let reading = reading(form, arguments)?;
@@ -158,26 +160,26 @@ impl Receiver {
                 let [share] = value::numbers(arguments)?[..] else {
                     return Err(format!("expected 1 value, found {}", arguments.len()));
                 };
-                self.set(Knob::Path, &[OscType::Double(share * 100.0)])
+                self.set(Parameter::Path, &[OscType::Double(share * 100.0)])
             }
             Verb::Param(id) => {
-                let knob = Knob::of_id(id).ok_or_else(|| "there is no such parameter".to_owned())?;
-                self.set(knob, arguments)
+                let parameter = Parameter::of_id(id).ok_or_else(|| "there is no such parameter".to_owned())?;
+                self.set(parameter, arguments)
             }
         }
     }
 
-    fn set(&self, knob: Knob, arguments: &[OscType]) -> Result<bool, String> {
-        let (value, clamped) = value::plain(knob, arguments)?;
-        self.params.remote.set(knob, value, self.params.hosted(knob));
+    fn set(&self, parameter: Parameter, arguments: &[OscType]) -> Result<bool, String> {
+        let (value, clamped) = value::plain(parameter, arguments)?;
+        self.params.remote.set(parameter, value, self.params.hosted(parameter));
         Ok(clamped)
     }
 
-    /// A packet could not be taken apart.
-    pub(super) fn blame(&self, source: SocketAddr, reason: &str) {
+    /// Counts a packet that could not be parsed.
+    pub(super) fn reject(&self, source: SocketAddr, reason: &str) {
         let mut state = self.lock();
         if state.open && state.interface.admits(source) {
-            state.counts.blame(reason.to_owned());
+            state.counts.reject(reason.to_owned());
         }
     }
 
@@ -189,7 +191,7 @@ impl Receiver {
         }
     }
 
-    /// Makes what the tracker says now the origin.
+    /// Makes the tracker's present pose the origin.
     pub(super) fn recenter(&self, how: Option<Recenter>) {
         let mut state = self.lock();
         let how = how.unwrap_or(state.recenter);
@@ -199,26 +201,26 @@ impl Receiver {
         self.commit();
     }
 
-    /// What has been counted, when the tracker was heard last, and whether it is recentred.
+    /// The counts, the time of the tracker's last message, and whether it is recentred.
     pub(super) fn report(&self) -> (Counts, Option<Instant>, bool) {
         let state = self.lock();
         (state.counts.clone(), state.tracker.heard, state.tracker.is_recentred())
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state)
     }
 }
 
 impl Counts {
-    fn blame(&mut self, reason: String) {
+    fn reject(&mut self, reason: String) {
         self.garbage += 1;
         self.last_garbage = reason;
     }
 }
 
 impl Interface {
-    /// Whether a packet from there may come in.
+    /// Whether a packet from an address is accepted.
     fn admits(self, source: SocketAddr) -> bool {
         self == Self::Any || source.ip().is_loopback()
     }
@@ -228,7 +230,7 @@ fn reading(form: &[Argument], arguments: &[OscType]) -> Result<Reading, String> 
     Reading::new(form, &value::numbers(arguments)?)
 }
 
-/// What to recentre: a button that is let go sends 0.
+/// What to recentre, if anything: a button sends 0 when it is released.
 fn recenter(arguments: &[OscType], usual: Recenter) -> Result<Option<Recenter>, String> {
     match arguments {
         [] => Ok(Some(usual)),

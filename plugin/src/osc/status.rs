@@ -3,7 +3,7 @@
 use super::outlet::Sending;
 use std::net::SocketAddr;
 
-/// Where packets are taken.
+/// Where packets are received.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Listening {
     /// Nowhere: it is off, or the host has not activated the plugin yet.
@@ -13,14 +13,14 @@ pub enum Listening {
     Opening,
     /// There.
     At(SocketAddr),
-    /// Nowhere, and why, in words. The port is asked for again every second.
+    /// Nowhere, for this reason. The port is tried again every second.
     Failed(String),
 }
 
-/// What has come in and gone out, for one instance.
+/// What has come in and gone out for one instance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OscStatus {
-    /// Where packets are taken.
+    /// Where packets are received.
     pub listening: Listening,
     /// Messages a second at the port, for whichever instance.
     pub messages_per_s: f32,
@@ -28,11 +28,11 @@ pub struct OscStatus {
     pub messages: u64,
     /// The address of the last message at the port; empty before the first.
     pub last_address: String,
-    /// Messages that mean nothing to this instance: another format, or a slip.
+    /// Messages at addresses that this instance does not know, such as those of another format.
     pub unknown: u64,
-    /// Packets that are none, and messages with arguments that are none.
+    /// Malformed packets, and messages with malformed arguments.
     pub garbage: u64,
-    /// Why, the last time; empty before the first.
+    /// Why the last one was rejected; empty before the first.
     pub last_garbage: String,
     /// Messages with a value that was out of range and has been clamped.
     pub clamped: u64,
@@ -44,6 +44,6 @@ pub struct OscStatus {
     pub sending: Sending,
     /// Poses that have been sent.
     pub sent: u64,
-    /// What is odd about the settings, in words; empty when nothing is.
+    /// Remarks on settings that cannot work as they are; usually empty.
     pub note: String,
 }

@@ -7,7 +7,7 @@ use promenade_core::Pose;
 use promenade_core::glam::{Quat, Vec3};
 use std::time::Instant;
 
-/// What a tracker has said last.
+/// A tracker's newest orientation, as it came.
 #[derive(Clone, Copy, Debug)]
 enum Last {
     Turned(Quat),
@@ -23,7 +23,7 @@ pub(super) struct Tracker {
     mapped: bool,
     axes: AxisMap,
     position_axes: AxisMap,
-    /// What has become the origin.
+    /// The pose that is the origin.
     origin: Option<Pose>,
     /// When the last message came.
     pub(super) heard: Option<Instant>,
@@ -42,12 +42,12 @@ impl Tracker {
         }
     }
 
-    /// Takes other maps; what has been said so far is read with them.
+    /// Takes other maps, which apply to the present pose too.
     pub(super) fn remap(&mut self, axes: AxisMap, position_axes: AxisMap) {
         (self.axes, self.position_axes) = (axes, position_axes);
     }
 
-    /// Takes what a message says; `mapped` when it is a tracker's, not in this plugin's own conventions.
+    /// Takes a message's reading; `mapped` when it is in a tracker's conventions, not this plugin's own.
     pub(super) fn take(&mut self, reading: &Reading, mapped: bool, now: Instant) {
         self.mapped = mapped;
         self.heard = Some(now);
@@ -81,7 +81,7 @@ impl Tracker {
         Pose { position: position_axes.apply_to(self.position), orientation }
     }
 
-    /// What is now becomes the origin.
+    /// Makes the present pose the origin.
     pub(super) fn recenter(&mut self, how: Recenter) {
         let raw = self.raw();
         self.origin = match how {
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn recentring_by_yaw_keeps_what_gravity_says() {
+    fn recentring_by_yaw_keeps_pitch_and_roll() {
         let mut tracker = tracker();
         tracker.take(&at(1.0, 0.3, -0.2), true, Instant::now());
         tracker.recenter(Recenter::Yaw);

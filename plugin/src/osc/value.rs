@@ -1,8 +1,7 @@
 //! Arguments as numbers, and values of parameters in their units or as text.
 
-use crate::params::{Follow, GroupChoice, PromenadeParams, SceneChoice, TierChoice, TrackingChoice};
-use crate::remote::Knob;
-use nice_plug::prelude::Enum;
+use crate::cast::narrow;
+use crate::parameter::Parameter;
 use rosc::OscType;
 
 /// Arguments as numbers; arrays are opened.
@@ -23,7 +22,6 @@ pub(super) fn numbers(arguments: &[OscType]) -> Result<Vec<f64>, String> {
 fn number(argument: &OscType) -> Result<f64, String> {
     match argument {
         OscType::Int(value) => Ok(f64::from(*value)),
-        #[expect(clippy::cast_precision_loss, reason = "no value of a parameter or pose is that large")]
         OscType::Long(value) => Ok(*value as f64),
         OscType::Float(value) => Ok(f64::from(*value)),
         OscType::Double(value) => Ok(*value),
@@ -33,86 +31,47 @@ fn number(argument: &OscType) -> Result<f64, String> {
     }
 }
 
-/// A parameter's plain value, as [`PromenadeParams::hosted`] counts, and whether it was out of range and has been clamped.
+/// A parameter's plain value, as [`Parameter`] counts, and whether it was out of range and has been clamped.
 ///
 /// # Errors
 /// The reason in words.
-pub(super) fn plain(knob: Knob, arguments: &[OscType]) -> Result<(f32, bool), String> {
+pub(super) fn plain(parameter: Parameter, arguments: &[OscType]) -> Result<(f32, bool), String> {
     let [argument] = arguments else { return Err(format!("expected 1 value, found {}", arguments.len())) };
     let value = match argument {
-        OscType::String(text) => from_text(knob, text.trim())?,
+        OscType::String(text) => from_text(parameter, text.trim())?,
         other => number(other)?,
     };
     if !value.is_finite() {
         return Err(format!("expected a finite number, found {value}"));
     }
-    if knob.is_whole() && value.fract() != 0.0 {
+    if parameter.is_whole() && value.fract() != 0.0 {
         return Err(format!("expected a whole number, found {value}"));
     }
-    #[expect(clippy::cast_possible_truncation, reason = "clamped to the range of a parameter next")]
-    let value = (if is_percent(knob) { value / 100.0 } else { value }) as f32;
-    let (least, most) = PromenadeParams::limits(knob);
+    let value = narrow(if parameter.is_share() { value / 100.0 } else { value });
+    let (least, most) = parameter.limits();
     let kept = value.clamp(least, most);
     Ok((kept, kept != value))
 }
 
-/// Whether a parameter is a share of 1 that is written in per cent.
-pub(super) fn is_percent(knob: Knob) -> bool {
-    matches!(knob, Knob::Path | Knob::Mix)
-}
-
-/// The unit of a parameter's values, or nothing.
-pub(super) fn unit(knob: Knob) -> &'static str {
-    match knob {
-        Knob::X | Knob::Y | Knob::Z | Knob::Ex | Knob::Ey | Knob::Ez => "m",
-        Knob::Yaw | Knob::Pitch | Knob::Roll => "deg",
-        Knob::Path | Knob::Mix => "%",
-        Knob::Rate => "Hz",
-        Knob::Gain => "dB",
-        _ => "",
-    }
-}
-
-/// The ids and the names of a choice.
-pub(super) fn choices(knob: Knob) -> Option<(&'static [&'static str], &'static [&'static str])> {
-    fn of<T: Enum + 'static>() -> Option<(&'static [&'static str], &'static [&'static str])> {
-        Some((T::ids()?, T::variants()))
-    }
-    match knob {
-        Knob::Follow => of::<Follow>(),
-        Knob::Tracking => of::<TrackingChoice>(),
-        Knob::Group => of::<GroupChoice>(),
-        Knob::Tier => of::<TierChoice>(),
-        Knob::Scene => of::<SceneChoice>(),
-        _ => None,
-    }
-}
-
-/// Whether a parameter is on or off.
-pub(super) fn is_switch(knob: Knob) -> bool {
-    matches!(knob, Knob::Offset | Knob::Lead | Knob::Bypass)
-}
-
-fn from_text(knob: Knob, text: &str) -> Result<f64, String> {
+fn from_text(parameter: Parameter, text: &str) -> Result<f64, String> {
     if let Ok(value) = text.parse::<f64>() {
         return Ok(value);
     }
     let same = |known: &&str| known.eq_ignore_ascii_case(text);
-    if let Some((ids, names)) = choices(knob) {
+    if let Some((ids, names)) = parameter.variants() {
         let found = ids.iter().position(&same).or_else(|| names.iter().position(&same));
-        #[expect(clippy::cast_precision_loss, reason = "a few choices")]
         return found
             .map(|index| index as f64)
             .ok_or_else(|| format!("expected one of {}, found {}", ids.join(", "), quoted(text)));
     }
-    if is_switch(knob) {
+    if parameter.is_switch() {
         return match () {
             () if ["on", "true", "yes"].iter().any(same) => Ok(1.0),
             () if ["off", "false", "no"].iter().any(same) => Ok(0.0),
             () => Err(format!("expected on or off, found {}", quoted(text))),
         };
     }
-    let unit = unit(knob);
+    let unit = parameter.unit();
     let without = text.len().checked_sub(unit.len()).and_then(|end| text.split_at_checked(end));
     without
         .filter(|(_, end)| !unit.is_empty() && end.eq_ignore_ascii_case(unit))
@@ -166,56 +125,47 @@ mod tests {
 
     #[test]
     fn values_come_in_their_units() {
-        for (knob, argument, wanted) in [
-            (Knob::Gain, OscType::Float(-6.0), -6.0),
-            (Knob::Gain, text("-6 dB"), -6.0),
-            (Knob::Mix, OscType::Int(25), 0.25),
-            (Knob::Mix, text("25%"), 0.25),
-            (Knob::Yaw, text("-90 deg"), -90.0),
-            (Knob::X, OscType::Double(1.5), 1.5),
-            (Knob::Rate, text("40hz"), 40.0),
-            (Knob::Tier, text("reference"), 3.0),
-            (Knob::Tracking, text("Head and position"), 2.0),
-            (Knob::Follow, OscType::Float(2.0), 2.0),
-            (Knob::Scene, text("1"), 1.0),
-            (Knob::Bypass, OscType::Bool(true), 1.0),
-            (Knob::Lead, text("off"), 0.0),
-            (Knob::Offset, OscType::Int(1), 1.0),
-            (Knob::Slot, OscType::Int(12), 12.0),
+        for (parameter, argument, wanted) in [
+            (Parameter::Gain, OscType::Float(-6.0), -6.0),
+            (Parameter::Gain, text("-6 dB"), -6.0),
+            (Parameter::Mix, OscType::Int(25), 0.25),
+            (Parameter::Mix, text("25%"), 0.25),
+            (Parameter::Yaw, text("-90 deg"), -90.0),
+            (Parameter::X, OscType::Double(1.5), 1.5),
+            (Parameter::Rate, text("40hz"), 40.0),
+            (Parameter::Tier, text("reference"), 3.0),
+            (Parameter::Tracking, text("Head and position"), 2.0),
+            (Parameter::Follow, OscType::Float(2.0), 2.0),
+            (Parameter::Scene, text("1"), 1.0),
+            (Parameter::Bypass, OscType::Bool(true), 1.0),
+            (Parameter::Lead, text("off"), 0.0),
+            (Parameter::Offset, OscType::Int(1), 1.0),
+            (Parameter::Slot, OscType::Int(12), 12.0),
         ] {
-            assert_eq!(plain(knob, std::slice::from_ref(&argument)), Ok((wanted, false)), "{knob:?} {argument:?}");
+            assert_eq!(plain(parameter, std::slice::from_ref(&argument)), Ok((wanted, false)), "{parameter:?} {argument:?}");
         }
     }
 
     #[test]
     fn what_is_out_of_range_is_clamped_and_what_is_no_value_refused() {
-        assert_eq!(plain(Knob::Gain, &[OscType::Float(99.0)]), Ok((12.0, true)));
-        assert_eq!(plain(Knob::Mix, &[OscType::Float(-1.0)]), Ok((0.0, true)));
-        assert_eq!(plain(Knob::Tier, &[OscType::Int(9)]), Ok((3.0, true)));
-        assert_eq!(plain(Knob::X, &[OscType::Double(1e300)]), Ok((50.0, true)));
-        for (knob, argument, reason) in [
-            (Knob::Tier, text("best"), "draft, standard, high, reference"),
-            (Knob::Tier, OscType::Float(1.5), "whole"),
-            (Knob::Gain, OscType::Float(f32::NAN), "finite"),
-            (Knob::Gain, text("-6 m"), "of dB"),
-            (Knob::Gain, text(""), "of dB"),
-            (Knob::Gain, text("ö"), "of dB"),
-            (Knob::Bypass, text("maybe"), "on or off"),
-            (Knob::Slot, text("first"), "a number"),
-            (Knob::X, OscType::Blob(vec![1]), "a blob"),
+        assert_eq!(plain(Parameter::Gain, &[OscType::Float(99.0)]), Ok((12.0, true)));
+        assert_eq!(plain(Parameter::Mix, &[OscType::Float(-1.0)]), Ok((0.0, true)));
+        assert_eq!(plain(Parameter::Tier, &[OscType::Int(9)]), Ok((3.0, true)));
+        assert_eq!(plain(Parameter::X, &[OscType::Double(1e300)]), Ok((50.0, true)));
+        for (parameter, argument, reason) in [
+            (Parameter::Tier, text("best"), "draft, standard, high, reference"),
+            (Parameter::Tier, OscType::Float(1.5), "whole"),
+            (Parameter::Gain, OscType::Float(f32::NAN), "finite"),
+            (Parameter::Gain, text("-6 m"), "of dB"),
+            (Parameter::Gain, text(""), "of dB"),
+            (Parameter::Gain, text("ö"), "of dB"),
+            (Parameter::Bypass, text("maybe"), "on or off"),
+            (Parameter::Slot, text("first"), "a number"),
+            (Parameter::X, OscType::Blob(vec![1]), "a blob"),
         ] {
-            let found = plain(knob, &[argument]).unwrap_err();
+            let found = plain(parameter, &[argument]).unwrap_err();
             assert!(found.contains(reason), "{found}");
         }
-        assert!(plain(Knob::X, &[]).unwrap_err().contains("1 value"));
-    }
-
-    #[test]
-    fn every_whole_parameter_is_a_choice_a_switch_or_a_number_of_a_file() {
-        for knob in Knob::ALL {
-            let known = choices(knob).is_some() || is_switch(knob) || matches!(knob, Knob::Slot | Knob::Walk);
-            assert_eq!(known, knob.is_whole(), "{knob:?}");
-            assert_eq!(unit(knob).is_empty(), knob.is_whole(), "{knob:?}");
-        }
+        assert!(plain(Parameter::X, &[]).unwrap_err().contains("1 value"));
     }
 }

@@ -16,7 +16,7 @@ const MARGIN: f32 = 40.0;
 
 /// A point of the world as it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Spot {
+pub(crate) struct Projected {
     /// Place in the window.
     pub(crate) at: Pos2,
     /// Distance from the eye, metres; from above, the negated height.
@@ -91,12 +91,12 @@ fn focal(rect: Rect) -> f32 {
 
 impl Camera {
     /// A point of the world in a window; `None` behind the eye.
-    pub(crate) fn project(&self, rect: Rect, world: Vec3) -> Option<Spot> {
+    pub(crate) fn project(&self, rect: Rect, world: Vec3) -> Option<Projected> {
         match self {
             Self::Plan(plan) => {
                 let from = world.truncate() - plan.centre;
                 let at = rect.center() + plan.scale * vec2(-from.y, -from.x);
-                Some(Spot { at, depth: -world.z, scale: plan.scale })
+                Some(Projected { at, depth: -world.z, scale: plan.scale })
             }
             Self::Orbit(orbit) => {
                 let [right, up, ahead] = orbit.axes();
@@ -104,13 +104,13 @@ impl Camera {
                 let depth = from.dot(ahead);
                 let scale = focal(rect) / depth;
                 let at = rect.center() + scale * vec2(from.dot(right), -from.dot(up));
-                (depth >= NEAR_M).then_some(Spot { at, depth, scale })
+                (depth >= NEAR_M).then_some(Projected { at, depth, scale })
             }
         }
     }
 
     /// The part of a line that is before the eye.
-    pub(crate) fn segment(&self, rect: Rect, a: Vec3, b: Vec3) -> Option<[Spot; 2]> {
+    pub(crate) fn segment(&self, rect: Rect, a: Vec3, b: Vec3) -> Option<[Projected; 2]> {
         if let Self::Orbit(orbit) = self {
             let ahead = orbit.axes()[2];
             let depth = |p: Vec3| (p - orbit.eye()).dot(ahead);
@@ -155,13 +155,13 @@ impl Camera {
 
     /// Metres up for a move of the pointer from one place to another, at a point of the world.
     pub(crate) fn rise(&self, rect: Rect, world: Vec3, from: Pos2, to: Pos2) -> f32 {
-        let scale = self.project(rect, world).map_or(f32::INFINITY, |spot| spot.scale);
-        let seen = match self {
+        let scale = self.project(rect, world).map_or(f32::INFINITY, |seen| seen.scale);
+        let foreshortening = match self {
             Self::Plan(_) => 1.0,
             // An upright metre is foreshortened; from straight above it would be a point.
             Self::Orbit(orbit) => orbit.elevation.cos().max(0.2),
         };
-        (from.y - to.y) / (scale * seen)
+        (from.y - to.y) / (scale * foreshortening)
     }
 
     /// Moves what is seen with the pointer.
@@ -269,8 +269,8 @@ mod tests {
     fn what_is_seen_at_a_place_is_projected_there() {
         for camera in cameras() {
             for world in [Vec3::ZERO, Vec3::new(1.0, -0.5, 0.7), Vec3::new(-1.2, 2.0, -0.3)] {
-                let spot = camera.project(window(), world).unwrap();
-                let back = camera.on_level(window(), spot.at, world.z).unwrap();
+                let seen = camera.project(window(), world).unwrap();
+                let back = camera.on_level(window(), seen.at, world.z).unwrap();
                 assert!((back - world).length() < 1e-3, "{camera:?}: {world} comes back as {back}");
             }
         }

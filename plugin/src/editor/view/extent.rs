@@ -1,8 +1,7 @@
 //! How far the place reaches.
 
 use super::super::ctx::Ctx;
-use super::grip::pose_of;
-use crate::remote::Knob;
+use crate::params::{emitter_offset_of, pose_of};
 use promenade_core::glam::Vec3;
 
 /// The least that is shown along x and y, metres.
@@ -10,12 +9,12 @@ const LEAST_M: f32 = 3.0;
 
 /// Corners of the box around everything that is to be seen.
 pub(super) fn of(ctx: &Ctx<'_>) -> (Vec3, Vec3) {
-    let mut points = vec![ctx.frame.pose.position, pose_of(|knob| ctx.value(knob)).position];
+    let mut points = vec![ctx.frame.pose.position, pose_of(|parameter| ctx.value(parameter)).position];
     if let Some(scene) = ctx.scene {
         let (low, high) = scene.bounds();
         points.extend([low, high]);
         if let Some(home) = scene.emitter() {
-            points.extend([home, home + Vec3::new(ctx.value(Knob::Ex), ctx.value(Knob::Ey), ctx.value(Knob::Ez))]);
+            points.extend([home, home + emitter_offset_of(|parameter| ctx.value(parameter))]);
         }
         points.extend(scene.anchors().iter().map(|anchor| anchor.position));
     }

@@ -2,8 +2,8 @@
 
 use super::super::ctx::Ctx;
 use super::camera::Camera;
-use super::grip::wrapped;
-use crate::remote::Knob;
+use super::drag::wrapped;
+use crate::parameter::Parameter;
 use egui::{Event, EventFilter, Key, Response, Ui};
 use promenade_core::glam::{Vec2 as Flat, Vec3};
 
@@ -43,15 +43,15 @@ pub(super) fn move_listener(ui: &Ui, response: &Response, ctx: &mut Ctx<'_>, cam
             }
         }
     });
-    for (knob, by) in [(Knob::X, by.x), (Knob::Y, by.y), (Knob::Z, by.z)] {
+    for (parameter, by) in [(Parameter::X, by.x), (Parameter::Y, by.y), (Parameter::Z, by.z)] {
         if by != 0.0 {
-            let value = ctx.value(knob) + by;
-            ctx.nudge(knob, value);
+            let value = ctx.value(parameter) + by;
+            ctx.nudge(parameter, value);
         }
     }
     if turn_deg != 0.0 {
-        let value = wrapped(ctx.value(Knob::Yaw) + turn_deg);
-        ctx.nudge(Knob::Yaw, value);
+        let value = wrapped(ctx.value(Parameter::Yaw) + turn_deg);
+        ctx.nudge(Parameter::Yaw, value);
     }
     if resets {
         reset(ctx);
@@ -77,9 +77,10 @@ pub(in crate::editor) fn reset(ctx: &mut Ctx<'_>) {
     let start = ctx.scene.map(|scene| scene.start_pose()).unwrap_or_default();
     let (yaw, pitch, roll) = start.ypr();
     let [x, y, z] = start.position.to_array();
-    let degrees = [(Knob::Yaw, yaw), (Knob::Pitch, pitch), (Knob::Roll, roll)].map(|(knob, angle)| (knob, angle.to_degrees()));
-    for (knob, value) in [(Knob::X, x), (Knob::Y, y), (Knob::Z, z)].into_iter().chain(degrees) {
-        ctx.set(knob, value);
+    let degrees = [(Parameter::Yaw, yaw), (Parameter::Pitch, pitch), (Parameter::Roll, roll)]
+        .map(|(parameter, angle)| (parameter, angle.to_degrees()));
+    for (parameter, value) in [(Parameter::X, x), (Parameter::Y, y), (Parameter::Z, z)].into_iter().chain(degrees) {
+        ctx.set(parameter, value);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Shapes at their depth, painted from far to near.
 
-use super::camera::{Camera, Spot};
+use super::camera::{Camera, Projected};
 use egui::epaint::CircleShape;
 use egui::{Color32, Painter, Rect, Shape, Stroke};
 use promenade_core::glam::Vec3;
@@ -21,7 +21,7 @@ impl<'a> Layers<'a> {
     }
 
     /// A point as it is seen.
-    pub(super) fn spot(&self, world: Vec3) -> Option<Spot> {
+    pub(super) fn project(&self, world: Vec3) -> Option<Projected> {
         self.camera.project(self.rect, world)
     }
 
@@ -49,8 +49,8 @@ impl<'a> Layers<'a> {
 
     /// A ball of a size in points.
     pub(super) fn ball(&mut self, world: Vec3, radius: f32, fill: Color32, stroke: Stroke) {
-        if let Some(spot) = self.spot(world) {
-            self.add(spot.depth, CircleShape { center: spot.at, radius, fill, stroke });
+        if let Some(seen) = self.project(world) {
+            self.add(seen.depth, CircleShape { center: seen.at, radius, fill, stroke });
         }
     }
 

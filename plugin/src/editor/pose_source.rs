@@ -1,16 +1,16 @@
-//! Where the pose comes from, in words.
+//! Names the source of the listener's pose.
 
 use super::ctx::Ctx;
-use crate::listener::Base;
-use crate::params::{Follow, GroupChoice};
-use crate::remote::Knob;
+use crate::choices::{Follow, GroupChoice};
+use crate::parameter::Parameter;
+use crate::pose_sources::Base;
 use nice_plug::prelude::Enum;
 
 /// What moves the listener.
 #[must_use]
-pub fn words(ctx: &Ctx<'_>) -> String {
-    let follow = Follow::from_index(ctx.index(Knob::Follow));
-    let group = GroupChoice::from_index(ctx.index(Knob::Group));
+pub fn description(ctx: &Ctx<'_>) -> String {
+    let follow = Follow::from_index(ctx.index(Parameter::Follow));
+    let group = GroupChoice::from_index(ctx.index(Parameter::Group));
     let path = match follow {
         Follow::Transport => "Camera path, transport",
         Follow::Position | Follow::Off => "Camera path, position knob",

@@ -1,11 +1,12 @@
-//! What a scene has to show: where it holds, anchors, measured poses, the emitter; and the camera path.
+//! Draws a scene: its bounds, anchors, measured poses and emitter; and the camera path.
 
 use super::super::ctx::Ctx;
 use super::super::theme::faded;
 use super::camera::Camera;
-use super::grid::edges;
+use super::ground::edges;
 use super::layers::Layers;
-use crate::attention::Attended;
+use crate::attention::AttentionWeights;
+use crate::cast::byte;
 use egui::{Color32, Shape, Stroke};
 use promenade_core::glam::Vec3;
 use promenade_core::{Anchor, CameraPath, Scene};
@@ -29,25 +30,24 @@ pub(super) fn bounds(layers: &mut Layers<'_>, ctx: &Ctx<'_>, scene: &Scene) {
     let faint = faded(ctx.palette.soft, 0.35);
     for held_out in scene.held_out() {
         let (from, ahead) = (held_out.pose.position, held_out.pose.orientation * Vec3::X);
-        let Some(spot) = layers.spot(from) else { continue };
+        let Some(seen) = layers.project(from) else { continue };
         // As long as 16 points wherever it is.
-        layers.line(from, from + ahead * (16.0 / spot.scale), Stroke::new(1.0, faint));
+        layers.line(from, from + ahead * (16.0 / seen.scale), Stroke::new(1.0, faint));
         layers.ball(from, 2.0, faint, Stroke::NONE);
     }
 }
 
 /// Anchors in their colours; the more the decoder attends to one, the larger it is.
-pub(super) fn anchors(layers: &mut Layers<'_>, ctx: &Ctx<'_>, scene: &Scene, attended: Option<&Attended>) {
+pub(super) fn anchors(layers: &mut Layers<'_>, ctx: &Ctx<'_>, scene: &Scene, attention: Option<&AttentionWeights>) {
     let all = scene.anchors();
-    let attended = attended.filter(|attended| attended.shares.len() == all.len());
-    let most = attended.map_or(1.0, |attended| attended.shares.iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b)));
+    let attention = attention.filter(|attention| attention.weights.len() == all.len());
+    let most = attention.map_or(1.0, |attention| attention.weights.iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b)));
     let outline = Stroke::new(0.75, faded(ctx.palette.ground, 0.8));
     for (index, Anchor { position, colour }) in all.iter().enumerate().step_by(all.len().div_ceil(MOST_ANCHORS).max(1)) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a colour within a byte")]
-        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0) as u8;
+        let [r, g, b] = colour.to_array().map(|v| byte(v * 255.0));
         // Towards grey, so that dark ones are seen on a dark ground and light ones on a light.
-        let colour = Color32::from_rgb(byte(colour.x), byte(colour.y), byte(colour.z)).lerp_to_gamma(ctx.palette.soft, 0.25);
-        let share = attended.map_or(0.16, |attended| (attended.shares[index] / most).sqrt());
+        let colour = Color32::from_rgb(r, g, b).lerp_to_gamma(ctx.palette.soft, 0.25);
+        let share = attention.map_or(0.16, |attention| (attention.weights[index] / most).sqrt());
         layers.ball(*position, 2.0 + 7.0 * share, faded(colour, 0.7 + 0.3 * share), outline);
     }
 }
@@ -60,13 +60,13 @@ pub(super) fn emitter(layers: &mut Layers<'_>, ctx: &Ctx<'_>, home: Vec3, moved:
         layers.ball(home, 5.0, Color32::TRANSPARENT, Stroke::new(1.0, faded(colour, 0.7)));
     }
     stem(layers, moved, faded(colour, 0.45));
-    let Some(spot) = layers.spot(moved) else { return };
+    let Some(seen) = layers.project(moved) else { return };
     if hot {
-        layers.add(spot.depth, Shape::circle_filled(spot.at, 17.0, faded(colour, 0.16)));
+        layers.add(seen.depth, Shape::circle_filled(seen.at, 17.0, faded(colour, 0.16)));
     }
-    layers.add(spot.depth, Shape::circle_filled(spot.at, 6.0, colour));
+    layers.add(seen.depth, Shape::circle_filled(seen.at, 6.0, colour));
     for (radius, share) in [(10.0, 0.7), (14.0, 0.35)] {
-        layers.add(spot.depth, Shape::circle_stroke(spot.at, radius, Stroke::new(1.5, faded(colour, share))));
+        layers.add(seen.depth, Shape::circle_stroke(seen.at, radius, Stroke::new(1.5, faded(colour, share))));
     }
 }
 
@@ -98,9 +98,9 @@ pub(super) fn path(layers: &mut Layers<'_>, ctx: &Ctx<'_>, path: &CameraPath, se
             continue;
         }
         let (here, ahead) = (keyframe.pose.position, keyframe.pose.orientation * Vec3::X);
-        let Some(spot) = layers.spot(here) else { continue };
+        let Some(seen) = layers.project(here) else { continue };
         let length = if chosen { 22.0 } else { 12.0 };
-        layers.line(here, here + ahead * (length / spot.scale), Stroke::new(if chosen { 2.0 } else { 1.25 }, colour));
+        layers.line(here, here + ahead * (length / seen.scale), Stroke::new(if chosen { 2.0 } else { 1.25 }, colour));
         if chosen {
             layers.ball(here, 9.0, faded(colour, 0.2), Stroke::new(1.5, colour));
         }

@@ -2,37 +2,38 @@
 
 use super::ctx::Ctx;
 use super::host::{default_value, name, text};
-use super::theme::{CONTROL, GRID, ROUND};
-use super::widgets::{focus_ring, row, segments, switch};
+use super::theme::{CONTROL, ROUND, SPACE};
+use super::widgets::{focus_ring, labelled, segments, switch};
+use crate::cast::narrow;
+use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
-use crate::remote::Knob;
 use egui::{CornerRadius, DragValue, Key, Rect, Response, Sense, Ui, Vec2, WidgetInfo};
 
 /// How a parameter's number is shown: what it is multiplied by, its unit, digits after the point, value per point of a drag.
-struct Look {
+struct Notation {
     factor: f64,
     unit: &'static str,
     decimals: usize,
     speed: f64,
 }
 
-fn look(knob: Knob) -> Look {
-    let (factor, unit, decimals, speed) = match knob {
-        Knob::X | Knob::Y | Knob::Z | Knob::Ex | Knob::Ey | Knob::Ez => (1.0, " m", 2, 0.02),
-        Knob::Yaw | Knob::Pitch | Knob::Roll => (1.0, "°", 1, 0.5),
-        Knob::Path | Knob::Mix => (100.0, " %", 1, 0.25),
-        Knob::Rate => (1.0, " Hz", 0, 0.5),
-        Knob::Gain => (1.0, " dB", 1, 0.1),
+fn notation(parameter: Parameter) -> Notation {
+    let (factor, unit, decimals, speed) = match parameter {
+        Parameter::X | Parameter::Y | Parameter::Z | Parameter::Ex | Parameter::Ey | Parameter::Ez => (1.0, " m", 2, 0.02),
+        Parameter::Yaw | Parameter::Pitch | Parameter::Roll => (1.0, "°", 1, 0.5),
+        Parameter::Path | Parameter::Mix => (100.0, " %", 1, 0.25),
+        Parameter::Rate => (1.0, " Hz", 0, 0.5),
+        Parameter::Gain => (1.0, " dB", 1, 0.1),
         _ => (1.0, "", 0, 0.1),
     };
-    Look { factor, unit, decimals, speed }
+    Notation { factor, unit, decimals, speed }
 }
 
 /// A number to drag, or to type after a click. The width is what is left.
-pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob) -> Response {
-    let Look { factor, unit, decimals, speed } = look(knob);
-    let (least, greatest) = PromenadeParams::limits(knob);
-    let mut shown = f64::from(ctx.value(knob)) * factor;
+pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) -> Response {
+    let Notation { factor, unit, decimals, speed } = notation(parameter);
+    let (least, greatest) = parameter.limits();
+    let mut shown = f64::from(ctx.value(parameter)) * factor;
     let drag = DragValue::new(&mut shown)
         .range(f64::from(least) * factor..=f64::from(greatest) * factor)
         .speed(speed)
@@ -40,54 +41,53 @@ pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob) -> Response {
         .update_while_editing(false)
         .suffix(unit);
     let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), drag);
-    #[expect(clippy::cast_possible_truncation, reason = "a parameter's value")]
-    let value = (shown / factor) as f32;
+    let value = narrow(shown / factor);
     if response.dragged() {
-        ctx.hold(knob, value);
+        ctx.hold(parameter, value);
     } else if response.changed() {
-        ctx.set(knob, value);
+        ctx.set(parameter, value);
     }
-    described(response, ctx, knob)
+    described(response, ctx, parameter)
 }
 
-fn described(response: Response, ctx: &Ctx<'_>, knob: Knob) -> Response {
-    response.on_hover_text(name(ctx.params(), knob))
+fn described(response: Response, ctx: &Ctx<'_>, parameter: Parameter) -> Response {
+    response.on_hover_text(name(ctx.params(), parameter))
 }
 
-/// A line with a slider and its number. A double click on the slider takes the value as it comes.
-pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, label: &str) {
+/// A line with a slider and its number. A double click on the slider sets the default.
+pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, label: &str) {
     const NUMBER: f32 = 68.0;
     let palette = ctx.palette;
-    row(ui, palette, label, |ui| {
-        let width = (ui.available_width() - NUMBER - GRID).max(24.0);
+    labelled(ui, palette, label, |ui| {
+        let width = (ui.available_width() - NUMBER - SPACE).max(24.0);
         let (rect, response) = ui.allocate_exact_size(Vec2::new(width, CONTROL), Sense::click_and_drag());
-        let (least, greatest) = PromenadeParams::limits(knob);
+        let (least, greatest) = parameter.limits();
         let track = Rect::from_center_size(rect.center(), Vec2::new(width - 12.0, 4.0));
         let share_of = |value: f32| (value - least) / (greatest - least);
         if response.double_clicked() {
-            let usual = default_value(ctx.params(), knob);
-            ctx.set(knob, usual);
+            let usual = default_value(ctx.params(), parameter);
+            ctx.set(parameter, usual);
         } else if response.dragged()
             && let Some(at) = response.interact_pointer_pos()
         {
             response.request_focus();
             let fine = ui.input(|i| i.modifiers.shift);
             let value = if fine {
-                ctx.value(knob) + response.drag_delta().x / track.width() * (greatest - least) * 0.1
+                ctx.value(parameter) + response.drag_delta().x / track.width() * (greatest - least) * 0.1
             } else {
                 least + ((at.x - track.left()) / track.width()).clamp(0.0, 1.0) * (greatest - least)
             };
-            ctx.hold(knob, value);
+            ctx.hold(parameter, value);
         }
         if response.has_focus() {
             let step = arrows(ui, &response);
             if step != 0.0 {
-                let value = ctx.value(knob) + step * (greatest - least);
-                ctx.nudge(knob, value);
+                let value = ctx.value(parameter) + step * (greatest - least);
+                ctx.nudge(parameter, value);
             }
         }
-        let at = track.left() + share_of(ctx.value(knob)) * track.width();
-        let from = track.left() + share_of(anchor(knob)) * track.width();
+        let at = track.left() + share_of(ctx.value(parameter)) * track.width();
+        let from = track.left() + share_of(anchor(parameter)) * track.width();
         let colour = if ui.is_enabled() { palette.accent } else { palette.soft };
         ui.painter().rect_filled(track, CornerRadius::same(2), palette.raised);
         let filled = Rect::from_x_y_ranges(from.min(at)..=from.max(at), track.y_range());
@@ -97,16 +97,16 @@ pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, label: &str) {
         ui.painter().circle_filled(handle, radius, colour);
         ui.painter().circle_filled(handle, 2.0, palette.panel);
         focus_ring(ui, palette, &response, rect, ROUND);
-        let value = ctx.value(knob);
-        response.widget_info(|| WidgetInfo::slider(ui.is_enabled(), f64::from(value), name(ctx.params(), knob)));
-        described(response, ctx, knob);
-        number(ui, ctx, knob);
+        let value = ctx.value(parameter);
+        response.widget_info(|| WidgetInfo::slider(ui.is_enabled(), f64::from(value), name(ctx.params(), parameter)));
+        described(response, ctx, parameter);
+        number(ui, ctx, parameter);
     });
 }
 
 /// Where a slider's fill begins: at 0 where the range has both signs.
-fn anchor(knob: Knob) -> f32 {
-    let (least, greatest) = PromenadeParams::limits(knob);
+fn anchor(parameter: Parameter) -> f32 {
+    let (least, greatest) = parameter.limits();
     0.0_f32.clamp(least, greatest)
 }
 
@@ -123,43 +123,41 @@ fn arrows(ui: &Ui, response: &Response) -> f32 {
     })
 }
 
-/// All variants of a choice side by side. `enabled` tells which can be had; the others can be asked for all the same.
-pub fn choice(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, enabled: impl Fn(usize) -> bool) {
-    let names = variants(ctx.params(), knob);
+/// All variants of a choice side by side. `enabled` is asked which are available; the others can be chosen all the same.
+pub fn choice(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, enabled: impl Fn(usize) -> bool) {
+    let names = variants(ctx.params(), parameter);
     let names = names.iter().map(String::as_str).collect::<Vec<_>>();
-    if let Some(index) = segments(ui, ctx.palette, &names, ctx.index(knob), enabled) {
-        ctx.set(knob, index as f32);
+    if let Some(index) = segments(ui, ctx.palette, &names, ctx.index(parameter), enabled) {
+        ctx.set(parameter, index as f32);
     }
 }
 
 /// The variants of a choice in a list that drops down.
-pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob) {
-    let (names, chosen) = (variants(ctx.params(), knob), ctx.index(knob));
+pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
+    let (names, chosen) = (variants(ctx.params(), parameter), ctx.index(parameter));
     let shown = names.get(chosen).cloned().unwrap_or_default();
     let width = ui.available_width();
-    egui::ComboBox::from_id_salt(knob.id()).selected_text(shown).width(width).show_ui(ui, |ui| {
+    egui::ComboBox::from_id_salt(parameter.id()).selected_text(shown).width(width).show_ui(ui, |ui| {
         for (index, name) in names.iter().enumerate() {
             if ui.selectable_label(index == chosen, name.as_str()).clicked() && index != chosen {
-                ctx.set(knob, index as f32);
+                ctx.set(parameter, index as f32);
             }
         }
     });
 }
 
 /// A switch.
-pub fn toggle(ui: &mut Ui, ctx: &mut Ctx<'_>, knob: Knob, label: &str) {
-    let on = ctx.is_on(knob);
+pub fn toggle(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, label: &str) {
+    let on = ctx.is_on(parameter);
     let response = switch(ui, ctx.palette, label, on);
     if response.clicked() {
-        ctx.set(knob, if on { 0.0 } else { 1.0 });
+        ctx.set(parameter, if on { 0.0 } else { 1.0 });
     }
-    described(response, ctx, knob);
+    described(response, ctx, parameter);
 }
 
 /// Names of a choice's variants, as hosts show them.
-fn variants(params: &PromenadeParams, knob: Knob) -> Vec<String> {
-    let last = PromenadeParams::limits(knob).1;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
-    let last = last as u16;
-    (0..=last).map(|index| text(params, knob, f32::from(index))).collect()
+fn variants(params: &PromenadeParams, parameter: Parameter) -> Vec<String> {
+    let count = parameter.variants().map_or(0, |(ids, _)| ids.len());
+    (0..count).map(|index| text(params, parameter, index as f32)).collect()
 }

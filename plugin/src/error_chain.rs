@@ -1,10 +1,10 @@
-//! An error and what caused it, in one line.
+//! An error and its causes in one line.
 
 use std::error::Error;
 
 /// The error's message, followed by those of its causes that it does not repeat.
 #[must_use]
-pub fn in_words(error: &dyn Error) -> String {
+pub fn with_causes(error: &dyn Error) -> String {
     let mut words = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {
@@ -20,14 +20,14 @@ pub fn in_words(error: &dyn Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walk::KeptWalk;
+    use crate::walk::SavedWalk;
 
     #[test]
-    fn the_cause_is_told() {
+    fn the_cause_is_in_the_message() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("walk.json");
         std::fs::write(&path, r#"[{"t": 0, "position": [1, 2, 3]}]"#).unwrap();
-        let words = in_words(&KeptWalk::from_file(&path).unwrap_err());
+        let words = with_causes(&SavedWalk::from_file(&path).unwrap_err());
         assert!(words.contains("walk.json") && words.contains("ypr"), "{words}");
     }
 }

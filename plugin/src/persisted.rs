@@ -5,24 +5,24 @@ use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{OnceLock, PoisonError, RwLock};
 
-/// A saved value that tells when the host restores it.
+/// A value that the host saves with the project. It counts how often the host has restored it, and calls a hook each time.
 ///
 /// The audio thread never touches it.
 #[derive(Default)]
-pub struct Kept<T> {
+pub struct Persisted<T> {
     value: RwLock<T>,
     restores: AtomicU64,
     on_restore: OnceLock<Box<dyn Fn() + Send + Sync>>,
 }
 
-impl<T: Clone> Kept<T> {
+impl<T: Clone> Persisted<T> {
     /// The value, and the number of times a host has restored it.
     pub fn get(&self) -> (T, u64) {
         let value = self.value.read().unwrap_or_else(PoisonError::into_inner);
         (value.clone(), self.restores.load(Ordering::Acquire))
     }
 
-    /// Replaces the value, unless the host has restored it since [`Kept::get`] counted `restores`; says whether it did.
+    /// Replaces the value, unless the host has restored it since [`Persisted::get`] returned `restores`. Returns whether it was replaced.
     pub fn replace(&self, value: T, restores: u64) -> bool {
         let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
         let current = self.restores.load(Ordering::Acquire) == restores;
@@ -32,7 +32,7 @@ impl<T: Clone> Kept<T> {
         current
     }
 
-    /// Replaces the value as a host does that restores it: the hook is called.
+    /// Replaces the value as when the host restores it: the hook is called.
     pub fn restore(&self, value: T) {
         {
             let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
@@ -51,7 +51,7 @@ impl<T: Clone> Kept<T> {
     }
 }
 
-impl<'a, T> PersistentField<'a, T> for Kept<T>
+impl<'a, T> PersistentField<'a, T> for Persisted<T>
 where
     T: Clone + Serialize + Deserialize<'a> + Send + Sync,
 {
@@ -67,13 +67,13 @@ where
     }
 }
 
-/// What went wrong or looks odd, in words. It is saved for whoever reads the state, and never restored.
+/// What went wrong or looks odd, as a message for the user. It is saved with the state for diagnosis, and never restored.
 #[derive(Default)]
 pub struct Report(RwLock<String>);
 
 impl Report {
     /// Replaces the text; empty when all is well.
-    pub fn say(&self, text: String) {
+    pub fn set_text(&self, text: String) {
         *self.0.write().unwrap_or_else(PoisonError::into_inner) = text;
     }
 
@@ -100,10 +100,10 @@ mod tests {
 
     #[test]
     fn a_restore_wins_over_a_replacement_that_began_before_it() {
-        let kept = Kept::<String>::default();
-        let (_, restores) = kept.get();
-        PersistentField::set(&kept, "restored".to_owned());
-        assert!(!kept.replace("late".to_owned(), restores));
-        assert_eq!(kept.get().0, "restored");
+        let persisted = Persisted::<String>::default();
+        let (_, restores) = persisted.get();
+        PersistentField::set(&persisted, "restored".to_owned());
+        assert!(!persisted.replace("late".to_owned(), restores));
+        assert_eq!(persisted.get().0, "restored");
     }
 }

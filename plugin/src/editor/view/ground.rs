@@ -1,4 +1,4 @@
-//! The ground: a grid in metres, its numbers, the box of the scene's positions.
+//! Draws the ground: lines in metres with their numbers, and a scale.
 
 use super::super::theme::{Palette, faded};
 use super::camera::{Camera, Plan};
@@ -7,7 +7,7 @@ use promenade_core::glam::Vec3;
 
 /// Least distance between two lines, points.
 const LEAST: f32 = 44.0;
-/// Grid lines of the view from anywhere on each side of the middle.
+/// Lines of the view from anywhere on each side of the middle.
 const REACH: i32 = 10;
 
 /// A length of 1, 2 or 5 times a power of ten, metres, that spans at least `points`.
@@ -34,7 +34,7 @@ pub(super) fn paint(painter: &Painter, rect: Rect, camera: &Camera, palette: &Pa
     match camera {
         Camera::Plan(plan) => paint_plan(painter, rect, plan, camera, palette),
         Camera::Orbit(orbit) => {
-            let scale = camera.project(rect, orbit.target).map_or(50.0, |spot| spot.scale);
+            let scale = camera.project(rect, orbit.target).map_or(50.0, |seen| seen.scale);
             let step = step_m(scale, LEAST);
             let (x0, y0) = ((orbit.target.x / step).round(), (orbit.target.y / step).round());
             let reach = REACH as f32;
@@ -44,7 +44,8 @@ pub(super) fn paint(painter: &Painter, rect: Rect, camera: &Camera, palette: &Pa
                 let along = [Vec3::new((x0 - reach) * step, y, 0.0), Vec3::new((x0 + reach) * step, y, 0.0)];
                 for (line, through) in [(across, x), (along, y)] {
                     let main = through.abs() < step * 0.5;
-                    let colour = if main { palette.line } else { faded(palette.grid, 1.0 - n.unsigned_abs() as f32 / 14.0) };
+                    let colour =
+                        if main { palette.line } else { faded(palette.hairline, 1.0 - n.unsigned_abs() as f32 / 14.0) };
                     if let Some([a, b]) = camera.segment(rect, line[0], line[1]) {
                         painter.line_segment([a.at, b.at], Stroke::new(1.0, colour));
                     }
@@ -66,7 +67,7 @@ fn paint_plan(painter: &Painter, rect: Rect, plan: &Plan, camera: &Camera, palet
             let value = n * step;
             let at = camera.project(rect, if is_x { Vec3::X * value } else { Vec3::Y * value }).map_or(rect.min, |s| s.at);
             let main = n == 0.0;
-            let stroke = Stroke::new(1.0, if main { palette.line } else { palette.grid });
+            let stroke = Stroke::new(1.0, if main { palette.line } else { palette.hairline });
             let text = metres(value, step);
             // The corner is left to the numbers of one axis, the top to the buttons.
             if is_x {
@@ -92,8 +93,8 @@ fn numbers_in_space(painter: &Painter, rect: Rect, camera: &Camera, palette: &Pa
     for n in [-4, -2, 2, 4] {
         let value = n as f32 * step;
         for world in [Vec3::X * value, Vec3::Y * value] {
-            if let Some(spot) = camera.project(rect, world) {
-                number(painter, spot.at + vec2(3.0, 0.0), Align2::LEFT_TOP, metres(value, step), &font, palette);
+            if let Some(seen) = camera.project(rect, world) {
+                number(painter, seen.at + vec2(3.0, 0.0), Align2::LEFT_TOP, metres(value, step), &font, palette);
             }
         }
     }

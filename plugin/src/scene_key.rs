@@ -1,4 +1,4 @@
-//! How a project names the scene it plays.
+//! The key by which a project finds its scene again.
 
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -8,21 +8,21 @@ use std::path::{Path, PathBuf};
 /// An empty `hash` names no scene. Fields that a newer version has added are ignored, missing ones are empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct SceneReference {
+pub struct SceneKey {
     /// BLAKE3 of the file, hexadecimal.
     pub hash: String,
     /// The scene's title, to name it when the file is gone.
     pub title: String,
     /// Where the file was.
     pub absolute: PathBuf,
-    /// Where the file was, from the user's home folder; empty outside of it.
+    /// Where the file was, relative to the user's home folder; empty outside of it.
     pub from_home: PathBuf,
     /// The library slot the scene was chosen by, 0 for none.
     pub slot: u32,
 }
 
-impl SceneReference {
-    /// The reference of a file with that content.
+impl SceneKey {
+    /// The key of a file with the content of a hash.
     #[must_use]
     pub fn to_file(path: &Path, hash: String, title: String, slot: u32) -> Self {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());

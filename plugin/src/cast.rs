@@ -1,0 +1,30 @@
+//! Conversions between numbers that lose what does not matter here; out of range they saturate.
+
+/// A number in single precision.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "saturates to infinity")]
+pub(crate) fn narrow(value: f64) -> f32 {
+    value as f32
+}
+
+/// The whole part of a number as an index; 0 for negative numbers and what is none.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+pub(crate) fn index(value: f32) -> usize {
+    value as usize
+}
+
+/// The whole part of a number; 0 for negative numbers and what is none.
+#[must_use]
+#[cfg(feature = "standalone")]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+pub(crate) fn whole(value: f64) -> u32 {
+    value as u32
+}
+
+/// The whole part of a number as a byte.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+pub(crate) fn byte(value: f32) -> u8 {
+    value as u8
+}

@@ -1,0 +1,200 @@
+//! The parameters that hosts and remote controls can set: ids, units and ranges.
+
+use crate::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
+use nice_plug::prelude::{Enum, FloatRange};
+
+/// Number of library files that a slot parameter can choose from.
+pub const SLOTS: u8 = 64;
+
+/// Declares the parameters in the order of `docs/parameters.md`.
+macro_rules! parameters {
+    ($($(#[$doc:meta])* $variant:ident = $id:literal,)*) => {
+        /// A parameter that hosts and remote controls can set.
+        ///
+        /// Its plain value is a number in its unit, a share of 1, the index of a choice, a slot's number, or 0 or 1 for a switch.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Parameter {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Parameter {
+            /// All of them.
+            pub const ALL: [Self; [$($id),*].len()] = [$(Self::$variant),*];
+
+            /// The id in saved states, in presets and in addresses of Open Sound Control; it never changes.
+            #[must_use]
+            pub fn id(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $id,)*
+                }
+            }
+        }
+    };
+}
+
+parameters! {
+    /// Listener position along x, metres.
+    X = "x",
+    /// Listener position along y, metres.
+    Y = "y",
+    /// Listener position along z, metres.
+    Z = "z",
+    /// Head turn, degrees, positive to the left.
+    Yaw = "yaw",
+    /// Head tilt, degrees, positive nose up.
+    Pitch = "pitch",
+    /// Head tilt, degrees, positive right ear down.
+    Roll = "roll",
+    /// Position along the camera path, share of 1.
+    Path = "path",
+    /// [`Follow`].
+    Follow = "follow",
+    /// Whether position and angles are added to the path's pose.
+    Offset = "offset",
+    /// [`Tracking`].
+    Tracking = "tracking",
+    /// Emitter offset along x, metres.
+    Ex = "ex",
+    /// Emitter offset along y, metres.
+    Ey = "ey",
+    /// Emitter offset along z, metres.
+    Ez = "ez",
+    /// [`GroupChoice`].
+    Group = "group",
+    /// Whether the instance leads its group.
+    Lead = "lead",
+    /// [`TierChoice`].
+    Tier = "tier",
+    /// Decodes a second, hertz.
+    Rate = "rate",
+    /// Share of the rendered sound, of 1.
+    Mix = "mix",
+    /// Output gain, dB.
+    Gain = "gain",
+    /// Whether the dry sound passes.
+    Bypass = "bypass",
+    /// [`SceneChoice`].
+    Scene = "scene",
+    /// Scene file of the library, 0 for the one saved with the project.
+    Slot = "slot",
+    /// Camera path file of the library, 0 for the one saved with the project.
+    Walk = "walk",
+}
+
+impl Parameter {
+    /// The parameter of an id.
+    #[must_use]
+    pub fn of_id(id: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|parameter| parameter.id() == id)
+    }
+
+    /// The unit in which values are written; empty for choices, switches and slots.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::X | Self::Y | Self::Z | Self::Ex | Self::Ey | Self::Ez => "m",
+            Self::Yaw | Self::Pitch | Self::Roll => "deg",
+            Self::Path | Self::Mix => "%",
+            Self::Rate => "Hz",
+            Self::Gain => "dB",
+            _ => "",
+        }
+    }
+
+    /// Whether it is a share of 1, written in per cent.
+    #[must_use]
+    pub fn is_share(self) -> bool {
+        self.unit() == "%"
+    }
+
+    /// Whether its values are whole numbers.
+    #[must_use]
+    pub fn is_whole(self) -> bool {
+        self.unit().is_empty()
+    }
+
+    /// Whether it is on or off.
+    #[must_use]
+    pub fn is_switch(self) -> bool {
+        matches!(self, Self::Offset | Self::Lead | Self::Bypass)
+    }
+
+    /// Ids and names of a choice's variants, in the order of their indices; `None` for others.
+    #[must_use]
+    pub fn variants(self) -> Option<(&'static [&'static str], &'static [&'static str])> {
+        fn of<T: Enum + 'static>() -> Option<(&'static [&'static str], &'static [&'static str])> {
+            Some((T::ids()?, T::variants()))
+        }
+        match self {
+            Self::Follow => of::<Follow>(),
+            Self::Tracking => of::<Tracking>(),
+            Self::Group => of::<GroupChoice>(),
+            Self::Tier => of::<TierChoice>(),
+            Self::Scene => of::<SceneChoice>(),
+            _ => None,
+        }
+    }
+
+    /// The least and the greatest plain value.
+    #[must_use]
+    pub fn limits(self) -> (f32, f32) {
+        match self {
+            Self::X | Self::Y | Self::Z | Self::Ex | Self::Ey | Self::Ez => (-50.0, 50.0),
+            Self::Yaw | Self::Roll => (-180.0, 180.0),
+            Self::Pitch => (-90.0, 90.0),
+            Self::Rate => (5.0, 100.0),
+            Self::Gain => (-60.0, 12.0),
+            Self::Slot | Self::Walk => (0.0, f32::from(SLOTS)),
+            _ => (0.0, self.variants().map_or(1.0, |(ids, _)| (ids.len() - 1) as f32)),
+        }
+    }
+
+    /// The nearest value within the limits, whole where only whole ones count; the least for what is no number.
+    #[must_use]
+    pub fn clamp(self, value: f32) -> f32 {
+        let (least, greatest) = self.limits();
+        let value = if value.is_finite() { value.clamp(least, greatest) } else { least };
+        if self.is_whole() { value.round() } else { value }
+    }
+
+    /// A plain value as a share of the range, 0 to 1.
+    #[must_use]
+    pub fn normalized(self, plain: f32) -> f32 {
+        let (least, greatest) = self.limits();
+        ((plain - least) / (greatest - least)).clamp(0.0, 1.0)
+    }
+
+    /// The range of a continuous parameter, in plain values, linear: decibels too, so that a fader's steps are even.
+    #[must_use]
+    pub fn range(self) -> FloatRange {
+        let (min, max) = self.limits();
+        FloatRange::Linear { min, max }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::PromenadeParams;
+    use nice_plug::prelude::Params;
+
+    #[test]
+    fn every_parameter_of_the_plugin_but_the_revision_is_one() {
+        let mut ids = PromenadeParams::default().param_map().into_iter().map(|(id, ..)| id).collect::<Vec<_>>();
+        ids.retain(|id| id != "revision");
+        assert_eq!(ids, Parameter::ALL.map(Parameter::id));
+        for (index, parameter) in Parameter::ALL.into_iter().enumerate() {
+            assert_eq!(parameter as usize, index);
+        }
+    }
+
+    #[test]
+    fn every_whole_parameter_is_a_choice_a_switch_or_a_number_of_a_file() {
+        for parameter in Parameter::ALL {
+            let known = parameter.variants().is_some()
+                || parameter.is_switch()
+                || matches!(parameter, Parameter::Slot | Parameter::Walk);
+            assert_eq!(known, parameter.is_whole(), "{parameter:?}");
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! What is played: the scene and the camera path, as the audio thread takes them over from the loader.
+
+use crate::loader::{Loader, Prepared, Retired};
+use crate::params::Choices;
+use crate::walk::Walk;
+use crate::worker::{LOADER, TaskHandle};
+use nice_plug::nice_error;
+use promenade_core::Spatializer;
+use std::sync::Arc;
+
+/// The scene and the camera path of one instance. The audio thread owns it.
+pub(crate) struct Playing {
+    loader: Arc<Loader>,
+    /// Wakes the loader; from the first activation on.
+    task: Option<TaskHandle>,
+    /// Renders the scene; from the first activation on.
+    pub(crate) spatializer: Option<Spatializer>,
+    /// The camera path, if there is one.
+    pub(crate) walk: Option<Arc<Walk>>,
+    /// Whether the scene that is chosen is missing, so that the dry sound passes.
+    pub(crate) dry: bool,
+    /// What could not be handed back yet, because the loader has fallen behind.
+    held: Option<Retired>,
+    /// The choices that the loader was last woken for.
+    choices: Option<Choices>,
+}
+
+impl Playing {
+    /// Plays nothing yet, and allocates nothing.
+    pub(crate) fn new(loader: Arc<Loader>) -> Self {
+        Self { loader, task: None, spatializer: None, walk: None, dry: false, held: None, choices: None }
+    }
+
+    /// Loads what `choices` ask for. The sound begins with the scene, not with a fade to it: a bounce starts here.
+    pub(crate) fn activate(&mut self, sample_rate_hz: f64, choices: Choices) {
+        self.choices = Some(choices);
+        // Hosts activate several times in a row; only another sample rate makes all that was prepared useless.
+        if self.spatializer.as_ref().is_none_or(|spatializer| spatializer.sample_rate_hz() != sample_rate_hz) {
+            self.spatializer = Some(Spatializer::new(sample_rate_hz));
+        }
+        if self.task.is_none() {
+            let task = LOADER.add(self.loader.clone());
+            self.task = task.inspect_err(|error| nice_error!("no thread to load scenes while playing: {error}")).ok();
+        }
+        self.loader.activate(sample_rate_hz);
+        match (self.loader.scenes.pop(), &mut self.spatializer) {
+            (Some(Prepared::Scene(renderer)), Some(spatializer)) => {
+                spatializer.install(renderer);
+                self.dry = false;
+            }
+            (Some(Prepared::Dry), _) => self.dry = true,
+            _ => (),
+        }
+        self.receive();
+    }
+
+    /// Takes over what the loader has ready, and wakes it for other choices or to drop what is no longer needed.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn update(&mut self, choices: Choices) {
+        if (self.receive() | (self.choices != Some(choices)))
+            && let Some(task) = &self.task
+        {
+            self.choices = Some(choices);
+            task.schedule();
+        }
+    }
+
+    /// Begins anew with the newest scene: nothing of the past is heard.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn reset(&mut self) {
+        // A reset ends a running fade, so that the newest scene can be taken; the second ends the fade to it.
+        self.spatializer.iter_mut().for_each(Spatializer::reset);
+        self.receive();
+        self.spatializer.iter_mut().for_each(Spatializer::reset);
+    }
+
+    /// Begins the cross-fade to what the loader has ready. Returns whether the loader has something to drop.
+    fn receive(&mut self) -> bool {
+        let Some(spatializer) = &mut self.spatializer else { return false };
+        // While something is held nothing new is taken, so that its place is free.
+        let (retired, held) = (&self.loader.retired, &mut self.held);
+        let mut hands_back = false;
+        let mut retire = |item: Retired| {
+            hands_back = true;
+            retired.push(item).err()
+        };
+        *held = held.take().and_then(&mut retire);
+        if held.is_none() {
+            *held = spatializer.take_retired().and_then(|renderer| retire(Retired::Scene(Prepared::Scene(renderer))));
+        }
+        if held.is_none()
+            && let Some(prepared) = self.loader.scenes.pop()
+        {
+            self.dry = matches!(prepared, Prepared::Dry);
+            if let Prepared::Scene(renderer) = prepared
+                && let Err(renderer) = spatializer.swap_in(renderer)
+                // A fade is running: it stays in the queue, unless the loader has a newer one by then.
+                && let Err(prepared) = self.loader.scenes.push(Prepared::Scene(renderer))
+            {
+                *held = retire(Retired::Scene(prepared));
+            }
+        }
+        if held.is_none()
+            && let Some(walk) = self.loader.walks.pop()
+        {
+            *held = std::mem::replace(&mut self.walk, walk).and_then(|old| retire(Retired::Walk(old)));
+        }
+        hands_back
+    }
+}

@@ -1,0 +1,134 @@
+//! What presets, undo and the A/B comparison restore: the parameters, the scene and the camera path.
+
+use crate::parameter::Parameter;
+use crate::params::PromenadeParams;
+use crate::scene_key::SceneKey;
+use crate::walk::SavedWalk;
+use nice_plug::params::persist::deserialize_field;
+use nice_plug::plugin::{ParamValue, PluginState};
+
+/// Everything that a user sets for the sound, as it was at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UserState {
+    values: [f32; Parameter::ALL.len()],
+    scene: SceneKey,
+    walk: SavedWalk,
+}
+
+impl UserState {
+    /// The present state.
+    #[must_use]
+    pub fn of(params: &PromenadeParams) -> Self {
+        Self {
+            values: Parameter::ALL.map(|parameter| params.heard(parameter)),
+            scene: params.scene_key.get().0,
+            walk: params.saved_walk.get().0,
+        }
+    }
+
+    /// What a saved state holds; what it lacks is as in `base`.
+    #[must_use]
+    pub fn from_saved(mut saved: PluginState, base: &Self) -> Self {
+        crate::state::migrate(&mut saved);
+        let mut state = base.clone();
+        for parameter in Parameter::ALL {
+            let (least, greatest) = parameter.limits();
+            if let Some(value) = saved.params.get(parameter.id()).and_then(|value| plain(parameter, value)) {
+                state.values[parameter as usize] = value.clamp(least, greatest);
+            }
+        }
+        let field = |name: &str| saved.fields.get(name);
+        if let Some(scene) = field("scene").and_then(|json| deserialize_field(json).ok()) {
+            state.scene = scene;
+        }
+        if let Some(walk) = field("walk").and_then(|json| deserialize_field(json).ok()) {
+            state.walk = walk;
+        }
+        state
+    }
+
+    /// The plain value of a parameter.
+    #[must_use]
+    pub fn value(&self, parameter: Parameter) -> f32 {
+        self.values[parameter as usize]
+    }
+
+    /// Restores it: `set` is called for each parameter that differs, with its plain value.
+    ///
+    /// Scene and path go first, so that the choices by slot find what they belong to.
+    pub fn restore(&self, params: &PromenadeParams, mut set: impl FnMut(Parameter, f32)) {
+        if params.scene_key.get().0 != self.scene {
+            params.scene_key.restore(self.scene.clone());
+        }
+        if params.saved_walk.get().0 != self.walk {
+            params.saved_walk.restore(self.walk.clone());
+        }
+        for parameter in Parameter::ALL {
+            if params.heard(parameter) != self.value(parameter) {
+                set(parameter, self.value(parameter));
+            }
+        }
+    }
+}
+
+/// A saved value as a plain number; choices are saved by their ids.
+fn plain(parameter: Parameter, value: &ParamValue) -> Option<f32> {
+    match value {
+        ParamValue::F32(number) => Some(*number),
+        ParamValue::I32(number) => Some(*number as f32),
+        ParamValue::Bool(on) => Some(f32::from(u8::from(*on))),
+        ParamValue::String(id) => Some(parameter.variants()?.0.iter().position(|known| known == id)? as f32),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn with(parameter: Parameter, value: f32) -> UserState {
+        let mut state = UserState::of(&PromenadeParams::default());
+        state.values[parameter as usize] = value;
+        state
+    }
+
+    #[test]
+    fn a_saved_state_is_read_and_what_it_lacks_stays() {
+        let params = [
+            ("x", ParamValue::F32(2.5)),
+            ("yaw", ParamValue::F32(1e9)),
+            ("follow", ParamValue::String("transport".to_owned())),
+            ("bypass", ParamValue::Bool(true)),
+            ("slot", ParamValue::I32(7)),
+            ("tier", ParamValue::String("no such".to_owned())),
+        ];
+        let state = PluginState {
+            version: String::new(),
+            params: params.map(|(id, value)| (id.to_owned(), value)).into_iter().collect(),
+            fields: [("walk".to_owned(), r#"{"speed": 0.5}"#.to_owned())].into(),
+        };
+        let restored = UserState::from_saved(state, &with(Parameter::Gain, -6.0));
+        let found = [
+            Parameter::X,
+            Parameter::Yaw,
+            Parameter::Follow,
+            Parameter::Bypass,
+            Parameter::Slot,
+            Parameter::Tier,
+            Parameter::Gain,
+        ]
+        .map(|p| restored.value(p));
+        assert_eq!(found, [2.5, 180.0, 2.0, 1.0, 7.0, 1.0, -6.0]);
+        assert_eq!(restored.walk.speed, 0.5);
+    }
+
+    #[test]
+    fn only_what_differs_is_set() {
+        let params = PromenadeParams::default();
+        let mut restored = with(Parameter::Pitch, 12.0);
+        restored.walk.looping = true;
+        let mut set = Vec::new();
+        restored.restore(&params, |parameter, value| set.push((parameter, value)));
+        assert_eq!(set, [(Parameter::Pitch, 12.0)]);
+        assert!(params.saved_walk.get().0.looping);
+    }
+}
