@@ -1,4 +1,4 @@
-//! What can go wrong with a file, said so that the user can mend it.
+//! What can go wrong with a file, in messages that let the user correct it.
 
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -11,7 +11,7 @@ pub enum FileError {
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A file cannot be written.
@@ -19,7 +19,7 @@ pub enum FileError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A file can be read, but its content is not what is needed.
@@ -49,7 +49,7 @@ pub enum FileError {
     Wav {
         /// The file.
         path: PathBuf,
-        /// What the WAV reader said.
+        /// The WAV reader's error.
         source: hound::Error,
     },
     /// A FLAC file is damaged or of an unknown kind.
@@ -57,7 +57,7 @@ pub enum FileError {
     Flac {
         /// The file.
         path: PathBuf,
-        /// What the FLAC reader said.
+        /// The FLAC reader's error.
         source: claxon::Error,
     },
     /// A conversion between sample rates is not possible.

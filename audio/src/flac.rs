@@ -1,31 +1,24 @@
 //! FLAC files as planar `f32`.
 
-use crate::FileError;
-use crate::wav::{SAMPLE_RATES_HZ, Wav};
+use crate::wav::{Wav, check_rate};
+use crate::{FileError, narrow};
 use claxon::FlacReader;
 use std::path::Path;
 
-/// Reads a whole FLAC file of up to `max_samples` samples of all channels; what it holds is that of a [`Wav`].
+/// Reads a whole FLAC file of up to `max_samples` samples of all channels together.
 ///
 /// # Errors
-/// A file that is missing, damaged, cut short or too long, or a rate outside [`SAMPLE_RATES_HZ`]. The message names the file.
+/// A file that is missing, damaged, cut short or too long, or a rate outside [`crate::wav::SAMPLE_RATES_HZ`]. The message names the file.
 pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     let unreadable = |source: claxon::Error| match source {
         claxon::Error::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => FileError::read(path)(source),
         source => FileError::Flac { path: path.to_path_buf(), source },
     };
-    // Opened by hand: the decoder's own way says nothing of folders.
+    // Opened here: the decoder's own error for a folder is not clear.
     let file = std::fs::File::open(path).map_err(FileError::read(path))?;
     let mut reader = FlacReader::new(std::io::BufReader::new(file)).map_err(unreadable)?;
     let info = reader.streaminfo();
-    if !SAMPLE_RATES_HZ.contains(&info.sample_rate) {
-        let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-        return Err(FileError::content(
-            path,
-            format!("a sample rate of {low} to {high} Hz"),
-            format!("{} Hz", info.sample_rate),
-        ));
-    }
+    check_rate(path, info.sample_rate)?;
     let too_long = |samples: u64| FileError::content(path, format!("at most {max_samples} samples"), format!("{samples}"));
     let count = info.channels as usize;
     if let Some(samples) = info.samples.map(|frames| frames.saturating_mul(u64::from(info.channels)))
@@ -40,8 +33,7 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     while let Some(block) = blocks.read_next_or_eof(buffer).map_err(unreadable)? {
         for (channel, samples) in channels.iter_mut().enumerate() {
             let block = block.channel(u32::try_from(channel).unwrap_or(u32::MAX));
-            #[expect(clippy::cast_possible_truncation, reason = "integers of up to 32 bits lose their last bits in f32")]
-            samples.extend(block.iter().map(|v| (f64::from(*v) * scale) as f32));
+            samples.extend(block.iter().map(|v| narrow(f64::from(*v) * scale)));
         }
         // A stream need not say beforehand how long it is.
         let found = (channels.len() * channels[0].len()) as u64;

@@ -1,6 +1,6 @@
 //! Conversion between sample rates, offline: band-limited, and aligned in time with its input.
 
-use crate::FileError;
+use crate::{FileError, narrow};
 use rubato::audioadapter_buffers::direct::SequentialSliceOfVecs;
 use rubato::{Fft, FixedSync, Resampler, WindowFunction};
 
@@ -50,8 +50,7 @@ pub fn signal(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec
 /// As [`signal`].
 pub fn response(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec<f32>>, FileError> {
     let mut converted = signal(channels, from_hz, to_hz)?;
-    #[expect(clippy::cast_possible_truncation, reason = "a ratio near 1")]
-    let gain = (f64::from(from_hz) / f64::from(to_hz)) as f32;
+    let gain = narrow(f64::from(from_hz) / f64::from(to_hz));
     converted.iter_mut().flatten().for_each(|v| *v *= gain);
     Ok(converted)
 }

@@ -2,6 +2,7 @@
 
 use crate::FileError;
 use crate::atomic::Draft;
+use crate::narrow;
 use hound::{SampleFormat, WavSpec};
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
@@ -29,6 +30,13 @@ impl Wav {
     pub fn frames(&self) -> usize {
         self.channels.first().map_or(0, Vec::len)
     }
+}
+
+/// Whether the rate of a file is believed.
+pub(crate) fn check_rate(path: &Path, sample_rate_hz: u32) -> Result<(), FileError> {
+    let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
+    let wrong = || FileError::content(path, format!("a sample rate of {low} to {high} Hz"), format!("{sample_rate_hz} Hz"));
+    SAMPLE_RATES_HZ.contains(&sample_rate_hz).then_some(()).ok_or_else(wrong)
 }
 
 /// Reads a whole WAV file: 8, 16, 24 or 32-bit integers or 32-bit floats, any number of channels.
@@ -89,14 +97,7 @@ impl WavReader {
         if spec.channels == 0 {
             return Err(FileError::content(path, "at least one channel", "none"));
         }
-        if !SAMPLE_RATES_HZ.contains(&spec.sample_rate) {
-            let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-            return Err(FileError::content(
-                path,
-                format!("a sample rate of {low} to {high} Hz"),
-                format!("{} Hz", spec.sample_rate),
-            ));
-        }
+        check_rate(path, spec.sample_rate)?;
         let bytes = u64::from(inner.len()) * u64::from(spec.bits_per_sample.div_ceil(8));
         if bytes > size {
             return Err(FileError::content(
@@ -145,9 +146,7 @@ impl WavReader {
             SampleFormat::Float => self.append(count, channels, |v: f32| v),
             SampleFormat::Int => {
                 let scale = 0.5_f64.powi(i32::from(spec.bits_per_sample) - 1);
-                #[expect(clippy::cast_possible_truncation, reason = "32-bit integers lose their last bits in f32")]
-                let convert = move |v: i32| (f64::from(v) * scale) as f32;
-                self.append(count, channels, convert)
+                self.append(count, channels, |v: i32| narrow(f64::from(v) * scale))
             }
         }
     }
@@ -244,14 +243,7 @@ impl WavWriter {
         if channels == 0 {
             return Err(FileError::content(path, "at least one channel", "none"));
         }
-        if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
-            let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-            return Err(FileError::content(
-                path,
-                format!("a sample rate of {low} to {high} Hz"),
-                format!("{sample_rate_hz} Hz"),
-            ));
-        }
+        check_rate(path, sample_rate_hz)?;
         let (draft, file) = Draft::create(path)?;
         let sample_format = if format == Format::Float32 { SampleFormat::Float } else { SampleFormat::Int };
         let spec = WavSpec { channels, sample_rate: sample_rate_hz, bits_per_sample: format.bits(), sample_format };
@@ -272,11 +264,8 @@ impl WavWriter {
         assert!(block.iter().all(|c| c.len() == frames), "slices of the same length");
         let bytes = (self.written.frames + frames as u64) * u64::from(self.channels) * u64::from(self.format.bits() / 8);
         if bytes > MAX_DATA_BYTES {
-            return Err(FileError::content(
-                self.draft.target(),
-                "less than 4 GiB of samples, all that a WAV file holds",
-                "more",
-            ));
+            let expected = "less than 4 GiB of samples, all that a WAV file holds";
+            return Err(FileError::content(self.draft.target(), expected, "more"));
         }
         let full_scale = 2.0_f64.powi(i32::from(self.format.bits()) - 1);
         for frame in 0..frames {

@@ -1,7 +1,7 @@
 //! Automation: values of a parameter over time, as events at samples.
 
-use crate::HostError;
 use crate::parameter::Parameter;
+use crate::{HostError, rounded};
 
 /// Samples between two events on the way from one point to the next.
 pub const AUTOMATION_STEP: u64 = 32;
@@ -68,9 +68,8 @@ impl Lane {
             }
             before = Some(t);
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds from 0 to 1e9 in samples")]
         let event = |point: &Point| Event {
-            at: (point.seconds * rate).round() as u64,
+            at: rounded(point.seconds * rate).unsigned_abs(),
             value: point.value,
             hold: point.hold || parameter.steps > 0,
         };

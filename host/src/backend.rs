@@ -1,8 +1,8 @@
-//! What the formats have in common.
+//! What both formats do for an instance.
 
 use crate::HostError;
-use crate::bundle::PluginInfo;
 use crate::editor::Editor;
+use crate::info::PluginInfo;
 use crate::parameter::{Edit, Parameter};
 use crate::setup::{Position, Setup};
 use std::path::Path;
@@ -52,4 +52,25 @@ pub(crate) trait Backend {
     fn take_edits(&mut self, parameters: &[Parameter]) -> Vec<Edit>;
 
     fn editor(&mut self) -> Option<&mut dyn Editor>;
+}
+
+/// Whether a track of so many channels can be connected to a main input and output of so many.
+pub(crate) fn check_channels(plugin: &str, track: usize, (input, output): (usize, usize)) -> Result<(), HostError> {
+    let (expected, found) = match (input, output) {
+        (1, _) if track > 1 => ("a main input of 2 channels for a track of 2", input),
+        // An instrument has no input.
+        (0..=2, 1 | 2) => return Ok(()),
+        (0..=2, _) => ("a main output of 1 or 2 channels", output),
+        _ => ("a main input of 1 or 2 channels", input),
+    };
+    Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: found.to_string() })
+}
+
+/// Copies a block of the main output to both ears; a single channel goes to both.
+pub(crate) fn copy_out(main: &[Vec<f32>], output: [&mut [f32]; 2]) {
+    for (ear, channel) in output.into_iter().zip([main.first(), main.last()]) {
+        if let Some(channel) = channel {
+            ear.copy_from_slice(&channel[..ear.len()]);
+        }
+    }
 }

@@ -1,43 +1,14 @@
 //! Files and folders with plugins.
 
 use crate::HostError;
+use crate::backend::Backend;
 use crate::clap::ClapBundle;
+use crate::info::{Format, PluginInfo};
 use crate::instance::Instance;
 use crate::setup::Setup;
 use crate::vst3::Vst3Bundle;
 use std::fmt;
 use std::path::{Path, PathBuf};
-
-/// A plugin format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// CLAP.
-    Clap,
-    /// VST3.
-    Vst3,
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Clap => "CLAP",
-            Self::Vst3 => "VST3",
-        })
-    }
-}
-
-/// A plugin as its bundle lists it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PluginInfo {
-    /// The name by which hosts know it: a CLAP id, or a VST3 class id in hexadecimal digits.
-    pub id: String,
-    /// Name.
-    pub name: String,
-    /// Vendor.
-    pub vendor: String,
-    /// Version.
-    pub version: String,
-}
 
 /// A file or folder with plugins, loaded once for all instances, and for as long as the process lives.
 pub struct Bundle {
@@ -85,7 +56,7 @@ impl Bundle {
         Ok(Self { path, inner })
     }
 
-    /// The bundle around plugins of this very program.
+    /// A bundle of plugins that this program contains.
     #[cfg(test)]
     pub(crate) fn of_clap(bundle: ClapBundle) -> Self {
         Self { path: PathBuf::from("inside.clap"), inner: Inner::Clap(bundle) }
@@ -118,7 +89,7 @@ impl Bundle {
     /// Opens an instance of the first plugin.
     ///
     /// # Errors
-    /// A setup that makes no sense; a plugin that cannot be made or activated, or whose channels are not those of a track.
+    /// A setup out of range; a plugin that cannot be made or activated, or whose channels are not those of a track.
     pub fn open(&self, setup: Setup) -> Result<Instance, HostError> {
         self.open_plugin(&self.plugins()[0], setup)
     }
@@ -126,7 +97,7 @@ impl Bundle {
     /// The plugin of a name or id.
     ///
     /// # Errors
-    /// There is none such.
+    /// The bundle has no such plugin.
     pub fn find(&self, wanted: &str) -> Result<&PluginInfo, HostError> {
         let found = self.plugins().iter().find(|p| p.id == wanted || p.name == wanted);
         found.ok_or_else(|| HostError::NoSuchPlugin {
@@ -142,9 +113,10 @@ impl Bundle {
     /// As [`Bundle::open`], or the plugin is not of this bundle.
     pub fn open_plugin(&self, plugin: &PluginInfo, setup: Setup) -> Result<Instance, HostError> {
         setup.check()?;
-        match &self.inner {
-            Inner::Clap(bundle) => Instance::new(Box::new(bundle.open(&self.path, plugin, setup)?), setup),
-            Inner::Vst3(bundle) => Instance::new(Box::new(bundle.open(&self.path, plugin, setup)?), setup),
-        }
+        let backend: Box<dyn Backend> = match &self.inner {
+            Inner::Clap(bundle) => Box::new(bundle.open(&self.path, plugin, setup)?),
+            Inner::Vst3(bundle) => Box::new(bundle.open(&self.path, plugin, setup)?),
+        };
+        Instance::new(backend, setup)
     }
 }

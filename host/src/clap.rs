@@ -5,25 +5,24 @@ mod handlers;
 mod ports;
 #[cfg(test)]
 mod tests;
+mod transport;
 
-use crate::HostError;
 use crate::backend::Backend;
-use crate::bundle::PluginInfo;
 use crate::editor::Editor;
+use crate::info::PluginInfo;
 use crate::parameter::{Edit, EditKind, Parameter, unit_of};
 use crate::setup::{Position, Setup};
+use crate::{HostError, rounded};
 use clack_extensions::latency::PluginLatency;
 use clack_extensions::params::{ParamInfoBuffer, ParamInfoFlags, PluginParams};
 use clack_extensions::render::{PluginRender, RenderMode};
 use clack_extensions::state::PluginState;
 use clack_extensions::tail::{PluginTail, TailLength};
-use clack_host::events::EventFlags;
-use clack_host::events::event_types::{ParamValueEvent, TransportEvent, TransportFlags};
+use clack_host::events::event_types::ParamValueEvent;
 use clack_host::events::spaces::CoreEventSpace;
 use clack_host::extensions::{Extension, PluginExtensionSide};
 use clack_host::plugin::PluginDescriptor;
 use clack_host::prelude::*;
-use clack_host::utils::{BeatTime, SecondsTime};
 use editor::ClapEditor;
 use handlers::{Handlers, Requests};
 use libloading::Library;
@@ -134,7 +133,7 @@ pub(crate) struct ClapPlugin {
     pending: Vec<ParamValueEvent>,
     /// The same, in order of time.
     events: EventBuffer,
-    /// What the plugin says in a block.
+    /// The plugin's own events of a block.
     heard: EventBuffer,
     /// The same of its parameters, in the plugin's own range.
     edits: Vec<Edit>,
@@ -182,7 +181,7 @@ impl ClapPlugin {
         }
     }
 
-    /// Keeps what the plugin has said about its parameters.
+    /// Keeps the plugin's own changes of its parameters.
     fn listen(&mut self) {
         for event in &self.heard {
             let edit = match event.as_core_event() {
@@ -234,8 +233,7 @@ impl Backend for ClapPlugin {
             let Some(info) = params.get_info(&handle, index, &mut buffer) else { continue };
             let (least, greatest) = (info.min_value, info.max_value);
             let stepped = info.flags.contains(ParamInfoFlags::IS_STEPPED);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-            let steps = if stepped { (greatest - least).round() as u32 } else { 0 };
+            let steps = if stepped { u32::try_from(rounded(greatest - least)).unwrap_or(0) } else { 0 };
             let mut parameter = Parameter {
                 id: info.id.get(),
                 name: String::from_utf8_lossy(info.name).into_owned(),
@@ -300,7 +298,7 @@ impl Backend for ClapPlugin {
         // What was set for a sample that does not come is set at the last one.
         self.queue(u32::try_from(len.saturating_sub(1)).unwrap_or(u32::MAX));
         let Some(processor) = &mut self.processor else { return Err(self.failed("play", "it is not active")) };
-        let transport = position.map(|position| transport_at(position, self.setup.tempo));
+        let transport = position.map(|position| transport::at(position, self.setup.tempo));
         let (inputs, mut outputs) = self.ports.connect(input, len);
         self.requests.set_audio(true);
         let done = processor.process(
@@ -383,34 +381,5 @@ impl Backend for ClapPlugin {
 
     fn editor(&mut self) -> Option<&mut dyn Editor> {
         editor::of(self)
-    }
-}
-
-/// The transport at the first sample of a block.
-fn transport_at(position: Position, tempo: Option<f64>) -> TransportEvent {
-    let mut flags = TransportFlags::HAS_SECONDS_TIMELINE | TransportFlags::IS_PLAYING;
-    if tempo.is_some() {
-        flags |= TransportFlags::HAS_TEMPO | TransportFlags::HAS_BEATS_TIMELINE | TransportFlags::HAS_TIME_SIGNATURE;
-    }
-    let tempo = tempo.unwrap_or(0.0);
-    let beats = position.seconds * tempo / 60.0;
-    let bar = (beats / 4.0).floor();
-    #[expect(clippy::cast_possible_truncation, reason = "saturates")]
-    let bar_number = bar as i32;
-    TransportEvent {
-        header: EventHeader::new_core(0, EventFlags::empty()),
-        flags,
-        song_pos_beats: BeatTime::from_float(beats),
-        song_pos_seconds: SecondsTime::from_float(position.seconds),
-        tempo,
-        tempo_inc: 0.0,
-        loop_start_beats: BeatTime::from_float(0.0),
-        loop_end_beats: BeatTime::from_float(0.0),
-        loop_start_seconds: SecondsTime::from_float(0.0),
-        loop_end_seconds: SecondsTime::from_float(0.0),
-        bar_start: BeatTime::from_float(bar * 4.0),
-        bar_number,
-        time_signature_numerator: 4,
-        time_signature_denominator: 4,
     }
 }

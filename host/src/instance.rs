@@ -1,11 +1,11 @@
 //! One running plugin.
 
-use crate::HostError;
 use crate::backend::Backend;
-use crate::bundle::PluginInfo;
 use crate::editor::Editor;
+use crate::info::PluginInfo;
 use crate::parameter::{Edit, Parameter, find};
 use crate::setup::{Position, Setup};
+use crate::{HostError, rounded};
 use std::fmt;
 use std::path::Path;
 
@@ -47,7 +47,7 @@ impl Instance {
     /// nice-plug's VST3 plugins learn of another mode one activation late: restart twice to be sure.
     ///
     /// # Errors
-    /// A setup that makes no sense or has other inputs, or the plugin does not start.
+    /// A setup out of range or with another number of inputs, or the plugin does not start.
     pub fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
         setup.check()?;
         if setup.inputs != self.setup.inputs {
@@ -114,7 +114,7 @@ impl Instance {
     /// The value of a parameter as the plugin has it, 0 to 1.
     ///
     /// # Errors
-    /// There is no such parameter, or the plugin does not tell.
+    /// There is no such parameter, or the plugin does not report it.
     pub fn value(&mut self, id: u32) -> Result<f64, HostError> {
         let index = self.numbered(id)?;
         self.plugin.value(&self.parameters[index])
@@ -123,7 +123,7 @@ impl Instance {
     /// A value from 0 to 1 as the plugin writes it, with its unit.
     ///
     /// # Errors
-    /// There is no such parameter, or the plugin does not tell.
+    /// There is no such parameter, or the plugin does not report it.
     pub fn text(&mut self, id: u32, normalized: f64) -> Result<String, HostError> {
         let index = self.numbered(id)?;
         self.plugin.text(&self.parameters[index], normalized)
@@ -181,8 +181,7 @@ impl Instance {
         }
         let position = self.transport.map(|(from, since)| {
             let seconds = from + since as f64 / self.setup.rate;
-            #[expect(clippy::cast_possible_truncation, reason = "seconds in samples")]
-            let samples = (from * self.setup.rate).round() as i64 + since;
+            let samples = rounded(from * self.setup.rate) + since;
             Position { seconds, samples }
         });
         self.plugin.process(input, output, position)?;
@@ -249,8 +248,8 @@ impl Instance {
         Ok(())
     }
 
-    /// What the plugin has said about its parameters by itself since this was last called, in order: gestures in its editor, and
-    /// values that it moves. This is what hosts record as automation.
+    /// The plugin's own changes of its parameters since this was last called, in order: gestures in its editor, and values that it
+    /// moves. This is what hosts record as automation.
     pub fn take_edits(&mut self) -> Vec<Edit> {
         self.plugin.take_edits(&self.parameters)
     }

@@ -20,12 +20,14 @@
 //!
 //! # Trust
 //!
-//! A plugin is code and runs in this process: it can do whatever the process can, and takes it down when it crashes. What a plugin
-//! answers is believed no further than that it is checked before it is used.
+//! A plugin is code and runs in this process: it can do whatever the process can, and takes it down when it crashes. Whatever a plugin
+//! returns is checked before it is used.
 //!
 //! # Threads
 //!
 //! An instance belongs to the thread that opened it, which plays the main thread and, within [`Instance::process`], the audio thread.
+
+#![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 
 mod automation;
 mod automation_file;
@@ -35,6 +37,7 @@ mod bundle;
 mod clap;
 mod editor;
 mod error;
+mod info;
 mod instance;
 mod parameter;
 mod setup;
@@ -43,9 +46,16 @@ mod vst3;
 pub use automation::{AUTOMATION_STEP, Lane, Point};
 pub use automation_file::{AutomationError, AutomationFile, MAX_AUTOMATION_BYTES};
 pub use bounce::{Bounce, bounce};
-pub use bundle::{Bundle, Format, PluginInfo};
+pub use bundle::Bundle;
 pub use editor::{Editor, EditorSize};
 pub use error::HostError;
+pub use info::{Format, PluginInfo};
 pub use instance::Instance;
 pub use parameter::{Edit, EditKind, Parameter};
 pub use setup::Setup;
+
+/// A number rounded to an integer; out of range it saturates, and 0 stands for what is no number.
+#[expect(clippy::cast_possible_truncation, reason = "saturates")]
+pub(crate) fn rounded(value: f64) -> i64 {
+    value.round() as i64
+}

@@ -5,9 +5,9 @@ mod editor;
 mod module;
 
 use crate::HostError;
-use crate::backend::Backend;
-use crate::bundle::PluginInfo;
+use crate::backend::{Backend, check_channels, copy_out};
 use crate::editor::Editor;
+use crate::info::PluginInfo;
 use crate::parameter::{Edit, EditKind, Parameter};
 use crate::setup::{Position, Setup};
 use controller::Controller;
@@ -108,19 +108,7 @@ impl Vst3Plugin {
         let taken = self.plugin.bus_arrangements().map_err(|e| self.failed("tell its inputs and outputs", e))?;
         let channels = |buses: &[SpeakerArrangement]| buses.first().map_or(0, |bus| bus.channel_count());
         let (into, out) = (channels(&taken.inputs), channels(&taken.outputs));
-        let wrong = |expected: &'static str, found: usize| {
-            Err(HostError::Layout { plugin: self.info.name.clone(), expected, found: found.to_string() })
-        };
-        match into {
-            // An instrument hears nothing.
-            0 | 2 => (),
-            1 if self.setup.inputs == 1 => (),
-            1 => return wrong("a main input of 2 channels for a track of 2", 1),
-            found => return wrong("a main input of 1 or 2 channels", found),
-        }
-        if !(1..=2).contains(&out) {
-            return wrong("a main output of 1 or 2 channels", out);
-        }
+        check_channels(&self.info.name, self.setup.inputs, (into, out))?;
         // The main buses come first; of the others the inputs are silent and the outputs unheard.
         self.buffers = AudioBuffers::new(into, out, self.setup.block, self.setup.rate);
         Ok(())
@@ -245,12 +233,7 @@ impl Backend for Vst3Plugin {
         });
         self.buffers.block_size = len;
         self.plugin.process_audio(&mut self.buffers).map_err(|e| self.failed("play", e))?;
-        let main = &self.buffers.outputs;
-        for (ear, channel) in output.into_iter().zip([main.first(), main.last()]) {
-            if let Some(channel) = channel {
-                ear.copy_from_slice(channel);
-            }
-        }
+        copy_out(&self.buffers.outputs, output);
         Ok(())
     }
 

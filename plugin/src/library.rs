@@ -123,11 +123,16 @@ pub fn read(path: &Path) -> Result<Vec<u8>, LibraryError> {
     bytes_of(path).map_err(|error| LibraryError::Io { path: path.to_owned(), error })
 }
 
-/// As [`read`], for a file that another one names.
+/// As [`read`], with the system's error.
 pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+    read_limited(path, LARGEST_FILE)
+}
+
+/// The bytes of a file of at most `largest` bytes.
+pub(crate) fn read_limited(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
     let length = std::fs::metadata(path)?.len();
-    if length > LARGEST_FILE {
-        let text = format!("the file has {length} bytes, expected at most {LARGEST_FILE}");
+    if length > largest {
+        let text = format!("the file has {length} bytes, expected at most {largest}");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
     }
     std::fs::read(path)

@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
-use std::time::SystemTime;
+use std::time::{Instant, SystemTime};
 
 /// A scene as it is listed.
 #[derive(Clone, Debug)]
@@ -106,8 +106,9 @@ impl Lister {
 }
 
 impl Task for Lister {
-    fn run(&self) {
+    fn run(&self) -> Option<Instant> {
         self.list(library::folders());
+        None
     }
 }
 

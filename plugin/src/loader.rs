@@ -18,6 +18,7 @@ use nice_plug_egui::RepaintNotifier;
 use promenade_core::{RenderError, Renderer, Scene, SceneError};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Weak};
+use std::time::Instant;
 use thiserror::Error;
 
 /// Room for what the audio thread no longer needs, until the loader drops it.
@@ -256,8 +257,9 @@ impl Loader {
 }
 
 impl Task for Loader {
-    fn run(&self) {
+    fn run(&self) -> Option<Instant> {
         self.refresh();
+        None
     }
 }
 

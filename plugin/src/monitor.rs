@@ -5,7 +5,7 @@ use crate::clock::BlockTime;
 use crate::listener::Heard;
 use crate::params::Snapshot;
 use crate::playing::Playing;
-use crate::telemetry::{Frame, Telemetry};
+use crate::telemetry::{Frame, Telemetry, raise};
 use nice_plug_egui::RepaintNotifier;
 use promenade_core::Spatializer;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ impl Monitor {
     /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn measure_input(&mut self, channels: [&[f32]; 2]) {
         if self.telemetry.is_watched() {
-            raise(&mut self.frame.input_peak, channels);
+            raise(&mut self.frame.input_peak, channels.map(peak));
         }
     }
 
@@ -60,7 +60,7 @@ impl Monitor {
             return;
         }
         let frame = &mut self.frame;
-        raise(&mut frame.output_peak, ears);
+        raise(&mut frame.output_peak, ears.map(peak));
         (frame.transport_s, frame.playing) = (time.start_s, time.playing);
         (frame.pose, frame.base, frame.tracked, frame.leads) = (heard.pose, heard.base, heard.tracked, heard.leads);
         (frame.dry, frame.offline) = (playing.dry, snapshot.block.live.wait);
@@ -83,9 +83,7 @@ impl Monitor {
     }
 }
 
-/// Raises peaks to those of a block.
-fn raise(peaks: &mut [f32; 2], channels: [&[f32]; 2]) {
-    for (peak, channel) in peaks.iter_mut().zip(channels) {
-        *peak = channel.iter().fold(*peak, |most, sample| most.max(sample.abs()));
-    }
+/// The greatest level of a channel.
+fn peak(channel: &[f32]) -> f32 {
+    channel.iter().fold(0.0, |most, sample| sample.abs().max(most))
 }

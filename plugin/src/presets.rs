@@ -1,5 +1,6 @@
 //! Presets: the factory's inside the plugin, the user's as files, all in Steinberg's format, so that VST3 hosts list them too.
 
+use crate::library::read_limited;
 use nice_plug::plugin::PluginState;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -39,11 +40,11 @@ factory![
 pub struct Preset {
     /// Its name.
     pub name: String,
-    /// Its file, or none for one of the factory's.
+    /// Its file; `None` for a factory preset.
     pub file: Option<PathBuf>,
 }
 
-/// Why a preset cannot be read or kept.
+/// Why a preset cannot be read or saved.
 #[derive(Debug, Error)]
 pub enum PresetError {
     /// The file cannot be read or written.
@@ -51,10 +52,10 @@ pub enum PresetError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         error: io::Error,
     },
-    /// The file is no preset of this plugin.
+    /// The file is not a preset of this plugin.
     #[error("{what}: expected a preset of Promenade, found {found}")]
     Content {
         /// The file or the factory preset.
@@ -62,7 +63,7 @@ pub enum PresetError {
         /// What was found.
         found: String,
     },
-    /// A preset needs another name.
+    /// The name cannot be a file name.
     #[error("\"{0}\" cannot be a preset's name: expected a file name without separators")]
     Name(String),
     /// The system names no folder for the user's presets.
@@ -85,7 +86,7 @@ pub fn folder() -> Option<PathBuf> {
     Some(base.join("Promenade").join("Promenade"))
 }
 
-/// The factory's presets, then those in the user's folder, each in order of their names.
+/// The factory presets, then those in the user's folder, each sorted by name.
 #[must_use]
 pub fn list(folder: Option<&Path>) -> Vec<Preset> {
     let factory = FACTORY.iter().map(|(name, _)| Preset { name: (*name).to_owned(), file: None });
@@ -102,26 +103,21 @@ pub fn list(folder: Option<&Path>) -> Vec<Preset> {
 /// The state in a preset.
 ///
 /// # Errors
-/// The file cannot be read or is no preset of this plugin.
+/// The file cannot be read or is not a preset of this plugin.
 pub fn read(preset: &Preset) -> Result<PluginState, PresetError> {
     let Some(path) = &preset.file else {
         let known = FACTORY.iter().find(|(name, _)| *name == preset.name);
         let none = || PresetError::Content { what: preset.name.clone(), found: "no factory preset of that name".to_owned() };
         return state_in(known.ok_or_else(none)?.1, &preset.name);
     };
-    let io_error = |error| PresetError::Io { path: path.clone(), error };
-    let length = std::fs::metadata(path).map_err(io_error)?.len();
-    if length > LARGEST_FILE {
-        let text = format!("the file has {length} bytes, expected at most {LARGEST_FILE}");
-        return Err(io_error(io::Error::new(io::ErrorKind::FileTooLarge, text)));
-    }
-    state_in(&std::fs::read(path).map_err(io_error)?, &path.display().to_string())
+    let bytes = read_limited(path, LARGEST_FILE).map_err(|error| PresetError::Io { path: path.clone(), error })?;
+    state_in(&bytes, &path.display().to_string())
 }
 
-/// Keeps a state under a name in the user's folder, in place of a preset that had it.
+/// Saves a state under a name in the user's folder, and replaces a preset of that name.
 ///
 /// # Errors
-/// The name is no file name, or the file cannot be written.
+/// The name cannot be a file name, or the file cannot be written.
 pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, PresetError> {
     let name = name.trim();
     let file_name = Path::new(name).file_name().and_then(|n| n.to_str());

@@ -7,7 +7,7 @@ use crossbeam_queue::ArrayQueue;
 use promenade_core::decode::CloudDecoder;
 use promenade_core::{DecodeWorker, Decoded, Pose, Scene};
 use std::sync::{Arc, Mutex, Weak};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Results of one instance: one that is heard, one that waits to be taken, one that is being made, and one to spare.
 const RESULTS: usize = 4;
@@ -53,16 +53,17 @@ impl DecodeTask {
 }
 
 impl Task for DecodeTask {
-    fn run(&self) {
+    fn run(&self) -> Option<Instant> {
         // There is a spare one: no more than three are elsewhere.
         while let Some((number, pose)) = self.request.pop() {
-            let Some(mut result) = self.spare.pop() else { return };
+            let mut result = self.spare.pop()?;
             result.number = number;
             self.decode(&pose, &mut result.decoded);
             if let Some(untaken) = self.result.force_push(result) {
                 drop(self.spare.push(untaken));
             }
         }
+        None
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the audio thread reports to the editor: values that go one way.
 
-use crate::cast::index;
+use crate::cast::{index, narrow};
 use crate::pose_cell::PoseCell;
 use crate::pose_sources::Base;
 use crossbeam_queue::ArrayQueue;
@@ -145,7 +145,7 @@ impl Frame {
         let Some(last) = bins.checked_sub(1) else { return };
         let (grid, [left_db, right_db]) = (scene.grid(), &mut self.masks_db);
         for (point, (left, right)) in left_db.iter_mut().zip(right_db).enumerate() {
-            let place = frequency_hz(point) * grid.n_fft as f32 / grid.sample_rate_hz as f32;
+            let place = frequency_hz(point) * grid.n_fft as f32 / narrow(grid.sample_rate_hz);
             let bin = index(place).min(last);
             let share = (place - bin as f32).clamp(0.0, 1.0);
             let (low, high) = (gains(bin), gains((bin + 1).min(last)));
@@ -164,6 +164,11 @@ impl Frame {
 #[must_use]
 pub fn decibels(gain: f32) -> f32 {
     if gain > 1e-6 { 20.0 * gain.log10() } else { FLOOR_DB }
+}
+
+/// Raises the peaks of two channels to others.
+pub(crate) fn raise(peaks: &mut [f32; 2], to: [f32; 2]) {
+    peaks.iter_mut().zip(to).for_each(|(peak, to)| *peak = peak.max(to));
 }
 
 /// Between one instance's audio thread and its editor. Frames go round: the audio thread never allocates one.
@@ -231,9 +236,8 @@ impl Telemetry {
         if let Some(mut held) = unseen.or_else(|| self.spare.pop()) {
             *held = frame.clone();
             if let Some((input, output)) = kept {
-                let louder = |new: &mut [f32; 2], old: [f32; 2]| new.iter_mut().zip(old).for_each(|(n, o)| *n = n.max(o));
-                louder(&mut held.input_peak, input);
-                louder(&mut held.output_peak, output);
+                raise(&mut held.input_peak, input);
+                raise(&mut held.output_peak, output);
             }
             // The only writer has just emptied the queue.
             drop(self.fresh.push(held));

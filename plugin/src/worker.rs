@@ -1,4 +1,4 @@
-//! Background threads that all instances in a process share: one loads files, one decodes poses, one looks up host names, one lists.
+//! Background threads that all instances in a process share: each loads files, decodes poses, looks up host names, sends poses or lists files.
 //!
 //! The framework has such a thread too, but that one ends, and takes the host with it, when an instance goes while a task of it waits.
 
@@ -6,11 +6,13 @@ use crate::lock::lock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 use std::thread::{self, JoinHandle, Thread};
+use std::time::Instant;
 
 /// What an instance has a worker do.
 pub trait Task: Send + Sync {
-    /// Does it once, on the worker's thread. However often it was scheduled meanwhile, it runs once more.
-    fn run(&self);
+    /// Does it once, on the worker's thread. However often it was scheduled meanwhile, it runs once more. Returns when it is to run again
+    /// without being scheduled, if ever.
+    fn run(&self) -> Option<Instant>;
 }
 
 /// A kind of background thread: at most one runs in the process, while any instance has a task for it.
@@ -27,6 +29,8 @@ pub static LOADER: Worker = Worker::new("promenade-loader");
 pub static DECODER: Worker = Worker::new("promenade-decoder");
 /// Looks up host names; apart from the others, because it may wait for a network.
 pub static RESOLVER: Worker = Worker::detached("promenade-resolver");
+/// Sends poses over Open Sound Control.
+pub static SENDER: Worker = Worker::new("promenade-osc-out");
 /// Reads what an editor lists; apart from the loader, so that no scene waits for a list.
 pub static LISTER: Worker = Worker::new("promenade-lister");
 
@@ -55,7 +59,7 @@ impl Worker {
                 worker
             }
         };
-        let entry = Arc::new(Entry { task, scheduled: AtomicBool::new(false) });
+        let entry = Arc::new(Entry { task, scheduled: AtomicBool::new(false), due: Mutex::new(None) });
         let mut entries = lock(&worker.shared.entries);
         entries.retain(|entry| entry.strong_count() > 0);
         entries.push(Arc::downgrade(&entry));
@@ -87,6 +91,18 @@ impl TaskHandle {
 struct Entry {
     task: Arc<dyn Task>,
     scheduled: AtomicBool,
+    due: Mutex<Option<Instant>>,
+}
+
+impl Entry {
+    /// Runs the task if it is scheduled or due. Returns when it is due next, if ever.
+    fn run(&self) -> Option<Instant> {
+        let mut due = lock(&self.due);
+        if self.scheduled.swap(false, Ordering::AcqRel) || due.is_some_and(|due| due <= Instant::now()) {
+            *due = self.task.run();
+        }
+        *due
+    }
 }
 
 /// A thread that runs. It ends when the last handle is dropped, and is joined, so that the host can unload the library.
@@ -128,12 +144,10 @@ impl Shared {
     fn work(&self) {
         while !self.ends.load(Ordering::Acquire) {
             let entries = lock(&self.entries).clone();
-            for entry in entries.iter().filter_map(Weak::upgrade) {
-                if entry.scheduled.swap(false, Ordering::AcqRel) {
-                    entry.task.run();
-                }
+            match entries.iter().filter_map(Weak::upgrade).filter_map(|entry| entry.run()).min() {
+                Some(due) => thread::park_timeout(due.saturating_duration_since(Instant::now())),
+                None => thread::park(),
             }
-            thread::park();
         }
     }
 }
@@ -144,7 +158,7 @@ mod tests {
     use crate::loader::{Loader, Prepared};
     use crate::params::PromenadeParams;
     use std::sync::mpsc::{Receiver, Sender, channel};
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
 
     #[test]
     fn a_scheduled_load_loads_what_is_wanted() {
@@ -168,9 +182,10 @@ mod tests {
     struct Endless(Sender<()>, Mutex<Receiver<()>>);
 
     impl Task for Endless {
-        fn run(&self) {
+        fn run(&self) -> Option<Instant> {
             self.0.send(()).unwrap();
             let _ended = self.1.lock().unwrap().recv();
+            None
         }
     }
 

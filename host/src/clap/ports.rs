@@ -2,6 +2,7 @@
 
 use super::handlers::Handlers;
 use crate::HostError;
+use crate::backend::{check_channels, copy_out};
 use clack_extensions::audio_ports::{AudioPortFlags, AudioPortInfoBuffer, PluginAudioPorts};
 use clack_extensions::audio_ports_config::{AudioPortsConfigBuffer, PluginAudioPortsConfig};
 use clack_host::prelude::*;
@@ -22,8 +23,6 @@ struct Side {
     buffers: Vec<Vec<Vec<f32>>>,
     main: usize,
     lists: AudioPorts,
-    /// Samples of the block that is in the buffers.
-    len: usize,
 }
 
 impl Default for Ports {
@@ -35,7 +34,7 @@ impl Default for Ports {
 impl Side {
     fn new(channels: &[usize], main: usize) -> Self {
         let buffers = channels.iter().map(|&count| vec![Vec::new(); count]).collect();
-        Self { buffers, main, lists: AudioPorts::with_capacity(channels.iter().sum(), channels.len()), len: 0 }
+        Self { buffers, main, lists: AudioPorts::with_capacity(channels.iter().sum(), channels.len()) }
     }
 
     fn main(&self) -> &[Vec<f32>] {
@@ -53,20 +52,7 @@ impl Ports {
         select(instance, channels);
         let inputs = side(instance, true);
         let outputs = side(instance, false);
-        let wrong = |expected: &'static str, found: usize| {
-            Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: found.to_string() })
-        };
-        let (into, out) = (inputs.main().len(), outputs.main().len());
-        match into {
-            // An instrument hears nothing.
-            0 | 2 => (),
-            1 if channels == 1 => (),
-            1 => return wrong("a main input of 2 channels for a track of 2", 1),
-            found => return wrong("a main input of 1 or 2 channels", found),
-        }
-        if !(1..=2).contains(&out) {
-            return wrong("a main output of 1 or 2 channels", out);
-        }
+        check_channels(plugin, channels, (inputs.main().len(), outputs.main().len()))?;
         Ok(Self { inputs, outputs })
     }
 
@@ -88,7 +74,6 @@ impl Ports {
             }
         }
         self.outputs.buffers.iter_mut().flatten().for_each(|channel| channel[..len].fill(0.0));
-        self.outputs.len = len;
         let inputs = self.inputs.lists.with_input_buffers(self.inputs.buffers.iter_mut().map(|port| AudioPortBuffer {
             latency: 0,
             channels: AudioPortBufferType::f32_input_only(port.iter_mut().map(|c| InputChannel::variable(&mut c[..len]))),
@@ -102,12 +87,7 @@ impl Ports {
 
     /// What the main output has of the block; one channel goes to both ears.
     pub(crate) fn copy_out(&self, output: [&mut [f32]; 2]) {
-        let main = self.outputs.main();
-        for (ear, channel) in output.into_iter().zip([main.first(), main.last()]) {
-            if let Some(channel) = channel {
-                ear.copy_from_slice(&channel[..self.outputs.len]);
-            }
-        }
+        copy_out(self.outputs.main(), output);
     }
 }
 

@@ -3,11 +3,13 @@
 use super::ctx::Ctx;
 use super::host::{default_value, name, text};
 use super::theme::{CONTROL, ROUND, SPACE};
-use super::widgets::{focus_ring, labelled, segments, switch};
+use super::widgets::{dimmed, drop_down, focus_ring, labelled, segments, switch};
 use crate::cast::narrow;
+use crate::choices::Follow;
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
 use egui::{CornerRadius, DragValue, Key, Rect, Response, Sense, Ui, Vec2, WidgetInfo};
+use nice_plug::prelude::Enum;
 
 /// How a parameter's number is shown: what it is multiplied by, its unit, digits after the point, value per point of a drag.
 struct Notation {
@@ -135,15 +137,17 @@ pub fn choice(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, enabled: imp
 /// The variants of a choice in a list that drops down.
 pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
     let (names, chosen) = (variants(ctx.params(), parameter), ctx.index(parameter));
-    let shown = names.get(chosen).cloned().unwrap_or_default();
-    let width = ui.available_width();
-    egui::ComboBox::from_id_salt(parameter.id()).selected_text(shown).width(width).show_ui(ui, |ui| {
-        for (index, name) in names.iter().enumerate() {
-            if ui.selectable_label(index == chosen, name.as_str()).clicked() && index != chosen {
-                ctx.set(parameter, index as f32);
-            }
-        }
-    });
+    let shown = names.get(chosen).map_or("", String::as_str);
+    if let Some(index) = drop_down(ui, parameter.id(), shown, &names, chosen) {
+        ctx.set(parameter, index as f32);
+    }
+}
+
+/// How the camera path is followed, and the position along it.
+pub fn follow_path(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    choice(ui, ctx, Parameter::Follow, |_| true);
+    let by_position = Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position;
+    dimmed(ui, !by_position, |ui| slider(ui, ctx, Parameter::Path, "Position"));
 }
 
 /// A switch.

@@ -4,7 +4,7 @@ use super::controls::{list, toggle};
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::CONTROL;
-use super::widgets::{button, columns, labelled, note, segments, switch};
+use super::widgets::{button, columns, drop_down, labelled, note, segments, switch};
 use crate::choices::GroupChoice;
 use crate::group;
 use crate::osc::{AxisMap, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat};
@@ -18,7 +18,7 @@ const LOOKS_PER_S: f64 = 4.0;
 const AXES: [&str; 3] = ["Yaw", "Pitch", "Roll"];
 const FULL_AXES: [&str; 3] = ["yaw", "pitch", "roll"];
 
-/// What is set of Open Sound Control, and what comes in.
+/// The settings of Open Sound Control, and what comes in.
 #[derive(Default)]
 pub(super) struct OscPanel {
     /// Text fields while they are typed in; taken when they are left.
@@ -130,14 +130,11 @@ impl OscPanel {
 
     fn tracker(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, config: &OscConfig) {
         labelled(ui, ctx.palette, "Tracker", |ui| {
-            let width = ui.available_width();
-            ComboBox::from_id_salt("format").selected_text(config.format.title()).width(width).show_ui(ui, |ui| {
-                for format in TrackerFormat::ALL {
-                    if ui.selectable_label(format == config.format, format.title()).clicked() && format != config.format {
-                        change(ctx, |c| (c.format, c.port) = (format, format.port()));
-                    }
-                }
-            });
+            let chosen = TrackerFormat::ALL.iter().position(|format| *format == config.format).unwrap_or(0);
+            let names = TrackerFormat::ALL.map(TrackerFormat::title);
+            if let Some(format) = drop_down(ui, "format", names[chosen], names, chosen).map(|index| TrackerFormat::ALL[index]) {
+                change(ctx, |c| (c.format, c.port) = (format, format.port()));
+            }
         });
         if config.format == TrackerFormat::Custom {
             self.custom(ui, ctx, config);
@@ -172,15 +169,12 @@ impl OscPanel {
             }
         });
         labelled(ui, ctx.palette, "Sends", |ui| {
-            let chosen = config.custom.arguments;
-            let width = ui.available_width();
-            ComboBox::from_id_salt("arguments").selected_text(chosen.title()).width(width).show_ui(ui, |ui| {
-                for kind in CustomArguments::ALL {
-                    if ui.selectable_label(kind == chosen, kind.title()).clicked() {
-                        change(ctx, |c| c.custom.arguments = kind);
-                    }
-                }
-            });
+            let kinds = CustomArguments::ALL;
+            let chosen = kinds.iter().position(|kind| *kind == config.custom.arguments).unwrap_or(0);
+            let names = kinds.map(CustomArguments::title);
+            if let Some(index) = drop_down(ui, "arguments", names[chosen], names, chosen) {
+                change(ctx, |c| c.custom.arguments = kinds[index]);
+            }
         });
     }
 

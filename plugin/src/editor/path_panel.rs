@@ -1,10 +1,10 @@
 //! The camera path: how it is followed, its keyframes, recording, and files.
 
-use super::controls::{choice, slider, toggle};
+use super::controls::{follow_path, toggle};
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
-use super::widgets::{button, columns, labelled, note, switch, tab};
+use super::widgets::{button, columns, labelled, note, outcome, switch, tab};
 use crate::error_chain::with_causes;
 use crate::library;
 use crate::parameter::Parameter;
@@ -22,13 +22,13 @@ const TOLERANCE_DEG: f32 = 0.5;
 /// A keyframe that is added at the end comes this much after the last, seconds.
 const NEXT_S: f64 = 1.0;
 
-/// What is done to the keyframes and their playing.
+/// Plays, edits, records, imports and exports the camera path.
 #[derive(Default)]
 pub(super) struct PathPanel {
     recording: Option<Recording>,
     file: String,
-    /// What went wrong, or what was done.
-    said: Option<Result<String, String>>,
+    /// What was done last, or what went wrong.
+    outcome: Option<Result<String, String>>,
 }
 
 struct Recording {
@@ -54,8 +54,7 @@ impl Panel for PathPanel {
 
 /// How the path is followed.
 fn playing(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    choice(ui, ctx, Parameter::Follow, |_| true);
-    slider(ui, ctx, Parameter::Path, "Position");
+    follow_path(ui, ctx);
     let (kept, _) = ctx.params().saved_walk.get();
     let mut speed = kept.speed;
     labelled(ui, ctx.palette, "Speed", |ui| {
@@ -160,11 +159,11 @@ impl PathPanel {
         }
     }
 
-    /// Changes the keyframes, and says whether that went well.
+    /// Changes the keyframes; returns whether that went well.
     fn change(&mut self, ctx: &mut Ctx<'_>, change: impl FnOnce(&mut Vec<Keyframe>) -> Result<(), EditError>) -> bool {
         let mut keyframes = ctx.walk.map_or_else(Vec::new, |walk| walk.path.keyframes().to_vec());
         let done = change(&mut keyframes);
-        self.said = done.as_ref().err().map(|error| Err(with_causes(error)));
+        self.outcome = done.as_ref().err().map(|error| Err(with_causes(error)));
         if done.is_ok() {
             take(ctx, SavedWalk::of(&keyframes));
         }
@@ -201,12 +200,8 @@ impl PathPanel {
                 ctx.selection.keyframe = None;
             }
         });
-        ScrollArea::vertical().id_salt("said").auto_shrink(false).show(ui, |ui| match &self.said {
-            Some(Ok(done)) => note(ui, ctx.palette, done.as_str()),
-            Some(Err(error)) => {
-                ui.colored_label(ctx.palette.error, error);
-            }
-            None => note(ui, ctx.palette, "A file name without a folder is one of the library."),
+        ScrollArea::vertical().id_salt("outcome").auto_shrink(false).show(ui, |ui| {
+            outcome(ui, ctx.palette, self.outcome.as_ref(), "A file name without a folder is one of the library.");
         });
     }
 
@@ -214,7 +209,7 @@ impl PathPanel {
         match self.recording.take() {
             Some(recording) => {
                 let poses = recording.recorder.len();
-                self.said = Some(match recording.recorder.finish(TOLERANCE_M, TOLERANCE_DEG.to_radians()) {
+                self.outcome = Some(match recording.recorder.finish(TOLERANCE_M, TOLERANCE_DEG.to_radians()) {
                     Ok(keyframes) => {
                         let done = format!("Recorded {poses} poses, kept as {} keyframes.", keyframes.len());
                         take(ctx, SavedWalk::of(&keyframes));
@@ -225,13 +220,13 @@ impl PathPanel {
             }
             None => match Recorder::new(RecorderConfig::default()) {
                 Ok(recorder) => self.recording = Some(Recording { recorder, began_s: ctx.now_s }),
-                Err(error) => self.said = Some(Err(with_causes(&error))),
+                Err(error) => self.outcome = Some(Err(with_causes(&error))),
             },
         }
     }
 
     fn import(&mut self, ctx: &mut Ctx<'_>) {
-        self.said = Some(match SavedWalk::from_file(&library::place_of(&self.file)) {
+        self.outcome = Some(match SavedWalk::from_file(&library::place_of(&self.file)) {
             Ok((walk, notes)) => {
                 let done = [vec![format!("Imported {} keyframes.", walk.keyframes.len())], notes].concat().join(" ");
                 take(ctx, walk);
@@ -244,7 +239,7 @@ impl PathPanel {
 
     fn export(&mut self, ctx: &Ctx<'_>) {
         let Some(walk) = ctx.walk else { return };
-        self.said = Some(export(&walk.path, &library::place_of(&self.file)));
+        self.outcome = Some(export(&walk.path, &library::place_of(&self.file)));
     }
 }
 

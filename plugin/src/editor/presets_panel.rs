@@ -3,7 +3,7 @@
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
-use super::widgets::{button, labelled, note, tab};
+use super::widgets::{button, labelled, note, outcome, tab};
 use crate::error_chain::with_causes;
 use crate::presets::{self, Preset};
 use crate::user_state::UserState;
@@ -20,15 +20,15 @@ pub(super) struct PresetsPanel {
     search: String,
     name: String,
     chosen: Option<Preset>,
-    /// What went wrong, or what was done.
-    said: Option<Result<String, String>>,
+    /// What was done last, or what went wrong.
+    outcome: Option<Result<String, String>>,
 }
 
 impl Default for PresetsPanel {
     fn default() -> Self {
         let folder = presets::folder();
         let presets = presets::list(folder.as_deref());
-        Self { folder, presets, search: String::new(), name: String::new(), chosen: None, said: None }
+        Self { folder, presets, search: String::new(), name: String::new(), chosen: None, outcome: None }
     }
 }
 
@@ -74,7 +74,7 @@ impl PresetsPanel {
             }
         });
         if let Some(preset) = clicked {
-            self.said = match presets::read(&preset) {
+            self.outcome = match presets::read(&preset) {
                 Ok(state) => {
                     let now = UserState::of(ctx.params());
                     ctx.restore(&UserState::from_saved(state, &now));
@@ -115,22 +115,14 @@ impl PresetsPanel {
                 self.save(ctx);
             }
         });
-        match &self.said {
-            Some(Ok(done)) => note(ui, ctx.palette, done.as_str()),
-            Some(Err(error)) => {
-                ui.colored_label(ctx.palette.error, error);
-            }
-            None => {
-                let folder = self.folder.as_ref().map_or_else(String::new, |f| format!("Yours are in {}", f.display()));
-                note(ui, ctx.palette, folder);
-            }
-        }
+        let folder = self.folder.as_ref().map_or_else(String::new, |f| format!("Yours are in {}", f.display()));
+        outcome(ui, ctx.palette, self.outcome.as_ref(), &folder);
     }
 
     fn save(&mut self, ctx: &Ctx<'_>) {
         let state = ctx.gui.get_state();
         let folder = self.folder.as_ref().ok_or(presets::PresetError::NoFolder);
-        self.said = Some(match folder.and_then(|folder| presets::save(folder, &self.name, &state)) {
+        self.outcome = Some(match folder.and_then(|folder| presets::save(folder, &self.name, &state)) {
             Ok(preset) => {
                 let done = format!("Saved as {}", preset.file.as_ref().unwrap_or(&PathBuf::new()).display());
                 self.presets = presets::list(self.folder.as_deref());

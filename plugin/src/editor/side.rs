@@ -1,16 +1,14 @@
 //! The panel on the right: pose, sources, quality, output.
 
-use super::controls::{choice, list, number, slider};
+use super::controls::{follow_path, list, number, slider};
 use super::ctx::Ctx;
 use super::meter::Meters;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
-use super::widgets::{button, heading, labelled, note};
+use super::widgets::{button, drop_down, heading, labelled, note};
 use super::{pose_source, tier};
-use crate::choices::Follow;
 use crate::parameter::{Parameter, SLOTS};
-use egui::{Align, Align2, ComboBox, Frame, Layout, Margin, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
-use nice_plug::prelude::Enum;
+use egui::{Align, Align2, Frame, Layout, Margin, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 
 /// Width, points.
 const WIDTH: f32 = 248.0;
@@ -54,14 +52,7 @@ fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
 
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     heading(ui, ctx.palette, "Movement");
-    choice(ui, ctx, Parameter::Follow, |_| true);
-    let follows = Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position;
-    ui.scope(|ui| {
-        if !follows {
-            ui.multiply_opacity(0.6);
-        }
-        slider(ui, ctx, Parameter::Path, "Position");
-    });
+    follow_path(ui, ctx);
     labelled(ui, ctx.palette, "Path", |ui| paths(ui, ctx));
     labelled(ui, ctx.palette, "Tracker", |ui| list(ui, ctx, Parameter::Tracking));
     labelled(ui, ctx.palette, "Group", |ui| list(ui, ctx, Parameter::Group));
@@ -79,16 +70,8 @@ fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
             .map_or_else(|| format!("Slot {slot}"), |stem| stem.to_string_lossy().into_owned()),
     };
     let chosen = ctx.index(Parameter::Walk);
-    let count = walks.len().min(usize::from(SLOTS));
-    let mut clicked = None;
-    ComboBox::from_id_salt("walk").selected_text(name(chosen)).width(ui.available_width()).truncate().show_ui(ui, |ui| {
-        for slot in 0..=count {
-            if ui.selectable_label(slot == chosen, name(slot)).clicked() && slot != chosen {
-                clicked = Some(slot);
-            }
-        }
-    });
-    if let Some(slot) = clicked {
+    let names = (0..=walks.len().min(usize::from(SLOTS))).map(name);
+    if let Some(slot) = drop_down(ui, "walk", &name(chosen), names, chosen) {
         ctx.set(Parameter::Walk, slot as f32);
     }
 }

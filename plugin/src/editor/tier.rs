@@ -3,7 +3,7 @@
 use super::controls::{choice, slider};
 use super::ctx::Ctx;
 use super::theme::Palette;
-use super::widgets::fact;
+use super::widgets::{dimmed, fact};
 use crate::choices::TierChoice;
 use crate::parameter::Parameter;
 use egui::{RichText, Ui};
@@ -24,20 +24,15 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         ui.label(RichText::new(text).font(Palette::caption()).color(colour));
     }
     fact(ui, ctx.palette, "Processor", &format!("{:.1} %", ctx.frame.load * 100.0));
-    // A scene keeps measurements to judge it by, no errors of its own.
+    // A scene keeps held-out measurements, but no errors of its own.
     fact(ui, ctx.palette, "Error", "not measured").on_hover_text(scene.map_or_else(String::new, |scene| {
         format!(
-            "The scene file states no error. It has {} measurements to tell it by: promenade measure",
+            "The scene file gives no error. It has {} held-out measurements: promenade measure computes the error from them",
             scene.held_out().len()
         )
     }));
     let decodes = played >= Tier::High && scene.is_some();
-    ui.scope(|ui| {
-        if !decodes {
-            ui.multiply_opacity(0.6);
-        }
-        slider(ui, ctx, Parameter::Rate, "Decodes");
-    });
+    dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate, "Decodes"));
 }
 
 /// A tier's name as it is shown.

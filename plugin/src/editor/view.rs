@@ -33,8 +33,8 @@ const TURN_PER_POINT: f32 = 0.12;
 
 /// How the place is looked at, and what is held.
 pub(super) struct View {
-    plan: Camera,
-    orbit: Camera,
+    /// From above, and from anywhere.
+    cameras: [Camera; 2],
     /// What each of both was fitted to.
     fitted: [Option<Fitted>; 2],
     drag: Option<Drag>,
@@ -53,7 +53,7 @@ struct Fitted {
 
 impl Default for View {
     fn default() -> Self {
-        Self { plan: Camera::Plan(Plan::default()), orbit: Camera::Orbit(Orbit::default()), fitted: [None; 2], drag: None }
+        Self { cameras: [Camera::Plan(Plan::default()), Camera::Orbit(Orbit::default())], fitted: [None; 2], drag: None }
     }
 }
 
@@ -131,10 +131,7 @@ impl View {
     }
 
     fn camera(&self, ctx: &Ctx<'_>) -> &Camera {
-        match ctx.settings.view {
-            settings::View::Top => &self.plan,
-            settings::View::Orbit => &self.orbit,
-        }
+        &self.cameras[kind(ctx)]
     }
 
     /// The camera, to be moved by the user.
@@ -142,10 +139,7 @@ impl View {
         if let Some(fitted) = &mut self.fitted[kind(ctx)] {
             fitted.moved = true;
         }
-        match ctx.settings.view {
-            settings::View::Top => &mut self.plan,
-            settings::View::Orbit => &mut self.orbit,
-        }
+        &mut self.cameras[kind(ctx)]
     }
 
     fn fit(&mut self, rect: Rect, ctx: &Ctx<'_>) {

@@ -1,7 +1,7 @@
 //! Controls that belong to no parameter, in the editor's own look.
 
 use super::theme::{CONTROL, Palette, ROUND, SPACE, faded};
-use egui::{Align2, Color32, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
+use egui::{Align2, Color32, ComboBox, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
 
 /// A line around a control that has the keyboard.
 pub fn focus_ring(ui: &Ui, palette: &Palette, response: &Response, rect: Rect, radius: u8) {
@@ -97,6 +97,45 @@ fn face(ui: &mut Ui, palette: &Palette, text: &str, on: bool, padding: f32) -> R
     focus_ring(ui, palette, &response, rect, ROUND);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, text));
     response
+}
+
+/// What a panel has done last, or what went wrong; `hint` before.
+pub fn outcome(ui: &mut Ui, palette: &Palette, done: Option<&Result<String, String>>, hint: &str) {
+    match done {
+        Some(Ok(done)) => note(ui, palette, done),
+        Some(Err(error)) => drop(ui.colored_label(palette.error, error)),
+        None => note(ui, palette, hint),
+    }
+}
+
+/// Controls that are dimmed while they have no effect.
+pub fn dimmed<R>(ui: &mut Ui, dim: bool, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.scope(|ui| {
+        if dim {
+            ui.multiply_opacity(0.6);
+        }
+        add(ui)
+    })
+    .inner
+}
+
+/// A list that drops down, in what is left of the line; returns another choice than `chosen` when it was clicked.
+pub fn drop_down<T: AsRef<str>>(
+    ui: &mut Ui,
+    id: &str,
+    shown: &str,
+    names: impl IntoIterator<Item = T>,
+    chosen: usize,
+) -> Option<usize> {
+    let mut clicked = None;
+    ComboBox::from_id_salt(id).selected_text(shown).width(ui.available_width()).truncate().show_ui(ui, |ui| {
+        for (index, name) in names.into_iter().enumerate() {
+            if ui.selectable_label(index == chosen, name.as_ref()).clicked() && index != chosen {
+                clicked = Some(index);
+            }
+        }
+    });
+    clicked
 }
 
 /// Choices side by side; returns the one that was clicked. `enabled` is asked which are available.

@@ -5,25 +5,19 @@ use super::config::{OscConfig, OscOut};
 use super::receiver::Receiver;
 use crate::lock::lock;
 use crate::telemetry::Telemetry;
-use crate::worker::{RESOLVER, Task, TaskHandle};
+use crate::worker::{RESOLVER, SENDER, Task, TaskHandle};
 use promenade_core::Pose;
 use rosc::{OscMessage, OscPacket, OscType, encoder};
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Weak};
-use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 /// A pose that does not change is sent this often.
 const REPEAT: Duration = Duration::from_secs(1);
 /// A host name that cannot be looked up is looked up again this often.
 const RETRY: Duration = Duration::from_secs(5);
-/// Longest time without a look at what is to be sent.
-const IDLE: Duration = Duration::from_secs(1);
-
-/// The thread that sends for all instances.
-static SENDER: Mutex<Weak<Sender>> = Mutex::new(Weak::new());
 
 /// Where poses go to.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,8 +36,7 @@ pub enum Sending {
 /// One instance's poses on their way out. They stop with it.
 pub(super) struct Outlet {
     feed: Arc<Feed>,
-    // Last, so that the feed is gone before the thread may be joined.
-    _sender: Arc<Sender>,
+    _sending: TaskHandle,
 }
 
 /// What the sending thread knows of an instance.
@@ -66,17 +59,6 @@ struct Route {
     asked: Instant,
     /// Whether the instance is gone, so that a late answer is ignored.
     gone: bool,
-}
-
-struct Sender {
-    shared: Arc<Shared>,
-    join: Option<JoinHandle<()>>,
-}
-
-#[derive(Default)]
-struct Shared {
-    feeds: Mutex<Vec<Weak<Feed>>>,
-    ends: AtomicBool,
 }
 
 impl Outlet {
@@ -106,20 +88,9 @@ impl Outlet {
                 lock(&feed.route).resolver = Some(lookup);
             }
         }
-        let mut running = lock(&SENDER);
-        let sender = match running.upgrade() {
-            Some(sender) => sender,
-            None => {
-                let sender = Arc::new(Sender::start()?);
-                *running = Arc::downgrade(&sender);
-                sender
-            }
-        };
-        lock(&sender.shared.feeds).push(Arc::downgrade(&feed));
-        if let Some(join) = &sender.join {
-            join.thread().unpark();
-        }
-        Ok(Self { feed, _sender: sender })
+        let sending = SENDER.add(feed.clone())?;
+        sending.schedule();
+        Ok(Self { feed, _sending: sending })
     }
 
     /// Where poses go to, and how many have gone.
@@ -150,9 +121,9 @@ fn literal(host: &str) -> Option<IpAddr> {
 struct Lookup(Weak<Feed>);
 
 impl Task for Lookup {
-    fn run(&self) {
+    fn run(&self) -> Option<Instant> {
         // The feed is not held while the name is looked up, so that its instance can go.
-        let Some((host, port)) = self.0.upgrade().map(|feed| (feed.out.host.trim().to_owned(), feed.out.port)) else { return };
+        let (host, port) = self.0.upgrade().map(|feed| (feed.out.host.trim().to_owned(), feed.out.port))?;
         let found = (host.as_str(), port).to_socket_addrs().map(|mut all| {
             let first = all.next();
             // Most programs listen at the older kind of address only.
@@ -166,6 +137,7 @@ impl Task for Lookup {
         if let Some(feed) = self.0.upgrade() {
             feed.connect(target);
         }
+        None
     }
 }
 
@@ -196,12 +168,9 @@ impl Feed {
         }
     }
 
-    /// Sends the pose if it is due. Returns when the next is due.
+    /// Sends the pose. Returns when the next is due.
     fn send(&self, now: Instant) -> Instant {
         let mut route = lock(&self.route);
-        if now < route.due {
-            return route.due;
-        }
         let interval = self.out.interval();
         route.due = (route.due + interval).max(now + interval / 2);
         let Some(socket) = &route.socket else {
@@ -233,6 +202,12 @@ impl Feed {
     }
 }
 
+impl Task for Feed {
+    fn run(&self) -> Option<Instant> {
+        Some(self.send(Instant::now()))
+    }
+}
+
 /// Whether an error means that nobody listens.
 fn nobody(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset)
@@ -245,37 +220,4 @@ fn packet(address: &str, pose: &Pose) -> Vec<u8> {
     let args = [x, y, z, qw, qx, qy, qz].map(OscType::Float).to_vec();
     // Nothing in such a message can fail to be written.
     encoder::encode(&OscPacket::Message(OscMessage { addr: address.to_owned(), args })).unwrap_or_default()
-}
-
-impl Sender {
-    fn start() -> io::Result<Self> {
-        let shared = Arc::new(Shared::default());
-        let of_thread = Arc::clone(&shared);
-        let join = thread::Builder::new().name("promenade-osc-out".to_owned()).spawn(move || run(&of_thread))?;
-        Ok(Self { shared, join: Some(join) })
-    }
-}
-
-impl Drop for Sender {
-    fn drop(&mut self) {
-        self.shared.ends.store(true, Ordering::Release);
-        if let Some(join) = self.join.take() {
-            join.thread().unpark();
-            // A panic of the thread has been reported where it happened.
-            drop(join.join());
-        }
-    }
-}
-
-fn run(shared: &Shared) {
-    while !shared.ends.load(Ordering::Acquire) {
-        let feeds = {
-            let mut feeds = lock(&shared.feeds);
-            feeds.retain(|feed| feed.strong_count() > 0);
-            feeds.clone()
-        };
-        let now = Instant::now();
-        let next = feeds.iter().filter_map(Weak::upgrade).map(|feed| feed.send(now)).min().unwrap_or(now + IDLE);
-        thread::park_timeout(next.saturating_duration_since(Instant::now()).min(IDLE));
-    }
 }
