@@ -35,7 +35,7 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
             let block = block.channel(u32::try_from(channel).unwrap_or(u32::MAX));
             samples.extend(block.iter().map(|v| narrow(f64::from(*v) * scale)));
         }
-        // A stream need not say beforehand how long it is.
+        // A stream need not declare its length.
         let found = (channels.len() * channels[0].len()) as u64;
         if found > max_samples {
             return Err(too_long(found));

@@ -24,7 +24,7 @@ pub enum AutomationError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The file is longer than [`MAX_AUTOMATION_BYTES`].

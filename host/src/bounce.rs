@@ -22,7 +22,7 @@ impl<'a> Bounce<'a> {
     /// Starts at the first sample, with an instance that has played nothing since it was opened or restarted.
     ///
     /// # Errors
-    /// The plugin does not tell its latency.
+    /// The plugin does not report its latency.
     pub fn new(instance: &'a mut Instance, lanes: &'a [Lane]) -> Result<Self, HostError> {
         let latency = instance.latency()?;
         instance.play_from(0.0);
@@ -61,7 +61,7 @@ impl<'a> Bounce<'a> {
     /// out of time by the difference.
     ///
     /// # Errors
-    /// The plugin does not tell its latency.
+    /// The plugin does not report its latency.
     pub fn finish(self) -> Result<Option<usize>, HostError> {
         let now = self.instance.latency()?;
         Ok((now != self.latency).then_some(now))

@@ -274,7 +274,7 @@ impl Backend for ClapPlugin {
     fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError> {
         let params = self.extension::<PluginParams>("parameters")?;
         let value = params.get_value(&self.instance.plugin_handle(), ClapId::new(parameter.id));
-        value.map(|v| parameter.normalized(v)).ok_or_else(|| self.failed("tell a parameter's value", &parameter.name))
+        value.map(|v| parameter.normalized(v)).ok_or_else(|| self.failed("report a parameter's value", &parameter.name))
     }
 
     fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, HostError> {

@@ -7,7 +7,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum HostError {
-    /// The name does not say which format it is.
+    /// The name has neither format's extension.
     #[error("{path}: expected a plugin whose name ends in .clap or .vst3", path = path.display())]
     Format {
         /// What was to be loaded.
@@ -18,7 +18,7 @@ pub enum HostError {
     Load {
         /// What was to be loaded.
         path: PathBuf,
-        /// What the loader says.
+        /// The loader's message.
         reason: String,
     },
     /// The bundle has no plugin of that name or id.

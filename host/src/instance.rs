@@ -154,7 +154,7 @@ impl Instance {
     /// plugin with one output is heard on both.
     ///
     /// # Errors
-    /// Slices that are not as said, or the plugin fails.
+    /// Slices of another number or length, or the plugin fails.
     pub fn process(&mut self, input: &[&[f32]]) -> Result<[Vec<f32>; 2], HostError> {
         let len = input.first().map_or(0, |channel| channel.len());
         let (mut left, mut right) = (vec![0.0; len], vec![0.0; len]);
@@ -257,7 +257,7 @@ impl Instance {
     /// The plugin's editor.
     ///
     /// # Errors
-    /// It has none, or none that can be put into an X11 window.
+    /// It has no editor that can be put into an X11 window.
     pub fn editor(&mut self) -> Result<&mut dyn Editor, HostError> {
         let plugin = self.plugin.info().name.clone();
         self.plugin.editor().ok_or(HostError::Missing { plugin, what: "editor for X11" })

@@ -69,7 +69,7 @@ pub(crate) fn find<'a>(parameters: &'a [Parameter], wanted: &str, plugin: &str) 
     }
 }
 
-/// Something that a plugin says about a parameter by itself, such as that its editor's knob is being turned.
+/// A plugin's own change of a parameter, such as by a knob in its editor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edit {
     /// The parameter's number.
@@ -78,7 +78,7 @@ pub struct Edit {
     pub kind: EditKind,
 }
 
-/// What a plugin says about a parameter.
+/// The kinds of changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EditKind {
     /// A hand takes the knob.

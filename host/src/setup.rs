@@ -14,7 +14,7 @@ pub struct Setup {
     pub inputs: usize,
     /// Offline instead of real-time processing.
     pub offline: bool,
-    /// Tempo of the transport, quarter notes a minute. Without one, CLAP plugins are told none; VST3 plugins always are, 120.
+    /// Tempo of the transport, quarter notes a minute. Without one, CLAP plugins get none and VST3 plugins 120.
     pub tempo: Option<f64>,
 }
 

@@ -98,14 +98,14 @@ impl Vst3Plugin {
 
     /// Proposes the layout for the track, takes what the plugin has then, and makes buffers for it.
     fn arrange(&mut self) -> Result<(), HostError> {
-        let own = self.plugin.bus_arrangements().map_err(|e| self.failed("tell its inputs and outputs", e))?;
+        let own = self.plugin.bus_arrangements().map_err(|e| self.failed("report its inputs and outputs", e))?;
         let (mut inputs, mut outputs) = (own.inputs, own.outputs);
         let track = if self.setup.inputs == 1 { SpeakerArrangement::MONO } else { SpeakerArrangement::STEREO };
         inputs.iter_mut().take(1).for_each(|bus| *bus = track);
         outputs.iter_mut().take(1).for_each(|bus| *bus = SpeakerArrangement::STEREO);
         // Who declines keeps the layout that is looked at next.
         let _ = self.plugin.set_bus_arrangements(&inputs, &outputs);
-        let taken = self.plugin.bus_arrangements().map_err(|e| self.failed("tell its inputs and outputs", e))?;
+        let taken = self.plugin.bus_arrangements().map_err(|e| self.failed("report its inputs and outputs", e))?;
         let channels = |buses: &[SpeakerArrangement]| buses.first().map_or(0, |bus| bus.channel_count());
         let (into, out) = (channels(&taken.inputs), channels(&taken.outputs));
         check_channels(&self.info.name, self.setup.inputs, (into, out))?;
@@ -122,7 +122,7 @@ impl Vst3Plugin {
         self.serve_requests()
     }
 
-    /// Reads again what the plugin says has changed, with a restart where the format wants one.
+    /// Reads again what the plugin reports as changed, with a restart where the format wants one.
     fn serve_requests(&mut self) -> Result<(), HostError> {
         let served = self.plugin.service_host_requests();
         served.map(drop).map_err(|e| self.failed("start again", e))
@@ -202,7 +202,7 @@ impl Backend for Vst3Plugin {
     }
 
     fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError> {
-        self.plugin.get_parameter(parameter.id).map_err(|e| self.failed("tell a parameter's value", e))
+        self.plugin.get_parameter(parameter.id).map_err(|e| self.failed("report a parameter's value", e))
     }
 
     fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, HostError> {
@@ -220,8 +220,8 @@ impl Backend for Vst3Plugin {
         if let Some(position) = position {
             let quarter_notes = position.seconds * self.tempo / 60.0;
             let at = TransportPosition { samples: position.samples, quarter_notes };
-            let told = self.plugin.set_playing(true).and_then(|()| self.plugin.set_transport_position(at));
-            told.map_err(|e| self.failed("take the transport", e))?;
+            let taken = self.plugin.set_playing(true).and_then(|()| self.plugin.set_transport_position(at));
+            taken.map_err(|e| self.failed("take the transport", e))?;
         }
         for (number, mine) in self.buffers.inputs.iter_mut().enumerate() {
             mine.clear();

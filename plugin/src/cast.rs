@@ -7,14 +7,14 @@ pub(crate) fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-/// The whole part of a number as an index; 0 for negative numbers and what is none.
+/// The whole part of a number as an index; 0 for negative numbers and NaN.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
 pub(crate) fn index(value: f32) -> usize {
     value as usize
 }
 
-/// The whole part of a number; 0 for negative numbers and what is none.
+/// The whole part of a number; 0 for negative numbers and NaN.
 #[must_use]
 #[cfg(feature = "standalone")]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]

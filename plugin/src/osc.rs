@@ -59,7 +59,7 @@ struct Applied {
     config: Option<OscConfig>,
     subscription: Option<Subscription>,
     outlet: Option<Outlet>,
-    /// Why there is no subscription or outlet; empty while there is none to open.
+    /// Why the subscription or the outlet could not be made; else empty.
     listening_failed: String,
     sending_failed: String,
 }

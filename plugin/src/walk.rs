@@ -54,7 +54,7 @@ impl Default for SavedWalk {
 }
 
 impl SavedWalk {
-    /// Reads a camera path file: JSON, CSV, COLMAP's cameras or a glTF animation. Also says what had to be assumed.
+    /// Reads a camera path file: JSON, CSV, COLMAP's cameras or a glTF animation. Also returns notes on what had to be assumed.
     ///
     /// # Errors
     /// The file cannot be read or holds no camera path.

@@ -77,7 +77,7 @@ impl Editor for ClapPlugin {
     fn size(&mut self) -> Result<EditorSize, HostError> {
         let gui = self.open_gui()?;
         let size = gui.get_size(&self.instance.plugin_handle());
-        size.map(EditorSize::from).ok_or_else(|| self.failed("tell its editor's size", "it has none"))
+        size.map(EditorSize::from).ok_or_else(|| self.failed("report its editor's size", "it has none"))
     }
 
     fn can_resize(&mut self) -> bool {

@@ -19,7 +19,7 @@ use vst3::{Class, ComPtr, ComWrapper, Interface};
 /// UTF-16 units of a text, with the zero at its end, that VST3's strings hold.
 const TEXT_UNITS: usize = 128;
 
-/// What a plugin is told of its host.
+/// The host as a plugin sees it.
 struct Application;
 
 impl Class for Application {

@@ -43,8 +43,8 @@ impl Editor for Vst3Plugin {
     fn size(&mut self) -> Result<EditorSize, HostError> {
         match self.plugin.attached_editor_size() {
             Ok(Some(size)) => Ok(size_of(size)),
-            Ok(None) => Err(self.failed("tell its editor's size", "it is not open")),
-            Err(e) => Err(self.failed("tell its editor's size", e)),
+            Ok(None) => Err(self.failed("report its editor's size", "it is not open")),
+            Err(e) => Err(self.failed("report its editor's size", e)),
         }
     }
 

@@ -1,4 +1,4 @@
-//! What is wrong, in words, where the user looks.
+//! Error messages on top of the view.
 
 use super::ctx::Ctx;
 use super::theme::{Palette, faded};

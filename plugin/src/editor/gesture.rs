@@ -5,7 +5,7 @@ use crate::parameter::Parameter;
 /// A gesture that nothing has moved for this long is over, seconds: wheel and arrow keys have no release of their own.
 const REST_S: f64 = 0.4;
 
-/// Who is told of gestures, the host.
+/// What receives gestures: the host.
 pub trait Automation {
     /// The user takes hold of a parameter.
     fn begin(&self, parameter: Parameter);
@@ -17,7 +17,7 @@ pub trait Automation {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Until {
-    /// As long as each frame says so; whether this one has.
+    /// Until a frame does not hold it; whether this one has.
     Released(bool),
     /// A time, seconds.
     Time(f64),

@@ -34,7 +34,7 @@ pub fn reason(ctx: &Ctx<'_>) -> Option<&'static str> {
     match ctx.frame.base {
         Base::Knobs | Base::PathAndKnobs => None,
         Base::Path => Some("The camera path moves the listener; the knobs wait"),
-        Base::Tracker => Some("The head tracker stands alone; the knobs wait"),
+        Base::Tracker => Some("The head tracker moves the listener; the knobs wait"),
         Base::Group => Some("The group's leader moves the listener; the knobs wait"),
     }
 }

@@ -151,11 +151,11 @@ fn chosen(ctx: &Ctx<'_>) -> Pick {
 /// Whether a scene matches a search, by title, file name, credit or licence.
 fn matches(listed: &Listed, wanted: &str) -> bool {
     let has = |text: &str| text.to_lowercase().contains(wanted);
-    let said = match &listed.card {
+    let credited = match &listed.card {
         Some(Ok(card)) => [&card.provenance.credit, &card.provenance.licence].into_iter().any(|text| has(text)),
         _ => false,
     };
-    wanted.is_empty() || has(listed.title()) || has(listed.file_name()) || said
+    wanted.is_empty() || has(listed.title()) || has(listed.file_name()) || credited
 }
 
 fn caption(ui: &mut Ui, palette: &Palette, text: &str) {
@@ -169,7 +169,7 @@ fn size(bytes: u64) -> String {
     if bytes < 1e6 { format!("{:.0} kB", bytes / 1e3) } else { format!("{:.1} MB", bytes / 1e6) }
 }
 
-/// A line of the list; says whether it was clicked.
+/// A line of the list; returns whether it was clicked.
 fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -> bool {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::click());
     let beyond = matches!(pick, Pick::Slot(slot) if slot > usize::from(SLOTS));

@@ -35,7 +35,7 @@ pub fn labelled<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce
     .inner
 }
 
-/// Columns side by side in what is left of the window, each at least as wide as `least` says; where there is less room, they are scrolled.
+/// Columns side by side in what is left of the window, each at least as wide as in `least`, points; where there is less room, they are scrolled.
 pub fn columns<const N: usize>(ui: &mut Ui, least: [f32; N], mut add: impl FnMut(&mut Ui, usize)) {
     let gap = 4.0 * SPACE;
     let needed = least.iter().sum::<f32>() + gap * least.len().saturating_sub(1) as f32;

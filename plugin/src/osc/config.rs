@@ -125,7 +125,7 @@ impl From<Value> for OscConfig {
         let mut fields = match saved {
             Value::Object(fields) => fields,
             _ => {
-                notes.push("the saved settings are none".to_owned());
+                notes.push("the saved settings are not an object".to_owned());
                 Map::new()
             }
         };

@@ -212,7 +212,7 @@ impl TrackerFormat {
         }
     }
 
-    /// The arguments of an address, if it is one of this format. The IEM suite does not tell upper from lower case.
+    /// The arguments of an address, if it is one of this format. The IEM suite ignores case.
     pub(super) fn arguments(self, address: &str, custom: &CustomTracker) -> Option<&'static [Argument]> {
         let same = |form: &&Form| match self {
             Self::Iem => form.address.eq_ignore_ascii_case(address),

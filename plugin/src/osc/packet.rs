@@ -21,7 +21,7 @@ const BUNDLE_HEAD: usize = 16;
 /// Calls `each` with the address and the bytes of every message of a packet, in order. Time tags mean now.
 ///
 /// # Errors
-/// The reason in words; messages before the fault have been handed over.
+/// A message on the fault; what comes before it has been handed over.
 pub(super) fn messages<'a>(packet: &'a [u8], each: &mut impl FnMut(&'a str, &'a [u8])) -> Result<(), &'static str> {
     walk(packet, 0, each)
 }
@@ -58,7 +58,7 @@ fn address(message: &[u8]) -> Result<&str, &'static str> {
 /// A message's arguments.
 ///
 /// # Errors
-/// The reason in words.
+/// A message on the fault.
 pub(super) fn arguments(message: &[u8]) -> Result<Vec<OscType>, String> {
     check_tags(message)?;
     match rosc::decoder::decode_udp(message) {

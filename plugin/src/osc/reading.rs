@@ -78,7 +78,7 @@ impl Reading {
     /// Reads the values of such arguments.
     ///
     /// # Errors
-    /// The reason in words: another number of values, or none that a head can have.
+    /// A message on the fault: the number of values, or one out of reason.
     pub fn new(arguments: &[Argument], values: &[f64]) -> Result<Self, String> {
         let (least, most) = arguments.iter().fold((0, 0), |(least, most), argument| {
             let (l, m) = argument.count();

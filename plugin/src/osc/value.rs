@@ -7,7 +7,7 @@ use rosc::OscType;
 /// Arguments as numbers; arrays are opened.
 ///
 /// # Errors
-/// The reason in words: an argument that is no number.
+/// A message on the argument that is not a number.
 pub(super) fn numbers(arguments: &[OscType]) -> Result<Vec<f64>, String> {
     let mut numbers = Vec::with_capacity(arguments.len());
     for argument in arguments {
@@ -34,7 +34,7 @@ fn number(argument: &OscType) -> Result<f64, String> {
 /// A parameter's plain value, as [`Parameter`] counts, and whether it was out of range and has been clamped.
 ///
 /// # Errors
-/// The reason in words.
+/// A message on the fault.
 pub(super) fn plain(parameter: Parameter, arguments: &[OscType]) -> Result<(f32, bool), String> {
     let [argument] = arguments else { return Err(format!("expected 1 value, found {}", arguments.len())) };
     let value = match argument {

@@ -72,7 +72,7 @@ fn direction(key: Key, ahead: Flat, left: Flat) -> Vec3 {
     }
 }
 
-/// Puts the knobs' listener where the scene says to start.
+/// Moves the knobs to the pose where the scene starts.
 pub(in crate::editor) fn reset(ctx: &mut Ctx<'_>) {
     let start = ctx.scene.map(|scene| scene.start_pose()).unwrap_or_default();
     let (yaw, pitch, roll) = start.ypr();
