@@ -33,11 +33,11 @@ macro_rules! parameters {
 }
 
 parameters! {
-    /// Listener position along x, metres.
+    /// Listener position along x of the scene's world, metres.
     X = "x",
-    /// Listener position along y, metres.
+    /// Listener position along y of the scene's world, metres.
     Y = "y",
-    /// Listener position along z, metres.
+    /// Listener position along z of the scene's world, metres.
     Z = "z",
     /// Head turn, degrees, positive to the left.
     Yaw = "yaw",
@@ -47,33 +47,33 @@ parameters! {
     Roll = "roll",
     /// Position along the camera path, share of 1.
     Path = "path",
-    /// [`Follow`].
+    /// What moves the listener: [`Follow`].
     Follow = "follow",
-    /// Whether position and angles are added to the path's pose.
+    /// Whether position and angles are added to the path's pose, or have no effect while a path is followed.
     Offset = "offset",
-    /// [`Tracking`].
+    /// How a head tracker is used: [`Tracking`].
     Tracking = "tracking",
-    /// Emitter offset along x, metres.
+    /// How far the emitter is moved along x from its place in the scene, metres.
     Ex = "ex",
-    /// Emitter offset along y, metres.
+    /// How far the emitter is moved along y from its place in the scene, metres.
     Ey = "ey",
-    /// Emitter offset along z, metres.
+    /// How far the emitter is moved along z from its place in the scene, metres.
     Ez = "ez",
-    /// [`GroupChoice`].
+    /// The listener group: [`GroupChoice`].
     Group = "group",
-    /// Whether the instance leads its group.
+    /// Whether this instance's listener is that of its group.
     Lead = "lead",
-    /// [`TierChoice`].
+    /// Speed against accuracy: [`TierChoice`].
     Tier = "tier",
-    /// Decodes a second, hertz.
+    /// Decodes a second of the tiers High and Reference while the listener moves, hertz.
     Rate = "rate",
     /// Share of the rendered sound, of 1.
     Mix = "mix",
     /// Output gain, dB.
     Gain = "gain",
-    /// Whether the dry sound passes.
+    /// Whether the dry sound passes, delayed by the latency.
     Bypass = "bypass",
-    /// [`SceneChoice`].
+    /// Where the scene comes from: [`SceneChoice`].
     Scene = "scene",
     /// Scene file of the library, 0 for the one saved with the project.
     Slot = "slot",

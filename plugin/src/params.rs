@@ -18,76 +18,54 @@ use promenade_core::{BlockParams, LiveParams, Pose};
 /// The revision after which counting begins anew.
 pub const REVISIONS: i32 = 9_999;
 
-/// Everything a host can set or save. The ids never change; `docs/parameters.md` lists them.
+/// Everything a host can set or save. The ids never change; [`Parameter`] describes them, `docs/parameters.md` lists them.
 #[derive(Params)]
+#[expect(missing_docs, reason = "`Parameter` describes the parameters")]
 pub struct PromenadeParams {
-    /// Listener position, metres in the scene's world.
     #[id = "x"]
     pub x: FloatParam,
-    /// Listener position, metres in the scene's world.
     #[id = "y"]
     pub y: FloatParam,
-    /// Listener position, metres in the scene's world.
     #[id = "z"]
     pub z: FloatParam,
-    /// Head turn, degrees, positive to the left.
     #[id = "yaw"]
     pub yaw: FloatParam,
-    /// Head tilt, degrees, positive nose up.
     #[id = "pitch"]
     pub pitch: FloatParam,
-    /// Head tilt, degrees, positive right ear down.
     #[id = "roll"]
     pub roll: FloatParam,
-    /// Share of the camera path that has been walked.
     #[id = "path"]
     pub path: FloatParam,
-    /// What moves the listener.
     #[id = "follow"]
     pub follow: EnumParam<Follow>,
-    /// Whether position and angles are added to the path's pose, or wait while a path is followed.
     #[id = "offset"]
     pub offset: BoolParam,
-    /// How a head tracker is used.
     #[id = "tracking"]
     pub tracking: EnumParam<Tracking>,
-    /// How far the emitter is moved from its place in the scene, metres in the scene's world.
     #[id = "ex"]
     pub ex: FloatParam,
-    /// How far the emitter is moved from its place in the scene, metres in the scene's world.
     #[id = "ey"]
     pub ey: FloatParam,
-    /// How far the emitter is moved from its place in the scene, metres in the scene's world.
     #[id = "ez"]
     pub ez: FloatParam,
-    /// The listener group.
     #[id = "group"]
     pub group: EnumParam<GroupChoice>,
-    /// Whether this instance's listener is that of its group.
     #[id = "lead"]
     pub lead: BoolParam,
-    /// Speed against accuracy.
     #[id = "tier"]
     pub tier: EnumParam<TierChoice>,
-    /// Decodes a second of the tiers High and Reference while the listener moves, hertz.
     #[id = "rate"]
     pub rate: FloatParam,
-    /// Share of the rendered sound.
     #[id = "mix"]
     pub mix: FloatParam,
-    /// Output gain, dB.
     #[id = "gain"]
     pub gain: FloatParam,
-    /// Passes the dry sound, delayed by the latency.
     #[id = "bypass"]
     pub bypass: BoolParam,
-    /// Where the scene comes from.
     #[id = "scene"]
     pub scene: EnumParam<SceneChoice>,
-    /// Scene file of the library, 0 for the one saved with the project.
     #[id = "slot"]
     pub slot: IntParam,
-    /// Camera path file of the library, 0 for the one saved with the project.
     #[id = "walk"]
     pub walk: IntParam,
     /// Counts what the editor changes beside the parameters, so that the host knows that the project has changed.
