@@ -4,7 +4,7 @@ use crate::cast::narrow;
 use crate::choices::Tracking;
 use crate::clock::BlockTime;
 use crate::group::{Following, Member};
-use crate::osc::Inbox;
+use crate::osc::inbox::Inbox;
 use crate::params::Snapshot;
 use crate::pose_sources::{Base, Sources};
 use crate::walk::Walk;

@@ -2,7 +2,7 @@
 
 use crate::cast::index;
 use crate::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
-use crate::osc::OscConfig;
+use crate::osc::config::OscConfig;
 use crate::parameter::{Parameter, SLOTS};
 use crate::persisted::{Persisted, Report};
 use crate::pose_sources::Sources;
