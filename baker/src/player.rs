@@ -110,7 +110,7 @@ impl Player {
         let (engine, played_hz) = match playing.unwrap_or_else(|| Playing::Stream(scene.played_tier(Tier::Standard))) {
             Playing::Stream(tier) => {
                 if !scene.has_tier(tier) {
-                    let has: Vec<_> = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect();
+                    let has: Vec<_> = scene.tiers().map(Tier::name).collect();
                     return Err(BakeError::argument("tier", has.join(" or "), tier.name()));
                 }
                 let played_hz = if tier == Tier::Reference { own_hz } else { rate_hz };

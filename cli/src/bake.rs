@@ -1,10 +1,10 @@
 //! `promenade bake`: measured responses become a scene, and a scene's anchor cloud a table.
 
 use crate::args::{BakeFieldArgs, BakeResponsesArgs, BakeSource, SideArg};
-use crate::{progress, scene};
+use crate::{progress, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
-use promenade_baker::{BakeOptions, HoldOut, LoadOptions, Responses, Side, bake_responses};
+use promenade_baker::{BakeOptions, HoldOut, Side, bake_responses};
 
 pub(crate) fn run(source: &BakeSource) -> Result<()> {
     match source {
@@ -19,22 +19,17 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
         SideArg::Left => Side::Left,
         SideArg::Right => Side::Right,
     });
-    let options = LoadOptions { root: args.root.clone(), azimuth_positive, source: args.source_number };
-    let mut set = Responses::load(&args.source, &options)?;
+    let mut set = args.set.load(azimuth_positive)?;
     if let Some(title) = &args.title {
         set.title.clone_from(title);
     }
-    for note in &set.notes {
-        eprintln!("note: {note}");
-    }
+    report::notes(&set.notes);
     let (used, held) = hold_out.split(&set)?;
     let options =
         BakeOptions { window_s: args.window_ms / 1e3, early_s: args.early_ms / 1e3, seed: args.seed, recipe: recipe(args) };
     let scene = bake_responses(&set, |response, index| hold_out.selects(response, index), &options)
-        .with_context(|| format!("{}: cannot be baked", args.source.display()))?;
-    for note in &scene.provenance().notes {
-        eprintln!("note: {note}");
-    }
+        .with_context(|| format!("{}: cannot be baked", args.set.path.display()))?;
+    report::notes(&scene.provenance().notes);
     let bytes = scene::write(&args.output, &scene)?;
     eprintln!(
         "{}: {} responses baked, {} held out, {} kB",
@@ -71,7 +66,7 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
 
 /// The command for the scene's provenance: what was chosen, without the places of files on this machine.
 fn recipe(args: &BakeResponsesArgs) -> String {
-    let name = args.source.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = report::file_name(&args.set.path);
     let mut text = format!("promenade bake responses {name} --hold-out {}", args.hold_out);
     if let Some(side) = args.azimuth_positive {
         text += match side {
@@ -79,7 +74,7 @@ fn recipe(args: &BakeResponsesArgs) -> String {
             SideArg::Right => " --azimuth-positive right",
         };
     }
-    if let Some(n) = args.source_number {
+    if let Some(n) = args.set.source {
         text += &format!(" --source {n}");
     }
     text + &format!(" --window-ms {} --early-ms {} --seed {}", args.window_ms, args.early_ms, args.seed)

@@ -1,13 +1,14 @@
-//! `promenade capture`: made of responses, imported from data sets, checked, its emitter located.
+//! `promenade capture`: captures made of responses, imported from data sets, checked, and their emitters located.
 
 mod check;
 mod emitter;
 
 use crate::args::{CaptureCommand, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
+use crate::report;
 use anyhow::{Result, bail};
 use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_replay, import_rwavs};
 use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
-use promenade_baker::{Capture, LoadOptions, Responses, Split, sound};
+use promenade_baker::{Capture, Responses, Split, sound};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(command: &CaptureCommand) -> Result<()> {
@@ -20,13 +21,11 @@ pub(crate) fn run(command: &CaptureCommand) -> Result<()> {
 }
 
 fn of_responses(args: &FromResponsesArgs) -> Result<()> {
-    let options = LoadOptions { root: args.root.clone(), source: args.source_number, ..LoadOptions::default() };
-    let responses = Responses::load(&args.source, &options)?;
-    write(&mixed(&responses, &args.mix)?, &args.output)
+    write(&mixed(&args.set.load(None)?, &args.mix)?, &args.output)
 }
 
 fn import(args: &ImportCaptureArgs) -> Result<()> {
-    let folder = args.folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let folder = report::file_name(&args.folder);
     let title = args.title.clone().unwrap_or(folder);
     let is_recording = matches!(args.layout, LayoutArg::Rwavs | LayoutArg::Replay);
     if is_recording && !args.mix.dry.is_empty() {
@@ -68,8 +67,11 @@ fn mixed(responses: &Responses, args: &MixArgs) -> Result<Capture> {
         let sound = sound::read(path)?;
         let (frames, count) = (sound.frames(), sound.channels.len() as f32);
         let mean = |i: usize| sound.channels.iter().map(|c| c[i]).sum::<f32>() / count;
-        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        Ok(DrySound { name, sample_rate_hz: sound.sample_rate_hz, samples: (0..frames).map(mean).collect() })
+        Ok(DrySound {
+            name: report::file_name(path),
+            sample_rate_hz: sound.sample_rate_hz,
+            samples: (0..frames).map(mean).collect(),
+        })
     };
     let dry = args.dry.iter().map(one).collect::<Result<Vec<_>>>()?;
     let options = FromResponses {
@@ -84,9 +86,7 @@ fn mixed(responses: &Responses, args: &MixArgs) -> Result<Capture> {
 }
 
 fn write(capture: &Capture, folder: &Path) -> Result<()> {
-    for note in &capture.notes {
-        eprintln!("note: {note}");
-    }
+    report::notes(&capture.notes);
     capture.write(folder)?;
     let count = |split| capture.split(split).count();
     let (tracks, train, test) = (capture.tracks.len(), count(Split::Train), count(Split::Test));

@@ -127,7 +127,7 @@ fn tables(evaluations: &[Evaluation], markdown: bool) -> String {
         text += &if markdown { format!("## {head}\n\n") } else { format!("{head}\n") };
         let rows = e.methods.iter().map(|m| (m.name.clone(), m.mean, m.note.clone()));
         text += &table(rows, markdown);
-        text += &told(e);
+        text += &legend(e);
         for note in &e.notes {
             text += &format!("{}{note}\n", if markdown { "\n" } else { "" });
         }
@@ -155,10 +155,10 @@ fn table(rows: impl Iterator<Item = (String, Figures, String)>, markdown: bool) 
     report::table(&cells, markdown)
 }
 
-/// What the methods with a star are told.
-fn told(e: &Evaluation) -> String {
+/// What the methods with a star know.
+fn legend(e: &Evaluation) -> String {
     let all: Vec<String> = e.methods.iter().filter(|m| !m.note.is_empty()).map(|m| format!("{} {}", m.name, m.note)).collect();
-    if all.is_empty() { String::new() } else { format!("\n\\* {}\n", all.join("; ")).replace("\n\\*", "\n*") }
+    if all.is_empty() { String::new() } else { format!("\n* {}\n", all.join("; ")) }
 }
 
 fn as_json(evaluations: &[Evaluation]) -> Value {

@@ -15,11 +15,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<()> {
 }
 
 fn tiers(scene: &Scene) -> Vec<&'static str> {
-    Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect()
-}
-
-fn longest_decay_s(scene: &Scene) -> f32 {
-    scene.tail().t60_s.iter().fold(0.0, |a, b| a.max(*b))
+    scene.tiers().map(Tier::name).collect()
 }
 
 fn ypr_deg(pose: &Pose) -> [f32; 3] {
@@ -104,7 +100,7 @@ fn as_json(scene: &Scene) -> serde_json::Value {
         "hop": grid.hop,
         "bands": scene.bands().count(),
         "top_hz": scene.top_hz(),
-        "longest_decay_s": longest_decay_s(scene),
+        "longest_decay_s": scene.tail().longest_t60_s(),
         "emitter_m": scene.emitter().map(point),
         "start_pose": { "position_m": point(scene.start_pose().position), "ypr_deg": ypr_deg(&scene.start_pose()) },
         "bounds_m": [point(low), point(high)],
@@ -135,7 +131,7 @@ fn as_text(scene: &Scene) -> String {
         ("tiers", tiers(scene).join(", ")),
         ("grid", format!("{} Hz, window {} ({window_ms:.1} ms), hop {}", grid.sample_rate_hz, grid.n_fft, grid.hop)),
         ("bands", format!("{}, known up to {:.0} Hz", scene.bands().count(), scene.top_hz())),
-        ("longest decay", format!("{:.2} s", longest_decay_s(scene))),
+        ("longest decay", format!("{:.2} s", scene.tail().longest_t60_s())),
         ("emitter", scene.emitter().map_or("not known".to_owned(), point)),
         ("start pose", format!("{}; yaw, pitch, roll {angles} degrees", point(start.position))),
         ("bounds", format!("{} to {}", point(low), point(high))),

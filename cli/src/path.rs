@@ -23,11 +23,9 @@ pub(crate) fn read(path: &Path, options: &ImportOptions) -> Result<Imported> {
     Ok(promenade_paths::read(&name, &bytes, options, &mut beside)?)
 }
 
-/// Says on standard error what was assumed when a path was read.
+/// Reports on standard error what was assumed when a path was read.
 pub(crate) fn remark(imported: &Imported) {
-    for note in &imported.notes {
-        eprintln!("note: {note}");
-    }
+    report::notes(&imported.notes);
 }
 
 fn images_in(folder: &Path) -> Result<PathBuf> {

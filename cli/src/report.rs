@@ -1,15 +1,26 @@
-//! Text on standard output.
+//! Text for the user: tables on standard output, notes on standard error, names in both.
 
 use anyhow::{Context, Result};
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 
-/// Prints, and takes a reader that has seen enough for success.
+/// Prints on standard output; a reader that closes it early is no failure.
 pub(crate) fn print(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
         done => done.context("standard output cannot be written"),
     }
+}
+
+/// Prints notes on standard error.
+pub(crate) fn notes(notes: &[String]) {
+    notes.iter().for_each(|note| eprintln!("note: {note}"));
+}
+
+/// The last part of a path.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// Rows under a head, columns aligned: numbers to the right, the first column to the left.

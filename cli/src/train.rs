@@ -8,7 +8,6 @@ use promenade_baker::{Capture, atomic};
 use promenade_core::Provenance;
 use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
 use std::fmt::Write as _;
-use std::path::Path;
 use std::time::Instant;
 
 /// Ending of the file that a training is kept in beside its scene until it is done.
@@ -45,7 +44,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     while trainer.steps() < settings.steps {
         let step = trainer.step();
         if !step.gradient_norm.is_finite() {
-            anyhow::bail!("step {}: the loss is no number any more; a lower learning rate may help", step.step + 1);
+            anyhow::bail!("step {}: expected a finite loss, found none; a lower learning rate may help", step.step + 1);
         }
         let done = trainer.steps();
         if done.is_multiple_of(settings.look_every) || done == settings.steps {
@@ -82,7 +81,7 @@ fn kept_with(trainer: &Trainer<'_>, anchors: usize, notes: &[String]) -> Checkpo
     Checkpoint { anchors, notes: notes.to_vec(), ..trainer.checkpoint() }
 }
 
-/// Searches, and says what was tried.
+/// Searches for settings and reports each trial.
 fn look_for(
     capture: &Capture,
     sets: &[AnchorSet],
@@ -144,7 +143,6 @@ fn minutes(seconds: f64) -> String {
 }
 
 fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], args: &TrainArgs) -> Provenance {
-    let name = |path: &Path| path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut notes = capture.notes.clone();
     notes.extend_from_slice(tried);
     let settings_text = serde_json::to_string(settings).unwrap_or_default();
@@ -155,9 +153,9 @@ fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], arg
         licence: capture.licence.clone(),
         recipe: format!(
             "promenade train {} --anchors {} -o {} --steps {} --seed {}",
-            name(&args.capture),
-            args.anchors.iter().map(|file| name(file)).collect::<Vec<_>>().join(" "),
-            name(&args.output),
+            report::file_name(&args.capture),
+            args.anchors.iter().map(|file| report::file_name(file)).collect::<Vec<_>>().join(" "),
+            report::file_name(&args.output),
             settings.steps,
             settings.seed
         ),

@@ -28,11 +28,16 @@ pub struct TailModel {
 }
 
 impl TailModel {
-    /// The longest reverberation time in samples.
+    /// The longest reverberation time of a band, seconds.
+    #[must_use]
+    pub fn longest_t60_s(&self) -> f32 {
+        self.t60_s.iter().fold(0.0, |a, b| a.max(*b))
+    }
+
+    /// The same in samples.
     pub(crate) fn longest_t60_samples(&self, sample_rate_hz: f64) -> usize {
-        let longest = self.t60_s.iter().fold(0.0_f32, |a, b| a.max(*b));
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
-        let samples = (f64::from(longest) * sample_rate_hz) as usize;
+        let samples = (f64::from(self.longest_t60_s()) * sample_rate_hz) as usize;
         samples
     }
 }
@@ -323,12 +328,15 @@ impl Scene {
         }
     }
 
+    /// The tiers that the scene has, the cheapest first.
+    pub fn tiers(&self) -> impl DoubleEndedIterator<Item = Tier> + Clone {
+        Tier::ALL.into_iter().filter(|t| self.has_tier(*t))
+    }
+
     /// The tier that is played for a wanted one: the best that the scene has up to it, else the cheapest that it has.
     #[must_use]
     pub fn played_tier(&self, wanted: Tier) -> Tier {
-        let mut up_to = Tier::ALL.into_iter().rev().filter(|t| *t <= wanted && self.has_tier(*t));
-        let mut above = Tier::ALL.into_iter().filter(|t| self.has_tier(*t));
-        up_to.next().or_else(|| above.next()).unwrap_or(wanted)
+        self.tiers().rev().find(|t| *t <= wanted).or_else(|| self.tiers().next()).unwrap_or(wanted)
     }
 
     /// Bytes that the scene takes in memory, once for all its instances.

@@ -1,5 +1,6 @@
-//! What rendering a scene costs, tier by tier.
+//! The cost of rendering a scene, tier by tier.
 
+use crate::signal::random::Random;
 use cpu_time::ThreadTime;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, StftGrid, Tier};
@@ -34,8 +35,8 @@ pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds
         let there = 1.0 - (t.rem_euclid(4.0) - 2.0).abs();
         Pose::from_ypr(start.position + Vec3::X * there, t * std::f32::consts::FRAC_PI_2, 0.0, 0.0)
     };
-    let tiers = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t));
-    let mut engines: Vec<(Tier, Spatializer, Vec<f64>)> = tiers
+    let mut engines: Vec<(Tier, Spatializer, Vec<f64>)> = scene
+        .tiers()
         .filter_map(|tier| {
             let renderer = Renderer::for_tier(scene, sample_rate_hz, tier).ok()?;
             // A tier that only the scene's own rate has is not that tier here.
@@ -104,14 +105,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// Uniform noise in [-0.5, 0.5), the same on every machine.
 fn noise(len: usize) -> Vec<f32> {
-    let mut state = 0x9E37_79B9_u32;
-    let mut next = || {
-        state ^= state << 13;
-        state ^= state >> 17;
-        state ^= state << 5;
-        (state >> 8) as f32 / 16_777_216.0 - 0.5
-    };
-    (0..len).map(|_| next()).collect()
+    let mut random = Random::new(1);
+    (0..len).map(|_| random.uniform() - 0.5).collect()
 }
 
 #[cfg(test)]

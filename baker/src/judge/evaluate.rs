@@ -1,5 +1,4 @@
-//! A scene against recordings that it was not made from, beside baselines: what `promenade eval` and training's held-out error rest
-//! on. `docs/measuring.md` says what each figure and each baseline is.
+//! A scene against recordings that it was not made from, beside baselines. `docs/measuring.md` defines each figure and each baseline.
 
 mod baselines;
 mod figure;
@@ -20,24 +19,26 @@ const FIT_CLIPS: usize = 64;
 /// How a scene is evaluated.
 #[derive(Clone, Debug, Default)]
 pub struct EvaluateOptions {
-    /// How the scene is played; without it as a stream in the tier standard, or the cheapest that the scene has.
+    /// How the scene is played; where it is not given, as a stream in the tier standard or the cheapest that the scene has.
     pub playing: Option<Playing>,
     /// Where the listener is while a clip is rendered.
     pub poses: Poses,
-    /// Scale the scene by one gain, that which gives the training clips their energy: for a scene whose level is not the capture's.
+    /// Scale the scene by the one gain that gives the training clips their energy: for a scene whose level is not the capture's.
     pub fit_level: bool,
-    /// Judge the baselines too.
+    /// Evaluate the baselines too.
     pub baselines: bool,
-    /// Responses without a room, for the baseline of distance and HRTF; without them a sphere for a head.
+    /// Responses without a room, for the baseline of distance and HRTF; where they are not given, those of a rigid sphere.
     pub head: Option<Responses>,
 }
 
-/// Something that says what ears hear during a clip.
+/// Something that predicts what ears hear during a clip.
 trait Method {
     /// Name in tables and files.
     fn name(&self) -> &'static str;
-    /// What it knows that a listener's pose and the dry sound do not tell.
-    fn note(&self) -> &'static str;
+    /// What it knows of the recording that it predicts, besides the listener's pose and the dry sound.
+    fn note(&self) -> &'static str {
+        ""
+    }
     /// Both ears, each as long as the clip or a little shorter.
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError>;
 }
@@ -47,7 +48,7 @@ trait Method {
 pub struct MethodResult {
     /// Name in tables and files; the scene's is "scene".
     pub name: String,
-    /// What it is told of the recording that it predicts; empty for a method that is told nothing.
+    /// What the method knows of the recording that it predicts; empty where it knows nothing.
     pub note: String,
     /// Figures of each test clip, by its name.
     pub clips: Vec<(String, Figures)>,
@@ -68,20 +69,20 @@ pub struct Evaluation {
     pub sample_rate_hz: f64,
     /// The scene, then the baselines.
     pub methods: Vec<MethodResult>,
-    /// What the user should know: levels that were fitted, baselines that were left out.
+    /// Levels that were fitted, baselines that were left out.
     pub notes: Vec<String>,
 }
 
-/// What one method makes of one clip, beside the recording.
+/// One method's prediction of one clip, beside the recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard<'a> {
     /// Name of the method.
     pub method: &'a str,
     /// The clip.
     pub clip: &'a Clip,
-    /// What the method says that the ears hear.
+    /// Left and right ear as the method predicts them.
     pub predicted: [&'a [f32]; 2],
-    /// What was recorded.
+    /// Left and right ear as they were recorded.
     pub recorded: [&'a [f32]; 2],
 }
 
@@ -90,12 +91,12 @@ pub struct Heard<'a> {
 /// Every clip is rendered by [`Player`] with at least a second of the dry sound before it, where the track has it.
 ///
 /// # Errors
-/// A capture without test clips, a tier that the scene has not, or a rate that cannot be rendered.
+/// A capture without test clips, a tier that the scene does not have, or a rate that cannot be rendered.
 pub fn evaluate(scene: &Arc<Scene>, capture: &Capture, options: &EvaluateOptions) -> Result<Evaluation, BakeError> {
     evaluate_each(scene, capture, options, &mut |_| Ok(()))
 }
 
-/// As [`evaluate`]; everything that is compared goes through `each` too, to be kept or shown.
+/// As [`evaluate`]; `each` is given everything that is compared, to be kept or shown.
 ///
 /// # Errors
 /// As [`evaluate`], and those of `each`.
@@ -167,10 +168,6 @@ struct SceneMethod {
 impl Method for SceneMethod {
     fn name(&self) -> &'static str {
         "scene"
-    }
-
-    fn note(&self) -> &'static str {
-        ""
     }
 
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {

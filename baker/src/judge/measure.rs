@@ -39,8 +39,7 @@ pub struct MeanErrors {
 /// The length of response in which a scene's decays can be measured, seconds: one and a half times the longest reverberation time.
 #[must_use]
 pub fn response_s(scene: &Scene) -> f64 {
-    let longest = scene.tail().t60_s.iter().fold(0.0_f32, |a, b| a.max(*b));
-    (1.5 * f64::from(longest)).clamp(*RESPONSE_S.start(), *RESPONSE_S.end())
+    (1.5 * f64::from(scene.tail().longest_t60_s())).clamp(*RESPONSE_S.start(), *RESPONSE_S.end())
 }
 
 /// Renders responses of some seconds at all held-out poses of a scene and compares them with the measurements.

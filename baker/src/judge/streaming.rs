@@ -15,7 +15,7 @@ use cpu_time::ThreadTime;
 use promenade_core::decode::CloudDecoder;
 use promenade_core::network::{Masks, Network};
 use promenade_core::published::{ConvMode, Projection};
-use promenade_core::{AnchorCloud, Pose, Scene, Tier};
+use promenade_core::{AnchorCloud, Pose, Scene};
 use std::sync::Arc;
 use stream::{PoseMasks, Stream, name_of, single_frames};
 
@@ -144,7 +144,7 @@ fn streams(scene: &Arc<Scene>, cloud: &AnchorCloud, notes: &mut Vec<String>) -> 
         Ok(stream) => streams.push(stream),
         Err(why) => notes.push(format!("the published head cannot be streamed: {why}")),
     }
-    for tier in Tier::ALL.into_iter().filter(|t| alone.has_tier(*t)) {
+    for tier in alone.tiers() {
         streams.push(Stream::tier(&alone, tier)?);
     }
     if sizes.frames == 0 {

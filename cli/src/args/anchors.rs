@@ -1,7 +1,7 @@
 //! Arguments of `promenade anchors`.
 
 use super::placement::PlacementArgs;
-use super::values::{parse_landmark, parse_metres_per_unit, parse_point, parse_share};
+use super::values::{parse_landmark, parse_metres_per_unit, parse_point, within};
 use clap::{ArgGroup, Args};
 use promenade_baker::reconstruction::Landmark;
 use promenade_core::glam::Vec3;
@@ -45,7 +45,7 @@ pub(crate) struct AnchorsArgs {
     #[arg(long, value_name = "PX")]
     pub(crate) max_error: Option<f64>,
     /// Splats: opacity, 0 to 1, at least
-    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share::<f32>)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = within(0.0_f32, 1.0))]
     pub(crate) min_opacity: f32,
 }
 

@@ -1,7 +1,8 @@
 //! Arguments of `promenade capture`.
 
+use super::bake::ResponsesArgs;
 use super::placement::PlacementArgs;
-use super::values::{parse_point, parse_share};
+use super::values::{parse_point, within};
 use clap::{Args, Subcommand, ValueEnum};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
@@ -37,23 +38,17 @@ pub(crate) struct MixArgs {
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     pub(crate) clip: f64,
     /// Share of the clips that are for testing
-    #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = parse_share::<f64>)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = within(0.0_f64, 1.0))]
     pub(crate) test_share: f64,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct FromResponsesArgs {
-    /// Folder, manifest or SOFA file, as for bake responses
-    pub(crate) source: PathBuf,
+    #[command(flatten)]
+    pub(crate) set: ResponsesArgs,
     /// Folder to write
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
-    /// Folder of the WAV files that a manifest names
-    #[arg(long, value_name = "DIR")]
-    pub(crate) root: Option<PathBuf>,
-    /// Emitter to use of a SOFA file with several, counted from 0
-    #[arg(long = "source", value_name = "N")]
-    pub(crate) source_number: Option<usize>,
     #[command(flatten)]
     pub(crate) mix: MixArgs,
 }

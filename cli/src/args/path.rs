@@ -1,7 +1,7 @@
 //! Arguments of `promenade path`.
 
 use super::placement::PlacementArgs;
-use super::values::{parse_fps, parse_tolerance};
+use super::values::{parse_tolerance, within};
 use clap::Args;
 use promenade_paths::ImportOptions;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ pub(crate) struct PathArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// COLMAP: images a second, else the times in their names or 1. glTF: steps of the animation a second, else 60
-    #[arg(long, value_parser = parse_fps)]
+    #[arg(long, value_parser = within(1e-6_f64, 1e6))]
     pub(crate) fps: Option<f64>,
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,

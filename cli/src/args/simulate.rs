@@ -1,8 +1,8 @@
 //! Arguments of `promenade simulate`.
 
-use super::values::{parse_absorption, parse_metres, parse_point, parse_response_length};
+use super::values::{parse_absorption, parse_point, within};
 use clap::{Args, Subcommand};
-use promenade_baker::shoebox::Absorption;
+use promenade_baker::shoebox::{Absorption, MAX_LENGTH_S};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
@@ -31,19 +31,19 @@ pub(crate) struct SimulateBoxArgs {
     #[arg(long, value_name = "WALK")]
     pub(crate) path: Option<PathBuf>,
     /// Scale and move the walk so that it fills the room up to this margin, metres; without it, it is in the room's coordinates
-    #[arg(long, value_name = "M", requires = "path", value_parser = parse_metres)]
+    #[arg(long, value_name = "M", requires = "path", value_parser = within(0.0_f32, 1000.0))]
     pub(crate) fit: Option<f32>,
     /// Listener poses, evenly over the walk's time or random ones [default: the walk's keyframes, or 100 random ones]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) poses: Option<u32>,
     /// Distance of random poses from the walls, metres
-    #[arg(long, value_name = "M", default_value_t = 0.5, conflicts_with = "path", value_parser = parse_metres)]
+    #[arg(long, value_name = "M", default_value_t = 0.5, conflicts_with = "path", value_parser = within(0.0_f32, 1000.0))]
     pub(crate) margin: f32,
     /// Walls that an image source has met at most
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(0..=20))]
     pub(crate) order: u32,
     /// Length of the responses, seconds [default: the longest reverberation time, at most 4]
-    #[arg(long, value_name = "S", value_parser = parse_response_length)]
+    #[arg(long, value_name = "S", value_parser = within(0.001, MAX_LENGTH_S))]
     pub(crate) length: Option<f32>,
     /// Sample rate of the responses, hertz
     #[arg(long, value_name = "HZ", default_value_t = 24_000, value_parser = clap::value_parser!(u32).range(8_000..=192_000))]

@@ -2,7 +2,7 @@
 
 use promenade_baker::player::Playing;
 use promenade_baker::reconstruction::Landmark;
-use promenade_baker::shoebox::{Absorption, MAX_LENGTH_S};
+use promenade_baker::shoebox::Absorption;
 use promenade_baker::wav::Format;
 use promenade_core::glam::Vec3;
 use promenade_core::network::{CloudKind, PoseConvention};
@@ -76,8 +76,12 @@ pub(super) fn parse_tier(text: &str) -> Result<Playing, String> {
     stream.or(clip).ok_or_else(|| format!("expected one of {}, clip", Tier::ALL.map(Tier::name).join(", ")))
 }
 
-pub(super) fn parse_share<T: std::str::FromStr + PartialOrd + std::fmt::Display + From<u8>>(text: &str) -> Result<T, String> {
-    parse_within(text, T::from(0), T::from(1))
+/// Parses numbers between two others.
+pub(super) fn within<T>(low: T, high: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: Copy + std::str::FromStr + PartialOrd + std::fmt::Display + Send + Sync + 'static,
+{
+    move |text| parse_within(text, low, high)
 }
 
 fn parse_within<T: std::str::FromStr + PartialOrd + std::fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
@@ -86,29 +90,9 @@ fn parse_within<T: std::str::FromStr + PartialOrd + std::fmt::Display>(text: &st
     if value >= low && value <= high { Ok(value) } else { Err(wrong()) }
 }
 
-pub(super) fn parse_mix(text: &str) -> Result<f32, String> {
-    parse_within(text, 0.0, 1.0)
-}
-
-pub(super) fn parse_decode_rate(text: &str) -> Result<f32, String> {
-    parse_within(text, 1.0, 1000.0)
-}
-
-pub(super) fn parse_gain(text: &str) -> Result<f32, String> {
-    parse_within(text, -120.0, 60.0)
-}
-
-pub(super) fn parse_speed(text: &str) -> Result<f64, String> {
-    parse_within(text, -1000.0, 1000.0)
-}
-
 pub(super) fn parse_setting(text: &str) -> Result<(String, String), String> {
     let pair = text.split_once('=').filter(|(name, _)| !name.is_empty());
     pair.map(|(name, value)| (name.to_owned(), value.to_owned())).ok_or_else(|| "expected NAME=VALUE".to_owned())
-}
-
-pub(super) fn parse_tail(text: &str) -> Result<f64, String> {
-    parse_within(text, 0.0, 3600.0)
 }
 
 pub(super) fn parse_bits(text: &str) -> Result<Format, String> {
@@ -119,10 +103,6 @@ pub(super) fn parse_bits(text: &str) -> Result<Format, String> {
         "32f" => Ok(Format::Float32),
         _ => Err("expected 16, 24, 32 or 32f".to_owned()),
     }
-}
-
-pub(super) fn parse_fps(text: &str) -> Result<f64, String> {
-    parse_within(text, 1e-6, 1e6)
 }
 
 pub(super) fn parse_metres_per_unit(text: &str) -> Result<f64, String> {
@@ -156,14 +136,6 @@ pub(super) fn parse_absorption(text: &str) -> Result<[Absorption; 6], String> {
         [all] => Ok([all; 6]),
         ref walls => walls.try_into().map_err(|_| wrong()),
     }
-}
-
-pub(super) fn parse_metres(text: &str) -> Result<f32, String> {
-    parse_within(text, 0.0, 1000.0)
-}
-
-pub(super) fn parse_response_length(text: &str) -> Result<f32, String> {
-    parse_within(text, 0.001, MAX_LENGTH_S)
 }
 
 /// Metres and radians of metres and degrees.

@@ -41,8 +41,7 @@ fn input(scene: &Scene, cloud: &AnchorCloud, args: &MeasureArgs) -> Result<(Vec<
     if source.channels() != 1 {
         bail!("{}: expected a dry sound of 1 channel, found {}", file.display(), source.channels());
     }
-    let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    Ok((source.whole()?.swap_remove(0), name))
+    Ok((source.whole()?.swap_remove(0), report::file_name(file)))
 }
 
 fn table(found: &StreamReport, markdown: bool) -> String {

@@ -1,4 +1,4 @@
-//! What a scene must be better than to be worth anything.
+//! Baselines, which a scene has to beat.
 
 use super::hrtf::DistanceAndHrtf;
 use super::nearest::{NearestRecording, NearestTransfer};
@@ -13,9 +13,8 @@ pub(super) fn baselines(
     head: Option<&Responses>,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Box<dyn Method>>, BakeError> {
-    let mut mono = Mono { gain: 1.0 };
-    mono.gain = fitted_gain(&mut mono, capture, fit)?;
-    let mut all: Vec<Box<dyn Method>> = vec![Box::new(mono), Box::new(MonoEnergy), Box::new(StereoEnergy)];
+    let gain = fitted_gain(&mut Dry::Gain(1.0), capture, fit)?;
+    let mut all: Vec<Box<dyn Method>> = vec![Box::new(Dry::Gain(gain)), Box::new(Dry::MeanEnergy), Box::new(Dry::EarEnergy)];
     if capture.split(Split::Train).next().is_some() {
         all.push(Box::new(NearestRecording));
         all.push(Box::new(NearestTransfer));
@@ -36,58 +35,46 @@ pub(super) fn baselines(
     Ok(all)
 }
 
-/// The dry sound at both ears, with one gain for all clips.
-struct Mono {
-    gain: f32,
+/// The dry sound at both ears.
+enum Dry {
+    /// With one gain for all clips.
+    Gain(f32),
+    /// With the energy of the recording, mean of both ears.
+    MeanEnergy,
+    /// Each ear with the energy of the recording.
+    EarEnergy,
 }
 
-impl Method for Mono {
+impl Method for Dry {
     fn name(&self) -> &'static str {
-        "mono-mono"
+        match self {
+            Self::Gain(_) => "mono-mono",
+            Self::MeanEnergy => "mono-energy",
+            Self::EarEnergy => "stereo-energy",
+        }
     }
 
     fn note(&self) -> &'static str {
-        ""
+        match self {
+            Self::Gain(_) => "",
+            Self::MeanEnergy => "knows the recording's energy",
+            Self::EarEnergy => "knows the energy of each of the recording's ears",
+        }
     }
 
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
-        let dry: Vec<f32> = capture.dry(clip, 0).iter().map(|v| self.gain * v).collect();
-        Ok([dry.clone(), dry])
-    }
-}
-
-/// The dry sound at both ears, with the energy of the recording, mean of both ears.
-struct MonoEnergy;
-
-impl Method for MonoEnergy {
-    fn name(&self) -> &'static str {
-        "mono-energy"
-    }
-
-    fn note(&self) -> &'static str {
-        "knows the recording's energy"
-    }
-
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
-        let dry = with_energy(capture.dry(clip, 0), 0.5 * energy(capture.binaural(clip)));
-        Ok([dry.clone(), dry])
-    }
-}
-
-/// The dry sound at both ears, each with the energy of the recording.
-struct StereoEnergy;
-
-impl Method for StereoEnergy {
-    fn name(&self) -> &'static str {
-        "stereo-energy"
-    }
-
-    fn note(&self) -> &'static str {
-        "knows the energy of each of the recording's ears"
-    }
-
-    fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
-        Ok(capture.binaural(clip).map(|ear| with_energy(capture.dry(clip, 0), energy([ear, &[]]))))
+        let (mut dry, recorded) = (capture.dry(clip, 0), capture.binaural(clip));
+        Ok(match self {
+            Self::Gain(gain) => {
+                dry.iter_mut().for_each(|v| *v *= *gain);
+                [dry.clone(), dry]
+            }
+            Self::MeanEnergy => {
+                let dry = with_energy(dry, 0.5 * energy(recorded));
+                [dry.clone(), dry]
+            }
+            Self::EarEnergy => recorded.map(|ear| with_energy(dry.clone(), energy([ear, &[]]))),
+        })
     }
 }
 

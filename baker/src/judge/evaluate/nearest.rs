@@ -40,10 +40,6 @@ impl Method for NearestRecording {
         "nearest-recording"
     }
 
-    fn note(&self) -> &'static str {
-        ""
-    }
-
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
         let found = nearest(capture, &clip.pose);
         Ok(found.map_or_else(|| [vec![0.0; clip.len], vec![0.0; clip.len]], |n| capture.binaural(n).map(|e| cut(e, clip.len))))
@@ -56,10 +52,6 @@ pub(super) struct NearestTransfer;
 impl Method for NearestTransfer {
     fn name(&self) -> &'static str {
         "nearest-transfer"
-    }
-
-    fn note(&self) -> &'static str {
-        ""
     }
 
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {

@@ -1,0 +1,81 @@
+//! Arguments of `promenade import`.
+
+use super::placement::PlacementArgs;
+use super::values::{parse_bounds, parse_conv, parse_convention, parse_kind, parse_pose, parse_projection};
+use clap::Args;
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use promenade_core::network::{CloudKind, PoseConvention};
+use promenade_core::published::{ConvMode, Projection};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub(crate) struct ImportArgs {
+    /// Checkpoint of the published trainer (.pth), or what export_avcloud.py wrote (.safetensors)
+    pub(crate) checkpoint: PathBuf,
+    /// Scene file to write
+    #[arg(short, long, value_name = "SCENE")]
+    pub(crate) output: PathBuf,
+    /// Anchor positions and features (.safetensors or .npz), which a checkpoint does not hold
+    #[arg(long, value_name = "FILE")]
+    pub(crate) anchors: Option<PathBuf>,
+    /// Distance that relative vectors were divided by in training
+    #[arg(long, value_name = "UNITS")]
+    pub(crate) max_norm: Option<f32>,
+    /// Sample rate of the training, hertz; otherwise the file's or 22050
+    #[arg(long, value_name = "HZ")]
+    pub(crate) sample_rate: Option<f64>,
+    /// Transform length, samples; otherwise the file's or 512
+    #[arg(long, value_name = "SAMPLES")]
+    pub(crate) n_fft: Option<usize>,
+    /// Hop, samples; otherwise the file's or 127
+    #[arg(long, value_name = "SAMPLES")]
+    pub(crate) hop: Option<usize>,
+    /// Attention heads; otherwise the file's or 4
+    #[arg(long)]
+    pub(crate) heads: Option<usize>,
+    /// Decoder: full, sh or simple-sh; otherwise the weights tell
+    #[arg(long, value_parser = parse_kind)]
+    pub(crate) kind: Option<CloudKind>,
+    /// How the head's rotation was applied in training: published or physical
+    #[arg(long, value_parser = parse_convention)]
+    pub(crate) convention: Option<PoseConvention>,
+    #[command(flatten)]
+    pub(crate) placement: PlacementArgs,
+    /// Listener positions that the scene is for, metres; without it the anchors' box
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_bounds, allow_hyphen_values = true)]
+    pub(crate) bounds: Option<(Vec3, Vec3)>,
+    /// Pose to start at: metres and degrees; without it the middle of the bounds
+    #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
+    pub(crate) start: Option<Pose>,
+    /// Taps that the time filter becomes, one a hop
+    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub(crate) taps: u32,
+    /// Convolution layers in the tier reference: off, causal, or look-ahead, which adds 5 hops of latency to all tiers
+    #[arg(long, default_value = "look-ahead", value_parser = parse_conv)]
+    pub(crate) conv: ConvMode,
+    /// How the time filter becomes taps: diagonal, or row=N for one output frame of the clip
+    #[arg(long, default_value = "diagonal", value_parser = parse_projection)]
+    pub(crate) projection: Projection,
+    /// Seed of the taps' pseudo-random phases
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Title of the scene instead of the file's name
+    #[arg(long)]
+    pub(crate) title: Option<String>,
+    /// Whom to credit
+    #[arg(long, default_value = "")]
+    pub(crate) credit: String,
+    /// Licence of the recordings behind the scene
+    #[arg(long, default_value = "")]
+    pub(crate) licence: String,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InspectArgs {
+    /// Scene file
+    pub(crate) scene: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}

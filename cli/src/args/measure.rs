@@ -1,0 +1,50 @@
+//! Arguments of `promenade measure`.
+
+use super::values::within;
+use clap::{ArgGroup, Args, ValueEnum};
+use promenade_baker::measure::RESPONSE_S;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("subject").args(["scene", "response"]).required(true)))]
+pub(crate) struct MeasureArgs {
+    /// Scene file, baked with --hold-out or with an anchor cloud
+    pub(crate) scene: Option<PathBuf>,
+    /// How the comparison of a scene is written
+    #[arg(long, value_enum, default_value_t = TableForm::Text, conflicts_with = "response")]
+    pub(crate) format: TableForm,
+    /// Length of the rendered responses, seconds; without it, one and a half times the longest decay
+    #[arg(long, value_name = "S", conflicts_with = "response", value_parser = within(*RESPONSE_S.start(), *RESPONSE_S.end()))]
+    pub(crate) seconds: Option<f64>,
+    /// Dry mono sound (WAV) that an anchor cloud's streams are compared on; without it, noise bursts and tone clicks
+    #[arg(long, value_name = "FILE", conflicts_with = "response")]
+    pub(crate) input: Option<PathBuf>,
+    /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it, 6
+    #[arg(long, value_name = "N", conflicts_with = "response", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) poses: Option<u32>,
+    /// Binaural impulse response (WAV) to measure, as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) response: Option<PathBuf>,
+    /// Response or rendering (WAV) to compare the other with
+    #[arg(long, value_name = "FILE", requires = "response")]
+    pub(crate) reference: Option<PathBuf>,
+    /// Also the modulation of the tail at this hop rate, hertz
+    #[arg(long, value_name = "HZ", requires = "response")]
+    pub(crate) hop_hz: Option<f64>,
+    /// Start of that tail, seconds
+    #[arg(long, value_name = "S", default_value_t = 0.5, requires = "hop_hz")]
+    pub(crate) from: f64,
+    /// End of that tail, seconds
+    #[arg(long, value_name = "S", default_value_t = 0.9, requires = "hop_hz")]
+    pub(crate) to: f64,
+    /// Also the power beside a tone of this frequency, hertz
+    #[arg(long, value_name = "HZ", requires = "response")]
+    pub(crate) tone_hz: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(crate) enum TableForm {
+    Text,
+    Markdown,
+    Json,
+}

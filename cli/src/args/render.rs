@@ -1,0 +1,49 @@
+//! Arguments of `promenade render`.
+
+use super::values::{parse_bits, parse_pose, parse_tier, within};
+use clap::Args;
+use promenade_baker::player::Playing;
+use promenade_baker::wav::Format;
+use promenade_core::{LiveParams, Pose};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// Scene file
+    pub(crate) scene: PathBuf,
+    /// Dry WAV file, mono or stereo
+    pub(crate) input: PathBuf,
+    /// Binaural WAV file to write
+    pub(crate) output: PathBuf,
+    /// Camera path: .json, .csv, a COLMAP model's folder or images.txt or .bin, .gltf or .glb
+    #[arg(long, conflicts_with = "pose")]
+    pub(crate) path: Option<PathBuf>,
+    /// One pose for the whole file: metres and degrees; without it and without --path, the scene's start pose
+    #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
+    pub(crate) pose: Option<Pose>,
+    /// Tier: draft, standard, high or reference, or clip for the published model clip by clip [default: standard, or the cheapest that
+    /// the scene has]
+    #[arg(long, value_parser = parse_tier)]
+    pub(crate) tier: Option<Playing>,
+    /// Decodes a second of the tiers high and reference
+    #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = within(1.0, 1000.0))]
+    pub(crate) decode_rate: f32,
+    /// Share of the rendered sound, 0 to 1
+    #[arg(long, default_value_t = 1.0, value_parser = within(0.0_f32, 1.0))]
+    pub(crate) mix: f32,
+    /// Output gain, dB
+    #[arg(long, value_name = "DB", default_value_t = 0.0, value_parser = within(-120.0_f32, 60.0), allow_hyphen_values = true)]
+    pub(crate) gain: f32,
+    /// Start the path over at its end
+    #[arg(long = "loop", requires = "path")]
+    pub(crate) looping: bool,
+    /// Path seconds per second of sound; negative runs backwards
+    #[arg(long, default_value_t = 1.0, requires = "path", value_parser = within(-1000.0_f64, 1000.0), allow_hyphen_values = true)]
+    pub(crate) speed: f64,
+    /// Sample format: 16, 24, 32 or 32f (float)
+    #[arg(long, default_value = "24", value_parser = parse_bits)]
+    pub(crate) bits: Format,
+    /// Samples rendered at a time
+    #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub(crate) block: u32,
+}
