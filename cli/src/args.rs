@@ -15,7 +15,8 @@ mod simulate;
 mod train;
 mod values;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
 
 pub(crate) use anchors::AnchorsArgs;
 pub(crate) use bake::{BakeFieldArgs, BakeResponsesArgs, BakeSource, SideArg};
@@ -74,6 +75,15 @@ pub(crate) enum Command {
     Train(TrainArgs),
     /// Judge scenes on the recordings of captures, beside baselines
     Eval(EvalArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InspectArgs {
+    /// Scene file
+    pub(crate) scene: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[cfg(test)]

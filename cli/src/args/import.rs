@@ -70,12 +70,3 @@ pub(crate) struct ImportArgs {
     #[arg(long, default_value = "")]
     pub(crate) licence: String,
 }
-
-#[derive(Debug, Args)]
-pub(crate) struct InspectArgs {
-    /// Scene file
-    pub(crate) scene: PathBuf,
-    /// As JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
