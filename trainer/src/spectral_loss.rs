@@ -145,7 +145,6 @@ impl SpectralLoss {
         let weight = f64::from(share * self.settings.ratio);
         loss += weight * off.abs();
         for ((ear, gradient), (x, energy)) in [1.0, -1.0].into_iter().zip(gradient).zip(rendered.into_iter().zip(got)) {
-            #[expect(clippy::cast_possible_truncation, reason = "a slope")]
             let slope = (weight * off.signum() * ear * decibels * 2.0 / energy) as f32;
             gradient.iter_mut().zip(x).for_each(|(g, x)| *g += slope * x);
         }

@@ -94,7 +94,6 @@ fn queries(grid: &StftGrid, count: usize) -> Bands {
     let nyquist = 0.5 * grid.sample_rate_hz;
     let number = |hz: f64| 21.4 * (1.0 + 0.00437 * hz).log10();
     let hz = |number: f64| (10.0_f64.powf(number / 21.4) - 1.0) / 0.00437;
-    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
     let centres = (0..count).map(|i| {
         let share = i as f64 / (count.max(2) - 1) as f64;
         if count >= grid.bins() { (share * nyquist) as f32 } else { hz(share * number(nyquist)) as f32 }
@@ -123,7 +122,6 @@ pub(crate) fn fingerprint(capture: &Capture, stage: &Stage) -> u64 {
         samples.for_each(|x| mix(x.to_bits()));
     }
     for clip in &capture.clips {
-        #[expect(clippy::cast_possible_truncation, reason = "a hash")]
         [clip.track, clip.start, clip.len, clip.split as usize].iter().for_each(|v| mix(*v as u32));
         clip.pose.position.to_array().iter().chain(&clip.pose.orientation.to_array()).for_each(|x| mix(x.to_bits()));
     }

@@ -267,7 +267,6 @@ impl<'a> Trainer<'a> {
     /// A clip as an example, its pose shifted along the path.
     #[must_use]
     pub fn example(&self, clip: &Clip, shift_s: f64) -> Example<'a> {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of samples")]
         let pre_roll = (PRE_ROLL_S * self.capture.sample_rate_hz) as usize;
         let pose = if shift_s == 0.0 { clip.pose } else { self.capture.pose_near(clip, shift_s) };
         Example { dry: self.capture.dry(clip, pre_roll), pre_roll, binaural: self.capture.binaural(clip), pose }

@@ -153,7 +153,6 @@ fn tap_shapes_at(taps: usize, shapes: usize, bands: usize, hop_s: f64) -> Vec<f3
         let t60 = 0.15 * 4.0_f64.powf(if shapes > 1 { shape as f64 / (shapes - 1) as f64 } else { 0.5 });
         for hop in 0..=taps {
             let decayed = -3.0 * std::f64::consts::LN_10 * hop_s * hop as f64 / t60 - 2.5;
-            #[expect(clippy::cast_possible_truncation, reason = "a logarithm of a gain")]
             let log = if hop == 0 { ABSENT } else { decayed as f32 };
             out.extend(std::iter::repeat_n(log, bands));
         }
@@ -189,14 +188,12 @@ impl AdamW {
         settings: &TrainSettings,
     ) -> f32 {
         let squares: f64 = gradients.values().flatten().map(|g| f64::from(*g) * f64::from(*g)).sum();
-        #[expect(clippy::cast_possible_truncation, reason = "a norm")]
         let norm = squares.sqrt() as f32;
         if !norm.is_finite() {
             return norm;
         }
         self.steps += 1;
         let shrink = (settings.clip_norm / norm.max(1e-12)).min(1.0);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a count of steps")]
         let correction = Self::BETAS.map(|b| 1.0 - b.powi(self.steps as i32));
         for (name, gradient) in gradients {
             let Some(weight) = weights.get_mut(name) else { continue };

@@ -32,9 +32,7 @@ impl Random {
 
     /// A whole number below `end`, which is above 0.
     pub fn below(&mut self, end: usize) -> usize {
-        #[expect(clippy::cast_possible_truncation, reason = "below a number that is a usize")]
-        let index = ((u128::from(self.bits()) * end as u128) >> 64) as usize;
-        index
+        ((u128::from(self.bits()) * end as u128) >> 64) as usize
     }
 
     /// The numbers below `end` in random order (Fisher and Yates).

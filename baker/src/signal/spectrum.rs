@@ -23,7 +23,6 @@ impl Analyser {
     /// Mean energy density per band of a response's hops, `[hop][band]`, when the head's centre hears the direct sound at sample
     /// `origin`: hop `l` is what tap `l` of the render head covers, cut out with soft edges of a quarter of a hop.
     pub(crate) fn hop_energies(&self, response: &[f32], origin: i64, hops: usize, bands: &Bands) -> Vec<Vec<f64>> {
-        #[expect(clippy::cast_possible_wrap, reason = "a few hundred samples")]
         let (hop, edge) = (self.grid.hop as i64, (self.grid.hop / 4) as i64);
         let window: Vec<f64> = (0..hop + edge)
             .map(|i| {
@@ -33,7 +32,6 @@ impl Analyser {
             .collect();
         (0..hops)
             .map(|l| {
-                #[expect(clippy::cast_possible_wrap, reason = "a number of hops")]
                 let start = origin + l as i64 * hop - hop / 4 - edge / 2;
                 let piece: Vec<f64> = window.iter().zip(start..).map(|(w, i)| w * at(response, i)).collect();
                 band_means(&self.grid, bands, &self.spectrum(&piece))
@@ -51,7 +49,6 @@ pub(crate) fn at(response: &[f32], index: i64) -> f64 {
 pub(crate) fn bandwidths(grid: &StftGrid, bands: &Bands) -> Vec<f64> {
     let mut widths = vec![0.0; bands.count()];
     for k in 0..grid.bins() {
-        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
         for (band, w) in bands.weights(grid.bin_hz(k) as f32) {
             widths[band] += f64::from(w);
         }
@@ -63,7 +60,6 @@ pub(crate) fn bandwidths(grid: &StftGrid, bands: &Bands) -> Vec<f64> {
 pub(crate) fn band_means(grid: &StftGrid, bands: &Bands, spectrum: &[Complex64]) -> Vec<f64> {
     let (mut sum, mut weight) = (vec![0.0; bands.count()], vec![1e-12; bands.count()]);
     for (k, x) in spectrum.iter().enumerate() {
-        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
         for (band, w) in bands.weights(grid.bin_hz(k) as f32) {
             sum[band] += f64::from(w) * x.norm_sqr();
             weight[band] += f64::from(w);

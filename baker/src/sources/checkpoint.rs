@@ -102,7 +102,6 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
     if kind == CloudKind::Full {
         notes.extend(drop_dead_network(&mut weights));
     }
-    #[expect(clippy::cast_possible_truncation, reason = "frequencies are f32 inside")]
     let centres_hz = (0..grid.bins()).map(|k| grid.bin_hz(k) as f32).collect();
     let frequencies = Bands::new(centres_hz)
         .ok_or_else(|| BakeError::content(checkpoint, "a transform with two bins or more", format!("{grid:?}")))?;

@@ -136,7 +136,6 @@ pub fn simulate_box(
     let longest = room.eyring_t60_s().into_iter().fold(0.0, f32::max);
     let diagonal_s = room.size.length() / SPEED_OF_SOUND_M_S;
     let length_s = options.length_s.unwrap_or_else(|| longest.max(diagonal_s + 0.05).min(LONGEST_BY_ITSELF_S));
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 10 s")]
     let length = (f64::from(length_s) * f64::from(options.sample_rate_hz)).ceil() as usize;
     let images = images(options.order);
     let walls = walls::walls(room, hrtf.bins());
@@ -227,7 +226,6 @@ impl Early<'_> {
                 // The lengths come from the plan, and the ends are real: the only things that the transform checks.
                 let done = self.inverse.process_with_scratch(&mut spectrum, &mut piece, &mut scratch);
                 debug_assert!(done.is_ok());
-                #[expect(clippy::cast_possible_truncation, reason = "a sample of a response")]
                 let start = start as i64;
                 let skip = usize::try_from(-start).unwrap_or(0);
                 let from = usize::try_from(start).unwrap_or(0);
@@ -245,7 +243,6 @@ fn turn(spectrum: &mut [Complex32], walls: &[Complex32], delay: f64, n_fft: usiz
     let step = promenade_fourier::num_complex::Complex64::cis(angle);
     let mut phase = promenade_fourier::num_complex::Complex64::new(f64::from(gain), 0.0);
     for (s, w) in spectrum.iter_mut().zip(walls) {
-        #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
         let p = Complex32::new(phase.re as f32, phase.im as f32);
         *s *= w * p;
         phase *= step;

@@ -30,7 +30,6 @@ pub(super) struct DistanceAndHrtf {
 impl DistanceAndHrtf {
     pub(super) fn new(capture: &Capture, emitter: Vec3, hrtf: Option<&Responses>) -> Result<Self, BakeError> {
         let Some(set) = hrtf else { return Ok(Self { hrtf: Hrtf::Sphere, emitter, gain: 1.0 }) };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rates of files and captures")]
         let (from, to) = (set.sample_rate_hz.round() as u32, capture.sample_rate_hz.round() as u32);
         let one = |r: &crate::Response| {
             let direction = r.listener.to_head(r.source).normalize_or_zero();
@@ -53,7 +52,6 @@ impl Method for DistanceAndHrtf {
 
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
         let rate = capture.sample_rate_hz;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
         let before = (PRE_ROLL_S * rate) as usize;
         let seen = clip.pose.to_head(self.emitter);
         let gain = self.gain / seen.length().max(NEAREST_M);
@@ -88,9 +86,7 @@ fn sphere(towards: f64, hz: f64) -> Complex32 {
     // From the ear that is nearest to the source's plane wave on.
     let way = if angle < 0.5 * PI { 1.0 - angle.cos() } else { 1.0 + angle - 0.5 * PI };
     let value = shadow * Complex64::from_polar(1.0, -w * way * radius_s);
-    #[expect(clippy::cast_possible_truncation, reason = "a gain near 1")]
-    let narrow = Complex32::new(value.re as f32, value.im as f32);
-    narrow
+    Complex32::new(value.re as f32, value.im as f32)
 }
 
 #[cfg(test)]

@@ -31,12 +31,10 @@ impl SplitRule {
         match *self {
             Self::Every(n) => (1..=count).map(|i| if n > 0 && i % n == 0 { Split::Test } else { Split::Train }).collect(),
             Self::Share { test, seed } => {
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a count")]
                 let tests = (test.clamp(0.0, 1.0) * count as f64).round() as usize;
                 let mut order: Vec<usize> = (0..count).collect();
                 let mut random = Random::new(seed);
                 for i in (1..count).rev() {
-                    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index up to i")]
                     let j = (f64::from(random.uniform()) * (i + 1) as f64) as usize;
                     order.swap(i, j.min(i));
                 }

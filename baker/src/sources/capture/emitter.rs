@@ -101,7 +101,6 @@ pub fn locate_emitter(capture: &Capture) -> Result<EmitterEstimate, BakeError> {
     }
     let best = candidates[0];
     let found = fit.deviations(best.position);
-    #[expect(clippy::cast_possible_truncation, reason = "a figure for people")]
     let short = |v: f64| v as f32;
     Ok(EmitterEstimate {
         position: best.position,
@@ -126,7 +125,6 @@ struct Observed {
 
 fn observe(capture: &Capture) -> Vec<Observed> {
     let rate = capture.sample_rate_hz;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of samples")]
     let pre_roll = (PRE_ROLL_S * rate) as usize;
     let every = capture.split(Split::Train).count().div_ceil(MOST_CLIPS).max(1);
     let clips = capture.split(Split::Train).step_by(every);
@@ -224,7 +222,6 @@ impl Fit {
         };
         let (low, high) = bounds(&self.observed);
         let (low, high) = (low - BEYOND_M, high + BEYOND_M);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of places")]
         let [nx, ny, nz] = ((high - low) / GRID_M).to_array().map(|n| n as usize + 1);
         let mut grid: Vec<Candidate> = (0..nx * ny * nz)
             .map(|i| some.at(low + GRID_M * Vec3::new((i % nx) as f32, (i / nx % ny) as f32, (i / nx / ny) as f32)))

@@ -87,7 +87,6 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
     // At the responses' own rate, where the baker takes the level of its scene.
     let loudest = responses.responses.iter().flat_map(|r| [&r.left, &r.right]);
     let energy = loudest.map(|h| h.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>()).fold(0.0, f64::max);
-    #[expect(clippy::cast_possible_truncation, reason = "a gain")]
     let level = (1.0 / energy.max(1e-30).sqrt()) as f32;
     let splits = SplitRule::Share { test: options.test_share, seed: options.seed }.splits(responses.responses.len());
     let mut chooser = Chooser { sounds: &sounds, clip, clips: options.clips, random: Random::new(options.seed ^ 0x5EED) };
@@ -154,7 +153,6 @@ impl Chooser<'_> {
         for _ in 0..TRIES {
             // Two draws: one has 24 bits only.
             let fraction = f64::from(self.random.uniform()) + f64::from(self.random.uniform()) / 16_777_216.0;
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a count")]
             let mut place = ((fraction * all as f64) as usize).min(all - 1);
             let mut number = 0;
             while place >= places[number] {
@@ -198,7 +196,6 @@ fn check(options: &FromResponses) -> Result<(), BakeError> {
 
 /// A rate that files can have.
 fn whole_rate(rate: f64) -> Result<u32, BakeError> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "what does not fit is refused")]
     let whole = rate as u32;
     if f64::from(whole) == rate && whole > 0 {
         Ok(whole)
@@ -207,7 +204,6 @@ fn whole_rate(rate: f64) -> Result<u32, BakeError> {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples, checked to be few")]
 fn in_samples(seconds: f64, rate: f64) -> usize {
     (seconds * rate).round() as usize
 }

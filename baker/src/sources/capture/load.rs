@@ -171,7 +171,6 @@ impl TrackLoader<'_> {
                 heard_len as f64 / rate
             ));
         }
-        #[expect(clippy::cast_possible_truncation, reason = "the offset is limited")]
         let shift = (self.entry.dry_offset_s * rate).round() as i64;
         let by = usize::try_from(shift.unsigned_abs()).unwrap_or(usize::MAX);
         let mut mono = dry.into_iter().next().unwrap_or_default();
@@ -250,7 +249,6 @@ fn rule(entry: Option<&CutEntry>) -> Result<Cut, Vec<String>> {
 
 /// All clips of all tracks by a rule; the rule counts on from track to track.
 fn cut_all(tracks: &[Loaded], rate: f64, cut: &Cut) -> Vec<Clip> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
     let len = ((cut.clip_s * rate).round() as usize).max(1);
     let mut clips = Vec::new();
     for (track, Loaded { track: t, first_dry }) in tracks.iter().enumerate() {

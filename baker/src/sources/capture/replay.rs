@@ -34,7 +34,6 @@ pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, 
         dry.resize(dry.len().max(one.len()), 0.0);
         dry.iter_mut().zip(one).for_each(|(sum, v)| *sum += v);
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
     let clip = ((options.clip_s * f64::from(rate_hz)).round() as usize).max(1);
     let (mut tracks, mut clips) = (Vec::new(), Vec::new());
     for file in &views {

@@ -28,7 +28,6 @@ pub fn reverberation_times(capture: &Capture, grid: &StftGrid, bands: &Bands) ->
     let times: Vec<f64> = (0..TRIED).map(|i| SHORTEST_S * RATIO.powf(i as f64)).collect();
     let mut costs = vec![[0.0; TRIED]; bands.count()];
     let mut heard = vec![0_usize; bands.count()];
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of samples")]
     let pre_roll = (PRE_ROLL_S * grid.sample_rate_hz) as usize / grid.hop * grid.hop;
     let energies = Energies::new(*grid, bands);
     let every = capture.split(Split::Train).count().div_ceil(MOST_CLIPS).max(1);
@@ -54,9 +53,7 @@ pub fn reverberation_times(capture: &Capture, grid: &StftGrid, bands: &Bands) ->
         let [a, b, c] = [at.saturating_sub(1), at, (at + 1).min(TRIED - 1)].map(|i| costs[i]);
         let bend = a - 2.0 * b + c;
         let beside = if at == 0 || at == TRIED - 1 || bend <= 0.0 { 0.0 } else { 0.5 * (a - c) / bend };
-        #[expect(clippy::cast_possible_truncation, reason = "seconds")]
-        let time = (SHORTEST_S * RATIO.powf(at as f64 + beside)) as f32;
-        time
+        (SHORTEST_S * RATIO.powf(at as f64 + beside)) as f32
     };
     costs.iter().zip(heard).map(|(costs, heard)| (heard > 0).then(|| least(costs))).collect()
 }
@@ -84,7 +81,6 @@ impl<'a> Energies<'a> {
                 let piece: Vec<f64> = frame.iter().zip(&self.window).map(|(x, w)| f64::from(*x) * w).collect();
                 let mut energies = vec![0.0; self.bands.count()];
                 for (k, x) in self.analyser.spectrum(&piece).iter().enumerate() {
-                    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
                     for (band, weight) in self.bands.weights(self.grid.bin_hz(k) as f32) {
                         energies[band] += scale * f64::from(weight) * x.norm_sqr();
                     }

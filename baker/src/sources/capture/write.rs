@@ -12,7 +12,6 @@ use std::path::Path;
 
 pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
     let rate = capture.sample_rate_hz;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "what does not fit is refused below")]
     let rate_hz = rate as u32;
     if f64::from(rate_hz) != rate {
         let expected = "a whole number of hertz".to_owned();

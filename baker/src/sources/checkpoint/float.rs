@@ -24,10 +24,6 @@ impl Float {
     /// The numbers as `f32`; bytes left over at the end are ignored.
     pub(super) fn values(self, bytes: &[u8]) -> Vec<f32> {
         match self {
-            #[expect(
-                clippy::cast_possible_truncation,
-                reason = "weights are f32 inside; what overflows is found by the model's check"
-            )]
             Self::F64 => bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b) as f32).collect(),
             Self::F32 => bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect(),
             Self::F16 => bytes.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).to_f32()).collect(),

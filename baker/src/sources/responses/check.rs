@@ -116,7 +116,6 @@ fn whole(path: &Path, response: &Response) -> Result<(), BakeError> {
 
 /// Listener and source on a grid, so that equal poses meet in a map. A quaternion and its negative are the same rotation.
 fn key(response: &Response) -> [i64; 10] {
-    #[expect(clippy::cast_possible_truncation, reason = "positions beyond the range of i64 grains saturate")]
     let grain = |v: f32| (f64::from(v) / f64::from(GRAIN)).round() as i64;
     let (p, q, s) = (response.listener.position, response.listener.orientation, response.source);
     let mut turn = [q.x, q.y, q.z, q.w].map(grain);

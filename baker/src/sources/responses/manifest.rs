@@ -159,7 +159,6 @@ fn matching(path: &Path, root: &Path, entry: &Entry, files: &mut Vec<(PathBuf, E
         let mut entry = entry.clone();
         let mut listener = entry.listener;
         for (field, value) in numbers {
-            #[expect(clippy::cast_possible_truncation, reason = "positions and angles are f32 inside")]
             let value = value as f32;
             let head = listener.get_or_insert_default();
             match field {

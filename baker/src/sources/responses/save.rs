@@ -37,7 +37,6 @@ impl Responses {
     /// No responses, a sample rate that is no whole number, two responses of one name, or a file that cannot be written. The
     /// manifest comes last: without it the folder is no set.
     pub fn save(&self, folder: &Path) -> Result<(), BakeError> {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked by its way back")]
         let rate = self.sample_rate_hz as u32;
         if f64::from(rate) != self.sample_rate_hz {
             let found = self.sample_rate_hz.to_string();

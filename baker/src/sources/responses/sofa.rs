@@ -212,7 +212,6 @@ impl Sofa<'_> {
         };
         let count = if shape.len() == 2 { shape[0] } else { shape[2] };
         let point = |m: usize| {
-            #[expect(clippy::cast_possible_truncation, reason = "positions and angles are f32 inside")]
             let [a, b, c] = [at(m, 0), at(m, 1), at(m, 2)].map(|v| v as f32);
             match (spherical, degrees) {
                 (false, _) => Vec3::new(a, b, c),
@@ -345,9 +344,7 @@ fn delayed(samples: &[f64], delay: f64) -> Vec<f32> {
     const REACH: i32 = 16;
     let whole = delay.round();
     let rest = delay - whole;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "delays are checked to be positive and small")]
     let shift = whole as usize;
-    #[expect(clippy::cast_possible_truncation, reason = "responses are f32 inside")]
     let narrow = |v: &f64| *v as f32;
     let padding = std::iter::repeat_n(0.0, shift);
     if rest.abs() < 1e-3 {

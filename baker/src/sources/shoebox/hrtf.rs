@@ -50,11 +50,6 @@ impl Hrtf {
             return Err(wrong("sample rate", "8000 to 192000 Hz", format!("{sample_rate_hz} Hz")));
         }
         let rate = f64::from(sample_rate_hz);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a rate within the range that WAV files have"
-        )]
         let (n_fft, from_hz) = (((FRAME_S * rate) as usize).next_power_of_two(), set.sample_rate_hz.round() as u32);
         let bins = Bins { n_fft, sample_rate_hz: rate };
         let mut directions = Vec::with_capacity(set.responses.len());
@@ -90,9 +85,7 @@ impl Hrtf {
     /// Samples per second.
     #[must_use]
     pub fn sample_rate_hz(&self) -> u32 {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it came from a u32")]
-        let rate = self.bins.sample_rate_hz as u32;
-        rate
+        self.bins.sample_rate_hz as u32
     }
 
     /// Directions that were measured.
@@ -112,7 +105,6 @@ impl Hrtf {
     /// Real interaural coherence in a diffuse field at a frequency, -1 to 1.
     pub(super) fn coherence(&self, hz: f64) -> f32 {
         let bin = hz * self.bins.n_fft as f64 / self.bins.sample_rate_hz;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
         let bin = (bin.round() as usize).min(self.coherence.len() - 1);
         self.coherence[bin]
     }
@@ -129,13 +121,11 @@ impl Hrtf {
     /// Responses from their onsets on, each as long as counts, and the onsets in samples.
     fn cut(&self, ears: &[Vec<f32>]) -> Option<(Vec<Vec<f32>>, Vec<f32>)> {
         let rate = self.bins.sample_rate_hz;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some milliseconds")]
         let [lead, length, fade] = [0.001, RESPONSE_S, 0.002].map(|s| (s * rate) as usize);
         let mut pieces = Vec::with_capacity(ears.len());
         let mut onsets = Vec::with_capacity(ears.len());
         for ear in ears {
             let onset = arrival(ear)?;
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample of the response")]
             let end = onset as usize + length;
             let start = end.saturating_sub(length + lead);
             let mut piece = vec![0.0; start];
@@ -163,7 +153,6 @@ impl Hrtf {
             .map(|(ear, onset)| {
                 // Turned round the transform so that the onset comes to lie at its beginning, where the rest follows exactly.
                 time.fill(0.0);
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample of the response")]
                 let whole = onset.round() as usize;
                 for (i, v) in ear.iter().enumerate() {
                     if *v != 0.0 {
@@ -189,9 +178,7 @@ impl Hrtf {
         });
         let fade = |k: usize| {
             let above = (self.bins.hz(k) / (0.5 * sample_rate_hz) - EQUALISED.1) / (1.0 - EQUALISED.1);
-            #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
-            let gain = (0.5 * std::f64::consts::PI * above.clamp(0.0, 1.0)).cos().powi(2) as f32;
-            gain
+            (0.5 * std::f64::consts::PI * above.clamp(0.0, 1.0)).cos().powi(2) as f32
         };
         let equaliser: Vec<Complex32> = equaliser.iter().enumerate().map(|(k, c)| c.exp() * fade(k)).collect();
         let mean_onset = onsets.chunks(2).zip(shares).map(|(o, w)| w * 0.5 * (o[0] + o[1])).sum::<f32>();
@@ -200,7 +187,6 @@ impl Hrtf {
             .map(|k| {
                 let (mut cross, mut left, mut right) = (0.0, 0.0, 0.0);
                 for ((p, w), d) in pairs.iter().zip(shares).zip(&self.delays) {
-                    #[expect(clippy::cast_possible_truncation, reason = "a phase")]
                     let lag = (2.0 * std::f64::consts::PI * self.bins.hz(k) / sample_rate_hz) as f32 * (d[0] - d[1]);
                     cross += w * (p[0][k] * p[1][k].conj() * Complex32::cis(-lag)).re;
                     left += w * p[0][k].norm_sqr();
@@ -270,7 +256,6 @@ impl Near<'_> {
 
 /// A direction of a lattice that covers the sphere evenly.
 fn fibonacci(i: usize, count: usize) -> Vec3 {
-    #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
     let (i, count) = (i as f32 + 0.5, count as f32);
     let z = 1.0 - 2.0 * i / count;
     let turn = std::f32::consts::PI * (1.0 + 5.0_f32.sqrt()) * i;
@@ -307,7 +292,6 @@ fn third_octaves(energy: &[f64], bin_hz: f64) -> Vec<f64> {
     (0..energy.len())
         .map(|k| {
             let hz = (k as f64 * bin_hz).max(0.5 * bin_hz);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bins")]
             let (low, high) = ((hz / edge / bin_hz).round() as usize, ((hz * edge / bin_hz).round() as usize).min(last));
             let low = low.min(high);
             energy[low..=high].iter().sum::<f64>() / (high - low + 1) as f64
@@ -317,7 +301,6 @@ fn third_octaves(energy: &[f64], bin_hz: f64) -> Vec<f64> {
 
 /// A value between bins.
 fn at(values: &[f64], bin: f64) -> f64 {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
     let below = (bin as usize).min(values.len() - 2);
     values[below] + (bin - below as f64) * (values[below + 1] - values[below])
 }

@@ -48,7 +48,6 @@ impl Image {
     /// What its walls leave of the energy, in an octave.
     pub(super) fn energy(&self, room: &BoxRoom, octave: usize) -> f64 {
         let hits = self.hits();
-        #[expect(clippy::cast_possible_wrap, reason = "a few walls")]
         let left = |(a, n): (&super::Absorption, u32)| f64::from(1.0 - a[octave]).powi(n as i32);
         room.absorption.iter().zip(hits).map(left).product()
     }

@@ -44,7 +44,6 @@ impl Tail {
         length: usize,
     ) -> Self {
         let rate = f64::from(options.sample_rate_hz);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a frame")]
         let n_fft = ((FRAME_S * rate) as usize).next_power_of_two();
         let hop = n_fft / 2;
         let hops = length.div_ceil(hop) + 2;
@@ -56,9 +55,7 @@ impl Tail {
             let [a, b] = [energies[below], energies[below + 1]];
             // Levels lie between those of the octaves.
             let energy = if a > 0.0 && b > 0.0 { a * (b / a).powf(fraction) } else { a + fraction * (b - a) };
-            #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
-            let gain = energy.sqrt() as f32;
-            gain
+            energy.sqrt() as f32
         };
         let shares = |k: usize| {
             let coherence = hrtf.coherence(hz(k));
@@ -141,7 +138,6 @@ fn variances(room: &BoxRoom, emitter: Vec3, early: &[Image], hops: usize, hop: u
         for (image, energy) in early.iter().zip(&energies) {
             let distance = f64::from(image.position(emitter, room.size).distance(place));
             let at = distance / f64::from(SPEED_OF_SOUND_M_S) * rate / hop as f64;
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a hop")]
             let Some(had) = had.get_mut(at.round() as usize) else { continue };
             for (h, e) in had.iter_mut().zip(energy) {
                 *h += e / distance.powi(2).max(0.01) / (PLACES * hop) as f64;

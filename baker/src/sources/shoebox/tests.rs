@@ -139,7 +139,6 @@ fn walls_take_by_octave() {
     let listener = at(5.0, 2.3, 1.9);
     let response = &simulate(&room, EMITTER, &transparent(), &[listener], &options)[0];
     let way = EMITTER.distance(Vec3::new(5.0, 2.3, -1.9));
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample")]
     let start = (way / SPEED_OF_SOUND_M_S * RATE as f32) as usize - 20;
     for (hz, left) in [(250.0, 0.9), (1000.0, 0.5), (4000.0, 0.1)] {
         let found = power(&response.left[start..start + 700], hz) * f64::from(way).powi(2);

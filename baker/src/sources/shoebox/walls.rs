@@ -29,7 +29,6 @@ fn octave(values: &[f32; 7], hz: f64) -> f64 {
 pub(super) fn octave_place(hz: f64) -> (usize, f64) {
     let last = OCTAVES_HZ.len() - 1;
     let place = (hz.max(1.0) / f64::from(OCTAVES_HZ[0])).log2().clamp(0.0, last as f64);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the octaves")]
     let below = (place as usize).min(last - 1);
     (below, place - below as f64)
 }

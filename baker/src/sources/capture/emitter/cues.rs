@@ -67,7 +67,6 @@ pub(super) fn direct(dry: &[f32], pre_roll: usize, ears: [&[f32]; 2], rate: f64)
     let strongest = smooth.iter().copied().fold(0.0, f64::max);
     let mean = smooth.iter().sum::<f64>() / smooth.len().max(1) as f64;
     let onset = smooth.iter().position(|p| *p >= FIRST * strongest)?;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of samples")]
     let until = (onset + (RISE_S * rate) as usize + 1).min(smooth.len());
     let peak = (onset..until).max_by(|a, b| smooth[*a].total_cmp(&smooth[*b]))?;
     let centre = first + i64::try_from(peak).ok()?;
@@ -92,7 +91,6 @@ pub(super) fn direct(dry: &[f32], pre_roll: usize, ears: [&[f32]; 2], rate: f64)
     })
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "less than a second")]
 fn samples(seconds: f64, rate: f64) -> i64 {
     (seconds * rate).round() as i64
 }
