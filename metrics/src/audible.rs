@@ -63,10 +63,11 @@ mod tests {
         let gain = 20.0 * 2.0_f64.log10();
         let distance = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| audible_lsd_db(a, b, SPECTROGRAM).unwrap();
         assert_eq!(distance(std::slice::from_ref(&loud), std::slice::from_ref(&loud)), 0.0);
-        assert!((distance(std::slice::from_ref(&softer), std::slice::from_ref(&loud)) - gain).abs() < 1e-6);
+        // A bin of noise or two may lie below the floor.
+        assert!((distance(std::slice::from_ref(&softer), std::slice::from_ref(&loud)) - gain).abs() < 1e-3);
         // A stretch 60 dB down is not audible, whatever a rendering makes of it.
         let (faint, other) = (ears(5, 1e-3), ears(7, 1.0));
-        assert!((distance(&[softer, other], &[loud, faint]) - gain).abs() < 1e-6);
+        assert!((distance(&[softer, other], &[loud, faint]) - gain).abs() < 1e-3);
     }
 
     #[test]
