@@ -26,9 +26,14 @@ fn all(sections: &mut Sections) -> Result<()> {
     sections.run("format", || run(cargo("fmt").args(["--all", "--check"])))?;
     let screen = sections.run("screen", Screen::start)?;
     let features = FEATURES[..if screen.is_some() { 2 } else { 1 }].join(",");
+    let sanitizer = real_time_sanitizer()?;
     let built = |command: &str| {
         let mut cargo = cargo(command);
         cargo.args(["--workspace", "--features", &features]);
+        // Each time, because a change of these compiles the sanitizer again.
+        if let Some(library) = &sanitizer {
+            cargo.env("RTSAN_ENABLE", "1").env("RTSAN_LIB_PATH", library);
+        }
         cargo
     };
 
@@ -58,13 +63,9 @@ fn all(sections: &mut Sections) -> Result<()> {
     })?;
 
     // Last, so that the log ends with the counts of cargo.
-    let sanitizer = real_time_sanitizer()?;
     let tests = || -> Result<Command> {
         let mut tests = built("test");
         tests.arg("--no-fail-fast").env("PROMENADE_BUNDLES", &bundles);
-        if let Some(library) = &sanitizer {
-            tests.env("RTSAN_ENABLE", "1").env("RTSAN_LIB_PATH", library);
-        }
         if let Some(screen) = &screen {
             let pictures = bundle::target_folder()?.join("screenshots");
             std::fs::create_dir_all(&pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
