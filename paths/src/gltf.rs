@@ -68,9 +68,9 @@ fn times(file: &str, chain: &Chain, rate: f64) -> Result<Vec<f64>, PathFileError
     }
     let mut times = Vec::new();
     for pair in keys.windows(2) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "their sum is at most MAX_KEYFRAMES")]
-        let steps = steps(pair[0], pair[1]) as usize;
-        times.extend((0..steps).map(|step| pair[0] + (pair[1] - pair[0]) * step as f64 / steps as f64));
+        let steps = steps(pair[0], pair[1]);
+        let counted = (0_u32..).map(f64::from).take_while(|step| *step < steps);
+        times.extend(counted.map(|step| pair[0] + (pair[1] - pair[0]) * step / steps));
     }
     times.extend(keys.last());
     Ok(times)

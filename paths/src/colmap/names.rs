@@ -72,7 +72,7 @@ fn stamp(date: &str, time: &str) -> Option<f64> {
         && minute < 60
         && second < 61;
     let leap = |year: u32| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-    let leap_days = (1970..year).filter(|y| leap(*y)).count() as u32 + u32::from(month > 2 && leap(year));
+    let leap_days = (1970..year).map(|y| u32::from(leap(y))).sum::<u32>() + u32::from(month > 2 && leap(year));
     let months: u32 = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30].iter().take(month as usize - usize::from(month > 0)).sum();
     let days = 365 * (year.checked_sub(1970)?) + leap_days + months + day;
     let seconds = f64::from(days) * 86_400.0 + f64::from(hour * 3600 + minute * 60 + second);
