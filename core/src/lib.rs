@@ -18,6 +18,7 @@ pub mod published;
 mod render;
 mod renderer;
 mod scene;
+mod simd;
 mod spatializer;
 mod stft;
 mod tier;

@@ -7,7 +7,8 @@ use crate::published::conv::layer::{Conv, Layer};
 use crate::published::conv::{
     BASE, ClipConv, ClipPlanes, ConvLayerWeights, ConvWeights, DIFFERENCE, HIDDEN, MIX, MIXTURE, NARROW, WIDE, bound,
 };
-use crate::published::frames::{Frames, for_few, for_tiles};
+use crate::published::frames::Frames;
+use crate::simd::{for_few, for_tiles};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Follows a [`ClipConv`] a few frames behind and carries derivatives back through it. Between the layers nothing but the frames that

@@ -1,10 +1,9 @@
 //! Derivatives by a layer's weights: correlations of the derivatives by its outputs with its inputs, over all bins and frames.
 
 use crate::published::frames::{Frames, MARGIN};
+use crate::simd::LANES;
 use pulp::Simd;
 
-/// The widest vector there is.
-const LANES: usize = 16;
 /// Taps that are worked on at a time.
 const TOGETHER: usize = 3;
 

@@ -12,14 +12,12 @@ mod product;
 #[cfg(test)]
 mod tests;
 mod tile;
-mod vectors;
 mod wave;
 
 pub(crate) use attention::{Attention, Tally, scores_for};
 pub(crate) use matrix::{Matrix, dot};
 pub(crate) use norm::{Norm, total};
 pub(crate) use panel::{PANEL, Panels, Row};
-pub(crate) use product::{Activation, Product, Start, Weights};
-pub(crate) use tile::{Columns, in_columns, load, store};
-pub(crate) use vectors::{all, times_plus};
+pub(crate) use product::{Activation, PanelProduct, Start};
+pub(crate) use tile::{Columns, in_columns};
 pub(crate) use wave::Waves;

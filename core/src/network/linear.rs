@@ -4,13 +4,11 @@
 //! mask, or its value's part in the difference mask. A key is `k_n = W h_n + s_n` with h the pose-dependent hidden layer and s what no
 //! pose changes, so sums over anchors of h and s suffice.
 
-use crate::network::kernels::{
-    Activation, Columns, Matrix, PANEL, Panels, Product, Row, Start, Weights, all, dot, in_columns, load, store, times_plus,
-    total,
-};
-use crate::network::model::TILE;
+use crate::network::kernels::{Activation, Columns, Matrix, PANEL, PanelProduct, Panels, Row, Start, dot, in_columns, total};
 use crate::network::relative::{Relative, Visual, in_rows};
 use crate::network::{CloudModel, Listener, Masks};
+use crate::simd::TILE;
+use crate::simd::{Weights, all, times_plus};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Decoder of [`crate::network::CloudKind::SimpleSh`].
@@ -70,10 +68,10 @@ impl Linear {
             mixture: in_rows(&mixture),
             difference: second.transposed().apply(&difference).iter().map(|v| *v as f32).collect(),
             difference_start: dot(&doubles("vec_proj.2.proj.bias"), &difference) as f32,
-            second: Weights::new(&second, &vec![0.0; c]),
+            second: second.weights(&vec![0.0; c]),
             scale: scale as f32,
             queries: Panels::from_fn(c, s.bands, |band, feature| queries.at(band, feature)),
-            query_weights: Weights::new(&queries, &vec![0.0; s.bands]),
+            query_weights: queries.weights(&vec![0.0; s.bands]),
             biases: ["mix_prj.bias", "diff_prj.bias"].map(|b| model.weights(b).first().copied().unwrap_or(0.0)),
             hidden: rows(c),
             sums: Sums { mixture: rows(c), difference: rows(c), fixed: rows(c) },
@@ -99,7 +97,7 @@ impl Linear {
         for ((start, fixed), m) in self.projected.iter_mut().zip(&self.sums.fixed).zip(&self.mixture_fixed) {
             start.0[..2].copy_from_slice(&[*m, self.scale * total(fixed)]);
         }
-        Product {
+        PanelProduct {
             weights: &self.second,
             input: &self.pair,
             start: Start::Output,
@@ -123,7 +121,7 @@ impl Linear {
         for (panel, attention) in attention.chunks_mut(PANEL).enumerate().take(self.fixed.count()) {
             let positions = self.fixed.held(panel);
             self.relative.hidden(listener, panel, &mut self.hidden);
-            Product {
+            PanelProduct {
                 weights: &self.second,
                 input: &self.hidden,
                 start: Start::Rows(self.fixed.panel(panel)),
@@ -132,7 +130,7 @@ impl Linear {
                 output: &mut self.projected,
             }
             .run(self.arch);
-            Product {
+            PanelProduct {
                 weights: &self.query_weights,
                 input: &self.projected,
                 start: Start::Bias,
@@ -179,17 +177,17 @@ impl Columns for Gather<'_> {
         parts[0] = all(simd, l.difference_start);
         for (rows, factors) in l.hidden.as_chunks::<4>().0.iter().zip(l.difference.as_chunks::<4>().0) {
             for i in 0..4 {
-                parts[i] = times_plus(simd, load(simd, &rows[i], first), all(simd, factors[i]), parts[i]);
+                parts[i] = times_plus(simd, rows[i].load(simd, first), all(simd, factors[i]), parts[i]);
             }
         }
         let value = total(simd, parts);
-        let mixture = load::<S, V>(simd, &l.mixture[self.panel], first);
+        let mixture = l.mixture[self.panel].load::<S, V>(simd, first);
         let fixed = l.fixed.panel(self.panel);
         let sums = l.sums.mixture.iter_mut().zip(&mut l.sums.difference).zip(&mut l.sums.fixed);
         for ((hidden, fixed), ((m, d), f)) in l.hidden.iter().zip(fixed).zip(sums) {
-            let (hidden, fixed) = (load::<S, V>(simd, hidden, first), load::<S, V>(simd, fixed, first));
+            let (hidden, fixed) = (hidden.load::<S, V>(simd, first), fixed.load::<S, V>(simd, first));
             for (sum, x, y) in [(m, hidden, mixture), (d, hidden, value), (f, fixed, value)] {
-                store(simd, sum, first, times_plus(simd, x, y, load(simd, sum, first)));
+                sum.store(simd, first, times_plus(simd, x, y, sum.load(simd, first)));
             }
         }
     }
@@ -215,13 +213,13 @@ impl Columns for Dots<'_> {
     #[inline(always)]
     fn columns<S: Simd, const M: usize, const V: usize>(&mut self, simd: S, first: usize) {
         let [mixture, difference] = self.out;
-        let (mut m, mut d) = (load::<S, V>(simd, mixture, first), load::<S, V>(simd, difference, first));
+        let (mut m, mut d) = (mixture.load::<S, V>(simd, first), difference.load::<S, V>(simd, first));
         for (row, pair) in self.rows.iter().zip(self.pairs) {
-            let x = load::<S, V>(simd, row, first);
+            let x = row.load::<S, V>(simd, first);
             m = times_plus(simd, x, all(simd, pair.0[0]), m);
             d = times_plus(simd, x, all(simd, pair.0[1]), d);
         }
-        store(simd, mixture, first, m);
-        store(simd, difference, first, d);
+        mixture.store(simd, first, m);
+        difference.store(simd, first, d);
     }
 }

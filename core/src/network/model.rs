@@ -10,8 +10,6 @@ use thiserror::Error;
 
 /// The most anchors of a cloud.
 pub(crate) const MAX_ANCHORS: usize = 65_536;
-/// Output features that the kernels work on at a time: widths are multiples of it.
-pub(crate) const TILE: usize = 8;
 
 /// Which decoder: the paper's three, and the one that is trained for streams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,7 +1,8 @@
 //! Where the anchors lie, as a listener sees them.
 
-use crate::network::kernels::{Activation, Matrix, PANEL, Panels, Product, Row, Start, Waves, Weights};
+use crate::network::kernels::{Activation, Matrix, PANEL, PanelProduct, Panels, Row, Start, Waves};
 use crate::network::{CloudModel, Listener, PoseConvention};
+use crate::simd::Weights;
 use glam::Vec3;
 use pulp::Arch;
 
@@ -40,7 +41,7 @@ impl Relative {
             convention: parts.convention,
             max_norm: parts.max_norm,
             frequencies: model.weights("vec_embedder.freqs").to_vec(),
-            layer: Weights::new(&Matrix::from_weights(model.weights("vec_proj.0.proj.weight"), inputs), &bias),
+            layer: Matrix::from_weights(model.weights("vec_proj.0.proj.weight"), inputs).weights(&bias),
             slope: model.weights("vec_proj.1.weight").first().copied().unwrap_or(0.0),
             encoded: vec![Row::default(); inputs],
         }
@@ -68,7 +69,7 @@ impl Relative {
                 self.arch.dispatch(Waves { frequency: *frequency, x, sin, cos });
             }
         }
-        Product {
+        PanelProduct {
             weights: &self.layer,
             input: &self.encoded,
             start: Start::Bias,

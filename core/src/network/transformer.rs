@@ -2,9 +2,10 @@
 
 mod fold;
 
-use crate::network::kernels::{Activation, Attention, Norm, PANEL, Panels, Product, Row, Start, Tally, Weights, scores_for};
+use crate::network::kernels::{Activation, Attention, Norm, PANEL, PanelProduct, Panels, Row, Start, Tally, scores_for};
 use crate::network::relative::Relative;
 use crate::network::{CloudModel, Listener, Masks};
+use crate::simd::{TILE, Weights};
 use pulp::Arch;
 
 /// Normalises over features: gain and offset of each.
@@ -87,7 +88,7 @@ impl Scratch {
             attended: rows(s.width),
             wide: rows(s.feed_forward),
             scores: rows(scores_for(s.anchors.max(s.bands))),
-            logits: rows(crate::network::model::TILE),
+            logits: rows(TILE),
         }
     }
 }
@@ -130,7 +131,7 @@ impl Transformer {
         for panel in 0..s.anchors.count() {
             let (input, positions) = (s.anchors.panel(panel), s.anchors.held(panel));
             apply(arch, &layer.value, input, positions, s.anchor_values.panel_mut(panel));
-            Product {
+            PanelProduct {
                 weights: &layer.key,
                 input,
                 start: Start::Rows(layer.key_start.panel(panel)),
@@ -198,7 +199,7 @@ impl Transformer {
         }
         add(arch, &layer.output, &s.attended, residual, positions, t);
         layer.norm.apply(arch, positions, t);
-        Product {
+        PanelProduct {
             weights: &layer.widen,
             input: t,
             start: Start::Bias,
@@ -239,10 +240,10 @@ impl NormWeights {
 }
 
 fn apply(arch: Arch, weights: &Weights, input: &[Row], positions: usize, output: &mut [Row]) {
-    Product { weights, input, start: Start::Bias, activation: Activation::None, positions, output }.run(arch);
+    PanelProduct { weights, input, start: Start::Bias, activation: Activation::None, positions, output }.run(arch);
 }
 
 /// The same, added to something.
 fn add(arch: Arch, weights: &Weights, input: &[Row], start: Start<'_>, positions: usize, output: &mut [Row]) {
-    Product { weights, input, start, activation: Activation::None, positions, output }.run(arch);
+    PanelProduct { weights, input, start, activation: Activation::None, positions, output }.run(arch);
 }

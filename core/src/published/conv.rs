@@ -13,7 +13,8 @@ pub use weights::{ConvLayerWeights, ConvWeights};
 
 use crate::network::CloudModel;
 use crate::network::shapes::CONV_CHANNELS;
-use crate::published::frames::{Frames, for_few, for_tiles};
+use crate::published::frames::Frames;
+use crate::simd::{for_few, for_tiles};
 use layer::{Conv, First, Layer};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -194,7 +195,7 @@ fn slots<const N: usize>(frame: usize, rows: usize) -> [usize; N] {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::published::frames::tests::arches;
+    use crate::simd::tests::arches;
     use promenade_testing::noise_at;
 
     /// A channel by time and bin.

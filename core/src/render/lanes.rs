@@ -1,10 +1,9 @@
-//! Spectra in blocks of lanes, and the sums over taps that the render head spends its time on.
+//! Spectra in blocks of as many bins as the widest vector has lanes, and the sums over taps that the render head spends its time on.
 
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
 
-/// Bins per block: two vectors of 256 bits.
-pub(crate) const LANES: usize = 16;
+pub(crate) use crate::simd::LANES;
 
 /// One block of complex bins: real parts, then imaginary parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

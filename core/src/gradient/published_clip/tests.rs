@@ -1,6 +1,6 @@
 use super::*;
 use crate::published::clip::tests::{CLIPS, Inputs, clip, grid, inputs, naive, random, rendered};
-use crate::published::frames::tests::arches;
+use crate::simd::tests::arches;
 
 const NAMES: [&str; 9] = ["mixture", "difference", "mix", "out.0", "out.0 bias", "out.2", "out.2 bias", "out.4", "out.4 bias"];
 

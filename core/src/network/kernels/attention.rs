@@ -4,9 +4,9 @@ mod single;
 
 use super::exponential::exp2;
 use super::panel::{PANEL, Panels, Row};
-use super::tile::{Columns, add_products, in_columns, load, part_of, store};
-use super::vectors::{all, larger, minus, over, plus, times, times_plus};
-use crate::network::model::TILE;
+use super::tile::{Columns, add_products, in_columns, part_of};
+use crate::simd::TILE;
+use crate::simd::{all, larger, minus, over, plus, times, times_plus};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
@@ -95,7 +95,7 @@ impl Columns for Attention<'_> {
                 let mut sums = [all::<S, V>(simd, 0.0); M];
                 if start > 0 {
                     for m in 0..M {
-                        sums[m] = times(simd, load(simd, &output[m], first), shrink);
+                        sums[m] = times(simd, output[m].load(simd, first), shrink);
                     }
                 }
                 let from = self.head.start + tile * M;
@@ -104,14 +104,14 @@ impl Columns for Attention<'_> {
                 }
                 let scale = if block.end == panels { inverse } else { all(simd, 1.0) };
                 for m in 0..M {
-                    store(simd, &mut output[m], first, times(simd, sums[m], scale));
+                    output[m].store(simd, first, times(simd, sums[m], scale));
                 }
             }
         }
-        store(simd, self.top, first, top);
-        store(simd, self.inverse, first, inverse);
+        self.top.store(simd, first, top);
+        self.inverse.store(simd, first, inverse);
         if !self.mixture.is_empty() {
-            store(simd, self.mixed, first, times_plus(simd, mixed, inverse, load(simd, self.mixed, first)));
+            self.mixed.store(simd, first, times_plus(simd, mixed, inverse, self.mixed.load(simd, first)));
         }
     }
 }
@@ -135,7 +135,7 @@ fn score<S: Simd, const M: usize, const V: usize>(
             let sums = add_products::<S, M, V>(simd, first, [all(simd, 0.0); M], terms);
             let real = held - (eight * TILE + part * M).min(held);
             for m in 0..M {
-                store(simd, &mut scores[part * M + m], first, sums[m]);
+                scores[part * M + m].store(simd, first, sums[m]);
                 if m < real {
                     top = larger(simd, top, sums[m]);
                 }
@@ -148,8 +148,8 @@ fn score<S: Simd, const M: usize, const V: usize>(
 /// Puts the weight in place of a score.
 #[inline(always)]
 fn weigh<S: Simd, const V: usize>(simd: S, first: usize, row: &mut Row, top: [S::f32s; V]) -> [S::f32s; V] {
-    let weight = exp2(simd, minus(simd, load(simd, row, first), top));
-    store(simd, row, first, weight);
+    let weight = exp2(simd, minus(simd, row.load(simd, first), top));
+    row.store(simd, first, weight);
     weight
 }
 
@@ -201,11 +201,11 @@ impl WithSimd for Tally<'_> {
 impl Columns for Tally<'_> {
     #[inline(always)]
     fn columns<S: Simd, const M: usize, const V: usize>(&mut self, simd: S, first: usize) {
-        let top = load::<S, V>(simd, self.top, first);
+        let top = self.top.load::<S, V>(simd, first);
         // Queries that only fill up the panel count for nothing.
         let mut real = *self.inverse;
         real.0[self.positions.min(PANEL)..].fill(0.0);
-        let inverse = load::<S, V>(simd, &real, first);
+        let inverse = real.load::<S, V>(simd, first);
         for (panel, tally) in self.tally.chunks_mut(PANEL).enumerate().take(self.keys.count()) {
             let keys = &self.keys.panel(panel)[self.head.clone()];
             let scores = &mut self.scores[..tally.len().next_multiple_of(TILE)];

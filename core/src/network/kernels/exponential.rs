@@ -1,6 +1,6 @@
 //! Powers of two.
 
-use super::vectors::{all, larger, minus, plus, times_plus};
+use crate::simd::{all, larger, minus, plus, times_plus};
 use pulp::Simd;
 
 /// The least exponent that is told from minus infinity.

@@ -1,5 +1,6 @@
 //! Matrices in double precision, for folding weights when a decoder is made.
 
+use crate::simd::Weights;
 use std::ops::Range;
 
 /// Row by row.
@@ -83,6 +84,13 @@ impl Matrix {
             row.iter_mut().zip(bias).for_each(|(o, b)| *o += b);
         }
         out
+    }
+
+    /// The matrix, `[output][input]`, and a bias per output as the weights of a product.
+    pub(crate) fn weights(&self, bias: &[f64]) -> Weights {
+        let mut weights = Weights::new(self.cols, self.rows(), |input, output| self.at(output, input) as f32);
+        weights.set_bias(&bias.iter().map(|b| *b as f32).collect::<Vec<_>>());
+        weights
     }
 
     /// The sum with a matrix of the same shape.

@@ -1,8 +1,8 @@
 //! Layer normalisation of a panel.
 
 use super::panel::Row;
-use super::tile::{Columns, in_columns, load, store};
-use super::vectors::{all, minus, over, plus, root, times, times_plus};
+use super::tile::{Columns, in_columns};
+use crate::simd::{all, minus, over, plus, root, times, times_plus};
 use pulp::{Simd, WithSimd};
 
 const EPSILON: f32 = 1e-5;
@@ -33,22 +33,22 @@ impl Columns for Norm<'_> {
         let mut sums = [all::<S, V>(simd, 0.0); 4];
         for four in self.rows.as_chunks::<4>().0 {
             for i in 0..4 {
-                sums[i] = plus(simd, sums[i], load(simd, &four[i], first));
+                sums[i] = plus(simd, sums[i], four[i].load(simd, first));
             }
         }
         let mean = times(simd, total(simd, sums), share);
         let mut sums = [all::<S, V>(simd, 0.0); 4];
         for four in self.rows.as_chunks::<4>().0 {
             for i in 0..4 {
-                let offset = minus(simd, load(simd, &four[i], first), mean);
+                let offset = minus(simd, four[i].load(simd, first), mean);
                 sums[i] = times_plus(simd, offset, offset, sums[i]);
             }
         }
         let variance = times_plus(simd, total(simd, sums), share, all(simd, EPSILON));
         let inverse = over(simd, all(simd, 1.0), root(simd, variance));
         for ((row, scale), bias) in self.rows.iter_mut().zip(self.scale).zip(self.bias) {
-            let unit = times(simd, minus(simd, load::<S, V>(simd, row, first), mean), inverse);
-            store(simd, row, first, times_plus(simd, unit, all(simd, *scale), all(simd, *bias)));
+            let unit = times(simd, minus(simd, row.load::<S, V>(simd, first), mean), inverse);
+            row.store(simd, first, times_plus(simd, unit, all(simd, *scale), all(simd, *bias)));
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Storage of activations.
 
+use pulp::Simd;
+
 /// Positions side by side in a panel.
 pub(crate) const PANEL: usize = 32;
 
@@ -7,6 +9,27 @@ pub(crate) const PANEL: usize = 32;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(64))]
 pub(crate) struct Row(pub(crate) [f32; PANEL]);
+
+impl Row {
+    /// `V` vectors, from number `first` on.
+    #[inline(always)]
+    pub(crate) fn load<S: Simd, const V: usize>(&self, _simd: S, first: usize) -> [S::f32s; V] {
+        let vectors = S::as_simd_f32s(&self.0).0;
+        // The smaller of both is always `first`; it shows that the loads lie in the row.
+        let first = first.min(PANEL / S::F32_LANES - V);
+        let mut values = [vectors[first]; V];
+        values.copy_from_slice(&vectors[first..first + V]);
+        values
+    }
+
+    /// Writes `V` vectors, from number `first` on.
+    #[inline(always)]
+    pub(crate) fn store<S: Simd, const V: usize>(&mut self, _simd: S, first: usize, values: [S::f32s; V]) {
+        let vectors = S::as_mut_simd_f32s(&mut self.0).0;
+        let first = first.min(PANEL / S::F32_LANES - V);
+        vectors[first..first + V].copy_from_slice(&values);
+    }
+}
 
 /// Features of many positions, `[panel][feature][position]`; values after the last position are finite and mean nothing.
 pub(crate) struct Panels {

@@ -2,38 +2,10 @@
 
 mod single;
 
-use super::matrix::Matrix;
 use super::panel::Row;
-use super::tile::{Columns, add_products, in_columns, load, part_of, store};
-use super::vectors::{all, larger, plus, smaller, times_plus};
-use crate::network::model::TILE;
+use super::tile::{Columns, add_products, in_columns, part_of};
+use crate::simd::{TILE, Weights, all, larger, plus, smaller, times_plus};
 use pulp::{Arch, Simd, WithSimd};
-
-/// Weights of a linear layer in the order in which a product reads them.
-pub(crate) struct Weights {
-    /// `[output / 8][input][output % 8]`; outputs that fill up the last eight are 0.
-    pub(super) packed: Vec<[f32; TILE]>,
-    /// One per output, filled up as the weights are.
-    pub(super) bias: Vec<f32>,
-    pub(super) inputs: usize,
-}
-
-impl Weights {
-    /// From `[output][input]` and a bias per output, or none.
-    pub(crate) fn new(matrix: &Matrix, bias: &[f64]) -> Self {
-        let (outputs, inputs) = (matrix.rows(), matrix.cols());
-        let tiles = outputs.div_ceil(TILE);
-        let mut packed = vec![[0.0; TILE]; tiles * inputs];
-        for output in 0..outputs {
-            for (input, value) in matrix.row(output).iter().enumerate() {
-                packed[output / TILE * inputs + input][output % TILE] = *value as f32;
-            }
-        }
-        let mut filled: Vec<f32> = bias.iter().map(|b| *b as f32).collect();
-        filled.resize(tiles * TILE, 0.0);
-        Self { packed, bias: filled, inputs }
-    }
-}
 
 /// What a product is added to, besides the bias.
 #[derive(Clone, Copy)]
@@ -56,7 +28,7 @@ pub(crate) enum Activation {
 }
 
 /// `output = activation(start + bias + weights * input)` at the first `positions` positions of a panel.
-pub(crate) struct Product<'a> {
+pub(crate) struct PanelProduct<'a> {
     pub(crate) weights: &'a Weights,
     pub(crate) input: &'a [Row],
     pub(crate) start: Start<'a>,
@@ -65,7 +37,7 @@ pub(crate) struct Product<'a> {
     pub(crate) output: &'a mut [Row],
 }
 
-impl Product<'_> {
+impl PanelProduct<'_> {
     pub(crate) fn run(self, arch: Arch) {
         // The outputs of a tile fill no wider vector.
         #[cfg(target_arch = "x86_64")]
@@ -77,7 +49,7 @@ impl Product<'_> {
     }
 }
 
-impl WithSimd for Product<'_> {
+impl WithSimd for PanelProduct<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -90,12 +62,12 @@ impl WithSimd for Product<'_> {
     }
 }
 
-impl Columns for Product<'_> {
+impl Columns for PanelProduct<'_> {
     #[inline(always)]
     fn columns<S: Simd, const M: usize, const V: usize>(&mut self, simd: S, first: usize) {
-        let Weights { packed, bias, inputs } = self.weights;
-        let input = &self.input[..*inputs];
-        for (t, (weights, bias)) in packed.chunks_exact(*inputs).zip(bias.as_chunks::<TILE>().0).enumerate() {
+        let inputs = self.weights.inputs();
+        let input = &self.input[..inputs];
+        for (t, (weights, bias)) in self.weights.packed().chunks_exact(inputs).zip(self.weights.bias()).enumerate() {
             let output = &mut self.output[t * TILE..][..TILE];
             for part in 0..TILE / M {
                 let bias = part_of::<M>(bias, part);
@@ -104,8 +76,8 @@ impl Columns for Product<'_> {
                     let row = part * M + m;
                     let start = match self.start {
                         Start::Bias => all(simd, 0.0),
-                        Start::Output => load::<S, V>(simd, &output[row], first),
-                        Start::Rows(rows) => load::<S, V>(simd, &rows[t * TILE + row], first),
+                        Start::Output => output[row].load::<S, V>(simd, first),
+                        Start::Rows(rows) => rows[t * TILE + row].load::<S, V>(simd, first),
                     };
                     sums[m] = plus(simd, start, all(simd, *bias[m]));
                 }
@@ -121,7 +93,7 @@ impl Columns for Product<'_> {
                             times_plus(simd, all(simd, slope), below, above)
                         }
                     };
-                    store::<S, V>(simd, &mut output[part * M + m], first, active);
+                    output[part * M + m].store::<S, V>(simd, first, active);
                 }
             }
         }

@@ -2,6 +2,7 @@
 
 use super::exponential::exp2;
 use super::*;
+use crate::simd::tests::arches;
 use promenade_testing::noise_at;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -15,13 +16,7 @@ enum Set {
 
 impl Set {
     fn all() -> Vec<Self> {
-        #[cfg(target_arch = "x86_64")]
-        let some = [pulp::x86::V3::try_new().map(Arch::V3), pulp::x86::V4::try_new().map(Arch::V4)];
-        #[cfg(not(target_arch = "x86_64"))]
-        let some = [Some(Arch::new())];
-        println!("{} of {} vector instruction sets of this machine's family tested", some.iter().flatten().count(), some.len());
-        let here = some.into_iter().flatten().map(Self::Here);
-        [Self::Here(Arch::Scalar), Self::Four].into_iter().chain(here).collect()
+        arches().into_iter().map(Self::Here).chain([Self::Four]).collect()
     }
 
     fn dispatch<W: WithSimd>(self, work: W) -> W::Output {
@@ -52,14 +47,14 @@ fn products_are_sums_over_inputs() {
         for (outputs, inputs, positions) in [(16, 5, 32), (8, 63, 17), (72, 31, 1), (3, 8, 1), (10, 12, 9), (128, 128, 25)] {
             let matrix = Matrix::new((0..outputs * inputs).map(|i| value(i, 3)), inputs);
             let bias: Vec<f64> = (0..outputs).map(|i| value(i, 4)).collect();
-            let weights = Weights::new(&matrix, &bias);
+            let weights = matrix.weights(&bias);
             let filled = outputs.next_multiple_of(8);
             let (input, rows) = (panels(inputs, positions, 1), panels(filled, positions, 2));
             for start in [Start::Bias, Start::Output, Start::Rows(rows.panel(0))] {
                 for activation in [Activation::None, Activation::Relu, Activation::Prelu(0.25)] {
                     let mut output = panels(filled, positions, 5);
                     let before = panels(filled, positions, 5);
-                    let product = Product {
+                    let product = PanelProduct {
                         weights: &weights,
                         input: input.panel(0),
                         start,
@@ -189,8 +184,8 @@ impl WithSimd for Powers<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for first in 0..PANEL / S::F32_LANES {
-            let x = load::<S, 1>(simd, self.0, first);
-            store(simd, self.0, first, exp2(simd, x));
+            let x = self.0.load::<S, 1>(simd, first);
+            self.0.store(simd, first, exp2(simd, x));
         }
     }
 }

@@ -23,25 +23,6 @@ pub(crate) fn in_columns<S: Simd>(simd: S, positions: usize, work: &mut impl Col
     }
 }
 
-/// `V` vectors of a row.
-#[inline(always)]
-pub(crate) fn load<S: Simd, const V: usize>(_simd: S, row: &Row, first: usize) -> [S::f32s; V] {
-    let vectors = S::as_simd_f32s(&row.0).0;
-    // The smaller of both is always `first`; it shows that the loads lie in the row.
-    let first = first.min(PANEL / S::F32_LANES - V);
-    let mut values = [vectors[first]; V];
-    values.copy_from_slice(&vectors[first..first + V]);
-    values
-}
-
-/// Writes `V` vectors of a row.
-#[inline(always)]
-pub(crate) fn store<S: Simd, const V: usize>(_simd: S, row: &mut Row, first: usize, values: [S::f32s; V]) {
-    let vectors = S::as_mut_simd_f32s(&mut row.0).0;
-    let first = first.min(PANEL / S::F32_LANES - V);
-    vectors[first..first + V].copy_from_slice(&values);
-}
-
 /// Adds the outer products of `M` numbers and `V` vectors, term by term.
 #[inline(always)]
 pub(super) fn add_products<'a, S: Simd, const M: usize, const V: usize>(
@@ -51,7 +32,7 @@ pub(super) fn add_products<'a, S: Simd, const M: usize, const V: usize>(
     terms: impl Iterator<Item = ([&'a f32; M], &'a Row)>,
 ) -> [[S::f32s; V]; M] {
     for (numbers, row) in terms {
-        let x = load::<S, V>(simd, row, first);
+        let x = row.load::<S, V>(simd, first);
         for m in 0..M {
             let number = simd.splat_f32s(*numbers[m]);
             for v in 0..V {

@@ -1,7 +1,8 @@
 //! Whether a model's weights are complete, known, finite and of shapes that fit together.
 
-use super::{CloudError, CloudKind, CloudParts, CloudSizes, MAX_ANCHORS, TILE};
+use super::{CloudError, CloudKind, CloudParts, CloudSizes, MAX_ANCHORS};
 use crate::network::shapes::{CONV_LAYERS, FREQUENCY_TAPS, TAP_SHAPES, harmonic_degree};
+use crate::simd::TILE;
 use std::collections::BTreeMap;
 
 /// The largest sizes that are taken, checked before anything is computed with them.

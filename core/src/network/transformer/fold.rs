@@ -8,9 +8,10 @@
 //! - The mixture mask is linear in the weights averaged over heads: each anchor's features come to one number.
 
 use super::{Layer, NormWeights, Scratch, SelfAttention, Transformer};
-use crate::network::kernels::{Matrix, Panels, Weights, dot};
+use crate::network::kernels::{Matrix, Panels, dot};
 use crate::network::relative::{Relative, Visual, in_rows};
 use crate::network::{CloudModel, CloudSizes};
+use crate::simd::Weights;
 use pulp::Arch;
 use std::f64::consts::LOG2_E;
 
@@ -69,7 +70,7 @@ impl Fold<'_> {
         let bias = self.values(&format!("{stem}.bias"));
         let weights = self.values(&format!("{stem}.weight"));
         let cols = weights.len() / bias.len();
-        Weights::new(&Matrix::new(weights.into_iter(), cols), &bias)
+        Matrix::new(weights.into_iter(), cols).weights(&bias)
     }
 
     fn norm(&self, stem: &str) -> NormWeights {
@@ -108,20 +109,20 @@ impl Fold<'_> {
         let self_attention = (layer > 0).then(|| {
             let own = self.projections(&format!("{stem}.self_attn"), &none);
             SelfAttention {
-                query: Weights::new(&own.query, &own.query_bias),
-                key: Weights::new(&own.key, &none),
-                value: Weights::new(&own.value, &none),
-                output: Weights::new(&own.output, &own.output_bias),
+                query: own.query.weights(&own.query_bias),
+                key: own.key.weights(&none),
+                value: own.value.weights(&none),
+                output: own.output.weights(&own.output_bias),
                 norm: self.norm(&format!("{stem}.norm1")),
-                cross_query: Weights::new(&p.query, &p.query_bias),
+                cross_query: p.query.weights(&p.query_bias),
             }
         });
         Layer {
             self_attention,
-            key: Weights::new(&p.key.times(&second), &none),
+            key: p.key.times(&second).weights(&none),
             key_start: panels(&key_start),
-            value: Weights::new(&p.value.times(&second), &none),
-            output: Weights::new(&p.output, &p.output_bias),
+            value: p.value.times(&second).weights(&none),
+            output: p.output.weights(&p.output_bias),
             norm: self.norm(&format!("{stem}.norm2")),
             widen: self.plain(&format!("{stem}.linear1")),
             narrow: self.plain(&format!("{stem}.linear2")),

@@ -1,6 +1,6 @@
 use super::*;
 use crate::published::conv::tests::random_weights;
-use crate::published::frames::tests::arches;
+use crate::simd::tests::arches;
 use promenade_testing::noise_at;
 
 /// All that is learnt: mixture, difference, mix, then weights and biases of the three layers.

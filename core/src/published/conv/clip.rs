@@ -3,7 +3,8 @@
 use crate::network::shapes::CONV_CHANNELS;
 use crate::published::conv::layer::{Conv, First, Layer};
 use crate::published::conv::{BASE, ConvWeights, DIFFERENCE, HIDDEN, MIX, MIXTURE, NARROW, WIDE, bound};
-use crate::published::frames::{Frames, for_few, for_tiles};
+use crate::published::frames::Frames;
+use crate::simd::{for_few, for_tiles};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Frames that are kept of what lies between the layers: those that a block of the adjoint reads.

@@ -1,15 +1,13 @@
 //! One convolution layer over bins and frames, and the sums that it takes of rows of bins.
 
 use crate::published::conv::ConvLayerWeights;
-use crate::published::frames::{Frames, MARGIN, OUTPUTS, Tile, load, step};
+use crate::published::frames::{Frames, MARGIN};
+use crate::simd::{TILE, Tile, Weights, load, step};
 use pulp::Simd;
 
-/// Weights of one layer, `[output / OUTPUTS][plane][frame][bin][OUTPUTS]`.
+/// Weights of one layer; their inputs are `[plane][frame][bin]`.
 pub(crate) struct Layer {
-    weights: Vec<f32>,
-    /// Empty where there is none.
-    bias: Vec<f32>,
-    outputs: usize,
+    weights: Weights,
     planes: usize,
     size: usize,
 }
@@ -17,8 +15,7 @@ pub(crate) struct Layer {
 impl Layer {
     /// Zeros, for kernels of `size` bins by `size` frames.
     pub(crate) fn new(outputs: usize, planes: usize, size: usize) -> Self {
-        let weights = vec![0.0; outputs.next_multiple_of(OUTPUTS) * planes * size * size];
-        Self { weights, bias: Vec::with_capacity(outputs), outputs, planes, size }
+        Self { weights: Weights::new(planes * size * size, outputs, |_, _| 0.0), planes, size }
     }
 
     /// Takes some channels of a published layer.
@@ -29,31 +26,24 @@ impl Layer {
 
     /// Takes a published layer's bias.
     pub(crate) fn set_bias(&mut self, from: &ConvLayerWeights) {
-        self.bias.clear();
-        self.bias.extend_from_slice(&from.bias);
+        self.weights.set_bias(&from.bias);
     }
 
     /// Takes values by output, plane, frame and bin.
     pub(crate) fn fill(&mut self, at: impl Fn(usize, usize, usize, usize) -> f32) {
-        let (outputs, size) = (self.outputs, self.size);
-        for (i, w) in self.weights.as_chunks_mut::<OUTPUTS>().0.iter_mut().enumerate() {
-            let (bin, frame) = (i % size, i / size % size);
-            let (plane, tile) = (i / (size * size) % self.planes, i / (size * size * self.planes));
-            for (w, o) in w.iter_mut().zip(tile * OUTPUTS..outputs) {
-                *w = at(o, plane, frame, bin);
-            }
-        }
+        let size = self.size;
+        self.weights.set(|input, output| at(output, input / (size * size), input / size % size, input % size));
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        4 * (self.weights.len() + self.bias.len())
+        self.weights.memory_bytes()
     }
 
     /// The bias of a tile's outputs.
     #[inline(always)]
     fn start<S: Simd, const O: usize, const V: usize>(&self, simd: S, output: usize) -> [[S::f32s; V]; O] {
         let mut acc = [[simd.splat_f32s(0.0); V]; O];
-        for (acc, b) in acc.iter_mut().zip(self.bias.iter().skip(output)) {
+        for (acc, b) in acc.iter_mut().zip(&self.weights.bias()[output / TILE][output % TILE..]) {
             acc.fill(simd.splat_f32s(*b));
         }
         acc
@@ -69,14 +59,13 @@ impl Layer {
         output: usize,
         position: usize,
     ) {
-        let len = self.planes * SIZE * SIZE * OUTPUTS;
-        let weights = &self.weights[output / OUTPUTS * len..][..len];
-        let within = output % OUTPUTS;
+        let weights = self.weights.tile(output / TILE);
+        let within = output % TILE;
         let start = MARGIN + position - SIZE / 2;
-        for (plane, weights) in weights.chunks_exact(SIZE * SIZE * OUTPUTS).enumerate() {
-            for (slot, weights) in slots.iter().zip(weights.chunks_exact(SIZE * OUTPUTS)) {
+        for (plane, weights) in weights.chunks_exact(SIZE * SIZE).enumerate() {
+            for (slot, weights) in slots.iter().zip(weights.chunks_exact(SIZE)) {
                 let x = &x.padded(slot + plane)[start..][..V * S::F32_LANES + SIZE - 1];
-                for (bin, w) in weights.as_chunks::<OUTPUTS>().0.iter().enumerate() {
+                for (bin, w) in weights.iter().enumerate() {
                     step(simd, acc, &w[within..][..O], &x[bin..][..V * S::F32_LANES]);
                 }
             }
@@ -132,7 +121,7 @@ pub(crate) struct First<'a, const SIZE: usize> {
 impl<const SIZE: usize> Tile for First<'_, SIZE> {
     #[inline(always)]
     fn tile<S: Simd, const O: usize, const V: usize>(&mut self, simd: S, output: usize, position: usize) {
-        let outputs = self.even.outputs;
+        let outputs = self.even.weights.outputs();
         let mut even = self.even.start::<S, O, V>(simd, output);
         self.even.convolve(simd, &mut even, (self.x, &self.slots), output, position);
         let mut odd = self.odd.start::<S, O, V>(simd, output);

@@ -4,8 +4,9 @@ use super::harmonics::{Harmonics, band_table, frame_table};
 use super::hyper::{Embedding, Hidden};
 use crate::network::shapes::FREQUENCY_TAPS;
 use crate::network::{CloudKind, CloudModel, Listener, Masks};
-use crate::published::frames::{Frames, Product, Weights};
-use pulp::{Arch, Simd, WithSimd};
+use crate::published::frames::{FrameProduct, Frames, MARGIN, WeightedRows};
+use crate::simd::Weights;
+use pulp::Arch;
 
 /// Mixes the frames of a clip for a listener.
 pub(crate) struct TimeFilter {
@@ -92,14 +93,14 @@ impl Hyper {
             mix.row_mut(frame).fill(*bias);
         }
         let hidden = self.bias_hidden.run(arch, embedding);
-        Product { weights: &self.bias_weights, x: hidden, gate: None, out: mix }.run(arch);
-        Product { weights: &self.constant, x: masked, gate: None, out: mix }.run(arch);
+        FrameProduct { weights: &self.bias_weights, x: hidden, gate: None, out: mix }.run(arch);
+        FrameProduct { weights: &self.constant, x: masked, gate: None, out: mix }.run(arch);
         if let Some(hidden) = &mut self.hidden {
             let gates = hidden.run(arch, embedding);
             for (u, weights) in self.units.iter().enumerate() {
                 // A unit that is silent for all bands adds nothing.
                 if gates.row(u).iter().any(|h| *h != 0.0) {
-                    Product { weights, x: masked, gate: Some((gates, u)), out: mix }.run(arch);
+                    FrameProduct { weights, x: masked, gate: Some((gates, u)), out: mix }.run(arch);
                 }
             }
         }
@@ -146,35 +147,16 @@ impl Harmonic {
         let harmonics = self.harmonics.at(listener.centre);
         let pairs = [(&self.frame_table, &mut self.frame_weights), (&self.band_table, &mut self.band_weights)];
         for (table, out) in pairs {
-            arch.dispatch(OverHarmonics { harmonics, table, out });
-        }
-        self.matrix.clear();
-        Product { weights: &self.kernel_features, x: &self.frame_weights, gate: None, out: &mut self.matrix }.run(arch);
-        self.kernel.set_rows(&self.matrix);
-        mix.clear();
-        Product { weights: &self.bias_features, x: &self.band_weights, gate: None, out: mix }.run(arch);
-        Product { weights: &self.kernel, x: masked, gate: None, out: mix }.run(arch);
-    }
-}
-
-struct OverHarmonics<'a> {
-    harmonics: &'a [f32],
-    table: &'a Frames,
-    out: &'a mut Frames,
-}
-
-impl WithSimd for OverHarmonics<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let count = self.harmonics.len() / self.out.count().max(1);
-        for (i, y) in self.harmonics.chunks_exact(count.max(1)).enumerate() {
-            let out = self.out.row_mut(i);
-            out.fill(0.0);
-            for (h, y) in y.iter().enumerate() {
-                out.iter_mut().zip(self.table.row(count * i + h)).for_each(|(o, w)| *o += y * w);
+            let count = harmonics.len() / out.count().max(1);
+            for (anchor, weights) in harmonics.chunks_exact(count.max(1)).enumerate() {
+                arch.dispatch(WeightedRows { weights, table, first: count * anchor, out: out.row_mut(anchor) });
             }
         }
+        self.matrix.clear();
+        FrameProduct { weights: &self.kernel_features, x: &self.frame_weights, gate: None, out: &mut self.matrix }.run(arch);
+        self.kernel.set_rows(|input| &self.matrix.padded(input)[MARGIN..]);
+        mix.clear();
+        FrameProduct { weights: &self.bias_features, x: &self.band_weights, gate: None, out: mix }.run(arch);
+        FrameProduct { weights: &self.kernel, x: masked, gate: None, out: mix }.run(arch);
     }
 }

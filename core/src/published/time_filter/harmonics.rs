@@ -2,7 +2,8 @@
 
 use crate::network::relative::directions;
 use crate::network::{CloudModel, MAX_HARMONICS};
-use crate::published::frames::{Frames, Product, Weights};
+use crate::published::frames::{FrameProduct, Frames};
+use crate::simd::Weights;
 use glam::Vec3;
 use pulp::Arch;
 
@@ -76,7 +77,7 @@ pub(super) fn frame_table(model: &CloudModel, arch: Arch) -> Frames {
     let at = |band: usize, o: usize| scale * coefficients[(o / harmonics * sizes.bands + band) * harmonics + o % harmonics];
     let weights = Weights::new(sizes.bands, sizes.anchors * harmonics, at);
     let mut table = Frames::new(sizes.anchors * harmonics, sizes.frames);
-    Product { weights: &weights, x: &x, gate: None, out: &mut table }.run(arch);
+    FrameProduct { weights: &weights, x: &x, gate: None, out: &mut table }.run(arch);
     table
 }
 

@@ -1,7 +1,8 @@
 //! The hyper-network's hidden layers over the embedding of every band.
 
 use crate::network::{CloudModel, Masks};
-use crate::published::frames::{Frames, Product, Weights};
+use crate::published::frames::{FrameProduct, Frames};
+use crate::simd::Weights;
 use pulp::Arch;
 
 /// Embeddings of all bands, `[feature][band]`.
@@ -54,7 +55,7 @@ impl Hidden {
         for (unit, bias) in self.bias.iter().enumerate() {
             self.rows.row_mut(unit).fill(*bias);
         }
-        Product { weights: &self.weights, x: embedding, gate: None, out: &mut self.rows }.run(arch);
+        FrameProduct { weights: &self.weights, x: embedding, gate: None, out: &mut self.rows }.run(arch);
         for unit in 0..self.rows.count() {
             self.rows.row_mut(unit).iter_mut().for_each(|v| *v = v.max(0.0));
         }

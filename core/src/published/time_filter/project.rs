@@ -5,8 +5,9 @@ use super::hyper::{Embedding, Hidden};
 use super::stream_taps::{Kernel, StreamTaps};
 use crate::network::shapes::FREQUENCY_TAPS;
 use crate::network::{CloudKind, CloudModel, Listener, Masks};
-use crate::published::frames::{Frames, Product, Weights};
-use pulp::{Arch, Simd, WithSimd};
+use crate::published::frames::{FrameProduct, Frames, WeightedRows};
+use crate::simd::Weights;
+use pulp::Arch;
 use std::ops::Range;
 
 /// How the matrix over a clip's frames, which depends on their place in the clip, becomes a filter that does not.
@@ -181,14 +182,14 @@ impl Hyper {
         let embedding = self.embedding.set(masks);
         out.bias.row_mut(0).fill(self.bias);
         let hidden = self.bias_hidden.run(arch, embedding);
-        Product { weights: &self.bias_weights, x: hidden, gate: None, out: &mut out.bias }.run(arch);
+        FrameProduct { weights: &self.bias_weights, x: hidden, gate: None, out: &mut out.bias }.run(arch);
         match (&mut out.kernel, &mut self.live) {
             (Kernel::Banded(taps), Some((hidden, units))) => {
                 for (tap, constant) in self.constant.iter().enumerate() {
                     taps.row_mut(tap).fill(*constant);
                 }
                 let x = hidden.run(arch, embedding);
-                Product { weights: units, x, gate: None, out: taps }.run(arch);
+                FrameProduct { weights: units, x, gate: None, out: taps }.run(arch);
             }
             (Kernel::Shared(taps), None) => taps.row_mut(0).copy_from_slice(&self.constant),
             _ => debug_assert!(false, "taps of another projector"),
@@ -233,25 +234,7 @@ impl Harmonic {
             return;
         };
         for (table, out) in [(&self.kernel, taps), (&self.bias, &mut out.bias)] {
-            arch.dispatch(WeightedRows { weights, table, out: out.row_mut(0) });
-        }
-    }
-}
-
-struct WeightedRows<'a> {
-    weights: &'a [f32],
-    table: &'a Frames,
-    out: &'a mut [f32],
-}
-
-impl WithSimd for WeightedRows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        self.out.fill(0.0);
-        for (w, row) in self.weights.iter().zip(self.table.iter()) {
-            self.out.iter_mut().zip(row).for_each(|(o, r)| *o += w * r);
+            arch.dispatch(WeightedRows { weights, table, first: 0, out: out.row_mut(0) });
         }
     }
 }

@@ -3,8 +3,7 @@
 use super::Attention;
 use crate::network::kernels::exponential::exp2;
 use crate::network::kernels::panel::PANEL;
-use crate::network::kernels::tile::{load, store};
-use crate::network::kernels::vectors::{all, minus, plus, times_plus};
+use crate::simd::{all, minus, plus, times_plus};
 use pulp::Simd;
 
 /// Scores of a panel of keys fill one row.
@@ -19,26 +18,26 @@ pub(super) fn attention<S: Simd>(simd: S, a: &mut Attention<'_>) {
         for first in 0..vectors {
             let mut sums = all::<S, 1>(simd, 0.0);
             for (key, query) in keys.iter().zip(a.query) {
-                sums = times_plus(simd, load(simd, key, first), all(simd, query.0[0]), sums);
+                sums = times_plus(simd, key.load(simd, first), all(simd, query.0[0]), sums);
             }
-            store(simd, scores, first, sums);
+            scores.store(simd, first, sums);
         }
         top = scores.0[..a.keys.held(panel)].iter().copied().fold(top, f32::max);
     }
     let (mut sum, mut mixed) = (all::<S, 1>(simd, 0.0), all::<S, 1>(simd, 0.0));
     for (panel, scores) in scores.iter_mut().enumerate() {
         for first in 0..vectors {
-            store(simd, scores, first, exp2::<S, 1>(simd, minus(simd, load(simd, scores, first), all(simd, top))));
+            scores.store(simd, first, exp2::<S, 1>(simd, minus(simd, scores.load(simd, first), all(simd, top))));
         }
         // What only fills up the panel weighs nothing.
         scores.0[a.keys.held(panel)..].fill(0.0);
         for first in 0..vectors {
-            sum = plus(simd, sum, load(simd, scores, first));
+            sum = plus(simd, sum, scores.load(simd, first));
         }
     }
     for (scores, numbers) in scores.iter().zip(a.mixture) {
         for first in 0..vectors {
-            mixed = times_plus(simd, load(simd, scores, first), load(simd, numbers, first), mixed);
+            mixed = times_plus(simd, scores.load(simd, first), numbers.load(simd, first), mixed);
         }
     }
     let inverse = 1.0 / simd.reduce_sum_f32s(sum[0]);
@@ -47,7 +46,7 @@ pub(super) fn attention<S: Simd>(simd: S, a: &mut Attention<'_>) {
         for (panel, scores) in scores.iter().enumerate() {
             let values = &a.values.panel(panel)[feature];
             for first in 0..vectors {
-                sums = times_plus(simd, load(simd, scores, first), load(simd, values, first), sums);
+                sums = times_plus(simd, scores.load(simd, first), values.load(simd, first), sums);
             }
         }
         output.0[0] = inverse * simd.reduce_sum_f32s(sums[0]);

@@ -1,9 +1,8 @@
 //! A product with one position, the last of the `2^k + 1` bins of a transform: lanes run over outputs instead of positions.
 
-use super::{Activation, Product, Start};
+use super::{Activation, PanelProduct, Start};
 use crate::network::kernels::panel::Row;
-use crate::network::kernels::vectors::{all, times_plus};
-use crate::network::model::TILE;
+use crate::simd::{TILE, all, times_plus};
 use pulp::Simd;
 
 /// Tiles of outputs that are summed side by side.
@@ -11,11 +10,11 @@ const SIDE_BY_SIDE: usize = 8;
 
 /// `V` vectors hold the outputs of a tile.
 #[inline(always)]
-pub(super) fn product<S: Simd, const V: usize>(simd: S, product: &mut Product<'_>) {
-    let inputs = product.weights.inputs;
+pub(super) fn product<S: Simd, const V: usize>(simd: S, product: &mut PanelProduct<'_>) {
+    let inputs = product.weights.inputs();
     let input = &product.input[..inputs];
     let mut tile = 0;
-    for group in product.weights.packed.chunks(SIDE_BY_SIDE * inputs) {
+    for group in product.weights.packed().chunks(SIDE_BY_SIDE * inputs) {
         if group.len() == SIDE_BY_SIDE * inputs {
             let sums = tiles::<S, V, SIDE_BY_SIDE>(simd, group, input);
             sums.iter().enumerate().for_each(|(t, sums)| finish(product, tile + t, sums));
@@ -55,7 +54,7 @@ fn tiles<S: Simd, const V: usize, const T: usize>(simd: S, weights: &[[f32; TILE
 }
 
 #[inline(always)]
-fn finish(product: &mut Product<'_>, tile: usize, sums: &[f32; TILE]) {
+fn finish(product: &mut PanelProduct<'_>, tile: usize, sums: &[f32; TILE]) {
     for (m, sum) in sums.iter().enumerate() {
         let output = tile * TILE + m;
         let start = match product.start {
@@ -63,7 +62,7 @@ fn finish(product: &mut Product<'_>, tile: usize, sums: &[f32; TILE]) {
             Start::Output => product.output[output].0[0],
             Start::Rows(rows) => rows[output].0[0],
         };
-        let sum = start + product.weights.bias[output] + sum;
+        let sum = start + product.weights.bias()[tile][m] + sum;
         product.output[output].0[0] = match product.activation {
             Activation::None => sum,
             Activation::Relu => sum.max(0.0),

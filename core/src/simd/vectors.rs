@@ -42,3 +42,13 @@ each! {
 pub(crate) fn all<S: Simd, const V: usize>(simd: S, number: f32) -> [S::f32s; V] {
     [simd.splat_f32s(number); V]
 }
+
+/// The first vectors of a slice.
+#[inline(always)]
+pub(crate) fn load<S: Simd, const V: usize>(simd: S, x: &[f32]) -> [S::f32s; V] {
+    let mut vectors = [simd.splat_f32s(0.0); V];
+    for (v, x) in vectors.iter_mut().zip(S::as_simd_f32s(&x[..V * S::F32_LANES]).0) {
+        *v = *x;
+    }
+    vectors
+}

@@ -1,0 +1,37 @@
+//! Vector arithmetic that the network and the render heads share: operations on vectors, tiles of sums, weights in the order in which
+//! they are read. The running machine's instructions are chosen by `pulp`, without unsafe code here.
+
+mod tiles;
+mod vectors;
+mod weights;
+
+pub(crate) use tiles::{Tile, for_few, for_tiles, step};
+pub(crate) use vectors::{all, larger, load, minus, over, plus, root, smaller, times, times_plus};
+pub(crate) use weights::{TILE, Weights};
+
+/// Lanes of the widest vector there is, 512 bits.
+pub(crate) const LANES: usize = 16;
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use pulp::Arch;
+
+    /// Every instruction set that the running machine has.
+    pub(crate) fn arches() -> Vec<Arch> {
+        let mut all = vec![Arch::Scalar];
+        #[cfg(target_arch = "x86_64")]
+        {
+            match pulp::x86::V3::try_new() {
+                Some(v3) => all.push(Arch::V3(v3)),
+                None => println!("no AVX2 here: not tested"),
+            }
+            match pulp::x86::V4::try_new() {
+                Some(v4) => all.push(Arch::V4(v4)),
+                None => println!("no AVX-512 here: not tested"),
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        all.push(Arch::new());
+        all
+    }
+}
