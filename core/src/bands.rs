@@ -1,5 +1,7 @@
 //! Frequency bands of the time filters: piecewise linear between centres.
 
+use crate::number::single;
+
 /// Band centres in rising order; a value per band is interpolated linearly in Hz between centres and held beyond the ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bands {
@@ -27,8 +29,7 @@ impl Bands {
     /// The spacing follows the ear's critical bandwidth (Zwicker and Terhardt 1980) with a floor set by hops of some milliseconds.
     #[must_use]
     pub fn for_rate(sample_rate_hz: f64) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
-        let nyquist = (0.5 * sample_rate_hz) as f32;
+        let nyquist = single(0.5 * sample_rate_hz);
         let mut centres_hz = vec![75.0_f32.min(0.25 * nyquist)];
         let mut c = centres_hz[0];
         loop {

@@ -1,5 +1,7 @@
 //! The short-time Fourier grid of a scene, and its equivalent at another sample rate.
 
+use crate::number::whole;
+
 /// Sample rate, transform length and hop of a short-time Fourier transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StftGrid {
@@ -51,19 +53,17 @@ impl StftGrid {
             if self.n_fft.is_multiple_of(self.hop) { (self.hop, self.n_fft / self.hop) } else { (self.n_fft, 1) };
         let found = efficient_unit(unit as f64 * ratio, per_hop);
         let n_fft = found * per_hop;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "milliseconds in samples")]
-        let hop = if per_hop > 1 { found } else { (self.hop as f64 * ratio).round().max(1.0) as usize };
+        let hop = if per_hop > 1 { found } else { whole((self.hop as f64 * ratio).round().max(1.0)) };
         Self { sample_rate_hz, n_fft, hop: hop.min(n_fft / 2) }
     }
 }
 
 /// The length nearest to `ideal` of which `count` make an even transform length with fast kernels, within about 1 %; if there is
 /// none, the nearest even length.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "lengths of milliseconds in samples")]
 fn efficient_unit(ideal: f64, count: usize) -> usize {
     let efficient = |u: usize| is_smooth(u * count) && (u * count).is_multiple_of(2);
-    let nearest = ideal.round().max(2.0) as usize;
-    let reach = 2 + (ideal * 0.01) as usize;
+    let nearest = whole(ideal.round().max(2.0));
+    let reach = 2 + whole(ideal * 0.01);
     (0..=reach)
         .flat_map(|d| [nearest + d, nearest.saturating_sub(d)])
         .find(|&u| u >= 2 && efficient(u))

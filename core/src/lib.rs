@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable))]
+#![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 
 mod bands;
 pub mod decode;
@@ -12,6 +13,7 @@ pub mod decode;
 pub mod gradient;
 mod grid;
 pub mod network;
+mod number;
 mod path;
 mod pose;
 pub mod published;

@@ -3,6 +3,7 @@
 mod entry;
 
 use crate::Pose;
+use crate::number::single;
 use glam::{Quat, Vec3};
 use thiserror::Error;
 
@@ -159,13 +160,11 @@ impl CameraPath {
         }
         let (a, b) = (&k[next - 1], &k[next]);
         let span = b.t_s - a.t_s;
-        #[expect(clippy::cast_possible_truncation, reason = "a fraction of one segment")]
-        let u = ((t_s - a.t_s) / span) as f32;
+        let u = single((t_s - a.t_s) / span);
         let before = if next >= 2 { &k[next - 2] } else { a };
         let after = k.get(next + 1).unwrap_or(b);
         let slope = |from: &Keyframe, to: &Keyframe| -> Vec3 {
-            #[expect(clippy::cast_possible_truncation, reason = "a ratio of seconds")]
-            let scale = (span / (to.t_s - from.t_s)) as f32;
+            let scale = single(span / (to.t_s - from.t_s));
             (to.pose.position - from.pose.position) * scale
         };
         let (u2, u3) = (u * u, u * u * u);

@@ -7,6 +7,7 @@ mod format;
 mod manifest;
 
 use crate::network::{CloudEmitter, CloudModel};
+use crate::number::whole;
 use crate::published::{ConvMode, Projection, PublishedOptions};
 use crate::{Axis, Bands, Facing, Field, FieldGrid, Pose, Rows, StftGrid, Tier, TransferFunction, TransferShape};
 use error::value;
@@ -36,9 +37,7 @@ impl TailModel {
 
     /// The same in samples.
     pub(crate) fn longest_t60_samples(&self, sample_rate_hz: f64) -> usize {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds in samples")]
-        let samples = (f64::from(self.longest_t60_s()) * sample_rate_hz) as usize;
-        samples
+        whole(f64::from(self.longest_t60_s()) * sample_rate_hz)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the audio thread owns: block in, block out.
 
+use crate::number::whole;
 use crate::{LiveParams, Pose, Quality, Renderer, Tier};
 
 /// Length of a cross-fade between scenes, seconds.
@@ -101,8 +102,7 @@ impl Spatializer {
     /// Not real-time safe: allocates.
     #[must_use]
     pub fn new(sample_rate_hz: f64) -> Self {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "fractions of a second in samples")]
-        let samples = |seconds: f64| ((seconds * sample_rate_hz) as usize).max(1);
+        let samples = |seconds: f64| whole(seconds * sample_rate_hz).max(1);
         let pair = || [vec![0.0; CHUNK], vec![0.0; CHUNK]];
         Self {
             sample_rate_hz,

@@ -1,6 +1,7 @@
 //! Streaming short-time Fourier transform: one channel in, two out, any hop.
 
 use crate::StftGrid;
+use crate::number::single;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
 use std::ops::Range;
@@ -130,8 +131,7 @@ fn window(grid: &StftGrid) -> Vec<f32> {
     }
     spline.resize(len, 0.0);
     let sum = |i: usize| spline.iter().skip(i % grid.hop).step_by(grid.hop).sum::<f64>();
-    #[expect(clippy::cast_possible_truncation, reason = "a window value")]
-    (0..len).map(|i| (spline[i] / (sum(i) * grid.n_fft as f64)) as f32).collect()
+    (0..len).map(|i| single(spline[i] / (sum(i) * grid.n_fft as f64))).collect()
 }
 
 #[cfg(test)]

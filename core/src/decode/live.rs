@@ -1,6 +1,7 @@
 //! A decoder whose poses take longer than a hop: it asks a worker now and then and cross-fades the answers.
 
 use crate::decode::Decoder;
+use crate::number;
 use crate::published::StreamTaps;
 use crate::{LiveParams, Pose, Scene, TransferFunction};
 use std::ops::Range;
@@ -83,8 +84,7 @@ impl LiveDecoder {
 impl Decoder for LiveDecoder {
     fn follow(&mut self, pose: &Pose, whole: bool, params: &LiveParams) -> bool {
         let rate = f64::from(params.rate_hz).max(1e-3);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of hops, at least 1")]
-        let interval = (1.0 / (rate * self.hop_s)).round().clamp(1.0, 1e6) as usize;
+        let interval = number::whole((1.0 / (rate * self.hop_s)).round().clamp(1.0, 1e6));
         self.since = self.since.saturating_add(1);
         if whole {
             self.heard = false;

@@ -3,6 +3,7 @@
 use crate::bands::BandPlace;
 use crate::network::shapes::TAP_SHAPES;
 use crate::network::{CloudModel, Masks};
+use crate::number::single;
 use crate::{Bands, StftGrid, TransferFunction, TransferShape};
 
 /// Logarithms of coefficients stay below this, so that no pose makes a tap infinite.
@@ -40,8 +41,7 @@ impl Readout {
     /// For masks at these query frequencies, taps of `tap_shapes` shapes, 0 for none.
     #[must_use]
     pub fn new(queries: &Bands, grid: &StftGrid, bands: &Bands, taps: usize, tap_shapes: usize) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
-        let bins: Vec<_> = (0..grid.bins()).map(|k| queries.place(grid.bin_hz(k) as f32)).collect();
+        let bins: Vec<_> = (0..grid.bins()).map(|k| queries.place(single(grid.bin_hz(k)))).collect();
         Self {
             shape: TransferShape { bins: bins.len(), bands: bands.count(), taps },
             tap_shapes,

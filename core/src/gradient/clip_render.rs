@@ -1,6 +1,7 @@
 //! The render head at one pose for a whole clip, and the derivative of what it renders: what training goes through.
 
 use crate::bands::BandPlace;
+use crate::number::single;
 use crate::render::carrier::{EarSpectra, band_places, hop_carriers, per_bin};
 use crate::render::head::{DELAYED_TAPS, late_lead, late_power};
 use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
@@ -100,8 +101,7 @@ impl ClipRender {
             .iter()
             .flat_map(|(set, hops)| hop_carriers(grid, grid, bands, tail, *set, *hops))
             .collect();
-        #[expect(clippy::cast_possible_truncation, reason = "a gain in [0, 1]")]
-        let decay: Vec<f32> = tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)) as f32).collect();
+        let decay: Vec<f32> = tail.t60_s.iter().map(|t| single(10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)))).collect();
         let late = |hop| decay.iter().map(|d| Late::carrier_gain() * d.powi(late_power(hop, taps))).collect();
         let forward = promenade_fourier::forward(grid.n_fft);
         Self {
@@ -246,9 +246,8 @@ impl ClipRender {
         self.grid.latency_samples() - self.grid.hop
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
     fn bin_hz(&self) -> f32 {
-        self.grid.bin_hz(1) as f32
+        single(self.grid.bin_hz(1))
     }
 
     /// Radians per bin that an ear is turned by its half of the interaural delay.

@@ -7,6 +7,7 @@
 use crate::network::kernels::{Activation, Columns, Matrix, PANEL, PanelProduct, Panels, Row, Start, dot, in_columns, total};
 use crate::network::relative::{Relative, Visual, in_rows};
 use crate::network::{CloudModel, Listener, Masks};
+use crate::number::single;
 use crate::simd::TILE;
 use crate::simd::{Weights, all, times_plus};
 use pulp::{Arch, Simd, WithSimd};
@@ -63,13 +64,13 @@ impl Linear {
         Self {
             arch,
             relative: Relative::new(model, arch),
-            mixture_fixed: fixed.transposed().apply(&mixture).iter().map(|v| (v * scale) as f32).collect(),
+            mixture_fixed: fixed.transposed().apply(&mixture).iter().map(|v| single(v * scale)).collect(),
             fixed: Panels::from_fn(c, s.anchors, |anchor, feature| fixed.at(anchor, feature)),
             mixture: in_rows(&mixture),
-            difference: second.transposed().apply(&difference).iter().map(|v| *v as f32).collect(),
-            difference_start: dot(&doubles("vec_proj.2.proj.bias"), &difference) as f32,
+            difference: second.transposed().apply(&difference).iter().map(|v| single(*v)).collect(),
+            difference_start: single(dot(&doubles("vec_proj.2.proj.bias"), &difference)),
             second: second.weights(&vec![0.0; c]),
-            scale: scale as f32,
+            scale: single(scale),
             queries: Panels::from_fn(c, s.bands, |band, feature| queries.at(band, feature)),
             query_weights: queries.weights(&vec![0.0; s.bands]),
             biases: ["mix_prj.bias", "diff_prj.bias"].map(|b| model.weights(b).first().copied().unwrap_or(0.0)),

@@ -1,6 +1,7 @@
 //! Frames of the published transform: periodic Hann window in analysis and synthesis.
 
 use crate::StftGrid;
+use crate::number::single;
 use crate::published::error::PublishedError;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
@@ -33,8 +34,7 @@ impl HannFrames {
         }
         let (forward, inverse) = (promenade_fourier::forward(n), promenade_fourier::inverse(n));
         let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
-        #[expect(clippy::cast_possible_truncation, reason = "a window value")]
-        let hann = |i: usize| (0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / n as f64).cos()) as f32;
+        let hann = |i: usize| single(0.5 - 0.5 * (std::f64::consts::TAU * i as f64 / n as f64).cos());
         Ok(Self {
             arch,
             window: (0..n).map(hann).collect(),

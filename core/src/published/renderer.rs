@@ -2,6 +2,7 @@
 
 use crate::StftGrid;
 use crate::network::{CloudKind, CloudModel, CloudSizes, Listener, Masks};
+use crate::number::whole;
 use crate::published::clip::{ClipSource, PublishedClip};
 use crate::published::conv::ConvWeights;
 use crate::published::error::PublishedError;
@@ -166,7 +167,6 @@ impl ClipRenderer {
 }
 
 /// Samples of a second.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sample rate, checked to be above 0")]
 fn second(grid: &StftGrid) -> usize {
-    grid.sample_rate_hz.round() as usize
+    whole(grid.sample_rate_hz.round())
 }

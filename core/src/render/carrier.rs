@@ -1,6 +1,7 @@
 //! Fixed pseudo-random spectra that carry the time filters.
 
 use crate::bands::{BandPlace, Bands};
+use crate::number::{single, whole, whole_signed};
 use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::{Complex32, Complex64};
 use promenade_fourier::{ComplexToReal, RealToComplex};
@@ -19,8 +20,7 @@ pub(crate) type EarSpectra = [Vec<Complex32>; 2];
 
 /// Where every bin of a host grid lies among a scene's bands.
 pub(crate) fn band_places(grid: &StftGrid, bands: &Bands, top_hz: f32) -> Vec<BandPlace> {
-    #[expect(clippy::cast_possible_truncation, reason = "a frequency in Hz")]
-    (0..grid.bins()).map(|k| bands.place((grid.bin_hz(k) as f32).min(top_hz))).collect()
+    (0..grid.bins()).map(|k| bands.place(single(grid.bin_hz(k)).min(top_hz))).collect()
 }
 
 /// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of about unit energy in every band;
@@ -118,14 +118,14 @@ impl Shaper {
 fn spectrum_on(grid: &StftGrid, noise: &[f32], scene_grid: &StftGrid) -> Vec<Complex32> {
     let ratio = grid.sample_rate_hz / scene_grid.sample_rate_hz;
     let at = |i: usize| (i as f64 - scene_grid.lead() as f64) * ratio;
-    let start = at(0).floor() as i64 - DELAY_REACH;
-    let end = at(noise.len() - 1).ceil() as i64 + DELAY_REACH;
+    let start = whole_signed(at(0).floor()) - DELAY_REACH;
+    let end = whole_signed(at(noise.len() - 1).ceil()) + DELAY_REACH;
     let mut samples = vec![0.0_f64; usize::try_from(end - start + 1).unwrap_or(0)];
     for (i, x) in noise.iter().enumerate() {
         let nearest = at(i).round();
-        let near = nearest as i64 - DELAY_REACH - start;
+        let near = whole_signed(nearest) - DELAY_REACH - start;
         for (tap, sample) in samples.iter_mut().skip(usize::try_from(near).unwrap_or(0)).take(DELAY_TAPS).enumerate() {
-            let distance = nearest - at(i) + (tap as i64 - DELAY_REACH) as f64;
+            let distance = nearest - at(i) + (tap as f64 - DELAY_REACH as f64);
             *sample += f64::from(*x) * delayed(distance);
         }
     }
@@ -139,8 +139,7 @@ fn spectrum_on(grid: &StftGrid, noise: &[f32], scene_grid: &StftGrid) -> Vec<Com
                 sum += phasor * *x;
                 phasor *= step;
             }
-            #[expect(clippy::cast_possible_truncation, reason = "a spectrum of single precision")]
-            Complex32::new(sum.re as f32, sum.im as f32)
+            Complex32::new(single(sum.re), single(sum.im))
         })
         .collect()
 }
@@ -160,12 +159,10 @@ pub(crate) fn smooth_phases(grid: &StftGrid, scene_grid: &StftGrid, seed: u64, s
     let mut noise = Noise::new(seed, stream, 0);
     let knot_hz = scene_grid.bin_hz(PHASE_BINS);
     let place = |k: usize| grid.bin_hz(k) / knot_hz;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of knots")]
-    let knots: Vec<f32> = (0..place(grid.bins()) as usize + 2).map(|_| noise.phase()).collect();
+    let knots: Vec<f32> = (0..whole(place(grid.bins())) + 2).map(|_| noise.phase()).collect();
     (0..grid.bins())
         .map(|k| {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a knot and a fraction")]
-            let (knot, along) = (place(k) as usize, place(k).fract() as f32);
+            let (knot, along) = (whole(place(k)), single(place(k).fract()));
             let share = 0.5 - 0.5 * (std::f32::consts::PI * along).cos();
             Complex32::from_polar(1.0, knots[knot] + share * (knots[knot + 1] - knots[knot]))
         })

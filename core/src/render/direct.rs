@@ -1,5 +1,6 @@
 //! The direct sound's filter: masks, phase and interaural delay per bin.
 
+use crate::number::{single, whole};
 use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for};
 use crate::render::phasor::Phasors;
 use crate::{StftGrid, TransferFunction};
@@ -83,10 +84,8 @@ impl BinMap {
         let place = |k: usize| {
             let hz = grid.bin_hz(k).min(f64::from(top_hz));
             let along = (hz / scene_grid.bin_hz(1)).min((scene_bins - 1) as f64);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the scene's bins")]
-            let below = (along as usize).min(scene_bins - 2);
-            #[expect(clippy::cast_possible_truncation, reason = "a fraction")]
-            let fraction = (along - below as f64) as f32;
+            let below = whole(along).min(scene_bins - 2);
+            let fraction = single(along - below as f64);
             (below, fraction)
         };
         let coincides = |k: usize| (grid.bin_hz(k) - scene_grid.bin_hz(k)).abs() < 1e-6 && grid.bin_hz(k) <= f64::from(top_hz);
@@ -125,10 +124,9 @@ impl WithSimd for Delayed<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        #[expect(clippy::cast_possible_truncation, reason = "points on the unit circle")]
         let unit = |k: usize| {
             let (s, c) = (self.turn_per_bin * k as f64).sin_cos();
-            (c as f32, s as f32)
+            (single(c), single(s))
         };
         let steps: [(f32, f32); LANES] = std::array::from_fn(unit);
         let [left, right] = self.ears.each_ref().map(|[re, im]| {

@@ -1,6 +1,7 @@
 //! The render head: applies a transfer function to short-time spectra.
 
 use crate::decode::Change;
+use crate::number::{exponent, single};
 use crate::render::carrier::{band_places, hop_carriers, per_bin};
 use crate::render::direct::DirectFilter;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
@@ -60,9 +61,8 @@ impl RenderHead {
         let wider = grid.sample_rate_hz > 1.05 * scene_grid.sample_rate_hz;
         let top_hz = if wider { top_hz } else { f32::INFINITY };
         let places = band_places(&grid, bands, top_hz);
-        #[expect(clippy::cast_possible_truncation, reason = "a gain in [0, 1]")]
         let hop_decay: Vec<f32> =
-            tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)) as f32).collect();
+            tail.t60_s.iter().map(|t| single(10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)))).collect();
         let filters = |set: u64, hops: usize| {
             let carriers = hop_carriers(&grid, scene_grid, bands, tail, set, hops);
             Taps::new(&carriers, &places, shape.bands)
@@ -220,10 +220,5 @@ pub(crate) fn late_lead(taps: usize) -> usize {
 
 /// Hops of decay of a late hop's gain, from the hop after the last tap on.
 pub(crate) fn late_power(hop: usize, taps: usize) -> i32 {
-    i32_of(hop) - i32_of(late_lead(taps))
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a count of hops below a few thousand")]
-fn i32_of(hops: usize) -> i32 {
-    hops as i32
+    exponent(hop) - exponent(late_lead(taps))
 }

@@ -1,5 +1,6 @@
 //! The late part: an exponential tail that feeds itself, on short-time spectra.
 
+use crate::number::exponent;
 use crate::render::carrier::smooth_phases;
 use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
 use crate::{StftGrid, TailModel};
@@ -64,8 +65,7 @@ impl Late {
                 .iter()
                 .zip(phases)
                 .map(|(r, turn)| {
-                    #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a delay below 20 hops")]
-                    let decay = r.powi(hops as i32);
+                    let decay = r.powi(exponent(hops));
                     if turning { turn * decay } else { decay.into() }
                 })
                 .collect();

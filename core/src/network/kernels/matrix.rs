@@ -1,5 +1,6 @@
 //! Matrices in double precision, for folding weights when a decoder is made.
 
+use crate::number::single;
 use crate::simd::Weights;
 use std::ops::Range;
 
@@ -88,8 +89,8 @@ impl Matrix {
 
     /// The matrix, `[output][input]`, and a bias per output as the weights of a product.
     pub(crate) fn weights(&self, bias: &[f64]) -> Weights {
-        let mut weights = Weights::new(self.cols, self.rows(), |input, output| self.at(output, input) as f32);
-        weights.set_bias(&bias.iter().map(|b| *b as f32).collect::<Vec<_>>());
+        let mut weights = Weights::new(self.cols, self.rows(), |input, output| single(self.at(output, input)));
+        weights.set_bias(&bias.iter().map(|b| single(*b)).collect::<Vec<_>>());
         weights
     }
 

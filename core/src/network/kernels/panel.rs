@@ -1,5 +1,6 @@
 //! Storage of activations.
 
+use crate::number::single;
 use pulp::Simd;
 
 /// Positions side by side in a panel.
@@ -49,7 +50,7 @@ impl Panels {
         let mut panels = Self::new(features, positions);
         for position in 0..positions {
             for (feature, row) in panels.panel_mut(position / PANEL).iter_mut().enumerate() {
-                row.0[position % PANEL] = value(position, feature) as f32;
+                row.0[position % PANEL] = single(value(position, feature));
             }
         }
         panels

@@ -1,6 +1,7 @@
 //! Sines and cosines of a panel.
 
 use super::panel::Row;
+use crate::number::single;
 use pulp::{Simd, WithSimd};
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
@@ -25,6 +26,13 @@ impl WithSimd for Waves<'_> {
     }
 }
 
+/// The low half of a number's bits.
+#[expect(clippy::cast_possible_truncation, reason = "the low half is meant")]
+#[inline(always)]
+fn low_bits(x: f64) -> u32 {
+    x.to_bits() as u32
+}
+
 /// Without branches, so that a loop of them vectorises. The quarter turns are taken away in double precision, in which that is exact
 /// enough and the same on all machines.
 #[inline(always)]
@@ -33,8 +41,8 @@ fn sin_cos(x: f32) -> (f32, f32) {
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let x = f64::from(x);
     let shifted = x * FRAC_2_PI + ROUND;
-    let r = (x - (shifted - ROUND) * FRAC_PI_2) as f32;
-    let quarters = shifted.to_bits() as u32;
+    let r = single(x - (shifted - ROUND) * FRAC_PI_2);
+    let quarters = low_bits(shifted);
     let q = r * r;
     // Minimax in a quarter turn about 0, coefficients of S. Moshier's Cephes library.
     let sin = r + r * q * (-0.166_666_55 + q * (0.008_332_161 - q * 1.951_529_6e-4));

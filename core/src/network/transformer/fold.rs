@@ -11,6 +11,7 @@ use super::{Layer, NormWeights, Scratch, SelfAttention, Transformer};
 use crate::network::kernels::{Matrix, Panels, dot};
 use crate::network::relative::{Relative, Visual, in_rows};
 use crate::network::{CloudModel, CloudSizes};
+use crate::number::single;
 use crate::simd::Weights;
 use pulp::Arch;
 use std::f64::consts::LOG2_E;
@@ -185,7 +186,7 @@ fn query_place(band: usize, bands: usize) -> f32 {
     let last = bands.max(2) - 1;
     let step = f64::from(2.0 * QUERY_END / last as f32);
     let end = f64::from(QUERY_END);
-    (if band < bands / 2 { step * band as f64 - end } else { end - step * (last - band) as f64 }) as f32
+    single(if band < bands / 2 { step * band as f64 - end } else { end - step * (last - band) as f64 })
 }
 
 fn normalise(row: &mut [f64], norm: &NormWeights) {

@@ -5,6 +5,7 @@ use super::hyper::{Embedding, Hidden};
 use super::stream_taps::{Kernel, StreamTaps};
 use crate::network::shapes::FREQUENCY_TAPS;
 use crate::network::{CloudKind, CloudModel, Listener, Masks};
+use crate::number::single;
 use crate::published::frames::{FrameProduct, Frames, WeightedRows};
 use crate::simd::Weights;
 use pulp::Arch;
@@ -46,17 +47,12 @@ impl Projection {
         let outputs = self.frames(frames, lag);
         let count = outputs.len().max(1) as f64;
         let sum: f64 = outputs.map(|t| f64::from(at(t, t.saturating_add_signed(-lag)))).sum();
-        narrow(sum / count)
+        single(sum / count)
     }
 
     fn bias(self, frames: usize, at: impl Fn(usize) -> f32) -> f32 {
         self.tap(frames, 0, |t, _| at(t))
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "an average of numbers that were f32")]
-fn narrow(x: f64) -> f32 {
-    x as f32
 }
 
 /// Makes [`StreamTaps`] for one listener after the other.

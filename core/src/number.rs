@@ -1,0 +1,26 @@
+//! Conversions between kinds of numbers, the only places where digits may be lost.
+
+/// The nearest number of single precision.
+#[expect(clippy::cast_possible_truncation, reason = "rounds")]
+#[inline(always)]
+pub(crate) fn single(x: f64) -> f32 {
+    x as f32
+}
+
+/// The whole part; 0 of what is negative or not a number.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+#[inline(always)]
+pub(crate) fn whole(x: f64) -> usize {
+    x as usize
+}
+
+/// The whole part, of either sign; 0 of what is not a number.
+#[expect(clippy::cast_possible_truncation, reason = "saturates")]
+pub(crate) fn whole_signed(x: f64) -> i64 {
+    x as i64
+}
+
+/// A small count as an exponent.
+pub(crate) fn exponent(count: usize) -> i32 {
+    i32::try_from(count).unwrap_or(i32::MAX)
+}
