@@ -1,4 +1,4 @@
-//! What follows the network: renders clips, judges them, and gives the derivatives back.
+//! What follows the network: renders clips, compares them with what was recorded, and gives the derivatives back.
 
 use crate::published::PublishedHead;
 use crate::streaming::StreamingHead;
@@ -20,9 +20,9 @@ pub struct Example<'a> {
     pub pose: Pose,
 }
 
-/// What the network says of one clip's listener, or derivatives by it.
+/// What the network predicts for the listener of one clip, or derivatives by it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Answer {
+pub(crate) struct Prediction {
     /// Mixture mask, one value per query.
     pub(crate) mixture: Vec<f32>,
     /// Difference mask, one value per query.
@@ -33,11 +33,11 @@ pub(crate) struct Answer {
 
 /// Loss and derivatives of a batch.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Judged {
+pub(crate) struct LossGradient {
     /// Mean loss of the clips.
     pub(crate) loss: f64,
-    /// By each clip's answer.
-    pub(crate) answers: Vec<Answer>,
+    /// By each clip's prediction.
+    pub(crate) predictions: Vec<Prediction>,
     /// By the head's own weights, by name.
     pub(crate) weights: BTreeMap<String, Vec<f32>>,
 }
@@ -52,36 +52,41 @@ pub(crate) enum Head {
 
 impl Head {
     /// Both ears' sound of clips, in order.
-    pub(crate) fn render(&mut self, examples: &[Example<'_>], answers: &[Answer], weights: &Arrays) -> Vec<[Vec<f32>; 2]> {
+    pub(crate) fn render(
+        &mut self,
+        examples: &[Example<'_>],
+        predictions: &[Prediction],
+        weights: &Arrays,
+    ) -> Vec<[Vec<f32>; 2]> {
         match self {
-            Self::Streaming(head) => head.render(examples, answers, weights),
-            Self::Published(head) => head.render(examples, answers, weights),
+            Self::Streaming(head) => head.render(examples, predictions, weights),
+            Self::Published(head) => head.render(examples, predictions, weights),
         }
     }
 
     /// Renders clips, and gives the derivatives of their mean loss.
-    pub(crate) fn judge(&mut self, examples: &[Example<'_>], answers: &[Answer], weights: &Arrays) -> Judged {
+    pub(crate) fn loss(&mut self, examples: &[Example<'_>], predictions: &[Prediction], weights: &Arrays) -> LossGradient {
         match self {
-            Self::Streaming(head) => head.judge(examples, answers, weights),
-            Self::Published(head) => head.judge(examples, answers, weights),
+            Self::Streaming(head) => head.loss(examples, predictions, weights),
+            Self::Published(head) => head.loss(examples, predictions, weights),
         }
     }
 }
 
-/// Does something for every clip, on as many threads as there are benches; the results are in the clips' order.
-pub(crate) fn spread<B: Send, T: Send>(
-    benches: &mut [B],
+/// Does something for every clip, on as many threads as there are workers; the results are in the clips' order.
+pub(crate) fn for_each_clip<W: Send, T: Send>(
+    workers: &mut [W],
     examples: &[Example<'_>],
-    answers: &[Answer],
-    work: impl Fn(&mut B, &Example<'_>, &Answer) -> T + Sync,
+    predictions: &[Prediction],
+    work: impl Fn(&mut W, &Example<'_>, &Prediction) -> T + Sync,
 ) -> Vec<T> {
-    let count = benches.len();
-    let lanes: Vec<Vec<T>> = benches
+    let count = workers.len();
+    let lanes: Vec<Vec<T>> = workers
         .par_iter_mut()
         .enumerate()
-        .map(|(lane, bench)| {
-            let mine = examples.iter().zip(answers).skip(lane).step_by(count);
-            mine.map(|(e, a)| work(bench, e, a)).collect()
+        .map(|(lane, worker)| {
+            let mine = examples.iter().zip(predictions).skip(lane).step_by(count);
+            mine.map(|(e, a)| work(worker, e, a)).collect()
         })
         .collect();
     let mut lanes: Vec<_> = lanes.into_iter().map(Vec::into_iter).collect();

@@ -17,9 +17,9 @@ const QUERY_END: f32 = 0.99;
 /// Added to variances before they are divided by.
 const NORM_EPS: f64 = 1e-5;
 
-/// What of a scene the network sees, besides its weights.
+/// The anchors that the network attends to.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct Cloud {
     /// Anchor positions, cloud units.
     pub(crate) anchors: Vec<Vec3>,
     /// `[anchor][feature]`.
@@ -39,7 +39,7 @@ struct Leaf {
     tensor: Tensor<2>,
 }
 
-/// What the decoder says of a batch of listeners.
+/// Masks and embeddings of a batch of listeners.
 pub(crate) struct Decoded {
     /// Mixture mask, `[listener][query]`.
     pub(crate) mixture: Tensor<2>,
@@ -143,24 +143,24 @@ impl Graph {
     #[must_use]
     pub(crate) fn decode(
         &self,
-        place: &Place,
+        cloud: &Cloud,
         listeners: &[Listener],
         settings: &NetworkSettings,
         factors: [&[f32]; 2],
     ) -> Decoded {
         let (batch, bands, width) = (listeners.len(), settings.bands, settings.width);
         let [relative_factors, query_factors] = factors;
-        let mut relative = Vec::with_capacity(3 * batch * place.anchors.len());
+        let mut relative = Vec::with_capacity(3 * batch * cloud.anchors.len());
         for listener in listeners {
             let turn = listener.camera_to_world.transpose();
-            let vectors = place.anchors.iter().map(|a| turn * (*a - listener.centre) / place.max_norm);
+            let vectors = cloud.anchors.iter().map(|a| turn * (*a - listener.centre) / cloud.max_norm);
             relative.extend(vectors.flat_map(|v| v.to_array()));
         }
         let inputs = 3 * (1 + 2 * relative_factors.len());
         let value = self.projection("vec_proj", matrix(encode(&relative, 3, relative_factors), inputs, &self.device));
-        let anchors = place.anchors.len();
-        let features = place.features.len() / anchors;
-        let seen = self.projection("pcd_av_proj", matrix(place.features.clone(), features, &self.device));
+        let anchors = cloud.anchors.len();
+        let features = cloud.features.len() / anchors;
+        let seen = self.projection("pcd_av_proj", matrix(cloud.features.clone(), features, &self.device));
         let key = value.clone().reshape([batch, anchors, width]) + seen.unsqueeze::<3>();
         let key = key.reshape([batch * anchors, width]);
 
@@ -208,10 +208,10 @@ impl Graph {
 
     /// Spherical harmonics of the directions from listeners to anchors, `[anchor][harmonic][listener]`, in the cloud's axes.
     #[must_use]
-    pub(crate) fn harmonics(&self, place: &Place, listeners: &[Listener], degree: usize) -> Tensor<3> {
-        let (anchors, count, batch) = (place.anchors.len(), (degree + 1).pow(2), listeners.len());
+    pub(crate) fn harmonics(&self, cloud: &Cloud, listeners: &[Listener], degree: usize) -> Tensor<3> {
+        let (anchors, count, batch) = (cloud.anchors.len(), (degree + 1).pow(2), listeners.len());
         let mut values = vec![0.0; anchors * count * batch];
-        for (a, anchor) in place.anchors.iter().enumerate() {
+        for (a, anchor) in cloud.anchors.iter().enumerate() {
             for (b, listener) in listeners.iter().enumerate() {
                 let harmonics = spherical_harmonics((*anchor - listener.centre).normalize_or_zero());
                 for (h, y) in harmonics.iter().enumerate().take(count) {

@@ -1,7 +1,7 @@
 //! A scene of trained weights.
 
 use crate::settings::{HeadKind, TrainSettings};
-use crate::stage::Stage;
+use crate::setup::Setup;
 use crate::streaming::exponentials;
 use crate::weights::Arrays;
 use promenade_baker::checkpoint::Imported;
@@ -17,7 +17,7 @@ use promenade_core::{AnchorCloud, Pose, Provenance, Scene, SceneError, ScenePart
 /// # Errors
 /// Weights that are not finite or do not fit together, and networks with parts left out that the engine does not know.
 pub(crate) fn scene(
-    stage: &Stage,
+    setup: &Setup,
     settings: &TrainSettings,
     weights: &Arrays,
     provenance: Provenance,
@@ -42,12 +42,12 @@ pub(crate) fn scene(
     let model = CloudModel::new(CloudParts {
         kind,
         heads: network.heads,
-        max_norm: stage.place.max_norm,
+        max_norm: setup.cloud.max_norm,
         convention: PoseConvention::Physical,
-        placement: stage.placement,
-        frequencies: stage.queries.clone(),
-        anchors: stage.place.anchors.clone(),
-        features: stage.place.features.clone(),
+        placement: setup.placement,
+        frequencies: setup.queries.clone(),
+        anchors: setup.cloud.anchors.clone(),
+        features: setup.cloud.features.clone(),
         weights,
     })?;
     let positions = || poses.iter().map(|p| p.position);
@@ -63,18 +63,18 @@ pub(crate) fn scene(
             projection: Projection::Diagonal,
             seed: settings.seed,
         };
-        return cloud_scene(Imported { model, grid: stage.grid, notes: Vec::new() }, options);
+        return cloud_scene(Imported { model, grid: setup.grid, notes: Vec::new() }, options);
     }
     Scene::new(SceneParts {
         provenance,
-        grid: stage.grid,
-        bands: stage.bands.clone(),
-        tail: stage.tail.clone(),
+        grid: setup.grid,
+        bands: setup.bands.clone(),
+        tail: setup.tail.clone(),
         taps: network.taps,
         field: None,
         anchors: display_anchors(&model),
-        cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter: stage.emitter }),
-        top_hz: top_hz(&stage.grid),
+        cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter: setup.emitter }),
+        top_hz: top_hz(&setup.grid),
         start_pose: start_pose.unwrap_or(Pose::IDENTITY),
         bounds,
         held_out: Vec::new(),

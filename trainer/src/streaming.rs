@@ -1,6 +1,6 @@
-//! The streaming head of a batch of clips: renders, judges, and gives the derivatives back to the network.
+//! The streaming head of a batch of clips: renders, compares, and gives the derivatives back to the network.
 
-use crate::head::{Answer, Example, Judged, spread};
+use crate::head::{Example, LossGradient, Prediction, for_each_clip};
 use crate::settings::{LossSettings, NetworkSettings};
 use crate::spectral_loss::SpectralLoss;
 use crate::weights::Arrays;
@@ -13,7 +13,7 @@ use promenade_core::{Bands, Pose, StftGrid, TailModel, TransferFunction};
 const SHAPES: &str = "tap_shapes";
 
 /// What a thread works with.
-struct Bench {
+struct Worker {
     head: ClipRender,
     loss: SpectralLoss,
 }
@@ -23,7 +23,7 @@ pub(crate) struct StreamingHead {
     taps: Readout,
     blank: TransferFunction,
     emitter: Option<CloudEmitter>,
-    benches: Vec<Bench>,
+    workers: Vec<Worker>,
 }
 
 impl StreamingHead {
@@ -38,59 +38,64 @@ impl StreamingHead {
         threads: usize,
     ) -> Self {
         let shapes = if network.taps > 0 { network.tap_shapes } else { 0 };
-        let bench = || Bench { head: ClipRender::new(grid, bands, tail, network.taps), loss: SpectralLoss::new(loss) };
-        let benches: Vec<_> = (0..threads.max(1)).map(|_| bench()).collect();
+        let worker = || Worker { head: ClipRender::new(grid, bands, tail, network.taps), loss: SpectralLoss::new(loss) };
+        let workers: Vec<_> = (0..threads.max(1)).map(|_| worker()).collect();
         Self {
             taps: Readout::new(queries, grid, bands, network.taps, shapes),
-            blank: benches[0].head.shape().silent(),
+            blank: workers[0].head.shape().silent(),
             emitter,
-            benches,
+            workers,
         }
     }
 }
 
 impl StreamingHead {
     /// The transfer function of a pose.
-    pub(crate) fn transfer(&self, pose: &Pose, answer: &Answer, weights: &Arrays) -> TransferFunction {
-        transfer(&self.taps, self.emitter, &self.blank, pose, &query_values(answer), &shapes(weights))
+    pub(crate) fn transfer(&self, pose: &Pose, prediction: &Prediction, weights: &Arrays) -> TransferFunction {
+        transfer(&self.taps, self.emitter, &self.blank, pose, &query_values(prediction), &shapes(weights))
     }
 
     /// Renders clips as the engine will, in order.
-    pub(crate) fn render(&mut self, examples: &[Example<'_>], answers: &[Answer], weights: &Arrays) -> Vec<[Vec<f32>; 2]> {
+    pub(crate) fn render(
+        &mut self,
+        examples: &[Example<'_>],
+        predictions: &[Prediction],
+        weights: &Arrays,
+    ) -> Vec<[Vec<f32>; 2]> {
         let shapes = shapes(weights);
         let (taps, emitter, blank) = (&self.taps, self.emitter, &self.blank);
-        spread(&mut self.benches, examples, answers, |bench, example, answer| {
-            let transfer = transfer(taps, emitter, blank, &example.pose, &query_values(answer), &shapes);
-            let input = bench.head.analyse(&example.dry, example.pre_roll);
-            bench.head.render(&input, &transfer)
+        for_each_clip(&mut self.workers, examples, predictions, |worker, example, prediction| {
+            let transfer = transfer(taps, emitter, blank, &example.pose, &query_values(prediction), &shapes);
+            let input = worker.head.analyse(&example.dry, example.pre_roll);
+            worker.head.render(&input, &transfer)
         })
     }
 
     /// Renders clips, and gives the derivatives of their mean loss.
-    pub(crate) fn judge(&mut self, examples: &[Example<'_>], answers: &[Answer], weights: &Arrays) -> Judged {
+    pub(crate) fn loss(&mut self, examples: &[Example<'_>], predictions: &[Prediction], weights: &Arrays) -> LossGradient {
         let shapes = shapes(weights);
         let (taps, emitter, blank) = (&self.taps, self.emitter, &self.blank);
         let share = 1.0 / examples.len().max(1) as f32;
-        let parts = spread(&mut self.benches, examples, answers, |bench, example, answer| {
-            let values = query_values(answer);
+        let parts = for_each_clip(&mut self.workers, examples, predictions, |worker, example, prediction| {
+            let values = query_values(prediction);
             let transfer = transfer(taps, emitter, blank, &example.pose, &values, &shapes);
-            let input = bench.head.analyse(&example.dry, example.pre_roll);
-            let [left, right] = bench.head.render(&input, &transfer);
+            let input = worker.head.analyse(&example.dry, example.pre_roll);
+            let [left, right] = worker.head.render(&input, &transfer);
             let mut by_samples = [Vec::new(), Vec::new()];
-            let loss = bench.loss.of([&left, &right], example.binaural, share, &mut by_samples);
+            let loss = worker.loss.of([&left, &right], example.binaural, share, &mut by_samples);
             let mut by = blank.clone();
-            bench.head.adjoint(&input, &transfer, by_samples.each_ref().map(Vec::as_slice), &mut by);
+            worker.head.adjoint(&input, &transfer, by_samples.each_ref().map(Vec::as_slice), &mut by);
             let (mut by_values, mut by_shapes) = (taps.values(), vec![0.0; shapes.len()]);
             let gain = emitter.map_or(1.0, |e| e.gain(&example.pose));
             taps.adjoint(&values, &shapes, gain, &by, &mut by_values, &mut by_shapes);
             (loss, by_values, by_shapes)
         });
-        let mut out = Judged::default();
+        let mut out = LossGradient::default();
         let mut by_logs = vec![0.0; shapes.len()];
         for (loss, by_values, by_shapes) in parts {
             out.loss += loss;
             let QueryValues { mixture, difference, coefficients } = by_values;
-            out.answers.push(Answer { mixture, difference, room: coefficients });
+            out.predictions.push(Prediction { mixture, difference, room: coefficients });
             // By a logarithm: the derivative by the value, times the value.
             by_logs.iter_mut().zip(by_shapes.iter().zip(&shapes)).for_each(|(g, (b, s))| *g += b * s);
         }
@@ -101,8 +106,8 @@ impl StreamingHead {
     }
 }
 
-fn query_values(answer: &Answer) -> QueryValues {
-    let Answer { mixture, difference, room } = answer.clone();
+fn query_values(prediction: &Prediction) -> QueryValues {
+    let Prediction { mixture, difference, room } = prediction.clone();
     QueryValues { mixture, difference, coefficients: room }
 }
 

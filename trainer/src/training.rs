@@ -1,12 +1,12 @@
 //! The loop: clips in, better weights out.
 
 use crate::checkpoint::{Checkpoint, CurvePoint};
-use crate::head::{Answer, Example, Head, Judged};
+use crate::head::{Example, Head, LossGradient, Prediction};
 use crate::network::{Decoded, Graph};
 use crate::published::PublishedHead;
 use crate::scene::scene;
 use crate::settings::{HeadKind, TrainSettings};
-use crate::stage::{Stage, fingerprint, grid};
+use crate::setup::{Setup, fingerprint, grid};
 use crate::streaming::StreamingHead;
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
@@ -19,7 +19,7 @@ use promenade_core::{Pose, Provenance, Scene, SceneError, TransferFunction};
 use promenade_metrics::avcloud;
 use std::collections::BTreeMap;
 
-/// Seconds of dry sound before a clip that its room still answers to.
+/// Seconds of dry sound before a clip whose reverberation reaches into it.
 const PRE_ROLL_S: f64 = 0.5;
 /// Share of the steps over which the learning rate rises.
 const WARM_UP: f32 = 0.05;
@@ -54,7 +54,7 @@ pub struct Scores {
 pub struct Trainer<'a> {
     capture: &'a Capture,
     settings: TrainSettings,
-    stage: Stage,
+    setup: Setup,
     device: Device,
     head: Head,
     weights: Arrays,
@@ -91,17 +91,17 @@ impl<'a> Trainer<'a> {
                 });
             }
         }
-        let stage = Stage::new(capture, anchors, &settings)?;
-        let weights = start(&settings, &stage);
+        let setup = Setup::new(capture, anchors, &settings)?;
+        let weights = start(&settings, &setup);
         let head = match settings.network.head {
             HeadKind::Taps => {
-                let known = (&stage.grid, &stage.bands, &stage.tail);
+                let known = (&setup.grid, &setup.bands, &setup.tail);
                 let (network, loss) = (&settings.network, &settings.loss);
-                let head = StreamingHead::new(network, loss, &stage.queries, known, stage.emitter, threads);
+                let head = StreamingHead::new(network, loss, &setup.queries, known, setup.emitter, threads);
                 Head::Streaming(Box::new(head))
             }
             HeadKind::Sh | HeadKind::Full => {
-                let head = PublishedHead::new(&settings, stage.grid, stage.frames, threads);
+                let head = PublishedHead::new(&settings, setup.grid, setup.frames, threads);
                 Head::Published(head.map_err(|e| BakeError::Argument {
                     what: "clips of the capture",
                     expected: "clips that AV-Cloud's render head takes".to_owned(),
@@ -110,10 +110,10 @@ impl<'a> Trainer<'a> {
             }
         };
         Ok(Self {
-            fingerprint: fingerprint(capture, &stage),
+            fingerprint: fingerprint(capture, &setup),
             capture,
             settings,
-            stage,
+            setup,
             device: device.autodiff(),
             head,
             weights,
@@ -182,7 +182,7 @@ impl<'a> Trainer<'a> {
     /// Weights that are not finite or do not fit together.
     pub fn scene(&self, provenance: Provenance) -> Result<Scene, SceneError> {
         let poses: Vec<Pose> = self.capture.clips.iter().map(|c| c.pose).collect();
-        scene(&self.stage, &self.settings, &self.weights, provenance, &poses)
+        scene(&self.setup, &self.settings, &self.weights, provenance, &poses)
     }
 
     /// What is trained, with what the render head and the capture fix.
@@ -206,7 +206,7 @@ impl<'a> Trainer<'a> {
     /// Takes one batch.
     pub fn step(&mut self) -> StepReport {
         let step = self.optimiser.steps;
-        let (loss, gradients) = self.judge(&self.batch(step));
+        let (loss, gradients) = self.loss(&self.batch(step));
         let rate = self.rate(step);
         let gradient_norm = self.optimiser.step(&mut self.weights, &gradients, rate, &self.settings);
         self.losses.push(loss);
@@ -214,16 +214,16 @@ impl<'a> Trainer<'a> {
     }
 
     /// The mean loss of examples, and its derivatives by all weights.
-    fn judge(&mut self, examples: &[Example<'_>]) -> (f64, BTreeMap<String, Vec<f32>>) {
+    fn loss(&mut self, examples: &[Example<'_>]) -> (f64, BTreeMap<String, Vec<f32>>) {
         let graph = Graph::new(&self.weights, &self.device);
         let parts = self.decode(&graph, examples);
-        let judged = self.head.judge(examples, &answers(&parts), &self.weights);
-        let mut gradients = graph.gradients(&surrogate(&parts, &judged, &self.device).backward());
-        gradients.extend(judged.weights);
-        (judged.loss, gradients)
+        let gradient = self.head.loss(examples, &predictions(&parts), &self.weights);
+        let mut gradients = graph.gradients(&surrogate(&parts, &gradient, &self.device).backward());
+        gradients.extend(gradient.weights);
+        (gradient.loss, gradients)
     }
 
-    /// What the network says of a pose, as the engine's render head takes it; none with AV-Cloud's heads.
+    /// The transfer function that the network predicts for a pose, as the engine's render head takes it; none with AV-Cloud's heads.
     #[must_use]
     pub fn transfer(&mut self, pose: &Pose) -> Option<TransferFunction> {
         if let Head::Published(_) = self.head {
@@ -232,7 +232,7 @@ impl<'a> Trainer<'a> {
         let example = Example { dry: Vec::new(), pre_roll: 0, binaural: [&[], &[]], pose: *pose };
         let parts = self.decode(&Graph::new(&self.weights, &self.device), std::slice::from_ref(&example));
         let Head::Streaming(head) = &self.head else { return None };
-        Some(head.transfer(pose, &answers(&parts)[0], &self.weights))
+        Some(head.transfer(pose, &predictions(&parts)[0], &self.weights))
     }
 
     /// Renders clips of a split with the weights as they are, and compares.
@@ -260,8 +260,8 @@ impl<'a> Trainer<'a> {
     #[must_use]
     pub fn render(&mut self, examples: &[Example<'_>]) -> Vec<[Vec<f32>; 2]> {
         let graph = Graph::new(&self.weights, &self.device);
-        let answers = answers(&self.decode(&graph, examples));
-        self.head.render(examples, &answers, &self.weights)
+        let predictions = predictions(&self.decode(&graph, examples));
+        self.head.render(examples, &predictions, &self.weights)
     }
 
     /// A clip as an example, its pose shifted along the path.
@@ -291,24 +291,24 @@ impl<'a> Trainer<'a> {
         self.settings.rate * (along / WARM_UP).min(1.0) * (LAST_RATE + (1.0 - LAST_RATE) * fall)
     }
 
-    /// What the network says of the examples' listeners, `[listener][value]`: mixture mask, difference mask and, where there is one, room.
+    /// Predictions for the examples' listeners, `[listener][value]`: mixture mask, difference mask and, where there is one, room.
     fn decode(&mut self, graph: &Graph, examples: &[Example<'_>]) -> Vec<Tensor<2>> {
         let network = &self.settings.network;
-        let listeners: Vec<Listener> = examples.iter().map(|e| self.stage.placement.listener(&e.pose)).collect();
+        let listeners: Vec<Listener> = examples.iter().map(|e| self.setup.placement.listener(&e.pose)).collect();
         let factors = ["vec_embedder.freqs", "freq_embedder.freqs"].map(|name| &self.weights[name].values[..]);
-        let Decoded { mixture, difference, embedding } = graph.decode(&self.stage.place, &listeners, network, factors);
+        let Decoded { mixture, difference, embedding } = graph.decode(&self.setup.cloud, &listeners, network, factors);
         let room = match &mut self.head {
             _ if network.taps == 0 => None,
             Head::Streaming(_) => Some(graph.coefficients(&embedding)),
             Head::Published(head) => {
                 let [batch, bins] = mixture.dims();
-                let magnitudes = TensorData::new(head.magnitudes(examples), [batch, self.stage.frames, bins]);
+                let magnitudes = TensorData::new(head.magnitudes(examples), [batch, self.setup.frames, bins]);
                 let masked = Tensor::<3>::from_data(magnitudes, &self.device) * mixture.clone().unsqueeze_dim::<3>(1);
                 let filtered = match network.head {
                     HeadKind::Full => graph.hyper_filter(&masked, &embedding),
-                    _ => graph.harmonic_filter(&masked, graph.harmonics(&self.stage.place, &listeners, network.degree)),
+                    _ => graph.harmonic_filter(&masked, graph.harmonics(&self.setup.cloud, &listeners, network.degree)),
                 };
-                Some(filtered.reshape([batch, self.stage.frames * bins]))
+                Some(filtered.reshape([batch, self.setup.frames * bins]))
             }
         };
         [mixture, difference].into_iter().chain(room).collect()
@@ -316,20 +316,20 @@ impl<'a> Trainer<'a> {
 }
 
 /// The parts as numbers, listener by listener.
-fn answers(parts: &[Tensor<2>]) -> Vec<Answer> {
+fn predictions(parts: &[Tensor<2>]) -> Vec<Prediction> {
     let numbers: Vec<Vec<f32>> = parts.iter().map(|p| p.clone().into_data().try_into_vec().unwrap_or_default()).collect();
     let count = parts.first().map_or(0, |p| p.dims()[0]);
     let row = |part: usize, i: usize| {
         numbers.get(part).map_or_else(Vec::new, |n| n[i * n.len() / count..(i + 1) * n.len() / count].to_vec())
     };
-    (0..count).map(|i| Answer { mixture: row(0, i), difference: row(1, i), room: row(2, i) }).collect()
+    (0..count).map(|i| Prediction { mixture: row(0, i), difference: row(1, i), room: row(2, i) }).collect()
 }
 
 /// A number whose derivatives are those of the loss: the values, weighted with the loss's derivatives by them.
-fn surrogate(parts: &[Tensor<2>], judged: &Judged, device: &Device) -> Tensor<1> {
-    let pick: [fn(&Answer) -> &Vec<f32>; 3] = [|a| &a.mixture, |a| &a.difference, |a| &a.room];
+fn surrogate(parts: &[Tensor<2>], gradient: &LossGradient, device: &Device) -> Tensor<1> {
+    let pick: [fn(&Prediction) -> &Vec<f32>; 3] = [|a| &a.mixture, |a| &a.difference, |a| &a.room];
     let sums = parts.iter().zip(pick).map(|(part, pick)| {
-        let by: Vec<f32> = judged.answers.iter().flat_map(|a| pick(a).iter().copied()).collect();
+        let by: Vec<f32> = gradient.predictions.iter().flat_map(|a| pick(a).iter().copied()).collect();
         let by = Tensor::<2>::from_data(TensorData::new(by, part.dims()), device);
         (part.clone() * by).sum()
     });

@@ -1,7 +1,7 @@
 //! The network's weights by name, how they start, and how a step changes them.
 
 use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
-use crate::stage::Stage;
+use crate::setup::Setup;
 use crate::time_filter::NEIGHBOURS;
 use promenade_baker::random::Random;
 use promenade_core::network::CONV_LAYERS;
@@ -74,10 +74,10 @@ impl Start {
 
 /// Starting weights of a network for a place.
 #[must_use]
-pub(crate) fn start(settings: &TrainSettings, stage: &Stage) -> Arrays {
+pub(crate) fn start(settings: &TrainSettings, setup: &Setup) -> Arrays {
     let NetworkSettings { width, layers, feed_forward, octaves, .. } = settings.network;
-    let anchors = stage.place.anchors.len();
-    let features = stage.place.features.len() / anchors;
+    let anchors = setup.cloud.anchors.len();
+    let features = setup.cloud.features.len() / anchors;
     let mut s = Start { random: Random::new(settings.seed), arrays: Arrays::new() };
     s.put("vec_embedder.freqs", &[octaves], factors(octaves, settings.network.highest));
     s.put("freq_embedder.freqs", &[QUERY_OCTAVES], factors(QUERY_OCTAVES, QUERY_HIGHEST));
@@ -103,22 +103,22 @@ pub(crate) fn start(settings: &TrainSettings, stage: &Stage) -> Arrays {
     s.fill("mix_prj.bias", &[1], 0.6);
     s.linear("diff_prj", 1, width);
     s.fill("diff_prj.bias", &[1], 0.0);
-    s.room(settings, stage);
+    s.room(settings, setup);
     s.arrays
 }
 
 impl Start {
     /// What the render head has of its own: time filters that are quiet beside the direct sound, convolution layers.
-    fn room(&mut self, settings: &TrainSettings, stage: &Stage) {
+    fn room(&mut self, settings: &TrainSettings, setup: &Setup) {
         let NetworkSettings { head, width, bands, taps, tap_shapes, degree, hyper, conv, .. } = settings.network;
-        let (anchors, frames) = (stage.place.anchors.len(), stage.frames);
+        let (anchors, frames) = (setup.cloud.anchors.len(), setup.frames);
         match head {
             _ if taps == 0 => (),
             HeadKind::Taps => {
                 self.linear("tap_prj", 2 * tap_shapes, width);
                 self.fill("tap_prj.bias", &[2 * tap_shapes], 0.0);
-                let shapes = tap_shapes_at(taps, tap_shapes, stage.bands.count(), stage.grid.hop_s());
-                self.put("tap_shapes", &[tap_shapes, taps + 1, stage.bands.count()], shapes);
+                let shapes = tap_shapes_at(taps, tap_shapes, setup.bands.count(), setup.grid.hop_s());
+                self.put("tap_shapes", &[tap_shapes, taps + 1, setup.bands.count()], shapes);
             }
             HeadKind::Sh => {
                 self.normal("time_weights", &[bands, frames], 1.0);

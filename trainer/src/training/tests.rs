@@ -99,7 +99,7 @@ fn every_gradient_is_the_derivative() {
         change(&mut settings.network);
         let mut trainer = trainer(&capture, settings);
         let examples = trainer.batch(0);
-        let gradients = trainer.judge(&examples).1;
+        let gradients = trainer.loss(&examples).1;
         // What the variant leaves out has no gradient; all else has.
         let used = |name: &str| match name {
             "_audio_features_f" => variant != 1,
@@ -121,7 +121,7 @@ fn every_gradient_is_the_derivative() {
                 let moved = trainer.weights.get_mut(&name).unwrap();
                 let along = whole.iter().zip(&gradient).map(|(w, g)| w + step * g / norm.max(1e-12));
                 moved.values = along.collect();
-                trainer.judge(&examples).0
+                trainer.loss(&examples).0
             };
             let step = 2e-2 * scale;
             let slope = (value(step) - value(-step)) / (2.0 * f64::from(step));

@@ -1,6 +1,6 @@
-//! What a training is about, besides weights: the grid, the room's bands, the anchors, the emitter.
+//! What a training is set up with besides weights: the grid, the room's bands, the anchors, the emitter.
 
-use crate::network::Place;
+use crate::network::Cloud;
 use crate::settings::{HeadKind, TrainSettings};
 use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
@@ -15,7 +15,7 @@ const SILENT_T60_S: f32 = 0.4;
 const MAX_FRAMES: usize = 1024;
 
 /// Everything around the weights that does not change.
-pub(crate) struct Stage {
+pub(crate) struct Setup {
     /// Transform of the masks.
     pub(crate) grid: StftGrid,
     /// Bands of the taps.
@@ -24,8 +24,8 @@ pub(crate) struct Stage {
     pub(crate) tail: TailModel,
     /// Query frequencies.
     pub(crate) queries: Bands,
-    /// Anchors as the network sees them.
-    pub(crate) place: Place,
+    /// Cloud as the network sees them.
+    pub(crate) cloud: Cloud,
     /// Where they lie in the scene.
     pub(crate) placement: Placement,
     /// The emitter, where it is known and used.
@@ -39,7 +39,7 @@ pub(crate) fn grid(sample_rate_hz: f64) -> StftGrid {
     StftGrid::four_hops(sample_rate_hz, 128.0 * sample_rate_hz / 22_050.0)
 }
 
-impl Stage {
+impl Setup {
     /// For a capture and anchors: masks at `bands` frequencies as the ear spaces them.
     ///
     /// # Errors
@@ -61,7 +61,7 @@ impl Stage {
         Ok(Self {
             frames,
             queries: queries(&grid, network.bands),
-            place: Place { anchors: anchors.positions.clone(), features, max_norm: farthest.max(1e-3) },
+            cloud: Cloud { anchors: anchors.positions.clone(), features, max_norm: farthest.max(1e-3) },
             placement: anchors.placement,
             emitter: (capture.emitter.filter(|_| network.emitter))
                 .map(|position| CloudEmitter { position, head_radius_m: HEAD_RADIUS_M }),
@@ -114,7 +114,7 @@ fn diffuse_coherence(bands: &Bands) -> Vec<f32> {
 }
 
 /// Tells captures and anchors apart (FNV-1a over what is learnt from).
-pub(crate) fn fingerprint(capture: &Capture, stage: &Stage) -> u64 {
+pub(crate) fn fingerprint(capture: &Capture, setup: &Setup) -> u64 {
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
     let mut mix = |value: u32| hash = (hash ^ u64::from(value)).wrapping_mul(0x0100_0000_01B3);
     for track in &capture.tracks {
@@ -125,7 +125,7 @@ pub(crate) fn fingerprint(capture: &Capture, stage: &Stage) -> u64 {
         [clip.track, clip.start, clip.len, clip.split as usize].iter().for_each(|v| mix(*v as u32));
         clip.pose.position.to_array().iter().chain(&clip.pose.orientation.to_array()).for_each(|x| mix(x.to_bits()));
     }
-    let place = stage.place.anchors.iter().flat_map(|a| a.to_array());
-    place.chain(stage.place.features.iter().copied()).for_each(|x| mix(x.to_bits()));
+    let place = setup.cloud.anchors.iter().flat_map(|a| a.to_array());
+    place.chain(setup.cloud.features.iter().copied()).for_each(|x| mix(x.to_bits()));
     hash
 }
