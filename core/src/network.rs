@@ -23,7 +23,7 @@ pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseC
 pub use placement::{Listener, Placement};
 pub use shapes::{CONV_LAYERS, MAX_HARMONICS};
 
-/// A decoder of one model with all the memory it needs.
+/// The network of one model with all the memory it needs.
 pub struct Network(Kind);
 
 enum Kind {

@@ -27,7 +27,7 @@ pub struct Checkpoint {
     pub weights: Arrays,
     /// The optimiser's state.
     pub optimiser: AdamW,
-    /// Mean loss from one look at the test clips to the next, and what was seen, for the curve.
+    /// The loss curve: a point per evaluation of the test clips.
     pub curve: Vec<CurvePoint>,
     /// Losses of the steps since the curve's last point.
     pub losses: Vec<f64>,

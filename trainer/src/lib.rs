@@ -1,7 +1,8 @@
-//! Training: captures in, anchor clouds with their decoders out.
+//! Training: captures in, anchor clouds with their networks out.
 //!
-//! What is trained is what is played. The network (AV-Cloud's transformer) runs as a differentiable graph; what follows it, the engine's
-//! own render head, gives its derivative itself ([`promenade_core::gradient::ClipRender`]; for AV-Cloud's own, [`promenade_core::gradient::PublishedAdjoint`]).
+//! The network (AV-Cloud's transformer) is a differentiable graph. The render head after it is core's own, so that training hears what
+//! the plugin plays; its derivatives are core's too: [`promenade_core::gradient::ClipRender`], and for the published head
+//! [`promenade_core::gradient::PublishedAdjoint`].
 
 mod checkpoint;
 mod head;

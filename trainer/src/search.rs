@@ -17,7 +17,7 @@ pub const WORTH: f64 = 0.01;
 const KEPT_BACK: usize = 5;
 /// Trials after which the search ends.
 const MOST_TRIALS: usize = 24;
-/// Poses that are decoded to say what a decode costs.
+/// Poses that are decoded to measure the cost of a decode.
 const DECODES: usize = 9;
 
 /// One network that was tried.
@@ -35,7 +35,7 @@ pub struct Trial {
     pub kept: bool,
 }
 
-/// A place in the search: settings, and which of the anchor sets.
+/// A candidate of the search: settings, and which of the anchor sets.
 #[derive(Clone, Debug, PartialEq)]
 struct Candidate {
     settings: TrainSettings,
@@ -76,8 +76,8 @@ fn changes(at: &Candidate, sets: &[AnchorSet]) -> Vec<(String, Candidate)> {
 
 /// Tries changes of `settings`, each with as many steps, one kind after the other, on clips that are kept back from the training clips.
 ///
-/// Of two networks the cheaper to decode is kept unless the other's error is lower by more than [`WORTH`]. Says which anchor set and
-/// which settings are best; `settings.steps` are as before.
+/// Of two networks the cheaper to decode is kept unless the other's error is lower by more than [`WORTH`]. Returns the best anchor set and
+/// settings; `settings.steps` are as before.
 ///
 /// # Errors
 /// As [`Trainer::new`]; weights that make no scene.

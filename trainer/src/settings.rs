@@ -20,7 +20,7 @@ pub enum HeadKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkSettings {
-    /// The render head. AV-Cloud's know no emitter and have a query for every bin, whatever `emitter` and `bands` say.
+    /// The render head. AV-Cloud's have no emitter and a query for every bin; `emitter` and `bands` do not apply to them.
     pub head: HeadKind,
     /// Whether AV-Cloud's heads have their convolution layers.
     pub conv: bool,
@@ -107,7 +107,7 @@ impl Default for LossSettings {
 pub struct TrainSettings {
     /// What is trained.
     pub network: NetworkSettings,
-    /// What it is judged by.
+    /// Terms of the loss.
     pub loss: LossSettings,
     /// Steps in all.
     pub steps: usize,
@@ -123,7 +123,7 @@ pub struct TrainSettings {
     pub shift_s: f32,
     /// Seed of weights, order and carriers.
     pub seed: u64,
-    /// Steps from one look at the test clips to the next.
+    /// Steps between evaluations of the test clips.
     pub look_every: usize,
 }
 

@@ -113,7 +113,7 @@ fn diffuse_coherence(bands: &Bands) -> Vec<f32> {
     bands.centres_hz().iter().map(|hz| of(*hz)).collect()
 }
 
-/// Tells captures and anchors apart (FNV-1a over what is learnt from).
+/// A hash that identifies a capture and its anchors: FNV-1a over what is learnt from.
 pub(crate) fn fingerprint(capture: &Capture, setup: &Setup) -> u64 {
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
     let mut mix = |value: u32| hash = (hash ^ u64::from(value)).wrapping_mul(0x0100_0000_01B3);

@@ -26,7 +26,7 @@ const WARM_UP: f32 = 0.05;
 /// The learning rate at the end, as a share of the highest.
 const LAST_RATE: f32 = 0.02;
 
-/// What a step came to.
+/// Result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepReport {
     /// Steps done.

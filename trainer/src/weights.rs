@@ -72,7 +72,7 @@ impl Start {
     }
 }
 
-/// Starting weights of a network for a place.
+/// Starting weights of a network.
 #[must_use]
 pub(crate) fn start(settings: &TrainSettings, setup: &Setup) -> Arrays {
     let NetworkSettings { width, layers, feed_forward, octaves, .. } = settings.network;
@@ -108,7 +108,7 @@ pub(crate) fn start(settings: &TrainSettings, setup: &Setup) -> Arrays {
 }
 
 impl Start {
-    /// What the render head has of its own: time filters that are quiet beside the direct sound, convolution layers.
+    /// The render head's own weights: time filters that are quiet beside the direct sound, convolution layers.
     fn room(&mut self, settings: &TrainSettings, setup: &Setup) {
         let NetworkSettings { head, width, bands, taps, tap_shapes, degree, hyper, conv, .. } = settings.network;
         let (anchors, frames) = (setup.cloud.anchors.len(), setup.frames);

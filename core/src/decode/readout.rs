@@ -9,7 +9,7 @@ use crate::{Bands, StftGrid, TransferFunction, TransferShape};
 /// Logarithms of coefficients stay below this, so that no pose makes a tap infinite.
 pub const MAX_LOG_COEFFICIENT: f32 = 6.0;
 
-/// The stream's form of what [`crate::network::CloudKind::Taps`] says of a pose, per query frequency.
+/// Turns what a network of [`crate::network::CloudKind::Taps`] predicts per query frequency into a transfer function.
 ///
 /// - Masks become the direct sound, linear in Hz between queries; a negative mixture mask is silent.
 /// - Taps: of an ear, in band b, at hop l, `g = sum_r c_r[b] S_r[l][b]`: shapes `S` that the scene's poses share, the last hop being the

@@ -119,7 +119,7 @@ impl PublishedAdjoint {
         Ok(())
     }
 
-    /// Derivatives by the magnitudes of a frame become those by what is rectified.
+    /// Carries derivatives by a frame's magnitudes back through their rectification.
     fn rectify(&mut self, frame: usize, magnitudes: &[Frames; 2]) {
         for (by, magnitudes) in self.ears.iter_mut().zip(magnitudes) {
             gate(by.row_mut(frame), magnitudes.row(frame));
@@ -145,7 +145,7 @@ fn by_magnitudes(arch: Arch, clip: &mut PublishedClip, source: &ClipSource, by_s
     }
 }
 
-/// Adds up what all frames say of masks and time filter.
+/// Sums the derivatives by masks and time filter over frames.
 struct Gather<'a> {
     source: &'a ClipSource,
     difference: &'a [f32],

@@ -1,4 +1,4 @@
-//! Arithmetic of the decoders on panels: positions (queries or anchors) side by side in vector lanes.
+//! Arithmetic of the networks on panels: positions (queries or anchors) side by side in vector lanes.
 //!
 //! Every step reads and writes `[panel][feature][position]`, so nothing is transposed or repacked between layers, and sums over
 //! features or keys run down the rows with all positions at once.

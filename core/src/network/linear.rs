@@ -1,4 +1,4 @@
-//! The linear decoder: one attention product without a softmax.
+//! The linear network: one attention product without a softmax.
 //!
 //! Masks are `m_f = q_f . u / sqrt(C N) + b` with `u = sum_n k_n g_n`, where `g_n` is one number per anchor: its weight in the mixture
 //! mask, or its value's part in the difference mask. A key is `k_n = W h_n + s_n` with h the pose-dependent hidden layer and s what no
@@ -12,7 +12,7 @@ use crate::simd::TILE;
 use crate::simd::{Weights, all, times_plus};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Decoder of [`crate::network::CloudKind::SimpleSh`].
+/// Network of [`crate::network::CloudKind::SimpleSh`].
 pub(crate) struct Linear {
     arch: Arch,
     relative: Relative,
@@ -20,7 +20,7 @@ pub(crate) struct Linear {
     fixed: Panels,
     /// Weight of each anchor in the mixture mask, in panels.
     mixture: Vec<Row>,
-    /// What of a hidden layer is in the difference mask, and what is whatever the pose.
+    /// Weights of a hidden layer in the difference mask, and the part that no pose changes.
     difference: Vec<f32>,
     difference_start: f32,
     /// Second layer of the anchors' embedding.

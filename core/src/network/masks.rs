@@ -1,15 +1,15 @@
-//! What a decoder says about one listener.
+//! What the network predicts for one listener.
 
 use crate::network::CloudSizes;
 
 /// Masks of one listener, one value per query frequency.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Masks {
-    /// Mixture mask m, linear gain; unbounded, and below 0 where the network says so.
+    /// Mixture mask m, linear gain; unbounded, of either sign.
     pub mixture: Vec<f32>,
     /// Difference mask in (-1, 1); positive = right louder.
     pub difference: Vec<f32>,
-    /// Embedding of each query, `[band][width]`, that the hyper-network reads; empty where the decoder has none.
+    /// Embedding of each query, `[band][width]`, that the hyper-network reads; empty without a transformer.
     pub embedding: Vec<f32>,
 }
 

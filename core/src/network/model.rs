@@ -11,7 +11,7 @@ use thiserror::Error;
 /// The most anchors of a cloud.
 pub(crate) const MAX_ANCHORS: usize = 65_536;
 
-/// Which decoder: the paper's three, and the one that is trained for streams.
+/// Which network: the paper's three, and the one that is trained for streams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CloudKind {
     /// Transformer; time filters from a hyper-network.
@@ -84,7 +84,7 @@ pub struct Tensor {
 /// All parts of a [`CloudModel`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct CloudParts {
-    /// Which decoder.
+    /// Which network.
     pub kind: CloudKind,
     /// Attention heads of the transformer.
     pub heads: usize,
@@ -98,9 +98,11 @@ pub struct CloudParts {
     pub frequencies: Bands,
     /// Anchor positions, cloud units.
     pub anchors: Vec<Vec3>,
-    /// Visual features, `[anchor][feature]`: zeroth-order harmonics of the colours of the nearest points, red, green, blue, nearest first.
+    /// Visual features, `[anchor][feature]`: zeroth-order harmonics of the colours of the nearest points, red, green and blue, nearest
+    /// point first.
     pub features: Vec<f32>,
-    /// Weights by the published code's names, with `tap_prj` and `tap_shapes` for [`CloudKind::Taps`]. A hyper-network that is constant is stored as `post_process.kernel`, `[3 T][T]`.
+    /// Weights by the published code's names, with `tap_prj` and `tap_shapes` for [`CloudKind::Taps`]. A constant hyper-network is
+    /// stored as `post_process.kernel`, `[3 T][T]`.
     pub weights: BTreeMap<String, Tensor>,
 }
 
@@ -142,18 +144,18 @@ pub struct CloudSizes {
 /// Why weights make no model.
 #[derive(Debug, Error, PartialEq)]
 pub enum CloudError {
-    /// Weights that the decoder needs are not there.
+    /// Weights that the network needs are missing.
     #[error("the model '{kind}' needs {}, found none such", missing.join(", "))]
     Missing {
-        /// The decoder.
+        /// The kind of network.
         kind: &'static str,
         /// Names of the weights.
         missing: Vec<String>,
     },
-    /// Weights that the decoder does not know.
+    /// Weights that the network does not know.
     #[error("the model '{kind}' has no place for {}", unknown.join(", "))]
     Unknown {
-        /// The decoder.
+        /// The kind of network.
         kind: &'static str,
         /// Names of the weights.
         unknown: Vec<String>,
@@ -191,7 +193,7 @@ impl CloudModel {
     /// Checks names, shapes and values.
     ///
     /// # Errors
-    /// Names everything that is missing or too much, or the first shape or value that does not fit.
+    /// Names all weights that are missing or unknown, or else the first shape or value that does not fit.
     pub fn new(parts: CloudParts) -> Result<Self, CloudError> {
         let sizes = check::check(&parts)?;
         Ok(Self { parts, sizes })

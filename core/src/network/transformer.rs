@@ -1,4 +1,4 @@
-//! The transformer decoders: queries per frequency attend to each other and to the anchors.
+//! The transformer networks: queries per frequency attend to each other and to the anchors.
 
 mod fold;
 

@@ -10,7 +10,7 @@ use promenade_fourier::num_complex::Complex32;
 use pulp::Arch;
 use std::ops::RangeInclusive;
 
-/// A clip's dry sound as the head takes it.
+/// Spectra of a clip's dry sound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipSource {
     bins: usize,

@@ -1,9 +1,9 @@
-//! What keeps a published head from being built or from rendering.
+//! Errors of the published head.
 
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
-/// Why a render head cannot be built, or cannot render.
+/// Why a published head cannot be built or cannot render.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PublishedError {
     /// The model's taps are those of the streaming head.

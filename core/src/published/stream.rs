@@ -1,4 +1,4 @@
-//! The Spatial Audio Render Head frame by frame.
+//! The published head hop by hop.
 
 use crate::StftGrid;
 use crate::network::CloudModel;
@@ -73,7 +73,7 @@ impl PublishedOptions {
         Self { conv, lookahead_hops: projection.lookahead_hops(frames), causal_hops: taps + 1, ..Self::default() }
     }
 
-    /// Hops by which the given out frame is older than the newest.
+    /// Hops by which the frame given out is older than the newest.
     fn delay(&self) -> usize {
         let conv = if self.conv == ConvMode::LookAhead { CONV_DELAY } else { 0 };
         self.lookahead_hops + conv

@@ -3,7 +3,7 @@
 use crate::simd::{all, larger, minus, plus, times_plus};
 use pulp::Simd;
 
-/// The least exponent that is told from minus infinity.
+/// The least exponent; smaller ones count as this.
 const LEAST: f32 = -100.0;
 /// Adding and taking away 1.5 * 2^23 rounds to a whole number, which is left in the low bits.
 const ROUND: f32 = 12_582_912.0;

@@ -1,4 +1,4 @@
-//! Weights of the transformer decoders with all that no pose changes worked out, in double precision.
+//! Weights of the transformer networks; what no pose changes is computed once, in double precision.
 //!
 //! - The first layer's self-attention, its normalisation and the query projection after it see no pose.
 //! - The anchors' second layer is linear: it goes into the key and value projections of every layer.
