@@ -29,7 +29,8 @@ pub(crate) fn random(count: usize, seed: u64, scale: f32) -> Vec<f32> {
 /// A head, a clip whose first frames are silent, and what it is rendered with.
 pub(crate) fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (PublishedClip, ClipSource, Learnt) {
     let mut head = PublishedClip::with_arch(grid, frames, arch).unwrap();
-    let mut mono = random(*head.clip_samples().end(), 21, 0.3);
+    // A sound for which no rectified value lies so near to 0 that single precision decides on its sign.
+    let mut mono = random(*head.clip_samples().end(), 61, 0.3);
     mono[..grid.n_fft / 2 + 2].fill(0.0);
     let mut source = head.source();
     head.analyse(&mono, &mut source).unwrap();
