@@ -139,37 +139,29 @@ impl Player {
     /// How the scene is played.
     #[must_use]
     pub fn playing(&self) -> Playing {
-        match &self.engine {
-            Engine::Stream(player) => Playing::Stream(player.quality.tier),
-            Engine::Clips(_) => Playing::Clip,
-        }
+        self.stream().map_or(Playing::Clip, |player| Playing::Stream(player.quality.tier))
     }
 
-    /// Samples of the engine's rate by which a host hears the scene late; 0 for clips.
+    fn stream(&self) -> Option<&StreamPlayer> {
+        if let Engine::Stream(player) = &self.engine { Some(player) } else { None }
+    }
+
+    /// Samples, at the rate that is rendered, by which a host hears the scene late; 0 for clips.
     #[must_use]
     pub fn latency_samples(&self) -> usize {
-        match &self.engine {
-            Engine::Stream(player) => player.latency_samples(),
-            Engine::Clips(_) => 0,
-        }
+        self.stream().map_or(0, StreamPlayer::latency_samples)
     }
 
     /// Seconds for which the room sounds on after the input has ended; 0 for clips.
     #[must_use]
     pub fn tail_s(&self) -> f64 {
-        match &self.engine {
-            Engine::Stream(player) => player.tail_s(),
-            Engine::Clips(_) => 0.0,
-        }
+        self.stream().map_or(0.0, StreamPlayer::tail_s)
     }
 
     /// Processor seconds that the last stream took; the decoding of its first pose is not counted. 0 for clips.
     #[must_use]
     pub fn processor_s(&self) -> f64 {
-        match &self.engine {
-            Engine::Stream(player) => player.processor_s,
-            Engine::Clips(_) => 0.0,
-        }
+        self.stream().map_or(0.0, |player| player.processor_s)
     }
 
     /// Plays a whole sound; `pose_at` is given seconds from its start. What sounds after a stream's input is kept.

@@ -45,6 +45,21 @@ fn what_is_written_is_read() {
 }
 
 #[test]
+fn one_transfer_function_is_heard_at_every_pose() {
+    let SceneParts { grid, bands, tail, top_hz, field, .. } = small();
+    let mut transfer = field.unwrap().shape().silent();
+    transfer.mixture.fill(0.5);
+    transfer.taps.iter_mut().zip(noise(1, 24)).for_each(|(t, v)| *t = v.abs());
+    let scene = Scene::of_transfer(&transfer, grid, bands.clone(), tail.clone(), top_hz).unwrap();
+    assert_eq!(scene.tiers().collect::<Vec<_>>(), [Tier::Draft, Tier::Standard]);
+    for pose in [Pose::IDENTITY, Pose::from_ypr(Vec3::new(3.0, -2.0, 1.0), 2.0, 0.5, -0.3)] {
+        assert_eq!(scene.field().unwrap().decode(&pose), transfer);
+    }
+    transfer.mixture.pop();
+    assert!(Scene::of_transfer(&transfer, grid, bands, tail, top_hz).unwrap_err().to_string().contains("transfer function"));
+}
+
+#[test]
 fn the_head_of_a_file_says_what_the_whole_does() {
     let presets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes");
     let files = ["iosr-room-a", "box"].map(|name| std::fs::read(presets.join(name).with_extension("promenade")).unwrap());

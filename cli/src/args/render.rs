@@ -26,7 +26,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_parser = parse_tier)]
     pub(crate) tier: Option<Playing>,
     /// Decodes a second of the tiers high and reference
-    #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = within(1.0, 1000.0))]
+    #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = within(1.0_f32, 1000.0))]
     pub(crate) decode_rate: f32,
     /// Share of the rendered sound, 0 to 1
     #[arg(long, default_value_t = 1.0, value_parser = within(0.0_f32, 1.0))]
