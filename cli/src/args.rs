@@ -95,4 +95,26 @@ mod tests {
     fn the_grammar_holds_together() {
         Cli::command().debug_assert();
     }
+
+    #[test]
+    fn every_value_has_the_type_of_its_field() {
+        for line in [
+            "bake responses a -o b",
+            "bake field a -o b",
+            "import a -o b",
+            "render a b c --path p --speed 2",
+            "host a b c",
+            "path a --fps 2 --simplify 1,1",
+            "anchors a -o b",
+            "simulate box --size 1,1,1 --emitter 0,0,0 --head h -o b --path p --fit 1 --length 1",
+            "inspect a",
+            "measure a --seconds 1",
+            "capture from-responses a -o b",
+            "capture import a --layout raf -o b",
+            "eval a b",
+        ] {
+            // A parser of another type than its field's panics here.
+            assert!(Cli::try_parse_from(format!("promenade {line}").split(' ')).is_ok(), "{line}");
+        }
+    }
 }
