@@ -70,12 +70,6 @@ pub struct WavReader {
     position: u32,
 }
 
-impl std::fmt::Debug for WavReader {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("WavReader").field("path", &self.path).field("position", &self.position).finish_non_exhaustive()
-    }
-}
-
 impl WavReader {
     /// Opens a file and checks its header against its size.
     ///
@@ -226,12 +220,6 @@ pub struct WavWriter {
     format: Format,
     channels: u16,
     written: Written,
-}
-
-impl std::fmt::Debug for WavWriter {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("WavWriter").field("draft", &self.draft).field("written", &self.written).finish_non_exhaustive()
-    }
 }
 
 impl WavWriter {

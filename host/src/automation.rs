@@ -50,9 +50,9 @@ impl Lane {
     /// No point; times that are not finite, negative or not rising; values outside 0 to 1. The message names the point by its
     /// number, from 0.
     pub fn new(parameter: &Parameter, points: &[Point], rate: f64) -> Result<Self, HostError> {
-        let wrong = |expected: String, found: String| Err(HostError::Unusable { expected, found });
+        let wrong = |expected: String, found: String| Err(HostError::unusable(expected, found));
         if points.is_empty() {
-            return wrong("at least one point".to_owned(), "none".to_owned());
+            return Err(HostError::unusable("at least one point", "none"));
         }
         let mut before = None;
         for (number, point) in points.iter().enumerate() {
@@ -124,17 +124,7 @@ mod tests {
     const RATE: f64 = 1000.0;
 
     fn parameter(steps: u32) -> Parameter {
-        Parameter {
-            id: 5,
-            name: "Yaw".to_owned(),
-            unit: String::new(),
-            default: 0.5,
-            default_text: String::new(),
-            steps,
-            automatable: true,
-            least: 0.0,
-            greatest: 1.0,
-        }
+        Parameter { steps, ..crate::parameter::tests::parameter(5, "Yaw") }
     }
 
     fn point(seconds: f64, value: f64) -> Point {

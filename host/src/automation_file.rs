@@ -139,13 +139,13 @@ impl AutomationFile {
 }
 
 fn lane(instance: &mut Instance, name: &str, entries: &[Entry], others: &[Lane]) -> Result<Lane, HostError> {
-    let wrong = |expected: &str, found: &str| HostError::Unusable { expected: expected.to_owned(), found: found.to_owned() };
     let parameter = instance.parameter(name)?.clone();
     if others.iter().any(|lane| lane.id() == parameter.id) {
-        return Err(wrong("each parameter once", "a second time"));
+        return Err(HostError::unusable("each parameter once", "a second time"));
     }
     if !parameter.automatable {
-        return Err(wrong("a parameter that may be automated", "one that may not; set it before the start instead"));
+        let found = "one that may not; set it before the start instead";
+        return Err(HostError::unusable("a parameter that may be automated", found));
     }
     let mut points = Vec::with_capacity(entries.len());
     for (number, entry) in entries.iter().enumerate() {
@@ -164,10 +164,10 @@ fn value(instance: &mut Instance, id: u32, written: &Value, number: usize) -> Re
         Value::Object(object) if object.len() == 1 && object.get("normalized").is_some_and(Value::is_number) => {
             Ok(object["normalized"].as_f64().unwrap_or(f64::NAN))
         }
-        other => Err(HostError::Unusable {
-            expected: format!("a text, a number or {{\"normalized\": 0 to 1}} as the value of point {number}"),
-            found: other.to_string(),
-        }),
+        other => {
+            let expected = format!("a text, a number or {{\"normalized\": 0 to 1}} as the value of point {number}");
+            Err(HostError::unusable(expected, other))
+        }
     }
 }
 

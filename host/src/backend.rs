@@ -41,13 +41,17 @@ pub(crate) trait Backend {
 
     fn load(&mut self, state: &[u8]) -> Result<(), HostError>;
 
-    /// A preset in a file of the format's own.
-    fn load_file(&mut self, path: &Path) -> Result<(), HostError>;
+    /// A state in a file, or a preset of the format's own.
+    fn load_file(&mut self, _path: &Path, bytes: &[u8]) -> Result<(), HostError> {
+        self.load(bytes)
+    }
 
     fn serve(&mut self) -> Result<(), HostError>;
 
     /// Says whether the parameters must be listed again, once.
-    fn relisted(&mut self) -> bool;
+    fn relisted(&mut self) -> bool {
+        false
+    }
 
     fn take_edits(&mut self, parameters: &[Parameter]) -> Vec<Edit>;
 

@@ -6,7 +6,6 @@ use crate::instance::Instance;
 
 /// Sound on its way through a plugin: the transport plays from 0, the automation comes at its samples, and the latency that the
 /// plugin reports at the start is taken off the output.
-#[derive(Debug)]
 pub struct Bounce<'a> {
     instance: &'a mut Instance,
     lanes: &'a [Lane],

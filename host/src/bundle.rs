@@ -2,29 +2,25 @@
 
 use crate::HostError;
 use crate::backend::Backend;
-use crate::clap::ClapBundle;
+use crate::clap::{self, ClapPlugin};
 use crate::info::{Format, PluginInfo};
 use crate::instance::Instance;
 use crate::setup::Setup;
-use crate::vst3::Vst3Bundle;
-use std::fmt;
+use crate::vst3::{self, Module, Vst3Plugin};
+use clack_host::prelude::PluginEntry;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A file or folder with plugins, loaded once for all instances, and for as long as the process lives.
 pub struct Bundle {
     path: PathBuf,
+    plugins: Vec<PluginInfo>,
     inner: Inner,
 }
 
 enum Inner {
-    Clap(ClapBundle),
-    Vst3(Vst3Bundle),
-}
-
-impl fmt::Debug for Bundle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Bundle").field("path", &self.path).field("format", &self.format()).finish_non_exhaustive()
-    }
+    Clap(PluginEntry),
+    Vst3(Arc<Module>),
 }
 
 impl Bundle {
@@ -47,19 +43,31 @@ impl Bundle {
     /// As [`Bundle::load`].
     pub fn load_as(path: &Path, format: Format) -> Result<Self, HostError> {
         // A name without a folder would be looked for among the system's libraries.
-        let absolute = std::path::absolute(path);
-        let path = absolute.map_err(|e| HostError::Load { path: path.to_path_buf(), reason: e.to_string() })?;
-        let inner = match format {
-            Format::Clap => Inner::Clap(ClapBundle::load(&path)?),
-            Format::Vst3 => Inner::Vst3(Vst3Bundle::load(&path)?),
+        let path = std::path::absolute(path).map_err(|e| HostError::load(path, e))?;
+        if !path.exists() {
+            return Err(HostError::load(&path, "there is no such file"));
+        }
+        let (plugins, inner) = match format {
+            Format::Clap => {
+                let entry = clap::load(&path)?;
+                (clap::plugins(&entry), Inner::Clap(entry))
+            }
+            Format::Vst3 => {
+                let plugins = vst3::plugins(&path)?;
+                let module = Module::open(&path).map_err(|e| HostError::load(&path, e))?;
+                (plugins, Inner::Vst3(Arc::new(module)))
+            }
         };
-        Ok(Self { path, inner })
+        if plugins.is_empty() {
+            return Err(HostError::load(&path, "it lists no plugin"));
+        }
+        Ok(Self { path, plugins, inner })
     }
 
     /// A bundle of plugins that this program contains.
     #[cfg(test)]
-    pub(crate) fn of_clap(bundle: ClapBundle) -> Self {
-        Self { path: PathBuf::from("inside.clap"), inner: Inner::Clap(bundle) }
+    pub(crate) fn of_clap(entry: PluginEntry) -> Self {
+        Self { path: PathBuf::from("inside.clap"), plugins: clap::plugins(&entry), inner: Inner::Clap(entry) }
     }
 
     /// The file or folder.
@@ -80,10 +88,7 @@ impl Bundle {
     /// The plugins in it, at least one.
     #[must_use]
     pub fn plugins(&self) -> &[PluginInfo] {
-        match &self.inner {
-            Inner::Clap(bundle) => bundle.plugins(),
-            Inner::Vst3(bundle) => bundle.plugins(),
-        }
+        &self.plugins
     }
 
     /// Opens an instance of the first plugin.
@@ -114,8 +119,8 @@ impl Bundle {
     pub fn open_plugin(&self, plugin: &PluginInfo, setup: Setup) -> Result<Instance, HostError> {
         setup.check()?;
         let backend: Box<dyn Backend> = match &self.inner {
-            Inner::Clap(bundle) => Box::new(bundle.open(&self.path, plugin, setup)?),
-            Inner::Vst3(bundle) => Box::new(bundle.open(&self.path, plugin, setup)?),
+            Inner::Clap(entry) => Box::new(ClapPlugin::open(entry, &self.path, plugin, setup)?),
+            Inner::Vst3(module) => Box::new(Vst3Plugin::open(module, &self.path, plugin, setup)?),
         };
         Instance::new(backend, setup)
     }

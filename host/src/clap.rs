@@ -23,19 +23,12 @@ use clack_host::events::spaces::CoreEventSpace;
 use clack_host::extensions::{Extension, PluginExtensionSide};
 use clack_host::plugin::PluginDescriptor;
 use clack_host::prelude::*;
-use editor::ClapEditor;
 use handlers::{Handlers, Requests};
 use libloading::Library;
 use ports::Ports;
 use std::ffi::{CStr, CString};
 use std::path::Path;
 use std::sync::Arc;
-
-/// A loaded CLAP library.
-pub(crate) struct ClapBundle {
-    entry: PluginEntry,
-    plugins: Vec<PluginInfo>,
-}
 
 /// Keeps a loaded library loaded for good: threads that an editor has left behind may still run its code when the last instance is gone.
 fn stay(path: &Path) {
@@ -49,74 +42,28 @@ fn owned(text: Option<&CStr>) -> String {
     text.map(|t| t.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-impl ClapBundle {
-    pub(crate) fn load(path: &Path) -> Result<Self, HostError> {
-        let failed = |reason: String| HostError::Load { path: path.to_path_buf(), reason };
-        if !path.exists() {
-            return Err(failed("there is no such file".to_owned()));
+/// Loads a CLAP library.
+pub(crate) fn load(path: &Path) -> Result<PluginEntry, HostError> {
+    #[expect(unsafe_code, reason = "loading a shared library runs its code")]
+    // SAFETY: whoever names a plugin to a host wants its code to run.
+    let entry = unsafe { PluginEntry::load(path) }.map_err(|e| HostError::load(path, e))?;
+    stay(path);
+    Ok(entry)
+}
+
+/// The plugins of a library.
+pub(crate) fn plugins(entry: &PluginEntry) -> Vec<PluginInfo> {
+    let listed = entry.get_plugin_factory().into_iter().flat_map(|factory| factory.plugin_descriptors());
+    let info = |d: &PluginDescriptor| {
+        let (id, name) = (owned(d.id()), owned(d.name()));
+        PluginInfo {
+            name: if name.is_empty() { id.clone() } else { name },
+            id,
+            vendor: owned(d.vendor()),
+            version: owned(d.version()),
         }
-        #[expect(unsafe_code, reason = "loading a shared library runs its code")]
-        // SAFETY: whoever names a plugin to a host wants its code to run.
-        let entry = unsafe { PluginEntry::load(path) }.map_err(|e| failed(e.to_string()))?;
-        stay(path);
-        let bundle = Self::of_entry(entry);
-        if bundle.plugins.is_empty() {
-            return Err(failed("it lists no plugin".to_owned()));
-        }
-        Ok(bundle)
-    }
-
-    pub(crate) fn of_entry(entry: PluginEntry) -> Self {
-        let listed = entry.get_plugin_factory().into_iter().flat_map(|factory| factory.plugin_descriptors());
-        let info = |d: &PluginDescriptor| {
-            let (id, name) = (owned(d.id()), owned(d.name()));
-            PluginInfo {
-                name: if name.is_empty() { id.clone() } else { name },
-                id,
-                vendor: owned(d.vendor()),
-                version: owned(d.version()),
-            }
-        };
-        let plugins = listed.filter(|d| d.id().is_some()).map(info).collect();
-        Self { entry, plugins }
-    }
-
-    pub(crate) fn plugins(&self) -> &[PluginInfo] {
-        &self.plugins
-    }
-
-    pub(crate) fn open(&self, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<ClapPlugin, HostError> {
-        let failed = |reason: String| HostError::Load { path: path.to_path_buf(), reason };
-        let info = HostInfo::new("Promenade", "Promenade", "", env!("CARGO_PKG_VERSION")).map_err(|e| failed(e.to_string()))?;
-        let id = CString::new(plugin.id.as_str()).map_err(|e| failed(e.to_string()))?;
-        let requests = Arc::new(Requests::default());
-        let theirs = Arc::clone(&requests);
-        let instance = PluginInstance::new(
-            |_| handlers::Shared(theirs),
-            |shared: &handlers::Shared| handlers::Main(Arc::clone(&shared.0)),
-            &self.entry,
-            &id,
-            &info,
-        )
-        .map_err(|e| failed(e.to_string()))?;
-        let mut opened = ClapPlugin {
-            processor: None,
-            instance,
-            editor: ClapEditor::default(),
-            info: plugin.clone(),
-            requests,
-            setup,
-            ports: Ports::default(),
-            pending: Vec::new(),
-            events: EventBuffer::new(),
-            heard: EventBuffer::new(),
-            edits: Vec::new(),
-            steady: 0,
-        };
-        opened.ports = Ports::choose(&mut opened.instance, &opened.info.name, setup.inputs)?;
-        opened.start()?;
-        Ok(opened)
-    }
+    };
+    listed.filter(|d| d.id().is_some()).map(info).collect()
 }
 
 /// A running CLAP plugin.
@@ -124,7 +71,7 @@ pub(crate) struct ClapPlugin {
     // The processor goes first: it must not outlive the instance's activation.
     processor: Option<StartedPluginAudioProcessor<Handlers>>,
     instance: PluginInstance<Handlers>,
-    editor: ClapEditor,
+    editor_open: bool,
     info: PluginInfo,
     requests: Arc<Requests>,
     setup: Setup,
@@ -142,6 +89,39 @@ pub(crate) struct ClapPlugin {
 }
 
 impl ClapPlugin {
+    pub(crate) fn open(entry: &PluginEntry, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Self, HostError> {
+        let info = HostInfo::new("Promenade", "Promenade", "", env!("CARGO_PKG_VERSION"));
+        let info = info.map_err(|e| HostError::load(path, e))?;
+        let id = CString::new(plugin.id.as_str()).map_err(|e| HostError::load(path, e))?;
+        let requests = Arc::new(Requests::default());
+        let theirs = Arc::clone(&requests);
+        let instance = PluginInstance::new(
+            |_| handlers::Shared(theirs),
+            |shared: &handlers::Shared| handlers::Main(Arc::clone(&shared.0)),
+            entry,
+            &id,
+            &info,
+        )
+        .map_err(|e| HostError::load(path, e))?;
+        let mut opened = Self {
+            processor: None,
+            instance,
+            editor_open: false,
+            info: plugin.clone(),
+            requests,
+            setup,
+            ports: Ports::default(),
+            pending: Vec::new(),
+            events: EventBuffer::new(),
+            heard: EventBuffer::new(),
+            edits: Vec::new(),
+            steady: 0,
+        };
+        opened.ports = Ports::choose(&mut opened.instance, &opened.info.name, setup.inputs)?;
+        opened.start()?;
+        Ok(opened)
+    }
+
     fn extension<E: Extension<ExtensionSide = PluginExtensionSide>>(&mut self, what: &'static str) -> Result<E, HostError> {
         let found = self.instance.plugin_handle().get_extension();
         found.ok_or_else(|| HostError::Missing { plugin: self.info.name.clone(), what })
@@ -165,18 +145,14 @@ impl ClapPlugin {
         self.ports.fit(self.setup.block);
         self.steady = 0;
         let stopped = self.instance.activate(|_, _| (), config).map_err(|e| self.failed("be activated", e))?;
-        self.requests.set_audio(true);
-        let started = stopped.start_processing();
-        self.requests.set_audio(false);
+        let started = self.requests.on_audio_thread(|| stopped.start_processing());
         self.processor = Some(started.map_err(|e| self.failed("start", e))?);
         self.serve()
     }
 
     fn stop(&mut self) {
         if let Some(processor) = self.processor.take() {
-            self.requests.set_audio(true);
-            let stopped = processor.stop_processing();
-            self.requests.set_audio(false);
+            let stopped = self.requests.on_audio_thread(|| processor.stop_processing());
             self.instance.deactivate(stopped);
         }
     }
@@ -207,7 +183,7 @@ impl ClapPlugin {
 
 impl Drop for ClapPlugin {
     fn drop(&mut self) {
-        self.editor.destroy(&mut self.instance);
+        self.destroy_editor();
         self.stop();
     }
 }
@@ -264,9 +240,8 @@ impl Backend for ClapPlugin {
         let params = self.extension::<PluginParams>("parameters")?;
         self.queue(0);
         let Some(processor) = &mut self.processor else { return Err(self.failed("take values", "it is not active")) };
-        self.requests.set_audio(true);
-        params.flush_active(&mut processor.plugin_handle(), &self.events.as_input(), &mut self.heard.as_output());
-        self.requests.set_audio(false);
+        let (events, mut heard) = (self.events.as_input(), self.heard.as_output());
+        self.requests.on_audio_thread(|| params.flush_active(&mut processor.plugin_handle(), &events, &mut heard));
         self.listen();
         Ok(())
     }
@@ -300,22 +275,17 @@ impl Backend for ClapPlugin {
         let Some(processor) = &mut self.processor else { return Err(self.failed("play", "it is not active")) };
         let transport = position.map(|position| transport::at(position, self.setup.tempo));
         let (inputs, mut outputs) = self.ports.connect(input, len);
-        self.requests.set_audio(true);
-        let done = processor.process(
-            &inputs,
-            &mut outputs,
-            &self.events.as_input(),
-            &mut self.heard.as_output(),
-            Some(self.steady),
-            transport.as_ref(),
-        );
-        self.requests.set_audio(false);
+        let (events, mut heard) = (self.events.as_input(), self.heard.as_output());
+        let steady = Some(self.steady);
+        let done = self
+            .requests
+            .on_audio_thread(|| processor.process(&inputs, &mut outputs, &events, &mut heard, steady, transport.as_ref()));
         done.map_err(|e| self.failed("play", e))?;
         self.steady += len as u64;
         self.ports.copy_out(output);
         self.listen();
         // The block was the flush that the plugin may have asked for.
-        self.requests.take_flush();
+        Requests::take(&self.requests.flush);
         self.serve()
     }
 
@@ -347,27 +317,21 @@ impl Backend for ClapPlugin {
         loaded.map_err(|_| self.failed("load a state", "it does not take it"))
     }
 
-    fn load_file(&mut self, path: &Path) -> Result<(), HostError> {
-        let bytes = std::fs::read(path);
-        let bytes = bytes.map_err(|e| HostError::Load { path: path.to_path_buf(), reason: e.to_string() })?;
-        self.load(&bytes)
-    }
-
     fn serve(&mut self) -> Result<(), HostError> {
-        if self.requests.take_callback() {
+        if Requests::take(&self.requests.callback) {
             self.instance.call_on_main_thread_callback();
         }
-        if self.requests.take_flush() {
+        if Requests::take(&self.requests.flush) {
             self.flush()?;
         }
-        if self.requests.take_closed() {
-            self.editor.destroy(&mut self.instance);
+        if Requests::take(&self.requests.closed) {
+            self.destroy_editor();
         }
         Ok(())
     }
 
     fn relisted(&mut self) -> bool {
-        self.requests.take_rescan()
+        Requests::take(&self.requests.rescan)
     }
 
     fn take_edits(&mut self, parameters: &[Parameter]) -> Vec<Edit> {

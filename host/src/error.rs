@@ -1,6 +1,6 @@
 //! What can go wrong with somebody else's plugin.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Why a plugin cannot be loaded, set or played.
@@ -91,4 +91,14 @@ pub enum HostError {
         /// What is known about it.
         reason: String,
     },
+}
+
+impl HostError {
+    pub(crate) fn load(path: &Path, reason: impl ToString) -> Self {
+        Self::Load { path: path.to_path_buf(), reason: reason.to_string() }
+    }
+
+    pub(crate) fn unusable(expected: impl Into<String>, found: impl ToString) -> Self {
+        Self::Unusable { expected: expected.into(), found: found.to_string() }
+    }
 }

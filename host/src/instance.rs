@@ -6,7 +6,6 @@ use crate::info::PluginInfo;
 use crate::parameter::{Edit, Parameter, find};
 use crate::setup::{Position, Setup};
 use crate::{HostError, rounded};
-use std::fmt;
 use std::path::Path;
 
 /// One running plugin: opened, activated and processing until it is dropped.
@@ -16,12 +15,6 @@ pub struct Instance {
     parameters: Vec<Parameter>,
     /// Where the transport was started, seconds, and the samples since.
     transport: Option<(f64, i64)>,
-}
-
-impl fmt::Debug for Instance {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Instance").field("plugin", self.plugin.info()).field("setup", &self.setup).finish_non_exhaustive()
-    }
 }
 
 impl Instance {
@@ -51,8 +44,7 @@ impl Instance {
     pub fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
         setup.check()?;
         if setup.inputs != self.setup.inputs {
-            let (expected, found) = (self.setup.inputs, setup.inputs);
-            return Err(HostError::Unusable { expected: format!("{expected} inputs, as before"), found: found.to_string() });
+            return Err(HostError::unusable(format!("{} inputs, as before", self.setup.inputs), setup.inputs));
         }
         self.plugin.restart(setup)?;
         self.setup = setup;
@@ -100,13 +92,12 @@ impl Instance {
     /// # Errors
     /// There is no such parameter, the value is not from 0 to 1, or the sample is beyond the longest block.
     pub fn set_at(&mut self, id: u32, normalized: f64, offset: usize) -> Result<(), HostError> {
-        let wrong = |expected: String, found: String| HostError::Unusable { expected, found };
         if !(0.0..=1.0).contains(&normalized) {
-            return Err(wrong("a value from 0 to 1".to_owned(), normalized.to_string()));
+            return Err(HostError::unusable("a value from 0 to 1", normalized));
         }
         let longest = self.setup.block;
         let offset = u32::try_from(offset).ok().filter(|&o| (o as usize) < longest);
-        let offset = offset.ok_or_else(|| wrong(format!("a sample below {longest}"), "a later one".to_owned()))?;
+        let offset = offset.ok_or_else(|| HostError::unusable(format!("a sample below {longest}"), "a later one"))?;
         let index = self.numbered(id)?;
         self.plugin.set_at(&self.parameters[index], normalized, offset)
     }
@@ -177,7 +168,7 @@ impl Instance {
                 lengths(&mut output.iter().map(|c| c.len()))
             );
             let expected = format!("{} inputs and 2 outputs of one length, at most {}", self.setup.inputs, self.setup.block);
-            return Err(HostError::Unusable { expected, found });
+            return Err(HostError::unusable(expected, found));
         }
         let position = self.transport.map(|(from, since)| {
             let seconds = from + since as f64 / self.setup.rate;
@@ -227,7 +218,8 @@ impl Instance {
     /// # Errors
     /// As [`Instance::load`]; the file cannot be read, or is a preset of another plugin.
     pub fn load_file(&mut self, path: &Path) -> Result<(), HostError> {
-        self.plugin.load_file(path)?;
+        let bytes = std::fs::read(path).map_err(|e| HostError::load(path, e))?;
+        self.plugin.load_file(path, &bytes)?;
         self.relist()
     }
 

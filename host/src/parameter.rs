@@ -90,10 +90,10 @@ pub enum EditKind {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn parameter(id: u32, name: &str) -> Parameter {
+    pub(crate) fn parameter(id: u32, name: &str) -> Parameter {
         Parameter {
             id,
             name: name.to_owned(),

@@ -27,7 +27,7 @@ impl Default for Setup {
 impl Setup {
     /// Checks what is handed to plugins that may not.
     pub(crate) fn check(&self) -> Result<(), HostError> {
-        let wrong = |expected: &str, found: String| Err(HostError::Unusable { expected: expected.to_owned(), found });
+        let wrong = |expected: &str, found: String| Err(HostError::unusable(expected, found));
         if !(1.0..=10_000_000.0).contains(&self.rate) {
             return wrong("a sample rate of 1 to 10000000 Hz", format!("{} Hz", self.rate));
         }

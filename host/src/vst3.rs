@@ -11,7 +11,7 @@ use crate::info::PluginInfo;
 use crate::parameter::{Edit, EditKind, Parameter};
 use crate::setup::{Position, Setup};
 use controller::Controller;
-use module::Module;
+pub(crate) use module::Module;
 use std::path::Path;
 use std::sync::Arc;
 use vst3_host::audio::{AudioBuffers, SpeakerArrangement};
@@ -27,56 +27,18 @@ const AUDIO_CLASS: &str = "Audio Module Class";
 /// The first bytes of a preset file: its name and version.
 const PRESET: &[u8] = b"VST3\x01\0\0\0";
 
-/// A loaded VST3 bundle and what is in it.
-pub(crate) struct Vst3Bundle {
-    module: Arc<Module>,
-    plugins: Vec<PluginInfo>,
-}
-
-impl Vst3Bundle {
-    pub(crate) fn load(path: &Path) -> Result<Self, HostError> {
-        let failed = |reason: String| HostError::Load { path: path.to_path_buf(), reason };
-        if !path.exists() {
-            return Err(failed("there is no such file".to_owned()));
-        }
-        let detailed = get_detailed_plugin_info(path).map_err(|e| failed(e.to_string()))?;
-        let vendor = detailed.info.vendor;
-        let classes = detailed.classes.into_iter().filter(|class| class.category == AUDIO_CLASS);
-        let info = |class: vst3_host::ClassInfo| PluginInfo {
-            id: class.class_id,
-            name: class.name,
-            vendor: vendor.clone(),
-            version: if class.version.is_empty() { detailed.info.version.clone() } else { class.version },
-        };
-        let plugins: Vec<_> = classes.map(info).collect();
-        if plugins.is_empty() {
-            return Err(failed("it lists no plugin".to_owned()));
-        }
-        Ok(Self { module: Arc::new(Module::open(path).map_err(failed)?), plugins })
-    }
-
-    pub(crate) fn plugins(&self) -> &[PluginInfo] {
-        &self.plugins
-    }
-
-    pub(crate) fn open(&self, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Vst3Plugin, HostError> {
-        let failed = |e: Error| HostError::Load { path: path.to_path_buf(), reason: e.to_string() };
-        let builder = Vst3Host::builder().sample_rate(setup.rate).block_size(setup.block);
-        let mut host = builder.tempo(setup.tempo.unwrap_or(USUAL_TEMPO)).build().map_err(failed)?;
-        let loaded = host.load_plugin_class(path, &plugin.id).map_err(failed)?;
-        let mut opened = Vst3Plugin {
-            controller: None,
-            module: Arc::clone(&self.module),
-            plugin: loaded,
-            info: plugin.clone(),
-            setup,
-            buffers: AudioBuffers::new(0, 0, 0, setup.rate),
-            tempo: setup.tempo.unwrap_or(USUAL_TEMPO),
-        };
-        opened.arrange()?;
-        opened.start()?;
-        Ok(opened)
-    }
+/// The plugins of a bundle.
+pub(crate) fn plugins(path: &Path) -> Result<Vec<PluginInfo>, HostError> {
+    let detailed = get_detailed_plugin_info(path).map_err(|e| HostError::load(path, e))?;
+    let vendor = detailed.info.vendor;
+    let classes = detailed.classes.into_iter().filter(|class| class.category == AUDIO_CLASS);
+    let info = |class: vst3_host::ClassInfo| PluginInfo {
+        id: class.class_id,
+        name: class.name,
+        vendor: vendor.clone(),
+        version: if class.version.is_empty() { detailed.info.version.clone() } else { class.version },
+    };
+    Ok(classes.map(info).collect())
 }
 
 /// A running VST3 plugin.
@@ -92,6 +54,25 @@ pub(crate) struct Vst3Plugin {
 }
 
 impl Vst3Plugin {
+    pub(crate) fn open(module: &Arc<Module>, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Self, HostError> {
+        let failed = |e: Error| HostError::load(path, e);
+        let builder = Vst3Host::builder().sample_rate(setup.rate).block_size(setup.block);
+        let mut host = builder.tempo(setup.tempo.unwrap_or(USUAL_TEMPO)).build().map_err(failed)?;
+        let loaded = host.load_plugin_class(path, &plugin.id).map_err(failed)?;
+        let mut opened = Self {
+            controller: None,
+            module: Arc::clone(module),
+            plugin: loaded,
+            info: plugin.clone(),
+            setup,
+            buffers: AudioBuffers::new(0, 0, 0, setup.rate),
+            tempo: setup.tempo.unwrap_or(USUAL_TEMPO),
+        };
+        opened.arrange()?;
+        opened.start()?;
+        Ok(opened)
+    }
+
     fn failed(&self, what: &'static str, reason: impl ToString) -> HostError {
         HostError::Failed { plugin: self.info.name.clone(), what, reason: reason.to_string() }
     }
@@ -255,13 +236,11 @@ impl Backend for Vst3Plugin {
         self.plugin.load_state(state).map_err(|e| self.failed("load a state", e))
     }
 
-    fn load_file(&mut self, path: &Path) -> Result<(), HostError> {
-        let bytes = std::fs::read(path);
-        let bytes = bytes.map_err(|e| HostError::Load { path: path.to_path_buf(), reason: e.to_string() })?;
+    fn load_file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), HostError> {
         if bytes.starts_with(PRESET) {
             self.plugin.load_vstpreset(path).map_err(|e| self.failed("load a preset", e))
         } else {
-            self.load(&bytes)
+            self.load(bytes)
         }
     }
 
@@ -269,10 +248,6 @@ impl Backend for Vst3Plugin {
         // Restarts wait until somebody asks for the latency: in the middle of a rendering they would cut the sound.
         self.plugin.service_run_loop();
         Ok(())
-    }
-
-    fn relisted(&mut self) -> bool {
-        false
     }
 
     fn take_edits(&mut self, parameters: &[Parameter]) -> Vec<Edit> {

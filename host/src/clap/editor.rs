@@ -1,29 +1,11 @@
 //! A CLAP plugin's editor inside an X11 window.
 
 use super::ClapPlugin;
-use super::handlers::Handlers;
 use crate::HostError;
 use crate::editor::{Editor, EditorSize};
 use clack_extensions::gui::{GuiApiType, GuiConfiguration, GuiSize, PluginGui, Window};
-use clack_host::prelude::PluginInstance;
 
 const EMBEDDED: GuiConfiguration<'static> = GuiConfiguration { api_type: GuiApiType::X11, is_floating: false };
-
-/// Whether the editor is open.
-#[derive(Default)]
-pub(crate) struct ClapEditor {
-    open: bool,
-}
-
-impl ClapEditor {
-    pub(crate) fn destroy(&mut self, instance: &mut PluginInstance<Handlers>) {
-        if std::mem::take(&mut self.open)
-            && let Some(gui) = instance.plugin_handle().get_extension::<PluginGui>()
-        {
-            gui.destroy(&instance.plugin_handle());
-        }
-    }
-}
 
 /// The editor of a plugin that has one for X11.
 pub(crate) fn of(plugin: &mut ClapPlugin) -> Option<&mut dyn Editor> {
@@ -38,23 +20,31 @@ impl From<GuiSize> for EditorSize {
 }
 
 impl ClapPlugin {
+    pub(super) fn destroy_editor(&mut self) {
+        if std::mem::take(&mut self.editor_open)
+            && let Ok(gui) = self.gui()
+        {
+            gui.destroy(&self.instance.plugin_handle());
+        }
+    }
+
     fn gui(&mut self) -> Result<PluginGui, HostError> {
         self.extension::<PluginGui>("editor")
     }
 
     fn open_gui(&mut self) -> Result<PluginGui, HostError> {
-        if self.editor.open { self.gui() } else { Err(self.failed("use its editor", "it is not open")) }
+        if self.editor_open { self.gui() } else { Err(self.failed("use its editor", "it is not open")) }
     }
 }
 
 impl Editor for ClapPlugin {
     fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, HostError> {
-        if self.editor.open {
+        if self.editor_open {
             return Err(self.failed("open its editor", "it is open already"));
         }
         let gui = self.gui()?;
         gui.create(&self.instance.plugin_handle(), EMBEDDED).map_err(|e| self.failed("make its editor", e))?;
-        self.editor.open = true;
+        self.editor_open = true;
         // Who declines has its own idea of the scale.
         let _ = gui.set_scale(&self.instance.plugin_handle(), scale);
         #[expect(unsafe_code, reason = "a window is only a number")]
@@ -64,14 +54,14 @@ impl Editor for ClapPlugin {
         match shown {
             Ok(()) => self.size(),
             Err(error) => {
-                self.editor.destroy(&mut self.instance);
+                self.destroy_editor();
                 Err(self.failed("open its editor", error))
             }
         }
     }
 
     fn is_open(&self) -> bool {
-        self.editor.open
+        self.editor_open
     }
 
     fn size(&mut self) -> Result<EditorSize, HostError> {
@@ -111,7 +101,7 @@ impl Editor for ClapPlugin {
     }
 
     fn close(&mut self) -> Result<(), HostError> {
-        self.editor.destroy(&mut self.instance);
+        self.destroy_editor();
         Ok(())
     }
 }

@@ -16,10 +16,10 @@ pub(crate) struct Requests {
     owner: ThreadId,
     /// Whether that thread plays the audio thread now.
     audio: AtomicBool,
-    callback: AtomicBool,
-    flush: AtomicBool,
-    rescan: AtomicBool,
-    closed: AtomicBool,
+    pub(crate) callback: AtomicBool,
+    pub(crate) flush: AtomicBool,
+    pub(crate) rescan: AtomicBool,
+    pub(crate) closed: AtomicBool,
     /// Width in the lower half, height in the upper; 0 for none.
     resize: AtomicU64,
 }
@@ -33,24 +33,16 @@ impl Default for Requests {
 }
 
 impl Requests {
-    pub(crate) fn set_audio(&self, audio: bool) {
-        self.audio.store(audio, Ordering::Release);
+    /// Plays the audio thread for what is done.
+    pub(crate) fn on_audio_thread<R>(&self, done: impl FnOnce() -> R) -> R {
+        self.audio.store(true, Ordering::Release);
+        let result = done();
+        self.audio.store(false, Ordering::Release);
+        result
     }
 
-    pub(crate) fn take_callback(&self) -> bool {
-        self.callback.swap(false, Ordering::AcqRel)
-    }
-
-    pub(crate) fn take_flush(&self) -> bool {
-        self.flush.swap(false, Ordering::AcqRel)
-    }
-
-    pub(crate) fn take_rescan(&self) -> bool {
-        self.rescan.swap(false, Ordering::AcqRel)
-    }
-
-    pub(crate) fn take_closed(&self) -> bool {
-        self.closed.swap(false, Ordering::AcqRel)
+    pub(crate) fn take(asked: &AtomicBool) -> bool {
+        asked.swap(false, Ordering::AcqRel)
     }
 
     pub(crate) fn take_resize(&self) -> Option<GuiSize> {

@@ -1,7 +1,6 @@
 //! The host against a plugin of this program: one input and output, a sidechain before its main port, a parameter that it moves by
 //! itself, latency, and refusals.
 
-use super::ClapBundle;
 use crate::{Bundle, EditKind, HostError, Instance, Lane, Point, Setup, bounce};
 use clack_extensions::audio_ports::{
     AudioPortFlags, AudioPortInfo, AudioPortInfoWriter, AudioPortType, PluginAudioPorts, PluginAudioPortsImpl,
@@ -209,7 +208,7 @@ impl PluginAudioProcessorParams for Audio<'_> {
 
 fn bundle() -> Bundle {
     let entry = PluginEntry::load_from_clack::<SinglePluginEntry<Odd>>(c"/inside/odd.clap").unwrap();
-    Bundle::of_clap(ClapBundle::of_entry(entry))
+    Bundle::of_clap(entry)
 }
 
 fn mono() -> Instance {
