@@ -29,20 +29,20 @@ fn main() {
     params.osc.restore(OscConfig { on: true, port, format: TrackerFormat::Sparta, ..OscConfig::default() });
     let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Telemetry::new());
     osc.activate();
-    while !matches!(osc.status().listening, Listening::At(_)) {
+    while !matches!(osc.status().port.listening, Listening::At(_)) {
         std::thread::sleep(Duration::from_millis(5));
     }
     let to = UdpSocket::bind("127.0.0.1:0").expect("a socket");
     to.connect(("127.0.0.1", port)).expect("this machine");
     for bundled in [false, true] {
         let packet = packet(bundled);
-        let (before, started) = (osc.status().messages, Instant::now());
+        let (before, started) = (osc.status().port.messages, Instant::now());
         let mut sent = 0_u64;
         while started.elapsed() < TIME {
             sent += u64::from(to.send(&packet).is_ok()) * if bundled { BUNDLED as u64 } else { 1 };
         }
         std::thread::sleep(Duration::from_millis(200));
-        let taken = osc.status().messages - before;
+        let taken = osc.status().port.messages - before;
         let per_s = |count: u64| count as f64 / TIME.as_secs_f64();
         let what = if bundled { "bundles of 32" } else { "single messages" };
         println!("{what}: {:.0} messages/s sent, {:.0} taken", per_s(sent), per_s(taken));

@@ -1,8 +1,8 @@
 //! How much a decoder attends to each anchor of its scene, for an open editor.
 
+use crate::flag::Flag;
 use crate::lock::lock;
 use promenade_core::Scene;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 
 /// The attention of one decode over the scene's anchors.
@@ -17,22 +17,12 @@ pub struct AttentionWeights {
 /// The newest attention weights on their way from an instance's decoder to its editor. The audio thread does not touch it.
 #[derive(Debug, Default)]
 pub struct Attention {
-    watched: AtomicBool,
+    /// Whether an editor is open.
+    pub watched: Flag,
     newest: Mutex<Arc<AttentionWeights>>,
 }
 
 impl Attention {
-    /// Whether an editor is open.
-    #[must_use]
-    pub fn is_watched(&self) -> bool {
-        self.watched.load(Ordering::Relaxed)
-    }
-
-    /// An editor was opened or closed.
-    pub fn watch(&self, watched: bool) {
-        self.watched.store(watched, Ordering::Relaxed);
-    }
-
     /// Replaces the newest weights.
     pub fn publish(&self, weights: AttentionWeights) {
         *lock(&self.newest) = Arc::new(weights);

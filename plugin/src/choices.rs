@@ -3,67 +3,57 @@
 use nice_plug::prelude::Enum;
 use promenade_core::Tier;
 
-/// What moves the listener.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
-pub enum Follow {
-    /// The position and angle parameters.
-    #[id = "off"]
-    #[name = "Off"]
-    Off,
-    /// The camera path, at the path position parameter.
-    #[id = "position"]
-    #[name = "Path position"]
-    Position,
-    /// The camera path, at the time of the host's transport.
-    #[id = "transport"]
-    #[name = "Transport"]
-    Transport,
+/// Declares a choice: for each variant its id and its name.
+macro_rules! choice {
+    ($(#[$meta:meta])* pub enum $choice:ident { $($(#[$doc:meta])* $variant:ident = $id:tt, $name:tt;)* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
+        pub enum $choice {
+            $($(#[$doc])* #[id = $id] #[name = $name] $variant,)*
+        }
+    };
 }
 
-/// How a head tracker is used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
-pub enum Tracking {
-    /// Not at all.
-    #[id = "off"]
-    #[name = "Off"]
-    Off,
-    /// Its orientation turns the head on top of the other sources.
-    #[id = "head"]
-    #[name = "Head"]
-    Head,
-    /// Its orientation and position are added to the other sources, in the axes of their pose.
-    #[id = "pose"]
-    #[name = "Head and position"]
-    Pose,
-    /// It replaces the other sources.
-    #[id = "absolute"]
-    #[name = "Absolute"]
-    Absolute,
+choice! {
+    /// What moves the listener.
+    pub enum Follow {
+        /// The position and angle parameters.
+        Off = "off", "Off";
+        /// The camera path, at the path position parameter.
+        Position = "position", "Path position";
+        /// The camera path, at the time of the host's transport.
+        Transport = "transport", "Transport";
+    }
 }
 
-/// Which listener group an instance belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
-pub enum GroupChoice {
-    /// None: a listener of its own.
-    #[id = "off"]
-    #[name = "Off"]
-    Off,
-    /// Group A.
-    #[id = "a"]
-    #[name = "A"]
-    A,
-    /// Group B.
-    #[id = "b"]
-    #[name = "B"]
-    B,
-    /// Group C.
-    #[id = "c"]
-    #[name = "C"]
-    C,
-    /// Group D.
-    #[id = "d"]
-    #[name = "D"]
-    D,
+choice! {
+    /// How a head tracker is used.
+    pub enum Tracking {
+        /// Not at all.
+        Off = "off", "Off";
+        /// Its orientation turns the head on top of the other sources.
+        Head = "head", "Head";
+        /// Its orientation and position are added to the other sources, in the axes of their pose.
+        Pose = "pose", "Head and position";
+        /// It replaces the other sources.
+        Absolute = "absolute", "Absolute";
+    }
+}
+
+choice! {
+    /// Which listener group an instance belongs to.
+    pub enum GroupChoice {
+        /// None: a listener of its own.
+        Off = "off", "Off";
+        /// Group A.
+        A = "a", "A";
+        /// Group B.
+        B = "b", "B";
+        /// Group C.
+        C = "c", "C";
+        /// Group D.
+        D = "d", "D";
+    }
 }
 
 impl GroupChoice {
@@ -74,53 +64,36 @@ impl GroupChoice {
     }
 }
 
-/// [`Tier`] as a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
-pub enum TierChoice {
-    /// [`Tier::Draft`].
-    #[id = "draft"]
-    #[name = "Draft"]
-    Draft,
-    /// [`Tier::Standard`].
-    #[id = "standard"]
-    #[name = "Standard"]
-    Standard,
-    /// [`Tier::High`].
-    #[id = "high"]
-    #[name = "High"]
-    High,
-    /// [`Tier::Reference`].
-    #[id = "reference"]
-    #[name = "Reference"]
-    Reference,
+choice! {
+    /// [`Tier`] as a parameter.
+    pub enum TierChoice {
+        /// [`Tier::Draft`].
+        Draft = "draft", "Draft";
+        /// [`Tier::Standard`].
+        Standard = "standard", "Standard";
+        /// [`Tier::High`].
+        High = "high", "High";
+        /// [`Tier::Reference`].
+        Reference = "reference", "Reference";
+    }
 }
 
 impl From<TierChoice> for Tier {
     fn from(choice: TierChoice) -> Self {
-        match choice {
-            TierChoice::Draft => Self::Draft,
-            TierChoice::Standard => Self::Standard,
-            TierChoice::High => Self::High,
-            TierChoice::Reference => Self::Reference,
-        }
+        Self::ALL[choice as usize]
     }
 }
 
-/// Where the scene comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
-pub enum SceneChoice {
-    /// The factory scene of room A.
-    #[id = "iosr-room-a"]
-    #[name = "IoSR room A"]
-    RoomA,
-    /// The factory scene of room B.
-    #[id = "iosr-room-b"]
-    #[name = "IoSR room B"]
-    RoomB,
-    /// The user's library, or the scene saved with the project.
-    #[id = "library"]
-    #[name = "Library"]
-    Library,
+choice! {
+    /// Where the scene comes from.
+    pub enum SceneChoice {
+        /// The factory scene of room A.
+        RoomA = "iosr-room-a", "IoSR room A";
+        /// The factory scene of room B.
+        RoomB = "iosr-room-b", "IoSR room B";
+        /// The user's library, or the scene saved with the project.
+        Library = "library", "Library";
+    }
 }
 
 #[cfg(test)]

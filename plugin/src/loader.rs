@@ -118,17 +118,8 @@ impl Loader {
             repaint: RepaintNotifier::new(),
         });
         // A host that restores a state and bounces at once hears the restored scene from the first sample.
-        let (scenes, walks) = (Arc::downgrade(&loader), Arc::downgrade(&loader));
-        loader.params.scene_key.on_restore(move || {
-            if let Some(loader) = scenes.upgrade() {
-                loader.refresh_scene();
-            }
-        });
-        loader.params.saved_walk.on_restore(move || {
-            if let Some(loader) = walks.upgrade() {
-                loader.refresh_walk();
-            }
-        });
+        loader.params.scene_key.on_restore(&loader, Self::refresh_scene);
+        loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
         loader
     }
 

@@ -37,7 +37,7 @@ impl Monitor {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn measure_input(&mut self, channels: [&[f32]; 2]) {
-        if self.telemetry.is_watched() {
+        if self.telemetry.watched.is_on() {
             raise(&mut self.frame.input_peak, channels.map(peak));
         }
     }
@@ -56,7 +56,7 @@ impl Monitor {
         took: Duration,
     ) {
         self.telemetry.pose.write(time.end_s(), &heard.pose);
-        if !self.telemetry.is_watched() {
+        if !self.telemetry.watched.is_on() {
             return;
         }
         let frame = &mut self.frame;
@@ -71,7 +71,7 @@ impl Monitor {
         frame.add_load(narrow(took.as_secs_f64() / time.length_s.max(1e-9)), narrow(time.length_s));
         // Levels and time alone are shown less often; none is lost, peaks wait for the next picture.
         self.since_shown_s += time.length_s;
-        let runs = frame.is_loud() || (frame.playing && self.telemetry.shows_time());
+        let runs = frame.is_loud() || (frame.playing && self.telemetry.shows_time.is_on());
         if (runs && self.since_shown_s >= LEVELS_S) || frame.differs_from(&self.shown) || self.shown_snapshot != Some(*snapshot)
         {
             self.shown.clone_from(frame);

@@ -33,7 +33,7 @@ pub use custom::{CustomArguments, CustomTracker};
 pub use format::TrackerFormat;
 pub use inbox::Inbox;
 pub use outlet::Sending;
-pub use status::{Listening, OscStatus};
+pub use status::{Counts, Listening, OscStatus, PortStatus};
 
 use crate::lock::lock;
 use crate::params::PromenadeParams;
@@ -41,7 +41,7 @@ use crate::telemetry::Telemetry;
 use outlet::Outlet;
 use port::Subscription;
 use receiver::Receiver;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 
 /// One instance's Open Sound Control. Its methods are for threads that may wait.
 pub struct Osc {
@@ -57,11 +57,10 @@ struct Applied {
     active: bool,
     /// The settings that are in force.
     config: Option<OscConfig>,
-    subscription: Option<Subscription>,
-    outlet: Option<Outlet>,
-    /// Why the subscription or the outlet could not be made; else empty.
-    listening_failed: String,
-    sending_failed: String,
+    /// Or why it could not be made.
+    subscription: Option<Result<Subscription, String>>,
+    /// Or why it could not be made.
+    outlet: Option<Result<Outlet, String>>,
 }
 
 impl Osc {
@@ -70,24 +69,19 @@ impl Osc {
     pub fn new(params: Arc<PromenadeParams>, inbox: Arc<Inbox>, telemetry: Arc<Telemetry>) -> Arc<Self> {
         let receiver = Receiver::new(Arc::clone(&params), inbox);
         let osc = Arc::new(Self { params, telemetry, receiver, applied: Mutex::default() });
-        let restored = Arc::downgrade(&osc);
-        osc.params.osc.on_restore(move || {
-            if let Some(osc) = restored.upgrade() {
-                osc.apply();
-            }
-        });
+        osc.params.osc.on_restore(&osc, Self::apply);
         osc
     }
 
     /// The host has activated the plugin: sockets and threads may be opened.
     pub fn activate(&self) {
-        self.lock().active = true;
+        lock(&self.applied).active = true;
         self.apply();
     }
 
     /// Takes the settings that `params.osc` has. The editor calls it when it has changed them.
     pub fn apply(&self) {
-        let mut applied = self.lock();
+        let mut applied = lock(&self.applied);
         let (config, _) = self.params.osc.get();
         if !applied.active || applied.config.as_ref() == Some(&config) {
             return;
@@ -97,25 +91,19 @@ impl Osc {
         if changed(|a, b| (a.on, a.port, a.interface) != (b.on, b.port, b.interface)) {
             self.receiver.close();
             applied.subscription = None;
-            applied.listening_failed.clear();
         }
         if config.on {
             self.receiver.open(&config);
-            if applied.subscription.is_none() {
-                match Subscription::new(config.port, config.interface, Arc::clone(&self.receiver)) {
-                    Ok(subscription) => applied.subscription = Some(subscription),
-                    Err(error) => applied.listening_failed = format!("no thread to listen with: {error}"),
-                }
+            if !matches!(applied.subscription, Some(Ok(_))) {
+                let subscription = Subscription::new(config.port, config.interface, Arc::clone(&self.receiver));
+                applied.subscription = Some(subscription.map_err(|error| format!("no thread to listen with: {error}")));
             }
         }
         if changed(|a, b| a.out != b.out || a.address_name() != b.address_name()) {
             applied.outlet = None;
-            applied.sending_failed.clear();
             if config.out.on {
-                match Outlet::new(&config, Arc::clone(&self.telemetry), Arc::clone(&self.receiver)) {
-                    Ok(outlet) => applied.outlet = Some(outlet),
-                    Err(error) => applied.sending_failed = format!("no thread to send with: {error}"),
-                }
+                let outlet = Outlet::new(&config, Arc::clone(&self.telemetry), Arc::clone(&self.receiver));
+                applied.outlet = Some(outlet.map_err(|error| format!("no thread to send with: {error}")));
             }
         }
     }
@@ -128,35 +116,20 @@ impl Osc {
     /// What has come in and gone out.
     #[must_use]
     pub fn status(&self) -> OscStatus {
-        let applied = self.lock();
-        let (counts, tracked, recentred) = self.receiver.report();
-        let mut status = OscStatus {
-            unknown: counts.unknown,
-            garbage: counts.garbage,
-            last_garbage: counts.last_garbage,
-            clamped: counts.clamped,
-            tracker_s: tracked.map(|at| at.elapsed().as_secs_f32()),
-            recentred,
-            ..OscStatus::default()
+        let applied = lock(&self.applied);
+        let (counts, heard) = self.receiver.report();
+        let port = match &applied.subscription {
+            Some(Ok(subscription)) => subscription.state(),
+            Some(Err(reason)) => PortStatus { listening: Listening::Failed(reason.clone()), ..PortStatus::default() },
+            None => PortStatus::default(),
         };
-        if let Some(subscription) = &applied.subscription {
-            let port = subscription.state();
-            (status.listening, status.messages_per_s) = (port.listening, port.messages_per_s);
-            (status.last_address, status.messages) = (port.last_address, subscription.messages());
-        } else if !applied.listening_failed.is_empty() {
-            status.listening = Listening::Failed(applied.listening_failed.clone());
-        }
-        if let Some(outlet) = &applied.outlet {
-            (status.sending, status.sent) = outlet.report();
-        } else if !applied.sending_failed.is_empty() {
-            status.sending = Sending::Failed(applied.sending_failed.clone());
-        }
-        status.note = note(&self.params.osc.get().0);
-        status
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Applied> {
-        lock(&self.applied)
+        let (sending, sent) = match &applied.outlet {
+            Some(Ok(outlet)) => outlet.report(),
+            Some(Err(reason)) => (Sending::Failed(reason.clone()), 0),
+            None => (Sending::Off, 0),
+        };
+        let tracker_s = heard.map(|at| at.elapsed().as_secs_f32());
+        OscStatus { port, counts, tracker_s, sending, sent, note: note(&self.params.osc.get().0) }
     }
 }
 

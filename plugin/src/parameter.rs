@@ -1,87 +1,75 @@
 //! The parameters that hosts and remote controls can set: ids, units and ranges.
 
 use crate::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
+use crate::table::table;
 use nice_plug::prelude::{Enum, FloatRange};
 
 /// Number of library files that a slot parameter can choose from.
 pub const SLOTS: u8 = 64;
 
-/// Declares the parameters in the order of `docs/parameters.md`.
-macro_rules! parameters {
-    ($($(#[$doc:meta])* $variant:ident = $id:literal,)*) => {
-        /// A parameter that hosts and remote controls can set.
-        ///
-        /// Its plain value is a number in its unit, a share of 1, the index of a choice, a slot's number, or 0 or 1 for a switch.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum Parameter {
-            $($(#[$doc])* $variant,)*
-        }
-
-        impl Parameter {
-            /// All of them.
-            pub const ALL: [Self; [$($id),*].len()] = [$(Self::$variant),*];
-
-            /// The id in saved states, in presets and in addresses of Open Sound Control; it never changes.
-            #[must_use]
-            pub fn id(self) -> &'static str {
-                match self {
-                    $(Self::$variant => $id,)*
-                }
-            }
-        }
-    };
-}
-
-parameters! {
-    /// Listener position along x of the scene's world, metres.
-    X = "x",
-    /// Listener position along y of the scene's world, metres.
-    Y = "y",
-    /// Listener position along z of the scene's world, metres.
-    Z = "z",
-    /// Head turn, degrees, positive to the left.
-    Yaw = "yaw",
-    /// Head tilt, degrees, positive nose up.
-    Pitch = "pitch",
-    /// Head tilt, degrees, positive right ear down.
-    Roll = "roll",
-    /// Position along the camera path, share of 1.
-    Path = "path",
-    /// What moves the listener: [`Follow`].
-    Follow = "follow",
-    /// Whether position and angles are added to the path's pose, or have no effect while a path is followed.
-    Offset = "offset",
-    /// How a head tracker is used: [`Tracking`].
-    Tracking = "tracking",
-    /// How far the emitter is moved along x from its place in the scene, metres.
-    Ex = "ex",
-    /// How far the emitter is moved along y from its place in the scene, metres.
-    Ey = "ey",
-    /// How far the emitter is moved along z from its place in the scene, metres.
-    Ez = "ez",
-    /// The listener group: [`GroupChoice`].
-    Group = "group",
-    /// Whether this instance's listener is that of its group.
-    Lead = "lead",
-    /// Speed against accuracy: [`TierChoice`].
-    Tier = "tier",
-    /// Decodes a second of the tiers High and Reference while the listener moves, hertz.
-    Rate = "rate",
-    /// Share of the rendered sound, of 1.
-    Mix = "mix",
-    /// Output gain, dB.
-    Gain = "gain",
-    /// Whether the dry sound passes, delayed by the latency.
-    Bypass = "bypass",
-    /// Where the scene comes from: [`SceneChoice`].
-    Scene = "scene",
-    /// Scene file of the library, 0 for the one saved with the project.
-    Slot = "slot",
-    /// Camera path file of the library, 0 for the one saved with the project.
-    Walk = "walk",
+// In the order of `docs/parameters.md`, with the ids.
+table! {
+    /// A parameter that hosts and remote controls can set.
+    ///
+    /// Its plain value is a number in its unit, a share of 1, the index of a choice, a slot's number, or 0 or 1 for a switch.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Parameter: &'static str {
+        /// Listener position along x of the scene's world, metres.
+        X = "x",
+        /// Listener position along y of the scene's world, metres.
+        Y = "y",
+        /// Listener position along z of the scene's world, metres.
+        Z = "z",
+        /// Head turn, degrees, positive to the left.
+        Yaw = "yaw",
+        /// Head tilt, degrees, positive nose up.
+        Pitch = "pitch",
+        /// Head tilt, degrees, positive right ear down.
+        Roll = "roll",
+        /// Position along the camera path, share of 1.
+        Path = "path",
+        /// What moves the listener: [`Follow`].
+        Follow = "follow",
+        /// Whether position and angles are added to the path's pose, or have no effect while a path is followed.
+        Offset = "offset",
+        /// How a head tracker is used: [`Tracking`].
+        Tracking = "tracking",
+        /// How far the emitter is moved along x from its place in the scene, metres.
+        Ex = "ex",
+        /// How far the emitter is moved along y from its place in the scene, metres.
+        Ey = "ey",
+        /// How far the emitter is moved along z from its place in the scene, metres.
+        Ez = "ez",
+        /// The listener group: [`GroupChoice`].
+        Group = "group",
+        /// Whether this instance's listener is that of its group.
+        Lead = "lead",
+        /// Speed against accuracy: [`TierChoice`].
+        Tier = "tier",
+        /// Decodes a second of the tiers High and Reference while the listener moves, hertz.
+        Rate = "rate",
+        /// Share of the rendered sound, of 1.
+        Mix = "mix",
+        /// Output gain, dB.
+        Gain = "gain",
+        /// Whether the dry sound passes, delayed by the latency.
+        Bypass = "bypass",
+        /// Where the scene comes from: [`SceneChoice`].
+        Scene = "scene",
+        /// Scene file of the library, 0 for the one saved with the project.
+        Slot = "slot",
+        /// Camera path file of the library, 0 for the one saved with the project.
+        Walk = "walk",
+    }
 }
 
 impl Parameter {
+    /// The id in saved states, in presets and in addresses of Open Sound Control; it never changes.
+    #[must_use]
+    pub fn id(self) -> &'static str {
+        self.row()
+    }
+
     /// The parameter of an id.
     #[must_use]
     pub fn of_id(id: &str) -> Option<Self> {

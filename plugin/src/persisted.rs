@@ -3,7 +3,7 @@
 use nice_plug::params::persist::PersistentField;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{OnceLock, PoisonError, RwLock};
+use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 /// A value that the host saves with the project. It counts how often the host has restored it, and calls a hook each time.
 ///
@@ -44,8 +44,14 @@ impl<T: Clone> Persisted<T> {
         }
     }
 
-    /// Calls `hook` after each restore, on the host's thread; only the first hook is kept.
-    pub fn on_restore(&self, hook: impl Fn() + Send + Sync + 'static) {
+    /// Has `owner` act after each restore, on the host's thread, while it is there; only the first owner is kept.
+    pub fn on_restore<O: Send + Sync + 'static>(&self, owner: &Arc<O>, act: fn(&O)) {
+        let owner = Arc::downgrade(owner);
+        let hook = move || {
+            if let Some(owner) = owner.upgrade() {
+                act(&owner);
+            }
+        };
         // A second hook would mean two owners of one instance, which the constructor rules out.
         drop(self.on_restore.set(Box::new(hook)));
     }

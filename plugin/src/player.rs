@@ -1,19 +1,19 @@
 //! The standalone program's dry track: a file that is played in place of the live input.
 
 use crate::cast::{narrow, whole};
+use crate::flag::Flag;
 use crate::lock::lock;
 use crossbeam_queue::ArrayQueue;
-use promenade_audio::{FileError, resample, wav};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use promenade_audio::wav::{self, Wav};
+use promenade_audio::{FileError, resample};
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, OnceLock};
 
 /// The fade at a start or a stop, seconds.
 const FADE_S: f64 = 0.005;
 /// Longer files are refused, samples of all channels: an hour of stereo at 48 kHz.
 const LONGEST: u64 = 2 * 48_000 * 3_600;
-/// No seek is pending: the bits of no finite number.
-const NOWHERE: u64 = u64::MAX;
 
 static PLAYER: OnceLock<Player> = OnceLock::new();
 
@@ -28,13 +28,6 @@ pub fn set_up() -> &'static Player {
     PLAYER.get_or_init(Player::new)
 }
 
-/// A file as it is on disk.
-struct Source {
-    path: PathBuf,
-    sample_rate_hz: u32,
-    channels: Vec<Vec<f32>>,
-}
-
 /// A file at the rate of the sound card.
 pub struct Track {
     channels: [Vec<f32>; 2],
@@ -43,14 +36,15 @@ pub struct Track {
 
 /// What is played, and how. The window and the loader set it, the audio thread reads it.
 pub struct Player {
-    source: Mutex<Option<Source>>,
+    /// The file as it is on disk.
+    source: Mutex<Option<Wav>>,
     sample_rate_hz: AtomicU32,
     fresh: ArrayQueue<Box<Track>>,
     retired: ArrayQueue<Box<Track>>,
-    playing: AtomicBool,
-    looping: AtomicBool,
-    seek: AtomicU64,
-    position_s: AtomicU64,
+    /// Whether it plays.
+    pub playing: Flag,
+    /// Whether it stops at the end, instead of beginning anew.
+    pub once: Flag,
 }
 
 impl Player {
@@ -60,10 +54,8 @@ impl Player {
             sample_rate_hz: AtomicU32::new(0),
             fresh: ArrayQueue::new(1),
             retired: ArrayQueue::new(4),
-            playing: AtomicBool::new(false),
-            looping: AtomicBool::new(true),
-            seek: AtomicU64::new(NOWHERE),
-            position_s: AtomicU64::new(0),
+            playing: Flag::default(),
+            once: Flag::default(),
         }
     }
 
@@ -76,11 +68,9 @@ impl Player {
         if wav.channels.len() > 2 {
             return Err(FileError::content(path, "one or two channels", wav.channels.len().to_string()));
         }
-        let source = Source { path: path.to_owned(), sample_rate_hz: wav.sample_rate_hz, channels: wav.channels };
-        *lock(&self.source) = Some(source);
+        *lock(&self.source) = Some(wav);
         self.prepare()?;
-        self.seek_s(0.0);
-        self.play(true);
+        self.playing.set(true);
         Ok(())
     }
 
@@ -103,45 +93,6 @@ impl Player {
         let right = channels.pop().unwrap_or_else(|| left.clone());
         drop(self.fresh.force_push(Box::new(Track { channels: [left, right], sample_rate_hz: f64::from(rate) })));
         Ok(())
-    }
-
-    /// The file that is played, and its length, seconds.
-    pub fn file(&self) -> Option<(PathBuf, f64)> {
-        let source = lock(&self.source);
-        let length = |s: &Source| s.channels.first().map_or(0, Vec::len) as f64 / f64::from(s.sample_rate_hz);
-        source.as_ref().map(|s| (s.path.clone(), length(s)))
-    }
-
-    /// Plays or stops.
-    pub fn play(&self, playing: bool) {
-        self.playing.store(playing, Ordering::Relaxed);
-    }
-
-    /// Whether it plays.
-    pub fn is_playing(&self) -> bool {
-        self.playing.load(Ordering::Relaxed)
-    }
-
-    /// Whether it begins anew at the end, or stops there.
-    pub fn set_looping(&self, looping: bool) {
-        self.looping.store(looping, Ordering::Relaxed);
-    }
-
-    /// Whether it begins anew at the end.
-    pub fn is_looping(&self) -> bool {
-        self.looping.load(Ordering::Relaxed)
-    }
-
-    /// Goes to a place, seconds from the start.
-    pub fn seek_s(&self, position_s: f64) {
-        if position_s.is_finite() {
-            self.seek.store(position_s.max(0.0).to_bits(), Ordering::Release);
-        }
-    }
-
-    /// Where it is, seconds from the start.
-    pub fn position_s(&self) -> f64 {
-        f64::from_bits(self.position_s.load(Ordering::Relaxed))
     }
 }
 
@@ -169,21 +120,16 @@ impl Playhead {
         }
         let track = self.track.as_ref()?;
         let [first, second] = &track.channels;
-        let seek = player.seek.swap(NOWHERE, Ordering::AcqRel);
-        if seek != NOWHERE {
-            self.at = first.len().min(whole(f64::from_bits(seek) * track.sample_rate_hz) as usize);
-        }
-        let playing = player.is_playing();
-        let seconds = |at: usize| at as f64 / track.sample_rate_hz;
-        let start_s = seconds(self.at);
+        let playing = player.playing.is_on();
+        let start_s = self.at as f64 / track.sample_rate_hz;
         let step = narrow(1.0 / (FADE_S * track.sample_rate_hz));
         for (l, r) in left.iter_mut().zip(right) {
             if self.at >= first.len() {
-                if player.is_looping() {
-                    self.at = 0;
-                } else {
-                    player.play(false);
+                if player.once.is_on() {
+                    player.playing.set(false);
                     self.gain = 0.0;
+                } else {
+                    self.at = 0;
                 }
             }
             self.gain = if playing { (self.gain + step).min(1.0) } else { (self.gain - step).max(0.0) };
@@ -192,7 +138,6 @@ impl Playhead {
             (*l, *r) = (sample(first), sample(second));
             self.at += usize::from(runs);
         }
-        player.position_s.store(seconds(self.at).to_bits(), Ordering::Relaxed);
         Some((start_s, playing))
     }
 }
@@ -201,6 +146,7 @@ impl Playhead {
 mod tests {
     use super::*;
     use promenade_audio::wav::Format;
+    use std::path::PathBuf;
 
     fn ramp_file(folder: &Path, frames: u16) -> PathBuf {
         let path = folder.join("ramp.wav");
@@ -219,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_played_looped_sought_and_stopped() {
+    fn a_file_is_played_looped_and_stopped() {
         let folder = tempfile::tempdir().unwrap();
         let player = Player::new();
         let mut playhead = Playhead::default();
@@ -231,11 +177,11 @@ mod tests {
         assert!((out[500] * 65_536.0 - 500.0).abs() < 0.1);
         let (out, _) = block(&mut playhead, &player, 600);
         assert!((out[500] * 65_536.0 - 100.0).abs() < 0.1, "it begins anew");
-        player.seek_s(900.0 / 48_000.0);
-        player.set_looping(false);
+        player.once.set(true);
+        block(&mut playhead, &player, 700);
         let (out, _) = block(&mut playhead, &player, 600);
         assert!((out[50] * 65_536.0 - 950.0).abs() < 0.1 && out[200] == 0.0);
-        assert!(!player.is_playing(), "it stops at the end");
+        assert!(!player.playing.is_on(), "it stops at the end");
     }
 
     #[test]

@@ -41,7 +41,7 @@ struct DecodeTask {
 impl DecodeTask {
     fn decode(&self, pose: &Pose, out: &mut Decoded) {
         let mut decoder = lock(&self.decoder);
-        match self.scene.upgrade().filter(|_| self.attention.is_watched()) {
+        match self.scene.upgrade().filter(|_| self.attention.watched.is_on()) {
             Some(scene) => {
                 let mut weights = vec![0.0; scene.cloud().map_or(0, |cloud| cloud.model.sizes().anchors)];
                 decoder.decode_with_attention(pose, &mut weights, out);

@@ -1,12 +1,12 @@
 //! What the audio thread reports to the editor: values that go one way.
 
 use crate::cast::{index, narrow};
+use crate::flag::Flag;
 use crate::pose_cell::PoseCell;
 use crate::pose_sources::Base;
 use crossbeam_queue::ArrayQueue;
 use promenade_core::{Pose, Renderer, Tier};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Frequencies at which the masks are shown.
 pub const MASK_POINTS: usize = 96;
@@ -173,8 +173,10 @@ pub(crate) fn raise(peaks: &mut [f32; 2], to: [f32; 2]) {
 
 /// Between one instance's audio thread and its editor. Frames go round: the audio thread never allocates one.
 pub struct Telemetry {
-    watched: AtomicBool,
-    shows_time: AtomicBool,
+    /// Whether an editor is open; otherwise nothing is collected.
+    pub watched: Flag,
+    /// Whether the editor shows the time of the transport, so that it wants pictures while that runs.
+    pub shows_time: Flag,
     fresh: ArrayQueue<Box<Frame>>,
     spare: ArrayQueue<Box<Frame>>,
     /// The listener's pose at the end of the newest block, with the time of the transport.
@@ -186,8 +188,8 @@ impl Telemetry {
     #[must_use]
     pub fn new() -> Arc<Self> {
         let telemetry = Self {
-            watched: AtomicBool::new(false),
-            shows_time: AtomicBool::new(false),
+            watched: Flag::default(),
+            shows_time: Flag::default(),
             fresh: ArrayQueue::new(1),
             spare: ArrayQueue::new(3),
             pose: PoseCell::new(),
@@ -196,34 +198,6 @@ impl Telemetry {
             drop(telemetry.spare.push(Box::default()));
         }
         Arc::new(telemetry)
-    }
-
-    /// Whether an editor is open; otherwise nothing is collected.
-    ///
-    /// # Real-time
-    /// Any thread; no allocation, lock or I/O.
-    #[must_use]
-    pub fn is_watched(&self) -> bool {
-        self.watched.load(Ordering::Relaxed)
-    }
-
-    /// An editor was opened or closed.
-    pub fn watch(&self, watched: bool) {
-        self.watched.store(watched, Ordering::Relaxed);
-    }
-
-    /// Whether the editor shows the time of the transport, so that it wants pictures while that runs.
-    ///
-    /// # Real-time
-    /// Any thread; no allocation, lock or I/O.
-    #[must_use]
-    pub fn shows_time(&self) -> bool {
-        self.shows_time.load(Ordering::Relaxed)
-    }
-
-    /// The editor shows the time of the transport, or does no longer.
-    pub fn show_time(&self, shows: bool) {
-        self.shows_time.store(shows, Ordering::Relaxed);
     }
 
     /// Gives the editor a frame, in place of one that it has not fetched; peaks of that one are kept.

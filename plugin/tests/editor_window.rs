@@ -72,13 +72,13 @@ mod needs_screen {
             let gui = Arc::new(Deaf);
             let spawned = editor.spawn(None, false, None, GuiContext::new(gui.clone()), None).unwrap();
             spawned.handle.show(&spawned.window).unwrap();
-            assert!(comes(|| telemetry.is_watched()), "the window was not built");
+            assert!(comes(|| telemetry.watched.is_on()), "the window was not built");
             assert!(counts() > before);
             assert_eq!(editor.size(), size, "the window is as large as the host was told");
             drop(spawned);
             assert!(comes(|| counts() == before), "opening {opening} leaves {:?}, {before:?} were there before", counts());
             assert!(comes(|| Arc::strong_count(&gui) == 1), "opening {opening} keeps the host's context");
-            assert!(!telemetry.is_watched() && !loader.attention.is_watched());
+            assert!(!telemetry.watched.is_on() && !loader.attention.watched.is_on());
             eprintln!("after opening {opening}: {} pages", resident_pages());
         }
     }

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
                 Some(path) => file = Some(path),
                 None => return refuse("--play: expected a WAV file, found nothing"),
             },
-            ("--once", _) => player.set_looping(false),
+            ("--once", _) => player.once.set(true),
             ("--help" | "-h", _) => {
                 print!("{HELP}");
                 rest.push(arg);

@@ -130,8 +130,8 @@ impl NiceEguiApp for App {
             .add(self.instance.loader.clone())
             .inspect_err(|error| nice_error!("no thread to load scenes from the editor: {error}"))
             .ok();
-        self.instance.telemetry.watch(true);
-        self.instance.loader.attention.watch(true);
+        self.instance.telemetry.watched.set(true);
+        self.instance.loader.attention.watched.set(true);
         Ok(())
     }
 
@@ -202,7 +202,7 @@ impl NiceEguiApp for App {
         let centre = egui::Frame::new().fill(palette.ground).inner_margin(Margin::ZERO);
         let attention = scene.as_ref().and_then(|scene| self.instance.loader.attention.in_scene(scene));
         CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, &mut ctx, attention.as_deref()));
-        self.instance.telemetry.show_time(ctx.shows_time);
+        self.instance.telemetry.shows_time.set(ctx.shows_time);
         let choices = params.choices();
         if self.choices.replace(choices) != Some(choices) {
             ctx.refresh();
@@ -235,8 +235,8 @@ impl NiceEguiApp for App {
 impl Drop for App {
     /// The window is gone: nothing is watched any more, and no gesture stays open in the host.
     fn drop(&mut self) {
-        self.instance.telemetry.watch(false);
-        self.instance.loader.attention.watch(false);
+        self.instance.telemetry.watched.set(false);
+        self.instance.loader.attention.watched.set(false);
         self.geometry.closed();
         if let Some(gui) = self.gui.take() {
             let host = Host { params: &self.instance.params, setter: gui.param_setter() };

@@ -7,7 +7,9 @@ use super::theme::CONTROL;
 use super::widgets::{button, columns, drop_down, labelled, note, segments, switch};
 use crate::choices::GroupChoice;
 use crate::group;
-use crate::osc::{AxisMap, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat};
+use crate::osc::{
+    AxisMap, Counts, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat,
+};
 use crate::parameter::Parameter;
 use egui::{ComboBox, DragValue, ScrollArea, TextEdit, Ui, Vec2};
 use nice_plug::prelude::Enum;
@@ -103,24 +105,24 @@ impl OscPanel {
             }
         });
         let status = &self.status;
-        match &status.listening {
+        match &status.port.listening {
             Listening::Off => note(ui, ctx.palette, "Not listening"),
             Listening::Opening => note(ui, ctx.palette, "Opening the port"),
             Listening::At(address) => {
-                let last = if status.last_address.is_empty() { "nothing yet" } else { &status.last_address };
-                note(ui, ctx.palette, format!("At {address}: {:.0} messages/s, last {last}", status.messages_per_s));
+                let last = if status.port.last_address.is_empty() { "nothing yet" } else { &status.port.last_address };
+                note(ui, ctx.palette, format!("At {address}: {:.0} messages/s, last {last}", status.port.messages_per_s));
             }
             Listening::Failed(reason) => {
                 ui.colored_label(ctx.palette.error, reason);
             }
         }
-        if status.garbage + status.unknown + status.clamped > 0 {
-            let counts =
-                [(status.unknown, "not for this format"), (status.garbage, "damaged"), (status.clamped, "out of range")];
+        let Counts { clamped, garbage, last_garbage, unknown } = &status.counts;
+        if garbage + unknown + clamped > 0 {
+            let counts = [(*unknown, "not for this format"), (*garbage, "damaged"), (*clamped, "out of range")];
             let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect::<Vec<_>>();
             note(ui, ctx.palette, counts.join(", "));
-            if !status.last_garbage.is_empty() {
-                note(ui, ctx.palette, &status.last_garbage);
+            if !last_garbage.is_empty() {
+                note(ui, ctx.palette, last_garbage);
             }
         }
         if !status.note.is_empty() {

@@ -1,42 +1,23 @@
 //! Which of a tracker's axes is which of the head's.
 
 use promenade_core::glam::{Quat, Vec3};
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Which of three axes of a tracker is which of the head's, and which way it counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "Saved")]
+#[serde(default)]
 pub struct AxisMap {
     /// For each of the head's axes the number of the tracker's, 0 to 2.
+    #[serde(deserialize_with = "order")]
     pub order: [u8; 3],
     /// For each of the head's axes whether it counts the other way.
     pub invert: [bool; 3],
 }
 
-/// As it is saved, not yet checked.
-#[derive(Deserialize)]
-#[serde(default)]
-struct Saved {
-    order: [u8; 3],
-    invert: [bool; 3],
-}
-
-impl Default for Saved {
-    fn default() -> Self {
-        Self { order: AxisMap::IDENTITY.order, invert: AxisMap::IDENTITY.invert }
-    }
-}
-
-impl TryFrom<Saved> for AxisMap {
-    type Error = &'static str;
-
-    fn try_from(saved: Saved) -> Result<Self, Self::Error> {
-        if saved.order.iter().all(|axis| *axis < 3) {
-            Ok(Self { order: saved.order, invert: saved.invert })
-        } else {
-            Err("axes are numbered 0 to 2")
-        }
-    }
+fn order<'de, D: Deserializer<'de>>(saved: D) -> Result<[u8; 3], D::Error> {
+    let order = <[u8; 3]>::deserialize(saved)?;
+    if order.iter().all(|axis| *axis < 3) { Ok(order) } else { Err(D::Error::custom("axes are numbered 0 to 2")) }
 }
 
 impl Default for AxisMap {

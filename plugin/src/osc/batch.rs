@@ -111,13 +111,8 @@ impl Batch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rosc::{OscMessage, OscPacket, OscType, encoder};
+    use rosc::OscType;
     use std::time::Duration;
-
-    fn packet(address: &str, value: i32) -> Vec<u8> {
-        let message = OscMessage { addr: address.to_owned(), args: vec![OscType::Int(value)] };
-        encoder::encode(&OscPacket::Message(message)).unwrap()
-    }
 
     fn sockets() -> (UdpSocket, UdpSocket) {
         let (from, to) = (UdpSocket::bind("127.0.0.1:0").unwrap(), UdpSocket::bind("127.0.0.1:0").unwrap());
@@ -130,7 +125,7 @@ mod tests {
     fn the_newest_of_each_address_counts_in_the_order_of_arrival() {
         let (from, to) = sockets();
         for (address, value) in [("/a", 1), ("/b", 2), ("/a", 3), ("/recenter", 4), ("/a", 5), ("/b", 6), ("/a", 7)] {
-            from.send(&packet(address, value)).unwrap();
+            from.send(&packet::encoded(address, vec![OscType::Int(value)])).unwrap();
         }
         from.send(b"garbage").unwrap();
         let mut batch = Batch::new();

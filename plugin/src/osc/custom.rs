@@ -2,69 +2,47 @@
 
 use super::axes::AxisMap;
 use super::reading::{Argument, Unit};
+use crate::table::table;
 use serde::{Deserialize, Serialize};
 
-/// What the arguments of a custom address are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum CustomArguments {
-    /// Yaw, pitch and roll in degrees, positive to the left, nose up and right ear down.
-    #[default]
-    YprDegrees,
-    /// The same in radians.
-    YprRadians,
-    /// w, x, y, z; x forward, y left, z up.
-    QuaternionWxyz,
-    /// x, y, z, w; x forward, y left, z up.
-    QuaternionXyzw,
-    /// x, y, z in metres; x forward, y left, z up.
-    Position,
-    /// x, y, z in metres, then w, x, y, z.
-    Pose,
-    /// x, y, z in metres, then yaw, pitch and roll in degrees.
-    PositionYpr,
+use Argument::{Angles, Position, Quaternion, QuaternionLast};
+
+const SAME: AxisMap = AxisMap::IDENTITY;
+const ANGLES: Argument = Angles(Unit::Degrees, SAME);
+
+// The title as users read it, and the arguments one after the other, as formats list them.
+table! {
+    /// What the arguments of a custom address are.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum CustomArguments: (&'static str, &'static [Argument]) {
+        /// Yaw, pitch and roll in degrees, positive to the left, nose up and right ear down.
+        #[default]
+        YprDegrees = ("Yaw, pitch, roll in degrees", &[ANGLES]),
+        /// The same in radians.
+        YprRadians = ("Yaw, pitch, roll in radians", &[Angles(Unit::Radians, SAME)]),
+        /// w, x, y, z; x forward, y left, z up.
+        QuaternionWxyz = ("Quaternion w, x, y, z", &[Quaternion(SAME)]),
+        /// x, y, z, w; x forward, y left, z up.
+        QuaternionXyzw = ("Quaternion x, y, z, w", &[QuaternionLast(SAME)]),
+        /// x, y, z in metres; x forward, y left, z up.
+        Position = ("Position x, y, z in metres", &[Position(SAME)]),
+        /// x, y, z in metres, then w, x, y, z.
+        Pose = ("Position, quaternion w, x, y, z", &[Position(SAME), Quaternion(SAME)]),
+        /// x, y, z in metres, then yaw, pitch and roll in degrees.
+        PositionYpr = ("Position, yaw, pitch, roll in degrees", &[Position(SAME), ANGLES]),
+    }
 }
 
 impl CustomArguments {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::YprDegrees,
-        Self::YprRadians,
-        Self::QuaternionWxyz,
-        Self::QuaternionXyzw,
-        Self::Position,
-        Self::Pose,
-        Self::PositionYpr,
-    ];
-
     /// As users read it.
     #[must_use]
     pub fn title(self) -> &'static str {
-        match self {
-            Self::YprDegrees => "Yaw, pitch, roll in degrees",
-            Self::YprRadians => "Yaw, pitch, roll in radians",
-            Self::QuaternionWxyz => "Quaternion w, x, y, z",
-            Self::QuaternionXyzw => "Quaternion x, y, z, w",
-            Self::Position => "Position x, y, z in metres",
-            Self::Pose => "Position, quaternion w, x, y, z",
-            Self::PositionYpr => "Position, yaw, pitch, roll in degrees",
-        }
+        self.row().0
     }
 
-    /// One after the other, as formats list them.
     pub(super) fn arguments(self) -> &'static [Argument] {
-        use Argument::{Angles, Position, Quaternion, QuaternionLast};
-        const SAME: AxisMap = AxisMap::IDENTITY;
-        const ANGLES: Argument = Angles(Unit::Degrees, SAME);
-        match self {
-            Self::YprDegrees => &[ANGLES],
-            Self::YprRadians => &[Angles(Unit::Radians, SAME)],
-            Self::QuaternionWxyz => &[Quaternion(SAME)],
-            Self::QuaternionXyzw => &[QuaternionLast(SAME)],
-            Self::Position => &[Position(SAME)],
-            Self::Pose => &[Position(SAME), Quaternion(SAME)],
-            Self::PositionYpr => &[Position(SAME), ANGLES],
-        }
+        self.row().1
     }
 }
 

@@ -5,41 +5,45 @@
 use super::axes::AxisMap;
 use super::custom::CustomTracker;
 use super::reading::{Argument, Unit};
+use crate::table::table;
 use serde::{Deserialize, Serialize};
 
-/// The format of a head tracker, named after the plugin or device whose default settings it matches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TrackerFormat {
-    /// This plugin's own addresses only.
-    #[default]
-    Promenade,
-    /// SPARTA's AmbiBIN, Rotator and 6DoFconv.
-    Sparta,
-    /// The SceneRotator of the IEM Plug-in Suite.
-    Iem,
-    /// `ambix_rotator`.
-    AmbixRotator,
-    /// `ambix_move`.
-    AmbixMove,
-    /// Orientations in Unity's axes.
-    Unity,
-    /// Ambi Head HD.
-    AmbiHead,
-    /// The SALTE renderer.
-    Salte,
-    /// The 3D Tune-In Toolkit's test application.
-    #[serde(rename = "3dti")]
-    TuneIn,
-    /// Mach1 Monitor.
-    Mach1,
-    /// Supperware's Bridgehead.
-    Supperware,
-    /// Sensors2OSC on an Android telephone.
-    #[serde(rename = "sensors2osc")]
-    Sensors2Osc,
-    /// An address of the user's.
-    Custom,
+// The title as users read it, the port, and the addresses of each.
+table! {
+    /// The format of a head tracker, named after the plugin or device whose default settings it matches.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum TrackerFormat: (&'static str, u16, &'static [Form]) {
+        /// This plugin's own addresses only.
+        #[default]
+        Promenade = ("Promenade", 9100, &[]),
+        /// SPARTA's AmbiBIN, Rotator and 6DoFconv.
+        Sparta = ("SPARTA", 9000, &SPARTA),
+        /// The SceneRotator of the IEM Plug-in Suite.
+        Iem = ("IEM SceneRotator", 9000, &IEM),
+        /// `ambix_rotator`.
+        AmbixRotator = ("ambix_rotator", 7120, &AMBIX_ROTATOR),
+        /// `ambix_move`.
+        AmbixMove = ("ambix_move", 7130, &AMBIX_MOVE),
+        /// Orientations in Unity's axes.
+        Unity = ("Unity", 9000, &UNITY),
+        /// Ambi Head HD.
+        AmbiHead = ("Ambi Head HD", 4040, &AMBI_HEAD),
+        /// The SALTE renderer.
+        Salte = ("SALTE", 9000, &SALTE),
+        /// The 3D Tune-In Toolkit's test application.
+        #[serde(rename = "3dti")]
+        TuneIn = ("3D Tune-In", 12_300, &TUNE_IN),
+        /// Mach1 Monitor.
+        Mach1 = ("Mach1 Monitor", 9898, &MACH1),
+        /// Supperware's Bridgehead.
+        Supperware = ("Supperware Bridgehead", 8000, &SUPPERWARE),
+        /// Sensors2OSC on an Android telephone.
+        #[serde(rename = "sensors2osc")]
+        Sensors2Osc = ("Sensors2OSC", 9000, &SENSORS2OSC),
+        /// An address of the user's.
+        Custom = ("Custom", 9100, &[]),
+    }
 }
 
 /// An address and what comes with it.
@@ -141,75 +145,22 @@ const ANDROID: Argument = RotationVector(AxisMap { order: [1, 0, 2], invert: [fa
 static SENSORS2OSC: [Form; 2] = [form("/gamerotationvector", &[ANDROID]), form("/rotationvector", &[ANDROID])];
 
 impl TrackerFormat {
-    /// All of them.
-    pub const ALL: [Self; 13] = [
-        Self::Promenade,
-        Self::Sparta,
-        Self::Iem,
-        Self::AmbixRotator,
-        Self::AmbixMove,
-        Self::Unity,
-        Self::AmbiHead,
-        Self::Salte,
-        Self::TuneIn,
-        Self::Mach1,
-        Self::Supperware,
-        Self::Sensors2Osc,
-        Self::Custom,
-    ];
-
     /// As users read it.
     #[must_use]
     pub fn title(self) -> &'static str {
-        match self {
-            Self::Promenade => "Promenade",
-            Self::Sparta => "SPARTA",
-            Self::Iem => "IEM SceneRotator",
-            Self::AmbixRotator => "ambix_rotator",
-            Self::AmbixMove => "ambix_move",
-            Self::Unity => "Unity",
-            Self::AmbiHead => "Ambi Head HD",
-            Self::Salte => "SALTE",
-            Self::TuneIn => "3D Tune-In",
-            Self::Mach1 => "Mach1 Monitor",
-            Self::Supperware => "Supperware Bridgehead",
-            Self::Sensors2Osc => "Sensors2OSC",
-            Self::Custom => "Custom",
-        }
+        self.row().0
     }
 
     /// The port that trackers of this format send to when nothing else is set.
     #[must_use]
     pub fn port(self) -> u16 {
-        match self {
-            Self::Promenade | Self::Custom => 9100,
-            Self::Sparta | Self::Iem | Self::Unity | Self::Salte | Self::Sensors2Osc => 9000,
-            Self::AmbixRotator => 7120,
-            Self::AmbixMove => 7130,
-            Self::AmbiHead => 4040,
-            Self::TuneIn => 12_300,
-            Self::Mach1 => 9898,
-            Self::Supperware => 8000,
-        }
+        self.row().1
     }
 
     /// Its addresses; none for [`TrackerFormat::Promenade`] and [`TrackerFormat::Custom`].
     #[must_use]
     pub fn forms(self) -> &'static [Form] {
-        match self {
-            Self::Promenade | Self::Custom => &[],
-            Self::Sparta => &SPARTA,
-            Self::Iem => &IEM,
-            Self::AmbixRotator => &AMBIX_ROTATOR,
-            Self::AmbixMove => &AMBIX_MOVE,
-            Self::Unity => &UNITY,
-            Self::AmbiHead => &AMBI_HEAD,
-            Self::Salte => &SALTE,
-            Self::TuneIn => &TUNE_IN,
-            Self::Mach1 => &MACH1,
-            Self::Supperware => &SUPPERWARE,
-            Self::Sensors2Osc => &SENSORS2OSC,
-        }
+        self.row().2
     }
 
     /// The arguments of an address, if it is one of this format. The IEM suite ignores case.

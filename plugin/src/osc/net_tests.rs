@@ -3,6 +3,7 @@
 use super::config::{Interface, OscConfig, OscOut};
 use super::format::TrackerFormat;
 use super::inbox::Inbox;
+use super::packet::encoded;
 use super::{Listening, Osc, OscStatus, Sending, port};
 use crate::lock::lock;
 use crate::parameter::Parameter;
@@ -11,7 +12,7 @@ use crate::telemetry::Telemetry;
 use nice_plug::params::persist::deserialize_field;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
-use rosc::{OscMessage, OscPacket, OscType, encoder};
+use rosc::OscType;
 use std::net::UdpSocket;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -65,7 +66,7 @@ impl Instance {
     }
 
     fn listens(&self) -> &Self {
-        self.status_that(|status| matches!(status.listening, Listening::At(_)));
+        self.status_that(|status| matches!(status.port.listening, Listening::At(_)));
         self
     }
 
@@ -92,10 +93,6 @@ fn until<T>(mut get: impl FnMut() -> Option<T>, last: impl Fn() -> String) -> T 
 
 fn free_port() -> u16 {
     UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
-}
-
-fn encoded(address: &str, args: Vec<OscType>) -> Vec<u8> {
-    encoder::encode(&OscPacket::Message(OscMessage { addr: address.to_owned(), args })).unwrap()
 }
 
 fn ypr(address: &str, yaw_deg: f32) -> Vec<u8> {
@@ -147,8 +144,8 @@ fn a_port_of_another_program_is_said_to_be_and_taken_when_it_is_free() {
     let other = UdpSocket::bind("127.0.0.1:0").unwrap();
     let port = other.local_addr().unwrap().port();
     let instance = Instance::at(port, "");
-    let status = instance.status_that(|status| matches!(status.listening, Listening::Failed(_)));
-    assert_eq!(status.listening, Listening::Failed(format!("port {port} is in use by another program")));
+    let status = instance.status_that(|status| matches!(status.port.listening, Listening::Failed(_)));
+    assert_eq!(status.port.listening, Listening::Failed(format!("port {port} is in use by another program")));
     drop(other);
     instance.listens();
     sender(port).send(&ypr("/ypr", 20.0)).unwrap();
@@ -167,10 +164,10 @@ fn nothing_is_open_before_activation_or_when_it_is_off() {
     assert_eq!(port::numbers(), [port]);
     params.osc.restore(OscConfig { port, ..OscConfig::default() });
     assert!(port::numbers().is_empty());
-    assert_eq!(osc.status().listening, Listening::Off);
+    assert_eq!(osc.status().port.listening, Listening::Off);
     params.osc.restore(OscConfig { on: true, port: 0, ..OscConfig::default() });
     until(
-        || matches!(&osc.status().listening, Listening::Failed(words) if words.contains("1 to 65535")).then_some(()),
+        || matches!(&osc.status().port.listening, Listening::Failed(words) if words.contains("1 to 65535")).then_some(()),
         || format!("{:?}", osc.status()),
     );
 }
@@ -191,12 +188,12 @@ fn settings_that_change_are_taken_at_once() {
     assert_eq!(port::numbers(), [two]);
     // Another instance opens the port to every network; this one does not notice.
     let wide = Instance::new(OscConfig { on: true, port: two, interface: Interface::Any, ..OscConfig::default() });
-    wide.status_that(|status| matches!(status.listening, Listening::At(at) if at.ip().is_unspecified()));
+    wide.status_that(|status| matches!(status.port.listening, Listening::At(at) if at.ip().is_unspecified()));
     sender(two).send(&ypr("/ypr", 50.0)).unwrap();
     instance.faces(-50.0);
     drop(wide);
     // And closed to the networks again.
-    instance.status_that(|status| matches!(status.listening, Listening::At(at) if at.ip().is_loopback()));
+    instance.status_that(|status| matches!(status.port.listening, Listening::At(at) if at.ip().is_loopback()));
 }
 
 #[test]
@@ -223,20 +220,20 @@ fn garbage_is_counted_with_its_reason() {
     instance.listens();
     let to = sender(port);
     to.send(b"no packet").unwrap();
-    assert!(instance.status_that(|status| status.garbage == 1).last_garbage.contains("neither"));
+    assert!(instance.status_that(|status| status.counts.garbage == 1).counts.last_garbage.contains("neither"));
     to.send(&encoded("/ypr", vec![OscType::String("left".to_owned())])).unwrap();
-    let status = instance.status_that(|status| status.garbage == 2);
+    let status = instance.status_that(|status| status.counts.garbage == 2);
     assert_eq!(
-        (status.last_garbage.as_str(), status.last_address.as_str()),
+        (status.counts.last_garbage.as_str(), status.port.last_address.as_str()),
         ("/ypr: expected a number, found \"left\"", "/ypr")
     );
     to.send(&encoded("/promenade/param/volume", vec![OscType::Float(1.0)])).unwrap();
-    instance.status_that(|status| status.last_garbage == "/promenade/param/volume: there is no such parameter");
+    instance.status_that(|status| status.counts.last_garbage == "/promenade/param/volume: there is no such parameter");
     to.send(&encoded("/promenade/param/gain", vec![OscType::Float(40.0)])).unwrap();
-    instance.status_that(|status| status.clamped == 1);
+    instance.status_that(|status| status.counts.clamped == 1);
     to.send(&ypr("/SceneRotator/ypr", 3.0)).unwrap();
-    let status = instance.status_that(|status| status.unknown == 1);
-    assert_eq!((status.garbage, status.messages, status.tracker_s), (3, 4, None));
+    let status = instance.status_that(|status| status.counts.unknown == 1);
+    assert_eq!((status.counts.garbage, status.port.messages, status.tracker_s), (3, 4, None));
     assert!(status.note.contains("pose means something else"), "{}", status.note);
     instance.change(|config| {
         (config.name, config.format) = (String::new(), TrackerFormat::Custom);
@@ -290,7 +287,7 @@ fn a_flood_leaves_the_newest_pose_and_a_reader_that_never_waits() {
     done.store(true, Ordering::Release);
     assert!(reader.join().expect("the reader was well") > 0);
     let status = instance.osc.status();
-    assert!(status.messages > 1000, "{status:?}");
+    assert!(status.port.messages > 1000, "{status:?}");
 }
 
 #[test]

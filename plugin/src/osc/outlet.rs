@@ -1,13 +1,13 @@
 //! The listener's pose, sent to another instance or to a program that draws it.
 
-use super::address;
 use super::config::{OscConfig, OscOut};
 use super::receiver::Receiver;
+use super::{address, packet};
 use crate::lock::lock;
 use crate::telemetry::Telemetry;
 use crate::worker::{RESOLVER, SENDER, Task, TaskHandle};
 use promenade_core::Pose;
-use rosc::{OscMessage, OscPacket, OscType, encoder};
+use rosc::OscType;
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -218,6 +218,5 @@ fn packet(address: &str, pose: &Pose) -> Vec<u8> {
     let [x, y, z] = pose.position.to_array();
     let [qx, qy, qz, qw] = pose.orientation.to_array();
     let args = [x, y, z, qw, qx, qy, qz].map(OscType::Float).to_vec();
-    // Nothing in such a message can fail to be written.
-    encoder::encode(&OscPacket::Message(OscMessage { addr: address.to_owned(), args })).unwrap_or_default()
+    packet::encoded(address, args)
 }

@@ -3,7 +3,7 @@
 //! The parser of messages recurses into bundles and drops nested arrays by recursion, and would end the host with a packet that nests
 //! thousands of them. Bundles are therefore taken apart here, and messages looked at before the parser sees them.
 
-use rosc::{OscMessage, OscPacket, OscType};
+use rosc::{OscMessage, OscPacket, OscType, encoder};
 
 /// Bundles in bundles.
 const DEEPEST: usize = 8;
@@ -68,6 +68,12 @@ pub(super) fn arguments(message: &[u8]) -> Result<Vec<OscType>, String> {
     }
 }
 
+/// A message as a packet.
+pub(super) fn encoded(address: &str, args: Vec<OscType>) -> Vec<u8> {
+    // Nothing in a message can fail to be written.
+    encoder::encode(&OscPacket::Message(OscMessage { addr: address.to_owned(), args })).unwrap_or_default()
+}
+
 /// What the parser may be given.
 fn check_tags(message: &[u8]) -> Result<(), &'static str> {
     let address_end = message.iter().position(|byte| *byte == 0).ok_or("an address has no end")?;
@@ -96,7 +102,7 @@ fn check_tags(message: &[u8]) -> Result<(), &'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rosc::{OscBundle, OscTime, encoder};
+    use rosc::{OscBundle, OscTime};
 
     fn message(addr: &str, args: Vec<OscType>) -> OscPacket {
         OscPacket::Message(OscMessage { addr: addr.to_owned(), args })
@@ -209,10 +215,9 @@ mod tests {
 
     #[test]
     fn huge_strings_are_only_strings() {
-        let huge = message("/a", vec![OscType::String("x".repeat(60_000))]);
-        let bytes = encoder::encode(&huge).unwrap();
+        let bytes = encoded("/a", vec![OscType::String("x".repeat(60_000))]);
         assert!(matches!(arguments(&bytes).unwrap().as_slice(), [OscType::String(text)] if text.len() == 60_000));
-        let address = encoder::encode(&message(&format!("/{}", "a".repeat(60_000)), vec![])).unwrap();
+        let address = encoded(&format!("/{}", "a".repeat(60_000)), vec![]);
         assert!(walked(&address).1.is_err());
         assert!(walked(b"/a\0\0nottags\0").1.is_ok(), "the address is well");
         assert_eq!(arguments(b"/a\0\0nottags\0").unwrap_err(), "type tags are missing");

@@ -3,11 +3,11 @@
 use super::batch::Batch;
 use super::config::Interface;
 use super::receiver::Receiver;
-use super::status::Listening;
+use super::status::{Listening, PortStatus};
 use crate::lock::lock;
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -33,16 +33,7 @@ pub(super) struct Port {
     number: u16,
     ends: AtomicBool,
     receivers: Mutex<Vec<(Interface, Arc<Receiver>)>>,
-    state: Mutex<PortState>,
-    messages: AtomicU64,
-}
-
-/// The state of a port, for the editor.
-#[derive(Clone, Debug)]
-pub(super) struct PortState {
-    pub(super) listening: Listening,
-    pub(super) messages_per_s: f32,
-    pub(super) last_address: String,
+    state: Mutex<PortStatus>,
 }
 
 /// An instance's subscription to a port; the socket is closed with the last one.
@@ -71,12 +62,7 @@ impl Subscription {
                     number,
                     ends: AtomicBool::new(false),
                     receivers: Mutex::new(vec![(interface, Arc::clone(&receiver))]),
-                    state: Mutex::new(PortState {
-                        listening: Listening::Opening,
-                        messages_per_s: 0.0,
-                        last_address: String::new(),
-                    }),
-                    messages: AtomicU64::new(0),
+                    state: Mutex::new(PortStatus { listening: Listening::Opening, ..PortStatus::default() }),
                 });
                 let of_thread = Arc::clone(&port);
                 let thread = thread::Builder::new().name(format!("promenade-osc-{number}")).spawn(move || of_thread.run())?;
@@ -88,13 +74,8 @@ impl Subscription {
     }
 
     /// The state of the port, for the editor.
-    pub(super) fn state(&self) -> PortState {
+    pub(super) fn state(&self) -> PortStatus {
         lock(&self.port.state).clone()
-    }
-
-    /// Messages so far.
-    pub(super) fn messages(&self) -> u64 {
-        self.port.messages.load(Ordering::Relaxed)
     }
 }
 
@@ -155,9 +136,9 @@ impl Port {
             }
             let past = since.elapsed();
             if past >= COUNTED {
-                let count = self.messages.load(Ordering::Relaxed);
-                lock(&self.state).messages_per_s = (count - before) as f32 / past.as_secs_f32();
-                (since, before) = (Instant::now(), count);
+                let mut state = lock(&self.state);
+                state.messages_per_s = (state.messages - before) as f32 / past.as_secs_f32();
+                (since, before) = (Instant::now(), state.messages);
             }
         }
     }
@@ -170,13 +151,12 @@ impl Port {
 
     fn deliver(&self, batch: &Batch) {
         let thinned = batch.thin();
-        self.messages.fetch_add(thinned.count as u64, Ordering::Relaxed);
-        if let Some(last) = thinned.messages.last() {
-            let mut state = lock(&self.state);
-            if state.last_address != last.address {
-                state.last_address = last.address.to_owned();
-            }
+        let mut state = lock(&self.state);
+        state.messages += thinned.count as u64;
+        if let Some(last) = thinned.messages.last().filter(|last| last.address != state.last_address) {
+            state.last_address = last.address.to_owned();
         }
+        drop(state);
         let receivers = lock(&self.receivers).clone();
         for (_, receiver) in &receivers {
             for (source, reason) in &thinned.garbage {

@@ -2,11 +2,10 @@
 
 use super::address::{self, Verb};
 use super::config::{Interface, OscConfig, Recenter};
-use super::custom::CustomTracker;
-use super::format::TrackerFormat;
 use super::inbox::Inbox;
 use super::packet;
-use super::reading::{Argument, Reading};
+use super::reading::Reading;
+use super::status::Counts;
 use super::tracker::Tracker;
 use super::value;
 use crate::lock::lock;
@@ -15,7 +14,7 @@ use crate::params::PromenadeParams;
 use rosc::OscType;
 use std::cell::OnceCell;
 use std::net::SocketAddr;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// A message that has come in; its arguments are read when the first instance wants them.
@@ -32,19 +31,6 @@ impl Message<'_> {
     }
 }
 
-/// What has been counted for one instance.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Counts {
-    /// Messages with a value that was out of range and has been clamped.
-    pub(super) clamped: u64,
-    /// Packets that are malformed, and messages for this instance with malformed arguments.
-    pub(super) garbage: u64,
-    /// Why the last one was rejected.
-    pub(super) last_garbage: String,
-    /// Messages at addresses that this instance does not know.
-    pub(super) unknown: u64,
-}
-
 /// One instance's side of what comes in. The audio thread never touches it.
 pub(super) struct Receiver {
     params: Arc<PromenadeParams>,
@@ -54,11 +40,9 @@ pub(super) struct Receiver {
 
 struct State {
     open: bool,
-    interface: Interface,
+    config: OscConfig,
+    /// The name as it stands in addresses.
     name: String,
-    format: TrackerFormat,
-    custom: CustomTracker,
-    recenter: Recenter,
     tracker: Tracker,
     /// Whether the tracker has a newer pose than the inbox.
     moved: bool,
@@ -72,12 +56,9 @@ impl Receiver {
         let config = OscConfig::default();
         let state = State {
             open: false,
-            interface: config.interface,
             name: String::new(),
-            format: config.format,
-            custom: config.custom,
-            recenter: config.recenter,
             tracker: Tracker::new(config.axes, config.position_axes),
+            config,
             moved: false,
             own: None,
             counts: Counts::default(),
@@ -87,8 +68,8 @@ impl Receiver {
 
     /// Takes settings; the tracker's state stays, unless its format changes.
     pub(super) fn open(&self, config: &OscConfig) {
-        let mut state = self.lock();
-        if !state.open || state.format != config.format || state.custom != config.custom {
+        let mut state = lock(&self.state);
+        if !state.open || state.config.format != config.format || state.config.custom != config.custom {
             state.tracker = Tracker::new(config.axes, config.position_axes);
             self.inbox.lose();
         } else if state.tracker.heard.is_some() {
@@ -96,18 +77,15 @@ impl Receiver {
         }
         state.tracker.remap(config.axes, config.position_axes);
         state.open = true;
-        state.interface = config.interface;
         state.name = config.address_name();
-        state.format = config.format;
-        state.custom = config.custom.clone();
-        state.recenter = config.recenter;
+        state.config = config.clone();
         drop(state);
         self.commit();
     }
 
     /// Ignores messages from now on.
     pub(super) fn close(&self) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         state.open = false;
         state.moved = false;
         state.tracker.heard = None;
@@ -116,19 +94,19 @@ impl Receiver {
 
     /// Sets where this instance's own packets come from, so that they are ignored.
     pub(super) fn set_own_address(&self, own: Option<SocketAddr>) {
-        self.lock().own = own;
+        lock(&self.state).own = own;
     }
 
     /// Takes a message, if it is for this instance.
     pub(super) fn take(&self, message: &Message) {
-        let state = &mut *self.lock();
-        if !state.open || !state.interface.admits(message.source) || state.own == Some(message.source) {
+        let state = &mut *lock(&self.state);
+        if !state.open || !state.config.interface.admits(message.source) || state.own == Some(message.source) {
             return;
         }
         let (verb, mapped) = match address::parse(message.address) {
             Some((addressee, _)) if !addressee.means(&state.name) => return,
             Some((_, verb)) => (Some(verb), false),
-            None => (state.format.arguments(message.address, &state.custom).map(Verb::Track), true),
+            None => (state.config.format.arguments(message.address, &state.config.custom).map(Verb::Track), true),
         };
         let Some(verb) = verb else {
             state.counts.unknown += 1;
@@ -144,13 +122,13 @@ impl Receiver {
     fn apply(&self, state: &mut State, verb: Verb, arguments: &[OscType], mapped: bool) -> Result<bool, String> {
         match verb {
             Verb::Track(form) => {
-                let reading = reading(form, arguments)?;
+                let reading = Reading::new(form, &value::numbers(arguments)?)?;
                 state.tracker.take(&reading, mapped, Instant::now());
                 state.moved = true;
                 Ok(reading.clamped)
             }
             Verb::Recenter => {
-                if let Some(how) = recenter(arguments, state.recenter)? {
+                if let Some(how) = recenter(arguments, state.config.recenter)? {
                     state.tracker.recenter(how);
                     state.moved = state.tracker.heard.is_some();
                 }
@@ -177,15 +155,15 @@ impl Receiver {
 
     /// Counts a packet that could not be parsed.
     pub(super) fn reject(&self, source: SocketAddr, reason: &str) {
-        let mut state = self.lock();
-        if state.open && state.interface.admits(source) {
+        let mut state = lock(&self.state);
+        if state.open && state.config.interface.admits(source) {
             state.counts.reject(reason.to_owned());
         }
     }
 
     /// Hands the tracker's newest pose to the audio thread.
     pub(super) fn commit(&self) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         if state.open && std::mem::take(&mut state.moved) {
             self.inbox.track(&state.tracker.pose());
         }
@@ -193,22 +171,18 @@ impl Receiver {
 
     /// Makes the tracker's present pose the origin.
     pub(super) fn recenter(&self, how: Option<Recenter>) {
-        let mut state = self.lock();
-        let how = how.unwrap_or(state.recenter);
+        let mut state = lock(&self.state);
+        let how = how.unwrap_or(state.config.recenter);
         state.tracker.recenter(how);
         state.moved = state.tracker.heard.is_some();
         drop(state);
         self.commit();
     }
 
-    /// The counts, the time of the tracker's last message, and whether it is recentred.
-    pub(super) fn report(&self) -> (Counts, Option<Instant>, bool) {
-        let state = self.lock();
-        (state.counts.clone(), state.tracker.heard, state.tracker.is_recentred())
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        lock(&self.state)
+    /// The counts, and the time of the tracker's last message.
+    pub(super) fn report(&self) -> (Counts, Option<Instant>) {
+        let state = lock(&self.state);
+        (state.counts.clone(), state.tracker.heard)
     }
 }
 
@@ -226,20 +200,13 @@ impl Interface {
     }
 }
 
-fn reading(form: &[Argument], arguments: &[OscType]) -> Result<Reading, String> {
-    Reading::new(form, &value::numbers(arguments)?)
-}
-
 /// What to recentre, if anything: a button sends 0 when it is released.
 fn recenter(arguments: &[OscType], usual: Recenter) -> Result<Option<Recenter>, String> {
     match arguments {
         [] => Ok(Some(usual)),
-        [OscType::String(text)] => match text.as_str() {
-            "yaw" => Ok(Some(Recenter::Yaw)),
-            "full" => Ok(Some(Recenter::Full)),
-            "off" => Ok(Some(Recenter::Off)),
-            _ => Err("expected yaw, full or off".to_owned()),
-        },
+        [OscType::String(text)] => {
+            serde_json::from_value(text.as_str().into()).map(Some).map_err(|_| "expected yaw, full or off".to_owned())
+        }
         one => Ok((value::numbers(one)?.iter().any(|value| *value != 0.0)).then_some(usual)),
     }
 }

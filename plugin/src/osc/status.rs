@@ -17,29 +17,41 @@ pub enum Listening {
     Failed(String),
 }
 
-/// What has come in and gone out for one instance.
+/// The state of a port.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OscStatus {
+pub struct PortStatus {
     /// Where packets are received.
     pub listening: Listening,
-    /// Messages a second at the port, for whichever instance.
+    /// Messages a second, for whichever instance.
     pub messages_per_s: f32,
-    /// Messages at the port since it was opened.
+    /// Messages since it was opened.
     pub messages: u64,
-    /// The address of the last message at the port; empty before the first.
+    /// The address of the last message; empty before the first.
     pub last_address: String,
-    /// Messages at addresses that this instance does not know, such as those of another format.
-    pub unknown: u64,
-    /// Malformed packets, and messages with malformed arguments.
+}
+
+/// What has been counted for one instance.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Messages with a value that was out of range and has been clamped.
+    pub clamped: u64,
+    /// Malformed packets, and messages for this instance with malformed arguments.
     pub garbage: u64,
     /// Why the last one was rejected; empty before the first.
     pub last_garbage: String,
-    /// Messages with a value that was out of range and has been clamped.
-    pub clamped: u64,
+    /// Messages at addresses that this instance does not know, such as those of another format.
+    pub unknown: u64,
+}
+
+/// What has come in and gone out for one instance.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OscStatus {
+    /// The port that is listened at.
+    pub port: PortStatus,
+    /// What has come in for the instance.
+    pub counts: Counts,
     /// Seconds since the tracker was heard last, if there is one.
     pub tracker_s: Option<f32>,
-    /// Whether the tracker has been recentred.
-    pub recentred: bool,
     /// Where the pose is sent.
     pub sending: Sending,
     /// Poses that have been sent.

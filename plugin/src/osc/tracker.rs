@@ -91,11 +91,6 @@ impl Tracker {
         };
     }
 
-    /// Whether it has been recentred.
-    pub(super) fn is_recentred(&self) -> bool {
-        self.origin.is_some()
-    }
-
     /// The pose of the head.
     pub(super) fn pose(&self) -> Pose {
         let raw = self.raw();
