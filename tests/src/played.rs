@@ -124,7 +124,6 @@ fn load(path: &Path, format: Format) -> Bundle {
 macro_rules! played {
     ($name:ident, $format:expr, $doc:literal) => {
         #[doc = $doc]
-        #[derive(Debug)]
         pub struct $name(Instance);
 
         impl Host for $name {
