@@ -10,7 +10,8 @@ pub(crate) fn convolve(x: &[f32], filters: [&[f32]; 2]) -> [Vec<f32>; 2] {
             return Vec::new();
         }
         let whole = x.len() + filter.len() - 1;
-        let [mut product, filter] = [x, filter].map(|v| spectrum(v.iter().copied(), whole.next_power_of_two()));
+        let length = whole.next_power_of_two().max(2);
+        let [mut product, filter] = [x, filter].map(|v| spectrum(v.iter().copied(), length));
         product.iter_mut().zip(&filter).for_each(|(a, b)| *a *= b);
         first(whole, product)
     })
@@ -34,7 +35,7 @@ pub(crate) fn shape(x: &[f32], sample_rate_hz: f64, mut response: impl FnMut(f64
 
 /// The first samples of what a spectrum stands for.
 fn first(samples: usize, spectrum: Vec<Complex32>) -> Vec<f32> {
-    let length = 2 * (spectrum.len() - 1).max(1);
+    let length = 2 * (spectrum.len() - 1);
     let mut time = signal(spectrum, length);
     time.truncate(samples);
     time
