@@ -15,7 +15,7 @@ use glam::Vec3;
 
 pub use card::SceneCard;
 pub use error::SceneError;
-pub use format::MAX_SCENE_BYTES;
+pub use manifest::MAX_SCENE_BYTES;
 
 /// What the time filters of all poses share.
 #[derive(Clone, Debug, PartialEq)]

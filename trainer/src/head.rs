@@ -1,11 +1,14 @@
 //! What follows the network: renders clips, compares them with what was recorded, and gives the derivatives back.
 
-use crate::published::PublishedHead;
-use crate::streaming::StreamingHead;
+pub(crate) mod published;
+pub(crate) mod streaming;
+
 use crate::weights::Arrays;
 use promenade_core::Pose;
+use published::PublishedHead;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use streaming::StreamingHead;
 
 /// A clip in training.
 #[derive(Clone, Debug, PartialEq)]

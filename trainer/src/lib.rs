@@ -7,14 +7,12 @@
 mod checkpoint;
 mod head;
 mod network;
-mod published;
 mod scene;
 mod search;
 pub mod settings;
 mod setup;
 mod softmax;
 mod spectral_loss;
-mod streaming;
 mod time_filter;
 mod training;
 mod weights;

@@ -2,12 +2,12 @@
 //! `promenade_core::network`).
 
 use crate::settings::NetworkSettings;
+use crate::setup::Cloud;
 use crate::softmax::softmax;
 use crate::weights::{Arrays, is_fixed};
 use burn::tensor::activation::{relu, sigmoid};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use promenade_core::decode::MAX_LOG_COEFFICIENT;
-use promenade_core::glam::Vec3;
 use promenade_core::network::Listener;
 use promenade_core::published::spherical_harmonics;
 use std::collections::BTreeMap;
@@ -16,17 +16,6 @@ use std::collections::BTreeMap;
 const QUERY_END: f32 = 0.99;
 /// Added to variances before they are divided by.
 const NORM_EPS: f64 = 1e-5;
-
-/// The anchors that the network attends to.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Cloud {
-    /// Anchor positions, cloud units.
-    pub(crate) anchors: Vec<Vec3>,
-    /// `[anchor][feature]`.
-    pub(crate) features: Vec<f32>,
-    /// Distance that relative vectors are divided by, cloud units.
-    pub(crate) max_norm: f32,
-}
 
 /// The weights of one step as parts of a graph.
 pub(crate) struct Graph {

@@ -1,8 +1,8 @@
 //! A scene of trained weights.
 
+use crate::head::streaming::exponentials;
 use crate::settings::{HeadKind, TrainSettings};
 use crate::setup::Setup;
-use crate::streaming::exponentials;
 use crate::weights::Arrays;
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene, display_anchors, top_hz};

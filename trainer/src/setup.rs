@@ -1,6 +1,5 @@
 //! What a training is set up with besides weights: the grid, the room's bands, the anchors, the emitter.
 
-use crate::network::Cloud;
 use crate::settings::{HeadKind, TrainSettings};
 use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
@@ -13,6 +12,17 @@ use promenade_core::{Bands, StftGrid, TailModel};
 const SILENT_T60_S: f32 = 0.4;
 /// Frames of a clip that the engine takes.
 const MAX_FRAMES: usize = 1024;
+
+/// The anchors that the network attends to.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Cloud {
+    /// Anchor positions, cloud units.
+    pub(crate) anchors: Vec<Vec3>,
+    /// `[anchor][feature]`.
+    pub(crate) features: Vec<f32>,
+    /// Distance that relative vectors are divided by, cloud units.
+    pub(crate) max_norm: f32,
+}
 
 /// Everything around the weights that does not change.
 pub(crate) struct Setup {

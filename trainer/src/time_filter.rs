@@ -2,11 +2,9 @@
 //! layouts of weights as in `promenade_core::published`).
 
 use crate::network::Graph;
+use crate::weights::NEIGHBOURS;
 use burn::tensor::Tensor;
 use burn::tensor::activation::relu;
-
-/// Bands that a kernel of the hyper-network reaches over: its own and those below.
-pub(crate) const NEIGHBOURS: usize = 3;
 
 impl Graph {
     /// Filters masked magnitudes, `[listener][frame][band]`, by one matrix over frames for all bands, and adds a bias: both are sums over

@@ -1,13 +1,13 @@
 //! The loop: clips in, better weights out.
 
 use crate::checkpoint::{Checkpoint, CurvePoint};
+use crate::head::published::PublishedHead;
+use crate::head::streaming::StreamingHead;
 use crate::head::{Example, Head, LossGradient, Prediction};
 use crate::network::{Decoded, Graph};
-use crate::published::PublishedHead;
 use crate::scene::scene;
 use crate::settings::{HeadKind, TrainSettings};
 use crate::setup::{Setup, fingerprint, grid};
-use crate::streaming::StreamingHead;
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
 use promenade_baker::BakeError;

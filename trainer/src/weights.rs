@@ -2,11 +2,13 @@
 
 use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
 use crate::setup::Setup;
-use crate::time_filter::NEIGHBOURS;
 use promenade_baker::random::Random;
 use promenade_core::network::CONV_LAYERS;
 use promenade_core::network::Tensor;
 use std::collections::BTreeMap;
+
+/// Bands that a kernel of the hyper-network reaches over: its own and those below.
+pub(crate) const NEIGHBOURS: usize = 3;
 
 /// Arrays of numbers by the names that scenes store them under.
 pub type Arrays = BTreeMap<String, Tensor>;

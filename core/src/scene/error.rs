@@ -1,6 +1,6 @@
 //! What can be wrong with a scene.
 
-use super::format::{MAX_SCENE_BYTES, VERSION};
+use super::manifest::{MAX_SCENE_BYTES, VERSION};
 use crate::network::CloudError;
 use thiserror::Error;
 

@@ -2,7 +2,7 @@
 
 use super::check::{MAX_BANDS, MAX_HOPS, check_grid, check_nodes, limit};
 use super::error::{SceneError, value};
-use super::manifest::{Manifest, ManifestCloud, ManifestField};
+use super::manifest::{MAX_SCENE_BYTES, Manifest, ManifestCloud, ManifestField, VERSION};
 use super::{Anchor, AnchorCloud, SceneParts, TailModel};
 use crate::decode::field::{Basis, LowRank, Rows};
 use crate::network::{CloudModel, CloudParts, Tensor};
@@ -11,11 +11,6 @@ use glam::Vec3;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::borrow::Cow;
 use std::collections::HashMap;
-
-/// Version of the format that this code writes and reads.
-pub(super) const VERSION: u32 = 2;
-/// The largest scene file that is read, bytes.
-pub const MAX_SCENE_BYTES: usize = 1 << 30;
 
 /// Key of the manifest in the container's metadata.
 pub(super) const MANIFEST: &str = "promenade";

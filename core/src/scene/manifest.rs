@@ -8,6 +8,11 @@ use crate::{HeldOut, Pose, ResponseMeasures, StftGrid};
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
+/// Version of the format that this code writes and reads.
+pub(super) const VERSION: u32 = 2;
+/// The largest scene file that is read, bytes.
+pub const MAX_SCENE_BYTES: usize = 1 << 30;
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Manifest {
