@@ -58,10 +58,6 @@ mod tests {
         assert!(Arc::ptr_eq(&first, &second));
         drop((first, second));
         assert!(in_memory(&hash).is_none());
-    }
-
-    #[test]
-    fn what_is_no_scene_is_refused() {
         assert!(scene_from(b"not a scene").is_err());
     }
 }

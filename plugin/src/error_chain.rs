@@ -16,18 +16,3 @@ pub fn with_causes(error: &dyn Error) -> String {
     }
     words
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::walk::SavedWalk;
-
-    #[test]
-    fn the_cause_is_in_the_message() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("walk.json");
-        std::fs::write(&path, r#"[{"t": 0, "position": [1, 2, 3]}]"#).unwrap();
-        let words = with_causes(&SavedWalk::from_file(&path).unwrap_err());
-        assert!(words.contains("walk.json") && words.contains("ypr"), "{words}");
-    }
-}

@@ -20,16 +20,3 @@ pub const ROOM_B: FactoryScene = FactoryScene {
     id: "iosr-room-b",
     bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-b.promenade")),
 };
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use promenade_core::Scene;
-
-    #[test]
-    fn factory_scenes_can_be_read() {
-        for scene in [ROOM_A, ROOM_B] {
-            assert!(Scene::from_bytes(scene.bytes).is_ok(), "{}", scene.id);
-        }
-    }
-}

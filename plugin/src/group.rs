@@ -4,6 +4,7 @@
 
 use crate::cast::narrow;
 use crate::pose_cell::PoseCell;
+use crate::pose_sources::between;
 use promenade_core::Pose;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -53,10 +54,7 @@ impl Group {
             if t_s <= time_s {
                 let Some((later_s, next)) = later else { return Some(pose) };
                 let share = narrow((time_s - t_s) / (later_s - t_s));
-                return Some(Pose {
-                    position: pose.position.lerp(next.position, share),
-                    orientation: pose.orientation.slerp(next.orientation, share).normalize(),
-                });
+                return Some(between(&pose, &next, share));
             }
             // A time that does not fall going back is from before the transport was moved.
             if later.is_some_and(|(later_s, _)| t_s >= later_s) {

@@ -1,27 +1,14 @@
 use super::*;
 use crate::factory;
 use std::fs;
+use tempfile::TempDir;
 
-/// A folder that goes when the test ends.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("promenade-library-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn with(self, file: &str, bytes: &[u8]) -> Self {
-        fs::write(self.0.join(file), bytes).unwrap();
-        self
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        drop(fs::remove_dir_all(&self.0));
-    }
+/// A folder with files, and its path.
+fn folder(files: &[(&str, &[u8])]) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    files.iter().for_each(|(name, bytes)| fs::write(folder.path().join(name), bytes).unwrap());
+    let path = folder.path().to_owned();
+    (folder, path)
 }
 
 fn key(path: PathBuf, bytes: &[u8]) -> SceneKey {
@@ -30,10 +17,10 @@ fn key(path: PathBuf, bytes: &[u8]) -> SceneKey {
 
 #[test]
 fn slots_count_the_files_by_name() {
-    let folder = Folder::new("slots").with("b.promenade", b"b").with("a.promenade", b"a").with("c.txt", b"c");
-    let folders = [folder.0.clone()];
-    assert_eq!(file_in_slot(&folders, SCENES, 1).unwrap(), folder.0.join("a.promenade"));
-    assert_eq!(file_in_slot(&folders, SCENES, 2).unwrap(), folder.0.join("b.promenade"));
+    let (_keep, path) = folder(&[("b.promenade", b"b"), ("a.promenade", b"a"), ("c.txt", b"c")]);
+    let folders = [path.clone()];
+    assert_eq!(file_in_slot(&folders, SCENES, 1).unwrap(), path.join("a.promenade"));
+    assert_eq!(file_in_slot(&folders, SCENES, 2).unwrap(), path.join("b.promenade"));
     assert!(matches!(file_in_slot(&folders, SCENES, 3), Err(LibraryError::EmptySlot { found: 2, .. })));
     assert!(file_in_slot(&folders, SCENES, 0).is_err());
 }
@@ -42,8 +29,8 @@ fn slots_count_the_files_by_name() {
 fn a_moved_and_renamed_scene_is_found_by_its_content() {
     let _alone = cache::alone();
     let bytes = factory::ROOM_A.bytes;
-    let folder = Folder::new("moved").with("a.promenade", factory::ROOM_B.bytes).with("renamed.promenade", bytes);
-    let found = scene_of(std::slice::from_ref(&folder.0), &key("/nowhere/hall.promenade".into(), bytes)).unwrap();
+    let (_keep, path) = folder(&[("a.promenade", factory::ROOM_B.bytes), ("renamed.promenade", bytes)]);
+    let found = scene_of(&[path], &key("/nowhere/hall.promenade".into(), bytes)).unwrap();
     assert!(found.note.is_empty(), "{}", found.note);
     assert!(found.key.absolute.ends_with("renamed.promenade"));
 }
@@ -51,8 +38,8 @@ fn a_moved_and_renamed_scene_is_found_by_its_content() {
 #[test]
 fn a_changed_scene_is_played_and_reported_and_the_old_one_still_asked_for() {
     let _alone = cache::alone();
-    let folder = Folder::new("changed").with("hall.promenade", factory::ROOM_A.bytes);
-    let wanted = key(folder.0.join("hall.promenade"), b"the scene of yore");
+    let (_keep, path) = folder(&[("hall.promenade", factory::ROOM_A.bytes)]);
+    let wanted = key(path.join("hall.promenade"), b"the scene of yore");
     let found = scene_of(&[], &wanted).unwrap();
     assert!(found.note.contains("has changed"), "{}", found.note);
     assert_eq!(found.key, wanted);
@@ -62,8 +49,8 @@ fn a_changed_scene_is_played_and_reported_and_the_old_one_still_asked_for() {
 fn the_right_content_wins_over_the_right_name() {
     let _alone = cache::alone();
     let bytes = factory::ROOM_A.bytes;
-    let folder = Folder::new("content").with("hall.promenade", b"something else").with("other.promenade", bytes);
-    let found = scene_of(std::slice::from_ref(&folder.0), &key(folder.0.join("hall.promenade"), bytes)).unwrap();
+    let (_keep, path) = folder(&[("hall.promenade", b"something else"), ("other.promenade", bytes)]);
+    let found = scene_of(std::slice::from_ref(&path), &key(path.join("hall.promenade"), bytes)).unwrap();
     assert!(found.key.absolute.ends_with("other.promenade"));
 }
 

@@ -6,7 +6,7 @@ use crate::clock::BlockTime;
 use crate::group::{Following, Member};
 use crate::osc::inbox::Inbox;
 use crate::params::Snapshot;
-use crate::pose_sources::{Base, Sources};
+use crate::pose_sources::{Base, Sources, between};
 use crate::walk::Walk;
 use promenade_core::Pose;
 use std::sync::Arc;
@@ -27,13 +27,7 @@ impl Glide {
     /// Audio thread; no allocation, lock or I/O.
     pub fn follow(&mut self, target: &Pose, past_s: f64) -> Pose {
         let next = match self.pose {
-            Some(from) => {
-                let share = narrow(1.0 - (-past_s / GLIDE_S).exp());
-                Pose {
-                    position: from.position.lerp(target.position, share),
-                    orientation: from.orientation.slerp(target.orientation, share).normalize(),
-                }
-            }
+            Some(from) => between(&from, target, narrow(1.0 - (-past_s / GLIDE_S).exp())),
             None => *target,
         };
         self.pose = Some(next);
@@ -50,7 +44,7 @@ impl Glide {
 #[derive(Default)]
 pub(crate) struct ListenerSources {
     inbox: Arc<Inbox>,
-    glide: Glide,
+    pub(crate) glide: Glide,
     pub(crate) member: Member,
 }
 
@@ -58,11 +52,6 @@ impl ListenerSources {
     /// A tracker's poses come from `inbox`.
     pub(crate) fn new(inbox: Arc<Inbox>) -> Self {
         Self { inbox, ..Self::default() }
-    }
-
-    /// The tracker's next pose is taken at once, not glided to.
-    pub(crate) fn jump(&mut self) {
-        self.glide.jump();
     }
 
     /// The listener of a block, which leads or follows its group.

@@ -141,8 +141,8 @@ mod tests {
 
     #[test]
     fn every_file_is_listed_with_its_description_or_what_is_wrong() {
-        let folder = std::env::temp_dir().join(format!("promenade-lister-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let kept = tempfile::tempdir().unwrap();
+        let folder = kept.path().to_owned();
         std::fs::write(folder.join("a.promenade"), factory::ROOM_B.bytes).unwrap();
         std::fs::write(folder.join("b.promenade"), b"none").unwrap();
         std::fs::write(folder.join("c.promenade"), u64::MAX.to_le_bytes()).unwrap();
@@ -159,7 +159,7 @@ mod tests {
             assert!(error.contains(words), "{error}");
         }
         assert_eq!(listing.scenes[1].title(), "b");
-        std::fs::remove_dir_all(&folder).unwrap();
+        kept.close().unwrap();
         lister.list(vec![folder]);
         assert!(lister.newest().scenes.is_empty());
     }

@@ -220,7 +220,7 @@ impl Plugin for Promenade {
 
     fn reset(&mut self) {
         self.playing.reset();
-        self.listener.jump();
+        self.listener.glide.jump();
         self.timing.clock = Clock::default();
     }
 

@@ -16,16 +16,9 @@ pub struct PoseCell {
     values: [AtomicU32; 7],
 }
 
-impl Default for PoseCell {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl PoseCell {
     /// Holds nothing yet.
-    #[must_use]
-    pub const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self { version: AtomicU32::new(0), time: AtomicU64::new(0), values: [const { AtomicU32::new(0) }; 7] }
     }
 

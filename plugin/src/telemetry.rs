@@ -77,7 +77,12 @@ impl Default for Frame {
 /// Frequency of a point of the masks, Hz; evenly spaced in octaves.
 #[must_use]
 pub fn frequency_hz(point: usize) -> f32 {
-    LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(point as f32 / (MASK_POINTS - 1) as f32)
+    hertz(point as f32 / (MASK_POINTS - 1) as f32)
+}
+
+/// The frequency at a share of the way from the lowest to the highest, Hz.
+pub(crate) fn hertz(along: f32) -> f32 {
+    LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(along)
 }
 
 /// Steps that can be seen: position, metres; orientation, radians; masks and levels, dB; load, share of 1.

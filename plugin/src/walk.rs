@@ -113,6 +113,7 @@ mod tests {
     fn nonsense_is_refused_with_a_reason() {
         for (json, reason) in [
             ("[1", "walk.json"),
+            (r#"[{"t": 0, "position": [1, 2, 3]}]"#, "walk.json"),
             (r#"[{"t": 0, "position": [1, 2, 3]}]"#, "ypr"),
             (r#"[{"t": 0, "position": [1, 2, 3], "quat": [0, 0, 0, 0]}]"#, "unit quaternion"),
         ] {

@@ -148,12 +148,6 @@ impl Ctx<'_> {
         }
     }
 
-    /// A value with its unit, or the name of a choice, as hosts show it.
-    #[must_use]
-    pub fn text(&self, parameter: Parameter) -> String {
-        super::host::text(&self.instance.params, parameter, self.value(parameter))
-    }
-
     /// Tells the host that the project has changed beside the parameters, and wakes the loader.
     pub fn touch(&self) {
         self.host.touch();

@@ -5,7 +5,7 @@ use super::direction::dial;
 use super::panel::Panel;
 use super::theme::{Palette, faded};
 use crate::cast::index;
-use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, LOWEST_HZ, MASK_POINTS, frequency_hz};
+use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, LOWEST_HZ, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, CornerRadius, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 
 /// Range of the plot, dB.
@@ -42,11 +42,6 @@ impl Panel for EarsPanel {
 /// Place of a frequency along the plot, 0 to 1.
 fn along(hz: f32) -> f32 {
     (hz / LOWEST_HZ).ln() / (HIGHEST_HZ / LOWEST_HZ).ln()
-}
-
-/// The frequency at a place along the plot, Hz.
-fn hertz(along: f32) -> f32 {
-    LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(along)
 }
 
 fn spectrum(painter: &Painter, rect: Rect, ctx: &Ctx<'_>, pointer: Option<Pos2>) {

@@ -4,14 +4,14 @@ use super::controls::{list, toggle};
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::CONTROL;
-use super::widgets::{button, columns, drop_down, labelled, note, segments, switch};
+use super::widgets::{button, columns, drop_down, field, labelled, note, segments, switch};
 use crate::choices::GroupChoice;
 use crate::group;
 use crate::osc::{
     AxisMap, Counts, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat,
 };
 use crate::parameter::Parameter;
-use egui::{ComboBox, DragValue, ScrollArea, TextEdit, Ui, Vec2};
+use egui::{ComboBox, DragValue, ScrollArea, Ui, Vec2};
 use nice_plug::prelude::Enum;
 use std::time::Duration;
 
@@ -67,8 +67,7 @@ fn change(ctx: &Ctx<'_>, change: impl FnOnce(&mut OscConfig)) {
 /// A text that is taken when its field is left.
 fn text(ui: &mut Ui, draft: &mut Option<String>, kept: &str, hint: &str) -> Option<String> {
     let mut shown = draft.clone().unwrap_or_else(|| kept.to_owned());
-    let field = TextEdit::singleline(&mut shown).hint_text(hint);
-    let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), field);
+    let response = field(ui, &mut shown, hint);
     if response.changed() {
         *draft = Some(shown);
     }

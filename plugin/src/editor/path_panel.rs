@@ -4,12 +4,12 @@ use super::controls::{follow_path, toggle};
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
-use super::widgets::{button, columns, labelled, note, outcome, switch, tab};
+use super::widgets::{button, columns, field, labelled, note, outcome, switch, tab};
 use crate::error_chain::with_causes;
 use crate::library;
 use crate::parameter::Parameter;
 use crate::walk::SavedWalk;
-use egui::{DragValue, ScrollArea, TextEdit, Ui, Vec2};
+use egui::{DragValue, ScrollArea, Ui, Vec2};
 use promenade_core::{CameraPath, Keyframe};
 use promenade_paths::edit::{self, EditError};
 use promenade_paths::{Recorder, RecorderConfig, WriteFormat, write};
@@ -181,8 +181,7 @@ impl PathPanel {
                 note(ui, ctx.palette, format!("{:.1} s", recording.recorder.duration_s()));
             }
         });
-        let field = TextEdit::singleline(&mut self.file).hint_text("File: .json, .csv, .gltf, .glb, COLMAP images");
-        ui.add_sized(Vec2::new(ui.available_width(), CONTROL), field);
+        field(ui, &mut self.file, "File: .json, .csv, .gltf, .glb, COLMAP images");
         ui.horizontal(|ui| {
             let named = !self.file.trim().is_empty();
             ui.add_enabled_ui(named, |ui| {

@@ -3,7 +3,7 @@
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
-use super::widgets::{button, labelled, note, outcome, tab};
+use super::widgets::{button, field, labelled, note, outcome, tab};
 use crate::error_chain::with_causes;
 use crate::presets::{self, Preset};
 use crate::user_state::UserState;
@@ -54,8 +54,7 @@ impl Panel for PresetsPanel {
 
 impl PresetsPanel {
     fn list(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
-        let field = TextEdit::singleline(&mut self.search).hint_text("Search presets");
-        ui.add_sized(Vec2::new(ui.available_width(), CONTROL), field);
+        field(ui, &mut self.search, "Search presets");
         let wanted = self.search.to_lowercase();
         let mut clicked = None;
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {

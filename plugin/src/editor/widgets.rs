@@ -22,6 +22,11 @@ pub fn note(ui: &mut Ui, palette: &Palette, text: impl Into<String>) {
     ui.label(egui::RichText::new(text).font(Palette::caption()).color(palette.soft));
 }
 
+/// A text field as wide as what is left.
+pub fn field(ui: &mut Ui, text: &mut String, hint: &str) -> Response {
+    ui.add_sized(Vec2::new(ui.available_width(), CONTROL), egui::TextEdit::singleline(text).hint_text(hint))
+}
+
 /// A line of label and control: the label takes [`LABEL_WIDTH`], the control what is left.
 pub fn labelled<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
