@@ -65,11 +65,12 @@ pub enum LoadError {
     Walk(#[from] WalkError),
 }
 
-/// What was loaded last, so that the same request is not served again.
+/// The scene that was loaded last, so that the same request is not served again.
 #[derive(Clone, PartialEq)]
-struct Request<T> {
-    choices: Choices,
-    saved: T,
+struct SceneRequest {
+    scene: SceneChoice,
+    slot: u32,
+    saved: SceneKey,
     sample_rate_bits: u64,
 }
 
@@ -78,8 +79,9 @@ pub struct Loader {
     params: Arc<PromenadeParams>,
     /// Bits of the host's sample rate, Hz; 0 before activation.
     sample_rate_bits: AtomicU64,
-    last_scene: Mutex<Option<Request<SceneKey>>>,
-    last_walk: Mutex<Option<Request<SavedWalk>>>,
+    last_scene: Mutex<Option<SceneRequest>>,
+    /// The slot and the path that were loaded last.
+    last_walk: Mutex<Option<(u32, SavedWalk)>>,
     /// The newest scene; it replaces one that was not fetched.
     pub scenes: ArrayQueue<Prepared>,
     /// The newest camera path, or that there is none any more; it replaces one that was not fetched.
@@ -167,14 +169,16 @@ impl Loader {
     fn refresh_scene(&self) {
         let mut last = lock(&self.last_scene);
         loop {
-            let (key, restores) = self.params.scene_key.get();
+            let (saved, restores) = self.params.scene_key.get();
             let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
-            let request = Request { choices: self.scene_choices(), saved: key, sample_rate_bits };
+            let Choices { scene, scene_slot, .. } = self.params.choices();
+            // A factory scene does not depend on the slot.
+            let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
+            let request = SceneRequest { scene, slot, saved, sample_rate_bits };
             if sample_rate_bits == 0 || last.as_ref() == Some(&request) {
                 return;
             }
-            let result = find_scene(request.choices, &request.saved);
-            let result = result.and_then(|found| {
+            let result = find_scene(&request).and_then(|found| {
                 let renderer = Renderer::new(Arc::clone(&found.scene), f64::from_bits(sample_rate_bits))?;
                 let decoder = SharedWorker::new(&found.scene, &self.attention).map_err(LoadError::Thread)?;
                 let renderer = match decoder {
@@ -201,7 +205,7 @@ impl Loader {
                 };
                 drop(self.scenes.force_push(prepared));
                 self.repaint.request_repaint();
-                *last = Some(Request { saved: key, ..request });
+                *last = Some(SceneRequest { saved: key, ..request });
                 return;
             }
         }
@@ -210,15 +214,15 @@ impl Loader {
     fn refresh_walk(&self) {
         let mut last = lock(&self.last_walk);
         loop {
-            let (file, restores) = self.params.saved_walk.get();
-            let request = Request { choices: self.walk_choices(), saved: file, sample_rate_bits: 0 };
+            let (saved, restores) = self.params.saved_walk.get();
+            let request = (self.params.choices().walk_slot, saved);
             if last.as_ref() == Some(&request) {
                 return;
             }
-            let result = find_walk(request.choices.walk_slot, &request.saved);
+            let result = find_walk(request.0, &request.1);
             let (walk, report, file) = match result.and_then(|file| Ok((file.to_walk()?, file))) {
                 Ok((walk, file)) => (walk.map(Arc::new), String::new(), file),
-                Err(error) => (None, with_causes(&error), request.saved.clone()),
+                Err(error) => (None, with_causes(&error), request.1.clone()),
             };
             if self.params.saved_walk.replace(file.clone(), restores) {
                 if !report.is_empty() {
@@ -228,22 +232,10 @@ impl Loader {
                 lock(&self.current).walk = walk.as_ref().map_or_else(Weak::new, Arc::downgrade);
                 drop(self.walks.force_push(walk));
                 self.repaint.request_repaint();
-                *last = Some(Request { saved: file, ..request });
+                *last = Some((request.0, file));
                 return;
             }
         }
-    }
-
-    /// The choices without what the scene does not depend on.
-    fn scene_choices(&self) -> Choices {
-        let choices = self.params.choices();
-        let scene_slot = if choices.scene == SceneChoice::Library { choices.scene_slot } else { 0 };
-        Choices { scene_slot, walk_slot: 0, ..choices }
-    }
-
-    /// The choices without what the camera path does not depend on.
-    fn walk_choices(&self) -> Choices {
-        Choices { scene: SceneChoice::Library, scene_slot: 0, walk_slot: self.params.choices().walk_slot }
     }
 }
 
@@ -254,14 +246,12 @@ impl Task for Loader {
     }
 }
 
-fn find_scene(choices: Choices, key: &SceneKey) -> Result<Found, LoadError> {
-    match choices.scene {
-        SceneChoice::RoomA => factory_scene(factory::ROOM_A, key),
-        SceneChoice::RoomB => factory_scene(factory::ROOM_B, key),
-        SceneChoice::Library if choices.scene_slot == 0 || choices.scene_slot == key.slot => {
-            Ok(library::scene_of(&library::folders(), key)?)
-        }
-        SceneChoice::Library => Ok(library::scene_in_slot(&library::folders(), choices.scene_slot)?),
+fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<Found, LoadError> {
+    match scene {
+        SceneChoice::RoomA => factory_scene(factory::ROOM_A, saved),
+        SceneChoice::RoomB => factory_scene(factory::ROOM_B, saved),
+        SceneChoice::Library if *slot == 0 || *slot == saved.slot => Ok(library::scene_of(&library::folders(), saved)?),
+        SceneChoice::Library => Ok(library::scene_in_slot(&library::folders(), *slot)?),
     }
 }
 
