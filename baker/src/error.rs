@@ -102,8 +102,8 @@ impl BakeError {
 
     /// A file with something else in it than was expected.
     #[must_use]
-    pub fn content(path: &Path, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        FileError::content(path, expected, found).into()
+    pub fn content(path: &Path, expected: impl Into<String>, found: impl ToString) -> Self {
+        FileError::content(path, expected, found.to_string()).into()
     }
 
     pub(crate) fn argument(what: &'static str, expected: impl Into<String>, found: impl ToString) -> Self {
@@ -114,7 +114,19 @@ impl BakeError {
         Self::Unmeasurable { what, source: why.into() }
     }
 
-    pub(crate) fn entry(path: &Path, entry: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        FileError::entry(path, entry, expected, found).into()
+    pub(crate) fn entry(path: &Path, entry: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
+        FileError::entry(path, entry, expected, found.to_string()).into()
+    }
+
+    pub(crate) fn json(path: &Path) -> impl Fn(serde_json::Error) -> Self {
+        move |source| Self::Json { path: path.to_path_buf(), source }
+    }
+
+    pub(crate) fn unreadable(
+        path: &Path,
+        what: &'static str,
+        why: impl Into<Box<dyn std::error::Error + Send + Sync>>,
+    ) -> Self {
+        Self::Unreadable { path: path.to_path_buf(), what, source: why.into() }
     }
 }

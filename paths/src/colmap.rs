@@ -9,7 +9,7 @@ mod times;
 mod up;
 
 use crate::placement::Frame;
-use crate::waypoint::{Places, Track, Waypoint};
+use crate::waypoint::{Track, Waypoint};
 use crate::{Format, ImportOptions, Origin, PathFileError, PlacementOptions};
 use glam::{DMat3, DQuat, DVec3};
 use promenade_core::Pose;
@@ -146,8 +146,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], format: Format, options: &ImportOpt
     let times = times::of(file, &images, options.fps, &mut notes)?;
     let mut waypoints: Vec<Waypoint> = images.iter().zip(times).map(|(image, t_s)| image.waypoint(t_s)).collect();
     frame(file, &images, &waypoints, &options.placement, &mut notes)?.place(&mut waypoints);
-    let names = images.into_iter().map(|i| i.name).collect();
-    Ok(Track { waypoints, places: Places::Images(names), notes })
+    Ok(Track { waypoints, place: Box::new(move |index| format!("image {}", images[index].name)), notes })
 }
 
 /// The cameras and how many images each took, in words.

@@ -2,7 +2,7 @@
 
 use crate::PathFileError;
 use crate::text::{self, decimal, number, quoted};
-use crate::waypoint::{Places, Track, Waypoint, from_degrees, to_degrees, unit};
+use crate::waypoint::{Track, Waypoint, from_degrees, to_degrees, unit};
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec3;
 use promenade_core::{CameraPath, MAX_KEYFRAMES};
@@ -14,13 +14,9 @@ const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 /// Where the numbers of a keyframe stand in a row.
 struct Columns {
     count: usize,
-    time_and_place: [usize; 4],
-    facing: Facing,
-}
-
-enum Facing {
-    Angles([usize; 3]),
-    Quaternion([usize; 4]),
+    time_and_place: Vec<usize>,
+    /// Three of angles or four of a quaternion.
+    facing: Vec<usize>,
 }
 
 pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Track, PathFileError> {
@@ -36,7 +32,7 @@ pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Track, PathFileError> {
         .trim(Trim::All)
         .delimiter(separator)
         .from_reader(rows.as_bytes());
-    let mut track = Track { waypoints: Vec::new(), places: Places::Keyframes, notes: Vec::new() };
+    let (mut waypoints, mut notes) = (Vec::new(), Vec::new());
     let mut lines = Vec::new();
     let mut columns: Option<Columns> = None;
     let mut row = StringRecord::new();
@@ -52,20 +48,19 @@ pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Track, PathFileError> {
             continue;
         }
         let Some(columns) = &columns else {
-            columns = Some(Columns::of(file, line, &row, &mut track.notes)?);
+            columns = Some(Columns::of(file, line, &row, &mut notes)?);
             continue;
         };
         if lines.len() == MAX_KEYFRAMES {
             return Err(PathFileError::content(file, format!("at most {MAX_KEYFRAMES} rows"), "more"));
         }
-        track.waypoints.push(columns.waypoint(file, line, &row)?);
+        waypoints.push(columns.waypoint(file, line, &row)?);
         lines.push(line);
     }
     if columns.is_none() {
         return Err(PathFileError::at(file, "line 1", head_expected(), "no row"));
     }
-    track.places = Places::Lines(lines);
-    Ok(track)
+    Ok(Track { waypoints, place: Box::new(move |index| format!("line {}", lines[index])), notes })
 }
 
 /// Comma, semicolon or tab, whichever the head has most of.
@@ -107,11 +102,6 @@ impl Columns {
         for name in names.iter().filter(|n| !known(n) && !n.is_empty()) {
             notes.push(format!("the column {} is not used", quoted(name)));
         }
-        let facing = match facing[..] {
-            [yaw, pitch, roll] => Facing::Angles([yaw, pitch, roll]),
-            _ => Facing::Quaternion([facing[0], facing[1], facing[2], facing[3]]),
-        };
-        let time_and_place = [time_and_place[0], time_and_place[1], time_and_place[2], time_and_place[3]];
         Ok(Self { count: names.len(), time_and_place, facing })
     }
 
@@ -125,17 +115,11 @@ impl Columns {
             columns.iter().zip(names).map(|(c, name)| number(file, line, name, &row[*c])).collect()
         };
         let at = values(&self.time_and_place, &TIME_AND_PLACE)?;
-        let orientation = match &self.facing {
-            Facing::Angles(columns) => {
-                let angles = values(columns, &ANGLES)?;
-                from_degrees([angles[0], angles[1], angles[2]])
-            }
-            Facing::Quaternion(columns) => {
-                let q = values(columns, &QUATERNION)?;
-                unit([q[0], q[1], q[2], q[3]]).map_err(|length| {
-                    PathFileError::at(file, place(), "a unit quaternion", format!("one of length {length}"))
-                })?
-            }
+        let names = if self.facing.len() == ANGLES.len() { &ANGLES[..] } else { &QUATERNION };
+        let orientation = match values(&self.facing, names)?[..] {
+            [yaw, pitch, roll] => from_degrees([yaw, pitch, roll]),
+            ref q => unit([q[0], q[1], q[2], q[3]])
+                .map_err(|length| PathFileError::at(file, place(), "a unit quaternion", format!("one of length {length}")))?,
         };
         Ok(Waypoint { t_s: at[0], position: DVec3::new(at[1], at[2], at[3]), orientation })
     }

@@ -10,7 +10,7 @@ mod node;
 mod subject;
 
 use crate::options::Beside;
-use crate::waypoint::{Places, Track, Waypoint};
+use crate::waypoint::{Track, Waypoint};
 use crate::{ImportOptions, PathFileError};
 use document::Document;
 use glam::{DMat3, DQuat, DVec3};
@@ -45,7 +45,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &m
         subject.name(&document),
         waypoints.len()
     ));
-    Ok(Track { waypoints, places: Places::Keyframes, notes })
+    Ok(Track { waypoints, place: Box::new(|index| format!("keyframe {index}")), notes })
 }
 
 /// From y up and -z ahead to z up and x ahead.

@@ -2,7 +2,7 @@
 
 use crate::PathFileError;
 use crate::text::{self, decimal};
-use crate::waypoint::{Places, Track, Waypoint, to_degrees};
+use crate::waypoint::{Track, Waypoint, to_degrees};
 use promenade_core::{CameraPath, KeyframeEntry, MAX_KEYFRAMES};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, SeqAccess, Visitor};
@@ -42,7 +42,7 @@ pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Track, PathFileError> {
     let waypoint = |(index, entry): (usize, &KeyframeEntry)| entry.to_keyframe(index).map(|k| Waypoint::at(k.t_s, &k.pose));
     let waypoints = entries.iter().enumerate().map(waypoint).collect::<Result<_, _>>();
     let waypoints = waypoints.map_err(|source| PathFileError::Keyframes { file: file.to_owned(), source })?;
-    Ok(Track { waypoints, places: Places::Keyframes, notes: Vec::new() })
+    Ok(Track { waypoints, place: Box::new(|index| format!("keyframe {index}")), notes: Vec::new() })
 }
 
 pub(crate) fn write(path: &CameraPath) -> String {

@@ -16,35 +16,13 @@ pub(crate) struct Waypoint {
 }
 
 /// What a format's reader has found.
-#[derive(Debug)]
 pub(crate) struct Track {
     /// In the order of the file or of the images' names.
     pub(crate) waypoints: Vec<Waypoint>,
-    /// Where each is in the file.
-    pub(crate) places: Places,
+    /// Where one of these is in the file, by its index, for errors.
+    pub(crate) place: Box<dyn Fn(usize) -> String>,
     /// What was assumed.
     pub(crate) notes: Vec<String>,
-}
-
-/// How the waypoints of a track are called in errors.
-#[derive(Debug)]
-pub(crate) enum Places {
-    /// By their number, from 0.
-    Keyframes,
-    /// By the line of each.
-    Lines(Vec<u64>),
-    /// By the image of each.
-    Images(Vec<String>),
-}
-
-impl Places {
-    fn of(&self, index: usize) -> String {
-        match self {
-            Self::Lines(lines) if index < lines.len() => format!("line {}", lines[index]),
-            Self::Images(names) if index < names.len() => format!("image {}", names[index]),
-            _ => format!("keyframe {index}"),
-        }
-    }
 }
 
 impl Waypoint {
@@ -66,13 +44,13 @@ impl Track {
         let keyframes: Vec<Keyframe> = self.waypoints.iter().map(Waypoint::keyframe).collect();
         CameraPath::new(keyframes).map_err(|source| match source {
             PathError::NotRising { index, found, previous } => {
-                let before = self.places.of(index - 1);
+                let before = (self.place)(index - 1);
                 let expected = format!("a time after {previous} s, that of {before}");
-                PathFileError::at(file, self.places.of(index), expected, format!("{found} s"))
+                PathFileError::at(file, (self.place)(index), expected, format!("{found} s"))
             }
             PathError::NotFinite { index } => {
                 let found = "a time, position or orientation out of range";
-                PathFileError::at(file, self.places.of(index), "a finite pose", found)
+                PathFileError::at(file, (self.place)(index), "a finite pose", found)
             }
             source => PathFileError::Keyframes { file: file.to_owned(), source },
         })

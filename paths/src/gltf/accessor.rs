@@ -6,35 +6,15 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use promenade_core::MAX_KEYFRAMES;
 
-/// How components are stored.
-#[derive(Clone, Copy)]
-enum Component {
-    F32,
-    I8,
-    U8,
-    I16,
-    U16,
-}
-
-impl Component {
-    fn bytes(self) -> usize {
-        match self {
-            Self::F32 => 4,
-            Self::I16 | Self::U16 => 2,
-            Self::I8 | Self::U8 => 1,
-        }
-    }
-
-    /// A component of its bytes; integers are shares of their largest value, as glTF 2.0 has it for animations.
-    fn value(self, bytes: &[u8]) -> f64 {
-        match (self, bytes) {
-            (Self::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
-            (Self::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])) / 32767.0).max(-1.0),
-            (Self::U16, &[a, b]) => f64::from(u16::from_le_bytes([a, b])) / 65535.0,
-            (Self::I8, &[a]) => (f64::from(i8::from_le_bytes([a])) / 127.0).max(-1.0),
-            (Self::U8, &[a]) => f64::from(a) / 255.0,
-            _ => f64::NAN,
-        }
+/// A component of its bytes; integers are shares of their largest value, as glTF 2.0 has it for animations.
+fn value(component: ComponentType, bytes: &[u8]) -> f64 {
+    match (component, bytes) {
+        (ComponentType::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+        (ComponentType::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])) / 32767.0).max(-1.0),
+        (ComponentType::U16, &[a, b]) => f64::from(u16::from_le_bytes([a, b])) / 65535.0,
+        (ComponentType::I8, &[a]) => (f64::from(i8::from_le_bytes([a])) / 127.0).max(-1.0),
+        (ComponentType::U8, &[a]) => f64::from(a) / 255.0,
+        _ => f64::NAN,
     }
 }
 
@@ -54,21 +34,12 @@ pub(super) fn elements<const N: usize>(document: &mut Document<'_, '_>, index: u
         return Err(document.wrong(place, format!("elements of type {type_:?}"), format!("{:?}", accessor.type_)));
     }
     let component = match accessor.component_type {
-        Checked::Valid(c) => match c.0 {
-            ComponentType::F32 => Some(Component::F32),
-            // Rotations alone may be integers.
-            _ if N != 4 => None,
-            ComponentType::I8 => Some(Component::I8),
-            ComponentType::U8 => Some(Component::U8),
-            ComponentType::I16 => Some(Component::I16),
-            ComponentType::U16 => Some(Component::U16),
-            ComponentType::U32 => None,
-        },
-        Checked::Invalid => None,
-    };
-    let Some(component) = component else {
-        let found = format!("{:?}", accessor.component_type);
-        return Err(document.wrong(place, "components of 32-bit floats, or integers for a rotation", found));
+        // Rotations alone may be integers.
+        Checked::Valid(c) if c.0 == ComponentType::F32 || (N == 4 && c.0 != ComponentType::U32) => c.0,
+        other => {
+            let expected = "components of 32-bit floats, or integers for a rotation";
+            return Err(document.wrong(place, expected, format!("{other:?}")));
+        }
     };
     if accessor.sparse.is_some() {
         return Err(document.wrong(place, "elements one after the other", "sparse ones"));
@@ -84,7 +55,7 @@ pub(super) fn elements<const N: usize>(document: &mut Document<'_, '_>, index: u
     let Some(view) = document.root.buffer_views.get(view_index.value()).cloned() else {
         return Err(document.wrong(place, "a buffer view of the file", format!("number {}", view_index.value())));
     };
-    let size = (N * component.bytes()) as u64;
+    let size = (N * component.size()) as u64;
     let stride = view.byte_stride.map_or(size, |s| s.0 as u64);
     if stride < size {
         return Err(document.wrong(place, format!("elements at least {size} bytes apart"), stride.to_string()));
@@ -107,8 +78,8 @@ pub(super) fn elements<const N: usize>(document: &mut Document<'_, '_>, index: u
         let mut element = [0.0; N];
         let from = usize::try_from(start + offset + number * stride).unwrap_or(usize::MAX);
         for (c, value) in element.iter_mut().enumerate() {
-            let at = from.saturating_add(c * component.bytes());
-            *value = component.value(bytes.get(at..at.saturating_add(component.bytes())).unwrap_or_default());
+            let at = from.saturating_add(c * component.size());
+            *value = self::value(component, bytes.get(at..at.saturating_add(component.size())).unwrap_or_default());
         }
         if !element.iter().all(|v| v.is_finite()) {
             return Err(document.wrong(place, "finite numbers", format!("{element:?} in element {number}")));
