@@ -3,6 +3,7 @@
 pub mod anchors;
 pub mod capture;
 pub mod checkpoint;
+mod file;
 pub mod reconstruction;
 pub mod responses;
 pub mod shoebox;

@@ -11,6 +11,7 @@ pub use point::{HARMONIC, Point};
 pub use promenade_paths::colmap::Image as Camera;
 
 use crate::BakeError;
+use crate::sources::file::ending;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
@@ -75,7 +76,7 @@ impl Place {
         if path.is_dir() {
             return Reconstruction::load(path, options).map(Self::Points);
         }
-        match file::ending(path).as_str() {
+        match ending(path).as_str() {
             "ply" => ply::read(path, &file::bytes(path)?, options),
             "obj" => mesh::read_obj(path).map(Self::Surface),
             other => {
@@ -116,8 +117,7 @@ impl Reconstruction {
         if units > 0.0 {
             return Ok(metres / units);
         }
-        let expected = "places that lie apart".to_owned();
-        Err(BakeError::Argument { what: "distance", expected, found: format!("{units} units between them") })
+        Err(BakeError::argument("distance", "places that lie apart", format!("{units} units between them")))
     }
 
     fn position(&self, landmark: &Landmark) -> Result<Vec3, BakeError> {
@@ -130,7 +130,7 @@ impl Reconstruction {
         let camera = exact.or(if let [one] = ending[..] { Some(one) } else { None });
         camera.map(|c| c.centre().as_vec3()).ok_or_else(|| {
             let found = format!("{name:?}, with which {} of {} images end", ending.len(), self.cameras.len());
-            BakeError::Argument { what: "camera", expected: "the name of one image".to_owned(), found }
+            BakeError::argument("camera", "the name of one image", found)
         })
     }
 

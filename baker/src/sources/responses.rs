@@ -16,8 +16,10 @@ pub use folder::{FolderLayout, FolderOptions, load_folder};
 pub use hold_out::HoldOut;
 
 use crate::BakeError;
+use crate::sources::file::ending;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// One measured or simulated binaural response.
@@ -54,7 +56,7 @@ impl Response {
 }
 
 /// Responses of one room at one sample rate.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Responses {
     /// Name of the set.
     pub title: String,
@@ -71,9 +73,11 @@ pub struct Responses {
 }
 
 /// A side of the head.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
 pub enum Side {
     /// Counter-clockwise from above, the usual direction of azimuths (AES69).
+    #[default]
     Left,
     /// Clockwise from above.
     Right,
@@ -99,11 +103,10 @@ impl Responses {
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, BakeError> {
         let meta = std::fs::metadata(path).map_err(BakeError::read(path))?;
         let manifest = if meta.is_dir() { path.join("responses.json") } else { path.to_path_buf() };
-        let ending = manifest.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-        let mut responses = match ending.as_str() {
+        let mut responses = match ending(&manifest).as_str() {
             "json" => manifest::load(&manifest, options)?,
             "sofa" => sofa::load(&manifest, options)?,
-            _ => {
+            ending => {
                 let expected = "a folder with a responses.json, a manifest ending in .json, or a file ending in .sofa";
                 return Err(BakeError::content(path, expected, format!("the ending \"{ending}\"")));
             }

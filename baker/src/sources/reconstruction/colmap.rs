@@ -2,6 +2,7 @@
 
 use super::{Camera, MAX_POINTS, Point, PointOptions, file};
 use crate::BakeError;
+use crate::sources::file::ending;
 use promenade_core::glam::Vec3;
 use promenade_paths::colmap;
 use std::path::{Path, PathBuf};
@@ -22,20 +23,16 @@ pub(super) struct Model {
 
 /// The points with the images beside them; COLMAP itself prefers the binary form.
 pub(super) fn model(folder: &Path) -> Result<Model, BakeError> {
-    let points = find(folder, "points3D")?;
+    let points = find(folder, &FOLDERS, "points3D")?;
     let beside = points.parent().unwrap_or(folder);
-    Ok(Model { images: find_in(beside, &[""], "images")?, points })
+    Ok(Model { images: find(beside, &[""], "images")?, points })
 }
 
 pub(super) fn images(folder: &Path) -> Result<PathBuf, BakeError> {
-    find(folder, "images")
+    find(folder, &FOLDERS, "images")
 }
 
-fn find(folder: &Path, stem: &str) -> Result<PathBuf, BakeError> {
-    find_in(folder, &FOLDERS, stem)
-}
-
-fn find_in(folder: &Path, under: &[&str], stem: &str) -> Result<PathBuf, BakeError> {
+fn find(folder: &Path, under: &[&str], stem: &str) -> Result<PathBuf, BakeError> {
     let mut files = under.iter().flat_map(|f| ["bin", "txt"].map(|e| folder.join(f).join(format!("{stem}.{e}"))));
     files.find(|f| f.is_file()).ok_or_else(|| {
         let expected = format!("a COLMAP model, a folder with {stem}.bin or {stem}.txt or with sparse/0");
@@ -66,7 +63,7 @@ pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Resul
         }
         Ok(())
     };
-    if file::ending(path) == "txt" {
+    if ending(path) == "txt" {
         text(path, bytes, &mut take)?;
     } else {
         binary(path, bytes, &mut take)?;
@@ -102,19 +99,14 @@ fn binary(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeErro
     let most = MAX_POINTS.min((bytes.len() - 8) / LEAST_BYTES);
     if count > most as u64 {
         let expected = format!("at most {most} points in {} bytes", bytes.len());
-        return Err(BakeError::entry(path, "byte 0", expected, count.to_string()));
+        return Err(BakeError::entry(path, "byte 0", expected, count));
     }
     for _ in 0..count {
         let (at, point) = next(LEAST_BYTES, "a point")?;
         let float = |i: usize| f64::from_le_bytes(array(&point[i..]));
         let track = u64::from_le_bytes(array(&point[43..]));
-        let found = Found {
-            position: [float(8), float(16), float(24)],
-            colour: [point[32], point[33], point[34]],
-            error_px: float(35),
-            track,
-        };
-        take(&|| at.clone(), found)?;
+        let (position, colour) = ([float(8), float(16), float(24)], [point[32], point[33], point[34]]);
+        take(&|| at.clone(), Found { position, colour, error_px: float(35), track })?;
         let length = usize::try_from(track).ok().and_then(|n| n.checked_mul(TRACK_BYTES)).unwrap_or(usize::MAX);
         next(length, "a track")?;
     }

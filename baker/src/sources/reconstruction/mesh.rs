@@ -56,7 +56,7 @@ impl Surface {
         let area = self.area();
         if !(area.is_finite() && area > 0.0) || count > MAX_POINTS {
             let expected = format!("an area above 0 and at most {MAX_POINTS} points");
-            return Err(BakeError::Argument { what: "surface", expected, found: format!("{area} and {count}") });
+            return Err(BakeError::argument("surface", expected, format!("{area} and {count}")));
         }
         let mut random = Random::new(seed);
         let sample = |i: usize| {
@@ -78,16 +78,14 @@ impl Surface {
 
 /// An OBJ file, its materials beside it; colours are those of the vertices, else the material's diffuse one, else grey.
 pub(super) fn read_obj(path: &Path) -> Result<Surface, BakeError> {
-    let unreadable =
-        |e: tobj::LoadError| BakeError::Unreadable { path: path.to_path_buf(), what: "OBJ file", source: Box::new(e) };
     let folder = path.parent().unwrap_or(Path::new(""));
     let options = tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
     let materials = |name: &Path| match file::bytes(&folder.join(name)) {
         Ok(bytes) => tobj::load_mtl_buf(&mut Cursor::new(bytes)),
         Err(_) => Err(tobj::LoadError::OpenFileFailed),
     };
-    let (models, materials) =
-        tobj::load_obj_buf(&mut Cursor::new(file::bytes(path)?), &options, materials).map_err(unreadable)?;
+    let (models, materials) = tobj::load_obj_buf(&mut Cursor::new(file::bytes(path)?), &options, materials)
+        .map_err(|e| BakeError::unreadable(path, "OBJ file", e))?;
     // Without its materials a surface is grey where its vertices have no colours.
     let materials = materials.unwrap_or_default();
     let mut triangles = Vec::new();

@@ -85,7 +85,7 @@ impl PropertyAccess for Other {
 }
 
 pub(super) fn read(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<Place, BakeError> {
-    let damaged = |e: ParseError| BakeError::Unreadable { path: path.to_path_buf(), what: "PLY file", source: Box::new(e) };
+    let damaged = |e: ParseError| BakeError::unreadable(path, "PLY file", e);
     let mut reader = Reader::new(bytes);
     let header = Parser::<Other>::new().read_header(&mut reader).map_err(damaged)?;
     let mut vertices: Option<(Vec<Vertex>, bool)> = None;
@@ -161,13 +161,12 @@ fn surface(path: &Path, points: &[Point], faces: &[Face]) -> Result<Surface, Bak
         let corner = |number: i64| {
             let point = usize::try_from(number).ok().and_then(|n| points.get(n)).ok_or_else(|| {
                 let expected = format!("vertices 0 to {}", points.len().saturating_sub(1));
-                BakeError::entry(path, format!("face {index}"), expected, number.to_string())
+                BakeError::entry(path, format!("face {index}"), expected, number)
             })?;
             Ok::<Corner, BakeError>(Corner { position: point.position, colour: point.colour })
         };
         if corners.len() < 3 {
-            let found = format!("{}", corners.len());
-            return Err(BakeError::entry(path, format!("face {index}"), "3 vertices or more", found));
+            return Err(BakeError::entry(path, format!("face {index}"), "3 vertices or more", corners.len()));
         }
         for pair in corners[1..].windows(2) {
             triangles.push([corner(corners[0])?, corner(pair[0])?, corner(pair[1])?]);

@@ -5,7 +5,7 @@ use crate::BakeError;
 use promenade_metrics::{ild_db, itd_s};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Responses in a set.
 const MAX_RESPONSES: usize = 200_000;
@@ -20,13 +20,22 @@ pub(super) fn size(path: &Path, responses: usize, frames: usize) -> Result<(), B
         return Err(BakeError::content(path, "at least one response", "none"));
     }
     if responses > MAX_RESPONSES {
-        return Err(BakeError::content(path, format!("at most {MAX_RESPONSES} responses"), format!("{responses}")));
+        return Err(BakeError::content(path, format!("at most {MAX_RESPONSES} responses"), responses));
     }
     let samples = responses.saturating_mul(frames).saturating_mul(2);
     if samples > MAX_SAMPLES {
-        return Err(BakeError::content(path, format!("at most {MAX_SAMPLES} samples"), format!("{samples}")));
+        return Err(BakeError::content(path, format!("at most {MAX_SAMPLES} samples"), samples));
     }
     Ok(())
+}
+
+/// Refuses a file whose rate is another than that of the first, which is kept with its rate.
+pub(super) fn rate(file: &Path, hz: u32, first: &mut Option<(PathBuf, u32)>) -> Result<(), BakeError> {
+    let (first_file, first_hz) = first.get_or_insert_with(|| (file.to_path_buf(), hz));
+    if *first_hz == hz {
+        return Ok(());
+    }
+    Err(BakeError::content(file, format!("{first_hz} Hz as in {}", first_file.display()), format!("{hz} Hz")))
 }
 
 /// Checks the samples and poses, pads all responses with zeros to one length and leaves out repeated measurements.
@@ -56,11 +65,8 @@ pub(super) fn finish(path: &Path, set: &mut Responses, azimuths_are_certain: boo
     if ears_contradict(set) {
         let found = "sources on one side that are earlier and louder at the ear of the other";
         if !azimuths_are_certain {
-            return Err(BakeError::content(
-                path,
-                "ears that agree with the directions (do azimuths grow to the other side?)",
-                found,
-            ));
+            let expected = "ears that agree with the directions (do azimuths grow to the other side?)";
+            return Err(BakeError::content(path, expected, found));
         }
         set.notes.push(format!("the ears contradict the directions: {found}"));
     }
@@ -91,21 +97,12 @@ pub(super) fn ears_contradict(set: &Responses) -> bool {
 fn whole(path: &Path, response: &Response) -> Result<(), BakeError> {
     let name = &response.name;
     if !response.listener.is_valid() || !response.source.is_finite() {
-        return Err(BakeError::entry(
-            path,
-            name,
-            "a finite pose of listener and source",
-            format!("{:?} and {}", response.listener, response.source),
-        ));
+        let found = format!("{:?} and {}", response.listener, response.source);
+        return Err(BakeError::entry(path, name, "a finite pose of listener and source", found));
     }
     for (ear, samples) in [("left", &response.left), ("right", &response.right)] {
         if let Some(at) = samples.iter().position(|v| !v.is_finite()) {
-            return Err(BakeError::entry(
-                path,
-                format!("{name}, {ear} ear, sample {at}"),
-                "a finite number",
-                format!("{}", samples[at]),
-            ));
+            return Err(BakeError::entry(path, format!("{name}, {ear} ear, sample {at}"), "a finite number", samples[at]));
         }
         if samples.iter().all(|&v| v == 0.0) {
             return Err(BakeError::entry(path, format!("{name}, {ear} ear"), "a response", "silence"));

@@ -2,6 +2,7 @@
 
 use super::{Response, Responses, check};
 use crate::sources::checkpoint::npz;
+use crate::sources::file;
 use crate::{BakeError, sound};
 use promenade_core::Pose;
 use promenade_core::glam::{Quat, Vec3};
@@ -65,11 +66,7 @@ pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, 
     let (mut mono, mut longest) = (0, 0);
     for one in measured {
         let wav = sound::read(&one.file)?;
-        let (rate_file, rate_hz) = rate.get_or_insert_with(|| (one.file.clone(), wav.sample_rate_hz));
-        if *rate_hz != wav.sample_rate_hz {
-            let expected = format!("{rate_hz} Hz as in {}", rate_file.display());
-            return Err(BakeError::content(&one.file, expected, format!("{} Hz", wav.sample_rate_hz)));
-        }
+        check::rate(&one.file, wav.sample_rate_hz, &mut rate)?;
         let count = wav.channels.len();
         let mut channels = wav.channels.into_iter();
         let (left, right) = match (channels.next(), channels.next(), count) {
@@ -78,7 +75,7 @@ pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, 
                 (both.clone(), both)
             }
             (Some(left), Some(right), 2) => (left, right),
-            _ => return Err(BakeError::content(&one.file, "1 or 2 channels", format!("{count}"))),
+            _ => return Err(BakeError::content(&one.file, "1 or 2 channels", count)),
         };
         longest = longest.max(left.len());
         check::size(folder, responses.len() + 1, longest)?;
@@ -120,18 +117,14 @@ fn raf(folder: &Path) -> Result<Vec<Measured>, BakeError> {
     let data = folder.join("data");
     let root = if data.is_dir() { data } else { folder.to_path_buf() };
     let mut found = Vec::new();
-    for place in entries(&root)?.into_iter().filter(|p| p.join("rir.wav").is_file()) {
+    for place in file::entries(&root)?.into_iter().filter(|p| p.join("rir.wav").is_file()) {
         let position = |name: &str| {
             let path = place.join(name);
             let numbers = numbers(&path)?;
             // What goes before the position is an orientation; a loudspeaker has one, a microphone none.
             match numbers[..] {
                 [.., x, y, z] if matches!(numbers.len(), 3 | 7) => Ok(Vec3::new(x, y, z)),
-                _ => Err(BakeError::content(
-                    &path,
-                    "3 numbers, or 7 of which the last 3 are a position",
-                    format!("{}", numbers.len()),
-                )),
+                _ => Err(BakeError::content(&path, "3 numbers, or 7 of which the last 3 are a position", numbers.len())),
             }
         };
         let listener = Pose { position: position("rx_pos.txt")?, orientation: Quat::IDENTITY };
@@ -146,24 +139,19 @@ fn raf(folder: &Path) -> Result<Vec<Measured>, BakeError> {
 }
 
 fn rows(folder: &Path, knows_source: bool) -> Result<Vec<Measured>, BakeError> {
-    let is_sound = |p: &PathBuf| p.extension().is_some_and(|e| ["wav", "flac"].iter().any(|s| e.eq_ignore_ascii_case(s)));
-    let files: Vec<PathBuf> = entries(folder)?.into_iter().filter(is_sound).collect();
+    let files = file::sounds(folder)?;
     let named = |names: &[&str]| names.iter().map(|n| folder.join(n)).find(|p| p.is_file());
     let Some(path) = named(&["poses.npy", "poses.json", "poses.txt", "poses.csv"]) else {
         return Err(BakeError::content(folder, "a poses.npy, poses.json or poses.txt", "none"));
     };
     let poses = table(&path)?;
     if poses.len() != files.len() || files.is_empty() {
-        return Err(BakeError::content(
-            &path,
-            format!("{} poses, one for each sound file", files.len()),
-            format!("{}", poses.len()),
-        ));
+        return Err(BakeError::content(&path, format!("{} poses, one for each sound file", files.len()), poses.len()));
     }
     let source = match named(&["source.txt", "source.npy"]) {
         Some(path) if !knows_source => match table(&path)?.concat()[..] {
             [x, y, z] => Some(Vec3::new(x, y, z)),
-            ref other => return Err(BakeError::content(&path, "3 numbers", format!("{}", other.len()))),
+            ref other => return Err(BakeError::content(&path, "3 numbers", other.len())),
         },
         _ => None,
     };
@@ -186,40 +174,27 @@ fn rows(folder: &Path, knows_source: bool) -> Result<Vec<Measured>, BakeError> {
                 }
                 (Pose { position: Vec3::new(x, y, z), orientation: q.normalize() }, true)
             }
-            _ => return Err(wrong(format!("{}", row.len()))),
+            _ => return Err(wrong(row.len().to_string())),
         };
         Ok(Measured { file, name, listener, turned, source })
     };
     files.into_iter().zip(poses).map(measured).collect()
 }
 
-/// The files and folders of a folder, by name.
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, BakeError> {
-    let list = std::fs::read_dir(folder).map_err(BakeError::read(folder))?;
-    let mut all = list.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>().map_err(BakeError::read(folder))?;
-    all.sort();
-    Ok(all)
-}
-
 /// Rows of numbers: NumPy's, JSON's, or lines.
 fn table(path: &Path) -> Result<Vec<Vec<f32>>, BakeError> {
-    let bytes = read(path)?;
-    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    match ending.as_str() {
+    let bytes = file::bytes(path, "", MAX_BYTES)?;
+    match file::ending(path).as_str() {
         "npy" => {
             let wrong = |found: String| BakeError::content(path, "rows of floats as NumPy saves them", found);
             let array = npz::array(&bytes).map_err(wrong)?;
             let columns = array.shape.last().copied().unwrap_or(0);
             if array.shape.len() > 2 || columns == 0 {
-                return Err(BakeError::content(
-                    path,
-                    "rows of floats as NumPy saves them",
-                    format!("the shape {:?}", array.shape),
-                ));
+                return Err(wrong(format!("the shape {:?}", array.shape)));
             }
             Ok(array.values.chunks_exact(columns).map(<[f32]>::to_vec).collect())
         }
-        "json" => serde_json::from_slice(&bytes).map_err(|source| BakeError::Json { path: path.to_path_buf(), source }),
+        "json" => serde_json::from_slice(&bytes).map_err(BakeError::json(path)),
         _ => {
             let text = String::from_utf8_lossy(&bytes);
             let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.trim().starts_with('#'));
@@ -230,7 +205,7 @@ fn table(path: &Path) -> Result<Vec<Vec<f32>>, BakeError> {
 
 /// All numbers of a text.
 fn numbers(path: &Path) -> Result<Vec<f32>, BakeError> {
-    of_line(path, 0, &String::from_utf8_lossy(&read(path)?))
+    of_line(path, 0, &String::from_utf8_lossy(&file::bytes(path, "", MAX_BYTES)?))
 }
 
 fn of_line(path: &Path, number: usize, line: &str) -> Result<Vec<f32>, BakeError> {
@@ -240,14 +215,6 @@ fn of_line(path: &Path, number: usize, line: &str) -> Result<Vec<f32>, BakeError
         word.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(wrong)
     };
     words.map(value).collect()
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, BakeError> {
-    let size = std::fs::metadata(path).map_err(BakeError::read(path))?.len();
-    if size > MAX_BYTES {
-        return Err(BakeError::content(path, format!("at most {MAX_BYTES} bytes"), format!("{size}")));
-    }
-    std::fs::read(path).map_err(BakeError::read(path))
 }
 
 /// Keeps the responses of one source.
@@ -267,18 +234,12 @@ fn one_source(
     let most = (0..places.len()).rev().max_by_key(|&i| places[i].1).unwrap_or(0);
     let chosen = wanted.unwrap_or(most);
     let Some((place, count)) = places.get(chosen).copied() else {
-        return Err(BakeError::content(
-            folder,
-            format!("a source {chosen}, counted from 0"),
-            format!("{} sources", places.len()),
-        ));
+        let found = format!("{} sources", places.len());
+        return Err(BakeError::content(folder, format!("a source {chosen}, counted from 0"), found));
     };
     if places.len() > 1 {
-        notes.push(format!(
-            "source {chosen} of {} at {place} was used, with {count} of {} responses",
-            places.len(),
-            responses.len()
-        ));
+        let (sources, all) = (places.len(), responses.len());
+        notes.push(format!("source {chosen} of {sources} at {place} was used, with {count} of {all} responses"));
         responses.retain(|r| r.source.distance(place) < SAME_PLACE_M);
     }
     // Places that are one but for the grain of their measurement are one.

@@ -43,8 +43,7 @@ impl HoldOut {
     /// # Errors
     /// A text outside the grammar.
     pub fn parse(text: &str) -> Result<Self, BakeError> {
-        let wrong =
-            |found: &str| BakeError::Argument { what: "hold-out", expected: GRAMMAR.to_owned(), found: format!("\"{found}\"") };
+        let wrong = |found: &str| BakeError::argument("hold-out", GRAMMAR, format!("\"{found}\""));
         let mut rules = Vec::new();
         for part in text.split(';').map(str::trim) {
             if part == "none" {
@@ -80,11 +79,8 @@ impl HoldOut {
     /// A rule that selects no response, unless it is `none`, or that leaves none to bake from.
     pub fn split(&self, set: &Responses) -> Result<(Vec<usize>, Vec<usize>), BakeError> {
         let (out, kept): (Vec<usize>, Vec<usize>) = (0..set.responses.len()).partition(|&i| self.selects(&set.responses[i], i));
-        let wrong = |found: &str| BakeError::Argument {
-            what: "hold-out",
-            expected: format!("a rule that selects some of the {} responses", set.responses.len()),
-            found: found.to_owned(),
-        };
+        let expected = format!("a rule that selects some of the {} responses", set.responses.len());
+        let wrong = |found: &str| BakeError::argument("hold-out", expected, found);
         if kept.is_empty() {
             return Err(wrong("one that leaves none to bake from"));
         }
@@ -168,15 +164,7 @@ mod tests {
             right: vec![1.0],
             name: format!("r{deg}"),
         };
-        let responses = (-90..=90).step_by(5).map(at).collect();
-        Responses {
-            title: String::new(),
-            credit: String::new(),
-            licence: String::new(),
-            sample_rate_hz: 16e3,
-            responses,
-            notes: vec![],
-        }
+        Responses { sample_rate_hz: 16e3, responses: (-90..=90).step_by(5).map(at).collect(), ..Responses::default() }
     }
 
     fn names(rule: &str) -> Vec<String> {

@@ -3,6 +3,7 @@
 use super::check;
 use super::pattern::{Field, Pattern};
 use super::{LoadOptions, Response, Responses, Side};
+use crate::sources::file;
 use crate::{BakeError, wav};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -31,7 +32,7 @@ struct Manifest {
     #[serde(default)]
     responses: Vec<Entry>,
     #[serde(default)]
-    azimuth_positive: Direction,
+    azimuth_positive: Side,
     /// Which channels are the ears.
     #[serde(default)]
     channels: Ears,
@@ -39,14 +40,6 @@ struct Manifest {
     listener: Option<Listener>,
     source: Option<[f32; 3]>,
     distance_m: Option<f32>,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Direction {
-    #[default]
-    Left,
-    Right,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -69,7 +62,7 @@ struct Listener {
 }
 
 /// A file, or with a pattern in its name many, and what is known of its pose.
-#[derive(Clone, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
     file: String,
@@ -83,13 +76,7 @@ struct Entry {
 }
 
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, BakeError> {
-    let size = std::fs::metadata(path).map_err(BakeError::read(path))?.len();
-    if size > MAX_BYTES {
-        return Err(BakeError::content(path, format!("a manifest of at most {MAX_BYTES} bytes"), format!("{size}")));
-    }
-    let text = std::fs::read_to_string(path).map_err(BakeError::read(path))?;
-    let manifest: Manifest =
-        serde_json::from_str(&text).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })?;
+    let manifest: Manifest = file::json(path, "a manifest of ", MAX_BYTES)?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let root = match (&options.root, &manifest.root) {
         (Some(root), _) => root.clone(),
@@ -120,14 +107,7 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, Bake
 
 /// Every file with its entry, patterns replaced by what they match.
 fn files(path: &Path, root: &Path, manifest: &Manifest) -> Result<Vec<(PathBuf, Entry)>, BakeError> {
-    let whole = manifest.pattern.iter().map(|file| Entry {
-        file: file.clone(),
-        listener: None,
-        source: None,
-        azimuth_deg: None,
-        elevation_deg: None,
-        distance_m: None,
-    });
+    let whole = manifest.pattern.iter().map(|file| Entry { file: file.clone(), ..Entry::default() });
     let mut files = Vec::new();
     for entry in whole.chain(manifest.patterns.iter().cloned()) {
         matching(path, root, &entry, &mut files)?;
@@ -148,11 +128,8 @@ fn matching(path: &Path, root: &Path, entry: &Entry, files: &mut Vec<(PathBuf, E
     names.sort();
     let mut found: Vec<_> = names.iter().filter_map(|n| Some((pattern.numbers(n)?, n))).collect();
     if found.is_empty() {
-        return Err(BakeError::content(
-            &folder,
-            format!("files named {name}"),
-            format!("none among its {} files", names.len()),
-        ));
+        let found = format!("none among its {} files", names.len());
+        return Err(BakeError::content(&folder, format!("files named {name}"), found));
     }
     found.sort_by(|a, b| a.0.iter().map(|v| v.1).partial_cmp(b.0.iter().map(|v| v.1)).unwrap_or(std::cmp::Ordering::Equal));
     for (numbers, name) in found {
@@ -195,18 +172,12 @@ impl Loader<'_> {
         let listener = Pose::from_ypr(Vec3::from_array(listener.position), yaw, pitch, roll);
         let source = self.source(file, entry, &listener)?;
         let wav = wav::read(file)?;
-        let (rate_file, rate) = self.rate.get_or_insert_with(|| (file.to_path_buf(), wav.sample_rate_hz));
-        if *rate != wav.sample_rate_hz {
-            let expected = format!("{rate} Hz as in {}", rate_file.display());
-            return Err(BakeError::content(file, expected, format!("{} Hz", wav.sample_rate_hz)));
-        }
+        check::rate(file, wav.sample_rate_hz, &mut self.rate)?;
         let Ears(left, right) = self.manifest.channels;
         let count = wav.channels.len();
         let ear = |index: usize| {
-            let missing = || {
-                BakeError::content(file, format!("a channel {index} for an ear, counted from 0"), format!("{count} channels"))
-            };
-            wav.channels.get(index).cloned().ok_or_else(missing)
+            let expected = || format!("a channel {index} for an ear, counted from 0");
+            wav.channels.get(index).cloned().ok_or_else(|| BakeError::content(file, expected(), format!("{count} channels")))
         };
         let name = file.file_stem().map_or_else(|| entry.file.clone(), |n| n.to_string_lossy().into_owned());
         Ok(Response { listener, source, left: ear(left)?, right: ear(right)?, name })
@@ -223,10 +194,7 @@ impl Loader<'_> {
             let found = distance.map_or("none".to_owned(), |d| d.to_string());
             BakeError::entry(self.path, file.display().to_string(), "a \"distance_m\" above 0 beside the azimuth", found)
         })?;
-        let positive = self.options.azimuth_positive.unwrap_or(match self.manifest.azimuth_positive {
-            Direction::Left => Side::Left,
-            Direction::Right => Side::Right,
-        });
+        let positive = self.options.azimuth_positive.unwrap_or(self.manifest.azimuth_positive);
         let direction = super::spherical::to_cartesian(azimuth, entry.elevation_deg.unwrap_or(0.0), distance, positive);
         Ok(listener.position + listener.orientation * direction)
     }

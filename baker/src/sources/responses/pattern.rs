@@ -14,22 +14,20 @@ pub(super) enum Field {
     Z,
 }
 
-const FIELDS: [(&str, Field); 9] = [
-    ("azimuth", Field::Azimuth),
-    ("elevation", Field::Elevation),
-    ("distance", Field::Distance),
-    ("yaw", Field::Yaw),
-    ("pitch", Field::Pitch),
-    ("roll", Field::Roll),
-    ("x", Field::X),
-    ("y", Field::Y),
-    ("z", Field::Z),
-];
-
 impl Field {
+    const ALL: [Self; 9] = {
+        use Field::*;
+        [Azimuth, Elevation, Distance, Yaw, Pitch, Roll, X, Y, Z]
+    };
+
+    /// The variant in small letters.
+    fn name(self) -> String {
+        format!("{self:?}").to_ascii_lowercase()
+    }
+
     /// The field of that name.
     pub(super) fn named(name: &str) -> Option<Self> {
-        FIELDS.iter().find(|(n, _)| *n == name).map(|(_, field)| *field)
+        Self::ALL.into_iter().find(|field| field.name() == name)
     }
 }
 
@@ -55,8 +53,8 @@ impl Pattern {
             let close = rest[open..].find('}').ok_or_else(|| ("a } after every {".to_owned(), format!("\"{text}\"")))? + open;
             let name = &rest[open + 1..close];
             let field = Field::named(name).ok_or_else(|| {
-                let names: Vec<_> = FIELDS.iter().map(|(n, _)| format!("{{{n}}}")).collect();
-                (format!("one of {}", names.join(", ")), format!("{{{name}}}"))
+                let names = Field::ALL.map(|field| format!("{{{}}}", field.name())).join(", ");
+                (format!("one of {names}"), format!("{{{name}}}"))
             })?;
             if parts.contains(&Part::Number(field)) {
                 return Err(("every field once".to_owned(), format!("{{{name}}} twice")));

@@ -39,19 +39,16 @@ impl Responses {
     pub fn save(&self, folder: &Path) -> Result<(), BakeError> {
         let rate = self.sample_rate_hz as u32;
         if f64::from(rate) != self.sample_rate_hz {
-            let found = self.sample_rate_hz.to_string();
-            return Err(BakeError::Argument { what: "sample rate", expected: "whole hertz, for WAV files".to_owned(), found });
+            return Err(BakeError::argument("sample rate", "whole hertz, for WAV files", self.sample_rate_hz));
         }
         let files: Vec<String> = self.responses.iter().map(file_name).collect();
         let mut names: Vec<&String> = files.iter().collect();
         names.sort();
         if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            let expected = "a name of its own for each".to_owned();
-            return Err(BakeError::Argument { what: "responses", expected, found: format!("{} twice", twice[0]) });
+            return Err(BakeError::argument("responses", "a name of its own for each", format!("{} twice", twice[0])));
         }
         if files.is_empty() {
-            let expected = "at least one".to_owned();
-            return Err(BakeError::Argument { what: "responses", expected, found: "none".to_owned() });
+            return Err(BakeError::argument("responses", "at least one", "none"));
         }
         std::fs::create_dir_all(folder).map_err(promenade_audio::FileError::write(folder))?;
         for (response, file) in self.responses.iter().zip(&files) {
@@ -65,7 +62,7 @@ impl Responses {
             responses: self.responses.iter().zip(files).map(|(response, file)| entry(response, file)).collect(),
         };
         let path = folder.join("responses.json");
-        let json = serde_json::to_string_pretty(&manifest).map_err(|source| BakeError::Json { path: path.clone(), source })?;
+        let json = serde_json::to_string_pretty(&manifest).map_err(BakeError::json(&path))?;
         Ok(atomic::write(&path, (json + "\n").as_bytes())?)
     }
 }

@@ -56,18 +56,15 @@ impl Sofa<'_> {
         };
         check::size(self.path, measurements, frames)?;
         if receivers != 2 {
-            return Err(self.wrong("Data.IR", "2 receivers, the ears", format!("{receivers}")));
+            return Err(self.wrong("Data.IR", "2 receivers, the ears", receivers));
         }
         let emitter = match options.source {
             Some(n) if n < emitters => n,
             None if emitters == 1 => 0,
             chosen => {
                 let found = chosen.map_or("none chosen".to_owned(), |n| n.to_string());
-                return Err(self.wrong(
-                    "Data.IR",
-                    format!("the number of one of its {emitters} emitters, counted from 0"),
-                    found,
-                ));
+                let expected = format!("the number of one of its {emitters} emitters, counted from 0");
+                return Err(self.wrong("Data.IR", expected, found));
             }
         };
         let sample_rate_hz = self.sample_rate()?;
@@ -83,7 +80,7 @@ impl Sofa<'_> {
             let count = block.min(measurements - first);
             let values = data.read_f64_rows(first as u64, count as u64).map_err(failed(self.path))?;
             if values.len() != count * per_measurement {
-                return Err(self.wrong("Data.IR", format!("{} values", count * per_measurement), format!("{}", values.len())));
+                return Err(self.wrong("Data.IR", format!("{} values", count * per_measurement), values.len()));
             }
             for (offset, values) in values.chunks_exact(per_measurement).enumerate() {
                 let m = first + offset;
@@ -123,7 +120,7 @@ impl Sofa<'_> {
         Ok(set)
     }
 
-    fn wrong(&self, variable: &str, expected: impl Into<String>, found: impl Into<String>) -> BakeError {
+    fn wrong(&self, variable: &str, expected: impl Into<String>, found: impl ToString) -> BakeError {
         BakeError::entry(self.path, variable, expected, found)
     }
 
@@ -152,7 +149,7 @@ impl Sofa<'_> {
         let shape = self.shape(name)?;
         let count = shape.iter().fold(1_u64, |n, &s| n.saturating_mul(s as u64));
         if count > MAX_VALUES {
-            return Err(self.wrong(name, format!("at most {MAX_VALUES} values"), format!("{count}")));
+            return Err(self.wrong(name, format!("at most {MAX_VALUES} values"), count));
         }
         let values = dataset.read_f64().map_err(failed(self.path))?;
         if values.len() as u64 != count || !values.iter().all(|v| v.is_finite()) {
@@ -189,6 +186,15 @@ impl Sofa<'_> {
         self.points_as(name, row, measurements, positive, spherical, degrees)
     }
 
+    /// The same of a variable that may be missing.
+    fn points_or(&self, name: &str, measurements: usize, missing: Vec3) -> Result<Points, BakeError> {
+        if self.has(name) {
+            self.points(name, 0, measurements, Side::Left)
+        } else {
+            Ok(Points { points: vec![missing], spherical: false })
+        }
+    }
+
     fn points_as(
         &self,
         name: &str,
@@ -203,11 +209,8 @@ impl Sofa<'_> {
             [n, 3] if n == 1 || n == measurements => Box::new(move |m, c| values[m * 3 + c]),
             [rows, 3, n] if row < rows && (n == 1 || n == measurements) => Box::new(move |m, c| values[(row * 3 + c) * n + m]),
             _ => {
-                return Err(self.wrong(
-                    name,
-                    format!("3 coordinates for 1 or {measurements} measurements"),
-                    format!("{shape:?}"),
-                ));
+                let expected = format!("3 coordinates for 1 or {measurements} measurements");
+                return Err(self.wrong(name, expected, format!("{shape:?}")));
             }
         };
         let count = if shape.len() == 2 { shape[0] } else { shape[2] };
@@ -240,12 +243,8 @@ impl Sofa<'_> {
     }
 
     fn listeners(&self, measurements: usize) -> Result<Vec<Pose>, BakeError> {
-        let one = |point: Vec3| Points { points: vec![point], spherical: false };
-        let load = |name: &str, default: Vec3| {
-            if self.has(name) { self.points(name, 0, measurements, Side::Left) } else { Ok(one(default)) }
-        };
-        let positions = load("ListenerPosition", Vec3::ZERO)?;
-        let views = load("ListenerView", Vec3::X)?;
+        let positions = self.points_or("ListenerPosition", measurements, Vec3::ZERO)?;
+        let views = self.points_or("ListenerView", measurements, Vec3::X)?;
         let ups = self.ups("ListenerUp", "ListenerView", measurements, &views)?;
         (0..measurements)
             .map(|m| {
@@ -261,19 +260,15 @@ impl Sofa<'_> {
     /// Up vectors are in the coordinates of their view, but writers often leave the Cartesian 0, 0, 1 beside spherical views, so the
     /// reading that lies across the views is taken.
     fn ups(&self, name: &str, view: &str, measurements: usize, views: &Points) -> Result<Points, BakeError> {
-        if !self.has(name) {
-            return Ok(Points { points: vec![Vec3::Z], spherical: false });
-        }
         let across = |ups: &Points| (0..measurements).all(|m| facing(views.at(m), ups.at(m)).is_some());
-        if views.spherical && !self.coordinates(name)?.0 {
+        if views.spherical && self.has(name) && !self.coordinates(name)?.0 {
             let degrees = self.coordinates(view)?.1;
             let spherical = self.points_as(name, 0, measurements, Side::Left, true, degrees)?;
             if across(&spherical) {
                 return Ok(spherical);
             }
-            return self.points_as(name, 0, measurements, Side::Left, false, true);
         }
-        self.points(name, 0, measurements, Side::Left)
+        self.points_or(name, measurements, Vec3::Z)
     }
 
     fn sources(
@@ -288,20 +283,13 @@ impl Sofa<'_> {
         // A single emitter stands for the source itself; several lie around it in its own axes.
         let around = (emitters > 1).then(|| self.points("EmitterPosition", emitter, measurements, positive)).transpose()?;
         if positive == Side::Right && !positions.spherical && !around.as_ref().is_some_and(|a| a.spherical) {
-            return Err(self.wrong(
-                "SourcePosition",
-                "spherical coordinates, whose azimuths may run to the right",
-                "Cartesian ones",
-            ));
+            let expected = "spherical coordinates, whose azimuths may run to the right";
+            return Err(self.wrong("SourcePosition", expected, "Cartesian ones"));
         }
         let Some(around) = around else {
             return Ok((0..measurements).map(|m| positions.at(m)).collect());
         };
-        let views = if self.has("SourceView") {
-            self.points("SourceView", 0, measurements, Side::Left)?
-        } else {
-            Points { points: vec![Vec3::X], spherical: false }
-        };
+        let views = self.points_or("SourceView", measurements, Vec3::X)?;
         let ups = self.ups("SourceUp", "SourceView", measurements, &views)?;
         let turn = |m: usize| facing(views.at(m), ups.at(m)).unwrap_or(Quat::IDENTITY);
         Ok((0..measurements).map(|m| positions.at(m) + turn(m) * around.at(m)).collect())
@@ -319,10 +307,10 @@ impl Sofa<'_> {
             _ => return Err(self.wrong("Data.Delay", "a delay for each of 2 receivers", format!("{shape:?}"))),
         };
         if rows != 1 && rows != measurements {
-            return Err(self.wrong("Data.Delay", format!("1 or {measurements} measurements"), format!("{rows}")));
+            return Err(self.wrong("Data.Delay", format!("1 or {measurements} measurements"), rows));
         }
         if let Some(bad) = values.iter().find(|v| !(0.0..=MAX_DELAY).contains(*v)) {
-            return Err(self.wrong("Data.Delay", format!("0 to {MAX_DELAY} samples"), format!("{bad}")));
+            return Err(self.wrong("Data.Delay", format!("0 to {MAX_DELAY} samples"), bad));
         }
         let column = if columns == 1 { 0 } else { emitter };
         let at = |m: usize, r: usize| values[((if rows == 1 { 0 } else { m }) * 2 + r) * columns + column];
