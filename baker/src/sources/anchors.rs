@@ -92,7 +92,7 @@ impl AnchorSet {
                 "at least {needed} for {} anchors of {} neighbours (a smaller voxel or fewer anchors?)",
                 options.count, options.neighbours
             );
-            return Err(BakeError::Argument { what: "voxels with points in them", expected, found });
+            return Err(BakeError::argument("voxels with points in them", expected, found));
         }
         let places: Vec<Vec3> = voxels.iter().map(|v| v.position).collect();
         let clusters = k_means(&places, options.count, options.seed);
@@ -133,14 +133,12 @@ impl AnchorSet {
 impl AnchorOptions {
     fn check(&self) -> Result<(), BakeError> {
         let within = |what, value: usize, most: usize| {
-            let wrong = || BakeError::Argument { what, expected: format!("1 to {most}"), found: value.to_string() };
-            if (1..=most).contains(&value) { Ok(()) } else { Err(wrong()) }
+            if (1..=most).contains(&value) { Ok(()) } else { Err(BakeError::argument(what, format!("1 to {most}"), value)) }
         };
         within("number of anchors", self.count, MAX_ANCHORS)?;
         within("number of neighbours", self.neighbours, MAX_NEIGHBOURS)?;
         if !(1e-4..=1e4).contains(&self.voxel_m) {
-            let expected = "0.0001 to 10000".to_owned();
-            return Err(BakeError::Argument { what: "edge of a voxel", expected, found: self.voxel_m.to_string() });
+            return Err(BakeError::argument("edge of a voxel", "0.0001 to 10000", self.voxel_m));
         }
         Ok(())
     }

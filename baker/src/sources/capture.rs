@@ -21,7 +21,7 @@ pub use cut::{Cut, SplitRule};
 pub use defects::{CLIPPED_RUN, SILENT_DBFS, is_clipped, is_silent, level_dbfs};
 pub use emitter::{EmitterEstimate, locate_emitter};
 pub use from_responses::{DrySound, FromResponses, from_responses};
-pub use import::ImportCapture;
+pub use import::{ImportCapture, mean};
 pub use replay::import_replay;
 pub use reverberation::reverberation_times;
 pub use rwavs::import_rwavs;
@@ -29,10 +29,11 @@ pub use rwavs::import_rwavs;
 use crate::BakeError;
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Pose};
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Recordings of one place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Capture {
     /// Name of the place.
     pub title: String,
@@ -83,7 +84,8 @@ pub struct Clip {
 }
 
 /// What a clip is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, Hash)]
+#[serde(rename_all = "lowercase")]
 pub enum Split {
     /// To learn from.
     Train,

@@ -145,12 +145,8 @@ fn check_anchors(path: &Path, weights: &BTreeMap<String, Tensor>, count: usize) 
     match weights.get("_audio_features_f").and_then(|t| t.shape.first()) {
         Some(rows) if *rows != count => {
             let expected = format!("the {count} rows that {count} anchors have");
-            Err(BakeError::entry(
-                path,
-                "weights '_audio_features_f'",
-                expected,
-                format!("{rows}: the anchors of another scene?"),
-            ))
+            let found = format!("{rows}: the anchors of another scene?");
+            Err(BakeError::entry(path, "weights '_audio_features_f'", expected, found))
         }
         _ => Ok(()),
     }

@@ -22,7 +22,7 @@ pub use promenade_core::network::SPEED_OF_SOUND_M_S;
 use promenade_fourier::ComplexToReal;
 use promenade_fourier::num_complex::Complex32;
 use std::sync::Arc;
-use tail::Tail;
+use tail::{Tail, ends_real};
 
 /// Centres of the octaves in which walls absorb, Hz.
 pub const OCTAVES_HZ: [f32; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
@@ -100,11 +100,10 @@ impl BoxRoom {
 
     fn check(&self) -> Result<(), BakeError> {
         if !self.size.to_array().iter().all(|s| (0.5..=100.0).contains(s)) {
-            let expected = "0.5 to 100 m in each direction".to_owned();
-            return Err(BakeError::Argument { what: "size of the room", expected, found: self.size.to_string() });
+            return Err(BakeError::argument("size of the room", "0.5 to 100 m in each direction", self.size));
         }
         match self.absorption.iter().flatten().find(|a| !(0.0..=1.0).contains(*a)) {
-            Some(a) => Err(BakeError::Argument { what: "absorption", expected: "0 to 1".to_owned(), found: a.to_string() }),
+            Some(a) => Err(BakeError::argument("absorption", "0 to 1", a)),
             None => Ok(()),
         }
     }
@@ -138,13 +137,13 @@ pub fn simulate_box(
     let length_s = options.length_s.unwrap_or_else(|| longest.max(diagonal_s + 0.05).min(LONGEST_BY_ITSELF_S));
     let length = (f64::from(length_s) * f64::from(options.sample_rate_hz)).ceil() as usize;
     let images = images(options.order);
-    let walls = walls::walls(room, hrtf.bins());
+    let walls = walls::walls(room, hrtf.bins);
     let mut early = Early {
         emitter,
         size: room.size,
         hrtf,
         reflected: images.iter().map(|i| (*i, i.spectrum(&walls))).collect(),
-        inverse: promenade_fourier::inverse(hrtf.bins().n_fft),
+        inverse: promenade_fourier::inverse(hrtf.bins.n_fft),
     };
     let tail = Tail::new(room, emitter, &images, hrtf, options, length);
     let mut responses = Vec::with_capacity(poses.len());
@@ -159,8 +158,8 @@ pub fn simulate_box(
     let [x, y, z] = room.size.to_array();
     Ok(Responses {
         title: format!("Box of {x} x {y} x {z} m"),
-        credit: hrtf.credit().to_owned(),
-        licence: hrtf.licence().to_owned(),
+        credit: hrtf.credit.clone(),
+        licence: hrtf.licence.clone(),
         sample_rate_hz: f64::from(options.sample_rate_hz),
         responses,
         notes: Vec::new(),
@@ -168,7 +167,7 @@ pub fn simulate_box(
 }
 
 fn check(room: &BoxRoom, emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &BoxOptions) -> Result<(), BakeError> {
-    let wrong = |what, expected: String, found: String| Err(BakeError::Argument { what, expected, found });
+    let wrong = |what, expected: String, found: String| Err(BakeError::argument(what, expected, found));
     room.check()?;
     let inside = || format!("inside the room, between 0,0,0 and {}", room.size);
     if !room.contains(emitter) {
@@ -207,7 +206,7 @@ struct Early<'a> {
 
 impl Early<'_> {
     fn add(&mut self, pose: &Pose, ears: &mut [Vec<f32>; 2]) {
-        let bins = self.hrtf.bins();
+        let bins = self.hrtf.bins;
         let mut spectrum = self.inverse.make_input_vec();
         let mut piece = self.inverse.make_output_vec();
         let mut scratch = self.inverse.make_scratch_vec();
@@ -247,9 +246,7 @@ fn turn(spectrum: &mut [Complex32], walls: &[Complex32], delay: f64, n_fft: usiz
         *s *= w * p;
         phase *= step;
     }
-    if let [first, .., last] = spectrum {
-        (first.im, last.im) = (0.0, 0.0);
-    }
+    ends_real(spectrum);
 }
 
 #[cfg(test)]

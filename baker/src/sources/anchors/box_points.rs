@@ -22,7 +22,7 @@ pub fn box_points(size: Vec3, step: f32, colours: &[[f32; 3]; 6]) -> Result<Vec<
     let count = 2.0 * (sides.x * sides.y + sides.y * sides.z + sides.z * sides.x);
     if !(size.min_element() > 0.0 && step > 0.0 && count <= MAX_POINTS) {
         let expected = format!("lengths above 0 and a step that makes at most {MAX_POINTS} points");
-        return Err(BakeError::Argument { what: "box", expected, found: format!("{size} with a step of {step}") });
+        return Err(BakeError::argument("box", expected, format!("{size} with a step of {step}")));
     }
     let sides = sides.to_array().map(|n| n as usize);
     let mut points = Vec::new();

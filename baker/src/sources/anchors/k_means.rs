@@ -1,7 +1,7 @@
 //! Clusters of points: Lloyd's k-means from a k-means++ start.
 
 use crate::signal::random::Random;
-use promenade_core::glam::Vec3;
+use promenade_core::glam::{DVec3, Vec3};
 
 const MAX_ITERATIONS: usize = 300;
 /// Squared movement of all centres together below which they stand still, of the mean variance of the coordinates.
@@ -44,7 +44,7 @@ impl Centres {
 pub(super) fn k_means(points: &[Vec3], count: usize, seed: u64) -> Clusters {
     // About their mean, differences of coordinates lose least.
     let n = points.len() as f64;
-    let mean = mean(points.iter().copied(), n);
+    let mean = (points.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / n).as_vec3();
     let points: Vec<Vec3> = points.iter().map(|p| *p - mean).collect();
     let variance = points.iter().map(|p| f64::from(p.length_squared())).sum::<f64>() / (3.0 * n);
     let mut centres = start(&points, count, &mut Random::new(seed));
@@ -100,7 +100,7 @@ fn start(points: &[Vec3], count: usize, random: &mut Random) -> Vec<Vec3> {
 /// One round: whether a point has changed its cluster, and the squared movement of all centres.
 fn step(points: &[Vec3], labels: &mut [usize], centres: &mut [Vec3]) -> (bool, f64) {
     let mut search = Centres::of(centres);
-    let mut sums = vec![([0.0_f64; 3], 0_u32); centres.len()];
+    let mut sums = vec![(DVec3::ZERO, 0_u32); centres.len()];
     let mut distances = Vec::with_capacity(points.len());
     let mut changed = false;
     for (point, label) in points.iter().zip(labels.iter_mut()) {
@@ -108,7 +108,7 @@ fn step(points: &[Vec3], labels: &mut [usize], centres: &mut [Vec3]) -> (bool, f
         changed |= *label != nearest;
         *label = nearest;
         distances.push(distance);
-        add(&mut sums[nearest], *point, 1.0);
+        sums[nearest] = (sums[nearest].0 + point.as_dvec3(), sums[nearest].1 + 1);
     }
     // A centre without points takes the point that is farthest from its own.
     for empty in 0..sums.len() {
@@ -118,30 +118,18 @@ fn step(points: &[Vec3], labels: &mut [usize], centres: &mut [Vec3]) -> (bool, f
         let farthest =
             (0..points.len()).filter(|i| sums[labels[*i]].1 > 1).max_by(|a, b| distances[*a].total_cmp(&distances[*b]));
         let Some(farthest) = farthest else { continue };
-        add(&mut sums[labels[farthest]], points[farthest], -1.0);
-        add(&mut sums[empty], points[farthest], 1.0);
+        let (point, (sum, count)) = (points[farthest].as_dvec3(), sums[labels[farthest]]);
+        sums[labels[farthest]] = (sum - point, count - 1);
+        sums[empty] = (sums[empty].0 + point, 1);
         (labels[farthest], distances[farthest], changed) = (empty, 0.0, true);
     }
     let mut moved = 0.0;
     for (centre, (sum, count)) in centres.iter_mut().zip(&sums) {
-        let next = Vec3::from_array(sum.map(|s| (s / f64::from(*count)) as f32));
+        let next = (*sum / f64::from(*count)).as_vec3();
         moved += f64::from(centre.distance_squared(next));
         *centre = next;
     }
     (changed, moved)
-}
-
-fn add((sum, count): &mut ([f64; 3], u32), point: Vec3, sign: f64) {
-    for (sum, c) in sum.iter_mut().zip(point.to_array()) {
-        *sum += sign * f64::from(c);
-    }
-    *count = if sign > 0.0 { *count + 1 } else { *count - 1 };
-}
-
-fn mean(points: impl Iterator<Item = Vec3>, count: f64) -> Vec3 {
-    let mut sum = ([0.0; 3], 0);
-    points.for_each(|p| add(&mut sum, p, 1.0));
-    Vec3::from_array(sum.0.map(|s| (s / count) as f32))
 }
 
 #[cfg(test)]

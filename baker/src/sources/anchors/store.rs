@@ -41,19 +41,17 @@ impl AnchorSet {
         let features = bytes(&mut self.features.iter().copied());
         let Placement { units_per_metre: scale, rotation, origin } = self.placement;
         let header = Header { version: VERSION, scale, rotation: rotation.to_array(), translation: origin.to_array() };
-        let unwritten = |source: Box<dyn std::error::Error + Send + Sync>| BakeError::Unreadable {
-            path: path.to_path_buf(),
-            what: "anchors to write",
-            source,
+        let what = "anchors to write";
+        let header = serde_json::to_string(&header).map_err(|e| BakeError::unreadable(path, what, e))?;
+        let view = |shape: [usize; 2], data| {
+            TensorView::new(Dtype::F32, shape.to_vec(), data).map_err(|e| BakeError::unreadable(path, what, e))
         };
-        let header = serde_json::to_string(&header).map_err(|e| unwritten(e.into()))?;
-        let view = |shape: [usize; 2], data| TensorView::new(Dtype::F32, shape.to_vec(), data).map_err(|e| unwritten(e.into()));
         let arrays = [
             ("anchors.position", view([count, 3], &positions)?),
             ("anchors.features", view([count, 3 * self.neighbours], &features)?),
         ];
         let metadata = HashMap::from([(KEY.to_owned(), header)]);
-        let file = safetensors::serialize(arrays, Some(metadata)).map_err(|e| unwritten(e.into()))?;
+        let file = safetensors::serialize(arrays, Some(metadata)).map_err(|e| BakeError::unreadable(path, what, e))?;
         Ok(atomic::write(path, &file)?)
     }
 
@@ -76,7 +74,7 @@ impl AnchorSet {
         let placement = placement(path, &metadata)?.unwrap_or(Placement::IDENTITY);
         let per_anchor = anchors.features.len().checked_div(anchors.positions.len()).unwrap_or(0);
         if per_anchor % 3 != 0 {
-            return Err(BakeError::entry(path, "features", "three for each neighbour", format!("{per_anchor}")));
+            return Err(BakeError::entry(path, "features", "three for each neighbour", per_anchor));
         }
         let set = Self { placement, positions: anchors.positions, features: anchors.features, neighbours: per_anchor / 3 };
         set.check().map_err(|(what, expected, found)| BakeError::entry(path, what, expected, found))?;
@@ -88,12 +86,11 @@ impl AnchorSet {
 fn placement(path: &Path, metadata: &BTreeMap<String, String>) -> Result<Option<Placement>, BakeError> {
     let Some(header) = metadata.get(KEY) else { return Ok(None) };
     // A later version may have other fields, so its number comes first.
-    let wrong = |source| BakeError::Json { path: path.to_path_buf(), source };
-    let value: serde_json::Value = serde_json::from_str(header).map_err(wrong)?;
+    let value: serde_json::Value = serde_json::from_str(header).map_err(BakeError::json(path))?;
     if let Some(version) = value.get("version").and_then(serde_json::Value::as_u64).filter(|v| *v != u64::from(VERSION)) {
-        return Err(BakeError::entry(path, "version", VERSION.to_string(), version.to_string()));
+        return Err(BakeError::entry(path, "version", VERSION.to_string(), version));
     }
-    let header: Header = serde_json::from_value(value).map_err(wrong)?;
+    let header: Header = serde_json::from_value(value).map_err(BakeError::json(path))?;
     Ok(Some(Placement {
         units_per_metre: header.scale,
         rotation: Quat::from_array(header.rotation),

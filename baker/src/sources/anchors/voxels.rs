@@ -23,7 +23,7 @@ pub(super) fn merge(points: &[Point], edge: f32) -> Result<Vec<Voxel>, BakeError
         if !cell.iter().all(|c| c.abs() < 16_777_216.0) || !point.colour.iter().all(|c| c.is_finite()) {
             let expected = format!("finite positions and colours, within {:e} of the origin", edge * 16_777_216.0);
             let found = format!("{} with colour {:?}", point.position, point.colour);
-            return Err(BakeError::Argument { what: "points", expected, found: format!("point {index} at {found}") });
+            return Err(BakeError::argument("points", expected, format!("point {index} at {found}")));
         }
         let (sum, count) = cells.entry(cell.map(|c| c as i64)).or_default();
         for (sum, c) in sum.iter_mut().zip(point.colour) {

@@ -75,15 +75,14 @@ pub struct EmitterEstimate {
 /// A listener who does not move, and fewer than 12 clips with a clear direct sound.
 pub fn locate_emitter(capture: &Capture) -> Result<EmitterEstimate, BakeError> {
     let observed = observe(capture);
-    let wrong = |what, expected: String, found: String| Err(BakeError::Argument { what, expected, found });
     if observed.len() < FEWEST_CLIPS {
         let expected = format!("at least {FEWEST_CLIPS} training clips with a clear direct sound");
-        return wrong("clips that tell the emitter", expected, observed.len().to_string());
+        return Err(BakeError::argument("clips that tell the emitter", expected, observed.len()));
     }
     let (low, high) = bounds(&observed);
     if low.distance(high) < LEAST_WALK_M {
         let expected = format!("a listener who walks {LEAST_WALK_M} m or more, or distance cannot be told");
-        return wrong("training clips", expected, format!("{:.2} m", low.distance(high)));
+        return Err(BakeError::argument("training clips", expected, format!("{:.2} m", low.distance(high))));
     }
     let mut fit = Fit { observed, arrivals: false };
     let mut candidates = fit.candidates();
@@ -347,14 +346,10 @@ mod tests {
             split: if track % 5 == 4 { Split::Test } else { Split::Train },
         };
         Capture {
-            title: String::new(),
-            credit: String::new(),
-            licence: String::new(),
             sample_rate_hz: RATE,
-            emitter: None,
             tracks: poses.iter().map(track).collect(),
             clips: poses.iter().enumerate().map(clip).collect(),
-            notes: Vec::new(),
+            ..Capture::default()
         }
     }
 

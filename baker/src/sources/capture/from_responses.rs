@@ -72,17 +72,13 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
             if samples.len() < clip * options.clips {
                 let seconds = samples.len() as f64 / rate;
                 let expected = format!("at least {} s, the clips of one response", options.clip_s * options.clips as f64);
-                return Err(BakeError::Argument {
-                    what: "dry sound",
-                    expected,
-                    found: format!("{seconds:.3} s in {}", sound.name),
-                });
+                return Err(BakeError::argument("dry sound", expected, format!("{seconds:.3} s in {}", sound.name)));
             }
             Ok(samples)
         })
         .collect::<Result<Vec<Vec<f32>>, BakeError>>()?;
     if sounds.is_empty() {
-        return Err(argument("dry sound", "at least one", "none"));
+        return Err(BakeError::argument("dry sound", "at least one", "none"));
     }
     // At the responses' own rate, where the baker takes the level of its scene.
     let loudest = responses.responses.iter().flat_map(|r| [&r.left, &r.right]);
@@ -110,7 +106,7 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
             clips.push(Clip { name, track: tracks.len(), start: pre_roll + number * clip, len: clip, pose: *pose, split });
         }
         let path = CameraPath::new(vec![Keyframe { t_s: 0.0, pose: *pose }])
-            .map_err(|e| argument("pose of a response", "a finite pose", &e.to_string()))?;
+            .map_err(|e| BakeError::argument("pose of a response", "a finite pose", e))?;
         tracks.push(Track { name, dry: sound[start - pre_roll..end].to_vec(), binaural, path });
     }
     let names: Vec<&str> = dry.iter().map(|d| d.name.as_str()).collect();
@@ -129,7 +125,7 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
     };
     sift(&mut capture, &[]);
     if capture.clips.is_empty() {
-        return Err(argument("dry sound and responses", "at least one clip with sound", &capture.notes.join("; ")));
+        return Err(BakeError::argument("dry sound and responses", "at least one clip with sound", capture.notes.join("; ")));
     }
     Ok(capture)
 }
@@ -177,7 +173,7 @@ fn check(options: &FromResponses) -> Result<(), BakeError> {
     if let Some(rate) = options.sample_rate_hz
         && !crate::wav::SAMPLE_RATES_HZ.contains(&rate)
     {
-        return Err(argument("sample rate", "1000 to 1000000 Hz", &rate.to_string()));
+        return Err(BakeError::argument("sample rate", "1000 to 1000000 Hz", rate));
     }
     for (what, value, low, high) in [
         ("length of a clip, seconds", options.clip_s, 0.01, 600.0),
@@ -185,29 +181,21 @@ fn check(options: &FromResponses) -> Result<(), BakeError> {
         ("share of test clips", options.test_share, 0.0, 1.0),
     ] {
         if !(low..=high).contains(&value) {
-            return Err(argument(what, &format!("{low} to {high}"), &value.to_string()));
+            return Err(BakeError::argument(what, format!("{low} to {high}"), value));
         }
     }
     if !(1..=10_000).contains(&options.clips) {
-        return Err(argument("clips of a response", "1 to 10000", &options.clips.to_string()));
+        return Err(BakeError::argument("clips of a response", "1 to 10000", options.clips));
     }
     Ok(())
 }
 
 /// A rate that files can have.
 fn whole_rate(rate: f64) -> Result<u32, BakeError> {
-    let whole = rate as u32;
-    if f64::from(whole) == rate && whole > 0 {
-        Ok(whole)
-    } else {
-        Err(argument("sample rate", "a whole number of hertz", &rate.to_string()))
-    }
+    let whole = Some(rate as u32).filter(|whole| f64::from(*whole) == rate && *whole > 0);
+    whole.ok_or_else(|| BakeError::argument("sample rate", "a whole number of hertz", rate))
 }
 
 fn in_samples(seconds: f64, rate: f64) -> usize {
     (seconds * rate).round() as usize
-}
-
-fn argument(what: &'static str, expected: &str, found: &str) -> BakeError {
-    BakeError::Argument { what, expected: expected.to_owned(), found: found.to_owned() }
 }

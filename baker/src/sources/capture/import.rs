@@ -2,18 +2,18 @@
 
 use super::sift::sift;
 use super::{Capture, Clip, Track};
+use crate::sources::file;
 use crate::{BakeError, resample, sound};
 use promenade_core::Pose;
 use promenade_core::glam::{Mat3, Quat, Vec3};
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Bytes that a file of cameras may have.
-const MAX_BYTES: u64 = 256 << 20;
+pub(super) const MAX_BYTES: u64 = 256 << 20;
 /// How far the columns of a rotation may be from unit length and right angles.
 const ROTATION_SLACK: f32 = 0.02;
 
@@ -105,16 +105,12 @@ struct Camera {
 /// Heads at the places of cameras in their own world, by the names of their images without ending.
 pub(super) fn cameras(path: &Path) -> Result<BTreeMap<String, Pose>, BakeError> {
     let mut heads = BTreeMap::new();
-    for camera in json::<Vec<Camera>>(path)? {
+    for camera in file::json::<Vec<Camera>>(path, "", MAX_BYTES)? {
         let rotation = Mat3::from_cols_array_2d(&camera.rotation).transpose();
         let entry = || format!("camera {}", camera.img_name);
         let head = head(Vec3::from_array(camera.position), rotation).ok_or_else(|| {
-            BakeError::entry(
-                path,
-                entry(),
-                "a finite position and a rotation",
-                format!("{:?} and {:?}", camera.position, camera.rotation),
-            )
+            let found = format!("{:?} and {:?}", camera.position, camera.rotation);
+            BakeError::entry(path, entry(), "a finite position and a rotation", found)
         })?;
         if heads.insert(stem(&camera.img_name).to_owned(), head).is_some() {
             return Err(BakeError::entry(path, entry(), "each image once", "it twice"));
@@ -141,33 +137,24 @@ pub(super) fn stem(name: &str) -> &str {
     file.rsplit_once('.').map_or(file, |(stem, _)| stem)
 }
 
-pub(super) fn json<T: DeserializeOwned>(path: &Path) -> Result<T, BakeError> {
-    let size = std::fs::metadata(path).map_err(BakeError::read(path))?.len();
-    if size > MAX_BYTES {
-        return Err(BakeError::content(path, format!("at most {MAX_BYTES} bytes"), format!("{size}")));
-    }
-    let text = std::fs::read_to_string(path).map_err(BakeError::read(path))?;
-    serde_json::from_str(&text).map_err(|source| BakeError::Json { path: path.to_path_buf(), source })
-}
-
 /// A file's channels at another rate.
 pub(super) fn channels(path: &Path, rate_hz: u32) -> Result<Vec<Vec<f32>>, BakeError> {
     let sound = sound::read(path)?;
     Ok(resample::signal(&sound.channels, sound.sample_rate_hz, rate_hz)?)
 }
 
-/// The mean of a file's channels.
-pub(super) fn mono(path: &Path, rate_hz: u32) -> Result<Vec<f32>, BakeError> {
-    let all = channels(path, rate_hz)?;
-    let count = all.len().max(1) as f32;
-    Ok((0..all.first().map_or(0, Vec::len)).map(|i| all.iter().map(|c| c[i]).sum::<f32>() / count).collect())
+/// The mean of channels of one length.
+#[must_use]
+pub fn mean(channels: &[Vec<f32>]) -> Vec<f32> {
+    let count = channels.len().max(1) as f32;
+    (0..channels.first().map_or(0, Vec::len)).map(|i| channels.iter().map(|c| c[i]).sum::<f32>() / count).collect()
 }
 
 /// The two channels of a file.
 pub(super) fn ears(path: &Path, rate_hz: u32) -> Result<[Vec<f32>; 2], BakeError> {
     let all = channels(path, rate_hz)?;
     let count = all.len();
-    <[Vec<f32>; 2]>::try_from(all).map_err(|_| BakeError::content(path, "2 channels, left and right", format!("{count}")))
+    <[Vec<f32>; 2]>::try_from(all).map_err(|_| BakeError::content(path, "2 channels, left and right", count))
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! From a manifest and its files to a capture.
 
 use super::cut::{Cut, SplitRule};
-use super::manifest::{ClipEntry, CutEntry, Manifest, SplitEntry, TrackEntry};
+use super::manifest::{ClipEntry, CutEntry, Manifest, TrackEntry};
 use super::sift::sift;
-use super::{Capture, Clip, Split, Track};
+use super::{Capture, Clip, Split, Track, mean};
 use crate::{BakeError, sound};
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Keyframe};
@@ -115,23 +115,16 @@ impl TrackLoader<'_> {
     /// A file's channels: as many as are wanted, or for a dry track the mean of all.
     fn sound(&self, name: &str, channels: usize) -> Result<Vec<Vec<f32>>, String> {
         let file: PathBuf = self.folder.join(name);
-        let shown = file.display();
+        let (shown, rate_hz) = (file.display(), self.rate_hz);
         let sound = sound::read(&file).map_err(|e| with_cause(&e))?;
-        if sound.sample_rate_hz != self.rate_hz {
-            return Err(format!(
-                "{shown}: expected {} Hz as the manifest says, found {} Hz",
-                self.rate_hz, sound.sample_rate_hz
-            ));
+        if sound.sample_rate_hz != rate_hz {
+            return Err(format!("{shown}: expected {rate_hz} Hz as the manifest says, found {} Hz", sound.sample_rate_hz));
         }
-        let count = sound.channels.len();
-        if count == channels {
-            return Ok(sound.channels);
+        match sound.channels.len() {
+            count if count == channels => Ok(sound.channels),
+            _ if channels == 1 => Ok(vec![mean(&sound.channels)]),
+            count => Err(format!("{shown}: expected {channels} channels, found {count}")),
         }
-        if channels != 1 {
-            return Err(format!("{shown}: expected {channels} channels, found {count}"));
-        }
-        let mean = |i: usize| sound.channels.iter().map(|c| c[i]).sum::<f32>() / count as f32;
-        Ok(vec![(0..sound.frames()).map(mean).collect()])
     }
 
     fn path(&self, notes: &mut Vec<String>) -> Result<CameraPath, String> {
@@ -165,11 +158,8 @@ impl TrackLoader<'_> {
         let (dry_len, heard_len) = (dry[0].len(), binaural[0].len());
         let apart = dry_len.abs_diff(heard_len) as f64 / rate;
         if apart > LENGTH_SLACK_S + self.entry.dry_offset_s.abs() {
-            return Err(format!(
-                "expected dry and binaural sound of one length, found {:.3} s and {:.3} s",
-                dry_len as f64 / rate,
-                heard_len as f64 / rate
-            ));
+            let [dry_s, heard_s] = [dry_len, heard_len].map(|len| len as f64 / rate);
+            return Err(format!("expected dry and binaural sound of one length, found {dry_s:.3} s and {heard_s:.3} s"));
         }
         let shift = (self.entry.dry_offset_s * rate).round() as i64;
         let by = usize::try_from(shift.unsigned_abs()).unwrap_or(usize::MAX);
@@ -219,13 +209,9 @@ fn listed(entries: &[ClipEntry], tracks: &[Loaded]) -> Result<Vec<Clip>, Vec<Str
             say(format!("expected samples of the {whole} in track {}, found {} from {}", entry.track, entry.len, entry.start));
             continue;
         }
-        let split = match entry.split {
-            SplitEntry::Train => Split::Train,
-            SplitEntry::Test => Split::Test,
-        };
         // Its pose comes when all clips are known.
         let pose = promenade_core::Pose::IDENTITY;
-        clips.push(Clip { name: entry.name.clone(), track, start: entry.start, len: entry.len, pose, split });
+        clips.push(Clip { name: entry.name.clone(), track, start: entry.start, len: entry.len, pose, split: entry.split });
     }
     if wrong.is_empty() { Ok(clips) } else { Err(wrong) }
 }

@@ -1,6 +1,8 @@
 //! The manifest of a capture, as it is on disk.
 
+use super::Split;
 use crate::BakeError;
+use crate::sources::file;
 use promenade_core::KeyframeEntry;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -35,7 +37,7 @@ pub(super) struct Manifest {
     pub(super) notes: Vec<String>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TrackEntry {
     pub(super) name: String,
@@ -63,14 +65,7 @@ pub(super) struct ClipEntry {
     /// Samples of the binaural file.
     pub(super) start: usize,
     pub(super) len: usize,
-    pub(super) split: SplitEntry,
-}
-
-#[derive(Clone, Copy, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum SplitEntry {
-    Train,
-    Test,
+    pub(super) split: Split,
 }
 
 #[derive(Deserialize, Serialize)]
@@ -104,16 +99,11 @@ impl Manifest {
         struct Version {
             version: u32,
         }
-        let size = std::fs::metadata(path).map_err(BakeError::read(path))?.len();
-        if size > MAX_BYTES {
-            return Err(BakeError::content(path, format!("a manifest of at most {MAX_BYTES} bytes"), format!("{size}")));
-        }
-        let text = std::fs::read_to_string(path).map_err(BakeError::read(path))?;
-        let json = |source| BakeError::Json { path: path.to_path_buf(), source };
-        let Version { version } = serde_json::from_str(&text).map_err(json)?;
+        let bytes = file::bytes(path, "a manifest of ", MAX_BYTES)?;
+        let Version { version } = serde_json::from_slice(&bytes).map_err(BakeError::json(path))?;
         if version != VERSION {
             return Err(BakeError::content(path, format!("a capture of version {VERSION}"), format!("version {version}")));
         }
-        serde_json::from_str(&text).map_err(json)
+        serde_json::from_slice(&bytes).map_err(BakeError::json(path))
     }
 }

@@ -1,8 +1,9 @@
 //! Multi-view recordings such as Replay-NVAS (Chen et al. 2023): views that stay, and microphones near the sources.
 
-use super::import::{ImportCapture, cameras, ears, mono, stem};
+use super::import::{ImportCapture, cameras, channels, ears, mean, stem};
 use super::{Capture, Clip, Split, SplitRule, Track};
 use crate::BakeError;
+use crate::sources::file;
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Keyframe};
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, 
     options.place(Vec3::NEG_Y, &mut heads)?;
     let mut dry: Vec<f32> = Vec::new();
     for file in &near {
-        let one = mono(file, rate_hz)?;
+        let one = mean(&channels(file, rate_hz)?);
         dry.resize(dry.len().max(one.len()), 0.0);
         dry.iter_mut().zip(one).for_each(|(sum, v)| *sum += v);
     }
@@ -68,11 +69,7 @@ pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, 
 
 /// The sound files of a folder, by name.
 fn sounds(folder: &Path) -> Result<Vec<PathBuf>, BakeError> {
-    let list = std::fs::read_dir(folder).map_err(BakeError::read(folder))?;
-    let all = list.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>().map_err(BakeError::read(folder))?;
-    let is_sound = |p: &PathBuf| p.extension().is_some_and(|e| ["wav", "flac"].iter().any(|s| e.eq_ignore_ascii_case(s)));
-    let mut files: Vec<PathBuf> = all.into_iter().filter(is_sound).collect();
-    files.sort();
+    let files = file::sounds(folder)?;
     if files.is_empty() {
         return Err(BakeError::content(folder, "files ending in .wav or .flac", "none"));
     }

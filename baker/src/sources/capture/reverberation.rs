@@ -171,14 +171,10 @@ mod tests {
         };
         let path = CameraPath::new(vec![Keyframe { t_s: 0.0, pose: Pose::IDENTITY }]).unwrap();
         Capture {
-            title: String::new(),
-            credit: String::new(),
-            licence: String::new(),
             sample_rate_hz: RATE,
-            emitter: None,
             clips: (0..6).map(clip).collect(),
             tracks: vec![Track { name: String::new(), dry, binaural, path }],
-            notes: Vec::new(),
+            ..Capture::default()
         }
     }
 

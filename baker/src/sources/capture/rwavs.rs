@@ -1,8 +1,9 @@
 //! The layout of RWAVS (Liang et al. 2023), as AV-Cloud's preparation leaves it.
 
-use super::import::{ImportCapture, cameras, ears, head, json, mono, stem};
+use super::import::{ImportCapture, MAX_BYTES, cameras, channels, ears, head, mean, stem};
 use super::{Capture, Clip, Split, Track};
 use crate::BakeError;
+use crate::sources::file;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::{CameraPath, Keyframe, Pose};
 use serde::Deserialize;
@@ -52,7 +53,7 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
     let has_cameras = given.exists();
     for (name, split) in [("train", Split::Train), ("val", Split::Test)] {
         let path = folder.join(format!("transforms_scale_{name}.json"));
-        for frame in json::<Transforms>(&path)?.camera_path {
+        for frame in file::json::<Transforms>(&path, "", MAX_BYTES)?.camera_path {
             let number = number(&path, &frame.file_path)?;
             if frames.insert(number, split).is_some() {
                 return Err(BakeError::entry(&path, &frame.file_path, "each frame once", "it twice"));
@@ -74,8 +75,8 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
         (own, Vec3::Z)
     };
     options.place(up, &mut poses)?;
-    let dry = mono(&folder.join("source_syn_re.wav"), rate_hz)?;
-    let [left, right] = ears(&folder.join("binaural_syn_re.wav"), rate_hz)?;
+    let mut dry = mean(&channels(&folder.join("source_syn_re.wav"), rate_hz)?);
+    let [mut left, mut right] = ears(&folder.join("binaural_syn_re.wav"), rate_hz)?;
     let len = dry.len().min(left.len());
     let apart = dry.len().abs_diff(left.len()) as f64 / f64::from(rate_hz);
     if apart > 0.0 {
@@ -106,11 +107,8 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
         return Err(BakeError::content(folder, "frames with a pose and sound", notes.join("; ")));
     }
     let path = CameraPath::new(keyframes).map_err(|e| BakeError::content(folder, "a path", e.to_string()))?;
-    let cut = |mut x: Vec<f32>| {
-        x.truncate(len);
-        x
-    };
-    let track = Track { name: "walk".to_owned(), dry: cut(dry), binaural: [cut(left), cut(right)], path };
+    [&mut dry, &mut left, &mut right].into_iter().for_each(|x| x.truncate(len));
+    let track = Track { name: "walk".to_owned(), dry, binaural: [left, right], path };
     options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
 }
 

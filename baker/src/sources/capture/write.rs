@@ -1,7 +1,7 @@
 //! A capture on disk.
 
-use super::manifest::{ClipEntry, Manifest, NAME, SplitEntry, TrackEntry};
-use super::{Capture, Clip, Split};
+use super::manifest::{ClipEntry, Manifest, NAME, TrackEntry};
+use super::{Capture, Clip};
 use crate::wav::{self, Format};
 use crate::{BakeError, FileError, atomic};
 use promenade_core::KeyframeEntry;
@@ -14,8 +14,7 @@ pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
     let rate = capture.sample_rate_hz;
     let rate_hz = rate as u32;
     if f64::from(rate_hz) != rate {
-        let expected = "a whole number of hertz".to_owned();
-        return Err(BakeError::Argument { what: "sample rate of a capture", expected, found: rate.to_string() });
+        return Err(BakeError::argument("sample rate of a capture", "a whole number of hertz", rate));
     }
     std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
     let mut tracks = Vec::new();
@@ -27,25 +26,14 @@ pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
         wav::write(&folder.join(&dry), rate_hz, &[&track.dry], Format::Float32)?;
         wav::write(&folder.join(&binaural), rate_hz, &[left, right], Format::Float32)?;
         let poses = track.path.keyframes().iter().map(|k| KeyframeEntry::from(*k)).collect();
-        tracks.push(TrackEntry {
-            name: track.name.clone(),
-            dry,
-            binaural,
-            path: None,
-            poses: Some(poses),
-            dry_offset_s: 0.0,
-            pose_offset_s: 0.0,
-        });
+        tracks.push(TrackEntry { name: track.name.clone(), dry, binaural, poses: Some(poses), ..TrackEntry::default() });
     }
     let clip = |c: &Clip| ClipEntry {
         name: c.name.clone(),
         track: capture.tracks[c.track].name.clone(),
         start: c.start,
         len: c.len,
-        split: match c.split {
-            Split::Train => SplitEntry::Train,
-            Split::Test => SplitEntry::Test,
-        },
+        split: c.split,
     };
     let manifest = Manifest {
         title: capture.title.clone(),
@@ -55,14 +43,12 @@ pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
         emitter: capture.emitter.map(|e| e.to_array()),
         tracks,
         clips: Some(capture.clips.iter().map(clip).collect()),
-        cut: None,
         notes: capture.notes.clone(),
         ..Manifest::current()
     };
     let path = folder.join(NAME);
-    let json = serde_json::to_vec(&manifest).map_err(|source| BakeError::Json { path: path.clone(), source })?;
-    atomic::write(&path, &json)?;
-    Ok(())
+    let json = serde_json::to_vec(&manifest).map_err(BakeError::json(&path))?;
+    Ok(atomic::write(&path, &json)?)
 }
 
 /// Puts the emitter into a manifest and leaves all else of its text as it is.
@@ -80,13 +66,11 @@ pub(super) fn write_emitter(path: &Path, emitter: Vec3, replace: bool) -> Result
         (None, None) => text,
     };
     // Read again before it is written: of what a scanner of text might get wrong, nothing reaches the disk.
-    let json = |source| BakeError::Json { path: path.to_path_buf(), source };
-    let read: Manifest = serde_json::from_str(&new).map_err(json)?;
+    let read: Manifest = serde_json::from_str(&new).map_err(BakeError::json(path))?;
     if read.emitter != Some(emitter.to_array()) {
         return Err(BakeError::content(path, "a manifest with an emitter", "another"));
     }
-    atomic::write(path, new.as_bytes())?;
-    Ok(())
+    Ok(atomic::write(path, new.as_bytes())?)
 }
 
 /// Where in the text of a JSON object the value of one of its own keys is.

@@ -58,8 +58,9 @@ impl Anchors {
         let ((position, positions), (feature, features)) = match (first(POSITIONS), first(FEATURES)) {
             (None, None) => return Ok(None),
             (Some(p), Some(f)) => (p, f),
-            (Some((name, _)), None) => return Err(BakeError::content(path, EXPECTED, format!("'{name}' only"))),
-            (None, Some((name, _))) => return Err(BakeError::content(path, EXPECTED, format!("'{name}' only"))),
+            (Some((name, _)), None) | (None, Some((name, _))) => {
+                return Err(BakeError::content(path, EXPECTED, format!("'{name}' only")));
+            }
         };
         let [count, 3] = positions.shape[..] else {
             let found = format!("the shape {:?}", positions.shape);

@@ -14,19 +14,15 @@ const MAX_ARRAY_BYTES: u64 = 256 << 20;
 
 /// Reads the arrays that are `wanted`, with the names of all.
 pub(super) fn read(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(BTreeMap<String, Tensor>, Vec<String>), BakeError> {
-    let unreadable = |source: Box<dyn std::error::Error + Send + Sync>| BakeError::Unreadable {
-        path: path.to_path_buf(),
-        what: ".npz file",
-        source,
-    };
+    let unreadable = |e: zip::result::ZipError| BakeError::unreadable(path, ".npz file", e);
     let file = File::open(path).map_err(BakeError::read(path))?;
-    let mut archive = ZipArchive::new(BufReader::new(file)).map_err(|e| unreadable(e.into()))?;
+    let mut archive = ZipArchive::new(BufReader::new(file)).map_err(unreadable)?;
     let files = archive.file_names().flatten();
     let mut names: Vec<String> = files.filter_map(|n| n.strip_suffix(".npy").map(str::to_owned)).collect();
     names.sort();
     let mut arrays = BTreeMap::new();
     for name in names.iter().filter(|n| wanted(n)) {
-        let entry = archive.by_name(&format!("{name}.npy")).map_err(|e| unreadable(e.into()))?;
+        let entry = archive.by_name(&format!("{name}.npy")).map_err(unreadable)?;
         let mut bytes = Vec::new();
         entry.take(MAX_ARRAY_BYTES + 1).read_to_end(&mut bytes).map_err(|e| unreadable(e.into()))?;
         let wrong =

@@ -17,9 +17,7 @@ pub(super) fn check(path: &Path) -> Result<(), BakeError> {
         Ok(()) => Ok(()),
         // Where the file ends too early the parser will end as well.
         Err(e) if e.kind() == ErrorKind::UnexpectedEof => Ok(()),
-        Err(source) => {
-            Err(BakeError::Unreadable { path: path.to_path_buf(), what: "PyTorch checkpoint", source: source.into() })
-        }
+        Err(source) => Err(BakeError::unreadable(path, "PyTorch checkpoint", source)),
     }
 }
 

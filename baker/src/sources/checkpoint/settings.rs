@@ -49,23 +49,23 @@ impl Settings {
                 "no placement is given: one unit of the cloud is taken as a metre, its axes as the scene's (z up)".to_owned(),
             );
         }
-        let wrong = |what: &str, expected: String, found: String| Err(BakeError::entry(path, what, expected, found));
+        let wrong = |what: &str, expected: &str, found: &dyn Display| Err(BakeError::entry(path, what, expected, found));
         if let Some(m) = max_norm.filter(|m| !(m.is_finite() && *m > 0.0)) {
-            return wrong("max_norm", "a finite number above 0".to_owned(), m.to_string());
+            return wrong("max_norm", "a finite number above 0", &m);
         }
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
             let expected = format!("{} to {} Hz", SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-            return wrong("sample rate", expected, sample_rate_hz.to_string());
+            return wrong("sample rate", &expected, &sample_rate_hz);
         }
         if !TRANSFORMS.contains(&n_fft) || !n_fft.is_multiple_of(2) {
             let expected = format!("an even number of samples from {} to {}", TRANSFORMS.start(), TRANSFORMS.end());
-            return wrong("n_fft", expected, n_fft.to_string());
+            return wrong("n_fft", &expected, &n_fft);
         }
         if !(1..=n_fft / 2).contains(&hop) {
-            return wrong("hop", format!("1 to {} samples", n_fft / 2), hop.to_string());
+            return wrong("hop", &format!("1 to {} samples", n_fft / 2), &hop);
         }
         if !(1..=64).contains(&heads) {
-            return wrong("heads", "1 to 64".to_owned(), heads.to_string());
+            return wrong("heads", "1 to 64", &heads);
         }
         Ok(Self {
             kind,

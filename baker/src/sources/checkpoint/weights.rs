@@ -57,18 +57,16 @@ impl Stored {
         let name = name.strip_prefix("module.").unwrap_or(name);
         let tensor = Tensor { shape: shape.to_vec(), values: float.values(bytes) };
         self.converted += usize::from(float != Float::F32);
-        match self.weights.insert(name.to_owned(), tensor) {
-            None => Ok(()),
-            Some(_) => {
-                Err(BakeError::entry(path, format!("weights '{name}'"), "one array", "two, with and without \"module.\""))
-            }
+        if self.weights.insert(name.to_owned(), tensor).is_none() {
+            return Ok(());
         }
+        Err(BakeError::entry(path, format!("weights '{name}'"), "one array", "two, with and without \"module.\""))
     }
 }
 
 /// A safetensors file; only what is `wanted` is converted.
 pub(super) fn safetensors(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Stored, BakeError> {
-    let unreadable = |e: safetensors::SafeTensorError| unreadable(path, ".safetensors file", e);
+    let unreadable = |e: safetensors::SafeTensorError| BakeError::unreadable(path, ".safetensors file", e);
     let bytes = std::fs::read(path).map_err(BakeError::read(path))?;
     let (_, header) = SafeTensors::read_metadata(&bytes).map_err(unreadable)?;
     let file = SafeTensors::deserialize(&bytes).map_err(unreadable)?;
@@ -94,14 +92,14 @@ pub(super) fn safetensors(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<
 
 /// A checkpoint as `torch.save` writes it. Its pickle is parsed, never run.
 fn pytorch(path: &Path) -> Result<Stored, BakeError> {
-    let unreadable = |e: PytorchError| unreadable(path, "PyTorch checkpoint", e);
+    let unreadable = |e: PytorchError| BakeError::unreadable(path, "PyTorch checkpoint", e);
     let reader = match PytorchReader::with_top_level_key(path, "state_dict") {
         Err(PytorchError::KeyNotFound(_)) => PytorchReader::new(path).map_err(unreadable)?,
         nested => nested.map_err(unreadable)?,
     };
     let total = reader.tensors().values().fold(0_usize, |sum, t| sum.saturating_add(t.byte_len()));
     if total > MAX_WEIGHT_BYTES {
-        return Err(BakeError::content(path, format!("at most {MAX_WEIGHT_BYTES} bytes of weights"), format!("{total}")));
+        return Err(BakeError::content(path, format!("at most {MAX_WEIGHT_BYTES} bytes of weights"), total));
     }
     let mut stored = Stored::default();
     for (name, tensor) in reader.tensors() {
@@ -112,7 +110,7 @@ fn pytorch(path: &Path) -> Result<Stored, BakeError> {
             DType::BF16 => Float::Bf16,
             other => return Err(no_floats(path, name, &other)),
         };
-        let bytes = tensor.read().map_err(|e| self::unreadable(path, "PyTorch checkpoint", e))?;
+        let bytes = tensor.read().map_err(|e| BakeError::unreadable(path, "PyTorch checkpoint", e))?;
         stored.insert(path, name, tensor.shape(), float, &bytes)?;
         stored.names.push(name.clone());
     }
@@ -122,7 +120,7 @@ fn pytorch(path: &Path) -> Result<Stored, BakeError> {
 
 /// Looks at the sizes that an archive declares for its pickles before one is unpacked.
 fn check_archive(path: &Path) -> Result<(), BakeError> {
-    let unreadable = |e: zip::result::ZipError| unreadable(path, "PyTorch checkpoint", e);
+    let unreadable = |e: zip::result::ZipError| BakeError::unreadable(path, "PyTorch checkpoint", e);
     let file = File::open(path).map_err(BakeError::read(path))?;
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(unreadable)?;
     for i in 0..archive.len() {
@@ -130,7 +128,7 @@ fn check_archive(path: &Path) -> Result<(), BakeError> {
         let name = entry.name().map_err(unreadable)?;
         if name.ends_with(".pkl") && entry.size() > MAX_PICKLE_BYTES {
             let expected = format!("at most {MAX_PICKLE_BYTES} bytes");
-            return Err(BakeError::entry(path, name, expected, format!("{}", entry.size())));
+            return Err(BakeError::entry(path, name, expected, entry.size()));
         }
     }
     Ok(())
@@ -138,8 +136,4 @@ fn check_archive(path: &Path) -> Result<(), BakeError> {
 
 fn no_floats(path: &Path, name: &str, found: &dyn std::fmt::Debug) -> BakeError {
     BakeError::entry(path, format!("weights '{name}'"), "floats of 16, 32 or 64 bits", format!("{found:?}"))
-}
-
-fn unreadable(path: &Path, what: &'static str, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> BakeError {
-    BakeError::Unreadable { path: path.to_path_buf(), what, source: source.into() }
 }

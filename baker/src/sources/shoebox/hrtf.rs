@@ -26,7 +26,7 @@ const NEAR: usize = 6;
 /// Franke and Little's weights (1980), so that a turn of the head has no steps.
 #[derive(Debug)]
 pub struct Hrtf {
-    bins: Bins,
+    pub(super) bins: Bins,
     directions: Vec<Vec3>,
     /// Of each direction both ears' delays after the head's centre, samples.
     delays: Vec<[f32; 2]>,
@@ -34,8 +34,8 @@ pub struct Hrtf {
     spectra: Vec<[Vec<Complex32>; 2]>,
     /// Real interaural coherence in a diffuse field, by bin.
     coherence: Vec<f32>,
-    credit: String,
-    licence: String,
+    pub(super) credit: String,
+    pub(super) licence: String,
 }
 
 impl Hrtf {
@@ -45,9 +45,9 @@ impl Hrtf {
     /// # Errors
     /// A rate out of range, no responses, or ones without a direction or without sound.
     pub fn new(set: &Responses, sample_rate_hz: u32) -> Result<Self, BakeError> {
-        let wrong = |what, expected: &str, found: String| BakeError::Argument { what, expected: expected.to_owned(), found };
+        let wrong = |expected: &str, found: &str| BakeError::argument("HRTF", expected, found);
         if !(8_000..=192_000).contains(&sample_rate_hz) {
-            return Err(wrong("sample rate", "8000 to 192000 Hz", format!("{sample_rate_hz} Hz")));
+            return Err(BakeError::argument("sample rate", "8000 to 192000 Hz", format!("{sample_rate_hz} Hz")));
         }
         let rate = f64::from(sample_rate_hz);
         let (n_fft, from_hz) = (((FRAME_S * rate) as usize).next_power_of_two(), set.sample_rate_hz.round() as u32);
@@ -56,11 +56,11 @@ impl Hrtf {
         let mut ears = Vec::with_capacity(2 * set.responses.len());
         for response in &set.responses {
             let direction = response.listener.to_head(response.source).try_normalize();
-            directions.push(direction.ok_or_else(|| wrong("HRTF", "sources apart from it", response.name.clone()))?);
+            directions.push(direction.ok_or_else(|| wrong("sources apart from it", &response.name))?);
             ears.extend([response.left.clone(), response.right.clone()]);
         }
         if directions.is_empty() {
-            return Err(wrong("HRTF", "at least one direction", "none".to_owned()));
+            return Err(wrong("at least one direction", "none"));
         }
         let ears = resample::response(&ears, from_hz, sample_rate_hz)?;
         let mut hrtf = Self {
@@ -73,13 +73,9 @@ impl Hrtf {
             licence: set.licence.clone(),
         };
         let shares = hrtf.shares();
-        let (cut, onsets) = hrtf.cut(&ears).ok_or_else(|| wrong("HRTF", "responses with sound", "silence".to_owned()))?;
+        let (cut, onsets) = hrtf.cut(&ears).ok_or_else(|| wrong("responses with sound", "silence"))?;
         hrtf.set(&cut, &onsets, &shares);
         Ok(hrtf)
-    }
-
-    pub(super) fn bins(&self) -> Bins {
-        self.bins
     }
 
     /// Samples per second.
@@ -92,14 +88,6 @@ impl Hrtf {
     #[must_use]
     pub fn directions(&self) -> usize {
         self.directions.len()
-    }
-
-    pub(super) fn credit(&self) -> &str {
-        &self.credit
-    }
-
-    pub(super) fn licence(&self) -> &str {
-        &self.licence
     }
 
     /// Real interaural coherence in a diffuse field at a frequency, -1 to 1.

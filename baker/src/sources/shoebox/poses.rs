@@ -29,8 +29,7 @@ pub fn fit(poses: &[Pose], room: &BoxRoom, margin_m: f32) -> Result<Vec<Pose>, B
     let low = poses.iter().fold(Vec3::INFINITY, |a, p| a.min(p.position));
     let high = poses.iter().fold(Vec3::NEG_INFINITY, |a, p| a.max(p.position));
     if !(low.is_finite() && high.is_finite()) {
-        let expected = "poses at finite places".to_owned();
-        return Err(BakeError::Argument { what: "path", expected, found: format!("{} from {low} to {high}", poses.len()) });
+        return Err(BakeError::argument("path", "poses at finite places", format!("{} from {low} to {high}", poses.len())));
     }
     let scale = (left / (high - low).max(Vec3::splat(1e-6))).min_element();
     // Poses on one spot have no size to scale.
@@ -62,7 +61,7 @@ pub fn random_poses(room: &BoxRoom, emitter: Vec3, count: usize, margin_m: f32, 
     }
     if poses.len() < count {
         let expected = format!("one that leaves places {FROM_EMITTER_M} m off the emitter");
-        return Err(BakeError::Argument { what: "margin", expected, found: format!("{margin_m} m") });
+        return Err(BakeError::argument("margin", expected, format!("{margin_m} m")));
     }
     Ok(poses)
 }
@@ -74,7 +73,7 @@ fn free(room: &BoxRoom, margin_m: f32) -> Result<Vec3, BakeError> {
         return Ok(left);
     }
     let expected = format!("0 to less than half of the room's least size, {}", 0.5 * room.size.min_element());
-    Err(BakeError::Argument { what: "margin", expected, found: margin_m.to_string() })
+    Err(BakeError::argument("margin", expected, margin_m))
 }
 
 #[cfg(test)]

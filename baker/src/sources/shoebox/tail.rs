@@ -122,7 +122,8 @@ impl Tail {
     }
 }
 
-fn ends_real(spectrum: &mut [Complex32]) {
+/// The ends of a real signal's spectrum are real.
+pub(super) fn ends_real(spectrum: &mut [Complex32]) {
     if let [first, .., last] = spectrum {
         (first.im, last.im) = (0.0, 0.0);
     }

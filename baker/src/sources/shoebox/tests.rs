@@ -12,12 +12,9 @@ fn set(directions: &[Vec3], ears: impl Fn(Vec3) -> [Vec<f32>; 2]) -> Responses {
         Response { listener: Pose::IDENTITY, source: 1.4 * *d, left, right, name: format!("{i}") }
     };
     Responses {
-        title: String::new(),
-        credit: "me".to_owned(),
-        licence: String::new(),
         sample_rate_hz: f64::from(RATE),
         responses: directions.iter().enumerate().map(response).collect(),
-        notes: Vec::new(),
+        ..Responses::default()
     }
 }
 
@@ -237,7 +234,7 @@ fn a_turn_of_the_head_has_no_steps() {
     let hrtf = two_sided();
     let near = |azimuth: f32| {
         let near = hrtf.near(Vec3::new(azimuth.cos(), azimuth.sin(), 0.3).normalize());
-        let mut spectrum = vec![Complex32::default(); hrtf.bins().n_fft / 2 + 1];
+        let mut spectrum = vec![Complex32::default(); hrtf.bins.n_fft / 2 + 1];
         near.spectrum(0, &mut spectrum);
         (near.delay(0), spectrum[100].norm())
     };
@@ -260,13 +257,8 @@ fn what_cannot_be_is_an_error() {
         assert!(error.contains(says), "{error}");
     };
     let outside = [at(1.0, 1.0, 1.0), at(1.0, -0.1, 1.0)];
-    refused(
-        &ROOM,
-        EMITTER,
-        &outside,
-        &good,
-        "listener: expected inside the room, between 0,0,0 and [7, 5, 3], found pose 1 at",
-    );
+    let beyond = "listener: expected inside the room, between 0,0,0 and [7, 5, 3], found pose 1 at";
+    refused(&ROOM, EMITTER, &outside, &good, beyond);
     refused(&ROOM, EMITTER, &[at(f32::NAN, 1.0, 1.0)], &good, "pose 0");
     refused(&ROOM, EMITTER, &[at(3.1, 2.3, 1.95)], &good, "at least 0.1 m from the emitter");
     refused(&ROOM, Vec3::new(8.0, 1.0, 1.0), &inside, &good, "emitter: expected inside the room");
