@@ -1,6 +1,7 @@
 //! `promenade anchors`: the surfaces of a place become the anchors of a model.
 
 use crate::args::AnchorsArgs;
+use crate::report;
 use anyhow::{Context, Result, anyhow, bail};
 use promenade_baker::anchors::{AnchorOptions, AnchorSet, WALL_COLOURS, box_points};
 use promenade_baker::reconstruction::{Place, Point, PointOptions, Reconstruction};
@@ -26,14 +27,12 @@ pub(crate) fn run(args: &AnchorsArgs) -> Result<()> {
         }
         (None, None) => bail!("expected a file or --box, found neither"),
     };
-    let (set, report) =
+    let (set, made) =
         AnchorSet::from_points(&points, placement, &options).with_context(|| format!("{what} makes no anchors"))?;
     set.save(&args.output)?;
-    for note in &notes {
-        eprintln!("note: {note}");
-    }
+    report::notes(&notes);
     let Placement { units_per_metre, rotation: q, origin } = placement;
-    let (low, high) = report.extent_m;
+    let (low, high) = made.extent_m;
     let name = args.output.display();
     eprintln!(
         "note: a unit is {:.6} m; scene to cloud: rotation {:.6},{:.6},{:.6},{:.6} (w,x,y,z), then origin at {},{},{}",
@@ -46,13 +45,13 @@ pub(crate) fn run(args: &AnchorsArgs) -> Result<()> {
         origin.y,
         origin.z
     );
-    eprintln!("note: {} points in {} voxels, from {low:.2} to {high:.2} m", report.points, report.voxels);
+    eprintln!("note: {} points in {} voxels, from {low:.2} to {high:.2} m", made.points, made.voxels);
     eprintln!(
         "{name}: {} anchors of {} neighbours, {} rounds, voxels {:.2} m (rms) from their anchors",
         set.positions.len(),
         set.neighbours,
-        report.iterations,
-        report.spread_m
+        made.iterations,
+        made.spread_m
     );
     Ok(())
 }

@@ -6,7 +6,7 @@ mod emitter;
 use crate::args::{CaptureCommand, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_replay, import_rwavs};
+use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_replay, import_rwavs, mean};
 use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
 use promenade_baker::{Capture, Responses, Split, sound};
 use std::path::{Path, PathBuf};
@@ -65,13 +65,8 @@ fn import(args: &ImportCaptureArgs) -> Result<()> {
 fn mixed(responses: &Responses, args: &MixArgs) -> Result<Capture> {
     let one = |path: &PathBuf| -> Result<DrySound> {
         let sound = sound::read(path)?;
-        let (frames, count) = (sound.frames(), sound.channels.len() as f32);
-        let mean = |i: usize| sound.channels.iter().map(|c| c[i]).sum::<f32>() / count;
-        Ok(DrySound {
-            name: report::file_name(path),
-            sample_rate_hz: sound.sample_rate_hz,
-            samples: (0..frames).map(mean).collect(),
-        })
+        let (name, samples) = (report::file_name(path), mean(&sound.channels));
+        Ok(DrySound { name, sample_rate_hz: sound.sample_rate_hz, samples })
     };
     let dry = args.dry.iter().map(one).collect::<Result<Vec<_>>>()?;
     let options = FromResponses {

@@ -1,22 +1,17 @@
 //! `promenade import`: a published checkpoint becomes a scene.
 
 use crate::args::ImportArgs;
-use crate::scene;
+use crate::{inspect, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::checkpoint::{ImportOptions, import};
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_core::network::Placement;
-use promenade_core::published::Projection;
 use promenade_core::{Provenance, Tier};
 use promenade_paths::PlacementOptions;
-use std::path::Path;
 
 pub(crate) fn run(args: &ImportArgs) -> Result<()> {
-    let stated = match &args.anchors {
-        Some(file) => AnchorSet::stored_placement(file)?,
-        None => None,
-    };
+    let stated = args.anchors.as_deref().map(AnchorSet::stored_placement).transpose()?.flatten();
     let given = args.placement.options();
     let placement = match stated {
         None if given == PlacementOptions::default() => None,
@@ -35,7 +30,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     let imported = import(&args.checkpoint, args.anchors.as_deref(), &options)?;
     let options = CloudSceneOptions {
         provenance: Provenance {
-            title: args.title.clone().unwrap_or_else(|| name(args.checkpoint.with_extension("").as_path())),
+            title: args.title.clone().unwrap_or_else(|| report::file_name(&args.checkpoint.with_extension(""))),
             credit: args.credit.clone(),
             licence: args.licence.clone(),
             recipe: recipe(args),
@@ -49,17 +44,11 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
         seed: args.seed,
     };
     let scene = cloud_scene(imported, options).with_context(|| format!("{}: makes no scene", args.checkpoint.display()))?;
-    for note in &scene.provenance().notes {
-        eprintln!("note: {note}");
-    }
+    report::notes(&scene.provenance().notes);
     let bytes = scene::write(&args.output, &scene)?;
     let tiers: Vec<_> = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect();
     eprintln!("{}: tiers {}, {} kB", args.output.display(), tiers.join(", "), bytes.div_ceil(1000));
     Ok(())
-}
-
-fn name(path: &Path) -> String {
-    path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// The command for the scene's provenance: what was chosen, without the places of files on this machine.
@@ -70,7 +59,7 @@ fn recipe(args: &ImportArgs) -> String {
         list(&[&pose.position.to_array()[..], &[yaw, pitch, roll].map(f32::to_degrees)].concat())
     });
     let options = [
-        ("anchors", args.anchors.as_deref().map(name)),
+        ("anchors", args.anchors.as_deref().map(report::file_name)),
         ("max-norm", args.max_norm.map(|v| v.to_string())),
         ("sample-rate", args.sample_rate.map(|v| v.to_string())),
         ("n-fft", args.n_fft.map(|v| v.to_string())),
@@ -82,15 +71,9 @@ fn recipe(args: &ImportArgs) -> String {
         ("start", start),
         ("taps", Some(args.taps.to_string())),
         ("conv", Some(args.conv.name().to_owned())),
-        (
-            "projection",
-            Some(match args.projection {
-                Projection::Diagonal => "diagonal".to_owned(),
-                Projection::Row(row) => format!("row={row}"),
-            }),
-        ),
+        ("projection", Some(inspect::projection(args.projection))),
         ("seed", Some(args.seed.to_string())),
     ];
     let given = options.into_iter().filter_map(|(option, value)| value.map(|v| format!(" --{option} {v}")));
-    format!("promenade import {}{}{}", name(&args.checkpoint), args.placement, given.collect::<String>())
+    format!("promenade import {}{}{}", report::file_name(&args.checkpoint), args.placement, given.collect::<String>())
 }

@@ -67,7 +67,8 @@ fn cloud_text(cloud: &AnchorCloud) -> String {
     )
 }
 
-fn projection(projection: Projection) -> String {
+/// As the option of the import writes it.
+pub(crate) fn projection(projection: Projection) -> String {
     match projection {
         Projection::Diagonal => "diagonal".to_owned(),
         Projection::Row(row) => format!("row={row}"),

@@ -23,11 +23,6 @@ pub(crate) fn read(path: &Path, options: &ImportOptions) -> Result<Imported> {
     Ok(promenade_paths::read(&name, &bytes, options, &mut beside)?)
 }
 
-/// Reports on standard error what was assumed when a path was read.
-pub(crate) fn remark(imported: &Imported) {
-    report::notes(&imported.notes);
-}
-
 fn images_in(folder: &Path) -> Result<PathBuf> {
     let found = IN_FOLDER.iter().map(|name| folder.join(name)).find(|file| file.is_file());
     found.with_context(|| {
@@ -40,10 +35,8 @@ fn bytes_of(file: &Path) -> io::Result<Vec<u8>> {
     let size = std::fs::metadata(file)?.len();
     // Checked before it is read into memory.
     if size > MAX_FILE_BYTES {
-        return Err(io::Error::new(
-            io::ErrorKind::FileTooLarge,
-            format!("expected at most {MAX_FILE_BYTES} bytes, found {size}"),
-        ));
+        let what = format!("expected at most {MAX_FILE_BYTES} bytes, found {size}");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, what));
     }
     std::fs::read(file)
 }
@@ -69,7 +62,7 @@ pub(crate) fn run(args: &PathArgs) -> Result<()> {
         bail!("{}: expected the name of a file to write, found a folder", output.display());
     }
     atomic::write(output, write(&path, format).as_bytes())?;
-    remark(&imported);
+    report::notes(&imported.notes);
     let of = if args.simplify.is_some() { format!(" of {found}") } else { String::new() };
     eprintln!("{}: {}{of} keyframes, {:.2} s", output.display(), path.keyframes().len(), path.duration_s());
     Ok(())

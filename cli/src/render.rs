@@ -1,7 +1,7 @@
 //! `promenade render`: a WAV file through a scene, aligned in time with its input.
 
 use crate::args::RenderArgs;
-use crate::{path, progress, scene};
+use crate::{path, progress, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::player::{Mix, Player, Source};
 use promenade_baker::wav::WavWriter;
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let walk = match &args.path {
         Some(file) => {
             let imported = path::read(file, &ImportOptions::default())?;
-            path::remark(&imported);
+            report::notes(&imported.notes);
             Walk::Along(imported.path, Playback { speed: args.speed, looping: args.looping })
         }
         None => Walk::Still(args.pose.unwrap_or_else(|| scene.start_pose())),

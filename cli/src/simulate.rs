@@ -1,7 +1,7 @@
 //! `promenade simulate`: responses of rooms that nobody has measured.
 
 use crate::args::{Simulate, SimulateBoxArgs};
-use crate::{path, progress};
+use crate::{path, progress, report};
 use anyhow::{Context, Result};
 use promenade_baker::shoebox::{BoxOptions, BoxRoom, Hrtf, along, fit, random_poses, simulate_box};
 use promenade_baker::{LoadOptions, Responses};
@@ -51,7 +51,7 @@ fn poses(args: &SimulateBoxArgs, room: &BoxRoom) -> Result<Vec<Pose>> {
         return Ok(random_poses(room, args.emitter, count, args.margin, args.seed)?);
     };
     let walk = path::read(file, &ImportOptions::default())?;
-    path::remark(&walk);
+    report::notes(&walk.notes);
     let poses = match args.poses {
         Some(count) => along(&walk.path, count as usize),
         None => walk.path.keyframes().iter().map(|k| k.pose).collect(),

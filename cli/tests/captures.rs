@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Place, fails, promenade, succeeds};
+use common::{Place, fails, json, promenade, succeeds};
 use promenade_baker::capture::{Capture, Clip, Split, Track};
 use promenade_baker::wav;
 use promenade_core::glam::Vec3;
@@ -20,44 +20,19 @@ fn a_capture_is_made_checked_and_evaluated() {
     let place = Place::new();
     let (scene, room, speech) = (place.bake(), place.folder.path().to_str().unwrap(), speech());
     let capture = place.text("capture");
-    let (_, said) = succeeds(&[
-        "capture",
-        "from-responses",
-        room,
-        "--dry",
-        &speech,
-        "-o",
-        &capture,
-        "--clip",
-        "0.5",
-        "--clips",
-        "2",
-        "--test-share",
-        "0.3",
-    ]);
+    let mix = ["--clip", "0.5", "--clips", "2", "--test-share", "0.3"];
+    let (_, said) = succeeds(&[&["capture", "from-responses", room, "--dry", &speech, "-o", &capture], &mix[..]].concat());
     assert!(said.contains("13 tracks") && said.contains("8 to judge by"), "{said}");
     let (text, _) = succeeds(&["capture", "check", &capture]);
     assert!(text.contains("test room") && text.contains("test left") && text.contains("2.00, 0.00, 0.00 m"), "{text}");
-    let json: serde_json::Value = serde_json::from_str(&succeeds(&["capture", "check", &capture, "--json"]).0).unwrap();
+    let json = json(&["capture", "check", &capture, "--json"]);
     assert_eq!((json["splits"][1]["clips"].as_u64(), json["sample_rate_hz"].as_f64()), (Some(8), Some(16_000.0)));
     assert!(json["splits"][0]["left"]["mean_dbfs"].as_f64().unwrap() > -40.0, "{json}");
 
     let names = ["e.json", "e.md", "plots", "wavs"].map(|n| place.text(n));
     let [json, markdown, plots, wavs] = &names;
-    let (table, _) = succeeds(&[
-        "eval",
-        &scene,
-        &capture,
-        &capture,
-        "--json",
-        json,
-        "--markdown",
-        markdown,
-        "--plots",
-        plots,
-        "--wavs",
-        wavs,
-    ]);
+    let files = ["--json", json, "--markdown", markdown, "--plots", plots, "--wavs", wavs];
+    let (table, _) = succeeds(&[&["eval", &scene, &capture, &capture], &files[..]].concat());
     assert!(table.contains("test room on test room: 8 test clips at 16000 Hz, tier standard"), "{table}");
     assert!(table.contains("Mean over 2 captures") && table.contains("stereo-energy *"), "{table}");
     let markdown = std::fs::read_to_string(markdown).unwrap();
@@ -108,19 +83,8 @@ fn mistakes_are_one_line() {
     let rows: String = (0..13).map(|i| format!("0 0 0 {} 0 0\n", 15 * i - 90)).collect();
     std::fs::write(place.path("poses.txt"), rows).unwrap();
     let imported = place.text("imported");
-    let (_, said) = succeeds(&[
-        "capture",
-        "import",
-        room,
-        "--layout",
-        "responses",
-        "--dry",
-        &speech,
-        "--emitter",
-        "2,0,0",
-        "-o",
-        &imported,
-    ]);
+    let set = ["--layout", "responses", "--dry", &speech, "--emitter", "2,0,0"];
+    let (_, said) = succeeds(&[&["capture", "import", room, "-o", &imported], &set[..]].concat());
     assert!(said.contains("13 tracks"), "{said}");
 }
 
@@ -154,13 +118,10 @@ fn open_air(emitter: Vec3, is_moving: bool) -> Capture {
     };
     Capture {
         title: "open air".to_owned(),
-        credit: String::new(),
-        licence: String::new(),
         sample_rate_hz: RATE.into(),
-        emitter: None,
         tracks: (0..24).map(track).collect(),
         clips: (0..24).map(clip).collect(),
-        notes: Vec::new(),
+        ..Capture::default()
     }
 }
 
@@ -177,8 +138,7 @@ fn an_emitter_is_located_and_written() {
     let written = Capture::load(walk.as_ref()).unwrap().emitter.unwrap();
     assert!(written.distance(truth) < 0.2, "{written}");
     assert!(fails(&["capture", "emitter", &walk, "--write"]).contains("--force replaces it"));
-    let (json, _) = succeeds(&["capture", "emitter", &walk, "--write", "--force", "--json"]);
-    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let json = json(&["capture", "emitter", &walk, "--write", "--force", "--json"]);
     assert_eq!(json["clips"].as_u64(), Some(23));
     assert!(json["manifest"]["off_m"].as_f64().unwrap() < 1e-3, "{json}");
 

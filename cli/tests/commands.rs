@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Place, RATE, fails, promenade, rms, succeeds};
+use common::{Place, RATE, all_fail, checkpoint, fails, json, promenade, rms, succeeds};
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_baker::streaming::bursts_and_clicks;
@@ -21,7 +21,7 @@ fn bakes_inspects_and_measures() {
     let (text, _) = succeeds(&["inspect", &scene]);
     assert!(text.contains("test room") && text.contains("nobody") && text.contains("promenade bake responses"), "{text}");
     assert!(!text.contains(place.folder.path().to_str().unwrap()), "no path of this machine in a scene: {text}");
-    let json: serde_json::Value = serde_json::from_str(&succeeds(&["inspect", &scene, "--json"]).0).unwrap();
+    let json = json(&["inspect", &scene, "--json"]);
     assert_eq!((json["title"].as_str(), json["sample_rate_hz"].as_f64()), (Some("test room"), Some(16_000.0)));
     assert_eq!(json["held_out"].as_array().unwrap().len(), 3);
 
@@ -30,7 +30,7 @@ fn bakes_inspects_and_measures() {
     assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 5 + 3, "{table}");
     let (markdown, _) = succeeds(&["measure", &scene, "--format", "markdown"]);
     assert!(markdown.starts_with("| held-out pose"), "{markdown}");
-    let json: serde_json::Value = serde_json::from_str(&succeeds(&["measure", &scene, "--format", "json"]).0).unwrap();
+    let json = common::json(&["measure", &scene, "--format", "json"]);
     let mean = &json["mean_absolute_error"];
     assert!(mean["itd_us"].as_f64().unwrap() < 60.0 && mean["ild_db"].as_f64().unwrap() < 2.0, "{mean}");
 }
@@ -103,16 +103,14 @@ fn stereo_and_formats() {
 fn measures_a_response() {
     let place = Place::new();
     let file = place.text("turn_-90.wav");
-    let json: serde_json::Value =
-        serde_json::from_str(&succeeds(&["measure", "--response", &file, "--reference", &file]).0).unwrap();
+    let json = json(&["measure", "--response", &file, "--reference", &file]);
     assert!(
         json["response"]["itd_us"].as_f64().unwrap() < -400.0 && json["response"]["ild_db"].as_f64().unwrap() > 3.0,
         "{json}"
     );
     assert_eq!(json["distance"]["avcloud_mag"].as_f64(), Some(0.0));
     wav::write(&place.path("short.wav"), RATE, &[&[0.0, 1.0, 0.5], &[0.0, 1.0, 0.5]], Format::Float32).unwrap();
-    let json: serde_json::Value =
-        serde_json::from_str(&succeeds(&["measure", "--response", &place.text("short.wav")]).0).unwrap();
+    let json = common::json(&["measure", "--response", &place.text("short.wav")]);
     assert!(json["response"]["c50_db"].is_null() && json["response"]["missing"]["c50_db"].is_string(), "{json}");
 }
 
@@ -208,11 +206,6 @@ fn float_wav(samples: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// A checkpoint that the tests of the import read.
-fn checkpoint(name: &str) -> String {
-    concat!(env!("CARGO_MANIFEST_DIR"), "/../baker/tests/checkpoint/").to_owned() + name
-}
-
 /// Imports it with the settings that it was made with, but for the hop.
 fn import(name: &str, scene: &str, hop: &str) {
     let (weights, anchors) = (checkpoint(name), checkpoint("anchors.npz"));
@@ -237,8 +230,7 @@ fn a_clouds_streams_are_compared_with_its_clips() {
     wav::write(Path::new(&input), RATE, &[&bursts_and_clicks(f64::from(RATE), 0.5)], Format::Int16).unwrap();
     let (markdown, _) = succeeds(&["measure", &scene, "--input", &input, "--poses", "1", "--format", "markdown"]);
     assert!(markdown.starts_with("| stream ") && markdown.contains("- input: in.wav, 0.50 s at 8000 Hz"), "{markdown}");
-    let (json, _) = succeeds(&["measure", &scene, "--input", &input, "--poses", "2", "--format", "json"]);
-    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let json = json(&["measure", &scene, "--input", &input, "--poses", "2", "--format", "json"]);
     let streams = json["cloud"]["streams"].as_array().unwrap();
     let named = |name: &str| streams.iter().find(|s| s["name"] == name).unwrap_or_else(|| panic!("{name}: {json}"));
     for name in ["source", "masks only", "high", "diagonal, conv causal", "row 59, conv look-ahead"] {
@@ -275,7 +267,7 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     std::fs::write(&scene, small_cloud().to_bytes().unwrap()).unwrap();
     let (_, said) = succeeds(&["bake", "field", &scene, "-o", &baked, "--pitch", "0,0", "--roll", "0,0", "--max-mb", "0.3"]);
     assert!(said.contains("dB in the median") && said.contains("kB"), "{said}");
-    let json: serde_json::Value = serde_json::from_str(&succeeds(&["inspect", &baked, "--json"]).0).unwrap();
+    let json = json(&["inspect", &baked, "--json"]);
     assert_eq!(json["tiers"], serde_json::json!(["draft", "standard", "high", "reference"]));
     assert!(json["field"]["memory_bytes"].as_u64().unwrap() <= 300_000, "{json}");
 
@@ -296,16 +288,13 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     assert!(std::fs::read(&twice).unwrap() == std::fs::read(place.path("high.wav")).unwrap(), "two renders differ");
 
     let room = place.bake();
-    for (args, clue) in [
+    all_fail(&[
         (vec!["render", &room, &dry, &twice, "--tier", "clip"], "anchor cloud"),
         (vec!["render", &scene, &dry, &twice, "--tier", "standard"], "tier: expected high or reference, found standard"),
         (vec!["bake", "field", &room, "-o", &baked], "anchor cloud"),
         (vec!["import", &dry, "-o", &imported], "dry.wav"),
         (vec!["import", &checkpoint("nested.pth"), "-o", &imported], "max_norm"),
-    ] {
-        let said = fails(&args);
-        assert!(said.contains(clue), "{args:?}: {said}");
-    }
+    ]);
 }
 
 #[test]
@@ -317,7 +306,7 @@ fn measure_says_what_it_needs() {
     std::fs::write(&cloud, small_cloud().to_bytes().unwrap()).unwrap();
     place.dry("two.wav", 0.2, 2);
     place.dry("brief.wav", 0.05, 1);
-    for (args, clue) in [
+    all_fail(&[
         (vec!["measure", &bare], "expected held-out measurements (bake it with --hold-out) or an anchor cloud, found neither"),
         (vec!["measure", &room, "--input", &input], "--input and --poses are for a scene with an anchor cloud"),
         (vec!["measure", &room, "--poses", "2"], "--input and --poses are for a scene with an anchor cloud"),
@@ -325,10 +314,7 @@ fn measure_says_what_it_needs() {
         (vec!["measure", &cloud, "--input", &place.text("two.wav")], "expected a dry sound of 1 channel, found 2"),
         (vec!["measure", &cloud, "--input", &place.text("brief.wav")], "input: expected at least 0.11 s"),
         (vec!["measure", &cloud, "--input", &place.text("none.wav")], "none.wav: cannot be read"),
-    ] {
-        let said = fails(&args);
-        assert!(said.contains(clue), "{args:?}: {said}");
-    }
+    ]);
 }
 
 /// A scene with a small anchor cloud whose weights look random.

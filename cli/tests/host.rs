@@ -1,11 +1,13 @@
 //! `promenade host` from outside, with the plugin of this workspace in both formats.
 
+mod common;
+
+use common::{promenade, succeeds};
 use promenade_baker::wav::{self, Format};
 use promenade_tests::signal::{difference_db, first_difference, noise, peak};
 use promenade_tests::{Host, Setup, bundle, edit_state, in_both_formats};
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 in_both_formats!(
     lists_the_parameters,
@@ -53,16 +55,6 @@ impl Place {
         self.text("dry.wav")
     }
 
-    fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_promenade")).args(args).output().unwrap()
-    }
-
-    fn succeeds(&self, args: &[&str]) -> String {
-        let out = self.run(args);
-        assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
-        String::from_utf8(out.stdout).unwrap()
-    }
-
     /// The two ears of a file.
     fn heard(&self, name: &str) -> [Vec<f32>; 2] {
         wav::read(&self.path(name)).unwrap().channels.try_into().unwrap()
@@ -70,21 +62,21 @@ impl Place {
 
     fn host(&self, input: &str, options: &[&str]) -> [Vec<f32>; 2] {
         let out = self.text("host.wav");
-        self.succeeds(&[&["host", &self.plugin, input, &out], options].concat());
+        succeeds(&[&["host", &self.plugin, input, &out], options].concat());
         self.heard("host.wav")
     }
 
     /// The rendering of the factory scene, as long as that of the host.
     fn render(&self, input: &str, len: usize, options: &[&str]) -> [Vec<f32>; 2] {
         let out = self.text("render.wav");
-        self.succeeds(&[&["render", SCENE, input, &out, "--bits", "32f"], options].concat());
+        succeeds(&[&["render", SCENE, input, &out, "--bits", "32f"], options].concat());
         self.heard("render.wav").map(|ear| ear[..len].to_vec())
     }
 }
 
 fn lists_the_parameters<H: Host>() {
     let place = Place::new::<H>();
-    let text = place.succeeds(&["host", &place.plugin, "--list", "--set", "Yaw=-30"]);
+    let (text, _) = succeeds(&["host", &place.plugin, "--list", "--set", "Yaw=-30"]);
     assert!(text.starts_with(&format!("Promenade {} ({})", env!("CARGO_PKG_VERSION"), H::FORMAT)), "{text}");
     assert!(text.contains("latency 780 samples at 48000 Hz, 16.25 ms"), "{text}");
     let row = |name: &str| {
@@ -182,7 +174,7 @@ fn another_rate_is_converted_to<H: Host>() {
     let tone: Vec<f32> = (0..24_000).map(|i| 0.5 * (i as f32 * 0.05).sin()).collect();
     let input = place.dry(&[&tone]);
     let out = place.text("host.wav");
-    place.succeeds(&["host", &place.plugin, &input, &out, "--rate", "44100", "--set", "Bypass=On"]);
+    succeeds(&["host", &place.plugin, &input, &out, "--rate", "44100", "--set", "Bypass=On"]);
     let wav = wav::read(Path::new(&out)).unwrap();
     assert_eq!((wav.sample_rate_hz, wav.frames()), (44_100, 22_050));
     let expected = |i: usize| 0.5 * (i as f32 * 0.05 * 48_000.0 / 44_100.0).sin();
@@ -199,11 +191,7 @@ fn what_is_wrong_is_said_in_one_line<H: Host>() {
         place.text("moves.json")
     };
     let fails = |options: &[&str]| {
-        let ran = place.run(&[&["host", &plugin, &input, &out], options].concat());
-        let said = String::from_utf8(ran.stderr).unwrap();
-        assert_eq!(ran.status.code(), Some(1), "{options:?}: {said}");
-        let line = said.lines().last().unwrap().to_owned();
-        assert!(line.starts_with("error: ") && !said.contains("panicked"), "{said}");
+        let line = common::fails(&[&["host", &plugin, &input, &out], options].concat());
         assert!(!place.path("out.wav").exists(), "{options:?} leaves a file");
         line
     };
@@ -234,8 +222,8 @@ fn what_is_wrong_is_said_in_one_line<H: Host>() {
     ] {
         assert!(line.contains(said), "{line}");
     }
-    assert_eq!(place.run(&["host", &plugin, &input]).status.code(), Some(2), "an output is missing");
-    assert_eq!(place.run(&["host", &plugin, "--list", &input, &out]).status.code(), Some(2));
+    assert_eq!(promenade(&["host", &plugin, &input]).status.code(), Some(2), "an output is missing");
+    assert_eq!(promenade(&["host", &plugin, "--list", &input, &out]).status.code(), Some(2));
     let names: Vec<_> = std::fs::read_dir(place.folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert!(names.iter().all(|name| !name.to_string_lossy().contains("partial")), "{names:?}");
 }

@@ -2,18 +2,14 @@
 
 mod common;
 
-use common::{Place, fails, succeeds};
+use common::{Place, checkpoint, fails, succeeds};
 use promenade_baker::Capture;
 use promenade_baker::anchors::AnchorSet;
 use promenade_core::Scene;
 use promenade_core::glam::{Quat, Vec3};
 use promenade_core::network::Placement;
+use promenade_paths::{ImportOptions, alone, read};
 use std::path::Path;
-
-/// A checkpoint that the tests of the import read.
-fn checkpoint(name: &str) -> String {
-    concat!(env!("CARGO_MANIFEST_DIR"), "/../baker/tests/checkpoint/").to_owned() + name
-}
 
 #[test]
 fn an_option_of_import_replaces_one_quantity_of_the_anchor_files_placement() {
@@ -80,13 +76,8 @@ fn paths_anchors_and_captures_with_the_same_options_meet() {
         let capture = place.text("capture");
         let set = place.text("set");
         succeeds(&[&["capture", "import", &set, "--layout", "rwavs", "-o", &capture, "--rate", "16000"], options].concat());
-        let walk = promenade_paths::read(
-            "walk.json",
-            &std::fs::read(&walk).unwrap(),
-            &promenade_paths::ImportOptions::default(),
-            &mut promenade_paths::alone,
-        )
-        .unwrap();
+        let walk = std::fs::read(&walk).unwrap();
+        let walk = read("walk.json", &walk, &ImportOptions::default(), &mut alone).unwrap();
         let capture = Capture::load(Path::new(&capture)).unwrap();
         let placement = AnchorSet::load(Path::new(&anchors)).unwrap().placement;
         for (number, keyframe) in walk.path.keyframes().iter().enumerate() {

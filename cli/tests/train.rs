@@ -18,16 +18,8 @@ const SETTINGS: &str = r#"{"network": {"width": 16, "heads": 2, "layers": 1, "fe
 
 fn promenade() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_promenade"));
-    command.args([
-        "train",
-        "capture",
-        "--anchors",
-        "anchors.safetensors",
-        "-o",
-        "scene.promenade",
-        "--settings",
-        "settings.json",
-    ]);
+    command.args(["train", "capture", "--anchors", "anchors.safetensors"]);
+    command.args(["-o", "scene.promenade", "--settings", "settings.json"]);
     command
 }
 

@@ -1,7 +1,7 @@
 //! Arguments of `promenade import`.
 
 use super::placement::PlacementArgs;
-use super::values::{parse_bounds, parse_conv, parse_convention, parse_kind, parse_pose, parse_projection};
+use super::values::{named, parse_bounds, parse_kind, parse_pose, parse_projection};
 use clap::Args;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -38,7 +38,7 @@ pub(crate) struct ImportArgs {
     #[arg(long, value_parser = parse_kind)]
     pub(crate) kind: Option<CloudKind>,
     /// How the head's rotation was applied in training: published or physical
-    #[arg(long, value_parser = parse_convention)]
+    #[arg(long, value_parser = named(PoseConvention::from_name, "published or physical"))]
     pub(crate) convention: Option<PoseConvention>,
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,
@@ -52,7 +52,7 @@ pub(crate) struct ImportArgs {
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub(crate) taps: u32,
     /// Convolution layers in the tier reference: off, causal, or look-ahead, which adds 5 hops of latency to all tiers
-    #[arg(long, default_value = "look-ahead", value_parser = parse_conv)]
+    #[arg(long, default_value = "look-ahead", value_parser = named(ConvMode::from_name, "off, causal or look-ahead"))]
     pub(crate) conv: ConvMode,
     /// How the time filter becomes taps: diagonal, or row=N for one output frame of the clip
     #[arg(long, default_value = "diagonal", value_parser = parse_projection)]

@@ -5,8 +5,8 @@ use promenade_baker::reconstruction::Landmark;
 use promenade_baker::shoebox::Absorption;
 use promenade_baker::wav::Format;
 use promenade_core::glam::Vec3;
-use promenade_core::network::{CloudKind, PoseConvention};
-use promenade_core::published::{ConvMode, Projection};
+use promenade_core::network::CloudKind;
+use promenade_core::published::Projection;
 use promenade_core::{Pose, Tier};
 use promenade_paths::Origin;
 
@@ -54,12 +54,9 @@ pub(super) fn parse_kind(text: &str) -> Result<CloudKind, String> {
         .ok_or_else(|| format!("expected one of {}", CloudKind::PUBLISHED.map(CloudKind::name).join(", ")))
 }
 
-pub(super) fn parse_convention(text: &str) -> Result<PoseConvention, String> {
-    PoseConvention::from_name(text).ok_or_else(|| "expected published or physical".to_owned())
-}
-
-pub(super) fn parse_conv(text: &str) -> Result<ConvMode, String> {
-    ConvMode::from_name(text).ok_or_else(|| "expected off, causal or look-ahead".to_owned())
+/// Parses one of some names.
+pub(super) fn named<T>(from: fn(&str) -> Option<T>, names: &'static str) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |text| from(text).ok_or_else(|| format!("expected {names}"))
 }
 
 pub(super) fn parse_projection(text: &str) -> Result<Projection, String> {

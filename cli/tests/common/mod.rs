@@ -20,6 +20,24 @@ pub fn succeeds(args: &[&str]) -> (String, String) {
     (stdout, stderr)
 }
 
+/// What it prints as JSON.
+pub fn json(args: &[&str]) -> serde_json::Value {
+    serde_json::from_str(&succeeds(args).0).unwrap()
+}
+
+/// A checkpoint that the tests of the import read.
+pub fn checkpoint(name: &str) -> String {
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../baker/tests/checkpoint/").to_owned() + name
+}
+
+/// Each fails as [`fails`] has it, with a line that contains the text beside it.
+pub fn all_fail(cases: &[(Vec<&str>, &str)]) {
+    for (args, clue) in cases {
+        let said = fails(args);
+        assert!(said.contains(clue), "{args:?}: {said}");
+    }
+}
+
 /// Fails with status 1 and one line, which is returned.
 pub fn fails(args: &[&str]) -> String {
     let out = promenade(args);
