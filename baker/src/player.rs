@@ -25,6 +25,8 @@ const BLOCK: usize = 4096;
 
 /// Left and right ear, of one length.
 pub type Ears = [Vec<f32>; 2];
+/// Takes the next samples of both ears.
+type Write<'a> = dyn FnMut([&[f32]; 2]) -> Result<(), FileError> + 'a;
 
 /// How a scene is played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,7 +179,7 @@ impl Player {
         mix: Mix,
         block: usize,
         pose_at: &mut dyn FnMut(f64) -> Pose,
-        write: &mut dyn FnMut([&[f32]; 2]) -> Result<(), FileError>,
+        write: &mut Write<'_>,
     ) -> Result<(), BakeError> {
         match &mut self.engine {
             Engine::Stream(player) if self.rate_hz == self.played_hz => {

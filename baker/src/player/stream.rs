@@ -1,6 +1,6 @@
 //! A scene as the plugin plays it, block by block.
 
-use super::{Mix, Source, mono};
+use super::{Mix, Source, Write, mono};
 use cpu_time::ThreadTime;
 use promenade_audio::FileError;
 use promenade_core::{LiveParams, Pose, Quality, RenderError, Renderer, Scene, Tier};
@@ -39,7 +39,7 @@ impl StreamPlayer {
         mix: Mix,
         block: usize,
         pose_at: &mut dyn FnMut(f64) -> Pose,
-        write: &mut dyn FnMut([&[f32]; 2]) -> Result<(), FileError>,
+        write: &mut Write<'_>,
     ) -> Result<(), FileError> {
         let renderer = &mut self.renderer;
         renderer.reset();
