@@ -1,7 +1,7 @@
-//! The crates depend on each other as `docs/architecture.md` says; core computes and does nothing else.
+//! The crates depend on each other as `docs/architecture.md` says, and so do the files of each.
 
-use promenade_tests::sources;
-use std::collections::BTreeSet;
+use promenade_tests::sources::{self, Names, Source};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
@@ -89,4 +89,67 @@ fn core_computes_and_does_nothing_else() {
         }
     }
     assert!(foreign.is_empty(), "{}", foreign.join("\n"));
+}
+
+/// The module whose file defines what a path means in another module, as far as it is of this crate.
+fn defined_in(files: &BTreeMap<Names, Source>, from: &[String], path: &[String], depth: usize) -> Option<Names> {
+    let (mut here, mut rest) = match path[0].as_str() {
+        "crate" => (Names::new(), &path[1..]),
+        "self" => (from.to_vec(), &path[1..]),
+        "super" => (from.to_vec(), path),
+        name if files.contains_key(&[from, &[name.to_owned()]].concat()) => (from.to_vec(), path),
+        _ => return None,
+    };
+    while rest.first().is_some_and(|name| name == "super") {
+        here.pop()?;
+        rest = &rest[1..];
+    }
+    while let Some(name) = rest.first() {
+        let child = [&here[..], std::slice::from_ref(name)].concat();
+        if files.contains_key(&child) {
+            here = child;
+            rest = &rest[1..];
+        } else if let Some(handed_on) = files.get(&here)?.exports.get(name).filter(|_| depth < 8) {
+            let whole = [handed_on, &rest[1..]].concat();
+            return defined_in(files, &here, &whole, depth + 1).or(Some(here));
+        } else {
+            break;
+        }
+    }
+    Some(here)
+}
+
+#[test]
+fn no_files_use_each_other_in_a_circle() {
+    let mut circles = Vec::new();
+    let crates =
+        ["audio", "baker", "bundler", "cli", "core", "host", "metrics", "paths", "plugin", "testing", "tests", "trainer"];
+    for name in crates {
+        let files = sources::of_crate(&root().join(name));
+        let uses = |(module, source): (&Names, &Source)| {
+            let paths = source.paths.iter().filter_map(|(_, path)| defined_in(&files, module, path, 0));
+            // A parent and its children are one subject.
+            let apart = |other: &Names| !other.starts_with(module) && !module.starts_with(other);
+            (module.clone(), paths.filter(apart).collect::<BTreeSet<Names>>())
+        };
+        let uses: BTreeMap<Names, BTreeSet<Names>> = files.iter().map(uses).collect();
+        for start in uses.keys() {
+            // The shortest way back.
+            let (mut ways, mut seen) = (vec![vec![start]], BTreeSet::new());
+            while !ways.is_empty() {
+                let further =
+                    ways.iter().flat_map(|way| uses[way[way.len() - 1]].iter().map(move |to| [&way[..], &[to]].concat()));
+                ways = further.filter(|way| seen.insert(way[way.len() - 1])).collect();
+                if let Some(circle) = ways.iter().find(|way| way[way.len() - 1] == start) {
+                    // Each once, from its first module.
+                    if circle.iter().all(|module| *module >= start) {
+                        circles
+                            .push(format!("{name}: {}", circle.iter().map(|m| m.join("::")).collect::<Vec<_>>().join(" -> ")));
+                    }
+                    break;
+                }
+            }
+        }
+    }
+    assert!(circles.is_empty(), "{}", circles.join("\n"));
 }
