@@ -14,7 +14,7 @@ const RATE: f64 = 16_000.0;
 
 /// A room of noise with a source 2 m ahead and a head that turns.
 fn room() -> Responses {
-    let mut noise = Noise::new(1);
+    let mut noise = Noise::new(2);
     let response = |yaw: i32| {
         let side = -(yaw as f32).to_radians().sin();
         let mut ear = |sign: f32| -> Vec<f32> {
@@ -140,7 +140,7 @@ fn a_scene_of_the_same_responses_beats_the_dry_sound() {
     // What is told an ear's energy has its level differences.
     assert!(of(&evaluation, "stereo-energy", Figure::AvcloudLre) < 1e-3);
     // Here the energy of the whole changes next to nothing.
-    assert!(of(&evaluation, "mono-energy", Figure::AvcloudMag) < 1.01 * of(&evaluation, "mono-mono", Figure::AvcloudMag));
+    assert!(of(&evaluation, "mono-energy", Figure::AvcloudMag) <= of(&evaluation, "mono-mono", Figure::AvcloudMag));
     // The head is turned, and so the sphere's ears differ as the recording's do.
     assert!(of(&evaluation, "distance-and-head", Figure::Itd) < of(&evaluation, "mono-mono", Figure::Itd));
     let both = overall(&[evaluation.clone(), evaluation.clone()]);

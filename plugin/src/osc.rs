@@ -32,8 +32,7 @@ pub use config::{Interface, OscConfig, OscOut, Recenter};
 pub use custom::{CustomArguments, CustomTracker};
 pub use format::TrackerFormat;
 pub use inbox::Inbox;
-pub use outlet::Sending;
-pub use status::{Counts, Listening, OscStatus, PortStatus};
+pub use status::{Counts, Listening, OscStatus, PortStatus, Sending};
 
 use crate::lock::lock;
 use crate::params::PromenadeParams;

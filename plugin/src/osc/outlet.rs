@@ -2,6 +2,7 @@
 
 use super::config::{OscConfig, OscOut};
 use super::receiver::Receiver;
+use super::status::Sending;
 use super::{address, packet};
 use crate::lock::lock;
 use crate::telemetry::Telemetry;
@@ -18,20 +19,6 @@ use std::time::{Duration, Instant};
 const REPEAT: Duration = Duration::from_secs(1);
 /// A host name that cannot be looked up is looked up again this often.
 const RETRY: Duration = Duration::from_secs(5);
-
-/// Where poses go to.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Sending {
-    /// Nowhere.
-    #[default]
-    Off,
-    /// The host's name is being looked up.
-    Resolving,
-    /// There.
-    To(SocketAddr),
-    /// Nowhere, for this reason.
-    Failed(String),
-}
 
 /// One instance's poses on their way out. They stop with it.
 pub(super) struct Outlet {

@@ -1,6 +1,5 @@
 //! What the editor shows of Open Sound Control.
 
-use super::outlet::Sending;
 use std::net::SocketAddr;
 
 /// Where packets are received.
@@ -28,6 +27,20 @@ pub struct PortStatus {
     pub messages: u64,
     /// The address of the last message; empty before the first.
     pub last_address: String,
+}
+
+/// Where poses go to.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Sending {
+    /// Nowhere.
+    #[default]
+    Off,
+    /// The host's name is being looked up.
+    Resolving,
+    /// There.
+    To(SocketAddr),
+    /// Nowhere, for this reason.
+    Failed(String),
 }
 
 /// What has been counted for one instance.
