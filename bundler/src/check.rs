@@ -87,7 +87,9 @@ fn all(sections: &mut Sections) -> Result<()> {
     let names = |needs: Vec<(&'static str, bool)>| needs.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
     let (here, missing) = (names(here), names(missing));
     if !here.is_empty() {
-        sections.run("tests with needs", || run(tests()?.args(["--tests", "--", "--ignored"]).args(&here)))?;
+        // One after the other: there is one mouse.
+        let one_by_one = ["--tests", "--", "--ignored", "--test-threads", "1"];
+        sections.run("tests with needs", || run(tests()?.args(one_by_one).args(&here)))?;
     }
     if !missing.is_empty() {
         println!("\nnot run on this machine: {}", missing.join(", "));
