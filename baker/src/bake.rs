@@ -19,7 +19,10 @@ use crate::judge::response_measures::response_measures;
 use crate::signal::spectrum::bandwidths;
 use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
-use promenade_core::{Anchor, Field, HeldOut, Provenance, Rows, Scene, SceneParts, StftGrid, TransferFunction, glam};
+use promenade_core::{
+    Anchor, Axis, Field, FieldGrid, HeldOut, MAX_SCENE_BYTES, Provenance, Rows, Scene, SceneParts, StftGrid, TransferFunction,
+    glam,
+};
 use rayon::prelude::*;
 
 /// Choices of a bake.
@@ -44,7 +47,8 @@ impl Default for BakeOptions {
 /// Bakes a scene from responses; `is_held_out` picks those that are kept for judging it.
 ///
 /// # Errors
-/// No usable geometry, a silent response, or options out of range.
+/// No usable geometry, a silent response, options out of range, a table larger than a scene may have, or a reverberation time that is
+/// too long or cannot be estimated since the responses end before.
 pub fn bake_responses(
     responses: &Responses,
     is_held_out: impl Fn(&Response, usize) -> bool,
@@ -59,6 +63,8 @@ pub fn bake_responses(
     let layout = all.only(&used);
     let measured: Vec<&Response> = used.iter().map(|&i| &responses.responses[i]).collect();
     let grid = grid_for(responses.sample_rate_hz, options)?;
+    let nodes = layout.nodes();
+    check_table(&nodes, Room::shape(&measured, &grid, options.early_s).row_len())?;
     let gain = unit_gain(&measured);
     let (room, firsts) = Room::of(&measured, &grid, options.early_s, options.seed, gain)?;
     let mut notes = layout.notes.clone();
@@ -88,7 +94,6 @@ pub fn bake_responses(
             }
         }
     }
-    let nodes = layout.nodes();
     let trend = delay_trend(&sites, &logs);
     let mut table = Vec::with_capacity(nodes.nodes() * room.shape.row_len());
     for index in 0..nodes.nodes() {
@@ -139,6 +144,19 @@ fn grid_for(sample_rate_hz: f64, options: &BakeOptions) -> Result<StftGrid, Bake
         return Err(BakeError::argument("early part", "0 to 4 s", options.early_s));
     }
     Ok(StftGrid::four_hops(sample_rate_hz, (sample_rate_hz * options.window_s / 4.0).round().max(4.0)))
+}
+
+/// Refuses a table that no scene may hold before any work is done for it.
+fn check_table(nodes: &FieldGrid, row_len: usize) -> Result<(), BakeError> {
+    let bytes = nodes.nodes().saturating_mul(row_len).saturating_mul(size_of::<f32>());
+    if bytes <= MAX_SCENE_BYTES {
+        return Ok(());
+    }
+    let [x, y, z] = nodes.position.each_ref().map(Axis::count);
+    let directions = nodes.nodes() / (x * y * z);
+    let expected = format!("at most {MAX_SCENE_BYTES} bytes (fewer positions or directions, or a shorter early part)");
+    let found = format!("{bytes} bytes for {x} x {y} x {z} positions and {directions} directions at each");
+    Err(BakeError::argument("table of the scene", expected, found))
 }
 
 /// Gain that brings the loudest ear of all responses to unit energy: noise comes out no louder than it went in.

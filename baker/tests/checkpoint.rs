@@ -8,6 +8,7 @@ use promenade_baker::checkpoint::{ImportOptions, Imported, import};
 use promenade_core::network::{CloudKind, PoseConvention, Tensor};
 use safetensors::{Dtype, SafeTensors, serialize, tensor::TensorView};
 use std::collections::{BTreeMap, HashMap};
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// What make_fixtures.py trained with.
@@ -176,7 +177,21 @@ fn wrong_anchors_are_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("five.safetensors");
     write_anchors(&path, "anchor_xyz", "rgb_features", 5);
-    refused(&fixture("nested.pth"), Some(&path), &SMALL, &["_audio_features_f", "5 anchors", "found 4"]);
+    refused(
+        &fixture("nested.pth"),
+        Some(&path),
+        &SMALL,
+        &["five.safetensors: anchors: expected 4", "_audio_features_f", "found 5"],
+    );
+    let path = folder.path().join("colours.safetensors");
+    write_arrays(&path, &[("anchor_xyz", &[4, 3], &[0.0; 12]), ("rgb_features", &[4, 3], &[0.0; 12])]);
+    let says = ["colours.safetensors: features of an anchor: expected 6", "nested.pth", "found 3"];
+    refused(&fixture("nested.pth"), Some(&path), &SMALL, &says);
+    let path = folder.path().join("infinite.safetensors");
+    write_arrays(&path, &[("anchor_xyz", &[4, 3], &[f32::NAN; 12]), ("rgb_features", &[4, 6], &[0.0; 24])]);
+    refused(&fixture("nested.pth"), Some(&path), &SMALL, &["infinite.safetensors", "'anchor_xyz'", "found NaN at 0"]);
+    write_arrays(&path, &[("anchor_xyz", &[4, 3], &[0.0; 12]), ("rgb_features", &[4, 6], &[f32::INFINITY; 24])]);
+    refused(&fixture("nested.pth"), Some(&path), &SMALL, &["infinite.safetensors", "'rgb_features'", "found inf at 0"]);
     let path = folder.path().join("unknown.safetensors");
     write_anchors(&path, "points", "colours", 4);
     refused(&fixture("nested.pth"), Some(&path), &SMALL, &["'anchor_xyz'", "'colours', 'points'"]);
@@ -228,6 +243,59 @@ fn what_is_no_checkpoint_is_refused() {
     std::fs::File::create(&huge).unwrap().set_len((1 << 30) + 1).unwrap();
     refused(&huge, anchors, &SMALL, &["1073741825 bytes"]);
     refused(&nothing.join("below"), anchors, &SMALL, &["cannot be read"]);
+}
+
+/// Copies an archive with some of its entries changed.
+fn rezip(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Vec<u8>) {
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(from).unwrap()).unwrap();
+    let mut copy = zip::ZipWriter::new(std::fs::File::create(to).unwrap());
+    for i in 0..archive.len() {
+        let mut entry = archive.by_index(i).unwrap();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).unwrap();
+        let name = entry.name().unwrap().into_owned();
+        let stored = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+        copy.start_file(name.as_str(), stored).unwrap();
+        copy.write_all(&change(&name, bytes)).unwrap();
+    }
+    copy.finish().unwrap();
+}
+
+#[test]
+fn storages_of_another_length_than_declared_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("changed.pth");
+    let anchors = fixture("anchors.npz");
+    for name in ["nested.pth", "flat.pth", "formats.pth"] {
+        rezip(&fixture(name), &path, |_, bytes| bytes);
+        assert_eq!(import(&path, Some(&anchors), &SMALL).unwrap().model, small(name).model, "{name} unchanged");
+        // As if the numbers were of twice as many bits.
+        rezip(&fixture(name), &path, |entry, bytes| if entry.ends_with("/data/0") { bytes.repeat(2) } else { bytes });
+        let declared = if name == "formats.pth" { "256" } else { "128" };
+        let says = format!("data/0: expected a storage of {declared} bytes, as the pickle declares");
+        refused(&path, Some(&anchors), &SMALL, &["changed.pth", &says]);
+    }
+}
+
+#[test]
+fn frequencies_of_16_bits_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("halves.safetensors");
+    let bytes = std::fs::read(fixture("exported.safetensors")).unwrap();
+    let (_, header) = SafeTensors::read_metadata(&bytes).unwrap();
+    let file = SafeTensors::deserialize(&bytes).unwrap();
+    for name in ["vec_embedder.freqs", "freq_embedder.freqs"] {
+        for kind in [Dtype::F16, Dtype::BF16] {
+            let halves = vec![0; 2 * file.tensor(name).unwrap().shape().iter().product::<usize>()];
+            let views = file.iter().map(|(n, view)| {
+                let view = if n == name { TensorView::new(kind, view.shape().to_vec(), &halves).unwrap() } else { view };
+                (n.to_owned(), view)
+            });
+            let copy = serialize(views.collect::<HashMap<_, _>>(), header.metadata().clone()).unwrap();
+            std::fs::write(&path, copy).unwrap();
+            refused(&path, None, &ImportOptions::default(), &[&format!("weights '{name}'"), "32 or 64 bits", "found 16 bits"]);
+        }
+    }
 }
 
 #[test]

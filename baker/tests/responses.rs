@@ -1,9 +1,14 @@
 //! Responses from manifests and SOFA files, made here and measured by others.
 
+use promenade_baker::player::render_response;
+use promenade_baker::random::Random;
 use promenade_baker::wav::{self, Format};
-use promenade_baker::{HoldOut, LoadOptions, Responses, Side};
+use promenade_baker::{BakeOptions, HoldOut, LoadOptions, Response, Responses, Side, bake_responses};
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
 use promenade_metrics::{ild_db, itd_s};
 use std::path::Path;
+use std::sync::Arc;
 
 fn load(path: &Path) -> Result<Responses, String> {
     load_with(path, &LoadOptions::default())
@@ -91,7 +96,51 @@ fn errors_name_the_file_and_the_remedy() {
         assert!(error.contains(clue), "{text}: {error}");
     }
     assert!(load(&folder.path().join("turn_0.wav")).unwrap_err().contains("the ending \"wav\""));
-    assert!(load(folder.path()).unwrap_err().contains("responses.json: cannot be read"));
+}
+
+#[test]
+fn a_folder_without_a_manifest_is_told_what_to_write() {
+    let folder = tempfile::tempdir().unwrap();
+    small_set(folder.path());
+    let error = load(folder.path()).unwrap_err();
+    assert!(error.contains("a responses.json") && error.contains("\"pattern\": ") && error.contains("found none"), "{error}");
+}
+
+#[test]
+fn ears_among_many_channels_must_be_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let ramp: Vec<[f32; 3]> = (1..=7).map(|c| [c as f32, 0.5, 0.25]).collect();
+    let channels: Vec<&[f32]> = ramp.iter().map(|c| &c[..]).collect();
+    wav::write(&folder.path().join("array.wav"), 48_000, &channels, Format::Float32).unwrap();
+    let manifest = folder.path().join("set.json");
+    let with = |channels: &str| {
+        let text = format!(r#"{{"title":"t",{channels}"source":[1,0,0],"responses":[{{"file":"array.wav"}}]}}"#);
+        std::fs::write(&manifest, text).unwrap();
+        load(&manifest)
+    };
+    let error = with("").unwrap_err();
+    assert!(error.contains("array.wav: expected 2 channels, or \"channels\"") && error.contains("found 7 channels"), "{error}");
+    let error = with(r#""channels":[6,6],"#).unwrap_err();
+    assert!(
+        error.contains("set.json") && error.contains("\"channels\": expected two") && error.contains("found [6, 6]"),
+        "{error}"
+    );
+    let error = with(r#""channels":[6,7],"#).unwrap_err();
+    assert!(error.contains("array.wav: expected a channel 7") && error.contains("found 7 channels"), "{error}");
+    let set = with(r#""channels":[6,5],"#).unwrap();
+    assert_eq!((set.responses[0].left[0], set.responses[0].right[0]), (7.0, 6.0));
+}
+
+#[test]
+fn distances_in_centimetres_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    wav::write(&folder.path().join("azi_30_dist_150.wav"), 48_000, &[&[1.0], &[0.5]], Format::Float32).unwrap();
+    let text = r#"{"title":"t","pattern":"azi_{azimuth}_dist_{distance}.wav"}"#;
+    std::fs::write(folder.path().join("responses.json"), text).unwrap();
+    let error = load(folder.path()).unwrap_err();
+    for part in ["azi_30_dist_150: expected a source within 100 m", "in metres", "found 150 m"] {
+        assert!(error.contains(part), "{error}");
+    }
 }
 
 #[test]
@@ -104,6 +153,75 @@ fn a_repeated_pose_is_left_out_and_noted() {
     let set = load(&manifest).unwrap();
     assert_eq!(set.responses.len(), 1);
     assert!(set.notes[0].contains("turn_40 has the listener and source of turn_0"), "{:?}", set.notes);
+}
+
+/// Responses of a listener in the origin to a source 2 m ahead of the head, or so many degrees to the left.
+fn around(sample_rate_hz: f64, azimuths: &[f32], ears: impl Fn(f32) -> [Vec<f32>; 2]) -> Responses {
+    let responses = azimuths.iter().map(|azimuth| {
+        let [left, right] = ears(*azimuth);
+        let source = 2.0 * Vec3::new(azimuth.to_radians().cos(), azimuth.to_radians().sin(), 0.0);
+        Response { listener: Pose::IDENTITY, source, left, right, name: format!("at {azimuth}") }
+    });
+    Responses { sample_rate_hz, responses: responses.collect(), ..Responses::default() }
+}
+
+#[test]
+fn responses_shorter_than_a_hop_are_baked() {
+    // Clicks of 200 samples where a hop has 220, louder and earlier at the ear of the source's side.
+    let click = |at: usize, gain: f32| (0..200).map(|i| if i == at { gain } else { 0.0 }).collect();
+    let set = around(44_100.0, &[-45.0, 0.0, 45.0], |azimuth| {
+        let side = (azimuth / 45.0) as isize;
+        [click(60_usize.saturating_add_signed(-8 * side), 1.0 + 0.4 * side as f32), click(60, 1.0)]
+    });
+    let scene = Arc::new(bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap());
+    // The source of the scene lies ahead: heads turned to the right have it on the left.
+    for (yaw_deg, level_db) in [(-45.0_f32, 2.92), (0.0, 0.0), (45.0, -4.44)] {
+        let pose = Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0);
+        let [left, right] = render_response(&scene, pose, 882, 4096).unwrap();
+        let found = ild_db(&left, &right).unwrap();
+        assert!((found - level_db).abs() < 0.5, "yaw {yaw_deg}: {found} dB, not {level_db}");
+    }
+}
+
+#[test]
+fn long_reverberation_is_baked_as_it_is() {
+    let (rate, t60_s) = (8_000.0, 25.0);
+    let decay = |seed: u64, length: usize| -> Vec<f32> {
+        let mut random = Random::new(seed);
+        let decayed = |i: usize| 10.0_f32.powf(-3.0 * i as f32 / (rate * t60_s) as f32);
+        (0..length).map(|i| if i == 0 { 1.0 } else { 0.05 * random.normal() * decayed(i) }).collect()
+    };
+    let options = BakeOptions { early_s: 0.02, ..BakeOptions::default() };
+    let bake = |seconds: usize| {
+        let set = around(rate, &[0.0, 45.0], |azimuth| [1, 2].map(|ear| decay(ear + azimuth as u64, 8_000 * seconds)));
+        bake_responses(&set, |_, _| false, &options)
+    };
+    let scene = bake(12).unwrap();
+    let times = &scene.parts().tail.t60_s;
+    assert!(times.iter().all(|t| (t - 25.0).abs() < 5.0), "{times:?}");
+    let error = bake(1).unwrap_err().to_string();
+    assert!(error.contains("decay of the responses: expected a fall of 10 dB") && error.contains(" in 1.0"), "{error}");
+}
+
+#[test]
+fn a_table_larger_than_a_scene_is_refused_before_the_work() {
+    let responses = (0..508_u16).map(|i| {
+        let t = f32::from(i) * 0.05;
+        let position = Vec3::new(t, 3.0 * t.sin(), 0.7 * (0.3 * t).cos());
+        let listener = Pose::from_ypr(position, 7.3 * t, 0.1 * t.sin(), 0.0);
+        Response {
+            listener,
+            source: Vec3::new(10.0, 8.0, 1.0),
+            left: vec![1.0; 4800],
+            right: vec![0.5; 4800],
+            name: i.to_string(),
+        }
+    });
+    let set = Responses { sample_rate_hz: 48_000.0, responses: responses.collect(), ..Responses::default() };
+    let error = bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap_err().to_string();
+    for part in ["table of the scene: expected at most 1073741824 bytes", "bytes for 24 x 24 x ", "directions at each"] {
+        assert!(error.contains(part), "{error}");
+    }
 }
 
 /// The ears must agree with the direction: a source on the left is louder there and earlier.

@@ -9,11 +9,6 @@ use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
 use std::path::Path;
 
-/// Points of a mesh for each square of a voxel's edge.
-const POINTS_PER_SQUARE: f64 = 12.0;
-/// Points of a mesh, at most.
-const MOST_POINTS: f64 = 5e6;
-
 pub(crate) fn run(args: &AnchorsArgs) -> Result<()> {
     let options = AnchorOptions { count: args.count, neighbours: args.neighbours, voxel_m: args.voxel, seed: args.seed };
     let mut notes = Vec::new();
@@ -85,9 +80,9 @@ fn of_file(source: &Path, args: &AnchorsArgs, notes: &mut Vec<String>) -> Result
         None => place.points,
         Some(surface) => {
             let edge = f64::from(args.voxel * placement.units_per_metre);
-            let count = (surface.area() / edge.powi(2) * POINTS_PER_SQUARE).clamp(1000.0, MOST_POINTS) as usize;
-            notes.push(format!("{} triangles, sampled at {count} points", surface.triangles()));
-            surface.sample(count, args.seed).with_context(|| what.clone())?
+            let points = surface.sample_voxels(edge, args.seed).with_context(|| what.clone())?;
+            notes.push(format!("{} triangles, sampled at {} points", surface.triangles(), points.len()));
+            points
         }
     };
     Ok((points, placement, what))

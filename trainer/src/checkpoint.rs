@@ -1,4 +1,5 @@
-//! A training on disk: weights, moments and settings in one file, from which it goes on as if it had never stopped.
+//! A training on disk: weights, moments and settings in one file, from which it goes on as if it had never stopped. The file is
+//! safetensors with a checksum after it.
 
 use crate::settings::TrainSettings;
 use crate::weights::{AdamW, Arrays};
@@ -12,7 +13,7 @@ use std::path::Path;
 
 /// Key of the metadata, a single one so that equal states are equal files.
 const KEY: &str = "promenade_training";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Prefixes of the arrays.
 const PARTS: [&str; 3] = ["weights.", "first.", "second."];
 /// The largest file that is read.
@@ -97,8 +98,9 @@ impl Checkpoint {
         let views = arrays.iter().map(|(name, shape, bytes)| Ok((name, TensorView::new(Dtype::F32, shape.clone(), bytes)?)));
         let views: Result<Vec<_>, safetensors::SafeTensorError> = views.collect();
         let views = views.map_err(|e| unwritten(e.into()))?;
-        let file =
+        let mut file =
             safetensors::serialize(views, Some(HashMap::from([(KEY.to_owned(), header)]))).map_err(|e| unwritten(e.into()))?;
+        file.extend(crc32fast::hash(&file).to_le_bytes());
         Ok(atomic::write(path, &file)?)
     }
 
@@ -113,7 +115,13 @@ impl Checkpoint {
         }
         let bytes = std::fs::read(path).map_err(BakeError::read(path))?;
         let damaged = |e: safetensors::SafeTensorError| BakeError::content(path, "a training", e.to_string());
-        let (_, head) = SafeTensors::read_metadata(&bytes).map_err(damaged)?;
+        let whole =
+            bytes.split_last_chunk::<4>().filter(|(content, checksum)| crc32fast::hash(content).to_le_bytes() == **checksum);
+        let Some((bytes, _)) = whole else {
+            let expected = format!("a training of version {VERSION}, whole");
+            return Err(BakeError::content(path, expected, "a damaged file or an older version (--restart begins anew)"));
+        };
+        let (_, head) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
         let text = head.metadata().as_ref().and_then(|m| m.get(KEY));
         let Some(text) = text else {
             return Err(BakeError::content(path, "a training", "a safetensors file without one".to_owned()));
@@ -124,7 +132,7 @@ impl Checkpoint {
             let found = format!("version {}", header.version);
             return Err(BakeError::content(path, format!("a training of version {VERSION}"), found));
         }
-        let tensors = SafeTensors::deserialize(&bytes).map_err(damaged)?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(damaged)?;
         let mut parts = [Arrays::new(), Arrays::new(), Arrays::new()];
         for (name, view) in tensors.iter() {
             let place = PARTS.iter().zip(&mut parts).find_map(|(part, arrays)| Some((name.strip_prefix(part)?, arrays)));

@@ -9,8 +9,18 @@ use crate::sources::responses::Response;
 use promenade_core::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
 use promenade_metrics::slope;
 
-/// Reverberation times outside this range are taken for a failed fit, seconds.
-const T60_RANGE_S: std::ops::RangeInclusive<f64> = 0.03..=20.0;
+/// Reverberation times below this are taken for a failed fit, seconds.
+const SHORTEST_T60_S: f64 = 0.03;
+/// So are times above this in a room where most bands decay faster, seconds, ...
+const PLAUSIBLE_T60_S: f64 = 20.0;
+/// ... or else above this many times the median of the bands.
+const PLAUSIBLE_RATIO: f64 = 4.0;
+/// The longest reverberation time that is baked, seconds: no room is known to reverberate longer.
+const LONGEST_T60_S: f64 = 150.0;
+/// A late part that is louder than this against the direct sound at the end of the responses, as a ratio of energies (-40 dB) ...
+const AUDIBLE_END: f64 = 1e-4;
+/// ... must have fallen by this much until then, dB.
+const LEAST_FALL_DB: f64 = 10.0;
 /// Headroom over the noise floor that a hop needs to count, as a ratio of energies (6 dB).
 const OVER_NOISE: f64 = 4.0;
 /// The fewest hops that a slope is fitted to.
@@ -20,15 +30,46 @@ const FEWEST_HOPS: usize = 6;
 pub(crate) type HopEnergies = Vec<Vec<f64>>;
 
 /// Reverberation time per band, seconds, from energies averaged over many responses: a straight line through the level in dB
-/// from hop `from` on, down to where the measurement's noise begins (ISO 3382-1, regression).
-fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64) -> Vec<f32> {
+/// from hop `from` on, down to where the measurement's noise begins (ISO 3382-1, regression). `direct` is the energy density of the
+/// direct sound.
+fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec<f32>, BakeError> {
     let bands = mean.first().map_or(0, Vec::len);
-    let fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s)).collect();
+    let mut fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s)).collect();
+    let median = |fitted: &[Option<f64>]| {
+        let mut known: Vec<f64> = fitted.iter().flatten().copied().collect();
+        known.sort_by(f64::total_cmp);
+        known.get(known.len() / 2).copied()
+    };
+    let Some(all) = median(&fitted) else {
+        check_fall(mean, from, hop_s, direct)?;
+        return Ok(vec![0.3; bands]);
+    };
+    if all > LONGEST_T60_S {
+        let expected = format!("at most {LONGEST_T60_S} s");
+        return Err(BakeError::argument("reverberation time of the responses", expected, format!("{all:.1} s")));
+    }
     // A band without a decay of its own takes the median of the others.
-    let mut known: Vec<f64> = fitted.iter().flatten().copied().collect();
-    known.sort_by(f64::total_cmp);
-    let typical = known.get(known.len() / 2).copied().unwrap_or(0.3);
-    fitted.iter().map(|t| t.unwrap_or(typical) as f32).collect()
+    let longest = PLAUSIBLE_T60_S.max(PLAUSIBLE_RATIO * all);
+    fitted.iter_mut().for_each(|t| *t = t.filter(|t| *t <= longest));
+    let typical = median(&fitted).unwrap_or(all);
+    Ok(fitted.iter().map(|t| t.unwrap_or(typical) as f32).collect())
+}
+
+/// Refuses responses that end while the room still sounds nearly as loud as after the direct sound: nobody can tell from them how long
+/// it goes on.
+fn check_fall(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<(), BakeError> {
+    let density = |e: &Vec<f64>| e.iter().sum::<f64>() / e.len().max(1) as f64;
+    let tail = (mean.len() / 10).max(1);
+    let end = mean.iter().rev().take(tail).map(density).sum::<f64>() / tail as f64;
+    let loudest = mean.iter().skip(1).map(density).fold(0.0, f64::max);
+    let fall_db = 10.0 * (loudest / end.max(1e-30)).log10();
+    if mean.len() <= from + 3 || end < AUDIBLE_END * direct || fall_db >= LEAST_FALL_DB {
+        return Ok(());
+    }
+    let expected =
+        format!("a fall of {LEAST_FALL_DB} dB or more, from which a reverberation time can be estimated (longer responses)");
+    let found = format!("{fall_db:.1} dB in {:.2} s", mean.len() as f64 * hop_s);
+    Err(BakeError::argument("decay of the responses", expected, found))
 }
 
 /// Hops at the start that stand above the measurement's noise in a band.
@@ -46,7 +87,7 @@ fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f
     if points.len() < FEWEST_HOPS {
         return None;
     }
-    slope(&points).map(|db_per_s| -60.0 / db_per_s).filter(|t| T60_RANGE_S.contains(t))
+    slope(&points).map(|db_per_s| -60.0 / db_per_s).filter(|t| *t >= SHORTEST_T60_S && t.is_finite())
 }
 
 /// Gain of an exponential late part at hop `from`, linear amplitude, by least squares on energies from there to the noise.
@@ -106,7 +147,19 @@ pub(crate) struct Room {
     pub(crate) above_noise: Vec<usize>,
 }
 
+/// Hops that responses reach into; the direct sound's and one after it at least.
+fn hops(measured: &[&Response], grid: &StftGrid) -> usize {
+    let longest = measured.iter().map(|r| r.left.len()).max().unwrap_or(0);
+    (longest / grid.hop + 1).max(2)
+}
+
 impl Room {
+    /// Sizes of the transfer functions of a room with `early_s` seconds of explicit taps.
+    pub(crate) fn shape(measured: &[&Response], grid: &StftGrid, early_s: f64) -> TransferShape {
+        let taps = ((early_s / grid.hop_s()).round() as usize).min(hops(measured, grid) - 2).max(1);
+        TransferShape { bins: grid.bins(), bands: Bands::for_rate(grid.sample_rate_hz).count(), taps }
+    }
+
     /// Measures the room that responses share and estimates a transfer function of each, times `gain`: direct sound, `early_s` seconds
     /// of explicit taps and a late part.
     pub(crate) fn of(
@@ -123,8 +176,7 @@ impl Room {
         for r in measured {
             directs.push(Direct::of([&r.left, &r.right], grid, &analyser).ok_or_else(|| silent(r))?);
         }
-        let longest = measured.iter().map(|r| r.left.len()).max().unwrap_or(0);
-        let hops = longest / grid.hop + 1;
+        let hops = hops(measured, grid);
         let energies: Vec<[HopEnergies; 2]> =
             directs.iter().map(|d| [0, 1].map(|ear| analyser.hop_energies(&d.rest[ear], d.arrival, hops, &bands))).collect();
         let ears = (2 * energies.len()) as f64;
@@ -134,8 +186,10 @@ impl Room {
                 (0..bands.count()).map(|b| all.clone().map(|e| e[l][b]).sum::<f64>() / ears).collect()
             })
             .collect();
-        let taps = ((early_s / grid.hop_s()).round() as usize).min(hops.saturating_sub(2)).max(1);
-        let t60 = t60_s(&mean, taps, grid.hop_s());
+        let shape = Self::shape(measured, grid, early_s);
+        let taps = shape.taps;
+        let direct = directs.iter().flat_map(|d| &d.gain).flatten().map(|g| g * g).sum::<f64>() / (ears * grid.bins() as f64);
+        let t60 = t60_s(&mean, taps, grid.hop_s(), direct)?;
         let above_noise: Vec<usize> = (0..bands.count()).map(|b| hops_above_noise(&mean, b)).collect();
         let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];
         for d in &directs {
@@ -149,7 +203,6 @@ impl Room {
             .map(|b| (sums[0][b] / (sums[1][b] * sums[2][b]).sqrt().max(1e-30)).clamp(-1.0, 1.0) as f32)
             .collect();
         let tail = TailModel { seed, t60_s: t60, coherence };
-        let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
         let gain = f64::from(gain);
         let firsts = directs
             .iter()
@@ -213,10 +266,30 @@ mod tests {
     fn finds_the_slope_of_an_exponential_above_its_noise() {
         let energies: HopEnergies =
             (0..150).map(|l| vec![10.0_f64.powf(-6.0 * f64::from(l) * 0.005 / 0.5) + 1e-7, 1e-30]).collect();
-        let t = t60_s(&energies, 8, 0.005);
+        let t = t60_s(&energies, 8, 0.005, 1.0).unwrap();
         assert!((t[0] - 0.5).abs() < 0.02, "{t:?}");
         assert_eq!(t[0], t[1], "a silent band takes the typical value");
         let decay = 10.0_f64.powf(-3.0 * 0.005 / 0.5);
         assert!((late_gain(&energies, 0, 10, 60, decay) - decay.powi(10)).abs() < 1e-3);
+    }
+
+    /// Bands that decay by 60 dB in these times, seconds, over a length.
+    fn decaying<const N: usize>(t60_s: [f64; N], length_s: f64) -> HopEnergies {
+        let hops = (length_s / 0.005) as u32;
+        (0..hops).map(|l| t60_s.map(|t| 0.01 * 10.0_f64.powf(-6.0 * f64::from(l) * 0.005 / t)).to_vec()).collect()
+    }
+
+    #[test]
+    fn long_reverberation_is_baked_or_refused_but_not_replaced() {
+        let t = t60_s(&decaying([25.0, 30.0], 8.0), 32, 0.005, 1.0).unwrap();
+        assert!((t[0] - 25.0).abs() < 0.1 && (t[1] - 30.0).abs() < 0.1, "{t:?}");
+        let outlier = t60_s(&decaying([0.5, 0.6, 25.0], 8.0), 32, 0.005, 1.0).unwrap();
+        assert!((outlier[1] - 0.6).abs() < 0.01 && outlier[2] == outlier[1], "one band alone is a failed fit: {outlier:?}");
+        let refused = t60_s(&decaying([200.0, 200.0], 40.0), 32, 0.005, 1.0).unwrap_err().to_string();
+        assert!(refused.contains("at most 150 s, found 200.0 s"), "{refused}");
+        let cut = t60_s(&decaying([25.0, 25.0], 1.0), 32, 0.005, 1.0).unwrap_err().to_string();
+        assert!(cut.contains("a fall of 10 dB or more") && cut.contains("found 2.3 dB in 1.00 s"), "{cut}");
+        let faint = t60_s(&decaying([25.0, 25.0], 1.0), 32, 0.005, 1e4).unwrap();
+        assert_eq!(faint, [0.3, 0.3], "noise far below the direct sound is no late part");
     }
 }

@@ -73,6 +73,7 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
         None => detect(checkpoint, &weights, &names)?,
     };
     let replaced = inside.is_some() && anchors.is_some();
+    let anchors_at = anchors.unwrap_or(checkpoint);
     let anchors = match anchors {
         Some(path) => Some(Anchors::read(path)?.0),
         None => inside,
@@ -96,7 +97,7 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
         notes.push(format!("{converted} arrays were not of 32-bit floats and were converted"));
     }
     notes.extend(anchors.doubt());
-    check_anchors(checkpoint, &weights, anchors.positions.len())?;
+    check_anchors(checkpoint, anchors_at, &weights, anchors)?;
     let grid = settings.grid;
     check_bins(checkpoint, &weights, &grid)?;
     if kind == CloudKind::Full {
@@ -141,15 +142,19 @@ fn detect(path: &Path, weights: &BTreeMap<String, Tensor>, names: &[String]) -> 
     }
 }
 
-fn check_anchors(path: &Path, weights: &BTreeMap<String, Tensor>, count: usize) -> Result<(), BakeError> {
-    match weights.get("_audio_features_f").and_then(|t| t.shape.first()) {
-        Some(rows) if *rows != count => {
-            let expected = format!("the {count} rows that {count} anchors have");
-            let found = format!("{rows}: the anchors of another scene?");
-            Err(BakeError::entry(path, "weights '_audio_features_f'", expected, found))
+/// Whether the anchors, which lie in the file `at`, are as many and have as many features as the weights of `checkpoint` ask for.
+fn check_anchors(checkpoint: &Path, at: &Path, weights: &BTreeMap<String, Tensor>, anchors: &Anchors) -> Result<(), BakeError> {
+    let count = anchors.positions.len();
+    let features = anchors.features.len().checked_div(count).unwrap_or(0);
+    let asked =
+        [("anchors", "_audio_features_f", 0, count), ("features of an anchor", "pcd_av_proj.0.proj.weight", 1, features)];
+    for (what, name, axis, found) in asked {
+        if let Some(wanted) = weights.get(name).and_then(|t| t.shape.get(axis)).filter(|wanted| **wanted != found) {
+            let expected = format!("{wanted}, as weights '{name}' of {} have", checkpoint.display());
+            return Err(BakeError::entry(at, what, expected, format!("{found}: the anchors of another scene?")));
         }
-        _ => Ok(()),
     }
+    Ok(())
 }
 
 /// Weights that have a row for each bin tell the transform's length.

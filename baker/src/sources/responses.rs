@@ -72,6 +72,10 @@ pub struct Responses {
     pub notes: Vec<String>,
 }
 
+/// What a folder of WAV files must have beside them.
+const MANIFEST: &str = "a responses.json that describes the WAV files, such as {\"title\": \"Room A\", \"pattern\": \
+    \"name_{azimuth}deg.wav\", \"distance_m\": 1.5} (all fields: docs/measuring.md)";
+
 /// A side of the head.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
@@ -103,6 +107,9 @@ impl Responses {
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, BakeError> {
         let meta = std::fs::metadata(path).map_err(BakeError::read(path))?;
         let manifest = if meta.is_dir() { path.join("responses.json") } else { path.to_path_buf() };
+        if meta.is_dir() && !manifest.exists() {
+            return Err(BakeError::content(path, MANIFEST, "none"));
+        }
         let mut responses = match ending(&manifest).as_str() {
             "json" => manifest::load(&manifest, options)?,
             "sofa" => sofa::load(&manifest, options)?,

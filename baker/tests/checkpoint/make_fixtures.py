@@ -70,7 +70,8 @@ def main():
     torch.save(flat, HERE / "flat.pth")
     torch.save(trainer(simple), HERE / "legacy.pth", _use_new_zipfile_serialization=False)
     torch.save({f"module.{k}": v for k, v in simple.items()}, HERE / "module.pth")
-    formats = (torch.float64, torch.float16, torch.bfloat16, torch.float32)
+    # The second array is of frequencies, which 16 bits do not hold.
+    formats = (torch.float64, torch.float32, torch.bfloat16, torch.float16)
     torch.save({k: v.to(formats[i % 4]) for i, (k, v) in enumerate(simple.items())}, HERE / "formats.pth")
     torch.save({"freq_weights": torch.ones(F, C, dtype=torch.int32)}, HERE / "integer.pth")
     torch.save(state("sh"), HERE / "sh.pth", _use_new_zipfile_serialization=False)

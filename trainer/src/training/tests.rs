@@ -259,4 +259,13 @@ fn goes_on_after_a_stop_as_if_it_had_not_stopped_and_learns() {
         let error = Checkpoint::load(&file).unwrap_err().to_string();
         assert!(error.contains("walk.training"), "{error}");
     }
+    for (at, flip) in
+        (0..bytes.len()).step_by(499).chain(bytes.len() - 4..bytes.len()).zip([1_u8, 0x20, 0x80].into_iter().cycle())
+    {
+        let mut changed = bytes.clone();
+        changed[at] ^= flip;
+        std::fs::write(&file, &changed).unwrap();
+        let error = Checkpoint::load(&file).map(|_| ()).expect_err("a damaged byte").to_string();
+        assert!(error.contains("walk.training") && error.contains("damaged"), "byte {at}: {error}");
+    }
 }

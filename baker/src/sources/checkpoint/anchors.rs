@@ -72,6 +72,12 @@ impl Anchors {
             let found = format!("the shape {:?}", features.shape);
             return Err(BakeError::entry(path, format!("array '{feature}'"), expected, found));
         }
+        for (name, array) in [(position, &positions), (feature, &features)] {
+            if let Some(at) = array.values.iter().position(|v| !v.is_finite()) {
+                let found = format!("{} at {at}", array.values[at]);
+                return Err(BakeError::entry(path, format!("array '{name}'"), "finite numbers", found));
+            }
+        }
         let positions = positions.values.as_chunks().0.iter().copied().map(Vec3::from_array).collect();
         Ok(Some(Self { positions, features: features.values }))
     }

@@ -9,7 +9,7 @@ use pytorch_reader::{DType, PytorchError, PytorchReader};
 use safetensors::{Dtype, SafeTensors};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read};
 use std::path::Path;
 use zip::ZipArchive;
 
@@ -55,6 +55,10 @@ impl Stored {
     fn insert(&mut self, path: &Path, name: &str, shape: &[usize], float: Float, bytes: &[u8]) -> Result<(), BakeError> {
         // Training on several devices wraps the model, and its name goes before all others.
         let name = name.strip_prefix("module.").unwrap_or(name);
+        if name.ends_with(".freqs") && float.size() < size_of::<f32>() {
+            let expected = "frequencies of 32 or 64 bits, since fewer turn phases";
+            return Err(BakeError::entry(path, format!("weights '{name}'"), expected, "16 bits"));
+        }
         let tensor = Tensor { shape: shape.to_vec(), values: float.values(bytes) };
         self.converted += usize::from(float != Float::F32);
         if self.weights.insert(name.to_owned(), tensor).is_none() {
@@ -118,17 +122,33 @@ fn pytorch(path: &Path) -> Result<Stored, BakeError> {
     Ok(stored)
 }
 
-/// Looks at the sizes that an archive declares for its pickles before one is unpacked.
+/// Looks at the sizes that an archive declares for its pickles before one is unpacked, and whether storages have the lengths that the
+/// pickle declares: bytes of another format would else be read as numbers.
 fn check_archive(path: &Path) -> Result<(), BakeError> {
     let unreadable = |e: zip::result::ZipError| BakeError::unreadable(path, "PyTorch checkpoint", e);
     let file = File::open(path).map_err(BakeError::read(path))?;
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(unreadable)?;
+    let (mut sizes, mut pickles) = (BTreeMap::new(), Vec::new());
     for i in 0..archive.len() {
         let entry = archive.by_index_raw(i).map_err(unreadable)?;
-        let name = entry.name().map_err(unreadable)?;
+        let name = entry.name().map_err(unreadable)?.into_owned();
         if name.ends_with(".pkl") && entry.size() > MAX_PICKLE_BYTES {
             let expected = format!("at most {MAX_PICKLE_BYTES} bytes");
             return Err(BakeError::entry(path, name, expected, entry.size()));
+        }
+        pickles.extend(name.strip_suffix("data.pkl").map(str::to_owned));
+        sizes.insert(name, entry.size());
+    }
+    for root in pickles {
+        let entry = archive.by_name(&format!("{root}data.pkl")).map_err(unreadable)?;
+        let mut pickle = Vec::new();
+        entry.take(MAX_PICKLE_BYTES).read_to_end(&mut pickle).map_err(|e| unreadable(e.into()))?;
+        for (key, declared) in pickle::storages(&pickle) {
+            let name = format!("{root}data/{key}");
+            if let Some(found) = sizes.get(&name).filter(|found| **found != declared) {
+                let expected = format!("a storage of {declared} bytes, as the pickle declares");
+                return Err(BakeError::entry(path, name, expected, format!("{found} bytes")));
+            }
         }
     }
     Ok(())

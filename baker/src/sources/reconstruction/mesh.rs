@@ -23,6 +23,11 @@ pub struct Surface {
     areas: Vec<f64>,
 }
 
+/// Points for each square of a voxel's edge, on average: few voxels on a surface stay empty.
+const POINTS_PER_SQUARE: f64 = 12.0;
+/// Points of the smallest and the largest sample, whatever area a file claims.
+const SAMPLED: std::ops::RangeInclusive<f64> = 1e3..=2e6;
+
 impl Surface {
     pub(super) fn new(triangles: Vec<[Corner; 3]>) -> Self {
         let mut sum = 0.0;
@@ -46,6 +51,21 @@ impl Surface {
     #[must_use]
     pub fn area(&self) -> f64 {
         self.areas.last().copied().unwrap_or(0.0)
+    }
+
+    /// Points as dense as voxels of an edge need them, in the surface's units.
+    ///
+    /// # Errors
+    /// Those of [`Self::sample`], and an area that takes more than 2,000,000 points.
+    pub fn sample_voxels(&self, edge: f64, seed: u64) -> Result<Vec<Point>, BakeError> {
+        let count = (self.area() / edge.powi(2) * POINTS_PER_SQUARE).max(*SAMPLED.start());
+        if count > *SAMPLED.end() {
+            let expected =
+                format!("an area that takes at most {} points (larger voxels, or fewer metres per unit)", SAMPLED.end());
+            let found = format!("{count:.3e} points for {:.3e} square units in voxels of {edge} units", self.area());
+            return Err(BakeError::argument("surface", expected, found));
+        }
+        self.sample(count as usize, seed)
     }
 
     /// Points spread evenly over the area with the colours between the corners. The same each time for one seed.

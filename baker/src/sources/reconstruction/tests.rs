@@ -282,6 +282,21 @@ fn surfaces_are_sampled_evenly_with_their_colours() {
 }
 
 #[test]
+fn the_work_for_a_surface_is_bounded_whatever_area_it_claims() {
+    let sized = |edge: &str| {
+        let text = SQUARE.replace("\n2 ", &format!("\n{edge} ")).replace(" 2 0 ", &format!(" {edge} 0 "));
+        let Place::Surface(square) = read_ply(text.as_bytes(), &ALL).unwrap() else { panic!("no surface") };
+        square.sample_voxels(0.25, 1)
+    };
+    assert_eq!(sized("2").unwrap().len(), 1000, "a few square metres");
+    assert_eq!(sized("100").unwrap().len(), 1_920_000);
+    for (edge, found) in [("1000", "found 1.920e8 points for 1.000e6 square units"), ("1e30", "found inf points")] {
+        let error = sized(edge).unwrap_err().to_string();
+        assert!(error.contains("at most 2000000 points") && error.contains(found), "{error}");
+    }
+}
+
+#[test]
 fn obj_meshes_have_the_colours_of_vertices_or_materials() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("room.obj");

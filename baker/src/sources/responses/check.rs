@@ -14,6 +14,9 @@ const MAX_SAMPLES: usize = 1 << 29;
 /// Poses closer than this, in metres and in quaternion components, are the same.
 const GRAIN: f32 = 1e-4;
 
+/// The farthest source that is believed, metres.
+const MAX_DISTANCE_M: f32 = 100.0;
+
 /// Refuses a set that memory should not hold, before it is allocated.
 pub(super) fn size(path: &Path, responses: usize, frames: usize) -> Result<(), BakeError> {
     if responses == 0 {
@@ -99,6 +102,10 @@ fn whole(path: &Path, response: &Response) -> Result<(), BakeError> {
     if !response.listener.is_valid() || !response.source.is_finite() {
         let found = format!("{:?} and {}", response.listener, response.source);
         return Err(BakeError::entry(path, name, "a finite pose of listener and source", found));
+    }
+    if response.distance_m() > MAX_DISTANCE_M {
+        let expected = format!("a source within {MAX_DISTANCE_M} m of the listener (positions and distances are in metres)");
+        return Err(BakeError::entry(path, name, expected, format!("{} m", response.distance_m())));
     }
     for (ear, samples) in [("left", &response.left), ("right", &response.right)] {
         if let Some(at) = samples.iter().position(|v| !v.is_finite()) {

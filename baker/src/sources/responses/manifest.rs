@@ -33,22 +33,12 @@ struct Manifest {
     responses: Vec<Entry>,
     #[serde(default)]
     azimuth_positive: Side,
-    /// Which channels are the ears.
-    #[serde(default)]
-    channels: Ears,
+    /// Which channels are the ears; the two of a file with two channels where it is not given.
+    channels: Option<[usize; 2]>,
     /// Used where an entry has none of its own.
     listener: Option<Listener>,
     source: Option<[f32; 3]>,
     distance_m: Option<f32>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-struct Ears(usize, usize);
-
-impl Default for Ears {
-    fn default() -> Self {
-        Self(0, 1)
-    }
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
@@ -83,6 +73,12 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, Bake
         (None, Some(root)) => beside.join(root),
         (None, None) => beside.to_path_buf(),
     };
+    if let Some([left, right]) = manifest.channels
+        && left == right
+    {
+        let expected = "two channels, the left ear's and the right ear's";
+        return Err(BakeError::entry(path, "\"channels\"", expected, format!("[{left}, {right}]")));
+    }
     let files = files(path, &root, &manifest)?;
     let mut loader = Loader { path, manifest: &manifest, options, rate: None, frames: 0 };
     let mut responses = Vec::with_capacity(files.len());
@@ -173,8 +169,12 @@ impl Loader<'_> {
         let source = self.source(file, entry, &listener)?;
         let wav = wav::read(file)?;
         check::rate(file, wav.sample_rate_hz, &mut self.rate)?;
-        let Ears(left, right) = self.manifest.channels;
         let count = wav.channels.len();
+        if self.manifest.channels.is_none() && count > 2 {
+            let expected = "2 channels, or \"channels\": [left, right] in the manifest, counted from 0";
+            return Err(BakeError::content(file, expected, format!("{count} channels")));
+        }
+        let [left, right] = self.manifest.channels.unwrap_or([0, 1]);
         let ear = |index: usize| {
             let expected = || format!("a channel {index} for an ear, counted from 0");
             wav.channels.get(index).cloned().ok_or_else(|| BakeError::content(file, expected(), format!("{count} channels")))
