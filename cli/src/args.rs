@@ -52,7 +52,7 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Render a WAV file through a plugin as a host does, with automation, or list its parameters
     Host(HostArgs),
-    /// Convert a camera path, or show what it is: JSON, CSV, COLMAP cameras or a glTF animation
+    /// Convert a camera path, or show what it is: JSON, CSV, cameras of COLMAP or NeRF tools, or a glTF animation
     Path(PathArgs),
     /// Make the anchors of a model: of a reconstruction, a cloud of points or splats, a mesh or a box
     Anchors(Box<AnchorsArgs>),

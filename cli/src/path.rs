@@ -9,9 +9,16 @@ use promenade_paths::{CameraPath, ImportOptions, Imported, MAX_FILE_BYTES, Summa
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where a folder keeps the images of a COLMAP model; COLMAP itself prefers the binary form.
-const IN_FOLDER: [&str; 6] =
-    ["images.bin", "images.txt", "sparse/0/images.bin", "sparse/0/images.txt", "sparse/images.bin", "sparse/images.txt"];
+/// Where a folder keeps the images of a COLMAP model, of which COLMAP itself prefers the binary form, or the cameras of a NeRF tool.
+const IN_FOLDER: [&str; 7] = [
+    "images.bin",
+    "images.txt",
+    "sparse/0/images.bin",
+    "sparse/0/images.txt",
+    "sparse/images.bin",
+    "sparse/images.txt",
+    "transforms.json",
+];
 
 /// Reads a camera path of any form.
 pub(crate) fn read(path: &Path, options: &ImportOptions) -> Result<Imported> {
@@ -27,7 +34,10 @@ fn images_in(folder: &Path) -> Result<PathBuf> {
     let found = IN_FOLDER.iter().map(|name| folder.join(name)).find(|file| file.is_file());
     found.with_context(|| {
         let names = format!("{} or sparse/0/images.bin", IN_FOLDER[..2].join(", "));
-        format!("{}: expected a COLMAP model, a folder with {names}, found none of them", folder.display())
+        format!(
+            "{}: expected a COLMAP model, a folder with {names}, or a transforms.json, found none of them",
+            folder.display()
+        )
     })
 }
 

@@ -5,7 +5,7 @@
 mod binary;
 mod images;
 mod names;
-mod times;
+pub(crate) mod times;
 mod up;
 
 use crate::placement::Frame;
@@ -48,7 +48,7 @@ impl Image {
     }
 
     /// That head at a time, seconds.
-    fn waypoint(&self, t_s: f64) -> Waypoint {
+    pub(crate) fn waypoint(&self, t_s: f64) -> Waypoint {
         let [ahead, left, up] = self.head_axes();
         let orientation = DQuat::from_mat3(&DMat3::from_cols(ahead, left, up)).normalize();
         Waypoint { t_s, position: self.centre(), orientation }
@@ -121,7 +121,7 @@ fn parse(file: &str, bytes: &[u8], format: Format, notes: &mut Vec<String>) -> R
     }
 }
 
-fn sorted(file: &str, mut images: Vec<Image>) -> Result<Vec<Image>, PathFileError> {
+pub(crate) fn sorted(file: &str, mut images: Vec<Image>) -> Result<Vec<Image>, PathFileError> {
     images.sort_by(|a, b| names::natural(&a.name, &b.name));
     match images.windows(2).find(|pair| pair[0].name == pair[1].name) {
         Some(twice) => Err(PathFileError::at(file, format!("image {}", twice[1].name), "each image once", "it twice")),

@@ -13,6 +13,8 @@ pub enum Format {
     ColmapText,
     /// Cameras of a COLMAP model, `images.bin`.
     ColmapBinary,
+    /// Cameras of NeRF tools, `transforms.json`.
+    Transforms,
     /// An animation in glTF or GLB.
     Gltf,
 }
@@ -27,7 +29,7 @@ pub enum WriteFormat {
 }
 
 /// What is said where no form fits.
-const ANY: &str = "a camera path: JSON, CSV, COLMAP's images.txt or images.bin, or glTF";
+const ANY: &str = "a camera path: JSON, CSV, COLMAP's images.txt or images.bin, a transforms.json, or glTF";
 
 impl Format {
     /// Name in texts.
@@ -38,6 +40,7 @@ impl Format {
             Self::Csv => "CSV",
             Self::ColmapText => "COLMAP text",
             Self::ColmapBinary => "COLMAP binary",
+            Self::Transforms => "NeRF transforms",
             Self::Gltf => "glTF",
         }
     }
@@ -49,6 +52,7 @@ impl Format {
     /// The form of a file: by the ending of its name where that says it, else by the content.
     pub(crate) fn of(file: &str, bytes: &[u8]) -> Result<Self, PathFileError> {
         match ending(file).as_str() {
+            "json" if is_object(bytes) => Ok(Self::Transforms),
             "json" => Ok(Self::Json),
             "csv" | "tsv" => Ok(Self::Csv),
             "gltf" | "glb" => Ok(Self::Gltf),
@@ -76,6 +80,12 @@ fn ending(file: &str) -> String {
     name.rsplit_once('.').map(|(_, e)| e.to_ascii_lowercase()).unwrap_or_default()
 }
 
+/// Whether JSON is an object, as the cameras of NeRF tools are; a path's keyframes are an array.
+fn is_object(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    text.trim_ascii_start().starts_with(b"{")
+}
+
 fn by_content(bytes: &[u8]) -> Option<Format> {
     if bytes.starts_with(b"glTF") {
         return Some(Format::Gltf);
@@ -91,7 +101,8 @@ fn by_content(bytes: &[u8]) -> Option<Format> {
     if first.starts_with('[') {
         Some(Format::Json)
     } else if first.starts_with('{') {
-        Some(Format::Gltf)
+        let of_cameras = ["\"transform_matrix\"", "\"camera_to_world\""].iter().any(|key| text.contains(key));
+        Some(if of_cameras { Format::Transforms } else { Format::Gltf })
     } else if words.len() >= 10 && words[..9].iter().all(|w| w.parse::<f64>().is_ok()) {
         Some(Format::ColmapText)
     } else if first.split([',', ';', '\t']).any(|cell| cell.trim().trim_matches('"').eq_ignore_ascii_case("t")) {
@@ -131,8 +142,10 @@ mod tests {
             ("images.txt", images.as_bytes(), Format::ColmapText),
             ("images.bin", &[3, 0, 0, 0, 0, 0, 0, 0, 1], Format::ColmapBinary),
             ("walk", b"\xef\xbb\xbf [{}]", Format::Json),
+            ("transforms.json", b"\xef\xbb\xbf\n {}", Format::Transforms),
             ("walk", b"glTF....", Format::Gltf),
             ("walk.txt", b"{\"asset\": {}}", Format::Gltf),
+            ("walk", b"{\"frames\": [{\"transform_matrix\": []}]}", Format::Transforms),
             ("walk.txt", b"# mine\n x; y; T\n", Format::Csv),
         ] {
             assert_eq!(Format::of(name, bytes).unwrap(), format, "{name}");

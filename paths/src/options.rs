@@ -12,10 +12,10 @@ pub type Beside<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 /// What a file does not state. `None` everywhere is a sensible choice; the notes say what was assumed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImportOptions {
-    /// COLMAP: images a second, 1 without it, unless their names are times of day. glTF: samples of the animation a second, 60
+    /// COLMAP and NeRF tools: images a second, 1 without it, unless their names are times of day. glTF: samples of the animation a second, 60
     /// without it. Above 0.
     pub fps: Option<f64>,
-    /// Where the file's world lies in the scene's; up is for COLMAP alone, the others have z or y up.
+    /// Where the file's world lies in the scene's; up is for COLMAP and NeRF tools, the others have z or y up.
     pub placement: PlacementOptions,
     /// glTF: name of an animation, a camera or a node; without it the first animated camera, else the first animated node.
     pub animation: Option<String>,
@@ -39,9 +39,10 @@ impl ImportOptions {
         }
         let colmap = format.is_colmap();
         let gltf = format == Format::Gltf;
+        let cameras = colmap || format == Format::Transforms;
         for (option, given, fits, what) in [
-            ("fps", self.fps.is_some(), colmap || gltf, "COLMAP cameras or a glTF animation"),
-            ("up", self.placement.up.is_some(), colmap, "COLMAP cameras"),
+            ("fps", self.fps.is_some(), cameras || gltf, "cameras of COLMAP or NeRF tools, or a glTF animation"),
+            ("up", self.placement.up.is_some(), cameras, "cameras of COLMAP or NeRF tools"),
             ("camera", self.camera.is_some(), colmap, "COLMAP cameras"),
             ("animation", self.animation.is_some(), gltf, "a glTF animation"),
         ] {

@@ -2,7 +2,7 @@
 
 use crate::options::{Beside, ImportOptions, MAX_FILE_BYTES};
 use crate::placement::Frame;
-use crate::{Format, PathFileError, colmap, csv, gltf, json, simplify};
+use crate::{Format, PathFileError, colmap, csv, gltf, json, simplify, transforms};
 use promenade_core::CameraPath;
 
 /// How far the path of a glTF animation may be from the animation, metres.
@@ -41,6 +41,7 @@ pub fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &mut Besi
         Format::Json => json::read(file, bytes)?,
         Format::Csv => csv::read(file, bytes)?,
         Format::ColmapText | Format::ColmapBinary => colmap::read(file, bytes, format, options)?,
+        Format::Transforms => transforms::read(file, bytes, options)?,
         Format::Gltf => gltf::read(file, bytes, options, beside)?,
     };
     if !format.is_colmap() {
@@ -89,8 +90,14 @@ mod tests {
     fn options_are_for_the_forms_that_have_use_for_them() {
         let (none, here) = (ImportOptions::default(), PlacementOptions::default());
         for (options, clue) in [
-            (ImportOptions { fps: Some(30.0), ..none.clone() }, "option fps: expected COLMAP cameras or a glTF animation"),
-            (placed(PlacementOptions { up: Some(Vec3::Z), ..here }), "option up: expected COLMAP cameras, found a path in CSV"),
+            (
+                ImportOptions { fps: Some(30.0), ..none.clone() },
+                "option fps: expected cameras of COLMAP or NeRF tools, or a glTF animation",
+            ),
+            (
+                placed(PlacementOptions { up: Some(Vec3::Z), ..here }),
+                "option up: expected cameras of COLMAP or NeRF tools, found a path in CSV",
+            ),
             (ImportOptions { camera: Some(1), ..none.clone() }, "option camera"),
             (ImportOptions { animation: Some("a".to_owned()), ..none.clone() }, "option animation"),
             (placed(PlacementOptions { metres_per_unit: Some(0.0), ..here }), "option metres-per-unit: expected a number from"),

@@ -13,6 +13,9 @@ const CSV: &str =
 const IMAGES: &str = "# Image list\n# Number of images: 3\n1 1 0 0 0 0.5 -1 2 1 20240212_003919.jpg\n1.5 2.5 -1 3 4 7\n\
     2 0.9848078 0 0.1736482 0 0.5 -1 2.5 1 20240212_003921.jpg\n\n3 0.9659258 0 0.2588190 0 0 -1 3 1 20240212_003923.jpg\n1 2 -1\n";
 
+const TRANSFORMS: &str = r#"{"fl_x": 500, "frames": [{"file_path": "1.png", "transform_matrix": [[1,0,0,1],[0,0,-1,2],[0,1,0,3],[0,0,0,1]]},
+  {"file_path": "2.png", "transform_matrix": [[1,0,0,1.5],[0,0,-1,2],[0,1,0,3],[0,0,0,1]]}]}"#;
+
 fn binary_images() -> Vec<u8> {
     let mut bytes = 2_u64.to_le_bytes().to_vec();
     for id in 0..2_u32 {
@@ -33,6 +36,7 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
         ("p.csv", CSV.into()),
         ("images.txt", IMAGES.into()),
         ("images.bin", binary_images()),
+        ("transforms.json", TRANSFORMS.into()),
         ("p.glb", cart().glb()),
         ("p.gltf", cart().embedded()),
     ]

@@ -9,7 +9,7 @@ const IMAGES_PER_SECOND: f64 = 1.0;
 /// Seconds of images in the order of their names, the first at 0.
 ///
 /// The names' times of day, else the numbers in their names over the rate, else their order over the rate.
-pub(super) fn of(file: &str, images: &[Image], fps: Option<f64>, notes: &mut Vec<String>) -> Result<Vec<f64>, PathFileError> {
+pub(crate) fn of(file: &str, images: &[Image], fps: Option<f64>, notes: &mut Vec<String>) -> Result<Vec<f64>, PathFileError> {
     let rate = fps.unwrap_or(IMAGES_PER_SECOND);
     let assumed = if fps.is_none() { ", assumed; the option fps says otherwise" } else { "" };
     if fps.is_none()
