@@ -6,7 +6,6 @@
 
 mod bins;
 mod hrtf;
-mod image;
 mod poses;
 mod tail;
 mod walls;
@@ -15,7 +14,7 @@ pub use hrtf::Hrtf;
 pub use poses::{along, fit, random_poses};
 
 use crate::{BakeError, Response, Responses};
-use image::{Image, images};
+use promenade_acoustics::{BoxImage, box_images};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 pub use promenade_core::network::SPEED_OF_SOUND_M_S;
@@ -136,13 +135,13 @@ pub fn simulate_box(
     let diagonal_s = room.size.length() / SPEED_OF_SOUND_M_S;
     let length_s = options.length_s.unwrap_or_else(|| longest.max(diagonal_s + 0.05).min(LONGEST_BY_ITSELF_S));
     let length = (f64::from(length_s) * f64::from(options.sample_rate_hz)).ceil() as usize;
-    let images = images(options.order);
+    let images = box_images(options.order);
     let walls = walls::walls(room, hrtf.bins);
     let mut early = Early {
         emitter,
         size: room.size,
         hrtf,
-        reflected: images.iter().map(|i| (*i, i.spectrum(&walls))).collect(),
+        reflected: images.iter().map(|i| (*i, walls::left(i, &walls))).collect(),
         inverse: promenade_fourier::inverse(hrtf.bins.n_fft),
     };
     let tail = Tail::new(room, emitter, &images, hrtf, options, length);
@@ -194,13 +193,18 @@ fn check(room: &BoxRoom, emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &B
     Ok(())
 }
 
+/// Where an image lies, for an emitter in the room from the origin to `size`.
+fn position(image: &BoxImage, emitter: Vec3, size: Vec3) -> Vec3 {
+    Vec3::from_array(image.position(emitter.as_dvec3().to_array(), size.as_dvec3().to_array()).map(|c| c as f32))
+}
+
 /// The direct sound and the images.
 struct Early<'a> {
     emitter: Vec3,
     size: Vec3,
     hrtf: &'a Hrtf,
     /// Images with what their walls leave, by bin.
-    reflected: Vec<(Image, Vec<Complex32>)>,
+    reflected: Vec<(BoxImage, Vec<Complex32>)>,
     inverse: Arc<dyn ComplexToReal<f32>>,
 }
 
@@ -211,7 +215,7 @@ impl Early<'_> {
         let mut piece = self.inverse.make_output_vec();
         let mut scratch = self.inverse.make_scratch_vec();
         for (image, walls) in &self.reflected {
-            let to_head = pose.to_head(image.position(self.emitter, self.size));
+            let to_head = pose.to_head(position(image, self.emitter, self.size));
             let distance = to_head.length();
             let near = self.hrtf.near(to_head / distance);
             for (ear, out) in ears.iter_mut().enumerate() {

@@ -1,9 +1,9 @@
 //! What comes after the images: noise that decays as the room's energy does.
 
-use super::image::{Image, images};
-use super::walls::octave_place;
-use super::{BoxOptions, BoxRoom, Hrtf, SPEED_OF_SOUND_M_S};
+use super::walls::{energy, octave_place};
+use super::{BoxOptions, BoxRoom, Hrtf, SPEED_OF_SOUND_M_S, position};
 use crate::signal::random::Random;
+use promenade_acoustics::{BoxImage, box_images};
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
@@ -24,7 +24,7 @@ pub(super) struct Tail {
     size: Vec3,
     sample_rate_hz: f64,
     /// Images that are left out first.
-    next: Vec<Image>,
+    next: Vec<BoxImage>,
     /// Standard deviation of the noise, `[hop][bin]`, hops of half a frame.
     gains: Vec<Vec<f32>>,
     /// Shares of the common and of the opposite noise, by bin.
@@ -38,7 +38,7 @@ impl Tail {
     pub(super) fn new(
         room: &BoxRoom,
         emitter: Vec3,
-        early: &[Image],
+        early: &[BoxImage],
         hrtf: &Hrtf,
         options: &BoxOptions,
         length: usize,
@@ -69,7 +69,7 @@ impl Tail {
             emitter,
             size: room.size,
             sample_rate_hz: rate,
-            next: images(order).into_iter().filter(|i| i.order() == order).collect(),
+            next: box_images(order).into_iter().filter(|i| i.order() == order).collect(),
             gains: variances.iter().map(|v| (0..bins).map(|k| gain(v, k)).collect()).collect(),
             shares: (0..bins).map(shares).collect(),
             window: (0..n_fft).map(|i| (std::f32::consts::PI * (i as f32 + 0.5) / n_fft as f32).sin()).collect(),
@@ -82,7 +82,7 @@ impl Tail {
     pub(super) fn add(&self, listener: Vec3, index: u64, ears: &mut [Vec<f32>; 2]) {
         let hop = self.n_fft / 2;
         let first =
-            self.next.iter().map(|i| i.position(self.emitter, self.size).distance(listener)).fold(f32::INFINITY, f32::min);
+            self.next.iter().map(|i| position(i, self.emitter, self.size).distance(listener)).fold(f32::INFINITY, f32::min);
         let first_sample = f64::from(first / SPEED_OF_SOUND_M_S) * self.sample_rate_hz;
         let mut random = Random::new(self.seed ^ (index + 1).wrapping_mul(0xD6E8_FEB8_6659_FD93));
         let mut noise = || (0..self.length + 2 * self.n_fft).map(|_| random.normal()).collect::<Vec<f32>>();
@@ -130,14 +130,14 @@ pub(super) fn ends_real(spectrum: &mut [Complex32]) {
 }
 
 /// Energy a sample by hop and octave that the images do not have.
-fn variances(room: &BoxRoom, emitter: Vec3, early: &[Image], hops: usize, hop: usize, rate: f64) -> Vec<[f64; 7]> {
+fn variances(room: &BoxRoom, emitter: Vec3, early: &[BoxImage], hops: usize, hop: usize, rate: f64) -> Vec<[f64; 7]> {
     let mut random = Random::new(0);
     let mut had = vec![[0.0_f64; 7]; hops];
-    let energies: Vec<[f64; 7]> = early.iter().map(|i| std::array::from_fn(|octave| i.energy(room, octave))).collect();
+    let energies: Vec<[f64; 7]> = early.iter().map(|i| std::array::from_fn(|octave| energy(room, i, octave))).collect();
     for _ in 0..PLACES {
         let place = room.size * Vec3::new(random.uniform(), random.uniform(), random.uniform());
         for (image, energy) in early.iter().zip(&energies) {
-            let distance = f64::from(image.position(emitter, room.size).distance(place));
+            let distance = f64::from(position(image, emitter, room.size).distance(place));
             let at = distance / f64::from(SPEED_OF_SOUND_M_S) * rate / hop as f64;
             let Some(had) = had.get_mut(at.round() as usize) else { continue };
             for (h, e) in had.iter_mut().zip(energy) {

@@ -1,3 +1,4 @@
+use super::walls::energy as energy_of;
 use super::*;
 use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
 use std::f32::consts::PI;
@@ -86,24 +87,24 @@ fn the_direct_sound_comes_after_its_way_at_its_level() {
 
 #[test]
 fn images_are_where_mirrors_put_them_with_what_walls_leave() {
-    assert_eq!([0, 1, 2, 3, 6].map(|order| images(order).len()), [1, 7, 25, 63, 377]);
+    assert_eq!([0, 1, 2, 3, 6].map(|order| box_images(order).len()), [1, 7, 25, 63, 377]);
     let mut absorption = [[0.0; 7]; 6];
     for (wall, octaves) in absorption.iter_mut().enumerate() {
         *octaves = [0.1 + 0.1 * wall as f32; 7];
     }
     let room = BoxRoom { absorption, ..ROOM };
-    let found = images(1);
+    let found = box_images(1);
     // Walls at x = 0, x = 7, and so on: mirrors of the emitter, each with its own absorption.
     for (wall, octaves) in absorption.iter().enumerate() {
         let (axis, mut mirrored) = (wall / 2, EMITTER);
         mirrored[axis] = if wall % 2 == 0 { -EMITTER[axis] } else { 2.0 * ROOM.size[axis] - EMITTER[axis] };
-        let image = found.iter().find(|i| i.position(EMITTER, ROOM.size).distance(mirrored) < 1e-4).unwrap();
-        assert!((image.energy(&room, 3) - f64::from(1.0 - octaves[3])).abs() < 1e-6, "wall {wall}");
+        let image = found.iter().find(|i| position(i, EMITTER, ROOM.size).distance(mirrored) < 1e-4).unwrap();
+        assert!((energy_of(&room, image, 3) - f64::from(1.0 - octaves[3])).abs() < 1e-6, "wall {wall}");
         assert_eq!(image.order(), 1);
     }
     // Every image is the mirror of another in the wall that it met last, with what that wall leaves.
-    let far = images(3).into_iter().find(|i| i.position(EMITTER, ROOM.size).abs_diff_eq(Vec3::new(17.1, 2.3, -1.9), 1e-4));
-    assert!((far.unwrap().energy(&room, 0) - 0.9 * 0.8 * 0.5).abs() < 1e-6, "floor, then far and near wall");
+    let far = box_images(3).into_iter().find(|i| position(i, EMITTER, ROOM.size).abs_diff_eq(Vec3::new(17.1, 2.3, -1.9), 1e-4));
+    assert!((energy_of(&room, &far.unwrap(), 0) - 0.9 * 0.8 * 0.5).abs() < 1e-6, "floor, then far and near wall");
 }
 
 #[test]
@@ -112,10 +113,10 @@ fn reflections_have_the_energy_of_their_images() {
     let options = BoxOptions { order: 2, length_s: Some(0.0235), ..BoxOptions::default() };
     let response = &simulate(&ROOM, EMITTER, &transparent(), &[listener], &options)[0];
     let mut silent = response.left.clone();
-    for image in images(2) {
-        let distance = image.position(EMITTER, ROOM.size).distance(listener.position);
+    for image in box_images(2) {
+        let distance = position(&image, EMITTER, ROOM.size).distance(listener.position);
         let arrival = distance / SPEED_OF_SOUND_M_S * RATE as f32;
-        let amplitude = (image.energy(&ROOM, 3).sqrt() as f32) / distance;
+        let amplitude = (energy_of(&ROOM, &image, 3).sqrt() as f32) / distance;
         for (i, v) in silent.iter_mut().enumerate() {
             let t = PI * (i as f32 - arrival);
             *v -= amplitude * if t.abs() < 1e-3 { 1.0 } else { t.sin() / t };

@@ -2,6 +2,7 @@
 
 use super::bins::Bins;
 use super::{BoxRoom, OCTAVES_HZ};
+use promenade_acoustics::BoxImage;
 use promenade_fourier::num_complex::Complex32;
 
 /// Amplitude that stands for 0, whose logarithm would be infinite.
@@ -16,6 +17,18 @@ pub(super) fn walls(room: &BoxRoom, bins: Bins) -> [Vec<Complex32>; 6] {
         };
         bins.minimum_phase(amplitude)
     })
+}
+
+/// What they leave of an image's amplitude, by bin, from their complex logarithms.
+pub(super) fn left(image: &BoxImage, walls: &[Vec<Complex32>; 6]) -> Vec<Complex32> {
+    let hits = image.hits();
+    (0..walls[0].len()).map(|k| walls.iter().zip(hits).map(|(w, n)| w[k] * n as f32).sum::<Complex32>().exp()).collect()
+}
+
+/// What they leave of an image's energy, in an octave.
+pub(super) fn energy(room: &BoxRoom, image: &BoxImage, octave: usize) -> f64 {
+    let left = |(a, n): (&super::Absorption, u32)| f64::from(1.0 - a[octave]).powi(n.cast_signed());
+    room.absorption.iter().zip(image.hits()).map(left).product()
 }
 
 /// A value by octave at a frequency: linear over the logarithm of the frequency, held beyond the ends.

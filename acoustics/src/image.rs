@@ -1,0 +1,41 @@
+//! Mirror images of a source.
+
+use crate::octave::{BANDS, Octaves};
+
+/// A mirror image of a source, as one listener hears it: sound from where it lies, delayed and weakened by its distance, times its
+/// gains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Where it lies, metres. It does not move with the listener.
+    pub position: [f64; 3],
+    /// Reflections that made it; 0 is the source.
+    pub order: u32,
+    /// What those reflections leave of the amplitude.
+    pub gains: [f32; BANDS],
+    /// Which of its source's images it is: the same number for every listener.
+    pub index: usize,
+    /// The triangles that reflect it, in the order in which sound from the source meets them; for a box, its walls.
+    pub faces: Vec<u32>,
+}
+
+/// What images have of the energy that walls reflect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Share {
+    /// All of it, as if nothing were scattered.
+    Whole,
+    /// What is not scattered; the rest is the rays'.
+    Specular,
+}
+
+impl Share {
+    /// What a reflection leaves of the amplitude.
+    pub(crate) fn gains(self, material: &crate::Material) -> Octaves {
+        std::array::from_fn(|band| {
+            let reflected = 1.0 - material.absorption[band];
+            match self {
+                Self::Whole => reflected.sqrt(),
+                Self::Specular => (reflected * (1.0 - material.scattering[band])).sqrt(),
+            }
+        })
+    }
+}

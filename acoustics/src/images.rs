@@ -1,0 +1,112 @@
+//! The images of a source in a room, and which of them a listener sees.
+//!
+//! Beams from the source, on a lattice of directions, say in which planes it is mirrored and in which order; on flat walls the apex of
+//! a beam is the exact image of the source (Heckbert and Hanrahan 1984; Funkhouser et al. 1998). All orders of few planes are added
+//! without asking a beam. A listener sees an image if a ray to it, reflected wherever it meets a wall, arrives at the source after as
+//! many reflections as the image has.
+
+mod cone;
+mod tree;
+
+use crate::error::{AcousticsError, place};
+use crate::image::{Image, Share};
+use crate::octave::{BANDS, Octaves};
+use crate::ray::Ray;
+use crate::room::Room;
+use glam::DVec3;
+use tree::{Candidate, Tree, distinct};
+
+/// Highest order of images.
+pub const MAX_ORDER: u32 = 50;
+/// How images are searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageOptions {
+    /// Reflections at most; at most [`MAX_ORDER`].
+    pub order: u32,
+    /// Beams from the source.
+    pub beams: usize,
+    /// Up to this order images in all sequences of planes are tried as well, as long as an order has at most 16,384.
+    pub exact_order: u32,
+}
+
+impl Default for ImageOptions {
+    fn default() -> Self {
+        Self { order: 6, beams: 8192, exact_order: 2 }
+    }
+}
+
+/// The images of one source.
+#[derive(Clone, Debug)]
+pub struct Images {
+    source: DVec3,
+    all: Vec<Candidate>,
+}
+
+impl Images {
+    /// The images of a source at `source`, metres, among which those that a place sees are found by [`Images::seen_from`].
+    ///
+    /// # Errors
+    /// A source that is not finite, an order or a number of beams out of range.
+    pub fn new(room: &Room, source: [f64; 3], options: &ImageOptions) -> Result<Self, AcousticsError> {
+        let source = place("source", source)?;
+        if options.order > MAX_ORDER {
+            return Err(AcousticsError::argument("order of images", format!("at most {MAX_ORDER}"), options.order));
+        }
+        if !(1..=1 << 22).contains(&options.beams) {
+            return Err(AcousticsError::argument("beams", "1 to 4194304", options.beams));
+        }
+        let mut tree = Tree::new(source);
+        tree.grow_exactly(room, options.exact_order.min(options.order));
+        Ok(Self { source, all: distinct(tree.grow_along(room, options)) })
+    }
+
+    /// How many images there are, the source itself among them.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.all.len()
+    }
+
+    /// The images that a listener sees, the nearest orders first.
+    ///
+    /// # Errors
+    /// A listener that is not finite.
+    pub fn seen_from(&self, room: &Room, listener: [f64; 3], share: Share) -> Result<Vec<Image>, AcousticsError> {
+        let listener = place("listener", listener)?;
+        let gains: Vec<Octaves> = room.materials().iter().map(|m| share.gains(m)).collect();
+        let mut faces = Vec::new();
+        let mut seen = Vec::new();
+        for (index, candidate) in self.all.iter().enumerate() {
+            if !candidate.cone.holds(listener - candidate.position)
+                || !reaches(room, listener, candidate, self.source, &mut faces)
+            {
+                continue;
+            }
+            let mut left = [1.0; BANDS];
+            for face in &faces {
+                left.iter_mut().zip(gains[room.material(*face)]).for_each(|(l, g)| *l *= g);
+            }
+            let faces = faces.iter().rev().map(|f| room.triangle(*f)).collect();
+            seen.push(Image { position: candidate.position.to_array(), order: candidate.order, gains: left, index, faces });
+        }
+        Ok(seen)
+    }
+}
+
+/// Whether a ray from a listener to an image arrives at the source, and the faces that it meets.
+fn reaches(room: &Room, listener: DVec3, image: &Candidate, source: DVec3, faces: &mut Vec<u32>) -> bool {
+    faces.clear();
+    let way = image.position - listener;
+    let mut left = way.length();
+    if left <= 0.0 {
+        return image.order == 0;
+    }
+    let near = room.skin();
+    let mut ray = Ray::new(listener, way / left);
+    for _ in 0..image.order {
+        let Some(hit) = ray.cast(room).filter(|hit| hit.distance <= left + near) else { return false };
+        faces.push(hit.face);
+        ray.mirror(room, &hit);
+        left = (left - hit.distance).max(0.0);
+    }
+    ray.at(left).distance(source) <= near && ray.cast(room).is_none_or(|hit| hit.distance >= left - near)
+}

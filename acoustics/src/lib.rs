@@ -1,0 +1,41 @@
+//! Rooms from geometry: where their walls mirror a source to, and how the rest of its energy arrives.
+//!
+//! A [`Mesh`] with a [`Material`] for each of its groups is a [`Room`]. [`Images`] finds the mirror images of a source that listeners
+//! see, a [`Shoebox`] has its own without a search. Everything is in metres, seconds, hertz and linear factors of energy or amplitude,
+//! as each item says; axes are the caller's. Numbers by octave are [`Octaves`]. Directions and places are `[x, y, z]`.
+//!
+//! Sound travels on rays: it is neither diffracted nor has modes, so below Schroeder's frequency, some 200 Hz in a living room, a
+//! real room differs.
+
+#![forbid(unsafe_code)]
+
+mod air;
+mod error;
+mod image;
+mod images;
+mod lattice;
+mod material;
+mod materials;
+mod mesh;
+mod octave;
+mod random;
+mod ray;
+mod rays;
+mod room;
+mod shoebox;
+
+pub use air::Air;
+pub use error::AcousticsError;
+pub use image::{Image, Share};
+pub use images::{ImageOptions, Images, MAX_ORDER};
+pub use lattice::fibonacci;
+pub use material::Material;
+pub use materials::{Entry, Materials, SCATTERING};
+pub use mesh::{Mesh, MeshReport, Triangle};
+pub use octave::{BANDS, OCTAVES_HZ, Octaves};
+pub use rays::{Bin, Echogram, LateField, RayOptions, late_field};
+pub use room::Room;
+pub use shoebox::{BoxImage, Shoebox, box_images};
+
+/// Metres per second, of air at 20 degrees Celsius.
+pub const SPEED_OF_SOUND_M_S: f64 = 343.0;

@@ -1,0 +1,204 @@
+//! The table of materials.
+//!
+//! Absorption and scattering by octave are those of the table in the Python package pyroomacoustics 0.10.1 (`data/materials.json`, MIT
+//! licence beside it), which has them from M. Vorlaender, "Auralization", Springer 2008, appendix. Where it ends below 8 kHz, its last
+//! value holds.
+
+use crate::error::AcousticsError;
+use crate::material::Material;
+use crate::octave::Octaves;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Scattering of a surface of which nothing is said: that of a flat wall with little on it.
+pub const SCATTERING: f32 = 0.1;
+/// Names that an error suggests.
+const SUGGESTIONS: usize = 3;
+
+/// Materials by name.
+#[derive(Clone, Debug)]
+pub struct Materials {
+    absorption: BTreeMap<String, Entry>,
+    scattering: BTreeMap<String, Entry>,
+}
+
+/// A row of the table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// What it is.
+    pub description: String,
+    /// Shares, 0 to 1.
+    pub shares: Octaves,
+}
+
+#[derive(Deserialize)]
+struct File {
+    absorption: BTreeMap<String, BTreeMap<String, Row>>,
+    scattering: BTreeMap<String, BTreeMap<String, Row>>,
+}
+
+#[derive(Deserialize)]
+struct Row {
+    description: String,
+    coeffs: Vec<f32>,
+}
+
+impl Default for Materials {
+    fn default() -> Self {
+        let file: File = serde_json::from_str(include_str!("../data/materials.json")).unwrap_or_else(|e| {
+            // A test reads it.
+            unreachable!("the table of this crate: {e}")
+        });
+        Self { absorption: rows(file.absorption), scattering: rows(file.scattering) }
+    }
+}
+
+fn rows(classes: BTreeMap<String, BTreeMap<String, Row>>) -> BTreeMap<String, Entry> {
+    let entry = |(name, row): (String, Row)| {
+        let last = row.coeffs.len() - 1;
+        let shares = std::array::from_fn(|band| row.coeffs[band.min(last)]);
+        (name, Entry { description: row.description, shares })
+    };
+    classes.into_values().flatten().map(entry).collect()
+}
+
+impl Materials {
+    /// Names and descriptions of what absorbs, in the order of the alphabet.
+    pub fn absorbing(&self) -> impl Iterator<Item = (&str, &Entry)> {
+        self.absorption.iter().map(|(name, entry)| (name.as_str(), entry))
+    }
+
+    /// Names and descriptions of what is known to scatter, in the order of the alphabet.
+    pub fn scattering(&self) -> impl Iterator<Item = (&str, &Entry)> {
+        self.scattering.iter().map(|(name, entry)| (name.as_str(), entry))
+    }
+
+    /// A material after its description: `ABSORPTION` or `ABSORPTION:SCATTERING`, each a name of the table, one number for all octaves or
+    /// seven for those from 125 Hz, with slashes between. Scattering is that of the table where it has one of the same name, else
+    /// [`SCATTERING`].
+    ///
+    /// # Errors
+    /// A name that is not there, with those it may have meant; numbers outside 0 to 1, or neither one nor seven.
+    pub fn material(&self, description: &str) -> Result<Material, AcousticsError> {
+        let (absorption, scattering) = match description.split_once(':') {
+            Some((absorption, scattering)) => (absorption, Some(scattering)),
+            None => (description, None),
+        };
+        let scattering = match scattering {
+            Some(scattering) => shares("scattering", scattering, &self.scattering)?,
+            None => self.scattering.get(&key(absorption)).map_or([SCATTERING; 7], |entry| entry.shares),
+        };
+        let absorption = shares("material", absorption, &self.absorption)?;
+        let material = Material { name: description.to_owned(), absorption, scattering };
+        material.check()?;
+        Ok(material)
+    }
+
+    /// The material of each group: that of the first rule, a pattern with `*` for any letters and a description, that fits its name; where
+    /// none does, the one of the group's own name. Small and capital letters are alike.
+    ///
+    /// # Errors
+    /// A description that is none, a group without a rule whose name is no material, a rule that fits no group.
+    pub fn assign(&self, groups: &[String], rules: &[(String, String)]) -> Result<Vec<Material>, AcousticsError> {
+        for (pattern, description) in rules {
+            self.material(description)?;
+            if !groups.iter().any(|group| fits(&key(pattern), &key(group))) {
+                let expected = format!("one that fits a group of the mesh: {}", groups.join(", "));
+                return Err(AcousticsError::argument("pattern of a material", expected, format!("{pattern:?}")));
+            }
+        }
+        let of = |group: &String| match rules.iter().find(|(pattern, _)| fits(&key(pattern), &key(group))) {
+            Some((_, description)) => self.material(description),
+            None => self.material(group),
+        };
+        groups.iter().map(of).collect()
+    }
+}
+
+fn key(name: &str) -> String {
+    name.trim().to_lowercase().replace([' ', '-'], "_")
+}
+
+fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Octaves, AcousticsError> {
+    if let Some(entry) = table.get(&key(text)) {
+        return Ok(entry.shares);
+    }
+    let numbers: Result<Vec<f32>, _> = text.split('/').map(|n| n.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok([one]) => Ok([*one; 7]),
+        Ok(numbers) if numbers.len() == 7 => Ok(std::array::from_fn(|i| numbers[i])),
+        Ok(numbers) => {
+            Err(AcousticsError::argument(what, "1 number or 7 with slashes between", format!("{} in {text:?}", numbers.len())))
+        }
+        Err(_) => {
+            let mut names: Vec<(f64, &String)> = table.keys().map(|name| (likeness(&key(text), name), name)).collect();
+            names.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let near: Vec<&str> = names.iter().take(SUGGESTIONS).map(|(_, name)| name.as_str()).collect();
+            let expected = format!("a name of the table, perhaps {}, or numbers", near.join(", "));
+            Err(AcousticsError::argument(what, expected, format!("{text:?}")))
+        }
+    }
+}
+
+/// How much a name looks like another, whole or in one of its words.
+fn likeness(found: &str, name: &str) -> f64 {
+    let words = name.split('_').map(|word| 0.95 * strsim::jaro_winkler(found, word));
+    words.fold(strsim::jaro_winkler(found, name), f64::max)
+}
+
+/// Whether a name is of the form of a pattern, in which `*` stands for any letters.
+fn fits(pattern: &str, name: &str) -> bool {
+    let Some((before, after)) = pattern.split_once('*') else { return pattern == name };
+    let Some(rest) = name.strip_prefix(before) else { return false };
+    (0..=rest.len()).any(|i| rest.is_char_boundary(i) && fits(after, &rest[i..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_holds_shares() {
+        let table = Materials::default();
+        assert!(table.absorbing().count() > 80 && table.scattering().count() == 7);
+        for (name, entry) in table.absorbing().chain(table.scattering()) {
+            assert!(entry.shares.iter().all(|s| (0.0..=1.0).contains(s)), "{name}");
+        }
+        let curtain = table.material("curtains_densely_woven").unwrap();
+        assert_eq!(curtain.absorption, [0.06, 0.1, 0.38, 0.63, 0.7, 0.73, 0.73]);
+        assert_eq!(curtain.scattering, [SCATTERING; 7]);
+    }
+
+    #[test]
+    fn materials_are_described_by_names_and_numbers() {
+        let table = Materials::default();
+        assert_eq!(table.material("Hard Surface").unwrap().absorption[0], 0.02);
+        assert_eq!(table.material("0.3:0.5").unwrap().scattering, [0.5; 7]);
+        let material = table.material("0/.1/.2/.3/.4/.5/.6:classroom_tables").unwrap();
+        assert_eq!((material.absorption[6], material.scattering[2]), (0.6, 0.4));
+        for (wrong, says) in [
+            ("carpett", "perhaps carpet_"),
+            ("brick", "brickwork"),
+            ("0.1/0.2", "1 number or 7 with slashes between, found 2"),
+            ("1.2", "expected 0 to 1, found 1.2"),
+            ("0.1:smooth", "scattering: expected a name of the table"),
+        ] {
+            let error = table.material(wrong).unwrap_err().to_string();
+            assert!(error.contains(says), "{error}");
+        }
+    }
+
+    #[test]
+    fn groups_get_materials_by_pattern_or_by_their_names() {
+        let table = Materials::default();
+        let groups = ["Floor.001", "ceiling", "north_wall", "marble_floor"].map(str::to_owned);
+        let rule = |pattern: &str, description: &str| (pattern.to_owned(), description.to_owned());
+        let rules = [rule("floor*", "0.1"), rule("*wall", "0.2"), rule("ceiling", "0.3")];
+        let found = table.assign(&groups, &rules).unwrap();
+        assert_eq!(found.iter().map(|m| m.absorption[0]).collect::<Vec<_>>(), [0.1, 0.3, 0.2, 0.01]);
+        let error = table.assign(&groups, &rules[..2]).unwrap_err().to_string();
+        assert!(error.contains("found \"ceiling\"") && error.contains("ceiling_"), "{error}");
+        let error = table.assign(&groups, &[rule("door*", "0.1")]).unwrap_err().to_string();
+        assert!(error.contains("Floor.001, ceiling") && error.contains("\"door*\""), "{error}");
+    }
+}

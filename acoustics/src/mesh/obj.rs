@@ -1,0 +1,41 @@
+//! OBJ files. Of materials only the names count, so their file need not be there.
+
+use super::{Mesh, Triangle};
+use crate::error::AcousticsError;
+use std::collections::HashMap;
+use std::io::{BufReader, Cursor, Read};
+use std::path::Path;
+
+/// A library of materials that is put before the file and has all names that it uses.
+const NAMES: &str = "promenade-names";
+
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
+    let mut names: Vec<String> = Vec::new();
+    for line in bytes.split(|b| *b == b'\n') {
+        let line = String::from_utf8_lossy(line);
+        if let Some(name) = line.trim().strip_prefix("usemtl ").map(|n| n.trim().to_owned()).filter(|n| !names.contains(n)) {
+            names.push(name);
+        }
+    }
+    let materials = |file: &Path| {
+        let used = if file == Path::new(NAMES) { names.clone() } else { Vec::new() };
+        let numbers: HashMap<String, usize> = used.iter().cloned().zip(0..).collect();
+        let materials = used.into_iter().map(|name| tobj::Material { name, ..Default::default() });
+        Ok((materials.collect(), numbers))
+    };
+    let options = tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let mut reader = BufReader::new(Cursor::new(format!("mtllib {NAMES}\n")).chain(Cursor::new(bytes)));
+    let (models, _) = tobj::load_obj_buf(&mut reader, &options, materials)
+        .map_err(|e| AcousticsError::content(path, "a readable OBJ file", e))?;
+    let mut mesh = Mesh::default();
+    for model in models {
+        let first = mesh.vertices.len() as u32;
+        let of_object = if model.name == "unnamed_object" { "surface" } else { model.name.trim() };
+        let group = mesh.group(model.mesh.material_id.and_then(|i| names.get(i)).map_or(of_object, |n| n));
+        // In the precision of the file, not of tobj's numbers, would be better; theirs are exact to a tenth of a millimetre at a kilometre.
+        mesh.vertices.extend(model.mesh.positions.as_chunks::<3>().0.iter().map(|v| v.map(f64::from)));
+        let corners = model.mesh.indices.as_chunks::<3>().0;
+        mesh.triangles.extend(corners.iter().map(|c| Triangle { corners: c.map(|i| first + i), group }));
+    }
+    Ok(mesh)
+}

@@ -1,0 +1,312 @@
+//! The sound that images do not have: rays that walls scatter, collected at all listeners at once.
+//!
+//! Each ray carries the energy of all octaves as lanes; a wall takes its share of each and sends the ray on, as a mirror or after Lambert's
+//! law (Kuttruff, "Room Acoustics"; Schroeder 2011, "Physically based real-time auralization", chapter 5). Spheres about the listeners
+//! collect what passes through them, an unbiased measure of the energy at their middles.
+
+mod echogram;
+mod listeners;
+
+pub use echogram::{Bin, Echogram};
+
+use crate::SPEED_OF_SOUND_M_S;
+use crate::air::Air;
+use crate::error::{AcousticsError, place};
+use crate::lattice::direction;
+use crate::material::Material;
+use crate::octave::{BANDS, Octaves};
+use crate::random::Random;
+use crate::ray::Ray;
+use crate::room::Room;
+use echogram::LANES;
+use glam::{DQuat, DVec3};
+use listeners::Listeners;
+use rayon::prelude::*;
+
+/// Most shares that a run's rays are divided in.
+const SHARES: usize = 64;
+/// Shares that are traced at once, whatever the number of threads.
+const AT_ONCE: usize = 8;
+/// Rays that a share has at least.
+const LEAST_RAYS: usize = 256;
+/// A ray that has less of its energy than this, in every octave, ends: 70 dB.
+const LEAST_ENERGY: f32 = 1e-7;
+/// Longest echogram, bins.
+const MOST_BINS: f64 = 1e6;
+
+/// How rays are traced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayOptions {
+    /// Rays from the source.
+    pub rays: usize,
+    /// How long they go, seconds.
+    pub length_s: f64,
+    /// Length of a bin of the echograms, seconds.
+    pub bin_s: f64,
+    /// What mirrors alone have sent on up to so many times is left to images of [`crate::Share::Specular`]. The direct sound always is.
+    pub image_order: u32,
+    /// Radius of the listeners' spheres, metres; less where a wall is nearer. Without it a tenth of the side of a cube of the volume that
+    /// the mesh lies in.
+    pub radius_m: Option<f64>,
+    /// What the air takes.
+    pub air: Option<Air>,
+    /// Seed of directions and scattering.
+    pub seed: u64,
+}
+
+impl Default for RayOptions {
+    fn default() -> Self {
+        Self { rays: 16_384, length_s: 1.0, bin_s: 0.004, image_order: 6, radius_m: None, air: Some(Air::default()), seed: 1 }
+    }
+}
+
+/// What became of a source's energy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LateField {
+    /// Of each listener.
+    pub echograms: Vec<Echogram>,
+    /// Share of the energy that walls absorbed.
+    pub absorbed: Octaves,
+    /// Share of the energy that left through openings.
+    pub escaped: Octaves,
+    /// Share of the energy that was still on its way at the end, or too little to follow.
+    pub remaining: Octaves,
+    /// Mean way between two walls, metres; 0 if none was met.
+    pub mean_free_path_m: f64,
+    /// Variance of those ways, over the square of their mean.
+    pub path_variance: f64,
+    /// Searches for the next wall.
+    pub casts: u64,
+}
+
+/// Traces rays from a source once and collects them at all listeners. `done` is told the share of the work that is, 0 to 1. The same
+/// input and seed give the same numbers on any number of threads.
+///
+/// # Errors
+/// A source or a listener that is not finite, an option out of range.
+pub fn late_field(
+    room: &Room,
+    source: [f64; 3],
+    listeners: &[[f64; 3]],
+    options: &RayOptions,
+    done: impl Fn(f64),
+) -> Result<LateField, AcousticsError> {
+    let source = place("source", source)?;
+    let radius = options.radius_m.unwrap_or_else(|| 0.1 * room.bounding_volume().cbrt());
+    check(options, radius)?;
+    let listeners = Listeners::new(room, listeners, radius)?;
+    let tracer = Tracer {
+        room,
+        source,
+        listeners: &listeners,
+        surfaces: room.materials().iter().map(Surface::new).collect(),
+        options,
+        turn: turn(options.seed),
+        bins: (options.length_s / options.bin_s).ceil() as usize,
+    };
+    let share = options.rays.div_ceil(SHARES).max(LEAST_RAYS);
+    let starts: Vec<usize> = (0..options.rays).step_by(share).collect();
+    let mut sum = Sum::new(listeners.count(), tracer.bins);
+    for (i, wave) in starts.chunks(AT_ONCE).enumerate() {
+        let parts: Vec<Sum> = wave.par_iter().map(|start| tracer.trace(*start..(start + share).min(options.rays))).collect();
+        // In the order of the rays, so that rounding does not depend on who was first.
+        parts.iter().for_each(|part| sum.add(part));
+        done(((i + 1) * AT_ONCE).min(starts.len()) as f64 / starts.len() as f64);
+    }
+    Ok(sum.finish(&tracer))
+}
+
+fn check(options: &RayOptions, radius: f64) -> Result<(), AcousticsError> {
+    let wrong = |what: &str, expected: &str, found: String| Err(AcousticsError::argument(what, expected, found));
+    if !(1..=1 << 28).contains(&options.rays) {
+        return wrong("rays", "1 to 268435456", options.rays.to_string());
+    }
+    if !(options.bin_s > 0.0 && options.length_s > 0.0 && options.length_s / options.bin_s <= MOST_BINS) {
+        let found = format!("{} s in bins of {} s", options.length_s, options.bin_s);
+        return wrong("length of echograms", "above 0 s and at most a million bins", found);
+    }
+    if !(radius > 0.0 && radius.is_finite()) {
+        return wrong("radius of listeners", "above 0 m", radius.to_string());
+    }
+    Ok(())
+}
+
+/// A rotation of the lattice of directions.
+fn turn(seed: u64) -> DQuat {
+    let mut random = Random::new(seed, u64::MAX);
+    // Evenly over all rotations (Shoemake 1992).
+    let (u, v, w) = (random.uniform(), std::f64::consts::TAU * random.uniform(), std::f64::consts::TAU * random.uniform());
+    let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
+    DQuat::from_xyzw(a * v.sin(), a * v.cos(), b * w.sin(), b * w.cos())
+}
+
+/// What a material does to a ray's lanes.
+struct Surface {
+    reflected: [f32; LANES],
+    /// How often a ray is scattered, and what a band's energy is multiplied with if it is and if it is not, so that each band keeps its own
+    /// share on both ways.
+    chance: f64,
+    if_scattered: [f32; LANES],
+    if_mirrored: [f32; LANES],
+}
+
+impl Surface {
+    fn new(material: &Material) -> Self {
+        let lanes = |of: &dyn Fn(usize) -> f32| std::array::from_fn(|lane| if lane < BANDS { of(lane) } else { 0.0 });
+        let chance = material.scattering.iter().sum::<f32>() / BANDS as f32;
+        Self {
+            reflected: lanes(&|b| 1.0 - material.absorption[b]),
+            chance: f64::from(chance),
+            if_scattered: lanes(&|b| if chance > 0.0 { material.scattering[b] / chance } else { 1.0 }),
+            if_mirrored: lanes(&|b| if chance < 1.0 { (1.0 - material.scattering[b]) / (1.0 - chance) } else { 1.0 }),
+        }
+    }
+}
+
+struct Tracer<'a> {
+    room: &'a Room,
+    source: DVec3,
+    listeners: &'a Listeners,
+    surfaces: Vec<Surface>,
+    options: &'a RayOptions,
+    turn: DQuat,
+    bins: usize,
+}
+
+/// What some rays have brought.
+struct Sum {
+    /// `[listener][bin]`.
+    bins: Vec<echogram::Lanes>,
+    absorbed: [f64; LANES],
+    escaped: [f64; LANES],
+    remaining: [f64; LANES],
+    way_m: f64,
+    way2_m2: f64,
+    walls: u64,
+    casts: u64,
+}
+
+impl Sum {
+    fn new(listeners: usize, bins: usize) -> Self {
+        let none = [0.0; LANES];
+        let bins = vec![echogram::Lanes::default(); listeners * bins];
+        Self { bins, absorbed: none, escaped: none, remaining: none, way_m: 0.0, way2_m2: 0.0, walls: 0, casts: 0 }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| a.add(b));
+        add(&mut self.absorbed, &other.absorbed);
+        add(&mut self.escaped, &other.escaped);
+        add(&mut self.remaining, &other.remaining);
+        self.way_m += other.way_m;
+        self.way2_m2 += other.way2_m2;
+        self.walls += other.walls;
+        self.casts += other.casts;
+    }
+
+    fn finish(self, tracer: &Tracer<'_>) -> LateField {
+        let options = tracer.options;
+        let decay = options.air.map_or([0.0; BANDS], |air| air.decay_per_m());
+        let air = |bin: usize, band: usize| {
+            let way = (bin as f64 + 0.5) * options.bin_s * SPEED_OF_SOUND_M_S;
+            (-f64::from(decay[band]) * way).exp() as f32
+        };
+        let shares = |lanes: [f64; LANES]| std::array::from_fn(|b| (lanes[b] / options.rays as f64) as f32);
+        let walls = self.walls.max(1) as f64;
+        let mean = self.way_m / walls;
+        LateField {
+            echograms: self.bins.chunks(tracer.bins).map(|bins| Echogram::new(options.bin_s, bins, air)).collect(),
+            absorbed: shares(self.absorbed),
+            escaped: shares(self.escaped),
+            remaining: shares(self.remaining),
+            mean_free_path_m: mean,
+            path_variance: if mean > 0.0 { self.way2_m2 / walls / (mean * mean) - 1.0 } else { 0.0 },
+            casts: self.casts,
+        }
+    }
+}
+
+fn add(sum: &mut [f64; LANES], other: &[f64; LANES]) {
+    sum.iter_mut().zip(other).for_each(|(a, b)| *a += b);
+}
+
+impl Tracer<'_> {
+    fn trace(&self, rays: std::ops::Range<usize>) -> Sum {
+        let mut sum = Sum::new(self.listeners.count(), self.bins);
+        for i in rays {
+            self.follow(i, &mut sum);
+        }
+        sum
+    }
+
+    fn follow(&self, index: usize, sum: &mut Sum) {
+        let options = self.options;
+        let mut random = Random::new(options.seed, index as u64);
+        let mut ray = Ray::new(self.source, self.turn * direction(index, options.rays));
+        let mut energy = [1.0_f32; LANES];
+        energy[BANDS..].fill(0.0);
+        let reach = options.length_s * SPEED_OF_SOUND_M_S;
+        // Sent out at the level of a direct sound of 1 at 1 m.
+        let level = 4.0 * std::f64::consts::PI / options.rays as f64;
+        let (mut way, mut order, mut mirrored) = (0.0, 0, true);
+        loop {
+            sum.casts += 1;
+            let hit = ray.cast(self.room);
+            let length = hit.map_or(f64::INFINITY, |hit| hit.distance).min(reach - way);
+            if !(mirrored && order <= options.image_order) {
+                self.collect(&ray, length, way, &energy, level, sum);
+            }
+            let Some(hit) = hit else {
+                return add(&mut sum.escaped, &energy.map(f64::from));
+            };
+            way += hit.distance;
+            if way >= reach || energy.iter().all(|e| *e < LEAST_ENERGY) {
+                return add(&mut sum.remaining, &energy.map(f64::from));
+            }
+            sum.way_m += hit.distance;
+            sum.way2_m2 += hit.distance * hit.distance;
+            sum.walls += 1;
+            let surface = &self.surfaces[self.room.material(hit.face)];
+            for ((e, r), absorbed) in energy.iter_mut().zip(&surface.reflected).zip(&mut sum.absorbed) {
+                *absorbed += f64::from(*e * (1.0 - r));
+                *e *= r;
+            }
+            let scattered = surface.chance > 0.0 && random.uniform() < surface.chance;
+            // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the same ways:
+            // keeping it for ever would make a few rays carry everything.
+            if mirrored && order < options.image_order {
+                let factors = if scattered { &surface.if_scattered } else { &surface.if_mirrored };
+                energy.iter_mut().zip(factors).for_each(|(e, f)| *e *= f);
+            }
+            if scattered {
+                mirrored = false;
+                let direction = self.scattered(&ray, hit.face, &mut random);
+                ray.scatter(self.room, &hit, direction);
+            } else {
+                ray.mirror(self.room, &hit);
+            }
+            order += 1;
+        }
+    }
+
+    /// A direction after Lambert's law, to the side that the ray has come from.
+    fn scattered(&self, ray: &Ray, face: u32, random: &mut Random) -> DVec3 {
+        let normal = self.room.planes()[self.room.plane(face) as usize].normal;
+        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+        // The normal and a point of the unit sphere about its end.
+        let z = 1.0 - 2.0 * random.uniform();
+        let (sine, cosine) = (std::f64::consts::TAU * random.uniform()).sin_cos();
+        let radius = (1.0 - z * z).max(0.0).sqrt();
+        (normal + DVec3::new(radius * cosine, radius * sine, z)).try_normalize().unwrap_or(normal)
+    }
+
+    fn collect(&self, ray: &Ray, length: f64, way: f64, energy: &[f32; LANES], level: f64, sum: &mut Sum) {
+        self.listeners.crossed(ray, length, |listener, at, area_m2| {
+            let bin = ((way + at) / SPEED_OF_SOUND_M_S / self.options.bin_s) as usize;
+            if bin < self.bins {
+                let from = (-ray.direction).as_vec3();
+                sum.bins[listener * self.bins + bin].collect(energy, (level / area_m2) as f32, from.to_array());
+            }
+        });
+    }
+}

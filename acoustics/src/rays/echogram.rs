@@ -1,0 +1,93 @@
+//! Energy over time.
+
+use crate::octave::{BANDS, Octaves};
+
+/// Octaves side by side in a vector, one of them empty.
+pub(super) const LANES: usize = 8;
+
+/// Energy that arrives at a listener over time, from all sides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Echogram {
+    /// Length of a bin, seconds; the first begins when the source sounds.
+    pub bin_s: f64,
+    /// Bins one after the other.
+    pub bins: Vec<Bin>,
+}
+
+/// What arrives within a bin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bin {
+    /// Energy, where that of the direct sound at 1 m is 1.
+    pub energy: Octaves,
+    /// Its parts along x, y and z: energy times the direction that it comes from, as long as the energy if all comes from one side and 0
+    /// if as much comes from every side.
+    pub from: [Octaves; 3],
+}
+
+impl Echogram {
+    pub(super) fn new(bin_s: f64, bins: &[Lanes], air: impl Fn(usize, usize) -> f32) -> Self {
+        let bin = |(i, lanes): (usize, &Lanes)| {
+            let octaves = |row: &[f32; LANES]| std::array::from_fn::<f32, BANDS, _>(|b| row[b] * air(i, b));
+            let [energy, x, y, z] = lanes.0.each_ref().map(octaves);
+            Bin { energy, from: [x, y, z] }
+        };
+        Self { bin_s, bins: bins.iter().enumerate().map(bin).collect() }
+    }
+
+    /// Adds energy at a time, seconds, from a direction of unit length; what comes after the end is lost.
+    pub fn add(&mut self, time_s: f64, energy: &Octaves, from: [f64; 3]) {
+        let Some(bin) = self.bins.get_mut((time_s / self.bin_s) as usize) else { return };
+        for (band, e) in energy.iter().enumerate() {
+            bin.energy[band] += e;
+            bin.from.iter_mut().zip(from).for_each(|(sum, axis)| sum[band] += e * axis as f32);
+        }
+    }
+
+    /// Energy of an octave over all bins.
+    #[must_use]
+    pub fn energy(&self, band: usize) -> f64 {
+        self.bins.iter().map(|bin| f64::from(bin.energy[band])).sum()
+    }
+
+    /// Reverberation time of an octave, seconds, from the decay between -5 and -35 dB (ISO 3382-1, T30; a line of least squares through the
+    /// backward integral); `None` where the echogram does not reach so far.
+    #[must_use]
+    pub fn t30_s(&self, band: usize) -> Option<f64> {
+        let mut left = vec![0.0; self.bins.len()];
+        let mut sum = 0.0;
+        for (l, bin) in left.iter_mut().zip(&self.bins).rev() {
+            sum += f64::from(bin.energy[band]);
+            *l = sum;
+        }
+        let points: Vec<(f64, f64)> = left
+            .iter()
+            .zip(0..)
+            .map(|(l, i)| (f64::from(i) * self.bin_s, 10.0 * (l / sum).log10()))
+            .filter(|(_, db)| (-35.0..=-5.0).contains(db))
+            .collect();
+        if sum <= 0.0 || points.len() < 3 || left.last().is_none_or(|l| 10.0 * (l / sum).log10() > -35.0) {
+            return None;
+        }
+        let count = points.len() as f64;
+        let (t, db) = (points.iter().map(|p| p.0).sum::<f64>() / count, points.iter().map(|p| p.1).sum::<f64>() / count);
+        let slope =
+            points.iter().map(|p| (p.0 - t) * (p.1 - db)).sum::<f64>() / points.iter().map(|p| (p.0 - t).powi(2)).sum::<f64>();
+        Some(-60.0 / slope)
+    }
+}
+
+/// A bin while rays are collected: energy, and its parts along x, y and z.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Lanes([[f32; LANES]; 4]);
+
+impl Lanes {
+    pub(super) fn collect(&mut self, energy: &[f32; LANES], scale: f32, [x, y, z]: [f32; 3]) {
+        for (row, weight) in self.0.iter_mut().zip([1.0, x, y, z]) {
+            row.iter_mut().zip(energy).for_each(|(sum, e)| *sum += e * (scale * weight));
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened()).for_each(|(a, b)| *a += b);
+    }
+}

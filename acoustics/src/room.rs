@@ -1,0 +1,249 @@
+//! A mesh with its materials, ready for rays.
+
+use crate::error::AcousticsError;
+use crate::material::Material;
+use crate::mesh::Mesh;
+use glam::{DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::{Ray, RayHit};
+use obvhs::{Boundable, BvhBuildParams};
+use std::collections::HashMap;
+use std::time::Duration;
+
+/// No plane.
+pub(crate) const NOWHERE: u32 = u32::MAX;
+/// From so many triangles on, bounding volumes are built quickly rather than well.
+const QUICK: usize = 200_000;
+/// How far outside its edges a triangle is still met, as a share of itself, so that no ray slips through between two.
+const EDGE: f32 = 2e-6;
+/// Planes whose normals' coordinates differ by less, and whose distances by less than this share of the room, are one.
+const SAME_PLANE: f64 = 1e-6;
+/// How much larger than its triangle a bounding volume is at least, metres: the search passes over volumes that end within a tenth of a
+/// millimetre of a ray's start.
+const SLACK_M: f64 = 1.5e-4;
+/// Length below which places do not differ, as a share of the room.
+const SKIN: f64 = 2e-6;
+
+/// A mesh with a material for each group.
+#[derive(Debug)]
+pub struct Room {
+    /// Triangles that are not degenerate, in the order of the mesh.
+    faces: Vec<Face>,
+    planes: Vec<Plane>,
+    materials: Vec<Material>,
+    bvh: CwBvh,
+    /// Triangles in the order of the bounding volumes.
+    leaves: Vec<Leaf>,
+    /// Single precision counts from here.
+    centre: DVec3,
+    /// Half of the room's lengths, metres.
+    half: DVec3,
+    /// Half of the room's diagonal, metres.
+    radius: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    plane: u32,
+    material: u32,
+    /// Number of the triangle in the mesh.
+    triangle: u32,
+}
+
+/// Points `p` with `normal . p = offset`; the normal has unit length.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane {
+    pub(crate) normal: DVec3,
+    pub(crate) offset: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Leaf {
+    corner: Vec3A,
+    edges: [Vec3A; 2],
+    normal: Vec3A,
+    /// How far outside its edges it is still met, times its normal's length.
+    edge: f32,
+    plane: u32,
+    face: u32,
+}
+
+impl Plane {
+    /// Signed distance from the plane, metres.
+    pub(crate) fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+
+    /// A point's mirror image.
+    pub(crate) fn mirror(&self, point: DVec3) -> DVec3 {
+        point - 2.0 * self.height(point) * self.normal
+    }
+
+    /// A direction after a mirror's reflection.
+    pub(crate) fn reflect(&self, direction: DVec3) -> DVec3 {
+        direction - 2.0 * self.normal.dot(direction) * self.normal
+    }
+}
+
+struct Bounds(Aabb);
+
+impl Boundable for Bounds {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+impl Room {
+    /// Makes a mesh with the material of each of its groups ready for tracing. Degenerate triangles reflect nothing.
+    ///
+    /// # Errors
+    /// A mesh with numbers that are not finite or refer to nothing, or without any area; as many materials as groups are needed, with
+    /// shares from 0 to 1.
+    pub fn new(mesh: &Mesh, materials: &[Material]) -> Result<Self, AcousticsError> {
+        mesh.check()?;
+        materials.iter().try_for_each(Material::check)?;
+        if materials.len() != mesh.groups.len() {
+            let expected = format!("one for each of {} groups", mesh.groups.len());
+            return Err(AcousticsError::argument("materials", expected, materials.len()));
+        }
+        let [low, high] = mesh.bounds().map(DVec3::from_array);
+        let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
+        let mut planes = Planes::new(radius);
+        let (mut faces, mut leaves, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
+        for (triangle, t) in mesh.triangles.iter().enumerate() {
+            let [a, b, c] = mesh.corners(t);
+            let Some(normal) = normal(a, b, c) else { continue };
+            let plane = planes.number(normal, a);
+            let [a, b, c] = [a, b, c].map(|v| (v - centre).as_vec3a());
+            let face = faces.len() as u32;
+            faces.push(Face { plane, material: t.group, triangle: triangle as u32 });
+            let normal = (a - b).cross(c - a);
+            leaves.push(Leaf { corner: a, edges: [a - b, c - a], normal, edge: EDGE * normal.length(), plane, face });
+            let slack = Vec3A::splat((SKIN * radius).max(SLACK_M) as f32);
+            bounds.push(Bounds(Aabb::new(a.min(b).min(c) - slack, a.max(b).max(c) + slack)));
+        }
+        if faces.is_empty() {
+            let found = format!("{} triangles without any", mesh.triangles.len());
+            return Err(AcousticsError::argument("mesh", "triangles with an area", found));
+        }
+        let params = if bounds.len() > QUICK { BvhBuildParams::very_fast_build() } else { BvhBuildParams::medium_build() };
+        let bvh = build_cwbvh(&bounds, params, &mut Duration::default());
+        let leaves = bvh.primitive_indices.iter().map(|i| leaves[*i as usize]).collect();
+        Ok(Self {
+            faces,
+            planes: planes.all,
+            materials: materials.to_vec(),
+            bvh,
+            leaves,
+            centre,
+            half: 0.5 * (high - low),
+            radius,
+        })
+    }
+
+    /// The face that a ray from `origin` in a direction of unit length first meets, of those that are not in the plane that it leaves,
+    /// and how far away it is in single precision.
+    #[inline]
+    pub(crate) fn cast(&self, origin: DVec3, direction: DVec3, leaving: u32) -> Option<(u32, f64)> {
+        // A ray that leaves no plane may begin on one, and passes it.
+        let least = if leaving == NOWHERE { self.skin() as f32 } else { 0.0 };
+        let ray = Ray::new((origin - self.centre).as_vec3a(), direction.as_vec3a(), least, f32::INFINITY);
+        let mut hit = RayHit::none();
+        let met = self.bvh.ray_traverse(ray, &mut hit, |ray, i| {
+            let leaf = &self.leaves[i];
+            if leaf.plane == leaving { f32::INFINITY } else { leaf.meet(ray) }
+        });
+        met.then(|| (self.leaves[hit.primitive_id as usize].face, f64::from(hit.t)))
+    }
+
+    /// Length below which places do not differ, metres: what single precision can tell apart.
+    pub(crate) fn skin(&self) -> f64 {
+        SKIN * self.radius
+    }
+
+    /// The number of the plane of a face.
+    pub(crate) fn plane(&self, face: u32) -> u32 {
+        self.faces[face as usize].plane
+    }
+
+    pub(crate) fn centre(&self) -> DVec3 {
+        self.centre
+    }
+
+    /// Of the box along the axes that the mesh lies in, cubic metres; a flat mesh has a hundredth of its diagonal's cube.
+    pub(crate) fn bounding_volume(&self) -> f64 {
+        (8.0 * self.half.element_product()).max(0.08 * self.radius.powi(3))
+    }
+
+    pub(crate) fn planes(&self) -> &[Plane] {
+        &self.planes
+    }
+
+    /// The material of a face.
+    pub(crate) fn material(&self, face: u32) -> usize {
+        self.faces[face as usize].material as usize
+    }
+
+    /// The number in the mesh of a face.
+    pub(crate) fn triangle(&self, face: u32) -> u32 {
+        self.faces[face as usize].triangle
+    }
+
+    /// Materials by group of the mesh.
+    #[must_use]
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+}
+
+impl Leaf {
+    /// How far along a ray it is met, infinity if it is not (Moeller and Trumbore 1997).
+    #[inline]
+    fn meet(&self, ray: &Ray) -> f32 {
+        let to = self.corner - ray.origin;
+        let turned = ray.direction.cross(to);
+        let steep = self.normal.dot(ray.direction);
+        let side = steep.signum();
+        let (u, v) = (side * turned.dot(self.edges[1]), side * turned.dot(self.edges[0]));
+        let t = self.normal.dot(to) / steep;
+        // Edges are as wide as seen along the ray, however it grazes the plane. Comparisons with what is not a number are false.
+        let met = u >= -self.edge && v >= -self.edge && u + v <= steep.abs() + self.edge && t >= ray.tmin && t < ray.tmax;
+        if met { t } else { f32::INFINITY }
+    }
+}
+
+/// The normal of a triangle; none of one whose height is below a millionth of its longest side.
+pub(crate) fn normal(a: DVec3, b: DVec3, c: DVec3) -> Option<DVec3> {
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    let cross = (b - a).cross(c - a);
+    (cross.length() > 1e-6 * longest).then(|| cross.normalize()).filter(|n| n.is_finite())
+}
+
+/// Planes that differ.
+struct Planes {
+    all: Vec<Plane>,
+    numbers: HashMap<[i64; 4], u32>,
+    radius: f64,
+}
+
+impl Planes {
+    fn new(radius: f64) -> Self {
+        Self { all: Vec::new(), numbers: HashMap::new(), radius }
+    }
+
+    fn number(&mut self, normal: DVec3, point: DVec3) -> u32 {
+        let first = normal.to_array().into_iter().find(|c| c.abs() > SAME_PLANE);
+        let normal = if first.is_some_and(|c| c < 0.0) { -normal } else { normal };
+        let plane = Plane { normal, offset: normal.dot(point) };
+        // Moved by a number that is no round one, lest coordinates that people like lie on an edge between two cells.
+        let cell = |v: f64| (v / SAME_PLANE + 0.371_93).floor() as i64;
+        let [x, y, z] = normal.to_array().map(cell);
+        let key = [x, y, z, cell(plane.offset / self.radius.max(f64::MIN_POSITIVE))];
+        *self.numbers.entry(key).or_insert_with(|| {
+            self.all.push(plane);
+            self.all.len() as u32 - 1
+        })
+    }
+}

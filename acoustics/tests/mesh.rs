@@ -1,0 +1,158 @@
+//! Meshes from files, and what is said of them.
+
+mod common;
+
+use common::{l_room, shoebox};
+use promenade_acoustics::{Materials, Mesh, Triangle};
+use std::path::PathBuf;
+
+fn written(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
+const OBJ: &str = "mtllib is-not-there.mtl\no room\nv 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 2.5\nv 4 0 2.5\n\
+    usemtl marble_floor\nf 1 2 3 4\nusemtl brickwork\nf 1 2 6 5\n";
+
+#[test]
+fn an_obj_file_names_its_materials() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = Mesh::load(&written(&folder, "room.obj", OBJ.as_bytes())).unwrap();
+    assert_eq!(mesh.groups, ["marble_floor", "brickwork"]);
+    assert_eq!(mesh.triangles.iter().map(|t| t.group).collect::<Vec<_>>(), [0, 0, 1, 1]);
+    assert_eq!(mesh.bounds(), [[0.0; 3], [4.0, 3.0, 2.5]]);
+    let materials = Materials::default().assign(&mesh.groups, &[]).unwrap();
+    assert_eq!(materials[1].absorption[6], 0.04);
+    let plain = OBJ.lines().filter(|l| !l.contains("usemtl")).collect::<Vec<_>>().join("\n");
+    assert_eq!(Mesh::load(&written(&folder, "plain.obj", plain.as_bytes())).unwrap().groups, ["room"]);
+}
+
+#[test]
+fn stl_and_ply_files_hold_one_group() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stl = vec![0; 80];
+    stl.extend(1_u32.to_le_bytes());
+    let numbers = [0.0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0];
+    stl.extend(numbers.iter().flat_map(|v| v.to_le_bytes()));
+    stl.extend([0, 0]);
+    let text =
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 3 0\nendloop\nendfacet\nendsolid a\n";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n2 3 0\n0 3 0\n4 0 1 2 3\n";
+    for (name, bytes, triangles) in [("a.stl", &stl[..], 1), ("b.STL", text.as_bytes(), 1), ("c.ply", ply.as_bytes(), 2)] {
+        let mesh = Mesh::load(&written(&folder, name, bytes)).unwrap();
+        assert_eq!((mesh.triangles.len(), &mesh.groups[..]), (triangles, &["surface".to_owned()][..]), "{name}");
+        assert_eq!(mesh.bounds()[1], [2.0, 3.0, 0.0]);
+    }
+    // Cut off anywhere, a file is an error or a smaller mesh, never a panic.
+    for (name, bytes) in [("d.stl", &stl[..]), ("e.ply", ply.as_bytes()), ("f.obj", OBJ.as_bytes())] {
+        for end in 0..bytes.len() {
+            let _ = Mesh::load(&written(&folder, name, &bytes[..end]));
+        }
+    }
+}
+
+#[test]
+fn gltf_files_are_turned_upright() {
+    let folder = tempfile::tempdir().unwrap();
+    let positions = [0.0_f32, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0];
+    written(&folder, "room.bin", &positions.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>());
+    let text = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+        "nodes":[{"mesh":0,"name":"wall","translation":[1,0,0]}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"materials":[{"name":"brickwork"}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[2,3,0]}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"room.bin","byteLength":36}]}"#;
+    let mesh = Mesh::load(&written(&folder, "room.gltf", text.as_bytes())).unwrap();
+    assert_eq!((&mesh.groups[..], mesh.triangles.len()), (&["brickwork".to_owned()][..], 1));
+    // Up is z.
+    assert_eq!(mesh.bounds(), [[1.0, 0.0, 0.0], [3.0, 0.0, 3.0]]);
+}
+
+#[test]
+fn files_that_are_no_mesh_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |name: &str, bytes: &[u8], says: &str| {
+        let error = Mesh::load(&written(&folder, name, bytes)).unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains(says), "{error}");
+    };
+    refused("room.blend", b"x", "a file ending in .obj, .stl, .ply, .glb or .gltf, found the ending \"blend\"");
+    refused("empty.obj", b"v 0 0 0\n", "expected a mesh of triangles");
+    refused("bad.obj", b"v 0 0 0\nf 1 2 3\n", "");
+    refused("bad.stl", &[7; 100], "triangles in 100 bytes");
+    refused("bad.ply", b"plyx", "a readable PLY file");
+    refused("bad.glb", b"glTF", "a readable glTF file");
+    assert!(Mesh::load(&folder.path().join("none.obj")).unwrap_err().to_string().contains("cannot be read"));
+}
+
+#[test]
+fn a_report_counts_what_is_odd() {
+    let whole = shoebox(0.1, 0.1).mesh().unwrap();
+    let report = whole.report();
+    assert_eq!((report.open_edges, report.flipped, report.degenerate, report.duplicate), (0, 0, 0, 0));
+    assert!((report.volume_m3.unwrap() - 105.0).abs() < 1e-9 && (report.area_m2 - 142.0).abs() < 1e-9, "{report:?}");
+    assert_eq!((report.size_m, report.warnings().len()), ([7.0, 5.0, 3.0], 0));
+    let report = l_room().report();
+    assert!((report.volume_m3.unwrap() - 27.0 * 2.7).abs() < 1e-9 && report.warnings().is_empty(), "{report:?}");
+
+    let mut broken = whole.clone();
+    broken.triangles.remove(3);
+    let [a, b, c] = broken.triangles[5].corners;
+    broken.triangles[5].corners = [a, c, b];
+    broken.triangles.push(broken.triangles[1]);
+    broken.triangles.push(Triangle { corners: [0, 0, 1], group: 0 });
+    let report = broken.report();
+    assert_eq!((report.open_edges, report.flipped, report.degenerate, report.duplicate), (3, 1, 1, 1));
+    assert_eq!(report.volume_m3, None);
+    let warnings = report.warnings().join("; ");
+    for says in ["3 edges, ", "1 of 13 triangles have no area", "1 of 13 triangles are there twice", "1 of 13 triangles look"] {
+        assert!(warnings.contains(says), "{warnings}");
+    }
+    let mut millimetres = whole;
+    millimetres.scale(1000.0);
+    assert!(
+        millimetres.report().warnings()[0].contains("a scale of 0.001 makes it 7.0 m"),
+        "{:?}",
+        millimetres.report().warnings()
+    );
+}
+
+#[test]
+fn directions_name_what_has_no_name() {
+    let mut mesh = shoebox(0.1, 0.1).mesh().unwrap();
+    mesh.group_by_direction();
+    let count = |name: &str| {
+        let group = mesh.groups.iter().position(|g| g == name).unwrap() as u32;
+        mesh.triangles.iter().filter(|t| t.group == group).count()
+    };
+    assert_eq!((count("wall"), count("floor"), count("ceiling")), (8, 2, 2));
+}
+
+/// Meshes of real rooms, which the repository may not hold.
+mod needs_shared {
+    use super::*;
+    use promenade_acoustics::{ImageOptions, Images, Room, Share};
+
+    #[test]
+    #[ignore = "reads ../shared/data"]
+    fn real_rooms_are_read_and_traced() {
+        let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/haa_meshes"));
+        for (name, triangles, source, listener) in [
+            ("classroom", 18, [3.5, 0.7, 1.2], [1.5, 6.0, 1.5]),
+            ("complex", 64, [4.0, 3.0, 1.2], [3.0, 9.0, 1.5]),
+            ("dampened", 12, [2.0, 2.0, 1.2], [3.0, 4.0, 1.5]),
+            ("hallway", 12, [0.7, 2.0, 1.2], [0.8, 15.0, 1.5]),
+        ] {
+            let mut mesh = Mesh::load(&folder.join(format!("{name}.obj"))).unwrap();
+            mesh.group_by_direction();
+            println!("{name}: {:?}", mesh.report().warnings());
+            assert_eq!(mesh.triangles.len(), triangles);
+            let rules = [("*".to_owned(), "hard_surface".to_owned())];
+            let materials = Materials::default().assign(&mesh.groups, &rules).unwrap();
+            let room = Room::new(&mesh, &materials).unwrap();
+            let images = Images::new(&room, source, &ImageOptions::default()).unwrap();
+            let seen = images.seen_from(&room, listener, Share::Specular).unwrap();
+            assert!(seen.len() > 100, "{name}: {}", seen.len());
+        }
+    }
+}
