@@ -1,40 +1,60 @@
 //! Files that are there whole or not at all.
 
-use crate::FileError;
+use crate::{FileError, file};
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// Ending of a file in the making.
+const ENDING: &str = ".promenade-partial";
+/// Symbolic links that lead from one to the next, at most; as many as Linux follows.
+const MAX_LINKS: usize = 40;
 
 /// A file in the making beside its destination: renamed onto it by [`Draft::publish`], removed when dropped before.
 ///
-/// Neither a crash of the writer nor an error half way leaves a partial file under the destination's name.
+/// Neither a crash of the writer nor an error half way leaves a partial file under the destination's name. What a killed process
+/// leaves behind is removed when another one makes a draft in the same folder: a draft is locked as long as its process lives.
 #[derive(Debug)]
 pub struct Draft {
     target: PathBuf,
     partial: PathBuf,
+    /// Keeps the lock until the draft has its name or is gone.
+    _lock: File,
     published: bool,
 }
 
 impl Draft {
-    /// Opens `NAME.PID-N.partial` beside `target`.
+    /// Opens `NAME.PID-N.promenade-partial` beside `target`, or beside what it links to.
     ///
     /// # Errors
-    /// A target that exists and is no regular file (a folder, a device), or a folder that cannot be written to.
+    /// A target that exists and is no regular file (a folder, a device), links in a circle, or a folder that cannot be written to.
     pub fn create(target: &Path) -> Result<(Self, File), FileError> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        // A rename would replace a device or a link to one, such as the null device.
+        let target = &linked(target)?;
+        // A rename would replace a device, such as the null device.
         if fs::metadata(target).is_ok_and(|m| !m.is_file()) {
             return Err(FileError::content(target, "the name of a file to write", "a folder or a device"));
         }
         let Some(name) = target.file_name() else {
             return Err(FileError::content(target, "the name of a file to write", "a path without a file name"));
         };
-        let mut partial_name = name.to_os_string();
-        partial_name.push(format!(".{}-{}.partial", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
-        let partial = target.with_file_name(partial_name);
-        let file = OpenOptions::new().write(true).create_new(true).open(&partial).map_err(FileError::write(target))?;
-        Ok((Self { target: target.to_path_buf(), partial, published: false }, file))
+        remove_leftovers_once(target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")));
+        loop {
+            let mut partial_name = name.to_os_string();
+            partial_name.push(format!(".{}-{}{ENDING}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
+            let partial = target.with_file_name(partial_name);
+            let file = OpenOptions::new().write(true).create_new(true).open(&partial).map_err(FileError::write(target))?;
+            // Where the file system knows no locks, nothing is removed either.
+            let _ = file.lock();
+            // Another process may have removed it before it was locked.
+            if partial.exists() {
+                let lock = file.try_clone().map_err(FileError::write(target))?;
+                return Ok((Self { target: target.clone(), partial, _lock: lock, published: false }, file));
+            }
+        }
     }
 
     /// Where the file will be.
@@ -59,6 +79,39 @@ impl Drop for Draft {
         if !self.published {
             // Nothing is left to do where even this fails.
             let _ = fs::remove_file(&self.partial);
+        }
+    }
+}
+
+/// Where a file is written that may be a symbolic link: the link stays. What it leads to need not exist.
+fn linked(target: &Path) -> Result<PathBuf, FileError> {
+    let mut path = target.to_path_buf();
+    for _ in 0..MAX_LINKS {
+        match fs::read_link(&path) {
+            Ok(to) => path = path.parent().unwrap_or(Path::new("")).join(to),
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(FileError::content(target, "the name of a file to write", "symbolic links in a circle"))
+}
+
+/// Removes the drafts of processes that have ended from a folder; once for each process, since many files may go into one folder.
+fn remove_leftovers_once(folder: &Path) {
+    static DONE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    if DONE.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_path_buf()) {
+        remove_leftovers(folder);
+    }
+}
+
+fn remove_leftovers(folder: &Path) {
+    // What cannot be listed, opened or removed stays.
+    for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        let is_draft = path.file_name().and_then(|n| n.to_str()).is_some_and(|name| name.ends_with(ENDING));
+        if is_draft
+            && let Ok(file) = file::open(&path)
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(&path);
         }
     }
 }
@@ -98,5 +151,40 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert!(matches!(write(folder.path(), b""), Err(FileError::Content { .. })));
         assert!(matches!(write(&folder.path().join("no/such/file"), b""), Err(FileError::Write { .. })));
+    }
+    #[test]
+    fn leftovers_of_ended_processes_are_removed_and_others_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let (draft, _) = Draft::create(&path("out.wav")).unwrap();
+        let alive = draft.partial.clone();
+        fs::write(path("out.wav.4000000-0.promenade-partial"), b"half").unwrap();
+        fs::write(path("download.partial"), b"somebody else's").unwrap();
+        remove_leftovers(folder.path());
+        assert!(alive.exists(), "its process lives");
+        assert!(path("download.partial").exists());
+        assert!(!path("out.wav.4000000-0.promenade-partial").exists());
+        draft.publish().unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "the file and the download");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_and_its_target_is_written() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("real")).unwrap();
+        fs::write(path("real/scene"), b"old").unwrap();
+        symlink("real/scene", path("link")).unwrap();
+        symlink("link", path("link to link")).unwrap();
+        symlink("real/new", path("dangling")).unwrap();
+        symlink("circle", path("circle")).unwrap();
+        for (link, target) in [("link", "real/scene"), ("link to link", "real/scene"), ("dangling", "real/new")] {
+            write(&path(link), link.as_bytes()).unwrap();
+            assert!(fs::symlink_metadata(path(link)).unwrap().is_symlink(), "{link}");
+            assert_eq!(fs::read(path(target)).unwrap(), link.as_bytes(), "{link}");
+        }
+        assert!(write(&path("circle"), b"").unwrap_err().to_string().contains("circle"));
     }
 }

@@ -1,7 +1,7 @@
 //! FLAC files as planar `f32`.
 
 use crate::wav::{Wav, check_rate};
-use crate::{FileError, narrow};
+use crate::{FileError, file, narrow};
 use claxon::FlacReader;
 use std::path::Path;
 
@@ -14,8 +14,7 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
         claxon::Error::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => FileError::read(path)(source),
         source => FileError::Flac { path: path.to_path_buf(), source },
     };
-    // Opened here: the decoder's own error for a folder is not clear.
-    let file = std::fs::File::open(path).map_err(FileError::read(path))?;
+    let file = file::open(path).map_err(FileError::read(path))?;
     let mut reader = FlacReader::new(std::io::BufReader::new(file)).map_err(unreadable)?;
     let info = reader.streaminfo();
     check_rate(path, info.sample_rate)?;

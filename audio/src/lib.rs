@@ -3,7 +3,9 @@
 #![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 
 pub mod atomic;
+mod chunks;
 mod error;
+pub mod file;
 pub mod flac;
 pub mod resample;
 pub mod sound;

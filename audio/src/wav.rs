@@ -1,11 +1,11 @@
 //! WAV files as planar `f32`: whole, or block by block for files longer than memory.
 
-use crate::FileError;
 use crate::atomic::Draft;
-use crate::narrow;
+use crate::chunks::Chunks;
+use crate::{FileError, file, narrow};
 use hound::{SampleFormat, WavSpec};
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::{BufReader, BufWriter, Chain, Cursor, Read, Seek, SeekFrom, Take};
 use std::path::{Path, PathBuf};
 
 /// Sample rates that are believed, hertz.
@@ -39,10 +39,11 @@ pub(crate) fn check_rate(path: &Path, sample_rate_hz: u32) -> Result<(), FileErr
     SAMPLE_RATES_HZ.contains(&sample_rate_hz).then_some(()).ok_or_else(wrong)
 }
 
-/// Reads a whole WAV file: 8, 16, 24 or 32-bit integers or 32-bit floats, any number of channels.
+/// Reads a whole WAV file (RIFF, RF64 or BW64): integers in containers of 8, 16, 24 or 32 bits or 32-bit floats, any number of
+/// channels.
 ///
 /// # Errors
-/// A file that is missing, empty, damaged, cut short or holds more than [`MAX_SAMPLES`] samples; a rate outside
+/// A file that is missing, no regular file, empty, damaged, cut short or holds more than [`MAX_SAMPLES`] samples; a rate outside
 /// [`SAMPLE_RATES_HZ`]; a sample that is not finite. The message names the file, what was expected and what was found.
 pub fn read(path: &Path) -> Result<Wav, FileError> {
     read_limited(path, MAX_SAMPLES)
@@ -63,9 +64,12 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     Ok(Wav { sample_rate_hz: reader.sample_rate_hz(), channels })
 }
 
-/// Reads a WAV file block by block.
+/// A plain header, and the samples of a file.
+type Samples = BufReader<Chain<Cursor<Vec<u8>>, Take<File>>>;
+
+/// Reads a WAV file of up to 4 GiB block by block.
 pub struct WavReader {
-    inner: hound::WavReader<BufReader<File>>,
+    inner: hound::WavReader<Samples>,
     path: PathBuf,
     position: u32,
 }
@@ -74,32 +78,33 @@ impl WavReader {
     /// Opens a file and checks its header against its size.
     ///
     /// # Errors
-    /// As [`read`], but for what shows only in the samples.
+    /// As [`read`], but for what shows only in the samples; 4 GiB of samples or more.
     pub fn open(path: &Path) -> Result<Self, FileError> {
-        let file = File::open(path).map_err(FileError::read(path))?;
-        let meta = file.metadata().map_err(FileError::read(path))?;
-        if meta.is_dir() {
-            return Err(FileError::content(path, "a WAV file", "a folder"));
-        }
-        let size = meta.len();
+        let mut file = file::open(path).map_err(FileError::read(path))?;
+        let size = file.metadata().map_err(FileError::read(path))?.len();
         if size == 0 {
             return Err(FileError::content(path, "a WAV file", "an empty file"));
         }
-        let inner = hound::WavReader::new(BufReader::new(file))
-            .map_err(|source| FileError::Wav { path: path.to_path_buf(), source })?;
-        let spec = inner.spec();
-        if spec.channels == 0 {
-            return Err(FileError::content(path, "at least one channel", "none"));
-        }
-        check_rate(path, spec.sample_rate)?;
-        let bytes = u64::from(inner.len()) * u64::from(spec.bits_per_sample.div_ceil(8));
-        if bytes > size {
+        let unreadable = |source| FileError::Wav { path: path.to_path_buf(), source };
+        let chunks = Chunks::read(&mut BufReader::new(&file)).map_err(unreadable)?;
+        let bytes = chunks.samples.end - chunks.samples.start;
+        if chunks.samples.end > size {
             return Err(FileError::content(
                 path,
                 format!("{bytes} bytes of samples, as its header says"),
                 format!("a file of {size} bytes, cut short"),
             ));
         }
+        let Some(header) = chunks.header() else {
+            return Err(FileError::content(path, "less than 4 GiB of samples", format!("{bytes} bytes")));
+        };
+        file.seek(SeekFrom::Start(chunks.samples.start)).map_err(FileError::read(path))?;
+        let inner = hound::WavReader::new(BufReader::new(Cursor::new(header).chain(file.take(bytes)))).map_err(unreadable)?;
+        let spec = inner.spec();
+        if spec.channels == 0 {
+            return Err(FileError::content(path, "at least one channel", "none"));
+        }
+        check_rate(path, spec.sample_rate)?;
         if inner.len() == 0 {
             return Err(FileError::content(path, "at least one sample", "none"));
         }

@@ -150,3 +150,87 @@ fn not_a_number_is_refused() {
     let limited = wav::read_limited(&path, 3).unwrap_err().to_string();
     assert!(limited.contains("at most 3 samples, found 4"), "{limited}");
 }
+
+/// A chunk with its pad byte.
+fn chunk(id: &[u8; 4], content: &[u8]) -> Vec<u8> {
+    let size = u32::try_from(content.len()).unwrap();
+    [&id[..], &size.to_le_bytes(), content, &[0][..content.len() % 2]].concat()
+}
+
+/// A format chunk of one channel at 48 kHz: integers in containers, with the bits that count where they are stated.
+fn format(container_bytes: u16, bits: u16, valid_bits: Option<u16>) -> Vec<u8> {
+    let tag: u16 = if valid_bits.is_some() { 0xFFFE } else { 1 };
+    let mut content = [tag.to_le_bytes(), 1_u16.to_le_bytes()].concat();
+    content.extend(48_000_u32.to_le_bytes());
+    content.extend((48_000 * u32::from(container_bytes)).to_le_bytes());
+    content.extend([container_bytes.to_le_bytes(), bits.to_le_bytes()].concat());
+    if let Some(valid_bits) = valid_bits {
+        content.extend([22_u16.to_le_bytes(), valid_bits.to_le_bytes()].concat());
+        content.extend(4_u32.to_le_bytes());
+        // KSDATAFORMAT_SUBTYPE_PCM.
+        content.extend(b"\x01\0\0\0\0\0\x10\0\x80\0\0\xaa\0\x38\x9b\x71");
+    }
+    chunk(b"fmt ", &content)
+}
+
+/// A file of chunks.
+fn file_of(form: &[u8; 4], chunks: &[Vec<u8>]) -> Vec<u8> {
+    let chunks = chunks.concat();
+    let size = if form == b"RIFF" { u32::try_from(4 + chunks.len()).unwrap() } else { u32::MAX };
+    [&form[..], &size.to_le_bytes(), b"WAVE", &chunks].concat()
+}
+
+#[test]
+fn fewer_bits_than_their_containers_hold_are_the_upper_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("24-in-32.wav");
+    let expected = [0.5_f32, -0.75, 1.0 / 8_388_608.0, -1.0];
+    let samples: Vec<u8> = expected.iter().flat_map(|v| ((v * 8_388_608.0) as i32 * 256).to_le_bytes()).collect();
+    std::fs::write(&path, file_of(b"RIFF", &[format(4, 32, Some(24)), chunk(b"data", &samples)])).unwrap();
+    assert_eq!(wav::read(&path).unwrap().channels[0], expected);
+    // Whether these are the upper or the lower ones, nobody states.
+    std::fs::write(&path, file_of(b"RIFF", &[format(4, 24, None), chunk(b"data", &samples)])).unwrap();
+    assert!(error(&path).contains("another size than their containers"), "{}", error(&path));
+}
+
+#[test]
+fn chunks_of_odd_sizes_are_padded() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bext.wav");
+    let (format, samples) = (format(2, 16, None), chunk(b"data", &0x4000_i16.to_le_bytes()));
+    for id in [b"bext", b"iXML", b"LIST"] {
+        let padded = chunk(id, b"odd");
+        let unpadded = padded[..11].to_vec();
+        for chunks in [[&padded, &format, &samples], [&format, &padded, &samples], [&format, &unpadded, &samples]] {
+            std::fs::write(&path, file_of(b"RIFF", &chunks.map(Clone::clone))).unwrap();
+            assert_eq!(wav::read(&path).unwrap().channels, [[0.5]]);
+        }
+    }
+    let endless = vec![chunk(b"junk", &[]); 2000];
+    std::fs::write(&path, file_of(b"RIFF", &endless)).unwrap();
+    assert!(error(&path).contains("too many chunks"), "{}", error(&path));
+}
+
+#[test]
+fn sizes_of_64_bits_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.wav");
+    let sizes = |samples: u64| {
+        let sizes = [0_u64, samples, samples / 2].map(u64::to_le_bytes).concat();
+        chunk(b"ds64", &[&sizes[..], &[0; 4]].concat())
+    };
+    let samples = [&b"data"[..], &u32::MAX.to_le_bytes(), &0x4000_i16.to_le_bytes(), &i16::MIN.to_le_bytes()].concat();
+    let write = |content: Vec<u8>| std::fs::write(&path, content).unwrap();
+    for form in [b"RF64", b"BW64"] {
+        write(file_of(form, &[sizes(4), format(2, 16, None), samples.clone()]));
+        assert_eq!(wav::read(&path).unwrap().channels, [[0.5, -1.0]]);
+    }
+    write(file_of(b"RF64", &[format(2, 16, None), samples.clone()]));
+    assert!(error(&path).contains("no ds64 chunk"), "{}", error(&path));
+    write(file_of(b"RF64", &[sizes(u64::MAX), format(2, 16, None), samples.clone()]));
+    assert!(error(&path).contains("cut short"), "{}", error(&path));
+    write(file_of(b"RF64", &[sizes(5 << 30), format(2, 16, None), samples]));
+    // A hole in the disk, so that nothing is written.
+    std::fs::File::options().write(true).open(&path).unwrap().set_len(6 << 30).unwrap();
+    assert!(error(&path).contains("less than 4 GiB of samples, found 5368709120 bytes"), "{}", error(&path));
+}

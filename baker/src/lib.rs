@@ -7,7 +7,7 @@ pub mod player;
 mod signal;
 mod sources;
 
-pub use promenade_audio::{FileError, atomic, resample, sound, wav};
+pub use promenade_audio::{FileError, atomic, file, resample, sound, wav};
 
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field};
 pub use error::BakeError;

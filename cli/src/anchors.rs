@@ -29,8 +29,8 @@ pub(crate) fn run(args: &AnchorsArgs) -> Result<()> {
     let Placement { units_per_metre, rotation: q, origin } = placement;
     let (low, high) = made.extent_m;
     let name = args.output.display();
-    eprintln!(
-        "note: a unit is {:.6} m; scene to cloud: rotation {:.6},{:.6},{:.6},{:.6} (w,x,y,z), then origin at {},{},{}",
+    report::note(format_args!(
+        "a unit is {:.6} m; scene to cloud: rotation {:.6},{:.6},{:.6},{:.6} (w,x,y,z), then origin at {},{},{}",
         units_per_metre.recip(),
         q.w,
         q.x,
@@ -39,15 +39,15 @@ pub(crate) fn run(args: &AnchorsArgs) -> Result<()> {
         origin.x,
         origin.y,
         origin.z
-    );
-    eprintln!("note: {} points in {} voxels, from {low:.2} to {high:.2} m", made.points, made.voxels);
-    eprintln!(
+    ));
+    report::note(format_args!("{} points in {} voxels, from {low:.2} to {high:.2} m", made.points, made.voxels));
+    report::line(format_args!(
         "{name}: {} anchors of {} neighbours, {} rounds, voxels {:.2} m (rms) from their anchors",
         set.positions.len(),
         set.neighbours,
         made.iterations,
         made.spread_m
-    );
+    ));
     Ok(())
 }
 

@@ -29,7 +29,7 @@ pub(crate) use path::PathArgs;
 pub(crate) use render::RenderArgs;
 pub(crate) use simulate::{Simulate, SimulateBoxArgs};
 #[cfg(feature = "train")]
-pub(crate) use train::TrainArgs;
+pub(crate) use train::{MAX_THREADS, TrainArgs};
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.
 #[derive(Debug, Parser)]

@@ -31,13 +31,13 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
         .with_context(|| format!("{}: cannot be baked", args.set.path.display()))?;
     report::notes(&scene.provenance().notes);
     let bytes = scene::write(&args.output, &scene)?;
-    eprintln!(
+    report::line(format_args!(
         "{}: {} responses baked, {} held out, {} kB",
         args.output.display(),
         used.len(),
         held.len(),
         bytes.div_ceil(1000)
-    );
+    ));
     Ok(())
 }
 
@@ -57,10 +57,10 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
     drop(bar);
     let baked = baked.with_context(|| format!("{}: cannot be baked", args.scene.display()))?;
     if let Some(note) = baked.provenance().notes.last() {
-        eprintln!("note: {note}");
+        report::note(note);
     }
     let bytes = scene::write(&args.output, &baked)?;
-    eprintln!("{}: {} kB", args.output.display(), bytes.div_ceil(1000));
+    report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
     Ok(())
 }
 

@@ -85,6 +85,6 @@ fn write(capture: &Capture, folder: &Path) -> Result<()> {
     capture.write(folder)?;
     let count = |split| capture.split(split).count();
     let (tracks, train, test) = (capture.tracks.len(), count(Split::Train), count(Split::Test));
-    eprintln!("{}: {tracks} tracks, {train} clips to learn from, {test} to judge by", folder.display());
+    report::line(format_args!("{}: {tracks} tracks, {train} clips to learn from, {test} to judge by", folder.display()));
     Ok(())
 }

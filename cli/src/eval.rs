@@ -28,7 +28,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
         let scene = scene::read(scene_path)?;
         let capture = Capture::load(capture_path)?;
         for note in &capture.notes {
-            eprintln!("note: {}: {note}", capture_path.display());
+            report::note(format_args!("{}: {note}", capture_path.display()));
         }
         let rate = capture.sample_rate_hz;
         let bar = progress::of_sound(capture.split(Split::Test).map(|c| c.len as f64 / rate).sum());

@@ -3,9 +3,9 @@
 use crate::args::HostArgs;
 use crate::{progress, report};
 use anyhow::{Context, Result};
-use promenade_baker::atomic;
 use promenade_baker::player::Source;
 use promenade_baker::wav::{Format, WavWriter};
+use promenade_baker::{atomic, file};
 use promenade_host::{AutomationFile, Bounce, Bundle, Instance, Setup};
 use std::path::Path;
 use std::time::Instant;
@@ -14,6 +14,9 @@ use std::time::Instant;
 const USUAL_RATE: u32 = 48_000;
 
 pub(crate) fn run(args: &HostArgs) -> Result<()> {
+    for path in args.state.iter().chain(&args.automation) {
+        file::check(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    }
     let bundle = Bundle::load(&args.bundle)?;
     match (&args.input, &args.output) {
         (Some(input), Some(output)) => render(args, &bundle, input, output),
@@ -105,9 +108,9 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     drop(bar);
     progress::done(output, written.frames, rate, began);
     if let Some(now) = changed {
-        eprintln!(
-            "note: the plugin's latency changed from {latency} to {now} samples; the output after that is late or early by the difference"
-        );
+        report::note(format_args!(
+            "the plugin's latency changed from {latency} to {now} samples; the output after that is late or early by the difference"
+        ));
     }
     Ok(())
 }

@@ -47,7 +47,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     report::notes(&scene.provenance().notes);
     let bytes = scene::write(&args.output, &scene)?;
     let tiers: Vec<_> = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect();
-    eprintln!("{}: tiers {}, {} kB", args.output.display(), tiers.join(", "), bytes.div_ceil(1000));
+    report::line(format_args!("{}: tiers {}, {} kB", args.output.display(), tiers.join(", "), bytes.div_ceil(1000)));
     Ok(())
 }
 

@@ -143,5 +143,5 @@ fn as_text(scene: &Scene) -> String {
         ("memory", format!("{} kB", scene.memory_bytes().div_ceil(1000))),
     ];
     let notes = provenance.notes.iter().map(|note| ("note", note.clone()));
-    rows.into_iter().chain(notes).map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+    report::properties(rows.into_iter().chain(notes))
 }

@@ -45,8 +45,8 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // One line, from the general to the particular, whatever the parts contain.
-            eprintln!("error: {}", format!("{error:#}").replace(['\n', '\r'], " "));
+            // From the general to the particular.
+            report::line(format_args!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }

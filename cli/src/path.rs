@@ -3,10 +3,9 @@
 use crate::args::PathArgs;
 use crate::report;
 use anyhow::{Context, Result, bail};
-use promenade_baker::atomic;
+use promenade_baker::{atomic, file};
 use promenade_core::glam::Vec3;
 use promenade_paths::{CameraPath, ImportOptions, Imported, MAX_FILE_BYTES, Summary, WriteFormat, simplify, write};
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// Where a folder keeps the images of a COLMAP model, of which COLMAP itself prefers the binary form, or the cameras of a NeRF tool.
@@ -24,9 +23,9 @@ const IN_FOLDER: [&str; 7] = [
 pub(crate) fn read(path: &Path, options: &ImportOptions) -> Result<Imported> {
     let file = if path.is_dir() { images_in(path)? } else { path.to_path_buf() };
     let name = file.display().to_string();
-    let bytes = bytes_of(&file).with_context(|| format!("{name}: cannot be read"))?;
+    let bytes = file::read(&file, MAX_FILE_BYTES).with_context(|| format!("{name}: cannot be read"))?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    let mut beside = |uri: &str| bytes_of(&folder.join(uri));
+    let mut beside = |uri: &str| file::read(&folder.join(uri), MAX_FILE_BYTES);
     Ok(promenade_paths::read(&name, &bytes, options, &mut beside)?)
 }
 
@@ -39,16 +38,6 @@ fn images_in(folder: &Path) -> Result<PathBuf> {
             folder.display()
         )
     })
-}
-
-fn bytes_of(file: &Path) -> io::Result<Vec<u8>> {
-    let size = std::fs::metadata(file)?.len();
-    // Checked before it is read into memory.
-    if size > MAX_FILE_BYTES {
-        let what = format!("expected at most {MAX_FILE_BYTES} bytes, found {size}");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, what));
-    }
-    std::fs::read(file)
 }
 
 pub(crate) fn run(args: &PathArgs) -> Result<()> {
@@ -74,7 +63,7 @@ pub(crate) fn run(args: &PathArgs) -> Result<()> {
     atomic::write(output, write(&path, format).as_bytes())?;
     report::notes(&imported.notes);
     let of = if args.simplify.is_some() { format!(" of {found}") } else { String::new() };
-    eprintln!("{}: {}{of} keyframes, {:.2} s", output.display(), path.keyframes().len(), path.duration_s());
+    report::line(format_args!("{}: {}{of} keyframes, {:.2} s", output.display(), path.keyframes().len(), path.duration_s()));
     Ok(())
 }
 
@@ -96,5 +85,5 @@ fn figures(imported: &Imported, path: &CameraPath) -> String {
         ("fastest turn", format!("{:.0} degrees/s {}", s.fastest_rad_s.0.to_degrees(), at(s.fastest_rad_s.1))),
     ];
     let notes = imported.notes.iter().map(|note| ("note", note.clone()));
-    rows.into_iter().chain(notes).map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+    report::properties(rows.into_iter().chain(notes))
 }

@@ -1,5 +1,6 @@
 //! A bar on standard error, when that is a terminal.
 
+use crate::report;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
 use std::time::Instant;
@@ -30,7 +31,11 @@ impl Drop for Bar {
 /// Reports a sound that has been written: its length, and how fast it was made.
 pub(crate) fn done(output: &Path, frames: u64, rate_hz: f64, began: Instant) {
     let (sound, took) = (frames as f64 / rate_hz, began.elapsed().as_secs_f64());
-    eprintln!("{}: {sound:.2} s of sound in {took:.2} s, {:.0} times real time", output.display(), sound / took.max(1e-9));
+    report::line(format_args!(
+        "{}: {sound:.2} s of sound in {took:.2} s, {:.0} times real time",
+        output.display(),
+        sound / took.max(1e-9)
+    ));
 }
 
 fn in_tenths(seconds: f64) -> u64 {

@@ -55,7 +55,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let written = writer.finish()?;
     progress::done(&args.output, written.frames, rate, began);
     if written.clipped > 0 {
-        eprintln!("note: {} samples were above full scale and were limited; lower --gain or write --bits 32f", written.clipped);
+        report::note(format_args!(
+            "{} samples were above full scale and were limited; lower --gain or write --bits 32f",
+            written.clipped
+        ));
     }
     Ok(())
 }

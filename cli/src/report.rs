@@ -1,4 +1,5 @@
-//! Text for the user: tables on standard output, notes on standard error, names in both.
+//! Text for the user: tables on standard output, notes on standard error, names in both. All output goes through here but progress
+//! bars and the help of the command line.
 
 use anyhow::{Context, Result};
 use std::io::{ErrorKind, Write};
@@ -7,15 +8,41 @@ use std::path::Path;
 /// Prints on standard output; a reader that closes it early is no failure.
 pub(crate) fn print(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(escaped(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
         done => done.context("standard output cannot be written"),
     }
 }
 
+/// Prints one line on standard error, whatever its parts contain.
+pub(crate) fn line(text: impl std::fmt::Display) {
+    eprintln!("{}", escaped(&one_line(&text.to_string())));
+}
+
+/// Prints a note on standard error.
+pub(crate) fn note(note: impl std::fmt::Display) {
+    line(format_args!("note: {note}"));
+}
+
 /// Prints notes on standard error.
 pub(crate) fn notes(notes: &[String]) {
-    notes.iter().for_each(|note| eprintln!("note: {note}"));
+    notes.iter().for_each(note);
+}
+
+/// Text as it may reach a terminal: control characters but line ends, with which the text of a file could move the cursor or change
+/// colours and titles, are written as JSON writes them, so that JSON stays JSON.
+fn escaped(text: &str) -> String {
+    let written = |c: char| if c.is_control() && c != '\n' { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    text.chars().map(written).collect()
+}
+
+fn one_line(text: &str) -> String {
+    text.replace(['\n', '\r'], " ")
+}
+
+/// Names and values, aligned, a line for each.
+pub(crate) fn properties<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
+    rows.into_iter().map(|(name, value)| format!("{name:<14}{}\n", one_line(&value))).collect()
 }
 
 /// The last part of a path.
@@ -55,6 +82,15 @@ pub(crate) fn table(rows: &[Vec<String>], markdown: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn control_characters_are_shown() {
+        let title = "Hall \u{1b}[2J\u{9b}31m\u{7f}\r\tÄ\n";
+        assert_eq!(escaped(title), "Hall \\u001b[2J\\u009b31m\\u007f\\u000d\\u0009Ä\n");
+        let json = serde_json::json!({ "title": title });
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&escaped(&format!("{json:#}\n"))).unwrap(), json);
+        assert_eq!(properties([("title", "a\nanchors 3".to_owned())]), "title         a anchors 3\n");
+    }
 
     #[test]
     fn columns_line_up() {

@@ -1,19 +1,14 @@
 //! Scene files.
 
-use anyhow::{Context, Result, bail};
-use promenade_baker::atomic;
+use anyhow::{Context, Result};
+use promenade_baker::{atomic, file};
 use promenade_core::{MAX_SCENE_BYTES, Scene};
 use std::path::Path;
 use std::sync::Arc;
 
 pub(crate) fn read(path: &Path) -> Result<Arc<Scene>> {
     let name = path.display();
-    let size = std::fs::metadata(path).with_context(|| format!("{name}: cannot be read"))?.len();
-    // Checked before it is read into memory.
-    if size > MAX_SCENE_BYTES as u64 {
-        bail!("{name}: expected a scene of at most {MAX_SCENE_BYTES} bytes, found {size}");
-    }
-    let bytes = std::fs::read(path).with_context(|| format!("{name}: cannot be read"))?;
+    let bytes = file::read(path, MAX_SCENE_BYTES as u64).with_context(|| format!("{name}: cannot be read"))?;
     let scene = Scene::from_bytes(&bytes).with_context(|| format!("{name}: no readable scene"))?;
     Ok(Arc::new(scene))
 }

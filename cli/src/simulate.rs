@@ -34,14 +34,14 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
     responses.save(&args.output)?;
     let times: Vec<String> = room.eyring_t60_s().iter().map(|t| format!("{t:.2}")).collect();
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
-    eprintln!("note: reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", "));
-    eprintln!(
+    report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
+    report::line(format_args!(
         "{}: {} responses of {:.2} s at {} Hz",
         args.output.display(),
         responses.responses.len(),
         frames as f64 / f64::from(args.rate),
         args.rate
-    );
+    ));
     Ok(())
 }
 

@@ -1,10 +1,10 @@
 //! `promenade train`: a capture and anchors in, a scene out.
 
-use crate::args::TrainArgs;
+use crate::args::{MAX_THREADS, TrainArgs};
 use crate::{plot, report};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::{Capture, atomic};
+use promenade_baker::{Capture, atomic, file};
 use promenade_core::Provenance;
 use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
 use std::fmt::Write as _;
@@ -12,16 +12,18 @@ use std::time::Instant;
 
 /// Ending of the file that a training is kept in beside its scene until it is done.
 const KEPT: &str = "training";
+/// Bytes that a file of settings may have.
+const MAX_SETTINGS_BYTES: u64 = 1 << 20;
 
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let capture = Capture::load(&args.capture)?;
     for note in &capture.notes {
-        eprintln!("note: {}: {note}", args.capture.display());
+        report::note(format_args!("{}: {note}", args.capture.display()));
     }
     let sets: Vec<AnchorSet> = args.anchors.iter().map(|file| AnchorSet::load(file)).collect::<Result<_, _>>()?;
     let mut settings = settings(args)?;
     let device = if args.gpu { gpu()? } else { Device::flex() };
-    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS));
     let kept = args.output.with_extension(KEPT);
     let before = if kept.exists() && !args.restart { Some(Checkpoint::load(&kept)?) } else { None };
     let (mut set, mut tried) = (0, Vec::new());
@@ -38,7 +40,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let mut trainer = Trainer::new(&capture, anchors, settings.clone(), device, threads)?;
     if let Some(before) = before {
         trainer.resume(before).with_context(|| format!("{}", kept.display()))?;
-        eprintln!("note: {}: goes on from step {}", kept.display(), trainer.steps());
+        report::note(format_args!("{}: goes on from step {}", kept.display(), trainer.steps()));
     }
     let (from, began) = (trainer.steps(), Instant::now());
     while trainer.steps() < settings.steps {
@@ -52,12 +54,12 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
             let [mag, lre, env] = point.test;
             let per_step = began.elapsed().as_secs_f64() / (done - from) as f64;
             let left = per_step * (settings.steps - done) as f64;
-            eprintln!(
+            report::line(format_args!(
                 "step {done} of {}: loss {:.4}; test MAG {mag:.4}, LRE {lre:.3} dB, ENV {env:.4}; {per_step:.3} s a step, {} left",
                 settings.steps,
                 point.loss,
                 minutes(left)
-            );
+            ));
             if let Some(file) = &args.curve {
                 atomic::write(file, course(trainer.curve())?.as_bytes())?;
             }
@@ -99,7 +101,7 @@ fn look_for(
             1e3 * trial.decode_s,
             if trial.kept { "kept" } else { "dropped" }
         );
-        eprintln!("{line}");
+        report::line(&line);
         notes.push(line);
     };
     let (set, found, _) = search(capture, sets, settings, steps, on, &mut each)?;
@@ -109,9 +111,9 @@ fn look_for(
 fn settings(args: &TrainArgs) -> Result<TrainSettings> {
     let mut settings = match &args.settings {
         None => TrainSettings::default(),
-        Some(file) => {
-            let text = std::fs::read_to_string(file).with_context(|| format!("{}", file.display()))?;
-            serde_json::from_str(&text).with_context(|| format!("{}: expected the settings of a training", file.display()))?
+        Some(path) => {
+            let json = file::read(path, MAX_SETTINGS_BYTES).with_context(|| format!("{}: cannot be read", path.display()))?;
+            serde_json::from_slice(&json).with_context(|| format!("{}: expected the settings of a training", path.display()))?
         }
     };
     if let Some(steps) = args.steps {

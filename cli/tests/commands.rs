@@ -162,6 +162,84 @@ fn bad_input_is_one_line_and_leaves_nothing() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn inputs_that_are_no_regular_files_are_refused_at_once() {
+    let place = Place::new();
+    let (scene, input, out) = (place.bake(), place.dry("in.wav", 0.2, 1), place.text("out.wav"));
+    for name in ["pipe", "pipe.csv", "pipe.json", "pipe.sofa"] {
+        assert!(std::process::Command::new("mkfifo").arg(place.path(name)).status().unwrap().success());
+    }
+    std::fs::create_dir(place.path("set")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", place.path("set/capture.json")).unwrap();
+    let p = |name: &str| place.text(name);
+    let [pipe, csv, json, sofa] = ["pipe", "pipe.csv", "pipe.json", "pipe.sofa"].map(p);
+    for args in [
+        vec!["inspect", &pipe],
+        vec!["inspect", "/dev/zero"],
+        vec!["inspect", place.folder.path().to_str().unwrap()],
+        vec!["path", &csv],
+        vec!["path", "/dev/zero"],
+        vec!["render", &pipe, &input, &out],
+        vec!["render", &scene, &pipe, &out],
+        vec!["render", &scene, "/dev/zero", &out],
+        vec!["render", &scene, &input, &out, "--path", &json],
+        vec!["bake", "responses", &json, "-o", &out],
+        vec!["bake", "responses", &sofa, "-o", &out],
+        vec!["bake", "field", &pipe, "-o", &out],
+        vec!["capture", "check", &json],
+        vec!["capture", "check", &p("set")],
+        vec!["capture", "from-responses", &json, "-o", &out],
+        vec!["host", "none.clap", &input, &out, "--state", &pipe],
+        vec!["host", "none.clap", &input, &out, "--automation", &json],
+        vec!["measure", "--response", &pipe],
+    ] {
+        let said = fails(&args);
+        assert!(said.contains("expected a regular file, found"), "{args:?}: {said}");
+    }
+    assert!(!place.path("out.wav").exists());
+}
+
+#[test]
+fn titles_cannot_steer_the_terminal() {
+    let place = Place::new();
+    let scene = place.text("room.promenade");
+    let folder = place.folder.path().to_str().unwrap();
+    succeeds(&["bake", "responses", folder, "-o", &scene, "--title", "\u{1b}]0;owned\u{7}\nanchors 9 \u{9b}31m"]);
+    let (text, _) = succeeds(&["inspect", &scene]);
+    assert!(text.starts_with("title         \\u001b]0;owned\\u0007 anchors 9 \\u009b31m\n"), "{text}");
+    let title = json(&["inspect", &scene, "--json"])["title"].as_str().map(str::to_owned);
+    assert_eq!(title.as_deref(), Some("\u{1b}]0;owned\u{7}\nanchors 9 \u{9b}31m"));
+    let said = fails(&["inspect", &place.text("\u{1b}[2Jnone")]);
+    assert!(said.contains("\\u001b[2Jnone: cannot be read"), "{said}");
+}
+
+/// A render that is killed leaves a draft, which the next one removes.
+#[cfg(unix)]
+#[test]
+fn a_killed_render_leaves_nothing_for_long() {
+    let place = Place::new();
+    let (scene, long, short) = (place.bake(), place.dry("long.wav", 600.0, 1), place.dry("short.wav", 0.1, 1));
+    let before = place.names();
+    let out = place.text("out.wav");
+    let mut render = std::process::Command::new(env!("CARGO_BIN_EXE_promenade"))
+        .args(["render", &scene, &long, &out])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let waited = std::time::Instant::now();
+    while place.names() == before && waited.elapsed().as_secs() < 60 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    render.kill().unwrap();
+    render.wait().unwrap();
+    assert!(!place.path("out.wav").exists(), "it was killed in time");
+    assert_eq!(place.names().len(), before.len() + 1, "{:?}", place.names());
+    succeeds(&["render", &scene, &short, &out]);
+    assert_eq!(place.names().len(), before.len() + 1, "{:?}", place.names());
+    assert!(place.path("out.wav").exists());
+}
+
 #[test]
 fn a_wrong_command_line_is_status_2() {
     for args in [

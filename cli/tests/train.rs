@@ -131,6 +131,12 @@ fn a_search_says_what_it_tried_and_what_is_wrong_is_named() {
     let said = String::from_utf8_lossy(&odd.stderr).into_owned();
     assert!(!odd.status.success() && said.contains("width") && said.contains("20"), "{said}");
 
+    for threads in ["0", "257", "999999999"] {
+        let refused = train(folder.path(), &["--restart", "--threads", threads]);
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(refused.status.code() == Some(2) && said.contains("expected a number from 1 to 256"), "{said}");
+    }
+
     // Nothing is trained on silence.
     let silence = vec![0.0; 8000];
     wav::write(&folder.path().join("capture/t.binaural.wav"), 8000, &[&silence, &silence], wav::Format::Float32).unwrap();

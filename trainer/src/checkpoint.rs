@@ -3,7 +3,7 @@
 
 use crate::settings::TrainSettings;
 use crate::weights::{AdamW, Arrays};
-use promenade_baker::{BakeError, atomic};
+use promenade_baker::{BakeError, atomic, file};
 use promenade_core::network::Tensor;
 use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView};
@@ -109,11 +109,7 @@ impl Checkpoint {
     /// # Errors
     /// A file that is missing, damaged, too large, or no training of this version. The message names the file.
     pub fn load(path: &Path) -> Result<Self, BakeError> {
-        let size = std::fs::metadata(path).map_err(BakeError::read(path))?.len();
-        if size > MAX_BYTES {
-            return Err(BakeError::content(path, format!("a training of at most {MAX_BYTES} bytes"), format!("{size}")));
-        }
-        let bytes = std::fs::read(path).map_err(BakeError::read(path))?;
+        let bytes = file::read(path, MAX_BYTES).map_err(BakeError::read(path))?;
         let damaged = |e: safetensors::SafeTensorError| BakeError::content(path, "a training", e.to_string());
         let whole =
             bytes.split_last_chunk::<4>().filter(|(content, checksum)| crc32fast::hash(content).to_le_bytes() == **checksum);

@@ -1,21 +1,17 @@
 //! Files and folders as every source reads them.
 
-use crate::BakeError;
+use crate::{BakeError, file};
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
-/// The whole content of `what` (words such as "a manifest of ", or none), whose size is checked before it is read.
-pub(super) fn bytes(path: &Path, what: &str, most: u64) -> Result<Vec<u8>, BakeError> {
-    let size = std::fs::metadata(path).map_err(BakeError::read(path))?.len();
-    if size > most {
-        return Err(BakeError::content(path, format!("{what}at most {most} bytes"), size));
-    }
-    std::fs::read(path).map_err(BakeError::read(path))
+/// The whole content of a regular file of at most `most` bytes.
+pub(super) fn bytes(path: &Path, most: u64) -> Result<Vec<u8>, BakeError> {
+    file::read(path, most).map_err(BakeError::read(path))
 }
 
 /// The same of JSON.
-pub(super) fn json<T: DeserializeOwned>(path: &Path, what: &str, most: u64) -> Result<T, BakeError> {
-    serde_json::from_slice(&bytes(path, what, most)?).map_err(BakeError::json(path))
+pub(super) fn json<T: DeserializeOwned>(path: &Path, most: u64) -> Result<T, BakeError> {
+    serde_json::from_slice(&bytes(path, most)?).map_err(BakeError::json(path))
 }
 
 /// Ending of a name in small letters.

@@ -1,7 +1,11 @@
 //! Arguments of `promenade train`.
 
+use super::values::within;
 use clap::Args;
 use std::path::PathBuf;
+
+/// Threads of a training, at most: each holds the buffers of a clip.
+pub(crate) const MAX_THREADS: usize = 256;
 
 #[derive(Debug, Args)]
 pub(crate) struct TrainArgs {
@@ -25,8 +29,8 @@ pub(crate) struct TrainArgs {
     /// Seed of weights, order and carriers
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// Clips rendered at a time; without it as many as there are processors
-    #[arg(long)]
+    /// Clips rendered at a time, 1 to 256; without it as many as there are processors
+    #[arg(long, value_parser = within(1_usize, MAX_THREADS))]
     pub(crate) threads: Option<usize>,
     /// Steps after which the training is kept
     #[arg(long, default_value_t = std::num::NonZero::<usize>::MIN.saturating_add(99))]

@@ -67,7 +67,7 @@ fn as_text(capture: &Capture, levels: &[Levels]) -> String {
         rows.push((l.split.name(), format!("{} clips, {:.1} s", l.clips, l.seconds)));
     }
     rows.extend(capture.notes.iter().map(|n| ("note", n.clone())));
-    let mut text: String = rows.into_iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect();
+    let mut text = report::properties(rows);
     let head = ["dBFS", "quietest clip", "mean", "peak"];
     let mut table = vec![head.map(str::to_owned).to_vec()];
     for l in levels.iter().filter(|l| l.clips > 0) {

@@ -105,7 +105,7 @@ struct Camera {
 /// Heads at the places of cameras in their own world, by the names of their images without ending.
 pub(super) fn cameras(path: &Path) -> Result<BTreeMap<String, Pose>, BakeError> {
     let mut heads = BTreeMap::new();
-    for camera in file::json::<Vec<Camera>>(path, "", MAX_BYTES)? {
+    for camera in file::json::<Vec<Camera>>(path, MAX_BYTES)? {
         let rotation = Mat3::from_cols_array_2d(&camera.rotation).transpose();
         let entry = || format!("camera {}", camera.img_name);
         let head = head(Vec3::from_array(camera.position), rotation).ok_or_else(|| {

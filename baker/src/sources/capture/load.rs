@@ -4,10 +4,10 @@ use super::cut::{Cut, SplitRule};
 use super::manifest::{ClipEntry, CutEntry, Manifest, TrackEntry};
 use super::sift::sift;
 use super::{Capture, Clip, Split, Track, mean};
-use crate::{BakeError, sound};
+use crate::{BakeError, file, sound};
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Keyframe};
-use promenade_paths::ImportOptions;
+use promenade_paths::{ImportOptions, MAX_FILE_BYTES};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -131,8 +131,10 @@ impl TrackLoader<'_> {
         let keyframes = match (&self.entry.path, &self.entry.poses) {
             (Some(name), None) => {
                 let file = self.folder.join(name);
-                let bytes = std::fs::read(&file).map_err(|e| format!("{}: cannot be read: {e}", file.display()))?;
-                let mut beside = |uri: &str| std::fs::read(file.parent().unwrap_or(Path::new("")).join(uri));
+                let bytes =
+                    file::read(&file, MAX_FILE_BYTES).map_err(|e| format!("{}: cannot be read: {e}", file.display()))?;
+                let folder = file.parent().unwrap_or(Path::new(""));
+                let mut beside = |uri: &str| file::read(&folder.join(uri), MAX_FILE_BYTES);
                 let shown = file.display().to_string();
                 let imported = promenade_paths::read(&shown, &bytes, &ImportOptions::default(), &mut beside);
                 let imported = imported.map_err(|e| with_cause(&e))?;

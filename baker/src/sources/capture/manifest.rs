@@ -99,7 +99,7 @@ impl Manifest {
         struct Version {
             version: u32,
         }
-        let bytes = file::bytes(path, "a manifest of ", MAX_BYTES)?;
+        let bytes = file::bytes(path, MAX_BYTES)?;
         let Version { version } = serde_json::from_slice(&bytes).map_err(BakeError::json(path))?;
         if version != VERSION {
             return Err(BakeError::content(path, format!("a capture of version {VERSION}"), format!("version {version}")));

@@ -53,7 +53,7 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
     let has_cameras = given.exists();
     for (name, split) in [("train", Split::Train), ("val", Split::Test)] {
         let path = folder.join(format!("transforms_scale_{name}.json"));
-        for frame in file::json::<Transforms>(&path, "", MAX_BYTES)?.camera_path {
+        for frame in file::json::<Transforms>(&path, MAX_BYTES)?.camera_path {
             let number = number(&path, &frame.file_path)?;
             if frames.insert(number, split).is_some() {
                 return Err(BakeError::entry(&path, &frame.file_path, "each frame once", "it twice"));

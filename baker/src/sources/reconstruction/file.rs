@@ -7,10 +7,7 @@ use std::path::Path;
 /// Bytes that a file may have.
 const MAX_BYTES: u64 = 2 << 30;
 
-/// The whole content, whose size is checked before it is read.
+/// The whole content of a regular file.
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, BakeError> {
-    if !std::fs::metadata(path).map_err(BakeError::read(path))?.is_file() {
-        return Err(BakeError::content(path, "a file", "something else"));
-    }
-    file::bytes(path, "", MAX_BYTES)
+    file::bytes(path, MAX_BYTES)
 }

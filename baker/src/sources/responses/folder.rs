@@ -183,7 +183,7 @@ fn rows(folder: &Path, knows_source: bool) -> Result<Vec<Measured>, BakeError> {
 
 /// Rows of numbers: NumPy's, JSON's, or lines.
 fn table(path: &Path) -> Result<Vec<Vec<f32>>, BakeError> {
-    let bytes = file::bytes(path, "", MAX_BYTES)?;
+    let bytes = file::bytes(path, MAX_BYTES)?;
     match file::ending(path).as_str() {
         "npy" => {
             let wrong = |found: String| BakeError::content(path, "rows of floats as NumPy saves them", found);
@@ -205,7 +205,7 @@ fn table(path: &Path) -> Result<Vec<Vec<f32>>, BakeError> {
 
 /// All numbers of a text.
 fn numbers(path: &Path) -> Result<Vec<f32>, BakeError> {
-    of_line(path, 0, &String::from_utf8_lossy(&file::bytes(path, "", MAX_BYTES)?))
+    of_line(path, 0, &String::from_utf8_lossy(&file::bytes(path, MAX_BYTES)?))
 }
 
 fn of_line(path: &Path, number: usize, line: &str) -> Result<Vec<f32>, BakeError> {

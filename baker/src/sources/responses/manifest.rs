@@ -66,7 +66,7 @@ struct Entry {
 }
 
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, BakeError> {
-    let manifest: Manifest = file::json(path, "a manifest of ", MAX_BYTES)?;
+    let manifest: Manifest = file::json(path, MAX_BYTES)?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let root = match (&options.root, &manifest.root) {
         (Some(root), _) => root.clone(),

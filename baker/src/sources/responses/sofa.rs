@@ -3,7 +3,7 @@
 
 use super::spherical::to_cartesian;
 use super::{LoadOptions, Response, Responses, Side, check};
-use crate::BakeError;
+use crate::{BakeError, file};
 use hdf5_pure::{Dataset, File};
 use promenade_core::Pose;
 use promenade_core::glam::{Mat3, Quat, Vec3};
@@ -17,6 +17,7 @@ const BLOCK_VALUES: usize = 1 << 23;
 const MAX_DELAY: f64 = 1_000_000.0;
 
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, BakeError> {
+    file::check(path).map_err(BakeError::read(path))?;
     Sofa { path, file: File::open_streaming(path).map_err(failed(path))? }.load(options)
 }
 
