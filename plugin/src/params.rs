@@ -86,11 +86,9 @@ pub struct PromenadeParams {
     /// How the editor was left.
     #[persist = "editor"]
     pub editor: Persisted<EditorSettings>,
-    /// What is wrong with the scene.
-    #[persist = "scene-report"]
+    /// What is wrong with the scene; no part of the state, nor is the next.
     pub scene_report: Report,
     /// What is wrong with the camera path.
-    #[persist = "walk-report"]
     pub walk_report: Report,
     /// Values that have come over Open Sound Control and stand in place of the host's.
     pub remote: Remote,

@@ -1,4 +1,4 @@
-//! Values that a host saves with the project beside the parameters.
+//! Values that a host saves with the project beside the parameters, and reports that it does not save.
 
 use nice_plug::params::persist::PersistentField;
 use serde::{Deserialize, Serialize};
@@ -73,7 +73,7 @@ where
     }
 }
 
-/// What went wrong or looks odd, as a message for the user. It is saved with the state for diagnosis, and never restored.
+/// What went wrong or looks odd, as a message for the user. It is not saved: it names folders of this machine.
 #[derive(Default)]
 pub struct Report(RwLock<String>);
 
@@ -86,17 +86,6 @@ impl Report {
     /// The text.
     pub fn text(&self) -> String {
         self.0.read().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-}
-
-impl PersistentField<'_, String> for Report {
-    fn set(&self, _old_text: String) {}
-
-    fn map<F, R>(&self, f: F) -> R
-    where
-        F: Fn(&String) -> R,
-    {
-        f(&self.0.read().unwrap_or_else(PoisonError::into_inner))
     }
 }
 

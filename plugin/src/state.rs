@@ -50,8 +50,13 @@ fn is_choice(id: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::choices::SceneChoice;
+    use crate::loader::Loader;
     use crate::params::PromenadeParams;
-    use nice_plug::prelude::{ParamPtr, Params};
+    use crate::scene_key::SceneKey;
+    use nice_plug::prelude::{Enum, ParamPtr, Params};
+    use std::path::Path;
+    use std::sync::Arc;
 
     #[test]
     fn what_is_no_number_and_choices_by_number_are_dropped() {
@@ -60,6 +65,41 @@ mod tests {
         let mut state = PluginState { version: String::new(), params: params.into_iter().collect(), fields: [].into() };
         migrate(&mut state);
         assert_eq!(state.params.keys().collect::<Vec<_>>(), ["slot", "y"]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_reported_and_stays_out_of_the_state() {
+        let _alone = crate::cache::alone();
+        let params = Arc::new(PromenadeParams::default());
+        let loader = Loader::new(Arc::clone(&params));
+        loader.activate(48_000.0);
+        let choose = |parameter, value| {
+            params.remote.set(parameter, value, params.hosted(parameter));
+            loader.refresh();
+            let fields = params.serialize_fields();
+            assert_eq!(fields.keys().collect::<Vec<_>>(), ["editor", "osc", "scene", "version", "walk"]);
+            params.scene_report.text()
+        };
+        params.scene_key.restore(SceneKey {
+            title: "Hall".to_owned(),
+            absolute: "/nowhere/hall.promenade".into(),
+            ..SceneKey::default()
+        });
+        let missing = choose(Parameter::Scene, SceneChoice::Library.to_index() as f32);
+        assert!(missing.contains("Hall") && missing.contains("is missing"), "{missing}");
+        let changed = SceneKey {
+            hash: "1".repeat(64),
+            absolute: Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes/iosr-room-b.promenade"),
+            ..SceneKey::default()
+        };
+        params.scene_key.restore(changed);
+        let changed = params.scene_report.text();
+        assert!(changed.contains("has changed"), "{changed}");
+        let empty = choose(Parameter::Slot, 64.0);
+        assert!(empty.contains("slot 64 is empty"), "{empty}");
+        assert_eq!(choose(Parameter::Scene, 0.0), "");
+        choose(Parameter::Walk, 64.0);
+        assert!(params.walk_report.text().contains("slot 64 is empty"), "{}", params.walk_report.text());
     }
 
     #[test]
