@@ -3,7 +3,8 @@
 use crate::cache::{self, ContentHash};
 use crate::scene_key::SceneKey;
 use promenade_core::{Scene, SceneError};
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
@@ -115,10 +116,10 @@ pub fn file_in_slot(folders: &[PathBuf], extensions: &[&str], slot: u32) -> Resu
     usize::try_from(slot).ok().and_then(|n| n.checked_sub(1)).and_then(|n| files.into_iter().nth(n)).ok_or(empty)
 }
 
-/// The bytes of a file of at most 1 GiB.
+/// The bytes of a regular file of at most 1 GiB.
 ///
 /// # Errors
-/// The file cannot be read, or is larger than 1 GiB.
+/// The file cannot be read, is no regular file, or is larger than 1 GiB.
 pub fn read(path: &Path) -> Result<Vec<u8>, LibraryError> {
     bytes_of(path).map_err(|error| LibraryError::Io { path: path.to_owned(), error })
 }
@@ -128,14 +129,31 @@ pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
     read_limited(path, LARGEST_FILE)
 }
 
-/// The bytes of a file of at most `largest` bytes.
-pub(crate) fn read_limited(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
-    let length = std::fs::metadata(path)?.len();
-    if length > largest {
-        let text = format!("the file has {length} bytes, expected at most {largest}");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
+/// Opens a regular file: opening a pipe would wait for its writer, and a device may have no end.
+pub(crate) fn open(path: &Path) -> io::Result<File> {
+    let about = std::fs::metadata(path)?;
+    if about.is_file() {
+        return File::open(path);
     }
-    std::fs::read(path)
+    let found = if about.is_dir() { "a folder" } else { "a pipe, a socket or a device" };
+    Err(io::Error::new(io::ErrorKind::InvalidInput, format!("expected a regular file, found {found}")))
+}
+
+/// The bytes of a regular file of at most `largest` bytes.
+pub(crate) fn read_limited(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
+    let file = open(path)?;
+    let too_large = |length| {
+        let text = format!("the file has {length} bytes, expected at most {largest}");
+        io::Error::new(io::ErrorKind::FileTooLarge, text)
+    };
+    let length = file.metadata()?.len();
+    if length > largest {
+        return Err(too_large(length.to_string()));
+    }
+    let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
+    // The file may grow meanwhile, and files of the system's own report a length of 0.
+    file.take(largest.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > largest { Err(too_large(format!("more than {largest}"))) } else { Ok(bytes) }
 }
 
 /// The scene in a library slot.
@@ -172,7 +190,9 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<Found, Library
         absolute: wanted.absolute.clone(),
         folders: folders.to_vec(),
     };
-    let path = found.or_else(|| by_name.iter().find(|path| path.is_file())).ok_or_else(missing)?;
+    // Of what is no regular file, the error says what it is.
+    let there = || by_name.iter().find(|path| path.is_file()).or_else(|| by_name.iter().find(|path| path.exists()));
+    let path = found.or_else(there).ok_or_else(missing)?;
     let (scene, hash) = scene_at(path)?;
     let changed = !wanted.hash.is_empty() && hash != wanted.hash;
     let note = if changed {
@@ -198,4 +218,4 @@ fn scene_at(path: &Path) -> Result<(Arc<Scene>, ContentHash), LibraryError> {
 
 #[cfg(test)]
 #[path = "library_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -1,6 +1,8 @@
 use super::*;
 use crate::factory;
 use std::fs;
+use std::sync::mpsc::channel;
+use std::time::Duration;
 use tempfile::TempDir;
 
 /// A folder with files, and its path.
@@ -59,4 +61,47 @@ fn what_is_nowhere_is_missing() {
     let wanted = key("/nowhere/hall.promenade".into(), b"gone");
     assert!(matches!(scene_of(&[], &wanted), Err(LibraryError::Missing { .. })));
     assert!(matches!(scene_of(&[], &SceneKey::default()), Err(LibraryError::NoScene)));
+}
+
+/// What `work` returns, if it does within ten seconds.
+pub(crate) fn in_time<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+    let (done, result) = channel();
+    std::thread::spawn(move || done.send(work()));
+    result.recv_timeout(Duration::from_secs(10)).expect("it hangs")
+}
+
+/// Makes a named pipe, which nobody writes to.
+#[cfg(unix)]
+pub(crate) fn make_pipe(path: &Path) {
+    assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_scene_and_a_file_of_the_same_content_is_found() {
+    let _alone = cache::alone();
+    let bytes = factory::ROOM_A.bytes;
+    let (_keep, path) = folder(&[("other.promenade", bytes)]);
+    let pipe = path.join("hall.promenade");
+    make_pipe(&pipe);
+    let (wanted, folders) = (key(pipe.clone(), bytes), [path]);
+    let found = in_time(move || scene_of(&folders, &wanted)).unwrap();
+    assert!(found.key.absolute.ends_with("other.promenade"));
+    let wanted = SceneKey { absolute: pipe, ..SceneKey::default() };
+    let error = in_time(move || scene_of(&[], &wanted)).err().unwrap().to_string();
+    assert!(error.ends_with("hall.promenade: expected a regular file, found a pipe, a socket or a device"), "{error}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn bytes_are_counted_while_they_are_read() {
+    // Its length is reported as 0.
+    let system = Path::new("/proc/self/status");
+    assert!(read_limited(system, 1 << 20).unwrap().starts_with(b"Name:"));
+    let error = read_limited(system, 10).unwrap_err().to_string();
+    assert_eq!(error, "the file has more than 10 bytes, expected at most 10");
+    let error = read_limited(Path::new("/dev/zero"), 10).unwrap_err().to_string();
+    assert!(error.starts_with("expected a regular file"), "{error}");
+    let error = read(Path::new("/")).unwrap_err().to_string();
+    assert_eq!(error, "/: expected a regular file, found a folder");
 }

@@ -6,7 +6,6 @@ use crate::lock::lock;
 use crate::worker::Task;
 use nice_plug_egui::RepaintNotifier;
 use promenade_core::SceneCard;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -120,7 +119,7 @@ fn built_in(scene: &FactoryScene) -> Listed {
 /// Reads a file's description from its header.
 fn card_at(path: &Path) -> Result<SceneCard, String> {
     let read = |path: &Path| -> std::io::Result<Result<SceneCard, String>> {
-        let mut file = File::open(path)?;
+        let mut file = library::open(path)?;
         let mut header = Vec::new();
         file.by_ref().take(8).read_to_end(&mut header)?;
         let length = match SceneCard::head_len(&header) {
@@ -162,5 +161,19 @@ mod tests {
         kept.close().unwrap();
         lister.list(vec![folder]);
         assert!(lister.newest().scenes.is_empty());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_listed_with_what_it_is() {
+        use crate::library::tests::{in_time, make_pipe};
+        let kept = tempfile::tempdir().unwrap();
+        let folder = kept.path().to_owned();
+        make_pipe(&folder.join("a.promenade"));
+        let lister = Lister::new(RepaintNotifier::new());
+        let listed = Arc::clone(&lister);
+        in_time(move || listed.list(vec![folder]));
+        let error = lister.newest().scenes[0].card.as_ref().unwrap().as_ref().unwrap_err().clone();
+        assert!(error.contains("expected a regular file"), "{error}");
     }
 }

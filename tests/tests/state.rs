@@ -4,6 +4,14 @@ use promenade_tests::signal::{difference_db, noise};
 use promenade_tests::{Host, Setup, edit_state, in_both_formats, render};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::{
+    fs::OpenOptions,
+    process::Command,
+    sync::mpsc::{Receiver, RecvTimeoutError, channel},
+    thread::JoinHandle,
+    time::Duration,
+};
 
 in_both_formats!(
     every_parameter_survives,
@@ -15,6 +23,13 @@ in_both_formats!(
     hostile_states_do_no_harm,
     states_of_later_versions_are_read_as_far_as_known,
 );
+
+/// Pipes and devices are files of these systems.
+#[cfg(unix)]
+mod special_files {
+    use super::*;
+    in_both_formats!(a_pipe_or_a_device_as_the_scene_passes_the_dry_sound);
+}
 
 /// Each with a value that is not its default, and that is one of its steps.
 const CHANGED: [(&str, f64); 22] = [
@@ -134,6 +149,49 @@ fn a_missing_scene_passes_the_dry_sound_and_stays_in_the_state<H: Host>() {
     host.reopen(Setup::default());
     let wet = render(&mut host, &[&signal, &signal], &[512]);
     assert!(difference_db(&wet, &out) > -60.0);
+}
+
+/// Ends a reading of a pipe that goes on for ten seconds; `true` from `join` if that was needed.
+#[cfg(unix)]
+fn open_if_read(pipe: &Path, done: Receiver<()>) -> JoinHandle<bool> {
+    let pipe = pipe.to_owned();
+    std::thread::spawn(move || {
+        let mut hangs = false;
+        while done.recv_timeout(Duration::from_secs(10)) == Err(RecvTimeoutError::Timeout) {
+            hangs = true;
+            // For reading too, so that opening it does not wait.
+            drop(OpenOptions::new().read(true).write(true).open(&pipe).unwrap());
+        }
+        hangs
+    })
+}
+
+#[cfg(unix)]
+fn a_pipe_or_a_device_as_the_scene_passes_the_dry_sound<H: Host>() {
+    let folder = std::env::temp_dir().join(format!("promenade-pipe-{:?}-{}", H::FORMAT, std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let pipe = folder.join("hall.promenade");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let signal = noise(12_000);
+    for path in [pipe.as_path(), Path::new("/dev/zero")] {
+        for hash in [String::new(), "0".repeat(64)] {
+            let (ends, done) = channel();
+            let hangs = open_if_read(&pipe, done);
+            let mut host = H::open(Setup::default());
+            let wanted = json!({ "hash": hash, "title": "Hall", "absolute": path, "from_home": "", "slot": 0 });
+            let state = with_library_scene(&host.state(), &wanted);
+            assert!(host.load(&state));
+            host.reopen(Setup::default());
+            let latency = host.latency();
+            let out = render(&mut host, &[&signal, &signal], &[512]);
+            drop(ends);
+            assert!(!hangs.join().unwrap(), "{} is read", path.display());
+            let dry = [vec![0.0; latency], signal[..signal.len() - latency].to_vec()].concat();
+            assert!(difference_db(&out, &[dry.clone(), dry]) < -120.0, "the dry sound does not pass");
+            assert_eq!(field(&host.state(), "scene"), wanted, "the reference is lost");
+        }
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 fn a_changed_scene_is_played_and_the_old_one_still_asked_for<H: Host>() {
