@@ -2,7 +2,7 @@
 
 use crate::attention::Attention;
 use crate::cache;
-use crate::choices::SceneChoice;
+use crate::choices::{Follow, SceneChoice};
 use crate::error_chain::with_causes;
 use crate::factory::{self, FactoryScene};
 use crate::library::{self, Found, LibraryError};
@@ -17,7 +17,7 @@ use nice_plug::{nice_error, nice_warn};
 use nice_plug_egui::RepaintNotifier;
 use promenade_core::{RenderError, Renderer, Scene, SceneError};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, Weak};
+use std::sync::{Arc, Mutex, Once, Weak};
 use std::time::Instant;
 use thiserror::Error;
 
@@ -187,13 +187,16 @@ impl Loader {
                 };
                 Ok((found, renderer))
             });
+            let chosen = chooses_a_file(&result);
             let (prepared, report, key) = match result {
                 Ok((found, renderer)) => (Prepared::Scene(Box::new(renderer)), found.note, found.key),
                 Err(error) => (Prepared::Dry, with_causes(&error), request.saved.clone()),
             };
             // A state that was restored meanwhile wants another scene: begin again.
             if self.params.scene_key.replace(key.clone(), restores) {
+                static NONE_CHOSEN: Once = Once::new();
                 match &prepared {
+                    Prepared::Dry if !chosen => NONE_CHOSEN.call_once(|| nice_warn!("{report}")),
                     Prepared::Dry => nice_error!("{report}"),
                     Prepared::Scene(_) if !report.is_empty() => nice_warn!("{report}"),
                     Prepared::Scene(_) => (),
@@ -220,12 +223,16 @@ impl Loader {
                 return;
             }
             let result = find_walk(request.0, &request.1);
+            let chosen = chooses_a_file(&result);
             let (walk, report, file) = match result.and_then(|file| Ok((file.to_walk()?, file))) {
                 Ok((walk, file)) => (walk.map(Arc::new), String::new(), file),
                 Err(error) => (None, with_causes(&error), request.1.clone()),
             };
             if self.params.saved_walk.replace(file.clone(), restores) {
-                if !report.is_empty() {
+                static NONE_CHOSEN: Once = Once::new();
+                if !chosen && self.params.snapshot().sources.follow != Follow::Off {
+                    NONE_CHOSEN.call_once(|| nice_warn!("{report}"));
+                } else if chosen && !report.is_empty() {
                     nice_error!("{report}");
                 }
                 self.params.walk_report.set_text(report);
@@ -244,6 +251,11 @@ impl Task for Loader {
         self.refresh();
         None
     }
+}
+
+/// Whether there was a file to load. That a slot is empty is written to the log once in the process: automation passes through all slots.
+fn chooses_a_file<T>(result: &Result<T, LoadError>) -> bool {
+    !matches!(result, Err(LoadError::Library(LibraryError::EmptySlot { .. } | LibraryError::NoScene)))
 }
 
 fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<Found, LoadError> {

@@ -7,14 +7,15 @@ use std::{env, fs};
 /// The variable that names folders of scenes.
 const FOLDERS: &str = "PROMENADE_SCENES";
 
-/// Runs the calling test again in a process whose library is a folder of its own, filled by `fill`, and there `test`.
+/// Runs the calling test again in a process whose library is a folder of its own, filled by `fill`, and there `test`. Returns the log of
+/// that process; in it there is none.
 ///
 /// # Panics
 /// The test fails there.
-pub fn in_library(fill: impl FnOnce(&Path), test: impl FnOnce(&Path)) {
+pub fn in_library(fill: impl FnOnce(&Path), test: impl FnOnce(&Path)) -> Option<String> {
     if let Some(folder) = env::var_os(FOLDERS).map(PathBuf::from) {
         test(&folder);
-        return;
+        return None;
     }
     let name = std::thread::current().name().expect("a test's thread has its name").to_owned();
     let folder = env::temp_dir().join(format!("promenade-{}-{}", name.replace("::", "-"), std::process::id()));
@@ -28,5 +29,7 @@ pub fn in_library(fill: impl FnOnce(&Path), test: impl FnOnce(&Path)) {
         .expect("a test can be run again");
     fs::remove_dir_all(&folder).expect("the folder is still there");
     let text = String::from_utf8_lossy(&again.stdout);
-    assert!(again.status.success() && text.contains("1 passed"), "{text}\n{}", String::from_utf8_lossy(&again.stderr));
+    let log = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(again.status.success() && text.contains("1 passed"), "{text}\n{log}");
+    Some(log)
 }

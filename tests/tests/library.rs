@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-in_both_formats!(slots_choose_files_that_the_project_then_keeps);
+in_both_formats!(slots_choose_files_that_the_project_then_keeps, empty_slots_are_logged_once);
 
 fn field(state: &Value, name: &str) -> Value {
     serde_json::from_str(state["fields"][name].as_str().unwrap()).unwrap()
@@ -67,4 +67,25 @@ fn slots_in<H: Host>(folder: &Path) {
     later.process(&[&[0.0; 64], &[0.0; 64]]);
     later.reopen(Setup::default());
     assert_eq!(field(&later.state(), "scene")["absolute"], json!(folder.join("2.promenade")));
+}
+
+fn empty_slots_are_logged_once<H: Host>() {
+    let log = in_library(fill, |_| {
+        let mut host = H::open(Setup::default());
+        let mut choose = |id, value| {
+            host.set(id, value);
+            host.instance().settle().unwrap();
+        };
+        // The path is not followed.
+        (10..20).for_each(|slot| choose("walk", f64::from(slot) / 64.0));
+        choose("scene", 1.0);
+        choose("follow", 0.5);
+        for slot in 20..30 {
+            choose("slot", f64::from(slot) / 64.0);
+            choose("walk", f64::from(slot) / 64.0);
+        }
+    });
+    let Some(log) = log else { return };
+    let lines: Vec<&str> = log.lines().filter(|line| line.contains("is empty") || line.contains("neither a slot")).collect();
+    assert_eq!(lines.len(), 2, "one of scenes and one of paths: {lines:#?}");
 }
