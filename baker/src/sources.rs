@@ -1,5 +1,6 @@
 //! Where acoustics come from: measured responses, recordings, reconstructions, published checkpoints, simulated rooms.
 
+pub mod ambisonic;
 pub mod anchors;
 pub mod capture;
 pub mod checkpoint;
@@ -7,3 +8,6 @@ mod file;
 pub mod reconstruction;
 pub mod responses;
 pub mod shoebox;
+mod split;
+
+pub use split::Split;

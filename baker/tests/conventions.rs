@@ -41,7 +41,7 @@ fn bake(azimuths: &[f32]) -> Arc<Scene> {
         licence: String::new(),
         sample_rate_hz: RATE,
         responses: azimuths.iter().map(|a| measured(*a)).collect(),
-        notes: vec![],
+        ..Responses::default()
     };
     Arc::new(bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap())
 }
@@ -111,7 +111,7 @@ fn a_set_of_positions_around_one_source_is_walked_through() {
         licence: String::new(),
         sample_rate_hz: RATE,
         responses: places.iter().map(|&(x, y)| at(x, y)).collect(),
-        notes: vec![],
+        ..Responses::default()
     };
     let scene = Arc::new(bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap());
     assert!((scene.emitter().unwrap() - source).length() < 1e-6);

@@ -38,7 +38,7 @@ fn room() -> Responses {
         licence: "CC0".to_owned(),
         sample_rate_hz: RATE,
         responses: (-90..=90).step_by(15).map(response).collect(),
-        notes: Vec::new(),
+        ..Responses::default()
     }
 }
 

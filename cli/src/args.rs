@@ -10,6 +10,7 @@ mod measure;
 mod path;
 mod placement;
 mod render;
+mod responses;
 mod simulate;
 #[cfg(feature = "train")]
 mod train;
@@ -27,6 +28,7 @@ pub(crate) use import::ImportArgs;
 pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
 pub(crate) use render::RenderArgs;
+pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{Simulate, SimulateBoxArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
@@ -45,6 +47,11 @@ pub(crate) enum Command {
     Bake {
         #[command(subcommand)]
         source: BakeSource,
+    },
+    /// Describe and make sets of responses, to bake
+    Responses {
+        #[command(subcommand)]
+        command: ResponsesCommand,
     },
     /// Make a scene from a trained AV-Cloud checkpoint
     Import(Box<ImportArgs>),
@@ -101,6 +108,8 @@ mod tests {
         for line in [
             "bake responses a -o b",
             "bake field a -o b",
+            "responses manifest a",
+            "responses ambisonic a --hrtf h -o b --distance 1",
             "import a -o b",
             "render a b c --path p --speed 2",
             "host a b c",

@@ -18,6 +18,7 @@ mod plot;
 mod progress;
 mod render;
 mod report;
+mod responses;
 mod scene;
 mod simulate;
 #[cfg(feature = "train")]
@@ -29,6 +30,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let done = match args::Cli::parse().command {
         args::Command::Bake { source } => bake::run(&source),
+        args::Command::Responses { command } => responses::run(&command),
         args::Command::Import(a) => import::run(&a),
         args::Command::Render(a) => render::run(&a),
         args::Command::Host(a) => host::run(&a),

@@ -69,7 +69,7 @@ fn paths_are_converted_and_shown_in_figures() {
         (vec!["path", &place.text("ride.gltf")], "ride.gltf: its buffer ride.bin cannot be read: "),
         (
             vec!["path", &place.text("in.wav")],
-            "in.wav: expected a camera path: JSON, CSV, COLMAP's images.txt or images.bin, or glTF",
+            "in.wav: expected a camera path: JSON, CSV, COLMAP's images.txt or images.bin, a transforms.json, or glTF",
         ),
         (vec!["path", &model], "expected a COLMAP model, a folder with images.bin, images.txt or sparse/0/images.bin"),
         (vec!["path", &csv, "-o", &place.text("x.glb")], "expected a name ending in .json or .csv"),

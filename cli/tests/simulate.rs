@@ -91,7 +91,7 @@ fn head(folder: &Path) {
         licence: "MIT".to_owned(),
         sample_rate_hz: 16_000.0,
         responses: (0..12).map(response).collect(),
-        notes: Vec::new(),
+        ..Responses::default()
     };
     set.save(folder).unwrap();
 }

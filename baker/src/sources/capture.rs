@@ -17,6 +17,7 @@ mod rwavs;
 mod sift;
 mod write;
 
+pub use crate::sources::Split;
 pub use cut::{Cut, SplitRule};
 pub use defects::{CLIPPED_RUN, SILENT_DBFS, is_clipped, is_silent, level_dbfs};
 pub use emitter::{EmitterEstimate, locate_emitter};
@@ -29,7 +30,6 @@ pub use rwavs::import_rwavs;
 use crate::BakeError;
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Pose};
-use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Recordings of one place.
@@ -81,27 +81,6 @@ pub struct Clip {
     pub pose: Pose,
     /// What it is for.
     pub split: Split,
-}
-
-/// What a clip is for.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, Hash)]
-#[serde(rename_all = "lowercase")]
-pub enum Split {
-    /// To learn from.
-    Train,
-    /// To judge by.
-    Test,
-}
-
-impl Split {
-    /// The name used in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Test => "test",
-        }
-    }
 }
 
 impl Capture {

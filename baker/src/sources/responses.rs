@@ -1,25 +1,32 @@
 //! Binaural room responses: where the listener was, where the source was, and what each ear got.
 //!
-//! [`Responses::load`] reads a SOFA file, or WAV files described by a `responses.json` (see `docs/measuring.md`); either way every
+//! [`Responses::load`] reads a SOFA file, or WAV files described by a `responses.json` (see `docs/responses.md`); either way every
 //! listener and source ends up in one right-handed world with z up, in metres.
 
 mod check;
+mod describe;
 mod folder;
 mod hold_out;
 mod manifest;
+mod names;
 mod pattern;
+mod recorded;
 mod save;
 mod sofa;
 mod spherical;
 
+pub use describe::{Describe, describe};
 pub use folder::{FolderLayout, FolderOptions, load_folder};
 pub use hold_out::HoldOut;
+pub(crate) use recorded::{About, Recorded};
 
 use crate::BakeError;
+use crate::sources::Split;
 use crate::sources::file::ending;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// One measured or simulated binaural response.
@@ -70,11 +77,13 @@ pub struct Responses {
     pub responses: Vec<Response>,
     /// What the user should know about the loading, such as repeated measurements that were left out.
     pub notes: Vec<String>,
+    /// What the data set has responses for, by their names, where it says so.
+    pub splits: BTreeMap<String, Split>,
 }
 
 /// What a folder of WAV files must have beside them.
 const MANIFEST: &str = "a responses.json that describes the WAV files, such as {\"title\": \"Room A\", \"pattern\": \
-    \"name_{azimuth}deg.wav\", \"distance_m\": 1.5} (all fields: docs/measuring.md)";
+    \"name_{azimuth}deg.wav\", \"distance_m\": 1.5} (all fields: docs/responses.md; promenade responses manifest writes one from their names)";
 
 /// A side of the head.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
@@ -105,11 +114,7 @@ impl Responses {
     /// Files that are missing, damaged or disagree in their sample rate; responses with samples that are not finite, with a silent
     /// ear; ears that contradict the directions; more responses than memory should hold. The message names the file.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, BakeError> {
-        let meta = std::fs::metadata(path).map_err(BakeError::read(path))?;
-        let manifest = if meta.is_dir() { path.join("responses.json") } else { path.to_path_buf() };
-        if meta.is_dir() && !manifest.exists() {
-            return Err(BakeError::content(path, MANIFEST, "none"));
-        }
+        let manifest = manifest_of(path)?;
         let mut responses = match ending(&manifest).as_str() {
             "json" => manifest::load(&manifest, options)?,
             "sofa" => sofa::load(&manifest, options)?,
@@ -120,5 +125,28 @@ impl Responses {
         };
         check::finish(&manifest, &mut responses, options.azimuth_positive.is_some())?;
         Ok(responses)
+    }
+}
+
+/// The file that describes a set: itself, or the manifest of a folder.
+fn manifest_of(path: &Path) -> Result<PathBuf, BakeError> {
+    let is_folder = std::fs::metadata(path).map_err(BakeError::read(path))?.is_dir();
+    let manifest = if is_folder { path.join("responses.json") } else { path.to_path_buf() };
+    if is_folder && !manifest.exists() {
+        return Err(BakeError::content(path, MANIFEST, "none"));
+    }
+    Ok(manifest)
+}
+
+/// Loads responses of an Ambisonic microphone, their channels as they are, of what [`Responses::load`] takes.
+pub(crate) fn ambisonic(path: &Path, options: &LoadOptions) -> Result<(About, Vec<Recorded>), BakeError> {
+    let manifest = manifest_of(path)?;
+    match ending(&manifest).as_str() {
+        "json" => manifest::ambisonic(&manifest, options),
+        "sofa" => sofa::ambisonic(&manifest, options),
+        ending => {
+            let expected = "a folder with a responses.json, a manifest ending in .json, or a file ending in .sofa or .wav";
+            Err(BakeError::content(path, expected, format!("the ending \"{ending}\"")))
+        }
     }
 }

@@ -161,7 +161,7 @@ pub fn simulate_box(
         licence: hrtf.licence.clone(),
         sample_rate_hz: f64::from(options.sample_rate_hz),
         responses,
-        notes: Vec::new(),
+        ..Responses::default()
     })
 }
 

@@ -57,8 +57,11 @@ pub(crate) struct ResponsesArgs {
 
 impl ResponsesArgs {
     pub(crate) fn load(&self, azimuth_positive: Option<Side>) -> Result<Responses, BakeError> {
-        let options = LoadOptions { root: self.root.clone(), azimuth_positive, source: self.source };
-        Responses::load(&self.path, &options)
+        Responses::load(&self.path, &self.options(azimuth_positive))
+    }
+
+    pub(crate) fn options(&self, azimuth_positive: Option<Side>) -> LoadOptions {
+        LoadOptions { root: self.root.clone(), azimuth_positive, source: self.source }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Captures of measured or simulated rooms: dry sound convolved with responses.
 
 use super::sift::sift;
-use super::{Capture, Clip, SplitRule, Track, level_dbfs};
+use super::{Capture, Clip, Split, SplitRule, Track, level_dbfs};
 use crate::bake::layout::Layout;
 use crate::signal::convolve::convolve;
 use crate::signal::random::Random;
@@ -36,7 +36,7 @@ pub struct FromResponses {
     pub clips: usize,
     /// Dry sound before the first clip of a track, seconds: at least this, and at least as long as a response.
     pub pre_roll_s: f64,
-    /// Share of the responses whose clips are for testing, in [0, 1].
+    /// Share of the responses whose clips are for testing, in [0, 1], of those for which the data set does not say it.
     pub test_share: f64,
     /// Seed of the choice of stretches and of the split.
     pub seed: u64,
@@ -53,6 +53,7 @@ impl Default for FromResponses {
 ///
 /// Emitter and poses are those of the scene that [`crate::bake_responses`] makes of the same responses, and the level is too: the
 /// loudest ear has unit energy. Test clips are at poses of which there is no training clip.
+/// Where the data set has a split, that is kept.
 ///
 /// # Errors
 /// Options out of range, a dry sound shorter than a clip, responses that do not lie around one emitter or one listener, or nothing
@@ -84,7 +85,7 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
     let loudest = responses.responses.iter().flat_map(|r| [&r.left, &r.right]);
     let energy = loudest.map(|h| h.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>()).fold(0.0, f64::max);
     let level = (1.0 / energy.max(1e-30).sqrt()) as f32;
-    let splits = SplitRule::Share { test: options.test_share, seed: options.seed }.splits(responses.responses.len());
+    let (splits, kept) = splits(responses, options);
     let mut chooser = Chooser { sounds: &sounds, clip, clips: options.clips, random: Random::new(options.seed ^ 0x5EED) };
     let mut names = HashMap::<String, usize>::new();
     let (mut tracks, mut clips) = (Vec::new(), Vec::new());
@@ -112,6 +113,9 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
     let names: Vec<&str> = dry.iter().map(|d| d.name.as_str()).collect();
     let mut notes = responses.notes.clone();
     notes.extend(layout.notes.iter().cloned());
+    if kept > 0 {
+        notes.push(format!("{kept} of {} responses are split as the data set has it", responses.responses.len()));
+    }
     notes.push(format!("made of {} responses and dry sound: {}", responses.responses.len(), names.join(", ")));
     let mut capture = Capture {
         title: responses.title.clone(),
@@ -128,6 +132,15 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
         return Err(BakeError::argument("dry sound and responses", "at least one clip with sound", capture.notes.join("; ")));
     }
     Ok(capture)
+}
+
+/// The data set's own split where it has one, else by choice; and for how many it has.
+fn splits(responses: &Responses, options: &FromResponses) -> (Vec<Split>, usize) {
+    let own: Vec<Option<Split>> = responses.responses.iter().map(|r| responses.splits.get(&r.name).copied()).collect();
+    let open = own.iter().filter(|split| split.is_none()).count();
+    let mut chosen = SplitRule::Share { test: options.test_share, seed: options.seed }.splits(open).into_iter();
+    let kept = own.len() - open;
+    (own.into_iter().map(|split| split.or_else(|| chosen.next()).unwrap_or(Split::Train)).collect(), kept)
 }
 
 /// Chooses stretches of dry sound.

@@ -3,11 +3,12 @@
 use super::{Response, Responses, check};
 use crate::sources::checkpoint::npz;
 use crate::sources::file;
-use crate::{BakeError, sound};
+use crate::{BakeError, Split, sound};
 use promenade_core::Pose;
 use promenade_core::glam::{Quat, Vec3};
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Bytes that a file of poses may have.
@@ -63,8 +64,9 @@ pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, 
     let mut notes = Vec::new();
     let mut rate: Option<(PathBuf, u32)> = None;
     let mut responses = Vec::with_capacity(measured.len());
-    let (mut mono, mut longest) = (0, 0);
+    let (mut mono, mut longest, mut splits) = (0, 0, BTreeMap::new());
     for one in measured {
+        splits.extend(one.split.map(|split| (one.name.clone(), split)));
         let wav = sound::read(&one.file)?;
         check::rate(&one.file, wav.sample_rate_hz, &mut rate)?;
         let count = wav.channels.len();
@@ -98,6 +100,7 @@ pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, 
         sample_rate_hz: rate.map_or(0.0, |(_, hz)| f64::from(hz)),
         responses,
         notes,
+        splits,
     };
     check::finish(folder, &mut set, true)?;
     Ok(set)
@@ -111,11 +114,13 @@ struct Measured {
     /// Whether the data say where the head looks.
     turned: bool,
     source: Option<Vec3>,
+    split: Option<Split>,
 }
 
 fn raf(folder: &Path) -> Result<Vec<Measured>, BakeError> {
     let data = folder.join("data");
     let root = if data.is_dir() { data } else { folder.to_path_buf() };
+    let splits = raf_splits(&folder.join("metadata/data-split.json"))?;
     let mut found = Vec::new();
     for place in file::entries(&root)?.into_iter().filter(|p| p.join("rir.wav").is_file()) {
         let position = |name: &str| {
@@ -130,12 +135,54 @@ fn raf(folder: &Path) -> Result<Vec<Measured>, BakeError> {
         let listener = Pose { position: position("rx_pos.txt")?, orientation: Quat::IDENTITY };
         let source = Some(position("tx_pos.txt")?);
         let name = place.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        found.push(Measured { file: place.join("rir.wav"), name, listener, turned: false, source });
+        let split = splits.get(number(&name)).copied();
+        found.push(Measured { file: place.join("rir.wav"), name, listener, turned: false, source, split });
     }
     if found.is_empty() {
         return Err(BakeError::content(&root, "folders with a rir.wav", "none"));
     }
     Ok(found)
+}
+
+/// What responses are for, by their numbers: `train`, `validation` and `test` each have a list of them, or lists in a list. What a
+/// training is stopped by is seen by it: validation is for learning. Nothing where there is no such file.
+fn raf_splits(path: &Path) -> Result<BTreeMap<String, Split>, BakeError> {
+    if !path.exists() {
+        return Ok(BTreeMap::new());
+    }
+    let lists: BTreeMap<String, serde_json::Value> = file::json(path, MAX_BYTES)?;
+    let mut splits = BTreeMap::new();
+    for (list, values) in &lists {
+        let split = match list.as_str() {
+            "train" | "validation" => Split::Train,
+            "test" => Split::Test,
+            other => return Err(BakeError::entry(path, format!("\"{other}\""), "train, validation or test", "another list")),
+        };
+        let mut open = vec![values];
+        while let Some(value) = open.pop() {
+            let name = match value {
+                serde_json::Value::Array(values) => {
+                    open.extend(values);
+                    continue;
+                }
+                serde_json::Value::String(name) => number(name).to_owned(),
+                serde_json::Value::Number(n) => number(&n.to_string()).to_owned(),
+                other => {
+                    return Err(BakeError::entry(path, format!("\"{list}\""), "names of responses", other));
+                }
+            };
+            if splits.insert(name.clone(), split).is_some_and(|before| before != split) {
+                return Err(BakeError::entry(path, name, "a response in one list", "in two"));
+            }
+        }
+    }
+    Ok(splits)
+}
+
+/// A name without the zeros before its number.
+fn number(name: &str) -> &str {
+    let short = name.trim_start_matches('0');
+    if short.is_empty() { "0" } else { short }
 }
 
 fn rows(folder: &Path, knows_source: bool) -> Result<Vec<Measured>, BakeError> {
@@ -176,7 +223,7 @@ fn rows(folder: &Path, knows_source: bool) -> Result<Vec<Measured>, BakeError> {
             }
             _ => return Err(wrong(row.len().to_string())),
         };
-        Ok(Measured { file, name, listener, turned, source })
+        Ok(Measured { file, name, listener, turned, source, split: None })
     };
     files.into_iter().zip(poses).map(measured).collect()
 }

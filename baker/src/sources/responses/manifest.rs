@@ -2,12 +2,15 @@
 
 use super::check;
 use super::pattern::{Field, Pattern};
+use super::recorded::{About, Recorded};
 use super::{LoadOptions, Response, Responses, Side};
+use crate::sources::Split;
 use crate::sources::file;
 use crate::{BakeError, wav};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Bytes a manifest may have.
@@ -39,6 +42,8 @@ struct Manifest {
     listener: Option<Listener>,
     source: Option<[f32; 3]>,
     distance_m: Option<f32>,
+    /// Metres of a unit of the lengths in file names.
+    length_unit_m: Option<f32>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
@@ -63,42 +68,103 @@ struct Entry {
     azimuth_deg: Option<f32>,
     elevation_deg: Option<f32>,
     distance_m: Option<f32>,
+    /// What the data set has it for.
+    split: Option<Split>,
 }
 
+/// Responses of two ears.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, BakeError> {
+    let mut splits = BTreeMap::new();
+    let mut responses = Vec::new();
+    let about = each(path, options, |manifest, file, recorded, split| {
+        if let Some(split) = split
+            && splits.insert(recorded.name.clone(), split).is_some_and(|other| other != split)
+        {
+            return Err(BakeError::entry(path, &recorded.name, "one \"split\" for all responses of a name", "two"));
+        }
+        responses.push(binaural(path, file, manifest.channels, recorded)?);
+        Ok(())
+    })?;
+    Ok(Responses { splits, ..about.responses(responses) })
+}
+
+/// Responses whose channels are those of an Ambisonic microphone.
+pub(super) fn ambisonic(path: &Path, options: &LoadOptions) -> Result<(About, Vec<Recorded>), BakeError> {
+    let mut all = Vec::new();
+    let about = each(path, options, |_, _, recorded, _| {
+        all.push(recorded);
+        Ok(())
+    })?;
+    Ok((about, all))
+}
+
+/// Hands on all files with their poses.
+fn each(
+    path: &Path,
+    options: &LoadOptions,
+    mut take: impl FnMut(&Manifest, &Path, Recorded, Option<Split>) -> Result<(), BakeError>,
+) -> Result<About, BakeError> {
     let manifest: Manifest = file::json(path, MAX_BYTES)?;
+    manifest.check(path)?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let root = match (&options.root, &manifest.root) {
         (Some(root), _) => root.clone(),
         (None, Some(root)) => beside.join(root),
         (None, None) => beside.to_path_buf(),
     };
-    if let Some([left, right]) = manifest.channels
-        && left == right
-    {
-        let expected = "two channels, the left ear's and the right ear's";
-        return Err(BakeError::entry(path, "\"channels\"", expected, format!("[{left}, {right}]")));
-    }
     let files = files(path, &root, &manifest)?;
-    let mut loader = Loader { path, manifest: &manifest, options, rate: None, frames: 0 };
-    let mut responses = Vec::with_capacity(files.len());
+    let mut loader = Loader { path, manifest: &manifest, options, rate: None };
+    let mut frames = 0;
     for (index, (file, entry)) in files.iter().enumerate() {
-        let response = loader.response(file, entry)?;
-        loader.frames = loader.frames.max(response.left.len());
-        check::size(path, index + 1, loader.frames)?;
-        responses.push(response);
+        let recorded = loader.recorded(file, entry)?;
+        frames = frames.max(recorded.channels.first().map_or(0, Vec::len) * recorded.channels.len().div_ceil(2));
+        check::size(path, index + 1, frames)?;
+        take(&manifest, file, recorded, entry.split)?;
     }
     let Some((_, rate)) = loader.rate else {
         return Err(BakeError::content(path, "at least one file in \"pattern\", \"patterns\" or \"responses\"", "none"));
     };
-    Ok(Responses {
-        title: manifest.title.clone(),
-        credit: manifest.credit.clone(),
-        licence: manifest.licence.clone(),
-        sample_rate_hz: f64::from(rate),
-        responses,
-        notes: Vec::new(),
-    })
+    let Manifest { title, credit, licence, .. } = manifest;
+    Ok(About { title, credit, licence, sample_rate_hz: f64::from(rate) })
+}
+
+impl Manifest {
+    fn check(&self, path: &Path) -> Result<(), BakeError> {
+        if let Some([left, right]) = self.channels
+            && left == right
+        {
+            let expected = "two channels, the left ear's and the right ear's";
+            return Err(BakeError::entry(path, "\"channels\"", expected, format!("[{left}, {right}]")));
+        }
+        match self.length_unit_m {
+            Some(unit) if !(1e-6..=1e3).contains(&unit) => {
+                Err(BakeError::entry(path, "\"length_unit_m\"", "0.000001 to 1000 metres", unit))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A response by the channels that are ears.
+fn binaural(path: &Path, file: &Path, ears: Option<[usize; 2]>, recorded: Recorded) -> Result<Response, BakeError> {
+    let Recorded { listener, source, mut channels, name, .. } = recorded;
+    let count = channels.len();
+    if ears.is_none() && count > 2 {
+        let expected = "2 channels, or \"channels\": [left, right] in the manifest, counted from 0";
+        return Err(BakeError::content(file, expected, format!("{count} channels")));
+    }
+    let mut ear = |index: usize| {
+        let expected = || format!("a channel {index} for an ear, counted from 0");
+        channels
+            .get_mut(index)
+            .map(std::mem::take)
+            .ok_or_else(|| BakeError::content(file, expected(), format!("{count} channels")))
+    };
+    let [left, right] = ears.unwrap_or([0, 1]);
+    let (left, right) = (ear(left)?, ear(right)?);
+    let shown = file.display().to_string();
+    let source = source.ok_or_else(|| BakeError::entry(path, shown, "a \"source\" or an azimuth", "neither"))?;
+    Ok(Response { listener, source, left, right, name })
 }
 
 /// Every file with its entry, patterns replaced by what they match.
@@ -106,13 +172,19 @@ fn files(path: &Path, root: &Path, manifest: &Manifest) -> Result<Vec<(PathBuf, 
     let whole = manifest.pattern.iter().map(|file| Entry { file: file.clone(), ..Entry::default() });
     let mut files = Vec::new();
     for entry in whole.chain(manifest.patterns.iter().cloned()) {
-        matching(path, root, &entry, &mut files)?;
+        matching(path, root, manifest, &entry, &mut files)?;
     }
     files.extend(manifest.responses.iter().map(|entry| (root.join(&entry.file), entry.clone())));
     Ok(files)
 }
 
-fn matching(path: &Path, root: &Path, entry: &Entry, files: &mut Vec<(PathBuf, Entry)>) -> Result<(), BakeError> {
+fn matching(
+    path: &Path,
+    root: &Path,
+    manifest: &Manifest,
+    entry: &Entry,
+    files: &mut Vec<(PathBuf, Entry)>,
+) -> Result<(), BakeError> {
     let (folder, name) = match entry.file.rsplit_once('/') {
         Some((folder, name)) => (root.join(folder), name),
         None => (root.to_path_buf(), entry.file.as_str()),
@@ -133,17 +205,18 @@ fn matching(path: &Path, root: &Path, entry: &Entry, files: &mut Vec<(PathBuf, E
         let mut listener = entry.listener;
         for (field, value) in numbers {
             let value = value as f32;
+            let metres = value * manifest.length_unit_m.unwrap_or(1.0);
             let head = listener.get_or_insert_default();
             match field {
                 Field::Azimuth => entry.azimuth_deg = Some(value),
                 Field::Elevation => entry.elevation_deg = Some(value),
-                Field::Distance => entry.distance_m = Some(value),
+                Field::Distance => entry.distance_m = Some(metres),
                 Field::Yaw => head.ypr[0] = value,
                 Field::Pitch => head.ypr[1] = value,
                 Field::Roll => head.ypr[2] = value,
-                Field::X => head.position[0] = value,
-                Field::Y => head.position[1] = value,
-                Field::Z => head.position[2] = value,
+                Field::X => head.position[0] = metres,
+                Field::Y => head.position[1] = metres,
+                Field::Z => head.position[2] = metres,
             }
         }
         entry.listener = listener;
@@ -158,36 +231,25 @@ struct Loader<'a> {
     options: &'a LoadOptions,
     /// The file that set the sample rate, and the rate.
     rate: Option<(PathBuf, u32)>,
-    frames: usize,
 }
 
 impl Loader<'_> {
-    fn response(&mut self, file: &Path, entry: &Entry) -> Result<Response, BakeError> {
+    fn recorded(&mut self, file: &Path, entry: &Entry) -> Result<Recorded, BakeError> {
         let listener = entry.listener.or(self.manifest.listener).unwrap_or_default();
         let [yaw, pitch, roll] = listener.ypr.map(f32::to_radians);
         let listener = Pose::from_ypr(Vec3::from_array(listener.position), yaw, pitch, roll);
         let source = self.source(file, entry, &listener)?;
         let wav = wav::read(file)?;
         check::rate(file, wav.sample_rate_hz, &mut self.rate)?;
-        let count = wav.channels.len();
-        if self.manifest.channels.is_none() && count > 2 {
-            let expected = "2 channels, or \"channels\": [left, right] in the manifest, counted from 0";
-            return Err(BakeError::content(file, expected, format!("{count} channels")));
-        }
-        let [left, right] = self.manifest.channels.unwrap_or([0, 1]);
-        let ear = |index: usize| {
-            let expected = || format!("a channel {index} for an ear, counted from 0");
-            wav.channels.get(index).cloned().ok_or_else(|| BakeError::content(file, expected(), format!("{count} channels")))
-        };
         let name = file.file_stem().map_or_else(|| entry.file.clone(), |n| n.to_string_lossy().into_owned());
-        Ok(Response { listener, source, left: ear(left)?, right: ear(right)?, name })
+        let distance_m = entry.distance_m.or(self.manifest.distance_m);
+        Ok(Recorded { listener, source, distance_m, channels: wav.channels, name })
     }
 
-    fn source(&self, file: &Path, entry: &Entry, listener: &Pose) -> Result<Vec3, BakeError> {
+    /// The source where the manifest says it.
+    fn source(&self, file: &Path, entry: &Entry, listener: &Pose) -> Result<Option<Vec3>, BakeError> {
         let Some(azimuth) = entry.azimuth_deg else {
-            let source = entry.source.or(self.manifest.source).map(Vec3::from_array);
-            let name = file.display().to_string();
-            return source.ok_or_else(|| BakeError::entry(self.path, name, "a \"source\" or an azimuth", "neither"));
+            return Ok(entry.source.or(self.manifest.source).map(Vec3::from_array));
         };
         let distance = entry.distance_m.or(self.manifest.distance_m);
         let distance = distance.filter(|d| d.is_finite() && *d > 0.0).ok_or_else(|| {
@@ -196,6 +258,6 @@ impl Loader<'_> {
         })?;
         let positive = self.options.azimuth_positive.unwrap_or(self.manifest.azimuth_positive);
         let direction = super::spherical::to_cartesian(azimuth, entry.elevation_deg.unwrap_or(0.0), distance, positive);
-        Ok(listener.position + listener.orientation * direction)
+        Ok(Some(listener.position + listener.orientation * direction))
     }
 }

@@ -21,7 +21,7 @@ impl Field {
     };
 
     /// The variant in small letters.
-    fn name(self) -> String {
+    pub(super) fn name(self) -> String {
         format!("{self:?}").to_ascii_lowercase()
     }
 
@@ -87,7 +87,7 @@ impl Pattern {
 }
 
 /// Bytes of the number at the start: a sign, digits, and a point only where digits follow.
-fn number_length(text: &str) -> usize {
+pub(super) fn number_length(text: &str) -> usize {
     let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
     let sign = usize::from(text.starts_with(['+', '-']));
     let whole = sign + digits(sign);

@@ -1,7 +1,7 @@
 //! Sets of responses written as WAV files with a manifest.
 
 use super::{Response, Responses};
-use crate::{BakeError, atomic, wav};
+use crate::{BakeError, Split, atomic, wav};
 use serde::Serialize;
 use std::path::Path;
 
@@ -20,6 +20,8 @@ struct Entry {
     file: String,
     listener: Listener,
     source: [f32; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    split: Option<Split>,
 }
 
 #[derive(Serialize)]
@@ -59,18 +61,20 @@ impl Responses {
             credit: &self.credit,
             licence: &self.licence,
             note: self.notes.join("; "),
-            responses: self.responses.iter().zip(files).map(|(response, file)| entry(response, file)).collect(),
+            responses: self.responses.iter().zip(files).map(|(response, file)| self.entry(response, file)).collect(),
         };
         let path = folder.join("responses.json");
         let json = serde_json::to_string_pretty(&manifest).map_err(BakeError::json(&path))?;
         Ok(atomic::write(&path, (json + "\n").as_bytes())?)
     }
-}
 
-fn entry(response: &Response, file: String) -> Entry {
-    let (yaw, pitch, roll) = response.listener.ypr();
-    let listener = Listener { position: response.listener.position.to_array(), ypr: [yaw, pitch, roll].map(f32::to_degrees) };
-    Entry { file, listener, source: response.source.to_array() }
+    fn entry(&self, response: &Response, file: String) -> Entry {
+        let (yaw, pitch, roll) = response.listener.ypr();
+        let listener =
+            Listener { position: response.listener.position.to_array(), ypr: [yaw, pitch, roll].map(f32::to_degrees) };
+        let split = self.splits.get(&response.name).copied();
+        Entry { file, listener, source: response.source.to_array(), split }
+    }
 }
 
 /// The response's name as a name of a file.
@@ -101,6 +105,7 @@ mod tests {
             sample_rate_hz: 22_050.0,
             responses: (0..4).map(response).collect(),
             notes: vec!["simulated".to_owned()],
+            splits: [("pose 1".to_owned(), Split::Test)].into(),
         }
     }
 
@@ -118,6 +123,7 @@ mod tests {
             assert_eq!(a.name, b.name.replace(' ', "_"));
         }
         assert_eq!(back.responses.len(), 4);
+        assert_eq!(back.splits, [("pose_1".to_owned(), Split::Test)].into());
     }
 
     #[test]

@@ -1,275 +1,234 @@
-//! SOFA files (AES69-2022): FIR responses of two receivers, for one source or for emitters around it. Read raw: nothing is
-//! resampled, normalised or interpolated.
+//! SOFA files (AES69-2022): FIR responses of two ears or of an Ambisonic microphone, for one source or for emitters around it. Read
+//! raw: nothing is resampled, normalised or interpolated.
 
-use super::spherical::to_cartesian;
+mod variables;
+
+use super::recorded::{About, Recorded};
 use super::{LoadOptions, Response, Responses, Side, check};
 use crate::{BakeError, file};
-use hdf5_pure::{Dataset, File};
+use hdf5_pure::File;
 use promenade_core::Pose;
-use promenade_core::glam::{Mat3, Quat, Vec3};
+use promenade_core::glam::{Quat, Vec3};
 use std::path::Path;
+use variables::{Variables, facing, failed};
 
-/// Values of a variable other than the responses.
-const MAX_VALUES: u64 = 1 << 24;
 /// Values of responses read at a time.
 const BLOCK_VALUES: usize = 1 << 23;
 /// A delay stored beside a response, samples.
 const MAX_DELAY: f64 = 1_000_000.0;
+/// How far ears may be from the middle of a head, metres.
+const MOST_BESIDE_M: f32 = 0.2;
+/// Conventions of microphones in rooms, whose two receivers need not be ears.
+const MICROPHONES: [&str; 2] = ["SingleRoomSRIR", "SingleRoomMIMOSRIR"];
 
+/// Responses of two ears.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, BakeError> {
-    file::check(path).map_err(BakeError::read(path))?;
-    Sofa { path, file: File::open_streaming(path).map_err(failed(path))? }.load(options)
+    let sofa = Sofa::open(path)?;
+    let layout = sofa.layout()?;
+    let convention = sofa.0.attribute("SOFAConventions");
+    if layout.receivers != 2 || convention == "SimpleHeadphoneIR" {
+        let ambisonic = if layout.receivers > 2 { " (promenade responses ambisonic makes them of Ambisonic ones)" } else { "" };
+        let found = format!("{}{}", layout.receivers, of(&convention));
+        return Err(sofa.0.wrong("Data.IR", format!("2 receivers, the ears of a listener{ambisonic}"), found));
+    }
+    let left = sofa.left_receiver(&convention)?;
+    let mut responses = Vec::with_capacity(layout.measurements);
+    let about = sofa.each(&layout, options, |recorded| {
+        let [first, second] = recorded.channels.try_into().unwrap_or_default();
+        let (left, right) = if left == 0 { (first, second) } else { (second, first) };
+        let Some(source) = recorded.source else { return };
+        responses.push(Response { listener: recorded.listener, source, left, right, name: recorded.name });
+    })?;
+    let mut set = about.responses(responses);
+    // Labels in the unusual order are sometimes wrong: the ears themselves tell.
+    if left == 1 && check::ears_contradict(&set) {
+        set.responses.iter_mut().for_each(|r| std::mem::swap(&mut r.left, &mut r.right));
+        set.notes.push(
+            "ReceiverPosition lists the right ear first, but the first receiver hears as a left ear and was taken as one"
+                .to_owned(),
+        );
+    }
+    Ok(set)
 }
 
-fn failed<E: Into<hdf5_pure::Error>>(path: &Path) -> impl Fn(E) -> BakeError {
-    let path = path.to_path_buf();
-    move |source| BakeError::Sofa { path: path.clone(), source: Box::new(source.into()) }
+/// Responses of an Ambisonic microphone, whose channels are the receivers.
+pub(super) fn ambisonic(path: &Path, options: &LoadOptions) -> Result<(About, Vec<Recorded>), BakeError> {
+    let sofa = Sofa::open(path)?;
+    let layout = sofa.layout()?;
+    sofa.check_harmonics()?;
+    let mut recorded = Vec::with_capacity(layout.measurements);
+    let about = sofa.each(&layout, options, |one| recorded.push(one))?;
+    Ok((about, recorded))
 }
 
-struct Sofa<'a> {
-    path: &'a Path,
-    file: File,
+/// Where the axes of `Data.IR` are.
+struct Layout {
+    measurements: usize,
+    receivers: usize,
+    emitters: usize,
+    frames: usize,
+    /// Whether the emitters come after the samples.
+    emitters_last: bool,
 }
 
-/// Points, one for each measurement or one for all.
-struct Points {
-    points: Vec<Vec3>,
-    spherical: bool,
-}
+struct Sofa<'a>(Variables<'a>);
 
-impl Points {
-    fn at(&self, measurement: usize) -> Vec3 {
-        self.points[if self.points.len() == 1 { 0 } else { measurement }]
+impl<'a> Sofa<'a> {
+    fn open(path: &'a Path) -> Result<Self, BakeError> {
+        file::check(path).map_err(BakeError::read(path))?;
+        Ok(Self(Variables { path, file: File::open_streaming(path).map_err(failed(path))? }))
     }
 }
 
 impl Sofa<'_> {
-    fn load(&self, options: &LoadOptions) -> Result<Responses, BakeError> {
-        let data_type = self.attribute("DataType");
-        if !matches!(data_type.as_str(), "FIR" | "FIRE" | "FIR-E") {
-            return Err(self.wrong("DataType", "FIR, FIRE or FIR-E", format!("\"{data_type}\"")));
-        }
-        let shape = self.shape("Data.IR")?;
-        let [measurements, receivers, emitters, frames] = match shape[..] {
-            [m, r, n] => [m, r, 1, n],
-            [m, r, e, n] => [m, r, e, n],
-            _ => return Err(self.wrong("Data.IR", "3 or 4 dimensions", format!("{shape:?}"))),
+    /// The axes by the type of the data: measurements, receivers, samples for `FIR`; measurements, receivers, emitters, samples for
+    /// `FIRE`; measurements, receivers, samples, emitters for `FIR-E`.
+    fn layout(&self) -> Result<Layout, BakeError> {
+        let data_type = self.0.attribute("DataType");
+        let axes = match data_type.as_str() {
+            "FIR" => "MRN",
+            "FIRE" => "MREN",
+            "FIR-E" => "MRNE",
+            _ => {
+                let found = format!("\"{data_type}\"{}", of(&self.0.attribute("SOFAConventions")));
+                return Err(self.0.wrong("DataType", "impulse responses, FIR, FIRE or FIR-E", found));
+            }
         };
-        check::size(self.path, measurements, frames)?;
-        if receivers != 2 {
-            return Err(self.wrong("Data.IR", "2 receivers, the ears", receivers));
+        let shape = self.0.shape("Data.IR")?;
+        if shape.len() != axes.len() {
+            let expected = format!("the {} axes {axes} of {data_type}", axes.len());
+            return Err(self.0.wrong("Data.IR", expected, format!("{shape:?}")));
         }
+        let axis = |name: char| axes.find(name).map_or(1, |at| shape[at]);
+        let layout = Layout {
+            measurements: axis('M'),
+            receivers: axis('R'),
+            emitters: axis('E'),
+            frames: axis('N'),
+            emitters_last: data_type == "FIR-E",
+        };
+        // The file's own dimensions, where it has them, say whether its writer meant the same.
+        for name in ['R', 'E', 'N'] {
+            let stated = if self.0.has(&name.to_string()) { self.0.shape(&name.to_string())?.first().copied() } else { None };
+            if let Some(stated) = stated.filter(|stated| *stated != axis(name)) {
+                let expected = format!("the axes {axes} of {data_type} with {name} = {stated}, as its dimension says");
+                return Err(self.0.wrong("Data.IR", expected, format!("{shape:?}")));
+            }
+        }
+        check::size(self.0.path, layout.measurements.saturating_mul(layout.receivers.div_ceil(2)), layout.frames)?;
+        Ok(layout)
+    }
+
+    /// Hands all responses of the chosen emitter on, their delays put back.
+    fn each(&self, layout: &Layout, options: &LoadOptions, mut take: impl FnMut(Recorded)) -> Result<About, BakeError> {
+        let &Layout { measurements, receivers, emitters, frames, emitters_last } = layout;
         let emitter = match options.source {
             Some(n) if n < emitters => n,
             None if emitters == 1 => 0,
             chosen => {
                 let found = chosen.map_or("none chosen".to_owned(), |n| n.to_string());
                 let expected = format!("the number of one of its {emitters} emitters, counted from 0");
-                return Err(self.wrong("Data.IR", expected, found));
+                return Err(self.0.wrong("Data.IR", expected, found));
             }
         };
-        let sample_rate_hz = self.sample_rate()?;
-        let left = self.left_receiver()?;
+        let sample_rate_hz = self.0.sample_rate()?;
         let listeners = self.listeners(measurements)?;
         let sources = self.sources(measurements, emitters, emitter, options)?;
-        let delays = self.delays(measurements, emitters, emitter)?;
-        let per_measurement = receivers * emitters * frames;
+        let delays = self.delays(layout, emitter)?;
+        let per_measurement = receivers.saturating_mul(emitters).saturating_mul(frames);
         let block = (BLOCK_VALUES / per_measurement.max(1)).max(1);
-        let data = self.dataset("Data.IR")?;
-        let mut responses = Vec::with_capacity(measurements);
+        let data = self.0.dataset("Data.IR")?;
         for first in (0..measurements).step_by(block) {
             let count = block.min(measurements - first);
-            let values = data.read_f64_rows(first as u64, count as u64).map_err(failed(self.path))?;
+            let values = data.read_f64_rows(first as u64, count as u64).map_err(failed(self.0.path))?;
             if values.len() != count * per_measurement {
-                return Err(self.wrong("Data.IR", format!("{} values", count * per_measurement), values.len()));
+                return Err(self.0.wrong("Data.IR", format!("{} values", count * per_measurement), values.len()));
             }
             for (offset, values) in values.chunks_exact(per_measurement).enumerate() {
                 let m = first + offset;
-                let ear = |receiver: usize| {
-                    let start = (receiver * emitters + emitter) * frames;
-                    delayed(&values[start..start + frames], delays[m][receiver])
+                let channel = |(receiver, delay): (usize, &f64)| {
+                    let of_receiver = &values[receiver * emitters * frames..][..emitters * frames];
+                    let samples: Vec<f64> = if emitters_last {
+                        of_receiver.iter().skip(emitter).step_by(emitters).copied().collect()
+                    } else {
+                        of_receiver[emitter * frames..][..frames].to_vec()
+                    };
+                    delayed(&samples, *delay)
                 };
-                responses.push(Response {
+                take(Recorded {
                     listener: listeners[m],
-                    source: sources[m],
-                    left: ear(left),
-                    right: ear(1 - left),
+                    source: Some(sources[m]),
+                    distance_m: None,
+                    channels: delays[m].iter().enumerate().map(channel).collect(),
                     name: format!("measurement {m}"),
                 });
             }
         }
         let title =
-            [self.attribute("Title"), self.attribute("DatabaseName")].into_iter().find(|t| !t.is_empty() && t != "none");
-        let file_name = || self.path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let credit = [self.attribute("Organization"), self.attribute("AuthorContact")];
-        let mut set = Responses {
+            [self.0.attribute("Title"), self.0.attribute("DatabaseName")].into_iter().find(|t| !t.is_empty() && t != "none");
+        let file_name = || self.0.path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let credit = [self.0.attribute("Organization"), self.0.attribute("AuthorContact")];
+        Ok(About {
             title: title.unwrap_or_else(file_name),
             credit: credit.into_iter().filter(|c| !c.is_empty()).collect::<Vec<_>>().join(", "),
-            licence: self.attribute("License"),
+            licence: self.0.attribute("License"),
             sample_rate_hz,
-            responses,
-            notes: Vec::new(),
-        };
-        // Labels in the unusual order are sometimes wrong: the ears themselves tell.
-        if left == 1 && check::ears_contradict(&set) {
-            set.responses.iter_mut().for_each(|r| std::mem::swap(&mut r.left, &mut r.right));
-            set.notes.push(
-                "ReceiverPosition lists the right ear first, but the first receiver hears as a left ear and was taken as one"
-                    .to_owned(),
-            );
-        }
-        Ok(set)
+        })
     }
 
-    fn wrong(&self, variable: &str, expected: impl Into<String>, found: impl ToString) -> BakeError {
-        BakeError::entry(self.path, variable, expected, found)
-    }
-
-    /// A global text, empty where there is none.
-    fn attribute(&self, name: &str) -> String {
-        let attributes = self.file.root().attrs().unwrap_or_default();
-        attributes.get(name).and_then(|v| v.as_str()).unwrap_or_default().trim().to_owned()
-    }
-
-    fn dataset(&self, name: &str) -> Result<Dataset, BakeError> {
-        self.file.dataset(name).map_err(failed(self.path))
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.file.dataset(name).is_ok()
-    }
-
-    fn shape(&self, name: &str) -> Result<Vec<usize>, BakeError> {
-        let shape = self.dataset(name)?.shape().map_err(failed(self.path))?;
-        Ok(shape.iter().map(|&n| usize::try_from(n).unwrap_or(usize::MAX)).collect())
-    }
-
-    /// All values of a small variable with its shape.
-    fn values(&self, name: &str) -> Result<(Vec<usize>, Vec<f64>), BakeError> {
-        let dataset = self.dataset(name)?;
-        let shape = self.shape(name)?;
-        let count = shape.iter().fold(1_u64, |n, &s| n.saturating_mul(s as u64));
-        if count > MAX_VALUES {
-            return Err(self.wrong(name, format!("at most {MAX_VALUES} values"), count));
-        }
-        let values = dataset.read_f64().map_err(failed(self.path))?;
-        if values.len() as u64 != count || !values.iter().all(|v| v.is_finite()) {
-            return Err(self.wrong(name, format!("{count} finite numbers"), "others"));
-        }
-        Ok((shape, values))
-    }
-
-    fn sample_rate(&self) -> Result<f64, BakeError> {
-        let (_, rates) = self.values("Data.SamplingRate")?;
-        let rate = rates.first().copied().unwrap_or(0.0);
-        let believed = f64::from(*crate::wav::SAMPLE_RATES_HZ.start())..=f64::from(*crate::wav::SAMPLE_RATES_HZ.end());
-        if !believed.contains(&rate) || rates.iter().any(|&r| r != rate) {
-            let expected = format!("one rate of {} to {} Hz", believed.start(), believed.end());
-            return Err(self.wrong("Data.SamplingRate", expected, format!("{rates:?}")));
-        }
-        Ok(rate)
-    }
-
-    /// Whether the coordinates of a variable are angles, and whether they are in degrees.
-    fn coordinates(&self, name: &str) -> Result<(bool, bool), BakeError> {
-        let attributes = self.dataset(name)?.attrs().map_err(failed(self.path))?;
-        let text = |key: &str| attributes.get(key).and_then(|v| v.as_str()).unwrap_or_default().trim().to_ascii_lowercase();
-        match text("Type").as_str() {
-            "spherical" => Ok((true, !text("Units").starts_with("rad"))),
-            "cartesian" | "" => Ok((false, true)),
-            other => Err(self.wrong(name, "cartesian or spherical coordinates", format!("\"{other}\""))),
-        }
-    }
-
-    /// Points of a variable of shape [measurements or 1, 3], or [.., 3, measurements or 1] of which row `row` is taken.
-    fn points(&self, name: &str, row: usize, measurements: usize, positive: Side) -> Result<Points, BakeError> {
-        let (spherical, degrees) = self.coordinates(name)?;
-        self.points_as(name, row, measurements, positive, spherical, degrees)
-    }
-
-    /// The same of a variable that may be missing.
-    fn points_or(&self, name: &str, measurements: usize, missing: Vec3) -> Result<Points, BakeError> {
-        if self.has(name) {
-            self.points(name, 0, measurements, Side::Left)
-        } else {
-            Ok(Points { points: vec![missing], spherical: false })
-        }
-    }
-
-    fn points_as(
-        &self,
-        name: &str,
-        row: usize,
-        measurements: usize,
-        positive: Side,
-        spherical: bool,
-        degrees: bool,
-    ) -> Result<Points, BakeError> {
-        let (shape, values) = self.values(name)?;
-        let at: Box<dyn Fn(usize, usize) -> f64> = match shape[..] {
-            [n, 3] if n == 1 || n == measurements => Box::new(move |m, c| values[m * 3 + c]),
-            [rows, 3, n] if row < rows && (n == 1 || n == measurements) => Box::new(move |m, c| values[(row * 3 + c) * n + m]),
-            _ => {
-                let expected = format!("3 coordinates for 1 or {measurements} measurements");
-                return Err(self.wrong(name, expected, format!("{shape:?}")));
-            }
-        };
-        let count = if shape.len() == 2 { shape[0] } else { shape[2] };
-        let point = |m: usize| {
-            let [a, b, c] = [at(m, 0), at(m, 1), at(m, 2)].map(|v| v as f32);
-            match (spherical, degrees) {
-                (false, _) => Vec3::new(a, b, c),
-                (true, true) => to_cartesian(a, b, c, positive),
-                (true, false) => to_cartesian(a.to_degrees(), b.to_degrees(), c, positive),
-            }
-        };
-        Ok(Points { points: (0..count).map(point).collect(), spherical })
-    }
-
-    /// Which of the two receivers is the left ear: the one further along y. Files list them in either order.
-    fn left_receiver(&self) -> Result<usize, BakeError> {
-        if !self.has("ReceiverPosition") {
+    /// Which of two receivers is the left ear: the one further along y. Files list them in either order.
+    fn left_receiver(&self, convention: &str) -> Result<usize, BakeError> {
+        if !self.0.has("ReceiverPosition") {
             return Ok(0);
         }
-        let (shape, _) = self.values("ReceiverPosition")?;
+        let (shape, _) = self.0.values("ReceiverPosition")?;
         let columns = shape.get(2).copied().unwrap_or(1);
-        let y: Vec<f32> = match shape[..] {
-            [2, 3] => self.points("ReceiverPosition", 0, 2, Side::Left)?.points.iter().map(|p| p.y).collect(),
+        let places: Vec<Vec3> = match shape[..] {
+            [2, 3] => self.0.points("ReceiverPosition", 0, 2, Side::Left)?.points,
             _ => (0..2)
-                .map(|r| Ok(self.points("ReceiverPosition", r, columns, Side::Left)?.at(0).y))
+                .map(|r| Ok(self.0.points("ReceiverPosition", r, columns, Side::Left)?.at(0)))
                 .collect::<Result<_, BakeError>>()?,
         };
+        let beside = |p: &Vec3| p.y.abs() > 0.0 && p.length() <= MOST_BESIDE_M;
+        let apart = places[0].distance(places[1]) > 1e-6;
+        if MICROPHONES.contains(&convention) && apart && !(places.iter().all(beside) && places[0].y * places[1].y < 0.0) {
+            let expected = format!("2 receivers at the ears, one on either side of the head within {MOST_BESIDE_M} m");
+            let found = format!("{} and {}{}", places[0], places[1], of(convention));
+            return Err(self.0.wrong("ReceiverPosition", expected, found));
+        }
         // Receivers that are not told apart are left and right, the order of the standard's conventions.
-        Ok(usize::from(y[1] > y[0] + 1e-6))
+        Ok(usize::from(places[1].y > places[0].y + 1e-6))
+    }
+
+    /// Refuses receivers that are capsules of a microphone and no spherical harmonics. Those that are all in one place may be these.
+    fn check_harmonics(&self) -> Result<(), BakeError> {
+        let name = "ReceiverPosition";
+        if !self.0.has(name) || self.0.text(name, "Type")? == "spherical harmonics" {
+            return Ok(());
+        }
+        let (shape, values) = self.0.values(name)?;
+        let (columns, coordinates) = (shape.get(2).copied().unwrap_or(1), shape.get(1).copied().unwrap_or(1));
+        let one_place = values.iter().enumerate().all(|(i, v)| *v == values[i % (coordinates * columns).max(1)]);
+        if one_place {
+            return Ok(());
+        }
+        let found = format!("capsules in different places{}", of(&self.0.attribute("SOFAConventions")));
+        Err(self.0.wrong(name, "Ambisonic channels, of the type spherical harmonics", found))
     }
 
     fn listeners(&self, measurements: usize) -> Result<Vec<Pose>, BakeError> {
-        let positions = self.points_or("ListenerPosition", measurements, Vec3::ZERO)?;
-        let views = self.points_or("ListenerView", measurements, Vec3::X)?;
-        let ups = self.ups("ListenerUp", "ListenerView", measurements, &views)?;
+        let positions = self.0.points_or("ListenerPosition", measurements, Vec3::ZERO)?;
+        let views = self.0.points_or("ListenerView", measurements, Vec3::X)?;
+        let ups = self.0.ups("ListenerUp", "ListenerView", measurements, &views)?;
         (0..measurements)
             .map(|m| {
                 let orientation = facing(views.at(m), ups.at(m)).ok_or_else(|| {
                     let found = format!("view {} and up {} of measurement {m}", views.at(m), ups.at(m));
-                    self.wrong("ListenerView", "a view and an up across it", found)
+                    self.0.wrong("ListenerView", "a view and an up across it", found)
                 })?;
                 Ok(Pose { position: positions.at(m), orientation })
             })
             .collect()
-    }
-
-    /// Up vectors are in the coordinates of their view, but writers often leave the Cartesian 0, 0, 1 beside spherical views, so the
-    /// reading that lies across the views is taken.
-    fn ups(&self, name: &str, view: &str, measurements: usize, views: &Points) -> Result<Points, BakeError> {
-        let across = |ups: &Points| (0..measurements).all(|m| facing(views.at(m), ups.at(m)).is_some());
-        if views.spherical && self.has(name) && !self.coordinates(name)?.0 {
-            let degrees = self.coordinates(view)?.1;
-            let spherical = self.points_as(name, 0, measurements, Side::Left, true, degrees)?;
-            if across(&spherical) {
-                return Ok(spherical);
-            }
-        }
-        self.points_or(name, measurements, Vec3::Z)
     }
 
     fn sources(
@@ -280,51 +239,52 @@ impl Sofa<'_> {
         options: &LoadOptions,
     ) -> Result<Vec<Vec3>, BakeError> {
         let positive = options.azimuth_positive.unwrap_or(Side::Left);
-        let positions = self.points("SourcePosition", 0, measurements, positive)?;
+        let positions = self.0.points("SourcePosition", 0, measurements, positive)?;
         // A single emitter stands for the source itself; several lie around it in its own axes.
-        let around = (emitters > 1).then(|| self.points("EmitterPosition", emitter, measurements, positive)).transpose()?;
+        let around = (emitters > 1).then(|| self.0.points("EmitterPosition", emitter, measurements, positive)).transpose()?;
         if positive == Side::Right && !positions.spherical && !around.as_ref().is_some_and(|a| a.spherical) {
             let expected = "spherical coordinates, whose azimuths may run to the right";
-            return Err(self.wrong("SourcePosition", expected, "Cartesian ones"));
+            return Err(self.0.wrong("SourcePosition", expected, "Cartesian ones"));
         }
         let Some(around) = around else {
             return Ok((0..measurements).map(|m| positions.at(m)).collect());
         };
-        let views = self.points_or("SourceView", measurements, Vec3::X)?;
-        let ups = self.ups("SourceUp", "SourceView", measurements, &views)?;
+        let views = self.0.points_or("SourceView", measurements, Vec3::X)?;
+        let ups = self.0.ups("SourceUp", "SourceView", measurements, &views)?;
         let turn = |m: usize| facing(views.at(m), ups.at(m)).unwrap_or(Quat::IDENTITY);
         Ok((0..measurements).map(|m| positions.at(m) + turn(m) * around.at(m)).collect())
     }
 
-    /// Delays of both receivers for each measurement, samples.
-    fn delays(&self, measurements: usize, emitters: usize, emitter: usize) -> Result<Vec<[f64; 2]>, BakeError> {
-        if !self.has("Data.Delay") {
-            return Ok(vec![[0.0; 2]; measurements]);
+    /// Delays of all receivers for each measurement, samples.
+    fn delays(&self, layout: &Layout, emitter: usize) -> Result<Vec<Vec<f64>>, BakeError> {
+        let &Layout { measurements, receivers, emitters, .. } = layout;
+        if !self.0.has("Data.Delay") {
+            return Ok(vec![vec![0.0; receivers]; measurements]);
         }
-        let (shape, values) = self.values("Data.Delay")?;
+        let (shape, values) = self.0.values("Data.Delay")?;
         let (rows, columns) = match shape[..] {
-            [rows, 2] => (rows, 1),
-            [rows, 2, e] if e == 1 || e == emitters => (rows, e),
-            _ => return Err(self.wrong("Data.Delay", "a delay for each of 2 receivers", format!("{shape:?}"))),
+            [rows, r] if r == receivers => (rows, 1),
+            [rows, r, e] if r == receivers && (e == 1 || e == emitters) => (rows, e),
+            _ => {
+                let expected = format!("a delay for each of {receivers} receivers");
+                return Err(self.0.wrong("Data.Delay", expected, format!("{shape:?}")));
+            }
         };
         if rows != 1 && rows != measurements {
-            return Err(self.wrong("Data.Delay", format!("1 or {measurements} measurements"), rows));
+            return Err(self.0.wrong("Data.Delay", format!("1 or {measurements} measurements"), rows));
         }
         if let Some(bad) = values.iter().find(|v| !(0.0..=MAX_DELAY).contains(*v)) {
-            return Err(self.wrong("Data.Delay", format!("0 to {MAX_DELAY} samples"), bad));
+            return Err(self.0.wrong("Data.Delay", format!("0 to {MAX_DELAY} samples"), bad));
         }
         let column = if columns == 1 { 0 } else { emitter };
-        let at = |m: usize, r: usize| values[((if rows == 1 { 0 } else { m }) * 2 + r) * columns + column];
-        Ok((0..measurements).map(|m| [at(m, 0), at(m, 1)]).collect())
+        let at = |m: usize, r: usize| values[((if rows == 1 { 0 } else { m }) * receivers + r) * columns + column];
+        Ok((0..measurements).map(|m| (0..receivers).map(|r| at(m, r)).collect()).collect())
     }
 }
 
-/// The turn that brings x to `view` and z as near to `up` as it goes; `None` where both are one line or zero.
-fn facing(view: Vec3, up: Vec3) -> Option<Quat> {
-    let x = view.try_normalize()?;
-    let up = up.try_normalize()?;
-    let z = (up - x * up.dot(x)).try_normalize().filter(|_| up.dot(x).abs() < 0.99)?;
-    Some(Quat::from_mat3(&Mat3::from_cols(x, z.cross(x), z)).normalize())
+/// The convention of a file in words, after what was found.
+fn of(convention: &str) -> String {
+    if convention.is_empty() { String::new() } else { format!(" (a file of the convention {convention})") }
 }
 
 /// A response with its separately stored delay put back: whole samples by shifting, the rest by a windowed sinc of 16 samples to
@@ -355,13 +315,6 @@ fn delayed(samples: &[f64], delay: f64) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn faces_where_it_looks() {
-        let left = facing(Vec3::Y, Vec3::Z).unwrap();
-        assert!((left * Vec3::X - Vec3::Y).length() < 1e-6 && (left * Vec3::Y - Vec3::NEG_X).length() < 1e-6);
-        assert!(facing(Vec3::Z, Vec3::Z).is_none() && facing(Vec3::ZERO, Vec3::Z).is_none());
-    }
 
     #[test]
     fn delays_whole_and_broken() {

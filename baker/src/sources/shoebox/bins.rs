@@ -8,19 +8,19 @@ const OVERSAMPLING: usize = 8;
 
 /// Bins of a transform of `n_fft` samples, from 0 to half the sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bins {
-    pub(super) n_fft: usize,
-    pub(super) sample_rate_hz: f64,
+pub(crate) struct Bins {
+    pub(crate) n_fft: usize,
+    pub(crate) sample_rate_hz: f64,
 }
 
 impl Bins {
     /// How many there are.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.n_fft / 2 + 1
     }
 
     /// Frequency of a bin, hertz.
-    pub(super) fn hz(&self, bin: usize) -> f64 {
+    pub(crate) fn hz(&self, bin: usize) -> f64 {
         bin as f64 * self.sample_rate_hz / self.n_fft as f64
     }
 

@@ -26,7 +26,7 @@ const NEAR: usize = 6;
 /// Franke and Little's weights (1980), so that a turn of the head has no steps.
 #[derive(Debug)]
 pub struct Hrtf {
-    pub(super) bins: Bins,
+    pub(crate) bins: Bins,
     directions: Vec<Vec3>,
     /// Of each direction both ears' delays after the head's centre, samples.
     delays: Vec<[f32; 2]>,
@@ -188,7 +188,7 @@ impl Hrtf {
     }
 
     /// What is measured near a direction of unit length: forward, left, up.
-    pub(super) fn near(&self, direction: Vec3) -> Near<'_> {
+    pub(crate) fn near(&self, direction: Vec3) -> Near<'_> {
         let mut nearest = [(usize::MAX, f32::NEG_INFINITY); NEAR];
         for (i, d) in self.directions.iter().enumerate() {
             let closeness = d.dot(direction);
@@ -220,19 +220,19 @@ impl Hrtf {
 
 /// Measured directions with their weights, the nearest first.
 #[derive(Debug)]
-pub(super) struct Near<'a> {
+pub(crate) struct Near<'a> {
     hrtf: &'a Hrtf,
     weights: [(usize, f32); NEAR - 1],
 }
 
 impl Near<'_> {
     /// Delay of an ear after the head's centre, samples.
-    pub(super) fn delay(&self, ear: usize) -> f32 {
+    pub(crate) fn delay(&self, ear: usize) -> f32 {
         self.weights.iter().map(|(i, w)| w * self.hrtf.delays[*i][ear]).sum()
     }
 
     /// Spectrum of an ear without its delay.
-    pub(super) fn spectrum(&self, ear: usize, out: &mut [Complex32]) {
+    pub(crate) fn spectrum(&self, ear: usize, out: &mut [Complex32]) {
         out.fill(Complex32::default());
         for (direction, weight) in self.weights.iter().filter(|(_, w)| *w > 1e-4) {
             for (o, s) in out.iter_mut().zip(&self.hrtf.spectra[*direction][ear]) {
