@@ -417,3 +417,37 @@ fn small_cloud() -> Scene {
     };
     cloud_scene(Imported { model, grid, notes: Vec::new() }, options).unwrap()
 }
+
+#[test]
+fn names_become_a_manifest_and_ambisonics_become_ears() {
+    use promenade_baker::wav::{Format, write};
+    let place = Place::new();
+    let names = place.path("names");
+    std::fs::create_dir(&names).unwrap();
+    for (name, left) in [("azi_60.wav", 1.0_f32), ("azi_300.wav", 0.4)] {
+        write(&names.join(name), RATE, &[&[0.0, left], &[0.0, 1.4 - left]], Format::Float32).unwrap();
+    }
+    let folder = names.to_str().unwrap();
+    let said = fails(&["bake", "responses", folder, "-o", &place.text("none")]);
+    assert!(said.contains("promenade responses manifest writes one"), "{said}");
+    assert!(fails(&["responses", "manifest", folder]).contains("expected distances in the names"));
+    let (_, said) = succeeds(&["responses", "manifest", folder, "--distance", "2"]);
+    assert!(said.contains("responses.json: 2 responses at 16000 Hz"), "{said}");
+    assert!(fails(&["responses", "manifest", folder]).contains("expected no responses.json"));
+
+    // A plane wave from the left.
+    let pulse = |gain: f32| (0..800).map(|i| if i == 40 { gain } else { 0.0 }).collect::<Vec<f32>>();
+    let [w, y, silent] = [pulse(1.0), pulse(1.0), pulse(0.0)];
+    write(&place.path("left.wav"), RATE, &[&w, &y, &silent, &silent], Format::Float32).unwrap();
+    let (input, head, out) = (place.text("left.wav"), place.text(""), place.text("ears"));
+    let args = ["responses", "ambisonic", &input, "--hrtf", &head, "-o", &out, "--yaws", "4"];
+    assert!(fails(&args).contains("left.wav: left: expected a source, or a distance to it above 0, found neither"));
+    let (_, said) = succeeds(&[&args[..], &["--distance", "2"]].concat());
+    assert!(
+        said.contains("its direct sound comes from: [0.00, 1.00, 0.00]") && said.contains("4 responses of 1 places"),
+        "{said}"
+    );
+    let set = promenade_baker::Responses::load(place.path("ears").as_path(), &promenade_baker::LoadOptions::default()).unwrap();
+    assert!(set.responses.iter().all(|r| (r.source.y - 2.0).abs() < 0.01) && set.responses.len() == 4);
+    succeeds(&["bake", "responses", &out, "-o", &place.text("ears.promenade")]);
+}

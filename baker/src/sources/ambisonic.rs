@@ -1,8 +1,8 @@
 //! Ambisonic room responses, heard with a head that turns.
 //!
 //! The direct sound and early reflections come from their own directions, each sample from that of the active intensity around it (the
-//! spatial decomposition method with the window lengths of BinauralSDM; see `direction.rs`). Low frequencies, which the order resolves,
-//! and what comes later are decoded for the head by filters (see `decoder.rs`). All of it turns with the head, so that one response
+//! spatial decomposition method with the window lengths of BinauralSDM; see `direction.rs`). What this leaves of the channels at low
+//! frequencies, which the order resolves, and what comes later are decoded for the head by filters (see `decoder.rs`). All of it turns with the head, so that one response
 //! becomes binaural responses at any orientation.
 
 mod arrivals;
@@ -26,12 +26,11 @@ use promenade_metrics::onset;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// Early reflections have directions up to this long after the direct sound, seconds (BinauralSDM's mixing time); then come as many
-/// seconds in which the late part fades in.
-const MIXING_S: f64 = 0.080;
+/// Early reflections have directions up to this long after the direct sound, seconds: later, the windows of the intensity hold several
+/// in rooms of usual size, and decoding them measures better than BinauralSDM's 80 ms. Then come so many seconds in which the late part
+/// fades in.
+const MIXING_S: f64 = 0.025;
 const FADE_S: f64 = 0.005;
-/// What is decoded by filters also in the early part lies below this share of what the order resolves, and fades out over an octave.
-const DECODED: f64 = 0.5;
 /// How far the direct sound may come from beside its stated source, degrees.
 const MAX_OFF_DEG: f32 = 30.0;
 
@@ -194,7 +193,7 @@ impl AmbisonicResponse {
 /// A response taken apart.
 struct Split {
     arrivals: Arrivals,
-    /// Channels with equal energy in a diffuse field (N3D), the early and the late part.
+    /// Channels with equal energy in a diffuse field (N3D): what of the early part is not in the arrivals, and the late part.
     early: Vec<Vec<f32>>,
     late: Vec<Vec<f32>>,
 }
@@ -218,10 +217,11 @@ impl Split {
             let one = |(c, x): (usize, &Vec<f32>)| x.iter().enumerate().map(|(i, v)| gain(c) * of(i) * v).collect();
             response.channels.iter().take(channels(order)).enumerate().map(one).collect()
         };
-        let (early, late) = (part(&share), part(&|i| 1.0 - share(i)));
+        let (mut early, late) = (part(&share), part(&|i| 1.0 - share(i)));
         let unit = |c: usize| -> Vec<f32> { early[c].iter().map(|v| v / ((2 * degree(c) + 1) as f32).sqrt()).collect() };
         let first = [0, 1, 2, 3].map(unit);
         let arrivals = Arrivals::of(first.each_ref().map(|c| &c[..]), &early[0][..end], onset, sample_rate_hz)?;
+        arrivals.take_from(order, &mut early);
         Some(Self { arrivals, early, late })
     }
 }
@@ -233,8 +233,6 @@ struct Decoding {
     channels: Vec<Vec<Complex32>>,
     /// Of the filters, `[channel][ear][bin]`.
     filters: Vec<[Vec<Complex32>; 2]>,
-    /// The share of the arrivals by bin, the rest of what the filters decode.
-    arrivals: Vec<f32>,
     /// Samples of the transform and of what is heard.
     n_fft: usize,
     length: usize,
@@ -245,25 +243,25 @@ impl Decoding {
         let frame = Frame::of(hrtf);
         let length = split.late.first().map_or(0, Vec::len) + frame.lead;
         let n_fft = (length + frame.length).next_power_of_two();
-        let middle = DECODED * order as f64 * RESOLVED_HZ;
+        let middle = order as f64 * RESOLVED_HZ;
         let bins = n_fft / 2 + 1;
-        let arrivals: Vec<f32> = (0..bins)
+        // How much of what is not in the arrivals is decoded: what the order resolves.
+        let resolved: Vec<f32> = (0..bins)
             .map(|k| {
                 let octaves = (k as f64 * f64::from(hrtf.sample_rate_hz()) / n_fft as f64 / middle).max(1e-9).log2();
-                (0.5 * std::f64::consts::PI * (octaves + 0.5).clamp(0.0, 1.0)).sin().powi(2) as f32
+                (0.5 * std::f64::consts::PI * (octaves + 0.5).clamp(0.0, 1.0)).cos().powi(2) as f32
             })
             .collect();
         let of = |x: &Vec<f32>| spectrum(x.iter().copied(), n_fft);
         let decoded = |(early, late): (&Vec<f32>, &Vec<f32>)| {
             let mut all = of(late);
-            all.iter_mut().zip(of(early)).zip(&arrivals).for_each(|((a, e), share)| *a += e * (1.0 - share));
+            all.iter_mut().zip(of(early)).zip(&resolved).for_each(|((a, e), share)| *a += e * share);
             all
         };
         Self {
             order,
             channels: split.early.iter().zip(&split.late).map(decoded).collect(),
             filters: filters.iter().map(|ears| ears.each_ref().map(of)).collect(),
-            arrivals,
             n_fft,
             length,
         }
@@ -272,12 +270,8 @@ impl Decoding {
     /// What both ears of a head hear that is turned by `head` from the axes of the microphone.
     fn heard(&self, arrivals: &Arrivals, hrtf: &Hrtf, head: Quat) -> [Vec<f32>; 2] {
         let turning = turning(self.order, head);
-        let mut ears = arrivals.heard(hrtf, head).map(|ear| {
-            let mut bins = spectrum(ear, self.n_fft);
-            bins.iter_mut().zip(&self.arrivals).for_each(|(b, share)| *b *= share);
-            bins
-        });
-        let mut turned = vec![Complex32::default(); self.arrivals.len()];
+        let mut ears = arrivals.heard(hrtf, head).map(|ear| spectrum(ear, self.n_fft));
+        let mut turned = vec![Complex32::default(); self.n_fft / 2 + 1];
         for (row, filters) in turning.iter().zip(&self.filters) {
             turned.fill(Complex32::default());
             for (gain, channel) in row.iter().zip(&self.channels).filter(|(gain, _)| **gain != 0.0) {

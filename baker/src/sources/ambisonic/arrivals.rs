@@ -2,7 +2,7 @@
 
 use super::direction::{FirstOrder, mean};
 use super::ears::Frame;
-use super::harmonics::lattice;
+use super::harmonics::{harmonics, lattice};
 use crate::sources::shoebox::Hrtf;
 use promenade_core::glam::{Quat, Vec3};
 use std::collections::BTreeMap;
@@ -47,6 +47,17 @@ impl Arrivals {
         }
         let parts = parts.into_iter().map(|(i, samples)| (i.map_or(direct, |i| directions[i]), samples)).collect();
         Some(Self { direct, dipoles_db: first.dipoles_db(whole), parts, end: early.len() })
+    }
+
+    /// Takes what the arrivals are out of channels of equal energy in a diffuse field (N3D): what is left came from elsewhere.
+    pub(super) fn take_from(&self, order: usize, early: &mut [Vec<f32>]) {
+        for (direction, samples) in &self.parts {
+            for (channel, gain) in early.iter_mut().zip(harmonics(order, *direction)) {
+                for (at, value) in samples {
+                    channel[*at] -= gain * value;
+                }
+            }
+        }
     }
 
     /// What both ears of a head hear that is turned by `head` from the axes of the microphone, one lead of the frame later.
