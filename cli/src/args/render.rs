@@ -15,7 +15,7 @@ pub(crate) struct RenderArgs {
     pub(crate) input: PathBuf,
     /// Binaural WAV file to write
     pub(crate) output: PathBuf,
-    /// Camera path: .json, .csv, a COLMAP model's folder or images.txt or .bin, .gltf or .glb
+    /// Camera path: .json, .csv, a COLMAP model's folder or images.txt or .bin, a NeRF tool's transforms.json, .gltf or .glb
     #[arg(long, conflicts_with = "pose")]
     pub(crate) path: Option<PathBuf>,
     /// One pose for the whole file: metres and degrees; without it and without --path, the scene's start pose
