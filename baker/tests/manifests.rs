@@ -81,7 +81,7 @@ fn a_set_that_does_not_load_leaves_no_manifest() {
 #[test]
 fn a_split_in_the_manifest_reaches_the_clips() {
     let folder = folder_of(&[("a30.wav", 0.5), ("a60.wav", 1.0), ("held_10.wav", 0.0), ("held_20.wav", 0.1)]);
-    let patterns = r#"[{"file":"a{azimuth}.wav"},{"file":"held_{azimuth}.wav","split":"test"}]"#;
+    let patterns = r#"[{"file":"held_{azimuth}.wav","split":"test"},{"file":"a{azimuth}.wav"}]"#;
     std::fs::write(folder.path().join("responses.json"), format!(r#"{{"title":"t","distance_m":1,"patterns":{patterns}}}"#))
         .unwrap();
     let set = Responses::load(folder.path(), &LoadOptions::default()).unwrap();
