@@ -81,6 +81,9 @@ pub enum BakeError {
     /// A model cannot be rendered by the published head.
     #[error(transparent)]
     Published(#[from] PublishedError),
+    /// A room cannot be made or traced.
+    #[error(transparent)]
+    Acoustics(#[from] promenade_acoustics::AcousticsError),
     /// A value given by the user, not in a file, is wrong.
     #[error("{what}: expected {expected}, found {found}")]
     Argument {

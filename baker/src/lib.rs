@@ -16,4 +16,4 @@ pub use signal::random;
 pub use sources::Split;
 pub use sources::capture::{Capture, Clip, Track};
 pub use sources::responses::{HoldOut, LoadOptions, Response, Responses, Side};
-pub use sources::{ambisonic, anchors, capture, checkpoint, reconstruction, responses, shoebox};
+pub use sources::{ambisonic, anchors, capture, checkpoint, reconstruction, responses, simulation};

@@ -7,7 +7,7 @@ pub mod checkpoint;
 mod file;
 pub mod reconstruction;
 pub mod responses;
-pub mod shoebox;
+pub mod simulation;
 mod split;
 
 pub use split::Split;

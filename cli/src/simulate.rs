@@ -3,7 +3,7 @@
 use crate::args::{Simulate, SimulateBoxArgs};
 use crate::{path, progress, report};
 use anyhow::{Context, Result};
-use promenade_baker::shoebox::{BoxOptions, BoxRoom, Hrtf, along, fit, random_poses, simulate_box};
+use promenade_baker::simulation::{BoxOptions, BoxRoom, Hrtf, along, fit, random_poses, simulate_box};
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
 use promenade_paths::ImportOptions;

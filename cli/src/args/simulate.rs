@@ -2,7 +2,7 @@
 
 use super::values::{parse_absorption, parse_point, within};
 use clap::{Args, Subcommand};
-use promenade_baker::shoebox::{Absorption, MAX_LENGTH_S};
+use promenade_baker::simulation::{Absorption, MAX_LENGTH_S};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 

@@ -2,7 +2,7 @@
 
 use promenade_baker::player::Playing;
 use promenade_baker::reconstruction::Landmark;
-use promenade_baker::shoebox::Absorption;
+use promenade_baker::simulation::Absorption;
 use promenade_baker::wav::Format;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;

@@ -1,6 +1,6 @@
 //! Where heads are in a room.
 
-use super::BoxRoom;
+use super::box_room::BoxRoom;
 use crate::BakeError;
 use crate::signal::random::Random;
 use promenade_core::glam::Vec3;
@@ -17,6 +17,16 @@ pub fn along(path: &CameraPath, count: usize) -> Vec<Pose> {
     let start = path.keyframes()[0].t_s;
     let step = path.duration_s() / (count.saturating_sub(1)).max(1) as f64;
     (0..count).map(|i| path.pose_at(start + i as f64 * step)).collect()
+}
+
+/// Heads at places, level, each turned to `turns` yaws evenly round the circle, the first along x.
+#[must_use]
+pub fn turned(places: &[Vec3], turns: usize) -> Vec<Pose> {
+    let yaw = |i: usize| {
+        let share = i as f32 / turns as f32;
+        std::f32::consts::TAU * if share > 0.5 { share - 1.0 } else { share }
+    };
+    places.iter().flat_map(|at| (0..turns).map(move |i| Pose::from_ypr(*at, yaw(i), 0.0, 0.0))).collect()
 }
 
 /// Moves and scales poses together, so that the box around them touches the room's walls less a margin in metres, in one direction at

@@ -4,39 +4,23 @@
 //! the box from the origin to its size: metres, z up. Walls mirror, their absorption depends on the octave and not on the angle; air
 //! absorbs nothing; the emitter radiates alike in all directions.
 
-mod bins;
-mod hrtf;
-mod poses;
-mod tail;
-mod walls;
-
-pub use hrtf::Hrtf;
-pub use poses::{along, fit, random_poses};
-
+use super::early::{Early, Heard};
+use super::tail::{Tail, Variance};
+use super::walls::{filters, left};
+use super::{Absorption, Hrtf, LEAST_DISTANCE_M, MAX_LENGTH_S, SPEED_OF_SOUND_M_S};
+use crate::signal::random::Random;
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{BoxImage, box_images};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
-pub use promenade_core::network::SPEED_OF_SOUND_M_S;
-use promenade_fourier::ComplexToReal;
 use promenade_fourier::num_complex::Complex32;
-use std::sync::Arc;
-use tail::{Tail, ends_real};
 
-/// Centres of the octaves in which walls absorb, Hz.
-pub const OCTAVES_HZ: [f32; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
-/// Shares of the energy that a wall absorbs, by octave.
-pub type Absorption = [f32; 7];
 /// Highest order of images.
 pub const MAX_ORDER: u32 = 20;
-/// Longest response, seconds.
-pub const MAX_LENGTH_S: f32 = 10.0;
 /// Length that responses have at most unless told, seconds.
 const LONGEST_BY_ITSELF_S: f32 = 4.0;
-/// Least distance of a head from the emitter, metres.
-const LEAST_DISTANCE_M: f32 = 0.1;
-/// Samples before the arrival of an image at which its piece begins: the ripples of a fractional delay.
-const LEAD: usize = 32;
+/// Places in the room that the images' mean energy is taken over.
+const PLACES: usize = 400;
 
 /// A room with six walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,20 +120,23 @@ pub fn simulate_box(
     let length_s = options.length_s.unwrap_or_else(|| longest.max(diagonal_s + 0.05).min(LONGEST_BY_ITSELF_S));
     let length = (f64::from(length_s) * f64::from(options.sample_rate_hz)).ceil() as usize;
     let images = box_images(options.order);
-    let walls = walls::walls(room, hrtf.bins);
-    let mut early = Early {
-        emitter,
-        size: room.size,
-        hrtf,
-        reflected: images.iter().map(|i| (*i, walls::left(i, &walls))).collect(),
-        inverse: promenade_fourier::inverse(hrtf.bins.n_fft),
-    };
-    let tail = Tail::new(room, emitter, &images, hrtf, options, length);
+    let walls = filters(&room.absorption, hrtf.bins);
+    let heard = |image: &BoxImage| (position(image, emitter, room.size), left(&walls, &image.hits().map(|n| n as f32)));
+    let reflected: Vec<(Vec3, Vec<Complex32>)> = images.iter().map(heard).collect();
+    let (early, tail) = (Early::new(hrtf), Tail::new(hrtf, length, options.seed));
+    let gains: Vec<Vec<f32>> = variances(room, emitter, &images, &tail, hrtf).iter().map(|v| tail.gains(v)).collect();
+    let next = options.order + 1;
+    let next: Vec<Vec3> =
+        box_images(next).iter().filter(|i| i.order() == next).map(|i| position(i, emitter, room.size)).collect();
     let mut responses = Vec::with_capacity(poses.len());
     for (index, pose) in poses.iter().enumerate() {
         let mut ears = [vec![0.0; length], vec![0.0; length]];
-        early.add(pose, &mut ears);
-        tail.add(pose.position, index as u64, &mut ears);
+        early.add(pose, reflected.iter().map(|(position, left)| Heard { position: *position, left }), &mut ears);
+        // What begins before the first image that is left out would be heard among those that are not.
+        let silent = next.iter().map(|i| i.distance(pose.position)).fold(f32::INFINITY, f32::min);
+        let silent = f64::from(silent / SPEED_OF_SOUND_M_S) * hrtf.bins.sample_rate_hz;
+        let first = (0..gains.len()).find(|l| (*l as f64 - 1.0) * tail.hop() as f64 > silent);
+        tail.add(index as u64, first.unwrap_or(usize::MAX), |l| [&gains[l], &gains[l]], &mut ears);
         let [left, right] = ears;
         responses.push(Response { listener: *pose, source: emitter, left, right, name: format!("pose-{index:05}") });
         done(index + 1);
@@ -198,59 +185,41 @@ fn position(image: &BoxImage, emitter: Vec3, size: Vec3) -> Vec3 {
     Vec3::from_array(image.position(emitter.as_dvec3().to_array(), size.as_dvec3().to_array()).map(|c| c as f32))
 }
 
-/// The direct sound and the images.
-struct Early<'a> {
-    emitter: Vec3,
-    size: Vec3,
-    hrtf: &'a Hrtf,
-    /// Images with what their walls leave, by bin.
-    reflected: Vec<(BoxImage, Vec<Complex32>)>,
-    inverse: Arc<dyn ComplexToReal<f32>>,
+/// What the walls leave of an image's energy, in an octave.
+fn energy(room: &BoxRoom, image: &BoxImage, octave: usize) -> f64 {
+    let left = |(a, n): (&Absorption, u32)| f64::from(1.0 - a[octave]).powi(n.cast_signed());
+    room.absorption.iter().zip(image.hits()).map(left).product()
 }
 
-impl Early<'_> {
-    fn add(&mut self, pose: &Pose, ears: &mut [Vec<f32>; 2]) {
-        let bins = self.hrtf.bins;
-        let mut spectrum = self.inverse.make_input_vec();
-        let mut piece = self.inverse.make_output_vec();
-        let mut scratch = self.inverse.make_scratch_vec();
-        for (image, walls) in &self.reflected {
-            let to_head = pose.to_head(position(image, self.emitter, self.size));
-            let distance = to_head.length();
-            let near = self.hrtf.near(to_head / distance);
-            for (ear, out) in ears.iter_mut().enumerate() {
-                let arrival = f64::from(distance / SPEED_OF_SOUND_M_S) * bins.sample_rate_hz + f64::from(near.delay(ear));
-                let start = arrival.floor() - LEAD as f64;
-                if start >= out.len() as f64 {
-                    continue;
-                }
-                near.spectrum(ear, &mut spectrum);
-                turn(&mut spectrum, walls, arrival - start, bins.n_fft, 1.0 / (distance * bins.n_fft as f32));
-                // The lengths come from the plan, and the ends are real: the only things that the transform checks.
-                let done = self.inverse.process_with_scratch(&mut spectrum, &mut piece, &mut scratch);
-                debug_assert!(done.is_ok());
-                let start = start as i64;
-                let skip = usize::try_from(-start).unwrap_or(0);
-                let from = usize::try_from(start).unwrap_or(0);
-                for (o, v) in out.iter_mut().skip(from).zip(piece.iter().skip(skip)) {
-                    *o += v;
-                }
+/// Energy a sample by hop and octave that the images do not have, of the statistical `4 pi c / V` a second where the direct sound at 1 m
+/// has 1, decaying after Eyring.
+fn variances(room: &BoxRoom, emitter: Vec3, early: &[BoxImage], tail: &Tail, hrtf: &Hrtf) -> Vec<Variance> {
+    let (hops, hop, rate) = (tail.hops(), tail.hop(), hrtf.bins.sample_rate_hz);
+    let mut random = Random::new(0);
+    let mut had = vec![[0.0_f64; 7]; hops];
+    let energies: Vec<[f64; 7]> = early.iter().map(|i| std::array::from_fn(|octave| energy(room, i, octave))).collect();
+    for _ in 0..PLACES {
+        let place = room.size * Vec3::new(random.uniform(), random.uniform(), random.uniform());
+        for (image, energy) in early.iter().zip(&energies) {
+            let distance = f64::from(position(image, emitter, room.size).distance(place));
+            let at = distance / f64::from(SPEED_OF_SOUND_M_S) * rate / hop as f64;
+            let Some(had) = had.get_mut(at.round() as usize) else { continue };
+            for (h, e) in had.iter_mut().zip(energy) {
+                *h += e / distance.powi(2).max(0.01) / (PLACES * hop) as f64;
             }
         }
     }
-}
-
-/// Reflects, delays by samples and scales.
-fn turn(spectrum: &mut [Complex32], walls: &[Complex32], delay: f64, n_fft: usize, gain: f32) {
-    let angle = -2.0 * std::f64::consts::PI * delay / n_fft as f64;
-    let step = promenade_fourier::num_complex::Complex64::cis(angle);
-    let mut phase = promenade_fourier::num_complex::Complex64::new(f64::from(gain), 0.0);
-    for (s, w) in spectrum.iter_mut().zip(walls) {
-        let p = Complex32::new(phase.re as f32, phase.im as f32);
-        *s *= w * p;
-        phase *= step;
-    }
-    ends_real(spectrum);
+    let decay = room.decay_per_s().map(f64::from);
+    let density = 4.0 * std::f64::consts::PI * f64::from(SPEED_OF_SOUND_M_S) / f64::from(room.volume_m3()) / rate;
+    had.iter()
+        .enumerate()
+        .map(|(l, had)| {
+            std::array::from_fn(|octave: usize| {
+                let t = (l * hop) as f64 / rate;
+                (density * (-decay[octave] * t).exp() - had[octave]).max(0.0)
+            })
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,26 @@
+//! Binaural responses of rooms that nobody has measured: image sources with HRTFs, and noise with the energy of what comes after them.
+
+mod bins;
+mod box_room;
+mod early;
+#[cfg(test)]
+mod heads;
+mod hrtf;
+mod mesh_room;
+mod poses;
+mod tail;
+mod walls;
+
+pub use box_room::{BoxOptions, BoxRoom, MAX_ORDER, simulate_box};
+pub use hrtf::Hrtf;
+pub use mesh_room::{MeshOptions, Simulated, simulate_mesh};
+pub use poses::{along, fit, random_poses, turned};
+pub use promenade_acoustics::OCTAVES_HZ;
+pub use promenade_core::network::SPEED_OF_SOUND_M_S;
+
+/// Shares of the energy that a wall absorbs, by octave.
+pub type Absorption = promenade_acoustics::Octaves;
+/// Longest response, seconds.
+pub const MAX_LENGTH_S: f32 = 10.0;
+/// Least distance of a head from the emitter, metres.
+const LEAST_DISTANCE_M: f32 = 0.1;

@@ -1,0 +1,234 @@
+//! Binaural responses of a room of any shape: images by beams, and the energy of scattered rays as noise.
+//!
+//! Images have what walls neither absorb nor scatter, rays the rest, so that together they have all of it. Air takes its share of both
+//! (ISO 9613-1).
+
+use super::early::{Early, Heard};
+use super::hrtf::Hrtf;
+use super::tail::Tail;
+use super::walls::{filters, left};
+use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ, SPEED_OF_SOUND_M_S};
+use crate::{BakeError, Response, Responses};
+use promenade_acoustics::{
+    Air, Echogram, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Room, Share, late_field,
+};
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use promenade_fourier::num_complex::Complex32;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How responses are computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshOptions {
+    /// Reflections that an image has at most.
+    pub order: u32,
+    /// Beams that search the images.
+    pub beams: usize,
+    /// Rays of the late field.
+    pub rays: usize,
+    /// Length of the responses in seconds, above 0 and at most [`MAX_LENGTH_S`].
+    pub length_s: f32,
+    /// What the air takes; nothing without it.
+    pub air: Option<Air>,
+    /// Seed of rays and noise.
+    pub seed: u64,
+}
+
+/// Responses with what is known of the room's energy.
+#[derive(Clone, Debug)]
+pub struct Simulated {
+    /// One for each pose.
+    pub responses: Responses,
+    /// Where the energy of the rays went.
+    pub late: LateField,
+    /// Images that all listeners together may see.
+    pub images: usize,
+}
+
+/// Binaural responses of an emitter in a room for heads at `poses`, at the sample rate of the HRTF.
+///
+/// The direct sound of an emitter at 1 m has the level of the HRTF, 0 dB in a diffuse field, and arrives after distance over
+/// [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. `mesh` is what `room` was made of. `done` is told the share of the work
+/// that is, 0 to 1. The same input and seed give the same samples on any number of threads.
+///
+/// # Errors
+/// An option out of range; a pose that is not finite or within 0.1 m of the emitter, which the message names by its number from 0.
+pub fn simulate_mesh(
+    mesh: &Mesh,
+    room: &Room,
+    emitter: Vec3,
+    hrtf: &Hrtf,
+    poses: &[Pose],
+    options: &MeshOptions,
+    done: impl Fn(f64) + Sync,
+) -> Result<Simulated, BakeError> {
+    check(emitter, poses, options)?;
+    let rate = hrtf.bins.sample_rate_hz;
+    let length = (f64::from(options.length_s) * rate).ceil() as usize;
+    let source = emitter.as_dvec3().to_array();
+    let places = distinct(poses);
+    let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
+    let images = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
+    let images = Images::new(room, source, &images)?;
+    let tail = Tail::new(hrtf, length, options.seed);
+    let rays = RayOptions {
+        rays: options.rays,
+        length_s: length as f64 / rate,
+        // Two bins are a hop.
+        bin_s: 0.5 * tail.hop() as f64 / rate,
+        image_order: options.order,
+        radius_m: None,
+        air: options.air,
+        seed: options.seed,
+    };
+    let late = late_field(room, source, &listeners, &rays, |share| done(0.5 * share))?;
+    let voice = Voice::new(mesh, room, hrtf, options.air);
+    let early = Early::new(hrtf);
+    let finished = AtomicUsize::new(0);
+    let of_place = |(place, echogram): (&Vec3, &Echogram)| -> Result<Vec<(usize, Response)>, BakeError> {
+        let seen = images.seen_from(room, place.as_dvec3().to_array(), Share::Specular)?;
+        let reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
+        let direct = place.distance(emitter) / SPEED_OF_SOUND_M_S * rate as f32;
+        let hops = Hops::new(echogram, &tail, f64::from(direct));
+        let heads = poses.iter().enumerate().filter(|(_, pose)| pose.position == *place);
+        Ok(heads
+            .map(|(index, pose)| {
+                let mut ears = [vec![0.0; length], vec![0.0; length]];
+                early.add(pose, reflected.iter().map(|(position, left)| Heard { position: *position, left }), &mut ears);
+                let gains = hops.at_ears(pose, hrtf);
+                tail.add(index as u64, hops.first, |l| [&gains[l][0], &gains[l][1]], &mut ears);
+                let now = finished.fetch_add(1, Ordering::Relaxed) + 1;
+                done(0.5 + 0.5 * now as f64 / poses.len() as f64);
+                let [left, right] = ears;
+                (index, Response { listener: *pose, source: emitter, left, right, name: format!("pose-{index:05}") })
+            })
+            .collect())
+    };
+    let made: Result<Vec<Vec<(usize, Response)>>, BakeError> = places.par_iter().zip(&late.echograms).map(of_place).collect();
+    let mut responses: Vec<(usize, Response)> = made?.into_iter().flatten().collect();
+    responses.sort_by_key(|(index, _)| *index);
+    let responses = Responses {
+        title: "Room of a mesh".to_owned(),
+        credit: hrtf.credit.clone(),
+        licence: hrtf.licence.clone(),
+        sample_rate_hz: rate,
+        responses: responses.into_iter().map(|(_, response)| response).collect(),
+        notes: Vec::new(),
+    };
+    Ok(Simulated { responses, images: images.count(), late })
+}
+
+fn check(emitter: Vec3, poses: &[Pose], options: &MeshOptions) -> Result<(), BakeError> {
+    if !(1e-3..=MAX_LENGTH_S).contains(&options.length_s) {
+        let expected = format!("0.001 to {MAX_LENGTH_S} s");
+        return Err(BakeError::argument("length of the responses", expected, options.length_s));
+    }
+    for (index, pose) in poses.iter().enumerate() {
+        if !pose.is_valid() || pose.position.distance(emitter) < LEAST_DISTANCE_M {
+            let expected = format!("at least {LEAST_DISTANCE_M} m from the emitter at {emitter}");
+            return Err(BakeError::argument("listener", expected, format!("pose {index} at {}", pose.position)));
+        }
+    }
+    Ok(())
+}
+
+/// The places of heads, each once.
+fn distinct(poses: &[Pose]) -> Vec<Vec3> {
+    let mut places: Vec<Vec3> = poses.iter().map(|p| p.position).collect();
+    places.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap_or(std::cmp::Ordering::Equal));
+    places.dedup();
+    places
+}
+
+/// What materials and air do to images.
+struct Voice<'a> {
+    mesh: &'a Mesh,
+    /// By material, then the air of a metre: complex logarithms by bin.
+    filters: Vec<Vec<Complex32>>,
+}
+
+impl<'a> Voice<'a> {
+    fn new(mesh: &'a Mesh, room: &Room, hrtf: &Hrtf, air: Option<Air>) -> Self {
+        let taken = |m: &promenade_acoustics::Material| -> Octaves {
+            std::array::from_fn(|b| 1.0 - (1.0 - m.absorption[b]) * (1.0 - m.scattering[b]))
+        };
+        let taken: Vec<Octaves> = room.materials().iter().map(taken).collect();
+        let mut filters = filters(&taken, hrtf.bins);
+        // Half of the decay of the energy is that of the amplitude.
+        let per_db = std::f64::consts::LN_10 / 20.0;
+        filters.push(hrtf.bins.minimum_phase(|hz| air.map_or(0.0, |air| -per_db * air.db_per_m(hz))));
+        Self { mesh, filters }
+    }
+
+    fn of(&self, image: &Image, listener: Vec3) -> (Vec3, Vec<Complex32>) {
+        let position = Vec3::from_array(image.position.map(|c| c as f32));
+        let mut times = vec![0.0; self.filters.len()];
+        for face in &image.faces {
+            times[self.mesh.triangles[*face as usize].group as usize] += 1.0;
+        }
+        if let Some(air) = times.last_mut() {
+            *air = position.distance(listener);
+        }
+        (position, left(&self.filters, &times))
+    }
+}
+
+/// The late field of one place, hop by hop.
+struct Hops {
+    /// Hops before are silent.
+    first: usize,
+    gains: Vec<Vec<f32>>,
+    /// Where most of a hop's energy comes from, world, as long as its share of it.
+    from: Vec<Vec3>,
+}
+
+impl Hops {
+    fn new(echogram: &Echogram, tail: &Tail, direct: f64) -> Self {
+        let hop = tail.hop();
+        // Noise that lies about a hop begins a hop before it, and not before the direct sound.
+        let first = (0..tail.hops()).find(|l| (*l as f64 - 1.0) * hop as f64 >= direct).unwrap_or(tail.hops());
+        let mut variances = vec![[0.0; OCTAVES_HZ.len()]; tail.hops()];
+        let mut from = vec![Vec3::ZERO; tail.hops()];
+        let mut sums = vec![0.0; tail.hops()];
+        for (i, bin) in echogram.bins.iter().enumerate() {
+            let l = i.div_ceil(2).max(first);
+            if l >= tail.hops() {
+                break;
+            }
+            for (band, energy) in bin.energy.iter().enumerate() {
+                variances[l][band] += f64::from(*energy) / hop as f64;
+                from[l] += Vec3::from_array(std::array::from_fn(|axis| bin.from[axis][band]));
+                sums[l] += energy;
+            }
+        }
+        for (from, sum) in from.iter_mut().zip(sums) {
+            *from = if sum > 0.0 { *from / sum } else { Vec3::ZERO };
+        }
+        Self { first, gains: variances.iter().map(|v| tail.gains(v)).collect(), from }
+    }
+
+    /// Standard deviations at both ears of a head: a part of the energy comes from one side and has the level of the head's response there,
+    /// the rest comes from everywhere, where that is 1.
+    fn at_ears(&self, pose: &Pose, hrtf: &Hrtf) -> Vec<[Vec<f32>; 2]> {
+        let bins = self.gains.first().map_or(0, Vec::len);
+        let step = (hrtf.bins.count() - 1) / (bins - 1).max(1);
+        let mut spectrum = vec![Complex32::default(); hrtf.bins.count()];
+        let ears = |(gains, from): (&Vec<f32>, &Vec3)| {
+            let share = from.length().min(1.0);
+            let Some(direction) = (pose.orientation.inverse() * *from).try_normalize() else {
+                return [gains.clone(), gains.clone()];
+            };
+            let near = hrtf.near(direction);
+            std::array::from_fn(|ear| {
+                near.spectrum(ear, &mut spectrum);
+                let one = |(k, g): (usize, &f32)| g * (1.0 - share + share * spectrum[k * step].norm_sqr()).sqrt();
+                gains.iter().enumerate().map(one).collect()
+            })
+        };
+        self.gains.iter().zip(&self.from).map(ears).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

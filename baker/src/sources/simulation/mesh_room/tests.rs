@@ -1,0 +1,119 @@
+use super::*;
+use crate::sources::simulation::heads::{RATE, transparent, two_sided};
+use crate::sources::simulation::{BoxOptions, BoxRoom, simulate_box};
+use promenade_acoustics::{Material, Shoebox};
+use promenade_metrics::{DecayRange, decay_time_s};
+
+const SIZE: Vec3 = Vec3::new(7.0, 5.0, 3.0);
+const EMITTER: Vec3 = Vec3::new(3.1, 2.3, 1.9);
+
+fn options(order: u32, length_s: f32) -> MeshOptions {
+    MeshOptions { order, beams: 8192, rays: 6000, length_s, air: None, seed: 1 }
+}
+
+fn room(size: Vec3, absorption: [f32; 6], scattering: f32) -> (Mesh, Room) {
+    let materials = absorption.map(|a| Material::even("wall", a, scattering));
+    let walls = Shoebox { size: size.as_dvec3().to_array(), materials };
+    let mesh = walls.mesh().unwrap();
+    let room = Room::new(&mesh, &walls.materials).unwrap();
+    (mesh, room)
+}
+
+fn at(x: f32, y: f32, z: f32) -> Pose {
+    Pose { position: Vec3::new(x, y, z), ..Pose::IDENTITY }
+}
+
+fn energy(samples: &[f32]) -> f64 {
+    samples.iter().map(|v| f64::from(*v).powi(2)).sum()
+}
+
+fn simulate(room: &(Mesh, Room), emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &MeshOptions) -> Simulated {
+    simulate_mesh(&room.0, &room.1, emitter, hrtf, poses, options, |_| ()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn a_box_of_triangles_is_a_box() {
+    let absorption = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
+    let poses = [at(1.0, 1.0, 1.0), Pose::from_ypr(Vec3::new(5.2, 3.9, 1.4), 1.0, 0.2, 0.0)];
+    let hrtf = two_sided();
+    let simulated = simulate(&room(SIZE, absorption, 0.0), EMITTER, &hrtf, &poses, &options(6, 0.03));
+    let walls = BoxRoom { size: SIZE, absorption: absorption.map(|a| [a; 7]) };
+    let exact = BoxOptions { length_s: Some(0.03), ..BoxOptions::default() };
+    let exact = simulate_box(&walls, EMITTER, &hrtf, &poses, &exact, |_| ()).unwrap();
+    for (a, b) in simulated.responses.responses.iter().zip(&exact.responses) {
+        assert_eq!((a.listener, &a.name), (b.listener, &b.name));
+        for (a, b) in [(&a.left, &b.left), (&a.right, &b.right)] {
+            let difference: Vec<f32> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+            let db = 10.0 * (energy(&difference) / energy(b)).log10();
+            assert!(db < -60.0, "{db} dB of difference");
+        }
+    }
+}
+
+#[test]
+fn a_room_that_scatters_decays_after_eyring_in_every_octave_alike() {
+    let walls = BoxRoom { size: SIZE, absorption: [[0.2; 7]; 6] };
+    let eyring = f64::from(walls.eyring_t60_s()[3]);
+    let poses = [at(1.0, 1.0, 1.0), at(5.5, 1.5, 1.2)];
+    let options = options(3, (1.2 * eyring) as f32);
+    let simulated = simulate(&room(SIZE, [0.2; 6], 0.5), EMITTER, &transparent(), &poses, &options);
+    for response in &simulated.responses.responses {
+        let t20 = decay_time_s(&response.left, f64::from(RATE), DecayRange::T20).unwrap();
+        assert!((t20 / eyring - 1.0).abs() < 0.12, "{t20} s for {eyring} s");
+        // What is left at 0.1 s is that of a diffuse field, by and large.
+        let late = energy(&response.left[2400..]);
+        let decay = 6.0 * std::f64::consts::LN_10 / eyring;
+        let diffuse = 4.0 * std::f64::consts::PI * 343.0 / 105.0 / decay * (-0.1 * decay).exp();
+        assert!((10.0 * (late / diffuse).log10()).abs() < 1.5, "{late} for {diffuse}");
+    }
+}
+
+#[test]
+fn nothing_is_heard_before_the_direct_sound() {
+    let simulated = simulate(&room(SIZE, [0.2; 6], 0.9), EMITTER, &transparent(), &[at(6.5, 4.5, 0.5)], &options(2, 0.2));
+    let direct = EMITTER.distance(Vec3::new(6.5, 4.5, 0.5)) / SPEED_OF_SOUND_M_S * RATE as f32;
+    let response = &simulated.responses.responses[0].left;
+    let before = energy(&response[..direct as usize - 24]) / energy(response);
+    assert!(before < 1e-5, "{before}");
+}
+
+#[test]
+fn the_end_of_a_corridor_is_heard_from_its_side() {
+    // Both ends take nearly all, so that late sound comes along the corridor from where the emitter is, to the left.
+    let corridor = room(Vec3::new(30.0, 1.5, 2.5), [0.95, 0.95, 0.05, 0.05, 0.05, 0.05], 0.2);
+    let pose = Pose::from_ypr(Vec3::new(27.0, 0.8, 1.3), std::f32::consts::FRAC_PI_2, 0.0, 0.0);
+    let simulated = simulate(&corridor, Vec3::new(2.0, 0.7, 1.2), &two_sided(), &[pose], &options(0, 0.4));
+    let response = &simulated.responses.responses[0];
+    let late = (0.09 * RATE as f32) as usize;
+    let ild = 10.0 * (energy(&response.left[late..]) / energy(&response.right[late..])).log10();
+    assert!(ild > 2.0, "{ild} dB");
+}
+
+#[test]
+fn a_seed_is_the_same_on_any_number_of_threads() {
+    let room = room(SIZE, [0.2; 6], 0.4);
+    let poses = [at(1.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(4.0, 4.0, 1.0)];
+    let options = options(2, 0.1);
+    let on = |threads: usize, options: &MeshOptions| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| simulate(&room, EMITTER, &transparent(), &poses, options).responses.responses)
+    };
+    let once = on(1, &options);
+    assert_eq!(once, on(3, &options));
+    assert_ne!(once, on(1, &MeshOptions { seed: 2, ..options }));
+    assert_ne!(once[0].left, once[1].left, "each pose has noise of its own");
+}
+
+#[test]
+fn what_cannot_be_is_an_error() {
+    let room = room(SIZE, [0.2; 6], 0.4);
+    let refused = |poses: &[Pose], options: &MeshOptions, says: &str| {
+        let result = simulate_mesh(&room.0, &room.1, EMITTER, &transparent(), poses, options, |_| ());
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    };
+    refused(&[at(1.0, 1.0, 1.0), at(3.1, 2.3, 1.95)], &options(2, 0.1), "pose 1");
+    refused(&[at(1.0, 1.0, 1.0)], &options(2, 0.0), "length of the responses");
+    refused(&[at(1.0, 1.0, 1.0)], &options(99, 0.1), "order of images: expected at most 50");
+    refused(&[at(1.0, 1.0, 1.0)], &MeshOptions { rays: 0, ..options(2, 0.1) }, "rays");
+}
