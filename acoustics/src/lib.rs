@@ -34,7 +34,7 @@ pub use materials::{Entry, Materials, SCATTERING};
 pub use mesh::{Mesh, MeshReport, Triangle};
 pub use octave::{BANDS, OCTAVES_HZ, Octaves};
 pub use rays::{Bin, Echogram, LateField, RayOptions, late_field};
-pub use room::Room;
+pub use room::{Room, Surroundings};
 pub use shoebox::{BoxImage, Shoebox, box_images};
 
 /// Metres per second, of air at 20 degrees Celsius.

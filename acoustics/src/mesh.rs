@@ -104,3 +104,10 @@ impl Mesh {
         [all().fold(first, DVec3::min).to_array(), all().fold(first, DVec3::max).to_array()]
     }
 }
+
+/// The normal of a triangle; none of one whose height is below a millionth of its longest side.
+pub(crate) fn normal(a: DVec3, b: DVec3, c: DVec3) -> Option<DVec3> {
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    let cross = (b - a).cross(c - a);
+    (cross.length() > 1e-6 * longest).then(|| cross.normalize()).filter(|n| n.is_finite())
+}

@@ -1,8 +1,12 @@
 //! A mesh with its materials, ready for rays.
 
-use crate::error::AcousticsError;
+use crate::SPEED_OF_SOUND_M_S;
+use crate::air::Air;
+use crate::error::{AcousticsError, place};
+use crate::lattice::direction;
 use crate::material::Material;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, normal};
+use crate::octave::BANDS;
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
@@ -12,6 +16,8 @@ use obvhs::{Boundable, BvhBuildParams};
 use std::collections::HashMap;
 use std::time::Duration;
 
+/// Directions in which a place's surroundings are looked at.
+const AROUND: usize = 128;
 /// No plane.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 /// From so many triangles on, bounding volumes are built quickly rather than well.
@@ -33,6 +39,8 @@ pub struct Room {
     faces: Vec<Face>,
     planes: Vec<Plane>,
     materials: Vec<Material>,
+    /// By material, square metres of one side.
+    areas_m2: Vec<f64>,
     bvh: CwBvh,
     /// Triangles in the order of the bounding volumes.
     leaves: Vec<Leaf>,
@@ -42,6 +50,15 @@ pub struct Room {
     half: DVec3,
     /// Half of the room's diagonal, metres.
     radius: f64,
+}
+
+/// How a place in a room lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Distance of the nearest surface, metres, as seen in 128 directions; infinite where there is none.
+    pub clearance_m: f64,
+    /// Share of the directions in which there is a surface: 1 in a closed room.
+    pub enclosed: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -111,11 +128,13 @@ impl Room {
         let [low, high] = mesh.bounds().map(DVec3::from_array);
         let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
         let mut planes = Planes::new(radius);
+        let mut areas_m2 = vec![0.0; materials.len()];
         let (mut faces, mut leaves, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
         for (triangle, t) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = mesh.corners(t);
             let Some(normal) = normal(a, b, c) else { continue };
             let plane = planes.number(normal, a);
+            areas_m2[t.group as usize] += 0.5 * (b - a).cross(c - a).length();
             let [a, b, c] = [a, b, c].map(|v| (v - centre).as_vec3a());
             let face = faces.len() as u32;
             faces.push(Face { plane, material: t.group, triangle: triangle as u32 });
@@ -135,6 +154,7 @@ impl Room {
             faces,
             planes: planes.all,
             materials: materials.to_vec(),
+            areas_m2,
             bvh,
             leaves,
             centre,
@@ -172,8 +192,9 @@ impl Room {
         self.centre
     }
 
-    /// Of the box along the axes that the mesh lies in, cubic metres; a flat mesh has a hundredth of its diagonal's cube.
-    pub(crate) fn bounding_volume(&self) -> f64 {
+    /// Of the box along the axes that the mesh lies in, cubic metres; a flat mesh has at least a hundredth of its diagonal's cube.
+    #[must_use]
+    pub fn bounding_volume(&self) -> f64 {
         (8.0 * self.half.element_product()).max(0.08 * self.radius.powi(3))
     }
 
@@ -189,6 +210,29 @@ impl Room {
     /// The number in the mesh of a face.
     pub(crate) fn triangle(&self, face: u32) -> u32 {
         self.faces[face as usize].triangle
+    }
+
+    /// How a place lies.
+    ///
+    /// # Errors
+    /// A place that is not finite.
+    pub fn surroundings(&self, at: [f64; 3]) -> Result<Surroundings, AcousticsError> {
+        let at = place("place", at)?;
+        let ways = (0..AROUND).filter_map(|i| self.cast(at, direction(i, AROUND), NOWHERE));
+        let (count, clearance_m) = ways.fold((0, f64::INFINITY), |(n, least), (_, way)| (n + 1, least.min(way)));
+        Ok(Surroundings { clearance_m, enclosed: f64::from(count) / AROUND as f64 })
+    }
+
+    /// Reverberation time by octave after Eyring, seconds, if the room has this volume, cubic metres; infinite where nothing absorbs.
+    #[must_use]
+    pub fn eyring_t60_s(&self, volume_m3: f64, air: Option<Air>) -> [f64; BANDS] {
+        let whole: f64 = self.areas_m2.iter().sum();
+        let air = air.map_or([0.0; BANDS], |air| air.decay_per_m());
+        std::array::from_fn(|band| {
+            let taken = self.areas_m2.iter().zip(&self.materials).map(|(s, m)| s * f64::from(m.absorption[band])).sum::<f64>();
+            let walls = -whole / (4.0 * volume_m3) * (1.0 - taken / whole).max(0.0).ln();
+            6.0 * std::f64::consts::LN_10 / (SPEED_OF_SOUND_M_S * (walls + f64::from(air[band])))
+        })
     }
 
     /// Materials by group of the mesh.
@@ -212,13 +256,6 @@ impl Leaf {
         let met = u >= -self.edge && v >= -self.edge && u + v <= steep.abs() + self.edge && t >= ray.tmin && t < ray.tmax;
         if met { t } else { f32::INFINITY }
     }
-}
-
-/// The normal of a triangle; none of one whose height is below a millionth of its longest side.
-pub(crate) fn normal(a: DVec3, b: DVec3, c: DVec3) -> Option<DVec3> {
-    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-    let cross = (b - a).cross(c - a);
-    (cross.length() > 1e-6 * longest).then(|| cross.normalize()).filter(|n| n.is_finite())
 }
 
 /// Planes that differ.

@@ -29,7 +29,7 @@ pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
 pub(crate) use render::RenderArgs;
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-pub(crate) use simulate::{Simulate, SimulateBoxArgs};
+pub(crate) use simulate::{Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
 
@@ -64,10 +64,7 @@ pub(crate) enum Command {
     /// Make the anchors of a model: of a reconstruction, a cloud of points or splats, a mesh or a box
     Anchors(Box<AnchorsArgs>),
     /// Make binaural responses of a simulated room, to bake or to train on
-    Simulate {
-        #[command(subcommand)]
-        what: Box<Simulate>,
-    },
+    Simulate(Box<SimulateArgs>),
     /// Show what a scene file holds
     Inspect(InspectArgs),
     /// Compare a scene with the measurements held out of it and its streams with its model's clips, or measure a response
@@ -116,6 +113,9 @@ mod tests {
             "path a --fps 2 --simplify 1,1",
             "anchors a -o b",
             "simulate box --size 1,1,1 --emitter 0,0,0 --head h -o b --path p --fit 1 --length 1",
+            "simulate a.obj --source 1,1,1 --materials *=0.1:0.2,b=felt --scale 2 --head h -o b --path p --margin 1 --length 1",
+            "simulate a.obj --source 1,1,1 --head h -o b --grid 1 --turns 4",
+            "simulate materials",
             "inspect a",
             "measure a --seconds 1",
             "capture from-responses a -o b",

@@ -36,7 +36,7 @@ fn main() -> ExitCode {
         args::Command::Host(a) => host::run(&a),
         args::Command::Path(a) => path::run(&a),
         args::Command::Anchors(a) => anchors::run(&a),
-        args::Command::Simulate { what } => simulate::run(&what),
+        args::Command::Simulate(args) => simulate::run(&args),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
         args::Command::Capture { command } => capture::run(&command),

@@ -14,6 +14,18 @@ pub(crate) fn of_sound(seconds: f64) -> Bar {
     Bar(bar)
 }
 
+/// A bar over the whole of some work, 1, with the time that is left.
+pub(crate) fn of_work() -> Bar {
+    let bar = ProgressBar::new(in_tenths(SHARES));
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %, {eta} left") {
+        bar.set_style(style);
+    }
+    Bar(bar)
+}
+
+/// Steps of a bar over shares of work.
+pub(crate) const SHARES: f64 = 100.0;
+
 pub(crate) struct Bar(ProgressBar);
 
 impl Bar {

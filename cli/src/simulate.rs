@@ -1,17 +1,140 @@
 //! `promenade simulate`: responses of rooms that nobody has measured.
 
-use crate::args::{Simulate, SimulateBoxArgs};
+use crate::args::{Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{path, progress, report};
-use anyhow::{Context, Result};
-use promenade_baker::simulation::{BoxOptions, BoxRoom, Hrtf, along, fit, random_poses, simulate_box};
+use anyhow::{Context, Result, bail};
+use promenade_acoustics::{Air, Entry, LateField, Materials, Mesh, Room};
+use promenade_baker::simulation::{
+    BoxOptions, BoxRoom, Hrtf, Inside, MeshOptions, Simulated, along, fit, grid, random_inside, random_poses, simulate_box,
+    simulate_mesh, turned,
+};
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
 use promenade_paths::ImportOptions;
+use std::path::Path;
+use std::time::Instant;
 
-pub(crate) fn run(what: &Simulate) -> Result<()> {
-    match what {
-        Simulate::Box(args) => box_room(args),
+/// Lengths that responses of a mesh have unless told, seconds.
+const SHORTEST_BY_ITSELF_S: f32 = 0.1;
+const LONGEST_BY_ITSELF_S: f32 = 4.0;
+
+pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
+    match (&args.what, &args.mesh) {
+        (Some(Simulate::Box(args)), _) => box_room(args),
+        (Some(Simulate::Materials), _) => materials(),
+        (None, Some(args)) => mesh_room(args),
+        (None, None) => bail!("expected a mesh of a room, `box` or `materials`"),
     }
+}
+
+fn materials() -> Result<()> {
+    let table = Materials::default();
+    let absorbing = table.absorbing().map(|entry| ("absorbs", entry));
+    let rows = absorbing.chain(table.scattering().map(|entry| ("scatters", entry)));
+    let row = |(does, (name, entry)): (&str, (&str, &Entry))| {
+        let shares: Vec<String> = entry.shares.iter().map(|s| format!("{s:.2}")).collect();
+        format!("{name:<32}{does:<10}{}  {}\n", shares.join(" "), entry.description)
+    };
+    report::print(&rows.map(row).collect::<String>())
+}
+
+fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
+    let began = Instant::now();
+    let (mesh, room) = room(args)?;
+    let size = mesh.report();
+    let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
+    let air = Air::default();
+    let eyring = room.eyring_t60_s(volume, Some(air));
+    let longest = eyring.iter().fold(0.0, |a: f64, b| a.max(*b)) as f32;
+    let inside = Inside::new(&mesh, &room, args.source, args.margin)?;
+    let poses = mesh_poses(args, &inside)?;
+    let set = Responses::load(&args.head, &LoadOptions::default())?;
+    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
+    let options = MeshOptions {
+        order: args.order,
+        beams: args.beams as usize,
+        rays: args.rays as usize,
+        length_s: args.length.unwrap_or(longest.clamp(SHORTEST_BY_ITSELF_S, LONGEST_BY_ITSELF_S)),
+        air: Some(air),
+        seed: args.seed,
+    };
+    let bar = progress::of_work();
+    let simulated =
+        simulate_mesh(&mesh, &room, args.source, &hrtf, &poses, &options, |share| bar.at(progress::SHARES * share))?;
+    drop(bar);
+    let Simulated { mut responses, late, images } = simulated;
+    responses.title = report::file_name(&args.room);
+    responses.notes.push(format!(
+        "simulated by promenade {}: image sources up to order {} of {} beams, {} rays with seed {}, head {} of {} directions",
+        env!("CARGO_PKG_VERSION"),
+        args.order,
+        args.beams,
+        args.rays,
+        args.seed,
+        set.title,
+        hrtf.directions()
+    ));
+    responses.save(&args.output)?;
+    let times = |times: [f64; 7]| times.map(|t| format!("{t:.2}")).join(", ");
+    eprintln!("note: {volume:.1} m3, {:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s", size.area_m2, times(eyring));
+    if let Some(t30) = mean_t30(&late) {
+        eprintln!("note: T30 of the rays: {} s", times(t30));
+    }
+    let escaped = late.escaped.iter().fold(0.0, |a: f32, b| a.max(*b));
+    if escaped > 0.01 {
+        eprintln!("note: {:.0} % of the energy left through openings of the mesh", 100.0 * escaped);
+    }
+    eprintln!(
+        "{}: {} responses of {:.2} s at {} Hz from {images} images and {} rays in {:.1} s",
+        args.output.display(),
+        responses.responses.len(),
+        options.length_s,
+        args.rate,
+        args.rays,
+        began.elapsed().as_secs_f64()
+    );
+    Ok(())
+}
+
+/// The mesh with its materials, and what is odd about it as notes.
+fn room(args: &SimulateMeshArgs) -> Result<(Mesh, Room)> {
+    let mut mesh = Mesh::load(&args.room)?;
+    mesh.scale(args.scale);
+    let mut notes = mesh.report().warnings();
+    if let [only] = &mesh.groups[..]
+        && !args.materials.iter().any(|(pattern, _)| pattern == only || pattern == "*")
+    {
+        notes.push(format!("all triangles are of {only:?}: they are sorted into floor, ceiling and wall by where they look"));
+        mesh.group_by_direction();
+    }
+    report::notes(&notes);
+    let materials = Materials::default().assign(&mesh.groups, &args.materials);
+    let materials = materials.with_context(|| format!("{}: not every group has a material", args.room.display()))?;
+    let room = Room::new(&mesh, &materials).with_context(|| format!("{}: makes no room", args.room.display()))?;
+    Ok((mesh, room))
+}
+
+fn mesh_poses(args: &SimulateMeshArgs, inside: &Inside<'_>) -> Result<Vec<Pose>> {
+    if let Some(file) = &args.path {
+        return walk(file, args.poses);
+    }
+    if let Some(spacing) = args.grid {
+        return Ok(turned(&grid(inside, spacing, args.height)?, args.turns.unwrap_or(1) as usize));
+    }
+    if !args.at.is_empty() {
+        return Ok(turned(&args.at, args.turns.unwrap_or(24) as usize));
+    }
+    Ok(random_inside(inside, args.poses.unwrap_or(100) as usize, args.seed)?)
+}
+
+/// By octave the mean over all places that have one; `None` if an octave has none.
+fn mean_t30(late: &LateField) -> Option<[f64; 7]> {
+    let mut means = [0.0; 7];
+    for (band, mean) in means.iter_mut().enumerate() {
+        let all: Vec<f64> = late.echograms.iter().filter_map(|e| e.t30_s(band)).collect();
+        *mean = all.iter().sum::<f64>() / all.len() as f64;
+    }
+    means.iter().all(|m| m.is_finite()).then_some(means)
 }
 
 fn box_room(args: &SimulateBoxArgs) -> Result<()> {
@@ -50,14 +173,19 @@ fn poses(args: &SimulateBoxArgs, room: &BoxRoom) -> Result<Vec<Pose>> {
         let count = args.poses.unwrap_or(100) as usize;
         return Ok(random_poses(room, args.emitter, count, args.margin, args.seed)?);
     };
-    let walk = path::read(file, &ImportOptions::default())?;
-    report::notes(&walk.notes);
-    let poses = match args.poses {
-        Some(count) => along(&walk.path, count as usize),
-        None => walk.path.keyframes().iter().map(|k| k.pose).collect(),
-    };
+    let poses = walk(file, args.poses)?;
     match args.fit {
         Some(margin) => fit(&poses, room, margin).with_context(|| format!("{}: does not fit", file.display())),
         None => Ok(poses),
     }
+}
+
+/// The poses of a walk: so many evenly over its time, or its keyframes.
+fn walk(file: &Path, count: Option<u32>) -> Result<Vec<Pose>> {
+    let walk = path::read(file, &ImportOptions::default())?;
+    report::notes(&walk.notes);
+    Ok(match count {
+        Some(count) => along(&walk.path, count as usize),
+        None => walk.path.keyframes().iter().map(|k| k.pose).collect(),
+    })
 }

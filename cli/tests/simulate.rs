@@ -142,3 +142,53 @@ fn a_box_is_simulated_along_a_walk() {
         assert!(!folder.path().join("not").exists(), "{more:?}");
     }
 }
+
+/// A closed room of 6 x 4 x 2.8 m with named materials.
+const ROOM: &str = "v 0 0 0\nv 6 0 0\nv 6 4 0\nv 0 4 0\nv 0 0 2.8\nv 6 0 2.8\nv 6 4 2.8\nv 0 4 2.8\n\
+    usemtl carpet_thin\nf 1 2 3 4\nusemtl top\nf 5 8 7 6\nusemtl plasterboard\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+
+#[test]
+fn a_mesh_is_simulated_at_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    head(&folder.path().join("head"));
+    let (ears, mesh, out) = (text("head"), text("room.obj"), text("out"));
+    std::fs::write(&mesh, ROOM).unwrap();
+    let room = ["simulate", &mesh, "--source", "3,3.2,1.5", "--head", &ears, "--rate", "16000", "--length", "0.1"];
+    let quick = ["--rays", "500", "--beams", "512", "--order", "2", "-o", &out];
+    let room = [&room[..], &quick].concat();
+    let (_, said) = succeeds(&[&room[..], &["--materials", "top=0.3:0.5", "--at", "3,0.5,1.2", "--turns", "4"]].concat());
+    assert!(said.contains("4 responses of 0.10 s at 16000 Hz from") && said.contains("67.2 m3"), "{said}");
+    let set = Responses::load(Path::new(&out), &LoadOptions::default()).unwrap();
+    assert_eq!((set.responses.len(), set.title.as_str()), (4, "room.obj"));
+    // It is to the left of one who looks along x, and to the right of one who has turned round.
+    let side = |i: usize| ild_db(&set.responses[i].left, &set.responses[i].right).unwrap();
+    assert!(side(0) > 2.0 && side(2) < -2.0, "{} and {} dB", side(0), side(2));
+
+    std::fs::remove_dir_all(&out).unwrap();
+    let (_, said) = succeeds(&[&room[..], &["--materials", "top=brickwork", "--grid", "1"]].concat());
+    // The margin leaves 5 by 3 of 7 by 5, and the emitter is 0.5 m off all.
+    let places = Responses::load(Path::new(&out), &LoadOptions::default()).unwrap().responses.len();
+    assert!((14..=15).contains(&places), "{said}");
+
+    std::fs::write(text("leak.obj"), ROOM.replace("f 5 8 7 6\n", "")).unwrap();
+    for (more, clue) in [
+        (vec![], "room.obj: not every group has a material: material: expected a name of the table, perhaps"),
+        (vec!["--materials", "top=brikwork"], "perhaps brickwork"),
+        (vec!["--materials", "top=0.1,door=0.2"], "expected one that fits a group of the mesh: carpet_thin, top, plasterboard"),
+        (vec!["--materials", "top=2"], "absorption of 2: expected 0 to 1, found 2"),
+        (vec!["--materials", "top=0.1", "--at", "3,3.2,1.5"], "at least 0.1 m from the emitter"),
+        (vec!["--materials", "top=0.1", "--grid", "1", "--height", "9"], "grid: expected a place in the room, found none"),
+    ] {
+        let said = fails(&[&room[..], &more].concat());
+        assert!(said.contains(clue), "{more:?}: {said}");
+    }
+    let leak: Vec<&str> = room.iter().map(|a| if *a == mesh { "LEAK" } else { a }).collect();
+    let file = text("leak.obj");
+    let leak: Vec<&str> = leak.iter().map(|a| if *a == "LEAK" { file.as_str() } else { a }).collect();
+    std::fs::remove_dir_all(&out).unwrap();
+    let (_, said) = succeeds(&[&leak[..], &["--at", "3,0.5,1.2"]].concat());
+    assert!(said.contains("4 edges, 20.00 m, have one triangle only") && said.contains("% of the energy left through"), "{said}");
+    let (table, _) = succeeds(&["simulate", "materials"]);
+    assert!(table.contains("carpet_thin") && table.contains("0.02 0.04 0.08 0.20 0.35 0.40 0.40  ") && table.contains("scatters"));
+}

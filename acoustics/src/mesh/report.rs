@@ -1,7 +1,6 @@
 //! What is odd about a mesh.
 
-use super::Mesh;
-use crate::room::normal;
+use super::{Mesh, normal};
 use glam::DVec3;
 use std::collections::HashMap;
 

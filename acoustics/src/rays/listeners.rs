@@ -1,13 +1,10 @@
 //! Spheres that collect rays.
 
 use crate::error::{AcousticsError, place};
-use crate::lattice::direction;
 use crate::ray::Ray;
 use crate::room::Room;
 use glam::DVec3;
 
-/// Directions in which a listener's distance from walls is taken.
-const AROUND: usize = 128;
 /// Least radius, as a share of the one asked for: right at a wall part of a sphere is behind it.
 const LEAST_RADIUS: f64 = 0.2;
 /// Listeners that are compared with a ray together.
@@ -37,8 +34,8 @@ impl Listeners {
         let mut blocks = vec![empty; places.len().div_ceil(BLOCK)];
         for (i, at) in places.iter().enumerate() {
             let at = place(&format!("listener {i}"), *at)?;
-            let clear = (0..AROUND).filter_map(|k| Ray::new(at, direction(k, AROUND)).cast(room)).map(|hit| hit.distance);
-            let radius = clear.fold(radius, f64::min).max(LEAST_RADIUS * radius);
+            let clear = room.surroundings(at.to_array())?.clearance_m;
+            let radius = radius.min(clear).max(LEAST_RADIUS * radius);
             let block = &mut blocks[i / BLOCK];
             let [x, y, z] = (at - origin).as_vec3().to_array();
             (block.x[i % BLOCK], block.y[i % BLOCK], block.z[i % BLOCK]) = (x, y, z);

@@ -14,7 +14,7 @@ mod walls;
 pub use box_room::{BoxOptions, BoxRoom, MAX_ORDER, simulate_box};
 pub use hrtf::Hrtf;
 pub use mesh_room::{MeshOptions, Simulated, simulate_mesh};
-pub use poses::{along, fit, random_poses, turned};
+pub use poses::{Inside, along, fit, grid, random_inside, random_poses, turned};
 pub use promenade_acoustics::OCTAVES_HZ;
 pub use promenade_core::network::SPEED_OF_SOUND_M_S;
 

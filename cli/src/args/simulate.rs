@@ -6,10 +6,92 @@ use promenade_baker::simulation::{Absorption, MAX_LENGTH_S};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(crate) struct SimulateArgs {
+    #[command(subcommand)]
+    pub(crate) what: Option<Simulate>,
+    #[command(flatten)]
+    pub(crate) mesh: Option<SimulateMeshArgs>,
+}
+
 #[derive(Debug, Subcommand)]
 pub(crate) enum Simulate {
     /// A box room with six walls, by image sources and a statistical tail
-    Box(SimulateBoxArgs),
+    Box(Box<SimulateBoxArgs>),
+    /// Print the table of materials
+    Materials,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SimulateMeshArgs {
+    /// Mesh of the room, metres, z up: .obj, .stl, .ply, .glb or .gltf
+    pub(crate) room: PathBuf,
+    /// Where the sound comes from, metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
+    pub(crate) source: Vec3,
+    /// Materials of the mesh's groups, the first that fits: PATTERN=ABSORPTION[:SCATTERING], each a name of the table, 1 number or 7 with
+    /// slashes between, in the octaves from 125 Hz to 8 kHz; `*` in a pattern stands for any letters. A group without a rule has the
+    /// material of its own name
+    #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule)]
+    pub(crate) materials: Vec<(String, String)>,
+    /// Metres of the mesh's unit
+    #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = within(1e-6, 1e6))]
+    pub(crate) scale: f64,
+    /// Head: free-field responses all around it, a SOFA file or a set of responses
+    #[arg(long, value_name = "FILE.sofa")]
+    pub(crate) head: PathBuf,
+    /// Walk of the listener in the mesh's coordinates, any form of camera path; without it, --at or --grid, random poses
+    #[arg(long, value_name = "WALK")]
+    pub(crate) path: Option<PathBuf>,
+    /// Listener poses, evenly over the walk's time or random ones [default: the walk's keyframes, or 100 random ones]
+    #[arg(long, value_name = "N", conflicts_with_all = ["at", "grid"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) poses: Option<u32>,
+    /// A listener at this place; may be given more than once
+    #[arg(long, value_name = "X,Y,Z", conflicts_with_all = ["path", "grid"], value_parser = parse_point)]
+    pub(crate) at: Vec<Vec3>,
+    /// Listeners on a grid of this spacing, metres
+    #[arg(long, value_name = "M", conflicts_with = "path", value_parser = within(0.01_f32, 1000.0))]
+    pub(crate) grid: Option<f32>,
+    /// Height of the grid over the lowest point of the mesh, metres
+    #[arg(long, value_name = "M", default_value_t = 1.5, requires = "grid", value_parser = within(0.0_f32, 1000.0))]
+    pub(crate) height: f32,
+    /// Directions that a listener of --at or --grid looks in, evenly round the circle [default: 24 at a place, 1 on a grid]
+    #[arg(long, value_name = "N", conflicts_with_all = ["path", "poses"], value_parser = clap::value_parser!(u32).range(1..=3600))]
+    pub(crate) turns: Option<u32>,
+    /// Distance of random poses and of a grid from surfaces, metres
+    #[arg(long, value_name = "M", default_value_t = 0.3, value_parser = within(0.0_f32, 1000.0))]
+    pub(crate) margin: f32,
+    /// Reflections that an image source has at most
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(0..=50))]
+    pub(crate) order: u32,
+    /// Beams that search the image sources
+    #[arg(long, value_name = "N", default_value_t = 8192, value_parser = clap::value_parser!(u32).range(1..=1 << 22))]
+    pub(crate) beams: u32,
+    /// Rays of the late field
+    #[arg(long, value_name = "N", default_value_t = 32_768, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
+    pub(crate) rays: u32,
+    /// Length of the responses, seconds [default: the longest reverberation time after Eyring, at most 4]
+    #[arg(long, value_name = "S", value_parser = within(0.001, MAX_LENGTH_S))]
+    pub(crate) length: Option<f32>,
+    /// Sample rate of the responses, hertz
+    #[arg(long, value_name = "HZ", default_value_t = 48_000, value_parser = clap::value_parser!(u32).range(8_000..=192_000))]
+    pub(crate) rate: u32,
+    /// Seed of rays, noise and random poses
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Folder to write: WAV files and a responses.json
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
+}
+
+fn parse_rule(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((pattern, material)) if !pattern.trim().is_empty() && !material.trim().is_empty() => {
+            Ok((pattern.trim().to_owned(), material.trim().to_owned()))
+        }
+        _ => Err(format!("expected PATTERN=MATERIAL, found {text:?}")),
+    }
 }
 
 #[derive(Debug, Args)]

@@ -3,11 +3,16 @@
 use super::box_room::BoxRoom;
 use crate::BakeError;
 use crate::signal::random::Random;
-use promenade_core::glam::Vec3;
+use promenade_acoustics::{Mesh, Room};
+use promenade_core::glam::{Vec2, Vec3};
 use promenade_core::{CameraPath, Pose};
 
 /// Least distance of a random head from the emitter, metres.
 const FROM_EMITTER_M: f32 = 0.5;
+/// Places of a grid, at most.
+const MOST_PLACES: f32 = 1e6;
+/// Share of the emitter's surfaces that a place has at least.
+const ENCLOSED: f64 = 0.9;
 /// Heads that are drawn for each that is wanted, at most.
 const TRIES: usize = 1000;
 
@@ -27,6 +32,84 @@ pub fn turned(places: &[Vec3], turns: usize) -> Vec<Pose> {
         std::f32::consts::TAU * if share > 0.5 { share - 1.0 } else { share }
     };
     places.iter().flat_map(|at| (0..turns).map(move |i| Pose::from_ypr(*at, yaw(i), 0.0, 0.0))).collect()
+}
+
+/// Places of a mesh's room on a grid, metres apart, at a height over its lowest point: those that [`Inside`] holds.
+///
+/// # Errors
+/// A spacing that is not above 0 or makes more than a million places, a room without such a place.
+pub fn grid(inside: &Inside<'_>, spacing_m: f32, height_m: f32) -> Result<Vec<Vec3>, BakeError> {
+    let [low, high] = inside.bounds;
+    let steps = ((high - low) / spacing_m).truncate().floor();
+    if !(spacing_m > 0.0 && steps.is_finite() && steps.x * steps.y < MOST_PLACES) {
+        let found = format!("{spacing_m} m for a room of {} m", high - low);
+        return Err(BakeError::argument("grid", "a spacing of at most a million places", found));
+    }
+    // The same distance is left over on both sides.
+    let first = 0.5 * (high + low).truncate() - 0.5 * spacing_m * steps;
+    let (columns, rows) = (steps.x as usize + 1, steps.y as usize + 1);
+    let all = (0..rows)
+        .flat_map(|j| (0..columns).map(move |i| (first + spacing_m * Vec2::new(i as f32, j as f32)).extend(low.z + height_m)));
+    let places: Vec<Vec3> = all.filter(|at| inside.holds(*at)).collect();
+    if places.is_empty() {
+        let found = format!("none at a height of {height_m} m and {} m off surfaces", inside.margin_m);
+        return Err(BakeError::argument("grid", "a place in the room", found));
+    }
+    Ok(places)
+}
+
+/// Heads at random places of a mesh's room, turned as those of [`random_poses`]. The same each time for one seed.
+///
+/// # Errors
+/// A room in which places that [`Inside`] holds are too rare.
+pub fn random_inside(inside: &Inside<'_>, count: usize, seed: u64) -> Result<Vec<Pose>, BakeError> {
+    let [low, high] = inside.bounds;
+    let mut random = Random::new(seed ^ 0x5EED_0F90_5E50);
+    let mut poses = Vec::with_capacity(count);
+    for _ in 0..count.saturating_mul(TRIES) {
+        if poses.len() == count {
+            break;
+        }
+        let position = low + (high - low) * Vec3::new(random.uniform(), random.uniform(), random.uniform());
+        if inside.holds(position) {
+            poses.push(turned_anywhere(position, &mut random));
+        }
+    }
+    if poses.len() < count {
+        let expected = format!("one that leaves places {FROM_EMITTER_M} m off the emitter");
+        return Err(BakeError::argument("margin", expected, format!("{} m", inside.margin_m)));
+    }
+    Ok(poses)
+}
+
+/// Which places of a mesh's room heads may be at: a margin off its surfaces, 0.5 m off the emitter, and as much enclosed as the emitter.
+#[derive(Debug)]
+pub struct Inside<'a> {
+    room: &'a Room,
+    /// Least and greatest coordinates, metres.
+    bounds: [Vec3; 2],
+    emitter: Vec3,
+    margin_m: f32,
+    /// Least share of directions in which a place has a surface.
+    enclosed: f64,
+}
+
+impl<'a> Inside<'a> {
+    /// # Errors
+    /// An emitter that is not finite.
+    pub fn new(mesh: &Mesh, room: &'a Room, emitter: Vec3, margin_m: f32) -> Result<Self, BakeError> {
+        let bounds = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
+        let enclosed = ENCLOSED * room.surroundings(emitter.as_dvec3().to_array())?.enclosed;
+        Ok(Self { room, bounds, emitter, margin_m, enclosed })
+    }
+
+    /// Whether a head may be at a place.
+    #[must_use]
+    pub fn holds(&self, at: Vec3) -> bool {
+        let lies = self.room.surroundings(at.as_dvec3().to_array());
+        at.distance(self.emitter) >= FROM_EMITTER_M
+            && lies.is_ok_and(|s| s.clearance_m >= f64::from(self.margin_m) && s.enclosed >= self.enclosed)
+    }
 }
 
 /// Moves and scales poses together, so that the box around them touches the room's walls less a margin in metres, in one direction at
@@ -63,8 +146,7 @@ pub fn random_poses(room: &BoxRoom, emitter: Vec3, count: usize, margin_m: f32, 
         }
         let share = Vec3::new(random.uniform(), random.uniform(), random.uniform());
         let position = Vec3::splat(margin_m) + left * share;
-        let mut within = |degrees: f32| (degrees * (2.0 * random.uniform() - 1.0)).to_radians();
-        let pose = Pose::from_ypr(position, within(180.0), within(30.0), within(15.0));
+        let pose = turned_anywhere(position, &mut random);
         if position.distance(emitter) >= FROM_EMITTER_M {
             poses.push(pose);
         }
@@ -74,6 +156,11 @@ pub fn random_poses(room: &BoxRoom, emitter: Vec3, count: usize, margin_m: f32, 
         return Err(BakeError::argument("margin", expected, format!("{margin_m} m")));
     }
     Ok(poses)
+}
+
+fn turned_anywhere(position: Vec3, random: &mut Random) -> Pose {
+    let mut within = |degrees: f32| (degrees * (2.0 * random.uniform() - 1.0)).to_radians();
+    Pose::from_ypr(position, within(180.0), within(30.0), within(15.0))
 }
 
 /// Size of the room less its margins.
