@@ -68,7 +68,8 @@ fn main() {
     let listeners: Vec<[f64; 3]> = (0..500).map(place).collect();
     let began = Instant::now();
     let images = Images::new(&room, L_SOURCE, &ImageOptions::default()).expect("images");
-    let seen = listeners.iter().map(|l| images.seen_from(&room, *l, Share::Specular).map_or(0, |seen| seen.len())).sum::<usize>();
+    let seen =
+        listeners.iter().map(|l| images.seen_from(&room, *l, Share::Specular).map_or(0, |seen| seen.len())).sum::<usize>();
     let options = RayOptions { rays: 65_536, ..RayOptions::default() };
     black_box(late_field(&room, L_SOURCE, &listeners, &options, |_| ()).expect("rays"));
     println!("500 places, 7 octaves, order 6, 65536 rays of 1 s: {:.1} s, {seen} images", began.elapsed().as_secs_f64());

@@ -14,10 +14,6 @@ use promenade_paths::ImportOptions;
 use std::path::Path;
 use std::time::Instant;
 
-/// Lengths that responses of a mesh have unless told, seconds.
-const SHORTEST_BY_ITSELF_S: f32 = 0.1;
-const LONGEST_BY_ITSELF_S: f32 = 4.0;
-
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     match (&args.what, &args.mesh) {
         (Some(Simulate::Box(args)), _) => box_room(args),
@@ -45,7 +41,6 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
     let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
     let air = Air::default();
     let eyring = room.eyring_t60_s(volume, Some(air));
-    let longest = eyring.iter().fold(0.0, |a: f64, b| a.max(*b)) as f32;
     let inside = Inside::new(&mesh, &room, args.source, args.margin)?;
     let poses = mesh_poses(args, &inside)?;
     let set = Responses::load(&args.head, &LoadOptions::default())?;
@@ -54,7 +49,7 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
         order: args.order,
         beams: args.beams as usize,
         rays: args.rays as usize,
-        length_s: args.length.unwrap_or(longest.clamp(SHORTEST_BY_ITSELF_S, LONGEST_BY_ITSELF_S)),
+        length_s: args.length,
         air: Some(air),
         seed: args.seed,
     };
@@ -75,10 +70,11 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
         hrtf.directions()
     ));
     responses.save(&args.output)?;
+    let frames = responses.responses.first().map_or(0, |r| r.left.len());
     let times = |times: [f64; 7]| times.map(|t| format!("{t:.2}")).join(", ");
     eprintln!("note: {volume:.1} m3, {:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s", size.area_m2, times(eyring));
     if let Some(t30) = mean_t30(&late) {
-        eprintln!("note: T30 of the rays: {} s", times(t30));
+        eprintln!("note: T30 of the scattered sound: {} s", times(t30));
     }
     let escaped = late.escaped.iter().fold(0.0, |a: f32, b| a.max(*b));
     if escaped > 0.01 {
@@ -88,7 +84,7 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
         "{}: {} responses of {:.2} s at {} Hz from {images} images and {} rays in {:.1} s",
         args.output.display(),
         responses.responses.len(),
-        options.length_s,
+        frames as f64 / f64::from(args.rate),
         args.rate,
         args.rays,
         began.elapsed().as_secs_f64()
@@ -109,7 +105,7 @@ fn room(args: &SimulateMeshArgs) -> Result<(Mesh, Room)> {
     }
     report::notes(&notes);
     let materials = Materials::default().assign(&mesh.groups, &args.materials);
-    let materials = materials.with_context(|| format!("{}: not every group has a material", args.room.display()))?;
+    let materials = materials.with_context(|| format!("{}: its materials cannot be found", args.room.display()))?;
     let room = Room::new(&mesh, &materials).with_context(|| format!("{}: makes no room", args.room.display()))?;
     Ok((mesh, room))
 }

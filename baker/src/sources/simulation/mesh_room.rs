@@ -18,6 +18,13 @@ use promenade_fourier::num_complex::Complex32;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Lengths that responses have unless told, seconds.
+const SHORTEST_BY_ITSELF_S: f64 = 0.1;
+const LONGEST_BY_ITSELF_S: f64 = 4.0;
+/// Rays and places that tell how long a room sounds.
+const PILOT_RAYS: usize = 4096;
+const PILOT_PLACES: usize = 8;
+
 /// How responses are computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshOptions {
@@ -27,8 +34,9 @@ pub struct MeshOptions {
     pub beams: usize,
     /// Rays of the late field.
     pub rays: usize,
-    /// Length of the responses in seconds, above 0 and at most [`MAX_LENGTH_S`].
-    pub length_s: f32,
+    /// Length of the responses in seconds, above 0 and at most [`MAX_LENGTH_S`]; without it the longest T30 of the octaves that a few rays
+    /// show, but at most 4.
+    pub length_s: Option<f32>,
     /// What the air takes; nothing without it.
     pub air: Option<Air>,
     /// Seed of rays and noise.
@@ -65,10 +73,14 @@ pub fn simulate_mesh(
 ) -> Result<Simulated, BakeError> {
     check(emitter, poses, options)?;
     let rate = hrtf.bins.sample_rate_hz;
-    let length = (f64::from(options.length_s) * rate).ceil() as usize;
     let source = emitter.as_dvec3().to_array();
     let places = distinct(poses);
     let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
+    let length_s = match options.length_s {
+        Some(length_s) => f64::from(length_s),
+        None => natural_length_s(room, source, &listeners, options)?,
+    };
+    let length = (length_s * rate).ceil() as usize;
     let images = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
     let images = Images::new(room, source, &images)?;
     let tail = Tail::new(hrtf, length, options.seed);
@@ -120,9 +132,8 @@ pub fn simulate_mesh(
 }
 
 fn check(emitter: Vec3, poses: &[Pose], options: &MeshOptions) -> Result<(), BakeError> {
-    if !(1e-3..=MAX_LENGTH_S).contains(&options.length_s) {
-        let expected = format!("0.001 to {MAX_LENGTH_S} s");
-        return Err(BakeError::argument("length of the responses", expected, options.length_s));
+    if let Some(s) = options.length_s.filter(|s| !(1e-3..=MAX_LENGTH_S).contains(s)) {
+        return Err(BakeError::argument("length of the responses", format!("0.001 to {MAX_LENGTH_S} s"), s));
     }
     for (index, pose) in poses.iter().enumerate() {
         if !pose.is_valid() || pose.position.distance(emitter) < LEAST_DISTANCE_M {
@@ -131,6 +142,29 @@ fn check(emitter: Vec3, poses: &[Pose], options: &MeshOptions) -> Result<(), Bak
         }
     }
     Ok(())
+}
+
+/// The longest T30 of the octaves that a few rays show at some places, seconds, between what a room and what memory should have.
+fn natural_length_s(room: &Room, source: [f64; 3], listeners: &[[f64; 3]], options: &MeshOptions) -> Result<f64, BakeError> {
+    let some: Vec<[f64; 3]> = listeners.iter().step_by(listeners.len().div_ceil(PILOT_PLACES).max(1)).copied().collect();
+    // Half again as long as what is kept, so that a decay that just fits is measured.
+    let pilot = RayOptions {
+        rays: options.rays.min(PILOT_RAYS),
+        length_s: 1.5 * LONGEST_BY_ITSELF_S,
+        bin_s: 0.01,
+        image_order: 0,
+        radius_m: None,
+        air: options.air,
+        seed: options.seed,
+    };
+    let late = late_field(room, source, &some, &pilot, |_| ())?;
+    let mean = |band: usize| {
+        let times: Vec<f64> = late.echograms.iter().filter_map(|e| e.t30_s(band)).collect();
+        times.iter().sum::<f64>() / times.len() as f64
+    };
+    // An octave without a decay in sight has no mean, and `max` passes over it.
+    let longest = (0..OCTAVES_HZ.len()).map(mean).fold(0.0, f64::max);
+    Ok(longest.max(SHORTEST_BY_ITSELF_S).min(LONGEST_BY_ITSELF_S))
 }
 
 /// The places of heads, each once.

@@ -40,7 +40,7 @@ pub fn turned(places: &[Vec3], turns: usize) -> Vec<Pose> {
 /// A spacing that is not above 0 or makes more than a million places, a room without such a place.
 pub fn grid(inside: &Inside<'_>, spacing_m: f32, height_m: f32) -> Result<Vec<Vec3>, BakeError> {
     let [low, high] = inside.bounds;
-    let steps = ((high - low) / spacing_m).truncate().floor();
+    let steps = ((high - low - Vec3::splat(2.0 * inside.margin_m)) / spacing_m).truncate().floor().max(Vec2::ZERO);
     if !(spacing_m > 0.0 && steps.is_finite() && steps.x * steps.y < MOST_PLACES) {
         let found = format!("{spacing_m} m for a room of {} m", high - low);
         return Err(BakeError::argument("grid", "a spacing of at most a million places", found));

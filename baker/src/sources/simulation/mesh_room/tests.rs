@@ -1,6 +1,6 @@
 use super::*;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
-use crate::sources::simulation::{BoxOptions, BoxRoom, simulate_box};
+use crate::sources::simulation::{BoxOptions, BoxRoom, Inside, grid, random_inside, simulate_box, turned};
 use promenade_acoustics::{Material, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
 
@@ -8,7 +8,7 @@ const SIZE: Vec3 = Vec3::new(7.0, 5.0, 3.0);
 const EMITTER: Vec3 = Vec3::new(3.1, 2.3, 1.9);
 
 fn options(order: u32, length_s: f32) -> MeshOptions {
-    MeshOptions { order, beams: 8192, rays: 6000, length_s, air: None, seed: 1 }
+    MeshOptions { order, beams: 8192, rays: 6000, length_s: Some(length_s), air: None, seed: 1 }
 }
 
 fn room(size: Vec3, absorption: [f32; 6], scattering: f32) -> (Mesh, Room) {
@@ -66,6 +66,31 @@ fn a_room_that_scatters_decays_after_eyring_in_every_octave_alike() {
         let diffuse = 4.0 * std::f64::consts::PI * 343.0 / 105.0 / decay * (-0.1 * decay).exp();
         assert!((10.0 * (late / diffuse).log10()).abs() < 1.5, "{late} for {diffuse}");
     }
+}
+
+#[test]
+fn responses_are_as_long_as_the_room_sounds() {
+    let options = MeshOptions { length_s: None, rays: 1000, ..options(1, 1.0) };
+    let simulated = simulate(&room(SIZE, [0.2; 6], 0.5), EMITTER, &transparent(), &[at(1.0, 1.0, 1.0)], &options);
+    let length = simulated.responses.responses[0].left.len() as f64 / f64::from(RATE);
+    assert!((length / 0.55 - 1.0).abs() < 0.1, "{length} s");
+}
+
+#[test]
+fn places_in_a_mesh_are_off_its_walls() {
+    let (mesh, room) = room(Vec3::new(1.5, 18.0, 2.7), [0.2; 6], 0.4);
+    let inside = Inside::new(&mesh, &room, Vec3::new(0.7, 2.0, 1.2), 0.4).unwrap();
+    let places = grid(&inside, 1.0, 1.5).unwrap();
+    assert!(places.len() == 18 && places.iter().all(|p| (p.x, p.z) == (0.75, 1.5) && inside.holds(*p)), "{places:?}");
+    assert!(grid(&inside, 0.0001, 1.5).is_err() && grid(&inside, f32::NAN, 1.5).is_err());
+    assert!(!inside.holds(Vec3::new(0.2, 9.0, 1.5)) && !inside.holds(Vec3::new(9.0, 9.0, 1.5)));
+    let heads = random_inside(&inside, 20, 3).unwrap();
+    assert!(heads.iter().all(|h| inside.holds(h.position)) && heads == random_inside(&inside, 20, 3).unwrap());
+    let narrow = Inside::new(&mesh, &room, Vec3::new(0.7, 2.0, 1.2), 0.8).unwrap();
+    assert!(random_inside(&narrow, 1, 3).is_err() && grid(&narrow, 1.0, 1.5).is_err());
+    let turned = turned(&[Vec3::X, Vec3::Y], 4);
+    let yaws: Vec<f32> = turned.iter().map(|p| p.ypr().0.to_degrees().round().rem_euclid(360.0)).collect();
+    assert_eq!((turned[4].position, &yaws[..4]), (Vec3::Y, &[0.0, 90.0, 180.0, 270.0][..]));
 }
 
 #[test]
