@@ -164,7 +164,7 @@ fn natural_length_s(room: &Room, source: [f64; 3], listeners: &[[f64; 3]], optio
     };
     // An octave without a decay in sight has no mean, and `max` passes over it.
     let longest = (0..OCTAVES_HZ.len()).map(mean).fold(0.0, f64::max);
-    Ok(longest.max(SHORTEST_BY_ITSELF_S).min(LONGEST_BY_ITSELF_S))
+    Ok(longest.clamp(SHORTEST_BY_ITSELF_S, LONGEST_BY_ITSELF_S))
 }
 
 /// The places of heads, each once.
