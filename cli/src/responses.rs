@@ -5,7 +5,7 @@ use crate::{progress, report};
 use anyhow::{Context, Result};
 use promenade_baker::ambisonic::{AmbisonicResponses, Normalisation};
 use promenade_baker::responses::{Describe, describe};
-use promenade_baker::shoebox::Hrtf;
+use promenade_baker::simulation::Hrtf;
 use promenade_baker::{LoadOptions, Responses};
 
 pub(crate) fn run(command: &ResponsesCommand) -> Result<()> {

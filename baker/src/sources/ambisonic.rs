@@ -12,7 +12,7 @@ mod ears;
 mod harmonics;
 mod load;
 
-use crate::sources::shoebox::Hrtf;
+use crate::sources::simulation::Hrtf;
 use crate::{BakeError, Response, Responses};
 use arrivals::Arrivals;
 use decoder::{RESOLVED_HZ, filters};

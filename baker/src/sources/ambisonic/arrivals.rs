@@ -3,7 +3,7 @@
 use super::direction::{FirstOrder, mean};
 use super::ears::Frame;
 use super::harmonics::{harmonics, lattice};
-use crate::sources::shoebox::Hrtf;
+use crate::sources::simulation::Hrtf;
 use promenade_core::glam::{Quat, Vec3};
 use std::collections::BTreeMap;
 

@@ -4,7 +4,7 @@
 
 use super::ears::{Frame, spectra};
 use super::harmonics::{channels, harmonics, lattice};
-use crate::sources::shoebox::Hrtf;
+use crate::sources::simulation::Hrtf;
 use nalgebra::{Complex, Matrix2};
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;

@@ -1,6 +1,6 @@
 //! What a head makes of a direction, as impulse responses.
 
-use crate::sources::shoebox::Hrtf;
+use crate::sources::simulation::Hrtf;
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::signal;

@@ -126,7 +126,7 @@ pub fn simulate_mesh(
         licence: hrtf.licence.clone(),
         sample_rate_hz: rate,
         responses: responses.into_iter().map(|(_, response)| response).collect(),
-        notes: Vec::new(),
+        ..Responses::default()
     };
     Ok(Simulated { responses, images: images.count(), late })
 }
