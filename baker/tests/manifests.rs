@@ -138,3 +138,13 @@ fn real_acoustic_fields_keep_their_split() {
     let error = load_folder(folder.path(), &options).unwrap_err().to_string();
     assert!(error.contains("data-split.json: 1: expected a response in one list, found in two"), "{error}");
 }
+
+#[test]
+fn names_change_the_listener_of_the_manifest_where_they_say_more() {
+    let folder = folder_of(&[("x1_y2.wav", 0.0), ("x2_y2.wav", 0.1)]);
+    let text = r#"{"title":"t","pattern":"x{x}_y{y}.wav","source":[4,2,1.5],"listener":{"position":[9,9,1.5],"ypr":[30,0,0]}}"#;
+    std::fs::write(folder.path().join("responses.json"), text).unwrap();
+    let set = Responses::load(folder.path(), &LoadOptions::default()).unwrap();
+    assert_eq!(set.responses[1].listener.position, Vec3::new(2.0, 2.0, 1.5));
+    assert!((set.responses[1].listener.ypr().0.to_degrees() - 30.0).abs() < 1e-3);
+}

@@ -202,7 +202,8 @@ fn matching(
     found.sort_by(|a, b| a.0.iter().map(|v| v.1).partial_cmp(b.0.iter().map(|v| v.1)).unwrap_or(std::cmp::Ordering::Equal));
     for (numbers, name) in found {
         let mut entry = entry.clone();
-        let mut listener = entry.listener;
+        // What names do not say is as it is for all.
+        let mut listener = entry.listener.or(manifest.listener);
         for (field, value) in numbers {
             let value = value as f32;
             let metres = value * manifest.length_unit_m.unwrap_or(1.0);
