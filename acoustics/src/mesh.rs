@@ -1,5 +1,6 @@
 //! The shape of a room.
 
+mod file;
 mod gltf;
 mod obj;
 mod ply;

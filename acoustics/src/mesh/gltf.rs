@@ -1,6 +1,6 @@
 //! glTF files with their buffers in the file or beside it; groups are their materials, else their nodes.
 
-use super::read::bytes as bytes_of;
+use super::file::bytes as bytes_of;
 use super::{Mesh, Triangle};
 use crate::error::AcousticsError;
 use glam::{DMat4, DVec3};

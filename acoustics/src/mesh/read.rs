@@ -1,11 +1,9 @@
 //! Meshes from files.
 
+use super::file::bytes;
 use super::{Mesh, gltf, obj, ply, stl};
 use crate::error::AcousticsError;
 use std::path::Path;
-
-/// Largest file of a mesh, bytes.
-const MAX_FILE_BYTES: u64 = 1 << 30;
 
 impl Mesh {
     /// Reads a mesh after its ending: `.obj`, `.stl`, `.ply`, `.glb` or `.gltf`. Groups are the materials of the file, else its objects, else
@@ -32,12 +30,4 @@ impl Mesh {
         mesh.check().map_err(|e| AcousticsError::content(path, "a mesh that holds together", e))?;
         Ok(mesh)
     }
-}
-
-pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, AcousticsError> {
-    let size = std::fs::metadata(path).map_err(AcousticsError::read(path))?.len();
-    if size > MAX_FILE_BYTES {
-        return Err(AcousticsError::content(path, format!("at most {MAX_FILE_BYTES} bytes"), size));
-    }
-    std::fs::read(path).map_err(AcousticsError::read(path))
 }
