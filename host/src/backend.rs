@@ -37,6 +37,11 @@ pub(crate) trait Backend {
 
     fn tail(&mut self) -> Option<usize>;
 
+    /// Whether the last block's status lets a host stop playing it while its input is silent; `None` where the format has no such status.
+    fn may_sleep(&self) -> Option<bool> {
+        None
+    }
+
     fn save(&mut self) -> Result<Vec<u8>, HostError>;
 
     fn load(&mut self, state: &[u8]) -> Result<(), HostError>;

@@ -86,6 +86,8 @@ pub(crate) struct ClapPlugin {
     edits: Vec<Edit>,
     /// Samples since the activation.
     steady: u64,
+    /// Whether the last block's status lets it sleep.
+    may_sleep: bool,
 }
 
 impl ClapPlugin {
@@ -116,6 +118,7 @@ impl ClapPlugin {
             heard: EventBuffer::new(),
             edits: Vec::new(),
             steady: 0,
+            may_sleep: false,
         };
         opened.ports = Ports::choose(&mut opened.instance, &opened.info.name, setup.inputs)?;
         opened.start()?;
@@ -143,7 +146,7 @@ impl ClapPlugin {
             max_frames_count: u32::try_from(self.setup.block).unwrap_or(u32::MAX),
         };
         self.ports.fit(self.setup.block);
-        self.steady = 0;
+        (self.steady, self.may_sleep) = (0, false);
         let stopped = self.instance.activate(|_, _| (), config).map_err(|e| self.failed("be activated", e))?;
         let started = self.requests.on_audio_thread(|| stopped.start_processing());
         self.processor = Some(started.map_err(|e| self.failed("start", e))?);
@@ -280,7 +283,8 @@ impl Backend for ClapPlugin {
         let done = self
             .requests
             .on_audio_thread(|| processor.process(&inputs, &mut outputs, &events, &mut heard, steady, transport.as_ref()));
-        done.map_err(|e| self.failed("play", e))?;
+        let status = done.map_err(|e| self.failed("play", e))?;
+        self.may_sleep = status != ProcessStatus::Continue;
         self.steady += len as u64;
         self.ports.copy_out(output);
         self.listen();
@@ -301,6 +305,10 @@ impl Backend for ClapPlugin {
             TailLength::Finite(samples) => Some(samples as usize),
             TailLength::Infinite => None,
         }
+    }
+
+    fn may_sleep(&self) -> Option<bool> {
+        Some(self.may_sleep)
     }
 
     fn save(&mut self) -> Result<Vec<u8>, HostError> {

@@ -196,6 +196,13 @@ impl Instance {
         self.plugin.tail()
     }
 
+    /// Whether the plugin has said with the last block that it need not be played while its input and output are silent. `None` in
+    /// VST3, which has no such status.
+    #[must_use]
+    pub fn may_sleep(&self) -> Option<bool> {
+        self.plugin.may_sleep()
+    }
+
     /// The state of the plugin, for [`Instance::load`] of the same plugin and format.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! How many messages a second a port takes, from a sender that never rests.
 
 use promenade_plugin::osc::{Inbox, Listening, Osc, OscConfig, TrackerFormat};
+use promenade_plugin::parameter::Parameter;
 use promenade_plugin::params::PromenadeParams;
 use promenade_plugin::telemetry::Telemetry;
 use std::net::UdpSocket;
@@ -26,8 +27,9 @@ fn packet(bundled: bool) -> Vec<u8> {
 fn main() {
     let port = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a free port").port();
     let (params, inbox) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default());
-    params.osc.restore(OscConfig { on: true, port, format: TrackerFormat::Sparta, ..OscConfig::default() });
+    params.osc.restore(OscConfig { port, format: TrackerFormat::Sparta, ..OscConfig::default() });
     let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Telemetry::new());
+    params.remote.set(Parameter::Osc, 1.0, params.hosted(Parameter::Osc));
     osc.activate();
     while !matches!(osc.status().port.listening, Listening::At(_)) {
         std::thread::sleep(Duration::from_millis(5));

@@ -12,10 +12,12 @@ pub mod format;
 pub mod inbox;
 mod outlet;
 mod packet;
+mod permit;
 mod port;
 pub mod reading;
 mod receiver;
 pub mod status;
+mod switch;
 mod tracker;
 mod value;
 
@@ -33,20 +35,26 @@ pub use custom::{CustomArguments, CustomTracker};
 pub use format::TrackerFormat;
 pub use inbox::Inbox;
 pub use status::{Counts, Listening, OscStatus, PortStatus, Sending};
+pub use switch::Switch;
 
 use crate::lock::lock;
 use crate::params::PromenadeParams;
 use crate::telemetry::Telemetry;
+use crate::worker::Task;
 use outlet::Outlet;
+use permit::Permits;
 use port::Subscription;
 use receiver::Receiver;
+use std::io;
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 /// One instance's Open Sound Control. Its methods are for threads that may wait.
 pub struct Osc {
     params: Arc<PromenadeParams>,
     telemetry: Arc<Telemetry>,
     receiver: Arc<Receiver>,
+    permits: Permits,
     applied: Mutex<Applied>,
 }
 
@@ -54,20 +62,42 @@ pub struct Osc {
 #[derive(Default)]
 struct Applied {
     active: bool,
-    /// The settings that are in force.
-    config: Option<OscConfig>,
+    /// What the settings were made of.
+    wanted: Option<Wanted>,
+    /// Whether the project asks for the networks without a permit.
+    confined: bool,
     /// Or why it could not be made.
     subscription: Option<Result<Subscription, String>>,
     /// Or why it could not be made.
     outlet: Option<Result<Outlet, String>>,
 }
 
+/// What a project asks for.
+#[derive(Clone, PartialEq)]
+struct Wanted {
+    on: bool,
+    config: OscConfig,
+}
+
+impl Task for Osc {
+    fn run(&self) -> Option<Instant> {
+        self.apply();
+        None
+    }
+}
+
 impl Osc {
     /// Opens nothing yet. Restored settings are taken at once, from the first activation on.
     #[must_use]
     pub fn new(params: Arc<PromenadeParams>, inbox: Arc<Inbox>, telemetry: Arc<Telemetry>) -> Arc<Self> {
+        Self::with_permits(params, inbox, telemetry, Permits::of_this_machine())
+    }
+
+    fn with_permits(params: Arc<PromenadeParams>, inbox: Arc<Inbox>, telemetry: Arc<Telemetry>, permits: Permits) -> Arc<Self> {
+        let host = Arc::downgrade(&params);
+        params.remote.save_beside(move |parameter| host.upgrade().map_or(0.0, |params| params.hosted(parameter)));
         let receiver = Receiver::new(Arc::clone(&params), inbox);
-        let osc = Arc::new(Self { params, telemetry, receiver, applied: Mutex::default() });
+        let osc = Arc::new(Self { params, telemetry, receiver, permits, applied: Mutex::default() });
         osc.params.osc.on_restore(&osc, Self::apply);
         osc
     }
@@ -78,33 +108,50 @@ impl Osc {
         self.apply();
     }
 
-    /// Takes the settings that `params.osc` has. The editor calls it when it has changed them.
+    /// Takes the switch and the settings that the parameters have. The editor calls it when it has changed them.
     pub fn apply(&self) {
         let mut applied = lock(&self.applied);
-        let (config, _) = self.params.osc.get();
-        if !applied.active || applied.config.as_ref() == Some(&config) {
+        let wanted = Wanted { on: self.params.receives_osc(), config: self.params.osc.get().0 };
+        if !applied.active || applied.wanted.as_ref() == Some(&wanted) {
             return;
         }
-        let before = applied.config.replace(config.clone());
-        let changed = |part: fn(&OscConfig, &OscConfig) -> bool| before.as_ref().is_none_or(|before| part(before, &config));
-        if changed(|a, b| (a.on, a.port, a.interface) != (b.on, b.port, b.interface)) {
+        let before = applied.wanted.replace(wanted.clone()).map(|before| (before.on, before.config));
+        let Wanted { on, mut config } = wanted;
+        applied.confined = config.interface == Interface::Any && !self.permits.include(&config.permit);
+        let changed =
+            |part: fn(&OscConfig, &OscConfig) -> bool| before.as_ref().is_none_or(|(_, before)| part(before, &config));
+        let switched = before.as_ref().is_none_or(|(before, _)| *before != on);
+        if switched || changed(|a, b| (a.port, a.interface, &a.permit) != (b.port, b.interface, &b.permit)) {
             self.receiver.close();
             applied.subscription = None;
         }
-        if config.on {
+        let out = changed(|a, b| a.out != b.out || a.address_name() != b.address_name());
+        if applied.confined {
+            config.interface = Interface::Loopback;
+        }
+        if on {
             self.receiver.open(&config);
             if !matches!(applied.subscription, Some(Ok(_))) {
                 let subscription = Subscription::new(config.port, config.interface, Arc::clone(&self.receiver));
                 applied.subscription = Some(subscription.map_err(|error| format!("no thread to listen with: {error}")));
             }
         }
-        if changed(|a, b| a.out != b.out || a.address_name() != b.address_name()) {
+        self.telemetry.sent.set(config.out.on);
+        if out {
             applied.outlet = None;
             if config.out.on {
                 let outlet = Outlet::new(&config, Arc::clone(&self.telemetry), Arc::clone(&self.receiver));
                 applied.outlet = Some(outlet.map_err(|error| format!("no thread to send with: {error}")));
             }
         }
+    }
+
+    /// A permit to listen to networks, from the user of this machine.
+    ///
+    /// # Errors
+    /// It cannot be noted down.
+    pub fn permit(&self) -> io::Result<String> {
+        self.permits.give()
     }
 
     /// Makes the tracker's present pose the origin; `None` recentres what the settings choose.
@@ -128,7 +175,8 @@ impl Osc {
             None => (Sending::Off, 0),
         };
         let tracker_s = heard.map(|at| at.elapsed().as_secs_f32());
-        OscStatus { port, counts, tracker_s, sending, sent, note: note(&self.params.osc.get().0) }
+        let note = note(&self.params.osc.get().0);
+        OscStatus { port, confined: applied.confined, counts, tracker_s, sending, sent, note }
     }
 }
 

@@ -60,6 +60,8 @@ table! {
         Slot = "slot",
         /// Camera path file of the library, 0 for the one saved with the project.
         Walk = "walk",
+        /// Whether Open Sound Control is received.
+        Osc = "osc",
     }
 }
 
@@ -104,7 +106,7 @@ impl Parameter {
     /// Whether it is on or off.
     #[must_use]
     pub fn is_switch(self) -> bool {
-        matches!(self, Self::Offset | Self::Lead | Self::Bypass)
+        matches!(self, Self::Offset | Self::Lead | Self::Bypass | Self::Osc)
     }
 
     /// Ids and names of a choice's variants, in the order of their indices; `None` for others.

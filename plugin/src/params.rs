@@ -68,6 +68,8 @@ pub struct PromenadeParams {
     pub slot: IntParam,
     #[id = "walk"]
     pub walk: IntParam,
+    #[id = "osc"]
+    pub osc_on: BoolParam,
     /// Counts what the editor changes beside the parameters, so that the host knows that the project has changed.
     #[id = "revision"]
     pub revision: IntParam,
@@ -83,6 +85,9 @@ pub struct PromenadeParams {
     /// How Open Sound Control is set up.
     #[persist = "osc"]
     pub osc: Persisted<OscConfig>,
+    /// Values that have come over Open Sound Control and stand in place of the host's; a restored state puts them into its parameters.
+    #[persist = "remote"]
+    pub remote: Remote,
     /// How the editor was left.
     #[persist = "editor"]
     pub editor: Persisted<EditorSettings>,
@@ -90,8 +95,6 @@ pub struct PromenadeParams {
     pub scene_report: Report,
     /// What is wrong with the camera path.
     pub walk_report: Report,
-    /// Values that have come over Open Sound Control and stand in place of the host's.
-    pub remote: Remote,
 }
 
 impl Default for PromenadeParams {
@@ -134,15 +137,16 @@ impl Default for PromenadeParams {
             scene: EnumParam::new("Scene", SceneChoice::RoomA),
             slot: slot("Library Scene"),
             walk: slot("Library Path"),
+            osc_on: BoolParam::new("Open Sound Control", false),
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
             state_version: StateVersion,
             scene_key: Persisted::default(),
             saved_walk: Persisted::default(),
             osc: Persisted::default(),
+            remote: Remote::default(),
             editor: Persisted::default(),
             scene_report: Report::default(),
             walk_report: Report::default(),
-            remote: Remote::default(),
         }
     }
 }
@@ -235,6 +239,15 @@ impl PromenadeParams {
         self.remote.latest(parameter, self.hosted(parameter))
     }
 
+    /// Whether Open Sound Control is switched on.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn receives_osc(&self) -> bool {
+        self.heard(Parameter::Osc) > 0.5
+    }
+
     /// The index of a choice, or a slot's number.
     fn index(&self, parameter: Parameter) -> usize {
         index(self.heard(parameter))
@@ -258,7 +271,7 @@ macro_rules! with_param {
     ($params:expr, $parameter:expr, $param:ident => $body:expr) => {
         $crate::params::with_param!($params, $parameter, $param => $body;
             X x, Y y, Z z, Yaw yaw, Pitch pitch, Roll roll, Path path, Follow follow, Offset offset, Tracking tracking, Ex ex, Ey ey, Ez ez,
-            Group group, Lead lead, Tier tier, Rate rate, Mix mix, Gain gain, Bypass bypass, Scene scene, Slot slot, Walk walk)
+            Group group, Lead lead, Tier tier, Rate rate, Mix mix, Gain gain, Bypass bypass, Scene scene, Slot slot, Walk walk, Osc osc_on)
     };
     ($params:expr, $parameter:expr, $param:ident => $body:expr; $($variant:ident $field:ident),*) => {
         match $parameter {

@@ -6,7 +6,7 @@ use crate::listener::{Heard, ListenerSources};
 use crate::loader::Loader;
 use crate::monitor::Monitor;
 use crate::offline::OfflineDetector;
-use crate::osc::{Inbox, Osc};
+use crate::osc::{Inbox, Osc, Switch};
 use crate::params::{PromenadeParams, Snapshot};
 use crate::playing::Playing;
 use crate::telemetry::Telemetry;
@@ -15,6 +15,9 @@ use promenade_core::Pose;
 use std::sync::Arc;
 use std::time::Instant;
 
+/// Fainter samples are taken as silence, as the engine does: -240 dBFS.
+const SILENCE: f32 = 1e-12;
+
 /// The plugin. The audio thread owns it once the host has activated it.
 pub struct Promenade {
     params: Arc<PromenadeParams>,
@@ -22,6 +25,7 @@ pub struct Promenade {
     instance: Instance,
     playing: Playing,
     listener: ListenerSources,
+    osc: Switch,
     input: Input,
     timing: Timing,
     monitor: Monitor,
@@ -35,6 +39,8 @@ struct Timing {
     offline: OfflineDetector,
     /// The latency that was reported to the host, samples.
     latency: u32,
+    /// Samples since the input was last heard, or since the start.
+    quiet: usize,
 }
 
 /// A copy of the input, because hosts hand over the same buffer for input and output.
@@ -58,6 +64,7 @@ impl Default for Promenade {
         Self {
             playing: Playing::new(Arc::clone(&loader)),
             listener: ListenerSources::new(inbox),
+            osc: Switch::new(Arc::clone(&osc)),
             input: Input::default(),
             timing: Timing::default(),
             monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
@@ -101,6 +108,8 @@ impl Promenade {
             let channels = self.input.channels;
             let input = self.input.copied(left, right);
             self.monitor.measure_input(input);
+            let sounds = input[..channels].iter().any(|channel| channel.iter().any(|sample| sample.abs() >= SILENCE));
+            self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(left.len()) };
             spatializer.process(&input[..channels], [left, right], &snapshot.block, |i| {
                 let pose = listener.pose(start + i);
                 Pose { position: pose.position - snapshot.emitter_offset, ..pose }
@@ -109,15 +118,23 @@ impl Promenade {
         Some(listener.end(total, time.end_s()))
     }
 
-    /// Reports latency and tail.
-    fn report(&mut self, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
+    /// Reports latency and tail, and that nothing sounds any more.
+    ///
+    /// Only CLAP has a status for the latter; to VST3 it would mean that there is no tail.
+    fn report(&mut self, silent: bool, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
         let Some(spatializer) = &self.playing.spatializer else { return ProcessStatus::Normal };
         let latency = samples(spatializer.latency_samples());
         if latency != self.timing.latency {
             self.timing.latency = latency;
             context.set_latency_samples(latency);
         }
-        ProcessStatus::Tail(latency.saturating_add(samples(spatializer.tail_samples())))
+        let tail = latency.saturating_add(samples(spatializer.tail_samples()));
+        // A leader's pose, an editor's picture and a pose that is sent go on in silence.
+        let needed = self.listener.member.leads() || self.instance.telemetry.is_followed();
+        if silent && !needed && samples(self.timing.quiet) > tail && context.plugin_api() == PluginApi::Clap {
+            return ProcessStatus::Normal;
+        }
+        ProcessStatus::Tail(tail)
     }
 }
 
@@ -212,7 +229,7 @@ impl Plugin for Promenade {
             nice_error!("{error}");
         }
         self.playing.activate(sample_rate_hz, self.params.choices());
-        self.instance.osc.activate();
+        self.osc.activate(&self.params);
         self.timing.latency = self.playing.spatializer.as_ref().map_or(0, |s| samples(s.latency_samples()));
         context.set_latency_samples(self.timing.latency);
         true
@@ -221,6 +238,7 @@ impl Plugin for Promenade {
     fn reset(&mut self) {
         self.playing.reset();
         self.listener.glide.jump();
+        self.timing.quiet = 0;
         self.timing.clock = Clock::default();
     }
 
@@ -236,13 +254,15 @@ impl Plugin for Promenade {
     ) -> ProcessStatus {
         let began = Instant::now();
         self.playing.update(self.params.choices());
+        self.osc.follow(&self.params);
         let time = self.follow_transport(buffer, context.transport());
         let snapshot = self.snapshot(began, &time);
         let Some(heard) = self.render(buffer, &snapshot, &time) else {
             return ProcessStatus::Error("not activated, or not two output channels");
         };
         self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());
-        self.report(context)
+        let silent = ears(buffer).into_iter().flatten().all(|sample| *sample == 0.0);
+        self.report(silent, context)
     }
 }
 

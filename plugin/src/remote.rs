@@ -4,6 +4,9 @@
 //! soon as the host's own value changes: what came last is heard.
 
 use crate::parameter::Parameter;
+use nice_plug::params::persist::PersistentField;
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// No remote value: a word that no pair of finite numbers has.
@@ -20,16 +23,49 @@ struct Override {
     announced: AtomicU32,
 }
 
+/// The host's value of a parameter.
+type Hosted = Box<dyn Fn(Parameter) -> f32 + Send + Sync>;
+
 /// The remote values of all parameters.
-pub struct Remote([Override; Parameter::ALL.len()]);
+///
+/// A project keeps those that are heard and the host does not know of, by id; [`crate::state::migrate`] makes them the host's own. A state
+/// that is restored replaces all that has come before.
+pub struct Remote {
+    values: [Override; Parameter::ALL.len()],
+    hosted: OnceLock<Hosted>,
+}
 
 impl Default for Remote {
     fn default() -> Self {
-        Self(std::array::from_fn(|_| Override { word: AtomicU64::new(NONE), announced: AtomicU32::new(UNANNOUNCED) }))
+        let none = |_| Override { word: AtomicU64::new(NONE), announced: AtomicU32::new(UNANNOUNCED) };
+        Self { values: std::array::from_fn(none), hosted: OnceLock::new() }
+    }
+}
+
+impl PersistentField<'_, BTreeMap<String, f32>> for Remote {
+    fn set(&self, _restored: BTreeMap<String, f32>) {
+        Parameter::ALL.into_iter().for_each(|parameter| self.clear(parameter));
+    }
+
+    fn map<F, R>(&self, f: F) -> R
+    where
+        F: Fn(&BTreeMap<String, f32>) -> R,
+    {
+        let pending = |parameter: Parameter| {
+            let value = self.pending(parameter, self.hosted.get()?(parameter))?;
+            Some((parameter.id().to_owned(), value))
+        };
+        f(&Parameter::ALL.into_iter().filter_map(pending).collect())
     }
 }
 
 impl Remote {
+    /// Asks `hosted` for the host's plain values when a project is saved; only the first is kept.
+    pub fn save_beside(&self, hosted: impl Fn(Parameter) -> f32 + Send + Sync + 'static) {
+        // A second one would mean two hosts of one instance, which the constructor rules out.
+        drop(self.hosted.set(Box::new(hosted)));
+    }
+
     /// Sets a plain value, while the host's is `hosted`. A value that is not finite is ignored.
     ///
     /// # Real-time
@@ -37,7 +73,7 @@ impl Remote {
     pub fn set(&self, parameter: Parameter, value: f32, hosted: f32) {
         if value.is_finite() {
             let word = u64::from(value.to_bits()) << 32 | u64::from(hosted.to_bits());
-            self.0[parameter as usize].word.store(word, Ordering::Release);
+            self.values[parameter as usize].word.store(word, Ordering::Release);
         }
     }
 
@@ -54,7 +90,7 @@ impl Remote {
     /// # Real-time
     /// Any thread; no allocation, lock or I/O.
     pub fn pending(&self, parameter: Parameter, hosted: f32) -> Option<f32> {
-        let held = &self.0[parameter as usize];
+        let held = &self.values[parameter as usize];
         let word = held.word.load(Ordering::Acquire);
         #[expect(clippy::cast_possible_truncation, reason = "the two halves of a word")]
         let (value, overridden) = (f32::from_bits((word >> 32) as u32), word as u32);
@@ -71,12 +107,12 @@ impl Remote {
 
     /// Notes that a value is announced to the host, as the host will have it. A remote value that comes before the host has it stays in force.
     pub fn announce(&self, parameter: Parameter, announced: f32) {
-        self.0[parameter as usize].announced.store(announced.to_bits(), Ordering::Release);
+        self.values[parameter as usize].announced.store(announced.to_bits(), Ordering::Release);
     }
 
     /// Forgets a remote value, because the user has set another.
     pub fn clear(&self, parameter: Parameter) {
-        let held = &self.0[parameter as usize];
+        let held = &self.values[parameter as usize];
         held.announced.store(UNANNOUNCED, Ordering::Release);
         held.word.store(NONE, Ordering::Release);
     }

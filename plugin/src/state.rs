@@ -1,13 +1,20 @@
 //! Saved states: their version, and how old and damaged ones are read.
 
+use crate::cast::index;
 use crate::parameter::Parameter;
 use nice_plug::params::persist::{PersistentField, deserialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// Key of the state's version among the saved fields.
 const VERSION_FIELD: &str = "version";
+/// Key of the settings of Open Sound Control.
+const OSC_FIELD: &str = "osc";
+/// Key of the values that have come over Open Sound Control.
+const REMOTE_FIELD: &str = "remote";
 /// The version of the states that this plugin writes.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Writes [`VERSION`] into every state.
 #[derive(Default)]
@@ -27,7 +34,8 @@ impl PersistentField<'_, u32> for StateVersion {
 /// Brings a saved state to the present version before it is read.
 ///
 /// A state without a version is of version 1, the first. Version 2 added parameters and fields that are at their defaults where a state
-/// lacks them, and at their defaults sound as version 1 did. A newer one is read as far as it is understood: unknown parameters and fields
+/// lacks them, and at their defaults sound as version 1 did. Version 3 made a parameter of what switches Open Sound Control on, and keeps
+/// what has come over it. A newer one is read as far as it is understood: unknown parameters and fields
 /// are skipped by the reader. What the reader does not survive is dropped: numbers that are not finite could not be saved again, and a
 /// choice by a number beyond its variants ends the host.
 pub fn migrate(state: &mut PluginState) {
@@ -35,11 +43,35 @@ pub fn migrate(state: &mut PluginState) {
     if saved > VERSION {
         nice_plug::nice_warn!("the state has version {saved}, this plugin knows {VERSION}: unknown parts are skipped");
     }
+    // Versions 1 and 2 had the switch among the settings.
+    let settings = state.fields.get(OSC_FIELD).and_then(|json| deserialize_field::<Value>(json).ok());
+    if let Some(on) = settings.and_then(|settings| settings.get("on")?.as_bool()) {
+        state.params.insert(Parameter::Osc.id().to_owned(), ParamValue::Bool(on));
+    }
+    // What was heard when the project was saved; without this field nothing would forget what has come since.
+    let remote = state.fields.insert(REMOTE_FIELD.to_owned(), "{}".to_owned());
+    let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();
+    for (id, value) in remote {
+        if let Some(parameter) = Parameter::of_id(&id) {
+            state.params.insert(id, saved_value(parameter, parameter.clamp(value)));
+        }
+    }
     state.params.retain(|id, value| match value {
         ParamValue::F32(number) => number.is_finite(),
         ParamValue::I32(_) => !is_choice(id),
         ParamValue::Bool(_) | ParamValue::String(_) => true,
     });
+}
+
+/// A plain value as a state has it.
+fn saved_value(parameter: Parameter, value: f32) -> ParamValue {
+    match parameter.variants() {
+        Some((ids, _)) => ParamValue::String(ids[index(value).min(ids.len() - 1)].to_owned()),
+        None if parameter.is_switch() => ParamValue::Bool(value > 0.5),
+        #[expect(clippy::cast_possible_truncation, reason = "within the limits of a slot")]
+        None if parameter.is_whole() => ParamValue::I32(value as i32),
+        None => ParamValue::F32(value),
+    }
 }
 
 /// Whether a parameter is a choice, which a state has as a text.
@@ -77,7 +109,7 @@ mod tests {
             params.remote.set(parameter, value, params.hosted(parameter));
             loader.refresh();
             let fields = params.serialize_fields();
-            assert_eq!(fields.keys().collect::<Vec<_>>(), ["editor", "osc", "scene", "version", "walk"]);
+            assert_eq!(fields.keys().collect::<Vec<_>>(), ["editor", "osc", "remote", "scene", "version", "walk"]);
             params.scene_report.text()
         };
         params.scene_key.restore(SceneKey {

@@ -180,6 +180,8 @@ pub(crate) fn raise(peaks: &mut [f32; 2], to: [f32; 2]) {
 pub struct Telemetry {
     /// Whether an editor is open; otherwise nothing is collected.
     pub watched: Flag,
+    /// Whether the pose is sent to others.
+    pub sent: Flag,
     /// Whether the editor shows the time of the transport, so that it wants pictures while that runs.
     pub shows_time: Flag,
     fresh: ArrayQueue<Box<Frame>>,
@@ -189,11 +191,21 @@ pub struct Telemetry {
 }
 
 impl Telemetry {
+    /// Whether somebody follows what happens, also in silence.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn is_followed(&self) -> bool {
+        self.watched.is_on() || self.sent.is_on()
+    }
+
     /// No editor is open yet.
     #[must_use]
     pub fn new() -> Arc<Self> {
         let telemetry = Self {
             watched: Flag::default(),
+            sent: Flag::default(),
             shows_time: Flag::default(),
             fresh: ArrayQueue::new(1),
             spare: ArrayQueue::new(3),

@@ -20,7 +20,7 @@ impl UserState {
     #[must_use]
     pub fn of(params: &PromenadeParams) -> Self {
         Self {
-            values: Parameter::ALL.map(|parameter| params.heard(parameter)),
+            values: Parameter::ALL.map(|parameter| if is_for_sound(parameter) { params.heard(parameter) } else { 0.0 }),
             scene: params.scene_key.get().0,
             walk: params.saved_walk.get().0,
         }
@@ -31,7 +31,7 @@ impl UserState {
     pub fn from_saved(mut saved: PluginState, base: &Self) -> Self {
         crate::state::migrate(&mut saved);
         let mut state = base.clone();
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
             let (least, greatest) = parameter.limits();
             if let Some(value) = saved.params.get(parameter.id()).and_then(|value| plain(parameter, value)) {
                 state.values[parameter as usize] = value.clamp(least, greatest);
@@ -63,12 +63,17 @@ impl UserState {
         if params.saved_walk.get().0 != self.walk {
             params.saved_walk.restore(self.walk.clone());
         }
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
             if params.heard(parameter) != self.value(parameter) {
                 set(parameter, self.value(parameter));
             }
         }
     }
+}
+
+/// Whether presets and undo restore a parameter: they neither open a port nor close one.
+fn is_for_sound(parameter: Parameter) -> bool {
+    parameter != Parameter::Osc
 }
 
 /// A saved value as a plain number; choices are saved by their ids.

@@ -28,7 +28,7 @@ fn version_1_is_read_and_written_anew<H: Host>() {
     }
     let field = |state: &Value, name: &str| -> Value { serde_json::from_str(state["fields"][name].as_str().unwrap()).unwrap() };
     assert_eq!(field(&was, "version"), 1);
-    assert_eq!(field(&now, "version"), 2);
+    assert_eq!(field(&now, "version"), 3);
     // As keyframes, because JSON tells 1 from 1.0.
     let keyframes = |state| serde_json::from_value::<Vec<KeyframeEntry>>(field(state, "walk")["keyframes"].clone()).unwrap();
     assert_eq!(keyframes(&now), keyframes(&was));

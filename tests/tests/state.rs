@@ -32,7 +32,7 @@ mod special_files {
 }
 
 /// Each with a value that is not its default, and that is one of its steps.
-const CHANGED: [(&str, f64); 22] = [
+const CHANGED: [(&str, f64); 23] = [
     ("x", 0.51),
     ("y", 0.48),
     ("z", 0.505),
@@ -55,6 +55,7 @@ const CHANGED: [(&str, f64); 22] = [
     ("scene", 0.5),
     ("slot", 0.0),
     ("walk", 0.0),
+    ("osc", 1.0),
 ];
 
 fn scene_file(name: &str) -> PathBuf {
@@ -220,7 +221,7 @@ fn a_state_is_the_same_after_it_is_loaded_and_has_no_reports<H: Host>() {
     host.instance().settle().unwrap();
     let saved = host.save();
     let fields = |state: &Value| state["fields"].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    assert_eq!(fields(&host.state()), ["editor", "osc", "scene", "version", "walk"]);
+    assert_eq!(fields(&host.state()), ["editor", "osc", "remote", "scene", "version", "walk"]);
     // States of earlier plugins have reports.
     let old: Value =
         serde_json::from_slice(&edit_state(&host.state(), "scene-report", &json!("/home/ada/hall is missing"))).unwrap();
@@ -278,11 +279,11 @@ fn hostile_states_do_no_harm<H: Host>() {
 fn states_of_later_versions_are_read_as_far_as_known<H: Host>() {
     let mut host = H::open(Setup::default());
     let mut state = host.state();
-    assert_eq!(field(&state, "version"), json!(2));
+    assert_eq!(field(&state, "version"), json!(3));
     state["params"]["gain"] = json!({ "f32": -6.0 });
     state["params"]["of-tomorrow"] = json!({ "f32": 1.0 });
     state["fields"]["of-tomorrow"] = json!("{}");
     assert!(host.load(&edit_state(&state, "version", &json!(7))));
     assert!((host.value("gain") - 54.0 / 72.0).abs() < 1e-6);
-    assert_eq!(field(&host.state(), "version"), json!(2));
+    assert_eq!(field(&host.state(), "version"), json!(3));
 }

@@ -27,6 +27,8 @@ pub(super) struct OscPanel {
     name: Option<String>,
     host: Option<String>,
     address: Option<String>,
+    /// Why networks could not be allowed.
+    refused: Option<String>,
     status: OscStatus,
     looked_s: f64,
 }
@@ -42,7 +44,7 @@ impl Panel for OscPanel {
             self.looked_s = ctx.now_s;
         }
         let (config, _) = ctx.params().osc.get();
-        if config.on || config.out.on {
+        if ctx.params().receives_osc() || config.out.on {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(1.0 / LOOKS_PER_S));
         }
         columns(ui, [208.0, 256.0, 216.0], |ui, column| {
@@ -85,9 +87,9 @@ fn port(ui: &mut Ui, kept: u16) -> Option<u16> {
 impl OscPanel {
     fn listening(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, config: &OscConfig) {
         ui.horizontal(|ui| {
-            if switch(ui, ctx.palette, "Listen at port", config.on).clicked() {
-                change(ctx, |c| c.on = !c.on);
-            }
+            toggle(ui, ctx, Parameter::Osc, "Listen at port");
+            // Also where the host asks for no sound.
+            ctx.instance.osc.apply();
             if let Some(port) = port(ui, config.port) {
                 change(ctx, |c| c.port = port);
             }
@@ -95,9 +97,25 @@ impl OscPanel {
         labelled(ui, ctx.palette, "From", |ui| {
             let chosen = usize::from(config.interface == Interface::Any);
             if let Some(index) = segments(ui, ctx.palette, &["Here", "Network"], chosen, |_| true) {
-                change(ctx, |c| c.interface = if index == 1 { Interface::Any } else { Interface::Loopback });
+                if index == 1 {
+                    self.permit(ctx);
+                } else {
+                    change(ctx, |c| (c.interface, c.permit) = (Interface::Loopback, String::new()));
+                }
             }
         });
+        if self.status.confined {
+            ui.colored_label(
+                ctx.palette.warn,
+                "The project asks for packets from networks. Until you allow it, only this machine is heard.",
+            );
+            if button(ui, ctx.palette, "Allow").clicked() {
+                self.permit(ctx);
+            }
+        }
+        if let Some(error) = &self.refused {
+            ui.colored_label(ctx.palette.error, error);
+        }
         labelled(ui, ctx.palette, "Name", |ui| {
             if let Some(name) = text(ui, &mut self.name, &config.name, "For its own addresses") {
                 change(ctx, |c| c.name = name);
@@ -126,6 +144,17 @@ impl OscPanel {
         }
         if !status.note.is_empty() {
             ui.colored_label(ctx.palette.warn, &status.note);
+        }
+    }
+
+    /// The user of this machine lets packets from networks in.
+    fn permit(&mut self, ctx: &Ctx<'_>) {
+        match ctx.instance.osc.permit() {
+            Ok(permit) => {
+                self.refused = None;
+                change(ctx, |c| (c.interface, c.permit) = (Interface::Any, permit));
+            }
+            Err(error) => self.refused = Some(format!("the permission cannot be noted on this machine: {error}")),
         }
     }
 

@@ -67,12 +67,12 @@ impl OscOut {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Value")]
 pub struct OscConfig {
-    /// Whether packets are taken.
-    pub on: bool,
     /// Port to listen at.
     pub port: u16,
-    /// Where packets may come from.
+    /// Where packets may come from. [`Interface::Any`] is in force only with a permit.
     pub interface: Interface,
+    /// The permit that a user has given, see [`super::permit`]; empty without.
+    pub permit: String,
     /// The instance's name in addresses; empty answers only to addresses without a name. See [`OscConfig::address_name`].
     pub name: String,
     /// The tracker's format.
@@ -95,9 +95,9 @@ pub struct OscConfig {
 impl Default for OscConfig {
     fn default() -> Self {
         Self {
-            on: false,
             port: TrackerFormat::Promenade.port(),
             interface: Interface::default(),
+            permit: String::new(),
             name: String::new(),
             format: TrackerFormat::default(),
             axes: AxisMap::IDENTITY,
@@ -132,9 +132,9 @@ impl From<Value> for OscConfig {
         let first = Self::default();
         let from = &mut fields;
         Self {
-            on: take(from, "on", first.on, &mut notes),
             port: take(from, "port", first.port, &mut notes),
             interface: take(from, "interface", first.interface, &mut notes),
+            permit: take(from, "permit", first.permit, &mut notes),
             name: take(from, "name", first.name, &mut notes),
             format: take(from, "format", first.format, &mut notes),
             axes: take(from, "axes", first.axes, &mut notes),
@@ -165,7 +165,6 @@ mod tests {
     #[test]
     fn what_is_saved_is_restored() {
         let config = OscConfig {
-            on: true,
             port: 9000,
             interface: Interface::Any,
             name: "Lead vocal".to_owned(),
@@ -181,9 +180,9 @@ mod tests {
 
     #[test]
     fn a_format_of_tomorrow_leaves_the_rest_as_it_was_saved() {
-        let saved = r#"{"on":true,"port":9000,"format":"of-tomorrow","out":{"on":true,"port":"x"},"interface":7,"axes":{"order":[0,9,1]}}"#;
+        let saved =
+            r#"{"port":9000,"format":"of-tomorrow","out":{"on":true,"port":"x"},"interface":7,"axes":{"order":[0,9,1]}}"#;
         let config: OscConfig = deserialize_field(saved).unwrap();
-        assert!(config.on);
         assert_eq!((config.port, config.format), (9000, TrackerFormat::Promenade));
         assert_eq!((config.interface, &config.out, config.axes), (Interface::Loopback, &OscOut::default(), AxisMap::IDENTITY));
         let notes = config.notes.join("; ");

@@ -4,6 +4,7 @@ use super::config::{Interface, OscConfig, OscOut};
 use super::format::TrackerFormat;
 use super::inbox::Inbox;
 use super::packet::encoded;
+use super::permit::Permits;
 use super::{Listening, Osc, OscStatus, Sending, port};
 use crate::lock::lock;
 use crate::parameter::Parameter;
@@ -37,21 +38,30 @@ struct Instance {
 
 impl Instance {
     fn new(config: OscConfig) -> Self {
+        Self::with_permits(config, Permits::in_file("/nowhere".into()))
+    }
+
+    fn with_permits(config: OscConfig, permits: Permits) -> Self {
         let (params, inbox, telemetry) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default(), Telemetry::new());
-        let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry));
+        let osc = Osc::with_permits(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry), permits);
         params.osc.restore(config);
         osc.activate();
         Self { params, inbox, telemetry, osc }
     }
 
+    fn listening(config: OscConfig) -> Self {
+        let instance = Self::new(config);
+        instance.switch(true);
+        instance
+    }
+
+    fn switch(&self, on: bool) {
+        self.params.remote.set(Parameter::Osc, f32::from(u8::from(on)), self.params.hosted(Parameter::Osc));
+        self.osc.apply();
+    }
+
     fn at(port: u16, name: &str) -> Self {
-        Self::new(OscConfig {
-            on: true,
-            port,
-            name: name.to_owned(),
-            format: TrackerFormat::Supperware,
-            ..OscConfig::default()
-        })
+        Self::listening(OscConfig { port, name: name.to_owned(), format: TrackerFormat::Supperware, ..OscConfig::default() })
     }
 
     fn change(&self, change: impl FnOnce(&mut OscConfig)) {
@@ -157,15 +167,19 @@ fn nothing_is_open_before_activation_or_when_it_is_off() {
     let _alone = alone();
     let (params, port) = (Arc::new(PromenadeParams::default()), free_port());
     let osc = Osc::new(Arc::clone(&params), Arc::default(), Telemetry::new());
-    params.osc.restore(OscConfig { on: true, port, ..OscConfig::default() });
+    let switch = |on| params.remote.set(Parameter::Osc, on, params.hosted(Parameter::Osc));
+    switch(1.0);
+    params.osc.restore(OscConfig { port, ..OscConfig::default() });
     assert!(port::numbers().is_empty());
     assert_eq!(osc.status(), OscStatus::default());
     osc.activate();
     assert_eq!(port::numbers(), [port]);
-    params.osc.restore(OscConfig { port, ..OscConfig::default() });
+    switch(0.0);
+    osc.apply();
     assert!(port::numbers().is_empty());
     assert_eq!(osc.status().port.listening, Listening::Off);
-    params.osc.restore(OscConfig { on: true, port: 0, ..OscConfig::default() });
+    switch(1.0);
+    params.osc.restore(OscConfig { port: 0, ..OscConfig::default() });
     until(
         || matches!(&osc.status().port.listening, Listening::Failed(words) if words.contains("1 to 65535")).then_some(()),
         || format!("{:?}", osc.status()),
@@ -187,7 +201,15 @@ fn settings_that_change_are_taken_at_once() {
     instance.listens();
     assert_eq!(port::numbers(), [two]);
     // Another instance opens the port to every network; this one does not notice.
-    let wide = Instance::new(OscConfig { on: true, port: two, interface: Interface::Any, ..OscConfig::default() });
+    let folder = tempfile::tempdir().unwrap();
+    let permits = Permits::in_file(folder.path().join("permits"));
+    let permit = permits.give().unwrap();
+    let wide = Instance::with_permits(OscConfig { port: two, interface: Interface::Any, ..OscConfig::default() }, permits);
+    wide.switch(true);
+    let confined = wide.status_that(|status| matches!(status.port.listening, Listening::At(at) if at.ip().is_loopback()));
+    assert!(confined.confined, "the user has not been asked");
+    wide.change(|config| config.permit = permit);
+    assert!(!wide.osc.status().confined);
     wide.status_that(|status| matches!(status.port.listening, Listening::At(at) if at.ip().is_unspecified()));
     sender(two).send(&ypr("/ypr", 50.0)).unwrap();
     instance.faces(-50.0);
@@ -200,8 +222,8 @@ fn settings_that_change_are_taken_at_once() {
 fn settings_of_a_later_version_are_noted_until_they_are_changed() {
     let _alone = alone();
     let port = free_port();
-    let saved = format!(r#"{{"on": true, "port": {port}, "format": "of-tomorrow", "name": "Lead"}}"#);
-    let instance = Instance::new(deserialize_field(&saved).unwrap());
+    let saved = format!(r#"{{"port": {port}, "format": "of-tomorrow", "name": "Lead"}}"#);
+    let instance = Instance::listening(deserialize_field(&saved).unwrap());
     instance.listens();
     assert!(instance.osc.status().note.contains("\"of-tomorrow\""), "{}", instance.osc.status().note);
     // What was understood is in force.

@@ -61,6 +61,8 @@ pub struct Counts {
 pub struct OscStatus {
     /// The port that is listened at.
     pub port: PortStatus,
+    /// Whether the project asks for the networks without a permit of this machine, so that only this machine is listened to.
+    pub confined: bool,
     /// What has come in for the instance.
     pub counts: Counts,
     /// Seconds since the tracker was heard last, if there is one.
