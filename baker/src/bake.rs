@@ -1,27 +1,27 @@
 //! Field baking: measured binaural responses become a scene.
 
-pub(crate) mod calibrate;
 pub mod cloud_scene;
 pub(crate) mod direct;
 pub mod field;
 pub(crate) mod kriging;
+pub(crate) mod late_unit;
 pub(crate) mod layout;
 pub(crate) mod log_transfer;
+pub(crate) mod mixing;
 pub(crate) mod room;
 
-use crate::bake::calibrate::{Calibrator, share_rooms};
+use crate::bake::direct::Direct;
 use crate::bake::kriging::{Site, weights};
-use crate::bake::layout::Layout;
-use crate::bake::log_transfer::{LogTransfer, delay_trend};
-use crate::bake::room::Room;
+use crate::bake::layout::{LEVEL_Z, Layout};
+use crate::bake::log_transfer::{LogTransfer, align_phases, delay_trend};
+use crate::bake::mixing::{Hops, PER_NODE, Share, shares};
+use crate::bake::room::{LONGEST_EARLY_S, Room};
 use crate::error::BakeError;
 use crate::judge::response_measures::response_measures;
-use crate::signal::spectrum::bandwidths;
 use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
 use promenade_core::{
-    Anchor, Axis, Field, FieldGrid, HeldOut, MAX_SCENE_BYTES, Provenance, Rows, Scene, SceneParts, StftGrid, TransferFunction,
-    glam,
+    Anchor, Axis, Field, FieldGrid, HeldOut, MAX_SCENE_BYTES, NodeShares, Provenance, Rows, Scene, SceneParts, StftGrid, glam,
 };
 use rayon::prelude::*;
 
@@ -30,8 +30,9 @@ use rayon::prelude::*;
 pub struct BakeOptions {
     /// Frame of the short-time transform, seconds; the hop is a quarter of it and the latency 13 sixteenths.
     pub window_s: f64,
-    /// Length of the explicit time filters, seconds; the exponential late part follows.
-    pub early_s: f64,
+    /// Length of the explicit time filters, seconds; the exponential late part follows. `None`: half the room's reverberation time, as
+    /// much of it as T20 is measured on, up to 0.22 s.
+    pub early_s: Option<f64>,
     /// Seed of the pseudo-random carriers.
     pub seed: u64,
     /// How the scene is made, in one line, for its provenance.
@@ -40,7 +41,7 @@ pub struct BakeOptions {
 
 impl Default for BakeOptions {
     fn default() -> Self {
-        Self { window_s: 0.020, early_s: 0.160, seed: 1, recipe: String::new() }
+        Self { window_s: 0.020, early_s: None, seed: 1, recipe: String::new() }
     }
 }
 
@@ -64,26 +65,19 @@ pub fn bake_responses(
     let measured: Vec<&Response> = used.iter().map(|&i| &responses.responses[i]).collect();
     let grid = grid_for(responses.sample_rate_hz, options)?;
     let nodes = layout.nodes();
-    check_table(&nodes, Room::shape(&measured, &grid, options.early_s).row_len())?;
+    check_table(&nodes, Room::shape(&measured, &grid, options.early_s.unwrap_or(LONGEST_EARLY_S)).row_len())?;
     let gain = unit_gain(&measured);
-    let (room, firsts) = Room::of(&measured, &grid, options.early_s, options.seed, gain)?;
+    let (room, heard) = Room::of(&measured, &grid, options.early_s, options.seed)?;
     let mut notes = layout.notes.clone();
-    let calibrator = Calibrator::new(&grid, &room);
-    let mut targets = measured
-        .iter()
-        .zip(&firsts)
-        .map(|(r, first)| {
-            let scaled = [&r.left, &r.right].map(|e| e.iter().map(|v| v * gain).collect::<Vec<f32>>());
-            calibrator.target(scaled, first.arrival, &r.name)
-        })
-        .collect::<Result<Vec<_>, BakeError>>()?;
-    share_rooms(&mut targets, &layout.sites, &bandwidths(&grid, &room.bands));
-    let fits = firsts.into_par_iter().zip(&targets).map(|(first, target)| calibrator.fit(first.transfer, target));
-    let transfers = fits.collect::<Result<Vec<TransferFunction>, BakeError>>()?;
+    let logs = heard.iter().zip(&layout.distances);
+    let logs = logs.map(|(h, distance)| LogTransfer::of(&h.direct, &h.late, f64::from(gain), f64::from(*distance)));
+    let mut logs: Vec<LogTransfer> = logs.collect();
+    let directs: Vec<&Direct> = heard.iter().map(|h| &h.direct).collect();
+    let hops = Hops::of(&directs, &layout.distances, &grid, &room, gain);
 
     let mut sites = layout.sites.clone();
-    let logs = transfers.iter().zip(&layout.distances).map(|(t, distance)| LogTransfer::of(t, f64::from(*distance)));
-    let mut logs: Vec<LogTransfer> = logs.collect();
+    // The response of each site.
+    let mut origins: Vec<usize> = (0..sites.len()).collect();
     if layout.is_half() {
         notes.push("one half space was measured: the other is its mirror image, front to back".to_owned());
         for i in 0..layout.sites.len() {
@@ -91,17 +85,37 @@ pub fn bake_responses(
             if s.direction.x.abs() > 0.05 {
                 sites.push(Site { direction: s.direction * Vec3::new(-1.0, 1.0, 1.0), ..s });
                 logs.push(logs[i].clone());
+                origins.push(i);
             }
         }
     }
+    align_phases(&mut logs, &sites, &grid);
     let trend = delay_trend(&sites, &logs);
-    let mut table = Vec::with_capacity(nodes.nodes() * room.shape.row_len());
-    for index in 0..nodes.nodes() {
-        let (position, direction) = nodes.node(index);
-        let node = Site { direction, position };
-        let log = LogTransfer::blend(&logs, &sites, &weights(&sites, &node), trend, &node);
-        table.extend(log.to_transfer(&room.shape, &grid).to_row());
-    }
+    let level = layout.is_level();
+    let baked: Vec<(Vec<f32>, Vec<Share>)> = (0..nodes.nodes())
+        .into_par_iter()
+        .map(|index| {
+            let (position, direction) = nodes.node(index);
+            let node = Site { direction, position };
+            let near = shares(&sites, &node, level);
+            // In the plane of a ring its neighbours say most; elsewhere all measurements have a say.
+            let around = if level && direction.z.abs() < LEVEL_Z { near.clone() } else { weights(&sites, &node) };
+            let log = LogTransfer::blend(&logs, &sites, &around, trend, &node);
+            let mix: Vec<Share> = near.iter().map(|(site, share)| (origins[*site], *share)).collect();
+            let late = log.late();
+            (log.to_transfer(&room.shape, &grid, hops.gains(&mix, &late, &room)).to_row(), mix)
+        })
+        .collect();
+    let padded = |(_, mix): &(Vec<f32>, Vec<Share>)| {
+        let none = std::iter::repeat((0, 0.0));
+        mix.iter().copied().chain(none).take(PER_NODE).collect::<Vec<Share>>()
+    };
+    let mixes: Vec<Share> = baked.iter().flat_map(padded).collect();
+    let numbers = mixes.iter().map(|(response, _)| *response as u32).collect();
+    let node_shares = NodeShares::new(PER_NODE, numbers, mixes.iter().map(|(_, share)| *share as f32).collect());
+    let table = baked.into_iter().flat_map(|(row, _)| row).collect();
+    let field = Field::new(nodes.clone(), room.shape, Rows::Whole(table)).zip(node_shares);
+    let field = field.and_then(|(field, shares)| field.with_shares(shares));
     let [x, y, z] = &nodes.position;
     let bounds = (Vec3::new(x.start(), y.start(), z.start()), Vec3::new(x.end(), y.end(), z.end()));
     let held_out = held_out(responses, &all, &held)?;
@@ -126,7 +140,8 @@ pub fn bake_responses(
         bands: room.bands,
         tail: room.tail,
         taps: room.shape.taps,
-        field: Field::new(nodes, room.shape, Rows::Whole(table)),
+        measured: Some(hops.into_room()),
+        field,
         cloud: None,
         top_hz: room.top_hz,
         start_pose: layout.poses[start],
@@ -140,8 +155,8 @@ fn grid_for(sample_rate_hz: f64, options: &BakeOptions) -> Result<StftGrid, Bake
     if !(0.004..=0.1).contains(&options.window_s) {
         return Err(BakeError::argument("window", "0.004 to 0.1 s", options.window_s));
     }
-    if !(0.0..=4.0).contains(&options.early_s) {
-        return Err(BakeError::argument("early part", "0 to 4 s", options.early_s));
+    if let Some(early_s) = options.early_s.filter(|early_s| !(0.0..=4.0).contains(early_s)) {
+        return Err(BakeError::argument("early part", "0 to 4 s", early_s));
     }
     Ok(StftGrid::four_hops(sample_rate_hz, (sample_rate_hz * options.window_s / 4.0).round().max(4.0)))
 }

@@ -25,8 +25,12 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
     }
     report::notes(&set.notes);
     let (used, held) = hold_out.split(&set)?;
-    let options =
-        BakeOptions { window_s: args.window_ms / 1e3, early_s: args.early_ms / 1e3, seed: args.seed, recipe: recipe(args) };
+    let options = BakeOptions {
+        window_s: args.window_ms / 1e3,
+        early_s: args.early_ms.map(|ms| ms / 1e3),
+        seed: args.seed,
+        recipe: recipe(args),
+    };
     let scene = bake_responses(&set, |response, index| hold_out.selects(response, index), &options)
         .with_context(|| format!("{}: cannot be baked", args.set.path.display()))?;
     report::notes(&scene.provenance().notes);
@@ -77,5 +81,6 @@ fn recipe(args: &BakeResponsesArgs) -> String {
     if let Some(n) = args.set.source {
         text += &format!(" --source {n}");
     }
-    text + &format!(" --window-ms {} --early-ms {} --seed {}", args.window_ms, args.early_ms, args.seed)
+    let early = args.early_ms.map_or(String::new(), |ms| format!(" --early-ms {ms}"));
+    text + &format!(" --window-ms {}{early} --seed {}", args.window_ms, args.seed)
 }

@@ -1,12 +1,12 @@
 //! Cost of the render head, beside a bare short-time transform and a partitioned convolver, in one run.
 //!
-//! `cargo bench --bench render_cost -p promenade-core`. Unit: processor seconds per second of audio of the one thread, median over
+//! `cargo bench --bench render_cost -p promenade-core [-- SCENE...]`; scenes given by their files are measured too. Unit: processor seconds per second of audio of the one thread, median over
 //! runs. Input: white noise at 48 kHz; a scene with a tail of 1 s; a listener who walks at 1 m/s and turns at 90 degrees a second.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;
 use fft_convolver::TwoStageFFTConvolver;
-use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
+use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, Tier};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, walk};
 use std::hint::black_box;
@@ -46,7 +46,7 @@ fn main() {
     println!("| block | engine | real time | x STFT | x convolver | worst block / median block with a hop |");
     println!("|---|---|---|---|---|---|");
     for block in [512, 128] {
-        let mut rows: Vec<(&str, Vec<f64>, Vec<f64>)> = Vec::new();
+        let mut rows: Vec<(String, Vec<f64>, Vec<f64>)> = Vec::new();
         let mut engines = engines(&scene);
         for _ in 0..RUNS {
             for (i, (name, engine)) in engines.iter_mut().enumerate() {
@@ -58,7 +58,7 @@ fn main() {
                         // the machine's interruptions fall on other blocks each time.
                         fastest.iter_mut().zip(blocks).for_each(|(f, b)| *f = f.min(b));
                     }
-                    None => rows.push((name, vec![total], blocks)),
+                    None => rows.push((name.clone(), vec![total], blocks)),
                 }
             }
         }
@@ -83,7 +83,7 @@ fn main() {
 
 type Engine = Box<dyn FnMut(usize, &[f32], [&mut [f32]; 2])>;
 
-fn engines(scene: &Arc<promenade_core::Scene>) -> Vec<(&'static str, Engine)> {
+fn engines(scene: &Arc<Scene>) -> Vec<(String, Engine)> {
     let (n, hop) = (scene.grid().n_fft, scene.grid().hop);
     let (forward, inverse) = (promenade_fourier::forward::<f32>(n), promenade_fourier::inverse::<f32>(n));
     let (mut time, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
@@ -119,7 +119,7 @@ fn engines(scene: &Arc<promenade_core::Scene>) -> Vec<(&'static str, Engine)> {
             ear.process(x, out).unwrap();
         }
     };
-    let ours = |tier: Tier, moving: bool| {
+    let ours = |scene: &Arc<Scene>, tier: Tier, moving: bool| -> Engine {
         let mut s = Spatializer::new(RATE);
         s.install(Box::new(Renderer::new(Arc::clone(scene), RATE).unwrap()));
         let walk = walk(RATE);
@@ -129,11 +129,18 @@ fn engines(scene: &Arc<promenade_core::Scene>) -> Vec<(&'static str, Engine)> {
             s.process(&[x], out, &params, |i| if moving { walk(at + i) } else { still });
         })
     };
-    vec![
-        ("bare STFT, 1 forward, 2 inverse", Box::new(stft)),
-        ("fft-convolver, 2 ears of 1 s, standing still", Box::new(convolver)),
-        ("draft, moving", ours(Tier::Draft, true)),
-        ("standard, standing still", ours(Tier::Standard, false)),
-        ("standard, moving", ours(Tier::Standard, true)),
-    ]
+    let mut engines: Vec<(String, Engine)> = vec![
+        ("bare STFT, 1 forward, 2 inverse".to_owned(), Box::new(stft)),
+        ("fft-convolver, 2 ears of 1 s, standing still".to_owned(), Box::new(convolver)),
+        ("draft, moving".to_owned(), ours(scene, Tier::Draft, true)),
+        ("standard, standing still".to_owned(), ours(scene, Tier::Standard, false)),
+        ("standard, moving".to_owned(), ours(scene, Tier::Standard, true)),
+    ];
+    for file in std::env::args().skip(1).filter(|a| !a.starts_with("--")) {
+        let scene = Arc::new(Scene::from_bytes(&std::fs::read(&file).unwrap()).unwrap());
+        for tier in [Tier::Draft, Tier::Standard] {
+            engines.push((format!("{} moving: {file}", tier.name()), ours(&scene, tier, true)));
+        }
+    }
+    engines
 }

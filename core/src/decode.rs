@@ -7,10 +7,9 @@ pub(crate) mod live;
 pub(crate) mod readout;
 
 use crate::{LiveParams, Pose, TransferFunction};
-use std::ops::Range;
 
 pub use cloud::{CloudDecoder, InlineWorker};
-pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
+pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, NodeShares, Rows, SILENT_DB};
 pub use live::{DecodeWorker, Decoded, PublishedFrame};
 pub use readout::{MAX_LOG_COEFFICIENT, QueryValues, Readout};
 
@@ -22,8 +21,8 @@ pub(crate) trait Decoder {
     /// Moves on by a hop towards `pose`, or to it at once if `whole`. Returns whether the transfer function has changed.
     fn follow(&mut self, pose: &Pose, whole: bool, params: &LiveParams) -> bool;
 
-    /// Brings a range of the time filters up to date: explicit taps, then hops of the late part.
-    fn update_filters(&mut self, hops: Range<usize>);
+    /// Brings some hops of the time filters up to date.
+    fn update_filters(&mut self, change: &Change);
 
     /// The transfer function that is heard now.
     fn transfer(&self) -> &TransferFunction;
@@ -34,6 +33,32 @@ pub(crate) trait Decoder {
 pub(crate) struct Change {
     /// Masks, phase and interaural delay of the direct sound.
     pub(crate) direct: bool,
-    /// Time filters: explicit taps, then hops of the late part.
-    pub(crate) filters: Range<usize>,
+    /// Time filters, in all bins above [`QUICK_BELOW_HZ`]; none of the explicit taps may be missing there for long.
+    pub(crate) filters: Hops,
+    /// Explicit taps below [`QUICK_BELOW_HZ`]: early ones, then later ones.
+    pub(crate) quick: [Hops; 2],
+}
+
+/// Below this frequency the taps follow a pose more often, Hz. A step of a filter makes sidebands some 100 Hz away: in a critical band up
+/// there, but beside it below.
+pub(crate) const QUICK_BELOW_HZ: f64 = 4000.0;
+
+/// Hops of the time filters: explicit taps, then hops of the late part, then of the bass; every so many of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Hops {
+    pub(crate) first: usize,
+    pub(crate) end: usize,
+    /// From one to the next; 0 stands for 1.
+    pub(crate) step: usize,
+}
+
+impl Hops {
+    /// All of them, `count` in number.
+    pub(crate) fn all(count: usize) -> Self {
+        Self { first: 0, end: count, step: 1 }
+    }
+
+    pub(crate) fn iter(self) -> impl Iterator<Item = usize> {
+        (self.first..self.end).step_by(self.step.max(1))
+    }
 }

@@ -28,17 +28,20 @@ mod transfer;
 
 pub use bands::Bands;
 pub use decode::{
-    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, PublishedFrame, Rows, SILENT_DB,
+    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, NodeShares, PublishedFrame, Rows,
+    SILENT_DB,
 };
 pub use glam;
 pub use grid::StftGrid;
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;
+pub use render::carriers::Carriers;
+pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
-    Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, Provenance, ResponseMeasures, Scene, SceneCard, SceneError, SceneParts,
-    TailModel,
+    Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, MeasuredRoom, Provenance, ResponseMeasures, Scene, SceneCard, SceneError,
+    SceneParts, TailModel,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};
-pub use transfer::{TransferFunction, TransferShape};
+pub use transfer::{MOST_SHARES, Shares, TransferFunction, TransferShape};

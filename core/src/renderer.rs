@@ -3,6 +3,7 @@
 use crate::decode::InlineWorker;
 use crate::decode::follow::Follower;
 use crate::published::tier::Reference;
+use crate::render::carriers::Carriers;
 use crate::render::head::RenderHead;
 use crate::stft::{Spectrum, Stft};
 use crate::{DecodeWorker, Pose, Quality, Scene, StftGrid, Tier, TransferFunction};
@@ -66,12 +67,24 @@ impl Renderer {
     /// # Real-time
     /// Not real-time safe: allocates.
     pub fn new(scene: Arc<Scene>, sample_rate_hz: f64) -> Result<Self, RenderError> {
+        let carriers = Arc::new(Carriers::new(&scene, sample_rate_hz.clamp(*SAMPLE_RATES_HZ.start(), *SAMPLE_RATES_HZ.end())));
+        Self::with_carriers(scene, sample_rate_hz, carriers)
+    }
+
+    /// The same with carriers that were drawn before, of that scene and rate.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    pub fn with_carriers(scene: Arc<Scene>, sample_rate_hz: f64, carriers: Arc<Carriers>) -> Result<Self, RenderError> {
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
             return Err(RenderError::SampleRate { found: sample_rate_hz });
         }
         let grid = scene.grid().at_rate(sample_rate_hz);
         let shape = scene.shape();
-        let head = RenderHead::new(grid, scene.grid(), shape, scene.bands(), scene.tail(), scene.top_hz());
+        let head = RenderHead::new(grid, scene.grid(), shape, scene.tail(), carriers);
         let spectrum = || vec![Complex32::default(); grid.bins()];
         let centre = grid.window_len() / 2;
         Ok(Self {

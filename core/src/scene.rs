@@ -5,6 +5,7 @@ mod check;
 mod error;
 mod format;
 mod manifest;
+mod measured;
 
 use crate::network::{CloudEmitter, CloudModel};
 use crate::number::whole;
@@ -16,6 +17,7 @@ use glam::Vec3;
 pub use card::SceneCard;
 pub use error::SceneError;
 pub use manifest::MAX_SCENE_BYTES;
+pub use measured::MeasuredRoom;
 
 /// What the time filters of all poses share.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,6 +127,8 @@ pub struct SceneParts {
     pub tail: TailModel,
     /// Explicit time-filter taps, one per hop after the direct sound.
     pub taps: usize,
+    /// Measured responses that carry the time filters; without them noise does.
+    pub measured: Option<MeasuredRoom>,
     /// Baked transfer functions: the tiers Draft and Standard.
     pub field: Option<Field>,
     /// Anchor cloud with its decoder: the tiers High and, with convolution layers, Reference.
@@ -187,6 +191,7 @@ impl Scene {
             tail,
             taps: shape.taps,
             field: Some(field.ok_or_else(|| value("transfer function", format!("{shape:?}"), "another shape"))?),
+            measured: None,
             cloud: None,
             top_hz,
             start_pose: Pose::IDENTITY,
@@ -266,6 +271,12 @@ impl Scene {
         self.parts.shape()
     }
 
+    /// Measured responses that carry the time filters.
+    #[must_use]
+    pub fn measured(&self) -> Option<&MeasuredRoom> {
+        self.parts.measured.as_ref()
+    }
+
     /// Baked transfer functions.
     #[must_use]
     pub fn field(&self) -> Option<&Field> {
@@ -343,6 +354,7 @@ impl Scene {
     pub fn memory_bytes(&self) -> usize {
         let p = &self.parts;
         4 * 3 * p.bands.count()
+            + p.measured.as_ref().map_or(0, MeasuredRoom::memory_bytes)
             + p.field.as_ref().map_or(0, Field::memory_bytes)
             + p.cloud.as_ref().map_or(0, |c| c.model.memory_bytes())
             + p.anchors.len() * size_of::<Anchor>()

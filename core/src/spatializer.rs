@@ -9,6 +9,8 @@ const SCENE_FADE_S: f64 = 0.05;
 const GAIN_RAMP_S: f64 = 0.001;
 /// The longest latency that the dry sound can be aligned to, seconds; scenes with longer windows are refused when read.
 pub(crate) const LONGEST_LATENCY_S: f64 = 0.2;
+/// The largest magnitude of the output, +120 dBFS.
+const LOUDEST: f32 = 1e6;
 /// Samples that are worked on at a time.
 const CHUNK: usize = 256;
 
@@ -140,7 +142,7 @@ impl Spatializer {
         self.reset();
     }
 
-    /// Begins a cross-fade to another scene, at equal gain over 50 ms.
+    /// Begins a cross-fade to another scene, at equal gain over 50 ms; without a past, as after [`Spatializer::reset`], it plays at once.
     ///
     /// # Errors
     /// The renderer comes back while a fade is running or a retired renderer has not been taken.
@@ -151,8 +153,13 @@ impl Spatializer {
         if self.fade < self.fade_len || self.retired.is_some() {
             return Err(renderer);
         }
-        self.fading = self.active.replace(renderer);
-        self.fade = 0;
+        let old = self.active.replace(renderer);
+        if self.fresh {
+            self.retired = old;
+        } else {
+            self.fading = old;
+            self.fade = 0;
+        }
         Ok(())
     }
 
@@ -296,7 +303,7 @@ impl Spatializer {
                 let share = ((self.fade + i) as f32 / self.fade_len as f32).min(1.0);
                 out = [old[0] + share * (out[0] - old[0]), old[1] + share * (out[1] - old[1])];
             }
-            [left[i], right[i]] = out;
+            [left[i], right[i]] = out.map(bounded);
             self.now = (self.now + 1) % size;
         }
         if fading {
@@ -310,6 +317,11 @@ impl Spatializer {
 
 fn latency_of(renderer: Option<&Renderer>) -> usize {
     renderer.map_or(0, Renderer::latency_samples)
+}
+
+/// A sample as hosts take it: no subnormal number, which would slow down what follows, and none beyond [`LOUDEST`].
+fn bounded(x: f32) -> f32 {
+    if x.is_normal() { x.clamp(-LOUDEST, LOUDEST) } else { 0.0 }
 }
 
 fn finite(x: f32) -> f32 {

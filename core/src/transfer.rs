@@ -17,6 +17,57 @@ pub struct TransferFunction {
     pub taps: Vec<f32>,
     /// Gain of the exponential late part at its first hop, linear amplitude: `[ear][band]`.
     pub late: Vec<f32>,
+    /// What carries the time filters, where the scene has measured responses.
+    pub shares: Shares,
+}
+
+/// The most responses that are mixed at one pose.
+pub const MOST_SHARES: usize = 8;
+
+/// How much of which measured responses carries the time filters at one pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shares {
+    entries: [(u32, f32); MOST_SHARES],
+    count: usize,
+    /// Gain of the first hop, which the direct sound is part of, linear amplitude; its distance law.
+    pub direct_gain: f32,
+}
+
+impl Shares {
+    /// All of the first response, or of the noise that scenes without responses have.
+    pub const FIRST: Self = Self { entries: [(0, 1.0); MOST_SHARES], count: 1, direct_gain: 1.0 };
+    /// Nothing yet.
+    pub(crate) fn none(direct_gain: f32) -> Self {
+        Self { entries: [(0, 0.0); MOST_SHARES], count: 0, direct_gain }
+    }
+
+    /// Number of each response and its share.
+    #[must_use]
+    pub fn entries(&self) -> &[(u32, f32)] {
+        &self.entries[..self.count]
+    }
+
+    /// Adds a share of a response; where there is no room for one more, the smallest makes room if it is smaller.
+    pub(crate) fn add(&mut self, response: u32, share: f32) {
+        if let Some(entry) = self.entries[..self.count].iter_mut().find(|e| e.0 == response) {
+            entry.1 += share;
+        } else if self.count < MOST_SHARES {
+            self.entries[self.count] = (response, share);
+            self.count += 1;
+        } else if let Some(smallest) = self.entries.iter_mut().min_by(|a, b| a.1.total_cmp(&b.1))
+            && smallest.1 < share
+        {
+            *smallest = (response, share);
+        }
+    }
+
+    /// Brings the sum of all shares to 1, so that what had no room is not missed.
+    pub(crate) fn normalise(&mut self) {
+        let sum: f32 = self.entries().iter().map(|e| e.1).sum();
+        if sum > 0.0 {
+            self.entries[..self.count].iter_mut().for_each(|e| e.1 /= sum);
+        }
+    }
 }
 
 /// Sizes that a scene's transfer functions share.
@@ -59,6 +110,7 @@ impl TransferShape {
             delay_s: 0.0,
             taps: vec![0.0; self.tap_len() * self.taps],
             late: vec![0.0; self.tap_len()],
+            shares: Shares::FIRST,
         }
     }
 }

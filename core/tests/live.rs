@@ -29,6 +29,7 @@ fn scene(kind: CloudKind, conv: ConvMode, projection: Projection) -> Arc<Scene> 
         tail,
         taps: 16,
         field: None,
+        measured: None,
         cloud: Some(AnchorCloud { model: golden::slice(kind).model, conv, projection, emitter: None }),
         top_hz: 10_000.0,
         start_pose: Pose::IDENTITY,

@@ -2,8 +2,8 @@
 
 use promenade_core::glam::Vec3;
 use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneCard, SceneError, SceneParts, StftGrid,
-    TailModel, Tier, TransferShape,
+    Axis, Bands, Facing, Field, FieldGrid, MeasuredRoom, NodeShares, Pose, Provenance, Rows, Scene, SceneCard, SceneError,
+    SceneParts, StftGrid, TailModel, Tier, TransferShape,
 };
 use promenade_testing::noise;
 use promenade_testing::scenes::room;
@@ -19,13 +19,15 @@ fn small() -> SceneParts {
         facing: Facing::Emitter { position: Vec3::X, elevation: Axis::single(0.0), azimuth: Axis::circle(0.0, 2) },
     };
     let rows = vec![0.25; nodes.nodes() * shape.row_len()];
+    let shares = NodeShares::new(2, vec![1, 0, 0, 0], vec![0.75, 0.25, 1.0, 0.0]).unwrap();
     SceneParts {
         provenance: Provenance { title: "Small \"room\"".into(), notes: vec!["a note".into()], ..Provenance::default() },
         grid,
         bands,
         tail: TailModel { seed: u64::MAX, t60_s: vec![0.5; 3], coherence: vec![-0.5; 3] },
         taps: 4,
-        field: Field::new(nodes, shape, Rows::Whole(rows)),
+        measured: Some(MeasuredRoom { samples: noise(3, 2 * 2 * 6 * grid.hop), hops: 6 }),
+        field: Field::new(nodes, shape, Rows::Whole(rows)).and_then(|f| f.with_shares(shares)),
         cloud: None,
         bounds: (Vec3::ZERO, Vec3::ONE),
         top_hz: 3_500.0,

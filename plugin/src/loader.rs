@@ -88,6 +88,8 @@ pub struct Loader {
     pub walks: ArrayQueue<Option<Arc<Walk>>>,
     /// From the audio thread, to be dropped.
     pub retired: ArrayQueue<Retired>,
+    /// The choices that were loaded last, or could not be.
+    loaded: Mutex<Option<Choices>>,
     /// What was prepared last, for the editor. It does not keep them in memory.
     current: Mutex<Current>,
     /// The attention weights of the scene's decoder.
@@ -115,6 +117,7 @@ impl Loader {
             scenes: ArrayQueue::new(1),
             walks: ArrayQueue::new(1),
             retired: ArrayQueue::new(RETIRED_CAPACITY),
+            loaded: Mutex::default(),
             current: Mutex::default(),
             attention: Arc::default(),
             repaint: RepaintNotifier::new(),
@@ -152,8 +155,15 @@ impl Loader {
     /// Drops what the audio thread no longer needs, and loads what the parameters choose unless it is loaded.
     pub fn refresh(&self) {
         while self.retired.pop().is_some() {}
+        let choices = self.params.choices();
         self.refresh_scene();
         self.refresh_walk();
+        *lock(&self.loaded) = Some(choices);
+    }
+
+    /// Whether everything that the parameters choose now has been loaded, or could not be.
+    pub fn is_up_to_date(&self) -> bool {
+        *lock(&self.loaded) == Some(self.params.choices())
     }
 
     /// The scene that is played or about to be.
@@ -179,7 +189,9 @@ impl Loader {
                 return;
             }
             let result = find_scene(&request).and_then(|found| {
-                let renderer = Renderer::new(Arc::clone(&found.scene), f64::from_bits(sample_rate_bits))?;
+                let sample_rate_hz = f64::from_bits(sample_rate_bits);
+                let carriers = cache::carriers(&found.scene, sample_rate_hz);
+                let renderer = Renderer::with_carriers(Arc::clone(&found.scene), sample_rate_hz, carriers)?;
                 let decoder = SharedWorker::new(&found.scene, &self.attention).map_err(LoadError::Thread)?;
                 let renderer = match decoder {
                     Some(decoder) => renderer.with_worker(Box::new(decoder)),

@@ -7,6 +7,10 @@ use crate::worker::{LOADER, TaskHandle};
 use nice_plug::nice_error;
 use promenade_core::Spatializer;
 use std::sync::Arc;
+use std::time::Duration;
+
+/// Time between two looks at the loader, offline.
+const POLL: Duration = Duration::from_micros(200);
 
 /// The scene and the camera path of one instance. The audio thread owns it.
 pub(crate) struct Playing {
@@ -54,16 +58,24 @@ impl Playing {
         self.receive();
     }
 
-    /// Takes over what the loader has ready, and wakes it for other choices or to drop what is no longer needed.
+    /// Takes over what the loader has ready, and wakes it for other choices or to drop what is no longer needed. With `wait` the choices
+    /// are loaded on return.
     ///
     /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn update(&mut self, choices: Choices) {
-        if (self.receive() | (self.choices != Some(choices)))
-            && let Some(task) = &self.task
-        {
-            self.choices = Some(choices);
-            task.schedule();
+    /// Audio thread without `wait`: no allocation, lock or I/O. With it, as long as loading takes.
+    pub(crate) fn update(&mut self, choices: Choices, wait: bool) {
+        let changed = self.choices != Some(choices);
+        let hands_back = self.receive();
+        let Some(task) = self.task.as_ref().filter(|_| changed || hands_back) else { return };
+        self.choices = Some(choices);
+        task.schedule();
+        if changed && wait {
+            while !self.loader.is_up_to_date() {
+                // Other threads may change the choices meanwhile.
+                task.schedule();
+                std::thread::sleep(POLL);
+            }
+            self.receive();
         }
     }
 

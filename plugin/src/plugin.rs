@@ -83,9 +83,9 @@ impl Promenade {
     }
 
     /// The parameters of a block; a missing scene passes the dry sound, and decodes are waited for offline.
-    fn snapshot(&mut self, began: Instant, time: &BlockTime) -> Snapshot {
+    fn snapshot(&mut self, offline: bool) -> Snapshot {
         let mut snapshot = self.params.snapshot();
-        snapshot.block.live.wait = self.timing.offline.advance(began, time.length_s);
+        snapshot.block.live.wait = offline;
         if self.playing.dry {
             snapshot.block.mix = 0.0;
         }
@@ -253,10 +253,11 @@ impl Plugin for Promenade {
         context: &mut impl ProcessContext<Self>,
     ) -> ProcessStatus {
         let began = Instant::now();
-        self.playing.update(self.params.choices());
         self.osc.follow(&self.params);
         let time = self.follow_transport(buffer, context.transport());
-        let snapshot = self.snapshot(began, &time);
+        let offline = self.timing.offline.advance(began, time.length_s);
+        self.playing.update(self.params.choices(), offline);
+        let snapshot = self.snapshot(offline);
         let Some(heard) = self.render(buffer, &snapshot, &time) else {
             return ProcessStatus::Error("not activated, or not two output channels");
         };

@@ -78,6 +78,7 @@ fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> SceneParts {
         tail,
         taps: shape.taps,
         field: Some(field),
+        measured: None,
         cloud: None,
         top_hz: 0.45 * sample_rate_hz as f32,
         start_pose: Pose::IDENTITY,

@@ -1,9 +1,16 @@
 //! Automation lands on its sample, later by the latency and by nothing else.
 
-use promenade_tests::signal::{first_difference, noise};
-use promenade_tests::{Host, in_both_formats};
+use promenade_core::{BlockParams, Renderer, Scene, Spatializer};
+use promenade_tests::signal::{difference_db, first_difference, noise, peak};
+use promenade_tests::{Host, Setup, in_both_formats};
+use std::sync::Arc;
 
-in_both_formats!(gain_steps_are_sample_accurate, bypass_steps_are_sample_accurate, several_steps_in_one_block_all_land);
+in_both_formats!(
+    gain_steps_are_sample_accurate,
+    bypass_steps_are_sample_accurate,
+    several_steps_in_one_block_all_land,
+    offline_a_scene_is_heard_from_the_block_that_names_it,
+);
 
 const BLOCK: usize = 512;
 const LEN: usize = 20 * BLOCK;
@@ -52,4 +59,36 @@ fn several_steps_in_one_block_all_land<H: Host>() {
     let until = |signal: &[Vec<f32>; 2]| [signal[0][..second].to_vec(), signal[1][..second].to_vec()];
     let early = first_difference(&until(&steady), &until(&twice));
     assert_eq!(early, (first + latency < second).then_some(first + latency));
+}
+
+/// The engine with a factory scene, at 48 kHz.
+fn room(name: &str) -> (Box<Renderer>, Arc<Scene>) {
+    let file = format!("{}/../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
+    let scene = Arc::new(Scene::from_bytes(&std::fs::read(file).unwrap()).unwrap());
+    (Box::new(Renderer::new(Arc::clone(&scene), 48_000.0).unwrap()), scene)
+}
+
+fn offline_a_scene_is_heard_from_the_block_that_names_it<H: Host>() {
+    let mut host = H::open(Setup::default());
+    // Twice: the VST3 wrapper hands on the mode of the time before.
+    host.reopen(Setup { offline: true, ..Setup::default() });
+    host.reopen(Setup { offline: true, ..Setup::default() });
+    let (first, scene) = room("iosr-room-a");
+    let mut engine = Spatializer::new(48_000.0);
+    engine.install(first);
+    let (signal, start) = (noise(LEN), scene.start_pose());
+    let (mut heard, mut wanted) = ([Vec::new(), Vec::new()], [vec![0.0; LEN], vec![0.0; LEN]]);
+    for (number, block) in signal.chunks(BLOCK).enumerate() {
+        if number == 7 {
+            host.set("scene", 0.5);
+            assert!(engine.swap_in(room("iosr-room-b").0).is_ok());
+        }
+        heard.iter_mut().zip(host.process(&[block, block])).for_each(|(all, new)| all.extend(new));
+        let [left, right] = &mut wanted;
+        let span = number * BLOCK..(number + 1) * BLOCK;
+        engine.process(&[block], [&mut left[span.clone()], &mut right[span]], &BlockParams::default(), |_| start);
+    }
+    assert!(peak(&wanted[0]) > 1e-3);
+    let difference = difference_db(&wanted, &heard);
+    assert!(difference < -100.0, "{difference} dB from the engine that changes scenes at that block");
 }

@@ -31,6 +31,7 @@ fn fill(folder: &Path) {
         tail,
         taps: 16,
         field: None,
+        measured: None,
         cloud: Some(AnchorCloud {
             model: golden::slice(CloudKind::Sh).model,
             conv: ConvMode::Off,

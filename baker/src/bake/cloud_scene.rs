@@ -54,6 +54,7 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
         tail,
         taps,
         field: None,
+        measured: None,
         cloud: Some(AnchorCloud {
             conv: if sizes.conv { options.conv } else { ConvMode::Off },
             projection: options.projection,

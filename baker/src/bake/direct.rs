@@ -1,8 +1,12 @@
-//! The direct sound of a measured response: arrival, masks, common phase.
+//! The direct sound of a measured response: arrival, masks, phase, interaural delay.
 
+use crate::bake::log_transfer::floored_log;
+use crate::signal::minimum_phase::minimum_phase;
 use crate::signal::spectrum::{Analyser, at};
 use promenade_core::{StftGrid, TransferFunction};
+use promenade_fourier::num_complex::Complex64;
 use promenade_metrics::onset;
+use std::f64::consts::TAU;
 
 /// The direct sound begins this long before the earlier onset, seconds.
 const LEAD_S: f64 = 0.001;
@@ -10,38 +14,137 @@ const LEAD_S: f64 = 0.001;
 const WHOLE_S: f64 = 0.002;
 /// ... and has faded out by here, before early reflections take over.
 const END_S: f64 = 0.0035;
+/// The longest delay of an ear against the estimated arrival, seconds, and how finely it is searched.
+const LONGEST_DELAY_S: f64 = 0.0012;
+const DELAY_STEP_S: f64 = 4e-6;
+
+/// Phases are unwrapped from here to both sides, Hz: loudspeakers play it, and heads have no notch there.
+const PHASE_FROM_HZ: f64 = 700.0;
 
 /// Direct sound at both ears.
 #[derive(Clone, Debug)]
 pub(crate) struct Direct {
-    /// Sample of the response at which sound reaches the head's centre: midway between the ears' onsets.
+    /// Sample of the response at which sound reaches the head's centre: midway between the ears' delays.
     pub(crate) arrival: i64,
     /// Magnitude per bin, left and right, at the measured distance.
     pub(crate) gain: [Vec<f64>; 2],
+    /// Phase per bin beyond that of the minimum-phase filter and the interaural delay, left and right, radians.
+    pub(crate) excess: [Vec<f64>; 2],
+    /// Interaural delay, seconds, positive when the left ear is later.
+    pub(crate) delay_s: f64,
     /// The response without the direct sound, left and right.
     pub(crate) rest: [Vec<f32>; 2],
 }
 
 impl Direct {
     /// Cuts the direct sound out of a response. `None` if an ear is silent.
+    ///
+    /// An ear's delay is the lag at which its direct sound correlates best with the minimum-phase filter of the same magnitude (Kulkarni,
+    /// Isabelle and Colburn 1999); what phase is left is kept, so that nothing of the measurement is lost.
     pub(crate) fn of(ears: [&[f32]; 2], grid: &StftGrid, analyser: &Analyser) -> Option<Self> {
         let onsets = [onset(ears[0])? as i64, onset(ears[1])? as i64];
-        let arrival = (onsets[0] + onsets[1]) / 2;
-        let samples = |s: f64| (s * grid.sample_rate_hz).round() as i64;
-        let start = onsets[0].min(onsets[1]) - samples(LEAD_S);
-        let (whole, end) = (arrival + samples(WHOLE_S), arrival + samples(END_S));
-        let share = |i: i64| match i {
+        let start = onsets[0].min(onsets[1]) - samples(grid, LEAD_S);
+        let guess = Window { start, arrival: (onsets[0] + onsets[1]) / 2 };
+        let delays_s = ears.map(|ear| Ear::of(ear, &guess, grid, analyser).delay_s(grid));
+        let centre_s = 0.5 * (delays_s[0] + delays_s[1]);
+        let window = Window { arrival: guess.arrival + (centre_s * grid.sample_rate_hz).round() as i64, ..guess };
+        let delay_s = delays_s[0] - delays_s[1];
+        let [left, right] = ears.map(|ear| Ear::of(ear, &window, grid, analyser));
+        let excess = [left.excess(0.5 * delay_s, grid), right.excess(-0.5 * delay_s, grid)];
+        let rest = ears.map(|ear| {
+            ear.iter().enumerate().map(|(i, v)| (1.0 - window.share(grid, i as i64)) as f32 * v).collect::<Vec<f32>>()
+        });
+        Some(Self { arrival: window.arrival, gain: [left.gain, right.gain], excess, delay_s, rest })
+    }
+
+    /// One hop of the response without the direct sound, of the ear given: hop `l` is what tap `l` of the render head covers.
+    pub(crate) fn hop(&self, grid: &StftGrid, ear: usize, hop: usize) -> impl Iterator<Item = f64> {
+        let start = self.arrival - (grid.hop / 4) as i64 + (hop * grid.hop) as i64;
+        (start..start + grid.hop as i64).map(move |i| at(&self.rest[ear], i))
+    }
+}
+
+fn samples(grid: &StftGrid, seconds: f64) -> i64 {
+    (seconds * grid.sample_rate_hz).round() as i64
+}
+
+/// Where the direct sound lies in a response.
+struct Window {
+    start: i64,
+    arrival: i64,
+}
+
+impl Window {
+    /// Share of a sample that belongs to the direct sound.
+    fn share(&self, grid: &StftGrid, sample: i64) -> f64 {
+        let (whole, end) = (self.arrival + samples(grid, WHOLE_S), self.arrival + samples(grid, END_S));
+        match sample {
+            i if i < self.start => 0.0,
             i if i < whole => 1.0,
             i if i >= end => 0.0,
             i => 0.5 + 0.5 * (std::f64::consts::PI * (i - whole) as f64 / (end - whole) as f64).cos(),
-        };
-        let gain = ears.map(|ear| {
-            let piece: Vec<f64> = (start..end).map(|i| share(i) * at(ear, i)).collect();
-            analyser.spectrum(&piece).iter().map(|x| x.norm()).collect()
-        });
-        let rest = ears.map(|ear| ear.iter().enumerate().map(|(i, v)| (1.0 - share(i as i64) as f32) * v).collect());
-        Some(Self { arrival, gain, rest })
+        }
     }
+}
+
+/// The direct sound of one ear.
+struct Ear {
+    gain: Vec<f64>,
+    /// Direct sound over the minimum-phase filter of its magnitude, per bin, times the magnitude squared.
+    against_minimum: Vec<Complex64>,
+}
+
+impl Ear {
+    fn of(response: &[f32], window: &Window, grid: &StftGrid, analyser: &Analyser) -> Self {
+        let (n, end) = (grid.n_fft as i64, window.arrival + samples(grid, END_S));
+        let mut piece = vec![0.0; grid.n_fft];
+        for i in window.start.max(end - n)..end {
+            // The arrival is time 0; what comes before it lies at the frame's end.
+            piece[(i - window.arrival).rem_euclid(n) as usize] = window.share(grid, i) * at(response, i);
+        }
+        let spectrum = analyser.spectrum(&piece);
+        let gain: Vec<f64> = spectrum.iter().map(|x| x.norm()).collect();
+        let minimum = minimum_phase(floored_log(&gain), grid.n_fft);
+        let against = spectrum.iter().zip(minimum).map(|(x, phase)| x * Complex64::from_polar(x.norm(), -f64::from(phase)));
+        Self { against_minimum: against.collect(), gain }
+    }
+
+    /// Delay against the arrival, seconds.
+    fn delay_s(&self, grid: &StftGrid) -> f64 {
+        let steps = (LONGEST_DELAY_S / DELAY_STEP_S) as i32;
+        let likeness = |delay_s: f64| -> f64 {
+            let step = Complex64::from_polar(1.0, TAU * grid.bin_hz(1) * delay_s);
+            let mut turn = Complex64::from(1.0);
+            let terms = self.against_minimum.iter().map(|x| {
+                let term = (x * turn).re;
+                turn *= step;
+                term
+            });
+            terms.sum()
+        };
+        let delays = (-steps..=steps).map(|i| f64::from(i) * DELAY_STEP_S);
+        delays.map(|d| (d, likeness(d))).max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0)
+    }
+
+    /// Phase beyond minimum phase and a delay, radians, unwrapped from [`PHASE_FROM_HZ`] to both sides.
+    fn excess(&self, delay_s: f64, grid: &StftGrid) -> Vec<f64> {
+        let late = |k: usize| Complex64::from_polar(1.0, TAU * grid.bin_hz(k) * delay_s);
+        let mut phase: Vec<f64> = self.against_minimum.iter().enumerate().map(|(k, x)| (x * late(k)).arg()).collect();
+        let start = phase_start(grid);
+        let near = |phase: f64, to: f64| phase + TAU * ((to - phase) / TAU).round();
+        for k in start + 1..phase.len() {
+            phase[k] = near(phase[k], phase[k - 1]);
+        }
+        for k in (0..start).rev() {
+            phase[k] = near(phase[k], phase[k + 1]);
+        }
+        phase
+    }
+}
+
+/// The bin at which phases are unwrapped from.
+pub(crate) fn phase_start(grid: &StftGrid) -> usize {
+    ((PHASE_FROM_HZ / grid.bin_hz(1)).round() as usize).min(grid.bins() - 1)
 }
 
 /// Sets the masks of a bin from the gains of both ears.

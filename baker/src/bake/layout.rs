@@ -12,6 +12,8 @@ const SAME_PLACE_M: f32 = 1e-3;
 const FINEST_STEP: f32 = 2.5 * std::f32::consts::PI / 180.0;
 /// The widest distance between the directions of a field, radians.
 const COARSEST_STEP: f32 = 15.0 * std::f32::consts::PI / 180.0;
+/// Directions lower and higher than this, as the vertical part of a unit vector, lie at the height of the head (2 degrees).
+pub(crate) const LEVEL_Z: f32 = 0.035;
 /// Positions along one axis of a field, at most.
 const MOST_POSITIONS: usize = 24;
 
@@ -92,10 +94,13 @@ impl Layout {
     /// Nodes for a field: as dense as the measurements where they are dense, over all directions.
     pub(crate) fn nodes(&self) -> FieldGrid {
         let pi = std::f32::consts::PI;
-        let spacing = median_spacing(self.sites.iter().map(|s| s.direction)).clamp(FINEST_STEP, COARSEST_STEP);
+        let level = self.is_level();
+        // Nodes between the measurements of a ring, since the gains of a mix do not follow a straight line from one to the next.
+        let density = if level { 2.0 } else { 1.0 };
+        let spacing = median_spacing(self.sites.iter().map(|s| s.direction)).min(COARSEST_STEP * density) / density;
+        let spacing = spacing.max(FINEST_STEP);
         let azimuths = count(2.0 * pi / spacing).max(4);
-        let flat = self.sites.iter().all(|s| s.direction.z.abs() < 0.035);
-        let elevations = if flat { 5 } else { count(pi / spacing).max(4) + 1 };
+        let elevations = if level { 3 } else { count(pi / spacing).max(4) + 1 };
         let axis = |pick: fn(Vec3) -> f32| {
             let values = self.sites.iter().map(|s| pick(s.position));
             let (low, high) = values.fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
@@ -111,6 +116,11 @@ impl Layout {
                 azimuth: Axis::circle(-pi, azimuths),
             },
         }
+    }
+
+    /// Whether all sources lie at the height of the head.
+    pub(crate) fn is_level(&self) -> bool {
+        self.sites.iter().all(|s| s.direction.z.abs() < LEVEL_Z)
     }
 
     /// Whether no measurement has the emitter behind the head (or none before it).

@@ -1,33 +1,37 @@
 //! Transfer functions as they are interpolated between measurements.
 
-use crate::bake::direct::set_ears;
+use crate::bake::direct::{Direct, phase_start, set_ears};
 use crate::bake::kriging::Site;
 use crate::signal::minimum_phase::minimum_phase;
 use promenade_core::{StftGrid, TransferFunction, TransferShape};
+use std::f64::consts::TAU;
 
 /// Gains below this count as silence (-140 dB).
 pub(crate) const NO_GAIN: f64 = 1e-7;
 
-/// A transfer function in the domain that it is interpolated in: log gains, at a distance of 1 m, and delay.
+/// What is interpolated of a measurement: log gains of the direct sound at a distance of 1 m, its phase and delay, and log gains of the
+/// late part.
 ///
 /// Gains of measurements a few degrees apart differ by factors, and delays by sums; complex spectra that differ in delay would cancel.
 #[derive(Clone, Debug)]
 pub(crate) struct LogTransfer {
     direct: [Vec<f64>; 2],
+    /// Phase beyond minimum phase and delay, radians.
+    excess: [Vec<f64>; 2],
     delay_s: f64,
-    room: Vec<f64>,
-    explicit: usize,
+    late: Vec<f64>,
 }
 
 impl LogTransfer {
-    pub(crate) fn of(t: &TransferFunction, distance_m: f64) -> Self {
+    /// Takes a direct sound and gains of the late part, `[ear][band]`, both times `gain`, measured at a distance.
+    pub(crate) fn of(direct: &Direct, late: &[f64], gain: f64, distance_m: f64) -> Self {
         let log = |g: f64| g.max(NO_GAIN).ln();
-        let ear = |sign: f32| {
-            let gains = t.mixture.iter().zip(&t.difference).map(|(m, d)| f64::from((1.0 + sign * d) * m));
-            gains.map(|g| log(g * distance_m)).collect()
-        };
-        let room = t.taps.iter().chain(&t.late).map(|g| log(f64::from(*g))).collect();
-        Self { direct: [ear(-1.0), ear(1.0)], delay_s: f64::from(t.delay_s), room, explicit: t.taps.len() }
+        Self {
+            direct: direct.gain.each_ref().map(|ear| ear.iter().map(|g| log(gain * distance_m * g)).collect()),
+            excess: direct.excess.clone(),
+            delay_s: direct.delay_s,
+            late: late.iter().map(|g| log(gain * g)).collect(),
+        }
     }
 
     pub(crate) fn blend(measured: &[Self], sites: &[Site], weights: &[(usize, f64)], trend: f64, node: &Site) -> Self {
@@ -41,23 +45,66 @@ impl LogTransfer {
         let off_trend: f64 = weights.iter().map(|&(i, w)| w * (measured[i].delay_s - trend * lateral(&sites[i]))).sum();
         Self {
             direct: [sum(&|r| &r.direct[0]), sum(&|r| &r.direct[1])],
+            excess: [sum(&|r| &r.excess[0]), sum(&|r| &r.excess[1])],
             delay_s: off_trend + trend * lateral(node),
-            room: sum(&|r| &r.room),
-            explicit: measured[0].explicit,
+            late: sum(&|r| &r.late),
         }
     }
 
-    pub(crate) fn to_transfer(&self, shape: &TransferShape, grid: &StftGrid) -> TransferFunction {
-        let gain = |log: f64| if log <= NO_GAIN.ln() + 0.1 { 0.0 } else { log.exp() };
+    /// Gains of the late part, linear amplitude, `[ear][band]`.
+    pub(crate) fn late(&self) -> Vec<f64> {
+        self.late.iter().map(|log| linear(*log)).collect()
+    }
+
+    /// The transfer function on a grid, with `taps` for its time filters.
+    pub(crate) fn to_transfer(&self, shape: &TransferShape, grid: &StftGrid, taps: Vec<f32>) -> TransferFunction {
         let mut out = shape.silent();
-        for k in 0..shape.bins {
-            set_ears(&mut out, k, [gain(self.direct[0][k]), gain(self.direct[1][k])]);
+        let gains = self.direct.each_ref().map(|ear| ear.iter().map(|log| linear(*log)).collect::<Vec<f64>>());
+        for (k, (left, right)) in gains[0].iter().zip(&gains[1]).enumerate() {
+            set_ears(&mut out, k, [*left, *right]);
         }
-        out.phase = self.direct.iter().flat_map(|log_gain| minimum_phase(log_gain.iter().copied(), grid.n_fft)).collect();
+        let phases = gains.iter().zip(&self.excess).flat_map(|(gain, excess)| {
+            minimum_phase(floored_log(gain), grid.n_fft).zip(excess).map(|(minimum, excess)| minimum + *excess as f32)
+        });
+        out.phase = phases.collect();
         out.delay_s = self.delay_s as f32;
-        out.taps = self.room[..self.explicit].iter().map(|g| gain(*g) as f32).collect();
-        out.late = self.room[self.explicit..].iter().map(|g| gain(*g) as f32).collect();
+        out.taps = taps;
+        out.late = self.late().iter().map(|g| *g as f32).collect();
         out
+    }
+}
+
+/// The gain with a log; silence for what counts as that.
+fn linear(log: f64) -> f64 {
+    if log <= NO_GAIN.ln() + 0.1 { 0.0 } else { log.exp() }
+}
+
+/// Log of a magnitude, no lower than 60 dB below its peak: a deeper notch would only lengthen the response.
+pub(crate) fn floored_log(gain: &[f64]) -> impl Iterator<Item = f64> {
+    let floor = 1e-3 * gain.iter().fold(NO_GAIN, |a, b| a.max(*b));
+    gain.iter().map(move |g| g.max(floor).ln())
+}
+
+/// Adds whole turns to the phases of measurements until neighbours differ by less than half a turn where phases are unwrapped from: only
+/// then is there a phase between them. From the first measurement on, each is brought near to its nearest one that has been before.
+pub(crate) fn align_phases(measured: &mut [LogTransfer], sites: &[Site], grid: &StftGrid) {
+    let start = phase_start(grid);
+    let mut left: Vec<usize> = (1..measured.len()).collect();
+    // The nearest aligned measurement of each that is left, and its distance.
+    let mut nearest: Vec<(usize, f64)> = sites.iter().map(|s| (0, s.distance(&sites[0]))).collect();
+    while let Some(at) = (0..left.len()).min_by(|&a, &b| nearest[left[a]].1.total_cmp(&nearest[left[b]].1)) {
+        let next = left.swap_remove(at);
+        let parent = measured[nearest[next].0].excess.clone();
+        for (phases, parent) in measured[next].excess.iter_mut().zip(&parent) {
+            let turns = TAU * ((parent[start] - phases[start]) / TAU).round();
+            phases.iter_mut().for_each(|p| *p += turns);
+        }
+        for &other in &left {
+            let distance = sites[other].distance(&sites[next]);
+            if distance < nearest[other].1 {
+                nearest[other] = (next, distance);
+            }
+        }
     }
 }
 

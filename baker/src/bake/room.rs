@@ -1,13 +1,13 @@
 //! What a measured room does after the direct sound: band energies hop by hop, reverberation time, coherence.
 
-use crate::bake::direct::{Direct, set_ears};
-use crate::bake::log_transfer::NO_GAIN;
+use crate::bake::direct::Direct;
+use crate::bake::late_unit::late_unit;
 use crate::error::BakeError;
-use crate::signal::minimum_phase::minimum_phase;
 use crate::signal::spectrum::{Analyser, at};
 use crate::sources::responses::Response;
-use promenade_core::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
+use promenade_core::{Bands, LOWEST_BINS, StftGrid, TailModel, TransferShape};
 use promenade_metrics::slope;
+use std::ops::Range;
 
 /// Reverberation times below this are taken for a failed fit, seconds.
 const SHORTEST_T60_S: f64 = 0.03;
@@ -23,6 +23,13 @@ const AUDIBLE_END: f64 = 1e-4;
 const LEAST_FALL_DB: f64 = 10.0;
 /// Headroom over the noise floor that a hop needs to count, as a ratio of energies (6 dB).
 const OVER_NOISE: f64 = 4.0;
+/// Explicit taps reach over half the reverberation time, but no longer and no shorter than this, seconds.
+pub(crate) const LONGEST_EARLY_S: f64 = 0.22;
+const SHORTEST_EARLY_S: f64 = 0.08;
+/// Reverberation times are fitted from here on, seconds.
+const FITTED_FROM_S: f64 = 0.16;
+/// The longest time for which the bass rings on as it was measured, seconds.
+const LONGEST_LOW_S: f64 = 4.0;
 /// The fewest hops that a slope is fitted to.
 const FEWEST_HOPS: usize = 6;
 
@@ -35,12 +42,7 @@ pub(crate) type HopEnergies = Vec<Vec<f64>>;
 fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec<f32>, BakeError> {
     let bands = mean.first().map_or(0, Vec::len);
     let mut fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s)).collect();
-    let median = |fitted: &[Option<f64>]| {
-        let mut known: Vec<f64> = fitted.iter().flatten().copied().collect();
-        known.sort_by(f64::total_cmp);
-        known.get(known.len() / 2).copied()
-    };
-    let Some(all) = median(&fitted) else {
+    let Some(all) = median(fitted.iter().flatten().copied()) else {
         check_fall(mean, from, hop_s, direct)?;
         return Ok(vec![0.3; bands]);
     };
@@ -51,7 +53,7 @@ fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec
     // A band without a decay of its own takes the median of the others.
     let longest = PLAUSIBLE_T60_S.max(PLAUSIBLE_RATIO * all);
     fitted.iter_mut().for_each(|t| *t = t.filter(|t| *t <= longest));
-    let typical = median(&fitted).unwrap_or(all);
+    let typical = median(fitted.iter().flatten().copied()).unwrap_or(all);
     Ok(fitted.iter().map(|t| t.unwrap_or(typical) as f32).collect())
 }
 
@@ -90,13 +92,14 @@ fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f
     slope(&points).map(|db_per_s| -60.0 / db_per_s).filter(|t| *t >= SHORTEST_T60_S && t.is_finite())
 }
 
-/// Gain of an exponential late part at hop `from`, linear amplitude, by least squares on energies from there to the noise.
-fn late_gain(energies: &HopEnergies, band: usize, from: usize, until: usize, decay_per_hop: f64) -> f64 {
+/// Gain of the late part in a band, linear amplitude, from energies over some hops, weighted as they decay; `unit` are those of a gain of
+/// 1.
+fn late_gain(energies: &HopEnergies, unit: &HopEnergies, band: usize, hops: Range<usize>, decay_per_hop: f64) -> f64 {
     let (mut num, mut den) = (0.0, 0.0);
-    for (j, e) in energies.iter().take(until).skip(from).enumerate() {
-        let model = decay_per_hop.powi(2 * j as i32);
-        num += e[band] * model;
-        den += model * model;
+    for (l, (e, u)) in energies[hops.clone()].iter().zip(&unit[hops]).enumerate() {
+        let weight = decay_per_hop.powi(2 * l as i32);
+        num += e[band] * weight;
+        den += u[band] * weight;
     }
     if den > 0.0 { (num / den).max(0.0).sqrt() } else { 0.0 }
 }
@@ -130,11 +133,11 @@ fn coherence(ears: [&[f32]; 2], start: i64, hops: usize, grid: &StftGrid, bands:
 /// Share of the Nyquist frequency that measurements are trusted up to; above it anti-alias filters close.
 const TRUSTED_SHARE: f64 = 0.85;
 
-/// A first estimate of one response's transfer function.
-pub(crate) struct First {
-    /// Sample of the response at which sound reaches the head's centre.
-    pub(crate) arrival: i64,
-    pub(crate) transfer: TransferFunction,
+/// What one response says by itself.
+pub(crate) struct Heard {
+    pub(crate) direct: Direct,
+    /// Gain of the late part at the first hop after the taps, linear amplitude, `[ear][band]`.
+    pub(crate) late: Vec<f64>,
 }
 
 /// What all responses share.
@@ -143,8 +146,12 @@ pub(crate) struct Room {
     pub(crate) tail: TailModel,
     pub(crate) shape: TransferShape,
     pub(crate) top_hz: f32,
-    /// Hops that stand above the measurements' noise per band.
-    pub(crate) above_noise: Vec<usize>,
+    /// Highest frequency of the bass, which has no late part but rings on as it was measured, Hz.
+    pub(crate) low_hz: f64,
+    /// Hops in which the bass is heard, those of direct sound and taps among them.
+    pub(crate) low_hops: usize,
+    /// Energy density per hop and band that the late part has at each ear at unit gain.
+    pub(crate) late_unit: [HopEnergies; 2],
 }
 
 /// Hops that responses reach into; the direct sound's and one after it at least.
@@ -160,15 +167,13 @@ impl Room {
         TransferShape { bins: grid.bins(), bands: Bands::for_rate(grid.sample_rate_hz).count(), taps }
     }
 
-    /// Measures the room that responses share and estimates a transfer function of each, times `gain`: direct sound, `early_s` seconds
-    /// of explicit taps and a late part.
+    /// Measures the room that responses share: `early_s` seconds of explicit taps, or as many as it requires, and a late part.
     pub(crate) fn of(
         measured: &[&Response],
         grid: &StftGrid,
-        early_s: f64,
+        early_s: Option<f64>,
         seed: u64,
-        gain: f32,
-    ) -> Result<(Self, Vec<First>), BakeError> {
+    ) -> Result<(Self, Vec<Heard>), BakeError> {
         let analyser = Analyser::new(*grid);
         let bands = Bands::for_rate(grid.sample_rate_hz);
         let silent = |r: &Response| BakeError::unmeasurable(format!("response '{}'", r.name), "an ear is silent");
@@ -186,10 +191,15 @@ impl Room {
                 (0..bands.count()).map(|b| all.clone().map(|e| e[l][b]).sum::<f64>() / ears).collect()
             })
             .collect();
+        let fitted_from = Self::shape(measured, grid, early_s.unwrap_or(FITTED_FROM_S)).taps;
+        let direct = directs.iter().flat_map(|d| &d.gain).flatten().map(|g| g * g).sum::<f64>() / (ears * grid.bins() as f64);
+        let t60 = t60_s(&mean, fitted_from, grid.hop_s(), direct)?;
+        let early_s = early_s.unwrap_or_else(|| {
+            let typical = median(t60.iter().map(|t| f64::from(*t))).unwrap_or_default();
+            (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S)
+        });
         let shape = Self::shape(measured, grid, early_s);
         let taps = shape.taps;
-        let direct = directs.iter().flat_map(|d| &d.gain).flatten().map(|g| g * g).sum::<f64>() / (ears * grid.bins() as f64);
-        let t60 = t60_s(&mean, taps, grid.hop_s(), direct)?;
         let above_noise: Vec<usize> = (0..bands.count()).map(|b| hops_above_noise(&mean, b)).collect();
         let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];
         for d in &directs {
@@ -202,60 +212,48 @@ impl Room {
         let coherence = (0..bands.count())
             .map(|b| (sums[0][b] / (sums[1][b] * sums[2][b]).sqrt().max(1e-30)).clamp(-1.0, 1.0) as f32)
             .collect();
+        let low_hz = grid.bin_hz(LOWEST_BINS.min(grid.bins()) - 1);
+        let ringing = |b: usize| above_noise[b].min((f64::from(t60[b]) / grid.hop_s()).ceil() as usize);
+        let low_hops =
+            (0..bands.count()).filter(|b| f64::from(bands.centres_hz()[*b]) <= low_hz).map(ringing).max().unwrap_or(0);
+        let low_hops = low_hops.clamp(taps + 1, (taps + 1).max((LONGEST_LOW_S / grid.hop_s()) as usize));
         let tail = TailModel { seed, t60_s: t60, coherence };
-        let gain = f64::from(gain);
-        let firsts = directs
-            .iter()
-            .zip(&energies)
-            .map(|(d, e)| First { arrival: d.arrival, transfer: first_transfer(d, e, &above_noise, &tail, shape, grid, gain) })
-            .collect();
         let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
-        Ok((Self { bands, tail, shape, top_hz, above_noise }, firsts))
+        let mut room = Self { bands, tail, shape, top_hz, low_hz, low_hops, late_unit: Default::default() };
+        room.late_unit = late_unit(grid, &room, hops)?;
+        let late = energies.iter().map(|e| late_gains(e, &above_noise, &room, grid));
+        let heard = late.zip(directs).map(|(late, direct)| Heard { direct, late }).collect();
+        Ok((room, heard))
     }
 }
 
-fn first_transfer(
-    direct: &Direct,
-    energies: &[HopEnergies; 2],
-    above_noise: &[usize],
-    tail: &TailModel,
-    shape: TransferShape,
-    grid: &StftGrid,
-    gain: f64,
-) -> TransferFunction {
-    let mut out = shape.silent();
-    for k in 0..shape.bins {
-        set_ears(&mut out, k, [gain * direct.gain[0][k], gain * direct.gain[1][k]]);
-    }
-    out.phase = direct.gain.iter().flat_map(|g| minimum_phase(floored_log(g), grid.n_fft)).collect();
-    let first_late = shape.taps + 1;
-    for (ear, hops) in energies.iter().enumerate() {
-        for band in 0..shape.bands {
-            for tap in 0..shape.taps {
-                out.taps[(tap * 2 + ear) * shape.bands + band] = (gain * hops[tap + 1][band].sqrt()) as f32;
-            }
-            let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(tail.t60_s[band]));
-            let until = above_noise[band];
-            // Where the noise begins before the late part does, the late part continues the last taps. Where the response itself
-            // ends there, as an anechoic one does, nothing is known to follow.
-            let late = if hops.len() <= first_late + 2 {
-                0.0
-            } else if until > first_late + 2 {
-                late_gain(hops, band, first_late, until, decay)
-            } else {
-                let from = until.saturating_sub(8).max(1);
-                late_gain(hops, band, from, until.max(from + 1), decay) * decay.powi(first_late as i32 - from as i32)
-            };
-            out.late[ear * shape.bands + band] = (gain * late) as f32;
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Gains of the late part of one response, `[ear][band]`.
+fn late_gains(energies: &[HopEnergies; 2], above_noise: &[usize], room: &Room, grid: &StftGrid) -> Vec<f64> {
+    let first_late = room.shape.taps + 1;
+    let gain = |((hops, unit), band): ((&HopEnergies, &HopEnergies), usize)| {
+        let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(room.tail.t60_s[band]));
+        let until = above_noise[band];
+        // Where the noise begins before the late part does, the late part continues the last taps. Where the response itself
+        // ends there, as an anechoic one does, nothing is known to follow.
+        if hops.len() <= first_late + 2 {
+            0.0
+        } else if until > first_late + 2 {
+            late_gain(hops, unit, band, first_late..until, decay)
+        } else {
+            let from = until.saturating_sub(8).max(1);
+            let last: f64 =
+                hops[from..until.max(from + 1)].iter().enumerate().map(|(l, e)| e[band] / decay.powi(2 * l as i32)).sum();
+            (last / (until.max(from + 1) - from) as f64).sqrt() * decay.powi(first_late as i32 - from as i32)
         }
-    }
-    out
-}
-
-/// Log of a magnitude, no lower than 60 dB below its peak: a deeper notch would only lengthen the response.
-fn floored_log(gain: &[f64]) -> Vec<f64> {
-    let floor = 1e-3 * gain.iter().fold(NO_GAIN, |a, b| a.max(*b));
-    gain.iter().map(|g| g.max(floor).ln()).collect()
+    };
+    let ears = energies.iter().zip(&room.late_unit);
+    ears.flat_map(|ear| (0..room.shape.bands).map(move |band| (ear, band))).map(gain).collect()
 }
 
 #[cfg(test)]
@@ -269,8 +267,9 @@ mod tests {
         let t = t60_s(&energies, 8, 0.005, 1.0).unwrap();
         assert!((t[0] - 0.5).abs() < 0.02, "{t:?}");
         assert_eq!(t[0], t[1], "a silent band takes the typical value");
+        let unit: HopEnergies = (0..150).map(|l| vec![10.0_f64.powf(-6.0 * f64::from(l - 10) * 0.005 / 0.5)]).collect();
         let decay = 10.0_f64.powf(-3.0 * 0.005 / 0.5);
-        assert!((late_gain(&energies, 0, 10, 60, decay) - decay.powi(10)).abs() < 1e-3);
+        assert!((late_gain(&energies, &unit, 0, 10..60, decay) - decay.powi(10)).abs() < 1e-3);
     }
 
     /// Bands that decay by 60 dB in these times, seconds, over a length.

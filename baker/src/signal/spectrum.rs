@@ -45,17 +45,6 @@ pub(crate) fn at(response: &[f32], index: i64) -> f64 {
     usize::try_from(index).ok().and_then(|i| response.get(i)).map_or(0.0, |v| f64::from(*v))
 }
 
-/// Width of each band in bins, as the bands interpolate.
-pub(crate) fn bandwidths(grid: &StftGrid, bands: &Bands) -> Vec<f64> {
-    let mut widths = vec![0.0; bands.count()];
-    for k in 0..grid.bins() {
-        for (band, w) in bands.weights(grid.bin_hz(k) as f32) {
-            widths[band] += f64::from(w);
-        }
-    }
-    widths
-}
-
 /// Mean of |X|^2 over each band, weighted as the bands interpolate.
 pub(crate) fn band_means(grid: &StftGrid, bands: &Bands, spectrum: &[Complex64]) -> Vec<f64> {
     let (mut sum, mut weight) = (vec![0.0; bands.count()], vec![1e-12; bands.count()]);

@@ -2,12 +2,16 @@
 
 use crate::decode::field::FieldDecoder;
 use crate::decode::live::{DecodeWorker, Decoded, LiveDecoder};
-use crate::decode::{Change, Decoder};
+use crate::decode::{Change, Decoder, Hops};
 use crate::{Pose, Quality, Scene, Tier, TransferFunction};
 use std::sync::Arc;
 
 /// Hops over which the time filters of a new pose are taken in, a share of them at each hop.
-const REFRESH_HOPS: usize = 4;
+const REFRESH_HOPS: usize = 16;
+/// The same for explicit taps at low frequencies ...
+const QUICK_HOPS: usize = 8;
+/// ... but the first, which are the loudest, follow at every hop.
+const EARLY_TAPS: usize = 12;
 
 /// The decoders of one stream.
 pub(crate) struct Follower {
@@ -17,8 +21,9 @@ pub(crate) struct Follower {
     silent: TransferFunction,
     /// Whether the live decoder was heard last.
     is_live: bool,
-    /// Hops of the render head's time filters.
+    /// Hops of the render head's time filters, and explicit taps among them.
     filter_hops: usize,
+    taps: usize,
     /// Shares of the time filters that still have to follow, and the next of them.
     stale_shares: usize,
     share: usize,
@@ -27,7 +32,7 @@ pub(crate) struct Follower {
 impl Follower {
     pub(crate) fn new(scene: &Arc<Scene>, filter_hops: usize) -> Self {
         let (field, silent) = (FieldDecoder::new(scene), scene.shape().silent());
-        Self { field, live: None, silent, is_live: false, filter_hops, stale_shares: 0, share: 0 }
+        Self { field, live: None, silent, is_live: false, filter_hops, taps: scene.shape().taps, stale_shares: 0, share: 0 }
     }
 
     /// Gives the stream a live decoder for the tiers that need one.
@@ -69,18 +74,20 @@ impl Follower {
         if direct {
             self.stale_shares = REFRESH_HOPS;
         }
-        let filters = if whole {
+        let mut change = Change { direct, ..Change::default() };
+        if whole {
             self.stale_shares = 0;
-            0..self.filter_hops
+            (change.filters, change.quick) = (Hops::all(self.filter_hops), [Hops::all(self.taps), Hops::default()]);
         } else if room && self.stale_shares > 0 {
             let share = self.share;
             self.stale_shares -= 1;
             self.share = (share + 1) % REFRESH_HOPS;
-            self.filter_hops * share / REFRESH_HOPS..self.filter_hops * (share + 1) / REFRESH_HOPS
-        } else {
-            0..0
-        };
-        decoder.update_filters(filters.clone());
-        Change { direct, filters }
+            // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in one.
+            change.filters = Hops { first: share, end: self.filter_hops, step: REFRESH_HOPS };
+            let early = EARLY_TAPS.min(self.taps);
+            change.quick = [Hops::all(early), Hops { first: early + share % QUICK_HOPS, end: self.taps, step: QUICK_HOPS }];
+        }
+        decoder.update_filters(&change);
+        change
     }
 }

@@ -1,10 +1,9 @@
 //! A decoder whose poses take longer than a hop: it asks a worker now and then and cross-fades the answers.
 
-use crate::decode::Decoder;
+use crate::decode::{Change, Decoder};
 use crate::number;
 use crate::published::StreamTaps;
 use crate::{LiveParams, Pose, Scene, TransferFunction};
-use std::ops::Range;
 
 /// What a live decoder makes of one pose.
 #[derive(Clone, Debug)]
@@ -109,7 +108,7 @@ impl Decoder for LiveDecoder {
         glides || whole
     }
 
-    fn update_filters(&mut self, _hops: Range<usize>) {
+    fn update_filters(&mut self, _change: &Change) {
         // An answer brings all of them.
     }
 

@@ -375,9 +375,11 @@ impl WithSimd for Correlate<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::Change;
+    use crate::decode::{Change, Hops};
+    use crate::render::carriers::Carriers;
     use crate::render::head::RenderHead;
     use promenade_testing::{noise, noise_at};
+    use std::sync::Arc;
 
     const GRID: StftGrid = StftGrid { sample_rate_hz: 8000.0, n_fft: 64, hop: 16 };
     const TAPS: usize = 9;
@@ -397,6 +399,7 @@ mod tests {
             delay_s: 2.3e-4,
             taps: values(shape.tap_len() * TAPS, 4, 0.0, 0.5),
             late: values(shape.tap_len(), 5, 0.0, 0.3),
+            shares: crate::transfer::Shares::FIRST,
         };
         (bands, tail, transfer)
     }
@@ -405,8 +408,9 @@ mod tests {
     fn renders_what_the_stream_does() {
         let (bands, tail, transfer) = room();
         let dry = noise(11, 700);
-        let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &bands, &tail, 4000.0);
-        let all = Change { direct: true, filters: 0..head.filter_hops() };
+        let carriers = Arc::new(Carriers::of_noise(&GRID, &GRID, TAPS, &bands, &tail, 4000.0));
+        let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, carriers);
+        let all = Change { direct: true, filters: Hops::all(head.filter_hops()), quick: [Hops::all(TAPS), Hops::default()] };
         head.update(&transfer, &all);
         let mut stft = Stft::new(GRID);
         let spectrum = || vec![Complex32::default(); GRID.bins()];

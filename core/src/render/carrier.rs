@@ -3,17 +3,16 @@
 use crate::bands::{BandPlace, Bands};
 use crate::number::{single, whole, whole_signed};
 use crate::{StftGrid, TailModel};
-use promenade_fourier::num_complex::{Complex32, Complex64};
-use promenade_fourier::{ComplexToReal, RealToComplex};
+use promenade_fourier::num_complex::Complex32;
+use promenade_fourier::{ComplexToReal, RealToComplex, spectrum};
 use std::sync::Arc;
 
 /// Bins from one random angle of [`smooth_phases`] to the next.
 const PHASE_BINS: usize = 10;
 /// Turns of setting levels and cutting to length.
 const LEVEL_ROUNDS: usize = 8;
-/// Samples of the host that a fractional delay reaches to either side, and all of them.
+/// Samples of the host that a fractional delay reaches to either side.
 const DELAY_REACH: i64 = 6;
-const DELAY_TAPS: usize = 13;
 
 /// Spectra of both ears for one hop of a room's response.
 pub(crate) type EarSpectra = [Vec<Complex32>; 2];
@@ -53,21 +52,21 @@ pub(crate) fn hop_carriers(
             let right = blend_ears(&left, &other, &coherence);
             [left, right].map(|ear| {
                 let samples = shaper.level(ear, &places, bands.count());
-                if grid == scene_grid { shaper.spectrum(&samples) } else { spectrum_on(grid, &samples, scene_grid) }
+                shaper.spectrum_at(grid, &samples)
             })
         })
         .collect()
 }
 
 /// Keeps noise one hop long while its bands are brought to one energy.
-struct Shaper {
+pub(crate) struct Shaper {
     grid: StftGrid,
     forward: Arc<dyn RealToComplex<f32>>,
     inverse: Arc<dyn ComplexToReal<f32>>,
 }
 
 impl Shaper {
-    fn new(grid: &StftGrid) -> Self {
+    pub(crate) fn new(grid: &StftGrid) -> Self {
         Self { grid: *grid, forward: promenade_fourier::forward(grid.n_fft), inverse: promenade_fourier::inverse(grid.n_fft) }
     }
 
@@ -82,6 +81,11 @@ impl Shaper {
         let done = self.forward.process(&mut time, &mut spectrum);
         debug_assert!(done.is_ok());
         spectrum
+    }
+
+    /// The same at the bins of another grid.
+    pub(crate) fn spectrum_at(&self, grid: &StftGrid, samples: &[f32]) -> Vec<Complex32> {
+        if *grid == self.grid { self.spectrum(samples) } else { spectrum_on(grid, samples, &self.grid) }
     }
 
     /// Where a sample of the hop lies in a frame.
@@ -118,30 +122,16 @@ impl Shaper {
 fn spectrum_on(grid: &StftGrid, noise: &[f32], scene_grid: &StftGrid) -> Vec<Complex32> {
     let ratio = grid.sample_rate_hz / scene_grid.sample_rate_hz;
     let at = |i: usize| (i as f64 - scene_grid.lead() as f64) * ratio;
-    let start = whole_signed(at(0).floor()) - DELAY_REACH;
-    let end = whole_signed(at(noise.len() - 1).ceil()) + DELAY_REACH;
-    let mut samples = vec![0.0_f64; usize::try_from(end - start + 1).unwrap_or(0)];
+    let mut frame = vec![0.0_f64; grid.n_fft];
     for (i, x) in noise.iter().enumerate() {
         let nearest = at(i).round();
-        let near = whole_signed(nearest) - DELAY_REACH - start;
-        for (tap, sample) in samples.iter_mut().skip(usize::try_from(near).unwrap_or(0)).take(DELAY_TAPS).enumerate() {
-            let distance = nearest - at(i) + (tap as f64 - DELAY_REACH as f64);
-            *sample += f64::from(*x) * delayed(distance);
+        for tap in -DELAY_REACH..=DELAY_REACH {
+            // A frame's transform is periodic: samples before time 0 lie at its end.
+            let place = (whole_signed(nearest) + tap).rem_euclid(whole_signed(grid.n_fft as f64));
+            frame[whole(place as f64)] += f64::from(*x) * delayed(nearest - at(i) + tap as f64);
         }
     }
-    (0..grid.bins())
-        .map(|k| {
-            let turn = -std::f64::consts::TAU * grid.bin_hz(k) / grid.sample_rate_hz;
-            let step = Complex64::from_polar(1.0, turn);
-            let mut phasor = Complex64::from_polar(1.0, turn * start as f64);
-            let mut sum = Complex64::default();
-            for x in &samples {
-                sum += phasor * *x;
-                phasor *= step;
-            }
-            Complex32::new(single(sum.re), single(sum.im))
-        })
-        .collect()
+    spectrum(frame, grid.n_fft).iter().map(|x| Complex32::new(single(x.re), single(x.im))).collect()
 }
 
 /// Fractional delay: a sinc under a Hann window, at a distance in samples; exactly 1 or 0 at whole ones.

@@ -69,6 +69,20 @@ impl DirectFilter {
     }
 }
 
+impl DirectFilter {
+    /// Adds what the masks leave of measured responses.
+    pub(crate) fn add(&mut self, rest: &[EarBlocks], gain: f32) {
+        for (filter, rest) in self.filter.iter_mut().zip(rest) {
+            for (f, r) in filter.ears.iter_mut().zip(&rest.ears) {
+                for i in 0..LANES {
+                    f.re[i] += gain * r.re[i];
+                    f.im[i] += gain * r.im[i];
+                }
+            }
+        }
+    }
+}
+
 /// How the scene's bins lie under the host's.
 struct BinMap {
     /// Host bins that coincide with the scene's.

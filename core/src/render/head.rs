@@ -1,15 +1,20 @@
 //! The render head: applies a transfer function to short-time spectra.
 
-use crate::decode::Change;
-use crate::number::{exponent, single};
-use crate::render::carrier::{band_places, hop_carriers, per_bin};
+use crate::decode::{Change, QUICK_BELOW_HZ};
+use crate::number::{exponent, single, whole};
+use crate::render::carrier::per_bin;
+use crate::render::carriers::Carriers;
 use crate::render::direct::DirectFilter;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
 use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut};
-use crate::render::taps::Taps;
-use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
+use crate::render::low::Low;
+use crate::render::taps::{Taps, mix};
+use crate::transfer::Shares;
+use crate::{StftGrid, TailModel, TransferFunction, TransferShape};
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Taps that share the direct sound's interaural delay. The first reflections, of floor and ceiling, come from the source's lateral
 /// angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these hops, and
@@ -24,10 +29,16 @@ pub(crate) const DELAYED_TAPS: usize = 2;
 pub(crate) struct RenderHead {
     arch: Arch,
     shape: TransferShape,
+    /// Blocks of bins that follow a pose quickly.
+    quick_blocks: usize,
     direct: DirectFilter,
     taps: Taps,
     late: Taps,
     network: Late,
+    low: Low,
+    /// The first hop of measured responses at the pose.
+    first: Vec<EarBlocks>,
+    carriers: Arc<Carriers>,
     /// Per band, amplitude left after one hop.
     hop_decay: Vec<f32>,
     /// Gains of one late hop, both ears.
@@ -51,29 +62,24 @@ impl RenderHead {
         grid: StftGrid,
         scene_grid: &StftGrid,
         shape: TransferShape,
-        bands: &Bands,
         tail: &TailModel,
-        top_hz: f32,
+        carriers: Arc<Carriers>,
     ) -> Self {
         let blocks = blocks_for(grid.bins());
-        // Within the scene's own band the masks hold up to its Nyquist frequency, where anti-alias filters close;
-        // a wider host band must not inherit that closing edge.
-        let wider = grid.sample_rate_hz > 1.05 * scene_grid.sample_rate_hz;
-        let top_hz = if wider { top_hz } else { f32::INFINITY };
-        let places = band_places(&grid, bands, top_hz);
+        let places = &carriers.places;
         let hop_decay: Vec<f32> =
             tail.t60_s.iter().map(|t| single(10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)))).collect();
-        let filters = |set: u64, hops: usize| {
-            let carriers = hop_carriers(&grid, scene_grid, bands, tail, set, hops);
-            Taps::new(&carriers, &places, shape.bands)
-        };
         Self {
             arch: Arch::new(),
             shape,
-            direct: DirectFilter::new(&grid, scene_grid, top_hz),
-            taps: filters(0, shape.taps),
-            late: filters(1, LATE_HOPS),
-            network: Late::new(&grid, scene_grid, tail, &per_bin(&places, &hop_decay)),
+            quick_blocks: blocks_for(whole(QUICK_BELOW_HZ / grid.bin_hz(1))).min(blocks),
+            direct: DirectFilter::new(&grid, scene_grid, carriers.top_hz),
+            taps: Taps::new(shape.taps, places, shape.bands),
+            late: Taps::new(LATE_HOPS, places, shape.bands),
+            network: Late::new(&grid, scene_grid, tail, &per_bin(places, &hop_decay)),
+            low: Low::new(carriers.measured.as_ref().map_or(0, |m| m.low.hops()), shape.taps),
+            first: vec![EarBlocks::default(); blocks],
+            carriers,
             hop_decay,
             late_gains: vec![0.0; shape.tap_len()],
             input: vec![Block::default(); blocks * (shape.taps + 1)],
@@ -87,34 +93,60 @@ impl RenderHead {
         }
     }
 
-    /// Explicit taps and late hops together: the range that [`RenderHead::update`] counts in.
+    /// Explicit taps, late hops and hops of the bass together: what [`RenderHead::update`] counts.
     pub(crate) fn filter_hops(&self) -> usize {
-        self.taps.hops() + self.late.hops()
+        self.shape.taps + LATE_HOPS + self.low.hops()
     }
 
     /// Takes what has changed in a transfer function.
     pub(crate) fn update(&mut self, tf: &TransferFunction, change: &Change) {
         if change.direct {
             self.direct.set(tf);
+            if let Some(measured) = &self.carriers.measured {
+                mix(self.arch, &measured.first, 0, tf.shares.entries(), &mut self.first);
+                self.direct.add(&self.first, tf.shares.direct_gain);
+            }
         }
-        let range = change.filters.clone();
         let (taps, len) = (self.shape.taps, self.shape.tap_len());
-        for hop in range.start..range.end.min(taps) {
-            self.taps.set(hop, &tf.taps[hop * len..(hop + 1) * len]);
-            if hop < DELAYED_TAPS {
-                self.taps.turn(hop, self.direct.turn());
+        for hop in change.quick.iter().flat_map(|hops| hops.iter()) {
+            self.update_tap(tf, hop, 0..self.quick_blocks);
+        }
+        for hop in change.filters.iter() {
+            if hop < taps {
+                self.update_tap(tf, hop, self.quick_blocks..self.direct_sum.len());
+            } else if hop < taps + LATE_HOPS {
+                self.update_late(tf, hop - taps);
+            } else if let Some(measured) = &self.carriers.measured {
+                // The bass goes on with the gains of the last tap.
+                let last = tf.taps.rchunks_exact(len).next();
+                let gains = last.map_or([[1.0; LANES]; 2], |last| self.taps.lowest_of(last));
+                self.low.set(hop - taps - LATE_HOPS, &measured.low, tf.shares.entries(), &gains);
             }
         }
-        for hop in range.start.max(taps)..range.end {
-            // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
-            let power = late_power(hop - taps, taps);
-            let ears = self.late_gains.chunks_exact_mut(self.shape.bands).zip(tf.late.chunks_exact(self.shape.bands));
-            for (gains, stated) in ears {
-                for ((g, s), decay) in gains.iter_mut().zip(stated).zip(&self.hop_decay) {
-                    *g = Late::carrier_gain() * s * decay.powi(power);
-                }
+    }
+
+    /// Brings some blocks of bins of a tap to the pose.
+    fn update_tap(&mut self, tf: &TransferFunction, hop: usize, blocks: Range<usize>) {
+        let gains = &tf.taps[hop * self.shape.tap_len()..(hop + 1) * self.shape.tap_len()];
+        self.taps.set(hop, &self.carriers.taps, tf.shares.entries(), gains, blocks.clone());
+        if hop < DELAYED_TAPS && self.carriers.measured.is_none() {
+            self.taps.turn(hop, self.direct.turn(), blocks);
+        }
+    }
+
+    fn update_late(&mut self, tf: &TransferFunction, hop: usize) {
+        // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
+        let power = late_power(hop, self.shape.taps);
+        let ears = self.late_gains.chunks_exact_mut(self.shape.bands).zip(tf.late.chunks_exact(self.shape.bands));
+        for (gains, stated) in ears {
+            for ((g, s), decay) in gains.iter_mut().zip(stated).zip(&self.hop_decay) {
+                *g = Late::carrier_gain() * s * decay.powi(power);
             }
-            self.late.set(hop - taps, &self.late_gains);
+        }
+        let blocks = 0..self.direct_sum.len();
+        self.late.set(hop, &self.carriers.late, Shares::FIRST.entries(), &self.late_gains, blocks);
+        if self.carriers.measured.is_some() {
+            self.late.silence_lowest(hop);
         }
     }
 
@@ -128,6 +160,7 @@ impl RenderHead {
         let slots = self.shape.taps + 1;
         let now = self.frame % slots;
         write_slot(&mut self.input, slots, now, spectrum);
+        self.low.write(self.frame, spectrum);
         for (l, slot) in self.slots.iter_mut().enumerate() {
             *slot = (now + slots - 1 - l) % slots;
         }
@@ -147,6 +180,7 @@ impl RenderHead {
             self.room_sum.fill(EarBlocks::default());
             add(&self.slots, input, slots, self.taps.filters(), &mut self.room_sum);
             add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), &mut self.room_sum);
+            self.low.add(&mut self.room_sum);
         }
         for (ear, out) in ears.into_iter().enumerate() {
             arch.dispatch(Mix { ear, direct: &self.direct_sum, room: &self.room_sum, room_gain, out });
@@ -176,17 +210,19 @@ impl RenderHead {
 
     pub(crate) fn reset(&mut self) {
         self.input.fill(Block::default());
+        self.low.reset();
         self.forget_late();
         self.dead_frames = usize::MAX / 2;
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let ear_blocks = self.direct_sum.len() + self.room_sum.len() + self.direct.blocks().len();
+        let ear_blocks = self.first.len() + self.direct_sum.len() + self.room_sum.len() + self.direct.blocks().len();
         ear_blocks * size_of::<EarBlocks>()
             + (self.input.len() + self.tail.len()) * size_of::<Block>()
             + self.taps.memory_bytes()
             + self.late.memory_bytes()
             + self.network.memory_bytes()
+            + self.low.memory_bytes()
     }
 }
 

@@ -3,6 +3,7 @@
 use super::error::{SceneError, value};
 use super::{AnchorCloud, SceneParts};
 use crate::decode::field::{Field, FieldGrid};
+use crate::number::whole;
 use crate::published::{ConvMode, Projection};
 use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{StftGrid, TransferShape};
@@ -53,6 +54,21 @@ fn check_field(field: &Field, shape: TransferShape) -> Result<(), SceneError> {
     field.emitter().map_or(Ok(()), |e| in_range("emitter position", &e.to_array(), -1e6, 1e6))
 }
 
+/// Nodes name responses that there are.
+fn check_shares(parts: &SceneParts) -> Result<(), SceneError> {
+    let shares = parts.field.as_ref().and_then(Field::shares);
+    match (&parts.measured, shares) {
+        (None, None) => Ok(()),
+        (Some(measured), Some(shares)) => {
+            let count = measured.count(&parts.grid);
+            let most = shares.responses().iter().copied().max().unwrap_or(0);
+            limit("number of a response", whole(f64::from(most)), 0, count - 1)?;
+            in_range("shares of responses", shares.weights(), 0.0, 1.0)
+        }
+        _ => Err(value("responses", "with shares of them at the nodes of a field", "one without the other")),
+    }
+}
+
 fn check_cloud(cloud: &AnchorCloud, grid: &StftGrid, shape: TransferShape) -> Result<(), SceneError> {
     let sizes = cloud.model.sizes();
     if sizes.tap_shapes > 0 {
@@ -95,6 +111,10 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     if let Some(cloud) = &parts.cloud {
         check_cloud(cloud, &parts.grid, shape)?;
     }
+    if let Some(measured) = &parts.measured {
+        measured.check(&parts.grid, shape)?;
+    }
+    check_shares(parts)?;
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
     limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;
     let tail = &parts.tail;
@@ -124,7 +144,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn in_range(what: &str, values: &[f32], low: f32, high: f32) -> Result<(), SceneError> {
+pub(super) fn in_range(what: &str, values: &[f32], low: f32, high: f32) -> Result<(), SceneError> {
     match values.iter().find(|v| !(low..=high).contains(*v)) {
         None => Ok(()),
         Some(found) => Err(value(what, format!("{low} to {high}"), found)),

@@ -3,9 +3,11 @@
 use super::check::{MAX_BANDS, MAX_HOPS, check_grid, check_nodes, limit};
 use super::error::{SceneError, value};
 use super::manifest::{MAX_SCENE_BYTES, Manifest, ManifestCloud, ManifestField, VERSION};
-use super::{Anchor, AnchorCloud, SceneParts, TailModel};
-use crate::decode::field::{Basis, LowRank, Rows};
+use super::{Anchor, AnchorCloud, MeasuredRoom, SceneParts, TailModel};
+use crate::decode::field::{Basis, LowRank, NodeShares, Rows};
 use crate::network::{CloudModel, CloudParts, Tensor};
+use crate::number::{single, whole};
+use crate::transfer::MOST_SHARES;
 use crate::{Bands, Field, StftGrid, TransferShape};
 use glam::Vec3;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
@@ -44,6 +46,7 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         top_hz: parts.top_hz,
         start: (&parts.start_pose).into(),
         bounds: [parts.bounds.0.to_array(), parts.bounds.1.to_array()],
+        measured_hops: parts.measured.as_ref().map(|m| m.hops),
         field: parts.field.as_ref().map(|f| ManifestField::of(f.grid(), low_rank(f))),
         cloud: parts.cloud.as_ref().map(ManifestCloud::of),
         held_out: parts.held_out.iter().map(Into::into).collect(),
@@ -57,6 +60,10 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         entry("tail.coherence", &[parts.tail.coherence.len()], &parts.tail.coherence),
         entry("tail.t60_s", &[parts.tail.t60_s.len()], &parts.tail.t60_s),
     ];
+    if let Some(measured) = &parts.measured {
+        let shape = [measured.count(&parts.grid), 2, measured.hops * parts.grid.hop];
+        entries.push(entry("measured.responses", &shape, &measured.samples));
+    }
     if let Some(field) = &parts.field {
         field_entries(field, &mut entries);
     }
@@ -86,6 +93,12 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
 
 fn field_entries<'a>(field: &'a Field, entries: &mut Vec<Entry<'a>>) {
     let nodes = field.grid().nodes();
+    if let Some(shares) = field.shares() {
+        // A number of a response is exact as f32 up to 2^24.
+        let responses: Vec<f32> = shares.responses().iter().map(|r| single(f64::from(*r))).collect();
+        entries.push(entry("field.responses", &[nodes, shares.per_node()], responses));
+        entries.push(entry("field.shares", &[nodes, shares.per_node()], shares.weights()));
+    }
     match field.rows() {
         Rows::Whole(rows) => entries.push(entry("field.rows", &[nodes, field.shape().row_len()], rows)),
         Rows::LowRank(low) => {
@@ -196,6 +209,7 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
         anchors,
         held_out: m.held_out.iter().map(Into::into).collect(),
         field: m.field.map(|f| read_field(f, shape, tensors)).transpose()?,
+        measured: m.measured_hops.map(|hops| read_measured(hops, &grid, tensors)).transpose()?,
         cloud: m.cloud.map(|c| read_cloud(&c, tensors)).transpose()?,
     })
 }
@@ -222,7 +236,23 @@ fn read_field(m: ManifestField, shape: TransferShape, tensors: &SafeTensors<'_>)
     } else {
         Rows::Whole(floats(tensors, "field.rows", &[Some(nodes), Some(shape.row_len())])?)
     };
-    Field::new(grid, shape, rows).ok_or_else(|| value("field", "a row per node", "another number"))
+    let field = Field::new(grid, shape, rows).ok_or_else(|| value("field", "a row per node", "another number"))?;
+    if tensors.tensor("field.shares").is_err() {
+        return Ok(field);
+    }
+    let weights = floats(tensors, "field.shares", &[Some(nodes), None])?;
+    let per_node = weights.len() / nodes;
+    let responses = floats(tensors, "field.responses", &[Some(nodes), Some(per_node)])?;
+    let number = |r: &f32| u32::try_from(whole(f64::from(*r))).unwrap_or(u32::MAX);
+    let shares = NodeShares::new(per_node, responses.iter().map(number).collect(), weights);
+    let field = shares.and_then(|shares| field.with_shares(shares));
+    field.ok_or_else(|| value("shares of responses", format!("1 to {MOST_SHARES} per node"), per_node))
+}
+
+fn read_measured(hops: usize, grid: &StftGrid, tensors: &SafeTensors<'_>) -> Result<MeasuredRoom, SceneError> {
+    limit("hops of the responses", hops, 1, MAX_HOPS)?;
+    let samples = floats(tensors, "measured.responses", &[None, Some(2), Some(hops * grid.hop)])?;
+    Ok(MeasuredRoom { samples, hops })
 }
 
 fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<AnchorCloud, SceneError> {

@@ -29,6 +29,9 @@ pub(super) struct Manifest {
     pub(super) start: ManifestPose,
     /// Corners of the box of listener positions.
     pub(super) bounds: [[f32; 3]; 2],
+    /// Hops of each measured response; absent in scenes that have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) measured_hops: Option<usize>,
     pub(super) field: Option<ManifestField>,
     pub(super) cloud: Option<ManifestCloud>,
     pub(super) held_out: Vec<ManifestHeldOut>,

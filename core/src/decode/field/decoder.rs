@@ -1,9 +1,8 @@
 //! Follows poses through a field.
 
-use crate::decode::Decoder;
 use crate::decode::field::Cell;
+use crate::decode::{Change, Decoder};
 use crate::{LiveParams, Pose, Scene, TransferFunction};
-use std::ops::Range;
 use std::sync::Arc;
 
 /// A listener's place in a scene's field.
@@ -31,12 +30,16 @@ impl Decoder for FieldDecoder {
         true
     }
 
-    fn update_filters(&mut self, hops: Range<usize>) {
+    fn update_filters(&mut self, change: &Change) {
         let Some(field) = self.scene.field() else { return };
-        // All hops of the late part have one row of gains.
         let late = field.shape().taps;
-        let end = if hops.end > late { late + 1 } else { hops.end };
-        field.taps(&mut self.cell, hops.start..end, &mut self.transfer);
+        for hop in change.filters.iter().chain(change.quick.iter().flat_map(|hops| hops.iter())).filter(|hop| *hop < late) {
+            field.taps(&mut self.cell, hop..hop + 1, &mut self.transfer);
+        }
+        // All hops of the late part have one row of gains.
+        if change.filters.iter().any(|hop| hop >= late) {
+            field.taps(&mut self.cell, late..late + 1, &mut self.transfer);
+        }
     }
 
     fn transfer(&self) -> &TransferFunction {

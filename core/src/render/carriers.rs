@@ -1,0 +1,182 @@
+//! Carriers of a whole scene, shared by its renderers.
+
+use crate::bands::{BandPlace, Bands};
+use crate::number::single;
+use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
+use crate::render::lanes::{EarBlocks, LANES, blocks_for};
+use crate::render::late::LATE_HOPS;
+use crate::scene::MeasuredRoom;
+use crate::{Scene, StftGrid, TailModel};
+use promenade_fourier::num_complex::Complex32;
+
+/// Above this share of the highest frequency of the data, noise takes over from measured responses.
+const NOISE_FROM: f64 = 0.92;
+/// From this share of the highest frequency on, the level of that noise is measured.
+const LEVEL_FROM: f64 = 0.75;
+
+/// Hops by which the noise of one response differs from that of the one before.
+const STRIDE: usize = 7;
+
+/// The carriers of a scene at one sample rate, which all its renderers at that rate share.
+pub struct Carriers {
+    /// From here on masks and bands are held, Hz; infinite within the scene's own band.
+    pub(crate) top_hz: f32,
+    /// Where every bin lies among the scene's bands.
+    pub(crate) places: Vec<BandPlace>,
+    /// Of the explicit taps.
+    pub(crate) taps: CarrierSet,
+    /// Of the late part.
+    pub(crate) late: CarrierSet,
+    /// What measured responses have instead of noise.
+    pub(crate) measured: Option<MeasuredCarriers>,
+}
+
+/// Hops of measured responses that are heard besides the taps.
+pub(crate) struct MeasuredCarriers {
+    /// The hop of the direct sound.
+    pub(crate) first: CarrierSet,
+    /// Hops after the taps, of the lowest block of bins.
+    pub(crate) low: CarrierSet,
+}
+
+/// Spectra of hops in blocks of bins.
+pub(crate) struct CarrierSet {
+    hops: usize,
+    blocks: usize,
+    /// `[response][hop][block]`
+    spectra: Vec<EarBlocks>,
+}
+
+impl CarrierSet {
+    /// Packs spectra, `[response][hop]`, of `bins` bins or of as many as the spectra have.
+    pub(crate) fn pack(spectra: impl Iterator<Item = EarSpectra>, hops: usize, bins: usize) -> Self {
+        let blocks = blocks_for(bins);
+        let mut packed = Vec::new();
+        for ears in spectra {
+            let start = packed.len();
+            packed.resize(start + blocks, EarBlocks::default());
+            for (ear, spectrum) in ears.iter().enumerate() {
+                for (k, x) in spectrum.iter().take(bins).enumerate() {
+                    let block = &mut packed[start + k / LANES].ears[ear];
+                    block.re[k % LANES] = x.re;
+                    block.im[k % LANES] = x.im;
+                }
+            }
+        }
+        Self { hops, blocks, spectra: packed }
+    }
+
+    /// Hops of each response.
+    pub(crate) fn hops(&self) -> usize {
+        self.hops
+    }
+
+    /// One hop of a response, block by block.
+    pub(crate) fn hop(&self, response: u32, hop: usize) -> &[EarBlocks] {
+        let start = (response as usize * self.hops + hop) * self.blocks;
+        &self.spectra[start..start + self.blocks]
+    }
+
+    fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.spectra)
+    }
+}
+
+impl Carriers {
+    /// Prepares the carriers of a scene at a host's sample rate: its responses, or noise where it has none.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    #[must_use]
+    pub fn new(scene: &Scene, sample_rate_hz: f64) -> Self {
+        let (grid, scene_grid, taps) = (scene.grid().at_rate(sample_rate_hz), scene.grid(), scene.shape().taps);
+        let noise = Self::of_noise(&grid, scene_grid, taps, scene.bands(), scene.tail(), scene.top_hz());
+        match scene.measured() {
+            Some(room) => noise.carrying(room, &grid, scene_grid, taps),
+            None => noise,
+        }
+    }
+
+    /// Noise for explicit `taps` on a host grid.
+    pub(crate) fn of_noise(
+        grid: &StftGrid,
+        scene_grid: &StftGrid,
+        taps: usize,
+        bands: &Bands,
+        tail: &TailModel,
+        top_hz: f32,
+    ) -> Self {
+        // Within the scene's own band the masks hold up to its Nyquist frequency, where anti-alias filters close;
+        // a wider host band must not inherit that closing edge.
+        let wider = grid.sample_rate_hz > 1.05 * scene_grid.sample_rate_hz;
+        let top_hz = if wider { top_hz } else { f32::INFINITY };
+        let set = |set, hops| {
+            let spectra = hop_carriers(grid, scene_grid, bands, tail, set, hops);
+            CarrierSet::pack(spectra.into_iter(), hops, grid.bins())
+        };
+        Self { top_hz, places: band_places(grid, bands, top_hz), taps: set(0, taps), late: set(1, LATE_HOPS), measured: None }
+    }
+
+    /// Puts responses in the place of the taps' noise, which is left above the data's highest frequency.
+    fn carrying(mut self, room: &MeasuredRoom, grid: &StftGrid, scene_grid: &StftGrid, taps: usize) -> Self {
+        let shaper = Shaper::new(scene_grid);
+        let spectra = |response: usize, hop: usize| -> EarSpectra {
+            [0, 1].map(|ear| shaper.spectrum_at(grid, room.hop(scene_grid, response, ear, hop)))
+        };
+        let count = room.count(scene_grid);
+        let all = |hops: std::ops::Range<usize>| (0..count).flat_map(move |r| hops.clone().map(move |hop| (r, hop)));
+        let (bins, top_hz) = (grid.bins(), f64::from(self.top_hz));
+        let low = all(taps + 1..room.hops).map(|(r, hop)| spectra(r, hop));
+        let low = CarrierSet::pack(low, room.hops - taps - 1, LANES.min(bins));
+        let first = all(0..1).map(|(r, hop)| {
+            let mut ears = spectra(r, hop);
+            ears.iter_mut().for_each(|ear| fade_out(ear, grid, top_hz));
+            ears
+        });
+        let first = CarrierSet::pack(first, 1, bins);
+        let carried = all(1..taps + 1).map(|(r, hop)| {
+            // Another hop's noise for each response: mixed with one another they lose as much energy as responses do.
+            let other = (hop - 1 + STRIDE * r) % taps;
+            let mut ears = spectra(r, hop);
+            for (ear, spectrum) in ears.iter_mut().enumerate() {
+                let level = level_below(spectrum, grid, top_hz);
+                fade_out(spectrum, grid, top_hz);
+                for (k, x) in spectrum.iter_mut().enumerate() {
+                    let noise = &self.taps.hop(0, other)[k / LANES].ears[ear];
+                    let share = 1.0 - kept(grid.bin_hz(k), top_hz).powi(2);
+                    *x += Complex32::new(noise.re[k % LANES], noise.im[k % LANES]) * (level * share.max(0.0).sqrt());
+                }
+            }
+            ears
+        });
+        self.taps = CarrierSet::pack(carried, taps, bins);
+        self.measured = Some(MeasuredCarriers { first, low });
+        self
+    }
+
+    /// Bytes in memory.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let measured = self.measured.as_ref().map_or(0, |m| m.first.memory_bytes() + m.low.memory_bytes());
+        self.taps.memory_bytes() + self.late.memory_bytes() + measured + self.places.len() * size_of::<BandPlace>()
+    }
+}
+
+/// Amplitude that is kept of a response at a frequency: 1, and 0 above the highest frequency of the data.
+fn kept(hz: f64, top_hz: f64) -> f32 {
+    let along = ((hz / top_hz - NOISE_FROM) / (1.0 - NOISE_FROM)).clamp(0.0, 1.0);
+    single((0.5 * std::f64::consts::PI * along).cos())
+}
+
+fn fade_out(spectrum: &mut [Complex32], grid: &StftGrid, top_hz: f64) {
+    for (k, x) in spectrum.iter_mut().enumerate() {
+        *x *= kept(grid.bin_hz(k), top_hz);
+    }
+}
+
+/// Amplitude of a spectrum just below the highest frequency of the data, root mean square; 0 where the data have no end.
+fn level_below(spectrum: &[Complex32], grid: &StftGrid, top_hz: f64) -> f32 {
+    let near = |k: &usize| (LEVEL_FROM * top_hz..NOISE_FROM * top_hz).contains(&grid.bin_hz(*k));
+    let energies: Vec<f32> = (0..spectrum.len()).filter(near).map(|k| spectrum[k].norm_sqr()).collect();
+    (energies.iter().sum::<f32>() / energies.len().max(1) as f32).sqrt()
+}

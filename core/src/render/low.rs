@@ -1,0 +1,77 @@
+//! The bass of measured rooms: the lowest bins ring on as they were measured.
+
+use crate::render::carriers::CarrierSet;
+use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, write_slot};
+use crate::render::taps::mix;
+use promenade_fourier::num_complex::Complex32;
+use pulp::Arch;
+
+/// Bins of the lowest block, from 0 Hz on: in scenes with measured responses they have no late part, but ring on as was measured.
+pub const LOWEST_BINS: usize = LANES;
+
+/// Hops of measured responses after the explicit taps, in the lowest block of bins.
+///
+/// In a band of 100 Hz noise of one hop has few degrees of freedom, and a decay of its own in every draw; the measured hops cost next to
+/// nothing in so few bins.
+pub(crate) struct Low {
+    arch: Arch,
+    taps: usize,
+    filters: Vec<EarBlocks>,
+    /// The newest input of the block, one hop a slot.
+    ring: Vec<Block>,
+    slots: Vec<usize>,
+    mixed: [EarBlocks; 1],
+}
+
+impl Low {
+    /// For `hops` hops after `taps` explicit taps.
+    pub(crate) fn new(hops: usize, taps: usize) -> Self {
+        Self {
+            arch: Arch::new(),
+            taps,
+            filters: vec![EarBlocks::default(); hops],
+            ring: vec![Block::default(); taps + 1 + hops],
+            slots: vec![0; hops],
+            mixed: [EarBlocks::default()],
+        }
+    }
+
+    pub(crate) fn hops(&self) -> usize {
+        self.filters.len()
+    }
+
+    /// Sets one hop from carriers, each with its share, and gains of both ears per bin.
+    pub(crate) fn set(&mut self, hop: usize, carriers: &CarrierSet, shares: &[(u32, f32)], gains: &[[f32; LANES]; 2]) {
+        mix(self.arch, carriers, hop, shares, &mut self.mixed);
+        for ((filter, mixed), gains) in self.filters[hop].ears.iter_mut().zip(&self.mixed[0].ears).zip(gains) {
+            for (i, gain) in gains.iter().enumerate() {
+                filter.re[i] = gain * mixed.re[i];
+                filter.im[i] = gain * mixed.im[i];
+            }
+        }
+    }
+
+    /// Takes the newest frame, of number `frame`.
+    pub(crate) fn write(&mut self, frame: usize, spectrum: &[Complex32]) {
+        let slots = self.ring.len();
+        let now = frame % slots;
+        write_slot(&mut self.ring, slots, now, &spectrum[..LANES.min(spectrum.len())]);
+        for (l, slot) in self.slots.iter_mut().enumerate() {
+            *slot = (now + slots - 1 - self.taps - l) % slots;
+        }
+    }
+
+    /// Adds its sound to the sums, of which it reaches the lowest block.
+    pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
+        let Self { arch, slots, ring, filters, .. } = self;
+        Accumulate { arch: *arch, slots, ring_len: ring.len(), ring, filter: filters, sums }.run();
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.ring.fill(Block::default());
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.filters.len() * size_of::<EarBlocks>() + self.ring.len() * size_of::<Block>()
+    }
+}
