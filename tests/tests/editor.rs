@@ -63,52 +63,81 @@ fn gestures<H: Host>(host: &mut H, id: &str) -> String {
     edits.into_iter().filter(|edit| edit.id == id).map(|edit| letter(edit.kind)).collect()
 }
 
+/// The middle of the window, where nothing but the place is shown: red, green and blue by row and column, and where it begins.
+fn place(screen: &Screen) -> (Vec<Vec<[u8; 3]>>, (usize, usize)) {
+    let picture = screen.picture();
+    let (width, height) = (picture.width as usize, picture.height as usize);
+    let pixel = |x: usize, y: usize| std::array::from_fn(|channel| picture.rgb[3 * (y * width + x) + channel]);
+    let rows = height / 8..height / 2 + height / 8;
+    (rows.clone().map(|y| (width / 3..2 * width / 3).map(|x| pixel(x, y)).collect()).collect(), (width / 3, rows.start))
+}
+
+/// Where the listener is drawn, pixels: what changes in the view when the head turns.
+fn find_listener<H: Host>(host: &mut H, screen: &Screen) -> (i16, i16) {
+    let input = noise(512);
+    screen.point(2, 2);
+    drawn(host, screen);
+    let (ahead, (left, top)) = place(screen);
+    host.set("yaw", 1.0);
+    let (mut behind, mut still) = (ahead.clone(), 0);
+    let turned = wait_until(PATIENCE, || {
+        (0..4).for_each(|_| play(host, &input));
+        let now = place(screen).0;
+        still = if now == behind { still + 1 } else { 0 };
+        behind = now;
+        behind != ahead && still >= 3
+    });
+    assert!(turned, "the head is not seen to turn");
+    let rows = ahead.iter().zip(&behind).enumerate();
+    let changed = rows.flat_map(|(y, (before, after))| {
+        before
+            .iter()
+            .zip(after)
+            .enumerate()
+            .filter(|(_, (before, after))| before != after)
+            .map(move |(x, _)| (left + x, top + y))
+    });
+    let (mut low, mut high) = ((usize::MAX, usize::MAX), (0, 0));
+    for (x, y) in changed {
+        (low, high) = ((low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y)));
+    }
+    let middle = |low: usize, high: usize| i16::try_from(low.midpoint(high)).unwrap();
+    (middle(low.0, high.0), middle(low.1, high.1))
+}
+
 fn a_drag_writes_automation<H: Host>() {
     let screen = Screen::new(1400, 900);
     let input = noise(512);
     let mut host = H::open(Setup::default());
-    let size = open(&mut host, &screen, 1.0);
-    drawn(&mut host, &screen);
-    host.instance().take_edits();
-    // The listener is near the middle of the view: where a drag moves it, a hand has found it.
-    let (middle_x, middle_y) = (i32::try_from(size.width).unwrap() / 2, i32::try_from(size.height).unwrap() / 2);
-    let mut places = (-8..=8).flat_map(|x| (-8..=8).map(move |y| (x * 16, y * 16))).collect::<Vec<_>>();
-    places.sort_by_key(|(x, y)| x * x + y * y);
-    // A busy machine draws so rarely that a quick drag is a click to it: then a slow one is tried.
-    let paced = [1, 8].into_iter().flat_map(|pace| places.iter().map(move |place| (pace, *place)));
-    let found = paced.into_iter().find_map(|(pace, (x, y))| {
-        let (x, y) = (i16::try_from(middle_x + x).unwrap(), i16::try_from(middle_y + y).unwrap());
-        let mut wait = |blocks: usize| (0..pace * blocks).for_each(|_| play(&mut host, &input));
-        screen.point(x, y);
-        wait(1);
-        screen.press(1, true);
-        wait(1);
-        for step in 1..=3 {
-            screen.point(x + 4 * step, y + 4 * step);
-            wait(1);
-        }
-        screen.press(1, false);
-        wait(3);
-        (!gestures(&mut host, "x").is_empty()).then_some((x + 12, y + 12))
-    });
-    let (x, y) = found.expect("the listener can be dragged");
-    (0..60).for_each(|_| play(&mut host, &input));
+    open(&mut host, &screen, 1.0);
+    // A drag from anywhere else would move the view, and the listener with it.
+    let (x, y) = find_listener(&mut host, &screen);
     host.instance().take_edits();
     let before = host.value("x");
+    let mut written = String::new();
+    let mut hears = |host: &mut H, wanted: &dyn Fn(&str) -> bool| {
+        let heard = wait_until(PATIENCE, || {
+            play(host, &input);
+            written += &gestures(host, "x");
+            wanted(&written)
+        });
+        assert!(heard, "from {x}, {y} the host hears {written:?}");
+        written.clone()
+    };
     screen.point(x, y);
-    play(&mut host, &input);
     screen.press(1, true);
-    (0..5).for_each(|_| play(&mut host, &input));
     for step in 1..=20_i16 {
         screen.point(x + 2 * step, y + 3 * step);
         play(&mut host, &input);
     }
+    // However rarely a busy machine draws, each place in turn is seen.
+    hears(&mut host, &|written| written.contains('v'));
+    screen.point(x + 60, y + 90);
+    hears(&mut host, &|written| written.matches('v').count() > 1);
     screen.press(1, false);
-    (0..60).for_each(|_| play(&mut host, &input));
-    let written = gestures(&mut host, "x");
+    let written = hears(&mut host, &|written| written.ends_with(')'));
     assert!(written.starts_with("(v") && written.ends_with("v)"), "{written}");
-    let values = written.trim_matches(['(', ')']);
-    assert!(values.len() > 1 && values.chars().all(|c| c == 'v'), "one gesture, several values: {written}");
+    assert!(written.trim_matches(['(', ')']).chars().all(|c| c == 'v'), "one gesture, several values: {written}");
     assert!((host.value("x") - before).abs() > 1e-4, "the listener has not moved");
 }
 
