@@ -7,9 +7,9 @@ mod app;
 mod banner;
 pub mod controls;
 pub mod ctx;
+mod direct_panel;
 mod direction;
 mod drawer;
-mod ears_panel;
 mod estimate;
 mod geometry;
 pub mod gesture;
@@ -28,6 +28,7 @@ mod tier;
 mod view;
 pub mod widgets;
 mod window;
+pub mod words;
 
 pub use ctx::{Ctx, Instance, Selection};
 pub use panel::Panel;

@@ -267,9 +267,9 @@ mod needs_screen {
             let walk: Value = serde_json::from_slice(&std::fs::read(scenes.join("../paths/walk.json")).unwrap()).unwrap();
             let kept = json!({ "keyframes": walk, "speed": 1.0, "looping": true, "slot": 0 });
             for (name, tier, settings) in [
-                ("top-dark", 2.0 / 3.0, json!({ "view": "top", "tab": "Ears" })),
-                ("top-light", 1.0 / 3.0, json!({ "view": "top", "theme": "light", "tab": "Ears" })),
-                ("orbit-dark", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Ears" })),
+                ("top-dark", 2.0 / 3.0, json!({ "view": "top", "tab": "Direct sound" })),
+                ("top-light", 1.0 / 3.0, json!({ "view": "top", "theme": "light", "tab": "Direct sound" })),
+                ("orbit-dark", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Direct sound" })),
                 ("orbit-light", 2.0 / 3.0, json!({ "view": "orbit", "theme": "light", "tab": "Path" })),
                 ("panel-path", 1.0 / 3.0, json!({ "tab": "Path" })),
                 ("panel-osc", 1.0 / 3.0, json!({ "tab": "OSC and group" })),

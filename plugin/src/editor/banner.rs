@@ -3,6 +3,7 @@
 use super::ctx::Ctx;
 use super::theme::{Palette, faded};
 use super::widgets::button;
+use super::words::Word;
 use egui::{Color32, Frame, Margin, RichText, Ui};
 
 /// Shows a line for everything that is wrong; nothing when all is well.
@@ -27,7 +28,7 @@ fn line(ui: &mut Ui, ctx: &Ctx<'_>, id: &str, what: &str, text: &str, colour: Co
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(what).font(Palette::heading()).color(colour));
             ui.label(RichText::new(text).font(Palette::caption()).color(palette.text));
-            if button(ui, palette, "Try again").clicked() {
+            if button(ui, palette, Word::TryAgain).clicked() {
                 ctx.instance.loader.retry();
                 ctx.refresh();
             }

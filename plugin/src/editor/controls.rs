@@ -4,6 +4,7 @@ use super::ctx::Ctx;
 use super::host::{default_value, name, text};
 use super::theme::{CONTROL, ROUND, SPACE};
 use super::widgets::{dimmed, drop_down, focus_ring, labelled, segments, switch};
+use super::words::{Word, help, variant_help};
 use crate::cast::narrow;
 use crate::choices::Follow;
 use crate::parameter::Parameter;
@@ -49,18 +50,14 @@ pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) -> Response 
     } else if response.changed() {
         ctx.set(parameter, value);
     }
-    described(response, ctx, parameter)
-}
-
-fn described(response: Response, ctx: &Ctx<'_>, parameter: Parameter) -> Response {
-    response.on_hover_text(name(ctx.params(), parameter))
+    response.on_hover_text(help(parameter))
 }
 
 /// A line with a slider and its number. A double click on the slider sets the default.
-pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, label: &str) {
+pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) {
     const NUMBER: f32 = 68.0;
     let palette = ctx.palette;
-    labelled(ui, palette, label, |ui| {
+    labelled(ui, palette, word, |ui| {
         let width = (ui.available_width() - NUMBER - SPACE).max(24.0);
         let (rect, response) = ui.allocate_exact_size(Vec2::new(width, CONTROL), Sense::click_and_drag());
         let (least, greatest) = parameter.limits();
@@ -101,7 +98,8 @@ pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, label: &str)
         focus_ring(ui, palette, &response, rect, ROUND);
         let value = ctx.value(parameter);
         response.widget_info(|| WidgetInfo::slider(ui.is_enabled(), f64::from(value), name(ctx.params(), parameter)));
-        described(response, ctx, parameter);
+        response
+            .on_hover_text(format!("{}\nDrag, with Shift finely; a double click brings the usual value back", help(parameter)));
         number(ui, ctx, parameter);
     });
 }
@@ -125,11 +123,15 @@ fn arrows(ui: &Ui, response: &Response) -> f32 {
     })
 }
 
-/// All variants of a choice side by side. `enabled` is asked which are available; the others can be chosen all the same.
-pub fn choice(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, enabled: impl Fn(usize) -> bool) {
+/// All variants of a choice side by side. `why_not` is asked for those that are not available; they can be chosen all the same.
+pub fn choice(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, why_not: impl Fn(usize) -> Option<&'static str>) {
     let names = variants(ctx.params(), parameter);
     let names = names.iter().map(String::as_str).collect::<Vec<_>>();
-    if let Some(index) = segments(ui, ctx.palette, &names, ctx.index(parameter), enabled) {
+    let tooltip = |index| {
+        let what = variant_help(parameter, index);
+        why_not(index).map_or_else(|| Ok(what.to_owned()), |why| Err(format!("{what}\nGrey, because {why}")))
+    };
+    if let Some(index) = segments(ui, ctx.palette, &names, ctx.index(parameter), tooltip) {
         ctx.set(parameter, index as f32);
     }
 }
@@ -138,26 +140,24 @@ pub fn choice(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, enabled: imp
 pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
     let (names, chosen) = (variants(ctx.params(), parameter), ctx.index(parameter));
     let shown = names.get(chosen).map_or("", String::as_str);
-    if let Some(index) = drop_down(ui, parameter.id(), shown, &names, chosen) {
+    if let Some(index) = drop_down(ui, parameter.id(), shown, &names, chosen, |index| variant_help(parameter, index)) {
         ctx.set(parameter, index as f32);
     }
 }
 
 /// How the camera path is followed, and the position along it.
 pub fn follow_path(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    choice(ui, ctx, Parameter::Follow, |_| true);
+    choice(ui, ctx, Parameter::Follow, |_| None);
     let by_position = Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position;
-    dimmed(ui, !by_position, |ui| slider(ui, ctx, Parameter::Path, "Position"));
+    dimmed(ui, !by_position, |ui| slider(ui, ctx, Parameter::Path, Word::Position));
 }
 
 /// A switch.
-pub fn toggle(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, label: &str) {
+pub fn toggle(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) {
     let on = ctx.is_on(parameter);
-    let response = switch(ui, ctx.palette, label, on);
-    if response.clicked() {
+    if switch(ui, ctx.palette, word, on).clicked() {
         ctx.set(parameter, if on { 0.0 } else { 1.0 });
     }
-    described(response, ctx, parameter);
 }
 
 /// Names of a choice's variants, as hosts show them.

@@ -2,8 +2,9 @@
 
 use super::ctx::Ctx;
 use super::theme::{Palette, faded};
+use super::words::Word;
 use crate::params::emitter_offset_of;
-use egui::{Align2, Color32, CornerRadius, Painter, Rect, Shape, Stroke, Ui, Vec2, pos2, vec2};
+use egui::{Align2, Color32, CornerRadius, Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 
@@ -33,23 +34,25 @@ pub(super) fn dial(ui: &mut Ui, ctx: &Ctx<'_>) {
     head(painter, circle, ctx, seen.map(|(azimuth, ..)| azimuth));
     let texts = rect.with_min_x(circle.right() + 16.0);
     let line = |n: f32| texts.top() + 4.0 + n * 17.0;
-    let readout = |n: f32, name: &str, value: &str| {
-        painter.text(pos2(texts.left(), line(n)), Align2::LEFT_TOP, name, Palette::caption(), palette.soft);
+    let readout = |n: f32, word: Word, value: &str| {
+        let place = Rect::from_min_size(pos2(texts.left(), line(n)), vec2(texts.width(), 17.0));
+        ui.interact(place, ui.scope_id().with(word), Sense::hover()).on_hover_text(word.help());
+        painter.text(pos2(texts.left(), line(n)), Align2::LEFT_TOP, word.label(), Palette::caption(), palette.soft);
         painter.text(pos2(texts.right(), line(n)), Align2::RIGHT_TOP, value, Palette::caption(), palette.text);
     };
     match seen {
         Some((azimuth, elevation, distance)) => {
-            readout(0.0, "Azimuth", &side_of(azimuth));
-            readout(1.0, "Elevation", &format!("{elevation:.0}°").replace('-', "\u{2212}"));
-            readout(2.0, "Distance", &format!("{distance:.2} m"));
+            readout(0.0, Word::Azimuth, &side_of(azimuth));
+            readout(1.0, Word::Elevation, &format!("{elevation:.0}°").replace('-', "\u{2212}"));
+            readout(2.0, Word::Distance, &format!("{distance:.2} m"));
         }
-        None => readout(0.0, "Emitter", "not known"),
+        None => readout(0.0, Word::Emitter, "not known"),
     }
     // Both gauges lean to the side that the sound seems to come from.
     let (ild, itd_us) = (ctx.frame.ild_db, ctx.frame.itd_s * 1e6);
-    readout(3.4, "Level", &towards(ild, "dB", 1));
+    readout(3.4, Word::Level, &towards(ild, "dB", 1));
     gauge(painter, pos2(texts.left(), line(4.35)), texts.width(), ild / MOST_DB, palette);
-    readout(5.2, "Time", &towards(itd_us, "µs", 0));
+    readout(5.2, Word::Time, &towards(itd_us, "µs", 0));
     gauge(painter, pos2(texts.left(), line(6.15)), texts.width(), itd_us / MOST_US, palette);
 }
 

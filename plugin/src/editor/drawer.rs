@@ -1,7 +1,7 @@
 //! The drawer under the view: one panel at a time, by tabs.
 
 use super::ctx::Ctx;
-use super::ears_panel::EarsPanel;
+use super::direct_panel::DirectPanel;
 use super::osc_panel::OscPanel;
 use super::panel::Panel;
 use super::path_panel::PathPanel;
@@ -16,13 +16,13 @@ const HEIGHT: f32 = 208.0;
 /// All panels, in the order of their tabs.
 #[must_use]
 pub(super) fn panels() -> Vec<Box<dyn Panel>> {
-    vec![Box::new(EarsPanel), Box::<PathPanel>::default(), Box::<OscPanel>::default(), Box::<PresetsPanel>::default()]
+    vec![Box::new(DirectPanel), Box::<PathPanel>::default(), Box::<OscPanel>::default(), Box::<PresetsPanel>::default()]
 }
 
 /// Shows the tabs, and the panel of the chosen one.
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>, panels: &mut [Box<dyn Panel>]) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin::symmetric(8, 0));
-    let chosen = panels.iter().position(|panel| panel.title() == ctx.settings.tab).unwrap_or(0);
+    let chosen = panels.iter().position(|panel| panel.title().label() == ctx.settings.tab).unwrap_or(0);
     let bar = CONTROL + 2.0 * SPACE;
     // A low window leaves at least as much to the view.
     let height = if ctx.settings.drawer { HEIGHT.min(ui.available_height() * 0.44).max(bar) } else { bar };
@@ -33,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>, panels: &mut [Box<dyn Panel>]
                 let on = ctx.settings.drawer && index == chosen;
                 if tab(ui, ctx.palette, panel.title(), on).clicked() {
                     ctx.settings.drawer = !on;
-                    ctx.settings.tab = panel.title().to_owned();
+                    ctx.settings.tab = panel.title().label().to_owned();
                 }
             }
         });

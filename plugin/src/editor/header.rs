@@ -3,7 +3,8 @@
 use super::controls::toggle;
 use super::ctx::Ctx;
 use super::theme::{Palette, faded};
-use super::widgets::{button, tab};
+use super::widgets::{button, tab, value_button};
+use super::words::Word;
 use crate::parameter::Parameter;
 use crate::settings::{Theme, ZOOMS};
 use egui::{Align, CornerRadius, Frame, Layout, Margin, Popup, RichText, Sense, Stroke, Ui, vec2};
@@ -23,20 +24,20 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
             ui.label(RichText::new("Promenade").font(Palette::heading()).color(palette.text));
             ui.add_space(8.0);
             let open = ctx.list_is_open();
-            if tab(ui, palette, "Scenes", *open).on_hover_text("Show or hide the list of scenes").clicked() {
+            if tab(ui, palette, Word::Scenes, *open).clicked() {
                 *open = !*open;
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let (other, name) = match ctx.settings.theme {
-                    Theme::Dark => (Theme::Light, "Light"),
-                    Theme::Light => (Theme::Dark, "Dark"),
+                    Theme::Dark => (Theme::Light, Word::Light),
+                    Theme::Light => (Theme::Dark, Word::Dark),
                 };
-                if button(ui, palette, name).on_hover_text("Change the colours").clicked() {
+                if button(ui, palette, name).clicked() {
                     ctx.settings.theme = other;
                 }
                 zoom(ui, ctx);
                 ui.add_space(4.0);
-                toggle(ui, ctx, Parameter::Bypass, "Bypass");
+                toggle(ui, ctx, Parameter::Bypass, Word::Bypass);
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| state(ui, ctx));
             });
         });
@@ -75,7 +76,7 @@ fn state(ui: &mut Ui, ctx: &Ctx<'_>) {
 fn zoom(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let palette = ctx.palette;
     let percent = |zoom: f32| format!("{:.0} %", zoom * 100.0);
-    let response = button(ui, palette, &percent(ctx.settings.zoom)).on_hover_text("Size of everything");
+    let response = value_button(ui, palette, &percent(ctx.settings.zoom), "How large everything in the window is");
     Popup::menu(&response).show(|ui| {
         ui.set_min_width(72.0);
         for step in STEPS {

@@ -1,6 +1,7 @@
 //! Level meters with peak hold and a light for clipping.
 
 use super::theme::{Palette, faded};
+use super::words::Word;
 use crate::cast::narrow;
 use crate::telemetry::decibels;
 use egui::{Align2, Color32, CornerRadius, Painter, Rect, Response, Sense, Stroke, Ui, Vec2, pos2};
@@ -94,10 +95,10 @@ impl Meters {
     /// Both pairs with their scale. A click puts the lights out.
     pub fn show(&mut self, ui: &mut Ui, palette: &Palette) {
         let mut clicked = false;
-        for (name, meters, colours) in
-            [("In", &self.input, [palette.soft; 2]), ("Out", &self.output, [palette.left, palette.right])]
+        for (word, meters, colours) in
+            [(Word::In, &self.input, [palette.soft; 2]), (Word::Out, &self.output, [palette.left, palette.right])]
         {
-            clicked |= pair(ui, palette, name, meters, colours).clicked();
+            clicked |= pair(ui, palette, word, meters, colours).clicked();
         }
         scale(ui, palette);
         if clicked {
@@ -117,11 +118,11 @@ fn bars(rect: Rect) -> Rect {
 const NAME: f32 = 28.0;
 const LIGHT: f32 = 16.0;
 
-fn pair(ui: &mut Ui, palette: &Palette, name: &str, meters: &[Meter; 2], colours: [Color32; 2]) -> Response {
+fn pair(ui: &mut Ui, palette: &Palette, word: Word, meters: &[Meter; 2], colours: [Color32; 2]) -> Response {
     let size = Vec2::new(ui.available_width(), 2.0 * BAR + GAP + 4.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let painter = ui.painter();
-    painter.text(rect.left_center(), Align2::LEFT_CENTER, name, Palette::caption(), palette.soft);
+    painter.text(rect.left_center(), Align2::LEFT_CENTER, word.label(), Palette::caption(), palette.soft);
     let room = bars(rect);
     for (index, (meter, colour)) in meters.iter().zip(colours).enumerate() {
         let top = rect.top() + 2.0 + index as f32 * (BAR + GAP);
@@ -133,7 +134,7 @@ fn pair(ui: &mut Ui, palette: &Palette, name: &str, meters: &[Meter; 2], colours
     painter.rect(light, CornerRadius::same(2), fill, Stroke::new(1.0, line), egui::StrokeKind::Inside);
     let loudest = meters.iter().fold(RANGE_DB.0, |level, meter| level.max(meter.hold_db));
     let text = if loudest > RANGE_DB.0 { format!("{loudest:.1} dBFS") } else { "silent".to_owned() };
-    response.on_hover_text(format!("{name}: {text}{}", if clipped { ", has clipped; click to reset" } else { "" }))
+    response.on_hover_text(format!("{}: {text}{}", word.help(), if clipped { ", has clipped; click to reset" } else { "" }))
 }
 
 fn bar(painter: &Painter, rect: Rect, meter: &Meter, colour: Color32, palette: &Palette) {

@@ -4,7 +4,8 @@ use super::controls::{list, toggle};
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::CONTROL;
-use super::widgets::{button, columns, drop_down, field, labelled, note, segments, switch};
+use super::widgets::{button, columns, drop_down, field, labelled, note, switch, words};
+use super::words::Word;
 use crate::choices::GroupChoice;
 use crate::group;
 use crate::osc::{
@@ -17,7 +18,7 @@ use std::time::Duration;
 
 /// How often what has come in is looked at, times a second.
 const LOOKS_PER_S: f64 = 4.0;
-const AXES: [&str; 3] = ["Yaw", "Pitch", "Roll"];
+const AXES: [Word; 3] = [Word::TrackerYaw, Word::TrackerPitch, Word::TrackerRoll];
 const FULL_AXES: [&str; 3] = ["yaw", "pitch", "roll"];
 
 /// The settings of Open Sound Control, and what comes in.
@@ -34,8 +35,8 @@ pub(super) struct OscPanel {
 }
 
 impl Panel for OscPanel {
-    fn title(&self) -> &'static str {
-        "OSC and group"
+    fn title(&self) -> Word {
+        Word::OscAndGroup
     }
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -87,16 +88,16 @@ fn port(ui: &mut Ui, kept: u16) -> Option<u16> {
 impl OscPanel {
     fn listening(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, config: &OscConfig) {
         ui.horizontal(|ui| {
-            toggle(ui, ctx, Parameter::Osc, "Listen at port");
+            toggle(ui, ctx, Parameter::Osc, Word::ListenAtPort);
             // Also where the host asks for no sound.
             ctx.instance.osc.apply();
             if let Some(port) = port(ui, config.port) {
                 change(ctx, |c| c.port = port);
             }
         });
-        labelled(ui, ctx.palette, "From", |ui| {
+        labelled(ui, ctx.palette, Word::From, |ui| {
             let chosen = usize::from(config.interface == Interface::Any);
-            if let Some(index) = segments(ui, ctx.palette, &["Here", "Network"], chosen, |_| true) {
+            if let Some(index) = words(ui, ctx.palette, &[Word::Here, Word::Network], chosen) {
                 if index == 1 {
                     self.permit(ctx);
                 } else {
@@ -109,14 +110,14 @@ impl OscPanel {
                 ctx.palette.warn,
                 "The project asks for packets from networks. Until you allow it, only this machine is heard.",
             );
-            if button(ui, ctx.palette, "Allow").clicked() {
+            if button(ui, ctx.palette, Word::Allow).clicked() {
                 self.permit(ctx);
             }
         }
         if let Some(error) = &self.refused {
             ui.colored_label(ctx.palette.error, error);
         }
-        labelled(ui, ctx.palette, "Name", |ui| {
+        labelled(ui, ctx.palette, Word::Name, |ui| {
             if let Some(name) = text(ui, &mut self.name, &config.name, "For its own addresses") {
                 change(ctx, |c| c.name = name);
             }
@@ -159,27 +160,30 @@ impl OscPanel {
     }
 
     fn tracker(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, config: &OscConfig) {
-        labelled(ui, ctx.palette, "Tracker", |ui| {
+        labelled(ui, ctx.palette, Word::Format, |ui| {
             let chosen = TrackerFormat::ALL.iter().position(|format| *format == config.format).unwrap_or(0);
             let names = TrackerFormat::ALL.map(TrackerFormat::title);
-            if let Some(format) = drop_down(ui, "format", names[chosen], names, chosen).map(|index| TrackerFormat::ALL[index]) {
+            if let Some(format) = drop_down(ui, "format", names[chosen], names, chosen, |_| Word::Format.help())
+                .map(|index| TrackerFormat::ALL[index])
+            {
                 change(ctx, |c| (c.format, c.port) = (format, format.port()));
             }
         });
         if config.format == TrackerFormat::Custom {
             self.custom(ui, ctx, config);
         }
-        labelled(ui, ctx.palette, "Used as", |ui| list(ui, ctx, Parameter::Tracking));
+        labelled(ui, ctx.palette, Word::UsedAs, |ui| list(ui, ctx, Parameter::Tracking));
         for (axis, name) in AXES.into_iter().enumerate() {
             labelled(ui, ctx.palette, name, |ui| axis_of(ui, ctx, config.axes, axis));
         }
-        labelled(ui, ctx.palette, "Recentre", |ui| {
-            let kinds = [("Yaw", Recenter::Yaw), ("All", Recenter::Full), ("Off", Recenter::Off)];
-            if button(ui, ctx.palette, "Now").clicked() {
+        labelled(ui, ctx.palette, Word::Recentre, |ui| {
+            let kinds =
+                [(Word::RecentreYaw, Recenter::Yaw), (Word::RecentreAll, Recenter::Full), (Word::RecentreOff, Recenter::Off)];
+            if button(ui, ctx.palette, Word::Now).clicked() {
                 ctx.instance.osc.recenter(None);
             }
             let chosen = kinds.iter().position(|(_, kind)| *kind == config.recenter).unwrap_or(0);
-            if let Some(index) = segments(ui, ctx.palette, &kinds.map(|(name, _)| name), chosen, |_| true) {
+            if let Some(index) = words(ui, ctx.palette, &kinds.map(|(word, _)| word), chosen) {
                 change(ctx, |c| c.recenter = kinds[index].1);
             }
         });
@@ -193,16 +197,16 @@ impl OscPanel {
     }
 
     fn custom(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, config: &OscConfig) {
-        labelled(ui, ctx.palette, "Address", |ui| {
+        labelled(ui, ctx.palette, Word::Address, |ui| {
             if let Some(address) = text(ui, &mut self.address, &config.custom.address, "/head/ypr") {
                 change(ctx, |c| c.custom.address = address);
             }
         });
-        labelled(ui, ctx.palette, "Sends", |ui| {
+        labelled(ui, ctx.palette, Word::Sends, |ui| {
             let kinds = CustomArguments::ALL;
             let chosen = kinds.iter().position(|kind| *kind == config.custom.arguments).unwrap_or(0);
             let names = kinds.map(CustomArguments::title);
-            if let Some(index) = drop_down(ui, "arguments", names[chosen], names, chosen) {
+            if let Some(index) = drop_down(ui, "arguments", names[chosen], names, chosen, |_| Word::Sends.help()) {
                 change(ctx, |c| c.custom.arguments = kinds[index]);
             }
         });
@@ -210,14 +214,14 @@ impl OscPanel {
 
     fn sending(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, config: &OscConfig) {
         ui.horizontal(|ui| {
-            if switch(ui, ctx.palette, "Send to port", config.out.on).clicked() {
+            if switch(ui, ctx.palette, Word::SendToPort, config.out.on).clicked() {
                 change(ctx, |c| c.out.on = !c.out.on);
             }
             if let Some(port) = port(ui, config.out.port) {
                 change(ctx, |c| c.out.port = port);
             }
         });
-        labelled(ui, ctx.palette, "Host", |ui| {
+        labelled(ui, ctx.palette, Word::Host, |ui| {
             if let Some(host) = text(ui, &mut self.host, &config.out.host, "127.0.0.1") {
                 change(ctx, |c| c.out.host = host);
             }
@@ -244,20 +248,20 @@ fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
             }
         }
     });
-    if switch(ui, ctx.palette, "Invert", axes.invert[axis]).clicked() {
+    if switch(ui, ctx.palette, Word::Invert, axes.invert[axis]).clicked() {
         change(ctx, |c| c.axes.invert[axis] = !c.axes.invert[axis]);
     }
 }
 
 /// The listener group.
 fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    labelled(ui, ctx.palette, "Group", |ui| super::controls::choice(ui, ctx, Parameter::Group, |_| true));
+    labelled(ui, ctx.palette, Word::Group, |ui| super::controls::choice(ui, ctx, Parameter::Group, |_| None));
     let chosen = GroupChoice::from_index(ctx.index(Parameter::Group));
     let Some(number) = chosen.number() else {
         note(ui, ctx.palette, "Instances of one group share one listener");
         return;
     };
-    toggle(ui, ctx, Parameter::Lead, "Lead the group");
+    toggle(ui, ctx, Parameter::Lead, Word::Lead);
     let words = match (ctx.frame.leads, ctx.is_on(Parameter::Lead), group::is_led(number)) {
         (true, ..) => "This instance's listener is the group's",
         (false, true, true) => "Another instance leads already; this one follows it",

@@ -1,12 +1,13 @@
 //! What a panel of the drawer under the view has to do.
 
 use super::ctx::Ctx;
+use super::words::Word;
 use egui::Ui;
 
 /// A panel of the drawer.
 pub trait Panel: Send {
-    /// Name of its tab.
-    fn title(&self) -> &'static str;
+    /// Its tab.
+    fn title(&self) -> Word;
     /// Shows it; the height is given, the width is that of the view.
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>);
 }

@@ -5,6 +5,7 @@ use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, columns, field, labelled, note, outcome, switch, tab};
+use super::words::Word;
 use crate::error_chain::with_causes;
 use crate::library;
 use crate::parameter::Parameter;
@@ -38,8 +39,8 @@ struct Recording {
 }
 
 impl Panel for PathPanel {
-    fn title(&self) -> &'static str {
-        "Path"
+    fn title(&self) -> Word {
+        Word::CameraPath
     }
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -57,16 +58,16 @@ fn playing(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     follow_path(ui, ctx);
     let (kept, _) = ctx.params().saved_walk.get();
     let mut speed = kept.speed;
-    labelled(ui, ctx.palette, "Speed", |ui| {
+    labelled(ui, ctx.palette, Word::Speed, |ui| {
         let drag = DragValue::new(&mut speed).range(-8.0..=8.0).speed(0.01).fixed_decimals(2).suffix(" x");
         if ui.add_sized(Vec2::new(72.0, CONTROL), drag).changed() {
             ctx.keep(&ctx.params().saved_walk, |walk| walk.speed = speed);
         }
-        if switch(ui, ctx.palette, "Loop", kept.looping).clicked() {
+        if switch(ui, ctx.palette, Word::Loop, kept.looping).clicked() {
             ctx.keep(&ctx.params().saved_walk, |walk| walk.looping = !walk.looping);
         }
     });
-    toggle(ui, ctx, Parameter::Offset, "Add position and angles");
+    toggle(ui, ctx, Parameter::Offset, Word::AddPosition);
     let words = match ctx.walk {
         Some(walk) => format!("{} keyframes, {:.1} s", walk.path.keyframes().len(), walk.path.duration_s()),
         None => "No path yet: record one, add keyframes, or import a file.".to_owned(),
@@ -92,24 +93,24 @@ impl PathPanel {
         let chosen = ctx.selection.keyframe;
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = SPACE;
-            if button(ui, ctx.palette, "Add").on_hover_text("A keyframe where the listener is").clicked() {
+            if button(ui, ctx.palette, Word::Add).clicked() {
                 self.add(ctx);
             }
             ui.add_enabled_ui(chosen.is_some(), |ui| {
-                if button(ui, ctx.palette, "Move").on_hover_text("Takes the chosen keyframe to the listener").clicked()
+                if button(ui, ctx.palette, Word::Move).clicked()
                     && let Some(index) = chosen
                 {
                     let pose = ctx.frame.pose;
                     self.change(ctx, |keyframes| edit::move_to(keyframes, index, pose));
                 }
-                if button(ui, ctx.palette, "Delete").clicked()
+                if button(ui, ctx.palette, Word::Delete).clicked()
                     && let Some(index) = chosen
                 {
                     self.change(ctx, |keyframes| edit::delete(keyframes, index).map(drop));
                     ctx.selection.keyframe = None;
                 }
             });
-            if button(ui, ctx.palette, "Reverse").on_hover_text("The way back").clicked() {
+            if button(ui, ctx.palette, Word::Reverse).clicked() {
                 self.change(ctx, edit::reverse);
             }
         });
@@ -173,8 +174,8 @@ impl PathPanel {
     fn files(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         ui.horizontal(|ui| {
             let recording = self.recording.is_some();
-            let text = if recording { "Stop recording" } else { "Record a walk" };
-            if tab(ui, ctx.palette, text, recording).clicked() {
+            let word = if recording { Word::StopRecording } else { Word::Record };
+            if tab(ui, ctx.palette, word, recording).clicked() {
                 self.record_or_stop(ctx);
             }
             if let Some(recording) = &self.recording {
@@ -185,16 +186,16 @@ impl PathPanel {
         ui.horizontal(|ui| {
             let named = !self.file.trim().is_empty();
             ui.add_enabled_ui(named, |ui| {
-                if button(ui, ctx.palette, "Import").clicked() {
+                if button(ui, ctx.palette, Word::Import).clicked() {
                     self.import(ctx);
                 }
                 ui.add_enabled_ui(ctx.walk.is_some(), |ui| {
-                    if button(ui, ctx.palette, "Export").on_hover_text("As JSON or CSV, by the file's ending").clicked() {
+                    if button(ui, ctx.palette, Word::Export).clicked() {
                         self.export(ctx);
                     }
                 });
             });
-            if button(ui, ctx.palette, "Clear").clicked() {
+            if button(ui, ctx.palette, Word::Clear).clicked() {
                 take(ctx, SavedWalk::default());
                 ctx.selection.keyframe = None;
             }

@@ -13,13 +13,13 @@ pub fn description(ctx: &Ctx<'_>) -> String {
     let group = GroupChoice::from_index(ctx.index(Parameter::Group));
     let path = match follow {
         Follow::Transport => "Camera path, transport",
-        Follow::Position | Follow::Off => "Camera path, position knob",
+        Follow::Position | Follow::Off => "Camera path, at its position",
     };
     let base = match ctx.frame.base {
-        Base::Knobs if follow != Follow::Off => "Knobs: there is no camera path".to_owned(),
-        Base::Knobs => "Knobs".to_owned(),
+        Base::Knobs if follow != Follow::Off => "Position and angles: there is no camera path".to_owned(),
+        Base::Knobs => "Position and angles".to_owned(),
         Base::Path => path.to_owned(),
-        Base::PathAndKnobs => format!("{path}, knobs added"),
+        Base::PathAndKnobs => format!("{path}, position and angles added"),
         Base::Tracker => "Head tracker alone".to_owned(),
         Base::Group => format!("Group {}, led by another instance", letter(group)),
     };
@@ -33,9 +33,9 @@ pub fn description(ctx: &Ctx<'_>) -> String {
 pub fn reason(ctx: &Ctx<'_>) -> Option<&'static str> {
     match ctx.frame.base {
         Base::Knobs | Base::PathAndKnobs => None,
-        Base::Path => Some("The camera path moves the listener; the knobs wait"),
-        Base::Tracker => Some("The head tracker moves the listener; the knobs wait"),
-        Base::Group => Some("The group's leader moves the listener; the knobs wait"),
+        Base::Path => Some("The camera path moves the listener; its own position waits"),
+        Base::Tracker => Some("The head tracker moves the listener; its own position waits"),
+        Base::Group => Some("The group's leader moves the listener; its own position waits"),
     }
 }
 

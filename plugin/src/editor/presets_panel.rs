@@ -4,6 +4,7 @@ use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, field, labelled, note, outcome, tab};
+use super::words::Word;
 use crate::error_chain::with_causes;
 use crate::presets::{self, Preset};
 use crate::user_state::UserState;
@@ -33,8 +34,8 @@ impl Default for PresetsPanel {
 }
 
 impl Panel for PresetsPanel {
-    fn title(&self) -> &'static str {
-        "Presets"
+    fn title(&self) -> Word {
+        Word::Presets
     }
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -87,30 +88,30 @@ impl PresetsPanel {
     }
 
     fn side(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
-        labelled(ui, ctx.palette, "Compare", |ui| {
-            for (name, b) in [("A", false), ("B", true)] {
+        labelled(ui, ctx.palette, Word::Compare, |ui| {
+            for (name, b) in [(Word::A, false), (Word::B, true)] {
                 if tab(ui, ctx.palette, name, ctx.history.is_b() == b).clicked() && ctx.history.is_b() != b {
                     ctx.compare();
                 }
             }
-            let (from, to) = if ctx.history.is_b() { ("B", "A") } else { ("A", "B") };
-            if button(ui, ctx.palette, &format!("Copy {from} to {to}")).clicked() {
+            let copy = if ctx.history.is_b() { Word::CopyToA } else { Word::CopyToB };
+            if button(ui, ctx.palette, copy).clicked() {
                 ctx.history.copy(UserState::of(ctx.params()));
             }
         });
-        labelled(ui, ctx.palette, "Changes", |ui| {
+        labelled(ui, ctx.palette, Word::Changes, |ui| {
             let (undo, redo) = ctx.history.can();
-            if ui.add_enabled_ui(undo, |ui| button(ui, ctx.palette, "Undo")).inner.clicked() {
+            if ui.add_enabled_ui(undo, |ui| button(ui, ctx.palette, Word::Undo)).inner.clicked() {
                 ctx.undo();
             }
-            if ui.add_enabled_ui(redo, |ui| button(ui, ctx.palette, "Redo")).inner.clicked() {
+            if ui.add_enabled_ui(redo, |ui| button(ui, ctx.palette, Word::Redo)).inner.clicked() {
                 ctx.redo();
             }
         });
-        labelled(ui, ctx.palette, "Save as", |ui| {
+        labelled(ui, ctx.palette, Word::SaveAs, |ui| {
             let width = (ui.available_width() - 56.0).max(60.0);
             ui.add_sized(Vec2::new(width, CONTROL), TextEdit::singleline(&mut self.name).hint_text("Name"));
-            if button(ui, ctx.palette, "Save").clicked() {
+            if button(ui, ctx.palette, Word::Save).clicked() {
                 self.save(ctx);
             }
         });

@@ -3,6 +3,7 @@
 use super::ctx::Ctx;
 use super::theme::{Palette, ROUND, SPACE, faded};
 use super::widgets::{button, focus_ring, heading, note};
+use super::words::Word;
 use crate::choices::SceneChoice;
 use crate::lister::{Listed, Lister, Listing};
 use crate::parameter::{Parameter, SLOTS};
@@ -78,10 +79,10 @@ impl Scenes {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Scenes").font(Palette::heading()).color(ctx.palette.text));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if button(ui, ctx.palette, "Folder").on_hover_text("Where your own scenes and camera paths go").clicked() {
+                if button(ui, ctx.palette, Word::Folder).clicked() {
                     self.folders = !self.folders;
                 }
-                if button(ui, ctx.palette, "Refresh").on_hover_text("Look for new files").clicked() {
+                if button(ui, ctx.palette, Word::Refresh).clicked() {
                     self.list();
                 }
             });
@@ -90,10 +91,10 @@ impl Scenes {
             for folder in &listing.folders {
                 note(ui, ctx.palette, folder.display().to_string());
                 ui.horizontal(|ui| {
-                    if button(ui, ctx.palette, "Copy path").clicked() {
+                    if button(ui, ctx.palette, Word::CopyPath).clicked() {
                         ui.ctx().copy_text(folder.display().to_string());
                     }
-                    if folder.is_dir() && button(ui, ctx.palette, "Open").clicked() {
+                    if folder.is_dir() && button(ui, ctx.palette, Word::Open).clicked() {
                         ui.ctx().open_url(egui::OpenUrl::new_tab(folder.display()));
                     }
                 });
@@ -226,7 +227,11 @@ fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
             let tiers = card.tiers.iter().map(|tier| tier.name()).collect::<Vec<_>>().join(", ");
             note(ui, palette, &card.provenance.credit);
             note(ui, palette, format!("Licence: {}", card.provenance.licence));
-            note(ui, palette, format!("Tiers: {tiers}. {}, {} held-out measurements", size(listed.bytes), card.held_out));
+            note(
+                ui,
+                palette,
+                format!("Qualities: {tiers}. {}, {} measurements to be judged by", size(listed.bytes), card.held_out),
+            );
         }
         Some(Err(error)) => {
             ui.label(RichText::new(error).font(Palette::caption()).color(palette.error));
@@ -243,7 +248,7 @@ fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) {
     ui.add_space(SPACE);
     let rule = ui.available_rect_before_wrap();
     ui.painter().hline(rule.x_range(), rule.top(), egui::Stroke::new(1.0, palette.line));
-    heading(ui, palette, "Playing");
+    heading(ui, palette, Word::Playing);
     ScrollArea::vertical().id_salt("playing").auto_shrink(false).show(ui, |ui| {
         ui.set_width(ui.available_width() - 4.0);
         ui.spacing_mut().item_spacing = Vec2::new(SPACE, 2.0);
@@ -252,9 +257,9 @@ fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) {
         note(ui, palette, format!("Licence: {}", scene.licence()));
         let grid = scene.grid();
         let kind = match (scene.field(), scene.cloud()) {
-            (Some(_), Some(_)) => "Baked field and live decoder",
-            (Some(_), None) => "Baked field",
-            (None, Some(_)) => "Live decoder",
+            (Some(_), Some(_)) => "For Draft and Standard, and for High",
+            (Some(_), None) => "For Draft and Standard",
+            (None, Some(_)) => "For High",
             (None, None) => "Empty",
         };
         note(ui, palette, format!("{kind}, {} at {} Hz", size(scene.memory_bytes() as u64), grid.sample_rate_hz));

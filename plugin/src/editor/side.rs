@@ -5,10 +5,11 @@ use super::ctx::Ctx;
 use super::meter::Meters;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
-use super::widgets::{button, drop_down, heading, labelled, note};
+use super::widgets::{button, drop_down, heading, labelled, note, title};
+use super::words::Word;
 use super::{pose_source, tier};
 use crate::parameter::{Parameter, SLOTS};
-use egui::{Align, Align2, Frame, Layout, Margin, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
+use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 
 /// Width, points.
 const WIDTH: f32 = 248.0;
@@ -22,13 +23,13 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, meters: &mut Meters) {
             ui.spacing_mut().item_spacing.y = SPACE;
             pose(ui, ctx);
             movement(ui, ctx);
-            heading(ui, ctx.palette, "Emitter offset");
+            heading(ui, ctx.palette, Word::EmitterOffset);
             triple(ui, ctx, [(Parameter::Ex, "x"), (Parameter::Ey, "y"), (Parameter::Ez, "z")]);
-            heading(ui, ctx.palette, "Tier");
+            heading(ui, ctx.palette, Word::Quality);
             tier::show(ui, ctx);
-            heading(ui, ctx.palette, "Output");
-            slider(ui, ctx, Parameter::Mix, "Mix");
-            slider(ui, ctx, Parameter::Gain, "Gain");
+            heading(ui, ctx.palette, Word::Output);
+            slider(ui, ctx, Parameter::Mix, Word::Mix);
+            slider(ui, ctx, Parameter::Gain, Word::Gain);
             ui.add_space(SPACE);
             meters.show(ui, ctx.palette);
         });
@@ -38,9 +39,9 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, meters: &mut Meters) {
 fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let palette = ctx.palette;
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Listener").font(Palette::heading()).color(palette.text));
+        title(ui, palette, Word::Listener);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if button(ui, palette, "Reset").on_hover_text("Back to where the scene starts (R in the view)").clicked() {
+            if button(ui, palette, Word::Reset).clicked() {
                 reset(ctx);
             }
         });
@@ -51,11 +52,11 @@ fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
 }
 
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    heading(ui, ctx.palette, "Movement");
+    heading(ui, ctx.palette, Word::Movement);
     follow_path(ui, ctx);
-    labelled(ui, ctx.palette, "Path", |ui| paths(ui, ctx));
-    labelled(ui, ctx.palette, "Tracker", |ui| list(ui, ctx, Parameter::Tracking));
-    labelled(ui, ctx.palette, "Group", |ui| list(ui, ctx, Parameter::Group));
+    labelled(ui, ctx.palette, Word::Path, |ui| paths(ui, ctx));
+    labelled(ui, ctx.palette, Word::Tracker, |ui| list(ui, ctx, Parameter::Tracking));
+    labelled(ui, ctx.palette, Word::Group, |ui| list(ui, ctx, Parameter::Group));
 }
 
 /// The camera path: the one that is saved with the project, or one of the library.
@@ -71,7 +72,7 @@ fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     };
     let chosen = ctx.index(Parameter::Walk);
     let names = (0..=walks.len().min(usize::from(SLOTS))).map(name);
-    if let Some(slot) = drop_down(ui, "walk", &name(chosen), names, chosen) {
+    if let Some(slot) = drop_down(ui, "walk", &name(chosen), names, chosen, |_| Word::Path.help()) {
         ctx.set(Parameter::Walk, slot as f32);
     }
 }

@@ -4,6 +4,7 @@ use super::controls::{choice, slider};
 use super::ctx::Ctx;
 use super::theme::Palette;
 use super::widgets::{dimmed, fact};
+use super::words::Word;
 use crate::choices::TierChoice;
 use crate::parameter::Parameter;
 use egui::{RichText, Ui};
@@ -13,7 +14,8 @@ use promenade_core::{Scene, Tier};
 /// Shows choice, outcome and cost.
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let scene = ctx.scene;
-    choice(ui, ctx, Parameter::Tier, |index| scene.is_none_or(|scene| scene.has_tier(Tier::ALL[index.min(3)])));
+    let lacks = |tier| scene.and_then(|scene| why_not(scene, tier, scene.played_tier(tier)));
+    choice(ui, ctx, Parameter::Tier, |index| lacks(Tier::ALL[index.min(3)]));
     let asked = Tier::from(TierChoice::from_index(ctx.index(Parameter::Tier)));
     let played = ctx.frame.tier;
     if let Some(scene) = scene {
@@ -23,16 +25,9 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         };
         ui.label(RichText::new(text).font(Palette::caption()).color(colour));
     }
-    fact(ui, ctx.palette, "Processor", &format!("{:.1} %", ctx.frame.load * 100.0));
-    // A scene keeps held-out measurements, but no errors of its own.
-    fact(ui, ctx.palette, "Error", "not measured").on_hover_text(scene.map_or_else(String::new, |scene| {
-        format!(
-            "The scene file gives no error. It has {} held-out measurements: promenade measure computes the error from them",
-            scene.held_out().len()
-        )
-    }));
+    fact(ui, ctx.palette, Word::Processor, &format!("{:.1} %", ctx.frame.load * 100.0));
     let decodes = played >= Tier::High && scene.is_some();
-    dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate, "Decodes"));
+    dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate, Word::Updates));
 }
 
 /// A tier's name as it is shown.
@@ -46,9 +41,9 @@ fn why_not(scene: &Scene, asked: Tier, played: Tier) -> Option<&'static str> {
         return None;
     }
     Some(match asked {
-        Tier::Draft | Tier::Standard if scene.field().is_none() => "this scene has no baked field",
-        Tier::Standard => "this scene has no time filters",
-        Tier::High | Tier::Reference if scene.cloud().is_none() => "this scene has no decoder",
+        Tier::Draft | Tier::Standard if scene.field().is_none() => "this scene has no table of places",
+        Tier::Standard => "this scene has no filters over time",
+        Tier::High | Tier::Reference if scene.cloud().is_none() => "this scene has no network that works poses out",
         Tier::Reference if !scene.has_tier(Tier::Reference) => "this scene has no convolution layers",
         _ => "it is not ready",
     })
@@ -63,11 +58,11 @@ mod tests {
     fn a_tier_that_a_scene_lacks_is_explained() {
         let field = Scene::from_bytes(factory::ROOM_A.bytes).unwrap();
         assert_eq!(why_not(&field, Tier::Standard, Tier::Standard), None);
-        assert_eq!(why_not(&field, Tier::High, Tier::Standard), Some("this scene has no decoder"));
+        assert_eq!(why_not(&field, Tier::High, Tier::Standard), Some("this scene has no network that works poses out"));
         let cloud = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes/box.promenade");
         let cloud = Scene::from_bytes(&std::fs::read(cloud).unwrap()).unwrap();
         let played = |asked| cloud.played_tier(asked);
-        assert_eq!(why_not(&cloud, Tier::Standard, played(Tier::Standard)), Some("this scene has no baked field"));
+        assert_eq!(why_not(&cloud, Tier::Standard, played(Tier::Standard)), Some("this scene has no table of places"));
         assert_eq!(Tier::ALL.map(title), ["Draft", "Standard", "High", "Reference"]);
     }
 }

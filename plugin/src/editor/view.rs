@@ -12,7 +12,8 @@ mod scene;
 use super::ctx::Ctx;
 use super::pose_source;
 use super::theme::{Palette, SPACE, faded};
-use super::widgets::{button, segments};
+use super::widgets::{button, words};
+use super::words::Word;
 use crate::attention::AttentionWeights;
 use crate::parameter::Parameter;
 use crate::params::{emitter_offset_of, pose_of};
@@ -219,12 +220,12 @@ impl View {
                 ui.scope(|ui| {
                     ui.set_max_width(104.0);
                     let chosen = usize::from(ctx.settings.view == settings::View::Orbit);
-                    if let Some(index) = segments(ui, ctx.palette, &["Top", "3-D"], chosen, |_| true) {
+                    if let Some(index) = words(ui, ctx.palette, &[Word::Top, Word::Orbit], chosen) {
                         ctx.settings.view = if index == 0 { settings::View::Top } else { settings::View::Orbit };
                     }
                 });
                 ui.add_space(SPACE);
-                if button(ui, ctx.palette, "Fit").on_hover_text("Show everything (F, or a double click)").clicked() {
+                if button(ui, ctx.palette, Word::Fit).clicked() {
                     self.fit(rect, ctx);
                 }
             });

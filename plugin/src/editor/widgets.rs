@@ -1,6 +1,7 @@
 //! Controls that belong to no parameter, in the editor's own look.
 
 use super::theme::{CONTROL, Palette, ROUND, SPACE, faded};
+use super::words::Word;
 use egui::{Align2, Color32, ComboBox, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
 
 /// A line around a control that has the keyboard.
@@ -12,9 +13,15 @@ pub fn focus_ring(ui: &Ui, palette: &Palette, response: &Response, rect: Rect, r
 }
 
 /// Title of a section.
-pub fn heading(ui: &mut Ui, palette: &Palette, text: &str) {
+pub fn heading(ui: &mut Ui, palette: &Palette, word: Word) {
     ui.add_space(SPACE);
-    ui.label(egui::RichText::new(text).font(Palette::heading()).color(palette.text));
+    title(ui, palette, word);
+}
+
+/// Title without the space before it.
+pub fn title(ui: &mut Ui, palette: &Palette, word: Word) {
+    let text = egui::RichText::new(word.label()).font(Palette::heading()).color(palette.text);
+    ui.label(text).on_hover_text(word.help());
 }
 
 /// Text of less weight, on as many lines as it needs.
@@ -28,13 +35,14 @@ pub fn field(ui: &mut Ui, text: &mut String, hint: &str) -> Response {
 }
 
 /// A line of label and control: the label takes [`LABEL_WIDTH`], the control what is left.
-pub fn labelled<R>(ui: &mut Ui, palette: &Palette, label: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+pub fn labelled<R>(ui: &mut Ui, palette: &Palette, word: Word, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
         let size = Vec2::new(LABEL_WIDTH.min(ui.available_width() * 0.4), CONTROL);
-        let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
-        let galley = ui.painter().layout_no_wrap(label.to_owned(), Palette::body(), palette.soft);
+        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+        let galley = ui.painter().layout_no_wrap(word.label().to_owned(), Palette::body(), palette.soft);
         let at = rect.left_center() - Vec2::new(0.0, galley.size().y / 2.0);
         ui.painter().with_clip_rect(rect).galley(at, galley, palette.soft);
+        response.on_hover_text(word.help());
         add(ui)
     })
     .inner
@@ -67,23 +75,28 @@ pub fn columns<const N: usize>(ui: &mut Ui, least: [f32; N], mut add: impl FnMut
 pub const LABEL_WIDTH: f32 = 76.0;
 
 /// A name with its value at the right, of less weight.
-pub fn fact(ui: &mut Ui, palette: &Palette, name: &str, value: &str) -> Response {
+pub fn fact(ui: &mut Ui, palette: &Palette, word: Word, value: &str) {
     let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), 14.0), Sense::hover());
-    ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, name, Palette::caption(), palette.soft);
+    ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, word.label(), Palette::caption(), palette.soft);
     ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, value, Palette::caption(), palette.text);
-    response
+    response.on_hover_text(word.help());
 }
 
-/// A button with text, as wide as the text.
-pub fn button(ui: &mut Ui, palette: &Palette, text: &str) -> Response {
-    face(ui, palette, text, false, 10.0)
+/// A button, as wide as its word.
+pub fn button(ui: &mut Ui, palette: &Palette, word: Word) -> Response {
+    value_button(ui, palette, word.label(), word.help())
+}
+
+/// A button that shows a value.
+pub fn value_button(ui: &mut Ui, palette: &Palette, value: &str, help: &str) -> Response {
+    face(ui, palette, value, false, 10.0).on_hover_text(help).on_disabled_hover_text(help)
 }
 
 /// A button that is pressed while `on`.
-pub fn tab(ui: &mut Ui, palette: &Palette, text: &str, on: bool) -> Response {
-    let response = face(ui, palette, text, on, 10.0);
-    response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, text));
-    response
+pub fn tab(ui: &mut Ui, palette: &Palette, word: Word, on: bool) -> Response {
+    let response = face(ui, palette, word.label(), on, 10.0);
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, word.label()));
+    response.on_hover_text(word.help())
 }
 
 fn face(ui: &mut Ui, palette: &Palette, text: &str, on: bool, padding: f32) -> Response {
@@ -131,25 +144,34 @@ pub fn drop_down<T: AsRef<str>>(
     shown: &str,
     names: impl IntoIterator<Item = T>,
     chosen: usize,
+    help: impl Fn(usize) -> &'static str,
 ) -> Option<usize> {
     let mut clicked = None;
-    ComboBox::from_id_salt(id).selected_text(shown).width(ui.available_width()).truncate().show_ui(ui, |ui| {
+    let list = ComboBox::from_id_salt(id).selected_text(shown).width(ui.available_width()).truncate().show_ui(ui, |ui| {
         for (index, name) in names.into_iter().enumerate() {
-            if ui.selectable_label(index == chosen, name.as_ref()).clicked() && index != chosen {
+            let line = ui.selectable_label(index == chosen, name.as_ref()).on_hover_text(help(index));
+            if line.clicked() && index != chosen {
                 clicked = Some(index);
             }
         }
     });
+    list.response.on_hover_text(help(chosen));
     clicked
 }
 
-/// Choices side by side; returns the one that was clicked. `enabled` is asked which are available.
+/// Words side by side to choose from; returns the one that was clicked.
+pub fn words(ui: &mut Ui, palette: &Palette, options: &[Word], chosen: usize) -> Option<usize> {
+    let names = options.iter().map(|word| word.label()).collect::<Vec<_>>();
+    segments(ui, palette, &names, chosen, |index| Ok(options[index].help().to_owned()))
+}
+
+/// Choices side by side; returns the one that was clicked. `tooltip` is asked for each, and for an error where it is not available.
 pub fn segments(
     ui: &mut Ui,
     palette: &Palette,
     options: &[&str],
     chosen: usize,
-    enabled: impl Fn(usize) -> bool,
+    tooltip: impl Fn(usize) -> Result<String, String>,
 ) -> Option<usize> {
     let width = ui.available_width();
     let mut clicked = None;
@@ -166,7 +188,8 @@ pub fn segments(
         left += part;
         let response = ui.interact(rect, ui.scope_id().with((options, index)), Sense::click());
         let on = index == chosen;
-        let can = enabled(index);
+        let tooltip = tooltip(index);
+        let can = tooltip.is_ok();
         let inside = rect.shrink(2.0);
         if on {
             ui.painter().rect_filled(inside, CornerRadius::same(ROUND - 1), palette.accent);
@@ -181,7 +204,7 @@ pub fn segments(
         ui.painter().with_clip_rect(rect).text(rect.center(), Align2::CENTER_CENTER, text, Palette::body(), colour);
         focus_ring(ui, palette, &response, inside, ROUND - 1);
         response.widget_info(|| WidgetInfo::selected(Role::RadioButton, true, on, *text));
-        if response.clicked() && !on {
+        if response.on_hover_text(tooltip.unwrap_or_else(|why_not| why_not)).clicked() && !on {
             clicked = Some(index);
         }
     }
@@ -189,9 +212,9 @@ pub fn segments(
 }
 
 /// A switch; the response is clicked when it is flipped.
-pub fn switch(ui: &mut Ui, palette: &Palette, label: &str, on: bool) -> Response {
+pub fn switch(ui: &mut Ui, palette: &Palette, word: Word, on: bool) -> Response {
     let size = Vec2::new(32.0, 16.0);
-    let galley = ui.painter().layout_no_wrap(label.to_owned(), Palette::body(), palette.text);
+    let galley = ui.painter().layout_no_wrap(word.label().to_owned(), Palette::body(), palette.text);
     let wanted = Vec2::new(size.x + 2.0 * SPACE + galley.size().x, CONTROL);
     let (rect, response) = ui.allocate_exact_size(wanted, Sense::click());
     let place = Rect::from_center_size(rect.left_center() + Vec2::new(size.x / 2.0, 0.0), size);
@@ -207,6 +230,6 @@ pub fn switch(ui: &mut Ui, palette: &Palette, label: &str, on: bool) -> Response
     let text = rect.left_center() + Vec2::new(size.x + 2.0 * SPACE, -galley.size().y / 2.0);
     ui.painter().galley(text, galley, palette.text);
     focus_ring(ui, palette, &response, place, 8);
-    response.widget_info(|| WidgetInfo::selected(Role::Switch, true, on, label));
-    response
+    response.widget_info(|| WidgetInfo::selected(Role::Switch, true, on, word.label()));
+    response.on_hover_text(word.help())
 }

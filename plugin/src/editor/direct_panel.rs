@@ -4,6 +4,7 @@ use super::ctx::Ctx;
 use super::direction::dial;
 use super::panel::Panel;
 use super::theme::{Palette, faded};
+use super::words::Word;
 use crate::cast::index;
 use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, LOWEST_HZ, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, CornerRadius, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
@@ -19,11 +20,11 @@ const MARKS_HZ: [(f32, &str); 8] =
 const GAUGES: f32 = 248.0;
 
 /// Masks over frequency, level and time between the ears.
-pub(super) struct EarsPanel;
+pub(super) struct DirectPanel;
 
-impl Panel for EarsPanel {
-    fn title(&self) -> &'static str {
-        "Ears"
+impl Panel for DirectPanel {
+    fn title(&self) -> Word {
+        Word::DirectSound
     }
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {

@@ -1,0 +1,306 @@
+//! The editor's words and what each of them means. Widgets take a [`Word`], so that there is none without its tooltip.
+
+use crate::parameter::Parameter;
+use crate::table::table;
+
+table! {
+    /// A word on a control, a line or a section, with its tooltip.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Word: (&'static str, &'static str) {
+        /// Top line.
+        Scenes = ("Scenes", "Shows or hides the list of the rooms that can be played"),
+        /// Top line.
+        Light = ("Light", "Dark writing on a light ground"),
+        /// Top line.
+        Dark = ("Dark", "Light writing on a dark ground"),
+        /// Top line.
+        Bypass = ("Bypass", "Plays the track without the room, delayed as much as with it"),
+        /// List of scenes.
+        Folder = ("Folder", "Shows where files of your own rooms and camera paths belong"),
+        /// List of scenes.
+        Refresh = ("Refresh", "Looks for new files in these folders"),
+        /// List of scenes.
+        CopyPath = ("Copy path", "Puts the folder's name on the clipboard"),
+        /// List of scenes.
+        Open = ("Open", "Shows the folder in the system's file manager"),
+        /// List of scenes.
+        Playing = ("Playing", "Who made the room that is heard, under which licence, and what its file holds"),
+        /// View.
+        Top = ("Top", "Looks at the place from above"),
+        /// View.
+        Orbit = ("3-D", "Looks at the place from any side: drag to turn, drag with Shift to move"),
+        /// View.
+        Fit = ("Fit", "Shows everything (F, or a double click beside the listener)"),
+        /// Right.
+        Listener = ("Listener", "Where the head is, in metres from the room's origin, and where it looks, in degrees"),
+        /// Right.
+        Reset = ("Reset", "Puts the listener where the scene starts (R in the view)"),
+        /// Right.
+        Movement = ("Movement", "What moves the listener besides your hand: a camera path, a head tracker, another instance"),
+        /// Right.
+        Position = ("Position", "How far along the camera path the listener is, while Path position is chosen above"),
+        /// Right.
+        Path = ("Path", "Which camera path is used: the project's own, or a file of the library"),
+        /// Right.
+        Tracker = ("Tracker", "What a head tracker does to the listener"),
+        /// Right.
+        Group = ("Group", "Instances of one group hear with one listener, so that several sources share a room"),
+        /// Right.
+        EmitterOffset = ("Emitter offset", "How far the source is moved from where it was recorded, metres"),
+        /// Right.
+        Quality = ("Quality", "Speed against accuracy; hosts call it Tier. What is grey, this scene does not have"),
+        /// Right.
+        Processor = ("Processor", "Time that a block takes to be played, as a share of the time that it lasts"),
+        /// Right.
+        Updates = ("Updates", "How often High and Reference work out the sound of a moving listener, times a second; they fade in between"),
+        /// Right.
+        Output = ("Output", "What leaves the plugin"),
+        /// Right.
+        Mix = ("Mix", "Share of the room's sound; the rest is the track as it came, delayed to match"),
+        /// Right.
+        Gain = ("Gain", "Makes everything louder or softer, in decibels"),
+        /// Meters.
+        In = ("In", "Level of the track as it comes, both channels"),
+        /// Meters.
+        Out = ("Out", "Level at the left and the right ear"),
+        /// Drawer.
+        DirectSound = ("Direct sound", "What both ears hear of the sound that comes straight from the source"),
+        /// Direct sound.
+        Azimuth = ("Azimuth", "Direction of the source from the nose, to the left or to the right"),
+        /// Direct sound.
+        Elevation = ("Elevation", "Angle of the source above the head's level"),
+        /// Direct sound.
+        Distance = ("Distance", "From the head to the source"),
+        /// Direct sound.
+        Emitter = ("Emitter", "The source of the sound"),
+        /// Direct sound.
+        Level = ("Level", "How much louder one ear hears the source than the other"),
+        /// Direct sound.
+        Time = ("Time", "How much earlier one ear hears the source than the other"),
+        /// Drawer.
+        CameraPath = ("Path", "A walk of the listener: record it, edit it, exchange it with other programs"),
+        /// Camera path.
+        Speed = ("Speed", "How fast the path is walked by the transport; below zero it goes backwards"),
+        /// Camera path.
+        Loop = ("Loop", "Begins again at the end of the path"),
+        /// Camera path.
+        AddPosition = ("Add position and angles", "Moves the listener from the path by its own position and angles"),
+        /// Camera path.
+        Add = ("Add", "Adds a keyframe, a point of the path, where the listener is"),
+        /// Camera path.
+        Move = ("Move", "Takes the chosen keyframe to where the listener is"),
+        /// Camera path.
+        Delete = ("Delete", "Removes the chosen keyframe"),
+        /// Camera path.
+        Reverse = ("Reverse", "Walks the same way back"),
+        /// Camera path.
+        Record = ("Record a walk", "Writes down how the listener moves from now on; it becomes the project's path"),
+        /// Camera path.
+        StopRecording = ("Stop recording", "Makes what was recorded the project's path; Undo brings the former one back"),
+        /// Camera path.
+        Import = ("Import", "Reads the named file as the project's path"),
+        /// Camera path.
+        Export = ("Export", "Writes the path to the named file, as JSON or CSV by its ending"),
+        /// Camera path.
+        Clear = ("Clear", "Removes the project's path; Undo brings it back"),
+        /// Drawer.
+        OscAndGroup = ("OSC and group", "Head trackers and remote control over Open Sound Control, and instances that share a listener"),
+        /// Open Sound Control.
+        ListenAtPort = ("Listen at port", "Takes messages of head trackers and remote controls at this port (UDP)"),
+        /// Open Sound Control.
+        From = ("From", "Who may send: programs of this machine, or everybody on its networks"),
+        /// Open Sound Control.
+        Here = ("Here", "Only programs of this machine"),
+        /// Open Sound Control.
+        Network = ("Network", "Everybody on this machine's networks; there is no password"),
+        /// Open Sound Control.
+        Allow = ("Allow", "Lets everybody on this machine's networks move the listener of this project"),
+        /// Open Sound Control.
+        Name = ("Name", "Messages to /promenade/NAME/... reach the instances of this name only"),
+        /// Open Sound Control.
+        Format = ("Format", "Which program or device sends, so that its angles are understood"),
+        /// Open Sound Control.
+        UsedAs = ("Used as", "What the tracker does to the listener"),
+        /// Open Sound Control.
+        TrackerYaw = ("Yaw", "Which of the tracker's angles turns the head to the side"),
+        /// Open Sound Control.
+        TrackerPitch = ("Pitch", "Which of the tracker's angles tilts the head up and down"),
+        /// Open Sound Control.
+        TrackerRoll = ("Roll", "Which of the tracker's angles tilts the head to a shoulder"),
+        /// Open Sound Control.
+        Invert = ("Invert", "Counts the angle the other way round"),
+        /// Open Sound Control.
+        Recentre = ("Recentre", "Makes the head's present direction straight ahead; the choice is what that resets"),
+        /// Open Sound Control.
+        Now = ("Now", "Look ahead, then press: this is straight ahead"),
+        /// Open Sound Control.
+        RecentreYaw = ("Turn", "Direction and place; up and down stay those of gravity"),
+        /// Open Sound Control.
+        RecentreAll = ("All", "Every angle and the place, for a tracker that is mounted askew"),
+        /// Open Sound Control.
+        RecentreOff = ("Off", "Nothing: the tracker's own directions count"),
+        /// Open Sound Control.
+        Address = ("Address", "The address of the tracker's messages; * stands for any part"),
+        /// Open Sound Control.
+        Sends = ("Sends", "What the numbers of such a message are"),
+        /// Open Sound Control.
+        SendToPort = ("Send to port", "Sends the listener's pose to another program or instance"),
+        /// Open Sound Control.
+        Host = ("Host", "Name or address of the machine that the pose is sent to"),
+        /// Open Sound Control.
+        Lead = ("Lead the group", "The others of the group hear from where this instance's listener is"),
+        /// Drawer.
+        Presets = ("Presets", "Settings to begin with, of the factory and your own; undo; comparing two settings"),
+        /// Presets.
+        Compare = ("Compare", "Two settings to switch between while listening"),
+        /// Presets.
+        A = ("A", "The first of both settings"),
+        /// Presets.
+        B = ("B", "The second of both settings; it begins as a copy of the first"),
+        /// Presets.
+        CopyToB = ("Copy A to B", "Makes the second setting like the one that is heard"),
+        /// Presets.
+        CopyToA = ("Copy B to A", "Makes the first setting like the one that is heard"),
+        /// Presets.
+        Changes = ("Changes", "Steps back and forth through what you have changed here"),
+        /// Presets.
+        Undo = ("Undo", "Takes the last change back (Ctrl Z)"),
+        /// Presets.
+        Redo = ("Redo", "Makes the change again that was taken back last (Ctrl Shift Z)"),
+        /// Presets.
+        SaveAs = ("Save as", "Keeps all settings as a preset of your own under this name"),
+        /// Presets.
+        Save = ("Save", "Writes the preset's file, over one of the same name"),
+        /// Errors.
+        TryAgain = ("Try again", "Looks for the missing file once more"),
+    }
+}
+
+impl Word {
+    /// As it is written.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        self.row().0
+    }
+
+    /// What it means.
+    #[must_use]
+    pub fn help(self) -> &'static str {
+        self.row().1
+    }
+}
+
+/// What a parameter does, for the tooltip of its number or switch.
+#[must_use]
+pub fn help(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::X => "How far ahead of the room's origin the listener is; drag, or click to type",
+        Parameter::Y => "How far to the left of the room's origin the listener is",
+        Parameter::Z => "How far above the room's origin the listener's ears are",
+        Parameter::Yaw => "Turn of the head, positive to the left",
+        Parameter::Pitch => "Tilt of the head, positive with the nose up",
+        Parameter::Roll => "Tilt of the head, positive with the right ear down",
+        Parameter::Path => "How far along the camera path the listener is, of all the time that the path takes",
+        Parameter::Follow => "What moves the listener along its camera path",
+        Parameter::Offset => Word::AddPosition.help(),
+        Parameter::Tracking => Word::Tracker.help(),
+        Parameter::Ex => "Moves the source ahead from where it was recorded",
+        Parameter::Ey => "Moves the source to the left from where it was recorded",
+        Parameter::Ez => "Moves the source up from where it was recorded",
+        Parameter::Group => Word::Group.help(),
+        Parameter::Lead => Word::Lead.help(),
+        Parameter::Tier => Word::Quality.help(),
+        Parameter::Rate => Word::Updates.help(),
+        Parameter::Mix => Word::Mix.help(),
+        Parameter::Gain => Word::Gain.help(),
+        Parameter::Bypass => Word::Bypass.help(),
+        Parameter::Scene => "The room that is played",
+        Parameter::Slot => "Which file of the library is played; 0 is the project's own",
+        Parameter::Walk => Word::Path.help(),
+        Parameter::Osc => Word::ListenAtPort.help(),
+    }
+}
+
+/// What a choice's variant does; empty for what is no choice.
+#[must_use]
+pub fn variant_help(parameter: Parameter, index: usize) -> &'static str {
+    let all: &[&'static str] = match parameter {
+        Parameter::Follow => &[
+            "The listener stays where position and angles say",
+            "The listener is where Position says, along the camera path",
+            "The listener walks the camera path as the host plays",
+        ],
+        Parameter::Tracking => &[
+            "A head tracker has no effect",
+            "The tracker turns the head, on top of position, angles or path",
+            "The tracker turns and moves the head, on top of position, angles or path",
+            "The tracker alone says where the head is and looks",
+        ],
+        Parameter::Group => &[
+            "This instance has a listener of its own",
+            "Shares the listener of the first group",
+            "Shares the listener of the second group",
+            "Shares the listener of the third group",
+            "Shares the listener of the fourth group",
+        ],
+        Parameter::Tier => &[
+            "The direct sound and no room: for many tracks, and for setting up",
+            "The room as it was worked out beforehand for a table of places: exact there, blended in between",
+            "The room as a neural network works it out for the very place of the listener",
+            "As High, and with all of the published model's filters: the most costly",
+        ],
+        Parameter::Scene => &["A room of the factory, an office", "A room of the factory, a class room", "A file of your own"],
+        _ => &[],
+    };
+    all.get(index).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    /// Words of the code that mean nothing to who does not read it.
+    const UNKNOWN: [&str; 7] = ["knob", "decod", "ears panel", "tier", "mask", "anchor", "baked"];
+
+    /// Whether a text tells more than the name that it belongs to.
+    fn explains(name: &str, text: &str) -> bool {
+        let plain = |text: &str| text.to_lowercase();
+        let words = |text: &str| plain(text).split(|c: char| !c.is_alphanumeric()).map(str::to_owned).collect::<HashSet<_>>();
+        let new = words(text).difference(&words(name)).filter(|word| word.len() > 2).count();
+        new >= 3
+    }
+
+    #[test]
+    fn every_word_of_the_editor_is_explained_by_its_tooltip() {
+        for word in Word::ALL {
+            assert!(explains(word.label(), word.help()), "{}: {}", word.label(), word.help());
+            for unknown in UNKNOWN {
+                assert!(!word.label().to_lowercase().contains(unknown), "who knows what {} is?", word.label());
+            }
+        }
+        for parameter in Parameter::ALL {
+            assert!(explains(parameter.id(), help(parameter)), "{parameter:?}: {}", help(parameter));
+            for (index, name) in parameter.variants().map_or(&[][..], |(_, names)| names).iter().enumerate() {
+                let text = variant_help(parameter, index);
+                assert!(explains(name, text), "{parameter:?}, {name}: {text:?}");
+            }
+        }
+    }
+
+    /// The sources of the editor, so that no text is shown past [`Word`]: widgets take one, and only they paint names.
+    #[test]
+    fn no_control_has_a_label_of_its_own() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/editor");
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if !path.is_file() || path.ends_with("words.rs") || path.ends_with("widgets.rs") {
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap();
+            for own in ["ui.button(", "ui.checkbox(", "ui.radio(", "ui.heading(", "Button::new(\"", "on_hover_text(\""] {
+                assert!(!text.contains(own), "{} has {own}", path.display());
+            }
+        }
+    }
+}
