@@ -29,7 +29,7 @@ pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
 pub(crate) use render::RenderArgs;
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-pub(crate) use simulate::{Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+pub(crate) use simulate::{JoinArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
 
@@ -65,6 +65,8 @@ pub(crate) enum Command {
     Anchors(Box<AnchorsArgs>),
     /// Make binaural responses of a simulated room, to bake or to train on
     Simulate(Box<SimulateArgs>),
+    /// Put the parts of a simulation together
+    Join(JoinArgs),
     /// Show what a scene file holds
     Inspect(InspectArgs),
     /// Compare a scene with the measurements held out of it and its streams with its model's clips, or measure a response
@@ -115,7 +117,9 @@ mod tests {
             "simulate box --size 1,1,1 --emitter 0,0,0 --head h -o b --path p --fit 1 --length 1",
             "simulate a.obj --source 1,1,1 --materials *=0.1:0.2,b=felt --scale 2 --head h -o b --path p --margin 1 --length 1",
             "simulate a.obj --source 1,1,1 --head h -o b --grid 1 --turns 4",
+            "simulate a.obj --source 1,1,1 --head h -o b --part 2/3",
             "simulate materials",
+            "join a b -o c",
             "inspect a",
             "measure a --seconds 1",
             "capture from-responses a -o b",

@@ -12,6 +12,7 @@ mod eval;
 mod host;
 mod import;
 mod inspect;
+mod join;
 mod measure;
 mod path;
 mod plot;
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         args::Command::Path(a) => path::run(&a),
         args::Command::Anchors(a) => anchors::run(&a),
         args::Command::Simulate(args) => simulate::run(&args),
+        args::Command::Join(args) => join::run(&args),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
         args::Command::Capture { command } => capture::run(&command),

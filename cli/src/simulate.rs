@@ -5,12 +5,13 @@ use crate::{path, progress, report};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Air, Entry, LateField, Materials, Mesh, Room};
 use promenade_baker::simulation::{
-    BoxOptions, BoxRoom, Hrtf, Inside, MeshOptions, Simulated, along, fit, grid, random_inside, random_poses, simulate_box,
-    simulate_mesh, turned,
+    BoxOptions, BoxRoom, Hrtf, Inside, MeshOptions, Part, PartFolder, RunKey, Simulated, along, fit, grid, random_inside,
+    random_poses, simulate_box, simulate_mesh, turned,
 };
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
 use promenade_paths::ImportOptions;
+use std::fmt::Debug;
 use std::path::Path;
 use std::time::Instant;
 
@@ -52,13 +53,25 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
         length_s: args.length,
         air: Some(air),
         seed: args.seed,
+        part: args.part.unwrap_or(Part::WHOLE),
     };
+    let run = MeshOptions { part: Part::WHOLE, ..options };
+    let title = report::file_name(&args.room);
+    let part = part_folder(
+        args.part,
+        &args.output,
+        &poses,
+        &[&title, &mesh, &room.materials(), &args.source, &set, &args.rate, &run],
+    )?;
+    if part.as_ref().is_some_and(is_there) {
+        return Ok(());
+    }
     let bar = progress::of_work();
     let simulated =
         simulate_mesh(&mesh, &room, args.source, &hrtf, &poses, &options, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
     let Simulated { mut responses, late, images } = simulated;
-    responses.title = report::file_name(&args.room);
+    responses.title = title;
     responses.notes.push(format!(
         "simulated by promenade {}: image sources up to order {} of {} beams, {} rays with seed {}, head {} of {} directions",
         env!("CARGO_PKG_VERSION"),
@@ -69,7 +82,7 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
         set.title,
         hrtf.directions()
     ));
-    responses.save(&args.output)?;
+    let output = save(&responses, part.as_ref(), &args.output, &poses)?;
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
     let times = |times: [f64; 7]| times.map(|t| format!("{t:.2}")).join(", ");
     eprintln!("note: {volume:.1} m3, {:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s", size.area_m2, times(eyring));
@@ -82,7 +95,7 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
     }
     eprintln!(
         "{}: {} responses of {:.2} s at {} Hz from {images} images and {} rays in {:.1} s",
-        args.output.display(),
+        output.display(),
         responses.responses.len(),
         frames as f64 / f64::from(args.rate),
         args.rate,
@@ -123,6 +136,33 @@ fn mesh_poses(args: &SimulateMeshArgs, inside: &Inside<'_>) -> Result<Vec<Pose>>
     Ok(random_inside(inside, args.poses.unwrap_or(100) as usize, args.seed)?)
 }
 
+/// The folder of a part of the run that all of this decides.
+fn part_folder(part: Option<Part>, among: &Path, poses: &[Pose], run: &[&dyn Debug]) -> Result<Option<PartFolder>> {
+    let Some(part) = part else { return Ok(None) };
+    if part.poses(poses).is_empty() {
+        bail!("--part: expected at most as many parts as places of the listener, found {} of {}", part.number, part.of);
+    }
+    Ok(Some(PartFolder::new(among, RunKey::of(&[&poses, &run]), part)))
+}
+
+/// Whether a part need not be made, which is said.
+fn is_there(part: &PartFolder) -> bool {
+    let there = part.is_complete();
+    if there {
+        report::line(format_args!("{}: is there already", part.path().display()));
+    }
+    there
+}
+
+/// Writes a set or a part of it, and tells where.
+fn save<'a>(responses: &Responses, part: Option<&'a PartFolder>, output: &'a Path, poses: &[Pose]) -> Result<&'a Path> {
+    match part {
+        Some(part) => part.save(responses, poses)?,
+        None => responses.save(output)?,
+    }
+    Ok(part.map_or(output, PartFolder::path))
+}
+
 /// By octave the mean over all places that have one; `None` if an octave has none.
 fn mean_t30(late: &LateField) -> Option<[f64; 7]> {
     let mut means = [0.0; 7];
@@ -138,8 +178,19 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
     let poses = poses(args, &room)?;
     let set = Responses::load(&args.head, &LoadOptions::default())?;
     let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
-    let options = BoxOptions { sample_rate_hz: args.rate, order: args.order, length_s: args.length, seed: args.seed };
-    let bar = progress::of_sound(poses.len() as f64);
+    let options = BoxOptions {
+        sample_rate_hz: args.rate,
+        order: args.order,
+        length_s: args.length,
+        seed: args.seed,
+        part: args.part.unwrap_or(Part::WHOLE),
+    };
+    let run = BoxOptions { part: Part::WHOLE, ..options };
+    let part = part_folder(args.part, &args.output, &poses, &[&room, &args.emitter, &set, &run])?;
+    if part.as_ref().is_some_and(is_there) {
+        return Ok(());
+    }
+    let bar = progress::of_sound(options.part.poses(&poses).len() as f64);
     let mut responses = simulate_box(&room, args.emitter, &hrtf, &poses, &options, |done| bar.at(done as f64))?;
     drop(bar);
     responses.notes.push(format!(
@@ -150,13 +201,13 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
         set.title,
         hrtf.directions()
     ));
-    responses.save(&args.output)?;
+    let output = save(&responses, part.as_ref(), &args.output, &poses)?;
     let times: Vec<String> = room.eyring_t60_s().iter().map(|t| format!("{t:.2}")).collect();
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
     report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
     report::line(format_args!(
         "{}: {} responses of {:.2} s at {} Hz",
-        args.output.display(),
+        output.display(),
         responses.responses.len(),
         frames as f64 / f64::from(args.rate),
         args.rate

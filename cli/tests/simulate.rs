@@ -196,3 +196,80 @@ fn a_mesh_is_simulated_at_places() {
         table.contains("carpet_thin") && table.contains("0.02 0.04 0.08 0.20 0.35 0.40 0.40  ") && table.contains("scatters")
     );
 }
+
+/// Names and contents of all files of a folder.
+fn files(folder: &Path) -> std::collections::BTreeMap<String, Vec<u8>> {
+    let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
+    let all = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path());
+    all.map(|path| (name(&path), std::fs::read(&path).unwrap())).collect()
+}
+
+#[test]
+fn parts_together_are_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    head(&folder.path().join("head"));
+    let (ears, mesh, parts, whole, joined) = (text("head"), text("room.obj"), text("parts"), text("whole"), text("joined"));
+    std::fs::write(&mesh, ROOM).unwrap();
+    let of_mesh = ["simulate", &mesh, "--source", "3,3.2,1.5", "--head", &ears, "--rate", "16000", "--length", "0.1"];
+    let of_mesh = [&of_mesh[..], &["--rays", "500", "--beams", "512", "--order", "2", "--materials", "top=0.3:0.5"]].concat();
+    let of_mesh = [&of_mesh[..], &["--poses", "7"]].concat();
+    let of_box = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--head", &ears, "--rate", "16000"];
+    let of_box = [&of_box[..], &["--length", "0.05", "--order", "2", "--poses", "5"]].concat();
+    // The folder of a part, as the command names it.
+    let made = |room: &[&str], part: &str| {
+        let (_, said) = succeeds(&[room, &["-o", &parts, "--part", part]].concat());
+        let line = said.lines().find(|l| l.contains("/part-")).unwrap();
+        (line.split(": ").next().unwrap().to_owned(), said)
+    };
+    for room in [&of_mesh, &of_box] {
+        succeeds(&[&room[..], &["-o", &whole]].concat());
+        let folders = ["1/3", "2/3", "3/3"].map(|part| made(room, part).0);
+        // In any order.
+        let (_, said) = succeeds(&["join", &folders[2], &folders[0], &folders[1], "-o", &joined]);
+        assert!(said.contains("responses of 3 parts"), "{said}");
+        assert_eq!(files(Path::new(&whole)), files(Path::new(&joined)));
+        std::fs::remove_dir_all(&whole).unwrap();
+        std::fs::remove_dir_all(&joined).unwrap();
+    }
+
+    // What is there is not made again, what was broken off or damaged is.
+    let part = |room: &[&str], part| made(room, part).0;
+    let [a, b] = ["1/2", "2/2"].map(|k| part(&of_mesh, k));
+    let before = files(Path::new(&a));
+    assert!(made(&of_mesh, "1/2").1.contains("is there already"));
+    let sound = before.keys().find(|name| name.ends_with(".wav")).unwrap();
+    for damage in [sound.as_str(), "responses.json", "part.json"] {
+        std::fs::write(Path::new(&a).join(damage), "half of i").unwrap();
+        fails(&["join", &a, &b, "-o", &joined]);
+        assert!(!made(&of_mesh, "1/2").1.contains("is there already"), "{damage}");
+        std::fs::remove_file(Path::new(&a).join(damage)).unwrap();
+        assert!(!made(&of_mesh, "1/2").1.contains("is there already"), "{damage}");
+        assert_eq!(files(Path::new(&a)), before);
+    }
+
+    let of_thirds = part(&of_mesh, "1/3");
+    let other_seed = part(&[&of_mesh[..], &["--seed", "2"]].concat(), "2/2");
+    std::fs::write(&mesh, ROOM.replace("2.8", "2.9")).unwrap();
+    let other_room = part(&of_mesh, "2/2");
+    std::fs::create_dir(text("empty")).unwrap();
+    let wide = [&of_mesh[..], &["-o", &parts, "--part", "8/8"]].concat();
+    all_fail(&[
+        (vec!["join", &a, "-o", &joined], "parts: expected all 2, found none of number 2"),
+        (vec!["join", &a, &b, &a, "-o", &joined], "found the same part"),
+        (vec!["join", &a, &of_thirds, "-o", &joined], "found part 1 of 3 of another run"),
+        (vec!["join", &a, &other_seed, "-o", &joined], "expected a part of 2 of the same run as"),
+        (vec!["join", &a, &other_room, "-o", &joined], "found part 2 of 2 of another run"),
+        (
+            vec!["join", &a, &text("empty"), "-o", &joined],
+            "expected a complete part of a simulation, with a part.json, found none",
+        ),
+        (wide, "--part: expected at most as many parts as places of the listener, found 8 of 8"),
+    ]);
+    // A name that leads out of its folder.
+    let about = Path::new(&b).join("part.json");
+    let stolen = std::fs::read_to_string(&about).unwrap().replace("pose-", "../pose-");
+    std::fs::write(about, stolen).unwrap();
+    fails(&["join", &a, &b, "-o", &joined]);
+    assert!(!Path::new(&joined).exists());
+}

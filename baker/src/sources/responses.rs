@@ -11,7 +11,7 @@ mod manifest;
 mod names;
 mod pattern;
 mod recorded;
-mod save;
+pub(crate) mod save;
 mod sofa;
 mod spherical;
 

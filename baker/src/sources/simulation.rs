@@ -6,14 +6,18 @@ mod early;
 #[cfg(test)]
 mod heads;
 mod hrtf;
+mod join;
 mod mesh_room;
+mod part;
 mod poses;
 mod tail;
 mod walls;
 
 pub use box_room::{BoxOptions, BoxRoom, MAX_ORDER, simulate_box};
 pub use hrtf::Hrtf;
+pub use join::{PartFolder, RunKey, join};
 pub use mesh_room::{MeshOptions, Simulated, simulate_mesh};
+pub use part::Part;
 pub use poses::{Inside, along, fit, grid, random_inside, random_poses, turned};
 pub use promenade_acoustics::OCTAVES_HZ;
 pub use promenade_core::network::SPEED_OF_SOUND_M_S;

@@ -1,8 +1,8 @@
 //! Arguments of `promenade simulate`.
 
-use super::values::{parse_absorption, parse_point, within};
+use super::values::{parse_absorption, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
-use promenade_baker::simulation::{Absorption, MAX_LENGTH_S};
+use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
@@ -80,6 +80,10 @@ pub(crate) struct SimulateMeshArgs {
     /// Seed of rays, noise and random poses
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Make one share of the places, part K of N, in a folder of its own in --output, named after what it is; `join` puts all together. A
+    /// part that is there already is not made again
+    #[arg(long, value_name = "K/N", value_parser = parse_part)]
+    pub(crate) part: Option<Part>,
     /// Folder to write: WAV files and a responses.json
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
@@ -133,6 +137,20 @@ pub(crate) struct SimulateBoxArgs {
     /// Seed of the tails' noise and of random poses
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Make one share of the places, part K of N, in a folder of its own in --output, named after what it is; `join` puts all together. A
+    /// part that is there already is not made again
+    #[arg(long, value_name = "K/N", value_parser = parse_part)]
+    pub(crate) part: Option<Part>,
+    /// Folder to write: WAV files and a responses.json
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct JoinArgs {
+    /// Folders of all parts of one simulation
+    #[arg(required = true)]
+    pub(crate) parts: Vec<PathBuf>,
     /// Folder to write: WAV files and a responses.json
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,

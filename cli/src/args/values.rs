@@ -2,7 +2,7 @@
 
 use promenade_baker::player::Playing;
 use promenade_baker::reconstruction::Landmark;
-use promenade_baker::simulation::Absorption;
+use promenade_baker::simulation::{Absorption, Part};
 use promenade_baker::wav::Format;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
@@ -42,6 +42,15 @@ pub(super) fn parse_pair(text: &str) -> Result<(f32, f32), String> {
 
 pub(super) fn parse_point(text: &str) -> Result<Vec3, String> {
     parse_numbers(text, "x,y,z").map(Vec3::from_array)
+}
+
+/// Parses `K/N`, the `K`th of `N` parts.
+pub(super) fn parse_part(text: &str) -> Result<Part, String> {
+    let numbers = text.split_once('/').map(|(k, n)| (k.trim().parse::<u32>(), n.trim().parse::<u32>()));
+    match numbers {
+        Some((Ok(number), Ok(of))) if (1..=of).contains(&number) => Ok(Part { number, of }),
+        _ => Err("expected K/N, part K of N, from 1/N to N/N".to_owned()),
+    }
 }
 
 pub(super) fn parse_direction(text: &str) -> Result<Vec3, String> {

@@ -2,33 +2,46 @@
 
 use super::{Response, Responses};
 use crate::{BakeError, Split, atomic, wav};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-#[derive(Serialize)]
-struct Manifest<'a> {
-    title: &'a str,
-    credit: &'a str,
-    licence: &'a str,
-    #[serde(skip_serializing_if = "String::is_empty")]
-    note: String,
-    responses: Vec<Entry>,
+/// Name of the file that makes a folder a set.
+pub(crate) const MANIFEST: &str = "responses.json";
+
+/// A `responses.json` as it is written here.
+#[derive(Deserialize, Serialize)]
+pub(crate) struct Manifest {
+    pub(crate) title: String,
+    pub(crate) credit: String,
+    pub(crate) licence: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub(crate) note: String,
+    pub(crate) responses: Vec<Entry>,
 }
 
-#[derive(Serialize)]
-struct Entry {
-    file: String,
+#[derive(Deserialize, Serialize)]
+pub(crate) struct Entry {
+    pub(crate) file: String,
     listener: Listener,
     source: [f32; 3],
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     split: Option<Split>,
 }
 
-#[derive(Serialize)]
+#[derive(Deserialize, Serialize)]
 struct Listener {
     position: [f32; 3],
     /// Yaw, pitch and roll, degrees.
     ypr: [f32; 3],
+}
+
+impl Manifest {
+    /// Makes a folder of WAV files a set.
+    pub(crate) fn write(&self, folder: &Path) -> Result<(), BakeError> {
+        let path = folder.join(MANIFEST);
+        let json = serde_json::to_string_pretty(self).map_err(BakeError::json(&path))?;
+        Ok(atomic::write(&path, (json + "\n").as_bytes())?)
+    }
 }
 
 impl Responses {
@@ -57,15 +70,13 @@ impl Responses {
             wav::write(&folder.join(file), rate, &[&response.left, &response.right], wav::Format::Float32)?;
         }
         let manifest = Manifest {
-            title: &self.title,
-            credit: &self.credit,
-            licence: &self.licence,
+            title: self.title.clone(),
+            credit: self.credit.clone(),
+            licence: self.licence.clone(),
             note: self.notes.join("; "),
             responses: self.responses.iter().zip(files).map(|(response, file)| self.entry(response, file)).collect(),
         };
-        let path = folder.join("responses.json");
-        let json = serde_json::to_string_pretty(&manifest).map_err(BakeError::json(&path))?;
-        Ok(atomic::write(&path, (json + "\n").as_bytes())?)
+        manifest.write(folder)
     }
 
     fn entry(&self, response: &Response, file: String) -> Entry {

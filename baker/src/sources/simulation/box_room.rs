@@ -5,6 +5,7 @@
 //! absorbs nothing; the emitter radiates alike in all directions.
 
 use super::early::{Early, Heard};
+use super::part::Part;
 use super::tail::{Tail, Variance};
 use super::walls::{filters, left};
 use super::{Absorption, Hrtf, LEAST_DISTANCE_M, MAX_LENGTH_S, SPEED_OF_SOUND_M_S};
@@ -43,11 +44,13 @@ pub struct BoxOptions {
     pub length_s: Option<f32>,
     /// Seed of the tails' noise.
     pub seed: u64,
+    /// The share of the places that is computed: what it has is bit for bit what the whole has there.
+    pub part: Part,
 }
 
 impl Default for BoxOptions {
     fn default() -> Self {
-        Self { sample_rate_hz: 24_000, order: 6, length_s: None, seed: 1 }
+        Self { sample_rate_hz: 24_000, order: 6, length_s: None, seed: 1, part: Part::WHOLE }
     }
 }
 
@@ -100,7 +103,7 @@ impl BoxRoom {
 /// Binaural responses of an emitter in a room for heads at `poses`.
 ///
 /// The direct sound of an emitter at 1 m has the level of the HRTF, 0 dB in a diffuse field, and arrives after distance
-/// over [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. `done` is called with the number of finished poses. The same input and seed
+/// over [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. Only poses of the options' part have one. `done` is called with the number of finished poses. The same input and seed
 /// give the same samples.
 ///
 /// # Errors
@@ -128,8 +131,10 @@ pub fn simulate_box(
     let next = options.order + 1;
     let next: Vec<Vec3> =
         box_images(next).iter().filter(|i| i.order() == next).map(|i| position(i, emitter, room.size)).collect();
-    let mut responses = Vec::with_capacity(poses.len());
-    for (index, pose) in poses.iter().enumerate() {
+    let mine = options.part.poses(poses);
+    let mut responses = Vec::with_capacity(mine.len());
+    for index in mine {
+        let pose = &poses[index];
         let mut ears = [vec![0.0; length], vec![0.0; length]];
         early.add(pose, reflected.iter().map(|(position, left)| Heard { position: *position, left }), &mut ears);
         // What begins before the first image that is left out would be heard among those that are not.
@@ -139,7 +144,7 @@ pub fn simulate_box(
         tail.add(index as u64, first.unwrap_or(usize::MAX), |l| [&gains[l], &gains[l]], &mut ears);
         let [left, right] = ears;
         responses.push(Response { listener: *pose, source: emitter, left, right, name: format!("pose-{index:05}") });
-        done(index + 1);
+        done(responses.len());
     }
     let [x, y, z] = room.size.to_array();
     Ok(Responses {

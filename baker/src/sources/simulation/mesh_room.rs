@@ -5,6 +5,7 @@
 
 use super::early::{Early, Heard};
 use super::hrtf::Hrtf;
+use super::part::{Part, distinct};
 use super::tail::Tail;
 use super::walls::{filters, left};
 use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ, SPEED_OF_SOUND_M_S};
@@ -41,12 +42,14 @@ pub struct MeshOptions {
     pub air: Option<Air>,
     /// Seed of rays and noise.
     pub seed: u64,
+    /// The share of the places that is computed: what it has is bit for bit what the whole has there.
+    pub part: Part,
 }
 
 /// Responses with what is known of the room's energy.
 #[derive(Clone, Debug)]
 pub struct Simulated {
-    /// One for each pose.
+    /// One for each pose of the part, in their order.
     pub responses: Responses,
     /// Where the energy of the rays went.
     pub late: LateField,
@@ -74,11 +77,12 @@ pub fn simulate_mesh(
     check(emitter, poses, options)?;
     let rate = hrtf.bins.sample_rate_hz;
     let source = emitter.as_dvec3().to_array();
-    let places = distinct(poses);
-    let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
+    let places = options.part.places(poses);
+    let listeners = in_metres(&places);
     let length_s = match options.length_s {
         Some(length_s) => f64::from(length_s),
-        None => natural_length_s(room, source, &listeners, options)?,
+        // Of all places, so that all parts are of one length.
+        None => natural_length_s(room, source, &in_metres(&distinct(poses)), options)?,
     };
     let length = (length_s * rate).ceil() as usize;
     let images = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
@@ -97,7 +101,7 @@ pub fn simulate_mesh(
     let late = late_field(room, source, &listeners, &rays, |share| done(0.5 * share))?;
     let voice = Voice::new(mesh, room, hrtf, options.air);
     let early = Early::new(hrtf);
-    let finished = AtomicUsize::new(0);
+    let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
     let of_place = |(place, echogram): (&Vec3, &Echogram)| -> Result<Vec<(usize, Response)>, BakeError> {
         let seen = images.seen_from(room, place.as_dvec3().to_array(), Share::Specular)?;
         let reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
@@ -111,7 +115,7 @@ pub fn simulate_mesh(
                 let gains = hops.at_ears(pose, hrtf);
                 tail.add(index as u64, hops.first, |l| [&gains[l][0], &gains[l][1]], &mut ears);
                 let now = finished.fetch_add(1, Ordering::Relaxed) + 1;
-                done(0.5 + 0.5 * now as f64 / poses.len() as f64);
+                done(0.5 + 0.5 * now as f64 / count as f64);
                 let [left, right] = ears;
                 (index, Response { listener: *pose, source: emitter, left, right, name: format!("pose-{index:05}") })
             })
@@ -144,6 +148,10 @@ fn check(emitter: Vec3, poses: &[Pose], options: &MeshOptions) -> Result<(), Bak
     Ok(())
 }
 
+fn in_metres(places: &[Vec3]) -> Vec<[f64; 3]> {
+    places.iter().map(|p| p.as_dvec3().to_array()).collect()
+}
+
 /// The longest T30 of the octaves that a few rays show at some places, seconds, between what a room and what memory should have.
 fn natural_length_s(room: &Room, source: [f64; 3], listeners: &[[f64; 3]], options: &MeshOptions) -> Result<f64, BakeError> {
     let some: Vec<[f64; 3]> = listeners.iter().step_by(listeners.len().div_ceil(PILOT_PLACES).max(1)).copied().collect();
@@ -165,14 +173,6 @@ fn natural_length_s(room: &Room, source: [f64; 3], listeners: &[[f64; 3]], optio
     // An octave without a decay in sight has no mean, and `max` passes over it.
     let longest = (0..OCTAVES_HZ.len()).map(mean).fold(0.0, f64::max);
     Ok(longest.clamp(SHORTEST_BY_ITSELF_S, LONGEST_BY_ITSELF_S))
-}
-
-/// The places of heads, each once.
-fn distinct(poses: &[Pose]) -> Vec<Vec3> {
-    let mut places: Vec<Vec3> = poses.iter().map(|p| p.position).collect();
-    places.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap_or(std::cmp::Ordering::Equal));
-    places.dedup();
-    places
 }
 
 /// What materials and air do to images.

@@ -8,7 +8,7 @@ const SIZE: Vec3 = Vec3::new(7.0, 5.0, 3.0);
 const EMITTER: Vec3 = Vec3::new(3.1, 2.3, 1.9);
 
 fn options(order: u32, length_s: f32) -> MeshOptions {
-    MeshOptions { order, beams: 8192, rays: 6000, length_s: Some(length_s), air: None, seed: 1 }
+    MeshOptions { order, beams: 8192, rays: 6000, length_s: Some(length_s), air: None, seed: 1, part: Part::WHOLE }
 }
 
 fn room(size: Vec3, absorption: [f32; 6], scattering: f32) -> (Mesh, Room) {
@@ -141,4 +141,23 @@ fn what_cannot_be_is_an_error() {
     refused(&[at(1.0, 1.0, 1.0)], &options(2, 0.0), "length of the responses");
     refused(&[at(1.0, 1.0, 1.0)], &options(99, 0.1), "order of images: expected at most 50");
     refused(&[at(1.0, 1.0, 1.0)], &MeshOptions { rays: 0, ..options(2, 0.1) }, "rays");
+}
+
+#[test]
+fn parts_are_bit_for_bit_what_the_whole_has() {
+    let heads = turned(&[Vec3::new(1.0, 1.0, 1.0), Vec3::new(5.2, 3.9, 1.4), Vec3::new(2.0, 4.0, 1.1)], 2);
+    let walls = room(SIZE, [0.3; 6], 0.3);
+    for length_s in [Some(0.1), None] {
+        let options = MeshOptions { length_s, rays: 600, ..options(2, 0.1) };
+        let whole = simulate(&walls, EMITTER, &two_sided(), &heads, &options).responses.responses;
+        let mut seen = 0;
+        for number in 1..=2 {
+            let part = Part { number, of: 2 };
+            let made = simulate(&walls, EMITTER, &two_sided(), &heads, &MeshOptions { part, ..options });
+            let expected: Vec<Response> = part.poses(&heads).into_iter().map(|i| whole[i].clone()).collect();
+            assert_eq!(made.responses.responses, expected);
+            seen += expected.len();
+        }
+        assert_eq!(seen, 6);
+    }
 }

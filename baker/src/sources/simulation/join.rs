@@ -1,0 +1,254 @@
+//! Parts of a simulation as folders, and the whole of them.
+//!
+//! A part's folder is a set of responses of its own, with a `part.json` that comes last: of which run it is, and what every file of it
+//! must hold.
+
+use super::part::Part;
+use crate::responses::save::{Entry, MANIFEST, Manifest};
+use crate::{BakeError, FileError, Responses, atomic, file};
+use promenade_core::Pose;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt::{Debug, Write};
+use std::path::{Component, Path, PathBuf};
+
+const PART_FILE: &str = "part.json";
+/// Version of the form of `part.json`.
+const VERSION: u32 = 1;
+/// Largest text and largest sound of a part, bytes.
+const MOST_TEXT: u64 = 1 << 28;
+const MOST_SOUND: u64 = 1 << 26;
+
+/// What a run computes: the same for all its parts, different for any two runs whose samples may differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunKey(String);
+
+impl RunKey {
+    /// A hash (BLAKE3) of this version and of everything that decides what is computed. Numbers are hashed as `Debug` prints them, which
+    /// tells any two apart.
+    #[must_use]
+    pub fn of(what: &[&dyn Debug]) -> Self {
+        let mut hash = Hash(blake3::Hasher::new());
+        let written = write!(hash, "{} {what:?}", env!("CARGO_PKG_VERSION"));
+        debug_assert!(written.is_ok());
+        Self(hash.0.finalize().to_hex().to_string())
+    }
+}
+
+struct Hash(blake3::Hasher);
+
+impl Write for Hash {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        self.0.update(text.as_bytes());
+        Ok(())
+    }
+}
+
+/// The form of `part.json`.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct About {
+    version: u32,
+    /// [`RunKey`].
+    run: String,
+    part: u32,
+    of: u32,
+    /// Of the whole run.
+    poses: usize,
+    /// BLAKE3 of the set's manifest.
+    manifest: String,
+    files: Vec<PartEntry>,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct PartEntry {
+    /// Number from 0 in the whole run.
+    pose: usize,
+    file: String,
+    blake3: String,
+}
+
+/// The folder of one part.
+#[derive(Clone, Debug)]
+pub struct PartFolder {
+    path: PathBuf,
+    run: RunKey,
+    part: Part,
+}
+
+impl PartFolder {
+    /// Where a part of a run lies among others: its name has its number and the beginning of the run's key.
+    #[must_use]
+    pub fn new(among: &Path, run: RunKey, part: Part) -> Self {
+        let path = among.join(format!("part-{}-of-{}-{}", part.number, part.of, run.0.get(..16).unwrap_or_default()));
+        Self { path, run, part }
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the part is there, whole and undamaged.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        let checked = || -> Result<bool, BakeError> {
+            let (about, manifest) = read(&self.path)?;
+            for (about, _) in about.files.iter().zip(&manifest.responses) {
+                sound(&self.path, about)?;
+            }
+            Ok((about.run, about.part, about.of) == (self.run.0.clone(), self.part.number, self.part.of))
+        };
+        checked().unwrap_or(false)
+    }
+
+    /// Writes what a part has of a run over `poses`.
+    ///
+    /// # Errors
+    /// Responses that are not those of the part, or as [`Responses::save`].
+    pub fn save(&self, responses: &Responses, poses: &[Pose]) -> Result<(), BakeError> {
+        let mine = self.part.poses(poses);
+        if mine.len() != responses.responses.len() {
+            return Err(BakeError::argument(
+                "responses",
+                format!("one for each of {} poses", mine.len()),
+                responses.responses.len(),
+            ));
+        }
+        responses.save(&self.path)?;
+        let text = text(&self.path, MANIFEST)?;
+        let manifest: Manifest = serde_json::from_slice(&text).map_err(BakeError::json(&self.path.join(MANIFEST)))?;
+        let about = |(pose, entry): (usize, Entry)| {
+            let bytes = bytes(&self.path, &entry.file, MOST_SOUND)?;
+            Ok(PartEntry { pose, file: entry.file, blake3: hash(&bytes) })
+        };
+        let files: Result<Vec<PartEntry>, BakeError> = mine.into_iter().zip(manifest.responses).map(about).collect();
+        let about = About {
+            version: VERSION,
+            run: self.run.0.clone(),
+            part: self.part.number,
+            of: self.part.of,
+            poses: poses.len(),
+            manifest: hash(&text),
+            files: files?,
+        };
+        let path = self.path.join(PART_FILE);
+        let json = serde_json::to_string_pretty(&about).map_err(BakeError::json(&path))?;
+        Ok(atomic::write(&path, (json + "\n").as_bytes())?)
+    }
+}
+
+/// Puts all parts of one run together: `output` then holds, byte for byte, what the run makes in one piece. Returns the number of
+/// responses. The manifest comes last: without it the folder is no set.
+///
+/// # Errors
+/// A folder that is no complete part, a file that is not as it was written, parts of different runs, a part that is missing or given
+/// twice, a file that cannot be written.
+pub fn join(parts: &[PathBuf], output: &Path) -> Result<usize, BakeError> {
+    let mut read_parts = Vec::with_capacity(parts.len());
+    for path in parts {
+        read_parts.push((path, read(path)?));
+    }
+    let Some((first, (about, _))) = read_parts.first() else {
+        return Err(BakeError::argument("parts", "at least one", "none"));
+    };
+    let mut numbers: BTreeMap<u32, &Path> = BTreeMap::new();
+    for (path, (other, _)) in &read_parts {
+        if (&other.run, other.of, other.poses) != (&about.run, about.of, about.poses) {
+            let expected = format!("a part of {} of the same run as {}", about.of, first.display());
+            return Err(
+                FileError::content(path, expected, format!("part {} of {} of another run", other.part, other.of)).into()
+            );
+        }
+        if let Some(twice) = numbers.insert(other.part, path) {
+            let expected = format!("each part once, and part {} is {}", other.part, twice.display());
+            return Err(FileError::content(path, expected, "the same part").into());
+        }
+    }
+    let missing: Vec<String> = (1..=about.of).filter(|n| !numbers.contains_key(n)).map(|n| n.to_string()).collect();
+    if !missing.is_empty() {
+        return Err(BakeError::argument(
+            "parts",
+            format!("all {}", about.of),
+            format!("none of number {}", missing.join(", ")),
+        ));
+    }
+    let (count, mut whole) = (about.poses, BTreeMap::new());
+    let mut head = None;
+    for (path, (about, manifest)) in read_parts {
+        for (about, entry) in about.files.into_iter().zip(manifest.responses) {
+            if about.pose >= count || whole.insert(about.pose, (path, about, entry)).is_some() {
+                let expected = format!("poses below {count}, each in one part");
+                return Err(FileError::content(&path.join(PART_FILE), expected, "another").into());
+            }
+        }
+        head = head.or(Some((manifest.title, manifest.credit, manifest.licence, manifest.note)));
+    }
+    if whole.len() != count {
+        return Err(BakeError::argument("parts", format!("responses of {count} poses together"), whole.len()));
+    }
+    std::fs::create_dir_all(output).map_err(FileError::write(output))?;
+    let mut responses = Vec::with_capacity(count);
+    for (path, about, entry) in whole.into_values() {
+        atomic::write(&output.join(&about.file), &sound(path, &about)?)?;
+        responses.push(entry);
+    }
+    let (title, credit, licence, note) = head.unwrap_or_default();
+    Manifest { title, credit, licence, note, responses }.write(output)?;
+    Ok(count)
+}
+
+/// What a part says of itself, checked but for its sounds.
+fn read(folder: &Path) -> Result<(About, Manifest), BakeError> {
+    let path = folder.join(PART_FILE);
+    if !path.exists() {
+        let expected = format!("a complete part of a simulation, with a {PART_FILE}");
+        return Err(FileError::content(folder, expected, "none").into());
+    }
+    let wrong = |expected: String, found: String| Err(FileError::content(&path, expected, found).into());
+    let about: About = serde_json::from_slice(&text(folder, PART_FILE)?).map_err(BakeError::json(&path))?;
+    if about.version != VERSION {
+        return wrong(format!("version {VERSION}"), about.version.to_string());
+    }
+    if !(1..=about.of).contains(&about.part) {
+        return wrong(format!("a part from 1 to {}", about.of), about.part.to_string());
+    }
+    let manifest = text(folder, MANIFEST)?;
+    if hash(&manifest) != about.manifest {
+        return Err(FileError::content(&folder.join(MANIFEST), "the file as it was written", "another content").into());
+    }
+    let manifest: Manifest = serde_json::from_slice(&manifest).map_err(BakeError::json(&folder.join(MANIFEST)))?;
+    let names = |of: &[Entry]| of.iter().map(|e| e.file.clone()).collect::<Vec<_>>();
+    if names(&manifest.responses) != about.files.iter().map(|f| f.file.clone()).collect::<Vec<_>>() {
+        return wrong(format!("the files of {MANIFEST}"), "others".to_owned());
+    }
+    let plain = |name: &str| matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]);
+    if let Some(file) = about.files.iter().find(|f| !plain(&f.file)) {
+        return wrong("names of files in its folder".to_owned(), file.file.clone());
+    }
+    Ok((about, manifest))
+}
+
+/// The sound of a part's pose, if it is as it was written.
+fn sound(folder: &Path, about: &PartEntry) -> Result<Vec<u8>, BakeError> {
+    let bytes = bytes(folder, &about.file, MOST_SOUND)?;
+    if hash(&bytes) != about.blake3 {
+        return Err(FileError::content(&folder.join(&about.file), "the file as it was written", "another content").into());
+    }
+    Ok(bytes)
+}
+
+fn text(folder: &Path, name: &str) -> Result<Vec<u8>, BakeError> {
+    bytes(folder, name, MOST_TEXT)
+}
+
+fn bytes(folder: &Path, name: &str, most: u64) -> Result<Vec<u8>, BakeError> {
+    let path = folder.join(name);
+    Ok(file::read(&path, most).map_err(FileError::read(&path))?)
+}
+
+fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
