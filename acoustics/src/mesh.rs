@@ -6,6 +6,7 @@ mod obj;
 mod ply;
 mod read;
 mod report;
+mod section;
 mod stl;
 
 pub use report::MeshReport;

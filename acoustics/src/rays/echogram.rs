@@ -49,10 +49,21 @@ impl Echogram {
         self.bins.iter().map(|bin| f64::from(bin.energy[band])).sum()
     }
 
-    /// Reverberation time of an octave, seconds, from the decay between -5 and -35 dB (ISO 3382-1, T30; a line of least squares through the
-    /// backward integral); `None` where the echogram does not reach so far.
+    /// Reverberation time of an octave, seconds, from the decay between -5 and -35 dB (ISO 3382-1, T30); `None` where the echogram does not
+    /// reach so far.
     #[must_use]
     pub fn t30_s(&self, band: usize) -> Option<f64> {
+        self.decay_time_s(band, -35.0)
+    }
+
+    /// As [`Self::t30_s`], from the decay between -5 and -25 dB (T20).
+    #[must_use]
+    pub fn t20_s(&self, band: usize) -> Option<f64> {
+        self.decay_time_s(band, -25.0)
+    }
+
+    /// From a line of least squares through the backward integral between -5 dB and `end_db`.
+    fn decay_time_s(&self, band: usize, end_db: f64) -> Option<f64> {
         let mut left = vec![0.0; self.bins.len()];
         let mut sum = 0.0;
         for (l, bin) in left.iter_mut().zip(&self.bins).rev() {
@@ -63,9 +74,9 @@ impl Echogram {
             .iter()
             .zip(0..)
             .map(|(l, i)| (f64::from(i) * self.bin_s, 10.0 * (l / sum).log10()))
-            .filter(|(_, db)| (-35.0..=-5.0).contains(db))
+            .filter(|(_, db)| (end_db..=-5.0).contains(db))
             .collect();
-        if sum <= 0.0 || points.len() < 3 || left.last().is_none_or(|l| 10.0 * (l / sum).log10() > -35.0) {
+        if sum <= 0.0 || points.len() < 3 || left.last().is_none_or(|l| 10.0 * (l / sum).log10() > end_db) {
             return None;
         }
         let count = points.len() as f64;
