@@ -1,10 +1,10 @@
 //! What a place sounds like, in numbers, from its images and its echogram.
 
+use crate::SPEED_OF_SOUND_M_S;
 use crate::air::Air;
 use crate::image::Image;
 use crate::octave::{BANDS, Octaves};
 use crate::rays::Echogram;
-use crate::SPEED_OF_SOUND_M_S;
 use glam::DVec3;
 
 /// The octaves of 500 Hz and 1 kHz, over which ISO 3382-1 takes the mean of a room's measures.

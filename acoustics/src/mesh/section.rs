@@ -11,7 +11,8 @@ impl Mesh {
             let crossed = (0..3).filter_map(|k| {
                 let (a, b) = (corners[k], corners[(k + 1) % 3]);
                 // What lies in the plane counts as above, so that a plane meets two edges of a triangle or none.
-                ((a.z >= height_m) != (b.z >= height_m)).then(|| a.lerp(b, (height_m - a.z) / (b.z - a.z)).truncate().to_array())
+                ((a.z >= height_m) != (b.z >= height_m))
+                    .then(|| a.lerp(b, (height_m - a.z) / (b.z - a.z)).truncate().to_array())
             });
             let points: Vec<[f64; 2]> = crossed.collect();
             points.try_into().ok()
