@@ -29,7 +29,7 @@ pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
 pub(crate) use render::RenderArgs;
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-pub(crate) use simulate::{JoinArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+pub(crate) use simulate::{JoinArgs, MapArgs, RoomArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
 
@@ -67,6 +67,8 @@ pub(crate) enum Command {
     Simulate(Box<SimulateArgs>),
     /// Put the parts of a simulation together
     Join(JoinArgs),
+    /// Draw level, reverberation time, clarity and speech transmission over the plan of a simulated room
+    Map(Box<MapArgs>),
     /// Show what a scene file holds
     Inspect(InspectArgs),
     /// Compare a scene with the measurements held out of it and its streams with its model's clips, or measure a response
@@ -120,6 +122,7 @@ mod tests {
             "simulate a.obj --source 1,1,1 --head h -o b --part 2/3",
             "simulate materials",
             "join a b -o c",
+            "map a.obj --source 1,1,1 --grid 1 --height 1 -o b.png -o b.svg",
             "inspect a",
             "measure a --seconds 1",
             "capture from-responses a -o b",

@@ -13,6 +13,7 @@ mod host;
 mod import;
 mod inspect;
 mod join;
+mod map;
 mod measure;
 mod path;
 mod plot;
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         args::Command::Anchors(a) => anchors::run(&a),
         args::Command::Simulate(args) => simulate::run(&args),
         args::Command::Join(args) => join::run(&args),
+        args::Command::Map(args) => map::run(&args),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
         args::Command::Capture { command } => capture::run(&command),

@@ -1,6 +1,10 @@
-//! Plots as SVG.
+//! Plots as SVG and PNG.
 
-use anyhow::Result;
+mod plan;
+
+pub(crate) use plan::{Panel, Plan};
+
+use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -89,16 +93,51 @@ pub(crate) fn curves(axis: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> Result<S
     })
 }
 
-/// An image with a white ground.
+/// Measures over a plan of a room, as SVG.
+pub(crate) fn plan_svg(plan: &Plan, panels: &[Panel]) -> Result<String> {
+    svg_of(plan.size(panels.len())?, |area| plan.draw(area, panels))
+}
+
+/// The same as PNG.
+pub(crate) fn plan_png(plan: &Plan, panels: &[Panel]) -> Result<Vec<u8>> {
+    register_font()?;
+    let (width, height) = plan.size(panels.len())?;
+    let mut pixels = vec![0; 3 * width as usize * height as usize];
+    {
+        let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+        area.fill(&WHITE)?;
+        plan.draw(&area, panels)?;
+        area.present()?;
+    }
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.write_header()?.write_image_data(&pixels)?;
+    Ok(file)
+}
+
+/// An image of the usual width with a white ground.
 fn svg(height: u32, draw: impl FnOnce(&Area<'_>) -> Result<()>) -> Result<String> {
+    svg_of((WIDTH, height), draw)
+}
+
+fn svg_of(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Result<()>) -> Result<String> {
+    register_font()?;
     let mut text = String::new();
     {
-        let area = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
         area.fill(&WHITE)?;
         draw(&area)?;
         area.present()?;
     }
     Ok(text)
+}
+
+/// Text is as wide as in this font; the system's fonts are not asked.
+fn register_font() -> Result<()> {
+    plotters::style::register_font(FONT.0, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)
+        .map_err(|_| anyhow!("the font of plots cannot be read"))
 }
 
 /// A value below which this share of rising values lies, interpolated.

@@ -1,6 +1,6 @@
 //! `promenade simulate`: responses of rooms that nobody has measured.
 
-use crate::args::{Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+use crate::args::{RoomArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{path, progress, report};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Air, Entry, LateField, Materials, Mesh, Room};
@@ -16,11 +16,11 @@ use std::path::Path;
 use std::time::Instant;
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
-    match (&args.what, &args.mesh) {
-        (Some(Simulate::Box(args)), _) => box_room(args),
-        (Some(Simulate::Materials), _) => materials(),
-        (None, Some(args)) => mesh_room(args),
-        (None, None) => bail!("expected a mesh of a room, `box` or `materials`"),
+    match (&args.what, &args.room, &args.mesh) {
+        (Some(Simulate::Box(args)), ..) => box_room(args),
+        (Some(Simulate::Materials), ..) => materials(),
+        (None, Some(room), Some(args)) => mesh_room(room, args),
+        _ => bail!("expected a mesh of a room, `box` or `materials`"),
     }
 }
 
@@ -35,14 +35,15 @@ fn materials() -> Result<()> {
     report::print(&rows.map(row).collect::<String>())
 }
 
-fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
+fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
     let began = Instant::now();
-    let (mesh, room) = room(args)?;
+    let source = of.source;
+    let (mesh, room) = room(of)?;
     let size = mesh.report();
     let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
     let air = Air::default();
     let eyring = room.eyring_t60_s(volume, Some(air));
-    let inside = Inside::new(&mesh, &room, args.source, args.margin)?;
+    let inside = Inside::new(&mesh, &room, source, args.margin)?;
     let poses = mesh_poses(args, &inside)?;
     let set = Responses::load(&args.head, &LoadOptions::default())?;
     let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
@@ -56,19 +57,14 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
         part: args.part.unwrap_or(Part::WHOLE),
     };
     let run = MeshOptions { part: Part::WHOLE, ..options };
-    let title = report::file_name(&args.room);
-    let part = part_folder(
-        args.part,
-        &args.output,
-        &poses,
-        &[&title, &mesh, &room.materials(), &args.source, &set, &args.rate, &run],
-    )?;
+    let title = report::file_name(&of.mesh);
+    let part =
+        part_folder(args.part, &args.output, &poses, &[&title, &mesh, &room.materials(), &source, &set, &args.rate, &run])?;
     if part.as_ref().is_some_and(is_there) {
         return Ok(());
     }
     let bar = progress::of_work();
-    let simulated =
-        simulate_mesh(&mesh, &room, args.source, &hrtf, &poses, &options, |share| bar.at(progress::SHARES * share))?;
+    let simulated = simulate_mesh(&mesh, &room, source, &hrtf, &poses, &options, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
     let Simulated { mut responses, late, images } = simulated;
     responses.title = title;
@@ -106,8 +102,8 @@ fn mesh_room(args: &SimulateMeshArgs) -> Result<()> {
 }
 
 /// The mesh with its materials, and what is odd about it as notes.
-fn room(args: &SimulateMeshArgs) -> Result<(Mesh, Room)> {
-    let mut mesh = Mesh::load(&args.room)?;
+pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room)> {
+    let mut mesh = Mesh::load(&args.mesh)?;
     mesh.scale(args.scale);
     let mut notes = mesh.report().warnings();
     if let [only] = &mesh.groups[..]
@@ -118,8 +114,8 @@ fn room(args: &SimulateMeshArgs) -> Result<(Mesh, Room)> {
     }
     report::notes(&notes);
     let materials = Materials::default().assign(&mesh.groups, &args.materials);
-    let materials = materials.with_context(|| format!("{}: its materials cannot be found", args.room.display()))?;
-    let room = Room::new(&mesh, &materials).with_context(|| format!("{}: makes no room", args.room.display()))?;
+    let materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
+    let room = Room::new(&mesh, &materials).with_context(|| format!("{}: makes no room", args.mesh.display()))?;
     Ok((mesh, room))
 }
 

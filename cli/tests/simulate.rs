@@ -274,3 +274,34 @@ fn parts_together_are_the_whole() {
     // What was begun is no set.
     assert!(!Path::new(&joined).join("responses.json").exists());
 }
+
+#[test]
+fn a_room_is_mapped() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (mesh, png, svg) = (text("room.obj"), text("map.png"), text("map.svg"));
+    std::fs::write(&mesh, ROOM).unwrap();
+    let map = ["map", &mesh, "--source", "1.2,3.2,1.5", "--materials", "top=0.3:0.5", "--rays", "4000", "--beams", "512"];
+    let map = [&map[..], &["--length", "1", "--order", "2"]].concat();
+    let (table, _) = succeeds(&[&map[..], &["--grid", "0.5", "-o", &png, "-o", &svg]].concat());
+    // Least, median and most of a row.
+    let row = |name: &str| -> Vec<f64> {
+        let line = table.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("{name}: {table}"));
+        line[name.len()..].split_whitespace().take(3).map(|n| n.parse().unwrap()).collect()
+    };
+    let (level, t20, c50, sti) = (row("level, dB"), row("T20, s"), row("C50, dB"), row("STI"));
+    // Near the source most is direct sound; a room of plasterboard is loud everywhere.
+    assert!(level[2] > level[0] + 2.0 && level[0] > -12.0, "{table}");
+    assert!(t20[0] > 0.2 && t20[2] < 3.0 && t20[1] <= t20[2], "{table}");
+    assert!(c50[2] > c50[0] + 2.0 && sti[0] > 0.3 && sti[2] <= 1.0 && sti[2] > sti[0], "{table}");
+    let drawn = std::fs::read_to_string(&svg).unwrap();
+    for title in ["Level, dB re direct sound at 1 m", "T20, s", "C50, dB", "STI", "2 m"] {
+        assert!(drawn.contains(title), "{title}");
+    }
+    let pixels = std::fs::read(&png).unwrap();
+    assert!(pixels.starts_with(b"\x89PNG") && pixels.len() > 10_000, "{} bytes", pixels.len());
+    all_fail(&[
+        ([&map[..], &["-o", &text("map.pdf")]].concat(), "map.pdf: expected a file ending in .png or .svg"),
+        ([&map[..], &["-o", &png, "--grid", "0.01", "--margin", "0"]].concat(), "--grid: expected at most 4000 places of 1 s"),
+    ]);
+}

@@ -12,6 +12,8 @@ pub(crate) struct SimulateArgs {
     #[command(subcommand)]
     pub(crate) what: Option<Simulate>,
     #[command(flatten)]
+    pub(crate) room: Option<RoomArgs>,
+    #[command(flatten)]
     pub(crate) mesh: Option<SimulateMeshArgs>,
 }
 
@@ -23,10 +25,12 @@ pub(crate) enum Simulate {
     Materials,
 }
 
+/// A mesh, its materials and its source.
 #[derive(Debug, Args)]
-pub(crate) struct SimulateMeshArgs {
+pub(crate) struct RoomArgs {
     /// Mesh of the room, metres, z up: .obj, .stl, .ply, .glb or .gltf
-    pub(crate) room: PathBuf,
+    #[arg(value_name = "ROOM")]
+    pub(crate) mesh: PathBuf,
     /// Where the sound comes from, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) source: Vec3,
@@ -38,6 +42,10 @@ pub(crate) struct SimulateMeshArgs {
     /// Metres of the mesh's unit
     #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = within(1e-6, 1e6))]
     pub(crate) scale: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SimulateMeshArgs {
     /// Head: free-field responses all around it, a SOFA file or a set of responses
     #[arg(long, value_name = "FILE.sofa")]
     pub(crate) head: PathBuf,
@@ -154,4 +162,37 @@ pub(crate) struct JoinArgs {
     /// Folder to write: WAV files and a responses.json
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MapArgs {
+    #[command(flatten)]
+    pub(crate) room: RoomArgs,
+    /// Distance of the places from each other, metres [default: a 40th of the longer side of the plan]
+    #[arg(long, value_name = "M", value_parser = within(0.01_f32, 1000.0))]
+    pub(crate) grid: Option<f32>,
+    /// Height of the plan over the lowest point of the mesh, metres
+    #[arg(long, value_name = "M", default_value_t = 1.5, value_parser = within(0.0_f32, 1000.0))]
+    pub(crate) height: f32,
+    /// Distance of the places from surfaces, metres
+    #[arg(long, value_name = "M", default_value_t = 0.1, value_parser = within(0.0_f32, 1000.0))]
+    pub(crate) margin: f32,
+    /// Reflections that an image source has at most
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=50))]
+    pub(crate) order: u32,
+    /// Beams that search the image sources
+    #[arg(long, value_name = "N", default_value_t = 8192, value_parser = clap::value_parser!(u32).range(1..=1 << 22))]
+    pub(crate) beams: u32,
+    /// Rays of the late field
+    #[arg(long, value_name = "N", default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
+    pub(crate) rays: u32,
+    /// How long rays are followed, seconds
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = within(0.05_f64, 30.0))]
+    pub(crate) length: f64,
+    /// Seed of the rays
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Picture to write, .png or .svg; may be given more than once
+    #[arg(short, long, value_name = "FILE", required = true)]
+    pub(crate) output: Vec<PathBuf>,
 }

@@ -1,0 +1,109 @@
+//! `promenade map`: what a room sounds like over its plan.
+
+use crate::args::MapArgs;
+use crate::plot::{self, Panel, Plan};
+use crate::{progress, report, simulate};
+use anyhow::{Result, bail};
+use promenade_acoustics::{Air, Echogram, ImageOptions, Images, Measures, Mesh, RayOptions, Share, late_field};
+use promenade_baker::atomic;
+use promenade_baker::simulation::{Inside, grid};
+use promenade_core::glam::Vec3;
+use std::path::Path;
+
+/// Places along the longer side of a plan, unless told.
+const PLACES: f64 = 40.0;
+/// Length of a bin of the echograms, seconds.
+const BIN_S: f64 = 0.004;
+/// Largest echograms of all places together, bins.
+const MOST_BINS: f64 = 1e6;
+
+/// How to take a measure.
+type Take = fn(&Measures) -> Option<f64>;
+const MEASURES: [(&str, &str, Take); 4] = [
+    ("Level, dB re direct sound at 1 m", "level, dB", |m| m.level_db),
+    ("T20, s", "T20, s", |m| m.t20_s),
+    ("C50, dB", "C50, dB", |m| m.c50_db),
+    ("STI", "STI", |m| m.sti),
+];
+
+pub(crate) fn run(args: &MapArgs) -> Result<()> {
+    if let Some(other) = args.output.iter().find(|path| !matches!(ending(path).as_str(), "png" | "svg")) {
+        bail!("{}: expected a file ending in .png or .svg", other.display());
+    }
+    let (mesh, room) = simulate::room(&args.room)?;
+    let (low, high) = plan_bounds(&mesh);
+    let spacing = args.grid.unwrap_or(((high[0] - low[0]).max(high[1] - low[1]) / PLACES) as f32);
+    let inside = Inside::new(&mesh, &room, args.room.source, args.margin)?;
+    let places = grid(&inside, spacing, args.height)?;
+    if places.len() as f64 * args.length / BIN_S > MOST_BINS {
+        bail!(
+            "--grid: expected at most {} places of {} s, found {}",
+            (MOST_BINS * BIN_S / args.length) as u32,
+            args.length,
+            places.len()
+        );
+    }
+    let source = args.room.source.as_dvec3().to_array();
+    let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
+    let air = Some(Air::default());
+    let rays = RayOptions {
+        rays: args.rays as usize,
+        length_s: args.length,
+        bin_s: BIN_S,
+        image_order: args.order,
+        air,
+        seed: args.seed,
+        ..RayOptions::default()
+    };
+    let images = ImageOptions { order: args.order, beams: args.beams as usize, ..ImageOptions::default() };
+    let images = Images::new(&room, source, &images)?;
+    let bar = progress::of_work();
+    let late = late_field(&room, source, &listeners, &rays, |share| bar.at(progress::SHARES * share))?;
+    drop(bar);
+    let measures = |(at, echogram): (&[f64; 3], &Echogram)| -> Result<Measures> {
+        Ok(Measures::new(*at, &images.seen_from(&room, *at, Share::Specular)?, echogram, air))
+    };
+    let measured: Vec<Measures> = listeners.iter().zip(&late.echograms).map(measures).collect::<Result<_>>()?;
+    let plan = Plan {
+        spacing_m: f64::from(spacing),
+        outline: mesh.section(mesh.bounds()[0][2] + f64::from(args.height)),
+        bounds: [low, high],
+        source: [source[0], source[1]],
+    };
+    let panels = MEASURES.map(|(title, _, take)| Panel { title: title.to_owned(), values: over(&places, &measured, take) });
+    for path in &args.output {
+        let picture = match ending(path).as_str() {
+            "svg" => plot::plan_svg(&plan, &panels)?.into_bytes(),
+            _ => plot::plan_png(&plan, &panels)?,
+        };
+        atomic::write(path, &picture)?;
+    }
+    let mut rows = vec![["", "least", "median", "most", "places"].map(str::to_owned).to_vec()];
+    rows.extend(MEASURES.iter().map(|(_, name, take)| row(name, &measured, *take)));
+    report::print(&report::table(&rows, false))
+}
+
+/// Least and greatest coordinates of a plan, with a margin about the room.
+fn plan_bounds(mesh: &Mesh) -> ([f64; 2], [f64; 2]) {
+    let [low, high] = mesh.bounds();
+    let margin = 0.03 * (high[0] - low[0]).max(high[1] - low[1]);
+    ([0, 1].map(|axis| low[axis] - margin), [0, 1].map(|axis| high[axis] + margin))
+}
+
+fn over(places: &[Vec3], measured: &[Measures], take: Take) -> Vec<([f64; 2], Option<f64>)> {
+    let at = |place: &Vec3| [f64::from(place.x), f64::from(place.y)];
+    places.iter().map(at).zip(measured.iter().map(take)).collect()
+}
+
+fn row(name: &str, measured: &[Measures], take: Take) -> Vec<String> {
+    let mut values: Vec<f64> = measured.iter().filter_map(take).collect();
+    values.sort_by(f64::total_cmp);
+    let of = |value: Option<&f64>| value.map_or("none".to_owned(), |v| format!("{v:.2}"));
+    let three = [values.first(), values.get(values.len() / 2), values.last()].map(of);
+    let count = format!("{} of {}", values.len(), measured.len());
+    [name.to_owned()].into_iter().chain(three).chain([count]).collect()
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
