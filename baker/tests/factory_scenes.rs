@@ -1,7 +1,7 @@
 //! The factory scenes meet their accuracy at poses they were not baked from, on what the render head puts out.
 
 use promenade_baker::measure::{MeanErrors, compare_held_out};
-use promenade_baker::player::render_response;
+use promenade_baker::player::{Player, render_response};
 use promenade_core::{Pose, Renderer, Scene};
 use promenade_metrics::{ild_db, itd_s};
 use std::sync::Arc;
@@ -51,6 +51,28 @@ fn the_direct_sound_follows_the_head_and_the_distance() {
 }
 
 #[test]
+fn above_the_data_the_brightness_follows_the_head_without_jumps() {
+    let rate = 48_000.0;
+    for name in ["iosr-room-a", "iosr-room-b"] {
+        let scene = factory(name);
+        let brightness = |yaw_deg: f32| {
+            let pose = Pose::from_ypr(on_the_floor(0.0, 0.0), yaw_deg.to_radians(), 0.0, 0.0);
+            let [left, _] = Player::new(&scene, rate, None).unwrap().render(&impulse(), &mut |_| pose).unwrap();
+            let spectrum = promenade_fourier::spectrum(left.iter().map(|v| f64::from(*v)), 16_384);
+            let energy = |from: f64, to: f64| {
+                let bins = (from / rate * 16_384.0) as usize..(to / rate * 16_384.0) as usize;
+                spectrum[bins.clone()].iter().map(|x| x.norm_sqr()).sum::<f64>() / bins.len() as f64
+            };
+            10.0 * (energy(8e3, 16e3) / energy(1e3, 4e3)).log10()
+        };
+        let levels: Vec<f64> = (-8..9).map(|i| brightness(5.0 * i as f32)).collect();
+        let largest = levels.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+        // With the last bin's level held it jumped by up to 5 dB in 5 degrees.
+        assert!(largest < 1.5, "{name}: {largest:.1} dB in 5 degrees: {levels:.1?}");
+    }
+}
+
+#[test]
 fn the_same_at_every_host_rate() {
     for name in ["iosr-room-a", "iosr-room-b"] {
         let scene = factory(name);
@@ -76,4 +98,10 @@ fn the_same_at_every_host_rate() {
 
 fn on_the_floor(x: f32, y: f32) -> promenade_core::glam::Vec3 {
     promenade_core::glam::Vec3::new(x, y, 0.0)
+}
+
+fn impulse() -> Vec<f32> {
+    let mut impulse = vec![0.0; 12_000];
+    impulse[480] = 1.0;
+    impulse
 }

@@ -5,6 +5,7 @@ use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for};
 use crate::render::phasor::Phasors;
 use crate::{StftGrid, TransferFunction};
 use pulp::{Arch, WithSimd};
+use std::ops::Range;
 
 /// Real and imaginary parts of a spectrum.
 type Parts = [Vec<f32>; 2];
@@ -13,6 +14,7 @@ type Parts = [Vec<f32>; 2];
 pub(crate) struct DirectFilter {
     arch: Arch,
     bin_map: BinMap,
+    top: Top,
     scene_bins: usize,
     bin_hz: f64,
     /// Gain and phase of each ear on the scene's bins.
@@ -31,6 +33,7 @@ impl DirectFilter {
         Self {
             arch: Arch::new(),
             bin_map: BinMap::new(grid, scene_grid, top_hz),
+            top: Top::new(grid, scene_grid, f64::from(top_hz)),
             scene_bins: scene_grid.bins(),
             bin_hz: grid.bin_hz(1),
             on_scene: parts(scene_grid.bins()),
@@ -58,6 +61,9 @@ impl DirectFilter {
         }
         for (from, to) in self.on_scene.iter().flatten().zip(self.on_host.iter_mut().flatten()) {
             self.bin_map.spread(from, to);
+        }
+        for (from, to) in self.on_scene.iter().zip(&mut self.on_host) {
+            self.top.level(from, to);
         }
         self.arch.dispatch(Delayed {
             ears: &self.on_host,
@@ -122,6 +128,54 @@ impl BinMap {
             *t = last;
         }
         held.fill(last);
+    }
+}
+
+/// What holds above the highest frequency of the data: the level of the half octave below it, since that of a single bin may lie in a notch
+/// and jump as the head turns.
+struct Top {
+    /// Scene bins whose level holds.
+    measured: Range<usize>,
+    /// Host bins from which on it takes over, and from which on it holds.
+    from: usize,
+    held: usize,
+    bins: usize,
+}
+
+/// The level is measured from this share of the highest frequency on, and takes over from this one on.
+const MEASURED_FROM: f64 = 0.7;
+const TAKES_OVER_FROM: f64 = 0.92;
+
+impl Top {
+    fn new(grid: &StftGrid, scene_grid: &StftGrid, top_hz: f64) -> Self {
+        let bin = |grid: &StftGrid, hz: f64| whole(hz / grid.bin_hz(1)).min(grid.bins());
+        Self {
+            measured: bin(scene_grid, MEASURED_FROM * top_hz)..bin(scene_grid, top_hz),
+            from: bin(grid, TAKES_OVER_FROM * top_hz),
+            held: bin(grid, top_hz),
+            bins: grid.bins(),
+        }
+    }
+
+    fn level(&self, [scene_re, scene_im]: &Parts, [re, im]: &mut Parts) {
+        if self.held >= self.bins || self.measured.is_empty() {
+            return;
+        }
+        let energy = |re: &f32, im: &f32| re * re + im * im;
+        let measured = scene_re[self.measured.clone()].iter().zip(&scene_im[self.measured.clone()]);
+        let level = measured.map(|(re, im)| energy(re, im)).sum::<f32>() / self.measured.len() as f32;
+        let toward = |re: f32, im: f32, share: f32| {
+            let found = energy(&re, &im);
+            let gain = if found > 1e-20 { 1.0 + share * ((level / found).sqrt() - 1.0) } else { 1.0 };
+            (gain * re, gain * im)
+        };
+        let width = (self.held - self.from).max(1) as f32;
+        for k in self.from..self.held {
+            (re[k], im[k]) = toward(re[k], im[k], (k - self.from) as f32 / width);
+        }
+        let (held_re, held_im) = toward(re[self.held], im[self.held], 1.0);
+        re[self.held..self.bins].fill(held_re);
+        im[self.held..self.bins].fill(held_im);
     }
 }
 
