@@ -1,7 +1,6 @@
 //! The direct sound of a measured response: arrival, masks, phase, interaural delay.
 
-use crate::bake::log_transfer::floored_log;
-use crate::signal::minimum_phase::minimum_phase;
+use crate::signal::minimum_phase::{floored_log, minimum_phase};
 use crate::signal::spectrum::{Analyser, at};
 use promenade_core::{StftGrid, TransferFunction};
 use promenade_fourier::num_complex::Complex64;

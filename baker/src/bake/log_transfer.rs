@@ -2,12 +2,9 @@
 
 use crate::bake::direct::{Direct, phase_start, set_ears};
 use crate::bake::kriging::Site;
-use crate::signal::minimum_phase::minimum_phase;
+use crate::signal::minimum_phase::{NO_GAIN, floored_log, minimum_phase};
 use promenade_core::{StftGrid, TransferFunction, TransferShape};
 use std::f64::consts::TAU;
-
-/// Gains below this count as silence (-140 dB).
-pub(crate) const NO_GAIN: f64 = 1e-7;
 
 /// What is interpolated of a measurement: log gains of the direct sound at a distance of 1 m, its phase and delay, and log gains of the
 /// late part.
@@ -77,12 +74,6 @@ impl LogTransfer {
 /// The gain with a log; silence for what counts as that.
 fn linear(log: f64) -> f64 {
     if log <= NO_GAIN.ln() + 0.1 { 0.0 } else { log.exp() }
-}
-
-/// Log of a magnitude, no lower than 60 dB below its peak: a deeper notch would only lengthen the response.
-pub(crate) fn floored_log(gain: &[f64]) -> impl Iterator<Item = f64> {
-    let floor = 1e-3 * gain.iter().fold(NO_GAIN, |a, b| a.max(*b));
-    gain.iter().map(move |g| g.max(floor).ln())
 }
 
 /// Adds whole turns to the phases of measurements until neighbours differ by less than half a turn where phases are unwrapped from: only

@@ -1,9 +1,9 @@
 //! What a measured room does after the direct sound: band energies hop by hop, reverberation time, coherence.
 
 use crate::bake::direct::Direct;
-use crate::bake::late_unit::late_unit;
+use crate::bake::late_unit::Late;
 use crate::error::BakeError;
-use crate::signal::spectrum::{Analyser, at};
+use crate::signal::spectrum::{Analyser, HopEnergies, at};
 use crate::sources::responses::Response;
 use promenade_core::{Bands, LOWEST_BINS, StftGrid, TailModel, TransferShape};
 use promenade_metrics::slope;
@@ -32,9 +32,6 @@ const FITTED_FROM_S: f64 = 0.16;
 const LONGEST_LOW_S: f64 = 4.0;
 /// The fewest hops that a slope is fitted to.
 const FEWEST_HOPS: usize = 6;
-
-/// Energy density per hop and band of one ear, `[hop][band]`.
-pub(crate) type HopEnergies = Vec<Vec<f64>>;
 
 /// Reverberation time per band, seconds, from energies averaged over many responses: a straight line through the level in dB
 /// from hop `from` on, down to where the measurement's noise begins (ISO 3382-1, regression). `direct` is the energy density of the
@@ -220,7 +217,8 @@ impl Room {
         let tail = TailModel { seed, t60_s: t60, coherence };
         let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
         let mut room = Self { bands, tail, shape, top_hz, low_hz, low_hops, late_unit: Default::default() };
-        room.late_unit = late_unit(grid, &room, hops)?;
+        let late = Late { grid, bands: &room.bands, tail: &room.tail, shape, top_hz };
+        room.late_unit = late.unit(hops)?;
         let late = energies.iter().map(|e| late_gains(e, &above_noise, &room, grid));
         let heard = late.zip(directs).map(|(late, direct)| Heard { direct, late }).collect();
         Ok((room, heard))

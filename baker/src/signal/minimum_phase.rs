@@ -3,6 +3,15 @@
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{signal, spectrum};
 
+/// Gains below this count as silence (-140 dB).
+pub(crate) const NO_GAIN: f64 = 1e-7;
+
+/// Log of a magnitude, no lower than 60 dB below its peak: a deeper notch would only lengthen the response.
+pub(crate) fn floored_log(gain: &[f64]) -> impl Iterator<Item = f64> {
+    let floor = 1e-3 * gain.iter().fold(NO_GAIN, |a, b| a.max(*b));
+    gain.iter().map(move |g| g.max(floor).ln())
+}
+
 /// The complex logarithm of the minimum-phase filter whose magnitude has this natural logarithm, both by bin from 0 to half of an
 /// even `n_fft`: the cepstrum folded to positive times (Oppenheim and Schafer 2010, section 13.5).
 pub(crate) fn minimum_phase_log(log_gain: impl IntoIterator<Item = f64>, n_fft: usize) -> Vec<Complex64> {

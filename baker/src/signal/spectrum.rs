@@ -4,6 +4,9 @@ use promenade_core::{Bands, StftGrid};
 use promenade_fourier::Fourier;
 use promenade_fourier::num_complex::Complex64;
 
+/// Energy density per hop and band of one ear, `[hop][band]`.
+pub(crate) type HopEnergies = Vec<Vec<f64>>;
+
 /// Transform of pieces up to one frame of a grid long.
 pub(crate) struct Analyser {
     grid: StftGrid,
@@ -22,7 +25,7 @@ impl Analyser {
 
     /// Mean energy density per band of a response's hops, `[hop][band]`, when the head's centre hears the direct sound at sample
     /// `origin`: hop `l` is what tap `l` of the render head covers, cut out with soft edges of a quarter of a hop.
-    pub(crate) fn hop_energies(&self, response: &[f32], origin: i64, hops: usize, bands: &Bands) -> Vec<Vec<f64>> {
+    pub(crate) fn hop_energies(&self, response: &[f32], origin: i64, hops: usize, bands: &Bands) -> HopEnergies {
         let (hop, edge) = (self.grid.hop as i64, (self.grid.hop / 4) as i64);
         let window: Vec<f64> = (0..hop + edge)
             .map(|i| {

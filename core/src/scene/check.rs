@@ -1,7 +1,7 @@
 //! What a scene promises about its numbers.
 
 use super::error::{SceneError, value};
-use super::{AnchorCloud, SceneParts};
+use super::{AnchorCloud, MeasuredRoom, SceneParts};
 use crate::decode::field::{Field, FieldGrid};
 use crate::number::whole;
 use crate::published::{ConvMode, Projection};
@@ -52,6 +52,15 @@ fn check_field(field: &Field, shape: TransferShape) -> Result<(), SceneError> {
         in_range("field", values, -1e6, 1e6)?;
     }
     field.emitter().map_or(Ok(()), |e| in_range("emitter position", &e.to_array(), -1e6, 1e6))
+}
+
+fn check_measured(measured: &MeasuredRoom, grid: &StftGrid, shape: TransferShape) -> Result<(), SceneError> {
+    limit("hops of the responses", measured.hops, shape.taps + 1, MAX_HOPS)?;
+    let (found, one) = (measured.samples.len(), measured.response_len(grid));
+    if found == 0 || !found.is_multiple_of(one) {
+        return Err(value("samples of the responses", format!("a multiple of {one}"), found));
+    }
+    in_range("responses", &measured.samples, -1e6, 1e6)
 }
 
 /// Nodes name responses that there are.
@@ -112,7 +121,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
         check_cloud(cloud, &parts.grid, shape)?;
     }
     if let Some(measured) = &parts.measured {
-        measured.check(&parts.grid, shape)?;
+        check_measured(measured, &parts.grid, shape)?;
     }
     check_shares(parts)?;
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
@@ -144,7 +153,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     Ok(())
 }
 
-pub(super) fn in_range(what: &str, values: &[f32], low: f32, high: f32) -> Result<(), SceneError> {
+fn in_range(what: &str, values: &[f32], low: f32, high: f32) -> Result<(), SceneError> {
     match values.iter().find(|v| !(low..=high).contains(*v)) {
         None => Ok(()),
         Some(found) => Err(value(what, format!("{low} to {high}"), found)),

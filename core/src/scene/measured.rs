@@ -1,7 +1,6 @@
 //! The measured responses of a scene.
 
-use super::error::{SceneError, value};
-use crate::{StftGrid, TransferShape};
+use crate::StftGrid;
 
 /// Binaural responses of a room, which carry its time filters instead of noise.
 ///
@@ -19,7 +18,7 @@ pub struct MeasuredRoom {
 
 impl MeasuredRoom {
     /// Samples of both ears of one response.
-    fn response_len(&self, grid: &StftGrid) -> usize {
+    pub(super) fn response_len(&self, grid: &StftGrid) -> usize {
         2 * self.hops * grid.hop
     }
 
@@ -37,15 +36,5 @@ impl MeasuredRoom {
     /// Bytes in memory.
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.samples)
-    }
-
-    pub(super) fn check(&self, grid: &StftGrid, shape: TransferShape) -> Result<(), SceneError> {
-        super::check::limit("hops of the responses", self.hops, shape.taps + 1, super::check::MAX_HOPS)?;
-        let whole = self.samples.len().is_multiple_of(self.response_len(grid)) && !self.samples.is_empty();
-        if !whole {
-            let expected = format!("a multiple of {}", self.response_len(grid));
-            return Err(value("samples of the responses", expected, self.samples.len()));
-        }
-        super::check::in_range("responses", &self.samples, -1e6, 1e6)
     }
 }
