@@ -18,7 +18,7 @@ PARAMETERS = {
     "listener_x_m", "listener_y_m", "listener_z_m", "yaw_deg", "pitch_deg", "roll_deg", "path_position", "follow_path",
     "path_offset", "head_tracking", "emitter_offset_x_m", "emitter_offset_y_m", "emitter_offset_z_m", "listener_group", "lead_group",
     "tier", "decode_rate_hz", "dry_wet", "output_gain_db", "bypass", "scene", "library_scene", "library_path",
-    "revision",
+    "open_sound_control", "revision",
 }
 
 
@@ -103,6 +103,20 @@ def check_state(plugin, path):
     assert difference < -120, f"{difference:.1f} dB"
 
 
+def check_scene(path):
+    """A scene that is set as a parameter is heard from the first block, however often it is rendered."""
+    signal = noise(2)
+    rooms = []
+    for scene in ("IoSR room A", "IoSR room B", "IoSR room B"):
+        plugin = pedalboard.load_plugin(path)
+        plugin.scene = scene
+        rooms.append(plugin(signal, RATE))
+    assert np.array_equal(rooms[1], rooms[2]), "two renderings differ"
+    tenth = RATE // 10
+    first = np.max(np.abs(rooms[1][:, tenth : 2 * tenth] - rooms[0][:, tenth : 2 * tenth]))
+    assert first > 1e-3, "the second room is not heard in the first 0.2 s"
+
+
 def check_presets(path):
     """Every preset is what its recipe makes today, loads, and sounds as it says."""
     made = make_presets.make(pedalboard.load_plugin(path).preset_data)
@@ -131,6 +145,8 @@ def main():
         print(f"ok {check.__name__}", flush=True)
     check_state(plugin, path)
     print("ok check_state")
+    check_scene(path)
+    print("ok check_scene")
     check_presets(path)
     print("ok check_presets")
 
