@@ -6,7 +6,7 @@ use anyhow::Result;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::Projection;
-use promenade_core::{AnchorCloud, Facing, Field, Pose, Scene, Tier};
+use promenade_core::{AnchorCloud, Facing, Field, MeasuredRoom, Pose, Scene, StftGrid, Tier};
 use serde_json::json;
 
 pub(crate) fn run(args: &InspectArgs) -> Result<()> {
@@ -75,6 +75,10 @@ pub(crate) fn projection(projection: Projection) -> String {
     }
 }
 
+fn responses_text(measured: &MeasuredRoom, grid: &StftGrid) -> String {
+    format!("{}, each {:.2} s long", measured.count(grid), grid.hop_s() * measured.hops as f64)
+}
+
 fn field_text(field: &Field) -> String {
     let counts: Vec<String> = field.grid().axes().iter().map(|a| a.count().to_string()).collect();
     let by = match field.grid().facing {
@@ -138,6 +142,7 @@ fn as_text(scene: &Scene) -> String {
         ("bounds", format!("{} to {}", point(low), point(high))),
         ("cloud", scene.cloud().map_or("none".to_owned(), cloud_text)),
         ("field", scene.field().map_or("none".to_owned(), field_text)),
+        ("responses", scene.measured().map_or("none: noise carries the room".to_owned(), |m| responses_text(m, grid))),
         ("anchors", scene.anchors().len().to_string()),
         ("held out", scene.held_out().len().to_string()),
         ("memory", format!("{} kB", scene.memory_bytes().div_ceil(1000))),

@@ -22,8 +22,9 @@ impl MeasuredRoom {
         2 * self.hops * grid.hop
     }
 
-    /// Number of responses.
-    pub(crate) fn count(&self, grid: &StftGrid) -> usize {
+    /// Number of responses on a scene's grid.
+    #[must_use]
+    pub fn count(&self, grid: &StftGrid) -> usize {
         self.samples.len() / self.response_len(grid).max(1)
     }
 
