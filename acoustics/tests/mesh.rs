@@ -128,6 +128,25 @@ fn directions_name_what_has_no_name() {
     assert_eq!((count("wall"), count("floor"), count("ceiling")), (8, 2, 2));
 }
 
+#[test]
+fn only_regular_files_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("room.obj");
+    std::fs::create_dir(&path).unwrap();
+    let refused = |path: &std::path::Path| {
+        let error = Mesh::load(path).unwrap_err();
+        assert!(error.to_string().contains("room.obj"), "{error}");
+        std::error::Error::source(&error).unwrap().to_string()
+    };
+    assert_eq!(refused(&path), "expected a regular file, found a folder");
+    #[cfg(unix)]
+    {
+        let path = folder.path().join("endless room.obj");
+        std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+        assert_eq!(refused(&path), "expected a regular file, found a pipe, a socket or a device");
+    }
+}
+
 /// Meshes of real rooms, which the repository may not hold.
 mod needs_shared {
     use super::*;

@@ -39,6 +39,13 @@ pub(crate) struct Change {
     pub(crate) quick: [Hops; 2],
 }
 
+impl Change {
+    /// Whether an explicit tap is to be brought up to date, in whatever bins.
+    pub(crate) fn names_tap(&self, tap: usize) -> bool {
+        [self.filters].iter().chain(&self.quick).any(|hops| hops.contains(tap))
+    }
+}
+
 /// Below this frequency the taps follow a pose more often, Hz. A step of a filter makes sidebands some 100 Hz away: in a critical band up
 /// there, but beside it below.
 pub(crate) const QUICK_BELOW_HZ: f64 = 4000.0;
@@ -56,6 +63,10 @@ impl Hops {
     /// All of them, `count` in number.
     pub(crate) fn all(count: usize) -> Self {
         Self { first: 0, end: count, step: 1 }
+    }
+
+    pub(crate) fn contains(self, hop: usize) -> bool {
+        (self.first..self.end).contains(&hop) && (hop - self.first).is_multiple_of(self.step.max(1))
     }
 
     pub(crate) fn iter(self) -> impl Iterator<Item = usize> {

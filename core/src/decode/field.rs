@@ -299,8 +299,6 @@ impl Field {
         cell.room.clear();
         if self.shares.is_some() {
             add_corners(&lines.map(|line| line.map(Line::smooth)), None, 1.0, &mut cell.room);
-        } else {
-            cell.room.extend_from_slice(&cell.corners);
         }
     }
 
@@ -317,7 +315,8 @@ impl Field {
 
     /// Time-filter gains of some taps in a cell; the tap after the last explicit one is the late part.
     pub(crate) fn taps(&self, cell: &mut Cell, taps: Range<usize>, out: &mut TransferFunction) {
-        self.rows.taps(&self.shape, &cell.room, taps, &mut cell.scratch, out);
+        let corners = if self.shares.is_some() { &cell.room } else { &cell.corners };
+        self.rows.taps(&self.shape, corners, taps, &mut cell.scratch, out);
     }
 }
 

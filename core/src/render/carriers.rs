@@ -3,14 +3,13 @@
 use crate::bands::{BandPlace, Bands};
 use crate::number::single;
 use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
+use crate::render::direct::TAKES_OVER_FROM;
 use crate::render::lanes::{EarBlocks, LANES, blocks_for};
 use crate::render::late::LATE_HOPS;
 use crate::scene::MeasuredRoom;
 use crate::{Scene, StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
 
-/// Above this share of the highest frequency of the data, noise takes over from measured responses.
-const NOISE_FROM: f64 = 0.92;
 /// From this share of the highest frequency on, the level of that noise is measured.
 const LEVEL_FROM: f64 = 0.75;
 
@@ -164,7 +163,7 @@ impl Carriers {
 
 /// Amplitude that is kept of a response at a frequency: 1, and 0 above the highest frequency of the data.
 fn kept(hz: f64, top_hz: f64) -> f32 {
-    let along = ((hz / top_hz - NOISE_FROM) / (1.0 - NOISE_FROM)).clamp(0.0, 1.0);
+    let along = ((hz / top_hz - TAKES_OVER_FROM) / (1.0 - TAKES_OVER_FROM)).clamp(0.0, 1.0);
     single((0.5 * std::f64::consts::PI * along).cos())
 }
 
@@ -176,7 +175,7 @@ fn fade_out(spectrum: &mut [Complex32], grid: &StftGrid, top_hz: f64) {
 
 /// Amplitude of a spectrum just below the highest frequency of the data, root mean square; 0 where the data have no end.
 fn level_below(spectrum: &[Complex32], grid: &StftGrid, top_hz: f64) -> f32 {
-    let near = |k: &usize| (LEVEL_FROM * top_hz..NOISE_FROM * top_hz).contains(&grid.bin_hz(*k));
+    let near = |k: &usize| (LEVEL_FROM * top_hz..TAKES_OVER_FROM * top_hz).contains(&grid.bin_hz(*k));
     let energies: Vec<f32> = (0..spectrum.len()).filter(near).map(|k| spectrum[k].norm_sqr()).collect();
     (energies.iter().sum::<f32>() / energies.len().max(1) as f32).sqrt()
 }

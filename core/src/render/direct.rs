@@ -7,6 +7,11 @@ use crate::{StftGrid, TransferFunction};
 use pulp::{Arch, WithSimd};
 use std::ops::Range;
 
+/// From this share of the highest frequency of the data on, what holds above it takes over: here, and in the carriers of the room.
+pub(crate) const TAKES_OVER_FROM: f64 = 0.92;
+/// The level that holds is measured from this share on.
+const MEASURED_FROM: f64 = 0.7;
+
 /// Real and imaginary parts of a spectrum.
 type Parts = [Vec<f32>; 2];
 
@@ -73,9 +78,7 @@ impl DirectFilter {
             out: &mut self.filter,
         });
     }
-}
 
-impl DirectFilter {
     /// Adds what the masks leave of measured responses.
     pub(crate) fn add(&mut self, rest: &[EarBlocks], gain: f32) {
         for (filter, rest) in self.filter.iter_mut().zip(rest) {
@@ -141,10 +144,6 @@ struct Top {
     held: usize,
     bins: usize,
 }
-
-/// The level is measured from this share of the highest frequency on, and takes over from this one on.
-const MEASURED_FROM: f64 = 0.7;
-const TAKES_OVER_FROM: f64 = 0.92;
 
 impl Top {
     fn new(grid: &StftGrid, scene_grid: &StftGrid, top_hz: f64) -> Self {

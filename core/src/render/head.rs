@@ -1,6 +1,6 @@
 //! The render head: applies a transfer function to short-time spectra.
 
-use crate::decode::{Change, QUICK_BELOW_HZ};
+use crate::decode::{Change, Hops, QUICK_BELOW_HZ};
 use crate::number::{exponent, single, whole};
 use crate::render::carrier::per_bin;
 use crate::render::carriers::Carriers;
@@ -103,7 +103,8 @@ impl RenderHead {
         if change.direct {
             self.direct.set(tf);
             if let Some(measured) = &self.carriers.measured {
-                mix(self.arch, &measured.first, 0, tf.shares.entries(), &mut self.first);
+                let blocks = 0..self.first.len();
+                mix(self.arch, &measured.first, 0, blocks, tf.shares.entries(), &mut self.first);
                 self.direct.add(&self.first, tf.shares.direct_gain);
             }
         }
@@ -111,16 +112,17 @@ impl RenderHead {
         for hop in change.quick.iter().flat_map(|hops| hops.iter()) {
             self.update_tap(tf, hop, 0..self.quick_blocks);
         }
+        // The bass goes on with the gains of the last tap.
+        let last =
+            tf.taps.rchunks_exact(len).next().filter(|_| self.carriers.measured.is_some() && change.filters != Hops::default());
+        let low_gains = last.map_or([[1.0; LANES]; 2], |last| self.taps.lowest_of(last));
         for hop in change.filters.iter() {
             if hop < taps {
                 self.update_tap(tf, hop, self.quick_blocks..self.direct_sum.len());
             } else if hop < taps + LATE_HOPS {
                 self.update_late(tf, hop - taps);
             } else if let Some(measured) = &self.carriers.measured {
-                // The bass goes on with the gains of the last tap.
-                let last = tf.taps.rchunks_exact(len).next();
-                let gains = last.map_or([[1.0; LANES]; 2], |last| self.taps.lowest_of(last));
-                self.low.set(hop - taps - LATE_HOPS, &measured.low, tf.shares.entries(), &gains);
+                self.low.set(hop - taps - LATE_HOPS, &measured.low, tf.shares.entries(), &low_gains);
             }
         }
     }

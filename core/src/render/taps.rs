@@ -63,8 +63,9 @@ impl Taps {
             }
             _ => {
                 let mut mixed = std::mem::take(&mut self.mixed);
-                mix(arch, carriers, hop, shares, &mut mixed);
-                let pair = [&mixed[blocks.clone()]; 2];
+                let part = &mut mixed[blocks.clone()];
+                mix(arch, carriers, hop, blocks.clone(), shares, part);
+                let pair = [&*part; 2];
                 arch.dispatch(Coloured { taps: self, hop, pair, shares: [1.0, 0.0], band_gains, blocks });
                 self.mixed = mixed;
             }
@@ -98,13 +99,21 @@ impl Taps {
     }
 }
 
-/// Mixes one hop of carriers, each with its share.
-pub(crate) fn mix(arch: Arch, carriers: &CarrierSet, hop: usize, shares: &[(u32, f32)], out: &mut [EarBlocks]) {
+/// Mixes some blocks of one hop of carriers, each with its share.
+pub(crate) fn mix(
+    arch: Arch,
+    carriers: &CarrierSet,
+    hop: usize,
+    blocks: Range<usize>,
+    shares: &[(u32, f32)],
+    out: &mut [EarBlocks],
+) {
     if shares.is_empty() {
         out.fill(EarBlocks::default());
     }
     for (i, (response, share)) in shares.iter().enumerate() {
-        arch.dispatch(Share { carrier: carriers.hop(*response, hop), share: *share, adds: i > 0, out });
+        let carrier = &carriers.hop(*response, hop)[blocks.clone()];
+        arch.dispatch(Share { carrier, share: *share, adds: i > 0, out });
     }
 }
 

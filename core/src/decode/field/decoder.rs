@@ -33,7 +33,7 @@ impl Decoder for FieldDecoder {
     fn update_filters(&mut self, change: &Change) {
         let Some(field) = self.scene.field() else { return };
         let late = field.shape().taps;
-        for hop in change.filters.iter().chain(change.quick.iter().flat_map(|hops| hops.iter())).filter(|hop| *hop < late) {
+        for hop in (0..late).filter(|tap| change.names_tap(*tap)) {
             field.taps(&mut self.cell, hop..hop + 1, &mut self.transfer);
         }
         // All hops of the late part have one row of gains.
