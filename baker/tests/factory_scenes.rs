@@ -76,6 +76,7 @@ fn above_the_data_the_brightness_follows_the_head_without_jumps() {
 fn the_same_at_every_host_rate() {
     for name in ["iosr-room-a", "iosr-room-b"] {
         let scene = factory(name);
+
         for rate in [8_000.0, 22_050.0, 44_100.0, 48_000.0, 96_000.0, 192_000.0] {
             let mut renderer = Renderer::new(Arc::clone(&scene), rate).unwrap();
             let latency = renderer.latency_samples();

@@ -40,7 +40,7 @@ pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
     Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, MeasuredRoom, Provenance, ResponseMeasures, Scene, SceneCard, SceneError,
-    SceneParts, TailModel,
+    SceneParts, TailModel, TooCostly,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

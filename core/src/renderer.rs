@@ -5,6 +5,7 @@ use crate::decode::follow::Follower;
 use crate::published::tier::Reference;
 use crate::render::carriers::Carriers;
 use crate::render::head::RenderHead;
+use crate::scene::{Cost, TooCostly};
 use crate::stft::{Spectrum, Stft};
 use crate::{DecodeWorker, Pose, Quality, Scene, StftGrid, Tier, TransferFunction};
 use promenade_fourier::num_complex::Complex32;
@@ -31,6 +32,23 @@ pub enum RenderError {
         /// The rate asked for, Hz.
         found: f64,
     },
+    /// It would take too much at that rate.
+    #[error(transparent)]
+    Cost(#[from] TooCostly),
+}
+
+impl Scene {
+    /// Whether it can be played at a host's sample rate, from its sizes alone.
+    ///
+    /// # Errors
+    /// A rate outside [`SAMPLE_RATES_HZ`]; a scene that would take too much memory or work there.
+    pub fn playable_at(&self, sample_rate_hz: f64) -> Result<(), RenderError> {
+        if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
+            return Err(RenderError::SampleRate { found: sample_rate_hz });
+        }
+        let grid = self.grid().at_rate(sample_rate_hz);
+        Ok(Cost::new(self.parts(), &grid).check(&grid)?)
+    }
 }
 
 /// Renders a mono stream through one scene at one sample rate.
@@ -62,12 +80,13 @@ impl Renderer {
     /// Prepares a scene for a host sample rate.
     ///
     /// # Errors
-    /// A sample rate outside [`SAMPLE_RATES_HZ`].
+    /// As [`Scene::playable_at`].
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
     pub fn new(scene: Arc<Scene>, sample_rate_hz: f64) -> Result<Self, RenderError> {
-        let carriers = Arc::new(Carriers::new(&scene, sample_rate_hz.clamp(*SAMPLE_RATES_HZ.start(), *SAMPLE_RATES_HZ.end())));
+        scene.playable_at(sample_rate_hz)?;
+        let carriers = Arc::new(Carriers::new(&scene, sample_rate_hz));
         Self::with_carriers(scene, sample_rate_hz, carriers)
     }
 
@@ -79,9 +98,7 @@ impl Renderer {
     /// # Real-time
     /// Not real-time safe: allocates.
     pub fn with_carriers(scene: Arc<Scene>, sample_rate_hz: f64, carriers: Arc<Carriers>) -> Result<Self, RenderError> {
-        if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
-            return Err(RenderError::SampleRate { found: sample_rate_hz });
-        }
+        scene.playable_at(sample_rate_hz)?;
         let grid = scene.grid().at_rate(sample_rate_hz);
         let shape = scene.shape();
         let head = RenderHead::new(grid, scene.grid(), shape, scene.tail(), carriers);

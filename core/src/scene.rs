@@ -2,6 +2,7 @@
 
 mod card;
 mod check;
+mod cost;
 mod error;
 mod format;
 mod manifest;
@@ -15,6 +16,8 @@ use error::value;
 use glam::Vec3;
 
 pub use card::SceneCard;
+pub(crate) use cost::Cost;
+pub use cost::TooCostly;
 pub use error::SceneError;
 pub use manifest::MAX_SCENE_BYTES;
 pub use measured::MeasuredRoom;

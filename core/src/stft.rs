@@ -114,24 +114,36 @@ impl Stft {
     }
 }
 
-/// B-spline of the highest order whose support fits the window, divided by the sum of its copies a hop apart and by the transform
+/// The highest order of a window's spline: hops far shorter than the window would make it a spike.
+const HIGHEST_ORDER: usize = 8;
+
+/// B-spline of an order that fits the window, its boxes no shorter than a hop, divided by the sum of its copies a hop apart and by the transform
 /// length, which the inverse transform leaves in.
 fn window(grid: &StftGrid) -> Vec<f32> {
     let len = grid.window_len();
-    let order = (len / grid.hop).max(1);
+    let order = (len / grid.hop).clamp(1, HIGHEST_ORDER);
     // A box repeated: its convolution with itself is the spline. Boxes of unequal length fill a window that hops do not divide.
     let mut spline = vec![1.0_f64];
     for i in 0..order {
         let box_len = len / order + usize::from(i < len % order);
-        let mut next = vec![0.0; spline.len() + box_len - 1];
-        for (i, v) in spline.iter().enumerate() {
-            next[i..i + box_len].iter_mut().for_each(|n| *n += v);
-        }
-        spline = next;
+        spline = boxed(&spline, box_len);
     }
     spline.resize(len, 0.0);
     let sum = |i: usize| spline.iter().skip(i % grid.hop).step_by(grid.hop).sum::<f64>();
-    (0..len).map(|i| single(spline[i] / (sum(i) * grid.n_fft as f64))).collect()
+    let sums: Vec<f64> = (0..grid.hop).map(sum).collect();
+    (0..len).map(|i| single(spline[i] / (sums[i % grid.hop] * grid.n_fft as f64))).collect()
+}
+
+/// Convolution with a box, by running sums.
+fn boxed(values: &[f64], box_len: usize) -> Vec<f64> {
+    let mut sum = 0.0;
+    let at = |i: usize| values.get(i).unwrap_or(&0.0);
+    (0..values.len() + box_len - 1)
+        .map(|i| {
+            sum += at(i) - i.checked_sub(box_len).map_or(&0.0, at);
+            sum
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Scenes in memory, one copy per content in the whole process.
 
 use crate::lock::lock;
-use promenade_core::{Carriers, Scene, SceneError};
+use promenade_core::{Carriers, RenderError, Scene, SceneError};
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock, Mutex, Weak};
 
@@ -44,17 +44,20 @@ type HeldCarriers = (Weak<Scene>, f64, Weak<Carriers>);
 static CARRIERS: Mutex<Vec<HeldCarriers>> = Mutex::new(Vec::new());
 
 /// The carriers of a scene at a sample rate, drawn once for all instances that play it there.
-#[must_use]
-pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64) -> Arc<Carriers> {
+///
+/// # Errors
+/// As [`Scene::playable_at`].
+pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64) -> Result<Arc<Carriers>, RenderError> {
+    scene.playable_at(sample_rate_hz)?;
     let mut held = lock(&CARRIERS);
     held.retain(|(_, _, carriers)| carriers.strong_count() > 0);
     let same = |of: &Weak<Scene>, rate: f64| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)) && rate == sample_rate_hz;
     if let Some(carriers) = held.iter().find(|(of, rate, _)| same(of, *rate)).and_then(|(.., carriers)| carriers.upgrade()) {
-        return carriers;
+        return Ok(carriers);
     }
     let carriers = Arc::new(Carriers::new(scene, sample_rate_hz));
     held.push((Arc::downgrade(scene), sample_rate_hz, Arc::downgrade(&carriers)));
-    carriers
+    Ok(carriers)
 }
 
 /// Lets tests that care about what is in memory run one at a time.
@@ -75,7 +78,7 @@ mod tests {
         let (first, hash) = scene_from(factory::ROOM_B.bytes).unwrap();
         let (second, _) = scene_from(factory::ROOM_B.bytes).unwrap();
         assert!(Arc::ptr_eq(&first, &second));
-        let [one, another, faster] = [48_000.0, 48_000.0, 96_000.0].map(|rate| carriers(&first, rate));
+        let [one, another, faster] = [48_000.0, 48_000.0, 96_000.0].map(|rate| carriers(&first, rate).unwrap());
         assert!(Arc::ptr_eq(&one, &another) && !Arc::ptr_eq(&one, &faster), "one set of carriers a rate");
         drop((first, second));
         assert!(in_memory(&hash).is_none());

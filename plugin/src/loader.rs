@@ -190,7 +190,7 @@ impl Loader {
             }
             let result = find_scene(&request).and_then(|found| {
                 let sample_rate_hz = f64::from_bits(sample_rate_bits);
-                let carriers = cache::carriers(&found.scene, sample_rate_hz);
+                let carriers = cache::carriers(&found.scene, sample_rate_hz)?;
                 let renderer = Renderer::with_carriers(Arc::clone(&found.scene), sample_rate_hz, carriers)?;
                 let decoder = SharedWorker::new(&found.scene, &self.attention).map_err(LoadError::Thread)?;
                 let renderer = match decoder {

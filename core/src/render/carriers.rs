@@ -82,7 +82,8 @@ impl CarrierSet {
 }
 
 impl Carriers {
-    /// Prepares the carriers of a scene at a host's sample rate: its responses, or noise where it has none.
+    /// Prepares the carriers of a scene at a host's sample rate where it is [`Scene::playable_at`]: its responses, or noise where it has
+    /// none.
     ///
     /// # Real-time
     /// Not real-time safe: allocates.

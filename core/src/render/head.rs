@@ -21,6 +21,10 @@ use std::sync::Arc;
 /// the same either way later.
 pub(crate) const DELAYED_TAPS: usize = 2;
 
+/// The least amplitude that the late part leaves after one hop: its gains are stated some hops after it begins, and a room that has
+/// fallen silent by then says nothing of how loud it was.
+const FASTEST_DECAY: f64 = 0.1;
+
 /// Streaming form of AV-Cloud's Spatial Audio Render Head: masks and interaural delay for the direct sound, complex taps with fixed
 /// carriers for the room, and an exponential late part that feeds itself.
 ///
@@ -68,7 +72,7 @@ impl RenderHead {
         let blocks = blocks_for(grid.bins());
         let places = &carriers.places;
         let hop_decay: Vec<f32> =
-            tail.t60_s.iter().map(|t| single(10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)))).collect();
+            tail.t60_s.iter().map(|t| single(10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)).max(FASTEST_DECAY))).collect();
         Self {
             arch: Arch::new(),
             shape,

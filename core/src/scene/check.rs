@@ -1,5 +1,6 @@
 //! What a scene promises about its numbers.
 
+use super::cost::Cost;
 use super::error::{SceneError, value};
 use super::{AnchorCloud, MeasuredRoom, SceneParts};
 use crate::decode::field::{Field, FieldGrid};
@@ -126,6 +127,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     check_shares(parts)?;
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
     limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;
+    Cost::new(parts, &parts.grid).check(&parts.grid)?;
     let tail = &parts.tail;
     for (name, len) in [("reverberation times", tail.t60_s.len()), ("coherences", tail.coherence.len())] {
         limit(&format!("number of {name}"), len, shape.bands, shape.bands)?;

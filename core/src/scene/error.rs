@@ -1,5 +1,6 @@
 //! What can be wrong with a scene.
 
+use super::cost::TooCostly;
 use super::manifest::{MAX_SCENE_BYTES, VERSION};
 use crate::network::CloudError;
 use thiserror::Error;
@@ -46,6 +47,9 @@ pub enum SceneError {
     /// The anchor cloud's weights do not fit together.
     #[error(transparent)]
     Cloud(#[from] CloudError),
+    /// Playing it would take too much.
+    #[error(transparent)]
+    Cost(#[from] TooCostly),
     /// A value is out of range or not finite.
     #[error("{what} of the scene: expected {expected}, found {found}")]
     Value {
