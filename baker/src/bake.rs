@@ -21,7 +21,8 @@ use crate::judge::response_measures::response_measures;
 use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
 use promenade_core::{
-    Anchor, Axis, Field, FieldGrid, HeldOut, MAX_SCENE_BYTES, NodeShares, Provenance, Rows, Scene, SceneParts, StftGrid, glam,
+    Anchor, Axis, Field, FieldGrid, Head, HeldOut, MAX_SCENE_BYTES, MeasuredHead, NodeShares, Provenance, Rows, Scene,
+    SceneParts, StftGrid, glam,
 };
 use rayon::prelude::*;
 
@@ -35,13 +36,15 @@ pub struct BakeOptions {
     pub early_s: Option<f64>,
     /// Seed of the pseudo-random carriers.
     pub seed: u64,
+    /// The head that the responses were measured with, where it is known.
+    pub head: Option<Head>,
     /// How the scene is made, in one line, for its provenance.
     pub recipe: String,
 }
 
 impl Default for BakeOptions {
     fn default() -> Self {
-        Self { window_s: 0.020, early_s: None, seed: 1, recipe: String::new() }
+        Self { window_s: 0.020, early_s: None, seed: 1, head: None, recipe: String::new() }
     }
 }
 
@@ -114,6 +117,12 @@ pub fn bake_responses(
     let numbers = mixes.iter().map(|(response, _)| *response as u32).collect();
     let node_shares = NodeShares::new(PER_NODE, numbers, mixes.iter().map(|(_, share)| *share as f32).collect());
     let table = baked.into_iter().flat_map(|(row, _)| row).collect();
+    // What lies behind may be the mirror image of what was measured ahead, or the other way round.
+    let mirrored = if layout.is_half() { Some(layout.sites.iter().map(|s| s.direction.x).sum::<f32>().signum()) } else { None };
+    let measured_head = options
+        .head
+        .as_ref()
+        .map(|head| MeasuredHead::of(head, &nodes, |d| mirrored.map_or(d, |side| Vec3::new(side * d.x.abs(), d.y, d.z))));
     let field = Field::new(nodes.clone(), room.shape, Rows::Whole(table)).zip(node_shares);
     let field = field.and_then(|(field, shares)| field.with_shares(shares));
     let [x, y, z] = &nodes.position;
@@ -141,6 +150,7 @@ pub fn bake_responses(
         tail: room.tail,
         taps: room.shape.taps,
         measured: Some(hops.into_room()),
+        measured_head,
         field,
         cloud: None,
         top_hz: room.top_hz,

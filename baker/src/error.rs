@@ -5,6 +5,7 @@ use promenade_core::SceneError;
 use promenade_core::network::CloudError;
 use promenade_core::published::PublishedError;
 use promenade_paths::PathFileError;
+use promenade_sofa::SofaError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -25,14 +26,9 @@ pub enum BakeError {
         /// Line, column and reason.
         source: serde_json::Error,
     },
-    /// A SOFA file cannot be read as HDF5.
-    #[error("{}: no readable SOFA (HDF5) file", path.display())]
-    Sofa {
-        /// The file.
-        path: PathBuf,
-        /// What the HDF5 reader said.
-        source: Box<hdf5_pure::Error>,
-    },
+    /// A SOFA file cannot be read, or makes no head.
+    #[error(transparent)]
+    Sofa(#[from] SofaError),
     /// A file of arrays is damaged or of an unknown kind.
     #[error("{}: no readable {what}", path.display())]
     Unreadable {

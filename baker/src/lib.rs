@@ -8,6 +8,7 @@ mod signal;
 mod sources;
 
 pub use promenade_audio::{FileError, atomic, file, resample, sound, wav};
+pub use promenade_sofa::{SofaError, read_head};
 
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field};
 pub use error::BakeError;

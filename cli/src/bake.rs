@@ -4,7 +4,7 @@ use crate::args::{BakeFieldArgs, BakeResponsesArgs, BakeSource, SideArg};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
-use promenade_baker::{BakeOptions, HoldOut, Side, bake_responses};
+use promenade_baker::{BakeOptions, HoldOut, Side, bake_responses, read_head};
 
 pub(crate) fn run(source: &BakeSource) -> Result<()> {
     match source {
@@ -29,6 +29,7 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
         window_s: args.window_ms / 1e3,
         early_s: args.early_ms.map(|ms| ms / 1e3),
         seed: args.seed,
+        head: args.head.as_deref().map(read_head).transpose()?,
         recipe: recipe(args),
     };
     let scene = bake_responses(&set, |response, index| hold_out.selects(response, index), &options)
@@ -82,5 +83,6 @@ fn recipe(args: &BakeResponsesArgs) -> String {
         text += &format!(" --source {n}");
     }
     let early = args.early_ms.map_or(String::new(), |ms| format!(" --early-ms {ms}"));
-    text + &format!(" --window-ms {}{early} --seed {}", args.window_ms, args.seed)
+    let head = args.head.as_deref().map_or(String::new(), |file| format!(" --head {}", report::file_name(file)));
+    text + &format!(" --window-ms {}{early} --seed {}{head}", args.window_ms, args.seed)
 }

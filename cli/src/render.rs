@@ -4,9 +4,11 @@ use crate::args::RenderArgs;
 use crate::{path, progress, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::player::{Mix, Player, Source};
+use promenade_baker::read_head;
 use promenade_baker::wav::WavWriter;
 use promenade_core::{CameraPath, Playback, Pose};
 use promenade_paths::ImportOptions;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Where the listener is over time.
@@ -26,7 +28,12 @@ impl Walk {
 
 pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let began = Instant::now();
-    let scene = scene::read(&args.scene)?;
+    let mut scene = scene::read(&args.scene)?;
+    if let Some(file) = &args.head {
+        let head = read_head(file)?;
+        report::notes(head.notes());
+        scene = Arc::new(scene.with_head(&head).with_context(|| args.scene.display().to_string())?);
+    }
     let walk = match &args.path {
         Some(file) => {
             let imported = path::read(file, &ImportOptions::default())?;

@@ -12,6 +12,7 @@ pub mod decode;
 #[cfg(feature = "gradients")]
 pub mod gradient;
 mod grid;
+pub mod head;
 pub mod network;
 mod number;
 mod path;
@@ -33,14 +34,15 @@ pub use decode::{
 };
 pub use glam;
 pub use grid::StftGrid;
+pub use head::{Head, HeadError};
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;
 pub use render::carriers::Carriers;
 pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
-    Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, MeasuredRoom, Provenance, ResponseMeasures, Scene, SceneCard, SceneError,
-    SceneParts, TailModel, TooCostly,
+    Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, Provenance, ResponseMeasures,
+    Scene, SceneCard, SceneError, SceneParts, TailModel, TooCostly,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

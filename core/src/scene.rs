@@ -5,6 +5,7 @@ mod check;
 mod cost;
 mod error;
 mod format;
+mod head;
 mod manifest;
 mod measured;
 
@@ -19,6 +20,7 @@ pub use card::SceneCard;
 pub(crate) use cost::Cost;
 pub use cost::TooCostly;
 pub use error::SceneError;
+pub use head::{MeasuredHead, NoHeadError};
 pub use manifest::MAX_SCENE_BYTES;
 pub use measured::MeasuredRoom;
 
@@ -132,6 +134,8 @@ pub struct SceneParts {
     pub taps: usize,
     /// Measured responses that carry the time filters; without them noise does.
     pub measured: Option<MeasuredRoom>,
+    /// The head that the responses were measured with, where it is known.
+    pub measured_head: Option<MeasuredHead>,
     /// Baked transfer functions: the tiers Draft and Standard.
     pub field: Option<Field>,
     /// Anchor cloud with its decoder: the tiers High and, with convolution layers, Reference.
@@ -195,6 +199,7 @@ impl Scene {
             taps: shape.taps,
             field: Some(field.ok_or_else(|| value("transfer function", format!("{shape:?}"), "another shape"))?),
             measured: None,
+            measured_head: None,
             cloud: None,
             top_hz,
             start_pose: Pose::IDENTITY,
@@ -278,6 +283,12 @@ impl Scene {
     #[must_use]
     pub fn measured(&self) -> Option<&MeasuredRoom> {
         self.parts.measured.as_ref()
+    }
+
+    /// The head that the scene was measured with, where it is known.
+    #[must_use]
+    pub fn measured_head(&self) -> Option<&MeasuredHead> {
+        self.parts.measured_head.as_ref()
     }
 
     /// Baked transfer functions.

@@ -30,6 +30,7 @@ fn scene(kind: CloudKind, conv: ConvMode, projection: Projection) -> Arc<Scene> 
         taps: 16,
         field: None,
         measured: None,
+        measured_head: None,
         cloud: Some(AnchorCloud { model: golden::slice(kind).model, conv, projection, emitter: None }),
         top_hz: 10_000.0,
         start_pose: Pose::IDENTITY,

@@ -37,6 +37,7 @@ fn scene(rate: f64) -> (Arc<Scene>, Vec<f32>) {
         bands,
         taps: TAPS,
         measured: Some(MeasuredRoom { samples: samples.clone(), hops: HOPS }),
+        measured_head: None,
         field,
         ..parts
     });

@@ -1,9 +1,10 @@
 //! Scene files, whole and damaged.
 
 use promenade_core::glam::Vec3;
+use promenade_core::head::HEAD_BANDS;
 use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, MeasuredRoom, NodeShares, Pose, Provenance, Rows, Scene, SceneCard, SceneError,
-    SceneParts, StftGrid, TailModel, Tier, TransferShape,
+    Axis, Bands, Facing, Field, FieldGrid, MeasuredHead, MeasuredRoom, NodeShares, Pose, Provenance, Rows, Scene, SceneCard,
+    SceneError, SceneParts, StftGrid, TailModel, Tier, TransferShape,
 };
 use promenade_testing::noise;
 use promenade_testing::scenes::room;
@@ -27,6 +28,11 @@ fn small() -> SceneParts {
         tail: TailModel { seed: u64::MAX, t60_s: vec![0.5; 3], coherence: vec![-0.5; 3] },
         taps: 4,
         measured: Some(MeasuredRoom { samples: noise(3, 2 * 2 * 6 * grid.hop), hops: 6 }),
+        measured_head: Some(MeasuredHead {
+            name: "A head".into(),
+            around_db: std::array::from_fn(|band| band as f32),
+            diffuse_db: [[0.5; HEAD_BANDS], [-0.5; HEAD_BANDS]],
+        }),
         field: Field::new(nodes, shape, Rows::Whole(rows)).and_then(|f| f.with_shares(shares)),
         cloud: None,
         bounds: (Vec3::ZERO, Vec3::ONE),

@@ -5,8 +5,10 @@
 
 pub use realfft::{ComplexToReal, FftNum, RealToComplex, num_complex};
 
+mod minimum_phase;
 mod whole;
 
+pub use minimum_phase::{NO_GAIN, floored_log, minimum_phase, minimum_phase_log};
 pub use whole::{Fourier, signal, spectrum};
 
 use realfft::RealFftPlanner;

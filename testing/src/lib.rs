@@ -3,6 +3,7 @@
 
 pub mod clouds;
 pub mod golden;
+pub mod heads;
 pub mod scenes;
 pub mod signal;
 

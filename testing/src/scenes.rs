@@ -79,6 +79,7 @@ fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> SceneParts {
         taps: shape.taps,
         field: Some(field),
         measured: None,
+        measured_head: None,
         cloud: None,
         top_hz: 0.45 * sample_rate_hz as f32,
         start_pose: Pose::IDENTITY,

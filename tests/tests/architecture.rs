@@ -25,21 +25,22 @@ fn ours(of: &str) -> Vec<String> {
 
 #[test]
 fn the_crates_meet_in_core_alone() {
-    let table: [(&str, &[&str]); 9] = [
+    let table: [(&str, &[&str]); 10] = [
         ("promenade-acoustics", &["audio"]),
         ("promenade-fourier", &[]),
         ("promenade-audio", &[]),
         ("promenade-metrics", &["fourier"]),
         ("promenade-core", &["fourier"]),
         ("promenade-paths", &["core", "fourier"]),
+        ("promenade-sofa", &["audio", "core", "fourier"]),
         ("promenade-plugin", &["core", "fourier", "paths"]),
-        ("promenade-baker", &["acoustics", "audio", "core", "fourier", "metrics", "paths"]),
-        ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "metrics", "paths"]),
+        ("promenade-baker", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "sofa"]),
+        ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "metrics", "paths", "sofa"]),
     ];
     for (of, needs) in table {
         assert_eq!(ours(of), needs, "{of}");
     }
-    assert_eq!(ours("promenade"), ["acoustics", "audio", "baker", "core", "fourier", "host", "metrics", "paths"]);
+    assert_eq!(ours("promenade"), ["acoustics", "audio", "baker", "core", "fourier", "host", "metrics", "paths", "sofa"]);
 }
 
 #[test]

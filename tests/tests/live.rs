@@ -32,6 +32,7 @@ fn fill(folder: &Path) {
         taps: 16,
         field: None,
         measured: None,
+        measured_head: None,
         cloud: Some(AnchorCloud {
             model: golden::slice(CloudKind::Sh).model,
             conv: ConvMode::Off,

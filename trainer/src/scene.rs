@@ -74,6 +74,7 @@ pub(crate) fn scene(
         field: None,
         anchors: display_anchors(&model),
         measured: None,
+        measured_head: None,
         cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter: setup.emitter }),
         top_hz: top_hz(&setup.grid),
         start_pose: start_pose.unwrap_or(Pose::IDENTITY),

@@ -55,6 +55,7 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
         taps,
         field: None,
         measured: None,
+        measured_head: None,
         cloud: Some(AnchorCloud {
             conv: if sizes.conv { options.conv } else { ConvMode::Off },
             projection: options.projection,

@@ -1,9 +1,9 @@
 //! The direct sound of a measured response: arrival, masks, phase, interaural delay.
 
-use crate::signal::minimum_phase::{floored_log, minimum_phase};
 use crate::signal::spectrum::{Analyser, at};
 use promenade_core::{StftGrid, TransferFunction};
 use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::{floored_log, minimum_phase};
 use promenade_metrics::onset;
 use std::f64::consts::TAU;
 

@@ -2,8 +2,8 @@
 
 use crate::bake::direct::{Direct, phase_start, set_ears};
 use crate::bake::kriging::Site;
-use crate::signal::minimum_phase::{NO_GAIN, floored_log, minimum_phase};
 use promenade_core::{StftGrid, TransferFunction, TransferShape};
+use promenade_fourier::{NO_GAIN, floored_log, minimum_phase};
 use std::f64::consts::TAU;
 
 /// What is interpolated of a measurement: log gains of the direct sound at a distance of 1 m, its phase and delay, and log gains of the

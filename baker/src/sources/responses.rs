@@ -10,22 +10,20 @@ mod hold_out;
 mod manifest;
 mod names;
 mod pattern;
-mod recorded;
 pub(crate) mod save;
 mod sofa;
-mod spherical;
 
 pub use describe::{Describe, describe};
 pub use folder::{FolderLayout, FolderOptions, load_folder};
 pub use hold_out::HoldOut;
-pub(crate) use recorded::{About, Recorded};
+pub use promenade_sofa::Side;
+pub(crate) use promenade_sofa::{About, Recorded};
 
 use crate::BakeError;
 use crate::sources::Split;
 use crate::sources::file::ending;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
-use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -85,17 +83,6 @@ pub struct Responses {
 const MANIFEST: &str = "a responses.json that describes the WAV files, such as {\"title\": \"Room A\", \"pattern\": \
     \"name_{azimuth}deg.wav\", \"distance_m\": 1.5} (all fields: docs/responses.md; promenade responses manifest writes one from their names)";
 
-/// A side of the head.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub enum Side {
-    /// Counter-clockwise from above, the usual direction of azimuths (AES69).
-    #[default]
-    Left,
-    /// Clockwise from above.
-    Right,
-}
-
 /// What the files themselves do not say, or say wrongly.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
@@ -108,6 +95,12 @@ pub struct LoadOptions {
 }
 
 impl Responses {
+    /// A set of binaural responses.
+    fn of(about: About, responses: Vec<Response>) -> Self {
+        let About { title, credit, licence, sample_rate_hz } = about;
+        Self { title, credit, licence, sample_rate_hz, responses, ..Self::default() }
+    }
+
     /// Loads a SOFA file, a manifest (JSON), or a folder with a `responses.json`.
     ///
     /// # Errors

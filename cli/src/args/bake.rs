@@ -90,6 +90,9 @@ pub(crate) struct BakeResponsesArgs {
     /// Seed of the tail's pseudo-random phases
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// SOFA file of the head that the responses were measured with: another one takes its place more truly later
+    #[arg(long, value_name = "FILE")]
+    pub(crate) head: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

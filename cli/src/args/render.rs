@@ -28,6 +28,9 @@ pub(crate) struct RenderArgs {
     /// Decodes a second of the tiers high and reference
     #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = within(1.0_f32, 1000.0))]
     pub(crate) decode_rate: f32,
+    /// SOFA file of head-related responses: your own head in the place of the scene's
+    #[arg(long, value_name = "FILE")]
+    pub(crate) head: Option<PathBuf>,
     /// Share of the rendered sound, 0 to 1
     #[arg(long, default_value_t = 1.0, value_parser = within(0.0_f32, 1.0))]
     pub(crate) mix: f32,

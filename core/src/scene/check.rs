@@ -125,6 +125,9 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
         check_measured(measured, &parts.grid, shape)?;
     }
     check_shares(parts)?;
+    for levels in parts.measured_head.iter().flat_map(|h| [&h.around_db, &h.diffuse_db[0], &h.diffuse_db[1]]) {
+        in_range("levels of the measured head", levels, -200.0, 200.0)?;
+    }
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
     limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;
     Cost::new(parts, &parts.grid).check(&parts.grid)?;

@@ -3,8 +3,9 @@
 use super::check::{MAX_BANDS, MAX_HOPS, check_grid, check_nodes, limit};
 use super::error::{SceneError, value};
 use super::manifest::{MAX_SCENE_BYTES, Manifest, ManifestCloud, ManifestField, VERSION};
-use super::{Anchor, AnchorCloud, MeasuredRoom, SceneParts, TailModel};
+use super::{Anchor, AnchorCloud, MeasuredHead, MeasuredRoom, SceneParts, TailModel};
 use crate::decode::field::{Basis, LowRank, NodeShares, Rows};
+use crate::head::HEAD_BANDS;
 use crate::network::{CloudModel, CloudParts, Tensor};
 use crate::number::{single, whole};
 use crate::transfer::MOST_SHARES;
@@ -47,6 +48,7 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         start: (&parts.start_pose).into(),
         bounds: [parts.bounds.0.to_array(), parts.bounds.1.to_array()],
         measured_hops: parts.measured.as_ref().map(|m| m.hops),
+        measured_head: parts.measured_head.as_ref().map(|h| h.name.clone()),
         field: parts.field.as_ref().map(|f| ManifestField::of(f.grid(), low_rank(f))),
         cloud: parts.cloud.as_ref().map(ManifestCloud::of),
         held_out: parts.held_out.iter().map(Into::into).collect(),
@@ -63,6 +65,10 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
     if let Some(measured) = &parts.measured {
         let shape = [measured.count(&parts.grid), 2, measured.hops * parts.grid.hop];
         entries.push(entry("measured.responses", &shape, &measured.samples));
+    }
+    if let Some(head) = &parts.measured_head {
+        let [left, right] = &head.diffuse_db;
+        entries.push(entry("measured.head", &[3, HEAD_BANDS], [head.around_db, *left, *right].concat()));
     }
     if let Some(field) = &parts.field {
         field_entries(field, &mut entries);
@@ -209,6 +215,7 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
         anchors,
         held_out: m.held_out.iter().map(Into::into).collect(),
         field: m.field.map(|f| read_field(f, shape, tensors)).transpose()?,
+        measured_head: m.measured_head.map(|name| read_head(name, tensors)).transpose()?,
         measured: m.measured_hops.map(|hops| read_measured(hops, &grid, tensors)).transpose()?,
         cloud: m.cloud.map(|c| read_cloud(&c, tensors)).transpose()?,
     })
@@ -253,6 +260,12 @@ fn read_measured(hops: usize, grid: &StftGrid, tensors: &SafeTensors<'_>) -> Res
     limit("hops of the responses", hops, 1, MAX_HOPS)?;
     let samples = floats(tensors, "measured.responses", &[None, Some(2), Some(hops * grid.hop)])?;
     Ok(MeasuredRoom { samples, hops })
+}
+
+fn read_head(name: String, tensors: &SafeTensors<'_>) -> Result<MeasuredHead, SceneError> {
+    let levels = floats(tensors, "measured.head", &[Some(3), Some(HEAD_BANDS)])?;
+    let row = |i: usize| std::array::from_fn(|band| levels[i * HEAD_BANDS + band]);
+    Ok(MeasuredHead { name, around_db: row(0), diffuse_db: [row(1), row(2)] })
 }
 
 fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<AnchorCloud, SceneError> {

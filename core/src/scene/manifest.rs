@@ -32,6 +32,9 @@ pub(super) struct Manifest {
     /// Hops of each measured response; absent in scenes that have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) measured_hops: Option<usize>,
+    /// Name of the head that the responses were measured with; absent where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) measured_head: Option<String>,
     pub(super) field: Option<ManifestField>,
     pub(super) cloud: Option<ManifestCloud>,
     pub(super) held_out: Vec<ManifestHeldOut>,

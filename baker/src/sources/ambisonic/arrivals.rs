@@ -2,9 +2,10 @@
 
 use super::direction::{FirstOrder, mean};
 use super::ears::Frame;
-use super::harmonics::{harmonics, lattice};
+use super::harmonics::harmonics;
 use crate::sources::simulation::Hrtf;
 use promenade_core::glam::{Quat, Vec3};
+use promenade_core::head::lattice;
 use std::collections::BTreeMap;
 
 /// How long the direction of the direct sound holds, seconds: 128 samples at 48 kHz, as in BinauralSDM.

@@ -3,10 +3,11 @@
 //! diffuse field the head's own levels and coherence (Zaunschirm, Schörkhuber and Höldrich, J. Acoust. Soc. Am. 143 (2018)).
 
 use super::ears::{Frame, spectra};
-use super::harmonics::{channels, harmonics, lattice};
+use super::harmonics::{channels, harmonics};
 use crate::sources::simulation::Hrtf;
 use nalgebra::{Complex, Matrix2};
 use promenade_core::glam::Vec3;
+use promenade_core::head::lattice;
 use promenade_fourier::num_complex::Complex32;
 
 /// Directions that the filters are fitted to: many more than channels.

@@ -2,6 +2,7 @@
 //! phase (Nachbar et al., "AmbiX - a suggested Ambisonics format", Ambisonics Symposium 2011).
 
 use promenade_core::glam::{Quat, Vec3};
+use promenade_core::head::lattice;
 
 /// The highest order that is read.
 pub(super) const MAX_ORDER: usize = 4;
@@ -53,15 +54,6 @@ pub(super) fn harmonics(order: usize, direction: Vec3) -> Vec<f32> {
         }
     }
     values
-}
-
-/// A direction of a lattice that covers the sphere evenly (Swinbank and Purser 2006).
-pub(super) fn lattice(i: usize, count: usize) -> Vec3 {
-    let (i, count) = (i as f32 + 0.5, count as f32);
-    let z = 1.0 - 2.0 * i / count;
-    let turn = std::f32::consts::PI * (1.0 + 5.0_f32.sqrt()) * i;
-    let r = (1.0 - z * z).max(0.0).sqrt();
-    Vec3::new(r * turn.cos(), r * turn.sin(), z)
 }
 
 /// How channels change when the head turns by `head`: `turned[i]` is the sum of `matrix[i][j]` times channel `j`. Channels of other

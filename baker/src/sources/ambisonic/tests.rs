@@ -12,7 +12,7 @@ const RATE_HZ: u32 = 16_000;
 
 /// HRTFs of a ball of 8.75 cm without a face: Woodworth's delays (1938) and a far ear that is softer, more so at high frequencies.
 fn ball() -> Hrtf {
-    let directions = (0..300).map(|i| harmonics::lattice(i, 300));
+    let directions = (0..300).map(|i| promenade_core::head::lattice(i, 300));
     let ear = |direction: Vec3, side: f32| {
         let lateral = (side * direction.y).clamp(-1.0, 1.0);
         let angle = lateral.asin();

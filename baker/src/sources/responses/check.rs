@@ -3,14 +3,11 @@
 use super::{Response, Responses};
 use crate::BakeError;
 use promenade_metrics::{ild_db, itd_s};
+use promenade_sofa::{Sided, check_size};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 
-/// Responses in a set.
-const MAX_RESPONSES: usize = 200_000;
-/// Samples of both ears of all responses together: 2 GiB of `f32`.
-const MAX_SAMPLES: usize = 1 << 29;
 /// Poses closer than this, in metres and in quaternion components, are the same.
 const GRAIN: f32 = 1e-4;
 
@@ -19,17 +16,7 @@ const MAX_DISTANCE_M: f32 = 100.0;
 
 /// Refuses a set that memory should not hold, before it is allocated.
 pub(super) fn size(path: &Path, responses: usize, frames: usize) -> Result<(), BakeError> {
-    if responses == 0 {
-        return Err(BakeError::content(path, "at least one response", "none"));
-    }
-    if responses > MAX_RESPONSES {
-        return Err(BakeError::content(path, format!("at most {MAX_RESPONSES} responses"), responses));
-    }
-    let samples = responses.saturating_mul(frames).saturating_mul(2);
-    if samples > MAX_SAMPLES {
-        return Err(BakeError::content(path, format!("at most {MAX_SAMPLES} samples"), samples));
-    }
-    Ok(())
+    Ok(check_size(path, responses, frames)?)
 }
 
 /// Refuses a file whose rate is another than that of the first, which is kept with its rate.
@@ -84,17 +71,11 @@ pub(super) fn ears_contradict(set: &Responses) -> bool {
     const LATERAL: f32 = 0.5;
     let lateral = |r: &Response| r.listener.to_head(r.source).try_normalize().map_or(0.0, |v| v.y);
     let jury: Vec<&Response> = set.responses.iter().filter(|r| lateral(r).abs() > LATERAL).collect();
-    let (mut agree, mut contradict) = (0, 0);
-    for r in jury.iter().step_by(jury.len().div_ceil(JURY).max(1)) {
-        let (Ok(itd), Ok(ild)) = (itd_s(&r.left, &r.right, set.sample_rate_hz), ild_db(&r.left, &r.right)) else { continue };
-        let side = f64::from(lateral(r).signum());
-        if itd * side > 50e-6 && ild * side < -0.5 {
-            contradict += 1;
-        } else {
-            agree += 1;
-        }
-    }
-    contradict > 3 * agree
+    let sided = jury.iter().step_by(jury.len().div_ceil(JURY).max(1)).filter_map(|r| {
+        let itd_s = itd_s(&r.left, &r.right, set.sample_rate_hz).ok()?;
+        Some(Sided { lateral: lateral(r), itd_s, ild_db: ild_db(&r.left, &r.right).ok()? })
+    });
+    promenade_sofa::ears_contradict(sided)
 }
 
 fn whole(path: &Path, response: &Response) -> Result<(), BakeError> {

@@ -159,7 +159,7 @@ mod tests {
     fn ring() -> Responses {
         let at = |deg: i32| Response {
             listener: Pose::IDENTITY,
-            source: super::super::spherical::to_cartesian(deg as f32, 0.0, 1.5, super::super::Side::Left),
+            source: promenade_sofa::to_cartesian(deg as f32, 0.0, 1.5, super::super::Side::Left),
             left: vec![1.0],
             right: vec![1.0],
             name: format!("r{deg}"),

@@ -2,13 +2,13 @@
 
 use super::check;
 use super::pattern::{Field, Pattern};
-use super::recorded::{About, Recorded};
 use super::{LoadOptions, Response, Responses, Side};
 use crate::sources::Split;
 use crate::sources::file;
 use crate::{BakeError, wav};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use promenade_sofa::{About, Recorded};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -85,7 +85,7 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, Bake
         responses.push(binaural(path, file, manifest.channels, recorded)?);
         Ok(())
     })?;
-    Ok(Responses { splits, ..about.responses(responses) })
+    Ok(Responses { splits, ..Responses::of(about, responses) })
 }
 
 /// Responses whose channels are those of an Ambisonic microphone.
@@ -258,7 +258,7 @@ impl Loader<'_> {
             BakeError::entry(self.path, file.display().to_string(), "a \"distance_m\" above 0 beside the azimuth", found)
         })?;
         let positive = self.options.azimuth_positive.unwrap_or(self.manifest.azimuth_positive);
-        let direction = super::spherical::to_cartesian(azimuth, entry.elevation_deg.unwrap_or(0.0), distance, positive);
+        let direction = promenade_sofa::to_cartesian(azimuth, entry.elevation_deg.unwrap_or(0.0), distance, positive);
         Ok(Some(listener.position + listener.orientation * direction))
     }
 }

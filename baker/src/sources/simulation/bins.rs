@@ -1,6 +1,6 @@
 //! The transform that images are filtered in.
 
-use crate::signal::minimum_phase::minimum_phase_log;
+use promenade_fourier::minimum_phase_log;
 use promenade_fourier::num_complex::Complex32;
 
 /// Oversampling of the frequencies, against the cepstrum's folding onto itself.

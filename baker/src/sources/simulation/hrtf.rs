@@ -4,6 +4,7 @@ use super::bins::Bins;
 use crate::{BakeError, Responses};
 use promenade_audio::resample;
 use promenade_core::glam::Vec3;
+use promenade_core::head::{NEIGHBOURS, lattice, near};
 use promenade_fourier::Fourier;
 use promenade_fourier::num_complex::Complex32;
 
@@ -16,8 +17,6 @@ const SPHERE: usize = 4096;
 /// Range of the equalisation: below it, its end holds. Above it, responses fade away towards half the sample rate, of which the upper
 /// end is a share: fractional delays would ring long otherwise.
 const EQUALISED: (f64, f64) = (100.0, 0.85);
-/// Directions that a response is interpolated from, and one more that sets how far they reach.
-const NEAR: usize = 6;
 
 /// Responses of a head in a free field, equalised for a diffuse field: over all directions and both ears their energy is 1 at every
 /// frequency from 100 Hz to 85 % of half the sample rate, where they begin to fade away.
@@ -101,7 +100,7 @@ impl Hrtf {
     fn shares(&self) -> Vec<f32> {
         let mut shares = vec![0.0; self.directions.len()];
         for i in 0..SPHERE {
-            shares[self.near(fibonacci(i, SPHERE)).weights[0].0] += 1.0 / SPHERE as f32;
+            shares[self.near(lattice(i, SPHERE)).weights[0].0] += 1.0 / SPHERE as f32;
         }
         shares
     }
@@ -189,32 +188,7 @@ impl Hrtf {
 
     /// What is measured near a direction of unit length: forward, left, up.
     pub(crate) fn near(&self, direction: Vec3) -> Near<'_> {
-        let mut nearest = [(usize::MAX, f32::NEG_INFINITY); NEAR];
-        for (i, d) in self.directions.iter().enumerate() {
-            let closeness = d.dot(direction);
-            if closeness > nearest[NEAR - 1].1 {
-                let place = nearest.partition_point(|n| n.1 >= closeness);
-                nearest[place..].rotate_right(1);
-                nearest[place] = (i, closeness);
-            }
-        }
-        let far = |(i, _): (usize, f32)| self.directions.get(i).map(|d| d.distance(direction));
-        // With few directions all of them count, however far.
-        let reach = far(nearest[NEAR - 1]).unwrap_or(4.0);
-        let mut weights = [(0, 0.0); NEAR - 1];
-        let mut sum = 0.0;
-        for (weight, n) in weights.iter_mut().zip(nearest) {
-            let Some(distance) = far(n) else { continue };
-            let w = ((reach - distance).max(0.0) / (reach * distance.max(1e-6)).max(1e-12)).powi(2);
-            *weight = (n.0, w);
-            sum += w;
-        }
-        if sum > 0.0 {
-            weights.iter_mut().for_each(|w| w.1 /= sum);
-        } else {
-            weights[0] = (nearest[0].0, 1.0);
-        }
-        Near { hrtf: self, weights }
+        Near { hrtf: self, weights: near(&self.directions, direction) }
     }
 }
 
@@ -222,7 +196,7 @@ impl Hrtf {
 #[derive(Debug)]
 pub(crate) struct Near<'a> {
     hrtf: &'a Hrtf,
-    weights: [(usize, f32); NEAR - 1],
+    weights: [(usize, f32); NEIGHBOURS],
 }
 
 impl Near<'_> {
@@ -240,15 +214,6 @@ impl Near<'_> {
             }
         }
     }
-}
-
-/// A direction of a lattice that covers the sphere evenly.
-fn fibonacci(i: usize, count: usize) -> Vec3 {
-    let (i, count) = (i as f32 + 0.5, count as f32);
-    let z = 1.0 - 2.0 * i / count;
-    let turn = std::f32::consts::PI * (1.0 + 5.0_f32.sqrt()) * i;
-    let r = (1.0 - z * z).max(0.0).sqrt();
-    Vec3::new(r * turn.cos(), r * turn.sin(), z)
 }
 
 /// Sample of the first peak of at least half the highest, between samples by a parabola; `None` for silence.

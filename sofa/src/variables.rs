@@ -1,8 +1,7 @@
 //! Variables of a SOFA file, checked: numbers, texts, points in their coordinates.
 
-use super::super::Side;
-use super::super::spherical::to_cartesian;
-use crate::BakeError;
+use crate::SofaError;
+use crate::spherical::{Side, to_cartesian};
 use hdf5_pure::{Dataset, File};
 use promenade_core::glam::{Mat3, Quat, Vec3};
 use std::path::Path;
@@ -10,55 +9,55 @@ use std::path::Path;
 /// Values of a variable other than the responses.
 const MAX_VALUES: u64 = 1 << 24;
 
-pub(super) fn failed<E: Into<hdf5_pure::Error>>(path: &Path) -> impl Fn(E) -> BakeError {
+pub(crate) fn failed<E: Into<hdf5_pure::Error>>(path: &Path) -> impl Fn(E) -> SofaError {
     let path = path.to_path_buf();
-    move |source| BakeError::Sofa { path: path.clone(), source: Box::new(source.into()) }
+    move |source| SofaError::Hdf5 { path: path.clone(), source: Box::new(source.into()) }
 }
 
 /// An open file.
-pub(super) struct Variables<'a> {
-    pub(super) path: &'a Path,
-    pub(super) file: File,
+pub(crate) struct Variables<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) file: File,
 }
 
 /// Points, one for each measurement or one for all.
-pub(super) struct Points {
-    pub(super) points: Vec<Vec3>,
-    pub(super) spherical: bool,
+pub(crate) struct Points {
+    pub(crate) points: Vec<Vec3>,
+    pub(crate) spherical: bool,
 }
 
 impl Points {
-    pub(super) fn at(&self, measurement: usize) -> Vec3 {
+    pub(crate) fn at(&self, measurement: usize) -> Vec3 {
         self.points[if self.points.len() == 1 { 0 } else { measurement }]
     }
 }
 
 impl Variables<'_> {
-    pub(super) fn wrong(&self, variable: &str, expected: impl Into<String>, found: impl ToString) -> BakeError {
-        BakeError::entry(self.path, variable, expected, found)
+    pub(crate) fn wrong(&self, variable: &str, expected: impl Into<String>, found: impl ToString) -> SofaError {
+        SofaError::entry(self.path, variable, expected, found)
     }
 
     /// A global text, empty where there is none.
-    pub(super) fn attribute(&self, name: &str) -> String {
+    pub(crate) fn attribute(&self, name: &str) -> String {
         let attributes = self.file.root().attrs().unwrap_or_default();
         attributes.get(name).and_then(|v| v.as_str()).unwrap_or_default().trim().to_owned()
     }
 
-    pub(super) fn dataset(&self, name: &str) -> Result<Dataset, BakeError> {
+    pub(crate) fn dataset(&self, name: &str) -> Result<Dataset, SofaError> {
         self.file.dataset(name).map_err(failed(self.path))
     }
 
-    pub(super) fn has(&self, name: &str) -> bool {
+    pub(crate) fn has(&self, name: &str) -> bool {
         self.file.dataset(name).is_ok()
     }
 
-    pub(super) fn shape(&self, name: &str) -> Result<Vec<usize>, BakeError> {
+    pub(crate) fn shape(&self, name: &str) -> Result<Vec<usize>, SofaError> {
         let shape = self.dataset(name)?.shape().map_err(failed(self.path))?;
         Ok(shape.iter().map(|&n| usize::try_from(n).unwrap_or(usize::MAX)).collect())
     }
 
     /// All values of a small variable with its shape.
-    pub(super) fn values(&self, name: &str) -> Result<(Vec<usize>, Vec<f64>), BakeError> {
+    pub(crate) fn values(&self, name: &str) -> Result<(Vec<usize>, Vec<f64>), SofaError> {
         let dataset = self.dataset(name)?;
         let shape = self.shape(name)?;
         let count = shape.iter().fold(1_u64, |n, &s| n.saturating_mul(s as u64));
@@ -72,10 +71,11 @@ impl Variables<'_> {
         Ok((shape, values))
     }
 
-    pub(super) fn sample_rate(&self) -> Result<f64, BakeError> {
+    pub(crate) fn sample_rate(&self) -> Result<f64, SofaError> {
         let (_, rates) = self.values("Data.SamplingRate")?;
         let rate = rates.first().copied().unwrap_or(0.0);
-        let believed = f64::from(*crate::wav::SAMPLE_RATES_HZ.start())..=f64::from(*crate::wav::SAMPLE_RATES_HZ.end());
+        let believed =
+            f64::from(*promenade_audio::wav::SAMPLE_RATES_HZ.start())..=f64::from(*promenade_audio::wav::SAMPLE_RATES_HZ.end());
         if !believed.contains(&rate) || rates.iter().any(|&r| r != rate) {
             let expected = format!("one rate of {} to {} Hz", believed.start(), believed.end());
             return Err(self.wrong("Data.SamplingRate", expected, format!("{rates:?}")));
@@ -84,13 +84,13 @@ impl Variables<'_> {
     }
 
     /// A text of a variable in small letters, empty where there is none.
-    pub(super) fn text(&self, name: &str, key: &str) -> Result<String, BakeError> {
+    pub(crate) fn text(&self, name: &str, key: &str) -> Result<String, SofaError> {
         let attributes = self.dataset(name)?.attrs().map_err(failed(self.path))?;
         Ok(attributes.get(key).and_then(|v| v.as_str()).unwrap_or_default().trim().to_ascii_lowercase())
     }
 
     /// Whether the coordinates of a variable are angles, and whether they are in degrees.
-    pub(super) fn coordinates(&self, name: &str) -> Result<(bool, bool), BakeError> {
+    pub(crate) fn coordinates(&self, name: &str) -> Result<(bool, bool), SofaError> {
         match self.text(name, "Type")?.as_str() {
             "spherical" => Ok((true, !self.text(name, "Units")?.starts_with("rad"))),
             "cartesian" | "" => Ok((false, true)),
@@ -99,13 +99,13 @@ impl Variables<'_> {
     }
 
     /// Points of a variable of shape [measurements or 1, 3], or [.., 3, measurements or 1] of which row `row` is taken.
-    pub(super) fn points(&self, name: &str, row: usize, measurements: usize, positive: Side) -> Result<Points, BakeError> {
+    pub(crate) fn points(&self, name: &str, row: usize, measurements: usize, positive: Side) -> Result<Points, SofaError> {
         let (spherical, degrees) = self.coordinates(name)?;
         self.points_as(name, row, measurements, positive, spherical, degrees)
     }
 
     /// The same of a variable that may be missing.
-    pub(super) fn points_or(&self, name: &str, measurements: usize, missing: Vec3) -> Result<Points, BakeError> {
+    pub(crate) fn points_or(&self, name: &str, measurements: usize, missing: Vec3) -> Result<Points, SofaError> {
         if self.has(name) {
             self.points(name, 0, measurements, Side::Left)
         } else {
@@ -113,7 +113,7 @@ impl Variables<'_> {
         }
     }
 
-    pub(super) fn points_as(
+    pub(crate) fn points_as(
         &self,
         name: &str,
         row: usize,
@@ -121,7 +121,7 @@ impl Variables<'_> {
         positive: Side,
         spherical: bool,
         degrees: bool,
-    ) -> Result<Points, BakeError> {
+    ) -> Result<Points, SofaError> {
         let (shape, values) = self.values(name)?;
         let at: Box<dyn Fn(usize, usize) -> f64> = match shape[..] {
             [n, 3] if n == 1 || n == measurements => Box::new(move |m, c| values[m * 3 + c]),
@@ -145,7 +145,7 @@ impl Variables<'_> {
 
     /// Up vectors are in the coordinates of their view, but writers often leave the Cartesian 0, 0, 1 beside spherical views, so the
     /// reading that lies across the views is taken.
-    pub(super) fn ups(&self, name: &str, view: &str, measurements: usize, views: &Points) -> Result<Points, BakeError> {
+    pub(crate) fn ups(&self, name: &str, view: &str, measurements: usize, views: &Points) -> Result<Points, SofaError> {
         let across = |ups: &Points| (0..measurements).all(|m| facing(views.at(m), ups.at(m)).is_some());
         if views.spherical && self.has(name) && !self.coordinates(name)?.0 {
             let degrees = self.coordinates(view)?.1;
@@ -159,7 +159,7 @@ impl Variables<'_> {
 }
 
 /// The turn that brings x to `view` and z as near to `up` as it goes; `None` where both are one line or zero.
-pub(super) fn facing(view: Vec3, up: Vec3) -> Option<Quat> {
+pub(crate) fn facing(view: Vec3, up: Vec3) -> Option<Quat> {
     let x = view.try_normalize()?;
     let up = up.try_normalize()?;
     let z = (up - x * up.dot(x)).try_normalize().filter(|_| up.dot(x).abs() < 0.99)?;

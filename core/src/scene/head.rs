@@ -1,0 +1,211 @@
+//! A scene heard with another head than the one that it was measured with.
+
+use super::{Scene, SceneParts};
+use crate::decode::field::{Facing, Field, FieldGrid, Rows};
+use crate::head::{HEAD_BANDS, Head, at_hz, lag_s, low_pass_power};
+use crate::number::single;
+use crate::{Bands, StftGrid, TransferShape};
+use glam::Vec3;
+use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::{floored_log, minimum_phase};
+use std::f64::consts::TAU;
+use thiserror::Error;
+
+/// Below the first of these the levels of heads are alike, and what a response has there is the room's: it stays. Above the second the
+/// level is the new head's, Hz.
+const LEVELS_FROM_HZ: (f64, f64) = (300.0, 600.0);
+/// Phases are unwrapped from here, Hz: heads have no notch there.
+const PHASE_FROM_HZ: f64 = 700.0;
+/// Nepers of a decibel.
+const NEPERS_PER_DB: f64 = std::f64::consts::LN_10 / 20.0;
+
+/// What is known of the head that a scene was measured with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredHead {
+    /// Its name.
+    pub name: String,
+    /// Its level by band over the scene's directions, both ears together, dB against a diffuse field.
+    pub around_db: [f32; HEAD_BANDS],
+    /// Level of the left and the right ear by band in a diffuse field against that of both, dB.
+    pub diffuse_db: [[f32; HEAD_BANDS]; 2],
+}
+
+/// Why a scene cannot be heard with another head.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum NoHeadError {
+    /// It has no field.
+    #[error(
+        "the scene \"for High\" alone has no table of responses that another head could take the place of its own in; its own head plays"
+    )]
+    NoField,
+    /// Its field does not say from where the direct sound comes.
+    #[error(
+        "the scene does not say from which direction its direct sound comes, so that no other head can take the place of its own; its own head plays"
+    )]
+    NoDirections,
+}
+
+impl MeasuredHead {
+    /// What a scene whose field has these nodes keeps of the head that it was measured with; `direction` is where a node's response was
+    /// measured that lies in a direction.
+    #[must_use]
+    pub fn of(head: &Head, nodes: &FieldGrid, direction: impl Fn(Vec3) -> Vec3) -> Self {
+        let around = around(nodes).into_iter().map(|(towards, weight)| (direction(towards), weight));
+        Self { name: head.name().to_owned(), around_db: head.around_db(around), diffuse_db: head.diffuse_db() }
+    }
+}
+
+impl Scene {
+    /// The same scene heard with another head.
+    ///
+    /// From 600 Hz on, the filter of the direct sound becomes the emitter's level, the same for all directions, times the head's response to
+    /// the direction; the delay between the ears becomes the head's. The emitter's level is the mean of what was measured over the level
+    /// that the measured head has over the same directions. Where that head is not known, the new one stands in for it: the colour of
+    /// the direct sound over all directions then stays as it was measured. Time filters take the ratio of the two heads in a diffuse field
+    /// at each ear (both are equalised for both ears together). The tiers High and Reference keep the scene's own head.
+    ///
+    /// # Errors
+    /// A scene without a field whose directions are the emitter's.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    pub fn with_head(&self, head: &Head) -> Result<Self, NoHeadError> {
+        let field = self.field().ok_or(NoHeadError::NoField)?;
+        let (Facing::Emitter { .. }, Rows::Whole(rows)) = (&field.grid().facing, field.rows()) else {
+            return Err(NoHeadError::NoDirections);
+        };
+        let parts = &self.parts;
+        let around = around(field.grid());
+        let measured = parts.measured_head.as_ref();
+        let change = Change {
+            grid: &parts.grid,
+            shape: parts.shape(),
+            head,
+            source_db: measured.map_or_else(|| head.around_db(around.iter().copied()), |m| m.around_db),
+            room: room_gains(head, measured, &parts.bands),
+        };
+        let mut rows = rows.clone();
+        let row_len = change.shape.row_len();
+        // The emitter's level may differ from one listener position to another.
+        for (rows, directions) in rows.chunks_exact_mut(row_len * around.len()).zip(std::iter::repeat(&around)) {
+            change.apply(rows, directions);
+        }
+        let changed = Field::new(field.grid().clone(), change.shape, Rows::Whole(rows));
+        let changed = changed.and_then(|changed| match field.shares() {
+            Some(shares) => changed.with_shares(shares.clone()),
+            None => Some(changed),
+        });
+        // Of the same shape as before, so that it fits.
+        let field = changed.unwrap_or_else(|| field.clone());
+        Ok(Self { parts: SceneParts { field: Some(field), ..parts.clone() } })
+    }
+}
+
+/// Directions of the nodes at one position, each with the share of the sphere that it stands for.
+fn around(nodes: &FieldGrid) -> Vec<(Vec3, f32)> {
+    let positions: usize = nodes.position.iter().map(crate::Axis::count).product();
+    let count = nodes.nodes() / positions.max(1);
+    let directions = (0..count).map(|i| nodes.node(i).1);
+    let level = |d: &Vec3| (d.x * d.x + d.y * d.y).sqrt();
+    let mut around: Vec<(Vec3, f32)> = directions.map(|d| (d, level(&d))).collect();
+    if around.iter().all(|(_, weight)| *weight < 1e-3) {
+        around.iter_mut().for_each(|(_, weight)| *weight = 1.0);
+    }
+    around
+}
+
+/// Gains of the time filters, `[ear][band]`.
+fn room_gains(head: &Head, measured: Option<&MeasuredHead>, bands: &Bands) -> Vec<f32> {
+    let none = [[0.0; HEAD_BANDS]; 2];
+    let (new, old) = (head.diffuse_db(), measured.map_or(none, |m| m.diffuse_db));
+    let gain = |ear: usize, hz: f32| 10.0_f32.powf((at_hz(&new[ear], hz.into()) - at_hz(&old[ear], hz.into())) / 20.0);
+    (0..2).flat_map(|ear| bands.centres_hz().iter().map(move |hz| gain(ear, *hz))).collect()
+}
+
+/// A head that takes the place of another in rows of a field.
+struct Change<'a> {
+    grid: &'a StftGrid,
+    shape: TransferShape,
+    head: &'a Head,
+    /// What the measured head adds to the emitter's level.
+    source_db: [f32; HEAD_BANDS],
+    room: Vec<f32>,
+}
+
+impl Change<'_> {
+    /// Changes the rows of all directions at one position.
+    fn apply(&self, rows: &mut [f32], around: &[(Vec3, f32)]) {
+        let bins = self.shape.bins;
+        let mut energy = vec![0.0_f64; bins];
+        let whole: f64 = around.iter().map(|(_, weight)| f64::from(*weight)).sum();
+        for (row, (_, weight)) in rows.chunks_exact(self.shape.row_len()).zip(around) {
+            for (k, sum) in energy.iter_mut().enumerate() {
+                let [left, right] = ears_of(row, bins, k);
+                *sum += f64::from(*weight) * 0.5 * (left * left + right * right) / whole;
+            }
+        }
+        let emitter: Vec<f64> = energy
+            .iter()
+            .enumerate()
+            .map(|(k, e)| 0.5 * e.max(1e-30).ln() - NEPERS_PER_DB * f64::from(at_hz(&self.source_db, self.grid.bin_hz(k))))
+            .collect();
+        for (row, (direction, _)) in rows.chunks_exact_mut(self.shape.row_len()).zip(around) {
+            self.direct(row, *direction, &emitter);
+            let taps = &mut row[self.shape.direct_len()..];
+            for gains in taps.chunks_exact_mut(self.shape.tap_len()) {
+                gains.iter_mut().zip(&self.room).for_each(|(tap, gain)| *tap *= gain);
+            }
+        }
+    }
+
+    /// Changes the direct sound of one direction; `emitter` is the natural logarithm of the emitter's amplitude by bin.
+    fn direct(&self, row: &mut [f32], direction: Vec3, emitter: &[f64]) {
+        let (bins, n_fft) = (self.shape.bins, self.grid.n_fft);
+        let ears = self.head.ears(direction);
+        let hz = |k: usize| self.grid.bin_hz(k);
+        let old: [Vec<f64>; 2] = [0, 1].map(|ear| (0..bins).map(|k| ears_of(row, bins, k)[ear]).collect());
+        let new: [Vec<f64>; 2] = [0, 1].map(|ear| {
+            let log = |k: usize| {
+                let kept = old[ear][k].max(1e-12).ln();
+                let along = (hz(k) / LEVELS_FROM_HZ.0).max(1e-9).ln() / (LEVELS_FROM_HZ.1 / LEVELS_FROM_HZ.0).ln();
+                let share = along.clamp(0.0, 1.0);
+                kept + share * (emitter[k] + NEPERS_PER_DB * f64::from(at_hz(&ears.levels_db[ear], hz(k))) - kept)
+            };
+            // Silence stays.
+            (0..bins).map(|k| if old[ear][k] > 0.0 { log(k).exp() } else { 0.0 }).collect()
+        });
+        let minimum = |gain: &[f64]| minimum_phase(floored_log(gain), n_fft).collect::<Vec<f32>>();
+        let [before, after] = [old.each_ref().map(|g| minimum(g)), new.each_ref().map(|g| minimum(g))];
+        let common = common_excess(row, &before, bins, self.grid);
+        let cross = (0..bins).map(|k| {
+            let phase = f64::from(after[0][k] - after[1][k]);
+            (hz(k), Complex64::from_polar(low_pass_power(hz(k)) * new[0][k] * new[1][k], phase))
+        });
+        // What minimum phase makes of the ears below 1.5 kHz is part of the delay that the head has there.
+        row[4 * bins] = single(f64::from(ears.itd_s()) - lag_s(cross));
+        for k in 0..bins {
+            let (left, right) = (new[0][k], new[1][k]);
+            let sum = left + right;
+            row[k] = single(0.5 * sum);
+            row[bins + k] = if sum > 0.0 { single((right - left) / sum) } else { 0.0 };
+            for ear in 0..2 {
+                row[(2 + ear) * bins + k] = after[ear][k] + common[k];
+            }
+        }
+    }
+}
+
+/// Amplitudes of both ears in a bin of a row.
+fn ears_of(row: &[f32], bins: usize, bin: usize) -> [f64; 2] {
+    let (mixture, difference) = (f64::from(row[bin]), f64::from(row[bins + bin]));
+    [(1.0 - difference) * mixture, (1.0 + difference) * mixture]
+}
+
+/// Phase beyond the minimum one that both ears have in common: the emitter's. What they do not have in common is the old head's.
+fn common_excess(row: &[f32], minimum: &[Vec<f32>; 2], bins: usize, grid: &StftGrid) -> Vec<f32> {
+    let excess = |ear: usize, k: usize| f64::from(row[(2 + ear) * bins + k] - minimum[ear][k]);
+    let start = (0..bins).find(|k| grid.bin_hz(*k) >= PHASE_FROM_HZ).unwrap_or(0);
+    // Both are unwrapped, but not from each other.
+    let turns = TAU * ((excess(0, start) - excess(1, start)) / TAU).round();
+    (0..bins).map(|k| single(0.5 * (excess(0, k) + excess(1, k) + turns))).collect()
+}

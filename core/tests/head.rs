@@ -1,0 +1,228 @@
+//! A head from measurements, as bytes, and in the place of the one that a scene was measured with.
+
+use promenade_core::glam::Vec3;
+use promenade_core::head::{HEAD_BANDS, HeadDirection, MAX_HEAD_BYTES, head_band_hz, lattice};
+use promenade_core::{Head, HeadError, MeasuredHead, NoHeadError, Pose, Scene, SceneParts};
+use promenade_fourier::signal;
+use promenade_metrics::{ild_db, itd_s};
+use promenade_testing::heads::{direction, sphere};
+use promenade_testing::scenes;
+
+const RADIUS_M: f32 = 0.0875;
+
+fn at(azimuth_deg: f32, elevation_deg: f32) -> Vec3 {
+    let (azimuth, elevation) = (azimuth_deg.to_radians(), elevation_deg.to_radians());
+    Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin())
+}
+
+fn ring(azimuths: impl IntoIterator<Item = i16>) -> Vec<HeadDirection> {
+    azimuths.into_iter().map(|deg| direction(at(deg.into(), 0.0), RADIUS_M)).collect()
+}
+
+fn head(measured: Vec<HeadDirection>) -> Result<Head, HeadError> {
+    Head::new("Ring", "nobody", measured)
+}
+
+#[test]
+fn bytes_are_the_same_head_and_no_damage_passes() {
+    let sphere = sphere(RADIUS_M);
+    let bytes = sphere.to_bytes();
+    assert!(bytes.len() < MAX_HEAD_BYTES, "{}", bytes.len());
+    let again = Head::from_bytes(&bytes).unwrap();
+    assert_eq!(again, sphere);
+    assert_eq!(again.to_bytes(), bytes);
+    for length in (0..bytes.len()).step_by(997).chain([bytes.len() - 1]) {
+        assert!(Head::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
+    }
+    for place in (0..bytes.len()).step_by(503) {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 0x10;
+        let error = Head::from_bytes(&damaged).unwrap_err().to_string();
+        assert!(error.contains("expected the bytes of one, found"), "{place}: {error}");
+    }
+}
+
+#[test]
+fn levels_are_equalised_and_delays_about_the_middle() {
+    let mut measured: Vec<HeadDirection> = (0..500).map(|i| direction(lattice(i, 500), RADIUS_M)).collect();
+    for m in &mut measured {
+        // A loudspeaker that is 9 dB too loud and 3 ms away.
+        m.levels_db.iter_mut().flatten().for_each(|level| *level += 9.0);
+        m.delays_s.iter_mut().for_each(|delay| *delay += 0.003);
+    }
+    let moved = Head::new("Sphere", "nobody", measured).unwrap();
+    let sphere = sphere(RADIUS_M);
+    let (a, b) = (moved.ears(at(50.0, 20.0)), sphere.ears(at(50.0, 20.0)));
+    assert!(a.delays_s.iter().zip(b.delays_s).all(|(a, b)| (a - b).abs() < 2e-7), "{a:?}");
+    assert!(a.levels_db.iter().flatten().zip(b.levels_db.iter().flatten()).all(|(a, b)| (a - b).abs() < 0.3));
+    let all = moved.around_db((0..300).map(|i| (lattice(i, 300), 1.0)));
+    assert!(all.iter().all(|level| level.abs() < 0.3), "{all:?}");
+}
+
+#[test]
+fn one_side_is_mirrored_and_a_ring_is_heard_above_by_its_lateral_angle() {
+    let half = head(ring((0..=180).step_by(5))).unwrap();
+    assert!(half.notes().iter().any(|n| n.contains("mirror image")), "{:?}", half.notes());
+    let whole = head(ring((-175..=180).step_by(5))).unwrap();
+    for (azimuth, elevation) in [(-60.0, 0.0), (40.0, 0.0), (90.0, 45.0)] {
+        let (a, b) = (half.ears(at(azimuth, elevation)), whole.ears(at(azimuth, elevation)));
+        assert!((a.itd_s() - b.itd_s()).abs() < 1e-6, "{azimuth} {elevation}: {} {}", a.itd_s(), b.itd_s());
+    }
+    let (above, beside) = (whole.ears(at(90.0, 45.0)), whole.ears(at(45.0, 0.0)));
+    assert!((above.itd_s() - beside.itd_s()).abs() < 2e-6);
+}
+
+#[test]
+fn what_is_no_head_is_refused_with_its_reason() {
+    let wrong = |measured: Vec<HeadDirection>, clue: &str| {
+        let error = head(measured).unwrap_err().to_string();
+        assert!(error.contains(clue), "{error}");
+    };
+    wrong(Vec::new(), "directions: expected at least 12, found 0");
+    wrong(
+        ring((-90..=90).step_by(5)),
+        "expected one within 45 degrees of every place around the head, found none within 50 degrees of azimuth 140",
+    );
+    let mut wide = ring((-175..=180).step_by(5));
+    wide[3].delays_s = [0.003, 0.0];
+    wrong(wide, "delays: expected less than 0.002 s between the ears");
+    let mut broken = ring((-175..=180).step_by(5));
+    broken[3].levels_db[1][7] = f32::NAN;
+    wrong(broken, "finite numbers");
+    let mut nowhere = ring((-175..=180).step_by(5));
+    nowhere[3].direction = Vec3::ZERO;
+    wrong(nowhere, "direction: expected one that is not zero");
+}
+
+#[test]
+fn large_sets_are_thinned_out_evenly() {
+    let measured = (0..3_000).map(|i| direction(lattice(i, 3_000), RADIUS_M)).collect();
+    let thinned = head(measured).unwrap();
+    assert!((600..=800).contains(&thinned.directions().len()), "{}", thinned.directions().len());
+    assert!(thinned.to_bytes().len() < MAX_HEAD_BYTES);
+    let (found, wanted) = (thinned.ears(at(70.0, -30.0)).itd_s(), sphere(RADIUS_M).ears(at(70.0, -30.0)).itd_s());
+    assert!((found - wanted).abs() < 10e-6, "{found} {wanted}");
+}
+
+#[test]
+fn spectra_have_the_delay_and_the_levels_of_their_ears() {
+    let sphere = sphere(RADIUS_M);
+    for (azimuth, elevation) in [(0.0, 0.0), (35.0, 0.0), (90.0, 0.0), (-120.0, 30.0)] {
+        let ears = sphere.ears(at(azimuth, elevation));
+        for rate in [16_000.0, 48_000.0, 96_000.0] {
+            let n_fft = 2_048;
+            let time = ears.spectra(n_fft, rate).map(|spectrum| {
+                let mut time = signal(spectrum, n_fft);
+                time.rotate_right(256);
+                time
+            });
+            let itd = itd_s(&time[0], &time[1], rate).unwrap();
+            assert!(
+                (itd - f64::from(ears.itd_s())).abs() < 6e-6,
+                "{azimuth} {elevation} at {rate} Hz: {itd} for {}",
+                ears.itd_s()
+            );
+            let broad = ild_db(&time[0], &time[1]).unwrap();
+            assert!(azimuth == 0.0 || broad * f64::from(azimuth) > 0.0, "{azimuth}: {broad} dB");
+        }
+    }
+}
+
+fn parts() -> SceneParts {
+    scenes::room(16_000.0, 0.4, 0.05).parts().clone()
+}
+
+/// Both ears' response of the direct sound at a pose.
+fn direct(scene: &Scene, pose: &Pose) -> [Vec<f32>; 2] {
+    let tf = scene.field().unwrap().decode(pose);
+    let (grid, bins) = (scene.grid(), scene.shape().bins);
+    [0, 1].map(|ear| {
+        let sign = if ear == 0 { -1.0 } else { 1.0 };
+        let spectrum = (0..bins).map(|k| {
+            let delay = std::f64::consts::TAU * grid.bin_hz(k) * f64::from(tf.delay_s) * if ear == 0 { -0.5 } else { 0.5 };
+            let gain = (1.0 + sign * tf.difference[k]) * tf.mixture[k];
+            promenade_fourier::num_complex::Complex32::from_polar(gain, tf.phase[ear * bins + k] + delay as f32)
+        });
+        let mut time = signal(spectrum.collect(), grid.n_fft);
+        time.rotate_right(grid.n_fft / 4);
+        time
+    })
+}
+
+#[test]
+fn the_direct_sound_takes_the_heads_delay_and_levels() {
+    let scene = Scene::new(parts()).unwrap();
+    let wide = sphere(0.105);
+    let heard = scene.with_head(&wide).unwrap();
+    // Nodes of the field, of which one lies at a turn of 10 degrees.
+    for azimuth in [-170.0_f32, -90.0, -40.0, 0.0, 10.0, 60.0, 130.0] {
+        let pose = Pose::from_ypr(Vec3::ZERO, -azimuth.to_radians(), 0.0, 0.0);
+        let ears = wide.ears(at(azimuth, 0.0));
+        let [left, right] = direct(&heard, &pose);
+        let itd = itd_s(&left, &right, 16_000.0).unwrap();
+        assert!((itd - f64::from(ears.itd_s())).abs() < 8e-6, "{azimuth}: {itd} s for {}", ears.itd_s());
+        let tf = heard.field().unwrap().decode(&pose);
+        let k = 60;
+        let found = 20.0 * ((1.0 - tf.difference[k]) / (1.0 + tf.difference[k])).log10();
+        let hz = heard.grid().bin_hz(k);
+        let level = |ear: usize| promenade_core::head::at_hz(&ears.levels_db[ear], hz);
+        assert!((found - (level(0) - level(1))).abs() < 0.2, "{azimuth}: {found} dB at {hz} Hz");
+    }
+    assert_eq!(heard.shape(), scene.shape());
+    assert_eq!(heard.parts().anchors, scene.parts().anchors);
+}
+
+#[test]
+fn the_room_takes_the_ratio_of_the_heads_in_a_diffuse_field() {
+    let louder_left = |db: f32| {
+        let mut measured: Vec<HeadDirection> = (0..500).map(|i| direction(lattice(i, 500), RADIUS_M)).collect();
+        measured.iter_mut().for_each(|m| m.levels_db[0].iter_mut().for_each(|level| *level += db));
+        Head::new("Uneven", "nobody", measured).unwrap()
+    };
+    let mut parts = parts();
+    let field = parts.field.clone().unwrap();
+    parts.measured_head = Some(MeasuredHead::of(&louder_left(2.0), field.grid(), |d| d));
+    let scene = Scene::new(parts).unwrap();
+    let ratio_db = |head: &Head| {
+        let taps = |scene: &Scene| scene.field().unwrap().decode(&Pose::IDENTITY);
+        let (old, new, bands) = (taps(&scene), taps(&scene.with_head(head).unwrap()), scene.shape().bands);
+        [0, 1].map(|ear| {
+            [
+                20.0 * (new.taps[ear * bands + 5] / old.taps[ear * bands + 5]).log10(),
+                20.0 * (new.late[ear * bands + 5] / old.late[ear * bands + 5]).log10(),
+            ]
+        })
+    };
+    for [tap, late] in ratio_db(&louder_left(2.0)) {
+        assert!(tap.abs() < 0.3 && late.abs() < 0.3, "the measured head changes nothing: {tap} {late} dB");
+    }
+    let [[left, _], [right, _]] = ratio_db(&louder_left(6.0));
+    assert!((left - right - 4.0).abs() < 0.5, "{left} {right} dB");
+}
+
+#[test]
+fn the_emitters_level_is_that_of_the_measured_head_where_it_is_known() {
+    // A field of one sphere, a head that is 6 dB brighter from ahead on.
+    let mut parts = parts();
+    let field = parts.field.clone().unwrap();
+    let mut known = MeasuredHead::of(&sphere(RADIUS_M), field.grid(), |d| d);
+    known.around_db.iter_mut().for_each(|level| *level += 6.0);
+    let level = |parts: SceneParts| {
+        let scene = Scene::new(parts).unwrap().with_head(&sphere(RADIUS_M)).unwrap();
+        scene.field().unwrap().decode(&Pose::IDENTITY).mixture[100]
+    };
+    let unknown = level(parts.clone());
+    parts.measured_head = Some(known);
+    let ratio_db = 20.0 * (level(parts) / unknown).log10();
+    assert!((ratio_db + 6.0).abs() < 0.3, "{ratio_db} dB");
+}
+
+#[test]
+fn bands_rise_and_scenes_without_directions_say_so() {
+    assert!((1..HEAD_BANDS).all(|band| head_band_hz(band) > head_band_hz(band - 1)));
+    assert!((54.0..57.0).contains(&head_band_hz(0)) && (19_000.0..20_000.0).contains(&head_band_hz(HEAD_BANDS - 1)));
+    let mut parts = scenes::room_with_cloud(16_000.0, 0.4, 0.05).parts().clone();
+    assert!(Scene::new(parts.clone()).unwrap().with_head(&sphere(RADIUS_M)).is_ok());
+    parts.field = None;
+    assert_eq!(Scene::new(parts).unwrap().with_head(&sphere(RADIUS_M)), Err(NoHeadError::NoField));
+}
