@@ -1,5 +1,6 @@
 //! What is done to a frame of the source: its direct sound filtered, its time filters and late part added.
 
+pub(crate) mod bass;
 pub(crate) mod carrier;
 pub(crate) mod carriers;
 pub(crate) mod direct;

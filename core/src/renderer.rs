@@ -278,8 +278,9 @@ impl Renderer {
     fn follow(&mut self, pose: Pose, wanted: &Quality, whole: bool) -> Tier {
         let quality = Quality { tier: self.played_tier(wanted.tier), ..*wanted };
         let change = self.follower.follow(&pose, &quality, whole, self.room_gain > 0.0);
-        self.head.update(self.follower.transfer(), &change);
-        let (room, step) = (quality.tier != Tier::Draft, if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS });
+        let room = quality.tier != Tier::Draft;
+        self.head.update(self.follower.transfer(), &change, room);
+        let step = if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS };
         if room && self.room_gain == 0.0 {
             // The late part stood still meanwhile: what is left in it belongs to another time.
             self.head.forget_late();

@@ -411,7 +411,7 @@ mod tests {
         let carriers = Arc::new(Carriers::of_noise(&GRID, &GRID, TAPS, &bands, &tail, 4000.0));
         let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, carriers);
         let all = Change { direct: true, filters: Hops::all(head.filter_hops()), quick: [Hops::all(TAPS), Hops::default()] };
-        head.update(&transfer, &all);
+        head.update(&transfer, &all, true);
         let mut stft = Stft::new(GRID);
         let spectrum = || vec![Complex32::default(); GRID.bins()];
         let (mut x, mut left, mut right) = (spectrum(), spectrum(), spectrum());

@@ -1,17 +1,25 @@
 //! Carriers of a whole scene, shared by its renderers.
 
 use crate::bands::{BandPlace, Bands};
-use crate::number::single;
+use crate::number::{single, whole};
 use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
 use crate::render::direct::TAKES_OVER_FROM;
 use crate::render::lanes::{EarBlocks, LANES, blocks_for};
 use crate::render::late::LATE_HOPS;
 use crate::scene::MeasuredRoom;
-use crate::{Scene, StftGrid, TailModel};
+use crate::{Facing, NEAREST_M, Scene, StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
 
 /// From this share of the highest frequency on, the level of that noise is measured.
 const LEVEL_FROM: f64 = 0.75;
+
+/// The bass of a measured direct sound is whole up to this long after its first hop began, and has faded out by then, seconds.
+const BASS_WHOLE_S: f64 = 0.01;
+const BASS_END_S: f64 = 0.02;
+/// Length of the window that is its low pass, seconds: half of 200 Hz is left, nothing from 400 Hz on.
+const LOW_PASS_S: f64 = 0.005;
+/// Cut into hops it has parts up to here, Hz.
+const BASS_BELOW_HZ: f64 = 3_000.0;
 
 /// Hops by which the noise of one response differs from that of the one before.
 const STRIDE: usize = 7;
@@ -36,6 +44,8 @@ pub(crate) struct MeasuredCarriers {
     pub(crate) first: CarrierSet,
     /// Hops after the taps, of the lowest block of bins.
     pub(crate) low: CarrierSet,
+    /// The bass of the direct sound after its first hop, at a distance of 1 m.
+    pub(crate) bass: CarrierSet,
 }
 
 /// Spectra of hops in blocks of bins.
@@ -70,6 +80,11 @@ impl CarrierSet {
         self.hops
     }
 
+    /// Blocks of each hop.
+    pub(crate) fn blocks(&self) -> usize {
+        self.blocks
+    }
+
     /// One hop of a response, block by block.
     pub(crate) fn hop(&self, response: u32, hop: usize) -> &[EarBlocks] {
         let start = (response as usize * self.hops + hop) * self.blocks;
@@ -92,7 +107,7 @@ impl Carriers {
         let (grid, scene_grid, taps) = (scene.grid().at_rate(sample_rate_hz), scene.grid(), scene.shape().taps);
         let noise = Self::of_noise(&grid, scene_grid, taps, scene.bands(), scene.tail(), scene.top_hz());
         match scene.measured() {
-            Some(room) => noise.carrying(room, &grid, scene_grid, taps),
+            Some(room) => noise.carrying(room, &distances(scene, room), &grid, scene_grid, taps),
             None => noise,
         }
     }
@@ -118,7 +133,7 @@ impl Carriers {
     }
 
     /// Puts responses in the place of the taps' noise, which is left above the data's highest frequency.
-    fn carrying(mut self, room: &MeasuredRoom, grid: &StftGrid, scene_grid: &StftGrid, taps: usize) -> Self {
+    fn carrying(mut self, room: &MeasuredRoom, distances: &[f32], grid: &StftGrid, scene_grid: &StftGrid, taps: usize) -> Self {
         let shaper = Shaper::new(scene_grid);
         let spectra = |response: usize, hop: usize| -> EarSpectra {
             [0, 1].map(|ear| shaper.spectrum_at(grid, room.hop(scene_grid, response, ear, hop)))
@@ -150,16 +165,68 @@ impl Carriers {
             ears
         });
         self.taps = CarrierSet::pack(carried, taps, bins);
-        self.measured = Some(MeasuredCarriers { first, low });
+        let bass_hops = whole(((BASS_END_S + LOW_PASS_S) / scene_grid.hop_s()).ceil()).min(taps + 1);
+        let bass = distances.iter().enumerate().flat_map(|(r, distance)| {
+            let ears = [0, 1].map(|ear| bass_of(room, scene_grid, r, ear, bass_hops));
+            let hop = |hop: usize| {
+                ears.each_ref().map(|ear| {
+                    let scaled: Vec<f32> = ear[hop * scene_grid.hop..][..scene_grid.hop].iter().map(|v| v * distance).collect();
+                    shaper.spectrum_at(grid, &scaled)
+                })
+            };
+            (0..bass_hops).map(hop).collect::<Vec<_>>()
+        });
+        let bass = CarrierSet::pack(bass, bass_hops, whole(BASS_BELOW_HZ / grid.bin_hz(1)).clamp(1, bins));
+        self.measured = Some(MeasuredCarriers { first, low, bass });
         self
     }
 
     /// Bytes in memory.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let measured = self.measured.as_ref().map_or(0, |m| m.first.memory_bytes() + m.low.memory_bytes());
+        let measured =
+            self.measured.as_ref().map_or(0, |m| m.first.memory_bytes() + m.low.memory_bytes() + m.bass.memory_bytes());
         self.taps.memory_bytes() + self.late.memory_bytes() + measured + self.places.len() * size_of::<BandPlace>()
     }
+}
+
+/// Distance from the emitter at which each response was measured, metres: that of the node where its share is largest. 1 where fields know
+/// no emitter, as the direct sound of theirs has no distance either.
+fn distances(scene: &Scene, room: &MeasuredRoom) -> Vec<f32> {
+    let mut found = vec![(0.0, 1.0); room.count(scene.grid())];
+    if let Some(field) = scene.field()
+        && let (Some(shares), Facing::Emitter { position, .. }) = (field.shares(), &field.grid().facing)
+    {
+        let entries = shares.responses().iter().zip(shares.weights()).enumerate();
+        for (i, (response, share)) in entries {
+            let best = &mut found[*response as usize];
+            if *share > best.0 {
+                let (listener, _) = field.grid().node(i / shares.per_node());
+                *best = (*share, listener.distance(*position).max(NEAREST_M));
+            }
+        }
+    }
+    found.into_iter().map(|(_, distance)| distance).collect()
+}
+
+/// What sounds in one ear of a response below some 200 Hz after its first hop, `hops` hops long with the first.
+///
+/// Low sound outlasts a hop, whose cut would leave the direct sound thin. What follows soon cannot be told from it, by the ear neither.
+fn bass_of(room: &MeasuredRoom, grid: &StftGrid, response: usize, ear: usize, hops: usize) -> Vec<f32> {
+    let second = |i: usize| i as f64 / grid.sample_rate_hz;
+    let along = |i: usize| ((second(i) - BASS_WHOLE_S) / (BASS_END_S - BASS_WHOLE_S)).clamp(0.0, 1.0);
+    let rest = (0..room.hops.min(hops)).flat_map(|hop| room.hop(grid, response, ear, hop)).enumerate().map(|(i, v)| {
+        let heard = if i < grid.hop { 0.0 } else { 0.5 + 0.5 * (std::f64::consts::PI * along(i)).cos() };
+        f64::from(*v) * heard
+    });
+    let rest: Vec<f64> = rest.collect();
+    let reach = whole(0.5 * LOW_PASS_S * grid.sample_rate_hz);
+    let window: Vec<f64> = (0..2 * reach + 1)
+        .map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * (i + 1) as f64 / (2 * reach + 2) as f64).cos())
+        .collect();
+    let sum: f64 = window.iter().sum();
+    let at = |i: usize| rest.get(i.wrapping_sub(reach)).unwrap_or(&0.0);
+    (0..hops * grid.hop).map(|i| single(window.iter().enumerate().map(|(k, w)| w * at(i + k)).sum::<f64>() / sum)).collect()
 }
 
 /// Amplitude that is kept of a response at a frequency: 1, and 0 above the highest frequency of the data.

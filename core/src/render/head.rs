@@ -2,6 +2,7 @@
 
 use crate::decode::{Change, Hops, QUICK_BELOW_HZ};
 use crate::number::{exponent, single, whole};
+use crate::render::bass::Bass;
 use crate::render::carrier::per_bin;
 use crate::render::carriers::Carriers;
 use crate::render::direct::DirectFilter;
@@ -40,6 +41,7 @@ pub(crate) struct RenderHead {
     late: Taps,
     network: Late,
     low: Low,
+    bass: Bass,
     /// The first hop of measured responses at the pose.
     first: Vec<EarBlocks>,
     carriers: Arc<Carriers>,
@@ -82,6 +84,7 @@ impl RenderHead {
             late: Taps::new(LATE_HOPS, places, shape.bands),
             network: Late::new(&grid, scene_grid, tail, &per_bin(places, &hop_decay)),
             low: Low::new(carriers.measured.as_ref().map_or(0, |m| m.low.hops()), shape.taps),
+            bass: Bass::new(carriers.measured.as_ref().map(|m| &m.bass)),
             first: vec![EarBlocks::default(); blocks],
             carriers,
             hop_decay,
@@ -102,15 +105,19 @@ impl RenderHead {
         self.shape.taps + LATE_HOPS + self.low.hops()
     }
 
-    /// Takes what has changed in a transfer function.
-    pub(crate) fn update(&mut self, tf: &TransferFunction, change: &Change) {
+    /// Takes what has changed in a transfer function; `room` says whether more than the direct sound is wanted.
+    pub(crate) fn update(&mut self, tf: &TransferFunction, change: &Change, room: bool) {
         if change.direct {
+            self.bass.forget_pose();
             self.direct.set(tf);
             if let Some(measured) = &self.carriers.measured {
                 let blocks = 0..self.first.len();
                 mix(self.arch, &measured.first, 0, blocks, tf.shares.entries(), &mut self.first);
                 self.direct.add(&self.first, tf.shares.direct_gain);
             }
+        }
+        if let Some(measured) = self.carriers.measured.as_ref().filter(|_| !room) {
+            self.bass.set(&measured.bass, tf.shares.entries(), tf.shares.direct_gain);
         }
         let (taps, len) = (self.shape.taps, self.shape.tap_len());
         for hop in change.quick.iter().flat_map(|hops| hops.iter()) {
@@ -182,6 +189,7 @@ impl RenderHead {
             Accumulate { arch, slots, ring_len, ring, filter, sums }.run();
         };
         add(&[now], input, slots, self.direct.blocks(), &mut self.direct_sum);
+        self.bass.add(input, slots, now, 1.0 - room_gain, &mut self.direct_sum);
         if has_room {
             self.room_sum.fill(EarBlocks::default());
             add(&self.slots, input, slots, self.taps.filters(), &mut self.room_sum);
@@ -229,6 +237,7 @@ impl RenderHead {
             + self.late.memory_bytes()
             + self.network.memory_bytes()
             + self.low.memory_bytes()
+            + self.bass.memory_bytes()
     }
 }
 
