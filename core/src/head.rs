@@ -16,8 +16,8 @@ use glam::Vec3;
 use near::shares;
 use thiserror::Error;
 
-/// Directions that a head keeps: of larger sets those that lie nearest to as many evenly spread ones.
-pub const MAX_HEAD_DIRECTIONS: usize = 800;
+/// Directions that a head keeps; larger sets are thinned out evenly.
+pub const MAX_HEAD_DIRECTIONS: usize = 1280;
 /// The fewest directions that make a head.
 const FEWEST_DIRECTIONS: usize = 12;
 /// All around the head at its own height, a measured direction is at most this far, radians.
@@ -60,7 +60,8 @@ impl HeadError {
 pub struct HeadDirection {
     /// Towards the source in the head's frame; of any length but 0.
     pub direction: Vec3,
-    /// Delay of the left and the right ear below 1.5 kHz, seconds, against any moment that is the same for all directions.
+    /// Delay of the left and the right ear below 1.5 kHz, seconds, against any moment that is the same for all directions; between the ears
+    /// the lag of the cross-correlation's maximum, equalised for a diffuse field.
     pub delays_s: [f32; 2],
     /// Level of the left and the right ear by band, dB, against any level that is the same for all directions.
     pub levels_db: [[f32; HEAD_BANDS]; 2],

@@ -28,6 +28,8 @@ const FRAME_S: f64 = 0.0106;
 const TRUSTED_SHARE: f64 = 0.92;
 /// Below this frequency free fields are seldom free and loudspeakers weak: the level there holds, Hz.
 const LOWEST_HZ: f64 = 100.0;
+/// Delays are found below this frequency, Hz.
+const LOW_HZ: f64 = 6_000.0;
 /// The sine of the lateral angle from which on a source is to one side.
 const LATERAL: f32 = 0.5;
 
@@ -46,28 +48,28 @@ pub fn read_head(path: &Path) -> Result<Head, SofaError> {
         let most = if one_sided { MAX_HEAD_DIRECTIONS / 2 } else { MAX_HEAD_DIRECTIONS };
         (directions.len() > most).then(|| spread(&directions, most).into_iter().collect())
     };
-    let (mut measured, mut failure, mut number) = (Vec::new(), None, 0);
-    let mut ear = None;
     let sample_rate_hz = sofa.sample_rate_hz()?;
     if !RATES_HZ.contains(&sample_rate_hz) {
         let expected = format!("{} to {} Hz", RATES_HZ.start(), RATES_HZ.end());
         return Err(SofaError::entry(path, "Data.SamplingRate", expected, format!("{sample_rate_hz} Hz")));
     }
+    let analysis = Analysis::new(sample_rate_hz);
+    let (mut spectra, mut failure, mut number) = (Vec::new(), None, 0);
     let (about, exchanged) = sofa.of_ears(SofaOptions::default(), |recorded| {
         let here = number;
         number += 1;
         if failure.is_some() || kept.as_ref().is_some_and(|kept| !kept.contains(&here)) {
             return;
         }
-        let ear = ear.get_or_insert_with(|| Analysis::new(sample_rate_hz));
-        match ear.direction(&recorded) {
-            Ok(one) => measured.push(one),
+        match analysis.spectra(&recorded) {
+            Ok(one) => spectra.push(one),
             Err((entry, expected, found)) => failure = Some(SofaError::entry(path, &entry, expected, found)),
         }
     })?;
     if let Some(failure) = failure {
         return Err(failure);
     }
+    let mut measured = analysis.delays(spectra);
     if contradicts(&measured) {
         if !exchanged {
             let expected = "ears that agree with the directions";
@@ -95,6 +97,14 @@ fn contradicts(measured: &[HeadDirection]) -> bool {
         (lateral.abs() > LATERAL).then_some(Sided { lateral, itd_s, ild_db })
     });
     ears_contradict(sided)
+}
+
+/// What a response of one direction says before all are known.
+struct Spectra {
+    direction: Vec3,
+    levels_db: [[f32; HEAD_BANDS]; 2],
+    /// Bins below [`LOW_HZ`], left and right.
+    low: [Vec<Complex64>; 2],
 }
 
 /// What is wrong with an entry: its name, what was expected and what was found.
@@ -126,7 +136,7 @@ impl Analysis {
         Self { sample_rate_hz, n_fft, fourier: Fourier::new(n_fft), bands: bands.collect() }
     }
 
-    fn direction(&self, recorded: &Recorded) -> Result<HeadDirection, Wrong> {
+    fn spectra(&self, recorded: &Recorded) -> Result<Spectra, Wrong> {
         let name = &recorded.name;
         let towards = recorded.source.map(|source| recorded.listener.to_head(source)).unwrap_or_default();
         if !towards.is_finite() || towards.length() < 1e-3 {
@@ -160,22 +170,34 @@ impl Analysis {
             }
             self.fourier.spectrum(piece)
         });
-        let hz = |k: usize| k as f64 * self.sample_rate_hz / self.n_fft as f64;
-        let weighed = |k: usize, x: Complex64| (hz(k), low_pass_power(hz(k)) * x);
-        let [first, second] = spectra.each_ref().map(|s| lag_s(s.iter().enumerate().map(|(k, x)| weighed(k, *x))));
-        let pair = spectra[0].iter().zip(&spectra[1]).enumerate();
-        let apart = lag_s(pair.map(|(k, (l, r))| weighed(k, l * r.conj())));
-        let mean = 0.5 * (first + second);
         let levels_db = spectra.each_ref().map(|spectrum| {
             std::array::from_fn(|band| {
                 let energy: f64 = self.bands[band].iter().map(|(k, w)| w * spectrum[*k].norm_sqr()).sum();
                 (10.0 * energy.max(1e-30).log10()) as f32
             })
         });
-        Ok(HeadDirection {
-            direction: towards,
-            delays_s: [mean + 0.5 * apart, mean - 0.5 * apart].map(|d| d as f32),
-            levels_db,
-        })
+        let low_bins = (LOW_HZ / self.hz(1)) as usize;
+        let low = spectra.map(|spectrum| spectrum[..low_bins.min(spectrum.len())].to_vec());
+        Ok(Spectra { direction: towards, levels_db, low })
+    }
+
+    fn hz(&self, bin: usize) -> f64 {
+        bin as f64 * self.sample_rate_hz / self.n_fft as f64
+    }
+
+    /// Delays of all directions, equalised for a diffuse field: what is loud in all of them says no more than what is soft.
+    fn delays(&self, all: Vec<Spectra>) -> Vec<HeadDirection> {
+        let bins = all.first().map_or(0, |one| one.low[0].len());
+        let energy =
+            |k: usize| all.iter().flat_map(|one| &one.low).map(|ear| ear[k].norm_sqr()).sum::<f64>() / (2 * all.len()) as f64;
+        let weights: Vec<f64> = (0..bins).map(|k| low_pass_power(self.hz(k)) / energy(k).max(1e-30)).collect();
+        let lag = |cross: &mut dyn Iterator<Item = (usize, Complex64)>| lag_s(cross.map(|(k, x)| (self.hz(k), x)));
+        let delayed = |Spectra { direction, levels_db, low }: Spectra| {
+            let alone = |ear: usize| lag(&mut low[ear].iter().enumerate().map(|(k, x)| (k, weights[k].sqrt() * x)));
+            let mean = 0.5 * (alone(0) + alone(1));
+            let apart = lag(&mut low[0].iter().zip(&low[1]).enumerate().map(|(k, (l, r))| (k, weights[k] * l * r.conj())));
+            HeadDirection { direction, delays_s: [mean + 0.5 * apart, mean - 0.5 * apart].map(|d| d as f32), levels_db }
+        };
+        all.into_iter().map(delayed).collect()
     }
 }

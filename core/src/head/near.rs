@@ -64,12 +64,23 @@ pub(super) fn shares(measured: &[Vec3]) -> Vec<f32> {
     shares
 }
 
-/// At most `count` of the directions, spread evenly: those nearest to a lattice, in their order.
+/// At most `count` of the directions, the numbers of unit vectors in rising order: from the first on, always the one that lies furthest from
+/// those that are kept, so that crowded places are thinned out first (Gonzalez 1985).
 #[must_use]
 pub fn spread(measured: &[Vec3], count: usize) -> Vec<usize> {
-    let mut kept: Vec<usize> = (0..count).filter_map(|i| nearest(measured, lattice(i, count))).collect();
+    if measured.len() <= count {
+        return (0..measured.len()).collect();
+    }
+    let mut closeness = vec![f32::NEG_INFINITY; measured.len()];
+    let (mut kept, mut newest) = (Vec::with_capacity(count), 0);
+    while kept.len() < count {
+        kept.push(newest);
+        for (closeness, direction) in closeness.iter_mut().zip(measured) {
+            *closeness = closeness.max(direction.dot(measured[newest]));
+        }
+        newest = (0..measured.len()).min_by(|a, b| closeness[*a].total_cmp(&closeness[*b])).unwrap_or(0);
+    }
     kept.sort_unstable();
-    kept.dedup();
     kept
 }
 

@@ -179,7 +179,9 @@ impl Change<'_> {
         let common = common_excess(row, &before, bins, self.grid);
         let cross = (0..bins).map(|k| {
             let phase = f64::from(after[0][k] - after[1][k]);
-            (hz(k), Complex64::from_polar(low_pass_power(hz(k)) * new[0][k] * new[1][k], phase))
+            // As the head's own delay was found: without the emitter's colour.
+            let level_db: f32 = ears.levels_db.iter().map(|ear| at_hz(ear, hz(k))).sum();
+            (hz(k), Complex64::from_polar(low_pass_power(hz(k)) * (NEPERS_PER_DB * f64::from(level_db)).exp(), phase))
         });
         // What minimum phase makes of the ears below 1.5 kHz is part of the delay that the head has there.
         row[4 * bins] = single(f64::from(ears.itd_s()) - lag_s(cross));
