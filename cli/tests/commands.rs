@@ -12,6 +12,7 @@ use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{AnchorCloud, Provenance, Scene, StftGrid};
 use promenade_testing::clouds;
 use promenade_testing::clouds::Sizes;
+use promenade_testing::heads::write_sofa;
 use std::path::Path;
 
 #[test]
@@ -82,6 +83,31 @@ fn block_size_does_not_change_the_sound_but_the_pose_does() {
     assert!((level(&backwards[..]) - level(&whole)).abs() > 1e-3, "it makes a difference");
     let louder = render("f.wav", &["--pose", "0,0,0,90,0,0", "--gain", "6.0206"]);
     assert!((rms(&louder[0]) / rms(&left[0]) - 2.0).abs() < 1e-3);
+}
+
+#[test]
+fn another_head_is_heard_and_what_is_none_is_refused() {
+    let place = Place::new();
+    let (scene, input) = (place.bake(), place.dry("in.wav", 0.4, 1));
+    let head = place.text("head.sofa");
+    write_sofa(Path::new(&head), 0.12);
+    let render = |name: &str, more: &[&str]| {
+        let out = place.text(name);
+        succeeds(&[&["render", &scene, &input, &out, "--pose", "0,0,0,-90,0,0", "--bits", "32f"], more].concat());
+        wav::read(Path::new(&out)).unwrap().channels
+    };
+    let (own, heard) = (render("own.wav", &[]), render("heard.wav", &["--head", &head]));
+    let apart: f64 = own[0].iter().zip(&heard[0]).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+    assert!(apart > 1e-3 * own[0].iter().map(|v| f64::from(*v).powi(2)).sum::<f64>());
+    let broken = place.text("broken.sofa");
+    std::fs::write(&broken, b"no head").unwrap();
+    let out = place.text("none.wav");
+    all_fail(&[
+        (vec!["render", &scene, &input, &out, "--head", &broken], "broken.sofa: no readable SOFA (HDF5) file"),
+        (vec!["render", &scene, &input, &out, "--head", &input], "in.wav: no readable SOFA (HDF5) file"),
+        (vec!["render", &scene, &input, &out, "--head", "nowhere.sofa"], "nowhere.sofa: cannot be read"),
+    ]);
+    assert!(!Path::new(&out).exists());
 }
 
 #[test]

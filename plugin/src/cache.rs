@@ -1,7 +1,7 @@
-//! Scenes in memory, one copy per content in the whole process.
+//! Scenes in memory, one copy per content and head in the whole process.
 
 use crate::lock::lock;
-use promenade_core::{Carriers, RenderError, Scene, SceneError};
+use promenade_core::{Carriers, Head, NoHeadError, RenderError, Scene, SceneError};
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock, Mutex, Weak};
 
@@ -58,6 +58,25 @@ pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64) -> Result<Arc<Carriers>
     let carriers = Arc::new(Carriers::new(scene, sample_rate_hz));
     held.push((Arc::downgrade(scene), sample_rate_hz, Arc::downgrade(&carriers)));
     Ok(carriers)
+}
+
+/// Scenes heard with other heads than their own, by the contents of scene and head.
+static HEARD: LazyLock<Mutex<HashMap<[ContentHash; 2], Weak<Scene>>>> = LazyLock::new(Mutex::default);
+
+/// The scene of a content heard with another head, shared with every instance that plays the same.
+///
+/// # Errors
+/// A scene in which no other head can take the place of its own.
+pub fn heard_with(scene: &Scene, hash: &str, head: &Head) -> Result<Arc<Scene>, NoHeadError> {
+    let contents = [hash.to_owned(), content_hash(&head.to_bytes())];
+    let mut held = lock(&HEARD);
+    if let Some(heard) = held.get(&contents).and_then(Weak::upgrade) {
+        return Ok(heard);
+    }
+    let heard = Arc::new(scene.with_head(head)?);
+    held.retain(|_, held| held.strong_count() > 0);
+    held.insert(contents, Arc::downgrade(&heard));
+    Ok(heard)
 }
 
 /// Lets tests that care about what is in memory run one at a time.

@@ -13,6 +13,7 @@ mod drawer;
 mod estimate;
 mod geometry;
 pub mod gesture;
+mod head;
 mod header;
 pub mod host;
 pub mod meter;

@@ -17,6 +17,8 @@ mod export;
 pub mod factory;
 pub mod flag;
 pub mod group;
+#[cfg(test)]
+mod head_tests;
 pub mod history;
 pub mod library;
 pub mod listener;
@@ -37,6 +39,7 @@ pub mod pose_cell;
 pub mod pose_sources;
 pub mod presets;
 pub mod remote;
+pub mod saved_head;
 pub mod scene_key;
 pub mod settings;
 pub mod shared_worker;

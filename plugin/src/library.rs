@@ -22,6 +22,8 @@ const LARGEST_FILE: u64 = promenade_core::MAX_SCENE_BYTES as u64;
 pub struct Found {
     /// The scene.
     pub scene: Arc<Scene>,
+    /// The scene's content.
+    pub hash: ContentHash,
     /// Its content and place.
     pub key: SceneKey,
     /// A remark for the user, such as that the file has changed; usually empty.
@@ -163,8 +165,8 @@ pub(crate) fn read_limited(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
 pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryError> {
     let path = file_in_slot(folders, SCENES, slot)?;
     let (scene, hash) = scene_at(&path)?;
-    let key = SceneKey::to_file(&path, hash, scene.title().to_owned(), slot);
-    Ok(Found { scene, key, note: String::new() })
+    let key = SceneKey::to_file(&path, hash.clone(), scene.title().to_owned(), slot);
+    Ok(Found { scene, hash, key, note: String::new() })
 }
 
 /// The scene a project names: in memory, where it was, where it was from home, by file name in the library, by content in the library.
@@ -178,7 +180,7 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<Found, Library
         return Err(LibraryError::NoScene);
     }
     if let Some(scene) = cache::in_memory(&wanted.hash) {
-        return Ok(Found { scene, key: wanted.clone(), note: String::new() });
+        return Ok(Found { scene, hash: wanted.hash.clone(), key: wanted.clone(), note: String::new() });
     }
     let library = files(folders, SCENES);
     let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
@@ -200,12 +202,12 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<Found, Library
     } else {
         String::new()
     };
-    let mut key = SceneKey::to_file(path, hash, scene.title().to_owned(), wanted.slot);
+    let mut key = SceneKey::to_file(path, hash.clone(), scene.title().to_owned(), wanted.slot);
     if changed {
         // The project keeps asking for the scene it was made with, in case that comes back.
         key = wanted.clone();
     }
-    Ok(Found { scene, key, note })
+    Ok(Found { scene, hash, key, note })
 }
 
 fn holds(path: &Path, hash: &str) -> bool {

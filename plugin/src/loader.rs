@@ -8,6 +8,7 @@ use crate::factory::{self, FactoryScene};
 use crate::library::{self, Found, LibraryError};
 use crate::lock::lock;
 use crate::params::{Choices, PromenadeParams};
+use crate::saved_head::SavedHead;
 use crate::scene_key::SceneKey;
 use crate::shared_worker::SharedWorker;
 use crate::walk::{SavedWalk, Walk, WalkError};
@@ -16,6 +17,7 @@ use crossbeam_queue::ArrayQueue;
 use nice_plug::{nice_error, nice_warn};
 use nice_plug_egui::RepaintNotifier;
 use promenade_core::{RenderError, Renderer, Scene, SceneError};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Once, Weak};
 use std::time::Instant;
@@ -71,6 +73,7 @@ struct SceneRequest {
     scene: SceneChoice,
     slot: u32,
     saved: SceneKey,
+    head: SavedHead,
     sample_rate_bits: u64,
 }
 
@@ -124,6 +127,7 @@ impl Loader {
         });
         // A host that restores a state and bounces at once hears the restored scene from the first sample.
         loader.params.scene_key.on_restore(&loader, Self::refresh_scene);
+        loader.params.head.on_restore(&loader, Self::restored_head);
         loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
         loader
     }
@@ -143,6 +147,9 @@ impl Loader {
         if !self.params.walk_report.text().is_empty() {
             *lock(&self.last_walk) = None;
         }
+        if !self.params.head_report.text().is_empty() {
+            self.params.head_wish.again();
+        }
     }
 
     /// Loads scene and camera path again at the next refresh.
@@ -156,6 +163,7 @@ impl Loader {
     pub fn refresh(&self) {
         while self.retired.pop().is_some() {}
         let choices = self.params.choices();
+        self.refresh_head();
         self.refresh_scene();
         self.refresh_walk();
         *lock(&self.loaded) = Some(choices);
@@ -184,15 +192,17 @@ impl Loader {
             let Choices { scene, scene_slot, .. } = self.params.choices();
             // A factory scene does not depend on the slot.
             let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
-            let request = SceneRequest { scene, slot, saved, sample_rate_bits };
+            let (head, _) = self.params.head.get();
+            let request = SceneRequest { scene, slot, saved, head, sample_rate_bits };
             if sample_rate_bits == 0 || last.as_ref() == Some(&request) {
                 return;
             }
             let result = find_scene(&request).and_then(|found| {
                 let sample_rate_hz = f64::from_bits(sample_rate_bits);
-                let carriers = cache::carriers(&found.scene, sample_rate_hz)?;
-                let renderer = Renderer::with_carriers(Arc::clone(&found.scene), sample_rate_hz, carriers)?;
-                let decoder = SharedWorker::new(&found.scene, &self.attention).map_err(LoadError::Thread)?;
+                let scene = self.heard(&found, &request.head);
+                let carriers = cache::carriers(&scene, sample_rate_hz)?;
+                let renderer = Renderer::with_carriers(Arc::clone(&scene), sample_rate_hz, carriers)?;
+                let decoder = SharedWorker::new(&scene, &self.attention).map_err(LoadError::Thread)?;
                 let renderer = match decoder {
                     Some(decoder) => renderer.with_worker(Box::new(decoder)),
                     None => renderer,
@@ -224,6 +234,53 @@ impl Loader {
                 return;
             }
         }
+    }
+
+    /// Reads the head that has been asked for. The scene's own plays where it cannot be read.
+    fn refresh_head(&self) {
+        let Some(name) = self.params.head_wish.take() else { return };
+        let (_, restores) = self.params.head.get();
+        let read = if name.is_empty() { Ok(SavedHead::default()) } else { head_in(&library::place_of(&name)) };
+        let (head, report) = match read {
+            Ok(head) => (head, String::new()),
+            Err(reason) => (SavedHead::default(), reason),
+        };
+        // A state that was restored meanwhile has a head of its own.
+        if self.params.head.replace(head, restores) {
+            if !report.is_empty() {
+                nice_error!("{report}");
+            }
+            self.params.head_report.set_text(report);
+            self.params.head_wish.answer();
+            self.repaint.request_repaint();
+        }
+    }
+
+    /// Takes the head of a state that the host has restored.
+    fn restored_head(&self) {
+        self.params.head_report.set_text(String::new());
+        self.refresh_scene();
+    }
+
+    /// The scene heard with the project's head, or as it is where that cannot be, which is reported.
+    fn heard(&self, found: &Found, saved: &SavedHead) -> Arc<Scene> {
+        let heard = match saved.head() {
+            Ok(None) => {
+                // What went wrong when a file was read is still to be seen.
+                self.params.head_name.set_text(String::new());
+                return Arc::clone(&found.scene);
+            }
+            Ok(Some(head)) => {
+                let heard = cache::heard_with(&found.scene, &found.hash, &head).map_err(|error| with_causes(&error));
+                heard.map(|heard| (heard, head.name().to_owned()))
+            }
+            Err(error) => Err(with_causes(&error)),
+        };
+        let (report, heard) = heard.map_or_else(|why| (why, None), |heard| (String::new(), Some(heard)));
+        let (heard, name) = heard.unwrap_or_else(|| (Arc::clone(&found.scene), String::new()));
+        self.params.head_name.set_text(name);
+        self.params.head_report.set_text(report);
+        heard
     }
 
     fn refresh_walk(&self) {
@@ -282,8 +339,15 @@ fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<
 /// A factory scene leaves the key as it is, so that going back to the library finds the same scene again.
 fn factory_scene(scene: FactoryScene, key: &SceneKey) -> Result<Found, LoadError> {
     let read = cache::scene_from(scene.bytes);
-    let (scene, _) = read.map_err(|error| LoadError::Factory { id: scene.id, error })?;
-    Ok(Found { scene, key: key.clone(), note: String::new() })
+    let (scene, hash) = read.map_err(|error| LoadError::Factory { id: scene.id, error })?;
+    Ok(Found { scene, hash, key: key.clone(), note: String::new() })
+}
+
+/// The head in a SOFA file. A file that makes the reader fail in another way than it promises is as damaged as any.
+fn head_in(path: &Path) -> Result<SavedHead, String> {
+    let read = std::panic::catch_unwind(|| promenade_sofa::read_head(path));
+    let damaged = |_| format!("{}: no readable SOFA (HDF5) file", path.display());
+    read.map_err(damaged)?.map(|head| SavedHead::of(&head)).map_err(|error| with_causes(&error))
 }
 
 fn find_walk(slot: u32, saved: &SavedWalk) -> Result<SavedWalk, LoadError> {

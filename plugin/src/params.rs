@@ -7,6 +7,7 @@ use crate::parameter::{Parameter, SLOTS};
 use crate::persisted::{Persisted, Report};
 use crate::pose_sources::Sources;
 use crate::remote::Remote;
+use crate::saved_head::{HeadWish, SavedHead};
 use crate::scene_key::SceneKey;
 use crate::settings::EditorSettings;
 use crate::state::StateVersion;
@@ -82,6 +83,9 @@ pub struct PromenadeParams {
     /// The camera path of the project.
     #[persist = "walk"]
     pub saved_walk: Persisted<SavedWalk>,
+    /// The user's own head, where it takes the place of the scene's.
+    #[persist = "head"]
+    pub head: Persisted<SavedHead>,
     /// How Open Sound Control is set up.
     #[persist = "osc"]
     pub osc: Persisted<OscConfig>,
@@ -95,6 +99,12 @@ pub struct PromenadeParams {
     pub scene_report: Report,
     /// What is wrong with the camera path.
     pub walk_report: Report,
+    /// What is wrong with the head.
+    pub head_report: Report,
+    /// Name of the head that is heard; empty for the scene's own.
+    pub head_name: Report,
+    /// A head that has been asked for.
+    pub head_wish: HeadWish,
 }
 
 impl Default for PromenadeParams {
@@ -142,11 +152,15 @@ impl Default for PromenadeParams {
             state_version: StateVersion,
             scene_key: Persisted::default(),
             saved_walk: Persisted::default(),
+            head: Persisted::default(),
             osc: Persisted::default(),
             remote: Remote::default(),
             editor: Persisted::default(),
             scene_report: Report::default(),
             walk_report: Report::default(),
+            head_report: Report::default(),
+            head_name: Report::default(),
+            head_wish: HeadWish::default(),
         }
     }
 }
@@ -175,6 +189,8 @@ pub struct Choices {
     pub scene_slot: u32,
     /// Camera path file of the library, 0 for the project's own.
     pub walk_slot: u32,
+    /// How often a head has been asked for.
+    pub heads: u32,
 }
 
 impl PromenadeParams {
@@ -218,6 +234,7 @@ impl PromenadeParams {
             scene: SceneChoice::from_index(self.index(Parameter::Scene)),
             scene_slot: slot(Parameter::Slot),
             walk_slot: slot(Parameter::Walk),
+            heads: self.head_wish.asked(),
         }
     }
 

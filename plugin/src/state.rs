@@ -13,6 +13,8 @@ const VERSION_FIELD: &str = "version";
 const OSC_FIELD: &str = "osc";
 /// Key of the values that have come over Open Sound Control.
 const REMOTE_FIELD: &str = "remote";
+/// Key of the user's own head.
+const HEAD_FIELD: &str = "head";
 /// The version of the states that this plugin writes.
 pub const VERSION: u32 = 3;
 
@@ -48,6 +50,8 @@ pub fn migrate(state: &mut PluginState) {
     if let Some(on) = settings.and_then(|settings| settings.get("on")?.as_bool()) {
         state.params.insert(Parameter::Osc.id().to_owned(), ParamValue::Bool(on));
     }
+    // States of before there were heads mean the scene's own.
+    state.fields.entry(HEAD_FIELD.to_owned()).or_insert_with(|| "\"\"".to_owned());
     // What was heard when the project was saved; without this field nothing would forget what has come since.
     let remote = state.fields.insert(REMOTE_FIELD.to_owned(), "{}".to_owned());
     let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();
@@ -109,7 +113,7 @@ mod tests {
             params.remote.set(parameter, value, params.hosted(parameter));
             loader.refresh();
             let fields = params.serialize_fields();
-            assert_eq!(fields.keys().collect::<Vec<_>>(), ["editor", "osc", "remote", "scene", "version", "walk"]);
+            assert_eq!(fields.keys().collect::<Vec<_>>(), ["editor", "head", "osc", "remote", "scene", "version", "walk"]);
             params.scene_report.text()
         };
         params.scene_key.restore(SceneKey {

@@ -1,7 +1,8 @@
-//! What presets, undo and the A/B comparison restore: the parameters, the scene and the camera path.
+//! What presets, undo and the A/B comparison restore: the parameters, the scene, the camera path and the head.
 
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
+use crate::saved_head::SavedHead;
 use crate::scene_key::SceneKey;
 use crate::walk::SavedWalk;
 use nice_plug::params::persist::deserialize_field;
@@ -13,6 +14,7 @@ pub struct UserState {
     values: [f32; Parameter::ALL.len()],
     scene: SceneKey,
     walk: SavedWalk,
+    head: SavedHead,
 }
 
 impl UserState {
@@ -23,12 +25,15 @@ impl UserState {
             values: Parameter::ALL.map(|parameter| if is_for_sound(parameter) { params.heard(parameter) } else { 0.0 }),
             scene: params.scene_key.get().0,
             walk: params.saved_walk.get().0,
+            head: params.head.get().0,
         }
     }
 
     /// What a saved state holds; what it lacks is as in `base`.
     #[must_use]
     pub fn from_saved(mut saved: PluginState, base: &Self) -> Self {
+        // A state without a head is one of before there were any.
+        let has_head = saved.fields.contains_key("head");
         crate::state::migrate(&mut saved);
         let mut state = base.clone();
         for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
@@ -43,6 +48,9 @@ impl UserState {
         }
         if let Some(walk) = field("walk").and_then(|json| deserialize_field(json).ok()) {
             state.walk = walk;
+        }
+        if let Some(head) = field("head").filter(|_| has_head).and_then(|json| deserialize_field(json).ok()) {
+            state.head = head;
         }
         state
     }
@@ -62,6 +70,9 @@ impl UserState {
         }
         if params.saved_walk.get().0 != self.walk {
             params.saved_walk.restore(self.walk.clone());
+        }
+        if params.head.get().0 != self.head {
+            params.head.restore(self.head.clone());
         }
         for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
             if params.heard(parameter) != self.value(parameter) {

@@ -1,9 +1,11 @@
 //! Heads made of numbers.
 
+use hdf5_pure::{AttrValue, FileBuilder};
 use promenade_core::Head;
 use promenade_core::glam::Vec3;
 use promenade_core::head::{HeadDirection, head_band_hz, lattice};
 use std::f32::consts::FRAC_PI_2;
+use std::path::Path;
 
 /// Speed of sound, metres a second.
 const SPEED_M_S: f32 = 343.0;
@@ -36,4 +38,36 @@ pub fn direction(towards: Vec3, radius_m: f32) -> HeadDirection {
 pub fn sphere(radius_m: f32) -> Head {
     let measured = (0..500).map(|i| direction(lattice(i, 500), radius_m)).collect();
     Head::new("Sphere", "nobody", measured).unwrap()
+}
+
+/// Writes the delays of a sphere as a SOFA file of 72 directions: pulses at 48 kHz, half as high at the far ear.
+///
+/// # Panics
+/// The file cannot be written.
+pub fn write_sofa(path: &Path, radius_m: f32) {
+    const FRAMES: usize = 128;
+    const RATE_HZ: f64 = 48_000.0;
+    let mut file = FileBuilder::new();
+    let text = |t: &str| AttrValue::AsciiString(t.to_owned());
+    for (name, value) in [("SOFAConventions", "SimpleFreeFieldHRIR"), ("DataType", "FIR"), ("Title", "Sphere")] {
+        file.set_attr(name, text(value));
+    }
+    let directions: Vec<[f64; 3]> =
+        [-45.0, 0.0, 45.0].iter().flat_map(|e| (0..24).map(move |i| [15.0 * f64::from(i), *e, 1.5])).collect();
+    let count = directions.len() as u64;
+    let positions = file.create_dataset("SourcePosition");
+    positions.with_f64_data(directions.as_flattened()).with_shape(&[count, 3]).set_attr("Type", text("spherical"));
+    file.create_dataset("ListenerPosition").with_f64_data(&[0.0; 3]).with_shape(&[1, 3]).set_attr("Type", text("cartesian"));
+    file.create_dataset("Data.SamplingRate").with_f64_data(&[RATE_HZ]).with_shape(&[1]);
+    let mut samples = Vec::new();
+    for [azimuth, elevation, _] in directions {
+        let (azimuth, elevation) = (azimuth.to_radians() as f32, elevation.to_radians() as f32);
+        let towards = Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
+        for (delay_s, side) in direction(towards, radius_m).delays_s.into_iter().zip([1.0, -1.0]) {
+            let (late, gain) = (20.0 + f64::from(delay_s) * RATE_HZ, 0.75 + 0.25 * side * f64::from(towards.y));
+            samples.extend((0..FRAMES).map(|i| gain * (-0.5 * ((i as f64 - late) / 1.2).powi(2)).exp()));
+        }
+    }
+    file.create_dataset("Data.IR").with_f64_data(&samples).with_shape(&[count, 2, FRAMES as u64]);
+    file.write(path).unwrap();
 }

@@ -1,5 +1,7 @@
 //! A project finds everything again: parameters, scene and camera path.
 
+use promenade_plugin::saved_head::SavedHead;
+use promenade_testing::heads::sphere;
 use promenade_tests::signal::{difference_db, noise};
 use promenade_tests::{Host, Setup, edit_state, in_both_formats, render};
 use serde_json::{Value, json};
@@ -16,6 +18,7 @@ use std::{
 in_both_formats!(
     every_parameter_survives,
     scene_and_camera_path_survive,
+    a_head_survives_and_is_heard,
     a_restored_state_is_heard_at_once,
     a_missing_scene_passes_the_dry_sound_and_stays_in_the_state,
     a_changed_scene_is_played_and_the_old_one_still_asked_for,
@@ -110,6 +113,30 @@ fn scene_and_camera_path_survive<H: Host>() {
     let mut again = H::open(Setup::default());
     assert!(again.load(&host.save()));
     assert_eq!(again.state(), saved);
+}
+
+fn a_head_survives_and_is_heard<H: Host>() {
+    let signal = noise(12_000);
+    let mut host = H::open(Setup::default());
+    host.set("yaw", 0.75);
+    let own = render(&mut host, &[&signal, &signal], &[512]);
+    let head: String = SavedHead::of(&sphere(0.11)).into();
+    assert!(host.load(&edit_state(&host.state(), "head", &json!(head))));
+    host.reopen(Setup::default());
+    let heard = render(&mut host, &[&signal, &signal], &[512]);
+    assert!(difference_db(&own, &heard) > -30.0, "another head sounds the same");
+    let saved = host.save();
+    assert_eq!(field(&host.state(), "head"), json!(head));
+    let mut again = H::open(Setup::default());
+    assert!(again.load(&saved));
+    again.reopen(Setup::default());
+    assert!(difference_db(&heard, &render(&mut again, &[&signal, &signal], &[512])) < -120.0);
+    // A state of before there were heads means the scene's own.
+    let mut old = host.state();
+    old["fields"].as_object_mut().unwrap().remove("head");
+    assert!(host.load(&old.to_string().into_bytes()));
+    host.reopen(Setup::default());
+    assert!(difference_db(&own, &render(&mut host, &[&signal, &signal], &[512])) < -120.0);
 }
 
 fn a_restored_state_is_heard_at_once<H: Host>() {

@@ -5,6 +5,7 @@ use super::drawer::{self, panels};
 use super::estimate::estimate;
 use super::geometry::Geometry;
 use super::gesture::Gestures;
+use super::head::HeadRow;
 use super::host::Host;
 use super::meter::Meters;
 use super::panel::Panel;
@@ -66,6 +67,7 @@ pub(super) struct App {
     /// When the audio thread last sent a picture, seconds since the window was opened.
     heard_s: f64,
     meters: Meters,
+    head: HeadRow,
     view: View,
     scenes: Scenes,
     panels: Vec<Box<dyn Panel>>,
@@ -94,6 +96,7 @@ impl App {
             opened: Instant::now(),
             heard_s: f64::NEG_INFINITY,
             meters: Meters::default(),
+            head: HeadRow::default(),
             view: View::default(),
             scenes,
             panels: panels(),
@@ -197,7 +200,7 @@ impl NiceEguiApp for App {
         if *ctx.list_is_open() {
             self.scenes.show(ui, &mut ctx);
         }
-        side::right(ui, &mut ctx, &mut self.meters);
+        side::right(ui, &mut ctx, &mut self.head, &mut self.meters);
         drawer::show(ui, &mut ctx, &mut self.panels);
         let centre = egui::Frame::new().fill(palette.ground).inner_margin(Margin::ZERO);
         let attention = scene.as_ref().and_then(|scene| self.instance.loader.attention.in_scene(scene));

@@ -2,6 +2,7 @@
 
 use super::controls::{follow_path, list, number, slider};
 use super::ctx::Ctx;
+use super::head::HeadRow;
 use super::meter::Meters;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
@@ -15,7 +16,7 @@ use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, Ui
 const WIDTH: f32 = 248.0;
 
 /// Shows it.
-pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, meters: &mut Meters) {
+pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: &mut Meters) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin::symmetric(12, 4));
     egui::Panel::right("controls").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -23,6 +24,7 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, meters: &mut Meters) {
             ui.spacing_mut().item_spacing.y = SPACE;
             pose(ui, ctx);
             movement(ui, ctx);
+            head.show(ui, ctx);
             heading(ui, ctx.palette, Word::EmitterOffset);
             triple(ui, ctx, [(Parameter::Ex, "x"), (Parameter::Ey, "y"), (Parameter::Ez, "z")]);
             heading(ui, ctx.palette, Word::Quality);

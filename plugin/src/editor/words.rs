@@ -46,6 +46,12 @@ table! {
         /// Right.
         Group = ("Group", "Instances of one group hear with one listener, so that several sources share a room"),
         /// Right.
+        Head = ("Head", "Whose ears you hear with: the scene's own head, or one that was measured, such as yours"),
+        /// Right.
+        UseHead = ("Use", "Reads the named SOFA file of head-related responses; the project keeps what it needs of it"),
+        /// Right.
+        OwnHead = ("The scene's", "Goes back to the head that the scene was measured with"),
+        /// Right.
         EmitterOffset = ("Emitter offset", "How far the source is moved from where it was recorded, metres"),
         /// Right.
         Quality = ("Quality", "Speed against accuracy; hosts call it Tier. What is grey, this scene does not have"),

@@ -7,7 +7,7 @@ const ROOT: &str = "/promenade/";
 const SAME: AxisMap = AxisMap::IDENTITY;
 
 /// What the first part of an address may be. A name like one of these cannot be addressed.
-pub const KEYWORDS: [&str; 8] = ["pose", "position", "ypr", "quaternion", "xyzypr", "recenter", "path", "param"];
+pub const KEYWORDS: [&str; 9] = ["pose", "position", "ypr", "quaternion", "xyzypr", "recenter", "path", "head", "param"];
 
 /// What an address asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub(super) enum Verb<'a> {
     Recenter,
     /// The path parameter, 0 to 1.
     Path,
+    /// The head, by a SOFA file.
+    Head,
     /// The parameter of this id.
     Param(&'a str),
 }
@@ -69,6 +71,7 @@ fn verb(text: &str) -> Option<Verb<'_>> {
         "xyzypr" => track(&[Argument::Position(SAME), Argument::Angles(Unit::Degrees, SAME)]),
         "recenter" => Some(Verb::Recenter),
         "path" => Some(Verb::Path),
+        "head" => Some(Verb::Head),
         _ => text.strip_prefix("param/").filter(|id| !id.is_empty() && !id.contains('/')).map(Verb::Param),
     }
 }

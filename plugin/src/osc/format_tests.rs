@@ -278,3 +278,26 @@ fn the_origin_is_where_it_was_asked_for() {
     instance.receiver.recenter(Some(Recenter::Off));
     check("off", instance.pose(), [80.0, 0.0, 0.0]);
 }
+
+#[test]
+fn a_head_is_asked_for_by_its_file_and_from_networks_only_in_the_library() {
+    let (params, inbox) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default());
+    let receiver = Receiver::new(Arc::clone(&params), inbox);
+    receiver.open(&OscConfig { interface: Interface::Any, ..OscConfig::default() });
+    let hear = |ip: [u8; 4], arguments: Vec<OscType>| {
+        let address = "/promenade/head";
+        let (source, bytes) = ((ip, 9).into(), encoded(address, arguments));
+        receiver.take(&Message { source, address, bytes: &bytes, arguments: OnceCell::new() });
+        params.head_wish.take()
+    };
+    let file = |name: &str| vec![OscType::String(name.to_owned())];
+    assert_eq!(hear([127, 0, 0, 1], file("/home/me/mine.sofa")).as_deref(), Some("/home/me/mine.sofa"));
+    assert_eq!(hear([192, 168, 1, 2], file("mine.sofa")).as_deref(), Some("mine.sofa"));
+    assert_eq!(hear([192, 168, 1, 2], file("")).as_deref(), Some(""), "the scene's own");
+    for elsewhere in ["/home/me/mine.sofa", "../mine.sofa", "folder/mine.sofa"] {
+        assert_eq!(hear([192, 168, 1, 2], file(elsewhere)), None, "{elsewhere}");
+    }
+    assert!(receiver.report().0.last_garbage.contains("expected the name of a file in the library"));
+    assert_eq!(hear([127, 0, 0, 1], vec![OscType::Int(1)]), None);
+    assert!(receiver.report().0.last_garbage.contains("expected the name of a SOFA file"));
+}

@@ -14,6 +14,7 @@ use crate::params::PromenadeParams;
 use rosc::OscType;
 use std::cell::OnceCell;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -112,14 +113,21 @@ impl Receiver {
             state.counts.unknown += 1;
             return;
         };
-        match message.arguments().and_then(|arguments| self.apply(state, verb, arguments, mapped)) {
+        match message.arguments().and_then(|arguments| self.apply(state, verb, arguments, mapped, message.source)) {
             Ok(clamped) => state.counts.clamped += u64::from(clamped),
             Err(reason) => state.counts.reject(format!("{}: {reason}", message.address)),
         }
     }
 
     /// Applies a message; returns whether a value has been clamped.
-    fn apply(&self, state: &mut State, verb: Verb, arguments: &[OscType], mapped: bool) -> Result<bool, String> {
+    fn apply(
+        &self,
+        state: &mut State,
+        verb: Verb,
+        arguments: &[OscType],
+        mapped: bool,
+        source: SocketAddr,
+    ) -> Result<bool, String> {
         match verb {
             Verb::Track(form) => {
                 let reading = Reading::new(form, &value::numbers(arguments)?)?;
@@ -139,6 +147,15 @@ impl Receiver {
                     return Err(format!("expected 1 value, found {}", arguments.len()));
                 };
                 self.set(Parameter::Path, &[OscType::Double(share * 100.0)])
+            }
+            Verb::Head => {
+                let [OscType::String(file)] = arguments else { return Err("expected the name of a SOFA file".to_owned()) };
+                // Other machines have no business with this one's files, but for those of the library.
+                if !source.ip().is_loopback() && Path::new(file.trim()).components().nth(1).is_some() {
+                    return Err("expected the name of a file in the library, found one in another folder".to_owned());
+                }
+                self.params.head_wish.ask(file);
+                Ok(false)
             }
             Verb::Param(id) => {
                 let parameter = Parameter::of_id(id).ok_or_else(|| "there is no such parameter".to_owned())?;

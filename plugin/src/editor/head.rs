@@ -1,0 +1,59 @@
+//! The head that is heard with: the scene's own, or the user's.
+
+use super::ctx::Ctx;
+use super::theme::SPACE;
+use super::widgets::{button, field, heading, note};
+use super::words::Word;
+use crate::user_state::UserState;
+use egui::{Key, Ui};
+
+/// Chooses a head.
+#[derive(Default)]
+pub(super) struct HeadRow {
+    file: String,
+    /// How many answers of the loader the host knows of; `None` until the first picture.
+    told: Option<u32>,
+    /// The state before the head that is being read.
+    before: Option<UserState>,
+}
+
+impl HeadRow {
+    /// Shows it.
+    pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        heading(ui, ctx.palette, Word::Head);
+        let (saved, _) = ctx.params().head.get();
+        let name = ctx.params().head_name.text();
+        note(ui, ctx.palette, if name.is_empty() { "The scene's own".to_owned() } else { name });
+        let entered =
+            field(ui, &mut self.file, "Your own: a SOFA file").lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = SPACE;
+            let named = !self.file.trim().is_empty();
+            let clicked = ui.add_enabled_ui(named, |ui| button(ui, ctx.palette, Word::UseHead)).inner.clicked();
+            if named && (clicked || entered) {
+                self.ask(ctx, &self.file.clone());
+            }
+            if ui.add_enabled_ui(saved.is_some(), |ui| button(ui, ctx.palette, Word::OwnHead)).inner.clicked() {
+                self.ask(ctx, "");
+            }
+        });
+        self.tell(ctx);
+    }
+
+    fn ask(&mut self, ctx: &Ctx<'_>, file: &str) {
+        self.before = Some(UserState::of(ctx.params()));
+        ctx.params().head_wish.ask(file);
+        ctx.refresh();
+    }
+
+    /// Tells the host that the project has another head, as only an open editor can.
+    fn tell(&mut self, ctx: &mut Ctx<'_>) {
+        let answered = ctx.params().head_wish.answered();
+        if self.told.replace(answered).is_some_and(|told| told != answered) {
+            ctx.touch();
+            if let Some(before) = self.before.take() {
+                ctx.history.record(before, &UserState::of(&ctx.instance.params));
+            }
+        }
+    }
+}
