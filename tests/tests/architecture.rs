@@ -33,7 +33,7 @@ fn the_crates_meet_in_core_alone() {
         ("promenade-core", &["fourier"]),
         ("promenade-paths", &["core", "fourier"]),
         ("promenade-sofa", &["audio", "core", "fourier"]),
-        ("promenade-plugin", &["core", "fourier", "paths"]),
+        ("promenade-plugin", &["audio", "core", "fourier", "paths", "sofa"]),
         ("promenade-baker", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "sofa"]),
         ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "metrics", "paths", "sofa"]),
     ];
