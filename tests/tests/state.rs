@@ -121,7 +121,8 @@ fn a_head_survives_and_is_heard<H: Host>() {
     host.set("yaw", 0.75);
     let own = render(&mut host, &[&signal, &signal], &[512]);
     let head: String = SavedHead::of(&sphere(0.11)).into();
-    assert!(host.load(&edit_state(&host.state(), "head", &json!(head))));
+    let state = edit_state(&host.state(), "head", &json!(head));
+    assert!(host.load(&state));
     host.reopen(Setup::default());
     let heard = render(&mut host, &[&signal, &signal], &[512]);
     assert!(difference_db(&own, &heard) > -30.0, "another head sounds the same");
@@ -248,7 +249,7 @@ fn a_state_is_the_same_after_it_is_loaded_and_has_no_reports<H: Host>() {
     host.instance().settle().unwrap();
     let saved = host.save();
     let fields = |state: &Value| state["fields"].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    assert_eq!(fields(&host.state()), ["editor", "osc", "remote", "scene", "version", "walk"]);
+    assert_eq!(fields(&host.state()), ["editor", "head", "osc", "remote", "scene", "version", "walk"]);
     // States of earlier plugins have reports.
     let old: Value =
         serde_json::from_slice(&edit_state(&host.state(), "scene-report", &json!("/home/ada/hall is missing"))).unwrap();
