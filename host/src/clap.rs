@@ -95,7 +95,7 @@ impl ClapPlugin {
         let info = HostInfo::new("Promenade", "Promenade", "", env!("CARGO_PKG_VERSION"));
         let info = info.map_err(|e| HostError::load(path, e))?;
         let id = CString::new(plugin.id.as_str()).map_err(|e| HostError::load(path, e))?;
-        let requests = Arc::new(Requests::default());
+        let requests = Arc::new(Requests::new(setup.editors));
         let theirs = Arc::clone(&requests);
         let instance = PluginInstance::new(
             |_| handlers::Shared(theirs),

@@ -61,4 +61,12 @@ pub trait Editor {
     /// # Errors
     /// The plugin does not let go of the window.
     fn close(&mut self) -> Result<(), HostError>;
+
+    /// Lets go of it without closing it, as hosts do that end in a hurry: a CLAP plugin finds it open when it ends. A VST3 editor is closed.
+    ///
+    /// # Errors
+    /// As [`Editor::close`].
+    fn abandon(&mut self) -> Result<(), HostError> {
+        self.close()
+    }
 }

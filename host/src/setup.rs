@@ -16,11 +16,13 @@ pub struct Setup {
     pub offline: bool,
     /// Tempo of the transport, quarter notes a minute. Without one, CLAP plugins get none and VST3 plugins 120.
     pub tempo: Option<f64>,
+    /// Whether CLAP plugins are told that this host shows editors.
+    pub editors: bool,
 }
 
 impl Default for Setup {
     fn default() -> Self {
-        Self { rate: 48_000.0, block: 512, inputs: 2, offline: false, tempo: Some(120.0) }
+        Self { rate: 48_000.0, block: 512, inputs: 2, offline: false, tempo: Some(120.0), editors: true }
     }
 }
 

@@ -2,5 +2,6 @@
 
 use crate::Promenade;
 
-nice_plug::nice_export_clap!(Promenade);
+mod clap;
+
 nice_plug::nice_export_vst3!(Promenade);

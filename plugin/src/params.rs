@@ -122,6 +122,8 @@ impl Default for PromenadeParams {
                 .with_value_to_string(formatters::v2s_f32_percentage(2))
                 .with_string_to_value(formatters::s2v_f32_percentage())
         };
+        // The framework's own takes any other text for "off".
+        let switch = |name| BoolParam::new(name, false).with_string_to_value(std::sync::Arc::new(switched));
         let slot = |name| IntParam::new(name, 0, IntRange::Linear { min: 0, max: SLOTS.into() });
         Self {
             x: metres("Listener X", X),
@@ -132,22 +134,22 @@ impl Default for PromenadeParams {
             roll: degrees("Roll", Roll),
             path: percent("Path Position", 0.0, Path),
             follow: EnumParam::new("Follow Path", Follow::Off),
-            offset: BoolParam::new("Path Offset", false),
+            offset: switch("Path Offset"),
             tracking: EnumParam::new("Head Tracking", Tracking::Head),
             ex: metres("Emitter Offset X", Ex),
             ey: metres("Emitter Offset Y", Ey),
             ez: metres("Emitter Offset Z", Ez),
             group: EnumParam::new("Listener Group", GroupChoice::Off),
-            lead: BoolParam::new("Lead Group", false),
+            lead: switch("Lead Group"),
             tier: EnumParam::new("Tier", TierChoice::Standard),
             rate: float("Decode Rate", LiveParams::default().rate_hz, Rate, " Hz", 1),
             mix: percent("Dry/Wet", 1.0, Mix),
             gain: float("Output Gain", 0.0, Gain, " dB", 2),
-            bypass: BoolParam::new("Bypass", false).make_bypass(),
+            bypass: switch("Bypass").make_bypass(),
             scene: EnumParam::new("Scene", SceneChoice::RoomA),
             slot: slot("Library Scene"),
             walk: slot("Library Path"),
-            osc_on: BoolParam::new("Open Sound Control", false),
+            osc_on: switch("Open Sound Control"),
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
             state_version: StateVersion,
             scene_key: Persisted::default(),
@@ -163,6 +165,12 @@ impl Default for PromenadeParams {
             head_wish: HeadWish::default(),
         }
     }
+}
+
+/// A switch as hosts write it.
+fn switched(text: &str) -> Option<bool> {
+    let is = |words: [&str; 3]| words.iter().any(|word| text.eq_ignore_ascii_case(word));
+    if is(["on", "true", "1"]) { Some(true) } else { is(["off", "false", "0"]).then_some(false) }
 }
 
 /// The parameters of one block in core's units.

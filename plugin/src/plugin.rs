@@ -20,6 +20,8 @@ const SILENCE: f32 = 1e-12;
 
 /// The plugin. The audio thread owns it once the host has activated it.
 pub struct Promenade {
+    /// Lives as long as the plugin; goes first, so that an editor that is still open writes nothing any more.
+    _alive: Arc<()>,
     params: Arc<PromenadeParams>,
     /// What the editor is given of this instance.
     instance: Instance,
@@ -61,6 +63,7 @@ impl Default for Promenade {
         let loader = Loader::new(Arc::clone(&params));
         let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry));
         let repaint = loader.repaint.clone();
+        let alive = Arc::new(());
         Self {
             playing: Playing::new(Arc::clone(&loader)),
             listener: ListenerSources::new(inbox),
@@ -68,7 +71,8 @@ impl Default for Promenade {
             input: Input::default(),
             timing: Timing::default(),
             monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
-            instance: Instance { params: Arc::clone(&params), loader, telemetry, osc, repaint },
+            instance: Instance { params: Arc::clone(&params), loader, telemetry, osc, repaint, plugin: Arc::downgrade(&alive) },
+            _alive: alive,
             params,
         }
     }

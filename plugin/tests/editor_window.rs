@@ -58,12 +58,14 @@ mod needs_screen {
         loader.activate(48_000.0);
         let telemetry = Telemetry::new();
         let repaint = loader.repaint.clone();
+        let plugin = Arc::new(());
         let editor = PromenadeEditor::new(Instance {
             params: Arc::clone(&params),
             loader: Arc::clone(&loader),
             telemetry: Arc::clone(&telemetry),
             osc: Osc::new(Arc::clone(&params), Arc::default(), Arc::clone(&telemetry)),
             repaint,
+            plugin: Arc::downgrade(&plugin),
         });
         let size = editor.size();
         let counts = || (Arc::strong_count(&params), Arc::strong_count(&loader), Arc::strong_count(&telemetry));

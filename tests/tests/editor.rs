@@ -141,6 +141,54 @@ fn a_drag_writes_automation<H: Host>() {
     assert!((host.value("x") - before).abs() > 1e-4, "the listener has not moved");
 }
 
+/// As hosts end that do not close their windows first, in the middle of a drag.
+fn an_editor_that_is_left_open_ends_with_its_plugin<H: Host>() {
+    let log = in_library(
+        |_| (),
+        |_| {
+            let screen = Screen::new(1400, 900);
+            let mut host = H::open(Setup::default());
+            open(&mut host, &screen, 1.0);
+            let (x, y) = find_listener(&mut host, &screen);
+            host.instance().take_edits();
+            let input = noise(512);
+            screen.point(x, y);
+            screen.press(1, true);
+            let mut written = String::new();
+            let mut step = 0;
+            let held = wait_until(PATIENCE, || {
+                step = (step + 1) % 40;
+                screen.point(x + step, y + step);
+                play(&mut host, &input);
+                written += &gestures(&mut host, "x");
+                written.contains("(v") && !written.contains(')')
+            });
+            assert!(held, "the host hears {written:?}");
+            editor(&mut host).abandon().expect("the host lets go");
+            drop(host);
+            screen.press(1, false);
+        },
+    );
+    // A thread that panics does so within the plugin: this process sees its words only.
+    assert!(log.is_none_or(|log| !log.contains("panicked")), "a thread of the editor has panicked");
+}
+
+/// No meter moves that would draw a picture again which was lost. `PROMENADE_EDITOR_OPENINGS` is how often it is opened.
+fn an_editor_is_drawn_without_any_sound<H: Host>() {
+    let times = std::env::var("PROMENADE_EDITOR_OPENINGS").ok().and_then(|text| text.parse().ok()).unwrap_or(4);
+    let screen = Screen::new(1400, 900);
+    let mut host = H::open(Setup::default());
+    for opening in 0..times {
+        open(&mut host, &screen, 1.0);
+        let shown = wait_until(PATIENCE, || {
+            host.instance().serve().expect("the plugin is served");
+            screen.picture().colours(COLOURS) == COLOURS
+        });
+        assert!(shown, "opening {opening} is blank");
+        editor(&mut host).close().expect("the editor closes");
+    }
+}
+
 /// Resident memory and open files of this process: pages of 4096 bytes, and a count.
 fn resources() -> (usize, usize) {
     let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
@@ -243,12 +291,23 @@ fn what_osc_sets_is_told_to_the_host<H: Host>() {
     assert!(arrived, "{}", host.value("gain"));
 }
 
+/// The framework's editor takes hosts for granted that have their part of the extension, and takes others down.
+#[test]
+fn a_host_without_editors_is_offered_none() {
+    let mut host = <promenade_tests::ClapHost as Host>::open(Setup { editors: false, ..Setup::default() });
+    assert!(host.instance().editor().is_err());
+    let mut host = <promenade_tests::ClapHost as Host>::open(Setup::default());
+    assert!(host.instance().editor().is_ok());
+}
+
 mod needs_screen {
     use super::*;
 
     in_both_formats!(
         #[ignore = "needs a screen"]
         a_drag_writes_automation,
+        an_editor_is_drawn_without_any_sound,
+        an_editor_that_is_left_open_ends_with_its_plugin,
         opening_and_closing_leaves_nothing_behind,
         the_window_is_resized_and_scaled,
         what_osc_sets_is_told_to_the_host,

@@ -104,4 +104,9 @@ impl Editor for ClapPlugin {
         self.destroy_editor();
         Ok(())
     }
+
+    fn abandon(&mut self) -> Result<(), HostError> {
+        self.editor_open = false;
+        Ok(())
+    }
 }

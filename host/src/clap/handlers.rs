@@ -16,6 +16,8 @@ pub(crate) struct Requests {
     owner: ThreadId,
     /// Whether that thread plays the audio thread now.
     audio: AtomicBool,
+    /// Whether the host has editors.
+    editors: bool,
     pub(crate) callback: AtomicBool,
     pub(crate) flush: AtomicBool,
     pub(crate) rescan: AtomicBool,
@@ -24,15 +26,14 @@ pub(crate) struct Requests {
     resize: AtomicU64,
 }
 
-impl Default for Requests {
-    fn default() -> Self {
+impl Requests {
+    pub(crate) fn new(editors: bool) -> Self {
         let no = || AtomicBool::new(false);
         let owner = thread::current().id();
-        Self { owner, audio: no(), callback: no(), flush: no(), rescan: no(), closed: no(), resize: AtomicU64::new(0) }
+        let resize = AtomicU64::new(0);
+        Self { owner, audio: no(), editors, callback: no(), flush: no(), rescan: no(), closed: no(), resize }
     }
-}
 
-impl Requests {
     /// Plays the audio thread for what is done.
     pub(crate) fn on_audio_thread<R>(&self, done: impl FnOnce() -> R) -> R {
         self.audio.store(true, Ordering::Release);
@@ -64,13 +65,11 @@ impl HostHandlers for Handlers {
     type MainThread<'a> = Main;
     type AudioProcessor<'a> = ();
 
-    fn declare_extensions(builder: &mut HostExtensions<Self>, _shared: &Self::Shared<'_>) {
-        builder
-            .register::<HostGui>()
-            .register::<HostLatency>()
-            .register::<HostParams>()
-            .register::<HostState>()
-            .register::<HostThreadCheck>();
+    fn declare_extensions(builder: &mut HostExtensions<Self>, shared: &Self::Shared<'_>) {
+        if shared.0.editors {
+            builder.register::<HostGui>();
+        }
+        builder.register::<HostLatency>().register::<HostParams>().register::<HostState>().register::<HostThreadCheck>();
     }
 }
 

@@ -26,7 +26,9 @@ use nice_plug::context::gui::GuiContext;
 use nice_plug::nice_error;
 use nice_plug_egui::NiceEguiApp;
 use nice_plug_egui::baseview::{HandlerError, WindowSize};
+use std::cell::RefCell;
 use std::sync::Arc;
+use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
@@ -49,12 +51,24 @@ const SILENT_S: f64 = 0.4;
 /// A window narrower than this is narrow, points.
 const NARROW: f32 = 880.0;
 
+/// A picture that is drawn before a host has brought up its own window is lost: this long after it was opened ...
+const OPENING_S: f64 = 2.0;
+/// ... it is drawn this often, whether anything is new or not.
+const OPENING_REST: Duration = Duration::from_millis(200);
+
+thread_local! {
+    /// Dropped when the window's thread has ended.
+    static THREAD: RefCell<Option<Sender<()>>> = const { RefCell::new(None) };
+}
+
 /// Everything that lives as long as one window.
 pub(super) struct App {
     instance: Instance,
     geometry: Arc<Geometry>,
     gui: Option<GuiContext>,
     task: Option<TaskHandle>,
+    /// What the window's thread holds until it ends.
+    thread: Option<Sender<()>>,
     frame: Box<Frame>,
     gestures: Gestures,
     selection: Selection,
@@ -78,7 +92,7 @@ pub(super) struct App {
 
 impl App {
     /// An editor that has no window yet.
-    pub(super) fn new(instance: Instance, geometry: Arc<Geometry>) -> Self {
+    pub(super) fn new(instance: Instance, geometry: Arc<Geometry>, thread: Sender<()>) -> Self {
         let (settings, restores) = instance.params.editor.get();
         let scenes = Scenes::new(Lister::new(instance.repaint.clone()));
         Self {
@@ -87,6 +101,7 @@ impl App {
             geometry,
             gui: None,
             task: None,
+            thread: Some(thread),
             frame: Box::default(),
             gestures: Gestures::default(),
             selection: Selection::default(),
@@ -124,6 +139,7 @@ impl NiceEguiApp for App {
         gui: GuiContext,
         frame: &mut nice_plug_egui::Frame,
     ) -> Result<(), HandlerError> {
+        THREAD.set(self.thread.take());
         set_fonts(&egui_ctx);
         egui_ctx.options_mut(|options| options.zoom_with_keyboard = false);
         let size = frame.baseview_window().size();
@@ -139,7 +155,7 @@ impl NiceEguiApp for App {
     }
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut nice_plug_egui::Frame) {
-        let Some(gui) = self.gui.clone() else { return };
+        let Some(gui) = self.gui.clone().filter(|_| self.instance.plugin.strong_count() > 0) else { return };
         let now_s = self.opened.elapsed().as_secs_f64();
         self.keep_settings();
         let palette = Palette::of(self.settings.theme);
@@ -167,7 +183,7 @@ impl NiceEguiApp for App {
         }
         let mut ctx = Ctx {
             instance: &self.instance,
-            host: Host { params: &params, setter: gui.param_setter() },
+            host: Host { params: &params, setter: gui.param_setter(), plugin: &self.instance.plugin },
             gui: &gui,
             frame: &self.frame,
             scene: scene.as_ref(),
@@ -214,6 +230,9 @@ impl NiceEguiApp for App {
         if let Some(rest_s) = [rest_s, self.meters.rest_s()].into_iter().flatten().min_by(f64::total_cmp) {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
         }
+        if now_s < OPENING_S {
+            ui.ctx().request_repaint_after(OPENING_REST);
+        }
         if self.gestures.are_over()
             && !ui.input(|input| input.pointer.any_down())
             && let Some(before) = self.before.take()
@@ -242,7 +261,7 @@ impl Drop for App {
         self.instance.loader.attention.watched.set(false);
         self.geometry.closed();
         if let Some(gui) = self.gui.take() {
-            let host = Host { params: &self.instance.params, setter: gui.param_setter() };
+            let host = Host { params: &self.instance.params, setter: gui.param_setter(), plugin: &self.instance.plugin };
             self.gestures.close(&host);
         }
     }

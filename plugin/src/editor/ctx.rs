@@ -19,7 +19,7 @@ use crate::worker::TaskHandle;
 use nice_plug::context::gui::GuiContext;
 use nice_plug_egui::RepaintNotifier;
 use promenade_core::Scene;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// The instance that an editor belongs to.
 #[derive(Clone)]
@@ -34,6 +34,8 @@ pub struct Instance {
     pub osc: Arc<Osc>,
     /// Asks for the next picture, from any thread.
     pub repaint: RepaintNotifier,
+    /// There as long as the plugin is.
+    pub plugin: Weak<()>,
 }
 
 /// What is chosen in the editor and belongs to no parameter; panels and view share it.

@@ -4,6 +4,7 @@ use super::gesture::Automation;
 use crate::parameter::Parameter;
 use crate::params::{PlainValue, PromenadeParams, with_param};
 use nice_plug::prelude::{Param, ParamSetter};
+use std::sync::Weak;
 
 /// The host, as the editor writes to it.
 pub struct Host<'a> {
@@ -11,6 +12,8 @@ pub struct Host<'a> {
     pub params: &'a PromenadeParams,
     /// The framework's access to the host.
     pub setter: ParamSetter<'a>,
+    /// Whether the host still holds the plugin: the framework cannot reach one that has let go of it with its editor open.
+    pub plugin: &'a Weak<()>,
 }
 
 /// The plain value that the host has when it is set to `plain`.
@@ -38,17 +41,32 @@ pub fn text(params: &PromenadeParams, parameter: Parameter, plain: f32) -> Strin
     with_param!(params, parameter, param => param.normalized_value_to_string(parameter.normalized(plain), true))
 }
 
+impl Host<'_> {
+    fn is_there(&self) -> bool {
+        self.plugin.strong_count() > 0
+    }
+}
+
 impl Automation for Host<'_> {
     fn begin(&self, parameter: Parameter) {
+        if !self.is_there() {
+            return;
+        }
         with_param!(self.params, parameter, param => self.setter.begin_set_parameter(param));
     }
 
     fn set(&self, parameter: Parameter, plain: f32) {
+        if !self.is_there() {
+            return;
+        }
         let share = parameter.normalized(plain);
         with_param!(self.params, parameter, param => self.setter.set_parameter_normalized(param, share));
     }
 
     fn end(&self, parameter: Parameter) {
+        if !self.is_there() {
+            return;
+        }
         with_param!(self.params, parameter, param => self.setter.end_set_parameter(param));
     }
 }
@@ -56,6 +74,9 @@ impl Automation for Host<'_> {
 impl Host<'_> {
     /// Reports to the host that the project has changed beside the parameters; otherwise it would not be saved.
     pub fn touch(&self) {
+        if !self.is_there() {
+            return;
+        }
         let revision = &self.params.revision;
         let next = (revision.value() + 1) % (crate::params::REVISIONS + 1);
         self.setter.begin_set_parameter(revision);

@@ -9,10 +9,15 @@ use nice_plug::editor::dpi::{LogicalSize, NativeSize, PhysicalSize};
 use nice_plug::editor::{
     Editor, EditorHandle, HostMethods, Modifiers, ParentWindowHandle, ResizeHint, SpawnedEditor, VirtualKeyCode,
 };
+use nice_plug::nice_warn;
 use nice_plug_egui::{EguiEditorHandle, EguiEditorState, EguiNiceSettings, baseview, create_egui_editor};
 use std::error::Error;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
+
+/// A window's thread is not waited for longer.
+const LONGEST_END: Duration = Duration::from_secs(5);
 
 /// Opens an instance's editor as often as the host likes. What an open one needs goes with its window.
 pub struct PromenadeEditor {
@@ -50,12 +55,14 @@ impl Editor for PromenadeEditor {
             .with_tile("Promenade")
             .with_resize_hint(self.resize_hint())
             .with_repaint_poll_interval(Duration::from_millis(16));
-        let app = App::new(self.instance.clone(), Arc::clone(&self.geometry));
+        let (thread, ended) = channel();
+        let app = App::new(self.instance.clone(), Arc::clone(&self.geometry), thread);
         // The framework's editor lives only as long as this call: window and handle own all that it made.
         let editor = create_egui_editor(state, self.instance.repaint.clone(), settings, app).ok_or("no editor")?;
         let SpawnedEditor { handle, window } =
             editor.spawn(parent, wait_for_parent, fallback_scale_factor, gui_context, host)?;
-        Ok(SpawnedEditor { handle: PromenadeHandle { inner: handle, geometry: Arc::clone(&self.geometry) }, window })
+        let handle = PromenadeHandle { inner: handle, geometry: Arc::clone(&self.geometry) };
+        Ok(SpawnedEditor { handle, window: PromenadeWindow { window: Some(window), ended } })
     }
 
     fn size(&self) -> NativeSize<u32> {
@@ -75,6 +82,31 @@ impl Editor for PromenadeEditor {
     }
 }
 
+/// The window of an open editor. When it is dropped its thread has ended.
+///
+/// The window library asks the thread for an answer after it has told it to end, and goes its way when none comes. What the thread still
+/// had to do then ran beside the next window's beginning, or the end of the process.
+pub struct PromenadeWindow {
+    window: Option<baseview::Window>,
+    /// Disconnected when the thread has ended.
+    ended: Receiver<()>,
+}
+
+impl PromenadeWindow {
+    fn with(&self, done: impl FnOnce(&baseview::Window) -> Result<(), baseview::Error>) -> Result<(), baseview::Error> {
+        self.window.as_ref().map_or(Ok(()), done)
+    }
+}
+
+impl Drop for PromenadeWindow {
+    fn drop(&mut self) {
+        drop(self.window.take());
+        if self.ended.recv_timeout(LONGEST_END) == Err(RecvTimeoutError::Timeout) {
+            nice_warn!("the editor's window takes long to close");
+        }
+    }
+}
+
 /// An open editor.
 pub struct PromenadeHandle {
     inner: EguiEditorHandle,
@@ -82,40 +114,42 @@ pub struct PromenadeHandle {
 }
 
 impl EditorHandle for PromenadeHandle {
-    type Window = baseview::Window;
+    type Window = PromenadeWindow;
     type Error = baseview::Error;
 
-    fn run_until_closed(window: Self::Window) -> Result<(), Self::Error> {
-        window.run_until_closed()
+    fn run_until_closed(mut window: Self::Window) -> Result<(), Self::Error> {
+        window.window.take().map_or(Ok(()), baseview::Window::run_until_closed)
     }
 
     fn set_parent(&self, parent: ParentWindowHandle, window: &Self::Window) -> Result<(), Self::Error> {
-        self.inner.set_parent(parent, window)
+        window.with(|window| self.inner.set_parent(parent, window))
     }
 
     fn show(&self, window: &Self::Window) -> Result<(), Self::Error> {
-        self.inner.show(window)
+        window.with(|window| self.inner.show(window))
     }
 
     fn hide(&self, window: &Self::Window) -> Result<(), Self::Error> {
-        self.inner.hide(window)
+        window.with(|window| self.inner.hide(window))
     }
 
     fn set_size(&self, new_size: NativeSize<u32>, window: &Self::Window) -> Result<(), Self::Error> {
-        self.inner.set_size(new_size, window)
+        window.with(|window| self.inner.set_size(new_size, window))
     }
 
     fn host_main_thread_callback(&self, window: &Self::Window) {
-        self.inner.host_main_thread_callback(window);
+        if let Some(window) = &window.window {
+            self.inner.host_main_thread_callback(window);
+        }
     }
 
     fn adjust_size(&self, new_size: NativeSize<u32>, window: &Self::Window) -> Option<NativeSize<u32>> {
-        self.inner.adjust_size(new_size, window)
+        window.window.as_ref().and_then(|window| self.inner.adjust_size(new_size, window))
     }
 
     fn set_fallback_scale_factor(&self, scale_factor: f64, window: &Self::Window) -> Result<(), Self::Error> {
         self.geometry.held().scale = Some(scale_factor);
-        self.inner.set_fallback_scale_factor(scale_factor, window)
+        window.with(|window| self.inner.set_fallback_scale_factor(scale_factor, window))
     }
 
     /// Keys that a text field needs are kept from the host's own shortcuts.

@@ -1,0 +1,120 @@
+//! The CLAP entry: the framework's plugin, whose editor is kept from hosts that have no room for one.
+//!
+//! The framework's own entry would do, but its editor takes the host's part of the extension for granted: opened in a host without it, it
+//! takes the host down.
+
+use crate::Promenade;
+use crate::lock::lock;
+use nice_plug::wrapper::clap::{
+    CLAP_PLUGIN_FACTORY_ID, CLAP_VERSION, PluginDescriptor, Wrapper, clap_host, clap_plugin, clap_plugin_descriptor,
+    clap_plugin_entry, clap_plugin_factory,
+};
+use nice_plug::wrapper::setup_logger;
+use std::collections::BTreeMap;
+use std::ffi::{CStr, c_char, c_void};
+use std::sync::{Arc, LazyLock, Mutex, OnceLock};
+
+/// Name of the editor's extension, the plugin's and the host's.
+const EDITOR: &CStr = c"clap.gui";
+
+#[unsafe(no_mangle)]
+#[used]
+#[expect(unsafe_code, reason = "hosts find the entry by its name")]
+static clap_entry: clap_plugin_entry =
+    clap_plugin_entry { clap_version: CLAP_VERSION, init: Some(init), deinit: Some(deinit), get_factory: Some(get_factory) };
+
+static FACTORY: clap_plugin_factory = clap_plugin_factory {
+    get_plugin_count: Some(plugin_count),
+    get_plugin_descriptor: Some(plugin_descriptor),
+    create_plugin: Some(create_plugin),
+};
+
+static DESCRIPTOR: LazyLock<PluginDescriptor> = LazyLock::new(PluginDescriptor::for_plugin::<Promenade>);
+
+/// The host of each plugin that is alive, by their addresses.
+static HOSTS: Mutex<BTreeMap<usize, usize>> = Mutex::new(BTreeMap::new());
+
+type GetExtension = unsafe extern "C" fn(*const clap_plugin, *const c_char) -> *const c_void;
+type Destroy = unsafe extern "C" fn(*const clap_plugin);
+
+/// What the framework's plugins do themselves, the same for all of them.
+static THEIRS: OnceLock<(GetExtension, Destroy)> = OnceLock::new();
+
+extern "C" fn init(_path: *const c_char) -> bool {
+    setup_logger::<Promenade>();
+    true
+}
+
+extern "C" fn deinit() {}
+
+#[expect(unsafe_code, reason = "a host's text is a pointer")]
+extern "C" fn get_factory(id: *const c_char) -> *const c_void {
+    // SAFETY: hosts name factories by text that ends with a zero.
+    let asked = !id.is_null() && unsafe { CStr::from_ptr(id) } == CLAP_PLUGIN_FACTORY_ID;
+    if asked { (&raw const FACTORY).cast() } else { std::ptr::null() }
+}
+
+#[expect(unsafe_code, reason = "the signature is CLAP's")]
+unsafe extern "C" fn plugin_count(_factory: *const clap_plugin_factory) -> u32 {
+    1
+}
+
+#[expect(unsafe_code, reason = "the signature is CLAP's")]
+unsafe extern "C" fn plugin_descriptor(_factory: *const clap_plugin_factory, index: u32) -> *const clap_plugin_descriptor {
+    if index == 0 { DESCRIPTOR.clap_plugin_descriptor() } else { std::ptr::null() }
+}
+
+#[expect(unsafe_code, reason = "hosts hand over pointers, and the framework's table of functions is changed")]
+unsafe extern "C" fn create_plugin(
+    _factory: *const clap_plugin_factory,
+    host: *const clap_host,
+    id: *const c_char,
+) -> *const clap_plugin {
+    // SAFETY: hosts name plugins by text that ends with a zero.
+    if host.is_null() || id.is_null() || unsafe { CStr::from_ptr(id) } != DESCRIPTOR.clap_id() {
+        return std::ptr::null();
+    }
+    // SAFETY: the host is alive. The plugin's `destroy` takes this reference back.
+    let wrapper = Arc::into_raw(unsafe { Wrapper::<Promenade>::new(host) });
+    // SAFETY: the wrapper is alive, and nobody else knows it yet.
+    let plugin = unsafe { &mut *(*wrapper).clap_plugin.as_ptr() };
+    if let (Some(get_extension), Some(destroy)) = (plugin.get_extension, plugin.destroy) {
+        THEIRS.get_or_init(|| (get_extension, destroy));
+        lock(&HOSTS).insert((&raw const *plugin).addr(), host.expose_provenance());
+        plugin.get_extension = Some(get_fitting_extension);
+        plugin.destroy = Some(forget_and_destroy);
+    }
+    plugin
+}
+
+/// The plugin's extension of that name, but no editor where the host has none of its part.
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *const c_char) -> *const c_void {
+    // SAFETY: hosts name extensions by text that ends with a zero.
+    let of_editor = !id.is_null() && unsafe { CStr::from_ptr(id) } == EDITOR;
+    match THEIRS.get() {
+        // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
+        Some((get_extension, _)) if !of_editor || has_editors(plugin) => unsafe { get_extension(plugin, id) },
+        _ => std::ptr::null(),
+    }
+}
+
+/// Whether a plugin's host can show editors.
+#[expect(unsafe_code, reason = "the host is asked through its table of functions")]
+fn has_editors(plugin: *const clap_plugin) -> bool {
+    let Some(host) = lock(&HOSTS).get(&plugin.addr()).copied() else { return false };
+    let host = std::ptr::with_exposed_provenance::<clap_host>(host);
+    // SAFETY: hosts outlive their plugins.
+    let get_extension = unsafe { (*host).get_extension };
+    // SAFETY: as above; extensions are asked for after `init` only, so that the host may be asked as well.
+    get_extension.is_some_and(|get| unsafe { !get(host, EDITOR.as_ptr()).is_null() })
+}
+
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe extern "C" fn forget_and_destroy(plugin: *const clap_plugin) {
+    lock(&HOSTS).remove(&plugin.addr());
+    if let Some((_, destroy)) = THEIRS.get() {
+        // SAFETY: the plugin is the framework's and is destroyed once.
+        unsafe { destroy(plugin) };
+    }
+}
