@@ -91,7 +91,7 @@ fn mistakes_are_one_line() {
 /// Noise from an emitter in the open, at listeners once round, or at one who turns on the spot.
 fn open_air(emitter: Vec3, is_moving: bool) -> Capture {
     const RATE: f32 = 48_000.0;
-    let sphere = CloudEmitter { position: emitter, head_radius_m: 0.0875 };
+    let sphere = CloudEmitter::with_sphere(emitter, 0.0875);
     let pose = |i: u8| {
         let turn = std::f32::consts::TAU * f32::from(i) / 24.0;
         let place = Vec3::new(1.5 * turn.cos(), turn.sin(), 0.4 * (2.0 * turn).sin());

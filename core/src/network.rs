@@ -17,7 +17,7 @@ use linear::Linear;
 use pulp::Arch;
 use transformer::Transformer;
 
-pub use emitter::{CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
+pub use emitter::{CloudEmitter, DELAY_SHAPES, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 pub use masks::Masks;
 pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseConvention, Tensor};
 pub use placement::{Listener, Placement};

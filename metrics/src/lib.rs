@@ -8,11 +8,13 @@
 
 #![forbid(unsafe_code)]
 
+mod arrival;
 mod audible;
 pub mod avcloud;
 mod bands;
 mod blind_decay;
 mod decay;
+mod deconvolution;
 mod envelope;
 mod interaural;
 mod line;
@@ -24,10 +26,12 @@ mod tail;
 mod test_signals;
 mod tone;
 
+pub use arrival::{Arrival, arrival};
 pub use audible::{AUDIBLE_FLOOR_DB, AUDIBLE_FRAME_DB, audible_lsd_db};
 pub use bands::{band_ild_error_db, band_powers};
 pub use blind_decay::blind_decay_time_s;
 pub use decay::{DecayRange, c50_db, decay_time_s, schroeder_db};
+pub use deconvolution::deconvolve;
 pub use envelope::{envelope, envelope_distance};
 pub use interaural::{ild_db, itd_s, running_itd_s};
 pub use line::slope;

@@ -3,11 +3,13 @@
 pub(crate) mod published;
 pub(crate) mod streaming;
 
+use crate::responses::ClipResponse;
 use crate::weights::Arrays;
 use promenade_core::Pose;
 use published::PublishedHead;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use streaming::StreamingHead;
 
 /// A clip in training.
@@ -21,6 +23,8 @@ pub struct Example<'a> {
     pub binaural: [&'a [f32]; 2],
     /// The listener.
     pub pose: Pose,
+    /// What the clip tells of the room by itself; nothing where its direct sound does not stand out, and for AV-Cloud's heads.
+    pub(crate) response: Option<Arc<ClipResponse>>,
 }
 
 /// What the network predicts for the listener of one clip, or derivatives by it.

@@ -7,6 +7,8 @@
 mod checkpoint;
 mod head;
 mod network;
+mod response_loss;
+mod responses;
 mod scene;
 mod search;
 pub mod settings;

@@ -1,6 +1,6 @@
 //! A scene of trained weights.
 
-use crate::head::streaming::exponentials;
+use crate::head::streaming::{DELAY, exponentials, shaped};
 use crate::settings::{HeadKind, TrainSettings};
 use crate::setup::Setup;
 use crate::weights::Arrays;
@@ -29,7 +29,9 @@ pub(crate) fn scene(
         HeadKind::Sh => CloudKind::Sh,
         HeadKind::Full => CloudKind::Full,
     };
+    let emitter = shaped(setup.emitter, weights);
     let mut weights = weights.clone();
+    weights.remove(DELAY);
     if let Some(shapes) = weights.get_mut("tap_shapes") {
         shapes.values = exponentials(&shapes.values);
     }
@@ -75,7 +77,7 @@ pub(crate) fn scene(
         anchors: display_anchors(&model),
         measured: None,
         measured_head: None,
-        cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter: setup.emitter }),
+        cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter }),
         top_hz: top_hz(&setup.grid),
         start_pose: start_pose.unwrap_or(Pose::IDENTITY),
         bounds,

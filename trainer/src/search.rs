@@ -1,7 +1,7 @@
 //! Which network a scene requires: parts are tried one after the other, and what does not pay is left out.
 
 use crate::settings::TrainSettings;
-use crate::training::{Scores, Trainer};
+use crate::training::{Scores, Trainer, responses};
 use burn::tensor::Device;
 use cpu_time::ThreadTime;
 use promenade_baker::BakeError;
@@ -95,9 +95,11 @@ pub fn search(
     }
     let capture = Capture { clips, ..capture.clone() };
     let mut best = Candidate { settings: TrainSettings { steps, ..settings.clone() }, anchors: 0 };
+    let responses = responses(&capture, settings);
     let measure = |candidate: &Candidate| -> Result<(Scores, f64), BakeError> {
+        let (anchors, settings) = (&sets[candidate.anchors], candidate.settings.clone());
         let mut trainer =
-            Trainer::new(&capture, &sets[candidate.anchors], candidate.settings.clone(), device.clone(), threads)?;
+            Trainer::with_responses(&capture, Arc::clone(&responses), anchors, settings, device.clone(), threads)?;
         while trainer.steps() < steps {
             let step = trainer.step();
             if !step.gradient_norm.is_finite() {

@@ -93,11 +93,15 @@ pub struct LossSettings {
     pub linear: f32,
     /// Absolute difference of the left to right energy ratios, dB.
     pub ratio: f32,
+    /// Difference of the direct sound's energy, and of the room's that is still to come, from those of the clip's response, dB.
+    pub level: f32,
+    /// Difference of the interaural delay from that of the clip's direct sound, microseconds.
+    pub delay: f32,
 }
 
 impl Default for LossSettings {
     fn default() -> Self {
-        Self { n_fft: vec![256, 512, 1024], log: 1.0, linear: 1.0, ratio: 0.02 }
+        Self { n_fft: vec![256, 512, 1024], log: 1.0, linear: 1.0, ratio: 0.02, level: 0.05, delay: 0.002 }
     }
 }
 

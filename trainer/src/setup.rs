@@ -1,5 +1,6 @@
 //! What a training is set up with besides weights: the grid, the room's bands, the anchors, the emitter.
 
+use crate::responses::{ClipResponses, decay_times};
 use crate::settings::{HeadKind, TrainSettings};
 use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
@@ -54,7 +55,12 @@ impl Setup {
     ///
     /// # Errors
     /// Clips of different lengths, or of more frames than a model may have, for a head that takes clips of one length.
-    pub(crate) fn new(capture: &Capture, anchors: &AnchorSet, settings: &TrainSettings) -> Result<Self, BakeError> {
+    pub(crate) fn new(
+        capture: &Capture,
+        responses: &ClipResponses,
+        anchors: &AnchorSet,
+        settings: &TrainSettings,
+    ) -> Result<Self, BakeError> {
         let rate = capture.sample_rate_hz;
         let grid = grid(rate);
         let frames = match settings.network.head {
@@ -62,7 +68,11 @@ impl Setup {
             HeadKind::Sh | HeadKind::Full => common_length(capture, &grid)? / grid.hop + 1,
         };
         let bands = Bands::for_rate(rate);
-        let t60_s = reverberation_times(capture, &grid, &bands).into_iter().map(|t| t.unwrap_or(SILENT_T60_S)).collect();
+        let told = decay_times(responses, bands.count(), grid.hop_s());
+        // What the responses do not tell, the recordings' energies do.
+        let blind = if told.iter().any(Option::is_none) { reverberation_times(capture, &grid, &bands) } else { Vec::new() };
+        let or_blind = |(band, time): (usize, Option<f32>)| time.or_else(|| blind[band]).unwrap_or(SILENT_T60_S);
+        let t60_s = told.into_iter().enumerate().map(or_blind).collect();
         let tail = TailModel { seed: settings.seed, t60_s, coherence: diffuse_coherence(&bands) };
         let network = &settings.network;
         let centre = anchors.positions.iter().sum::<Vec3>() / anchors.positions.len().max(1) as f32;
@@ -74,7 +84,7 @@ impl Setup {
             cloud: Cloud { anchors: anchors.positions.clone(), features, max_norm: farthest.max(1e-3) },
             placement: anchors.placement,
             emitter: (capture.emitter.filter(|_| network.emitter))
-                .map(|position| CloudEmitter { position, head_radius_m: HEAD_RADIUS_M }),
+                .map(|position| CloudEmitter::with_sphere(position, HEAD_RADIUS_M)),
             grid,
             bands,
             tail,

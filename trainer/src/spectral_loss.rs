@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn the_gradient_is_the_derivative_and_nothing_differs_from_itself() {
-        let settings = LossSettings { n_fft: vec![32, 64], log: 1.0, linear: 0.4, ratio: 0.05 };
+        let settings = LossSettings { n_fft: vec![32, 64], log: 1.0, linear: 0.4, ratio: 0.05, ..LossSettings::default() };
         let mut loss = SpectralLoss::new(&settings);
         let (a, b) = ([noise(1, 150), noise(2, 150)], [noise(3, 150), noise(4, 150).iter().map(|v| 0.5 * v).collect()]);
         let pair = |x: &'_ [Vec<f32>; 2]| -> [Vec<f32>; 2] { x.clone() };

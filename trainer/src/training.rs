@@ -5,6 +5,7 @@ use crate::head::published::PublishedHead;
 use crate::head::streaming::StreamingHead;
 use crate::head::{Example, Head, LossGradient, Prediction};
 use crate::network::{Decoded, Graph};
+use crate::responses::{ClipResponses, clip_responses};
 use crate::scene::scene;
 use crate::settings::{HeadKind, TrainSettings};
 use crate::setup::{Setup, fingerprint, grid};
@@ -15,9 +16,10 @@ use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split};
 use promenade_baker::random::Random;
 use promenade_core::network::Listener;
-use promenade_core::{Pose, Provenance, Scene, SceneError, TransferFunction};
+use promenade_core::{Bands, Pose, Provenance, Scene, SceneError, TransferFunction};
 use promenade_metrics::avcloud;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Seconds of dry sound before a clip whose reverberation reaches into it.
 const PRE_ROLL_S: f64 = 0.5;
@@ -55,6 +57,7 @@ pub struct Trainer<'a> {
     capture: &'a Capture,
     settings: TrainSettings,
     setup: Setup,
+    responses: Arc<ClipResponses>,
     device: Device,
     head: Head,
     weights: Arrays,
@@ -72,6 +75,19 @@ impl<'a> Trainer<'a> {
     /// Settings out of range, a capture without clips to train on or to judge by.
     pub fn new(
         capture: &'a Capture,
+        anchors: &AnchorSet,
+        settings: TrainSettings,
+        device: Device,
+        threads: usize,
+    ) -> Result<Self, BakeError> {
+        let responses = responses(capture, &settings);
+        Self::with_responses(capture, responses, anchors, settings, device, threads)
+    }
+
+    /// As [`Self::new`], with the responses of the capture's clips.
+    pub(crate) fn with_responses(
+        capture: &'a Capture,
+        responses: Arc<ClipResponses>,
         anchors: &AnchorSet,
         mut settings: TrainSettings,
         device: Device,
@@ -91,7 +107,7 @@ impl<'a> Trainer<'a> {
                 });
             }
         }
-        let setup = Setup::new(capture, anchors, &settings)?;
+        let setup = Setup::new(capture, &responses, anchors, &settings)?;
         let weights = start(&settings, &setup);
         let head = match settings.network.head {
             HeadKind::Taps => {
@@ -111,6 +127,7 @@ impl<'a> Trainer<'a> {
         };
         Ok(Self {
             fingerprint: fingerprint(capture, &setup),
+            responses,
             capture,
             settings,
             setup,
@@ -229,7 +246,7 @@ impl<'a> Trainer<'a> {
         if let Head::Published(_) = self.head {
             return None;
         }
-        let example = Example { dry: Vec::new(), pre_roll: 0, binaural: [&[], &[]], pose: *pose };
+        let example = Example { dry: Vec::new(), pre_roll: 0, binaural: [&[], &[]], pose: *pose, response: None };
         let parts = self.decode(&Graph::new(&self.weights, &self.device), std::slice::from_ref(&example));
         let Head::Streaming(head) = &self.head else { return None };
         Some(head.transfer(pose, &predictions(&parts)[0], &self.weights))
@@ -269,7 +286,12 @@ impl<'a> Trainer<'a> {
     pub fn example(&self, clip: &Clip, shift_s: f64) -> Example<'a> {
         let pre_roll = (PRE_ROLL_S * self.capture.sample_rate_hz) as usize;
         let pose = if shift_s == 0.0 { clip.pose } else { self.capture.pose_near(clip, shift_s) };
-        Example { dry: self.capture.dry(clip, pre_roll), pre_roll, binaural: self.capture.binaural(clip), pose }
+        let response = self.responses.get(&clip.name).cloned();
+        // The engine has no sound that travels: the dry sound is as late as the direct sound is in the recording.
+        let late = response.as_ref().map_or(0, |r| r.late);
+        let mut dry = self.capture.dry(clip, pre_roll.saturating_add_signed(late as isize));
+        dry.resize(pre_roll + clip.len, 0.0);
+        Example { dry, pre_roll, binaural: self.capture.binaural(clip), pose, response }
     }
 
     /// The clips of a step: all of the capture's in an order that the seed and the epoch give, then all in another.
@@ -313,6 +335,15 @@ impl<'a> Trainer<'a> {
         };
         [mixture, difference].into_iter().chain(room).collect()
     }
+}
+
+/// The responses of a capture's clips, for the head that learns from them.
+pub(crate) fn responses(capture: &Capture, settings: &TrainSettings) -> Arc<ClipResponses> {
+    let grid = grid(capture.sample_rate_hz);
+    Arc::new(match settings.network.head {
+        HeadKind::Taps => clip_responses(capture, &grid, &Bands::for_rate(capture.sample_rate_hz)),
+        HeadKind::Sh | HeadKind::Full => ClipResponses::new(),
+    })
 }
 
 /// The parts as numbers, listener by listener.

@@ -1,10 +1,10 @@
 //! The network's weights by name, how they start, and how a step changes them.
 
+use crate::head::streaming::DELAY;
 use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
 use crate::setup::Setup;
 use promenade_baker::random::Random;
-use promenade_core::network::CONV_LAYERS;
-use promenade_core::network::Tensor;
+use promenade_core::network::{CONV_LAYERS, DELAY_SHAPES, Tensor};
 use std::collections::BTreeMap;
 
 /// Bands that a kernel of the hyper-network reaches over: its own and those below.
@@ -105,6 +105,9 @@ pub(crate) fn start(settings: &TrainSettings, setup: &Setup) -> Arrays {
     s.fill("mix_prj.bias", &[1], 0.6);
     s.linear("diff_prj", 1, width);
     s.fill("diff_prj.bias", &[1], 0.0);
+    if setup.emitter.is_some() {
+        s.fill(DELAY, &[DELAY_SHAPES], 0.0);
+    }
     s.room(settings, setup);
     s.arrays
 }

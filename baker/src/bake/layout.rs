@@ -97,7 +97,7 @@ impl Layout {
         let level = self.is_level();
         // Nodes between the measurements of a ring, since the gains of a mix do not follow a straight line from one to the next.
         let density = if level { 2.0 } else { 1.0 };
-        let spacing = median_spacing(self.sites.iter().map(|s| s.direction)).min(COARSEST_STEP * density) / density;
+        let spacing = self.direction_spacing().min(COARSEST_STEP * density) / density;
         let spacing = spacing.max(FINEST_STEP);
         let azimuths = count(2.0 * pi / spacing).max(4);
         let elevations = if level { 3 } else { count(pi / spacing).max(4) + 1 };
@@ -116,6 +116,20 @@ impl Layout {
                 azimuth: Axis::circle(-pi, azimuths),
             },
         }
+    }
+
+    /// Median distance from a direction to the nearest other one heard in the same place. Other places see the emitter a little beside, which
+    /// does not make the measurements any denser. Where no place has two directions, all count.
+    fn direction_spacing(&self) -> f32 {
+        let mut nearest: Vec<f32> = Vec::new();
+        for site in &self.sites {
+            let beside = self.sites.iter().filter(|s| s.position.distance(site.position) < SAME_PLACE_M);
+            let distances = beside.map(|s| s.direction.distance(site.direction)).filter(|d| *d > SAME_PLACE_M);
+            nearest.extend(distances.reduce(f32::min));
+        }
+        nearest.sort_by(f32::total_cmp);
+        let all = || median_spacing(self.sites.iter().map(|s| s.direction));
+        nearest.get(nearest.len() / 2).copied().unwrap_or_else(all)
     }
 
     /// Whether all sources lie at the height of the head.
@@ -155,4 +169,24 @@ fn median_spacing(points: impl Iterator<Item = Vec3>) -> f32 {
         .collect();
     nearest.sort_by(f32::total_cmp);
     nearest.get(nearest.len() / 2).copied().unwrap_or(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sources::responses::Response;
+
+    #[test]
+    fn several_places_are_no_denser_than_each_of_them() {
+        let source = Vec3::new(4.4, 3.1, 1.4);
+        let places = [[2.1, 1.7], [2.6, 2.2], [3.1, 1.4], [1.6, 2.9]].map(|[x, y]| Vec3::new(x, y, 1.5));
+        let turned = |i: usize| {
+            let listener = Pose::from_ypr(places[i % 4], (i / 4) as f32 * 10.0_f32.to_radians(), 0.0, 0.0);
+            Response { listener, source, left: vec![1.0], right: vec![1.0], name: String::new() }
+        };
+        let set = Responses { sample_rate_hz: 48_000.0, responses: (0..4 * 36).map(turned).collect(), ..Responses::default() };
+        let nodes = Layout::of(&set).unwrap().nodes();
+        let Facing::Emitter { elevation, azimuth, .. } = &nodes.facing else { panic!("an emitter") };
+        assert_eq!((azimuth.count(), elevation.count()), (36, 19), "directions 10 degrees apart, not all at the head's height");
+    }
 }

@@ -7,6 +7,7 @@ mod nearest;
 
 pub use figure::{Figure, Figures};
 
+use crate::capture::DIRECT_PRE_ROLL_S;
 use crate::player::{Ears, Player, Playing, Poses};
 use crate::{BakeError, Capture, Clip, Responses, Split};
 use baselines::baselines;
@@ -134,7 +135,9 @@ pub fn evaluate_each(
             // Clips of the published model end with their last whole hop.
             let recorded = capture.binaural(clip).map(|ear| &ear[..predicted[0].len()]);
             each(Heard { method: method.name(), clip, predicted, recorded })?;
-            clips.push((clip.name.clone(), Figures::of(predicted, recorded, capture.sample_rate_hz)));
+            let pre_roll = (DIRECT_PRE_ROLL_S * capture.sample_rate_hz) as usize;
+            let dry = capture.dry(clip, pre_roll);
+            clips.push((clip.name.clone(), Figures::of(predicted, recorded, (&dry, pre_roll), capture.sample_rate_hz)));
         }
         let mean = Figures::mean(clips.iter().map(|(_, f)| f));
         results.push(MethodResult { name: method.name().to_owned(), note: method.note().to_owned(), clips, mean });

@@ -6,6 +6,7 @@
 
 mod cut;
 mod defects;
+mod direct;
 mod emitter;
 mod from_responses;
 mod import;
@@ -20,6 +21,7 @@ mod write;
 pub use crate::sources::Split;
 pub use cut::{Cut, SplitRule};
 pub use defects::{CLIPPED_RUN, SILENT_DBFS, is_clipped, is_silent, level_dbfs};
+pub use direct::{DIRECT_PRE_ROLL_S, direct_sound};
 pub use emitter::{EmitterEstimate, locate_emitter};
 pub use from_responses::{DrySound, FromResponses, from_responses};
 pub use import::{ImportCapture, mean};

@@ -88,6 +88,7 @@ fn check_cloud(cloud: &AnchorCloud, grid: &StftGrid, shape: TransferShape) -> Re
     if let Some(emitter) = &cloud.emitter {
         in_range("emitter position", &emitter.position.to_array(), -1e6, 1e6)?;
         in_range("head radius", &[emitter.head_radius_m], 0.0, 1.0)?;
+        in_range("shape of the interaural delay", &emitter.delay_shape_ms, -2.0, 2.0)?;
     }
     if let Projection::Row(row) = cloud.projection {
         limit("row of the time filter", row, 0, sizes.frames.saturating_sub(1))?;

@@ -2,7 +2,7 @@
 
 use super::{AnchorCloud, Provenance};
 use crate::decode::field::{Axis, Facing, FieldGrid};
-use crate::network::{CloudEmitter, CloudKind, Placement, PoseConvention};
+use crate::network::{CloudEmitter, CloudKind, DELAY_SHAPES, Placement, PoseConvention};
 use crate::published::{ConvMode, Projection};
 use crate::{HeldOut, Pose, ResponseMeasures, StftGrid};
 use glam::{Quat, Vec3};
@@ -95,6 +95,9 @@ pub(super) struct ManifestCloud {
 struct ManifestEmitter {
     position: [f32; 3],
     head_radius_m: f32,
+    /// Absent where the head is a sphere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    delay_shape_ms: Option<[f32; DELAY_SHAPES]>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -164,12 +167,20 @@ impl ManifestCloud {
                 Projection::Diagonal => None,
                 Projection::Row(row) => Some(row),
             },
-            emitter: cloud.emitter.map(|e| ManifestEmitter { position: e.position.to_array(), head_radius_m: e.head_radius_m }),
+            emitter: cloud.emitter.map(|e| ManifestEmitter {
+                position: e.position.to_array(),
+                head_radius_m: e.head_radius_m,
+                delay_shape_ms: Some(e.delay_shape_ms).filter(|shape| shape.iter().any(|factor| *factor != 0.0)),
+            }),
         }
     }
 
     pub(super) fn emitter(&self) -> Option<CloudEmitter> {
-        self.emitter.as_ref().map(|e| CloudEmitter { position: e.position.into(), head_radius_m: e.head_radius_m })
+        self.emitter.as_ref().map(|e| CloudEmitter {
+            position: e.position.into(),
+            head_radius_m: e.head_radius_m,
+            delay_shape_ms: e.delay_shape_ms.unwrap_or_default(),
+        })
     }
 
     pub(super) fn conv(&self) -> Option<ConvMode> {

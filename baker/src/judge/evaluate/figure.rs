@@ -1,6 +1,10 @@
 //! The figures of one clip, and their means.
 
-use promenade_metrics::{audible_lsd_db, avcloud, band_ild_error_db, blind_decay_time_s, lsd_db, running_itd_s, rwavs};
+use crate::capture::direct_sound;
+use promenade_metrics::{audible_lsd_db, avcloud, band_ild_error_db, blind_decay_time_s, lsd_db, rwavs};
+
+/// How far a recording's direct sound has to stand out for its interaural time difference to count, dB.
+const CLEAR_DB: f64 = 10.0;
 
 /// A distance between a rendering and a recording; smaller is better, 0 is equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -21,7 +25,7 @@ pub enum Figure {
     AudibleLsd,
     /// Difference of blindly estimated decay times, seconds, mean of both ears: [`blind_decay_time_s`].
     Rte,
-    /// Difference of interaural time differences, microseconds: [`running_itd_s`].
+    /// Difference of the direct sounds' interaural time differences, microseconds: [`direct_sound`].
     Itd,
     /// Difference of interaural level differences, dB, mean over octaves: [`band_ild_error_db`].
     Ild,
@@ -93,9 +97,10 @@ impl Figure {
 pub struct Figures([Option<f64>; Figure::ALL.len()]);
 
 impl Figures {
-    /// Measures what was predicted against what was recorded; of the longer one, the end does not count.
+    /// Measures what was predicted against what was recorded; of the longer one, the end does not count. `dry` is the sound that both are
+    /// of, from some samples before them on, as many as the second says.
     #[must_use]
-    pub fn of(predicted: [&[f32]; 2], recorded: [&[f32]; 2], sample_rate_hz: f64) -> Self {
+    pub fn of(predicted: [&[f32]; 2], recorded: [&[f32]; 2], (dry, pre_roll): (&[f32], usize), sample_rate_hz: f64) -> Self {
         let len = predicted.iter().chain(&recorded).map(|ear| ear.len()).min().unwrap_or(0);
         let (p, r) = (predicted.map(|ear| &ear[..len]), recorded.map(|ear| &ear[..len]));
         let mean = |of: &dyn Fn(usize) -> Option<f64>| Some(0.5 * (of(0)? + of(1)?));
@@ -116,8 +121,10 @@ impl Figures {
                 Some((of(p[ear])? - of(r[ear])?).abs())
             }),
             Figure::Itd => {
-                let of = |ears| running_itd_s(ears, sample_rate_hz);
-                Some(1e6 * (of(p)? - of(r)?).abs())
+                let of = |ears| direct_sound(dry, pre_roll, ears, sample_rate_hz);
+                // Where the recording has none that stands out, there is nothing to compare with.
+                let wanted = of(r).filter(|direct| direct.clarity_db >= CLEAR_DB)?;
+                Some(1e6 * (of(p)?.delay_s - wanted.delay_s).abs())
             }
             Figure::Ild => band_ild_error_db(p, r, sample_rate_hz),
         };
@@ -153,15 +160,18 @@ mod tests {
         let rate = 16_000.0_f32;
         let mut noise = promenade_testing::Noise::new(1);
         // Bursts that decay, so that all figures have a value.
-        let mut ear = |gain: f32| -> Vec<f32> {
-            (0..16_000).map(|i| gain * (-(i % 5000) as f32 / (0.05 * rate)).exp() * noise.value()).collect()
+        let dry: Vec<f32> = (0..16_000).map(|i| (-(i % 5000) as f32 / (0.05 * rate)).exp() * noise.value()).collect();
+        let ear = |gain: f32, later: usize| -> Vec<f32> {
+            std::iter::repeat_n(0.0, later).chain(dry.iter().map(|x| gain * x)).take(dry.len()).collect()
         };
-        let (left, right) = (ear(0.5), ear(0.2));
-        let figures = Figures::of([&left, &right], [&left, &right], f64::from(rate));
+        let (left, right) = (ear(0.5, 20), ear(0.2, 25));
+        let of = |predicted, recorded| Figures::of(predicted, recorded, (&dry, 0), f64::from(rate));
+        let figures = of([&left, &right], [&left, &right]);
         for figure in Figure::ALL {
             assert_eq!(figures.get(figure), Some(0.0), "{figure:?}");
         }
-        let swapped = Figures::of([&right, &left], [&left, &right], f64::from(rate));
+        let swapped = of([&right, &left], [&left, &right]);
+        assert!((swapped.get(Figure::Itd).unwrap() - 2.0 * 5e6 / 16_000.0).abs() < 5.0, "{swapped:?}");
         for figure in Figure::ALL.into_iter().filter(|f| *f != Figure::Rte) {
             assert!(swapped.get(figure).unwrap() > 1e-3, "{figure:?}: {swapped:?}");
         }

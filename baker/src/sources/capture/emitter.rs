@@ -1,10 +1,8 @@
 //! Where the sound of a capture came from.
 
-mod cues;
-
+use super::direct::{DIRECT_PRE_ROLL_S, direct_sound};
 use super::{Capture, Split};
 use crate::BakeError;
-use cues::PRE_ROLL_S;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_core::network::{CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
@@ -124,18 +122,18 @@ struct Observed {
 
 fn observe(capture: &Capture) -> Vec<Observed> {
     let rate = capture.sample_rate_hz;
-    let pre_roll = (PRE_ROLL_S * rate) as usize;
+    let pre_roll = (DIRECT_PRE_ROLL_S * rate) as usize;
     let every = capture.split(Split::Train).count().div_ceil(MOST_CLIPS).max(1);
     let clips = capture.split(Split::Train).step_by(every);
     clips
         .filter_map(|clip| {
-            let direct = cues::direct(&capture.dry(clip, pre_roll), pre_roll, capture.binaural(clip), rate)?;
+            let direct = direct_sound(&capture.dry(clip, pre_roll), pre_roll, capture.binaural(clip), rate)?;
             let weight = ((direct.clarity_db - CLARITY_DB[0]) / (CLARITY_DB[1] - CLARITY_DB[0])).min(1.0);
             (weight > 0.0).then_some(Observed {
                 pose: clip.pose,
                 delay_us: 1e6 * direct.delay_s,
                 level_db: direct.level_db,
-                arrival_us: 1e6 * direct.arrival_s,
+                arrival_us: 1e6 * direct.time_s,
                 weight,
             })
         })
@@ -181,7 +179,7 @@ struct Fit {
 
 impl Fit {
     fn deviations(&self, place: Vec3) -> Deviations {
-        let emitter = CloudEmitter { position: place, head_radius_m: HEAD_RADIUS_M };
+        let emitter = CloudEmitter::with_sphere(place, HEAD_RADIUS_M);
         let distances = self.observed.iter().map(|o| f64::from(o.pose.position.distance(place).max(0.1)));
         let (mut delays, mut levels, mut arrivals) = (Vec::new(), Vec::new(), Vec::new());
         for (o, distance) in self.observed.iter().zip(distances) {
@@ -320,7 +318,7 @@ mod tests {
     /// sphere's; each clip is late by up to `unsteady_s`.
     fn capture(poses: &[Pose], unsteady_s: f32) -> Capture {
         let mut random = Random::new(5);
-        let sphere = CloudEmitter { position: EMITTER, head_radius_m: HEAD_RADIUS_M };
+        let sphere = CloudEmitter::with_sphere(EMITTER, HEAD_RADIUS_M);
         let track = |pose: &Pose| {
             let dry: Vec<f32> = (0..9600).map(|i| if i % 3000 < 1200 { 0.3 * random.normal() } else { 0.0 }).collect();
             let late_s = unsteady_s * random.uniform();

@@ -1,0 +1,217 @@
+//! What a clip tells of the room by itself: the response between its dry and its recorded sound, as delays and energies.
+
+use promenade_baker::capture::{Capture, Clip, DIRECT_PRE_ROLL_S};
+use promenade_core::{Bands, StftGrid};
+use promenade_fourier::Fourier;
+use promenade_metrics::{arrival, deconvolve, slope};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The direct sound comes within this of the dry sound, before it where the two are badly aligned, seconds.
+const EARLIEST_S: f64 = 0.03;
+const LATEST_S: f64 = 0.15;
+/// Longest part of the room's response that is asked for, seconds, and as a share of a clip.
+const LONGEST_S: f64 = 0.75;
+const SHARE_OF_CLIP: f64 = 0.75;
+/// An arrival has to stand out so far, dB: direct sound that is softer tells nothing.
+const CLEAR_DB: f64 = 7.0;
+/// Where the direct sound begins, is whole, begins to end and has ended, seconds after its peak.
+const DIRECT_S: [f64; 4] = [-0.002, -0.0015, 0.0025, 0.0035];
+/// Hops that are averaged to see where a response sinks into its noise, and how far over that it ends, as a ratio of energies.
+const AVERAGED: usize = 3;
+const OVER_NOISE: f32 = 2.0;
+
+/// Hops that a decay is read off, and responses that tell one, at least.
+const FEWEST_HOPS: usize = 10;
+const FEWEST_DECAYS: usize = 8;
+
+/// The response of a clip.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ClipResponse {
+    /// Samples by which the direct sound is later than the dry sound.
+    pub(crate) late: i64,
+    /// The direct sound's delay between the ears, seconds, positive = left ear later.
+    pub(crate) delay_s: f32,
+    /// Energy of the direct sound, mean over the bins of a band, `[ear][band]`.
+    pub(crate) direct: Vec<f32>,
+    /// Energy of a hop, of the noise taken off, `[ear][band][hop]`, the first hop being that of the first tap. A band ends where it has sunk into
+    /// the noise.
+    pub(crate) hops: Vec<Vec<f32>>,
+}
+
+/// The responses of a capture's clips by the clips' names, of those whose direct sound stands out.
+pub(crate) type ClipResponses = HashMap<String, Arc<ClipResponse>>;
+
+/// Finds the responses of all clips.
+#[must_use]
+pub(crate) fn clip_responses(capture: &Capture, grid: &StftGrid, bands: &Bands) -> ClipResponses {
+    let cutter = Cutter::new(grid, bands);
+    let one = |clip: &Clip| Some((clip.name.clone(), Arc::new(cutter.response(capture, clip)?)));
+    capture.clips.par_iter().filter_map(one).collect()
+}
+
+/// Reverberation time per band, seconds: the median of the clips' and ears', each by the line through the levels of its hops; `None` where too few
+/// responses have hops enough.
+#[must_use]
+pub(crate) fn decay_times(responses: &ClipResponses, bands: usize, hop_s: f64) -> Vec<Option<f32>> {
+    let of_band = |band: usize| {
+        let levels = responses.values().flat_map(|r| [&r.hops[band], &r.hops[bands + band]]);
+        let mut times: Vec<f64> = levels.filter_map(|hops| decay_time_s(hops, hop_s)).collect();
+        times.sort_by(f64::total_cmp);
+        (times.len() >= FEWEST_DECAYS).then(|| times[times.len() / 2] as f32)
+    };
+    (0..bands).map(of_band).collect()
+}
+
+fn decay_time_s(hops: &[f32], hop_s: f64) -> Option<f64> {
+    if hops.len() < FEWEST_HOPS {
+        return None;
+    }
+    let level = |(l, energy): (usize, &f32)| (*energy > 0.0).then(|| (l as f64 * hop_s, 10.0 * f64::from(*energy).log10()));
+    let points: Vec<(f64, f64)> = hops.iter().enumerate().filter_map(level).collect();
+    slope(&points).filter(|db_per_s| *db_per_s < 0.0).map(|db_per_s| -60.0 / db_per_s)
+}
+
+/// How much of every bin belongs to a band.
+pub(crate) fn band_weights(grid: &StftGrid, bands: &Bands) -> Vec<Vec<(usize, f32)>> {
+    let mut weights = vec![Vec::new(); bands.count()];
+    for k in 0..grid.bins() {
+        let of_bin = bands.weights(grid.bin_hz(k) as f32);
+        of_bin.into_iter().filter(|(_, weight)| *weight > 0.0).for_each(|(band, weight)| weights[band].push((k, weight)));
+    }
+    for band in &mut weights {
+        let sum: f32 = band.iter().map(|(_, weight)| weight).sum();
+        band.iter_mut().for_each(|(_, weight)| *weight /= sum);
+    }
+    weights
+}
+
+/// Cuts responses into the direct sound and hops.
+struct Cutter {
+    grid: StftGrid,
+    weights: Vec<Vec<(usize, f32)>>,
+    fourier: Fourier<f32>,
+}
+
+impl Cutter {
+    fn new(grid: &StftGrid, bands: &Bands) -> Self {
+        Self { grid: *grid, weights: band_weights(grid, bands), fourier: Fourier::new(grid.n_fft) }
+    }
+
+    fn response(&self, capture: &Capture, clip: &Clip) -> Option<ClipResponse> {
+        let rate = capture.sample_rate_hz;
+        let samples = |s: f64| (s * rate).round() as usize;
+        let (pre_roll, before) = (samples(DIRECT_PRE_ROLL_S), samples(EARLIEST_S));
+        let length = samples(LONGEST_S).min((SHARE_OF_CLIP * clip.len as f64) as usize);
+        let first = samples(EARLIEST_S + LATEST_S).min(length);
+        if length < 2 * before {
+            return None;
+        }
+        let ears = deconvolve(&capture.dry(clip, pre_roll), pre_roll, capture.binaural(clip), before, length)?;
+        let direct = arrival(ears.each_ref().map(|h| &h[..first]), rate).filter(|a| a.clarity_db >= CLEAR_DB)?;
+        let centre = (direct.time_s * rate).round() as usize;
+        let [from, whole, ends, to] = DIRECT_S.map(|s| (s * rate).round() as i64 + centre as i64);
+        let inside = |i: i64| {
+            let (rising, falling) = ((i - from) as f64 / (whole - from) as f64, (to - i) as f64 / (to - ends) as f64);
+            (0.5 * std::f64::consts::PI * rising.min(falling).clamp(0.0, 1.0)).sin().powi(2) as f32
+        };
+        let hop = self.grid.hop;
+        // Taps begin a quarter of a hop ahead of their time.
+        let first_hop = centre + hop - hop / 4;
+        let count = length.saturating_sub(first_hop) / hop;
+        let quiet = (centre.saturating_sub(samples(-DIRECT_S[0]))) / hop;
+        let mut out = ClipResponse {
+            late: centre as i64 - before as i64,
+            delay_s: direct.delay_s as f32,
+            direct: Vec::new(),
+            hops: Vec::new(),
+        };
+        for ear in &ears {
+            let cut = |range: std::ops::Range<usize>, weight: &dyn Fn(i64) -> f32| {
+                let piece = range.map(|i| weight(i as i64) * ear.get(i).copied().unwrap_or(0.0));
+                self.energies(piece)
+            };
+            out.direct.extend(cut(from.max(0) as usize..to as usize, &inside));
+            // What ends of the direct sound begins with the first tap.
+            let begin = (ends as usize).min(first_hop);
+            let hops: Vec<Vec<f32>> = (0..count)
+                .map(|l| {
+                    let start = if l == 0 { begin } else { first_hop + l * hop };
+                    cut(start..first_hop + (l + 1) * hop, &|i| 1.0 - if l == 0 { inside(i) } else { 0.0 })
+                })
+                .collect();
+            let noise: Vec<Vec<f32>> = (0..quiet).map(|l| cut(l * hop..(l + 1) * hop, &|_| 1.0)).collect();
+            for band in 0..self.weights.len() {
+                let floor = noise.iter().map(|hop| hop[band]).sum::<f32>() / quiet.max(1) as f32;
+                let energies: Vec<f32> = hops.iter().map(|hop| hop[band]).collect();
+                let loud = |w: &[f32]| w.iter().sum::<f32>() > OVER_NOISE * floor * AVERAGED as f32;
+                let end = energies.windows(AVERAGED).position(|w| !loud(w)).unwrap_or(energies.len());
+                out.hops.push(energies[..end].iter().map(|e| e - floor).collect());
+            }
+        }
+        Some(out)
+    }
+
+    /// Mean energy per bin of each band.
+    fn energies(&self, piece: impl Iterator<Item = f32>) -> Vec<f32> {
+        let spectrum = self.fourier.spectrum(piece);
+        let mean = |band: &Vec<(usize, f32)>| band.iter().map(|(k, weight)| weight * spectrum[*k].norm_sqr()).sum();
+        self.weights.iter().map(mean).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use promenade_baker::capture::{Split, Track};
+    use promenade_core::{CameraPath, Keyframe, Pose};
+    use promenade_testing::noise;
+
+    const RATE: f64 = 16_000.0;
+
+    #[test]
+    fn a_clip_of_noise_tells_delay_level_and_decay() {
+        let (late, ears_apart, t60) = (100, 8, 0.3);
+        let room = |seed: u64, direct: usize| -> Vec<f32> {
+            let decay = |i: usize| 10.0_f32.powf(-3.0 * i as f32 / (t60 * RATE as f32));
+            let tail = noise(seed, 8000).into_iter().enumerate().map(|(i, x)| if i < 100 { 0.0 } else { 0.05 * decay(i) * x });
+            let mut h: Vec<f32> = std::iter::repeat_n(0.0, late).chain(tail).collect();
+            h[late + direct] = 1.0;
+            h
+        };
+        let (mut tracks, mut clips) = (Vec::new(), Vec::new());
+        for i in 0..4 {
+            let dry: Vec<f32> = noise(10 + i, 24_000).iter().map(|x| 0.3 * x).collect();
+            let spectrum = |x: &[f32]| promenade_fourier::spectrum(x.iter().copied(), 40_000);
+            let heard = |h: Vec<f32>| -> Vec<f32> {
+                let product = spectrum(&dry).iter().zip(&spectrum(&h)).map(|(a, b)| a * b).collect();
+                promenade_fourier::signal(product, 40_000)[..24_000].to_vec()
+            };
+            let binaural = [heard(room(20 + i, ears_apart)), heard(room(30 + i, 0))];
+            let path = CameraPath::new(vec![Keyframe { t_s: 0.0, pose: Pose::IDENTITY }]).unwrap();
+            let name = i.to_string();
+            clips.push(Clip {
+                name: name.clone(),
+                track: i as usize,
+                start: 8000,
+                len: 16_000,
+                pose: Pose::IDENTITY,
+                split: Split::Train,
+            });
+            tracks.push(Track { name, dry, binaural, path });
+        }
+        let capture = Capture { sample_rate_hz: RATE, tracks, clips, ..Capture::default() };
+        let (grid, bands) = (crate::setup::grid(RATE), Bands::for_rate(RATE));
+        let responses = clip_responses(&capture, &grid, &bands);
+        assert_eq!(responses.len(), 4);
+        for response in responses.values() {
+            assert!((response.late - 104).abs() <= 2, "late by {}", response.late);
+            assert!((f64::from(response.delay_s) - ears_apart as f64 / RATE).abs() < 1e-5, "{}", response.delay_s);
+            assert!(response.direct.iter().all(|e| (10.0 * e.log10()).abs() < 0.5), "{:?}", response.direct);
+        }
+        for time in decay_times(&responses, bands.count(), grid.hop_s()).iter().skip(2) {
+            assert!((time.unwrap() / t60 - 1.0).abs() < 0.15, "{time:?}");
+        }
+    }
+}
