@@ -5,10 +5,10 @@ use promenade_fourier::{ComplexToReal, RealToComplex, forward, inverse};
 use std::sync::Arc;
 
 /// Steps of the descent at most, and the share of the first residual at which it ends.
-const STEPS: usize = 24;
+const STEPS: usize = 48;
 const DONE: f64 = 1e-9;
 /// Added to the dry sound's power, a share of its mean: frequencies that hardly sound in it stay small in the response.
-const REGULARISATION: f32 = 1e-4;
+const REGULARISATION: f32 = 1e-5;
 /// The dry sound's power is smoothed over this share of the transform's length.
 const SMOOTHED: usize = 2048;
 

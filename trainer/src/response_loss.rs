@@ -32,10 +32,11 @@ impl ResponseLoss {
     pub(crate) fn of(&self, wanted: &ClipResponse, found: &TransferFunction, share: f32, by: &mut TransferFunction) -> f64 {
         let bands = self.weights.len();
         let energy = wanted.direct.iter().sum::<f32>() / wanted.direct.len().max(1) as f32;
-        let scale = share * self.settings.level * DECIBELS / (2 * bands) as f32;
+        let heard = wanted.sounds.iter().filter(|sounds| **sounds).count();
+        let scale = share * self.settings.level * DECIBELS / (2 * heard).max(1) as f32;
         let mut loss = 0.0;
         for (ear, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
-            for band in 0..bands {
+            for band in (0..bands).filter(|band| wanted.sounds[*band]) {
                 let place = ear * bands + band;
                 let gains = self.weights[band].iter().map(|(k, w)| (*k, *w, 1.0 + sign * found.difference[*k]));
                 let direct: f32 = gains.clone().map(|(k, w, side)| w * (found.mixture[k] * side).powi(2)).sum();
@@ -138,6 +139,7 @@ mod tests {
         let same = ClipResponse {
             late: 0,
             delay_s: at.delay_s,
+            sounds: vec![true; count],
             direct: (0..2 * count).map(direct).collect(),
             hops: (0..2 * count).map(|place| (0..taps + 40).map(|l| hop(place, l)).collect()).collect(),
         };
@@ -145,6 +147,7 @@ mod tests {
         let other = ClipResponse {
             late: 0,
             delay_s: -1e-4,
+            sounds: (0..count).map(|band| band != 3).collect(),
             direct: values(5, 2 * count),
             hops: (0..2 * count).map(|place| values(6 + place as u64, 4 + place % 5)).collect(),
         };

@@ -20,7 +20,9 @@ const CLEAR_DB: f64 = 7.0;
 const DIRECT_S: [f64; 4] = [-0.002, -0.0015, 0.0025, 0.0035];
 /// Hops that are averaged to see where a response sinks into its noise, and how far over that it ends, as a ratio of energies.
 const AVERAGED: usize = 3;
-const OVER_NOISE: f32 = 2.0;
+const OVER_NOISE: f32 = 8.0;
+/// A band tells something where the dry sound's power there is at least this share of its mean.
+const SOUNDS: f64 = 1e-3;
 
 /// Hops that a decay is read off, and responses that tell one, at least.
 const FEWEST_HOPS: usize = 10;
@@ -33,6 +35,8 @@ pub(crate) struct ClipResponse {
     pub(crate) late: i64,
     /// The direct sound's delay between the ears, seconds, positive = left ear later.
     pub(crate) delay_s: f32,
+    /// Whether the dry sound has energy enough in a band to tell anything.
+    pub(crate) sounds: Vec<bool>,
     /// Energy of the direct sound, mean over the bins of a band, `[ear][band]`.
     pub(crate) direct: Vec<f32>,
     /// Energy of a hop, of the noise taken off, `[ear][band][hop]`, the first hop being that of the first tap. A band ends where it has sunk into
@@ -56,7 +60,8 @@ pub(crate) fn clip_responses(capture: &Capture, grid: &StftGrid, bands: &Bands) 
 #[must_use]
 pub(crate) fn decay_times(responses: &ClipResponses, bands: usize, hop_s: f64) -> Vec<Option<f32>> {
     let of_band = |band: usize| {
-        let levels = responses.values().flat_map(|r| [&r.hops[band], &r.hops[bands + band]]);
+        let heard = responses.values().filter(|r| r.sounds[band]);
+        let levels = heard.flat_map(|r| [&r.hops[band], &r.hops[bands + band]]);
         let mut times: Vec<f64> = levels.filter_map(|hops| decay_time_s(hops, hop_s)).collect();
         times.sort_by(f64::total_cmp);
         (times.len() >= FEWEST_DECAYS).then(|| times[times.len() / 2] as f32)
@@ -108,7 +113,8 @@ impl Cutter {
         if length < 2 * before {
             return None;
         }
-        let ears = deconvolve(&capture.dry(clip, pre_roll), pre_roll, capture.binaural(clip), before, length)?;
+        let dry = capture.dry(clip, pre_roll);
+        let ears = deconvolve(&dry, pre_roll, capture.binaural(clip), before, length)?;
         let direct = arrival(ears.each_ref().map(|h| &h[..first]), rate).filter(|a| a.clarity_db >= CLEAR_DB)?;
         let centre = (direct.time_s * rate).round() as usize;
         let [from, whole, ends, to] = DIRECT_S.map(|s| (s * rate).round() as i64 + centre as i64);
@@ -124,6 +130,7 @@ impl Cutter {
         let mut out = ClipResponse {
             late: centre as i64 - before as i64,
             delay_s: direct.delay_s as f32,
+            sounds: self.sounds(&dry),
             direct: Vec::new(),
             hops: Vec::new(),
         };
@@ -151,6 +158,22 @@ impl Cutter {
             }
         }
         Some(out)
+    }
+
+    fn sounds(&self, dry: &[f32]) -> Vec<bool> {
+        let length = dry.len().next_power_of_two();
+        let spectrum = promenade_fourier::spectrum(dry.iter().copied(), length);
+        let power: Vec<f64> = spectrum.iter().map(|x| f64::from(x.norm_sqr())).collect();
+        let least = SOUNDS * power.iter().sum::<f64>() / power.len() as f64;
+        // Of each of the grid's bins the bins of the whole sound that lie about it.
+        let finer = length as f64 / self.grid.n_fft as f64;
+        let about = |k: usize| {
+            let at = |k: f64| ((k * finer) as usize).min(power.len() - 1);
+            let near = &power[at((k as f64 - 0.5).max(0.0))..=at(k as f64 + 0.5)];
+            near.iter().sum::<f64>() / near.len() as f64
+        };
+        let mean = |band: &Vec<(usize, f32)>| band.iter().map(|(k, weight)| f64::from(*weight) * about(*k)).sum::<f64>();
+        self.weights.iter().map(|band| mean(band) >= least).collect()
     }
 
     /// Mean energy per bin of each band.

@@ -147,19 +147,15 @@ impl Start {
     }
 }
 
-/// Logarithm of a tap that is not there, and so small that no step brings it back.
-const ABSENT: f32 = -30.0;
-
-/// Exponential decays of 0.15 s to 0.6 s, quiet beside the direct sound; stored as logarithms while training. The hop of the direct sound
-/// itself has no tap: its carrier would begin before the direct sound and blur where it comes from.
+/// Exponential decays of 0.15 s to 0.6 s, quiet beside the direct sound; stored as logarithms while training. The first tap is that of the
+/// hop after the direct sound.
 fn tap_shapes_at(taps: usize, shapes: usize, bands: usize, hop_s: f64) -> Vec<f32> {
     let mut out = Vec::with_capacity(shapes * (taps + 1) * bands);
     for shape in 0..shapes {
         let t60 = 0.15 * 4.0_f64.powf(if shapes > 1 { shape as f64 / (shapes - 1) as f64 } else { 0.5 });
         for hop in 0..=taps {
             let decayed = -3.0 * std::f64::consts::LN_10 * hop_s * hop as f64 / t60 - 2.5;
-            let log = if hop == 0 { ABSENT } else { decayed as f32 };
-            out.extend(std::iter::repeat_n(log, bands));
+            out.extend(std::iter::repeat_n(decayed as f32, bands));
         }
     }
     out

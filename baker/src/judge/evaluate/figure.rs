@@ -154,6 +154,7 @@ impl Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signal::convolve::convolve;
 
     #[test]
     fn a_perfect_prediction_has_no_error() {
@@ -178,5 +179,32 @@ mod tests {
         let mean = Figures::mean([figures, swapped].iter());
         assert_eq!(mean.get(Figure::Ild), swapped.get(Figure::Ild).map(|v| 0.5 * v));
         assert_eq!(Figures::mean([].iter()), Figures::default());
+    }
+
+    #[test]
+    fn the_direct_sound_decides_on_the_delay_and_not_the_room() {
+        let rate = 16_000.0;
+        let noise = |seed: u64, count: usize| promenade_testing::noise(seed, count);
+        let dry: Vec<f32> = noise(1, 24_000).iter().enumerate().map(|(i, x)| if i % 5000 < 3000 { *x } else { 0.0 }).collect();
+        // A direct sound that is `later` at the left ear, in a room as loud, by its seeds another one at each ear.
+        let heard = |later: usize, seeds: [u64; 2]| {
+            let ear = |direct: usize, seed: u64| -> Vec<f32> {
+                let mut h: Vec<f32> =
+                    noise(seed, 4000).iter().enumerate().map(|(i, x)| 0.08 * x * (-(i as f32) / 600.0).exp()).collect();
+                h[..60].fill(0.0);
+                h[direct] = 1.0;
+                h
+            };
+            let (left, right) = (ear(20 + later, seeds[0]), ear(20, seeds[1]));
+            convolve(&dry, [&left[..], &right[..]]).map(|ear| ear[8000..24_000].to_vec())
+        };
+        let recorded = heard(5, [2, 3]);
+        let error = |predicted: [Vec<f32>; 2]| {
+            let [p, r] = [&predicted, &recorded].map(|ears| ears.each_ref().map(Vec::as_slice));
+            Figures::of(p, r, (&dry, 8000), rate).get(Figure::Itd).unwrap()
+        };
+        assert!(error(heard(5, [4, 5])) < 10.0);
+        let step_us = 1e6 / rate;
+        assert!((error(heard(4, [2, 3])) - step_us).abs() < 10.0);
     }
 }
