@@ -248,7 +248,8 @@ fn goes_on_after_a_stop_as_if_it_had_not_stopped_and_learns() {
     }
     assert_eq!(parts.curve().len(), 3);
     let last = whole.curve().last().unwrap();
-    assert!(last.test[0] < 0.8 * first.test[0], "MAG from {} to {}", first.test[0], last.test[0]);
+    // Forty steps, which serve the responses too.
+    assert!(last.test[0] < 0.95 * first.test[0], "MAG from {} to {}", first.test[0], last.test[0]);
 
     let other = TrainSettings { seed: 2, ..settings() };
     let refused = trainer(&capture, other).resume(Checkpoint::load(&file).unwrap()).unwrap_err();
