@@ -3,6 +3,7 @@
 pub mod cloud_scene;
 pub(crate) mod direct;
 pub mod field;
+pub mod geometry;
 pub(crate) mod kriging;
 pub(crate) mod late_unit;
 pub(crate) mod layout;
@@ -151,6 +152,8 @@ pub fn bake_responses(
         taps: room.shape.taps,
         measured: Some(hops.into_room()),
         measured_head,
+        room: None,
+        images: None,
         field,
         cloud: None,
         top_hz: room.top_hz,

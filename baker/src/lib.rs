@@ -10,7 +10,7 @@ mod sources;
 pub use promenade_audio::{FileError, atomic, file, resample, sound, wav};
 pub use promenade_sofa::{SofaError, read_head};
 
-pub use bake::{BakeOptions, bake_responses, cloud_scene, field};
+pub use bake::{BakeOptions, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;
 pub use judge::{cost, evaluate, measure, streaming};
 pub use signal::random;

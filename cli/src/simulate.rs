@@ -1,5 +1,7 @@
 //! `promenade simulate`: responses of rooms that nobody has measured.
 
+mod scene;
+
 use crate::args::{RoomArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{path, progress, report};
 use anyhow::{Context, Result, bail};
@@ -43,6 +45,9 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
     let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
     let air = Air::default();
     let eyring = room.eyring_t60_s(volume, Some(air));
+    if args.output.extension().is_some_and(|e| e == "promenade") {
+        return scene::write(&mesh, &room, of, args);
+    }
     let inside = Inside::new(&mesh, &room, source, args.margin)?;
     let poses = mesh_poses(args, &inside)?;
     let set = Responses::load(&args.head, &LoadOptions::default())?;

@@ -8,7 +8,7 @@ use cpu_time::ThreadTime;
 use fft_convolver::TwoStageFFTConvolver;
 use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, Tier};
 use promenade_testing::noise;
-use promenade_testing::scenes::{room, walk};
+use promenade_testing::scenes::{room, room_with_images, walk};
 use std::hint::black_box;
 use std::sync::Arc;
 
@@ -129,12 +129,15 @@ fn engines(scene: &Arc<Scene>) -> Vec<(String, Engine)> {
             s.process(&[x], out, &params, |i| if moving { walk(at + i) } else { still });
         })
     };
+    let images = room_with_images(RATE, 1.0, 0.05, 60);
     let mut engines: Vec<(String, Engine)> = vec![
         ("bare STFT, 1 forward, 2 inverse".to_owned(), Box::new(stft)),
         ("fft-convolver, 2 ears of 1 s, standing still".to_owned(), Box::new(convolver)),
         ("draft, moving".to_owned(), ours(scene, Tier::Draft, true)),
         ("standard, standing still".to_owned(), ours(scene, Tier::Standard, false)),
         ("standard, moving".to_owned(), ours(scene, Tier::Standard, true)),
+        ("standard with 60 images, standing still".to_owned(), ours(&images, Tier::Standard, false)),
+        ("standard with 60 images, moving".to_owned(), ours(&images, Tier::Standard, true)),
     ];
     for file in std::env::args().skip(1).filter(|a| !a.starts_with("--")) {
         let scene = Arc::new(Scene::from_bytes(&std::fs::read(&file).unwrap()).unwrap());

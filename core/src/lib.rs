@@ -41,8 +41,9 @@ pub use render::carriers::Carriers;
 pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
-    Anchor, AnchorCloud, HeldOut, MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, Provenance, ResponseMeasures,
-    Scene, SceneCard, SceneError, SceneParts, TailModel, TooCostly,
+    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, HeldOut, IMAGE_OCTAVES_HZ, ImageSource, ImageSources,
+    MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError,
+    SceneParts, TailModel, TooCostly,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

@@ -1,10 +1,12 @@
 //! What is done to a frame of the source: its direct sound filtered, its time filters and late part added.
 
+pub(crate) mod ambisonic;
 pub(crate) mod bass;
 pub(crate) mod carrier;
 pub(crate) mod carriers;
 pub(crate) mod direct;
 pub(crate) mod head;
+pub(crate) mod images;
 pub(crate) mod lanes;
 pub(crate) mod late;
 pub(crate) mod low;

@@ -5,6 +5,7 @@ use crate::decode::follow::Follower;
 use crate::published::tier::Reference;
 use crate::render::carriers::Carriers;
 use crate::render::head::RenderHead;
+use crate::render::images::ImageRenderer;
 use crate::scene::{Cost, TooCostly};
 use crate::stft::{Spectrum, Stft};
 use crate::{DecodeWorker, Pose, Quality, Scene, StftGrid, Tier, TransferFunction};
@@ -66,12 +67,15 @@ pub struct Renderer {
     /// Level of everything but the direct sound, 0 to 1.
     room_gain: f32,
     reference: Option<Reference>,
+    images: Option<ImageRenderer>,
     /// Poses of the last hops: a frame is rendered with the pose at its centre.
     poses: VecDeque<Pose>,
     /// Sample of a hop at which the pose is asked for, so that the oldest of `poses` belongs to the centre of the newest frame.
     pose_phase: usize,
     /// The last valid pose that was jumped to.
     last: Pose,
+    /// The pose of the frame before.
+    before: Pose,
     /// The next pose is jumped to: nothing has been heard yet, or the transport was moved.
     fresh: bool,
 }
@@ -101,6 +105,7 @@ impl Renderer {
         scene.playable_at(sample_rate_hz)?;
         let grid = scene.grid().at_rate(sample_rate_hz);
         let shape = scene.shape();
+        let images = carriers.images.as_ref().and_then(|filters| ImageRenderer::new(&scene, &grid, filters));
         let head = RenderHead::new(grid, scene.grid(), shape, scene.tail(), carriers);
         let spectrum = || vec![Complex32::default(); grid.bins()];
         let centre = grid.window_len() / 2;
@@ -115,9 +120,11 @@ impl Renderer {
             filled: 0,
             room_gain: 1.0,
             reference: Reference::new(&scene, &grid),
+            images,
             poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
             pose_phase: grid.hop - centre % grid.hop,
             last: Pose::IDENTITY,
+            before: Pose::IDENTITY,
             fresh: true,
             scene,
         })
@@ -188,14 +195,16 @@ impl Renderer {
     /// Samples for which the room sounds on after the input has ended, down to -60 dB and beyond the explicit taps.
     #[must_use]
     pub fn tail_samples(&self) -> usize {
-        self.head.filter_hops() * self.grid.hop + self.scene.tail().longest_t60_samples(self.grid.sample_rate_hz)
+        let images = self.images.as_ref().map_or(0, ImageRenderer::tail_samples);
+        images.max(self.head.filter_hops() * self.grid.hop) + self.scene.tail().longest_t60_samples(self.grid.sample_rate_hz)
     }
 
     /// Bytes of this instance, without the shared scene.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         let reference = self.reference.as_ref().map_or(0, Reference::memory_bytes);
-        reference + self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
+        let images = self.images.as_ref().map_or(0, ImageRenderer::memory_bytes);
+        reference + images + self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
     }
 
     /// Takes the next pose at once instead of following to it; what sounds goes on.
@@ -215,6 +224,9 @@ impl Renderer {
         self.head.reset();
         if let Some(reference) = &mut self.reference {
             reference.reset();
+        }
+        if let Some(images) = &mut self.images {
+            images.reset();
         }
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.filled = 0;
@@ -238,6 +250,7 @@ impl Renderer {
             let pose = valid_or(pose_at(0), self.last);
             self.last = pose;
             self.poses.iter_mut().for_each(|p| *p = pose);
+            self.before = pose;
             let tier = self.follow(pose, &quality, true);
             if let Some(reference) = &mut self.reference {
                 reference.jump(tier == Tier::Reference);
@@ -290,9 +303,15 @@ impl Renderer {
     }
 
     fn hop(&mut self, quality: &Quality) {
+        let before = std::mem::replace(&mut self.before, self.poses[0]);
         let tier = self.follow(self.poses[0], quality, false);
         if let Some(reference) = &mut self.reference {
             reference.note_input(self.stft.newest());
+        }
+        // What is given out with a frame is that of the frame before, nearly: its images belong to the pose of that time.
+        let newest: &[f32] = self.stft.newest();
+        if let Some(images) = &mut self.images {
+            images.take(newest, &before, tier == Tier::Draft);
         }
         self.stft.analyse(&mut self.spectrum);
         let [left, right] = &mut self.ears;
@@ -304,6 +323,9 @@ impl Renderer {
             for (ear, ready) in self.ready.iter_mut().enumerate() {
                 self.stft.give_out(ear, ready);
             }
+        }
+        if let Some(images) = &mut self.images {
+            images.add_to(&mut self.ready);
         }
         if let Some(reference) = &mut self.reference {
             let frame = self.follower.decoded().and_then(|d| d.published.as_ref());

@@ -6,6 +6,7 @@ mod cost;
 mod error;
 mod format;
 mod head;
+mod image_sources;
 mod manifest;
 mod measured;
 
@@ -21,6 +22,7 @@ pub(crate) use cost::Cost;
 pub use cost::TooCostly;
 pub use error::SceneError;
 pub use head::{MeasuredHead, NoHeadError};
+pub use image_sources::{AMBISONIC_CHANNELS, AmbisonicHead, IMAGE_OCTAVES_HZ, ImageSource, ImageSources};
 pub use manifest::MAX_SCENE_BYTES;
 pub use measured::MeasuredRoom;
 
@@ -138,6 +140,10 @@ pub struct SceneParts {
     pub measured_head: Option<MeasuredHead>,
     /// Baked transfer functions: the tiers Draft and Standard.
     pub field: Option<Field>,
+    /// Time filters by listener position and head orientation, played in place of those of `field`; its shape has no bins.
+    pub room: Option<Field>,
+    /// Early reflections with a place of their own.
+    pub images: Option<ImageSources>,
     /// Anchor cloud with its decoder: the tiers High and, with convolution layers, Reference.
     pub cloud: Option<AnchorCloud>,
     /// Above this frequency the data say nothing, Hz: masks and filters are held from here for faster host rates.
@@ -200,6 +206,8 @@ impl Scene {
             field: Some(field.ok_or_else(|| value("transfer function", format!("{shape:?}"), "another shape"))?),
             measured: None,
             measured_head: None,
+            room: None,
+            images: None,
             cloud: None,
             top_hz,
             start_pose: Pose::IDENTITY,
@@ -297,6 +305,12 @@ impl Scene {
         self.parts.field.as_ref()
     }
 
+    /// Early reflections with a place of their own.
+    #[must_use]
+    pub fn images(&self) -> Option<&ImageSources> {
+        self.parts.images.as_ref()
+    }
+
     /// Anchor cloud with its decoder.
     #[must_use]
     pub fn cloud(&self) -> Option<&AnchorCloud> {
@@ -369,7 +383,8 @@ impl Scene {
         let p = &self.parts;
         4 * 3 * p.bands.count()
             + p.measured.as_ref().map_or(0, MeasuredRoom::memory_bytes)
-            + p.field.as_ref().map_or(0, Field::memory_bytes)
+            + [&p.field, &p.room].into_iter().flatten().map(Field::memory_bytes).sum::<usize>()
+            + p.images.as_ref().map_or(0, ImageSources::memory_bytes)
             + p.cloud.as_ref().map_or(0, |c| c.model.memory_bytes())
             + p.anchors.len() * size_of::<Anchor>()
             + p.held_out.len() * size_of::<HeldOut>()

@@ -31,6 +31,8 @@ fn scene(kind: CloudKind, conv: ConvMode, projection: Projection) -> Arc<Scene> 
         field: None,
         measured: None,
         measured_head: None,
+        room: None,
+        images: None,
         cloud: Some(AnchorCloud { model: golden::slice(kind).model, conv, projection, emitter: None }),
         top_hz: 10_000.0,
         start_pose: Pose::IDENTITY,

@@ -38,6 +38,8 @@ fn scene(rate: f64) -> (Arc<Scene>, Vec<f32>) {
         taps: TAPS,
         measured: Some(MeasuredRoom { samples: samples.clone(), hops: HOPS }),
         measured_head: None,
+        room: None,
+        images: None,
         field,
         ..parts
     });

@@ -3,7 +3,7 @@
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use promenade_core::{BlockParams, Spatializer, Tier};
 use promenade_testing::noise;
-use promenade_testing::scenes::{live_renderer, room_with_cloud, walk};
+use promenade_testing::scenes::{live_renderer, room_with_cloud, room_with_images, spatializer, walk};
 use std::collections::BTreeSet;
 
 #[global_allocator]
@@ -57,5 +57,26 @@ fn processing_never_allocates() {
         }
         assert_eq!(Vec::from_iter(played), Tier::ALL);
         assert!(next.is_none() && retired.is_some(), "the swap took place");
+    }
+}
+
+#[test]
+fn image_sources_never_allocate() {
+    for rate in [8_000.0, 44_100.0, 192_000.0] {
+        let mut s = spatializer(&room_with_images(48_000.0, 0.5, 0.1, 40), rate);
+        let input = noise(1, 40_000);
+        let (mut left, mut right) = (vec![0.0; 4_096], vec![0.0; 4_096]);
+        let pose = walk(rate);
+        let mut at = 0;
+        for (turn, size) in [1, 64, 511, 4_096, 480].into_iter().cycle().take(20).enumerate() {
+            let params = BlockParams { tier: Tier::ALL[turn % 2], ..BlockParams::default() };
+            // Now and then the listener is somewhere else at once.
+            let start = at + 7_919 * (turn / 3);
+            assert_no_alloc(|| {
+                s.process(&[&input[at..at + size]], [&mut left[..size], &mut right[..size]], &params, |i| pose(start + i));
+            });
+            assert!(left.iter().chain(&right).all(|v| v.is_finite()));
+            at += size;
+        }
     }
 }

@@ -7,7 +7,7 @@ use promenade_core::{
     SceneError, SceneParts, StftGrid, TailModel, Tier, TransferShape,
 };
 use promenade_testing::noise;
-use promenade_testing::scenes::room;
+use promenade_testing::scenes::{room, room_with_images};
 use safetensors::tensor::{Dtype, TensorView};
 
 /// A scene of a few kilobytes.
@@ -33,6 +33,8 @@ fn small() -> SceneParts {
             around_db: std::array::from_fn(|band| band as f32),
             diffuse_db: [[0.5; HEAD_BANDS], [-0.5; HEAD_BANDS]],
         }),
+        room: None,
+        images: None,
         field: Field::new(nodes, shape, Rows::Whole(rows)).and_then(|f| f.with_shares(shares)),
         cloud: None,
         bounds: (Vec3::ZERO, Vec3::ONE),
@@ -43,9 +45,53 @@ fn small() -> SceneParts {
     }
 }
 
+/// A scene of image sources whose time filters have a table of their own.
+fn with_images() -> Scene {
+    let parts = room_with_images(16_000.0, 0.5, 0.1, 5).parts().clone();
+    let shape = TransferShape { bins: 0, ..parts.shape() };
+    let [x, y, z, yaw, pitch, roll] = [(); 6].map(|()| Axis::single(0.0));
+    let nodes = FieldGrid { position: [x, y, z], facing: Facing::Head { yaw, pitch, roll } };
+    let room = Field::new(nodes, shape, Rows::Whole(vec![0.5; shape.row_len()]));
+    Scene::new(SceneParts { room, ..parts }).unwrap()
+}
+
+#[test]
+fn image_sources_that_do_not_fit_are_refused_by_name() {
+    type Spoil = fn(&mut SceneParts);
+    let images = |spoil: fn(&mut promenade_core::ImageSources)| {
+        let mut parts = with_images().parts().clone();
+        spoil(parts.images.as_mut().unwrap());
+        Scene::new(parts).unwrap_err().to_string()
+    };
+    let scene = |spoil: Spoil| {
+        let mut parts = with_images().parts().clone();
+        spoil(&mut parts);
+        Scene::new(parts).unwrap_err().to_string()
+    };
+    for (error, named) in [
+        (images(|i| i.images.clear()), "number of images"),
+        (images(|i| i.seen.truncate(7)), "seen of images"),
+        (images(|i| i.direct.push(1.0)), "seen of the emitter"),
+        (images(|i| i.images[1].position.x = f32::NAN), "position of an image"),
+        (images(|i| i.images[1].position.x = 900.0), "distance of an image"),
+        (images(|i| i.images[2].gains[3] = -1.0), "gain of an image"),
+        (images(|i| i.air_db_per_m[0] = f32::INFINITY), "air absorption"),
+        (images(|i| i.seen[3] = 1.5), "seen of an image"),
+        (images(|i| i.head.sample_rate_hz = 0.0), "rate of the head"),
+        (images(|i| i.head.filters.clear()), "samples of the head"),
+        (images(|i| i.head.filters.truncate(100)), "values of the head"),
+        (images(|i| i.head.lead = 5_000), "lead of the head"),
+        (images(|i| i.head.filters[0] = f32::NAN), "filters of the head"),
+        (scene(|p| p.field = None), "field"),
+        (scene(|p| p.room = p.field.clone()), "shape of the field"),
+    ] {
+        assert!(error.contains(named), "{named}: {error}");
+    }
+}
+
 #[test]
 fn what_is_written_is_read() {
-    for scene in [Scene::new(small()).unwrap(), (*room(16_000.0, 0.5, 0.1)).clone()] {
+    for scene in [Scene::new(small()).unwrap(), (*room(16_000.0, 0.5, 0.1)).clone(), with_images()] {
         let bytes = scene.to_bytes().unwrap();
         assert!(Scene::from_bytes(&bytes).unwrap() == scene);
         assert!(bytes == scene.to_bytes().unwrap(), "the same scene makes the same file");

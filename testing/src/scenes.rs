@@ -6,8 +6,8 @@ use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
-    Anchor, AnchorCloud, Axis, Bands, BlockParams, Facing, Field, FieldGrid, Pose, Provenance, Renderer, Rows, Scene,
-    SceneParts, Spatializer, StftGrid, TailModel, TransferShape,
+    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, Axis, Bands, BlockParams, Facing, Field, FieldGrid, ImageSource,
+    ImageSources, Pose, Provenance, Renderer, Rows, Scene, SceneParts, Spatializer, StftGrid, TailModel, TransferShape,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -34,6 +34,38 @@ pub fn room_with_cloud(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<S
         conv: ConvMode::LookAhead,
         projection: Projection::Diagonal,
         emitter: None,
+    });
+    Arc::new(Scene::new(parts).unwrap())
+}
+
+/// A [`room`] with `count` image sources all around it, 3 to 20 m away, seen from everywhere. The head hears each channel for 5 ms.
+///
+/// # Panics
+/// The rate is too low for a window.
+#[must_use]
+pub fn room_with_images(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, count: usize) -> Arc<Scene> {
+    let mut parts = parts(sample_rate_hz, t60_s, tail_gain);
+    let image = |i: usize| {
+        let turn = 2.4 * i as f32;
+        let distance = 3.0 + 17.0 * i as f32 / count as f32;
+        let position = distance * Vec3::new(turn.cos(), turn.sin(), 0.3 * (3.0 * turn).sin());
+        let gains = std::array::from_fn(|octave| 0.9 - 0.05 * octave as f32 - 0.3 * i as f32 / count as f32);
+        ImageSource { position, gains }
+    };
+    let length = (0.005 * sample_rate_hz) as usize;
+    let mut filters = crate::noise(9, 2 * AMBISONIC_CHANNELS * length);
+    for filter in filters.chunks_mut(length) {
+        for (i, x) in filter.iter_mut().enumerate() {
+            *x *= 0.1 * (-(i as f32) / 20.0).exp();
+        }
+    }
+    parts.images = Some(ImageSources {
+        images: (0..count).map(image).collect(),
+        air_db_per_m: [0.0, 0.001, 0.003, 0.005, 0.01, 0.03, 0.1],
+        places: [Axis::uniform(-2.0, 2.0, 3), Axis::uniform(-2.0, 4.0, 2), Axis::single(0.0)],
+        seen: vec![1.0; 6 * count],
+        direct: vec![1.0; 6],
+        head: AmbisonicHead { sample_rate_hz, lead: 0, filters },
     });
     Arc::new(Scene::new(parts).unwrap())
 }
@@ -80,6 +112,8 @@ fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> SceneParts {
         field: Some(field),
         measured: None,
         measured_head: None,
+        room: None,
+        images: None,
         cloud: None,
         top_hz: 0.45 * sample_rate_hz as f32,
         start_pose: Pose::IDENTITY,

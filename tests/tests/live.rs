@@ -33,6 +33,8 @@ fn fill(folder: &Path) {
         field: None,
         measured: None,
         measured_head: None,
+        room: None,
+        images: None,
         cloud: Some(AnchorCloud {
             model: golden::slice(CloudKind::Sh).model,
             conv: ConvMode::Off,

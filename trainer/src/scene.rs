@@ -77,6 +77,8 @@ pub(crate) fn scene(
         anchors: display_anchors(&model),
         measured: None,
         measured_head: None,
+        room: None,
+        images: None,
         cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter }),
         top_hz: top_hz(&setup.grid),
         start_pose: start_pose.unwrap_or(Pose::IDENTITY),

@@ -56,6 +56,8 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
         field: None,
         measured: None,
         measured_head: None,
+        room: None,
+        images: None,
         cloud: Some(AnchorCloud {
             conv: if sizes.conv { options.conv } else { ConvMode::Off },
             projection: options.projection,

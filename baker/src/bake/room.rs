@@ -25,7 +25,7 @@ const LEAST_FALL_DB: f64 = 10.0;
 const OVER_NOISE: f64 = 4.0;
 /// Explicit taps reach over half the reverberation time, but no longer and no shorter than this, seconds.
 pub(crate) const LONGEST_EARLY_S: f64 = 0.22;
-const SHORTEST_EARLY_S: f64 = 0.08;
+pub(crate) const SHORTEST_EARLY_S: f64 = 0.08;
 /// Reverberation times are fitted from here on, seconds.
 const FITTED_FROM_S: f64 = 0.16;
 /// The longest time for which the bass rings on as it was measured, seconds.
@@ -91,7 +91,13 @@ fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f
 
 /// Gain of the late part in a band, linear amplitude, from energies over some hops, weighted as they decay; `unit` are those of a gain of
 /// 1.
-fn late_gain(energies: &HopEnergies, unit: &HopEnergies, band: usize, hops: Range<usize>, decay_per_hop: f64) -> f64 {
+pub(crate) fn late_gain(
+    energies: &HopEnergies,
+    unit: &HopEnergies,
+    band: usize,
+    hops: Range<usize>,
+    decay_per_hop: f64,
+) -> f64 {
     let (mut num, mut den) = (0.0, 0.0);
     for (l, (e, u)) in energies[hops.clone()].iter().zip(&unit[hops]).enumerate() {
         let weight = decay_per_hop.powi(2 * l as i32);

@@ -18,8 +18,8 @@ use arrivals::Arrivals;
 use decoder::{RESOLVED_HZ, filters};
 use ears::Frame;
 use harmonics::{channels, degree, order_of, turning};
-use promenade_core::Pose;
 use promenade_core::glam::{Quat, Vec3};
+use promenade_core::{AmbisonicHead, Pose};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{signal, spectrum};
 use promenade_metrics::onset;
@@ -57,6 +57,18 @@ pub struct AmbisonicResponse {
     pub channels: Vec<Vec<f32>>,
     /// File or index it came from.
     pub name: String,
+}
+
+/// A head as image sources are heard with.
+pub(crate) fn ambisonic_head(hrtf: &Hrtf) -> AmbisonicHead {
+    let frame = Frame::short(hrtf);
+    let filters = filters(3, hrtf, frame).into_iter().flatten().flatten().collect();
+    AmbisonicHead { sample_rate_hz: f64::from(hrtf.sample_rate_hz()), lead: frame.lead, filters }
+}
+
+/// What both ears hear of a direction of unit length, forward, left and up, as impulse responses.
+pub(crate) fn head_responses(hrtf: &Hrtf, direction: Vec3) -> [Vec<f32>; 2] {
+    Frame::of(hrtf).heard(hrtf, direction)
 }
 
 /// Ambisonic responses of one room at one sample rate.
@@ -104,7 +116,7 @@ impl AmbisonicResponses {
             let order = response.order().map_err(|(e, f)| wrong(e, f))?;
             let (_, filters) = match &decoder {
                 Some(kept) if kept.0 == order => kept,
-                _ => decoder.insert((order, filters(order, hrtf))),
+                _ => decoder.insert((order, filters(order, hrtf, Frame::of(hrtf)))),
             };
             let split = Split::of(response, self.normalisation, order, self.sample_rate_hz)
                 .ok_or_else(|| wrong("a direct sound in its first channel".to_owned(), "silence".to_owned()))?;

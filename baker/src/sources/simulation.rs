@@ -4,7 +4,7 @@ mod bins;
 mod box_room;
 mod early;
 #[cfg(test)]
-mod heads;
+pub(crate) mod heads;
 mod hrtf;
 mod join;
 mod mesh_room;
@@ -12,6 +12,8 @@ mod part;
 mod poses;
 mod tail;
 mod walls;
+
+pub(crate) use walls::octave_energy;
 
 pub use box_room::{BoxOptions, BoxRoom, MAX_ORDER, simulate_box};
 pub use hrtf::Hrtf;

@@ -58,11 +58,11 @@ pub(crate) struct SimulateMeshArgs {
     /// A listener at this place; may be given more than once
     #[arg(long, value_name = "X,Y,Z", conflicts_with_all = ["path", "grid"], value_parser = parse_point)]
     pub(crate) at: Vec<Vec3>,
-    /// Listeners on a grid of this spacing, metres
+    /// Listeners on a grid of this spacing, metres [default for a scene: about 60 places]
     #[arg(long, value_name = "M", conflicts_with = "path", value_parser = within(0.01_f32, 1000.0))]
     pub(crate) grid: Option<f32>,
     /// Height of the grid over the lowest point of the mesh, metres
-    #[arg(long, value_name = "M", default_value_t = 1.5, requires = "grid", value_parser = within(0.0_f32, 1000.0))]
+    #[arg(long, value_name = "M", default_value_t = 1.5, value_parser = within(0.0_f32, 1000.0))]
     pub(crate) height: f32,
     /// Directions that a listener of --at or --grid looks in, evenly round the circle [default: 24 at a place, 1 on a grid]
     #[arg(long, value_name = "N", conflicts_with_all = ["path", "poses"], value_parser = clap::value_parser!(u32).range(1..=3600))]
@@ -70,6 +70,9 @@ pub(crate) struct SimulateMeshArgs {
     /// Distance of random poses and of a grid from surfaces, metres
     #[arg(long, value_name = "M", default_value_t = 0.3, value_parser = within(0.0_f32, 1000.0))]
     pub(crate) margin: f32,
+    /// Image sources that a scene plays at most, the strongest; the others are part of its late field
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) images: u32,
     /// Reflections that an image source has at most
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(0..=50))]
     pub(crate) order: u32,
@@ -92,8 +95,8 @@ pub(crate) struct SimulateMeshArgs {
     /// part that is there already is not made again
     #[arg(long, value_name = "K/N", value_parser = parse_part)]
     pub(crate) part: Option<Part>,
-    /// Folder to write: WAV files and a responses.json
-    #[arg(short, long, value_name = "FOLDER")]
+    /// What to write: a scene if it ends in .promenade, which can be walked in; else a folder of responses, WAV files and a responses.json
+    #[arg(short, long, value_name = "FILE.promenade|FOLDER")]
     pub(crate) output: PathBuf,
 }
 

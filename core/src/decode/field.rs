@@ -133,6 +133,13 @@ pub(crate) struct Cell {
     scratch: Vec<f32>,
 }
 
+impl Cell {
+    /// Weakens the direct sound.
+    pub(crate) fn dim(&mut self, gain: f32) {
+        self.direct_gain *= gain;
+    }
+}
+
 /// Nodes around a value on one axis, and how many there are on it.
 #[derive(Clone, Copy, Debug)]
 struct Line {

@@ -4,11 +4,13 @@ use crate::bands::{BandPlace, Bands};
 use crate::number::{single, whole};
 use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
 use crate::render::direct::TAKES_OVER_FROM;
+use crate::render::images::ImageFilters;
 use crate::render::lanes::{EarBlocks, LANES, blocks_for};
 use crate::render::late::LATE_HOPS;
 use crate::scene::MeasuredRoom;
 use crate::{Facing, NEAREST_M, Scene, StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
+use std::sync::Arc;
 
 /// From this share of the highest frequency on, the level of that noise is measured.
 const LEVEL_FROM: f64 = 0.75;
@@ -36,6 +38,8 @@ pub struct Carriers {
     pub(crate) late: CarrierSet,
     /// What measured responses have instead of noise.
     pub(crate) measured: Option<MeasuredCarriers>,
+    /// Filters of the image sources.
+    pub(crate) images: Option<Arc<ImageFilters>>,
 }
 
 /// Hops of measured responses that are heard besides the taps.
@@ -106,10 +110,12 @@ impl Carriers {
     pub fn new(scene: &Scene, sample_rate_hz: f64) -> Self {
         let (grid, scene_grid, taps) = (scene.grid().at_rate(sample_rate_hz), scene.grid(), scene.shape().taps);
         let noise = Self::of_noise(&grid, scene_grid, taps, scene.bands(), scene.tail(), scene.top_hz());
-        match scene.measured() {
+        let images = scene.images().map(|images| Arc::new(ImageFilters::new(images, &grid)));
+        let carriers = match scene.measured() {
             Some(room) => noise.carrying(room, &distances(scene, room), &grid, scene_grid, taps),
             None => noise,
-        }
+        };
+        Self { images, ..carriers }
     }
 
     /// Noise for explicit `taps` on a host grid.
@@ -129,7 +135,14 @@ impl Carriers {
             let spectra = hop_carriers(grid, scene_grid, bands, tail, set, hops);
             CarrierSet::pack(spectra.into_iter(), hops, grid.bins())
         };
-        Self { top_hz, places: band_places(grid, bands, top_hz), taps: set(0, taps), late: set(1, LATE_HOPS), measured: None }
+        Self {
+            top_hz,
+            places: band_places(grid, bands, top_hz),
+            taps: set(0, taps),
+            late: set(1, LATE_HOPS),
+            measured: None,
+            images: None,
+        }
     }
 
     /// Puts responses in the place of the taps' noise, which is left above the data's highest frequency.
@@ -186,7 +199,8 @@ impl Carriers {
     pub fn memory_bytes(&self) -> usize {
         let measured =
             self.measured.as_ref().map_or(0, |m| m.first.memory_bytes() + m.low.memory_bytes() + m.bass.memory_bytes());
-        self.taps.memory_bytes() + self.late.memory_bytes() + measured + self.places.len() * size_of::<BandPlace>()
+        let images = self.images.as_ref().map_or(0, |i| i.memory_bytes());
+        self.taps.memory_bytes() + self.late.memory_bytes() + measured + images + self.places.len() * size_of::<BandPlace>()
     }
 }
 

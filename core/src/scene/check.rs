@@ -2,12 +2,13 @@
 
 use super::cost::Cost;
 use super::error::{SceneError, value};
-use super::{AnchorCloud, MeasuredRoom, SceneParts};
+use super::{AMBISONIC_CHANNELS, AnchorCloud, ImageSources, MeasuredRoom, SceneParts};
 use crate::decode::field::{Field, FieldGrid};
 use crate::number::whole;
 use crate::published::{ConvMode, Projection};
 use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{StftGrid, TransferShape};
+use glam::Vec3;
 
 /// The largest numbers of things in a scene, checked before anything is allocated for them.
 const MAX_NODES: usize = 1 << 22;
@@ -16,6 +17,11 @@ const MAX_BINS: usize = 1 << 15;
 pub(super) const MAX_BANDS: usize = 512;
 pub(super) const MAX_HOPS: usize = 4096;
 const MAX_HELD_OUT: usize = 65_536;
+pub(super) const MAX_IMAGES: usize = 1024;
+/// How far images may be from the emitter, metres: the delay line is as long as that.
+const FARTHEST_IMAGE_M: f32 = 200.0;
+/// The longest filters of a head, seconds.
+const LONGEST_HEAD_S: f64 = 0.1;
 
 pub(super) fn limit(what: &str, found: usize, low: usize, high: usize) -> Result<(), SceneError> {
     if (low..=high).contains(&found) { Ok(()) } else { Err(value(what, format!("{low} to {high}"), found)) }
@@ -55,6 +61,13 @@ fn check_field(field: &Field, shape: TransferShape) -> Result<(), SceneError> {
     field.emitter().map_or(Ok(()), |e| in_range("emitter position", &e.to_array(), -1e6, 1e6))
 }
 
+fn check_room(room: &Field, parts: &SceneParts, shape: TransferShape) -> Result<(), SceneError> {
+    if parts.field.is_none() || parts.measured.is_some() || room.shares().is_some() {
+        return Err(value("room of its own", "beside a field, without measured responses", "another scene"));
+    }
+    check_field(room, TransferShape { bins: 0, ..shape })
+}
+
 fn check_measured(measured: &MeasuredRoom, grid: &StftGrid, shape: TransferShape) -> Result<(), SceneError> {
     limit("hops of the responses", measured.hops, shape.taps + 1, MAX_HOPS)?;
     let (found, one) = (measured.samples.len(), measured.response_len(grid));
@@ -62,6 +75,30 @@ fn check_measured(measured: &MeasuredRoom, grid: &StftGrid, shape: TransferShape
         return Err(value("samples of the responses", format!("a multiple of {one}"), found));
     }
     in_range("responses", &measured.samples, -1e6, 1e6)
+}
+
+fn check_images(images: &ImageSources, emitter: Option<Vec3>) -> Result<(), SceneError> {
+    let emitter = emitter.ok_or_else(|| value("image sources", "with an emitter", "none"))?;
+    let (count, places) = (images.images.len(), images.place_count());
+    limit("number of images", count, 1, MAX_IMAGES)?;
+    limit("number of what is seen of images", images.seen.len(), count * places, count * places)?;
+    limit("number of what is seen of the emitter", images.direct.len(), places, places)?;
+    for image in &images.images {
+        in_range("position of an image", &image.position.to_array(), -1e6, 1e6)?;
+        in_range("distance of an image from the emitter", &[image.position.distance(emitter)], 0.0, FARTHEST_IMAGE_M)?;
+        in_range("gain of an image", &image.gains, 0.0, 1e3)?;
+    }
+    in_range("air absorption", &images.air_db_per_m, 0.0, 10.0)?;
+    in_range("what is seen of an image", &images.seen, 0.0, 1.0)?;
+    in_range("what is seen of the emitter", &images.direct, 0.0, 1.0)?;
+    let head = &images.head;
+    if !(8_000.0..=192_000.0).contains(&head.sample_rate_hz) {
+        return Err(value("rate of the head", "8000 to 192000 Hz", head.sample_rate_hz));
+    }
+    limit("samples of the head", head.len(), 1, whole(LONGEST_HEAD_S * head.sample_rate_hz))?;
+    limit("values of the head", head.filters.len(), 2 * AMBISONIC_CHANNELS * head.len(), 2 * AMBISONIC_CHANNELS * head.len())?;
+    limit("lead of the head", head.lead, 0, whole(2e-3 * head.sample_rate_hz))?;
+    in_range("filters of the head", &head.filters, -1e3, 1e3)
 }
 
 /// Nodes name responses that there are.
@@ -118,6 +155,12 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     }
     if let Some(field) = &parts.field {
         check_field(field, shape)?;
+    }
+    if let Some(room) = &parts.room {
+        check_room(room, parts, shape)?;
+    }
+    if let Some(images) = &parts.images {
+        check_images(images, parts.field.as_ref().and_then(Field::emitter))?;
     }
     if let Some(cloud) = &parts.cloud {
         check_cloud(cloud, &parts.grid, shape)?;

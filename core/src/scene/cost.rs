@@ -1,11 +1,12 @@
 //! What playing a scene takes, from its sizes, before anything is allocated.
 
-use super::SceneParts;
-use crate::network::{CONV_LAYERS, CloudSizes};
+use super::{AMBISONIC_CHANNELS, ImageSources, SceneParts};
+use crate::network::{CONV_LAYERS, CloudSizes, SPEED_OF_SOUND_M_S};
 use crate::published::ConvMode;
 use crate::render::lanes::LANES;
 use crate::render::late::LATE_HOPS;
-use crate::{StftGrid, TransferShape};
+use crate::{Field, StftGrid, TransferShape};
+use glam::Vec3;
 use thiserror::Error;
 
 /// The most memory of a scene and one stream of it at a sample rate, bytes.
@@ -19,6 +20,8 @@ const SPECTRUM: f64 = 8.0;
 /// Multiplications per bin and hop of a frame that a tap takes with its share of following the listener, and the late part.
 const TAP_WORK: f64 = 24.0;
 const LATE_WORK: f64 = 200.0;
+/// Multiplications of an image for a sample.
+const IMAGE_WORK: f64 = 40.0;
 /// Hops of the late part's delay lines, with those that it is coloured with.
 const LATE_RING: f64 = 80.0;
 /// The most nodes that a pose is interpolated between.
@@ -62,6 +65,9 @@ impl Cost {
             let row = 4 * parts.shape().bins + parts.shape().tap_len() * (1 + parts.taps / 4);
             cost.per_second += corners * row as f64 / grid.hop_s();
         }
+        if let (Some(images), Some(emitter)) = (&parts.images, parts.field.as_ref().and_then(Field::emitter)) {
+            cost.images(images, emitter, grid);
+        }
         if let Some(cloud) = &parts.cloud {
             cost.cloud(&cloud.model.sizes(), &parts.shape());
             if cloud.conv != ConvMode::Off && *grid == parts.grid {
@@ -73,6 +79,17 @@ impl Cost {
             }
         }
         cost
+    }
+
+    /// Image sources: a delay line of six signals, kept twice, and a head of sixteen channels.
+    fn images(&mut self, images: &ImageSources, emitter: Vec3, grid: &StftGrid) {
+        let rate = grid.sample_rate_hz;
+        let longest_s = f64::from(images.longest_m(emitter)) / f64::from(SPEED_OF_SOUND_M_S) + grid.n_fft as f64 / rate;
+        let head = images.head.len() as f64 * rate / images.head.sample_rate_hz + grid.hop as f64;
+        let channels = AMBISONIC_CHANNELS as f64;
+        self.memory += 12.0 * 4.0 * longest_s * rate + channels * head * (EARS + SPECTRUM);
+        self.preparation += 8.0 * channels * head * images.head.len() as f64;
+        self.per_second += IMAGE_WORK * images.images.len() as f64 * rate + 4.0 * channels * transform(grid) / grid.hop_s();
     }
 
     /// The streaming render head and its carriers.

@@ -1,9 +1,12 @@
 //! The `.promenade` file: safetensors with a JSON manifest in its metadata.
 
-use super::check::{MAX_BANDS, MAX_HOPS, check_grid, check_nodes, limit};
+use super::check::{MAX_BANDS, MAX_HOPS, MAX_IMAGES, check_grid, check_nodes, limit};
 use super::error::{SceneError, value};
-use super::manifest::{MAX_SCENE_BYTES, Manifest, ManifestCloud, ManifestField, VERSION};
-use super::{Anchor, AnchorCloud, MeasuredHead, MeasuredRoom, SceneParts, TailModel};
+use super::manifest::{MAX_SCENE_BYTES, Manifest, ManifestCloud, ManifestField, ManifestImages, VERSION};
+use super::{
+    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, IMAGE_OCTAVES_HZ, ImageSource, ImageSources, MeasuredHead,
+    MeasuredRoom, SceneParts, TailModel,
+};
 use crate::decode::field::{Basis, LowRank, NodeShares, Rows};
 use crate::head::HEAD_BANDS;
 use crate::network::{CloudModel, CloudParts, Tensor};
@@ -18,6 +21,9 @@ use std::collections::HashMap;
 /// Key of the manifest in the container's metadata.
 pub(super) const MANIFEST: &str = "promenade";
 const CHECKSUM: &str = "crc32";
+/// Names of the two tables of transfer functions.
+const FIELD: &str = "field";
+const ROOM: &str = "room";
 /// Prefix of the anchor cloud's weights, before the published names.
 const WEIGHTS: &str = "cloud.weights.";
 
@@ -28,7 +34,7 @@ struct Entry<'a> {
     values: Cow<'a, [f32]>,
 }
 
-fn entry<'a>(name: &'static str, shape: &[usize], values: impl Into<Cow<'a, [f32]>>) -> Entry<'a> {
+fn entry<'a>(name: impl Into<Cow<'static, str>>, shape: &[usize], values: impl Into<Cow<'a, [f32]>>) -> Entry<'a> {
     Entry { name: name.into(), shape: shape.to_vec(), values: values.into() }
 }
 
@@ -50,6 +56,8 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         measured_hops: parts.measured.as_ref().map(|m| m.hops),
         measured_head: parts.measured_head.as_ref().map(|h| h.name.clone()),
         field: parts.field.as_ref().map(|f| ManifestField::of(f.grid(), low_rank(f))),
+        room: parts.room.as_ref().map(|f| ManifestField::of(f.grid(), low_rank(f))),
+        images: parts.images.as_ref().map(ManifestImages::of),
         cloud: parts.cloud.as_ref().map(ManifestCloud::of),
         held_out: parts.held_out.iter().map(Into::into).collect(),
     };
@@ -71,7 +79,13 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         entries.push(entry("measured.head", &[3, HEAD_BANDS], [head.around_db, *left, *right].concat()));
     }
     if let Some(field) = &parts.field {
-        field_entries(field, &mut entries);
+        field_entries(FIELD, field, &mut entries);
+    }
+    if let Some(room) = &parts.room {
+        field_entries(ROOM, room, &mut entries);
+    }
+    if let Some(images) = &parts.images {
+        image_entries(images, &mut entries);
     }
     if let Some(cloud) = &parts.cloud {
         cloud_entries(&cloud.model, &mut entries);
@@ -97,25 +111,37 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
     safetensors::serialize(views, Some(metadata)).map_err(|e| SceneError::Container(e.to_string()))
 }
 
-fn field_entries<'a>(field: &'a Field, entries: &mut Vec<Entry<'a>>) {
+fn field_entries<'a>(table: &str, field: &'a Field, entries: &mut Vec<Entry<'a>>) {
+    let name = |part: &str| format!("{table}.{part}");
     let nodes = field.grid().nodes();
     if let Some(shares) = field.shares() {
         // A number of a response is exact as f32 up to 2^24.
         let responses: Vec<f32> = shares.responses().iter().map(|r| single(f64::from(*r))).collect();
-        entries.push(entry("field.responses", &[nodes, shares.per_node()], responses));
-        entries.push(entry("field.shares", &[nodes, shares.per_node()], shares.weights()));
+        entries.push(entry(name("responses"), &[nodes, shares.per_node()], responses));
+        entries.push(entry(name("shares"), &[nodes, shares.per_node()], shares.weights()));
     }
     match field.rows() {
-        Rows::Whole(rows) => entries.push(entry("field.rows", &[nodes, field.shape().row_len()], rows)),
+        Rows::Whole(rows) => entries.push(entry(name("rows"), &[nodes, field.shape().row_len()], rows)),
         Rows::LowRank(low) => {
             let ranks = [low.levels.rank(), low.taps.rank()];
-            entries.push(entry("field.coefficients", &[nodes, ranks[0] + ranks[1]], &low.coefficients));
-            entries.push(entry("field.levels.mean", &[low.levels.mean.len()], &low.levels.mean));
-            entries.push(entry("field.levels.shapes", &[ranks[0], low.levels.mean.len()], &low.levels.shapes));
-            entries.push(entry("field.taps.mean", &[low.taps.mean.len()], &low.taps.mean));
-            entries.push(entry("field.taps.shapes", &[ranks[1], low.taps.mean.len()], &low.taps.shapes));
+            entries.push(entry(name("coefficients"), &[nodes, ranks[0] + ranks[1]], &low.coefficients));
+            entries.push(entry(name("levels.mean"), &[low.levels.mean.len()], &low.levels.mean));
+            entries.push(entry(name("levels.shapes"), &[ranks[0], low.levels.mean.len()], &low.levels.shapes));
+            entries.push(entry(name("taps.mean"), &[low.taps.mean.len()], &low.taps.mean));
+            entries.push(entry(name("taps.shapes"), &[ranks[1], low.taps.mean.len()], &low.taps.shapes));
         }
     }
+}
+
+fn image_entries<'a>(images: &'a ImageSources, entries: &mut Vec<Entry<'a>>) {
+    let (count, places) = (images.images.len(), images.place_count());
+    let positions: Vec<f32> = images.images.iter().flat_map(|i| i.position.to_array()).collect();
+    let gains: Vec<f32> = images.images.iter().flat_map(|i| i.gains).collect();
+    entries.push(entry("images.direct", &[places], &images.direct));
+    entries.push(entry("images.gains", &[count, IMAGE_OCTAVES_HZ.len()], gains));
+    entries.push(entry("images.head", &[AMBISONIC_CHANNELS, 2, images.head.len()], &images.head.filters));
+    entries.push(entry("images.position", &[count, 3], positions));
+    entries.push(entry("images.seen", &[places, count], &images.seen));
 }
 
 fn cloud_entries<'a>(cloud: &'a CloudModel, entries: &mut Vec<Entry<'a>>) {
@@ -214,8 +240,10 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
         bounds: (m.bounds[0].into(), m.bounds[1].into()),
         anchors,
         held_out: m.held_out.iter().map(Into::into).collect(),
-        field: m.field.map(|f| read_field(f, shape, tensors)).transpose()?,
         measured_head: m.measured_head.map(|name| read_head(name, tensors)).transpose()?,
+        field: m.field.map(|f| read_field(FIELD, f, shape, tensors)).transpose()?,
+        room: m.room.map(|f| read_field(ROOM, f, TransferShape { bins: 0, ..shape }, tensors)).transpose()?,
+        images: m.images.map(|i| read_images(i, tensors)).transpose()?,
         measured: m.measured_hops.map(|hops| read_measured(hops, &grid, tensors)).transpose()?,
         cloud: m.cloud.map(|c| read_cloud(&c, tensors)).transpose()?,
     })
@@ -226,9 +254,11 @@ fn rising(centres: Vec<f32>, what: &str) -> Result<Bands, SceneError> {
     Bands::new(centres).ok_or_else(|| value(what, "at least 2, rising, in Hz", count))
 }
 
-fn read_field(m: ManifestField, shape: TransferShape, tensors: &SafeTensors<'_>) -> Result<Field, SceneError> {
+fn read_field(table: &str, m: ManifestField, shape: TransferShape, tensors: &SafeTensors<'_>) -> Result<Field, SceneError> {
     let low_rank = m.low_rank;
-    let grid = m.grid().ok_or_else(|| value("axis of the field", "rising positions, angles within one turn", "others"))?;
+    let grid =
+        m.grid().ok_or_else(|| value(&format!("axis of the {table}"), "rising positions, angles within one turn", "others"))?;
+    let name = |part: &str| format!("{table}.{part}");
     check_nodes(&grid)?;
     let nodes = grid.nodes();
     let rows = if low_rank {
@@ -236,24 +266,41 @@ fn read_field(m: ManifestField, shape: TransferShape, tensors: &SafeTensors<'_>)
             let mean = floats(tensors, mean, &[Some(len)])?;
             Ok(Basis { mean, shapes: floats(tensors, shapes, &[None, Some(len)])? })
         };
-        let levels = basis("field.levels.mean", "field.levels.shapes", 2 * shape.bins)?;
-        let taps = basis("field.taps.mean", "field.taps.shapes", shape.tap_len() * (shape.taps + 1))?;
-        let coefficients = floats(tensors, "field.coefficients", &[Some(nodes), Some(levels.rank() + taps.rank())])?;
+        let levels = basis(&name("levels.mean"), &name("levels.shapes"), 2 * shape.bins)?;
+        let taps = basis(&name("taps.mean"), &name("taps.shapes"), shape.tap_len() * (shape.taps + 1))?;
+        let coefficients = floats(tensors, &name("coefficients"), &[Some(nodes), Some(levels.rank() + taps.rank())])?;
         Rows::LowRank(LowRank { levels, taps, coefficients })
     } else {
-        Rows::Whole(floats(tensors, "field.rows", &[Some(nodes), Some(shape.row_len())])?)
+        Rows::Whole(floats(tensors, &name("rows"), &[Some(nodes), Some(shape.row_len())])?)
     };
-    let field = Field::new(grid, shape, rows).ok_or_else(|| value("field", "a row per node", "another number"))?;
-    if tensors.tensor("field.shares").is_err() {
+    let field = Field::new(grid, shape, rows).ok_or_else(|| value(table, "a row per node", "another number"))?;
+    if tensors.tensor(&name("shares")).is_err() {
         return Ok(field);
     }
-    let weights = floats(tensors, "field.shares", &[Some(nodes), None])?;
+    let weights = floats(tensors, &name("shares"), &[Some(nodes), None])?;
     let per_node = weights.len() / nodes;
-    let responses = floats(tensors, "field.responses", &[Some(nodes), Some(per_node)])?;
+    let responses = floats(tensors, &name("responses"), &[Some(nodes), Some(per_node)])?;
     let number = |r: &f32| u32::try_from(whole(f64::from(*r))).unwrap_or(u32::MAX);
     let shares = NodeShares::new(per_node, responses.iter().map(number).collect(), weights);
     let field = shares.and_then(|shares| field.with_shares(shares));
     field.ok_or_else(|| value("shares of responses", format!("1 to {MOST_SHARES} per node"), per_node))
+}
+
+fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSources, SceneError> {
+    let gains = floats(tensors, "images.gains", &[None, Some(IMAGE_OCTAVES_HZ.len())])?;
+    let count = gains.len() / IMAGE_OCTAVES_HZ.len();
+    limit("number of images", count, 1, MAX_IMAGES)?;
+    let position = floats(tensors, "images.position", &[Some(count), Some(3)])?;
+    let gains = gains.as_chunks::<7>().0;
+    let image = |(p, gains): (&[f32], &[f32; 7])| ImageSource { position: Vec3::from_slice(p), gains: *gains };
+    let images = position.chunks_exact(3).zip(gains).map(image).collect();
+    let (air_db_per_m, sample_rate_hz, lead) = (m.air_db_per_m, m.head_rate_hz, m.head_lead);
+    let filters = floats(tensors, "images.head", &[Some(AMBISONIC_CHANNELS), Some(2), None])?;
+    let places = m.places().ok_or_else(|| value("axis of the images' places", "rising positions", "others"))?;
+    let place_count = places.iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
+    let seen = floats(tensors, "images.seen", &[Some(place_count), Some(count)])?;
+    let direct = floats(tensors, "images.direct", &[Some(place_count)])?;
+    Ok(ImageSources { images, air_db_per_m, places, seen, direct, head: AmbisonicHead { sample_rate_hz, lead, filters } })
 }
 
 fn read_measured(hops: usize, grid: &StftGrid, tensors: &SafeTensors<'_>) -> Result<MeasuredRoom, SceneError> {

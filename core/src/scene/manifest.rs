@@ -1,6 +1,6 @@
 //! The manifest's own types, apart from the scene's: the file is a boundary.
 
-use super::{AnchorCloud, Provenance};
+use super::{AnchorCloud, ImageSources, Provenance};
 use crate::decode::field::{Axis, Facing, FieldGrid};
 use crate::network::{CloudEmitter, CloudKind, DELAY_SHAPES, Placement, PoseConvention};
 use crate::published::{ConvMode, Projection};
@@ -36,6 +36,12 @@ pub(super) struct Manifest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) measured_head: Option<String>,
     pub(super) field: Option<ManifestField>,
+    /// Absent in scenes whose time filters are the field's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) room: Option<ManifestField>,
+    /// Absent in scenes without image sources.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) images: Option<ManifestImages>,
     pub(super) cloud: Option<ManifestCloud>,
     pub(super) held_out: Vec<ManifestHeldOut>,
 }
@@ -68,6 +74,15 @@ pub(super) struct ManifestField {
     position: [ManifestAxis; 3],
     facing: ManifestFacing,
     pub(super) low_rank: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestImages {
+    places: [ManifestAxis; 3],
+    pub(super) air_db_per_m: [f32; 7],
+    pub(super) head_rate_hz: f64,
+    pub(super) head_lead: usize,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -120,6 +135,29 @@ pub(super) struct ManifestHeldOut {
     c50_db: Option<f64>,
 }
 
+impl ManifestAxis {
+    fn axis(self) -> Option<Axis> {
+        Axis::new(self.nodes, self.circle)
+    }
+}
+
+impl ManifestImages {
+    pub(super) fn of(images: &ImageSources) -> Self {
+        Self {
+            places: images.places.each_ref().map(Into::into),
+            air_db_per_m: images.air_db_per_m,
+            head_rate_hz: images.head.sample_rate_hz,
+            head_lead: images.head.lead,
+        }
+    }
+
+    /// The places; `None` where an axis does not rise.
+    pub(super) fn places(self) -> Option<[Axis; 3]> {
+        let [x, y, z] = self.places.map(ManifestAxis::axis);
+        Some([x?, y?, z?])
+    }
+}
+
 impl ManifestField {
     pub(super) fn of(grid: &FieldGrid, low_rank: bool) -> Self {
         let [x, y, z] = &grid.position;
@@ -136,7 +174,7 @@ impl ManifestField {
 
     /// The grid; `None` where an axis does not rise.
     pub(super) fn grid(self) -> Option<FieldGrid> {
-        let axis = |a: ManifestAxis| Axis::new(a.nodes, a.circle);
+        let axis = ManifestAxis::axis;
         let facing = match self.facing {
             ManifestFacing::Emitter { position, elevation, azimuth } => {
                 Facing::Emitter { position: position.into(), elevation: axis(elevation)?, azimuth: axis(azimuth)? }

@@ -16,7 +16,7 @@ const DIRECTIONS: usize = 600;
 pub(super) const RESOLVED_HZ: f64 = 620.0;
 
 /// Filters of each channel for each ear, `[channel][ear]`, as impulse responses of a [`Frame`].
-pub(super) fn filters(order: usize, hrtf: &Hrtf) -> Vec<[Vec<f32>; 2]> {
+pub(super) fn filters(order: usize, hrtf: &Hrtf, frame: Frame) -> Vec<[Vec<f32>; 2]> {
     let directions: Vec<Vec3> = (0..DIRECTIONS).map(|i| lattice(i, DIRECTIONS)).collect();
     let heard: Vec<[Vec<Complex32>; 2]> = directions.iter().map(|d| spectra(hrtf, *d)).collect();
     let basis: Vec<Vec<f32>> = directions.iter().map(|d| harmonics(order, *d)).collect();
@@ -46,7 +46,6 @@ pub(super) fn filters(order: usize, hrtf: &Hrtf) -> Vec<[Vec<f32>; 2]> {
             (filter[0][bin], filter[1][bin]) = (left[channel], right[channel]);
         }
     }
-    let frame = Frame::of(hrtf);
     filters.into_iter().map(|ears| ears.map(|spectrum| frame.impulse(spectrum))).collect()
 }
 

@@ -7,8 +7,11 @@ use promenade_fourier::signal;
 
 /// Samples that all impulse responses begin before the sound is at the head's centre, seconds: the near ear is earlier, and filters ring.
 const LEAD_S: f64 = 0.0015;
-/// How long impulse responses are after that, seconds, and how long they fade out.
+/// How long impulse responses are after that, seconds, ...
 const LENGTH_S: f64 = 0.012;
+/// ... where many are convolved at once ...
+const SHORT_S: f64 = 0.003;
+/// ... and how long they fade out.
 const FADE_S: f64 = 0.001;
 
 /// Impulse responses of one length, which begin one lead before the sound is at the head's centre.
@@ -24,9 +27,18 @@ pub(super) struct Frame {
 
 impl Frame {
     pub(super) fn of(hrtf: &Hrtf) -> Self {
+        Self::lasting(LENGTH_S, hrtf)
+    }
+
+    /// For filters of many channels: a head's own response is over by then, its room's is not asked for.
+    pub(super) fn short(hrtf: &Hrtf) -> Self {
+        Self::lasting(SHORT_S, hrtf)
+    }
+
+    fn lasting(length_s: f64, hrtf: &Hrtf) -> Self {
         let samples = |s: f64| (s * f64::from(hrtf.sample_rate_hz())).round() as usize;
         let lead = samples(LEAD_S);
-        Self { lead, length: lead + samples(LENGTH_S), fade: samples(FADE_S), n_fft: hrtf.bins.n_fft }
+        Self { lead, length: lead + samples(length_s), fade: samples(FADE_S), n_fft: hrtf.bins.n_fft }
     }
 
     /// The impulse response of a spectrum about the moment at which the sound is at the head's centre.

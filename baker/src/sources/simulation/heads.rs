@@ -6,7 +6,7 @@ use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use std::f32::consts::PI;
 
-pub(super) const RATE: u32 = 24_000;
+pub(crate) const RATE: u32 = 24_000;
 
 pub(super) fn set(directions: &[Vec3], ears: impl Fn(Vec3) -> [Vec<f32>; 2]) -> Responses {
     let response = |(i, d): (usize, &Vec3)| {
@@ -21,7 +21,7 @@ pub(super) fn set(directions: &[Vec3], ears: impl Fn(Vec3) -> [Vec<f32>; 2]) -> 
 }
 
 /// A head that hears alike from everywhere: two ears at its centre.
-pub(super) fn transparent() -> Hrtf {
+pub(crate) fn transparent() -> Hrtf {
     let pulse = || (0..64).map(|i| f32::from(u8::from(i == 20))).collect();
     Hrtf::new(&set(&[Vec3::X], |_| [pulse(), pulse()]), RATE).unwrap()
 }

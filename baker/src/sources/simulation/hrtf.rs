@@ -33,8 +33,8 @@ pub struct Hrtf {
     spectra: Vec<[Vec<Complex32>; 2]>,
     /// Real interaural coherence in a diffuse field, by bin.
     coherence: Vec<f32>,
-    pub(super) credit: String,
-    pub(super) licence: String,
+    pub(crate) credit: String,
+    pub(crate) licence: String,
 }
 
 impl Hrtf {
@@ -90,7 +90,7 @@ impl Hrtf {
     }
 
     /// Real interaural coherence in a diffuse field at a frequency, -1 to 1.
-    pub(super) fn coherence(&self, hz: f64) -> f32 {
+    pub(crate) fn coherence(&self, hz: f64) -> f32 {
         let bin = hz * self.bins.n_fft as f64 / self.bins.sample_rate_hz;
         let bin = (bin.round() as usize).min(self.coherence.len() - 1);
         self.coherence[bin]

@@ -31,7 +31,7 @@ pub(super) fn octave(values: &Octaves, hz: f64) -> f64 {
 }
 
 /// Energies by octave at a frequency: their levels lie between those of the octaves.
-pub(super) fn octave_energy(energies: &[f64; 7], hz: f64) -> f64 {
+pub(crate) fn octave_energy(energies: &[f64; 7], hz: f64) -> f64 {
     let (below, fraction) = octave_place(hz);
     let [a, b] = [energies[below], energies[below + 1]];
     if a > 0.0 && b > 0.0 { a * (b / a).powf(fraction) } else { a + fraction * (b - a) }

@@ -1,14 +1,20 @@
 //! Follows poses through a field.
 
-use crate::decode::field::Cell;
+use crate::decode::field::{Cell, Field};
 use crate::decode::{Change, Decoder};
+use crate::number::single;
 use crate::{LiveParams, Pose, Scene, TransferFunction};
+use glam::Vec3;
 use std::sync::Arc;
 
 /// A listener's place in a scene's field.
 pub(crate) struct FieldDecoder {
     scene: Arc<Scene>,
     cell: Cell,
+    /// The place in the scene's room, where its time filters have a table of their own.
+    room: Option<Cell>,
+    /// What air takes of the direct sound, where the scene knows it.
+    air: Option<Air>,
     pose: Pose,
     transfer: TransferFunction,
 }
@@ -17,7 +23,40 @@ impl FieldDecoder {
     /// `None` where the scene has no field.
     pub(crate) fn new(scene: &Arc<Scene>) -> Option<Self> {
         let (cell, transfer) = (scene.field()?.cell(), scene.shape().silent());
-        Some(Self { scene: Arc::clone(scene), cell, pose: Pose::IDENTITY, transfer })
+        let room = scene.parts().room.as_ref().map(Field::cell);
+        let air = Air::new(scene);
+        Some(Self { scene: Arc::clone(scene), cell, room, air, pose: Pose::IDENTITY, transfer })
+    }
+}
+
+/// Share of the distance by which it may differ before the air's gains are made anew.
+const SAME_DISTANCE: f32 = 0.01;
+
+/// What air takes of the direct sound on its way.
+struct Air {
+    emitter: Vec3,
+    /// Of a metre, nepers, by bin.
+    nepers_per_m: Vec<f32>,
+    /// Distance that the gains are made for, metres.
+    distance: f32,
+    gains: Vec<f32>,
+}
+
+impl Air {
+    fn new(scene: &Scene) -> Option<Self> {
+        let (images, emitter) = (scene.images()?, scene.emitter()?);
+        let grid = scene.grid();
+        let nepers_per_m: Vec<f32> = (0..grid.bins()).map(|k| single(images.air_nepers_per_m(grid.bin_hz(k)))).collect();
+        Some(Self { emitter, gains: vec![1.0; nepers_per_m.len()], nepers_per_m, distance: 0.0 })
+    }
+
+    fn apply(&mut self, pose: &Pose, mixture: &mut [f32]) {
+        let distance = pose.position.distance(self.emitter);
+        if (distance - self.distance).abs() > SAME_DISTANCE * distance {
+            self.distance = distance;
+            self.gains.iter_mut().zip(&self.nepers_per_m).for_each(|(g, a)| *g = (-a * distance).exp());
+        }
+        mixture.iter_mut().zip(&self.gains).for_each(|(m, g)| *m *= g);
     }
 }
 
@@ -26,19 +65,33 @@ impl Decoder for FieldDecoder {
         let Some(field) = self.scene.field().filter(|_| whole || *pose != self.pose) else { return false };
         self.pose = *pose;
         field.locate(pose, &mut self.cell);
+        if let Some(images) = self.scene.images() {
+            self.cell.dim(images.direct_at(pose.position));
+        }
+        if let (Some(room), Some(cell)) = (&self.scene.parts().room, &mut self.room) {
+            room.locate(pose, cell);
+        }
         field.masks(&mut self.cell, &mut self.transfer);
+        if let Some(air) = &mut self.air {
+            air.apply(pose, &mut self.transfer.mixture);
+        }
         true
     }
 
     fn update_filters(&mut self, change: &Change) {
-        let Some(field) = self.scene.field() else { return };
+        let parts = self.scene.parts();
+        let (field, cell) = match (&parts.room, &mut self.room, &parts.field) {
+            (Some(room), Some(cell), _) => (room, cell),
+            (_, _, Some(field)) => (field, &mut self.cell),
+            _ => return,
+        };
         let late = field.shape().taps;
         for hop in (0..late).filter(|tap| change.names_tap(*tap)) {
-            field.taps(&mut self.cell, hop..hop + 1, &mut self.transfer);
+            field.taps(cell, hop..hop + 1, &mut self.transfer);
         }
         // All hops of the late part have one row of gains.
         if change.filters.iter().any(|hop| hop >= late) {
-            field.taps(&mut self.cell, late..late + 1, &mut self.transfer);
+            field.taps(cell, late..late + 1, &mut self.transfer);
         }
     }
 

@@ -1,0 +1,453 @@
+//! Geometry baking: a room of surfaces becomes a scene of image sources with a late field.
+//!
+//! The strongest images are played as they are. What the rest of them and the scattered rays bring is energy, by hop and band, that noise
+//! carries; together they have all of the room's energy at every place.
+
+use crate::bake::direct::Direct;
+use crate::bake::late_unit::Late;
+use crate::bake::log_transfer::LogTransfer;
+use crate::bake::room::{LONGEST_EARLY_S, SHORTEST_EARLY_S, late_gain};
+use crate::error::BakeError;
+use crate::signal::spectrum::{Analyser, HopEnergies};
+use crate::sources::ambisonic::{ambisonic_head, head_responses};
+use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ, octave_energy};
+use promenade_acoustics::{Air, Echogram, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, late_field};
+use promenade_core::glam::Vec3;
+use promenade_core::network::SPEED_OF_SOUND_M_S;
+use promenade_core::{
+    Anchor, Axis, Bands, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts,
+    StftGrid, TailModel, TransferShape,
+};
+use promenade_metrics::slope;
+use rayon::prelude::*;
+use std::f32::consts::{FRAC_PI_2, PI};
+
+/// Directions that the direct sound is stored for: elevations from straight down to straight up, and azimuths.
+const ELEVATIONS: usize = 9;
+const AZIMUTHS: usize = 36;
+/// Frame of the short-time transform, seconds.
+const WINDOW_S: f64 = 0.020;
+/// Places of the listener, at most.
+const MOST_PLACES: usize = 4096;
+/// The fall of the late part that its reverberation time is fitted to, dB.
+const FITTED_DB: f64 = 15.0;
+/// Reverberation time of a room in which nothing decays in sight, seconds.
+const UNKNOWN_T60_S: f64 = 0.3;
+/// The longest and shortest time that rays are followed, seconds.
+const RAY_LENGTH_S: (f64, f64) = (0.3, 8.0);
+
+/// How a scene is made of a room.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeometryOptions {
+    /// Image sources that are played, at most; the strongest are.
+    pub images: usize,
+    /// Reflections that an image has at most, and beams that search them.
+    pub order: u32,
+    /// Beams of the search.
+    pub beams: usize,
+    /// Rays of the late field.
+    pub rays: usize,
+    /// Metres between places of the listener.
+    pub spacing_m: f32,
+    /// Height of the listener's head over the lowest point of the room, metres.
+    pub height_m: f32,
+    /// Distance of places from surfaces, metres.
+    pub margin_m: f32,
+    /// What the air takes; nothing without it.
+    pub air: Option<Air>,
+    /// Seed of rays and noise.
+    pub seed: u64,
+    /// Name shown to the user.
+    pub title: String,
+    /// How the scene is made, in one line, for its provenance.
+    pub recipe: String,
+}
+
+/// Places of the listener on a plan.
+struct Plan {
+    axes: [Axis; 3],
+    /// Places in the room.
+    places: Vec<Vec3>,
+    /// For each node of the axes, `[y][x]`, the nearest place.
+    nearest: Vec<usize>,
+}
+
+impl Plan {
+    fn of(mesh: &Mesh, inside: &Inside<'_>, options: &GeometryOptions) -> Result<Self, BakeError> {
+        let [low, high] = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
+        let axis = |low: f32, high: f32| {
+            let (low, high) = (low + options.margin_m, high - options.margin_m);
+            let count = ((high - low) / options.spacing_m).max(0.0).floor() as usize + 1;
+            // The same distance is left over on both sides.
+            let first = 0.5 * (low + high - (count - 1) as f32 * options.spacing_m);
+            Axis::uniform(first, options.spacing_m, count)
+        };
+        let axes = [axis(low.x, high.x), axis(low.y, high.y), Axis::single(low.z + options.height_m)];
+        let count = axes[0].count().saturating_mul(axes[1].count());
+        if count > MOST_PLACES {
+            let found = format!("{count} at {} m", options.spacing_m);
+            return Err(BakeError::argument("places of the listener", format!("at most {MOST_PLACES}"), found));
+        }
+        let z = axes[2].start();
+        let nodes: Vec<Vec3> =
+            axes[1].nodes().iter().flat_map(|y| axes[0].nodes().iter().map(move |x| Vec3::new(*x, *y, z))).collect();
+        let places: Vec<Vec3> = nodes.iter().copied().filter(|at| inside.holds(*at)).collect();
+        if places.is_empty() {
+            let found = format!("none at a height of {} m and {} m off surfaces", options.height_m, options.margin_m);
+            return Err(BakeError::argument("places of the listener", "one in the room", found));
+        }
+        let near = |node: &Vec3| {
+            let distance = |i: &usize| places[*i].distance_squared(*node);
+            (0..places.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+        };
+        let nearest = nodes.iter().map(near).collect();
+        Ok(Self { axes, places, nearest })
+    }
+}
+
+/// What one place hears.
+struct Heard {
+    at: [f64; 3],
+    images: Vec<Image>,
+    echogram: Echogram,
+    /// Seconds of the direct sound, seen or not.
+    direct_s: f64,
+}
+
+impl Heard {
+    fn sees_emitter(&self) -> bool {
+        self.images.iter().any(|image| image.order == 0)
+    }
+}
+
+/// Bakes a scene of a room with an emitter, metres, heard with a head at the sample rate of its responses. `done` is told the share of the
+/// work that is, 0 to 1. The same input and seed make the same scene.
+///
+/// # Errors
+/// An option out of range, a room without a place for the listener, an emitter that no place hears.
+pub fn bake_geometry(
+    mesh: &Mesh,
+    room: &Room,
+    emitter: Vec3,
+    hrtf: &Hrtf,
+    options: &GeometryOptions,
+    done: impl Fn(f64) + Sync,
+) -> Result<Scene, BakeError> {
+    let rate = f64::from(hrtf.sample_rate_hz());
+    let grid = StftGrid::four_hops(rate, (rate * WINDOW_S / 4.0).round());
+    let inside = Inside::new(mesh, room, emitter, options.margin_m)?;
+    let plan = Plan::of(mesh, &inside, options)?;
+    let eyring = room.eyring_t60_s(mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume()), options.air);
+    let longest = eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
+    let heard = listen(room, emitter, &plan.places, &grid, longest, options, done)?;
+    let (images, seen) = strongest(&heard, &plan, options);
+    let bands = Bands::for_rate(rate);
+    let rest: Vec<HopEnergies> = heard.par_iter().map(|h| left_over(h, &images, &grid, &bands, options.air)).collect();
+    let typical = typical_t60_s(&heard);
+    let early_s = (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S);
+    let taps = (early_s / grid.hop_s()).round() as usize;
+    let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
+    let t60_s = decay(&rest, taps + 1, grid.hop_s(), typical);
+    let coherence = bands.centres_hz().iter().map(|hz| hrtf.coherence(f64::from(*hz))).collect();
+    let tail = TailModel { seed: options.seed, t60_s, coherence };
+    let top_hz = (0.42 * rate) as f32;
+    let gain = unit_gain(&heard);
+    let late = Late { grid: &grid, bands: &bands, tail: &tail, shape, top_hz };
+    let unit = late.unit(rest[0].len())?;
+    let filters: Vec<Vec<f32>> =
+        rest.iter().map(|energies| time_filters(energies, &unit[0], shape, &tail, &grid, gain)).collect();
+    let head_turns = [(); 3].map(|()| Axis::single(0.0));
+    let [yaw, pitch, roll] = head_turns;
+    let nodes = FieldGrid { position: plan.axes.clone(), facing: Facing::Head { yaw, pitch, roll } };
+    let rows: Vec<f32> = plan.nearest.iter().flat_map(|place| [vec![0.0], filters[*place].clone()].concat()).collect();
+    let fits = || BakeError::argument("table of the scene", "a row per node", "another number");
+    let reverberation = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(rows)).ok_or_else(fits)?;
+    let field = direct_field(emitter, hrtf, &grid, shape, gain).ok_or_else(fits)?;
+    let air_db_per_m = OCTAVES_HZ.map(|hz| options.air.map_or(0.0, |air| air.db_per_m(f64::from(hz)) as f32));
+    let direct = plan.nearest.iter().map(|place| f32::from(u8::from(heard[*place].sees_emitter()))).collect();
+    let scaled = |image: &Kept| ImageSource {
+        position: Vec3::from_array(image.position.map(|c| c as f32)),
+        gains: image.gains.map(|g| gain as f32 * g),
+    };
+    let sources = ImageSources {
+        images: images.iter().map(scaled).collect(),
+        air_db_per_m,
+        places: plan.axes.clone(),
+        seen,
+        direct,
+        head: ambisonic_head(hrtf),
+    };
+    let [x, y, z] = &plan.axes;
+    let middle = start_pose(&heard, &plan, emitter);
+    Ok(Scene::new(SceneParts {
+        provenance: Provenance {
+            title: options.title.clone(),
+            credit: hrtf.credit.clone(),
+            licence: hrtf.licence.clone(),
+            recipe: options.recipe.clone(),
+            notes: vec![format!(
+                "{} image sources of order {} at most, {} rays, {} places {} m apart, head of {} directions",
+                sources.images.len(),
+                options.order,
+                options.rays,
+                plan.places.len(),
+                options.spacing_m,
+                hrtf.directions()
+            )],
+        },
+        grid,
+        bands,
+        tail,
+        taps,
+        measured: None,
+        measured_head: None,
+        field: Some(field),
+        room: Some(reverberation),
+        images: (!sources.images.is_empty()).then_some(sources),
+        cloud: None,
+        top_hz,
+        start_pose: middle,
+        bounds: (Vec3::new(x.start(), y.start(), z.start()), Vec3::new(x.end(), y.end(), z.end())),
+        anchors: outline(mesh, emitter),
+        held_out: Vec::new(),
+    })?)
+}
+
+/// Images and echograms of all places.
+fn listen(
+    room: &Room,
+    emitter: Vec3,
+    places: &[Vec3],
+    grid: &StftGrid,
+    length_s: f64,
+    options: &GeometryOptions,
+    done: impl Fn(f64) + Sync,
+) -> Result<Vec<Heard>, BakeError> {
+    let source = emitter.as_dvec3().to_array();
+    let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
+    let search = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
+    let images = Images::new(room, source, &search)?;
+    let rays = RayOptions {
+        rays: options.rays,
+        length_s: length_s.clamp(RAY_LENGTH_S.0, RAY_LENGTH_S.1),
+        bin_s: 0.5 * grid.hop_s(),
+        image_order: options.order,
+        radius_m: None,
+        air: options.air,
+        seed: options.seed,
+    };
+    let late = late_field(room, source, &listeners, &rays, |share| done(0.9 * share))?;
+    let heard: Result<Vec<Heard>, BakeError> = listeners
+        .par_iter()
+        .zip(late.echograms)
+        .map(|(at, echogram)| {
+            let images = images.seen_from(room, *at, Share::Specular)?;
+            let direct_s = distance(source, *at) / f64::from(SPEED_OF_SOUND_M_S);
+            Ok(Heard { at: *at, images, echogram, direct_s })
+        })
+        .collect();
+    done(1.0);
+    heard
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+/// An image that is played.
+struct Kept {
+    index: usize,
+    position: [f64; 3],
+    gains: Octaves,
+}
+
+/// The images that are strongest at any place, the strongest first, and how much of each is seen at each node, `[node][image]`.
+fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Kept>, Vec<f32>) {
+    /// An image at all places: the largest share of any place's energy, the sum of its gains and the number of places.
+    struct Found {
+        image: Kept,
+        score: f64,
+        sums: [f64; 7],
+        seen: f64,
+    }
+    let mut found: std::collections::BTreeMap<usize, Found> = std::collections::BTreeMap::new();
+    for (place, h) in plan.places.iter().zip(heard) {
+        let at = place.as_dvec3().to_array();
+        for image in h.images.iter().filter(|image| image.order > 0) {
+            let entry = found.entry(image.index).or_insert_with(|| Found {
+                image: Kept { index: image.index, position: image.position, gains: image.gains },
+                score: 0.0,
+                sums: [0.0; 7],
+                seen: 0.0,
+            });
+            let energy: f64 = image.gains.iter().map(|g| f64::from(*g).powi(2)).sum();
+            entry.score = entry.score.max(energy / distance(image.position, at).powi(2));
+            entry.sums.iter_mut().zip(image.gains).for_each(|(s, g)| *s += f64::from(g));
+            entry.seen += 1.0;
+        }
+    }
+    let mut all: Vec<Found> = found.into_values().collect();
+    all.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.image.index.cmp(&b.image.index)));
+    all.truncate(options.images);
+    let kept: Vec<Kept> = all.into_iter().map(|f| Kept { gains: f.sums.map(|s| (s / f.seen) as f32), ..f.image }).collect();
+    // A surface of two materials reflects one more here and the other more there.
+    let share = |place: &usize, kept: &Kept| {
+        let image = heard[*place].images.iter().find(|image| image.index == kept.index);
+        image.map_or(0.0, |image| {
+            let energy = |gains: &Octaves| gains.iter().map(|g| g * g).sum::<f32>();
+            (energy(&image.gains) / energy(&kept.gains).max(1e-12)).sqrt().min(1.0)
+        })
+    };
+    let seen = plan.nearest.iter().flat_map(|place| kept.iter().map(move |kept| share(place, kept))).collect();
+    (kept, seen)
+}
+
+/// Energy per hop after the direct sound and band that played images do not have: rays and all other images.
+fn left_over(heard: &Heard, kept: &[Kept], grid: &StftGrid, bands: &Bands, air: Option<Air>) -> HopEnergies {
+    let mut echogram = heard.echogram.clone();
+    let decay = air.map_or([0.0; 7], |air| air.decay_per_m());
+    let emitter_m = heard.direct_s * f64::from(SPEED_OF_SOUND_M_S);
+    for image in heard.images.iter().filter(|i| i.order > 0 && !kept.iter().any(|k| k.index == i.index)) {
+        let way = distance(image.position, heard.at).max(emitter_m);
+        let energy = std::array::from_fn(|b| image.gains[b].powi(2) * (-decay[b] * way as f32).exp() / (way * way) as f32);
+        echogram.add(way / f64::from(SPEED_OF_SOUND_M_S), &energy, [0.0; 3]);
+    }
+    // Hop `l` begins a quarter of a hop before `l` hops after the direct sound, as the render head's taps do.
+    let start = heard.direct_s - 0.25 * grid.hop_s();
+    let hops = ((echogram.bins.len() as f64 * echogram.bin_s - heard.direct_s) / grid.hop_s()).ceil().max(2.0) as usize;
+    let mut octaves = vec![[0.0_f64; 7]; hops];
+    for (i, bin) in echogram.bins.iter().enumerate() {
+        // A bin reaches into two hops.
+        let place = (i as f64 * echogram.bin_s - start) / grid.hop_s();
+        let width = echogram.bin_s / grid.hop_s();
+        let first = place.floor();
+        let into_next = ((place + width - first - 1.0) / width).clamp(0.0, 1.0);
+        for (hop, share) in [(first, 1.0 - into_next), (first + 1.0, into_next)] {
+            // What comes with the direct sound is heard a hop later: there is no earlier tap.
+            let hop = hop.max(1.0) as usize;
+            if let Some(octaves) = octaves.get_mut(hop) {
+                octaves.iter_mut().zip(bin.energy).for_each(|(sum, e)| *sum += share * f64::from(e));
+            }
+        }
+    }
+    let centres = bands.centres_hz();
+    octaves.iter().map(|octaves| centres.iter().map(|hz| octave_energy(octaves, f64::from(*hz))).collect()).collect()
+}
+
+/// The longest of the octaves' reverberation times, seconds, each a mean over all places that show one.
+fn typical_t60_s(heard: &[Heard]) -> f64 {
+    let mean = |band: usize| {
+        let times: Vec<f64> = heard.iter().filter_map(|h| h.echogram.t20_s(band)).collect();
+        (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
+    };
+    (0..OCTAVES_HZ.len()).filter_map(mean).reduce(f64::max).unwrap_or(UNKNOWN_T60_S)
+}
+
+/// Reverberation time of the late part by band, seconds: a straight line through the level over its first [`FITTED_DB`], at all places
+/// together. `typical` where nothing is left to decay.
+fn decay(rest: &[HopEnergies], from: usize, hop_s: f64, typical: f64) -> Vec<f32> {
+    let hops = rest.iter().map(Vec::len).min().unwrap_or(0);
+    let bands = rest.first().and_then(|hops| hops.first()).map_or(0, Vec::len);
+    let time = |band: usize| {
+        let levels: Vec<f64> =
+            (from..hops).map(|hop| 10.0 * rest.iter().map(|h| h[hop][band]).sum::<f64>().max(1e-30).log10()).collect();
+        let start = levels.iter().take(4).sum::<f64>() / levels.len().clamp(1, 4) as f64;
+        let end = levels.iter().position(|level| *level < start - FITTED_DB).unwrap_or(levels.len());
+        let points: Vec<(f64, f64)> = levels[..end].iter().enumerate().map(|(i, level)| (i as f64 * hop_s, *level)).collect();
+        let db_per_s = if points.len() > 3 { slope(&points) } else { None };
+        db_per_s.map(|s| -60.0 / s).filter(|t| t.is_finite() && *t > 0.0).unwrap_or(typical)
+    };
+    (0..bands).map(|band| time(band).clamp(0.02, 100.0) as f32).collect()
+}
+
+/// Gains of taps and late part of one place in a row, linear amplitude, the same at both ears.
+fn time_filters(
+    energies: &HopEnergies,
+    unit: &HopEnergies,
+    shape: TransferShape,
+    tail: &TailModel,
+    grid: &StftGrid,
+    gain: f64,
+) -> Vec<f32> {
+    let mut row = Vec::with_capacity(shape.tap_len() * (shape.taps + 1));
+    for hop in 1..=shape.taps {
+        let one = |band: usize| energies.get(hop).map_or(0.0, |e| (gain * e[band].sqrt()) as f32);
+        let ear: Vec<f32> = (0..shape.bands).map(one).collect();
+        row.extend([&ear[..], &ear[..]].concat());
+    }
+    let first = shape.taps + 1;
+    let until = energies.len().min(unit.len());
+    let late = |band: usize| {
+        let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(tail.t60_s[band]));
+        if until > first + 2 { (gain * late_gain(energies, unit, band, first..until, decay)) as f32 } else { 0.0 }
+    };
+    let ear: Vec<f32> = (0..shape.bands).map(late).collect();
+    row.extend([&ear[..], &ear[..]].concat());
+    row
+}
+
+/// Gain that brings the loudest place to unit energy.
+fn unit_gain(heard: &[Heard]) -> f64 {
+    let energy = |h: &Heard| {
+        let images: f64 = h.images.iter().map(|i| f64::from(i.gains[3]).powi(2) / distance(i.position, h.at).powi(2)).sum();
+        images + h.echogram.energy(3)
+    };
+    let loudest = heard.iter().map(energy).fold(0.0, f64::max);
+    if loudest > 0.0 { loudest.sqrt().recip() } else { 1.0 }
+}
+
+/// The direct sound by direction, through the head.
+fn direct_field(emitter: Vec3, hrtf: &Hrtf, grid: &StftGrid, shape: TransferShape, gain: f64) -> Option<Field> {
+    let position = [(); 3].map(|()| Axis::single(0.0));
+    let elevation = Axis::uniform(-FRAC_PI_2, PI / (ELEVATIONS - 1) as f32, ELEVATIONS);
+    let nodes =
+        FieldGrid { position, facing: Facing::Emitter { position: emitter, elevation, azimuth: Axis::circle(-PI, AZIMUTHS) } };
+    let analyser = Analyser::new(*grid);
+    let silent = vec![0.0; shape.tap_len()];
+    let row = |index: usize| -> Option<Vec<f32>> {
+        let [left, right] = head_responses(hrtf, nodes.node(index).1);
+        let mut direct = Direct::of([&left, &right], grid, &analyser)?;
+        // The bass of a head's response rings longer than a direct sound is cut out, but its level is plain.
+        for (gain, ear) in direct.gain.iter_mut().zip([&left, &right]) {
+            let whole: Vec<f64> = ear.iter().map(|v| f64::from(*v)).collect();
+            gain.iter_mut().zip(analyser.spectrum(&whole)).for_each(|(g, x)| *g = x.norm());
+        }
+        let transfer =
+            LogTransfer::of(&direct, &[], gain, 1.0).to_transfer(&shape, grid, vec![0.0; shape.tap_len() * shape.taps]);
+        Some(promenade_core::TransferFunction { late: silent.clone(), ..transfer }.to_row())
+    };
+    let rows: Option<Vec<Vec<f32>>> = (0..nodes.nodes()).into_par_iter().map(row).collect();
+    Field::new(nodes, shape, Rows::Whole(rows?.concat()))
+}
+
+/// A pose that sees the emitter, at the place nearest to the middle of those that do.
+fn start_pose(heard: &[Heard], plan: &Plan, emitter: Vec3) -> Pose {
+    let middle = plan.places.iter().sum::<Vec3>() / plan.places.len() as f32;
+    let seeing = plan.places.iter().zip(heard).filter(|(_, h)| h.sees_emitter()).map(|(place, _)| *place);
+    let near = seeing.min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle))).unwrap_or(plan.places[0]);
+    let way = emitter - near;
+    Pose::from_ypr(near, way.y.atan2(way.x), 0.0, 0.0)
+}
+
+/// Points along the edges of the room, and the emitter.
+fn outline(mesh: &Mesh, emitter: Vec3) -> Vec<Anchor> {
+    const STEP_M: f32 = 0.25;
+    const MOST: usize = 4000;
+    let at = |v: u32| Vec3::from_array(mesh.vertices[v as usize].map(|c| c as f32));
+    let edges = mesh.triangles.iter().flat_map(|t| [[0, 1], [1, 2], [2, 0]].map(|e| e.map(|c| t.corners[c])));
+    let mut lines: Vec<[u32; 2]> = edges.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    lines.sort_unstable();
+    lines.dedup();
+    let points = lines.iter().flat_map(|[a, b]| {
+        let (a, b) = (at(*a), at(*b));
+        let count = (a.distance(b) / STEP_M).ceil().max(1.0) as usize;
+        (0..=count).map(move |i| a.lerp(b, i as f32 / count as f32))
+    });
+    let grey = |position| Anchor { position, colour: Vec3::splat(0.6) };
+    let mut all: Vec<Anchor> = points.take(MOST).map(grey).collect();
+    all.push(Anchor { position: emitter, colour: Vec3::new(0.9, 0.5, 0.2) });
+    all
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,200 @@
+//! Early reflections with a place of their own: each image source delayed, coloured by its walls and heard from its direction.
+//!
+//! Images are played in the time domain and added up in third-order Ambisonics, so that delays glide as the listener walks and the head
+//! is one convolution for all of them.
+
+mod delay_line;
+mod voice;
+mod wall;
+
+use crate::decode::NEAREST_M;
+use crate::network::SPEED_OF_SOUND_M_S;
+use crate::number::{single, whole};
+use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
+use crate::scene::ImageSources;
+use crate::{Pose, Scene, StftGrid};
+use delay_line::DelayLine;
+use glam::Vec3;
+use pulp::Arch;
+use std::sync::Arc;
+use voice::{AFTER, BEFORE, Bus, Moment, Voice, scratch_len};
+use wall::{WallFilters, Weights};
+
+/// Images that are played in tier Draft.
+const DRAFT_IMAGES: usize = 8;
+/// Images whose walls and air are brought to the pose at a hop: air changes them slowly.
+const REFRESHED: usize = 8;
+
+/// What all renderers of a scene's images share at one rate.
+pub(crate) struct ImageFilters {
+    walls: WallFilters,
+    head: Arc<HeadSpectra>,
+}
+
+impl ImageFilters {
+    pub(crate) fn new(images: &ImageSources, grid: &StftGrid) -> Self {
+        let rate = grid.sample_rate_hz;
+        Self { walls: WallFilters::new(rate), head: Arc::new(HeadSpectra::new(&images.head, rate, grid.hop)) }
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.head.memory_bytes()
+    }
+}
+
+/// The image sources of a scene, for one stream.
+pub(crate) struct ImageRenderer {
+    arch: Arch,
+    scene: Arc<Scene>,
+    emitter: Vec3,
+    filters: Arc<ImageFilters>,
+    line: DelayLine,
+    convolver: HeadConvolver,
+    /// Samples per metre.
+    per_m: f64,
+    /// Delay of what arrives with the direct sound, samples.
+    base: f64,
+    longest: f64,
+    weights: Vec<Weights>,
+    /// The next image whose walls are brought to the pose.
+    refreshed: usize,
+    /// Images whose walls are still those of an older pose.
+    stale: usize,
+    now: Vec<Moment>,
+    seen: Vec<f32>,
+    /// The pose and the number of images that were played last.
+    played: Option<(Pose, usize)>,
+    bus: Bus,
+    scratch: Vec<f32>,
+    /// Hops since there was input.
+    quiet_hops: usize,
+    longest_hops: usize,
+    sounds: bool,
+}
+
+impl ImageRenderer {
+    /// `None` for a scene without images. `filters` are the scene's at the grid's rate.
+    pub(crate) fn new(scene: &Arc<Scene>, grid: &StftGrid, filters: &Arc<ImageFilters>) -> Option<Self> {
+        let (images, emitter) = (scene.images()?, scene.emitter()?);
+        let per_m = grid.sample_rate_hz / f64::from(SPEED_OF_SOUND_M_S);
+        let head = &filters.head;
+        // What is given out with a hop has passed that hop already, and the head's filters begin early.
+        let base = (grid.latency_samples() - grid.hop) as f64 - head.lead;
+        let longest = base + f64::from(images.longest_m(emitter)) * per_m;
+        let line = DelayLine::new(&filters.walls, whole(longest.ceil()) + BEFORE + AFTER + 2, grid.hop);
+        let convolver = HeadConvolver::new(Arc::clone(head));
+        let longest_hops = (whole(longest) + convolver.tail()) / grid.hop + 2;
+        let count = images.images.len();
+        Some(Self {
+            arch: Arch::new(),
+            emitter,
+            filters: Arc::clone(filters),
+            line,
+            convolver,
+            per_m,
+            base,
+            longest,
+            weights: vec![Weights::default(); count],
+            refreshed: 0,
+            stale: 0,
+            now: vec![Moment::default(); count],
+            seen: vec![0.0; count],
+            played: None,
+            bus: Bus::new(grid.hop),
+            scratch: vec![0.0; scratch_len(grid.hop)],
+            quiet_hops: usize::MAX / 2,
+            longest_hops,
+            sounds: false,
+            scene: Arc::clone(scene),
+        })
+    }
+
+    /// Takes a hop of dry sound while the listener moves to `pose` over the hop.
+    pub(crate) fn take(&mut self, hop: &[f32], pose: &Pose, draft: bool) {
+        self.quiet_hops = if hop.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_hops.saturating_add(1) };
+        self.sounds = self.quiet_hops <= self.longest_hops;
+        if self.sounds {
+            self.line.write(hop);
+            self.bus.clear();
+        }
+        let scene = Arc::clone(&self.scene);
+        let Some(images) = scene.images() else { return };
+        let heard = if draft { DRAFT_IMAGES.min(self.now.len()) } else { self.now.len() };
+        let moves = self.played != Some((*pose, heard));
+        let fresh = self.played.is_none();
+        if moves {
+            images.seen_at(pose.position, &mut self.seen);
+            self.played = Some((*pose, heard));
+            self.stale = self.weights.len();
+        }
+        self.refresh(images, pose, fresh);
+        let direct = f64::from(pose.position.distance(self.emitter));
+        for (i, ((image, now), weights)) in images.images.iter().zip(&mut self.now).zip(&self.weights).enumerate() {
+            let mut to = *now;
+            if moves {
+                let way = pose.to_head(image.position);
+                let distance = way.length();
+                let seen = if i < heard { self.seen[i] } else { 0.0 };
+                to.gain = seen / distance.max(NEAREST_M);
+                let delay = self.base + (f64::from(distance) - direct) * self.per_m;
+                to.delay = delay.clamp((AFTER + 2) as f64, self.longest);
+                if to.gain > 0.0 {
+                    to.direction = harmonics(way / distance.max(1e-6));
+                }
+            }
+            let from = if fresh { to } else { *now };
+            *now = to;
+            if self.sounds && (from.gain > 0.0 || to.gain > 0.0) {
+                let voice = Voice { line: &self.line, weights, from, to, scratch: &mut self.scratch, bus: &mut self.bus };
+                self.arch.dispatch(voice);
+            }
+        }
+    }
+
+    /// Adds what the ears hear of the hop that was taken last, which is `latency - hop` samples later than it came in.
+    pub(crate) fn add_to(&mut self, ears: &mut [Vec<f32>; 2]) {
+        if self.sounds {
+            let bus = &self.bus;
+            self.convolver.add(|channel, out| bus.read(channel, out), ears);
+        }
+    }
+
+    /// Brings walls and air of some images, or of all, to a pose.
+    fn refresh(&mut self, images: &ImageSources, pose: &Pose, all: bool) {
+        let count = self.weights.len();
+        let now = if all { count } else { REFRESHED.min(self.stale) };
+        self.stale -= now.min(self.stale);
+        for _ in 0..now {
+            let i = self.refreshed;
+            self.refreshed = (i + 1) % count;
+            let image = &images.images[i];
+            let nepers_per_db = single(std::f64::consts::LN_10 / 20.0);
+            let distance = pose.position.distance(image.position);
+            let log_gains = std::array::from_fn(|octave| {
+                image.gains[octave].max(1e-5).ln() - nepers_per_db * distance * images.air_db_per_m[octave]
+            });
+            self.weights[i] = self.filters.walls.weights(&log_gains);
+        }
+    }
+
+    /// Samples for which images sound on after the input has ended.
+    pub(crate) fn tail_samples(&self) -> usize {
+        whole(self.longest) + self.convolver.tail()
+    }
+
+    /// Forgets the past.
+    pub(crate) fn reset(&mut self) {
+        self.line.reset();
+        self.convolver.reset();
+        self.quiet_hops = usize::MAX / 2;
+        self.played = None;
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.line.memory_bytes()
+            + self.convolver.memory_bytes()
+            + self.bus.memory_bytes()
+            + size_of_val(&*self.weights)
+            + size_of_val(&*self.now)
+    }
+}

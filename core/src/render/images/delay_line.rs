@@ -1,0 +1,87 @@
+//! The past of the dry sound and of its low-passes.
+
+use super::wall::{BASES, WallFilters, Weights};
+use crate::simd::LANES;
+use pulp::Simd;
+
+/// States of low-passes below this have died away: what follows would be subnormal.
+const DEAD: f32 = 1e-20;
+
+/// The newest samples of each basis. Each is kept twice, one length apart, so that any stretch of them lies in one piece.
+pub(crate) struct DelayLine {
+    length: usize,
+    /// `[basis][2 * length]`
+    samples: Vec<f32>,
+    poles: [f32; BASES - 1],
+    states: [f32; BASES - 1],
+    /// Where the next sample is written.
+    now: usize,
+}
+
+impl DelayLine {
+    /// For reads at most `longest` samples back from the oldest sample of a hop.
+    pub(crate) fn new(walls: &WallFilters, longest: usize, hop: usize) -> Self {
+        // A stretch may be as long as two hops, and ends with a whole vector.
+        let length = longest + 2 * hop + 4 * LANES;
+        Self { length, samples: vec![0.0; BASES * 2 * length], poles: walls.poles, states: [0.0; BASES - 1], now: 0 }
+    }
+
+    /// Takes a hop of the dry sound.
+    pub(crate) fn write(&mut self, hop: &[f32]) {
+        let (length, start) = (self.length, self.now);
+        self.now = (start + hop.len()) % length;
+        let (before, after) = hop.split_at(hop.len().min(length - start));
+        self.write_piece(start, before);
+        self.write_piece(0, after);
+        for state in &mut self.states {
+            if state.abs() < DEAD {
+                *state = 0.0;
+            }
+        }
+    }
+
+    /// Writes samples that do not wrap round.
+    fn write_piece(&mut self, start: usize, piece: &[f32]) {
+        let mut bases = self.samples.chunks_exact_mut(2 * self.length);
+        let mut next = || bases.next().unwrap_or_default().split_at_mut(self.length);
+        let places: [(&mut [f32], &mut [f32]); BASES] = std::array::from_fn(|_| next());
+        for (i, x) in piece.iter().enumerate() {
+            let at = start + i;
+            (places[0].0[at], places[0].1[at]) = (*x, *x);
+            for k in 0..BASES - 1 {
+                let state = x + self.poles[k] * (self.states[k] - x);
+                self.states[k] = state;
+                (places[k + 1].0[at], places[k + 1].1[at]) = (state, state);
+            }
+        }
+    }
+
+    /// Mixes as many samples as `out` has, whole vectors, from `back` samples before the first of the newest hop on; its length is `hop`.
+    /// All are within what is kept.
+    #[inline(always)]
+    pub(crate) fn mix<S: Simd>(&self, simd: S, weights: &Weights, back: usize, hop: usize, out: &mut [f32]) {
+        let start = (self.now + 2 * self.length - hop - back) % self.length;
+        let stretch = |basis: usize| {
+            let from = 2 * basis * self.length + start;
+            S::as_simd_f32s(&self.samples[from..from + out.len()]).0
+        };
+        let bases: [&[S::f32s]; BASES] = std::array::from_fn(stretch);
+        let out = S::as_mut_simd_f32s(out).0;
+        for i in 0..out.len() {
+            let mut sum = simd.splat_f32s(0.0);
+            for k in 0..BASES {
+                sum = simd.mul_add_e_f32s(simd.splat_f32s(weights[k]), bases[k][i], sum);
+            }
+            out[i] = sum;
+        }
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.samples.fill(0.0);
+        self.states.fill(0.0);
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.samples)
+    }
+}

@@ -1,0 +1,150 @@
+//! What walls and air do to an image, as a mix of first-order low-passes that all images share.
+//!
+//! A parallel filter with fixed poles (Bank, "Perceptually motivated audio equalization using fixed-pole parallel second-order filters",
+//! IEEE Signal Processing Letters 15 (2008)), of first order: walls absorb smoothly over frequency.
+
+use crate::number::single;
+use crate::scene::IMAGE_OCTAVES_HZ;
+use promenade_fourier::num_complex::Complex64;
+use std::f64::consts::{PI, TAU};
+
+/// Corner frequencies of the low-passes, Hz.
+const CORNERS_HZ: [f64; 5] = [200.0, 500.0, 1250.0, 3000.0, 7500.0];
+/// The sound itself, and its low-passes.
+pub(crate) const BASES: usize = 1 + CORNERS_HZ.len();
+/// Share of each basis.
+pub(crate) type Weights = [f32; BASES];
+/// Frequencies that the mix is fitted at, and their ends, Hz.
+const FITTED: usize = 40;
+const FITTED_HZ: (f64, f64) = (60.0, 18_000.0);
+/// Steps of an integral between two octaves.
+const STEPS: u32 = 64;
+
+/// From gains by octave to shares of bases, at one host rate.
+pub(crate) struct WallFilters {
+    /// Poles of the low-passes.
+    pub(crate) poles: [f32; CORNERS_HZ.len()],
+    /// Logarithm of the magnitude at each frequency and its phase, radians, by octave's logarithm.
+    targets: Vec<[[f32; 7]; 2]>,
+    /// Least-squares solution for real and imaginary parts of each frequency.
+    solution: Vec<[Weights; 2]>,
+}
+
+impl WallFilters {
+    pub(crate) fn new(sample_rate_hz: f64) -> Self {
+        let poles = CORNERS_HZ.map(|hz| (-TAU * hz / sample_rate_hz).exp());
+        let (low, high) = (FITTED_HZ.0, FITTED_HZ.1.min(0.4 * sample_rate_hz));
+        let hz: Vec<f64> = (0..FITTED).map(|i| low * (high / low).powf(i as f64 / (FITTED - 1) as f64)).collect();
+        let bases = |hz: f64| -> [Complex64; BASES] {
+            let z = Complex64::cis(-TAU * hz / sample_rate_hz);
+            let low_pass = |pole: f64| Complex64::from(1.0 - pole) / (Complex64::from(1.0) - z * pole);
+            std::array::from_fn(|b| if b == 0 { Complex64::from(1.0) } else { low_pass(poles[b - 1]) })
+        };
+        let rows: Vec<[Complex64; BASES]> = hz.iter().map(|hz| bases(*hz)).collect();
+        let mut normal = [[0.0_f64; BASES]; BASES];
+        for row in &rows {
+            for (i, a) in row.iter().enumerate() {
+                row.iter().enumerate().for_each(|(j, b)| normal[i][j] += (a.conj() * b).re);
+            }
+        }
+        // At low rates the highest low-passes are nearly the sound itself.
+        (0..BASES).for_each(|i| normal[i][i] *= 1.0 + 1e-6);
+        let inverse = inverse(normal);
+        let solved = |part: [f64; BASES]| -> Weights {
+            std::array::from_fn(|i| single(inverse[i].iter().zip(part).map(|(a, b)| a * b).sum()))
+        };
+        let solution = rows.iter().map(|row| [solved(row.map(|b| b.re)), solved(row.map(|b| b.im))]).collect();
+        let targets = hz.iter().map(|hz| [magnitude(*hz), phase(*hz)].map(|octaves| octaves.map(single))).collect();
+        Self { poles: poles.map(single), targets, solution }
+    }
+
+    /// The shares that come nearest to gains by octave, given as natural logarithms, with their minimum phase.
+    pub(crate) fn weights(&self, log_gains: &[f32; 7]) -> Weights {
+        let mut weights = [0.0; BASES];
+        let sum = |by_octave: &[f32; 7]| by_octave.iter().zip(log_gains).map(|(a, g)| a * g).sum::<f32>();
+        for ([magnitude, phase], [re, im]) in self.targets.iter().zip(&self.solution) {
+            let (gain, (sin, cos)) = (sum(magnitude).exp(), sum(phase).sin_cos());
+            for (w, (re, im)) in weights.iter_mut().zip(re.iter().zip(im)) {
+                *w += gain * (cos * re + sin * im);
+            }
+        }
+        weights
+    }
+}
+
+/// Shares of the octaves in a value at a frequency: linear over the logarithm of frequency, the ends hold.
+fn magnitude(hz: f64) -> [f64; 7] {
+    let mut out = [0.0; 7];
+    let place = (hz / f64::from(IMAGE_OCTAVES_HZ[0])).log2().clamp(0.0, 6.0);
+    for (octave, share) in out.iter_mut().enumerate() {
+        *share = (1.0 - (place - octave as f64).abs()).max(0.0);
+    }
+    out
+}
+
+/// Minimum phase at a frequency, radians by natural logarithm of each octave's gain (Bode 1945: the slope over the logarithm of frequency,
+/// weighted by `ln coth |u / 2|`).
+fn phase(hz: f64) -> [f64; 7] {
+    let mut out = [0.0; 7];
+    let octave = std::f64::consts::LN_2;
+    for (lower, pair) in IMAGE_OCTAVES_HZ.windows(2).enumerate() {
+        let start = (f64::from(pair[0]) / hz).ln();
+        let step = octave / f64::from(STEPS);
+        let weight: f64 = (0..STEPS)
+            .map(|i| (start + (f64::from(i) + 0.5) * step).abs().max(1e-3))
+            .map(|u| -(0.5 * u).tanh().ln() * step)
+            .sum();
+        let slope = weight / (PI * octave);
+        out[lower] -= slope;
+        out[lower + 1] += slope;
+    }
+    out
+}
+
+/// Inverse of a symmetric positive matrix (Gauss and Jordan; no pivots are needed).
+fn inverse(mut matrix: [[f64; BASES]; BASES]) -> [[f64; BASES]; BASES] {
+    let mut out: [[f64; BASES]; BASES] = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }));
+    for i in 0..BASES {
+        let scale = 1.0 / matrix[i][i];
+        matrix[i].iter_mut().chain(&mut out[i]).for_each(|v| *v *= scale);
+        let (row, other) = (matrix[i], out[i]);
+        for j in (0..BASES).filter(|j| *j != i) {
+            let factor = matrix[j][i];
+            matrix[j].iter_mut().zip(row).for_each(|(v, r)| *v -= factor * r);
+            out[j].iter_mut().zip(other).for_each(|(v, r)| *v -= factor * r);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Level of a mix at a frequency, dB.
+    fn level_db(filters: &WallFilters, weights: &Weights, hz: f64, rate: f64) -> f64 {
+        let z = Complex64::cis(-TAU * hz / rate);
+        let low = |p: &f32| Complex64::from(1.0 - f64::from(*p)) / (Complex64::from(1.0) - z * f64::from(*p));
+        let sum: Complex64 = weights[1..].iter().zip(&filters.poles).map(|(w, p)| low(p) * f64::from(*w)).sum();
+        20.0 * (sum + f64::from(weights[0])).norm().log10()
+    }
+
+    #[test]
+    fn walls_sound_as_their_octaves_say_at_every_rate() {
+        // Amplitudes left by plaster, a carpet and a curtain, and by all three in turn.
+        let plaster = [0.93, 0.95, 0.97, 0.97, 0.98, 0.98, 0.98_f32];
+        let carpet = [0.99, 0.97, 0.93, 0.79, 0.63, 0.59, 0.59];
+        let curtain = [0.96, 0.83, 0.71, 0.5, 0.55, 0.63, 0.63];
+        let all: [f32; 7] = std::array::from_fn(|i| plaster[i] * carpet[i] * curtain[i]);
+        for rate in [44_100.0, 48_000.0, 192_000.0] {
+            let filters = WallFilters::new(rate);
+            for gains in [[1.0; 7], [0.3; 7], plaster, carpet, curtain, all] {
+                let weights = filters.weights(&gains.map(f32::ln));
+                for (hz, gain) in IMAGE_OCTAVES_HZ.iter().zip(gains) {
+                    let (found, want) = (level_db(&filters, &weights, f64::from(*hz), rate), f64::from(20.0 * gain.log10()));
+                    assert!((found - want).abs() < 0.6, "{rate} {hz}: {found} dB, {want}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The image sources of a scene.
+
+use crate::Axis;
+use glam::Vec3;
+
+/// Octaves that the gains of image sources are stated in, Hz.
+pub const IMAGE_OCTAVES_HZ: [f32; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
+/// Channels of third-order Ambisonics, in which image sources are added up.
+pub const AMBISONIC_CHANNELS: usize = 16;
+
+/// One image of the emitter: where its walls mirror it to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageSource {
+    /// World position, metres.
+    pub position: Vec3,
+    /// What the walls leave of the amplitude in [`IMAGE_OCTAVES_HZ`], linear, at least 0.
+    pub gains: [f32; 7],
+}
+
+/// Early reflections with a place of their own: each is heard from its image's direction, after its distance, and keeps its place while
+/// the listener walks and turns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageSources {
+    /// Images without the emitter itself, the most important first: tier Draft plays the first of them only.
+    pub images: Vec<ImageSource>,
+    /// What a metre of air takes in [`IMAGE_OCTAVES_HZ`], dB.
+    pub air_db_per_m: [f32; 7],
+    /// Places at which it is known which images are seen, metres, along x, y and z.
+    pub places: [Axis; 3],
+    /// How much of each image is seen at each place, 0 to 1, `[z][y][x][image]`.
+    pub seen: Vec<f32>,
+    /// How much of the emitter itself is seen at each place, 0 to 1, `[z][y][x]`.
+    pub direct: Vec<f32>,
+    /// The head that hears them.
+    pub head: AmbisonicHead,
+}
+
+/// A head in third-order Ambisonics: what both ears hear of each channel (ACN, N3D), axes forward, left and up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AmbisonicHead {
+    /// Rate of the filters, Hz.
+    pub sample_rate_hz: f64,
+    /// Samples before the sound is at the head's centre.
+    pub lead: usize,
+    /// Impulse responses, `[channel][ear][sample]`.
+    pub filters: Vec<f32>,
+}
+
+impl AmbisonicHead {
+    /// Samples of each impulse response.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.filters.len() / (2 * AMBISONIC_CHANNELS)
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl ImageSources {
+    /// Number of places.
+    #[must_use]
+    pub fn place_count(&self) -> usize {
+        self.places.iter().map(Axis::count).product()
+    }
+
+    /// What a metre of air takes of the amplitude at a frequency, nepers: a straight line over logarithms between octaves and beyond.
+    pub(crate) fn air_nepers_per_m(&self, hz: f64) -> f64 {
+        let place = (hz.max(1.0) / f64::from(IMAGE_OCTAVES_HZ[0])).log2();
+        let below = crate::number::whole(place.clamp(0.0, 5.0));
+        let [a, b] = [below, below + 1].map(|octave| f64::from(self.air_db_per_m[octave]).max(1e-9).ln());
+        (a + (place - below as f64) * (b - a)).exp() * std::f64::consts::LN_10 / 20.0
+    }
+
+    /// How much of the emitter itself a listener sees, 0 to 1.
+    #[must_use]
+    pub fn direct_at(&self, position: Vec3) -> f32 {
+        self.corners(position).map(|(place, weight)| weight * self.direct[place]).sum()
+    }
+
+    /// How much longer the way to an image can be than that to the emitter, metres, wherever the listener is.
+    pub(crate) fn longest_m(&self, emitter: Vec3) -> f32 {
+        self.images.iter().map(|image| image.position.distance(emitter)).fold(0.0, f32::max)
+    }
+
+    /// How much of each of the first images a listener sees, 0 to 1.
+    pub(crate) fn seen_at(&self, position: Vec3, out: &mut [f32]) {
+        out.fill(0.0);
+        let count = self.images.len();
+        for (place, weight) in self.corners(position) {
+            out.iter_mut().zip(&self.seen[place * count..][..count]).for_each(|(o, s)| *o += weight * s);
+        }
+    }
+
+    /// Places around a position with their weights.
+    fn corners(&self, position: Vec3) -> impl Iterator<Item = (usize, f32)> {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.places[axis].linear(position[axis]));
+        let [nx, ny] = [0, 1].map(|axis| self.places[axis].count());
+        let pairs = |(nodes, count): ([(usize, f32); 4], usize)| nodes.into_iter().take(count);
+        pairs(z).flat_map(move |(k, wz)| {
+            pairs(y).flat_map(move |(j, wy)| pairs(x).map(move |(i, wx)| ((k * ny + j) * nx + i, wx * wy * wz)))
+        })
+    }
+
+    /// Bytes in memory.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.images) + size_of_val(&*self.seen) + size_of_val(&*self.direct) + size_of_val(&*self.head.filters)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_seen_fades_from_place_to_place() {
+        let image = ImageSource { position: Vec3::X, gains: [1.0; 7] };
+        let head = AmbisonicHead { sample_rate_hz: 48_000.0, lead: 0, filters: Vec::new() };
+        let images = ImageSources {
+            images: vec![image; 2],
+            air_db_per_m: [0.0; 7],
+            places: [Axis::uniform(0.0, 1.0, 2), Axis::uniform(0.0, 2.0, 2), Axis::single(1.0)],
+            seen: vec![1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0],
+            direct: vec![1.0, 1.0, 0.0, 0.0],
+            head,
+        };
+        let mut seen = [0.0; 2];
+        images.seen_at(Vec3::new(0.25, 0.0, 9.0), &mut seen);
+        assert_eq!(seen, [0.75, 0.0]);
+        images.seen_at(Vec3::new(0.5, 1.0, 0.0), &mut seen);
+        assert_eq!(seen, [0.5, 0.5]);
+        assert_eq!(images.direct_at(Vec3::new(0.3, 0.5, 0.0)), 0.75);
+    }
+}
