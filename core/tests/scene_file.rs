@@ -48,11 +48,14 @@ fn small() -> SceneParts {
 /// A scene of image sources whose time filters have a table of their own.
 fn with_images() -> Scene {
     let parts = room_with_images(16_000.0, 0.5, 0.1, 5).parts().clone();
+    let nodes = parts.field.as_ref().unwrap().grid().clone();
+    let direct = TransferShape { taps: 0, ..parts.shape() };
+    let field = Field::new(nodes.clone(), direct, Rows::Whole(vec![0.25; nodes.nodes() * direct.row_len()]));
     let shape = TransferShape { bins: 0, ..parts.shape() };
     let [x, y, z, yaw, pitch, roll] = [(); 6].map(|()| Axis::single(0.0));
     let nodes = FieldGrid { position: [x, y, z], facing: Facing::Head { yaw, pitch, roll } };
     let room = Field::new(nodes, shape, Rows::Whole(vec![0.5; shape.row_len()]));
-    Scene::new(SceneParts { room, ..parts }).unwrap()
+    Scene::new(SceneParts { field, room, ..parts }).unwrap()
 }
 
 #[test]

@@ -22,15 +22,16 @@ use promenade_metrics::slope;
 use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Directions that the direct sound is stored for: elevations from straight down to straight up, and azimuths.
-const ELEVATIONS: usize = 9;
+/// Directions that the direct sound is stored for: elevations up to straight up, as low as heads are measured, and azimuths.
+const ELEVATIONS: usize = 7;
+const LOWEST_ELEVATION: f32 = -PI / 4.0;
 const AZIMUTHS: usize = 36;
 /// Frame of the short-time transform, seconds.
 const WINDOW_S: f64 = 0.020;
 /// Places of the listener, at most.
 const MOST_PLACES: usize = 4096;
 /// The fall of the late part that its reverberation time is fitted to, dB.
-const FITTED_DB: f64 = 15.0;
+const FITTED_DB: f64 = 20.0;
 /// Reverberation time of a room in which nothing decays in sight, seconds.
 const UNKNOWN_T60_S: f64 = 0.3;
 /// The longest and shortest time that rays are followed, seconds.
@@ -162,7 +163,7 @@ pub fn bake_geometry(
     let rows: Vec<f32> = plan.nearest.iter().flat_map(|place| [vec![0.0], filters[*place].clone()].concat()).collect();
     let fits = || BakeError::argument("table of the scene", "a row per node", "another number");
     let reverberation = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(rows)).ok_or_else(fits)?;
-    let field = direct_field(emitter, hrtf, &grid, shape, gain).ok_or_else(fits)?;
+    let field = direct_field(emitter, hrtf, &grid, TransferShape { taps: 0, ..shape }, gain).ok_or_else(fits)?;
     let air_db_per_m = OCTAVES_HZ.map(|hz| options.air.map_or(0.0, |air| air.db_per_m(f64::from(hz)) as f32));
     let direct = plan.nearest.iter().map(|place| f32::from(u8::from(heard[*place].sees_emitter()))).collect();
     let scaled = |image: &Kept| ImageSource {
@@ -399,7 +400,7 @@ fn unit_gain(heard: &[Heard]) -> f64 {
 /// The direct sound by direction, through the head.
 fn direct_field(emitter: Vec3, hrtf: &Hrtf, grid: &StftGrid, shape: TransferShape, gain: f64) -> Option<Field> {
     let position = [(); 3].map(|()| Axis::single(0.0));
-    let elevation = Axis::uniform(-FRAC_PI_2, PI / (ELEVATIONS - 1) as f32, ELEVATIONS);
+    let elevation = Axis::uniform(LOWEST_ELEVATION, (FRAC_PI_2 - LOWEST_ELEVATION) / (ELEVATIONS - 1) as f32, ELEVATIONS);
     let nodes =
         FieldGrid { position, facing: Facing::Emitter { position: emitter, elevation, azimuth: Axis::circle(-PI, AZIMUTHS) } };
     let analyser = Analyser::new(*grid);

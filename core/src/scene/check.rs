@@ -154,7 +154,9 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
         return Err(value("decoder", "a field or an anchor cloud", "neither"));
     }
     if let Some(field) = &parts.field {
-        check_field(field, shape)?;
+        // Time filters are in one table.
+        let taps = if parts.room.is_some() { 0 } else { shape.taps };
+        check_field(field, TransferShape { taps, ..shape })?;
     }
     if let Some(room) = &parts.room {
         check_room(room, parts, shape)?;

@@ -218,6 +218,7 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
     limit("bands", band_count, 2, MAX_BANDS)?;
     limit("taps", m.taps, 0, MAX_HOPS)?;
     let shape = TransferShape { bins: grid.bins(), bands: band_count, taps: m.taps };
+    let field_taps = if m.room.is_some() { 0 } else { m.taps };
     let positions = floats(tensors, "anchors.position", &[None, Some(3)])?;
     let colours = floats(tensors, "anchors.colour", &[Some(positions.len() / 3), Some(3)])?;
     let anchors = positions
@@ -241,7 +242,7 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
         anchors,
         held_out: m.held_out.iter().map(Into::into).collect(),
         measured_head: m.measured_head.map(|name| read_head(name, tensors)).transpose()?,
-        field: m.field.map(|f| read_field(FIELD, f, shape, tensors)).transpose()?,
+        field: m.field.map(|f| read_field(FIELD, f, TransferShape { taps: field_taps, ..shape }, tensors)).transpose()?,
         room: m.room.map(|f| read_field(ROOM, f, TransferShape { bins: 0, ..shape }, tensors)).transpose()?,
         images: m.images.map(|i| read_images(i, tensors)).transpose()?,
         measured: m.measured_hops.map(|hops| read_measured(hops, &grid, tensors)).transpose()?,

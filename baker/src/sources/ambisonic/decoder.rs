@@ -2,7 +2,7 @@
 //! (Schörkhuber, Zaunschirm and Höldrich, "Binaural rendering of Ambisonic signals via magnitude least squares", DAGA 2018), and in a
 //! diffuse field the head's own levels and coherence (Zaunschirm, Schörkhuber and Höldrich, J. Acoust. Soc. Am. 143 (2018)).
 
-use super::ears::{Frame, spectra};
+use super::ears::Frame;
 use super::harmonics::{channels, harmonics};
 use crate::sources::simulation::Hrtf;
 use nalgebra::{Complex, Matrix2};
@@ -15,10 +15,16 @@ const DIRECTIONS: usize = 600;
 /// Frequency up to which one order resolves a head, hertz: where the head's radius is a wavelength over 2 pi.
 pub(super) const RESOLVED_HZ: f64 = 620.0;
 
-/// Filters of each channel for each ear, `[channel][ear]`, as impulse responses of a [`Frame`].
-pub(super) fn filters(order: usize, hrtf: &Hrtf, frame: Frame) -> Vec<[Vec<f32>; 2]> {
+/// Filters of each channel for each ear, `[channel][ear]`, as impulse responses of a [`Frame`]; `heard` gives both ears' spectra of a
+/// direction.
+pub(super) fn filters(
+    order: usize,
+    hrtf: &Hrtf,
+    frame: Frame,
+    heard: impl Fn(Vec3) -> [Vec<Complex32>; 2],
+) -> Vec<[Vec<f32>; 2]> {
     let directions: Vec<Vec3> = (0..DIRECTIONS).map(|i| lattice(i, DIRECTIONS)).collect();
-    let heard: Vec<[Vec<Complex32>; 2]> = directions.iter().map(|d| spectra(hrtf, *d)).collect();
+    let heard: Vec<[Vec<Complex32>; 2]> = directions.iter().map(|d| heard(*d)).collect();
     let basis: Vec<Vec<f32>> = directions.iter().map(|d| harmonics(order, *d)).collect();
     let (count, bins) = (channels(order), hrtf.bins.count());
     let mut filters = vec![[0, 1].map(|_| vec![Complex32::default(); bins]); count];

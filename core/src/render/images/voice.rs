@@ -118,9 +118,9 @@ impl Voice<'_> {
         for chunk in &mut bus.chunks {
             // Directions turn by a small part of a degree from one chunk to the next.
             let along = ((n + LANES / 2) as f32 / hop as f32).min(1.0);
-            let mut shares = [0.0; AMBISONIC_CHANNELS];
-            for c in 0..AMBISONIC_CHANNELS {
-                shares[c] = from.direction[c] + along * (to.direction[c] - from.direction[c]);
+            let mut shares = from.direction;
+            for (share, to) in shares.iter_mut().zip(&to.direction) {
+                *share += along * (to - *share);
             }
             for part in 0..LANES / lanes {
                 let start = whole(at);
@@ -139,8 +139,8 @@ impl Voice<'_> {
                     }
                 } else {
                     let mut each = [0.0; LANES];
-                    for i in 0..lanes {
-                        each[i] = interpolate_one(stretch, at + step * i as f64);
+                    for (i, value) in each.iter_mut().enumerate().take(lanes) {
+                        *value = interpolate_one(stretch, at + step * i as f64);
                     }
                     values = S::as_simd_f32s(&each).0[0];
                 }
