@@ -1,13 +1,17 @@
 //! A head: what both ears make of a direction, small enough to be kept in a project.
 
+mod ambisonic;
 mod bands;
 mod ears;
 mod file;
+mod harmonics;
 mod near;
 
+pub use ambisonic::{RESOLVED_HZ, ambisonic_filters};
 pub use bands::{HEAD_BANDS, head_band_hz};
 pub use ears::{Ears, lag_s, low_pass_power};
 pub use file::MAX_HEAD_BYTES;
+pub use harmonics::{channels, degree, harmonics, order_of, turning};
 pub use near::{NEIGHBOURS, lattice, near, spread};
 
 use crate::number::{single, whole};

@@ -1,8 +1,9 @@
 //! A head from measurements, as bytes, and in the place of the one that a scene was measured with.
 
 use promenade_core::glam::Vec3;
-use promenade_core::head::{HEAD_BANDS, HeadDirection, MAX_HEAD_BYTES, MAX_HEAD_DIRECTIONS, head_band_hz, lattice};
+use promenade_core::head::{HEAD_BANDS, HeadDirection, MAX_HEAD_BYTES, MAX_HEAD_DIRECTIONS, harmonics, head_band_hz, lattice};
 use promenade_core::{Head, HeadError, MeasuredHead, NoHeadError, Pose, Scene, SceneParts};
+use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::signal;
 use promenade_metrics::{ild_db, itd_s};
 use promenade_testing::heads::{direction, sphere};
@@ -141,7 +142,7 @@ fn direct(scene: &Scene, pose: &Pose) -> [Vec<f32>; 2] {
         let spectrum = (0..bins).map(|k| {
             let delay = std::f64::consts::TAU * grid.bin_hz(k) * f64::from(tf.delay_s) * if ear == 0 { -0.5 } else { 0.5 };
             let gain = (1.0 + sign * tf.difference[k]) * tf.mixture[k];
-            promenade_fourier::num_complex::Complex32::from_polar(gain, tf.phase[ear * bins + k] + delay as f32)
+            Complex32::from_polar(gain, tf.phase[ear * bins + k] + delay as f32)
         });
         let mut time = signal(spectrum.collect(), grid.n_fft);
         time.rotate_right(grid.n_fft / 4);
@@ -225,4 +226,31 @@ fn bands_rise_and_scenes_without_directions_say_so() {
     assert!(Scene::new(parts.clone()).unwrap().with_head(&sphere(RADIUS_M)).is_ok());
     parts.field = None;
     assert_eq!(Scene::new(parts).unwrap().with_head(&sphere(RADIUS_M)), Err(NoHeadError::NoField));
+}
+
+#[test]
+fn third_order_hears_plane_waves_in_the_bass_and_diffuse_fields_everywhere() {
+    let (sphere, n_fft, rate) = (sphere(RADIUS_M), 256, 16_000.0);
+    let filters = sphere.ambisonic(3, n_fft, rate);
+    assert_eq!((filters.len(), filters[0][0].len()), (16, n_fft / 2 + 1));
+    let bin_of = |hz: f64| (hz * n_fft as f64 / rate).round() as usize;
+    let (mut error, mut energy) = (0.0, 0.0);
+    let mut diffuse = [[0.0_f32; 2]; 2];
+    for direction in (0..200).map(|i| lattice(i, 200)) {
+        let (waves, wanted) = (harmonics(3, direction), sphere.ears(direction).spectra(n_fft, rate));
+        let heard = |ear: usize, bin: usize| -> Complex32 { filters.iter().zip(&waves).map(|(f, y)| f[ear][bin] * y).sum() };
+        for ear in 0..2 {
+            let bin = bin_of(600.0);
+            error += (heard(ear, bin) - wanted[ear][bin]).norm_sqr();
+            energy += wanted[ear][bin].norm_sqr();
+            for (sums, bin) in diffuse.iter_mut().zip([bin_of(600.0), bin_of(5_000.0)]) {
+                sums[0] += heard(ear, bin).norm_sqr();
+                sums[1] += wanted[ear][bin].norm_sqr();
+            }
+        }
+    }
+    assert!(error < 0.02 * energy, "{:.1} dB", 10.0 * (error / energy).log10());
+    for [heard, wanted] in diffuse {
+        assert!((10.0 * (heard / wanted).log10()).abs() < 0.3, "{heard} {wanted}");
+    }
 }

@@ -9,16 +9,15 @@ mod arrivals;
 mod decoder;
 mod direction;
 mod ears;
-mod harmonics;
 mod load;
 
 use crate::sources::simulation::Hrtf;
 use crate::{BakeError, Response, Responses};
 use arrivals::Arrivals;
-use decoder::{RESOLVED_HZ, filters};
+use decoder::filters;
 use ears::{Frame, short_spectra, spectra};
-use harmonics::{channels, degree, order_of, turning};
 use promenade_core::glam::{Quat, Vec3};
+use promenade_core::head::{RESOLVED_HZ, channels, degree, order_of, turning};
 use promenade_core::{AmbisonicHead, Pose};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{signal, spectrum};

@@ -2,10 +2,9 @@
 
 use super::direction::{FirstOrder, mean};
 use super::ears::Frame;
-use super::harmonics::harmonics;
 use crate::sources::simulation::Hrtf;
 use promenade_core::glam::{Quat, Vec3};
-use promenade_core::head::lattice;
+use promenade_core::head::{harmonics, lattice};
 use std::collections::BTreeMap;
 
 /// How long the direction of the direct sound holds, seconds: 128 samples at 48 kHz, as in BinauralSDM.

@@ -1,10 +1,10 @@
 //! A box room encoded to Ambisonics and heard again, held against the same images heard directly.
 
 use super::ears::Frame;
-use super::harmonics::{degree, harmonics};
 use super::*;
 use crate::LoadOptions;
 use crate::random::Random;
+use promenade_core::head::harmonics;
 use promenade_metrics::{DecayRange, c50_db, decay_time_s, ild_db, itd_s};
 use std::collections::HashMap;
 
@@ -73,7 +73,7 @@ fn images(size: Vec3, source: Vec3, listener: Vec3, reflection: f32, longest_s: 
 }
 
 fn encoded(arrivals: &[Arrival], order: usize, length: usize, from: Normalisation) -> Vec<Vec<f32>> {
-    let mut channels = vec![vec![0.0; length]; harmonics::channels(order)];
+    let mut channels = vec![vec![0.0; length]; channels(order)];
     for (at, direction, gain) in arrivals {
         for (channel, (samples, y)) in channels.iter_mut().zip(harmonics(order, *direction)).enumerate() {
             let scale = if from == Normalisation::Sn3d { ((2 * degree(channel) + 1) as f32).sqrt() } else { 1.0 };

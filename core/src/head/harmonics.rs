@@ -1,31 +1,36 @@
 //! Real spherical harmonics in the order of AmbiX: channel `l * l + l + m` (ACN), full 3-D normalisation (N3D), no Condon-Shortley
 //! phase (Nachbar et al., "AmbiX - a suggested Ambisonics format", Ambisonics Symposium 2011).
 
-use promenade_core::glam::{Quat, Vec3};
-use promenade_core::head::lattice;
+use super::near::lattice;
+use crate::number::single;
+use glam::{Quat, Vec3};
 
 /// The highest order that is read.
-pub(super) const MAX_ORDER: usize = 4;
+const MAX_ORDER: usize = 4;
 /// Directions that stand for the sphere in sums over it.
 const SPHERE: usize = 4096;
 
 /// Channels of an order.
-pub(super) fn channels(order: usize) -> usize {
+#[must_use]
+pub fn channels(order: usize) -> usize {
     (order + 1) * (order + 1)
 }
 
-/// The order with this many channels, 1 to [`MAX_ORDER`].
-pub(super) fn order_of(channels_found: usize) -> Option<usize> {
+/// The order with this many channels, 1 to 4.
+#[must_use]
+pub fn order_of(channels_found: usize) -> Option<usize> {
     (1..=MAX_ORDER).find(|order| channels(*order) == channels_found)
 }
 
 /// Degree of a channel.
-pub(super) fn degree(channel: usize) -> usize {
+#[must_use]
+pub fn degree(channel: usize) -> usize {
     channel.isqrt()
 }
 
 /// Values of all channels of an order in a direction of unit length; the mean of each one's square over the sphere is 1.
-pub(super) fn harmonics(order: usize, direction: Vec3) -> Vec<f32> {
+#[must_use]
+pub fn harmonics(order: usize, direction: Vec3) -> Vec<f32> {
     let [x, y, z] = direction.to_array().map(f64::from);
     let mut values = vec![0.0_f32; channels(order)];
     // cos and sin of m times the azimuth, times the m-th power of the cosine of the elevation.
@@ -47,9 +52,9 @@ pub(super) fn harmonics(order: usize, direction: Vec3) -> Vec<f32> {
             let ratio: f64 = (l - m + 1..=l + m).map(|k| 1.0 / k as f64).product();
             let twice = if m == 0 { 1.0 } else { 2.0 };
             let value = ((2 * l + 1) as f64 * twice * ratio).sqrt() * legendre;
-            values[l * l + l + m] = (value * cosine) as f32;
+            values[l * l + l + m] = single(value * cosine);
             if m > 0 {
-                values[l * l + l - m] = (value * sine) as f32;
+                values[l * l + l - m] = single(value * sine);
             }
         }
     }
@@ -58,7 +63,8 @@ pub(super) fn harmonics(order: usize, direction: Vec3) -> Vec<f32> {
 
 /// How channels change when the head turns by `head`: `turned[i]` is the sum of `matrix[i][j]` times channel `j`. Channels of other
 /// degrees have no part.
-pub(super) fn turning(order: usize, head: Quat) -> Vec<Vec<f32>> {
+#[must_use]
+pub fn turning(order: usize, head: Quat) -> Vec<Vec<f32>> {
     let count = channels(order);
     let mut matrix = vec![vec![0.0_f64; count]; count];
     for i in 0..SPHERE {
@@ -71,7 +77,7 @@ pub(super) fn turning(order: usize, head: Quat) -> Vec<Vec<f32>> {
             }
         }
     }
-    matrix.into_iter().map(|row| row.into_iter().map(|v| v as f32).collect()).collect()
+    matrix.into_iter().map(|row| row.into_iter().map(single).collect()).collect()
 }
 
 #[cfg(test)]
