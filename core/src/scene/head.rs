@@ -1,13 +1,13 @@
 //! A scene heard with another head than the one that it was measured with.
 
-use super::{Scene, SceneParts};
+use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSources, Scene, SceneParts};
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{HEAD_BANDS, Head, at_hz, lag_s, low_pass_power};
 use crate::number::single;
 use crate::{Bands, StftGrid, TransferShape};
 use glam::Vec3;
-use promenade_fourier::num_complex::Complex64;
-use promenade_fourier::{floored_log, minimum_phase};
+use promenade_fourier::num_complex::{Complex32, Complex64};
+use promenade_fourier::{floored_log, minimum_phase, signal};
 use std::f64::consts::TAU;
 use thiserror::Error;
 
@@ -62,7 +62,7 @@ impl Scene {
     /// the direction; the delay between the ears becomes the head's. The emitter's level is the mean of what was measured over the level
     /// that the measured head has over the same directions. Where that head is not known, the new one stands in for it: the colour of
     /// the direct sound over all directions then stays as it was measured. Time filters take the ratio of the two heads in a diffuse field
-    /// at each ear (both are equalised for both ears together). The tiers High and Reference keep the scene's own head.
+    /// at each ear (both are equalised for both ears together). Image sources are heard by the head from their directions. The tiers High and Reference keep the scene's own head.
     ///
     /// # Errors
     /// A scene without a field whose directions are the emitter's.
@@ -97,8 +97,31 @@ impl Scene {
         });
         // Of the same shape as before, so that it fits.
         let field = changed.unwrap_or_else(|| field.clone());
-        Ok(Self { parts: SceneParts { field: Some(field), ..parts.clone() } })
+        let images = parts.images.as_ref().map(|images| {
+            ImageSources { head: ambisonic_head(head, &images.head), ..images.clone() }
+        });
+        Ok(Self { parts: SceneParts { field: Some(field), images, ..parts.clone() } })
     }
+}
+
+/// A head for image sources, of the rate, lead and length of another.
+fn ambisonic_head(head: &Head, old: &AmbisonicHead) -> AmbisonicHead {
+    let (length, n_fft) = (old.len(), (2 * old.len()).next_power_of_two().max(256));
+    let [rise, fall] = [old.lead / 4, length / 8];
+    let ramp = |i: usize, of: usize| single((0.5 * std::f64::consts::PI * (i as f64 + 0.5) / of as f64).sin().powi(2));
+    let impulse = |mut spectrum: Vec<Complex32>| -> Vec<f32> {
+        for (k, x) in spectrum.iter_mut().enumerate() {
+            let turn = Complex64::from_polar(1.0, -TAU * (k * old.lead) as f64 / n_fft as f64);
+            *x *= Complex32::new(single(turn.re), single(turn.im));
+        }
+        let mut time = signal(spectrum, n_fft);
+        time.truncate(length);
+        time.iter_mut().take(rise).enumerate().for_each(|(i, v)| *v *= ramp(i, rise));
+        time.iter_mut().rev().take(fall).enumerate().for_each(|(i, v)| *v *= ramp(i, fall));
+        time
+    };
+    let filters = head.ambisonic(AMBISONIC_CHANNELS.isqrt() - 1, n_fft, old.sample_rate_hz);
+    AmbisonicHead { filters: filters.into_iter().flatten().flat_map(impulse).collect(), ..old.clone() }
 }
 
 /// Directions of the nodes at one position, each with the share of the sphere that it stands for.
