@@ -254,3 +254,26 @@ fn third_order_hears_plane_waves_in_the_bass_and_diffuse_fields_everywhere() {
         assert!((10.0 * (heard / wanted).log10()).abs() < 0.3, "{heard} {wanted}");
     }
 }
+
+#[test]
+fn image_sources_are_heard_with_the_new_head() {
+    let mut parts = scenes::room_with_images(16_000.0, 0.4, 0.05, 8).parts().clone();
+    let images = parts.images.as_mut().unwrap();
+    images.head.lead = 24;
+    let (own, length) = (images.clone(), images.head.len());
+    let wide = sphere(0.105);
+    let heard = Scene::new(parts).unwrap().with_head(&wide).unwrap();
+    let found = heard.images().unwrap();
+    assert_eq!((&found.images, &found.seen, found.head.len(), found.head.lead), (&own.images, &own.seen, length, 24));
+    assert!(Scene::from_bytes(&heard.to_bytes().unwrap()).is_ok());
+    for azimuth in [-60.0_f32, 30.0] {
+        let waves = harmonics(3, at(azimuth, 0.0));
+        let ears = [0, 1].map(|ear| -> Vec<f32> {
+            let channel = |c: usize| &found.head.filters[(2 * c + ear) * length..][..length];
+            (0..length).map(|i| waves.iter().enumerate().map(|(c, y)| y * channel(c)[i]).sum()).collect()
+        });
+        let itd = itd_s(&ears[0], &ears[1], 16_000.0).unwrap();
+        // Third order resolves the ears up to 1.9 kHz.
+        assert!((itd - f64::from(wide.ears(at(azimuth, 0.0)).itd_s())).abs() < 40e-6, "{azimuth}: {itd}");
+    }
+}

@@ -97,9 +97,8 @@ impl Scene {
         });
         // Of the same shape as before, so that it fits.
         let field = changed.unwrap_or_else(|| field.clone());
-        let images = parts.images.as_ref().map(|images| {
-            ImageSources { head: ambisonic_head(head, &images.head), ..images.clone() }
-        });
+        let images =
+            parts.images.as_ref().map(|images| ImageSources { head: ambisonic_head(head, &images.head), ..images.clone() });
         Ok(Self { parts: SceneParts { field: Some(field), images, ..parts.clone() } })
     }
 }
