@@ -239,13 +239,13 @@ fn third_order_hears_plane_waves_in_the_bass_and_diffuse_fields_everywhere() {
     for direction in (0..200).map(|i| lattice(i, 200)) {
         let (waves, wanted) = (harmonics(3, direction), sphere.ears(direction).spectra(n_fft, rate));
         let heard = |ear: usize, bin: usize| -> Complex32 { filters.iter().zip(&waves).map(|(f, y)| f[ear][bin] * y).sum() };
-        for ear in 0..2 {
+        for (ear, wanted) in wanted.iter().enumerate() {
             let bin = bin_of(600.0);
-            error += (heard(ear, bin) - wanted[ear][bin]).norm_sqr();
-            energy += wanted[ear][bin].norm_sqr();
+            error += (heard(ear, bin) - wanted[bin]).norm_sqr();
+            energy += wanted[bin].norm_sqr();
             for (sums, bin) in diffuse.iter_mut().zip([bin_of(600.0), bin_of(5_000.0)]) {
                 sums[0] += heard(ear, bin).norm_sqr();
-                sums[1] += wanted[ear][bin].norm_sqr();
+                sums[1] += wanted[bin].norm_sqr();
             }
         }
     }
