@@ -22,6 +22,7 @@ pub mod panel;
 mod path_panel;
 pub mod pose_source;
 mod presets_panel;
+mod pump;
 mod scenes;
 mod side;
 pub mod theme;

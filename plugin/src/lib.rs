@@ -39,6 +39,7 @@ pub mod pose_cell;
 pub mod pose_sources;
 pub mod presets;
 pub mod remote;
+pub mod repaint;
 pub mod saved_head;
 pub mod scene_key;
 pub mod settings;

@@ -3,8 +3,8 @@
 use crate::factory::{self, FactoryScene};
 use crate::library;
 use crate::lock::lock;
+use crate::repaint::Repaint;
 use crate::worker::Task;
-use nice_plug_egui::RepaintNotifier;
 use promenade_core::SceneCard;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -56,13 +56,13 @@ pub struct Listing {
 /// Makes the list on a thread of its own.
 pub struct Lister {
     newest: Mutex<Arc<Listing>>,
-    repaint: RepaintNotifier,
+    repaint: Repaint,
 }
 
 impl Lister {
     /// Nothing listed yet; `repaint` is asked for a picture whenever the list changes.
     #[must_use]
-    pub fn new(repaint: RepaintNotifier) -> Arc<Self> {
+    pub fn new(repaint: Repaint) -> Arc<Self> {
         Arc::new(Self { newest: Mutex::default(), repaint })
     }
 
@@ -146,7 +146,7 @@ mod tests {
         std::fs::write(folder.join("b.promenade"), b"none").unwrap();
         std::fs::write(folder.join("c.promenade"), u64::MAX.to_le_bytes()).unwrap();
         std::fs::write(folder.join("walk.json"), "[]").unwrap();
-        let lister = Lister::new(RepaintNotifier::new());
+        let lister = Lister::new(Repaint::default());
         lister.list(vec![folder.clone()]);
         let listing = lister.newest();
         assert_eq!((listing.factory.len(), listing.scenes.len(), listing.walks.len()), (2, 3, 1));
@@ -170,7 +170,7 @@ mod tests {
         let kept = tempfile::tempdir().unwrap();
         let folder = kept.path().to_owned();
         make_pipe(&folder.join("a.promenade"));
-        let lister = Lister::new(RepaintNotifier::new());
+        let lister = Lister::new(Repaint::default());
         let listed = Arc::clone(&lister);
         in_time(move || listed.list(vec![folder]));
         let error = lister.newest().scenes[0].card.as_ref().unwrap().as_ref().unwrap_err().clone();

@@ -8,6 +8,7 @@ use crate::factory::{self, FactoryScene};
 use crate::library::{self, Found, LibraryError};
 use crate::lock::lock;
 use crate::params::{Choices, PromenadeParams};
+use crate::repaint::Repaint;
 use crate::saved_head::SavedHead;
 use crate::scene_key::SceneKey;
 use crate::shared_worker::SharedWorker;
@@ -15,7 +16,6 @@ use crate::walk::{SavedWalk, Walk, WalkError};
 use crate::worker::Task;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::{nice_error, nice_warn};
-use nice_plug_egui::RepaintNotifier;
 use promenade_core::{RenderError, Renderer, Scene, SceneError};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -98,7 +98,7 @@ pub struct Loader {
     /// The attention weights of the scene's decoder.
     pub attention: Arc<Attention>,
     /// Asks an open editor for its next picture.
-    pub repaint: RepaintNotifier,
+    pub repaint: Repaint,
 }
 
 /// What is played or about to be.
@@ -123,7 +123,7 @@ impl Loader {
             loaded: Mutex::default(),
             current: Mutex::default(),
             attention: Arc::default(),
-            repaint: RepaintNotifier::new(),
+            repaint: Repaint::default(),
         });
         // A host that restores a state and bounces at once hears the restored scene from the first sample.
         loader.params.scene_key.on_restore(&loader, Self::refresh_scene);

@@ -5,8 +5,8 @@ use crate::clock::BlockTime;
 use crate::listener::Heard;
 use crate::params::Snapshot;
 use crate::playing::Playing;
+use crate::repaint::Repaint;
 use crate::telemetry::{Frame, Telemetry, raise};
-use nice_plug_egui::RepaintNotifier;
 use promenade_core::Spatializer;
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,7 +17,7 @@ const LEVELS_S: f64 = 1.0 / 30.0;
 /// Measures what is heard and asks the editor for a picture when it can be seen to change.
 pub(crate) struct Monitor {
     telemetry: Arc<Telemetry>,
-    repaint: RepaintNotifier,
+    repaint: Repaint,
     frame: Frame,
     /// What the editor was last asked to show.
     shown: Frame,
@@ -27,7 +27,7 @@ pub(crate) struct Monitor {
 
 impl Monitor {
     /// Shows nothing yet.
-    pub(crate) fn new(telemetry: Arc<Telemetry>, repaint: RepaintNotifier) -> Self {
+    pub(crate) fn new(telemetry: Arc<Telemetry>, repaint: Repaint) -> Self {
         let (frame, shown) = (Frame::default(), Frame::default());
         Self { telemetry, repaint, frame, shown, shown_snapshot: None, since_shown_s: 0.0 }
     }

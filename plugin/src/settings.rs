@@ -69,6 +69,13 @@ impl Default for EditorSettings {
 }
 
 impl EditorSettings {
+    /// Everything larger or smaller in the same window. It grows only where it would be below [`LEAST_SIZE`]: screens end somewhere.
+    #[must_use]
+    pub fn zoomed(self, zoom: f32) -> Self {
+        let share = self.zoom / zoom;
+        Self { width: (self.width * share).max(LEAST_SIZE.0), height: (self.height * share).max(LEAST_SIZE.1), zoom, ..self }
+    }
+
     /// The same, with nothing that a window cannot be.
     #[must_use]
     pub fn within_reason(self) -> Self {
@@ -87,6 +94,17 @@ impl EditorSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn another_zoom_keeps_the_window_unless_it_would_be_too_small() {
+        let usual = EditorSettings::default();
+        let pixels = |settings: &EditorSettings| (settings.width * settings.zoom, settings.height * settings.zoom);
+        let larger = usual.clone().zoomed(1.5);
+        assert_eq!((larger.zoom, pixels(&larger)), (1.5, pixels(&usual)));
+        assert_eq!(pixels(&larger.zoomed(1.0)), pixels(&usual));
+        let least = usual.zoomed(3.0);
+        assert_eq!((least.width, least.height), LEAST_SIZE);
+    }
 
     #[test]
     fn a_window_that_cannot_be_is_brought_back() {

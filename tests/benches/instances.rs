@@ -4,7 +4,8 @@
 //! `PROMENADE_BUNDLES`. Time: processor seconds of the one thread that plays all instances in turn, per second of sound, at 48 kHz in
 //! blocks of 512, median of the runs; input is white noise, and every listener turns by 90 degrees a second and walks at 1 m/s with
 //! automation every 32 samples; then without automation, and then without input too, once the room has died away. Memory: what is
-//! resident of the process (Linux), of which before the first instance is taken off.
+//! resident of the process (Linux), of which before the first instance is taken off. Before that, seconds by the clock from the first
+//! instance that is opened to the last that plays, for each number and sample rate in a process of its own.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;
@@ -14,9 +15,12 @@ use promenade_tests::signal::noise;
 use promenade_tests::{ClapHost, Host, Setup, Vst3};
 use std::env;
 use std::process::Command;
+use std::time::Instant;
 
 /// The variable with the format, in the process that plays it.
 const FORMAT: &str = "PROMENADE_BENCH_FORMAT";
+/// The variable with sample rate and number of the instances that are only opened there.
+const OPENED: &str = "PROMENADE_BENCH_OPENED";
 
 const RATE: f64 = 48_000.0;
 const BLOCK: usize = 512;
@@ -88,6 +92,18 @@ fn table<H: Host>() {
     }
 }
 
+/// Opens and activates instances; returns the seconds until all can play.
+fn opening<H: Host>(rate: f64, count: usize) -> f64 {
+    let bundle = H::bundle();
+    let began = Instant::now();
+    let setup = Setup { rate, block: BLOCK, ..Setup::default() };
+    let mut hosts: Vec<H> = (0..count).map(|_| bundle.open(setup).expect("the plugin opens").into()).collect();
+    for host in &mut hosts {
+        host.process(&[&[0.0; BLOCK], &[0.0; BLOCK]]);
+    }
+    began.elapsed().as_secs_f64()
+}
+
 /// The processor, as the system names it.
 fn machine() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -97,15 +113,34 @@ fn machine() -> String {
 
 /// Each format in a process of its own, so that neither finds memory that the other has left.
 fn main() {
+    if let Ok(opened) = env::var(OPENED) {
+        let (rate, count) = opened.split_once(' ').expect("rate and number");
+        let (rate, count) = (rate.parse().expect("a rate"), count.parse().expect("a number"));
+        let clap = env::var(FORMAT).is_ok_and(|format| format == "clap");
+        let seconds = if clap { opening::<ClapHost>(rate, count) } else { opening::<Vst3>(rate, count) };
+        return print!(" {seconds:.2} s |");
+    }
     match env::var(FORMAT).as_deref() {
         Ok("clap") => return table::<ClapHost>(),
         Ok(_) => return table::<Vst3>(),
         Err(_) => (),
     }
     println!("{}, {}, tier Standard, {RUNS} runs of {SECONDS} s, of one core\n", machine(), env::consts::OS);
-    println!("| format | instances | memory | moving, all | moving, each | still, all | silent, all |");
-    println!("|---|---|---|---|---|---|---|");
     let this = env::current_exe().expect("a bench has its own file");
+    println!("| format | rate | opening 1 | 50 | 200 |");
+    println!("|---|---|---|---|---|");
+    for (format, rate) in ["clap", "vst3"].into_iter().flat_map(|format| [(format, 48_000), (format, 192_000)]) {
+        print!("| {format} | {} kHz |", rate / 1000);
+        for count in [1, 50, 200] {
+            let mut opened = Command::new(&this);
+            let done =
+                opened.env(FORMAT, format).env(OPENED, format!("{rate} {count}")).status().expect("a bench can be run again");
+            assert!(done.success(), "{format}: {done}");
+        }
+        println!();
+    }
+    println!("\n| format | instances | memory | moving, all | moving, each | still, all | silent, all |");
+    println!("|---|---|---|---|---|---|---|");
     for format in ["clap", "vst3"] {
         let done = Command::new(&this).env(FORMAT, format).status().expect("a bench can be run again");
         assert!(done.success(), "{format}: {done}");

@@ -9,6 +9,7 @@ use super::head::HeadRow;
 use super::host::Host;
 use super::meter::Meters;
 use super::panel::Panel;
+use super::pump::Pump;
 use super::scenes::Scenes;
 use super::theme::{Palette, dress, set_fonts};
 use super::view::View;
@@ -73,11 +74,17 @@ pub(super) struct App {
     gestures: Gestures,
     selection: Selection,
     settings: EditorSettings,
+    /// The zoom that is drawn with.
+    zoom: f32,
     /// Times that a host has restored the settings.
     restores: u64,
     dressed: Option<Theme>,
     choices: Option<Choices>,
     opened: Instant,
+    /// Whether a picture was drawn. Before that nothing may ask for one: the window library waits for ever for the answer to a request that it
+    /// makes before the window is on the screen, and the editor would stay blank.
+    is_shown: bool,
+    pump: Option<Pump>,
     /// When the audio thread last sent a picture, seconds since the window was opened.
     heard_s: f64,
     meters: Meters,
@@ -95,8 +102,10 @@ impl App {
     pub(super) fn new(instance: Instance, geometry: Arc<Geometry>, thread: Sender<()>) -> Self {
         let (settings, restores) = instance.params.editor.get();
         let scenes = Scenes::new(Lister::new(instance.repaint.clone()));
+        let settings = settings.within_reason();
         Self {
-            settings: settings.within_reason(),
+            zoom: settings.zoom,
+            settings,
             instance,
             geometry,
             gui: None,
@@ -109,6 +118,8 @@ impl App {
             dressed: None,
             choices: None,
             opened: Instant::now(),
+            is_shown: false,
+            pump: None,
             heard_s: f64::NEG_INFINITY,
             meters: Meters::default(),
             head: HeadRow::default(),
@@ -149,14 +160,19 @@ impl NiceEguiApp for App {
             .add(self.instance.loader.clone())
             .inspect_err(|error| nice_error!("no thread to load scenes from the editor: {error}"))
             .ok();
-        self.instance.telemetry.watched.set(true);
-        self.instance.loader.attention.watched.set(true);
         Ok(())
     }
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut nice_plug_egui::Frame) {
         let Some(gui) = self.gui.clone().filter(|_| self.instance.plugin.strong_count() > 0) else { return };
         let now_s = self.opened.elapsed().as_secs_f64();
+        if !std::mem::replace(&mut self.is_shown, true) {
+            self.instance.telemetry.watched.set(true);
+            self.instance.loader.attention.watched.set(true);
+            self.scenes.list();
+            let pump = Pump::start(self.instance.repaint.clone(), ui.ctx().clone());
+            self.pump = pump.inspect_err(|error| nice_error!("no thread to wake the editor: {error}")).ok();
+        }
         self.keep_settings();
         let palette = Palette::of(self.settings.theme);
         if self.dressed != Some(self.settings.theme) {
@@ -167,6 +183,11 @@ impl NiceEguiApp for App {
         }
         if ui.ctx().zoom_factor() != self.settings.zoom {
             ui.ctx().set_zoom_factor(self.settings.zoom);
+        } else if self.zoom != self.settings.zoom {
+            self.zoom = self.settings.zoom;
+            // Otherwise the framework resizes the window by the zoom.
+            let size = egui::vec2(self.settings.width, self.settings.height);
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::InnerSize(size));
         }
         if self.instance.telemetry.fetch(&mut self.frame) {
             self.heard_s = now_s;
@@ -257,6 +278,7 @@ impl NiceEguiApp for App {
 impl Drop for App {
     /// The window is gone: nothing is watched any more, and no gesture stays open in the host.
     fn drop(&mut self) {
+        drop(self.pump.take());
         self.instance.telemetry.watched.set(false);
         self.instance.loader.attention.watched.set(false);
         self.geometry.closed();

@@ -11,13 +11,13 @@ use crate::osc::Osc;
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
 use crate::persisted::Persisted;
+use crate::repaint::Repaint;
 use crate::settings::EditorSettings;
 use crate::telemetry::{Frame, Telemetry};
 use crate::user_state::UserState;
 use crate::walk::Walk;
 use crate::worker::TaskHandle;
 use nice_plug::context::gui::GuiContext;
-use nice_plug_egui::RepaintNotifier;
 use promenade_core::Scene;
 use std::sync::{Arc, Weak};
 
@@ -33,7 +33,7 @@ pub struct Instance {
     /// Head tracking and remote control.
     pub osc: Arc<Osc>,
     /// Asks for the next picture, from any thread.
-    pub repaint: RepaintNotifier,
+    pub repaint: Repaint,
     /// There as long as the plugin is.
     pub plugin: Weak<()>,
 }

@@ -82,7 +82,7 @@ fn zoom(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         for step in STEPS {
             let on = (ctx.settings.zoom - step).abs() < 1e-3;
             if ui.selectable_label(on, percent(step)).clicked() {
-                ctx.settings.zoom = step;
+                *ctx.settings = ctx.settings.clone().zoomed(step);
             }
         }
     });

@@ -27,6 +27,8 @@ const NEXT_S: f64 = 1.0;
 #[derive(Default)]
 pub(super) struct PathPanel {
     recording: Option<Recording>,
+    /// Whether the user is asked before a path is recorded over.
+    asks: bool,
     file: String,
     /// What was done last, or what went wrong.
     outcome: Option<Result<String, String>>,
@@ -175,8 +177,20 @@ impl PathPanel {
         ui.horizontal(|ui| {
             let recording = self.recording.is_some();
             let word = if recording { Word::StopRecording } else { Word::Record };
-            if tab(ui, ctx.palette, word, recording).clicked() {
-                self.record_or_stop(ctx);
+            if self.asks {
+                let replaces = button(ui, ctx.palette, Word::Replace).clicked();
+                if replaces || button(ui, ctx.palette, Word::Keep).clicked() {
+                    self.asks = false;
+                }
+                if replaces {
+                    self.record_or_stop(ctx);
+                }
+                note(ui, ctx.palette, "the path?");
+            } else if tab(ui, ctx.palette, word, recording).clicked() {
+                self.asks = !recording && !ctx.params().saved_walk.get().0.keyframes.is_empty();
+                if !self.asks {
+                    self.record_or_stop(ctx);
+                }
             }
             if let Some(recording) = &self.recording {
                 note(ui, ctx.palette, format!("{:.1} s", recording.recorder.duration_s()));

@@ -26,7 +26,12 @@ pub(super) struct Scenes {
     search: String,
     /// Whether the folders are shown.
     folders: bool,
+    /// Height that the scene's credit and notes want, points.
+    about: f32,
 }
+
+/// The scene's credit and notes are shown from this height on, points.
+const LEAST_ABOUT: f32 = 156.0;
 
 /// What a line of the list chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,12 +41,10 @@ enum Pick {
 }
 
 impl Scenes {
-    /// Begins to list.
+    /// Lists nothing yet.
     pub(super) fn new(lister: Arc<Lister>) -> Self {
         let task = LISTER.add(lister.clone()).inspect_err(|error| nice_error!("no thread to list scenes on: {error}")).ok();
-        let scenes = Self { lister, task, search: String::new(), folders: false };
-        scenes.list();
-        scenes
+        Self { lister, task, search: String::new(), folders: false, about: 0.0 }
     }
 
     /// What the library has, as far as it is known.
@@ -49,7 +52,8 @@ impl Scenes {
         self.lister.newest()
     }
 
-    fn list(&self) {
+    /// Looks for files in the library's folders.
+    pub(super) fn list(&self) {
         if let Some(task) = &self.task {
             task.schedule();
         }
@@ -61,7 +65,9 @@ impl Scenes {
         egui::Panel::left("scenes").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
             let listing = ctx.listing;
             self.header(ui, ctx, listing);
-            let about = if ui.available_height() > 360.0 { 156.0 } else { 0.0 };
+            let all = ui.available_height();
+            // As much as its text needs, but the list keeps half.
+            let about = if all > 2.0 * LEAST_ABOUT { self.about.clamp(LEAST_ABOUT, all / 2.0) } else { 0.0 };
             let height = (ui.available_height() - about).max(80.0);
             ScrollArea::vertical().max_height(height).auto_shrink(false).show(ui, |ui| {
                 ui.set_width(ui.available_width() - 4.0);
@@ -70,7 +76,7 @@ impl Scenes {
             if about > 0.0
                 && let Some(scene) = ctx.scene
             {
-                about_scene(ui, ctx.palette, scene);
+                self.about = about_scene(ui, ctx.palette, scene);
             }
         });
     }
@@ -243,13 +249,15 @@ fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
     }
 }
 
-/// Credit, licence and notes of the scene that is played.
-fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) {
+/// Credit, licence and notes of the scene that is played; returns the height that they want.
+fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) -> f32 {
+    let top = ui.cursor().top();
     ui.add_space(SPACE);
     let rule = ui.available_rect_before_wrap();
     ui.painter().hline(rule.x_range(), rule.top(), egui::Stroke::new(1.0, palette.line));
     heading(ui, palette, Word::Playing);
-    ScrollArea::vertical().id_salt("playing").auto_shrink(false).show(ui, |ui| {
+    let head = ui.cursor().top() - top;
+    let shown = ScrollArea::vertical().id_salt("playing").auto_shrink(false).show(ui, |ui| {
         ui.set_width(ui.available_width() - 4.0);
         ui.spacing_mut().item_spacing = Vec2::new(SPACE, 2.0);
         ui.label(RichText::new(scene.title()).color(palette.text));
@@ -267,6 +275,7 @@ fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) {
             note(ui, palette, format!("Note: {text}"));
         }
     });
+    head + shown.content_size.y + SPACE
 }
 
 #[cfg(test)]
@@ -280,7 +289,7 @@ mod tests {
 
     #[test]
     fn a_search_looks_at_title_and_credit() {
-        let lister = Lister::new(nice_plug_egui::RepaintNotifier::new());
+        let lister = Lister::new(crate::repaint::Repaint::default());
         crate::worker::Task::run(&*lister);
         let listing = lister.newest();
         let found = |wanted: &str| listing.factory.iter().filter(|listed| matches(listed, wanted)).count();

@@ -88,6 +88,13 @@ fn origin(ui: &mut Ui, ctx: &Ctx<'_>) {
         ui.painter().circle_filled(dot.center(), 3.5, if waits { palette.warn } else { palette.accent });
         note(ui, palette, pose_source::description(ctx));
     });
+    if waits {
+        // The fields below are those of its own position.
+        let (at, (yaw, pitch, roll)) = (ctx.frame.pose.position, ctx.frame.pose.ypr());
+        let [yaw, pitch, roll] = [yaw, pitch, roll].map(f32::to_degrees);
+        note(ui, palette, format!("Heard: {:.2}, {:.2}, {:.2} m", at.x, at.y, at.z));
+        note(ui, palette, format!("{yaw:.0}° yaw, {pitch:.0}° pitch, {roll:.0}° roll"));
+    }
 }
 
 /// Three numbers side by side, each under its name.

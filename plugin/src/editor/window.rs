@@ -10,9 +10,10 @@ use nice_plug::editor::{
     Editor, EditorHandle, HostMethods, Modifiers, ParentWindowHandle, ResizeHint, SpawnedEditor, VirtualKeyCode,
 };
 use nice_plug::nice_warn;
-use nice_plug_egui::{EguiEditorHandle, EguiEditorState, EguiNiceSettings, baseview, create_egui_editor};
+use nice_plug_egui::{EguiEditorHandle, EguiEditorState, EguiNiceSettings, RepaintNotifier, baseview, create_egui_editor};
 use std::error::Error;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
@@ -58,10 +59,10 @@ impl Editor for PromenadeEditor {
         let (thread, ended) = channel();
         let app = App::new(self.instance.clone(), Arc::clone(&self.geometry), thread);
         // The framework's editor lives only as long as this call: window and handle own all that it made.
-        let editor = create_egui_editor(state, self.instance.repaint.clone(), settings, app).ok_or("no editor")?;
+        let editor = create_egui_editor(state, RepaintNotifier::new(), settings, app).ok_or("no editor")?;
         let SpawnedEditor { handle, window } =
             editor.spawn(parent, wait_for_parent, fallback_scale_factor, gui_context, host)?;
-        let handle = PromenadeHandle { inner: handle, geometry: Arc::clone(&self.geometry) };
+        let handle = PromenadeHandle { inner: handle, geometry: Arc::clone(&self.geometry), shown: AtomicBool::new(false) };
         Ok(SpawnedEditor { handle, window: PromenadeWindow { window: Some(window), ended } })
     }
 
@@ -111,6 +112,8 @@ impl Drop for PromenadeWindow {
 pub struct PromenadeHandle {
     inner: EguiEditorHandle,
     geometry: Arc<Geometry>,
+    /// Whether the window was brought up: before, no picture may be asked for.
+    shown: AtomicBool,
 }
 
 impl EditorHandle for PromenadeHandle {
@@ -126,7 +129,9 @@ impl EditorHandle for PromenadeHandle {
     }
 
     fn show(&self, window: &Self::Window) -> Result<(), Self::Error> {
-        window.with(|window| self.inner.show(window))
+        let shown = window.with(|window| self.inner.show(window));
+        self.shown.store(true, Ordering::Release);
+        shown
     }
 
     fn hide(&self, window: &Self::Window) -> Result<(), Self::Error> {
@@ -158,14 +163,20 @@ impl EditorHandle for PromenadeHandle {
     }
 
     fn state_changed(&self) {
-        self.inner.state_changed();
+        if self.shown.load(Ordering::Acquire) {
+            self.inner.state_changed();
+        }
     }
 
     fn param_value_changed(&self, id: &str, normalized_value: f32) {
-        self.inner.param_value_changed(id, normalized_value);
+        if self.shown.load(Ordering::Acquire) {
+            self.inner.param_value_changed(id, normalized_value);
+        }
     }
 
     fn param_modulation_changed(&self, id: &str, modulation_offset: f32) {
-        self.inner.param_modulation_changed(id, modulation_offset);
+        if self.shown.load(Ordering::Acquire) {
+            self.inner.param_modulation_changed(id, modulation_offset);
+        }
     }
 }

@@ -100,7 +100,11 @@ table! {
         /// Camera path.
         Reverse = ("Reverse", "Walks the same way back"),
         /// Camera path.
-        Record = ("Record a walk", "Writes down how the listener moves from now on; it becomes the project's path"),
+        Record = ("Record a walk", "Writes down how the listener moves from now on, as the project's path; asks before it replaces one"),
+        /// Camera path.
+        Replace = ("Replace", "Records over the project's path, which is lost but for Undo"),
+        /// Camera path.
+        Keep = ("Keep", "Leaves the project's path as it is and records nothing"),
         /// Camera path.
         StopRecording = ("Stop recording", "Makes what was recorded the project's path; Undo brings the former one back"),
         /// Camera path.
