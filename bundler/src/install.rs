@@ -1,11 +1,11 @@
-//! Copies bundles to the folders where hosts look for the user's plugins.
+//! Copies bundles to the folders where hosts look for the user's plugins, and the library's scenes to where the plugin does.
 
 use crate::bundle;
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Builds release bundles and installs them.
+/// Builds release bundles and installs them and the library.
 pub(crate) fn install(options: &[String]) -> Result<()> {
     let bundles = bundle::bundle(&[vec!["--release".to_owned()], options.to_vec()].concat())?;
     for (bundle, folder) in ["Promenade.clap", "Promenade.vst3"].into_iter().zip(plugin_folders()?) {
@@ -15,7 +15,31 @@ pub(crate) fn install(options: &[String]) -> Result<()> {
         copy(&bundles.join(bundle), &to)?;
         println!("installed {}", to.display());
     }
+    let scenes = data_folder()?.join("promenade").join("scenes");
+    fs::create_dir_all(&scenes).with_context(|| format!("cannot make {}", scenes.display()))?;
+    let library = fs::read_dir("presets/library").context("presets/library cannot be read")?;
+    let names = library.flatten().map(|entry| entry.file_name()).filter(|name| name.to_string_lossy().ends_with(".promenade"));
+    let mut count = 0;
+    for name in names {
+        copy(&Path::new("presets/library").join(&name), &scenes.join(&name))?;
+        count += 1;
+    }
+    println!("installed {count} scenes in {}", scenes.display());
     Ok(())
+}
+
+/// The user's data folder, as the plugin finds it.
+fn data_folder() -> Result<PathBuf> {
+    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
+    let home = || variable("HOME").context("HOME is not set");
+    Ok(match std::env::consts::OS {
+        "macos" => home()?.join("Library/Application Support"),
+        "windows" => variable("APPDATA").context("APPDATA is not set")?,
+        _ => match variable("XDG_DATA_HOME").filter(|folder| folder.is_absolute()) {
+            Some(folder) => folder,
+            None => home()?.join(".local/share"),
+        },
+    })
 }
 
 /// The user's folders for CLAP and for VST3 plugins.

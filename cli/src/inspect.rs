@@ -142,6 +142,10 @@ fn as_text(scene: &Scene) -> String {
         ("bounds", format!("{} to {}", point(low), point(high))),
         ("cloud", scene.cloud().map_or("none".to_owned(), cloud_text)),
         ("field", scene.field().map_or("none".to_owned(), field_text)),
+        (
+            "images",
+            scene.images().map_or("none".to_owned(), |i| format!("{}, seen from {} places", i.images.len(), i.place_count())),
+        ),
         ("responses", scene.measured().map_or("none: noise carries the room".to_owned(), |m| responses_text(m, grid))),
         ("anchors", scene.anchors().len().to_string()),
         ("held out", scene.held_out().len().to_string()),

@@ -50,8 +50,7 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
     }
     let inside = Inside::new(&mesh, &room, source, args.margin)?;
     let poses = mesh_poses(args, &inside)?;
-    let set = Responses::load(&args.head, &LoadOptions::default())?;
-    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
+    let (set, hrtf) = head(args)?;
     let options = MeshOptions {
         order: args.order,
         beams: args.beams as usize,
@@ -62,7 +61,7 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
         part: args.part.unwrap_or(Part::WHOLE),
     };
     let run = MeshOptions { part: Part::WHOLE, ..options };
-    let title = report::file_name(&of.mesh);
+    let title = args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh));
     let part =
         part_folder(args.part, &args.output, &poses, &[&title, &mesh, &room.materials(), &source, &set, &args.rate, &run])?;
     if part.as_ref().is_some_and(is_there) {
@@ -104,6 +103,18 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
         began.elapsed().as_secs_f64()
     );
     Ok(())
+}
+
+/// The head's responses, and what is made of them.
+fn head(args: &SimulateMeshArgs) -> Result<(Responses, Hrtf)> {
+    let mut set = Responses::load(&args.head, &LoadOptions::default())?;
+    for (stated, text) in [(&args.credit, &mut set.credit), (&args.licence, &mut set.licence)] {
+        if let Some(stated) = stated {
+            text.clone_from(stated);
+        }
+    }
+    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
+    Ok((set, hrtf))
 }
 
 /// The mesh with its materials, and what is odd about it as notes.

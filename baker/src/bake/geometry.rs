@@ -11,6 +11,7 @@ use crate::error::BakeError;
 use crate::signal::spectrum::{Analyser, HopEnergies};
 use crate::sources::ambisonic::{ambisonic_head, head_responses};
 use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ, octave_energy};
+use half::f16;
 use promenade_acoustics::{Air, Echogram, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, late_field};
 use promenade_core::glam::Vec3;
 use promenade_core::network::SPEED_OF_SOUND_M_S;
@@ -162,7 +163,7 @@ pub fn bake_geometry(
     let nodes = FieldGrid { position: plan.axes.clone(), facing: Facing::Head { yaw, pitch, roll } };
     let rows: Vec<f32> = plan.nearest.iter().flat_map(|place| [vec![0.0], filters[*place].clone()].concat()).collect();
     let fits = || BakeError::argument("table of the scene", "a row per node", "another number");
-    let reverberation = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(rows)).ok_or_else(fits)?;
+    let reverberation = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(halved(rows))).ok_or_else(fits)?;
     let field = direct_field(emitter, hrtf, &grid, TransferShape { taps: 0, ..shape }, gain).ok_or_else(fits)?;
     let air_db_per_m = OCTAVES_HZ.map(|hz| options.air.map_or(0.0, |air| air.db_per_m(f64::from(hz)) as f32));
     let direct = plan.nearest.iter().map(|place| f32::from(u8::from(heard[*place].sees_emitter()))).collect();
@@ -212,6 +213,11 @@ pub fn bake_geometry(
         anchors: outline(mesh, emitter),
         held_out: Vec::new(),
     })?)
+}
+
+/// Half precision, of which a scene file takes half the bytes: 0.004 dB, and 0.004 rad of phases up to 8.
+fn halved(values: Vec<f32>) -> Vec<f32> {
+    values.into_iter().map(|v| f16::from_f32(v).to_f32()).collect()
 }
 
 /// Images and echograms of all places.
@@ -418,7 +424,7 @@ fn direct_field(emitter: Vec3, hrtf: &Hrtf, grid: &StftGrid, shape: TransferShap
         Some(promenade_core::TransferFunction { late: silent.clone(), ..transfer }.to_row())
     };
     let rows: Option<Vec<Vec<f32>>> = (0..nodes.nodes()).into_par_iter().map(row).collect();
-    Field::new(nodes, shape, Rows::Whole(rows?.concat()))
+    Field::new(nodes, shape, Rows::Whole(halved(rows?.concat())))
 }
 
 /// A pose that sees the emitter, at the place nearest to the middle of those that do.

@@ -70,6 +70,15 @@ pub(crate) struct SimulateMeshArgs {
     /// Distance of random poses and of a grid from surfaces, metres
     #[arg(long, value_name = "M", default_value_t = 0.3, value_parser = within(0.0_f32, 1000.0))]
     pub(crate) margin: f32,
+    /// Name of a scene or set [default: the mesh's file name]
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) title: Option<String>,
+    /// Whom to credit for the head [default: as its file says]
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) credit: Option<String>,
+    /// Terms of the head's data [default: as its file says]
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) licence: Option<String>,
     /// Image sources that a scene plays at most, the strongest; the others are part of its late field
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) images: u32,

@@ -2,11 +2,9 @@
 
 use crate::args::{RoomArgs, SimulateMeshArgs};
 use crate::{progress, report, scene};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use promenade_acoustics::{Air, Mesh, Room};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry};
-use promenade_baker::simulation::Hrtf;
-use promenade_baker::{LoadOptions, Responses};
 use std::time::Instant;
 
 /// Places of the listener that a scene has about, unless told.
@@ -22,8 +20,7 @@ pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMesh
             args.output.display()
         );
     }
-    let set = Responses::load(&args.head, &LoadOptions::default())?;
-    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
+    let (_, hrtf) = super::head(args)?;
     let [low, high] = mesh.bounds();
     let area = ((high[0] - low[0]) * (high[1] - low[1])) as f32;
     let options = GeometryOptions {
@@ -36,7 +33,7 @@ pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMesh
         margin_m: args.margin,
         air: Some(Air::default()),
         seed: args.seed,
-        title: report::file_name(&of.mesh),
+        title: args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh)),
         recipe: recipe(of, args),
     };
     let bar = progress::of_work();

@@ -14,6 +14,7 @@ use crate::number::{single, whole};
 use crate::transfer::MOST_SHARES;
 use crate::{Bands, Field, StftGrid, TransferShape};
 use glam::Vec3;
+use half::f16;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -32,10 +33,26 @@ struct Entry<'a> {
     name: Cow<'static, str>,
     shape: Vec<usize>,
     values: Cow<'a, [f32]>,
+    dtype: Dtype,
+}
+
+impl Entry<'_> {
+    /// As half floats where they say the same: bakers round tables that need no more.
+    fn halved(self) -> Self {
+        let exact = self.values.iter().all(|v| f16::from_f32(*v).to_f32() == *v);
+        Self { dtype: if exact { Dtype::F16 } else { Dtype::F32 }, ..self }
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        match self.dtype {
+            Dtype::F16 => self.values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect(),
+            _ => self.values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+        }
+    }
 }
 
 fn entry<'a>(name: impl Into<Cow<'static, str>>, shape: &[usize], values: impl Into<Cow<'a, [f32]>>) -> Entry<'a> {
-    Entry { name: name.into(), shape: shape.to_vec(), values: values.into() }
+    Entry { name: name.into(), shape: shape.to_vec(), values: values.into(), dtype: Dtype::F32 }
 }
 
 pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
@@ -96,11 +113,11 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         return Err(SceneError::TooLarge { found: size });
     }
     entries.sort_by(|a, b| a.name.cmp(&b.name));
-    let bytes: Vec<Vec<u8>> = entries.iter().map(|e| e.values.iter().flat_map(|v| v.to_le_bytes()).collect()).collect();
+    let bytes: Vec<Vec<u8>> = entries.iter().map(Entry::bytes).collect();
     let mut views = entries
         .iter()
         .zip(&bytes)
-        .map(|(e, data)| TensorView::new(Dtype::F32, e.shape.clone(), data).map(|view| (&*e.name, view)))
+        .map(|(e, data)| TensorView::new(e.dtype, e.shape.clone(), data).map(|view| (&*e.name, view)))
         .collect::<Result<Vec<_>, _>>()
         .map_err(|e| SceneError::Container(e.to_string()))?;
     let crc = checksum(&manifest, views.iter().map(|(name, view)| (*name, view))).to_le_bytes();
@@ -121,7 +138,12 @@ fn field_entries<'a>(table: &str, field: &'a Field, entries: &mut Vec<Entry<'a>>
         entries.push(entry(name("shares"), &[nodes, shares.per_node()], shares.weights()));
     }
     match field.rows() {
-        Rows::Whole(rows) => entries.push(entry(name("rows"), &[nodes, field.shape().row_len()], rows)),
+        Rows::Whole(rows) => {
+            let rows = entry(name("rows"), &[nodes, field.shape().row_len()], rows);
+            // Fields that hold everything keep the form that older versions read.
+            let shape = field.shape();
+            entries.push(if shape.taps == 0 || shape.bins == 0 { rows.halved() } else { rows });
+        }
         Rows::LowRank(low) => {
             let ranks = [low.levels.rank(), low.taps.rank()];
             entries.push(entry(name("coefficients"), &[nodes, ranks[0] + ranks[1]], &low.coefficients));
@@ -155,6 +177,7 @@ fn cloud_entries<'a>(cloud: &'a CloudModel, entries: &mut Vec<Entry<'a>>) {
         name: format!("{WEIGHTS}{name}").into(),
         shape: t.shape.clone(),
         values: (&t.values).into(),
+        dtype: Dtype::F32,
     };
     entries.extend(parts.weights.iter().map(weight));
 }
@@ -344,6 +367,10 @@ fn read_cloud(m: &ManifestCloud, tensors: &SafeTensors<'_>) -> Result<AnchorClou
 
 /// A tensor of f32; `None` in the shape stands for any size.
 fn floats(tensors: &SafeTensors<'_>, name: &str, shape: &[Option<usize>]) -> Result<Vec<f32>, SceneError> {
+    if tensors.tensor(name).is_ok_and(|view| view.dtype() == Dtype::F16) {
+        let data = bytes_of(tensors, name, Dtype::F16, shape)?;
+        return Ok(data.as_chunks::<2>().0.iter().map(|b| f16::from_le_bytes(*b).to_f32()).collect());
+    }
     let data = bytes_of(tensors, name, Dtype::F32, shape)?;
     Ok(data.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
 }
