@@ -3,7 +3,8 @@
 use promenade_baker::measure::{MeanErrors, compare_held_out};
 use promenade_baker::player::{Player, Playing, render_response};
 use promenade_core::{Pose, Renderer, Scene, Tier};
-use promenade_metrics::{ild_db, itd_s};
+use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
+use std::path::Path;
 use std::sync::Arc;
 
 fn factory(name: &str) -> Arc<Scene> {
@@ -138,4 +139,32 @@ fn impulse() -> Vec<f32> {
     let mut impulse = vec![0.0; 12_000];
     impulse[480] = 1.0;
     impulse
+}
+
+#[test]
+fn places_of_the_library_can_be_walked_in_and_sound_as_they_are_called() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/library");
+    let files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let scenes: Vec<_> = files.iter().filter(|file| file.extension().is_some_and(|e| e == "promenade")).collect();
+    let mut bytes = 0;
+    for file in &scenes {
+        let content = std::fs::read(file).unwrap();
+        bytes += content.len();
+        let scene = Arc::new(Scene::from_bytes(&content).unwrap());
+        let (low, high) = scene.bounds();
+        assert!(scene.images().is_some() && high.x - low.x > 1.0 && scene.grid().sample_rate_hz == 48_000.0, "{file:?}");
+        assert!(scene.credit().contains("Gardner") && !scene.licence().is_empty(), "{file:?}");
+        assert!(file.with_extension("png").is_file() && file.with_extension("obj").is_file(), "{file:?}");
+        let range = match file.file_stem().and_then(|stem| stem.to_str()) {
+            Some("dry-studio") => 0.04..0.2,
+            Some("living-room") => 0.4..0.8,
+            Some("cathedral") => 3.0..7.0,
+            _ => continue,
+        };
+        let length = (48_000.0 * 1.2 * range.end) as usize;
+        let [left, _] = render_response(&scene, scene.start_pose(), 480, length).unwrap();
+        let t20 = decay_time_s(&left, 48_000.0, DecayRange::T20).unwrap();
+        assert!(range.contains(&t20), "{file:?}: {t20} s");
+    }
+    assert!(scenes.len() >= 10 && bytes < 15_000_000, "{} scenes, {bytes} bytes", scenes.len());
 }
