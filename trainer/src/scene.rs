@@ -1,9 +1,9 @@
 //! A scene of trained weights.
 
-use crate::head::streaming::{DELAY, exponentials, shaped};
+use crate::head::streaming::{exponentials, shaped};
 use crate::settings::{HeadKind, TrainSettings};
 use crate::setup::Setup;
-use crate::weights::Arrays;
+use crate::weights::{Arrays, DELAY};
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene, display_anchors, top_hz};
 use promenade_core::glam::Vec3;

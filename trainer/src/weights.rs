@@ -1,11 +1,13 @@
 //! The network's weights by name, how they start, and how a step changes them.
 
-use crate::head::streaming::DELAY;
 use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
 use crate::setup::Setup;
 use promenade_baker::random::Random;
 use promenade_core::network::{CONV_LAYERS, DELAY_SHAPES, Tensor};
 use std::collections::BTreeMap;
+
+/// The array of what the head adds to a sphere's delay, milliseconds.
+pub(crate) const DELAY: &str = "delay_shape";
 
 /// Bands that a kernel of the hyper-network reaches over: its own and those below.
 pub(crate) const NEIGHBOURS: usize = 3;

@@ -4,7 +4,7 @@ use crate::head::{Example, LossGradient, Prediction, for_each_clip};
 use crate::response_loss::ResponseLoss;
 use crate::settings::{LossSettings, NetworkSettings};
 use crate::spectral_loss::SpectralLoss;
-use crate::weights::Arrays;
+use crate::weights::{Arrays, DELAY};
 use promenade_core::decode::{QueryValues, Readout};
 use promenade_core::gradient::ClipRender;
 use promenade_core::network::{CloudEmitter, DELAY_SHAPES};
@@ -12,8 +12,6 @@ use promenade_core::{Bands, Pose, StftGrid, TailModel, TransferFunction};
 
 /// The array of tap shapes' logarithms.
 const SHAPES: &str = "tap_shapes";
-/// The array of what the head adds to a sphere's delay, milliseconds.
-pub(crate) const DELAY: &str = "delay_shape";
 
 /// What a thread works with.
 struct Worker {
