@@ -90,13 +90,7 @@ fn all(sections: &mut Sections) -> Result<()> {
         // One after the other: there is one mouse.
         let one_by_one = ["--tests", "--", "--ignored", "--test-threads", "1"];
         let needy = |name: &str| run(tests()?.args(one_by_one).arg(name));
-        sections.run("tests with needs", || {
-            here.iter().try_for_each(|name| match *name {
-                // Once more if need be: on a loaded machine a window opens blank now and then, or a host's library fails as it is unloaded.
-                "needs_screen" => needy(name).or_else(|_| needy(name)),
-                _ => needy(name),
-            })
-        })?;
+        sections.run("tests with needs", || here.iter().try_for_each(|name| needy(name)))?;
     }
     if !missing.is_empty() {
         println!("\nnot run on this machine: {}", missing.join(", "));
