@@ -2,7 +2,7 @@
 
 use crate::lock::lock;
 use promenade_core::{Carriers, Head, NoHeadError, RenderError, Scene, SceneError};
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, Weak};
 
 /// BLAKE3 of a scene file, 64 lower-case hexadecimal digits.
@@ -38,10 +38,15 @@ pub fn scene_from(bytes: &[u8]) -> Result<(Arc<Scene>, ContentHash), SceneError>
     Ok((scene, hash))
 }
 
+/// Sets of carriers that are kept without an instance that plays them: a host may activate each new instance at another rate first.
+const KEPT_CARRIERS: usize = 2;
+
 /// Carriers of a scene at a rate, as long as an instance plays it there.
 type HeldCarriers = (Weak<Scene>, f64, Weak<Carriers>);
 
 static CARRIERS: Mutex<Vec<HeldCarriers>> = Mutex::new(Vec::new());
+/// The newest sets, as long as their scenes are in memory.
+static NEWEST: Mutex<VecDeque<(Weak<Scene>, Arc<Carriers>)>> = Mutex::new(VecDeque::new());
 
 /// The carriers of a scene at a sample rate, drawn once for all instances that play it there.
 ///
@@ -50,6 +55,7 @@ static CARRIERS: Mutex<Vec<HeldCarriers>> = Mutex::new(Vec::new());
 pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64) -> Result<Arc<Carriers>, RenderError> {
     scene.playable_at(sample_rate_hz)?;
     let mut held = lock(&CARRIERS);
+    lock(&NEWEST).retain(|(of, _)| of.strong_count() > 0);
     held.retain(|(_, _, carriers)| carriers.strong_count() > 0);
     let same = |of: &Weak<Scene>, rate: f64| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)) && rate == sample_rate_hz;
     if let Some(carriers) = held.iter().find(|(of, rate, _)| same(of, *rate)).and_then(|(.., carriers)| carriers.upgrade()) {
@@ -57,6 +63,11 @@ pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64) -> Result<Arc<Carriers>
     }
     let carriers = Arc::new(Carriers::new(scene, sample_rate_hz));
     held.push((Arc::downgrade(scene), sample_rate_hz, Arc::downgrade(&carriers)));
+    let mut newest = lock(&NEWEST);
+    newest.push_back((Arc::downgrade(scene), Arc::clone(&carriers)));
+    if newest.len() > KEPT_CARRIERS {
+        newest.pop_front();
+    }
     Ok(carriers)
 }
 
@@ -99,6 +110,12 @@ mod tests {
         assert!(Arc::ptr_eq(&first, &second));
         let [one, another, faster] = [48_000.0, 48_000.0, 96_000.0].map(|rate| carriers(&first, rate).unwrap());
         assert!(Arc::ptr_eq(&one, &another) && !Arc::ptr_eq(&one, &faster), "one set of carriers a rate");
+        let kept = Arc::downgrade(&faster);
+        drop(faster);
+        assert!(
+            kept.upgrade().is_some_and(|kept| Arc::ptr_eq(&kept, &carriers(&first, 96_000.0).unwrap())),
+            "kept for a while"
+        );
         drop((first, second));
         assert!(in_memory(&hash).is_none());
         assert!(scene_from(b"not a scene").is_err());
