@@ -158,7 +158,7 @@ fn places_of_the_library_can_be_walked_in_and_sound_as_they_are_called() {
         let range = match file.file_stem().and_then(|stem| stem.to_str()) {
             Some("dry-studio") => 0.04..0.2,
             Some("living-room") => 0.4..0.8,
-            Some("cathedral") => 3.0..7.0,
+            Some("cathedral") => 4.0..10.0,
             _ => continue,
         };
         let length = (48_000.0 * 1.2 * range.end) as usize;

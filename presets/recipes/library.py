@@ -29,7 +29,7 @@ def prism(plan, height, walls, floor, ceiling):
     for i, wall in enumerate(walls):
         if wall:
             j = (i + 1) % count
-            faces.append((wall, [low[i], low[j], high[j], high[i]]))
+            faces.append((wall, [low[j], low[i], high[i], high[j]]))
     return faces
 
 
@@ -82,7 +82,7 @@ PLACES = {
         (37.5, 10.0, 1.6), ["--height", "2"]),
     "cathedral": (
         "Cathedral nave, 62 x 19 x 27 m",
-        box(62, 19, 27, ["limestone_wall"] * 4, "marble_floor", "rough_lime_wash"),
+        box(62, 19, 27, ["lead_glazing", "limestone_wall", "lead_glazing", "limestone_wall"], "chairs_wooden", "rough_lime_wash"),
         (54.0, 9.0, 1.8), ["--order", "4"]),
     "parking-deck": (
         "Parking deck, 48 x 32 x 2.5 m, open at two sides",
@@ -126,7 +126,8 @@ def main():
         mesh.write_text(obj(faces))
         place = ["--source", ",".join(map(str, source))]
         run([args.promenade, "simulate", mesh, *place, "--head", args.head, "--rays", 65536, "--seed", SEED, "--title", title, "--credit", CREDIT, "--licence", LICENCE, *options, "-o", scene])
-        figures = run([args.promenade, "map", mesh, *place, "--rays", 16384, "--seed", SEED, "-o", plan])
+        longest = max(max(corner[:2]) for _, corners in faces for corner in corners)
+        figures = run([args.promenade, "map", mesh, *place, "--rays", 16384, "--length", 8, "--grid", longest / 20, "--seed", SEED, "-o", plan])
         values = [median(figures, measure) for measure in ("T20", "C50", "STI")]
         rows.append(f"| {title} | `{scene.name}` | {scene.stat().st_size // 1000} | {' | '.join(values)} |")
         print(rows[-1], flush=True)
