@@ -15,7 +15,7 @@ pub(crate) fn install(options: &[String]) -> Result<()> {
         copy(&bundles.join(bundle), &to)?;
         println!("installed {}", to.display());
     }
-    let scenes = data_folder()?.join("promenade").join("scenes");
+    let scenes = dirs::data_dir().context("the user's data folder is not known")?.join("promenade").join("scenes");
     fs::create_dir_all(&scenes).with_context(|| format!("cannot make {}", scenes.display()))?;
     let library = fs::read_dir("presets/library").context("presets/library cannot be read")?;
     let names = library.flatten().map(|entry| entry.file_name()).filter(|name| name.to_string_lossy().ends_with(".promenade"));
@@ -26,20 +26,6 @@ pub(crate) fn install(options: &[String]) -> Result<()> {
     }
     println!("installed {count} scenes in {}", scenes.display());
     Ok(())
-}
-
-/// The user's data folder, as the plugin finds it.
-fn data_folder() -> Result<PathBuf> {
-    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
-    let home = || variable("HOME").context("HOME is not set");
-    Ok(match std::env::consts::OS {
-        "macos" => home()?.join("Library/Application Support"),
-        "windows" => variable("APPDATA").context("APPDATA is not set")?,
-        _ => match variable("XDG_DATA_HOME").filter(|folder| folder.is_absolute()) {
-            Some(folder) => folder,
-            None => home()?.join(".local/share"),
-        },
-    })
 }
 
 /// The user's folders for CLAP and for VST3 plugins.
