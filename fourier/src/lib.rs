@@ -1,9 +1,10 @@
-//! Fourier transforms of real signals: plans, and whole signals by one call.
+//! Fourier transforms: plans, and whole signals by one call.
 //!
 //! A planner is generic, and a crate that makes one compiles all algorithms of the library again. Here they are compiled once, for single
 //! and for double precision.
 
 pub use realfft::{ComplexToReal, FftNum, RealToComplex, num_complex};
+pub use rustfft::Fft;
 
 mod minimum_phase;
 mod whole;
@@ -12,6 +13,7 @@ pub use minimum_phase::{NO_GAIN, floored_log, minimum_phase, minimum_phase_log};
 pub use whole::{Fourier, signal, spectrum};
 
 use realfft::RealFftPlanner;
+use rustfft::FftPlanner;
 use std::sync::Arc;
 
 /// A transform of `length` real samples to `length / 2 + 1` bins, unscaled. Making one allocates, using it does not.
@@ -25,6 +27,13 @@ pub fn forward<T: Sample>(length: usize) -> Arc<dyn RealToComplex<T>> {
 #[must_use]
 pub fn inverse<T: Sample>(length: usize) -> Arc<dyn ComplexToReal<T>> {
     T::inverse(length)
+}
+
+/// Transforms of `length` complex samples, forward and inverse, unscaled. Making them allocates, using them does not.
+#[must_use]
+pub fn complex(length: usize) -> [Arc<dyn Fft<f32>>; 2] {
+    let mut planner = FftPlanner::new();
+    [planner.plan_fft_forward(length), planner.plan_fft_inverse(length)]
 }
 
 /// Samples that there are transforms of: `f32` and `f64`.

@@ -1,13 +1,11 @@
 //! Third-order Ambisonics: directions in, both ears out.
 
 use crate::number::{single, whole};
-use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
 use crate::scene::{AMBISONIC_CHANNELS, AmbisonicHead};
-use crate::stft::Spectrum;
 use glam::Vec3;
+use promenade_fourier::Fft;
 use promenade_fourier::num_complex::{Complex32, Complex64};
-use promenade_fourier::{ComplexToReal, RealToComplex};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -41,12 +39,16 @@ pub(crate) fn harmonics(direction: Vec3) -> Channels {
     ]
 }
 
+/// Channels are transformed two at a time, as real and imaginary part.
+const PAIRS: usize = AMBISONIC_CHANNELS / 2;
+
 /// Spectra of a head's filters for hops of a host.
 pub(crate) struct HeadSpectra {
     hop: usize,
     n_fft: usize,
-    /// `[block][channel]`, divided by the transform length, which the inverse leaves in.
-    filters: Vec<EarBlocks>,
+    /// `[pair][ear][n_fft]`: channels a and b sound at an ear as the real part of `(a + ib) * (filter of a - i filter of b)`. Divided by the
+    /// transform length, which the inverse leaves in.
+    filters: Vec<Complex32>,
     /// Samples of the host before the sound is at the head's centre.
     pub(crate) lead: f64,
 }
@@ -57,22 +59,26 @@ impl HeadSpectra {
         let ratio = sample_rate_hz / head.sample_rate_hz;
         // Some samples more for the ripple of a change of rate.
         let ripple = if ratio == 1.0 { 0 } else { 16 };
-        let n_fft = (hop + whole((head.len() as f64 * ratio).ceil()) + ripple).next_multiple_of(32);
-        let bins = n_fft / 2 + 1;
-        let mut filters = vec![EarBlocks::default(); blocks_for(bins) * AMBISONIC_CHANNELS];
-        for k in 0..bins {
+        let n_fft = (hop + whole((head.len() as f64 * ratio).ceil()) + ripple).next_multiple_of(64);
+        let mut filters = vec![Complex32::default(); 2 * PAIRS * n_fft];
+        for k in 0..=n_fft / 2 {
             let hz = k as f64 * sample_rate_hz / n_fft as f64;
             if hz > 0.5 * head.sample_rate_hz {
                 break;
             }
             let step = Complex64::cis(-TAU * hz / head.sample_rate_hz);
-            for (channel, ears) in head.filters.chunks_exact(2 * head.len()).enumerate() {
-                for (ear, samples) in ears.chunks_exact(head.len()).enumerate() {
-                    // Horner's rule, from the last sample on.
-                    let sum = samples.iter().rev().fold(Complex64::default(), |sum, x| sum * step + f64::from(*x));
-                    let block = &mut filters[k / LANES * AMBISONIC_CHANNELS + channel].ears[ear];
-                    block.re[k % LANES] = single(sum.re / n_fft as f64);
-                    block.im[k % LANES] = single(sum.im / n_fft as f64);
+            // Horner's rule, from the last sample on.
+            let bin = |samples: &[f32]| samples.iter().rev().fold(Complex64::default(), |sum, x| sum * step + f64::from(*x));
+            for (pair, channels) in head.filters.chunks_exact(4 * head.len()).enumerate() {
+                let (a, b) = channels.split_at(2 * head.len());
+                for (ear, (a, b)) in a.chunks_exact(head.len()).zip(b.chunks_exact(head.len())).enumerate() {
+                    let (a, b) = (bin(a), bin(b));
+                    let mirrored = (n_fft - k) % n_fft;
+                    let spectrum = &mut filters[(2 * pair + ear) * n_fft..][..n_fft];
+                    for (k, factor) in [(mirrored, a.conj() - Complex64::i() * b.conj()), (k, a - Complex64::i() * b)] {
+                        let factor = factor / n_fft as f64;
+                        spectrum[k] = Complex32::new(single(factor.re), single(factor.im));
+                    }
                 }
             }
         }
@@ -84,69 +90,56 @@ impl HeadSpectra {
     }
 }
 
-/// Fast convolution of Ambisonic channels with a head, by overlap-save, hop by hop.
+/// Fast convolution of Ambisonic channels with a head, by overlap-add, hop by hop.
 pub(crate) struct HeadConvolver {
     arch: Arch,
     head: Arc<HeadSpectra>,
-    /// The newest samples of each channel, `[channel][n_fft]`.
-    past: Vec<f32>,
-    frame: Vec<f32>,
-    spectrum: Spectrum,
-    /// `[block][channel]`
-    spectra: Vec<Block>,
-    sums: Vec<EarBlocks>,
-    slots: [usize; AMBISONIC_CHANNELS],
+    /// A hop of a pair of channels, and silence.
+    frame: Vec<Complex32>,
+    spectrum: Vec<Complex32>,
+    sums: [Vec<Complex32>; 2],
+    /// What each ear still hears of earlier hops.
+    tails: [Vec<f32>; 2],
     scratch: Vec<Complex32>,
-    forward: Arc<dyn RealToComplex<f32>>,
-    inverse: Arc<dyn ComplexToReal<f32>>,
+    forward: Arc<dyn Fft<f32>>,
+    inverse: Arc<dyn Fft<f32>>,
 }
 
 impl HeadConvolver {
     pub(crate) fn new(head: Arc<HeadSpectra>) -> Self {
         let n = head.n_fft;
-        let (forward, inverse) = (promenade_fourier::forward(n), promenade_fourier::inverse(n));
-        let (bins, blocks) = (n / 2 + 1, blocks_for(n / 2 + 1));
+        let [forward, inverse] = promenade_fourier::complex(n);
+        let scratch = forward.get_immutable_scratch_len().max(inverse.get_inplace_scratch_len());
         Self {
             arch: Arch::new(),
-            past: vec![0.0; AMBISONIC_CHANNELS * n],
-            frame: vec![0.0; n],
-            spectrum: vec![Complex32::default(); bins],
-            spectra: vec![Block::default(); blocks * AMBISONIC_CHANNELS],
-            sums: vec![EarBlocks::default(); blocks],
-            slots: std::array::from_fn(|channel| channel),
-            scratch: vec![Complex32::default(); forward.get_scratch_len().max(inverse.get_scratch_len())],
+            frame: vec![Complex32::default(); n],
+            spectrum: vec![Complex32::default(); n],
+            sums: [vec![Complex32::default(); n], vec![Complex32::default(); n]],
+            tails: [vec![0.0; n], vec![0.0; n]],
+            scratch: vec![Complex32::default(); scratch],
             forward,
             inverse,
             head,
         }
     }
 
-    /// Takes a hop of all channels, which `read` writes one by one, and adds what the ears hear of it.
-    pub(crate) fn add(&mut self, read: impl Fn(usize, &mut [f32]), ears: &mut [Vec<f32>; 2]) {
-        let HeadSpectra { n_fft, hop: len, filters, .. } = &*self.head;
-        for (channel, past) in self.past.chunks_exact_mut(*n_fft).enumerate() {
-            past.copy_within(*len.., 0);
-            read(channel, &mut past[n_fft - len..]);
-            self.frame.copy_from_slice(past);
-            // The lengths are fixed at construction, so the only error the transform knows cannot occur.
-            let done = self.forward.process_with_scratch(&mut self.frame, &mut self.spectrum, &mut self.scratch);
-            debug_assert!(done.is_ok());
-            write_slot(&mut self.spectra, AMBISONIC_CHANNELS, channel, &self.spectrum);
-        }
-        self.sums.fill(EarBlocks::default());
-        let Self { arch, slots, spectra, sums, .. } = self;
-        Accumulate { arch: *arch, slots, ring_len: AMBISONIC_CHANNELS, ring: spectra, filter: filters, sums }.run();
-        for (ear, out) in ears.iter_mut().enumerate() {
-            for (bins, block) in self.spectrum.chunks_mut(LANES).zip(&self.sums) {
-                let sum = &block.ears[ear];
-                bins.iter_mut().zip(sum.re.iter().zip(&sum.im)).for_each(|(bin, (re, im))| *bin = Complex32::new(*re, *im));
+    /// Takes a hop of all channels, which `read` writes two by two, and adds what the ears hear of it.
+    pub(crate) fn add(&mut self, read: impl Fn(usize, &mut [Complex32]), ears: &mut [Vec<f32>; 2]) {
+        let HeadSpectra { n_fft, hop, filters, .. } = &*self.head;
+        self.sums.iter_mut().for_each(|sums| sums.fill(Complex32::default()));
+        for (pair, filters) in filters.chunks_exact(2 * n_fft).enumerate() {
+            read(pair, &mut self.frame[..*hop]);
+            self.forward.process_immutable_with_scratch(&self.frame, &mut self.spectrum, &mut self.scratch);
+            for (filter, sums) in filters.chunks_exact(*n_fft).zip(&mut self.sums) {
+                self.arch.dispatch(MultiplyAdd { spectrum: &self.spectrum, filter, sums });
             }
-            // A real signal's end bins are real; the inverse transform insists on it.
-            self.spectrum[0].im = 0.0;
-            self.spectrum[n_fft / 2].im = 0.0;
-            let done = self.inverse.process_with_scratch(&mut self.spectrum, &mut self.frame, &mut self.scratch);
-            debug_assert!(done.is_ok());
-            out.iter_mut().zip(&self.frame[n_fft - len..]).for_each(|(o, x)| *o += x);
+        }
+        for ((out, tail), sums) in ears.iter_mut().zip(&mut self.tails).zip(&mut self.sums) {
+            self.inverse.process_with_scratch(sums, &mut self.scratch);
+            tail.iter_mut().zip(&*sums).for_each(|(tail, x)| *tail += x.re);
+            out.iter_mut().zip(&tail[..*hop]).for_each(|(out, x)| *out += x);
+            tail.copy_within(*hop.., 0);
+            tail[n_fft - hop..].fill(0.0);
         }
     }
 
@@ -156,15 +149,33 @@ impl HeadConvolver {
     }
 
     pub(crate) fn reset(&mut self) {
-        self.past.fill(0.0);
+        self.tails.iter_mut().for_each(|tail| tail.fill(0.0));
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.past)
-            + size_of_val(&*self.frame)
+        size_of_val(&*self.frame)
             + size_of_val(&*self.spectrum)
-            + size_of_val(&*self.spectra)
-            + size_of_val(&*self.sums)
+            + self.sums.iter().map(|sums| size_of_val(&**sums)).sum::<usize>()
+            + self.tails.iter().map(|tail| size_of_val(&**tail)).sum::<usize>()
+    }
+}
+
+/// `sums += spectrum * filter`, bin by bin; as many as whole vectors hold.
+struct MultiplyAdd<'a> {
+    spectrum: &'a [Complex32],
+    filter: &'a [Complex32],
+    sums: &'a mut [Complex32],
+}
+
+impl WithSimd for MultiplyAdd<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (x, h) = (S::as_simd_c32s(self.spectrum).0, S::as_simd_c32s(self.filter).0);
+        for ((sum, x), h) in S::as_mut_simd_c32s(self.sums).0.iter_mut().zip(x).zip(h) {
+            *sum = simd.mul_add_e_c32s(*x, *h, *sum);
+        }
     }
 }
 
@@ -185,11 +196,11 @@ mod tests {
     }
 
     #[test]
-    fn a_head_of_one_channel_is_a_plain_convolution_at_its_own_rate() {
+    fn a_head_of_two_channels_is_a_plain_convolution_at_its_own_rate() {
         let length = 40;
         let mut filters = vec![0.0; 2 * AMBISONIC_CHANNELS * length];
-        let taps = promenade_testing::noise(3, 2 * length);
-        filters[4 * length..6 * length].copy_from_slice(&taps);
+        let taps = promenade_testing::noise(3, 4 * length);
+        filters[4 * length..8 * length].copy_from_slice(&taps);
         let head = AmbisonicHead { sample_rate_hz: 48_000.0, lead: 5, filters };
         let hop = 50;
         let mut convolver = HeadConvolver::new(Arc::new(HeadSpectra::new(&head, 48_000.0, hop)));
@@ -197,14 +208,18 @@ mod tests {
         let mut ears = [Vec::new(), Vec::new()];
         for part in x.chunks(hop) {
             let mut out = [vec![0.0; hop], vec![0.0; hop]];
-            let read =
-                |c: usize, out: &mut [f32]| out.iter_mut().zip(part).for_each(|(o, x)| *o = if c == 2 { *x } else { 0.0 });
+            let read = |pair: usize, out: &mut [Complex32]| {
+                for (o, x) in out.iter_mut().zip(part) {
+                    *o = if pair == 1 { Complex32::new(*x, -2.0 * x) } else { Complex32::default() };
+                }
+            };
             convolver.add(read, &mut out);
             ears.iter_mut().zip(out).for_each(|(ear, out)| ear.extend(out));
         }
-        for (ear, taps) in ears.iter().zip(taps.chunks(length)) {
+        let (second, third) = taps.split_at(2 * length);
+        for ((ear, a), b) in ears.iter().zip(second.chunks(length)).zip(third.chunks(length)) {
             for n in 0..x.len() {
-                let want: f32 = (0..length.min(n + 1)).map(|i| taps[i] * x[n - i]).sum();
+                let want: f32 = (0..length.min(n + 1)).map(|i| (a[i] - 2.0 * b[i]) * x[n - i]).sum();
                 assert!((ear[n] - want).abs() < 1e-4, "{n}: {} {want}", ear[n]);
             }
         }

@@ -3,6 +3,7 @@
 //! Images are played in the time domain and added up in third-order Ambisonics, so that delays glide as the listener walks and the head
 //! is one convolution for all of them.
 
+mod bus;
 mod delay_line;
 mod voice;
 mod wall;
@@ -13,17 +14,18 @@ use crate::number::{single, whole};
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::scene::ImageSources;
 use crate::{Pose, Scene, StftGrid};
+use bus::Bus;
 use delay_line::DelayLine;
 use glam::Vec3;
 use pulp::Arch;
 use std::sync::Arc;
-use voice::{AFTER, BEFORE, Bus, Moment, Voice, scratch_len};
+use voice::{AFTER, BEFORE, Moment, Voice, scratch_len};
 use wall::{WallFilters, Weights};
 
 /// Images that are played in tier Draft.
 const DRAFT_IMAGES: usize = 8;
 /// Images whose walls and air are brought to the pose at a hop: air changes them slowly.
-const REFRESHED: usize = 8;
+const REFRESHED: usize = 2;
 
 /// What all renderers of a scene's images share at one rate.
 pub(crate) struct ImageFilters {
@@ -149,13 +151,16 @@ impl ImageRenderer {
                 self.arch.dispatch(voice);
             }
         }
+        if self.sounds {
+            self.bus.finish(self.arch);
+        }
     }
 
     /// Adds what the ears hear of the hop that was taken last, which is `latency - hop` samples later than it came in.
     pub(crate) fn add_to(&mut self, ears: &mut [Vec<f32>; 2]) {
         if self.sounds {
             let bus = &self.bus;
-            self.convolver.add(|channel, out| bus.read(channel, out), ears);
+            self.convolver.add(|pair, out| bus.read(pair, out), ears);
         }
     }
 

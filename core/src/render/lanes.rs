@@ -27,12 +27,13 @@ pub(crate) fn blocks_for(bins: usize) -> usize {
 
 /// Writes one spectrum into its slot of a ring laid out `[block][slot]`.
 pub(crate) fn write_slot(ring: &mut [Block], slots: usize, slot: usize, spectrum: &[Complex32]) {
-    for (chunk, row) in spectrum.chunks(LANES).zip(ring.chunks_exact_mut(slots)) {
-        let block = &mut row[slot];
-        for (i, x) in chunk.iter().enumerate() {
-            block.re[i] = x.re;
-            block.im[i] = x.im;
-        }
+    let (chunks, rest) = spectrum.as_chunks::<LANES>();
+    for (chunk, row) in chunks.iter().zip(ring.chunks_exact_mut(slots)) {
+        row[slot] = Block { re: chunk.map(|x| x.re), im: chunk.map(|x| x.im) };
+    }
+    for (i, x) in rest.iter().enumerate() {
+        let block = &mut ring[chunks.len() * slots + slot];
+        (block.re[i], block.im[i]) = (x.re, x.im);
     }
 }
 

@@ -7,11 +7,17 @@ use pulp::Simd;
 /// States of low-passes below this have died away: what follows would be subnormal.
 const DEAD: f32 = 1e-20;
 
+/// The first sample that lies where vectors do in memory. An array that is never grown stays where it is.
+pub(crate) fn aligned(samples: &[f32]) -> usize {
+    samples.as_ptr().align_offset(LANES * size_of::<f32>()).min(LANES)
+}
+
 /// The newest samples of each basis. Each is kept twice, one length apart, so that any stretch of them lies in one piece.
 pub(crate) struct DelayLine {
     length: usize,
-    /// `[basis][2 * length]`
+    /// `[basis][2 * length]`, after `origin` samples that only bring them to a multiple of a vector's size in memory.
     samples: Vec<f32>,
+    origin: usize,
     poles: [f32; BASES - 1],
     states: [f32; BASES - 1],
     /// Where the next sample is written.
@@ -22,8 +28,10 @@ impl DelayLine {
     /// For reads at most `longest` samples back from the oldest sample of a hop.
     pub(crate) fn new(walls: &WallFilters, longest: usize, hop: usize) -> Self {
         // A stretch may be as long as two hops, and ends with a whole vector.
-        let length = longest + 2 * hop + 4 * LANES;
-        Self { length, samples: vec![0.0; BASES * 2 * length], poles: walls.poles, states: [0.0; BASES - 1], now: 0 }
+        let length = (longest + 2 * hop + 5 * LANES).next_multiple_of(LANES);
+        let samples = vec![0.0; BASES * 2 * length + LANES];
+        let origin = aligned(&samples);
+        Self { length, samples, origin, poles: walls.poles, states: [0.0; BASES - 1], now: 0 }
     }
 
     /// Takes a hop of the dry sound.
@@ -42,27 +50,31 @@ impl DelayLine {
 
     /// Writes samples that do not wrap round.
     fn write_piece(&mut self, start: usize, piece: &[f32]) {
-        let mut bases = self.samples.chunks_exact_mut(2 * self.length);
+        let mut bases = self.samples[self.origin..].chunks_exact_mut(2 * self.length);
         let mut next = || bases.next().unwrap_or_default().split_at_mut(self.length);
         let places: [(&mut [f32], &mut [f32]); BASES] = std::array::from_fn(|_| next());
+        let inputs = self.poles.map(|pole| 1.0 - pole);
         for (i, x) in piece.iter().enumerate() {
-            let at = start + i;
-            (places[0].0[at], places[0].1[at]) = (*x, *x);
+            places[0].0[start + i] = *x;
             for k in 0..BASES - 1 {
-                let state = x + self.poles[k] * (self.states[k] - x);
-                self.states[k] = state;
-                (places[k + 1].0[at], places[k + 1].1[at]) = (state, state);
+                self.states[k] = inputs[k] * x + self.poles[k] * self.states[k];
+                places[k + 1].0[start + i] = self.states[k];
             }
+        }
+        for (first, second) in places {
+            second[start..][..piece.len()].copy_from_slice(&first[start..][..piece.len()]);
         }
     }
 
-    /// Mixes as many samples as `out` has, whole vectors, from `back` samples before the first of the newest hop on; its length is `hop`.
-    /// All are within what is kept.
+    /// Mixes as many samples as `out` has, whole vectors, from `back` samples before the first of the newest hop on, or some earlier, so
+    /// that reads begin where a vector does. Returns how many earlier, less than [`LANES`]. The hop's length is `hop`; all are within what
+    /// is kept.
     #[inline(always)]
-    pub(crate) fn mix<S: Simd>(&self, simd: S, weights: &Weights, back: usize, hop: usize, out: &mut [f32]) {
-        let start = (self.now + 2 * self.length - hop - back) % self.length;
+    pub(crate) fn mix<S: Simd>(&self, simd: S, weights: &Weights, back: usize, hop: usize, out: &mut [f32]) -> usize {
+        let wanted = (self.now + 2 * self.length - hop - back) % self.length;
+        let start = wanted / LANES * LANES;
         let stretch = |basis: usize| {
-            let from = 2 * basis * self.length + start;
+            let from = self.origin + 2 * basis * self.length + start;
             S::as_simd_f32s(&self.samples[from..from + out.len()]).0
         };
         let bases: [&[S::f32s]; BASES] = std::array::from_fn(stretch);
@@ -74,6 +86,7 @@ impl DelayLine {
             }
             out[i] = sum;
         }
+        wanted - start
     }
 
     pub(crate) fn reset(&mut self) {

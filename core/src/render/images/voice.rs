@@ -1,10 +1,10 @@
 //! One image source as it sounds.
 
-use super::delay_line::DelayLine;
+use super::bus::Bus;
+use super::delay_line::{DelayLine, aligned};
 use super::wall::Weights;
 use crate::number::{single, whole};
 use crate::render::ambisonic::Channels;
-use crate::scene::AMBISONIC_CHANNELS;
 use crate::simd::LANES;
 use pulp::{Simd, WithSimd};
 
@@ -14,7 +14,7 @@ pub(crate) const AFTER: usize = 3;
 const POINTS: usize = BEFORE + 1 + AFTER;
 /// A delay that changes faster than this, samples per sample, is a jump: 85 m/s.
 const FASTEST: f64 = 0.25;
-/// Up to this change over [`LANES`] samples, 5 m/s, the weights of the interpolation glide in a straight line.
+/// Up to this change over [`LANES`] samples, 5 m/s, a vector's samples are all interpolated from the same six.
 const SLOW: f64 = 0.25 / LANES as f64;
 
 /// Where an image is heard at one moment.
@@ -35,36 +35,6 @@ impl Moment {
     }
 }
 
-/// Samples of all channels that are worked on at a time, `[channel][sample]`.
-type Chunk = [[f32; LANES]; AMBISONIC_CHANNELS];
-
-/// A hop of all Ambisonic channels.
-pub(crate) struct Bus {
-    hop: usize,
-    chunks: Vec<Chunk>,
-}
-
-impl Bus {
-    pub(crate) fn new(hop: usize) -> Self {
-        Self { hop, chunks: vec![[[0.0; LANES]; AMBISONIC_CHANNELS]; hop.div_ceil(LANES)] }
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.chunks.fill([[0.0; LANES]; AMBISONIC_CHANNELS]);
-    }
-
-    /// Writes the hop of a channel.
-    pub(crate) fn read(&self, channel: usize, out: &mut [f32]) {
-        for (out, chunk) in out[..self.hop].chunks_mut(LANES).zip(&self.chunks) {
-            out.copy_from_slice(&chunk[channel][..out.len()]);
-        }
-    }
-
-    pub(crate) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.chunks)
-    }
-}
-
 /// Plays one image over a hop, from one moment to the next.
 pub(crate) struct Voice<'a> {
     pub(crate) line: &'a DelayLine,
@@ -78,87 +48,89 @@ pub(crate) struct Voice<'a> {
 
 /// Samples that a hop's stretch of the line may take.
 pub(crate) fn scratch_len(hop: usize) -> usize {
-    whole(hop.next_multiple_of(LANES) as f64 * (1.0 + FASTEST)) + POINTS + 3 * LANES
+    whole(hop.next_multiple_of(LANES) as f64 * (1.0 + FASTEST)) + POINTS + 5 * LANES
 }
 
 impl WithSimd for Voice<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
-        let Self { from, to, .. } = self;
-        if (to.delay - from.delay).abs() > FASTEST * self.bus.hop as f64 {
-            // A jump: the old place fades out while the new one fades in.
-            self.play(simd, from, from.silent());
-            self.play(simd, to.silent(), to);
-        } else {
-            self.play(simd, from, to);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { line, weights, from, to, scratch, bus } = self;
+        let jumps = (to.delay - from.delay).abs() > FASTEST * bus.hop() as f64;
+        // After a jump the old place fades out while the new one fades in.
+        let ways = if jumps { [(from, from.silent()), (to.silent(), to)] } else { [(from, to), (to, to)] };
+        for (from, to) in &ways[..if jumps { 2 } else { 1 }] {
+            let hop = bus.hop();
+            bus.add(simd, &from.direction, &to.direction, |out| play(simd, line, weights, (from, to), hop, scratch, out));
         }
     }
 }
 
-impl Voice<'_> {
-    #[inline(always)]
-    fn play<S: Simd>(&mut self, simd: S, from: Moment, to: Moment) {
-        let Self { line, weights, scratch, bus, .. } = self;
-        let (hop, lanes) = (bus.hop, S::F32_LANES);
-        let slope = (to.delay - from.delay) / hop as f64;
-        // Places in the stretch of the line that the hop needs.
-        let first = -from.delay - slope;
-        let step = 1.0 - slope;
-        let back = whole((-first).ceil()) + BEFORE;
-        let mut at = first + back as f64;
-        let needed = (whole(at + step * (bus.chunks.len() * LANES) as f64) + POINTS).next_multiple_of(LANES);
-        let stretch = &mut scratch[..needed];
-        line.mix(simd, weights, back, hop, stretch);
-        let slow = slope.abs() < SLOW;
-        let ramp = (to.gain - from.gain) / hop as f32;
-        let lane: S::f32s = S::as_simd_f32s(&LANE).0[0];
-        let mut n = 0;
-        for chunk in &mut bus.chunks {
-            // Directions turn by a small part of a degree from one chunk to the next.
-            let along = ((n + LANES / 2) as f32 / hop as f32).min(1.0);
-            let mut shares = from.direction;
-            for (share, to) in shares.iter_mut().zip(&to.direction) {
-                *share += along * (to - *share);
+/// Writes the sound of one image that goes from a moment to another in `hop` samples.
+#[inline(always)]
+fn play<S: Simd>(
+    simd: S,
+    line: &DelayLine,
+    weights: &Weights,
+    (from, to): (&Moment, &Moment),
+    hop: usize,
+    scratch: &mut [f32],
+    out: &mut [[f32; LANES]],
+) {
+    let lanes = S::F32_LANES;
+    let slope = (to.delay - from.delay) / hop as f64;
+    // Places in the stretch of the line that the hop needs.
+    let first = -from.delay - slope;
+    let step = 1.0 - slope;
+    let back = whole((-first).ceil()) + BEFORE;
+    let mut at = first + back as f64;
+    let needed = (whole(at + step * (out.len() * LANES) as f64) + POINTS).next_multiple_of(LANES) + LANES;
+    let origin = aligned(scratch);
+    let stretch = &mut scratch[origin..][..needed];
+    at += line.mix(simd, weights, back, hop, stretch) as f64;
+    let ramp = (to.gain - from.gain) / hop as f32;
+    let mut gain = from.gain + ramp;
+    let slow = slope.abs() < SLOW;
+    let lane = S::as_simd_f32s(&LANE).0[0];
+    let ramps = simd.mul_f32s(simd.splat_f32s(ramp), lane);
+    let glides = simd.mul_f32s(simd.splat_f32s(single(slope)), lane);
+    for part in S::as_mut_simd_f32s(out.as_flattened_mut()).0 {
+        let values = if slow {
+            let start = whole(at);
+            let places = simd.sub_f32s(simd.splat_f32s(single(at - start as f64)), glides);
+            interpolate(simd, &stretch[start - BEFORE..][..lanes + POINTS], places)
+        } else {
+            let mut each = [0.0; LANES];
+            for (i, value) in each.iter_mut().enumerate().take(lanes) {
+                *value = interpolate_one(stretch, at + step * i as f64);
             }
-            for part in 0..LANES / lanes {
-                let start = whole(at);
-                let fraction = single(at - start as f64);
-                let mut values = simd.splat_f32s(0.0);
-                if slow {
-                    // Lagrange's polynomial through six samples, whose weights glide from those of the first place to those of the
-                    // next part's.
-                    let begin = coefficients(fraction);
-                    let end = coefficients(fraction - single(slope) * lanes as f32);
-                    let x = &stretch[start - BEFORE..][..lanes + POINTS];
-                    for j in 0..POINTS {
-                        let change = simd.splat_f32s((end[j] - begin[j]) / lanes as f32);
-                        let weight = simd.mul_add_e_f32s(change, lane, simd.splat_f32s(begin[j]));
-                        values = simd.mul_add_e_f32s(weight, S::as_simd_f32s(&x[j..j + lanes]).0[0], values);
-                    }
-                } else {
-                    let mut each = [0.0; LANES];
-                    for (i, value) in each.iter_mut().enumerate().take(lanes) {
-                        *value = interpolate_one(stretch, at + step * i as f64);
-                    }
-                    values = S::as_simd_f32s(&each).0[0];
-                }
-                at += step * lanes as f64;
-                let gain = simd.splat_f32s(from.gain + ramp * (n + 1) as f32);
-                values = simd.mul_f32s(values, simd.mul_add_e_f32s(simd.splat_f32s(ramp), lane, gain));
-                n += lanes;
-                for c in 0..AMBISONIC_CHANNELS {
-                    let sums = &mut S::as_mut_simd_f32s(&mut chunk[c]).0[part];
-                    *sums = simd.mul_add_e_f32s(simd.splat_f32s(shares[c]), values, *sums);
-                }
-            }
-        }
+            S::as_simd_f32s(&each).0[0]
+        };
+        *part = simd.mul_f32s(values, simd.add_f32s(simd.splat_f32s(gain), ramps));
+        gain += ramp * lanes as f32;
+        at += step * lanes as f64;
     }
 }
 
 /// Numbers of the lanes.
 const LANE: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+
+/// Lagrange's polynomial through six samples, `x[lane..lane + POINTS]` of each lane, at places from the third of them on, near 0 to 1.
+#[inline(always)]
+fn interpolate<S: Simd>(simd: S, x: &[f32], places: S::f32s) -> S::f32s {
+    let (mul, splat) = (|a, b| simd.mul_f32s(a, b), |value| simd.splat_f32s(value));
+    let x = |j: usize| S::as_simd_f32s(&x[j..j + S::F32_LANES]).0[0];
+    let from = |node: f32| simd.sub_f32s(places, splat(node));
+    let (a, b, c, d, e, f) = (from(-2.0), from(-1.0), places, from(1.0), from(2.0), from(3.0));
+    let (ab, cd, ef) = (mul(a, b), mul(c, d), mul(e, f));
+    let (abcd, def) = (mul(ab, cd), mul(d, ef));
+    let outer = simd.sub_f32s(mul(mul(abcd, e), x(5)), mul(mul(mul(b, c), def), x(0)));
+    let middle = simd.sub_f32s(mul(mul(mul(a, cd), ef), x(1)), mul(mul(abcd, f), x(4)));
+    let inner = simd.sub_f32s(mul(mul(mul(ab, c), ef), x(3)), mul(mul(ab, def), x(2)));
+    let sum = simd.mul_add_e_f32s(middle, splat(1.0 / 24.0), mul(inner, splat(1.0 / 12.0)));
+    simd.mul_add_e_f32s(outer, splat(1.0 / 120.0), sum)
+}
 
 #[inline(always)]
 fn interpolate_one(x: &[f32], at: f64) -> f32 {
@@ -187,7 +159,9 @@ fn coefficients(d: f32) -> [f32; POINTS] {
 mod tests {
     use super::*;
     use crate::render::images::wall::{BASES, WallFilters};
+    use crate::scene::AMBISONIC_CHANNELS;
     use crate::simd::tests::arches;
+    use promenade_fourier::num_complex::Complex32;
 
     const HOP: usize = 243;
     const RATE: f64 = 48_000.0;
@@ -218,13 +192,14 @@ mod tests {
                 bus: &mut bus,
             };
             arch.dispatch(voice);
+            bus.finish(arch);
             for c in 0..AMBISONIC_CHANNELS {
-                let mut channel = vec![0.0; HOP];
-                bus.read(c, &mut channel);
-                for (n, s) in channel.iter().enumerate() {
+                let mut pair = vec![Complex32::default(); HOP];
+                bus.read(c / 2, &mut pair);
+                for (n, s) in pair.iter().map(|s| if c % 2 == 0 { s.re } else { s.im }).enumerate() {
                     let delay = from + (to - from) * (n + 1) as f64 / HOP as f64;
                     let want = tone(((hops - 1) * HOP + n) as f64 - delay);
-                    found = found.max((f64::from(*s) - c as f64 * want).abs() / (c as f64).max(1.0));
+                    found = found.max((f64::from(s) - c as f64 * want).abs() / (c as f64).max(1.0));
                 }
             }
         }

@@ -1,0 +1,127 @@
+//! Ambisonic channels that images are added to.
+
+use crate::render::ambisonic::Channels;
+use crate::scene::AMBISONIC_CHANNELS;
+use crate::simd::LANES;
+use promenade_fourier::num_complex::Complex32;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Images that are directed at once, so that a channel's sum is read and written once for all of them.
+const ROWS: usize = 8;
+/// Channels whose sums are kept in registers at a time.
+const TILE: usize = 8;
+
+/// Samples of all channels that are worked on at a time, `[channel][sample]`.
+type Chunk = [[f32; LANES]; AMBISONIC_CHANNELS];
+
+/// A hop of all Ambisonic channels.
+pub(crate) struct Bus {
+    hop: usize,
+    chunks: Vec<Chunk>,
+    /// Sound of images that have no direction yet, `[row][padded hop]`.
+    sound: Vec<f32>,
+    /// Harmonics of the direction of each at the start of the hop, and how they change until its end.
+    from: [Channels; ROWS],
+    change: [Channels; ROWS],
+    rows: usize,
+}
+
+impl Bus {
+    pub(crate) fn new(hop: usize) -> Self {
+        let chunks = hop.div_ceil(LANES);
+        Self {
+            hop,
+            chunks: vec![[[0.0; LANES]; AMBISONIC_CHANNELS]; chunks],
+            sound: vec![0.0; ROWS * chunks * LANES],
+            from: [[0.0; AMBISONIC_CHANNELS]; ROWS],
+            change: [[0.0; AMBISONIC_CHANNELS]; ROWS],
+            rows: 0,
+        }
+    }
+
+    /// Samples of a hop.
+    pub(crate) fn hop(&self) -> usize {
+        self.hop
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.chunks.fill([[0.0; LANES]; AMBISONIC_CHANNELS]);
+        self.rows = 0;
+    }
+
+    /// Adds a sound while its harmonics go from some to others. `play` writes it: the hop, in whole chunks.
+    #[inline(always)]
+    pub(crate) fn add<S: Simd>(&mut self, simd: S, from: &Channels, to: &Channels, play: impl FnOnce(&mut [[f32; LANES]])) {
+        let len = self.chunks.len();
+        play(&mut self.sound.as_chunks_mut().0[self.rows * len..][..len]);
+        self.from[self.rows] = *from;
+        self.change[self.rows] = std::array::from_fn(|c| to[c] - from[c]);
+        self.rows += 1;
+        if self.rows == ROWS {
+            self.direct(simd);
+        }
+    }
+
+    /// Directs what still waits for it. Then the hop may be read.
+    pub(crate) fn finish(&mut self, arch: Arch) {
+        arch.dispatch(Finish(self));
+    }
+
+    #[inline(always)]
+    fn direct<S: Simd>(&mut self, simd: S) {
+        let Self { hop, chunks, sound, from, change, rows } = self;
+        let len = chunks.len();
+        let sound = sound.as_chunks::<LANES>().0;
+        for (n, chunk) in chunks.iter_mut().enumerate() {
+            // Directions turn by a small part of a degree from one chunk to the next.
+            let along = ((n * LANES + LANES / 2) as f32 / *hop as f32).min(1.0);
+            let mut shares = *from;
+            for (share, change) in shares.as_flattened_mut().iter_mut().zip(change.as_flattened()) {
+                *share += along * change;
+            }
+            for tile in 0..AMBISONIC_CHANNELS / TILE {
+                let channels = &mut chunk[tile * TILE..][..TILE];
+                for part in 0..LANES / S::F32_LANES {
+                    let mut sums: [S::f32s; TILE] = std::array::from_fn(|c| S::as_simd_f32s(&channels[c]).0[part]);
+                    for (row, shares) in shares[..*rows].iter().enumerate() {
+                        let values = S::as_simd_f32s(&sound[row * len + n]).0[part];
+                        for c in 0..TILE {
+                            sums[c] = simd.mul_add_e_f32s(simd.splat_f32s(shares[tile * TILE + c]), values, sums[c]);
+                        }
+                    }
+                    for c in 0..TILE {
+                        S::as_mut_simd_f32s(&mut channels[c]).0[part] = sums[c];
+                    }
+                }
+            }
+        }
+        *rows = 0;
+    }
+
+    /// Writes the hop of two channels, the even one as real part.
+    pub(crate) fn read(&self, pair: usize, out: &mut [Complex32]) {
+        let sample = |chunk: &Chunk, i: usize| Complex32::new(chunk[2 * pair][i], chunk[2 * pair + 1][i]);
+        let (whole, rest) = out[..self.hop].as_chunks_mut::<LANES>();
+        for (out, chunk) in whole.iter_mut().zip(&self.chunks) {
+            *out = std::array::from_fn(|i| sample(chunk, i));
+        }
+        if let Some(chunk) = self.chunks.last() {
+            rest.iter_mut().enumerate().for_each(|(i, out)| *out = sample(chunk, i));
+        }
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.chunks) + size_of_val(&*self.sound)
+    }
+}
+
+struct Finish<'a>(&'a mut Bus);
+
+impl WithSimd for Finish<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.0.direct(simd);
+    }
+}
