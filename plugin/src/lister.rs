@@ -117,7 +117,7 @@ fn built_in(scene: &FactoryScene) -> Listed {
 }
 
 /// Reads a file's description from its header.
-fn card_at(path: &Path) -> Result<SceneCard, String> {
+pub(crate) fn card_at(path: &Path) -> Result<SceneCard, String> {
     let read = |path: &Path| -> std::io::Result<Result<SceneCard, String>> {
         let mut file = library::open(path)?;
         let mut header = Vec::new();

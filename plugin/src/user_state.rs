@@ -1,5 +1,6 @@
 //! What presets, undo and the A/B comparison restore: the parameters, the scene, the camera path and the head.
 
+use crate::cast::index;
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
 use crate::saved_head::SavedHead;
@@ -59,6 +60,12 @@ impl UserState {
     #[must_use]
     pub fn value(&self, parameter: Parameter) -> f32 {
         self.values[parameter as usize]
+    }
+
+    /// The scene's slot in the library, and its file.
+    #[must_use]
+    pub fn scene(&self) -> (u32, &SceneKey) {
+        (u32::try_from(index(self.value(Parameter::Slot))).unwrap_or(0), &self.scene)
     }
 
     /// Restores it: `set` is called for each parameter that differs, with its plain value.

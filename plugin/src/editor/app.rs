@@ -1,6 +1,6 @@
 //! The open editor: what it keeps between two pictures, and the layout of its panels.
 
-use super::ctx::{Ctx, Instance, Selection};
+use super::ctx::{Ctx, Instance, Owed, Selection};
 use super::drawer::{self, panels};
 use super::estimate::estimate;
 use super::geometry::Geometry;
@@ -52,6 +52,9 @@ const SILENT_S: f64 = 0.4;
 /// A window narrower than this is narrow, points.
 const NARROW: f32 = 880.0;
 
+/// How often it is looked whether the host has taken a slot.
+const OWED_REST: Duration = Duration::from_millis(30);
+
 /// A picture that is drawn before a host has brought up its own window is lost: this long after it was opened ...
 const OPENING_S: f64 = 2.0;
 /// ... it is drawn this often, whether anything is new or not.
@@ -93,6 +96,7 @@ pub(super) struct App {
     scenes: Scenes,
     panels: Vec<Box<dyn Panel>>,
     history: History,
+    owed: Option<Owed>,
     /// The state before the change that the user is making.
     before: Option<UserState>,
 }
@@ -127,6 +131,7 @@ impl App {
             scenes,
             panels: panels(),
             history: History::default(),
+            owed: None,
             before: None,
         }
     }
@@ -214,6 +219,7 @@ impl NiceEguiApp for App {
             settings: &mut self.settings,
             selection: &mut self.selection,
             history: &mut self.history,
+            owed: &mut self.owed,
             gestures: &mut self.gestures,
             task: self.task.as_ref(),
             now_s,
@@ -232,6 +238,7 @@ impl NiceEguiApp for App {
             }
         }
         ctx.report_remote();
+        ctx.pay();
         header::show(ui, &mut ctx);
         banner::show(ui, &ctx);
         if *ctx.list_is_open() {
@@ -250,6 +257,9 @@ impl NiceEguiApp for App {
         let rest_s = ctx.gestures.end_frame(&ctx.host, now_s);
         if let Some(rest_s) = [rest_s, self.meters.rest_s()].into_iter().flatten().min_by(f64::total_cmp) {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
+        }
+        if self.owed.is_some() {
+            ui.ctx().request_repaint_after(OWED_REST);
         }
         if now_s < OPENING_S {
             ui.ctx().request_repaint_after(OPENING_REST);

@@ -12,6 +12,7 @@ use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
 use crate::persisted::Persisted;
 use crate::repaint::Repaint;
+use crate::scene_key::SceneKey;
 use crate::settings::EditorSettings;
 use crate::telemetry::{Frame, Telemetry};
 use crate::user_state::UserState;
@@ -47,6 +48,17 @@ pub struct Selection {
     pub list: bool,
 }
 
+/// A scene's file that is named as soon as the host has taken its slot. Before, the loader would put the slot's own file in its place.
+#[derive(Clone, Debug)]
+pub struct Owed {
+    /// The slot that goes with it.
+    pub slot: u32,
+    /// The file.
+    pub key: SceneKey,
+    /// The state before, where it is to be recorded.
+    pub before: Option<UserState>,
+}
+
 /// One picture's worth of context.
 pub struct Ctx<'a> {
     /// The instance.
@@ -71,6 +83,8 @@ pub struct Ctx<'a> {
     pub selection: &'a mut Selection,
     /// Undo, redo and the A/B comparison.
     pub history: &'a mut History,
+    /// A scene's file that is still to be named.
+    pub owed: &'a mut Option<Owed>,
     /// Gestures that are going on; use the methods of this type.
     pub gestures: &'a mut Gestures,
     /// Wakes the loader.
@@ -173,7 +187,19 @@ impl Ctx<'_> {
         for (parameter, value) in set {
             self.set(parameter, value);
         }
+        let (slot, key) = state.scene();
+        *self.owed = Some(Owed { slot, key: key.clone(), before: None });
         self.touch();
+    }
+
+    /// Names the scene's file once the host has taken its slot.
+    pub fn pay(&mut self) {
+        let taken = self.params().choices().scene_slot;
+        let Some(Owed { key, before, .. }) = self.owed.take_if(|owed| owed.slot == taken) else { return };
+        self.keep(&self.instance.params.scene_key, |held| *held = key);
+        if let Some(before) = before {
+            self.history.record(before, &UserState::of(&self.instance.params));
+        }
     }
 
     /// Takes the last change back, if there is one.

@@ -1,5 +1,6 @@
 //! The head that is heard with: the scene's own, or the user's.
 
+use super::chooser::{Chooser, FileKind, Place};
 use super::ctx::Ctx;
 use super::theme::SPACE;
 use super::widgets::{button, field, heading, note};
@@ -7,10 +8,15 @@ use super::words::Word;
 use crate::user_state::UserState;
 use egui::{Key, Ui};
 
+const KIND: FileKind = FileKind { name: "Measured head (SOFA)", extensions: &["sofa"] };
+
 /// Chooses a head.
 #[derive(Default)]
 pub(super) struct HeadRow {
     file: String,
+    chooser: Chooser<String>,
+    /// Why nothing was chosen.
+    why_not: Option<String>,
     /// How many answers of the loader the host knows of; `None` until the first picture.
     told: Option<u32>,
     /// The state before the head that is being read.
@@ -22,25 +28,40 @@ impl HeadRow {
     pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         heading(ui, ctx.palette, Word::Head);
         let (saved, _) = ctx.params().head.get();
-        let name = ctx.params().head_name.text();
-        note(ui, ctx.palette, if name.is_empty() { "The scene's own".to_owned() } else { name });
+        if saved.is_some() {
+            note(ui, ctx.palette, ctx.params().head_name.text());
+        }
         let entered =
             field(ui, &mut self.file, "Your own: a SOFA file").lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = SPACE;
-            let named = !self.file.trim().is_empty();
-            let clicked = ui.add_enabled_ui(named, |ui| button(ui, ctx.palette, Word::UseHead)).inner.clicked();
-            if named && (clicked || entered) {
-                self.ask(ctx, &self.file.clone());
+            let free = !self.chooser.is_busy();
+            let clicked = ui.add_enabled_ui(free, |ui| button(ui, ctx.palette, Word::UseHead)).inner.clicked();
+            if free && (clicked || (entered && !self.file.trim().is_empty())) {
+                let place = Place::typed_or(&self.file, Place::Existing);
+                let named = |path: &std::path::Path| Ok(path.display().to_string());
+                self.why_not = self.chooser.ask(ctx, KIND, place, named).err();
             }
             if ui.add_enabled_ui(saved.is_some(), |ui| button(ui, ctx.palette, Word::OwnHead)).inner.clicked() {
                 self.ask(ctx, "");
             }
         });
+        match self.chooser.take() {
+            Some(Ok(file)) => {
+                self.ask(ctx, &file);
+                self.file = file;
+            }
+            Some(Err(why)) => self.why_not = Some(why),
+            None => (),
+        }
+        if let Some(why) = &self.why_not {
+            note(ui, ctx.palette, why);
+        }
         self.tell(ctx);
     }
 
     fn ask(&mut self, ctx: &Ctx<'_>, file: &str) {
+        self.why_not = None;
         self.before = Some(UserState::of(ctx.params()));
         ctx.params().head_wish.ask(file);
         ctx.refresh();

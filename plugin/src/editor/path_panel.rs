@@ -1,5 +1,6 @@
 //! The camera path: how it is followed, its keyframes, recording, and files.
 
+use super::chooser::{Chooser, FileKind, Place};
 use super::controls::{follow_path, toggle};
 use super::ctx::Ctx;
 use super::panel::Panel;
@@ -7,8 +8,8 @@ use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, columns, field, labelled, note, outcome, switch, tab};
 use super::words::Word;
 use crate::error_chain::with_causes;
-use crate::library;
 use crate::parameter::Parameter;
+use crate::user_state::UserState;
 use crate::walk::SavedWalk;
 use egui::{DragValue, ScrollArea, Ui, Vec2};
 use promenade_core::{CameraPath, Keyframe};
@@ -30,9 +31,21 @@ pub(super) struct PathPanel {
     /// Whether the user is asked before a path is recorded over.
     asks: bool,
     file: String,
+    files: Chooser<Done>,
     /// What was done last, or what went wrong.
     outcome: Option<Result<String, String>>,
 }
+
+/// What was done with a file.
+enum Done {
+    /// Read, with remarks.
+    Imported(SavedWalk, Vec<String>),
+    /// Written, as it says.
+    Exported(String),
+}
+
+const KIND: FileKind = FileKind { name: "Camera path", extensions: &["json", "csv", "gltf", "glb", "txt"] };
+const WRITTEN: FileKind = FileKind { name: "Camera path", extensions: &["json", "csv"] };
 
 struct Recording {
     recorder: Recorder,
@@ -196,10 +209,9 @@ impl PathPanel {
                 note(ui, ctx.palette, format!("{:.1} s", recording.recorder.duration_s()));
             }
         });
-        field(ui, &mut self.file, "File: .json, .csv, .gltf, .glb, COLMAP images");
+        field(ui, &mut self.file, "File, or leave empty to choose one");
         ui.horizontal(|ui| {
-            let named = !self.file.trim().is_empty();
-            ui.add_enabled_ui(named, |ui| {
+            ui.add_enabled_ui(!self.files.is_busy(), |ui| {
                 if button(ui, ctx.palette, Word::Import).clicked() {
                     self.import(ctx);
                 }
@@ -214,8 +226,14 @@ impl PathPanel {
                 ctx.selection.keyframe = None;
             }
         });
+        self.take_file(ctx);
         ScrollArea::vertical().id_salt("outcome").auto_shrink(false).show(ui, |ui| {
-            outcome(ui, ctx.palette, self.outcome.as_ref(), "A file name without a folder is one of the library.");
+            outcome(
+                ui,
+                ctx.palette,
+                self.outcome.as_ref(),
+                "Reads .json, .csv, .gltf, .glb and images.txt of COLMAP. A typed name without a folder is one of the library.",
+            );
         });
     }
 
@@ -239,22 +257,38 @@ impl PathPanel {
         }
     }
 
-    fn import(&mut self, ctx: &mut Ctx<'_>) {
-        self.outcome = Some(match SavedWalk::from_file(&library::place_of(&self.file)) {
-            Ok((walk, notes)) => {
-                let done = [vec![format!("Imported {} keyframes.", walk.keyframes.len())], notes].concat().join(" ");
-                take(ctx, walk);
-                ctx.selection.keyframe = None;
-                Ok(done)
-            }
-            Err(error) => Err(with_causes(&error)),
-        });
+    fn import(&mut self, ctx: &Ctx<'_>) {
+        let place = Place::typed_or(&self.file, Place::Existing);
+        self.outcome = self.files.ask(ctx, KIND, place, imported).err().map(Err);
     }
 
     fn export(&mut self, ctx: &Ctx<'_>) {
-        let Some(walk) = ctx.walk else { return };
-        self.outcome = Some(export(&walk.path, &library::place_of(&self.file)));
+        let Some(walk) = ctx.walk.cloned() else { return };
+        let place = Place::typed_or(&self.file, Place::New);
+        let write = move |file: &Path| export(&walk.path, file).map(Done::Exported);
+        self.outcome = self.files.ask(ctx, WRITTEN, place, write).err().map(Err);
     }
+
+    /// Takes what was read, or says what was written.
+    fn take_file(&mut self, ctx: &mut Ctx<'_>) {
+        let Some(done) = self.files.take() else { return };
+        self.outcome = Some(done.map(|done| match done {
+            Done::Imported(walk, notes) => {
+                let done = [vec![format!("Imported {} keyframes.", walk.keyframes.len())], notes].concat().join(" ");
+                let before = UserState::of(ctx.params());
+                take(ctx, walk);
+                ctx.selection.keyframe = None;
+                ctx.history.record(before, &UserState::of(&ctx.instance.params));
+                done
+            }
+            Done::Exported(done) => done,
+        }));
+    }
+}
+
+fn imported(file: &Path) -> Result<Done, String> {
+    let read = SavedWalk::from_file(file).map_err(|error| with_causes(&error));
+    read.map(|(walk, notes)| Done::Imported(walk, notes))
 }
 
 fn export(path: &CameraPath, file: &Path) -> Result<String, String> {

@@ -1,17 +1,22 @@
 //! The panel on the left: the scenes to choose from, and the one that is played.
 
-use super::ctx::Ctx;
+use super::chooser::{Chooser, FileKind, Place};
+use super::ctx::{Ctx, Owed};
 use super::theme::{Palette, ROUND, SPACE, faded};
-use super::widgets::{button, focus_ring, heading, note};
+use super::widgets::{button, field, focus_ring, heading, note};
 use super::words::Word;
 use crate::choices::SceneChoice;
-use crate::lister::{Listed, Lister, Listing};
+use crate::library;
+use crate::lister::{Listed, Lister, Listing, card_at};
 use crate::parameter::{Parameter, SLOTS};
+use crate::scene_key::SceneKey;
+use crate::user_state::UserState;
 use crate::worker::{LISTER, TaskHandle};
 use egui::{Align, CornerRadius, Frame, Layout, Margin, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, WidgetInfo, vec2};
 use nice_plug::nice_error;
 use nice_plug::prelude::Enum;
 use promenade_core::{Scene, Tier};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Width, points.
@@ -26,9 +31,18 @@ pub(super) struct Scenes {
     search: String,
     /// Whether the folders are shown.
     folders: bool,
+    /// The place of a file that is typed.
+    file: String,
+    files: Chooser<SceneKey>,
+    /// Why no file was opened.
+    why_not: Option<String>,
     /// Height that the scene's credit and notes want, points.
     about: f32,
 }
+
+const KIND: FileKind = FileKind { name: "Promenade scene", extensions: library::SCENES };
+/// Room for the button beside the search, points.
+const OPEN: f32 = 68.0;
 
 /// The scene's credit and notes are shown from this height on, points.
 const LEAST_ABOUT: f32 = 156.0;
@@ -44,7 +58,16 @@ impl Scenes {
     /// Lists nothing yet.
     pub(super) fn new(lister: Arc<Lister>) -> Self {
         let task = LISTER.add(lister.clone()).inspect_err(|error| nice_error!("no thread to list scenes on: {error}")).ok();
-        Self { lister, task, search: String::new(), folders: false, about: 0.0 }
+        Self {
+            lister,
+            task,
+            search: String::new(),
+            folders: false,
+            file: String::new(),
+            files: Chooser::default(),
+            why_not: None,
+            about: 0.0,
+        }
     }
 
     /// What the library has, as far as it is known.
@@ -81,7 +104,7 @@ impl Scenes {
         });
     }
 
-    fn header(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, listing: &Listing) {
+    fn header(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, listing: &Listing) {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Scenes").font(Palette::heading()).color(ctx.palette.text));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -105,12 +128,27 @@ impl Scenes {
                     }
                 });
             }
+            field(ui, &mut self.file, "A scene file elsewhere: type, then Open");
         }
-        let search = TextEdit::singleline(&mut self.search)
-            .hint_text("Search")
-            .margin(Margin::symmetric(8, 5))
-            .desired_width(ui.available_width() - 4.0);
-        ui.add(search);
+        ui.horizontal(|ui| {
+            let search = TextEdit::singleline(&mut self.search)
+                .hint_text("Search")
+                .margin(Margin::symmetric(8, 5))
+                .desired_width(ui.available_width() - OPEN);
+            ui.add(search);
+            if ui.add_enabled_ui(!self.files.is_busy(), |ui| button(ui, ctx.palette, Word::OpenScene)).inner.clicked() {
+                let typed = if self.folders { self.file.as_str() } else { "" };
+                self.why_not = self.files.ask(ctx, KIND, Place::typed_or(typed, Place::Existing), scene_file).err();
+            }
+        });
+        match self.files.take() {
+            Some(Ok(key)) => open(ctx, key),
+            Some(Err(why)) => self.why_not = Some(why),
+            None => (),
+        }
+        if let Some(why) = &self.why_not {
+            note(ui, ctx.palette, why);
+        }
         ui.add_space(SPACE);
     }
 
@@ -137,6 +175,9 @@ impl Scenes {
                 }
             }
         }
+        if clicked.is_some() {
+            *ctx.owed = None;
+        }
         match clicked {
             Some(Pick::Factory(index)) => ctx.set(Parameter::Scene, index as f32),
             Some(Pick::Slot(slot)) => {
@@ -147,6 +188,19 @@ impl Scenes {
             None => {}
         }
     }
+}
+
+/// The key of the scene file at a place.
+fn scene_file(path: &Path) -> Result<SceneKey, String> {
+    let card = card_at(path).map_err(|why| format!("{}: {why}", path.display()))?;
+    Ok(SceneKey::to_file(path, String::new(), card.provenance.title, 0))
+}
+
+/// Plays a scene file as the project's own.
+fn open(ctx: &mut Ctx<'_>, key: SceneKey) {
+    *ctx.owed = Some(Owed { slot: 0, key, before: Some(UserState::of(ctx.params())) });
+    ctx.set(Parameter::Slot, 0.0);
+    ctx.set(Parameter::Scene, SceneChoice::Library.to_index() as f32);
 }
 
 /// What the parameters choose.
@@ -285,6 +339,21 @@ mod tests {
     #[test]
     fn sizes_are_read_easily() {
         assert_eq!((size(812_000), size(1_374_352)), ("812 kB".to_owned(), "1.4 MB".to_owned()));
+    }
+
+    #[test]
+    fn a_file_that_is_no_scene_is_refused_with_what_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let [good, bad] = ["good.promenade", "walk.json"].map(|name| folder.path().join(name));
+        std::fs::write(&good, crate::factory::ROOM_B.bytes).unwrap();
+        std::fs::write(&bad, r#"[{"t": 0, "position": [1, 2, 3], "ypr": [0, 0, 0]}]"#).unwrap();
+        let key = scene_file(&good).unwrap();
+        assert_eq!((key.title.as_str(), key.slot, key.absolute), ("IoSR Room B, class room", 0, good));
+        for (file, words) in [(bad, ["walk.json", "expected", "found"]), (folder.path().to_owned(), ["", "expected", "found"])]
+        {
+            let why = scene_file(&file).unwrap_err();
+            assert!(words.iter().all(|word| why.contains(word)), "{why}");
+        }
     }
 
     #[test]

@@ -22,7 +22,9 @@ table! {
         /// List of scenes.
         CopyPath = ("Copy path", "Puts the folder's name on the clipboard"),
         /// List of scenes.
-        Open = ("Open", "Shows the folder in the system's file manager"),
+        Open = ("Show", "Opens the folder in the system's file manager"),
+        /// List of scenes.
+        OpenScene = ("Open", "Plays a scene file from anywhere: one to choose, or the one that is named at Folder"),
         /// List of scenes.
         Playing = ("Playing", "Who made the room that is heard, under which licence, and what its file holds"),
         /// View.
@@ -48,7 +50,7 @@ table! {
         /// Right.
         Head = ("Head", "Whose ears you hear with: the scene's own head, or one that was measured, such as yours"),
         /// Right.
-        UseHead = ("Use", "Reads the named SOFA file of head-related responses; the project keeps what it needs of it"),
+        UseHead = ("Choose", "Takes a SOFA file of head-related responses: one to choose, or the one that is named above; the project keeps it"),
         /// Right.
         OwnHead = ("The scene's", "Goes back to the head that the scene was measured with"),
         /// Right.
@@ -108,9 +110,9 @@ table! {
         /// Camera path.
         StopRecording = ("Stop recording", "Makes what was recorded the project's path; Undo brings the former one back"),
         /// Camera path.
-        Import = ("Import", "Reads the named file as the project's path"),
+        Import = ("Import", "Reads a file as the project's path: the one that is named above, or one to choose"),
         /// Camera path.
-        Export = ("Export", "Writes the path to the named file, as JSON or CSV by its ending"),
+        Export = ("Export", "Writes the path as JSON or CSV: to the file that is named above, or to one to choose"),
         /// Camera path.
         Clear = ("Clear", "Removes the project's path; Undo brings it back"),
         /// Drawer.
