@@ -5,3 +5,4 @@ pub mod evaluate;
 pub mod measure;
 pub(crate) mod response_measures;
 pub mod streaming;
+pub mod trade;

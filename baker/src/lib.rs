@@ -12,7 +12,7 @@ pub use promenade_sofa::{SofaError, read_head};
 
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;
-pub use judge::{cost, evaluate, measure, streaming};
+pub use judge::{cost, evaluate, measure, streaming, trade};
 pub use signal::random;
 pub use sources::Split;
 pub use sources::capture::{Capture, Clip, Track};

@@ -1,8 +1,9 @@
-//! `promenade measure`: a scene against what was held out of it and against its own clips, or one response.
+//! `promenade measure`: a scene against what was held out of it and against its own clips, what its settings cost, or one response.
 
 mod held_out;
 mod response;
 mod streams;
+mod trade;
 
 use crate::args::{MeasureArgs, TableForm};
 use crate::{report, scene};
@@ -26,6 +27,9 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<()> {
 
 fn whole_scene(path: &Path, args: &MeasureArgs) -> Result<()> {
     let scene = scene::read(path)?;
+    if args.trade {
+        return trade::run(&scene, path, args);
+    }
     let name = path.display();
     let (held_out, cloud) = (!scene.held_out().is_empty(), scene.cloud());
     if !held_out && cloud.is_none() {

@@ -1,8 +1,10 @@
 //! Plots as SVG and PNG.
 
 mod plan;
+mod points;
 
 pub(crate) use plan::{Panel, Plan};
+pub(crate) use points::Point;
 
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
@@ -100,13 +102,29 @@ pub(crate) fn plan_svg(plan: &Plan, panels: &[Panel]) -> Result<String> {
 
 /// The same as PNG.
 pub(crate) fn plan_png(plan: &Plan, panels: &[Panel]) -> Result<Vec<u8>> {
+    png_of(plan.size(panels.len())?, |area| plan.draw(area, panels))
+}
+
+/// Named points over a logarithmic horizontal axis, as SVG.
+pub(crate) fn points_svg(title: &str, axes: [&str; 2], points: &[Point<'_>]) -> Result<String> {
+    svg_of(points::SIZE, |area| points::draw(area, title, axes, points))
+}
+
+/// The same as PNG.
+pub(crate) fn points_png(title: &str, axes: [&str; 2], points: &[Point<'_>]) -> Result<Vec<u8>> {
+    png_of(points::SIZE, |area| points::draw(area, title, axes, points))
+}
+
+fn png_of(
+    (width, height): (u32, u32),
+    draw: impl FnOnce(&DrawingArea<BitMapBackend<'_>, Shift>) -> Result<()>,
+) -> Result<Vec<u8>> {
     register_font()?;
-    let (width, height) = plan.size(panels.len())?;
     let mut pixels = vec![0; 3 * width as usize * height as usize];
     {
         let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
         area.fill(&WHITE)?;
-        plan.draw(&area, panels)?;
+        draw(&area)?;
         area.present()?;
     }
     let mut file = Vec::new();

@@ -3,7 +3,7 @@
 use crate::signal::random::Random;
 use cpu_time::ThreadTime;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, StftGrid, Tier};
+use promenade_core::{BlockParams, Pose, Quality, Renderer, Scene, Spatializer, StftGrid, Tier};
 use std::sync::Arc;
 
 /// Runs that a median is taken over.
@@ -20,43 +20,64 @@ pub struct TierCost {
     pub times_stft: f64,
 }
 
+/// One way to play a scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting {
+    /// What it is called.
+    pub(crate) name: String,
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) quality: Quality,
+}
+
 /// Measures every tier that the scene has, live decodes included, at a host rate and block size, on `seconds` of noise.
 ///
 /// Processor time of the calling thread; medians of 5 runs that take turns with the bare transform.
 #[must_use]
 pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds: f64) -> Vec<TierCost> {
+    let setting = |tier: Tier| Setting { name: tier.name().to_owned(), scene: Arc::clone(scene), quality: tier.into() };
+    let settings: Vec<Setting> = scene.tiers().map(setting).collect();
+    let costs = setting_costs(&settings.iter().collect::<Vec<_>>(), sample_rate_hz, block, seconds);
+    costs.into_iter().flatten().collect()
+}
+
+/// Two metres there and back at 1 m/s, so that a long walk stays near the measured poses, while turning by 90 degrees a second.
+pub(crate) fn walk(start: &Pose, seconds: f64) -> Pose {
+    let t = seconds as f32;
+    let there = 1.0 - (t.rem_euclid(4.0) - 2.0).abs();
+    Pose::from_ypr(start.position + Vec3::X * there, t * std::f32::consts::FRAC_PI_2, 0.0, 0.0)
+}
+
+/// As [`tier_costs`], for each setting; `None` for a tier that only the scene's own rate has. All scenes have one grid.
+pub(crate) fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, seconds: f64) -> Vec<Option<TierCost>> {
+    let Some(first) = settings.first() else { return Vec::new() };
     let input = noise((seconds * sample_rate_hz) as usize);
     let played = input.len() as f64 / sample_rate_hz;
-    let grid = scene.grid().at_rate(sample_rate_hz);
-    let start = scene.start_pose();
-    let walk = |sample: usize| {
-        let t = (sample as f64 / sample_rate_hz) as f32;
-        // Two metres there and back, so that a long walk stays near the measured poses.
-        let there = 1.0 - (t.rem_euclid(4.0) - 2.0).abs();
-        Pose::from_ypr(start.position + Vec3::X * there, t * std::f32::consts::FRAC_PI_2, 0.0, 0.0)
-    };
-    let mut engines: Vec<(Tier, Spatializer, Vec<f64>)> = scene
-        .tiers()
-        .filter_map(|tier| {
-            let renderer = Renderer::for_tier(scene, sample_rate_hz, tier).ok()?;
-            // A tier that only the scene's own rate has is not that tier here.
+    let grid = first.scene.grid().at_rate(sample_rate_hz);
+    let mut engines: Vec<Option<(Spatializer, Vec<f64>)>> = settings
+        .iter()
+        .map(|setting| {
+            let tier = setting.quality.tier;
+            let renderer = Renderer::for_tier(&setting.scene, sample_rate_hz, tier).ok()?;
             if renderer.played_tier(tier) != tier {
                 return None;
             }
             let mut spatializer = Spatializer::new(sample_rate_hz);
             spatializer.install(Box::new(renderer));
-            Some((tier, spatializer, Vec::new()))
+            Some((spatializer, Vec::new()))
         })
         .collect();
     let (mut left, mut right, mut bare) = (vec![0.0; block], vec![0.0; block], Vec::new());
     for _ in 0..RUNS {
         bare.push(bare_stft(&grid, input.len() / grid.hop) / played);
-        for (tier, spatializer, times) in &mut engines {
-            let params = BlockParams { tier: *tier, ..BlockParams::default() };
+        for (engine, setting) in engines.iter_mut().zip(settings) {
+            let Some((spatializer, times)) = engine else { continue };
+            let Quality { tier, live } = setting.quality;
+            let params = BlockParams { tier, live, ..BlockParams::default() };
+            let start = setting.scene.start_pose();
             let began = ThreadTime::now();
             for (b, x) in input.chunks(block).enumerate() {
                 let out = [&mut left[..x.len()], &mut right[..x.len()]];
-                spatializer.process(&[x], out, &params, |i| walk(b * block + i));
+                spatializer.process(&[x], out, &params, |i| walk(&start, (b * block + i) as f64 / sample_rate_hz));
             }
             times.push(began.elapsed().as_secs_f64() / played);
         }
@@ -64,9 +85,10 @@ pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds
     let bare = median(bare);
     engines
         .into_iter()
-        .map(|(tier, _, times)| {
-            let real_time = median(times);
-            TierCost { tier, real_time, times_stft: real_time / bare }
+        .zip(settings)
+        .map(|(engine, setting)| {
+            let real_time = median(engine?.1);
+            Some(TierCost { tier: setting.quality.tier, real_time, times_stft: real_time / bare })
         })
         .collect()
 }

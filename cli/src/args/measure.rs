@@ -22,6 +22,18 @@ pub(crate) struct MeasureArgs {
     /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it, 6
     #[arg(long, value_name = "N", conflicts_with = "response", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) poses: Option<u32>,
+    /// What the scene costs and how far it is off in each tier, and with fewer taps, images, nodes and decodes
+    #[arg(long, conflicts_with_all = ["response", "input", "poses", "seconds"])]
+    pub(crate) trade: bool,
+    /// Also a plot of it, SVG or PNG by the name
+    #[arg(long, value_name = "FILE", requires = "trade")]
+    pub(crate) plot: Option<PathBuf>,
+    /// Recommend the cheapest setting with at most this error, in differences that are just noticed
+    #[arg(long, value_name = "JND", default_value_t = 1.0, requires = "trade", value_parser = within(0.0, 1000.0))]
+    pub(crate) within: f64,
+    /// Recommend the most accurate setting that takes at most this share of a core, percent
+    #[arg(long, value_name = "PERCENT", requires = "trade", conflicts_with = "within", value_parser = within(0.0, 100.0))]
+    pub(crate) budget: Option<f64>,
     /// Binaural impulse response (WAV) to measure, as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) response: Option<PathBuf>,
