@@ -14,6 +14,7 @@ use promenade_tests::memory::resident_bytes;
 use promenade_tests::signal::noise;
 use promenade_tests::{ClapHost, Host, Setup, Vst3};
 use std::env;
+use std::io::Write;
 use std::process::Command;
 use std::time::Instant;
 
@@ -131,6 +132,8 @@ fn main() {
     println!("|---|---|---|---|---|");
     for (format, rate) in ["clap", "vst3"].into_iter().flat_map(|format| [(format, 48_000), (format, 192_000)]) {
         print!("| {format} | {} kHz |", rate / 1000);
+        // The others write to the same line.
+        std::io::stdout().flush().expect("a table can be printed");
         for count in [1, 50, 200] {
             let mut opened = Command::new(&this);
             let done =

@@ -2,13 +2,16 @@
 
 use super::chooser::{Chooser, FileKind, Place};
 use super::ctx::Ctx;
-use super::theme::SPACE;
-use super::widgets::{button, field, heading, note};
+use super::theme::{CONTROL, SPACE};
+use super::widgets::{button, heading, note};
 use super::words::Word;
 use crate::user_state::UserState;
-use egui::{Key, Ui};
+use egui::{Key, TextEdit, Ui, Vec2};
 
 const KIND: FileKind = FileKind { name: "Measured head (SOFA)", extensions: &["sofa"] };
+
+/// Room for the button beside the field, points.
+const CHOOSE: f32 = 72.0;
 
 /// Chooses a head.
 #[derive(Default)]
@@ -28,13 +31,14 @@ impl HeadRow {
     pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         heading(ui, ctx.palette, Word::Head);
         let (saved, _) = ctx.params().head.get();
-        if saved.is_some() {
-            note(ui, ctx.palette, ctx.params().head_name.text());
-        }
-        let entered =
-            field(ui, &mut self.file, "Your own: a SOFA file").lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        // In the field, because the window has no line to spare.
+        let name = ctx.params().head_name.text();
+        let hint = if name.is_empty() { "Your own: a SOFA file" } else { &name };
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = SPACE;
+            let place = Vec2::new(ui.available_width() - CHOOSE, CONTROL);
+            let typed = ui.add_sized(place, TextEdit::singleline(&mut self.file).hint_text(hint));
+            let entered = typed.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             let free = !self.chooser.is_busy();
             let clicked = ui.add_enabled_ui(free, |ui| button(ui, ctx.palette, Word::UseHead)).inner.clicked();
             if free && (clicked || (entered && !self.file.trim().is_empty())) {
@@ -42,14 +46,14 @@ impl HeadRow {
                 let named = |path: &std::path::Path| Ok(path.display().to_string());
                 self.why_not = self.chooser.ask(ctx, KIND, place, named).err();
             }
-            if ui.add_enabled_ui(saved.is_some(), |ui| button(ui, ctx.palette, Word::OwnHead)).inner.clicked() {
-                self.ask(ctx, "");
-            }
         });
+        if saved.is_some() && button(ui, ctx.palette, Word::OwnHead).clicked() {
+            self.ask(ctx, "");
+        }
         match self.chooser.take() {
             Some(Ok(file)) => {
                 self.ask(ctx, &file);
-                self.file = file;
+                self.file.clear();
             }
             Some(Err(why)) => self.why_not = Some(why),
             None => (),

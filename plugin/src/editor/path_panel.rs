@@ -200,7 +200,7 @@ impl PathPanel {
                 }
                 note(ui, ctx.palette, "the path?");
             } else if tab(ui, ctx.palette, word, recording).clicked() {
-                self.asks = !recording && !ctx.params().saved_walk.get().0.keyframes.is_empty();
+                self.asks = must_ask(recording, &ctx.params().saved_walk.get().0);
                 if !self.asks {
                     self.record_or_stop(ctx);
                 }
@@ -209,7 +209,7 @@ impl PathPanel {
                 note(ui, ctx.palette, format!("{:.1} s", recording.recorder.duration_s()));
             }
         });
-        field(ui, &mut self.file, "File, or leave empty to choose one");
+        field(ui, &mut self.file, "A file; empty to choose");
         ui.horizontal(|ui| {
             ui.add_enabled_ui(!self.files.is_busy(), |ui| {
                 if button(ui, ctx.palette, Word::Import).clicked() {
@@ -286,6 +286,11 @@ impl PathPanel {
     }
 }
 
+/// Whether the user is asked before the button does what it says: a recording would replace a path.
+fn must_ask(recording: bool, kept: &SavedWalk) -> bool {
+    !recording && !kept.keyframes.is_empty()
+}
+
 fn imported(file: &Path) -> Result<Done, String> {
     let read = SavedWalk::from_file(file).map_err(|error| with_causes(&error));
     read.map(|(walk, notes)| Done::Imported(walk, notes))
@@ -309,6 +314,27 @@ fn take(ctx: &mut Ctx<'_>, new: SavedWalk) {
 mod tests {
     use super::*;
     use promenade_core::Pose;
+
+    #[test]
+    fn a_path_is_not_recorded_over_unasked() {
+        let kept = SavedWalk::of(&[Keyframe { t_s: 0.0, pose: Pose::IDENTITY }]);
+        let asked = [(false, &kept), (true, &kept), (false, &SavedWalk::default())].map(|(on, kept)| must_ask(on, kept));
+        assert_eq!(asked, [true, false, false]);
+    }
+
+    #[test]
+    fn a_file_is_read_as_a_path_or_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let [good, bad] = ["walk.json", "scene.promenade"].map(|name| folder.path().join(name));
+        std::fs::write(&good, r#"[{"t": 0, "position": [1, 2, 3], "ypr": [0, 0, 0]}]"#).unwrap();
+        std::fs::write(&bad, crate::factory::ROOM_B.bytes).unwrap();
+        assert!(matches!(&imported(&good), Ok(Done::Imported(walk, _)) if walk.keyframes.len() == 1));
+        let why = imported(&bad).err().unwrap();
+        assert!(
+            ["scene.promenade", "expected", "csv", "found"].iter().all(|words| why.to_lowercase().contains(words)),
+            "{why}"
+        );
+    }
 
     #[test]
     fn what_is_exported_is_imported_again() {

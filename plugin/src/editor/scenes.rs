@@ -89,9 +89,8 @@ impl Scenes {
             let listing = ctx.listing;
             self.header(ui, ctx, listing);
             let all = ui.available_height();
-            // As much as its text needs, but the list keeps half.
-            let about = if all > 2.0 * LEAST_ABOUT { self.about.clamp(LEAST_ABOUT, all / 2.0) } else { 0.0 };
-            let height = (ui.available_height() - about).max(80.0);
+            let about = about_height(all, self.about);
+            let height = (all - about).max(80.0);
             ScrollArea::vertical().max_height(height).auto_shrink(false).show(ui, |ui| {
                 ui.set_width(ui.available_width() - 4.0);
                 self.lines(ui, ctx, listing);
@@ -188,6 +187,11 @@ impl Scenes {
             None => {}
         }
     }
+}
+
+/// Height of credit and notes below the list, points: as much as their text needs, but the list keeps half, and all of a low window.
+fn about_height(all: f32, wanted: f32) -> f32 {
+    if all > 2.0 * LEAST_ABOUT { wanted.clamp(LEAST_ABOUT, all / 2.0) } else { 0.0 }
 }
 
 /// The key of the scene file at a place.
@@ -303,6 +307,16 @@ fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
     }
 }
 
+/// Notes that programs write for programs are long; a person wants their beginning.
+const LONGEST_NOTE: usize = 120;
+
+/// The beginning of a text, up to a word's end.
+fn beginning(text: &str) -> String {
+    let Some((end, _)) = text.char_indices().nth(LONGEST_NOTE) else { return text.to_owned() };
+    let cut = text[..end].rfind(' ').unwrap_or(end);
+    format!("{} ...", &text[..cut])
+}
+
 /// Credit, licence and notes of the scene that is played; returns the height that they want.
 fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) -> f32 {
     let top = ui.cursor().top();
@@ -326,7 +340,9 @@ fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) -> f32 {
         };
         note(ui, palette, format!("{kind}, {} at {} Hz", size(scene.memory_bytes() as u64), grid.sample_rate_hz));
         for text in &scene.provenance().notes {
-            note(ui, palette, format!("Note: {text}"));
+            let text = format!("Note: {text}");
+            let shown = ui.label(RichText::new(beginning(&text)).font(Palette::caption()).color(palette.soft));
+            shown.on_hover_text(text.as_str());
         }
     });
     head + shown.content_size.y + SPACE
@@ -339,6 +355,21 @@ mod tests {
     #[test]
     fn sizes_are_read_easily() {
         assert_eq!((size(812_000), size(1_374_352)), ("812 kB".to_owned(), "1.4 MB".to_owned()));
+    }
+
+    #[test]
+    fn credit_and_notes_get_what_they_need_and_the_list_keeps_half() {
+        for (all, wanted, given) in [(690.0, 200.0, 200.0), (690.0, 900.0, 345.0), (690.0, 20.0, 156.0), (300.0, 200.0, 0.0)] {
+            assert_eq!(about_height(all, wanted), given, "{wanted} of {all}");
+        }
+    }
+
+    #[test]
+    fn a_long_note_ends_at_a_word() {
+        assert_eq!(beginning("as it is"), "as it is");
+        let long = beginning(&"eleven words and more ".repeat(20));
+        assert!(long.len() <= LONGEST_NOTE + 4 && long.ends_with(" ...") && !long.contains("mor ."), "{long}");
+        assert_eq!(beginning(&"x".repeat(500)).len(), LONGEST_NOTE + 4);
     }
 
     #[test]

@@ -11,16 +11,23 @@ use super::words::Word;
 use super::{pose_source, tier};
 use crate::parameter::{Parameter, SLOTS};
 use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
+use promenade_core::Pose;
 
 /// Width, points.
 const WIDTH: f32 = 248.0;
+/// Room for the scroll bar, points.
+const BAR: f32 = 8.0;
+/// Height of the meters with the space above, points.
+const METERS: f32 = 72.0;
 
 /// Shows it.
 pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: &mut Meters) {
-    let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin::symmetric(12, 4));
+    let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin { left: 12, right: 4, top: 4, bottom: 4 });
     egui::Panel::right("controls").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            ui.set_width(ui.available_width());
+        // The meters are seen at every size.
+        let controls = (ui.available_height() - METERS).max(0.0);
+        ScrollArea::vertical().max_height(controls).auto_shrink(false).show(ui, |ui| {
+            ui.set_width(ui.available_width() - BAR);
             ui.spacing_mut().item_spacing.y = SPACE;
             pose(ui, ctx);
             movement(ui, ctx);
@@ -32,9 +39,11 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: 
             heading(ui, ctx.palette, Word::Output);
             slider(ui, ctx, Parameter::Mix, Word::Mix);
             slider(ui, ctx, Parameter::Gain, Word::Gain);
-            ui.add_space(SPACE);
-            meters.show(ui, ctx.palette);
         });
+        ui.add_space(SPACE);
+        ui.spacing_mut().item_spacing.y = SPACE;
+        ui.set_max_width(ui.available_width() - BAR);
+        meters.show(ui, ctx.palette);
     });
 }
 
@@ -90,11 +99,17 @@ fn origin(ui: &mut Ui, ctx: &Ctx<'_>) {
     });
     if waits {
         // The fields below are those of its own position.
-        let (at, (yaw, pitch, roll)) = (ctx.frame.pose.position, ctx.frame.pose.ypr());
-        let [yaw, pitch, roll] = [yaw, pitch, roll].map(f32::to_degrees);
-        note(ui, palette, format!("Heard: {:.2}, {:.2}, {:.2} m", at.x, at.y, at.z));
-        note(ui, palette, format!("{yaw:.0}° yaw, {pitch:.0}° pitch, {roll:.0}° roll"));
+        for line in in_numbers(&ctx.frame.pose) {
+            note(ui, palette, line);
+        }
     }
+}
+
+/// A pose in metres and degrees.
+fn in_numbers(pose: &Pose) -> [String; 2] {
+    let (at, (yaw, pitch, roll)) = (pose.position, pose.ypr());
+    let [yaw, pitch, roll] = [yaw, pitch, roll].map(f32::to_degrees);
+    [format!("Heard: {:.2}, {:.2}, {:.2} m", at.x, at.y, at.z), format!("{yaw:.0}° yaw, {pitch:.0}° pitch, {roll:.0}° roll")]
 }
 
 /// Three numbers side by side, each under its name.
@@ -109,5 +124,16 @@ fn triple(ui: &mut Ui, ctx: &mut Ctx<'_>, parameters: [(Parameter, &str); 3]) {
         ui.painter().text(place.left_top() + Vec2::new(2.0, 0.0), Align2::LEFT_TOP, name, Palette::caption(), palette.soft);
         let field = place.with_min_y(place.top() + NAMES);
         ui.scope_builder(UiBuilder::new().max_rect(field), |ui| number(ui, ctx, parameter));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_walk_is_followed_in_numbers() {
+        let pose = Pose::from_ypr([1.0, -2.5, 0.25].into(), 0.5, -0.25, 0.0);
+        assert_eq!(in_numbers(&pose), ["Heard: 1.00, -2.50, 0.25 m", "29° yaw, -14° pitch, 0° roll"]);
     }
 }

@@ -50,7 +50,7 @@ table! {
         /// Right.
         Head = ("Head", "Whose ears you hear with: the scene's own head, or one that was measured, such as yours"),
         /// Right.
-        UseHead = ("Choose", "Takes a SOFA file of head-related responses: one to choose, or the one that is named above; the project keeps it"),
+        UseHead = ("Choose", "Takes a SOFA file of head-related responses: one to choose, or the one that is named beside; the project keeps it"),
         /// Right.
         OwnHead = ("The scene's", "Goes back to the head that the scene was measured with"),
         /// Right.
