@@ -66,7 +66,7 @@ impl Images {
         self.all.len()
     }
 
-    /// The images that a listener sees, the nearest orders first.
+    /// The images that a listener sees, the nearest orders first and in the order of their indices.
     ///
     /// # Errors
     /// A listener that is not finite.

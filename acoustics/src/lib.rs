@@ -4,12 +4,13 @@
 //! see, a [`Shoebox`] has its own without a search. Everything is in metres, seconds, hertz and linear factors of energy or amplitude,
 //! as each item says; axes are the caller's. Numbers by octave are [`Octaves`]. Directions and places are `[x, y, z]`.
 //!
-//! Sound travels on rays: it is neither diffracted nor has modes, so below Schroeder's frequency, some 200 Hz in a living room, a
+//! Sound travels on rays: only the direct sound goes round [`Edges`], one each, and there are no modes, so below Schroeder's frequency, some 200 Hz in a living room, a
 //! real room differs.
 
 #![forbid(unsafe_code)]
 
 mod air;
+mod diffraction;
 mod error;
 mod image;
 mod images;
@@ -26,6 +27,7 @@ mod room;
 mod shoebox;
 
 pub use air::Air;
+pub use diffraction::{Diffracted, Edges, barrier_db};
 pub use error::AcousticsError;
 pub use image::{Image, Share};
 pub use images::{ImageOptions, Images, MAX_ORDER};

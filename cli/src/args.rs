@@ -21,7 +21,9 @@ use std::path::PathBuf;
 
 pub(crate) use anchors::AnchorsArgs;
 pub(crate) use bake::{BakeFieldArgs, BakeResponsesArgs, BakeSource, SideArg};
-pub(crate) use capture::{CaptureCommand, CheckArgs, EmitterArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
+pub(crate) use capture::{
+    CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs,
+};
 pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
@@ -29,7 +31,7 @@ pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
 pub(crate) use render::RenderArgs;
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-pub(crate) use simulate::{JoinArgs, MapArgs, RoomArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+pub(crate) use simulate::{JoinArgs, MapArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
 

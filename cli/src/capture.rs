@@ -3,7 +3,7 @@
 mod check;
 mod emitter;
 
-use crate::args::{CaptureCommand, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
+use crate::args::{CaptureCommand, ClipArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
 use crate::report;
 use anyhow::{Result, bail};
 use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_replay, import_rwavs, mean};
@@ -28,7 +28,7 @@ fn import(args: &ImportCaptureArgs) -> Result<()> {
     let folder = report::file_name(&args.folder);
     let title = args.title.clone().unwrap_or(folder);
     let is_recording = matches!(args.layout, LayoutArg::Rwavs | LayoutArg::Replay);
-    if is_recording && !args.mix.dry.is_empty() {
+    if is_recording && !args.mix.clips.dry.is_empty() {
         bail!("--dry is for layouts of responses; recordings have their own dry sound");
     }
     let capture = if is_recording {
@@ -39,8 +39,8 @@ fn import(args: &ImportCaptureArgs) -> Result<()> {
             sample_rate_hz: args.mix.rate,
             emitter: args.emitter,
             placement: args.placement.options(),
-            clip_s: args.mix.clip,
-            test_share: args.mix.test_share,
+            clip_s: args.mix.clips.clip,
+            test_share: args.mix.clips.test_share,
             seed: args.mix.seed,
         };
         match args.layout {
@@ -63,6 +63,11 @@ fn import(args: &ImportCaptureArgs) -> Result<()> {
 }
 
 fn mixed(responses: &Responses, args: &MixArgs) -> Result<Capture> {
+    clips_of(responses, &args.clips, args.rate, args.seed)
+}
+
+/// A capture of responses and dry sound, at a sample rate or the responses' own.
+pub(crate) fn clips_of(responses: &Responses, args: &ClipArgs, rate: Option<u32>, seed: u64) -> Result<Capture> {
     let one = |path: &PathBuf| -> Result<DrySound> {
         let sound = sound::read(path)?;
         let (name, samples) = (report::file_name(path), mean(&sound.channels));
@@ -70,17 +75,18 @@ fn mixed(responses: &Responses, args: &MixArgs) -> Result<Capture> {
     };
     let dry = args.dry.iter().map(one).collect::<Result<Vec<_>>>()?;
     let options = FromResponses {
-        sample_rate_hz: args.rate,
+        sample_rate_hz: rate,
         clip_s: args.clip,
         clips: args.clips as usize,
         test_share: args.test_share,
-        seed: args.seed,
+        seed,
         ..FromResponses::default()
     };
     Ok(from_responses(responses, &dry, &options)?)
 }
 
-fn write(capture: &Capture, folder: &Path) -> Result<()> {
+/// Writes a capture, and tells what is in it.
+pub(crate) fn write(capture: &Capture, folder: &Path) -> Result<()> {
     report::notes(&capture.notes);
     capture.write(folder)?;
     let count = |split| capture.split(split).count();

@@ -2,8 +2,8 @@
 
 mod scene;
 
-use crate::args::{RoomArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
-use crate::{path, progress, report};
+use crate::args::{ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+use crate::{capture, path, progress, report};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Air, Entry, LateField, Materials, Mesh, Room};
 use promenade_baker::simulation::{
@@ -18,10 +18,10 @@ use std::path::Path;
 use std::time::Instant;
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
-    match (&args.what, &args.room, &args.mesh) {
+    match (&args.what, &args.room, &args.mesh, &args.run) {
         (Some(Simulate::Box(args)), ..) => box_room(args),
         (Some(Simulate::Materials), ..) => materials(),
-        (None, Some(room), Some(args)) => mesh_room(room, args),
+        (None, Some(room), Some(mesh), Some(run)) => mesh_room(room, mesh, run, &args.clips),
         _ => bail!("expected a mesh of a room, `box` or `materials`"),
     }
 }
@@ -37,7 +37,7 @@ fn materials() -> Result<()> {
     report::print(&rows.map(row).collect::<String>())
 }
 
-fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
+fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &ClipArgs) -> Result<()> {
     let began = Instant::now();
     let source = of.source;
     let (mesh, room) = room(of)?;
@@ -46,24 +46,27 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
     let air = Air::default();
     let eyring = room.eyring_t60_s(volume, Some(air));
     if args.output.extension().is_some_and(|e| e == "promenade") {
-        return scene::write(&mesh, &room, of, args);
+        if !clips.dry.is_empty() {
+            bail!("{}: expected --dry for a capture, found a scene to write", args.output.display());
+        }
+        return scene::write(&mesh, &room, of, args, run);
     }
     let inside = Inside::new(&mesh, &room, source, args.margin)?;
-    let poses = mesh_poses(args, &inside)?;
-    let (set, hrtf) = head(args)?;
+    let poses = mesh_poses(args, run, &inside)?;
+    let (set, hrtf) = head(args, run)?;
     let options = MeshOptions {
         order: args.order,
         beams: args.beams as usize,
         rays: args.rays as usize,
-        length_s: args.length,
+        length_s: run.length,
         air: Some(air),
-        seed: args.seed,
-        part: args.part.unwrap_or(Part::WHOLE),
+        seed: run.seed,
+        part: run.part.unwrap_or(Part::WHOLE),
     };
-    let run = MeshOptions { part: Part::WHOLE, ..options };
+    let whole = MeshOptions { part: Part::WHOLE, ..options };
     let title = args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh));
     let part =
-        part_folder(args.part, &args.output, &poses, &[&title, &mesh, &room.materials(), &source, &set, &args.rate, &run])?;
+        part_folder(run.part, &args.output, &poses, &[&title, &mesh, &room.materials(), &source, &set, &args.rate, &whole])?;
     if part.as_ref().is_some_and(is_there) {
         return Ok(());
     }
@@ -78,11 +81,11 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
         args.order,
         args.beams,
         args.rays,
-        args.seed,
+        run.seed,
         set.title,
         hrtf.directions()
     ));
-    let output = save(&responses, part.as_ref(), &args.output, &poses)?;
+    let output = save(&responses, part.as_ref(), &args.output, &poses, (clips, run.seed))?;
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
     let times = |times: [f64; 7]| times.map(|t| format!("{t:.2}")).join(", ");
     eprintln!("note: {volume:.1} m3, {:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s", size.area_m2, times(eyring));
@@ -106,14 +109,14 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
 }
 
 /// The head's responses, and what is made of them.
-fn head(args: &SimulateMeshArgs) -> Result<(Responses, Hrtf)> {
-    let mut set = Responses::load(&args.head, &LoadOptions::default())?;
+fn head(args: &SimulateMeshArgs, run: &RunArgs) -> Result<(Responses, Hrtf)> {
+    let mut set = Responses::load(&run.head, &LoadOptions::default())?;
     for (stated, text) in [(&args.credit, &mut set.credit), (&args.licence, &mut set.licence)] {
         if let Some(stated) = stated {
             text.clone_from(stated);
         }
     }
-    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
+    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", run.head.display()))?;
     Ok((set, hrtf))
 }
 
@@ -135,9 +138,9 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room)> {
     Ok((mesh, room))
 }
 
-fn mesh_poses(args: &SimulateMeshArgs, inside: &Inside<'_>) -> Result<Vec<Pose>> {
-    if let Some(file) = &args.path {
-        return walk(file, args.poses);
+fn mesh_poses(args: &SimulateMeshArgs, run: &RunArgs, inside: &Inside<'_>) -> Result<Vec<Pose>> {
+    if let Some(file) = &run.path {
+        return walk(file, run.poses);
     }
     if let Some(spacing) = args.grid {
         return Ok(turned(&grid(inside, spacing, args.height)?, args.turns.unwrap_or(1) as usize));
@@ -145,7 +148,7 @@ fn mesh_poses(args: &SimulateMeshArgs, inside: &Inside<'_>) -> Result<Vec<Pose>>
     if !args.at.is_empty() {
         return Ok(turned(&args.at, args.turns.unwrap_or(24) as usize));
     }
-    Ok(random_inside(inside, args.poses.unwrap_or(100) as usize, args.seed)?)
+    Ok(random_inside(inside, run.poses.unwrap_or(100) as usize, run.seed)?)
 }
 
 /// The folder of a part of the run that all of this decides.
@@ -166,10 +169,17 @@ fn is_there(part: &PartFolder) -> bool {
     there
 }
 
-/// Writes a set or a part of it, and tells where.
-fn save<'a>(responses: &Responses, part: Option<&'a PartFolder>, output: &'a Path, poses: &[Pose]) -> Result<&'a Path> {
+/// Writes a set, a part of it, or what it makes of dry sound, and tells where.
+fn save<'a>(
+    responses: &Responses,
+    part: Option<&'a PartFolder>,
+    output: &'a Path,
+    poses: &[Pose],
+    (clips, seed): (&ClipArgs, u64),
+) -> Result<&'a Path> {
     match part {
         Some(part) => part.save(responses, poses)?,
+        None if !clips.dry.is_empty() => capture::write(&capture::clips_of(responses, clips, None, seed)?, output)?,
         None => responses.save(output)?,
     }
     Ok(part.map_or(output, PartFolder::path))
@@ -188,17 +198,17 @@ fn mean_t30(late: &LateField) -> Option<[f64; 7]> {
 fn box_room(args: &SimulateBoxArgs) -> Result<()> {
     let room = BoxRoom { size: args.size, absorption: args.absorption };
     let poses = poses(args, &room)?;
-    let set = Responses::load(&args.head, &LoadOptions::default())?;
-    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.head.display()))?;
+    let set = Responses::load(&args.run.head, &LoadOptions::default())?;
+    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.run.head.display()))?;
     let options = BoxOptions {
         sample_rate_hz: args.rate,
         order: args.order,
-        length_s: args.length,
-        seed: args.seed,
-        part: args.part.unwrap_or(Part::WHOLE),
+        length_s: args.run.length,
+        seed: args.run.seed,
+        part: args.run.part.unwrap_or(Part::WHOLE),
     };
     let run = BoxOptions { part: Part::WHOLE, ..options };
-    let part = part_folder(args.part, &args.output, &poses, &[&room, &args.emitter, &set, &run])?;
+    let part = part_folder(args.run.part, &args.output, &poses, &[&room, &args.emitter, &set, &run])?;
     if part.as_ref().is_some_and(is_there) {
         return Ok(());
     }
@@ -209,11 +219,11 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
         "simulated by promenade {}: image sources up to order {}, tail with seed {}, head {} of {} directions",
         env!("CARGO_PKG_VERSION"),
         args.order,
-        args.seed,
+        args.run.seed,
         set.title,
         hrtf.directions()
     ));
-    let output = save(&responses, part.as_ref(), &args.output, &poses)?;
+    let output = save(&responses, part.as_ref(), &args.output, &poses, (&args.clips, args.run.seed))?;
     let times: Vec<String> = room.eyring_t60_s().iter().map(|t| format!("{t:.2}")).collect();
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
     report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
@@ -228,11 +238,11 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
 }
 
 fn poses(args: &SimulateBoxArgs, room: &BoxRoom) -> Result<Vec<Pose>> {
-    let Some(file) = &args.path else {
-        let count = args.poses.unwrap_or(100) as usize;
-        return Ok(random_poses(room, args.emitter, count, args.margin, args.seed)?);
+    let Some(file) = &args.run.path else {
+        let count = args.run.poses.unwrap_or(100) as usize;
+        return Ok(random_poses(room, args.emitter, count, args.margin, args.run.seed)?);
     };
-    let poses = walk(file, args.poses)?;
+    let poses = walk(file, args.run.poses)?;
     match args.fit {
         Some(margin) => fit(&poses, room, margin).with_context(|| format!("{}: does not fit", file.display())),
         None => Ok(poses),

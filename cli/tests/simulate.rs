@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::{all_fail, fails, succeeds};
+use common::{all_fail, fails, promenade, succeeds};
 use promenade_baker::anchors::AnchorSet;
+use promenade_baker::capture::Capture;
 use promenade_baker::{LoadOptions, Response, Responses};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -195,6 +196,42 @@ fn a_mesh_is_simulated_at_places() {
     assert!(
         table.contains("carpet_thin") && table.contains("0.02 0.04 0.08 0.20 0.35 0.40 0.40  ") && table.contains("scatters")
     );
+}
+
+#[test]
+fn a_capture_is_simulated() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    head(&folder.path().join("head"));
+    let (ears, mesh, out) = (text("head"), text("room.obj"), text("walk"));
+    std::fs::write(&mesh, ROOM).unwrap();
+    let speech = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/speech.wav");
+    let speech = speech.to_str().unwrap();
+    let room = ["simulate", &mesh, "--source", "3,3.2,1.5", "--materials", "top=0.3", "--head", &ears, "--rate", "16000"];
+    let quick = ["--length", "0.1", "--rays", "500", "--beams", "512", "--order", "2", "--seed", "3"];
+    let dry = ["--dry", speech, "--clips", "2", "--clip", "0.25", "--test-share", "0.25"];
+    let mesh_room = [&room[..], &quick, &dry, &["--poses", "4", "-o", &out]].concat();
+    let (_, said) = succeeds(&mesh_room);
+    assert!(said.contains("4 tracks, 6 clips to learn from, 2 to judge by"), "{said}");
+    let capture = Capture::load(Path::new(&out)).unwrap();
+    assert_eq!((capture.sample_rate_hz, capture.emitter), (16_000.0, Some(Vec3::new(3.0, 3.2, 1.5))));
+    for track in &capture.tracks {
+        assert!(track.binaural.iter().all(|ear| ear.len() == track.dry.len()));
+        let at = track.path.keyframes()[0].pose.position;
+        assert!(at.cmpgt(Vec3::splat(0.29)).all() && at.z < 2.8, "{at} is in the room");
+    }
+    // What is heard is not what is played: the louder ear of all responses has unit energy.
+    let track = &capture.tracks[0];
+    assert!(track.binaural[0] != track.dry && track.binaural[0] != track.binaural[1]);
+
+    let size = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--head", &ears, "--rate", "16000"];
+    let (_, said) = succeeds(&[&size[..], &["--length", "0.1", "--poses", "3"], &dry, &["-o", &text("box")]].concat());
+    assert!(said.contains("3 tracks") && Capture::load(Path::new(&text("box"))).is_ok(), "{said}");
+
+    let scene = [&room[..], &quick, &dry, &["-o", &text("a.promenade")]].concat();
+    let part = [&mesh_room[..], &["--part", "1/2"]].concat();
+    assert!(fails(&scene).contains("expected --dry for a capture, found a scene"));
+    assert_eq!(promenade(&part).status.code(), Some(2), "parts hold responses");
 }
 
 /// Names and contents of all files of a folder.

@@ -12,7 +12,9 @@ use crate::signal::spectrum::{Analyser, HopEnergies};
 use crate::sources::ambisonic::{ambisonic_head, head_responses};
 use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ, octave_energy};
 use half::f16;
-use promenade_acoustics::{Air, Echogram, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, late_field};
+use promenade_acoustics::{
+    Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, late_field,
+};
 use promenade_core::glam::Vec3;
 use promenade_core::network::SPEED_OF_SOUND_M_S;
 use promenade_core::{
@@ -21,12 +23,13 @@ use promenade_core::{
 };
 use promenade_metrics::slope;
 use rayon::prelude::*;
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::collections::{BTreeMap, BTreeSet};
+use std::f32::consts::PI;
 
-/// Directions that the direct sound is stored for: elevations up to straight up, as low as heads are measured, and azimuths.
-const ELEVATIONS: usize = 7;
-const LOWEST_ELEVATION: f32 = -PI / 4.0;
-const AZIMUTHS: usize = 36;
+/// Directions that the direct sound is stored for: elevations from as low as heads are measured to straight up, degrees, close where
+/// emitters mostly are, and azimuths.
+const ELEVATIONS: [f32; 8] = [-40.0, -20.0, -10.0, 0.0, 10.0, 20.0, 45.0, 90.0];
+const AZIMUTHS: usize = 32;
 /// Frame of the short-time transform, seconds.
 const WINDOW_S: f64 = 0.020;
 /// Places of the listener, at most.
@@ -110,7 +113,10 @@ impl Plan {
 /// What one place hears.
 struct Heard {
     at: [f64; 3],
+    /// In the order of their indices.
     images: Vec<Image>,
+    /// Ways of the direct sound round edges where it is hidden.
+    around: Vec<Diffracted>,
     echogram: Echogram,
     /// Seconds of the direct sound, seen or not.
     direct_s: f64,
@@ -141,10 +147,11 @@ pub fn bake_geometry(
     let plan = Plan::of(mesh, &inside, options)?;
     let eyring = room.eyring_t60_s(mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume()), options.air);
     let longest = eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
-    let heard = listen(room, emitter, &plan.places, &grid, longest, options, done)?;
+    let heard = listen(mesh, room, emitter, &plan.places, &grid, longest, options, done)?;
     let (images, seen) = strongest(&heard, &plan, options);
     let bands = Bands::for_rate(rate);
-    let rest: Vec<HopEnergies> = heard.par_iter().map(|h| left_over(h, &images, &grid, &bands, options.air)).collect();
+    let kept = images.iter().map(|image| image.index).collect();
+    let rest: Vec<HopEnergies> = heard.par_iter().map(|h| left_over(h, &kept, &grid, &bands, options.air)).collect();
     let typical = typical_t60_s(&heard);
     let early_s = (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S);
     let taps = (early_s / grid.hop_s()).round() as usize;
@@ -221,7 +228,9 @@ fn halved(values: Vec<f32>) -> Vec<f32> {
 }
 
 /// Images and echograms of all places.
+#[expect(clippy::too_many_arguments, reason = "all of them are of the whole bake")]
 fn listen(
+    mesh: &Mesh,
     room: &Room,
     emitter: Vec3,
     places: &[Vec3],
@@ -234,6 +243,7 @@ fn listen(
     let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
     let search = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
     let images = Images::new(room, source, &search)?;
+    let edges = Edges::of(mesh);
     let rays = RayOptions {
         rays: options.rays,
         length_s: length_s.clamp(RAY_LENGTH_S.0, RAY_LENGTH_S.1),
@@ -250,7 +260,9 @@ fn listen(
         .map(|(at, echogram)| {
             let images = images.seen_from(room, *at, Share::Specular)?;
             let direct_s = distance(source, *at) / f64::from(SPEED_OF_SOUND_M_S);
-            Ok(Heard { at: *at, images, echogram, direct_s })
+            let hidden = images.iter().all(|image| image.order > 0);
+            let around = if hidden { edges.around(room, source, *at)? } else { Vec::new() };
+            Ok(Heard { at: *at, images, around, echogram, direct_s })
         })
         .collect();
     done(1.0);
@@ -277,7 +289,7 @@ fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Ke
         sums: [f64; 7],
         seen: f64,
     }
-    let mut found: std::collections::BTreeMap<usize, Found> = std::collections::BTreeMap::new();
+    let mut found: BTreeMap<usize, Found> = BTreeMap::new();
     for (place, h) in plan.places.iter().zip(heard) {
         let at = place.as_dvec3().to_array();
         for image in h.images.iter().filter(|image| image.order > 0) {
@@ -299,25 +311,30 @@ fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Ke
     let kept: Vec<Kept> = all.into_iter().map(|f| Kept { gains: f.sums.map(|s| (s / f.seen) as f32), ..f.image }).collect();
     // A surface of two materials reflects one more here and the other more there.
     let share = |place: &usize, kept: &Kept| {
-        let image = heard[*place].images.iter().find(|image| image.index == kept.index);
-        image.map_or(0.0, |image| {
+        let images = &heard[*place].images;
+        images.binary_search_by_key(&kept.index, |image| image.index).map_or(0.0, |found| {
             let energy = |gains: &Octaves| gains.iter().map(|g| g * g).sum::<f32>();
-            (energy(&image.gains) / energy(&kept.gains).max(1e-12)).sqrt().min(1.0)
+            (energy(&images[found].gains) / energy(&kept.gains).max(1e-12)).sqrt().min(1.0)
         })
     };
     let seen = plan.nearest.iter().flat_map(|place| kept.iter().map(move |kept| share(place, kept))).collect();
     (kept, seen)
 }
 
-/// Energy per hop after the direct sound and band that played images do not have: rays and all other images.
-fn left_over(heard: &Heard, kept: &[Kept], grid: &StftGrid, bands: &Bands, air: Option<Air>) -> HopEnergies {
+/// Energy per hop after the direct sound and band that played images do not have: rays, all other images, and what comes round edges.
+fn left_over(heard: &Heard, kept: &BTreeSet<usize>, grid: &StftGrid, bands: &Bands, air: Option<Air>) -> HopEnergies {
     let mut echogram = heard.echogram.clone();
     let decay = air.map_or([0.0; 7], |air| air.decay_per_m());
     let emitter_m = heard.direct_s * f64::from(SPEED_OF_SOUND_M_S);
-    for image in heard.images.iter().filter(|i| i.order > 0 && !kept.iter().any(|k| k.index == i.index)) {
+    for image in heard.images.iter().filter(|i| i.order > 0 && !kept.contains(&i.index)) {
         let way = distance(image.position, heard.at).max(emitter_m);
         let energy = std::array::from_fn(|b| image.gains[b].powi(2) * (-decay[b] * way as f32).exp() / (way * way) as f32);
         echogram.add(way / f64::from(SPEED_OF_SOUND_M_S), &energy, [0.0; 3]);
+    }
+    for way in &heard.around {
+        let amplitudes = way.amplitudes();
+        let energy = std::array::from_fn(|b| amplitudes[b].powi(2) * (-decay[b] * way.way_m as f32).exp());
+        echogram.add(way.way_m / f64::from(SPEED_OF_SOUND_M_S), &energy, [0.0; 3]);
     }
     // Hop `l` begins a quarter of a hop before `l` hops after the direct sound, as the render head's taps do.
     let start = heard.direct_s - 0.25 * grid.hop_s();
@@ -406,7 +423,7 @@ fn unit_gain(heard: &[Heard]) -> f64 {
 /// The direct sound by direction, through the head.
 fn direct_field(emitter: Vec3, hrtf: &Hrtf, grid: &StftGrid, shape: TransferShape, gain: f64) -> Option<Field> {
     let position = [(); 3].map(|()| Axis::single(0.0));
-    let elevation = Axis::uniform(LOWEST_ELEVATION, (FRAC_PI_2 - LOWEST_ELEVATION) / (ELEVATIONS - 1) as f32, ELEVATIONS);
+    let elevation = Axis::new(ELEVATIONS.map(f32::to_radians).to_vec(), false)?;
     let nodes =
         FieldGrid { position, facing: Facing::Emitter { position: emitter, elevation, azimuth: Axis::circle(-PI, AZIMUTHS) } };
     let analyser = Analyser::new(*grid);

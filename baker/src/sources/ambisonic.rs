@@ -15,7 +15,7 @@ use crate::sources::simulation::Hrtf;
 use crate::{BakeError, Response, Responses};
 use arrivals::Arrivals;
 use decoder::filters;
-use ears::{Frame, short_spectra, spectra};
+use ears::{Frame, spectra};
 use promenade_core::glam::{Quat, Vec3};
 use promenade_core::head::{RESOLVED_HZ, channels, degree, order_of, turning};
 use promenade_core::{AmbisonicHead, Pose};
@@ -61,7 +61,7 @@ pub struct AmbisonicResponse {
 /// A head as image sources are heard with.
 pub(crate) fn ambisonic_head(hrtf: &Hrtf) -> AmbisonicHead {
     let frame = Frame::short(hrtf);
-    let filters = filters(3, hrtf, frame, |d| short_spectra(hrtf, d)).into_iter().flatten().flatten().collect();
+    let filters = filters(3, hrtf, frame, |d| spectra(hrtf, d)).into_iter().flatten().flatten().collect();
     AmbisonicHead { sample_rate_hz: f64::from(hrtf.sample_rate_hz()), lead: frame.lead, filters }
 }
 

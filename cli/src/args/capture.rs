@@ -19,27 +19,34 @@ pub(crate) enum CaptureCommand {
     Emitter(EmitterArgs),
 }
 
-/// How dry sound and responses become clips.
+/// Clips of dry sound.
 #[derive(Debug, Args)]
-pub(crate) struct MixArgs {
+pub(crate) struct ClipArgs {
     /// Dry sounds, WAV or FLAC; channels are averaged
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub(crate) dry: Vec<PathBuf>,
     /// Clips of each response
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) clips: u32,
-    /// Seed of the choice of stretches and of the split
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Sample rate of the capture, hertz; without it the responses' or, for RWAVS, 22050, for Replay-NVAS, 16000
-    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
-    pub(crate) rate: Option<u32>,
     /// Length of a clip, seconds
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     pub(crate) clip: f64,
     /// Share of the clips that are for testing
     #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = within(0.0_f64, 1.0))]
     pub(crate) test_share: f64,
+}
+
+/// How dry sound and responses become clips.
+#[derive(Debug, Args)]
+pub(crate) struct MixArgs {
+    #[command(flatten)]
+    pub(crate) clips: ClipArgs,
+    /// Seed of the choice of stretches and of the split
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Sample rate of the capture, hertz; without it the responses' or, for RWAVS, 22050, for Replay-NVAS, 16000
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
+    pub(crate) rate: Option<u32>,
 }
 
 #[derive(Debug, Args)]

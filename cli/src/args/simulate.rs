@@ -1,5 +1,6 @@
 //! Arguments of `promenade simulate`.
 
+use super::capture::ClipArgs;
 use super::values::{parse_absorption, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
@@ -15,6 +16,10 @@ pub(crate) struct SimulateArgs {
     pub(crate) room: Option<RoomArgs>,
     #[command(flatten)]
     pub(crate) mesh: Option<SimulateMeshArgs>,
+    #[command(flatten)]
+    pub(crate) run: Option<RunArgs>,
+    #[command(flatten)]
+    pub(crate) clips: ClipArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -44,22 +49,37 @@ pub(crate) struct RoomArgs {
     pub(crate) scale: f64,
 }
 
+/// How responses of any room are made.
 #[derive(Debug, Args)]
-pub(crate) struct SimulateMeshArgs {
+pub(crate) struct RunArgs {
     /// Head: free-field responses all around it, a SOFA file or a set of responses
     #[arg(long, value_name = "FILE.sofa")]
     pub(crate) head: PathBuf,
-    /// Walk of the listener in the mesh's coordinates, any form of camera path; without it, --at or --grid, random poses
+    /// Walk of the listener in the room's coordinates, any form of camera path; without it or other places, random poses
     #[arg(long, value_name = "WALK")]
     pub(crate) path: Option<PathBuf>,
     /// Listener poses, evenly over the walk's time or random ones [default: the walk's keyframes, or 100 random ones]
-    #[arg(long, value_name = "N", conflicts_with_all = ["at", "grid"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) poses: Option<u32>,
+    /// Length of the responses, seconds [default: the longest reverberation time, at most 4]
+    #[arg(long, value_name = "S", value_parser = within(0.001, MAX_LENGTH_S))]
+    pub(crate) length: Option<f32>,
+    /// Seed of rays, noise and random poses, and with --dry of stretches and split
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Make one share of the places, part K of N, in a folder of its own in --output, named after what it is; `join` puts all together. A
+    /// part that is there already is not made again
+    #[arg(long, value_name = "K/N", conflicts_with = "dry", value_parser = parse_part)]
+    pub(crate) part: Option<Part>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SimulateMeshArgs {
     /// A listener at this place; may be given more than once
-    #[arg(long, value_name = "X,Y,Z", conflicts_with_all = ["path", "grid"], value_parser = parse_point)]
+    #[arg(long, value_name = "X,Y,Z", conflicts_with_all = ["path", "grid", "poses"], value_parser = parse_point)]
     pub(crate) at: Vec<Vec3>,
     /// Listeners on a grid of this spacing, metres [default for a scene: about 60 places]
-    #[arg(long, value_name = "M", conflicts_with = "path", value_parser = within(0.01_f32, 1000.0))]
+    #[arg(long, value_name = "M", conflicts_with_all = ["path", "poses"], value_parser = within(0.01_f32, 1000.0))]
     pub(crate) grid: Option<f32>,
     /// Height of the grid over the lowest point of the mesh, metres
     #[arg(long, value_name = "M", default_value_t = 1.5, value_parser = within(0.0_f32, 1000.0))]
@@ -91,20 +111,11 @@ pub(crate) struct SimulateMeshArgs {
     /// Rays of the late field
     #[arg(long, value_name = "N", default_value_t = 32_768, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
     pub(crate) rays: u32,
-    /// Length of the responses, seconds [default: the longest reverberation time after Eyring, at most 4]
-    #[arg(long, value_name = "S", value_parser = within(0.001, MAX_LENGTH_S))]
-    pub(crate) length: Option<f32>,
     /// Sample rate of the responses, hertz
     #[arg(long, value_name = "HZ", default_value_t = 48_000, value_parser = clap::value_parser!(u32).range(8_000..=192_000))]
     pub(crate) rate: u32,
-    /// Seed of rays, noise and random poses
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Make one share of the places, part K of N, in a folder of its own in --output, named after what it is; `join` puts all together. A
-    /// part that is there already is not made again
-    #[arg(long, value_name = "K/N", value_parser = parse_part)]
-    pub(crate) part: Option<Part>,
-    /// What to write: a scene if it ends in .promenade, which can be walked in; else a folder of responses, WAV files and a responses.json
+    /// What to write: a scene if it ends in .promenade, which can be walked in; with --dry a capture, a folder with a capture.json; else a
+    /// folder of responses, WAV files and a responses.json
     #[arg(short, long, value_name = "FILE.promenade|FOLDER")]
     pub(crate) output: PathBuf,
 }
@@ -130,38 +141,23 @@ pub(crate) struct SimulateBoxArgs {
     /// semicolons: x = 0, x = X, y = 0, y = Y, floor, ceiling
     #[arg(long, value_name = "A", default_value = "0.2", value_parser = parse_absorption)]
     pub(crate) absorption: [Absorption; 6],
-    /// Head: free-field responses all around it, a SOFA file or a set of responses
-    #[arg(long, value_name = "FILE.sofa")]
-    pub(crate) head: PathBuf,
-    /// Walk of the listener, any form of camera path; without it random poses
-    #[arg(long, value_name = "WALK")]
-    pub(crate) path: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+    #[command(flatten)]
+    pub(crate) clips: ClipArgs,
     /// Scale and move the walk so that it fills the room up to this margin, metres; without it, it is in the room's coordinates
     #[arg(long, value_name = "M", requires = "path", value_parser = within(0.0_f32, 1000.0))]
     pub(crate) fit: Option<f32>,
-    /// Listener poses, evenly over the walk's time or random ones [default: the walk's keyframes, or 100 random ones]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub(crate) poses: Option<u32>,
     /// Distance of random poses from the walls, metres
     #[arg(long, value_name = "M", default_value_t = 0.5, conflicts_with = "path", value_parser = within(0.0_f32, 1000.0))]
     pub(crate) margin: f32,
     /// Walls that an image source has met at most
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(0..=20))]
     pub(crate) order: u32,
-    /// Length of the responses, seconds [default: the longest reverberation time, at most 4]
-    #[arg(long, value_name = "S", value_parser = within(0.001, MAX_LENGTH_S))]
-    pub(crate) length: Option<f32>,
     /// Sample rate of the responses, hertz
     #[arg(long, value_name = "HZ", default_value_t = 24_000, value_parser = clap::value_parser!(u32).range(8_000..=192_000))]
     pub(crate) rate: u32,
-    /// Seed of the tails' noise and of random poses
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Make one share of the places, part K of N, in a folder of its own in --output, named after what it is; `join` puts all together. A
-    /// part that is there already is not made again
-    #[arg(long, value_name = "K/N", value_parser = parse_part)]
-    pub(crate) part: Option<Part>,
-    /// Folder to write: WAV files and a responses.json
+    /// Folder to write: WAV files and a responses.json; with --dry a capture
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
 }

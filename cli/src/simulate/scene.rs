@@ -1,6 +1,6 @@
 //! `promenade simulate ROOM -o SCENE.promenade`: a scene of image sources.
 
-use crate::args::{RoomArgs, SimulateMeshArgs};
+use crate::args::{RoomArgs, RunArgs, SimulateMeshArgs};
 use crate::{progress, report, scene};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Air, Mesh, Room};
@@ -12,15 +12,16 @@ const PLACES: f32 = 60.0;
 /// The finest and widest spacing of places by itself, metres.
 const SPACING_M: (f32, f32) = (0.5, 5.0);
 
-pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMeshArgs) -> Result<()> {
+pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> Result<()> {
     let began = Instant::now();
-    if args.part.is_some() || args.path.is_some() || !args.at.is_empty() || args.poses.is_some() || args.turns.is_some() {
+    let places = run.path.is_some() || !args.at.is_empty() || run.poses.is_some() || args.turns.is_some();
+    if places || run.part.is_some() {
         bail!(
             "{}: expected --grid alone for the places of a scene, found --at, --path, --poses, --turns or --part",
             args.output.display()
         );
     }
-    let (_, hrtf) = super::head(args)?;
+    let (_, hrtf) = super::head(args, run)?;
     let [low, high] = mesh.bounds();
     let area = ((high[0] - low[0]) * (high[1] - low[1])) as f32;
     let options = GeometryOptions {
@@ -32,9 +33,9 @@ pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMesh
         height_m: args.height,
         margin_m: args.margin,
         air: Some(Air::default()),
-        seed: args.seed,
+        seed: run.seed,
         title: args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh)),
-        recipe: recipe(of, args),
+        recipe: recipe(of, args, run),
     };
     let bar = progress::of_work();
     let baked = bake_geometry(mesh, room, of.source, &hrtf, &options, |share| bar.at(progress::SHARES * share))?;
@@ -51,18 +52,18 @@ pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMesh
 }
 
 /// The command that makes the scene, without its folders.
-fn recipe(of: &RoomArgs, args: &SimulateMeshArgs) -> String {
+fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> String {
     let [x, y, z] = of.source.to_array();
     let materials: Vec<String> = of.materials.iter().map(|(pattern, material)| format!("{pattern}={material}")).collect();
     format!(
         "simulate {} --source {x},{y},{z} --materials '{}' --head {} --order {} --images {} --rays {} --rate {} --seed {}",
         report::file_name(&of.mesh),
         materials.join(","),
-        report::file_name(&args.head),
+        report::file_name(&run.head),
         args.order,
         args.images,
         args.rays,
         args.rate,
-        args.seed
+        run.seed
     )
 }

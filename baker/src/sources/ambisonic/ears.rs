@@ -3,7 +3,7 @@
 use crate::sources::simulation::Hrtf;
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
-use promenade_fourier::{floored_log, minimum_phase_log, signal};
+use promenade_fourier::signal;
 
 /// Samples that all impulse responses begin before the sound is at the head's centre, seconds: the near ear is earlier, and filters ring.
 const LEAD_S: f64 = 0.0015;
@@ -13,8 +13,6 @@ const LENGTH_S: f64 = 0.012;
 const SHORT_S: f64 = 0.003;
 /// ... and how long they fade out.
 const FADE_S: f64 = 0.001;
-/// A head is small against the wave below here, Hz: what a measurement has there is its loudspeaker's.
-const LEVEL_BELOW_HZ: f64 = 250.0;
 
 /// Impulse responses of one length, which begin one lead before the sound is at the head's centre.
 #[derive(Clone, Copy, Debug)]
@@ -71,22 +69,6 @@ pub(super) fn spectra(hrtf: &Hrtf, direction: Vec3) -> [Vec<Complex32>; 2] {
         let mut spectrum = vec![Complex32::default(); hrtf.bins.count()];
         near.spectrum(ear, &mut spectrum);
         delay(&mut spectrum, near.delay(ear), hrtf.bins.n_fft);
-        spectrum
-    })
-}
-
-/// The same as minimum-phase filters with their delays, whose bass below [`LEVEL_BELOW_HZ`] is level: an equaliser's phase there would
-/// not fit a short frame.
-pub(super) fn short_spectra(hrtf: &Hrtf, direction: Vec3) -> [Vec<Complex32>; 2] {
-    let (near, n_fft) = (hrtf.near(direction), hrtf.bins.n_fft);
-    let first = (0..hrtf.bins.count()).find(|k| hrtf.bins.hz(*k) >= LEVEL_BELOW_HZ).unwrap_or(0);
-    [0, 1].map(|ear| {
-        let mut spectrum = vec![Complex32::default(); hrtf.bins.count()];
-        near.spectrum(ear, &mut spectrum);
-        let gain: Vec<f64> = (0..spectrum.len()).map(|k| f64::from(spectrum[k.max(first)].norm())).collect();
-        let logs = minimum_phase_log(floored_log(&gain), n_fft);
-        spectrum = logs.iter().map(|log| log.exp()).map(|x| Complex32::new(x.re as f32, x.im as f32)).collect();
-        delay(&mut spectrum, near.delay(ear), n_fft);
         spectrum
     })
 }

@@ -4,9 +4,10 @@ use super::bins::Bins;
 use crate::{BakeError, Responses};
 use promenade_audio::resample;
 use promenade_core::glam::Vec3;
-use promenade_core::head::{NEIGHBOURS, lattice, near};
-use promenade_fourier::Fourier;
-use promenade_fourier::num_complex::Complex32;
+use promenade_core::head::{NEIGHBOURS, lag_s, lattice, low_pass_power, near};
+use promenade_fourier::num_complex::{Complex32, Complex64};
+use promenade_fourier::{Fourier, floored_log};
+use rayon::prelude::*;
 
 /// Length of the transform that an image is filtered in, seconds, at least.
 const FRAME_S: f64 = 0.036;
@@ -17,19 +18,23 @@ const SPHERE: usize = 4096;
 /// Range of the equalisation: below it, its end holds. Above it, responses fade away towards half the sample rate, of which the upper
 /// end is a share: fractional delays would ring long otherwise.
 const EQUALISED: (f64, f64) = (100.0, 0.85);
+/// A head is small against the wave below here, Hz: what a measurement has there is its loudspeaker's.
+const LEVEL_BELOW_HZ: f64 = 250.0;
 
 /// Responses of a head in a free field, equalised for a diffuse field: over all directions and both ears their energy is 1 at every
 /// frequency from 100 Hz to 85 % of half the sample rate, where they begin to fade away.
 ///
-/// Between measured directions the delays and the responses without them are interpolated apart, of the five nearest directions with
-/// Franke and Little's weights (1980), so that a turn of the head has no steps.
+/// A direction is two levels by frequency, with the minimum phase of these, and two delays: as good as the responses themselves (Kulkarni,
+/// Isabelle and Colburn 1999). Between measured directions delays and minimum-phase responses are interpolated apart, of the five nearest
+/// directions with Franke and Little's weights (1980), so that a turn of the head has no steps. Measured phases would cancel there: a
+/// few degrees apart on the far side of a head they differ by half a turn.
 #[derive(Debug)]
 pub struct Hrtf {
     pub(crate) bins: Bins,
     directions: Vec<Vec3>,
     /// Of each direction both ears' delays after the head's centre, samples.
     delays: Vec<[f32; 2]>,
-    /// `[direction][ear][bin]`, delays taken out.
+    /// `[direction][ear][bin]`, of minimum phase.
     spectra: Vec<[Vec<Complex32>; 2]>,
     /// Real interaural coherence in a diffuse field, by bin.
     coherence: Vec<f32>,
@@ -167,13 +172,10 @@ impl Hrtf {
             let above = (self.bins.hz(k) / (0.5 * sample_rate_hz) - EQUALISED.1) / (1.0 - EQUALISED.1);
             (0.5 * std::f64::consts::PI * above.clamp(0.0, 1.0)).cos().powi(2) as f32
         };
-        let equaliser: Vec<Complex32> = equaliser.iter().enumerate().map(|(k, c)| c.exp() * fade(k)).collect();
-        let mean_onset = onsets.chunks(2).zip(shares).map(|(o, w)| w * 0.5 * (o[0] + o[1])).sum::<f32>();
-        self.delays = onsets.chunks(2).map(|o| [o[0] - mean_onset, o[1] - mean_onset]).collect();
         self.coherence = (0..self.bins.count())
             .map(|k| {
                 let (mut cross, mut left, mut right) = (0.0, 0.0, 0.0);
-                for ((p, w), d) in pairs.iter().zip(shares).zip(&self.delays) {
+                for ((p, w), d) in pairs.iter().zip(shares).zip(onsets.chunks(2)) {
                     let lag = (2.0 * std::f64::consts::PI * self.bins.hz(k) / sample_rate_hz) as f32 * (d[0] - d[1]);
                     cross += w * (p[0][k] * p[1][k].conj() * Complex32::cis(-lag)).re;
                     left += w * p[0][k].norm_sqr();
@@ -182,8 +184,47 @@ impl Hrtf {
                 (cross / (left * right).sqrt().max(1e-12)).clamp(-1.0, 1.0)
             })
             .collect();
-        let equalised = |s: &Vec<Complex32>| s.iter().zip(&equaliser).map(|(s, e)| s * e).collect();
-        self.spectra = pairs.iter().map(|p| [equalised(&p[0]), equalised(&p[1])]).collect();
+        let equaliser: Vec<Complex64> = equaliser.iter().map(|c| Complex64::new(c.re.into(), c.im.into()).exp()).collect();
+        let split = |(pair, onsets): (&&[Vec<Complex32>], &[f32])| {
+            let wide = |x: &Complex32| Complex64::new(x.re.into(), x.im.into());
+            let measured =
+                [0, 1].map(|ear| -> Vec<Complex64> { pair[ear].iter().zip(&equaliser).map(|(x, e)| wide(x) * e).collect() });
+            let minimum = measured.each_ref().map(|spectrum| self.minimum_phase_of(spectrum));
+            let delays = self.delays_of(&measured, &minimum, onsets);
+            let faded = |x: &Vec<Complex32>| x.iter().enumerate().map(|(k, x)| x * fade(k)).collect();
+            (minimum.each_ref().map(faded), delays)
+        };
+        let all: Vec<([Vec<Complex32>; 2], [f32; 2])> = pairs.par_iter().zip(onsets.par_chunks(2)).map(split).collect();
+        let mean = all.iter().zip(shares).map(|((_, d), w)| w * 0.5 * (d[0] + d[1])).sum::<f32>();
+        (self.spectra, self.delays) = all.into_iter().map(|(spectra, delays)| (spectra, delays.map(|d| d - mean))).unzip();
+    }
+
+    /// The minimum-phase spectrum of the same magnitude, level below [`LEVEL_BELOW_HZ`].
+    fn minimum_phase_of(&self, spectrum: &[Complex64]) -> Vec<Complex32> {
+        let first = (0..spectrum.len()).find(|k| self.bins.hz(*k) >= LEVEL_BELOW_HZ).unwrap_or(0);
+        let gain: Vec<f64> = (0..spectrum.len()).map(|k| spectrum[k.max(first)].norm()).collect();
+        let logs: Vec<f64> = floored_log(&gain).collect();
+        let bins_per_hz = self.bins.n_fft as f64 / self.bins.sample_rate_hz;
+        self.bins.minimum_phase(|hz| at(&logs, hz * bins_per_hz)).into_iter().map(Complex32::exp).collect()
+    }
+
+    /// Delays that leave a pair of minimum-phase spectra as late as the measured one is, below 1.5 kHz and between the ears, samples.
+    /// Measured spectra are about their onsets.
+    fn delays_of(&self, measured: &[Vec<Complex64>; 2], minimum: &[Vec<Complex32>; 2], onsets: &[f32]) -> [f32; 2] {
+        let wide = |x: &Complex32| Complex64::new(x.re.into(), x.im.into());
+        let lag = |cross: &mut dyn Iterator<Item = Complex64>| {
+            let hz = |k: usize| self.bins.hz(k);
+            (lag_s(cross.enumerate().map(|(k, x)| (hz(k), low_pass_power(hz(k)) * x))) * self.bins.sample_rate_hz) as f32
+        };
+        let single = |ear: usize| {
+            let pairs = measured[ear].iter().zip(&minimum[ear]);
+            onsets[ear] + lag(&mut pairs.map(|(x, m)| x * wide(m).conj()))
+        };
+        let mean = 0.5 * (single(0) + single(1));
+        let apart = lag(&mut measured[0].iter().zip(&measured[1]).map(|(l, r)| l * r.conj()))
+            - lag(&mut minimum[0].iter().zip(&minimum[1]).map(|(l, r)| wide(&(l * r.conj()))));
+        let half = 0.5 * (onsets[0] - onsets[1] + apart);
+        [mean + half, mean - half]
     }
 
     /// What is measured near a direction of unit length: forward, left, up.

@@ -3,6 +3,7 @@
 //! Images have what walls neither absorb nor scatter, rays the rest, so that together they have all of it. Air takes its share of both
 //! (ISO 9613-1).
 
+use super::bins::Bins;
 use super::early::{Early, Heard};
 use super::hrtf::Hrtf;
 use super::part::{Part, distinct};
@@ -11,7 +12,8 @@ use super::walls::{filters, left};
 use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ, SPEED_OF_SOUND_M_S};
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{
-    Air, Echogram, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Room, Share, late_field,
+    Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Room, Share,
+    late_field,
 };
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -100,11 +102,16 @@ pub fn simulate_mesh(
     };
     let late = late_field(room, source, &listeners, &rays, |share| done(0.5 * share))?;
     let voice = Voice::new(mesh, room, hrtf, options.air);
+    let edges = Edges::of(mesh);
     let early = Early::new(hrtf);
     let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
     let of_place = |(place, echogram): (&Vec3, &Echogram)| -> Result<Vec<(usize, Response)>, BakeError> {
         let seen = images.seen_from(room, place.as_dvec3().to_array(), Share::Specular)?;
-        let reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
+        let mut reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
+        if !seen.iter().any(|image| image.order == 0) {
+            let around = edges.around(room, source, place.as_dvec3().to_array())?;
+            reflected.extend(around.iter().map(|way| voice.around(way)));
+        }
         let direct = place.distance(emitter) / SPEED_OF_SOUND_M_S * rate as f32;
         let hops = Hops::new(echogram, &tail, f64::from(direct));
         let heads = poses.iter().enumerate().filter(|(_, pose)| pose.position == *place);
@@ -178,6 +185,7 @@ fn natural_length_s(room: &Room, source: [f64; 3], listeners: &[[f64; 3]], optio
 /// What materials and air do to images.
 struct Voice<'a> {
     mesh: &'a Mesh,
+    bins: Bins,
     /// By material, then the air of a metre: complex logarithms by bin.
     filters: Vec<Vec<Complex32>>,
 }
@@ -192,7 +200,7 @@ impl<'a> Voice<'a> {
         // Half of the decay of the energy is that of the amplitude.
         let per_db = std::f64::consts::LN_10 / 20.0;
         filters.push(hrtf.bins.minimum_phase(|hz| air.map_or(0.0, |air| -per_db * air.db_per_m(hz))));
-        Self { mesh, filters }
+        Self { mesh, bins: hrtf.bins, filters }
     }
 
     fn of(&self, image: &Image, listener: Vec3) -> (Vec3, Vec<Complex32>) {
@@ -205,6 +213,14 @@ impl<'a> Voice<'a> {
             *air = position.distance(listener);
         }
         (position, left(&self.filters, &times))
+    }
+
+    /// The direct sound round an edge.
+    fn around(&self, way: &Diffracted) -> (Vec3, Vec<Complex32>) {
+        let edge = self.bins.minimum_phase(|hz| (way.amplitude(hz) * way.way_m).ln());
+        let air = self.filters.last().into_iter().flatten();
+        let taken = edge.iter().zip(air).map(|(edge, air)| (edge + air * way.way_m as f32).exp());
+        (Vec3::from_array(way.position.map(|c| c as f32)), taken.collect())
     }
 }
 
