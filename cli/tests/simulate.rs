@@ -228,7 +228,8 @@ fn a_capture_is_simulated() {
     let (_, said) = succeeds(&[&size[..], &["--length", "0.1", "--poses", "3"], &dry, &["-o", &text("box")]].concat());
     assert!(said.contains("3 tracks") && Capture::load(Path::new(&text("box"))).is_ok(), "{said}");
 
-    let scene = [&room[..], &quick, &dry, &["-o", &text("a.promenade")]].concat();
+    let file = text("a.promenade");
+    let scene = [&room[..], &quick, &dry, &["-o", &file]].concat();
     let part = [&mesh_room[..], &["--part", "1/2"]].concat();
     assert!(fails(&scene).contains("expected --dry for a capture, found a scene"));
     assert_eq!(promenade(&part).status.code(), Some(2), "parts hold responses");
