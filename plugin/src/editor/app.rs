@@ -52,6 +52,9 @@ const SILENT_S: f64 = 0.4;
 /// A window narrower than this is narrow, points.
 const NARROW: f32 = 880.0;
 
+/// Hosts have taken a value by this time after it was set, seconds: until then a change looks as if it were none, and is not recorded.
+const LANDING_S: f64 = 0.25;
+
 /// How often it is looked whether the host has taken a slot.
 const OWED_REST: Duration = Duration::from_millis(30);
 
@@ -99,6 +102,8 @@ pub(super) struct App {
     owed: Option<Owed>,
     /// The state before the change that the user is making.
     before: Option<UserState>,
+    /// When the user last did something, seconds since the window was opened.
+    acted_s: f64,
 }
 
 impl App {
@@ -133,6 +138,7 @@ impl App {
             history: History::default(),
             owed: None,
             before: None,
+            acted_s: 0.0,
         }
     }
 
@@ -227,8 +233,9 @@ impl NiceEguiApp for App {
             shows_time: false,
             narrow: ui.available_width() < NARROW,
         };
-        if self.before.is_none() && ui.input(acts) {
-            self.before = Some(UserState::of(&params));
+        if ui.input(acts) {
+            self.acted_s = now_s;
+            self.before.get_or_insert_with(|| UserState::of(&params));
         }
         if !ui.ctx().text_edit_focused() {
             if ui.input_mut(|input| input.consume_shortcut(&REDO)) {
@@ -264,11 +271,13 @@ impl NiceEguiApp for App {
         if now_s < OPENING_S {
             ui.ctx().request_repaint_after(OPENING_REST);
         }
-        if self.gestures.are_over()
-            && !ui.input(|input| input.pointer.any_down())
-            && let Some(before) = self.before.take()
-        {
-            self.history.record(before, &UserState::of(&params));
+        if self.before.is_some() && self.gestures.are_over() && !ui.input(|input| input.pointer.any_down()) {
+            let left_s = self.acted_s + LANDING_S - now_s;
+            if left_s > 0.0 {
+                ui.ctx().request_repaint_after(Duration::from_secs_f64(left_s));
+            } else if let Some(before) = self.before.take() {
+                self.history.record(before, &UserState::of(&params));
+            }
         }
         self.geometry.types(ui.ctx().text_edit_focused());
         self.keep_settings();

@@ -16,7 +16,7 @@ use promenade_core::Pose;
 /// Width, points.
 const WIDTH: f32 = 248.0;
 /// Room for the scroll bar, points.
-const BAR: f32 = 8.0;
+const BAR: i8 = 8;
 /// Height of the meters with the space above, points.
 const METERS: f32 = 72.0;
 
@@ -27,7 +27,7 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: 
         // The meters are seen at every size.
         let controls = (ui.available_height() - METERS).max(0.0);
         ScrollArea::vertical().max_height(controls).auto_shrink(false).show(ui, |ui| {
-            ui.set_width(ui.available_width() - BAR);
+            ui.set_width(ui.available_width() - f32::from(BAR));
             ui.spacing_mut().item_spacing.y = SPACE;
             pose(ui, ctx);
             movement(ui, ctx);
@@ -42,8 +42,8 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: 
         });
         ui.add_space(SPACE);
         ui.spacing_mut().item_spacing.y = SPACE;
-        ui.set_max_width(ui.available_width() - BAR);
-        meters.show(ui, ctx.palette);
+        let below = Frame::new().inner_margin(Margin { right: BAR, ..Margin::ZERO });
+        below.show(ui, |ui| meters.show(ui, ctx.palette));
     });
 }
 
