@@ -66,10 +66,12 @@ impl Playing {
     pub(crate) fn update(&mut self, choices: Choices, wait: bool) {
         let changed = self.choices != Some(choices);
         let hands_back = self.receive();
-        let Some(task) = self.task.as_ref().filter(|_| changed || hands_back) else { return };
+        // Also for choices that were made before the host was found to render offline.
+        let behind = wait && !self.loader.is_up_to_date();
+        let Some(task) = self.task.as_ref().filter(|_| changed || hands_back || behind) else { return };
         self.choices = Some(choices);
         task.schedule();
-        if changed && wait {
+        if behind {
             while !self.loader.is_up_to_date() {
                 // Other threads may change the choices meanwhile.
                 task.schedule();

@@ -103,6 +103,21 @@ def check_head_turn(path):
     assert early < -1 and late > 1, f"the left ear is louder by {early:.1f} dB at first, {late:.1f} dB at last"
 
 
+def check_scene(path):
+    """A scene that automation chooses is heard from there on, however fast the rendering is. The host announces none: its pace tells."""
+    half = SAMPLES // 2
+    rooms = {name: np.full(SAMPLES, value) for name, value in (("A", 0.0), ("B", 0.5))}
+    rooms["changed"] = np.concatenate([rooms["A"][:half], rooms["B"][half:]])
+    out = {name: Session(path).automate("Scene", values).render() for name, values in rooms.items()}
+    before, after = slice(half // 2, half), slice(-SAMPLES // 6, None)
+    assert difference_db(out["A"][:, after], out["B"][:, after]) > -20, "both rooms sound the same"
+    for room, part in (("A", before), ("B", after)):
+        difference = difference_db(out["changed"][:, part], out[room][:, part])
+        assert difference < -40, f"room {room}: {difference:.1f} dB"
+    again = Session(path).automate("Scene", rooms["changed"]).render()
+    assert difference_db(again, out["changed"]) < -120, "another rendering sounds different"
+
+
 def check_state(path):
     """What another host has saved is heard from the first sample, as it is there, and saved again as it is."""
     other = pedalboard.load_plugin(path)
@@ -140,7 +155,7 @@ def check_preset(path):
 
 def main():
     path = sys.argv[1]
-    for check in (check_sound, check_automation, check_blocks, check_head_turn, check_state, check_preset):
+    for check in (check_sound, check_automation, check_blocks, check_head_turn, check_scene, check_state, check_preset):
         check(path)
         print(f"ok {check.__name__}", flush=True)
 
