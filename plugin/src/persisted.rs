@@ -32,13 +32,16 @@ impl<T: Clone> Persisted<T> {
         current
     }
 
+    /// Replaces the value also for whoever is about to replace what it was, without the hook.
+    pub fn supersede(&self, value: T) {
+        let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
+        *held = value;
+        self.restores.fetch_add(1, Ordering::AcqRel);
+    }
+
     /// Replaces the value as when the host restores it: the hook is called.
     pub fn restore(&self, value: T) {
-        {
-            let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
-            *held = value;
-            self.restores.fetch_add(1, Ordering::AcqRel);
-        }
+        self.supersede(value);
         if let Some(hook) = self.on_restore.get() {
             hook();
         }
@@ -100,5 +103,14 @@ mod tests {
         PersistentField::set(&persisted, "restored".to_owned());
         assert!(!persisted.replace("late".to_owned(), restores));
         assert_eq!(persisted.get().0, "restored");
+    }
+
+    #[test]
+    fn what_supersedes_wins_over_a_replacement_that_began_before_it() {
+        let persisted = Persisted::<String>::default();
+        let (_, restores) = persisted.get();
+        persisted.supersede("newer".to_owned());
+        assert!(!persisted.replace("written back".to_owned(), restores));
+        assert_eq!(persisted.get().0, "newer");
     }
 }

@@ -21,6 +21,7 @@ use crate::params::Choices;
 use crate::settings::{EditorSettings, Theme};
 use crate::telemetry::Frame;
 use crate::user_state::UserState;
+use crate::walk::SavedWalk;
 use crate::worker::{LOADER, TaskHandle};
 use egui::{CentralPanel, Event, InputState, Key, KeyboardShortcut, Margin, Modifiers, Ui};
 use nice_plug::context::gui::GuiContext;
@@ -100,6 +101,7 @@ pub(super) struct App {
     panels: Vec<Box<dyn Panel>>,
     history: History,
     owed: Option<Owed>,
+    owed_walk: Option<SavedWalk>,
     /// The state before the change that the user is making.
     before: Option<UserState>,
     /// When the user last did something, seconds since the window was opened.
@@ -137,6 +139,7 @@ impl App {
             panels: panels(),
             history: History::default(),
             owed: None,
+            owed_walk: None,
             before: None,
             acted_s: 0.0,
         }
@@ -226,6 +229,7 @@ impl NiceEguiApp for App {
             selection: &mut self.selection,
             history: &mut self.history,
             owed: &mut self.owed,
+            owed_walk: &mut self.owed_walk,
             gestures: &mut self.gestures,
             task: self.task.as_ref(),
             now_s,
@@ -265,7 +269,7 @@ impl NiceEguiApp for App {
         if let Some(rest_s) = [rest_s, self.meters.rest_s()].into_iter().flatten().min_by(f64::total_cmp) {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
         }
-        if self.owed.is_some() {
+        if self.owed.is_some() || self.owed_walk.is_some() {
             ui.ctx().request_repaint_after(OWED_REST);
         }
         if now_s < OPENING_S {

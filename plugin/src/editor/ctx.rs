@@ -16,7 +16,7 @@ use crate::scene_key::SceneKey;
 use crate::settings::EditorSettings;
 use crate::telemetry::{Frame, Telemetry};
 use crate::user_state::UserState;
-use crate::walk::Walk;
+use crate::walk::{SavedWalk, Walk};
 use crate::worker::TaskHandle;
 use nice_plug::context::gui::GuiContext;
 use promenade_core::Scene;
@@ -85,6 +85,8 @@ pub struct Ctx<'a> {
     pub history: &'a mut History,
     /// A scene's file that is still to be named.
     pub owed: &'a mut Option<Owed>,
+    /// A camera path of the project that is still to be kept, for the same reason.
+    pub owed_walk: &'a mut Option<SavedWalk>,
     /// Gestures that are going on; use the methods of this type.
     pub gestures: &'a mut Gestures,
     /// Wakes the loader.
@@ -192,11 +194,31 @@ impl Ctx<'_> {
         self.touch();
     }
 
-    /// Names the scene's file once the host has taken its slot.
+    /// Makes a path the project's own, as soon as the host has let go of the library's.
+    pub fn keep_walk(&mut self, walk: SavedWalk) {
+        *self.owed_walk = Some(walk);
+        self.set(Parameter::Walk, 0.0);
+        self.pay();
+    }
+
+    /// Names the scene's file and keeps the path once the host has taken their slots.
     pub fn pay(&mut self) {
-        let taken = self.params().choices().scene_slot;
+        let choices = self.params().choices();
+        if choices.walk_slot == 0
+            && let Some(walk) = self.owed_walk.take()
+            && self.params().saved_walk.get().0 != walk
+        {
+            self.params().saved_walk.supersede(walk);
+            self.touch();
+        }
+        let taken = choices.scene_slot;
         let Some(Owed { key, before, .. }) = self.owed.take_if(|owed| owed.slot == taken) else { return };
-        self.keep(&self.instance.params.scene_key, |held| *held = key);
+        let held = &self.instance.params.scene_key;
+        if held.get().0 != key {
+            // The loader may be about to write the former key back.
+            held.supersede(key);
+            self.touch();
+        }
         if let Some(before) = before {
             self.history.record(before, &UserState::of(&self.instance.params));
         }

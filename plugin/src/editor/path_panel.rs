@@ -306,8 +306,8 @@ fn export(path: &CameraPath, file: &Path) -> Result<String, String> {
 
 /// Makes a path the project's own, with the speed and the looping that are set.
 fn take(ctx: &mut Ctx<'_>, new: SavedWalk) {
-    ctx.keep(&ctx.params().saved_walk, |walk| *walk = SavedWalk { speed: walk.speed, looping: walk.looping, slot: 0, ..new });
-    ctx.set(Parameter::Walk, 0.0);
+    let (kept, _) = ctx.params().saved_walk.get();
+    ctx.keep_walk(SavedWalk { speed: kept.speed, looping: kept.looping, slot: 0, ..new });
 }
 
 #[cfg(test)]
