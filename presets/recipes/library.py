@@ -91,7 +91,7 @@ PLACES = {
     "street": (
         "Street between houses, 60 x 13 m, 17 m high",
         box(60, 13, 17, ["smooth_brickwork_10mm_pointing", None, "smooth_brickwork_10mm_pointing", None], "concrete_floor", None),
-        (22.0, 4.0, 1.6), []),
+        (22.0, 4.0, 1.6), ["--grid", "4.5"]),
     "courtyard": (
         "Courtyard, 24 x 18 m, 12 m high",
         box(24, 18, 12, ["facing_brick"] * 4, "concrete_floor", None),
