@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Compares scenes' answers to a click with the responses that a capture was made of, at the capture's test poses.
+"""Compares scenes' answers to a click with the responses of a room, at a capture's test poses or at all.
 
-Usage: scene_responses.py ROOM CAPTURE SCENE:TIER...
+Usage: scene_responses.py ROOM [CAPTURE] SCENE:TIER...
 
 ROOM is a folder of `promenade simulate box`, CAPTURE what `promenade capture from-responses` made of it, a tier one of those of `promenade
-render`. Needs `promenade` on the PATH and nothing besides Python. Prints, per scene, the means of T20, EDT, C50, ILD and ITD of what was rendered
-and their mean absolute errors; definitions are those of `promenade measure --response`.
+render`. With CAPTURE every fourth of its test poses is compared, without it every response of ROOM. Needs `promenade` on the PATH and nothing
+besides Python. Prints, per scene, the means of T20, EDT, C50, ILD and ITD of what was rendered and their mean absolute errors, the median and the
+largest in brackets; definitions are those of `promenade measure --response`.
 """
 import json
 import statistics
@@ -27,12 +28,20 @@ def figures(path):
     return found.get("response", found)
 
 
+def rate_hz(path):
+    """Of a WAV file of floats, which Python's own reader does not know."""
+    header = path.read_bytes()[:4096]
+    return struct.unpack_from("<I", header, header.index(b"fmt ") + 12)[0]
+
+
 def main(room, capture, scenes):
     responses = json.loads((room / "responses.json").read_text())["responses"]
-    manifest = json.loads((capture / "capture.json").read_text())
-    tests = {clip["track"] for clip in manifest["clips"] if clip["split"] == "test"}
-    poses = [r for r in responses if Path(r["file"]).stem in tests][::EVERY]
-    rate = int(manifest["sample_rate_hz"])
+    poses = responses
+    if capture:
+        manifest = json.loads((capture / "capture.json").read_text())
+        tests = {clip["track"] for clip in manifest["clips"] if clip["split"] == "test"}
+        poses = [r for r in responses if Path(r["file"]).stem in tests][::EVERY]
+    rate = rate_hz(room / poses[0]["file"])
     with tempfile.TemporaryDirectory() as folder:
         click, heard = Path(folder) / "click.wav", Path(folder) / "heard.wav"
         with wave.open(str(click), "wb") as out:
@@ -53,12 +62,14 @@ def main(room, capture, scenes):
                 found.append(figures(heard))
             cells = []
             for f in FIGURES:
-                errors = statistics.mean(abs(a[f] - t[f]) for a, t in zip(found, truth))
-                cells.append(f"{statistics.mean(a[f] for a in found):.3f} (off by {errors:.3f})")
+                errors = [abs(a[f] - t[f]) for a, t in zip(found, truth)]
+                off = f"{statistics.mean(errors):.3f} [{statistics.median(errors):.3f}, {max(errors):.3f}]"
+                cells.append(f"{statistics.mean(a[f] for a in found):.3f} (off by {off})")
             print(f"| {scene} | " + " | ".join(cells) + " |")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 4:
+    if len(sys.argv) < 3:
         sys.exit(__doc__)
-    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3:])
+    with_capture = ":" not in sys.argv[2]
+    main(Path(sys.argv[1]), Path(sys.argv[2]) if with_capture else None, sys.argv[2 + with_capture :])
