@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::time::SystemTime;
 use std::{env, fs};
 
 /// The environment variable with the folder of the bundles.
@@ -39,18 +40,38 @@ fn library() -> PathBuf {
     existing(tests.with_file_name(name))
 }
 
-/// A VST3 bundle around the shared library, one per test process so that none loads a file that another is writing.
+/// A VST3 bundle around the shared library, beside it in the build's folder: one for each state of the library, made under another name
+/// first, so that no test loads a file that another is writing.
 fn bundle_library() -> PathBuf {
-    let bundle = env::temp_dir().join(format!("promenade-tests-{}", std::process::id())).join("Promenade.vst3");
-    let (folder, suffix) = match env::consts::OS {
+    let library = library();
+    let changed = fs::metadata(&library).and_then(|m| m.modified()).expect("the library's time can be read");
+    let state = changed.duration_since(SystemTime::UNIX_EPOCH).expect("it was built after 1970").as_nanos().to_string();
+    let folder = library.with_file_name("promenade-tests");
+    let bundle = folder.join(&state).join("Promenade.vst3");
+    if bundle.exists() {
+        return bundle;
+    }
+    let (inner, suffix) = match env::consts::OS {
         "macos" => ("MacOS".to_owned(), ""),
         "windows" => (format!("{}-win", env::consts::ARCH), ".vst3"),
         os => (format!("{}-{os}", env::consts::ARCH), env::consts::DLL_SUFFIX),
     };
-    let binary = bundle.join("Contents").join(folder).join(format!("Promenade{suffix}"));
-    fs::create_dir_all(binary.parent().expect("the path has folders")).expect("the temporary folder can be written");
-    fs::copy(library(), binary).expect("the library can be copied");
-    bundle
+    let new = folder.join(format!("new-{}", std::process::id()));
+    let binary = new.join("Promenade.vst3/Contents").join(inner).join(format!("Promenade{suffix}"));
+    fs::create_dir_all(binary.parent().expect("the path has folders")).expect("the build's folder can be written");
+    fs::copy(&library, binary).expect("the library can be copied");
+    if fs::rename(&new, folder.join(&state)).is_err() {
+        // Another test was faster.
+        let _ = fs::remove_dir_all(&new);
+    }
+    // Bundles of earlier builds are of no use any more.
+    for old in fs::read_dir(&folder).into_iter().flatten().flatten() {
+        let name = old.file_name();
+        if name != *state && !name.to_string_lossy().starts_with("new-") {
+            let _ = fs::remove_dir_all(old.path());
+        }
+    }
+    existing(bundle)
 }
 
 fn existing(path: PathBuf) -> PathBuf {
