@@ -105,7 +105,7 @@ pub(crate) fn plan_png(plan: &Plan, panels: &[Panel]) -> Result<Vec<u8>> {
     png_of(plan.size(panels.len())?, |area| plan.draw(area, panels))
 }
 
-/// Named points over a logarithmic horizontal axis, as SVG.
+/// Named points over two logarithmic axes, as SVG.
 pub(crate) fn points_svg(title: &str, axes: [&str; 2], points: &[Point<'_>]) -> Result<String> {
     svg_of(points::SIZE, |area| points::draw(area, title, axes, points))
 }

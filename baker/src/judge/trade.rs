@@ -79,7 +79,7 @@ pub struct TradePoint {
     pub walking_db: f64,
     /// Against the measurements that the scene was not baked from, where it has any.
     pub to_truth: Option<MeanErrors>,
-    /// Whether another setting costs no more and errs no more.
+    /// Whether another setting costs no more and errs no more, standing and walking.
     pub dominated: bool,
 }
 
@@ -140,9 +140,10 @@ pub fn trade(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize) -> Result<Ve
     }
     points.sort_by(|a, b| a.real_time.total_cmp(&b.real_time));
     for i in 0..points.len() {
-        let (cost, error) = (points[i].real_time, points[i].error_jnds());
-        let better = |(j, other): (usize, &TradePoint)| j != i && other.real_time <= cost && other.error_jnds() <= error;
-        points[i].dominated = points.iter().enumerate().any(better);
+        let measures = |p: &TradePoint| [p.real_time, p.error_jnds(), p.walking_db];
+        let own = measures(&points[i]);
+        let no_worse = |other: &TradePoint| measures(other).iter().zip(own).all(|(other, own)| *other <= own);
+        points[i].dominated = points.iter().enumerate().any(|(j, other)| j != i && no_worse(other));
     }
     Ok(points)
 }
@@ -272,8 +273,9 @@ mod tests {
         assert!(standard.error_jnds() < 1e-6 && standard.walking_db < 1e-6, "{standard:?}");
         assert!(draft.error_jnds() > 1.0 && draft.walking_db > 1.0, "{draft:?}");
         for p in &points {
-            let better = |q: &&TradePoint| q.real_time < p.real_time && q.error_jnds() < p.error_jnds();
-            assert!(p.dominated || !points.iter().any(|q| better(&q)), "{}", p.name);
+            let better =
+                |q: &TradePoint| q.real_time < p.real_time && q.error_jnds() < p.error_jnds() && q.walking_db < p.walking_db;
+            assert!(p.dominated || !points.iter().any(better), "{}", p.name);
         }
     }
 

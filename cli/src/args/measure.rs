@@ -31,6 +31,9 @@ pub(crate) struct MeasureArgs {
     /// Recommend the cheapest setting with at most this error, in differences that are just noticed
     #[arg(long, value_name = "JND", default_value_t = 1.0, requires = "trade", value_parser = within(0.0, 1000.0))]
     pub(crate) within: f64,
+    /// And at most this log-spectral distance to the scene's best while walking, dB
+    #[arg(long, value_name = "DB", default_value_t = 3.0, requires = "trade", value_parser = within(0.0, 1000.0))]
+    pub(crate) walking: f64,
     /// Recommend the most accurate setting that takes at most this share of a core, percent
     #[arg(long, value_name = "PERCENT", requires = "trade", conflicts_with = "within", value_parser = within(0.0, 100.0))]
     pub(crate) budget: Option<f64>,

@@ -47,13 +47,13 @@ fn recommended<'a>(points: &'a [TradePoint], args: &MeasureArgs) -> Option<&'a T
             let within = points.iter().filter(|p| 100.0 * p.real_time <= percent);
             within.min_by(|a, b| a.error_jnds().total_cmp(&b.error_jnds()))
         }
-        None => points.iter().find(|p| p.error_jnds() <= args.within),
+        None => points.iter().find(|p| p.error_jnds() <= args.within && p.walking_db <= args.walking),
     }
 }
 
 fn sentence(chosen: Option<&TradePoint>, args: &MeasureArgs) -> String {
     let wanted = args.budget.map_or_else(
-        || format!("The cheapest within {} JND", args.within),
+        || format!("The cheapest within {} JND and {} dB walking", args.within, args.walking),
         |percent| format!("The most accurate within {percent} % of a core"),
     );
     match chosen {
