@@ -1,50 +1,9 @@
 //! Scenes that carry measured responses.
 
-use promenade_core::{
-    Axis, Bands, BlockParams, Facing, Field, FieldGrid, MeasuredRoom, NodeShares, Pose, Renderer, Rows, Scene, SceneParts,
-    Spatializer, StftGrid, TransferShape, glam::Vec3,
-};
-use promenade_testing::noise;
-use promenade_testing::scenes::room;
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer};
+use promenade_testing::scenes::{RESPONSE_HOPS as HOPS, RESPONSE_TAPS as TAPS, room_of_responses};
 use std::sync::Arc;
-
-const TAPS: usize = 8;
-const HOPS: usize = 20;
-
-/// A room of two responses, a quarter turn to either side of the emitter, that hears nothing but them.
-fn scene(rate: f64) -> (Arc<Scene>, Vec<f32>) {
-    let grid = StftGrid::four_hops(rate, rate / 200.0);
-    let bands = Bands::for_rate(rate);
-    let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: TAPS };
-    let mut transfer = shape.silent();
-    transfer.taps.fill(1.0);
-    let nodes = FieldGrid {
-        position: [Axis::single(0.0), Axis::single(0.0), Axis::single(0.0)],
-        facing: Facing::Emitter {
-            position: Vec3::X,
-            elevation: Axis::single(0.0),
-            azimuth: Axis::circle(-std::f32::consts::FRAC_PI_2, 2),
-        },
-    };
-    let samples: Vec<f32> = noise(5, 2 * 2 * HOPS * grid.hop).iter().map(|v| 0.1 * v).collect();
-    let rows = vec![transfer.to_row(); 2].concat();
-    let shares = NodeShares::new(1, vec![0, 1], vec![1.0, 1.0]).unwrap();
-    let field = Field::new(nodes, shape, Rows::Whole(rows)).and_then(|field| field.with_shares(shares));
-    let parts = room(rate, 0.5, 0.0).parts().clone();
-    let scene = Scene::new(SceneParts {
-        grid,
-        tail: promenade_core::TailModel { seed: 1, t60_s: vec![0.5; bands.count()], coherence: vec![0.0; bands.count()] },
-        bands,
-        taps: TAPS,
-        measured: Some(MeasuredRoom { samples: samples.clone(), hops: HOPS }),
-        measured_head: None,
-        room: None,
-        images: None,
-        field,
-        ..parts
-    });
-    (Arc::new(scene.unwrap()), samples)
-}
 
 /// The response at a yaw and the sample at which the direct sound would be heard.
 fn response(scene: &Arc<Scene>, rate: f64, yaw: f32) -> ([Vec<f32>; 2], usize) {
@@ -64,7 +23,7 @@ fn response(scene: &Arc<Scene>, rate: f64, yaw: f32) -> ([Vec<f32>; 2], usize) {
 #[test]
 fn where_a_response_was_measured_it_is_played_as_it_is() {
     let rate = 16_000.0;
-    let (scene, samples) = scene(rate);
+    let (scene, samples) = room_of_responses(rate);
     let hop = scene.grid().hop;
     // The head turned to the left has the emitter on its right: the first node.
     for (measured, yaw) in [(0, std::f32::consts::FRAC_PI_2), (1, -std::f32::consts::FRAC_PI_2)] {
@@ -85,7 +44,7 @@ fn where_a_response_was_measured_it_is_played_as_it_is() {
 #[test]
 fn the_bass_goes_on_after_the_taps_and_then_all_is_silent() {
     let rate = 16_000.0;
-    let (scene, _) = scene(rate);
+    let (scene, _) = room_of_responses(rate);
     let hop = scene.grid().hop;
     let (ears, origin) = response(&scene, rate, 0.3);
     let energy = |from: usize, to: usize| ears[0][origin + from * hop..origin + to * hop].iter().map(|v| v * v).sum::<f32>();
@@ -97,7 +56,7 @@ fn the_bass_goes_on_after_the_taps_and_then_all_is_silent() {
 
 #[test]
 fn a_host_of_another_rate_hears_the_same_below_the_highest_frequency() {
-    let (scene, _) = scene(16_000.0);
+    let (scene, _) = room_of_responses(16_000.0);
     let energy_below = |rate: f64, hz: f64| {
         let (ears, origin) = response(&scene, rate, 0.3);
         let len = (0.045 * rate) as usize;

@@ -125,21 +125,3 @@ fn reset_jumps_to_the_next_pose() {
 fn steepest(x: &[f32]) -> f32 {
     x.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max)
 }
-
-#[test]
-fn the_output_is_bounded_and_never_subnormal() {
-    let settings = |mix: f32, gain: f32, bypass: bool| BlockParams { mix, gain, bypass, ..BlockParams::default() };
-    for params in [settings(0.0, 1.0, true), settings(0.0, 1.0, false), settings(0.5, 1.0, false), settings(0.5, 1e-3, false)] {
-        // Far below what is heard, on the edge to subnormal numbers, and far above what a host sends.
-        for level in [1e-40, 1.2e-38, 3e38, f32::INFINITY, f32::NAN] {
-            let mut s = spatializer(&room(16_000.0, 0.3, 0.1), RATE);
-            let mut input = noise(6, 4_000);
-            input[500..1_500].fill(level);
-            let out = render(&mut s, &input, &[128], &params, STILL);
-            for x in out.iter().flatten() {
-                assert!(*x == 0.0 || x.is_normal(), "{x:e} of {level:e} with {params:?}");
-                assert!(x.abs() <= 1e6, "{x:e} of {level:e} with {params:?}");
-            }
-        }
-    }
-}

@@ -57,35 +57,6 @@ fn silence_in_is_silence_out_and_the_tail_ends_in_exact_zeros() {
 }
 
 #[test]
-fn subnormal_huge_and_broken_inputs_do_no_harm() {
-    let scene = room(16_000.0, 1.0, 0.2);
-    let mut s = spatializer(&scene, RATE);
-    let mut input = noise(4, 30_000);
-    for (i, x) in input.iter_mut().enumerate() {
-        match i % 7 {
-            0 => *x *= 1e-39,
-            1 => *x = f32::NAN,
-            2 => *x = f32::INFINITY,
-            3 => *x *= 1e30,
-            _ => {}
-        }
-    }
-    let bad_pose = |i: usize| {
-        if i.is_multiple_of(2) { Pose { position: Vec3::NAN, ..Pose::IDENTITY } } else { walk(RATE)(i) }
-    };
-    let out = render(&mut s, &input, &[333], &BlockParams::default(), bad_pose);
-    assert!(out.iter().flatten().all(|v| v.is_finite() && !v.is_subnormal()));
-    let extreme = [Vec3::ZERO, Vec3::new(1.5, 0.0, 0.0), Vec3::splat(1e6), Vec3::new(1.5, 0.0, 1e-20)];
-    for position in extreme {
-        for pitch in [-PI / 2.0, 0.0, PI / 2.0] {
-            let pose = Pose::from_ypr(position, 3.0, pitch, -3.0);
-            let out = render(&mut s, &noise(5, 4_000), &[512], &BlockParams::default(), |_| pose);
-            assert!(out.iter().flatten().all(|v| v.is_finite() && v.abs() < 100.0), "{pose:?}");
-        }
-    }
-}
-
-#[test]
 fn a_tail_after_a_burst_is_not_modulated_at_the_hop_rate() {
     let scene = room(48_000.0, 0.8, 0.05);
     let mut s = spatializer(&scene, RATE);

@@ -1,13 +1,16 @@
-//! What the tests of all crates share: signals and measures, scenes made of numbers, anchor clouds, golden vectors, and the data beside
+//! What the tests of all crates share: signals and measures, scenes made of numbers, anchor clouds, golden vectors, what no host should send, and the data beside
 //! the checkout.
 
 pub mod clouds;
 pub mod golden;
 pub mod heads;
+pub mod hostile;
 pub mod scenes;
+mod seeds;
 pub mod signal;
 
 pub use fastrand::Rng;
+pub use seeds::for_seeds;
 pub use signal::{Noise, noise, noise_at};
 
 use std::path::{Path, PathBuf};

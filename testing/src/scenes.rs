@@ -7,10 +7,16 @@ use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, Axis, Bands, BlockParams, Facing, Field, FieldGrid, ImageSource,
-    ImageSources, Pose, Provenance, Renderer, Rows, Scene, SceneParts, Spatializer, StftGrid, TailModel, TransferShape,
+    ImageSources, MeasuredRoom, NodeShares, Pose, Provenance, Renderer, Rows, Scene, SceneParts, Spatializer, StftGrid,
+    TailModel, TransferShape,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;
+
+/// Explicit taps of [`room_of_responses`].
+pub const RESPONSE_TAPS: usize = 8;
+/// Hops of the responses of [`room_of_responses`].
+pub const RESPONSE_HOPS: usize = 20;
 
 /// A room with a spherical-head-like direct sound and an exponential tail of `t60_s`, emitter 1.5 m ahead of the origin.
 ///
@@ -68,6 +74,42 @@ pub fn room_with_images(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, count: 
         head: AmbisonicHead { sample_rate_hz, lead: 0, filters },
     });
     Arc::new(Scene::new(parts).unwrap())
+}
+
+/// A room of two responses, a quarter turn to either side of the emitter, that hears nothing but them; and their samples,
+/// `[response][ear][hop * sample]`.
+///
+/// # Panics
+/// The rate is too low for a window.
+#[must_use]
+pub fn room_of_responses(rate: f64) -> (Arc<Scene>, Vec<f32>) {
+    let grid = StftGrid::four_hops(rate, rate / 200.0);
+    let bands = Bands::for_rate(rate);
+    let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: RESPONSE_TAPS };
+    let mut transfer = shape.silent();
+    transfer.taps.fill(1.0);
+    let nodes = FieldGrid {
+        position: [Axis::single(0.0), Axis::single(0.0), Axis::single(0.0)],
+        facing: Facing::Emitter { position: Vec3::X, elevation: Axis::single(0.0), azimuth: Axis::circle(-0.5 * PI, 2) },
+    };
+    let samples: Vec<f32> = crate::noise(5, 2 * 2 * RESPONSE_HOPS * grid.hop).iter().map(|v| 0.1 * v).collect();
+    let rows = vec![transfer.to_row(); 2].concat();
+    let shares = NodeShares::new(1, vec![0, 1], vec![1.0, 1.0]).unwrap();
+    let field = Field::new(nodes, shape, Rows::Whole(rows)).and_then(|field| field.with_shares(shares));
+    let parts = room(rate, 0.5, 0.0).parts().clone();
+    let scene = Scene::new(SceneParts {
+        grid,
+        tail: TailModel { seed: 1, t60_s: vec![0.5; bands.count()], coherence: vec![0.0; bands.count()] },
+        bands,
+        taps: RESPONSE_TAPS,
+        measured: Some(MeasuredRoom { samples: samples.clone(), hops: RESPONSE_HOPS }),
+        measured_head: None,
+        room: None,
+        images: None,
+        field,
+        ..parts
+    });
+    (Arc::new(scene.unwrap()), samples)
 }
 
 fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> SceneParts {
@@ -132,6 +174,15 @@ pub fn live_renderer(scene: &Arc<Scene>, rate: f64) -> Renderer {
     Renderer::new(Arc::clone(scene), rate).unwrap().with_worker(Box::new(InlineWorker::new(scene).unwrap()))
 }
 
+/// A renderer at `rate` Hz of all tiers that the scene has there, which decodes on the thread that renders.
+///
+/// # Panics
+/// The scene cannot be played at that rate.
+#[must_use]
+pub fn full_renderer(scene: &Arc<Scene>, rate: f64) -> Renderer {
+    if scene.cloud().is_some() { live_renderer(scene, rate) } else { Renderer::new(Arc::clone(scene), rate).unwrap() }
+}
+
 /// A spatializer at `rate` Hz that plays the scene.
 ///
 /// # Panics
@@ -166,9 +217,9 @@ pub fn render(
 /// A listener who walks at 1 m/s and turns at 90 degrees a second.
 pub fn walk(rate: f64) -> impl Fn(usize) -> Pose {
     move |i| {
-        let t = (i as f64 / rate) as f32;
-        let x = (t / 2.0).fract() * 2.0;
-        let x = if (t / 2.0) as i32 % 2 == 0 { x } else { 2.0 - x };
+        // The walk repeats after four seconds, and so does the turn: a day later it is as exact.
+        let t = ((i as f64 / rate) % 4.0) as f32;
+        let x = if t < 2.0 { t } else { 4.0 - t };
         Pose::from_ypr(Vec3::new(x - 1.0, 0.3, 0.0), t * PI / 2.0, 0.0, 0.0)
     }
 }

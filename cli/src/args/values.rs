@@ -4,17 +4,20 @@ use promenade_baker::player::Playing;
 use promenade_baker::reconstruction::Landmark;
 use promenade_baker::simulation::{Absorption, Part};
 use promenade_baker::wav::Format;
-use promenade_core::glam::Vec3;
+use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::network::CloudKind;
 use promenade_core::published::Projection;
 use promenade_core::{Pose, Tier};
 use promenade_paths::Origin;
 
-fn parse_numbers<const N: usize>(text: &str, names: &str) -> Result<[f32; N], String> {
-    let numbers: Result<Vec<f32>, _> = text.split(',').map(|n| n.trim().parse::<f32>()).collect();
+fn parse_numbers<T, const N: usize>(text: &str, names: &str) -> Result<[T; N], String>
+where
+    T: std::str::FromStr + Copy + Into<f64>,
+{
+    let numbers: Result<Vec<T>, _> = text.split(',').map(|n| n.trim().parse::<T>()).collect();
     match numbers {
         Ok(numbers) if numbers.len() != N => Err(format!("expected {N} numbers {names}, found {}", numbers.len())),
-        Ok(numbers) if numbers.iter().all(|v| v.is_finite()) => {
+        Ok(numbers) if numbers.iter().all(|v| (*v).into().is_finite()) => {
             numbers.try_into().map_err(|_| format!("expected {N} numbers {names}"))
         }
         _ => Err(format!("expected {N} finite numbers {names}")),
@@ -22,8 +25,10 @@ fn parse_numbers<const N: usize>(text: &str, names: &str) -> Result<[f32; N], St
 }
 
 pub(super) fn parse_pose(text: &str) -> Result<Pose, String> {
-    let [x, y, z, yaw, pitch, roll] = parse_numbers(text, "x,y,z,yaw,pitch,roll")?;
-    Ok(Pose::from_ypr(Vec3::new(x, y, z), yaw.to_radians(), pitch.to_radians(), roll.to_radians()))
+    // In double precision: networks multiply what is rounded here by a thousand.
+    let [x, y, z, yaw, pitch, roll] = parse_numbers::<f64, 6>(text, "x,y,z,yaw,pitch,roll")?;
+    let pose = Pose::from_ypr64(DVec3::new(x, y, z).as_vec3(), [yaw, pitch, roll].map(f64::to_radians));
+    if pose.is_valid() { Ok(pose) } else { Err(format!("expected a position within {:e} m, found {text}", Pose::FARTHEST_M)) }
 }
 
 pub(super) fn parse_bounds(text: &str) -> Result<(Vec3, Vec3), String> {
@@ -146,7 +151,7 @@ pub(super) fn parse_absorption(text: &str) -> Result<[Absorption; 6], String> {
 
 /// Metres and radians of metres and degrees.
 pub(super) fn parse_tolerance(text: &str) -> Result<(f32, f32), String> {
-    let [metres, degrees] = parse_numbers(text, "metres,degrees")?;
+    let [metres, degrees] = parse_numbers::<f32, 2>(text, "metres,degrees")?;
     if metres < 0.0 || degrees < 0.0 {
         return Err(format!("expected tolerances of 0 or more, found {metres} and {degrees}"));
     }
@@ -176,6 +181,7 @@ mod tests {
         assert_eq!(pose.position, Vec3::new(1.0, 2.0, 3.0));
         assert!(parse_pose("1,2,3").unwrap_err().contains("found 3"));
         assert!(parse_pose("1,2,3,inf,0,0").is_err() && parse_pose("a,b").is_err());
+        assert!(parse_pose("1e20,2,3,0,0,0").unwrap_err().contains("1e12 m"));
         let (metres, radians) = parse_tolerance("0.5, 180").unwrap();
         assert!(metres == 0.5 && (radians - std::f32::consts::PI).abs() < 1e-6);
         assert!(parse_tolerance("0.5").is_err() && parse_tolerance("-1,1").is_err());

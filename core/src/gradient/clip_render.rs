@@ -101,8 +101,8 @@ impl ClipRender {
             .iter()
             .flat_map(|(set, hops)| hop_carriers(grid, grid, bands, tail, *set, *hops))
             .collect();
-        let decay: Vec<f32> = tail.t60_s.iter().map(|t| single(10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)))).collect();
-        let late = |hop| decay.iter().map(|d| Late::carrier_gain() * d.powi(late_power(hop, taps))).collect();
+        let decay: Vec<f64> = tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t))).collect();
+        let late = |hop| decay.iter().map(|d| Late::carrier_gain() * single(d.powi(late_power(hop, taps)))).collect();
         let forward = promenade_fourier::forward(grid.n_fft);
         Self {
             arch: Arch::new(),

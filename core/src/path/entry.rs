@@ -29,10 +29,7 @@ impl KeyframeEntry {
     pub fn to_keyframe(&self, index: usize) -> Result<Keyframe, PathError> {
         let position = Vec3::from_array(self.position);
         let pose = match (self.ypr, self.quat) {
-            (Some(ypr), None) => {
-                let [yaw, pitch, roll] = ypr.map(f32::to_radians);
-                Pose::from_ypr(position, yaw, pitch, roll)
-            }
+            (Some(ypr), None) => Pose::from_ypr64(position, ypr.map(|degrees| f64::from(degrees).to_radians())),
             (None, Some([w, x, y, z])) => {
                 let orientation = Quat::from_xyzw(x, y, z, w);
                 // Written with few digits a quaternion is a little off unit length; further off it is a mistake.

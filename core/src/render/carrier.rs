@@ -5,6 +5,7 @@ use crate::number::{single, whole, whole_signed};
 use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex, spectrum};
+use std::ops::{Add, Mul, Sub};
 use std::sync::Arc;
 
 /// Bins from one random angle of [`smooth_phases`] to the next.
@@ -160,8 +161,11 @@ pub(crate) fn smooth_phases(grid: &StftGrid, scene_grid: &StftGrid, seed: u64, s
 }
 
 /// A value per band, spread over bins.
-pub(crate) fn per_bin(places: &[BandPlace], bands: &[f32]) -> Vec<f32> {
-    places.iter().map(|p| bands[p.band] + p.fraction * (bands[p.band + 1] - bands[p.band])).collect()
+pub(crate) fn per_bin<T>(places: &[BandPlace], bands: &[T]) -> Vec<T>
+where
+    T: Copy + From<f32> + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
+{
+    places.iter().map(|p| bands[p.band] + T::from(p.fraction) * (bands[p.band + 1] - bands[p.band])).collect()
 }
 
 /// The right ear's carrier with the wanted interaural coherence (real, per bin) to the left's.

@@ -46,7 +46,7 @@ pub(crate) struct RenderHead {
     first: Vec<EarBlocks>,
     carriers: Arc<Carriers>,
     /// Per band, amplitude left after one hop.
-    hop_decay: Vec<f32>,
+    hop_decay: Vec<f64>,
     /// Gains of one late hop, both ears.
     late_gains: Vec<f32>,
     /// The newest input spectra, `[block][slot]`, one more than there are taps.
@@ -73,8 +73,8 @@ impl RenderHead {
     ) -> Self {
         let blocks = blocks_for(grid.bins());
         let places = &carriers.places;
-        let hop_decay: Vec<f32> =
-            tail.t60_s.iter().map(|t| single(10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)).max(FASTEST_DECAY))).collect();
+        let hop_decay: Vec<f64> =
+            tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)).max(FASTEST_DECAY)).collect();
         Self {
             arch: Arch::new(),
             shape,
@@ -153,7 +153,7 @@ impl RenderHead {
         let ears = self.late_gains.chunks_exact_mut(self.shape.bands).zip(tf.late.chunks_exact(self.shape.bands));
         for (gains, stated) in ears {
             for ((g, s), decay) in gains.iter_mut().zip(stated).zip(&self.hop_decay) {
-                *g = Late::carrier_gain() * s * decay.powi(power);
+                *g = Late::carrier_gain() * s * single(decay.powi(power));
             }
         }
         let blocks = 0..self.direct_sum.len();
@@ -273,3 +273,6 @@ pub(crate) fn late_lead(taps: usize) -> usize {
 pub(crate) fn late_power(hop: usize, taps: usize) -> i32 {
     exponent(hop) - exponent(late_lead(taps))
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,9 +1,10 @@
 //! The late part: an exponential tail that feeds itself, on short-time spectra.
 
-use crate::number::exponent;
+use crate::number::{exponent, single};
 use crate::render::carrier::smooth_phases;
 use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
 use crate::{StftGrid, TailModel};
+use promenade_fourier::num_complex::{Complex32, Complex64};
 use pulp::{Arch, WithSimd};
 
 /// Hops of noise that the late part is coloured with.
@@ -42,7 +43,7 @@ struct DelayLine {
 }
 
 impl DelayLine {
-    fn new(hops: usize, gain: &[promenade_fourier::num_complex::Complex32]) -> Self {
+    fn new(hops: usize, gain: &[Complex32]) -> Self {
         let blocks = blocks_for(gain.len());
         let mut packed = vec![Block::default(); blocks];
         write_slot(&mut packed, 1, 0, gain);
@@ -55,8 +56,9 @@ impl DelayLine {
 }
 
 impl Late {
-    /// Prepares the network for a host grid; `hop_decay` is the amplitude left after one hop per bin.
-    pub(crate) fn new(grid: &StftGrid, scene_grid: &StftGrid, tail: &TailModel, hop_decay: &[f32]) -> Self {
+    /// Prepares the network for a host grid; `hop_decay` is the amplitude left after one hop per bin. In single precision it would be off
+    /// by a thousandth of the decay of a room that rings for minutes.
+    pub(crate) fn new(grid: &StftGrid, scene_grid: &StftGrid, tail: &TailModel, hop_decay: &[f64]) -> Self {
         let mut stream = 16;
         let mut line = |hops: usize, turning: bool| {
             stream += 1;
@@ -66,7 +68,9 @@ impl Late {
                 .zip(phases)
                 .map(|(r, turn)| {
                     let decay = r.powi(exponent(hops));
-                    if turning { turn * decay } else { decay.into() }
+                    let turn = if turning { Complex64::new(turn.re.into(), turn.im.into()) } else { Complex64::from(1.0) };
+                    let gain = turn * (decay / turn.norm());
+                    Complex32::new(single(gain.re), single(gain.im))
                 })
                 .collect();
             DelayLine::new(hops, &gain)
@@ -201,7 +205,7 @@ mod tests {
         let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
         let bins = grid.bins();
         // The upper bins die within a few hops, the lower ones linger.
-        let decay: Vec<f32> = (0..bins).map(|k| if k < 100 { 0.97 } else { 0.1 }).collect();
+        let decay: Vec<f64> = (0..bins).map(|k| if k < 100 { 0.97 } else { 0.1 }).collect();
         let mut late = Late::new(&grid, &grid, &tail, &decay);
         let mut input = vec![Block::default(); blocks_for(bins)];
         write_slot(&mut input, 1, 0, &vec![1.0.into(); bins]);
@@ -213,6 +217,25 @@ mod tests {
             assert!(rings.flat_map(|b| b.re.iter().chain(&b.im)).all(|v| !v.is_subnormal()), "frame {frame}");
         }
         assert!(late.is_silent() && out.iter().all(|b| *b == Block::default()));
+    }
+
+    #[test]
+    fn rooms_decay_at_the_stated_rate_however_long_they_ring() {
+        let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
+        for t60_s in [0.01, 1.0, 30.0, 1000.0_f64] {
+            let tail = TailModel { seed: 1, t60_s: vec![single(t60_s); 2], coherence: vec![0.0; 2] };
+            let late = Late::new(&grid, &grid, &tail, &vec![10.0_f64.powf(-3.0 * grid.hop_s() / t60_s); grid.bins()]);
+            for line in late.diffusers.iter().chain(&late.lines) {
+                let nepers = -3.0 * std::f64::consts::LN_10 * grid.hop_s() / t60_s * line.hops as f64;
+                for k in 0..grid.bins() {
+                    let (re, im) = (line.gain[k / LANES].re[k % LANES], line.gain[k / LANES].im[k % LANES]);
+                    let found = f64::from(re).hypot(f64::from(im)).ln();
+                    // What is left is the rounding of the gain itself, which two hops of the longest room show most.
+                    let most = 1e-4_f64.max(1e-7 / nepers.abs());
+                    assert!((found / nepers - 1.0).abs() < most, "{t60_s} s, {} hops: {found} for {nepers}", line.hops);
+                }
+            }
+        }
     }
 
     #[test]

@@ -8,6 +8,9 @@ use std::ops::Range;
 /// Level that stands for silence in rows of [`LowRank`], dB.
 pub const SILENT_DB: f32 = -70.0;
 
+/// The loudest level of [`LowRank`], dB: as loud as whole rows may be.
+const LOUDEST_DB: f32 = 120.0;
+
 /// What a field stores for each node.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rows {
@@ -166,10 +169,23 @@ impl Rows {
 /// Linear amplitude of a level; the level of silence is 0.
 fn amplitude(db: f32) -> f32 {
     const OCTAVES_PER_DB: f32 = std::f32::consts::LOG2_10 / 20.0;
-    if db <= SILENT_DB { 0.0 } else { (OCTAVES_PER_DB * db).exp2() }
+    if db <= SILENT_DB { 0.0 } else { (OCTAVES_PER_DB * db.min(LOUDEST_DB)).exp2() }
 }
 
 fn blend(rows: &[f32], corners: &[(u32, f32)], row_len: usize, part: Range<usize>, out: &mut [f32]) {
     debug_assert_eq!(part.len(), out.len());
     Arch::new().dispatch(WeightedSum { rows, corners, row_len, offset: part.start, out });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_level_is_louder_than_whole_rows_may_be() {
+        assert_eq!([SILENT_DB, -1e12].map(amplitude), [0.0; 2]);
+        for db in [LOUDEST_DB, 1e3, 1e12, f32::INFINITY] {
+            assert!((amplitude(db) - 1e6).abs() < 10.0, "{db}");
+        }
+    }
 }

@@ -98,3 +98,21 @@ impl DelayLine {
         size_of_val(&*self.samples)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn low_passes_end_in_zeros_instead_of_subnormal_numbers() {
+        const HOP: usize = 240;
+        let mut line = DelayLine::new(&WallFilters::new(48_000.0), 500, HOP);
+        line.write(&[1.0; HOP]);
+        for _ in 0..100 {
+            line.write(&[0.0; HOP]);
+        }
+        // Rounded to the nearest, a subnormal number that a pole above a half goes on with never ends.
+        assert_eq!(line.states, [0.0; BASES - 1]);
+        assert!(line.samples.iter().all(|x| *x == 0.0));
+    }
+}

@@ -1,0 +1,192 @@
+//! Extremes: whatever comes in, sound goes out, and nothing of what was broken stays.
+
+use promenade_core::glam::Vec3;
+use promenade_core::network::CloudKind;
+use promenade_core::{Bands, BlockParams, Carriers, Pose, Renderer, Scene, SceneParts, Spatializer, Tier};
+use promenade_testing::hostile::{
+    Input, LOUDEST, Walk, block, is_output, is_sound, one_transfer, room_of_anchors, scenes, settings, wild,
+};
+use promenade_testing::scenes::{full_renderer, render, room, room_with_images, spatializer};
+use promenade_testing::signal::{difference_db, peak};
+use promenade_testing::{Rng, for_seeds, noise};
+use std::sync::{Arc, LazyLock};
+
+const RATE: f64 = 8_000.0;
+
+type Ears = [Vec<f32>; 2];
+
+/// Scenes of every kind.
+static SCENES: LazyLock<Vec<(&str, Arc<Scene>)>> = LazyLock::new(|| scenes(RATE));
+
+fn playing(scene: &Arc<Scene>, rate: f64) -> Spatializer {
+    let mut s = Spatializer::new(rate);
+    s.install(Box::new(full_renderer(scene, rate)));
+    s
+}
+
+/// The tiers of a scene, as blocks ask for them.
+fn tiers(scene: &Scene) -> Vec<BlockParams> {
+    scene.tiers().map(|tier| BlockParams { tier, ..BlockParams::default() }).collect()
+}
+
+#[test]
+fn whatever_comes_in_sound_goes_out() {
+    for_seeds(16, |rng| assert_eq!(wild(rng, &SCENES, 20_000), Ok(())));
+}
+
+#[test]
+fn what_is_no_sound_is_as_silence() {
+    for (name, scene) in &*SCENES {
+        for params in tiers(scene) {
+            let mut broken = vec![0.0; 6_000];
+            Input::Broken.fill(&mut Rng::with_seed(1), &mut broken);
+            let clean: Vec<f32> = broken.iter().map(|x| if is_sound(*x) { *x } else { 0.0 }).collect();
+            assert!(broken.iter().zip(&clean).any(|(a, b)| a.to_bits() != b.to_bits()));
+            let play =
+                |input: &[f32]| render(&mut playing(scene, RATE), input, &[333], &params, |i| Walk::Spinning.pose(i, RATE));
+            assert!(play(&broken) == play(&clean), "{name}, {params:?}");
+        }
+    }
+    // The dry sound passes what is loud, up to the limit.
+    let mut s = spatializer(&SCENES[0].1, RATE);
+    let params = BlockParams { mix: 0.0, ..BlockParams::default() };
+    let latency = s.latency_samples();
+    let input = [1.0, f32::NAN, f32::INFINITY, -1e10, 1e-40, 0.5];
+    let padded = [&input[..], &vec![0.0; latency]].concat();
+    let dry = render(&mut s, &padded, &[64], &params, |_| Pose::IDENTITY);
+    assert_eq!(dry[0][latency..], [1.0, 0.0, 0.0, -LOUDEST, 0.0, 0.5]);
+}
+
+#[test]
+fn a_pose_that_is_none_leaves_the_listener_where_he_was() {
+    const STAY: usize = 1_000;
+    let input = noise(2, 8 * STAY);
+    for (name, scene) in &*SCENES {
+        for params in tiers(scene) {
+            let last = |i: usize| Walk::Teleports.pose(i / STAY, RATE);
+            let broken = |i: usize| {
+                let invalid = Walk::INVALID[i / STAY % 4].pose(i, RATE);
+                if i % STAY < STAY / 2 { last(i) } else { invalid }
+            };
+            let play = |pose: &dyn Fn(usize) -> Pose| render(&mut playing(scene, RATE), &input, &[77], &params, pose);
+            assert!(play(&broken) == play(&last), "{name}, {params:?}");
+        }
+    }
+    // Without a pose before, he is at the origin.
+    let scene = &SCENES[0].1;
+    let play = |pose: Pose| render(&mut spatializer(scene, RATE), &input, &[77], &BlockParams::default(), |_| pose);
+    for walk in Walk::INVALID {
+        assert!(play(walk.pose(0, RATE)) == play(Pose::IDENTITY), "{walk:?}");
+    }
+}
+
+/// What a scene plays of a calm part after a wild one, and what it would have without.
+fn after_a_wild_part(rng: &mut Rng, scene: &Arc<Scene>, params: &BlockParams, calm: &[f32]) -> [Ears; 2] {
+    const WILD: usize = 4_000;
+    let walks = [Walk::valid(scene), Walk::INVALID.into()].concat();
+    let (mut used, mut fresh) = (playing(scene, RATE), playing(scene, RATE));
+    let still = |_: usize| Pose::from_ypr(Vec3::new(0.2, 0.1, 0.0), 0.7, 0.1, 0.0);
+    let mut at = 0;
+    while at < WILD {
+        let size = block(rng).min(WILD - at);
+        let mut input = vec![0.0; size];
+        rng.choice(Input::ALL).unwrap().fill(rng, &mut input);
+        let (walk, settings) = (rng.choice(&walks).unwrap(), settings(rng));
+        render(&mut used, &input, &[size], &settings, |i| walk.pose(at + i, RATE));
+        // As many hops, since frames lie where hops do.
+        render(&mut fresh, &vec![0.0; size], &[size], params, still);
+        at += size;
+    }
+    [used, fresh].map(|mut s| render(&mut s, calm, &[500], params, still))
+}
+
+#[test]
+fn nothing_of_a_wild_part_stays_longer_than_a_tail() {
+    for_seeds(2, |rng| {
+        for (name, scene) in &*SCENES {
+            let renderer = full_renderer(scene, RATE);
+            let tail = renderer.tail_samples() + renderer.latency_samples();
+            let calm = noise(3, 3 * tail + 2_000);
+            for params in tiers(scene) {
+                let [used, fresh] = after_a_wild_part(rng, scene, &params, &calm);
+                let level = 20.0 * peak(&fresh[0][tail..]).max(1e-6).log10();
+                let past = [1, 2, 3].map(|tails| {
+                    let part = |ears: &Ears| [0, 1].map(|ear| ears[ear][tails * tail..].to_vec());
+                    difference_db(&part(&used), &part(&fresh)) - level
+                });
+                println!("{name}, {:?}: {past:.0?} dB", params.tier);
+                // Beyond the limit of the output the past is loud against what is left of the present.
+                let first = if peak(&fresh[0]) < LOUDEST { -90.0 } else { -50.0 };
+                let clean = past[0] < first && past[1] < -110.0;
+                assert!(clean, "{name}, {:?}: {past:.0?} dB after one, two and three tails", params.tier);
+            }
+        }
+    });
+}
+
+#[test]
+fn at_the_edges_of_places_levels_stay_in_bounds() {
+    let input = noise(4, 3_000);
+    for scene in [room(RATE, 0.3, 0.1), room_with_images(RATE, 0.3, 0.1, 20)] {
+        for walk in Walk::valid(&scene) {
+            let mut s = spatializer(&scene, RATE);
+            let out = render(&mut s, &input, &[64], &BlockParams::default(), |i| walk.pose(i, RATE));
+            // Nearest to the emitter the masks' 1.44 are four times as loud, and so is the image there.
+            assert!((0.01..40.0).contains(&peak(&out[0])), "{walk:?}: {}", peak(&out[0]));
+        }
+        let far = |_: usize| Walk::Far.pose(0, RATE);
+        let draft = BlockParams { tier: Tier::Draft, ..BlockParams::default() };
+        let out = render(&mut spatializer(&scene, RATE), &input, &[64], &draft, far);
+        assert!(peak(&out[0]) < 1e-7, "nothing is heard from 1e9 m away: {}", peak(&out[0]));
+    }
+}
+
+#[test]
+fn masks_of_nothing_are_silent_and_masks_of_a_million_end() {
+    let mut input = noise(5, 2_000);
+    input.resize(30_000, 0.0);
+    let play = |mask: f32| {
+        let mut s = spatializer(&one_transfer(RATE, mask, 8, 0.3), RATE);
+        render(&mut s, &input, &[512], &BlockParams::default(), |_| Pose::IDENTITY)
+    };
+    assert!(play(0.0).iter().flatten().all(|x| *x == 0.0));
+    let loud = play(1e6);
+    assert!(loud.iter().flatten().all(|x| is_output(*x)));
+    assert_eq!(peak(&loud[0]), LOUDEST);
+    assert!(loud.iter().all(|ear| ear[25_000..].iter().all(|x| *x == 0.0)), "and falls silent");
+}
+
+#[test]
+fn scenes_may_be_small_but_not_empty() {
+    assert!(Bands::new(vec![500.0]).is_none(), "a scene has two bands or more");
+    let scene = room_with_images(RATE, 0.3, 0.1, 1);
+    let mut parts: SceneParts = scene.parts().clone();
+    parts.images.as_mut().unwrap().images.clear();
+    parts.images.as_mut().unwrap().seen.clear();
+    assert!(Scene::new(parts).unwrap_err().to_string().contains("number of images"));
+    let mut s = playing(&room_of_anchors(RATE, CloudKind::SimpleSh, 1), RATE);
+    let high = BlockParams { tier: Tier::High, ..BlockParams::default() };
+    let out = render(&mut s, &noise(6, 4_000), &[64], &high, |i| Walk::Spinning.pose(i, RATE));
+    assert!(peak(&out[0]) > 1e-3);
+}
+
+#[test]
+fn a_thousand_instances_come_and_go() {
+    let scene = one_transfer(RATE, 0.5, 4, 0.1);
+    let carriers = Arc::new(Carriers::new(&scene, RATE));
+    let input = noise(7, 400);
+    let play = || {
+        let renderer = Renderer::with_carriers(Arc::clone(&scene), RATE, Arc::clone(&carriers)).unwrap();
+        let mut s = Spatializer::new(RATE);
+        s.install(Box::new(renderer));
+        render(&mut s, &input, &[64], &BlockParams::default(), |_| Pose::IDENTITY)
+    };
+    let first = play();
+    // Some sound on while others come and go.
+    let held: Vec<_> = (0..100).map(|_| spatializer(&scene, RATE)).collect();
+    assert!((0..1_000).all(|_| play() == first));
+    for mut s in held {
+        assert!(render(&mut s, &input, &[64], &BlockParams::default(), |_| Pose::IDENTITY) == first);
+    }
+    assert_eq!(Arc::strong_count(&scene), 1, "nothing holds on to the scene");
+}
