@@ -220,6 +220,24 @@ mod tests {
     }
 
     #[test]
+    fn a_day_later_a_path_is_as_exact() {
+        const DAY_S: f64 = 86_400.0;
+        let path = walk();
+        let later = path.keyframes().iter().map(|k| Keyframe { t_s: k.t_s + DAY_S, ..*k }).collect();
+        let later = CameraPath::new(later).unwrap();
+        let looping = Playback { speed: 1.0, looping: true };
+        for i in 0..3_000 {
+            let t_s = f64::from(i) / 1_000.0;
+            let first = path.pose_after(t_s, looping);
+            // A path of 3 s goes round a whole number of times in a day.
+            for pose in [path.pose_after(t_s + DAY_S, looping), later.pose_at(t_s + 1.0 + DAY_S)] {
+                assert!((pose.position - first.position).length() < 1e-6, "{t_s}: {pose:?}, {first:?}");
+                assert!((pose.orientation - first.orientation).length() < 1e-6, "{t_s}: {pose:?}, {first:?}");
+            }
+        }
+    }
+
+    #[test]
     fn says_what_is_wrong() {
         assert_eq!(CameraPath::new(vec![]), Err(PathError::Empty));
         let k = Keyframe { t_s: 0.0, pose: Pose::IDENTITY };

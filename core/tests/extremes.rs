@@ -2,7 +2,7 @@
 
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
-use promenade_core::{Bands, BlockParams, Carriers, Pose, Renderer, Scene, SceneParts, Spatializer, Tier};
+use promenade_core::{Bands, BlockParams, Carriers, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer, Tier};
 use promenade_testing::hostile::{
     Input, LOUDEST, Walk, block, is_output, is_sound, one_transfer, room_of_anchors, scenes, settings, wild,
 };
@@ -189,4 +189,32 @@ fn a_thousand_instances_come_and_go() {
         assert!(render(&mut s, &input, &[64], &BlockParams::default(), |_| Pose::IDENTITY) == first);
     }
     assert_eq!(Arc::strong_count(&scene), 1, "nothing holds on to the scene");
+}
+
+#[test]
+fn settings_that_are_no_numbers_are_the_least() {
+    let scene = room_of_anchors(RATE, CloudKind::SimpleSh, 1);
+    let input = noise(8, 4_000);
+    // Every other block has the settings in question.
+    let play = |odd: BlockParams| {
+        let mut s = playing(&scene, RATE);
+        let even = BlockParams { tier: Tier::High, ..BlockParams::default() };
+        let blocks = input.chunks(200).enumerate().map(|(turn, part)| {
+            let params = if turn % 2 == 1 { BlockParams { tier: Tier::High, ..odd } } else { even };
+            render(&mut s, part, &[50], &params, |i| Walk::Teleports.pose(turn * 200 + i, RATE))
+        });
+        blocks.collect::<Vec<_>>()
+    };
+    let gain = |gain: f32| play(BlockParams { gain, ..BlockParams::default() });
+    let mix = |mix: f32| play(BlockParams { mix, ..BlockParams::default() });
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
+        assert!(gain(bad) == gain(0.0) && mix(bad) == mix(0.0), "{bad}");
+    }
+    assert!(gain(1e30) == gain(1e3) && mix(1e30) == mix(1.0));
+    let rate = |rate_hz: f32| play(BlockParams { live: LiveParams { rate_hz, wait: true }, ..BlockParams::default() });
+    for bad in [f32::NAN, -1.0] {
+        assert!(rate(bad) == rate(0.0), "{bad}");
+    }
+    // One decode a hop is the most; hops of 5 ms are 200 a second.
+    assert!(rate(1e9) == rate(200.0) && rate(f32::INFINITY) == rate(200.0) && rate(200.0) != rate(20.0));
 }
