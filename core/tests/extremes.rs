@@ -218,3 +218,18 @@ fn settings_that_are_no_numbers_are_the_least() {
     // One decode a hop is the most; hops of 5 ms are 200 a second.
     assert!(rate(1e9) == rate(200.0) && rate(f32::INFINITY) == rate(200.0) && rate(200.0) != rate(20.0));
 }
+
+#[test]
+fn the_way_to_a_place_is_not_heard_in_the_air() {
+    let scene = room_with_images(RATE, 0.3, 0.1, 4);
+    let mut input = vec![0.0; 2_000];
+    input.extend(noise(9, 4_000));
+    let at = |x: f32| Pose { position: Vec3::new(x, 0.0, 0.0), ..Pose::IDENTITY };
+    let draft = BlockParams { tier: Tier::Draft, ..BlockParams::default() };
+    let from = |start: f32| {
+        let pose = |i: usize| at(if i < 1_000 { start } else { -1.01 });
+        render(&mut spatializer(&scene, RATE), &input, &[100], &draft, pose)
+    };
+    let came = from(-1.0);
+    assert!(came == from(-1.01) && came == from(2.0));
+}

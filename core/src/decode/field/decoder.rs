@@ -29,16 +29,17 @@ impl FieldDecoder {
     }
 }
 
-/// Share of the distance by which it may differ before the air's gains are made anew.
-const SAME_DISTANCE: f32 = 0.01;
+/// Steps of distance that the air's gains are made for, nepers: whole ones, so that they depend on where the listener is and not on
+/// where he was.
+const DISTANCE_STEP: f32 = 0.01;
 
 /// What air takes of the direct sound on its way.
 struct Air {
     emitter: Vec3,
     /// Of a metre, nepers, by bin.
     nepers_per_m: Vec<f32>,
-    /// Distance that the gains are made for, metres.
-    distance: f32,
+    /// Step of distance that the gains are made for.
+    step: f32,
     gains: Vec<f32>,
 }
 
@@ -47,13 +48,15 @@ impl Air {
         let (images, emitter) = (scene.images()?, scene.emitter()?);
         let grid = scene.grid();
         let nepers_per_m: Vec<f32> = (0..grid.bins()).map(|k| single(images.air_nepers_per_m(grid.bin_hz(k)))).collect();
-        Some(Self { emitter, gains: vec![1.0; nepers_per_m.len()], nepers_per_m, distance: 0.0 })
+        Some(Self { emitter, gains: vec![1.0; nepers_per_m.len()], nepers_per_m, step: f32::NEG_INFINITY })
     }
 
     fn apply(&mut self, pose: &Pose, mixture: &mut [f32]) {
         let distance = pose.position.distance(self.emitter);
-        if (distance - self.distance).abs() > SAME_DISTANCE * distance {
-            self.distance = distance;
+        let step = (distance.ln() / DISTANCE_STEP).round();
+        if step != self.step {
+            self.step = step;
+            let distance = (step * DISTANCE_STEP).exp();
             self.gains.iter_mut().zip(&self.nepers_per_m).for_each(|(g, a)| *g = (-a * distance).exp());
         }
         mixture.iter_mut().zip(&self.gains).for_each(|(m, g)| *m *= g);
