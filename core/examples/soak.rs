@@ -6,7 +6,6 @@
 //! heard the last minute only: what differs has drifted. Then streams of wild inputs, poses, settings and scenes follow, and instances that
 //! come and go. The exit status is 1 where a check fails.
 
-use promenade_core::network::CloudKind;
 use promenade_core::{BlockParams, Carriers, Renderer, Scene, Spatializer};
 use promenade_testing::hostile::{Walk, is_output, one_transfer, room_of_anchors, scenes, wild};
 use promenade_testing::scenes::{render, room, room_of_responses, room_with_images, spatializer, walk};
@@ -100,7 +99,7 @@ fn wild_streams(cases: u64, seed: u64) -> Result<(), String> {
     let small = scenes(8_000.0);
     let large = [
         ("taps of 10 s", one_transfer(8_000.0, 0.01, 2_000, 1.0)),
-        ("65,536 anchors", room_of_anchors(8_000.0, CloudKind::SimpleSh, 65_536)),
+        ("65,536 anchors", room_of_anchors(8_000.0, 65_536)),
         ("1,000 images", room_with_images(8_000.0, 0.3, 0.1, 1_000)),
     ];
     for (scenes, cases) in [(&small[..], cases), (&large[..], cases.div_ceil(20))] {

@@ -1,7 +1,6 @@
 //! Extremes: whatever comes in, sound goes out, and nothing of what was broken stays.
 
 use promenade_core::glam::Vec3;
-use promenade_core::network::CloudKind;
 use promenade_core::{Bands, BlockParams, Carriers, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer, Tier};
 use promenade_testing::hostile::{
     Input, LOUDEST, Walk, block, is_output, is_sound, one_transfer, room_of_anchors, scenes, settings, wild,
@@ -164,7 +163,7 @@ fn scenes_may_be_small_but_not_empty() {
     parts.images.as_mut().unwrap().images.clear();
     parts.images.as_mut().unwrap().seen.clear();
     assert!(Scene::new(parts).unwrap_err().to_string().contains("number of images"));
-    let mut s = playing(&room_of_anchors(RATE, CloudKind::SimpleSh, 1), RATE);
+    let mut s = playing(&room_of_anchors(RATE, 1), RATE);
     let high = BlockParams { tier: Tier::High, ..BlockParams::default() };
     let out = render(&mut s, &noise(6, 4_000), &[64], &high, |i| Walk::Spinning.pose(i, RATE));
     assert!(peak(&out[0]) > 1e-3);
@@ -193,7 +192,7 @@ fn a_thousand_instances_come_and_go() {
 
 #[test]
 fn settings_that_are_no_numbers_are_the_least() {
-    let scene = room_of_anchors(RATE, CloudKind::SimpleSh, 1);
+    let scene = room_of_anchors(RATE, 1);
     let input = noise(8, 4_000);
     // Every other block has the settings in question.
     let play = |odd: BlockParams| {

@@ -33,6 +33,21 @@ pub fn model(kind: CloudKind, sizes: Sizes) -> CloudModel {
     CloudModel::new(parts(kind, sizes)).unwrap()
 }
 
+/// The same with masks that let sound through at every pose: at random they may all be silent.
+///
+/// # Panics
+/// The sizes fit no model.
+#[must_use]
+pub fn sounding(kind: CloudKind, sizes: Sizes) -> CloudModel {
+    let mut parts = parts(kind, sizes);
+    parts.weights.insert("mix_prj.bias".into(), Tensor { shape: vec![1], values: vec![0.7] });
+    if let Some(last) = parts.weights.get_mut("out.4.weight") {
+        // What the convolution layers add at random stays below that.
+        last.values.iter_mut().for_each(|w| *w *= 0.05);
+    }
+    CloudModel::new(parts).unwrap()
+}
+
 /// The parts of such a model, to be changed before it is made.
 ///
 /// # Panics

@@ -2,10 +2,10 @@
 
 use crate::clouds::{self, Sizes};
 use crate::heads;
-use crate::scenes::{full_renderer, room, room_of_responses, room_with_images};
+use crate::scenes::{full_renderer, room, room_of_responses, room_with_cloud, room_with_images};
 use fastrand::Rng;
 use promenade_core::glam::{Quat, Vec3};
-use promenade_core::network::{CloudKind, CloudModel, Tensor};
+use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
     AnchorCloud, Bands, BlockParams, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid, TailModel, Tier, TransferShape,
@@ -173,23 +173,16 @@ pub fn one_transfer(sample_rate_hz: f64, mask: f32, taps: usize, t60_s: f32) -> 
     Arc::new(Scene::of_transfer(&transfer, grid, bands, tail, 0.45 * sample_rate_hz as f32).unwrap())
 }
 
-/// A [`room`] besides a cloud of that many anchors whose masks let sound through; the kind `Full` has convolution layers that look ahead.
+/// A [`room`] besides a cloud of that many anchors, without convolution layers.
 ///
 /// # Panics
 /// A cloud may not have so many.
 #[must_use]
-pub fn room_of_anchors(sample_rate_hz: f64, kind: CloudKind, anchors: usize) -> Arc<Scene> {
+pub fn room_of_anchors(sample_rate_hz: f64, anchors: usize) -> Arc<Scene> {
     let room = room(sample_rate_hz, 0.3, 0.1);
     let sizes = Sizes { anchors, bands: room.grid().bins(), frames: 40, width: 32, hyper: 4 };
-    let mut cloud = clouds::parts(kind, sizes);
-    cloud.weights.insert("mix_prj.bias".into(), Tensor { shape: vec![1], values: vec![0.7] });
-    if let Some(last) = cloud.weights.get_mut("out.4.weight") {
-        // What the convolution layers add at random stays below what the masks let through.
-        last.values.iter_mut().for_each(|w| *w *= 0.05);
-    }
-    let conv = if kind == CloudKind::Full { ConvMode::LookAhead } else { ConvMode::Off };
-    let model = CloudModel::new(cloud).unwrap();
-    let cloud = AnchorCloud { model, conv, projection: Projection::Diagonal, emitter: None };
+    let model = clouds::sounding(CloudKind::SimpleSh, sizes);
+    let cloud = AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter: None };
     Arc::new(Scene::new(SceneParts { cloud: Some(cloud), ..room.parts().clone() }).unwrap())
 }
 
@@ -218,8 +211,8 @@ pub fn scenes(sample_rate_hz: f64) -> Vec<(&'static str, Arc<Scene>)> {
         ("measured responses", room_of_responses(sample_rate_hz).0),
         ("one image, on the listener", with_images(1, |_| Vec3::ZERO)),
         ("many images, one on the emitter", with_images(40, |scene| scene.emitter().unwrap())),
-        ("one anchor", room_of_anchors(sample_rate_hz, CloudKind::SimpleSh, 1)),
-        ("all tiers", room_of_anchors(sample_rate_hz, CloudKind::Full, 8)),
+        ("one anchor", room_of_anchors(sample_rate_hz, 1)),
+        ("all tiers", room_with_cloud(sample_rate_hz, 0.3, 0.1)),
     ]
 }
 

@@ -36,7 +36,7 @@ pub fn room_with_cloud(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<S
     let mut parts = parts(sample_rate_hz, t60_s, tail_gain);
     let sizes = Sizes { anchors: 8, bands: parts.grid.bins(), frames: 40, width: 32, hyper: 4 };
     parts.cloud = Some(AnchorCloud {
-        model: clouds::model(CloudKind::Full, sizes),
+        model: clouds::sounding(CloudKind::Full, sizes),
         conv: ConvMode::LookAhead,
         projection: Projection::Diagonal,
         emitter: None,
