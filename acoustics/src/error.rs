@@ -1,6 +1,8 @@
 //! What can be wrong with a room.
 
-use std::path::{Path, PathBuf};
+#[cfg(feature = "meshes")]
+use std::path::Path;
+use std::path::PathBuf;
 use thiserror::Error;
 
 /// Why a room cannot be made or traced. Sources are chained, not repeated in the message.
@@ -41,10 +43,12 @@ impl AcousticsError {
         Self::Argument { what: what.into(), expected: expected.into(), found: found.to_string() }
     }
 
+    #[cfg(feature = "meshes")]
     pub(crate) fn content(path: &Path, expected: impl Into<String>, found: impl ToString) -> Self {
         Self::Content { path: path.to_path_buf(), expected: expected.into(), found: found.to_string() }
     }
 
+    #[cfg(feature = "meshes")]
     pub(crate) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         move |source| Self::Read { path: path.to_path_buf(), source }
     }

@@ -2,6 +2,9 @@
 
 use crate::octave::{BANDS, Octaves};
 
+/// Highest order of images.
+pub const MAX_ORDER: u32 = 50;
+
 /// A mirror image of a source, as one listener hears it: sound from where it lies, delayed and weakened by its distance, times its
 /// gains.
 #[derive(Clone, Debug, PartialEq)]

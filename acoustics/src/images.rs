@@ -9,15 +9,13 @@ mod cone;
 mod tree;
 
 use crate::error::{AcousticsError, place};
-use crate::image::{Image, Share};
+use crate::image::{Image, MAX_ORDER, Share};
 use crate::octave::{BANDS, Octaves};
 use crate::ray::Ray;
 use crate::room::Room;
 use glam::DVec3;
 use tree::{Candidate, Tree, distinct};
 
-/// Highest order of images.
-pub const MAX_ORDER: u32 = 50;
 /// How images are searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageOptions {

@@ -1,7 +1,7 @@
 //! Rooms from geometry: where their walls mirror a source to, and how the rest of its energy arrives.
 //!
 //! A [`Mesh`] with a [`Material`] for each of its groups is a [`Room`]. [`Images`] finds the mirror images of a source that listeners
-//! see, a [`Shoebox`] has its own without a search. Everything is in metres, seconds, hertz and linear factors of energy or amplitude,
+//! see, a [`Shoebox`] has its own without a search. Meshes come with the feature `meshes`; boxes need none of it. Everything is in metres, seconds, hertz and linear factors of energy or amplitude,
 //! as each item says; axes are the caller's. Numbers by octave are [`Octaves`]. Directions and places are `[x, y, z]`.
 //!
 //! Sound travels on rays: only the direct sound goes round [`Edges`], one each, and there are no modes, so below Schroeder's frequency, some 200 Hz in a living room, a
@@ -10,34 +10,51 @@
 #![forbid(unsafe_code)]
 
 mod air;
+#[cfg(feature = "meshes")]
 mod diffraction;
+mod echogram;
 mod error;
+mod eyring;
 mod image;
+#[cfg(feature = "meshes")]
 mod images;
 mod lattice;
 mod material;
 mod materials;
 mod measures;
+#[cfg(feature = "meshes")]
 mod mesh;
 mod octave;
+mod particles;
 mod random;
+#[cfg(feature = "meshes")]
 mod ray;
+#[cfg(feature = "meshes")]
 mod rays;
+#[cfg(feature = "meshes")]
 mod room;
 mod shoebox;
+mod surface;
 
 pub use air::Air;
+#[cfg(feature = "meshes")]
 pub use diffraction::{Diffracted, Edges, barrier_db};
+pub use echogram::{Bin, Echogram};
 pub use error::AcousticsError;
-pub use image::{Image, Share};
-pub use images::{ImageOptions, Images, MAX_ORDER};
+pub use image::{Image, MAX_ORDER, Share};
+#[cfg(feature = "meshes")]
+pub use images::{ImageOptions, Images};
 pub use lattice::fibonacci;
 pub use material::Material;
 pub use materials::{Entry, Materials, SCATTERING};
 pub use measures::Measures;
+#[cfg(feature = "meshes")]
 pub use mesh::{Mesh, MeshReport, Triangle};
-pub use octave::{BANDS, OCTAVES_HZ, Octaves};
-pub use rays::{Bin, Echogram, LateField, RayOptions, late_field};
+pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_place};
+pub use particles::ParticleOptions;
+#[cfg(feature = "meshes")]
+pub use rays::{LateField, RayOptions, late_field};
+#[cfg(feature = "meshes")]
 pub use room::{Room, Surroundings};
 pub use shoebox::{BoxImage, Shoebox, box_images};
 

@@ -2,9 +2,9 @@
 
 use crate::SPEED_OF_SOUND_M_S;
 use crate::air::Air;
+use crate::echogram::Echogram;
 use crate::image::Image;
 use crate::octave::{BANDS, Octaves};
-use crate::rays::Echogram;
 use glam::DVec3;
 
 /// The octaves of 500 Hz and 1 kHz, over which ISO 3382-1 takes the mean of a room's measures.
@@ -116,7 +116,7 @@ fn sti(arrivals: &[(f64, Octaves)], late: &Echogram, first_s: f64) -> Option<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rays::Bin;
+    use crate::echogram::Bin;
 
     /// A decay of 60 dB in `t60_s`, of energy 1 in every octave.
     fn decaying(t60_s: f64) -> Echogram {

@@ -4,21 +4,18 @@
 //! law (Kuttruff, "Room Acoustics"; Schroeder 2011, "Physically based real-time auralization", chapter 5). Spheres about the listeners
 //! collect what passes through them, an unbiased measure of the energy at their middles.
 
-mod echogram;
 mod listeners;
-
-pub use echogram::{Bin, Echogram};
 
 use crate::SPEED_OF_SOUND_M_S;
 use crate::air::Air;
+use crate::echogram::{Echogram, LANES, Lanes};
 use crate::error::{AcousticsError, place};
 use crate::lattice::direction;
-use crate::material::Material;
 use crate::octave::{BANDS, Octaves};
 use crate::random::Random;
 use crate::ray::Ray;
 use crate::room::Room;
-use echogram::LANES;
+use crate::surface::Surface;
 use glam::{DQuat, DVec3};
 use listeners::Listeners;
 use rayon::prelude::*;
@@ -140,29 +137,6 @@ fn turn(seed: u64) -> DQuat {
     DQuat::from_xyzw(a * v.sin(), a * v.cos(), b * w.sin(), b * w.cos())
 }
 
-/// What a material does to a ray's lanes.
-struct Surface {
-    reflected: [f32; LANES],
-    /// How often a ray is scattered, and what a band's energy is multiplied with if it is and if it is not, so that each band keeps its own
-    /// share on both ways.
-    chance: f64,
-    if_scattered: [f32; LANES],
-    if_mirrored: [f32; LANES],
-}
-
-impl Surface {
-    fn new(material: &Material) -> Self {
-        let lanes = |of: &dyn Fn(usize) -> f32| std::array::from_fn(|lane| if lane < BANDS { of(lane) } else { 0.0 });
-        let chance = material.scattering.iter().sum::<f32>() / BANDS as f32;
-        Self {
-            reflected: lanes(&|b| 1.0 - material.absorption[b]),
-            chance: f64::from(chance),
-            if_scattered: lanes(&|b| if chance > 0.0 { material.scattering[b] / chance } else { 1.0 }),
-            if_mirrored: lanes(&|b| if chance < 1.0 { (1.0 - material.scattering[b]) / (1.0 - chance) } else { 1.0 }),
-        }
-    }
-}
-
 struct Tracer<'a> {
     room: &'a Room,
     source: DVec3,
@@ -176,7 +150,7 @@ struct Tracer<'a> {
 /// What some rays have brought.
 struct Sum {
     /// `[listener][bin]`.
-    bins: Vec<echogram::Lanes>,
+    bins: Vec<Lanes>,
     absorbed: [f64; LANES],
     escaped: [f64; LANES],
     remaining: [f64; LANES],
@@ -189,7 +163,7 @@ struct Sum {
 impl Sum {
     fn new(listeners: usize, bins: usize) -> Self {
         let none = [0.0; LANES];
-        let bins = vec![echogram::Lanes::default(); listeners * bins];
+        let bins = vec![Lanes::default(); listeners * bins];
         Self { bins, absorbed: none, escaped: none, remaining: none, way_m: 0.0, way2_m2: 0.0, walls: 0, casts: 0 }
     }
 

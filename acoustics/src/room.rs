@@ -1,8 +1,8 @@
 //! A mesh with its materials, ready for rays.
 
-use crate::SPEED_OF_SOUND_M_S;
 use crate::air::Air;
 use crate::error::{AcousticsError, place};
+use crate::eyring;
 use crate::lattice::direction;
 use crate::material::Material;
 use crate::mesh::{Mesh, normal};
@@ -226,13 +226,7 @@ impl Room {
     /// Reverberation time by octave after Eyring, seconds, if the room has this volume, cubic metres; infinite where nothing absorbs.
     #[must_use]
     pub fn eyring_t60_s(&self, volume_m3: f64, air: Option<Air>) -> [f64; BANDS] {
-        let whole: f64 = self.areas_m2.iter().sum();
-        let air = air.map_or([0.0; BANDS], |air| air.decay_per_m());
-        std::array::from_fn(|band| {
-            let taken = self.areas_m2.iter().zip(&self.materials).map(|(s, m)| s * f64::from(m.absorption[band])).sum::<f64>();
-            let walls = -whole / (4.0 * volume_m3) * (1.0 - taken / whole).max(0.0).ln();
-            6.0 * std::f64::consts::LN_10 / (SPEED_OF_SOUND_M_S * (walls + f64::from(air[band])))
-        })
+        eyring::t60_s(self.areas_m2.iter().copied().zip(&self.materials), volume_m3, air)
     }
 
     /// Materials by group of the mesh.

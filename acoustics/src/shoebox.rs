@@ -1,9 +1,11 @@
 //! Box rooms, whose images need no search.
 
+use crate::air::Air;
 use crate::error::{AcousticsError, place};
-use crate::image::{Image, Share};
-use crate::images::MAX_ORDER;
+use crate::eyring;
+use crate::image::{Image, MAX_ORDER, Share};
 use crate::material::Material;
+#[cfg(feature = "meshes")]
 use crate::mesh::{Mesh, Triangle};
 use crate::octave::BANDS;
 
@@ -79,10 +81,7 @@ impl Shoebox {
     /// [`MAX_ORDER`].
     pub fn images(&self, source: [f64; 3], order: u32, share: Share) -> Result<Vec<Image>, AcousticsError> {
         self.check()?;
-        let at = place("source", source)?;
-        if !(at.cmpge(glam::DVec3::ZERO).all() && at.cmple(self.size.into()).all()) {
-            return Err(AcousticsError::argument("source", format!("inside the box of {:?} m", self.size), at));
-        }
+        self.check_source(source)?;
         if order > MAX_ORDER {
             return Err(AcousticsError::argument("order of images", format!("at most {MAX_ORDER}"), order));
         }
@@ -105,6 +104,7 @@ impl Shoebox {
     ///
     /// # Errors
     /// A size that is not finite and above 0.
+    #[cfg(feature = "meshes")]
     pub fn mesh(&self) -> Result<Mesh, AcousticsError> {
         self.check()?;
         let vertices = (0..8).map(|i| std::array::from_fn(|a| if (i >> a) & 1 == 1 { self.size[a] } else { 0.0 })).collect();
@@ -117,7 +117,28 @@ impl Shoebox {
         Ok(Mesh { vertices, triangles: triangles.collect(), groups: groups.to_vec() })
     }
 
-    fn check(&self) -> Result<(), AcousticsError> {
+    /// Cubic metres.
+    #[must_use]
+    pub fn volume_m3(&self) -> f64 {
+        self.size.iter().product()
+    }
+
+    /// Reverberation time by octave, seconds (Eyring 1930), with what the air takes; infinite where nothing absorbs.
+    #[must_use]
+    pub fn eyring_t60_s(&self, air: Option<Air>) -> [f64; BANDS] {
+        let area = |wall: usize| self.volume_m3() / self.size[wall / 2];
+        eyring::t60_s((0..6).map(|wall| (area(wall), &self.materials[wall])), self.volume_m3(), air)
+    }
+
+    pub(crate) fn check_source(&self, source: [f64; 3]) -> Result<(), AcousticsError> {
+        let at = place("source", source)?;
+        if at.cmpge(glam::DVec3::ZERO).all() && at.cmple(self.size.into()).all() {
+            return Ok(());
+        }
+        Err(AcousticsError::argument("source", format!("inside the box of {:?} m", self.size), at))
+    }
+
+    pub(crate) fn check(&self) -> Result<(), AcousticsError> {
         if !self.size.iter().all(|s| s.is_finite() && *s > 0.0) {
             let found = format!("{:?}", self.size);
             return Err(AcousticsError::argument("size of the box", "three lengths above 0 m", found));

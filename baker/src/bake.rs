@@ -16,7 +16,7 @@ use crate::bake::kriging::{Site, weights};
 use crate::bake::layout::{LEVEL_Z, Layout};
 use crate::bake::log_transfer::{LogTransfer, align_phases, delay_trend};
 use crate::bake::mixing::{Hops, PER_NODE, Share, shares};
-use crate::bake::room::{LONGEST_EARLY_S, Room};
+use crate::bake::room::Room;
 use crate::error::BakeError;
 use crate::judge::response_measures::response_measures;
 use crate::sources::responses::{Response, Responses};
@@ -25,6 +25,7 @@ use promenade_core::{
     Anchor, Axis, Field, FieldGrid, Head, HeldOut, MAX_SCENE_BYTES, MeasuredHead, NodeShares, Provenance, Rows, Scene,
     SceneParts, StftGrid, glam,
 };
+use promenade_room::LONGEST_EARLY_S;
 use rayon::prelude::*;
 
 /// Choices of a bake.

@@ -17,6 +17,9 @@ use std::fmt::Debug;
 use std::path::Path;
 use std::time::Instant;
 
+/// Sample rate of a box's responses unless told, hertz.
+const RESPONSES_HZ: u32 = 24_000;
+
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     match (&args.what, &args.room, &args.mesh, &args.run) {
         (Some(Simulate::Box(args)), ..) => box_room(args),
@@ -196,12 +199,17 @@ fn mean_t30(late: &LateField) -> Option<[f64; 7]> {
 }
 
 fn box_room(args: &SimulateBoxArgs) -> Result<()> {
-    let room = BoxRoom { size: args.size, absorption: args.absorption };
+    if args.output.extension().is_some_and(|e| e == "promenade") {
+        return scene::write_box(args);
+    }
+    let absorption = args.materials.as_ref().map_or(args.absorption, |m| m.each_ref().map(|m| m.absorption));
+    let room = BoxRoom { size: args.size, absorption };
+    let rate = args.rate.unwrap_or(RESPONSES_HZ);
     let poses = poses(args, &room)?;
     let set = Responses::load(&args.run.head, &LoadOptions::default())?;
-    let hrtf = Hrtf::new(&set, args.rate).with_context(|| format!("{}: makes no HRTF", args.run.head.display()))?;
+    let hrtf = Hrtf::new(&set, rate).with_context(|| format!("{}: makes no HRTF", args.run.head.display()))?;
     let options = BoxOptions {
-        sample_rate_hz: args.rate,
+        sample_rate_hz: rate,
         order: args.order,
         length_s: args.run.length,
         seed: args.run.seed,
@@ -231,8 +239,8 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
         "{}: {} responses of {:.2} s at {} Hz",
         output.display(),
         responses.responses.len(),
-        frames as f64 / f64::from(args.rate),
-        args.rate
+        frames as f64 / f64::from(rate),
+        rate
     ));
     Ok(())
 }

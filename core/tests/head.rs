@@ -2,7 +2,9 @@
 
 use promenade_core::glam::Vec3;
 use promenade_core::head::{HEAD_BANDS, HeadDirection, MAX_HEAD_BYTES, MAX_HEAD_DIRECTIONS, harmonics, head_band_hz, lattice};
-use promenade_core::{Head, HeadError, MeasuredHead, NoHeadError, Pose, Scene, SceneParts};
+use promenade_core::{
+    Axis, Facing, Field, FieldGrid, Head, HeadError, MeasuredHead, NoHeadError, Pose, Rows, Scene, SceneParts, TransferShape,
+};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::signal;
 use promenade_metrics::{ild_db, itd_s};
@@ -216,6 +218,36 @@ fn the_emitters_level_is_that_of_the_measured_head_where_it_is_known() {
     parts.measured_head = Some(known);
     let ratio_db = 20.0 * (level(parts) / unknown).log10();
     assert!((ratio_db + 6.0).abs() < 0.3, "{ratio_db} dB");
+}
+
+#[test]
+fn direct_sound_and_room_in_tables_of_their_own_take_the_new_head() {
+    let mut parts = parts();
+    let whole = parts.field.take().unwrap();
+    let (shape, Rows::Whole(rows)) = (whole.shape(), whole.rows()) else { panic!("whole rows") };
+    let without = TransferShape { taps: 0, ..shape };
+    let direct_rows =
+        rows.chunks_exact(shape.row_len()).flat_map(|row| [&row[..shape.direct_len()], &vec![0.0; shape.tap_len()]].concat());
+    parts.field = Field::new(whole.grid().clone(), without, Rows::Whole(direct_rows.collect()));
+    let [yaw, pitch, roll] = [(); 3].map(|()| Axis::single(0.0));
+    let nodes = FieldGrid { position: [(); 3].map(|()| Axis::single(0.0)), facing: Facing::Head { yaw, pitch, roll } };
+    let row = [&[0.0], &rows[shape.direct_len()..shape.row_len()]].concat();
+    parts.room = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(row));
+    let even = Head::new("Even", "nobody", (0..500).map(|i| direction(lattice(i, 500), RADIUS_M)).collect()).unwrap();
+    parts.measured_head = Some(MeasuredHead::of(&even, whole.grid(), |d| d));
+    let scene = Scene::new(parts).unwrap();
+    let mut louder: Vec<HeadDirection> = (0..500).map(|i| direction(lattice(i, 500), 0.105)).collect();
+    louder.iter_mut().for_each(|m| m.levels_db[0].iter_mut().for_each(|level| *level += 4.0));
+    let louder = Head::new("Uneven", "nobody", louder).unwrap();
+    let heard = scene.with_head(&louder).unwrap();
+    let pose = Pose::from_ypr(Vec3::ZERO, -60.0_f32.to_radians(), 0.0, 0.0);
+    let [left, right] = direct(&heard, &pose);
+    let itd = itd_s(&left, &right, 16_000.0).unwrap();
+    assert!((itd - f64::from(louder.ears(at(60.0, 0.0)).itd_s())).abs() < 8e-6, "{itd} s");
+    let late = |scene: &Scene| scene.parts().room.as_ref().unwrap().decode(&pose).late;
+    let db = |ear: usize| 20.0 * (late(&heard)[ear * shape.bands + 5] / late(&scene)[ear * shape.bands + 5]).log10();
+    assert!((db(0) - db(1) - 4.0).abs() < 0.5, "{} {} dB", db(0), db(1));
+    assert!(Scene::new(heard.parts().clone()).is_ok());
 }
 
 #[test]

@@ -1,9 +1,13 @@
 //! Scenes in memory, one copy per content and head in the whole process.
 
+use crate::drawn_room::DrawnRoom;
+use crate::factory;
 use crate::lock::lock;
 use promenade_core::{Carriers, Head, NoHeadError, RenderError, Scene, SceneError};
+use promenade_room::{Receiver, RoomError};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, Weak};
+use thiserror::Error;
 
 /// BLAKE3 of a scene file, 64 lower-case hexadecimal digits.
 pub type ContentHash = String;
@@ -90,6 +94,65 @@ pub fn heard_with(scene: &Scene, hash: &str, head: &Head) -> Result<Arc<Scene>, 
     Ok(heard)
 }
 
+/// Heads that rooms are heard with, the newest last; empty contents for the factory's.
+static RECEIVERS: Mutex<VecDeque<(ContentHash, Arc<Receiver>)>> = Mutex::new(VecDeque::new());
+/// As many are kept.
+const KEPT_RECEIVERS: usize = 2;
+/// Scenes of rooms by the contents of room and head.
+static ROOMS: LazyLock<Mutex<HashMap<[ContentHash; 2], Weak<Scene>>>> = LazyLock::new(Mutex::default);
+
+/// Why a drawn room cannot be played.
+#[derive(Debug, Error)]
+pub enum DrawnRoomError {
+    /// What is drawn is no room.
+    #[error("the drawn room")]
+    Room(#[source] RoomError),
+    /// The scene whose head it is heard with is damaged.
+    #[error("factory scene {}", factory::STUDIO.id)]
+    Factory(#[source] SceneError),
+    /// The scene whose head it is heard with cannot be heard with another.
+    #[error(transparent)]
+    Head(#[from] NoHeadError),
+    /// The scene whose head it is heard with has none of its own.
+    #[error("factory scene {}: expected image sources with a head, found none", factory::STUDIO.id)]
+    NoReceiver,
+}
+
+/// The scene of a drawn room heard with a head, or with the factory's, shared with every instance that plays the same.
+///
+/// # Errors
+/// A length, an emitter or a material that no room can have.
+pub fn drawn(room: &DrawnRoom, head: Option<&Head>) -> Result<Arc<Scene>, DrawnRoomError> {
+    let head_hash = head.map_or_else(ContentHash::new, |head| content_hash(&head.to_bytes()));
+    let contents = [content_hash(format!("{room:?}").as_bytes()), head_hash.clone()];
+    if let Some(scene) = lock(&ROOMS).get(&contents).and_then(Weak::upgrade) {
+        return Ok(scene);
+    }
+    let scene = Arc::new(room.scene(&*receiver(head, head_hash)?).map_err(DrawnRoomError::Room)?);
+    let mut rooms = lock(&ROOMS);
+    rooms.retain(|_, held| held.strong_count() > 0);
+    rooms.insert(contents, Arc::downgrade(&scene));
+    Ok(scene)
+}
+
+fn receiver(head: Option<&Head>, hash: ContentHash) -> Result<Arc<Receiver>, DrawnRoomError> {
+    let mut held = lock(&RECEIVERS);
+    if let Some((_, receiver)) = held.iter().find(|(of, _)| *of == hash) {
+        return Ok(Arc::clone(receiver));
+    }
+    let studio = Scene::from_bytes(factory::STUDIO.bytes).map_err(DrawnRoomError::Factory)?;
+    let studio = match head {
+        Some(head) => studio.with_head(head)?,
+        None => studio,
+    };
+    let receiver = Arc::new(Receiver::of_scene(&studio).ok_or(DrawnRoomError::NoReceiver)?);
+    held.push_back((hash, Arc::clone(&receiver)));
+    if held.len() > KEPT_RECEIVERS {
+        held.pop_front();
+    }
+    Ok(receiver)
+}
+
 /// Lets tests that care about what is in memory run one at a time.
 #[cfg(test)]
 pub(crate) fn alone() -> std::sync::MutexGuard<'static, ()> {
@@ -101,6 +164,18 @@ pub(crate) fn alone() -> std::sync::MutexGuard<'static, ()> {
 mod tests {
     use super::*;
     use crate::factory;
+
+    #[test]
+    fn the_same_room_is_one_scene_and_another_head_is_heard() {
+        let _alone = alone();
+        let room = DrawnRoom::default();
+        let [first, second] = [(); 2].map(|()| drawn(&room, None).unwrap());
+        assert!(Arc::ptr_eq(&first, &second));
+        assert_eq!(first.emitter().map(|at| at.to_array()), Some(room.emitter));
+        let wrong = DrawnRoom { size: [1e9; 3], ..room };
+        let error = crate::error_chain::with_causes(&drawn(&wrong, None).unwrap_err());
+        assert!(error.contains("size of the room: expected three lengths of 0.5 to 200 m"), "{error}");
+    }
 
     #[test]
     fn the_same_content_is_one_scene_and_goes_with_its_last_user() {

@@ -24,6 +24,7 @@ mod path_panel;
 pub mod pose_source;
 mod presets_panel;
 mod pump;
+mod room_panel;
 mod scenes;
 mod side;
 pub mod theme;

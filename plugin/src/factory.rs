@@ -9,6 +9,12 @@ pub struct FactoryScene {
     pub bytes: &'static [u8],
 }
 
+/// A dry studio by image sources, whose head drawn rooms are heard with.
+pub const STUDIO: FactoryScene = FactoryScene {
+    id: "dry-studio",
+    bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/library/dry-studio.promenade")),
+};
+
 /// An office, dry.
 pub const ROOM_A: FactoryScene = FactoryScene {
     id: "iosr-room-a",

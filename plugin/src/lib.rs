@@ -11,6 +11,7 @@ pub mod cache;
 mod cast;
 pub mod choices;
 pub mod clock;
+pub mod drawn_room;
 pub mod editor;
 pub mod error_chain;
 mod export;

@@ -68,6 +68,12 @@ pub enum LibraryError {
         /// The system's error.
         error: io::Error,
     },
+    /// A name that no file can have.
+    #[error("expected a name without a folder, found {0:?}")]
+    Name(String),
+    /// A scene that cannot be written.
+    #[error("the scene cannot be written")]
+    Write(#[source] SceneError),
     /// A file is not a scene.
     #[error("{path}: {error}")]
     NoSceneFile {
@@ -208,6 +214,35 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<Found, Library
         key = wanted.clone();
     }
     Ok(Found { scene, hash, key, note })
+}
+
+/// A name that a user gives to a file, without blanks around it, if it is one.
+pub(crate) fn file_name_of(name: &str) -> Option<&str> {
+    let name = name.trim();
+    let is_one = Path::new(name).file_name().and_then(|n| n.to_str()) == Some(name);
+    (is_one && !name.starts_with('.') && !name.contains(['\\', ':', '\0'])).then_some(name)
+}
+
+/// Writes a scene with a title into the last of the folders, the library's own, as a new file of that name. Returns its path.
+///
+/// # Errors
+/// A name that is no file name or is taken, a file that cannot be written.
+pub fn save(folders: &[PathBuf], title: &str, scene: &Scene) -> Result<PathBuf, LibraryError> {
+    let name = file_name_of(title).ok_or_else(|| LibraryError::Name(title.to_owned()))?;
+    let folder = folders.last().ok_or_else(|| LibraryError::Name(title.to_owned()))?;
+    let path = folder.join(format!("{name}.{}", SCENES[0]));
+    let io_error = |error| LibraryError::Io { path: path.clone(), error };
+    if path.exists() {
+        return Err(io_error(io::Error::new(io::ErrorKind::AlreadyExists, "there is a scene of this name already")));
+    }
+    let mut parts = scene.parts().clone();
+    name.clone_into(&mut parts.provenance.title);
+    let bytes = Scene::new(parts).and_then(|scene| scene.to_bytes()).map_err(LibraryError::Write)?;
+    std::fs::create_dir_all(folder).map_err(io_error)?;
+    // A crash half way leaves no half scene.
+    let partial = path.with_extension("partial");
+    std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, &path)).map_err(io_error)?;
+    Ok(path)
 }
 
 fn holds(path: &Path, hash: &str) -> bool {

@@ -105,3 +105,21 @@ fn bytes_are_counted_while_they_are_read() {
     let error = read(Path::new("/")).unwrap_err().to_string();
     assert_eq!(error, "/: expected a regular file, found a folder");
 }
+
+#[test]
+fn a_saved_scene_is_listed_and_no_other_is_written_over() {
+    let (_keep, path) = folder(&[]);
+    let room = crate::drawn_room::DrawnRoom::default();
+    let scene = cache::drawn(&room, None).unwrap();
+    let folders = [path.join("elsewhere"), path.join("own")];
+    let saved = save(&folders, " My room ", &scene).unwrap();
+    assert_eq!(saved, path.join("own").join("My room.promenade"));
+    let found = scene_in_slot(&folders, 1).unwrap();
+    assert_eq!(found.scene.title(), "My room");
+    assert_eq!(found.scene.images().map(|i| i.images.len()), scene.images().map(|i| i.images.len()));
+    let error = save(&folders, "My room", &scene).unwrap_err().to_string();
+    assert!(error.contains("there is a scene of this name already"), "{error}");
+    for name in ["", "../x", "a/b", ".hidden"] {
+        assert!(matches!(save(&folders, name, &scene), Err(LibraryError::Name(_))), "{name}");
+    }
+}

@@ -1,8 +1,9 @@
 //! Finds, reads and prepares scenes and camera paths off the audio thread.
 
 use crate::attention::Attention;
-use crate::cache;
+use crate::cache::{self, DrawnRoomError};
 use crate::choices::{Follow, SceneChoice};
+use crate::drawn_room::DrawnRoom;
 use crate::error_chain::with_causes;
 use crate::factory::{self, FactoryScene};
 use crate::library::{self, Found, LibraryError};
@@ -56,6 +57,9 @@ pub enum LoadError {
         /// What is wrong with it.
         error: SceneError,
     },
+    /// The drawn room makes no scene.
+    #[error(transparent)]
+    Room(#[from] DrawnRoomError),
     /// The scene cannot be played at the host's sample rate.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -73,6 +77,7 @@ struct SceneRequest {
     scene: SceneChoice,
     slot: u32,
     saved: SceneKey,
+    room: Option<DrawnRoom>,
     head: SavedHead,
     sample_rate_bits: u64,
 }
@@ -127,6 +132,7 @@ impl Loader {
         });
         // A host that restores a state and bounces at once hears the restored scene from the first sample.
         loader.params.scene_key.on_restore(&loader, Self::refresh_scene);
+        loader.params.room.on_restore(&loader, Self::refresh_scene);
         loader.params.head.on_restore(&loader, Self::restored_head);
         loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
         loader
@@ -193,13 +199,14 @@ impl Loader {
             // A factory scene does not depend on the slot.
             let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
             let (head, _) = self.params.head.get();
-            let request = SceneRequest { scene, slot, saved, head, sample_rate_bits };
+            // A drawn room is the project's own scene.
+            let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
+            let request = SceneRequest { scene, slot, saved, room, head, sample_rate_bits };
             if sample_rate_bits == 0 || last.as_ref() == Some(&request) {
                 return;
             }
-            let result = find_scene(&request).and_then(|found| {
+            let result = self.found(&request).and_then(|(scene, note, key)| {
                 let sample_rate_hz = f64::from_bits(sample_rate_bits);
-                let scene = self.heard(&found, &request.head);
                 let carriers = cache::carriers(&scene, sample_rate_hz)?;
                 let renderer = Renderer::with_carriers(Arc::clone(&scene), sample_rate_hz, carriers)?;
                 let decoder = SharedWorker::new(&scene, &self.attention).map_err(LoadError::Thread)?;
@@ -207,11 +214,11 @@ impl Loader {
                     Some(decoder) => renderer.with_worker(Box::new(decoder)),
                     None => renderer,
                 };
-                Ok((found, renderer))
+                Ok((renderer, note, key))
             });
             let chosen = chooses_a_file(&result);
             let (prepared, report, key) = match result {
-                Ok((found, renderer)) => (Prepared::Scene(Box::new(renderer)), found.note, found.key),
+                Ok((renderer, note, key)) => (Prepared::Scene(Box::new(renderer)), note, key),
                 Err(error) => (Prepared::Dry, with_causes(&error), request.saved.clone()),
             };
             // A state that was restored meanwhile wants another scene: begin again.
@@ -260,6 +267,28 @@ impl Loader {
     fn restored_head(&self) {
         self.params.head_report.set_text(String::new());
         self.refresh_scene();
+    }
+
+    /// The scene that is asked for, heard with the project's head, a remark and the scene's key.
+    fn found(&self, request: &SceneRequest) -> Result<(Arc<Scene>, String, SceneKey), LoadError> {
+        if let Some(room) = &request.room {
+            return Ok((self.drawn(room, &request.head)?, String::new(), request.saved.clone()));
+        }
+        let found = find_scene(request)?;
+        Ok((self.heard(&found, &request.head), found.note, found.key))
+    }
+
+    /// The drawn room heard with the project's head, or with the factory's where that cannot be, which is reported.
+    fn drawn(&self, room: &DrawnRoom, saved: &SavedHead) -> Result<Arc<Scene>, DrawnRoomError> {
+        let (head, report) = match saved.head() {
+            Ok(head) => (head, None),
+            Err(error) => (None, Some(with_causes(&error))),
+        };
+        self.params.head_name.set_text(head.as_ref().map_or_else(String::new, |head| head.name().to_owned()));
+        if head.is_some() || report.is_some() {
+            self.params.head_report.set_text(report.unwrap_or_default());
+        }
+        cache::drawn(room, head.as_ref())
     }
 
     /// The scene heard with the project's head, or as it is where that cannot be, which is reported.

@@ -2,6 +2,7 @@
 
 use crate::cast::index;
 use crate::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
+use crate::drawn_room::DrawnRoom;
 use crate::osc::config::OscConfig;
 use crate::parameter::{Parameter, SLOTS};
 use crate::persisted::{Persisted, Report};
@@ -86,6 +87,9 @@ pub struct PromenadeParams {
     /// The user's own head, where it takes the place of the scene's.
     #[persist = "head"]
     pub head: Persisted<SavedHead>,
+    /// The room that the user has drawn, the project's own scene where there is one.
+    #[persist = "room"]
+    pub room: Persisted<Option<DrawnRoom>>,
     /// How Open Sound Control is set up.
     #[persist = "osc"]
     pub osc: Persisted<OscConfig>,
@@ -155,6 +159,7 @@ impl Default for PromenadeParams {
             scene_key: Persisted::default(),
             saved_walk: Persisted::default(),
             head: Persisted::default(),
+            room: Persisted::default(),
             osc: Persisted::default(),
             remote: Remote::default(),
             editor: Persisted::default(),
@@ -199,6 +204,8 @@ pub struct Choices {
     pub walk_slot: u32,
     /// How often a head has been asked for.
     pub heads: u32,
+    /// How often the drawn room has changed.
+    pub rooms: u32,
 }
 
 impl PromenadeParams {
@@ -243,7 +250,15 @@ impl PromenadeParams {
             scene_slot: slot(Parameter::Slot),
             walk_slot: slot(Parameter::Walk),
             heads: self.head_wish.asked(),
+            rooms: self.room.changes(),
         }
+    }
+
+    /// Whether the parameters choose the project's own scene, not a built-in one or a file of the library.
+    #[must_use]
+    pub fn chooses_own_scene(&self) -> bool {
+        let Choices { scene, scene_slot, .. } = self.choices();
+        scene == SceneChoice::Library && scene_slot == 0
     }
 
     /// A parameter's plain value as the host has it.

@@ -2,16 +2,17 @@
 
 use nice_plug::params::persist::PersistentField;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 /// A value that the host saves with the project. It counts how often the host has restored it, and calls a hook each time.
 ///
-/// The audio thread never touches it.
+/// The audio thread never touches the value.
 #[derive(Default)]
 pub struct Persisted<T> {
     value: RwLock<T>,
     restores: AtomicU64,
+    changes: AtomicU32,
     on_restore: OnceLock<Box<dyn Fn() + Send + Sync>>,
 }
 
@@ -28,6 +29,7 @@ impl<T: Clone> Persisted<T> {
         let current = self.restores.load(Ordering::Acquire) == restores;
         if current {
             *held = value;
+            self.changes.fetch_add(1, Ordering::AcqRel);
         }
         current
     }
@@ -37,6 +39,7 @@ impl<T: Clone> Persisted<T> {
         let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
         *held = value;
         self.restores.fetch_add(1, Ordering::AcqRel);
+        self.changes.fetch_add(1, Ordering::AcqRel);
     }
 
     /// Replaces the value as when the host restores it: the hook is called.
@@ -57,6 +60,16 @@ impl<T: Clone> Persisted<T> {
         };
         // A second hook would mean two owners of one instance, which the constructor rules out.
         drop(self.on_restore.set(Box::new(hook)));
+    }
+}
+
+impl<T> Persisted<T> {
+    /// How often the value has been replaced or restored.
+    ///
+    /// # Real-time
+    /// Any thread; no allocation, lock or I/O.
+    pub fn changes(&self) -> u32 {
+        self.changes.load(Ordering::Acquire)
     }
 }
 

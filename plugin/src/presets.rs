@@ -1,6 +1,6 @@
 //! Presets: the factory's inside the plugin, the user's as files, all in Steinberg's format, so that VST3 hosts list them too.
 
-use crate::library::read_limited;
+use crate::library::{file_name_of, read_limited};
 use nice_plug::plugin::PluginState;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -119,11 +119,7 @@ pub fn read(preset: &Preset) -> Result<PluginState, PresetError> {
 /// # Errors
 /// The name cannot be a file name, or the file cannot be written.
 pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, PresetError> {
-    let name = name.trim();
-    let file_name = Path::new(name).file_name().and_then(|n| n.to_str());
-    if name.is_empty() || file_name != Some(name) || name.starts_with('.') || name.contains(['\\', ':', '\0']) {
-        return Err(PresetError::Name(name.to_owned()));
-    }
+    let name = file_name_of(name).ok_or_else(|| PresetError::Name(name.trim().to_owned()))?;
     let path = folder.join(format!("{name}.{EXTENSION}"));
     let io_error = |error| PresetError::Io { path: path.clone(), error };
     std::fs::create_dir_all(folder).map_err(io_error)?;

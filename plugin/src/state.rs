@@ -13,6 +13,8 @@ const VERSION_FIELD: &str = "version";
 const OSC_FIELD: &str = "osc";
 /// Key of the values that have come over Open Sound Control.
 const REMOTE_FIELD: &str = "remote";
+/// Key of the room that the user has drawn.
+const ROOM_FIELD: &str = "room";
 /// Key of the user's own head.
 const HEAD_FIELD: &str = "head";
 /// The version of the states that this plugin writes.
@@ -52,6 +54,8 @@ pub fn migrate(state: &mut PluginState) {
     }
     // States of before there were heads mean the scene's own.
     state.fields.entry(HEAD_FIELD.to_owned()).or_insert_with(|| "\"\"".to_owned());
+    // States of before rooms could be drawn have none: the scene that they name is played.
+    state.fields.entry(ROOM_FIELD.to_owned()).or_insert_with(|| "null".to_owned());
     // What was heard when the project was saved; without this field nothing would forget what has come since.
     let remote = state.fields.insert(REMOTE_FIELD.to_owned(), "{}".to_owned());
     let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();
@@ -113,7 +117,10 @@ mod tests {
             params.remote.set(parameter, value, params.hosted(parameter));
             loader.refresh();
             let fields = params.serialize_fields();
-            assert_eq!(fields.keys().collect::<Vec<_>>(), ["editor", "head", "osc", "remote", "scene", "version", "walk"]);
+            assert_eq!(
+                fields.keys().collect::<Vec<_>>(),
+                ["editor", "head", "osc", "remote", "room", "scene", "version", "walk"]
+            );
             params.scene_report.text()
         };
         params.scene_key.restore(SceneKey {

@@ -1,6 +1,7 @@
-//! What presets, undo and the A/B comparison restore: the parameters, the scene, the camera path and the head.
+//! What presets, undo and the A/B comparison restore: the parameters, the scene, the drawn room, the camera path and the head.
 
 use crate::cast::index;
+use crate::drawn_room::DrawnRoom;
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
 use crate::saved_head::SavedHead;
@@ -16,6 +17,7 @@ pub struct UserState {
     scene: SceneKey,
     walk: SavedWalk,
     head: SavedHead,
+    room: Option<DrawnRoom>,
 }
 
 impl UserState {
@@ -27,6 +29,7 @@ impl UserState {
             scene: params.scene_key.get().0,
             walk: params.saved_walk.get().0,
             head: params.head.get().0,
+            room: params.room.get().0,
         }
     }
 
@@ -53,6 +56,9 @@ impl UserState {
         if let Some(head) = field("head").filter(|_| has_head).and_then(|json| deserialize_field(json).ok()) {
             state.head = head;
         }
+        if let Some(room) = field("room").and_then(|json| deserialize_field(json).ok()) {
+            state.room = room;
+        }
         state
     }
 
@@ -74,6 +80,9 @@ impl UserState {
     pub fn restore(&self, params: &PromenadeParams, mut set: impl FnMut(Parameter, f32)) {
         if params.scene_key.get().0 != self.scene {
             params.scene_key.restore(self.scene.clone());
+        }
+        if params.room.get().0 != self.room {
+            params.room.restore(self.room.clone());
         }
         if params.saved_walk.get().0 != self.walk {
             params.saved_walk.restore(self.walk.clone());
@@ -149,9 +158,11 @@ pub(crate) mod tests {
         let params = PromenadeParams::default();
         let mut restored = with(Parameter::Pitch, 12.0);
         restored.walk.looping = true;
+        restored.room = Some(DrawnRoom::default());
         let mut set = Vec::new();
         restored.restore(&params, |parameter, value| set.push((parameter, value)));
         assert_eq!(set, [(Parameter::Pitch, 12.0)]);
         assert!(params.saved_walk.get().0.looping);
+        assert_eq!(params.room.get().0, Some(DrawnRoom::default()));
     }
 }

@@ -25,22 +25,26 @@ fn ours(of: &str) -> Vec<String> {
 
 #[test]
 fn the_crates_meet_in_core_alone() {
-    let table: [(&str, &[&str]); 10] = [
+    let table: [(&str, &[&str]); 11] = [
         ("promenade-acoustics", &["audio"]),
+        ("promenade-room", &["acoustics", "core", "fourier", "metrics"]),
         ("promenade-fourier", &[]),
         ("promenade-audio", &[]),
         ("promenade-metrics", &["fourier"]),
         ("promenade-core", &["fourier"]),
         ("promenade-paths", &["core", "fourier"]),
         ("promenade-sofa", &["audio", "core", "fourier"]),
-        ("promenade-plugin", &["audio", "core", "fourier", "paths", "sofa"]),
-        ("promenade-baker", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "sofa"]),
-        ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "metrics", "paths", "sofa"]),
+        ("promenade-plugin", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "room", "sofa"]),
+        ("promenade-baker", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "room", "sofa"]),
+        ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "metrics", "paths", "room", "sofa"]),
     ];
     for (of, needs) in table {
         assert_eq!(ours(of), needs, "{of}");
     }
-    assert_eq!(ours("promenade"), ["acoustics", "audio", "baker", "core", "fourier", "host", "metrics", "paths", "sofa"]);
+    assert_eq!(
+        ours("promenade"),
+        ["acoustics", "audio", "baker", "core", "fourier", "host", "metrics", "paths", "room", "sofa"]
+    );
 }
 
 #[test]
@@ -56,6 +60,14 @@ fn the_host_knows_no_plugin_in_particular() {
 fn core_knows_no_host_file_thread_or_interface() {
     let all = closure("promenade-core");
     for foreign in ["nice-plug", "hound", "crossbeam", "rayon", "tokio", "egui", "clap", "cpal"] {
+        assert!(!all.contains(foreign), "{foreign}");
+    }
+}
+
+#[test]
+fn the_plugin_has_no_mesh_tools() {
+    let all = closure("promenade-plugin");
+    for foreign in ["obvhs", "tobj", "stl_io", "ply-rs-bw", "rayon"] {
         assert!(!all.contains(foreign), "{foreign}");
     }
 }
@@ -135,6 +147,7 @@ fn no_files_use_each_other_in_a_circle() {
         "metrics",
         "paths",
         "plugin",
+        "room",
         "testing",
         "tests",
         "trainer",

@@ -19,6 +19,8 @@ in_both_formats!(
     every_parameter_survives,
     scene_and_camera_path_survive,
     a_head_survives_and_is_heard,
+    a_drawn_room_survives_and_is_heard,
+    a_room_that_cannot_be_passes_the_dry_sound,
     a_restored_state_is_heard_at_once,
     a_missing_scene_passes_the_dry_sound_and_stays_in_the_state,
     a_changed_scene_is_played_and_the_old_one_still_asked_for,
@@ -140,6 +142,66 @@ fn a_head_survives_and_is_heard<H: Host>() {
     assert!(difference_db(&own, &render(&mut host, &[&signal, &signal], &[512])) < -120.0);
 }
 
+/// A state that plays a drawn room.
+fn with_room(state: &Value, room: &Value) -> Vec<u8> {
+    let mut state = state.clone();
+    state["params"]["scene"] = json!({ "string": "library" });
+    edit_state(&state, "room", room)
+}
+
+fn a_drawn_room_survives_and_is_heard<H: Host>() {
+    let signal = noise(12_000);
+    let play = |host: &mut H| {
+        host.reopen(Setup::default());
+        render(host, &[&signal, &signal], &[512])
+    };
+    let mut host = H::open(Setup::default());
+    let room = json!({
+        "size": [5.0, 4.0, 2.5], "corner": [-2.0, -2.0, -1.0], "emitter": [1.5, 0.5, 0.25],
+        "materials": ["marble_floor", "plasterboard", "0.2", "0.3:0.4", "carpet_thin", "plasterboard"],
+    });
+    let state = with_room(&host.state(), &room);
+    assert!(host.load(&state));
+    let heard = play(&mut host);
+    assert_eq!(field(&host.state(), "room"), room);
+    let mut again = H::open(Setup::default());
+    assert!(again.load(&host.save()));
+    assert!(difference_db(&heard, &play(&mut again)) < -120.0, "the project does not play as it was saved");
+    let mut moved = room.clone();
+    moved["emitter"] = json!([1.5, -0.5, 0.25]);
+    let state = with_room(&again.state(), &moved);
+    assert!(again.load(&state));
+    assert!(difference_db(&heard, &play(&mut again)) > -20.0, "the emitter is not heard to move");
+    // A state of before rooms could be drawn has none.
+    let mut old = again.state();
+    old["fields"].as_object_mut().unwrap().remove("room");
+    old["params"]["scene"] = json!({ "string": "iosr-room-a" });
+    assert!(again.load(&old.to_string().into_bytes()));
+    assert_eq!(field(&again.state(), "room"), Value::Null);
+}
+
+fn a_room_that_cannot_be_passes_the_dry_sound<H: Host>() {
+    let signal = noise(4_000);
+    for wrong in [
+        json!({ "size": [0.0, 4.0, 2.5] }),
+        json!({ "size": [1e9, 4.0, 2.5] }),
+        json!({ "size": [1e300, 4.0, 2.5] }),
+        json!({ "size": [5.0, 4.0, 2.5], "emitter": [90.0, 0.0, 0.0] }),
+        json!({ "corner": [1e30, 0.0, 0.0] }),
+        json!({ "materials": ["marbel", "0.1", "0.1", "0.1", "0.1", "0.1"] }),
+        json!({ "materials": ["2", "-1", "0.1/0.2", "", ":", "0.1:"] }),
+    ] {
+        let mut host = H::open(Setup::default());
+        let state = with_room(&host.state(), &wrong);
+        assert!(host.load(&state));
+        host.reopen(Setup::default());
+        let latency = host.latency();
+        let heard = render(&mut host, &[&signal, &signal], &[512]);
+        let dry = [vec![0.0; latency], signal[..signal.len() - latency].to_vec()].concat();
+        assert!(difference_db(&heard, &[dry.clone(), dry]) < -120.0, "the dry sound does not pass: {wrong}");
+    }
+}
+
 fn a_restored_state_is_heard_at_once<H: Host>() {
     let signal = noise(12_000);
     let mut room_b = H::open(Setup::default());
@@ -249,7 +311,7 @@ fn a_state_is_the_same_after_it_is_loaded_and_has_no_reports<H: Host>() {
     host.instance().settle().unwrap();
     let saved = host.save();
     let fields = |state: &Value| state["fields"].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    assert_eq!(fields(&host.state()), ["editor", "head", "osc", "remote", "scene", "version", "walk"]);
+    assert_eq!(fields(&host.state()), ["editor", "head", "osc", "remote", "room", "scene", "version", "walk"]);
     // States of earlier plugins have reports.
     let old: Value =
         serde_json::from_slice(&edit_state(&host.state(), "scene-report", &json!("/home/ada/hall is missing"))).unwrap();

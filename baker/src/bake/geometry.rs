@@ -6,11 +6,10 @@
 use crate::bake::direct::Direct;
 use crate::bake::late_unit::Late;
 use crate::bake::log_transfer::LogTransfer;
-use crate::bake::room::{LONGEST_EARLY_S, SHORTEST_EARLY_S, late_gain};
 use crate::error::BakeError;
-use crate::signal::spectrum::{Analyser, HopEnergies};
+use crate::signal::spectrum::Analyser;
 use crate::sources::ambisonic::{ambisonic_head, head_responses};
-use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ, octave_energy};
+use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ};
 use half::f16;
 use promenade_acoustics::{
     Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, late_field,
@@ -21,7 +20,7 @@ use promenade_core::{
     Anchor, Axis, Bands, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts,
     StftGrid, TailModel, TransferShape,
 };
-use promenade_metrics::slope;
+use promenade_room::{HopEnergies, LONGEST_EARLY_S, Receiver, SHORTEST_EARLY_S, decay_s, hop_energies, time_filters};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f32::consts::PI;
@@ -34,8 +33,6 @@ const AZIMUTHS: usize = 32;
 const WINDOW_S: f64 = 0.020;
 /// Places of the listener, at most.
 const MOST_PLACES: usize = 4096;
-/// The fall of the late part that its reverberation time is fitted to, dB.
-const FITTED_DB: f64 = 20.0;
 /// Reverberation time of a room in which nothing decays in sight, seconds.
 const UNKNOWN_T60_S: f64 = 0.3;
 /// The longest and shortest time that rays are followed, seconds.
@@ -128,6 +125,27 @@ impl Heard {
     }
 }
 
+/// A head for box rooms.
+///
+/// # Errors
+/// A head without sound in some direction.
+pub fn receiver(hrtf: &Hrtf) -> Result<Receiver, BakeError> {
+    let rate = f64::from(hrtf.sample_rate_hz());
+    let grid = StftGrid::four_hops(rate, (rate * WINDOW_S / 4.0).round());
+    let bands = Bands::for_rate(rate);
+    let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: 0 };
+    let direct = direct_field(Vec3::ZERO, hrtf, &grid, shape, 1.0);
+    let receiver =
+        direct.and_then(|direct| Receiver::new(grid, bands.clone(), coherence(hrtf, &bands), &direct, ambisonic_head(hrtf)));
+    let receiver = receiver.ok_or_else(|| BakeError::argument("head", "sound in all directions", "silence"))?;
+    Ok(receiver.with_credit(&hrtf.credit, &hrtf.licence))
+}
+
+/// Coherence of a diffuse field between the ears, by band.
+fn coherence(hrtf: &Hrtf, bands: &Bands) -> Vec<f32> {
+    bands.centres_hz().iter().map(|hz| hrtf.coherence(f64::from(*hz))).collect()
+}
+
 /// Bakes a scene of a room with an emitter, metres, heard with a head at the sample rate of its responses. `done` is told the share of the
 /// work that is, 0 to 1. The same input and seed make the same scene.
 ///
@@ -156,9 +174,8 @@ pub fn bake_geometry(
     let early_s = (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S);
     let taps = (early_s / grid.hop_s()).round() as usize;
     let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
-    let t60_s = decay(&rest, taps + 1, grid.hop_s(), typical);
-    let coherence = bands.centres_hz().iter().map(|hz| hrtf.coherence(f64::from(*hz))).collect();
-    let tail = TailModel { seed: options.seed, t60_s, coherence };
+    let t60_s = decay_s(&rest, taps + 1, grid.hop_s(), typical);
+    let tail = TailModel { seed: options.seed, t60_s, coherence: coherence(hrtf, &bands) };
     let top_hz = (0.42 * rate) as f32;
     let gain = unit_gain(&heard);
     let late = Late { grid: &grid, bands: &bands, tail: &tail, shape, top_hz };
@@ -336,26 +353,7 @@ fn left_over(heard: &Heard, kept: &BTreeSet<usize>, grid: &StftGrid, bands: &Ban
         let energy = std::array::from_fn(|b| amplitudes[b].powi(2) * (-decay[b] * way.way_m as f32).exp());
         echogram.add(way.way_m / f64::from(SPEED_OF_SOUND_M_S), &energy, [0.0; 3]);
     }
-    // Hop `l` begins a quarter of a hop before `l` hops after the direct sound, as the render head's taps do.
-    let start = heard.direct_s - 0.25 * grid.hop_s();
-    let hops = ((echogram.bins.len() as f64 * echogram.bin_s - heard.direct_s) / grid.hop_s()).ceil().max(2.0) as usize;
-    let mut octaves = vec![[0.0_f64; 7]; hops];
-    for (i, bin) in echogram.bins.iter().enumerate() {
-        // A bin reaches into two hops.
-        let place = (i as f64 * echogram.bin_s - start) / grid.hop_s();
-        let width = echogram.bin_s / grid.hop_s();
-        let first = place.floor();
-        let into_next = ((place + width - first - 1.0) / width).clamp(0.0, 1.0);
-        for (hop, share) in [(first, 1.0 - into_next), (first + 1.0, into_next)] {
-            // What comes with the direct sound is heard a hop later: there is no earlier tap.
-            let hop = hop.max(1.0) as usize;
-            if let Some(octaves) = octaves.get_mut(hop) {
-                octaves.iter_mut().zip(bin.energy).for_each(|(sum, e)| *sum += share * f64::from(e));
-            }
-        }
-    }
-    let centres = bands.centres_hz();
-    octaves.iter().map(|octaves| centres.iter().map(|hz| octave_energy(octaves, f64::from(*hz))).collect()).collect()
+    hop_energies(&echogram, heard.direct_s, grid, bands)
 }
 
 /// The longest of the octaves' reverberation times, seconds, each a mean over all places that show one.
@@ -365,49 +363,6 @@ fn typical_t60_s(heard: &[Heard]) -> f64 {
         (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
     };
     (0..OCTAVES_HZ.len()).filter_map(mean).reduce(f64::max).unwrap_or(UNKNOWN_T60_S)
-}
-
-/// Reverberation time of the late part by band, seconds: a straight line through the level over its first [`FITTED_DB`], at all places
-/// together. `typical` where nothing is left to decay.
-fn decay(rest: &[HopEnergies], from: usize, hop_s: f64, typical: f64) -> Vec<f32> {
-    let hops = rest.iter().map(Vec::len).min().unwrap_or(0);
-    let bands = rest.first().and_then(|hops| hops.first()).map_or(0, Vec::len);
-    let time = |band: usize| {
-        let levels: Vec<f64> =
-            (from..hops).map(|hop| 10.0 * rest.iter().map(|h| h[hop][band]).sum::<f64>().max(1e-30).log10()).collect();
-        let start = levels.iter().take(4).sum::<f64>() / levels.len().clamp(1, 4) as f64;
-        let end = levels.iter().position(|level| *level < start - FITTED_DB).unwrap_or(levels.len());
-        let points: Vec<(f64, f64)> = levels[..end].iter().enumerate().map(|(i, level)| (i as f64 * hop_s, *level)).collect();
-        let db_per_s = if points.len() > 3 { slope(&points) } else { None };
-        db_per_s.map(|s| -60.0 / s).filter(|t| t.is_finite() && *t > 0.0).unwrap_or(typical)
-    };
-    (0..bands).map(|band| time(band).clamp(0.02, 100.0) as f32).collect()
-}
-
-/// Gains of taps and late part of one place in a row, linear amplitude, the same at both ears.
-fn time_filters(
-    energies: &HopEnergies,
-    unit: &HopEnergies,
-    shape: TransferShape,
-    tail: &TailModel,
-    grid: &StftGrid,
-    gain: f64,
-) -> Vec<f32> {
-    let mut row = Vec::with_capacity(shape.tap_len() * (shape.taps + 1));
-    for hop in 1..=shape.taps {
-        let one = |band: usize| energies.get(hop).map_or(0.0, |e| (gain * e[band].sqrt()) as f32);
-        let ear: Vec<f32> = (0..shape.bands).map(one).collect();
-        row.extend([&ear[..], &ear[..]].concat());
-    }
-    let first = shape.taps + 1;
-    let until = energies.len().min(unit.len());
-    let late = |band: usize| {
-        let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(tail.t60_s[band]));
-        if until > first + 2 { (gain * late_gain(energies, unit, band, first..until, decay)) as f32 } else { 0.0 }
-    };
-    let ear: Vec<f32> = (0..shape.bands).map(late).collect();
-    row.extend([&ear[..], &ear[..]].concat());
-    row
 }
 
 /// Gain that brings the loudest place to unit energy.

@@ -2,8 +2,9 @@
 
 use crate::error::BakeError;
 use crate::player::render_response;
-use crate::signal::spectrum::{Analyser, HopEnergies};
+use crate::signal::spectrum::Analyser;
 use promenade_core::{Bands, Pose, Scene, StftGrid, TailModel, TransferShape};
+use promenade_room::HopEnergies;
 use std::sync::Arc;
 
 /// The late part of a room.

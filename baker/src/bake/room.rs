@@ -3,11 +3,11 @@
 use crate::bake::direct::Direct;
 use crate::bake::late_unit::Late;
 use crate::error::BakeError;
-use crate::signal::spectrum::{Analyser, HopEnergies, at};
+use crate::signal::spectrum::{Analyser, at};
 use crate::sources::responses::Response;
 use promenade_core::{Bands, LOWEST_BINS, StftGrid, TailModel, TransferShape};
 use promenade_metrics::slope;
-use std::ops::Range;
+use promenade_room::{HopEnergies, LONGEST_EARLY_S, SHORTEST_EARLY_S, late_gain};
 
 /// Reverberation times below this are taken for a failed fit, seconds.
 const SHORTEST_T60_S: f64 = 0.03;
@@ -23,9 +23,6 @@ const AUDIBLE_END: f64 = 1e-4;
 const LEAST_FALL_DB: f64 = 10.0;
 /// Headroom over the noise floor that a hop needs to count, as a ratio of energies (6 dB).
 const OVER_NOISE: f64 = 4.0;
-/// Explicit taps reach over half the reverberation time, but no longer and no shorter than this, seconds.
-pub(crate) const LONGEST_EARLY_S: f64 = 0.22;
-pub(crate) const SHORTEST_EARLY_S: f64 = 0.08;
 /// Reverberation times are fitted from here on, seconds.
 const FITTED_FROM_S: f64 = 0.16;
 /// The longest time for which the bass rings on as it was measured, seconds.
@@ -87,24 +84,6 @@ fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f
         return None;
     }
     slope(&points).map(|db_per_s| -60.0 / db_per_s).filter(|t| *t >= SHORTEST_T60_S && t.is_finite())
-}
-
-/// Gain of the late part in a band, linear amplitude, from energies over some hops, weighted as they decay; `unit` are those of a gain of
-/// 1.
-pub(crate) fn late_gain(
-    energies: &HopEnergies,
-    unit: &HopEnergies,
-    band: usize,
-    hops: Range<usize>,
-    decay_per_hop: f64,
-) -> f64 {
-    let (mut num, mut den) = (0.0, 0.0);
-    for (l, (e, u)) in energies[hops.clone()].iter().zip(&unit[hops]).enumerate() {
-        let weight = decay_per_hop.powi(2 * l as i32);
-        num += e[band] * weight;
-        den += u[band] * weight;
-    }
-    if den > 0.0 { (num / den).max(0.0).sqrt() } else { 0.0 }
 }
 
 /// Real interaural coherence per band of both ears' sound from sample `start` on.

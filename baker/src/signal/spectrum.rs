@@ -3,9 +3,7 @@
 use promenade_core::{Bands, StftGrid};
 use promenade_fourier::Fourier;
 use promenade_fourier::num_complex::Complex64;
-
-/// Energy density per hop and band of one ear, `[hop][band]`.
-pub(crate) type HopEnergies = Vec<Vec<f64>>;
+use promenade_room::HopEnergies;
 
 /// Transform of pieces up to one frame of a grid long.
 pub(crate) struct Analyser {

@@ -13,8 +13,6 @@ mod poses;
 mod tail;
 mod walls;
 
-pub(crate) use walls::octave_energy;
-
 pub use box_room::{BoxOptions, BoxRoom, MAX_ORDER, simulate_box};
 pub use hrtf::Hrtf;
 pub use join::{PartFolder, RunKey, join};

@@ -3,6 +3,7 @@
 use super::capture::ClipArgs;
 use super::values::{parse_absorption, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
+use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
@@ -120,6 +121,18 @@ pub(crate) struct SimulateMeshArgs {
     pub(crate) output: PathBuf,
 }
 
+/// One material for all walls, or six of them.
+fn parse_walls(text: &str) -> Result<[Material; 6], String> {
+    let table = Materials::default();
+    let walls: Result<Vec<Material>, String> =
+        text.split(';').map(|wall| table.material(wall.trim()).map_err(|error| error.to_string())).collect();
+    let walls = walls?;
+    match &walls[..] {
+        [all] => Ok(std::array::from_fn(|_| all.clone())),
+        _ => walls.try_into().map_err(|walls: Vec<Material>| format!("expected 1 or 6 materials, found {}", walls.len())),
+    }
+}
+
 fn parse_rule(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((pattern, material)) if !pattern.trim().is_empty() && !material.trim().is_empty() => {
@@ -141,6 +154,10 @@ pub(crate) struct SimulateBoxArgs {
     /// semicolons: x = 0, x = X, y = 0, y = Y, floor, ceiling
     #[arg(long, value_name = "A", default_value = "0.2", value_parser = parse_absorption)]
     pub(crate) absorption: [Absorption; 6],
+    /// Materials of the walls in place of --absorption, ABSORPTION[:SCATTERING] each, names of `simulate materials` or numbers: of all walls
+    /// or of six parted by semicolons
+    #[arg(long, value_name = "M", conflicts_with = "absorption", value_parser = parse_walls)]
+    pub(crate) materials: Option<[Material; 6]>,
     #[command(flatten)]
     pub(crate) run: RunArgs,
     #[command(flatten)]
@@ -154,11 +171,15 @@ pub(crate) struct SimulateBoxArgs {
     /// Walls that an image source has met at most
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(0..=20))]
     pub(crate) order: u32,
-    /// Sample rate of the responses, hertz
-    #[arg(long, value_name = "HZ", default_value_t = 24_000, value_parser = clap::value_parser!(u32).range(8_000..=192_000))]
-    pub(crate) rate: u32,
-    /// Folder to write: WAV files and a responses.json; with --dry a capture
-    #[arg(short, long, value_name = "FOLDER")]
+    /// Sample rate, hertz [default: 24000 of responses, 48000 of a scene]
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(8_000..=192_000))]
+    pub(crate) rate: Option<u32>,
+    /// Name shown to the user [default: the room's lengths]
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) title: Option<String>,
+    /// What to write: a scene if it ends in .promenade, as the editor's Room makes it; else a folder: WAV files and a responses.json,
+    /// with --dry a capture
+    #[arg(short, long, value_name = "FILE.promenade|FOLDER")]
     pub(crate) output: PathBuf,
 }
 

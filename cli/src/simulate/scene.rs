@@ -1,10 +1,14 @@
-//! `promenade simulate ROOM -o SCENE.promenade`: a scene of image sources.
+//! `promenade simulate ROOM -o SCENE.promenade` and `simulate box ... -o SCENE.promenade`: scenes of image sources.
 
-use crate::args::{RoomArgs, RunArgs, SimulateMeshArgs};
+use crate::args::{RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{progress, report, scene};
-use anyhow::{Result, bail};
-use promenade_acoustics::{Air, Mesh, Room};
-use promenade_baker::geometry::{GeometryOptions, bake_geometry};
+use anyhow::{Context, Result, bail};
+use promenade_acoustics::{Air, Material, Mesh, Room, SCATTERING, Shoebox};
+use promenade_baker::geometry::{GeometryOptions, bake_geometry, receiver};
+use promenade_baker::simulation::Hrtf;
+use promenade_baker::{LoadOptions, Responses};
+use promenade_core::glam::Vec3;
+use promenade_room::{SceneOptions, ShoeboxRoom};
 use std::time::Instant;
 
 /// Places of the listener that a scene has about, unless told.
@@ -46,6 +50,58 @@ pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMesh
         args.output.display(),
         bytes.div_ceil(1000),
         baked.provenance().notes.join("; "),
+        began.elapsed().as_secs_f64()
+    ));
+    Ok(())
+}
+
+/// Sample rate of a box's scene unless told, hertz.
+const SCENE_HZ: u32 = 48_000;
+/// Image sources of a box's scene.
+const IMAGES: usize = 60;
+
+pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
+    let began = Instant::now();
+    let run = &args.run;
+    if run.part.is_some() || run.path.is_some() || run.poses.is_some() || run.length.is_some() || !args.clips.dry.is_empty() {
+        bail!("{}: expected no --path, --poses, --length, --part or --dry for a scene", args.output.display());
+    }
+    let set = Responses::load(&run.head, &LoadOptions::default())?;
+    let hrtf = Hrtf::new(&set, args.rate.unwrap_or(SCENE_HZ));
+    let hrtf = hrtf.with_context(|| format!("{}: makes no HRTF", run.head.display()))?;
+    let even = |absorption: &[f32; 7]| Material { name: String::new(), absorption: *absorption, scattering: [SCATTERING; 7] };
+    let materials = args.materials.clone().unwrap_or_else(|| args.absorption.each_ref().map(even));
+    let walls = Shoebox { size: args.size.as_dvec3().to_array(), materials };
+    let [x, y, z] = args.size.to_array();
+    let names: Vec<&str> = walls.materials.iter().map(|m| m.name.as_str()).collect();
+    let names = match &args.materials {
+        Some(_) => format!("--materials '{}'", names.join(";")),
+        None => {
+            let walls = args.absorption.iter().map(|wall| wall.map(|a| a.to_string()).join(","));
+            format!("--absorption '{}'", walls.collect::<Vec<_>>().join(";"))
+        }
+    };
+    let [ex, ey, ez] = args.emitter.to_array();
+    let options = SceneOptions {
+        images: IMAGES,
+        seed: run.seed,
+        title: args.title.clone().unwrap_or_else(|| format!("Room of {x} x {y} x {z} m")),
+        recipe: format!(
+            "simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} {names} --head {} --seed {}",
+            report::file_name(&run.head),
+            run.seed
+        ),
+    };
+    let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: args.emitter };
+    let made = room.scene(&receiver(&hrtf)?, &options)?;
+    let bytes = scene::write(&args.output, &made)?;
+    let times: Vec<String> = room.walls.eyring_t60_s(Some(Air::default())).iter().map(|t| format!("{t:.2}")).collect();
+    report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
+    report::line(format_args!(
+        "{}: {} kB, {} in {:.1} s",
+        args.output.display(),
+        bytes.div_ceil(1000),
+        made.provenance().notes.join("; "),
         began.elapsed().as_secs_f64()
     ));
     Ok(())

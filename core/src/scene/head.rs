@@ -79,7 +79,7 @@ impl Scene {
         let measured = parts.measured_head.as_ref();
         let change = Change {
             grid: &parts.grid,
-            shape: parts.shape(),
+            shape: field.shape(),
             head,
             source_db: measured.map_or_else(|| head.around_db(around.iter().copied()), |m| m.around_db),
             room: room_gains(head, measured, &parts.bands),
@@ -99,7 +99,8 @@ impl Scene {
         let field = changed.unwrap_or_else(|| field.clone());
         let images =
             parts.images.as_ref().map(|images| ImageSources { head: ambisonic_head(head, &images.head), ..images.clone() });
-        Ok(Self { parts: SceneParts { field: Some(field), images, ..parts.clone() } })
+        let room = parts.room.as_ref().map(|room| change.room_of(room));
+        Ok(Self { parts: SceneParts { field: Some(field), room, images, ..parts.clone() } })
     }
 }
 
@@ -173,11 +174,26 @@ impl Change<'_> {
             .collect();
         for (row, (direction, _)) in rows.chunks_exact_mut(self.shape.row_len()).zip(around) {
             self.direct(row, *direction, &emitter);
-            let taps = &mut row[self.shape.direct_len()..];
-            for gains in taps.chunks_exact_mut(self.shape.tap_len()) {
-                gains.iter_mut().zip(&self.room).for_each(|(tap, gain)| *tap *= gain);
-            }
+            self.time_filters(&mut row[self.shape.direct_len()..]);
         }
+    }
+
+    /// Changes the gains of taps and late part.
+    fn time_filters(&self, gains: &mut [f32]) {
+        for gains in gains.chunks_exact_mut(self.shape.tap_len()) {
+            gains.iter_mut().zip(&self.room).for_each(|(tap, gain)| *tap *= gain);
+        }
+    }
+
+    /// A table of time filters, changed.
+    fn room_of(&self, room: &Field) -> Field {
+        let Rows::Whole(rows) = room.rows() else { return room.clone() };
+        let (mut rows, shape) = (rows.clone(), room.shape());
+        for row in rows.chunks_exact_mut(shape.row_len()) {
+            self.time_filters(&mut row[shape.direct_len()..]);
+        }
+        // Of the same shape as before.
+        Field::new(room.grid().clone(), shape, Rows::Whole(rows)).unwrap_or_else(|| room.clone())
     }
 
     /// Changes the direct sound of one direction; `emitter` is the natural logarithm of the emitter's amplitude by bin.

@@ -261,6 +261,9 @@ impl NiceEguiApp for App {
         let attention = scene.as_ref().and_then(|scene| self.instance.loader.attention.in_scene(scene));
         CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, &mut ctx, attention.as_deref()));
         self.instance.telemetry.shows_time.set(ctx.shows_time);
+        if std::mem::take(&mut ctx.selection.relist) {
+            self.scenes.list();
+        }
         let choices = params.choices();
         if self.choices.replace(choices) != Some(choices) {
             ctx.refresh();

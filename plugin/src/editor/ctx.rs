@@ -3,7 +3,10 @@
 use super::gesture::Gestures;
 use super::host::{Host, landed};
 use super::theme::Palette;
+use super::words::Word;
 use crate::cast::index;
+use crate::choices::SceneChoice;
+use crate::drawn_room::DrawnRoom;
 use crate::history::History;
 use crate::lister::Listing;
 use crate::loader::Loader;
@@ -19,6 +22,7 @@ use crate::user_state::UserState;
 use crate::walk::{SavedWalk, Walk};
 use crate::worker::TaskHandle;
 use nice_plug::context::gui::GuiContext;
+use nice_plug::prelude::Enum;
 use promenade_core::Scene;
 use std::sync::{Arc, Weak};
 
@@ -46,6 +50,8 @@ pub struct Selection {
     pub keyframe: Option<usize>,
     /// Whether the list of scenes is open in a narrow window.
     pub list: bool,
+    /// Whether the library is to be listed again.
+    pub relist: bool,
 }
 
 /// A scene's file that is named as soon as the host has taken its slot. Before, the loader would put the slot's own file in its place.
@@ -180,6 +186,37 @@ impl Ctx<'_> {
         if new != old && field.replace(new, restores) {
             self.touch();
         }
+    }
+
+    /// The drawn room, if that is what the parameters choose.
+    #[must_use]
+    pub fn drawn_room(&self) -> Option<DrawnRoom> {
+        let own = self.index(Parameter::Scene) == SceneChoice::Library.to_index() && self.index(Parameter::Slot) == 0;
+        self.params().room.get().0.filter(|_| own)
+    }
+
+    /// Replaces the drawn room and has it loaded. The host is told by [`Ctx::touch`], once when all of a drag is done. A state that the host
+    /// restores meanwhile wins.
+    pub fn draw(&self, room: DrawnRoom) {
+        let (old, restores) = self.params().room.get();
+        let room = Some(room);
+        if old != room && self.params().room.replace(room, restores) {
+            self.refresh();
+        }
+    }
+
+    /// Plays the drawn room and shows its panel. At first it is drawn about the listener.
+    pub fn choose_room(&mut self) {
+        if self.params().room.get().0.is_none() {
+            self.draw(DrawnRoom::around(self.frame.pose.position));
+        }
+        *self.owed = None;
+        // The slot first: the scene that was chosen before is not read again in between.
+        self.set(Parameter::Slot, 0.0);
+        self.set(Parameter::Scene, SceneChoice::Library.to_index() as f32);
+        self.touch();
+        self.settings.drawer = true;
+        Word::Room.label().clone_into(&mut self.settings.tab);
     }
 
     /// Restores a state, as gestures of its own.

@@ -6,6 +6,7 @@ use super::osc_panel::OscPanel;
 use super::panel::Panel;
 use super::path_panel::PathPanel;
 use super::presets_panel::PresetsPanel;
+use super::room_panel::RoomPanel;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::tab;
 use egui::{Frame, Margin, Ui};
@@ -16,7 +17,13 @@ const HEIGHT: f32 = 208.0;
 /// All panels, in the order of their tabs.
 #[must_use]
 pub(super) fn panels() -> Vec<Box<dyn Panel>> {
-    vec![Box::new(DirectPanel), Box::<PathPanel>::default(), Box::<OscPanel>::default(), Box::<PresetsPanel>::default()]
+    vec![
+        Box::new(DirectPanel),
+        Box::<RoomPanel>::default(),
+        Box::<PathPanel>::default(),
+        Box::<OscPanel>::default(),
+        Box::<PresetsPanel>::default(),
+    ]
 }
 
 /// Shows the tabs, and the panel of the chosen one.

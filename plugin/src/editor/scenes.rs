@@ -52,6 +52,7 @@ const LEAST_ABOUT: f32 = 156.0;
 enum Pick {
     Factory(usize),
     Slot(usize),
+    Room,
 }
 
 impl Scenes {
@@ -174,10 +175,20 @@ impl Scenes {
                 }
             }
         }
+        caption(ui, ctx.palette, "Yours");
+        let room = ctx.params().room.get().0;
+        let (title, below) = match &room {
+            Some(room) => (Word::YourRoom, room.lengths()),
+            None => (Word::DrawRoom, "Three lengths and six materials".to_owned()),
+        };
+        if room_line(ui, ctx.palette, title, &below, chosen == Pick::Room) {
+            clicked = Some(Pick::Room);
+        }
         if clicked.is_some() {
             *ctx.owed = None;
         }
         match clicked {
+            Some(Pick::Room) => ctx.choose_room(),
             Some(Pick::Factory(index)) => ctx.set(Parameter::Scene, index as f32),
             Some(Pick::Slot(slot)) => {
                 // The slot first: the scene that was chosen before is not read again in between.
@@ -203,6 +214,8 @@ fn scene_file(path: &Path) -> Result<SceneKey, String> {
 /// Plays a scene file as the project's own.
 fn open(ctx: &mut Ctx<'_>, key: SceneKey) {
     *ctx.owed = Some(Owed { slot: 0, key, before: Some(UserState::of(ctx.params())) });
+    // A drawn room would be the project's own.
+    ctx.keep(&ctx.instance.params.room, |room| *room = None);
     ctx.set(Parameter::Slot, 0.0);
     ctx.set(Parameter::Scene, SceneChoice::Library.to_index() as f32);
 }
@@ -210,7 +223,13 @@ fn open(ctx: &mut Ctx<'_>, key: SceneKey) {
 /// What the parameters choose.
 fn chosen(ctx: &Ctx<'_>) -> Pick {
     let scene = ctx.index(Parameter::Scene);
-    if scene == SceneChoice::Library.to_index() { Pick::Slot(ctx.index(Parameter::Slot)) } else { Pick::Factory(scene) }
+    if ctx.drawn_room().is_some() {
+        Pick::Room
+    } else if scene == SceneChoice::Library.to_index() {
+        Pick::Slot(ctx.index(Parameter::Slot))
+    } else {
+        Pick::Factory(scene)
+    }
 }
 
 /// Whether a scene matches a search, by title, file name, credit or licence.
@@ -234,10 +253,9 @@ fn size(bytes: u64) -> String {
     if bytes < 1e6 { format!("{:.0} kB", bytes / 1e3) } else { format!("{:.1} MB", bytes / 1e6) }
 }
 
-/// A line of the list; returns whether it was clicked.
-fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -> bool {
+/// The ground of a line of the list.
+fn plate(ui: &mut Ui, palette: &Palette, on: bool) -> (egui::Rect, egui::Response) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::click());
-    let beyond = matches!(pick, Pick::Slot(slot) if slot > usize::from(SLOTS));
     let fill = match (on, response.hovered()) {
         (true, _) => faded(palette.accent, 0.16),
         (false, true) => palette.control,
@@ -248,6 +266,37 @@ fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -
         let mark = egui::Rect::from_min_size(rect.min + vec2(0.0, 8.0), vec2(3.0, LINE - 16.0));
         ui.painter().rect_filled(mark, CornerRadius::same(1), palette.accent);
     }
+    (rect, response)
+}
+
+/// Title of a line, and the text below it with its colour and what it leaves free at its end.
+fn texts(ui: &Ui, palette: &Palette, inside: egui::Rect, title: &str, on: bool, below: (&str, egui::Color32, f32)) {
+    let short = |text: &str, font: egui::FontId, colour, width: f32| {
+        let mut job = egui::text::LayoutJob::simple_singleline(text.to_owned(), font, colour);
+        job.wrap = egui::text::TextWrapping::truncate_at_width(width);
+        ui.painter().layout_job(job)
+    };
+    let title_colour = if on { palette.accent } else { palette.text };
+    let title = short(title, Palette::body(), title_colour, inside.width());
+    ui.painter().galley(inside.min + vec2(0.0, 6.0), title, title_colour);
+    let (text, colour, free) = below;
+    let second = short(text, Palette::caption(), colour, inside.width() - free);
+    ui.painter().galley(inside.min + vec2(0.0, 24.0), second, colour);
+}
+
+/// The line of the drawn room; returns whether it was clicked.
+fn room_line(ui: &mut Ui, palette: &Palette, word: Word, below: &str, on: bool) -> bool {
+    let (rect, response) = plate(ui, palette, on);
+    texts(ui, palette, rect.shrink2(vec2(10.0, 0.0)), word.label(), on, (below, palette.soft, 0.0));
+    focus_ring(ui, palette, &response, rect.shrink(1.0), ROUND);
+    response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, true, on, word.label()));
+    response.on_hover_text(word.help()).clicked() && !on
+}
+
+/// A line of the list; returns whether it was clicked.
+fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -> bool {
+    let (rect, response) = plate(ui, palette, on);
+    let beyond = matches!(pick, Pick::Slot(slot) if slot > usize::from(SLOTS));
     let (below, colour) = match &listed.card {
         None => ("reading".to_owned(), palette.soft),
         Some(Err(_)) => ("cannot be read".to_owned(), palette.error),
@@ -255,17 +304,8 @@ fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -
         Some(Ok(card)) => (format!("{}  {}", size(listed.bytes), card.provenance.licence), palette.soft),
     };
     let inside = rect.shrink2(vec2(10.0, 0.0));
-    let short = |text: &str, font: egui::FontId, colour, width: f32| {
-        let mut job = egui::text::LayoutJob::simple_singleline(text.to_owned(), font, colour);
-        job.wrap = egui::text::TextWrapping::truncate_at_width(width);
-        ui.painter().layout_job(job)
-    };
-    let title_colour = if on { palette.accent } else { palette.text };
-    let title = short(listed.title(), Palette::body(), title_colour, inside.width());
-    ui.painter().galley(inside.min + vec2(0.0, 6.0), title, title_colour);
     let tiers = if matches!(listed.card, Some(Ok(_))) { TIER_MARKS } else { 0.0 };
-    let second = short(&below, Palette::caption(), colour, inside.width() - tiers);
-    ui.painter().galley(inside.min + vec2(0.0, 24.0), second, colour);
+    texts(ui, palette, inside, listed.title(), on, (&below, colour, tiers));
     if let Some(Ok(card)) = &listed.card {
         for (index, tier) in Tier::ALL.into_iter().enumerate() {
             let has = card.tiers.contains(&tier);

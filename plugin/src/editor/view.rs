@@ -7,6 +7,7 @@ mod ground;
 mod keys;
 mod layers;
 mod listener;
+mod room;
 mod scene;
 
 use super::ctx::Ctx;
@@ -15,6 +16,7 @@ use super::theme::{Palette, SPACE, faded};
 use super::widgets::{button, words};
 use super::words::Word;
 use crate::attention::AttentionWeights;
+use crate::drawn_room::DrawnRoom;
 use crate::parameter::Parameter;
 use crate::params::{emitter_offset_of, pose_of};
 use crate::settings;
@@ -25,10 +27,13 @@ pub(super) use keys::reset;
 use layers::Layers;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use room::RoomDrag;
 use std::sync::Arc;
 
 /// Closer per point of the wheel.
 const ZOOM_PER_POINT: f32 = 0.004;
+/// What stands for the address of a drawn room.
+const DRAWN: usize = 1;
 /// Degrees per point of the wheel.
 const TURN_PER_POINT: f32 = 0.12;
 
@@ -39,12 +44,13 @@ pub(super) struct View {
     /// What each of both was fitted to.
     fitted: [Option<Fitted>; 2],
     drag: Option<Drag>,
+    room_drag: Option<RoomDrag>,
 }
 
 /// What a camera was fitted to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Fitted {
-    /// Scene and camera path by their addresses.
+    /// Scene and camera path by their addresses; a drawn room is one place whatever its size.
     shown: [Option<usize>; 2],
     /// The room that there was.
     size: egui::Vec2,
@@ -54,7 +60,12 @@ struct Fitted {
 
 impl Default for View {
     fn default() -> Self {
-        Self { cameras: [Camera::Plan(Plan::default()), Camera::Orbit(Orbit::default())], fitted: [None; 2], drag: None }
+        Self {
+            cameras: [Camera::Plan(Plan::default()), Camera::Orbit(Orbit::default())],
+            fitted: [None; 2],
+            drag: None,
+            room_drag: None,
+        }
     }
 }
 
@@ -65,6 +76,7 @@ struct Scenery {
     /// Why the knobs are not heard.
     reason: Option<&'static str>,
     emitter: Option<(Vec3, Vec3)>,
+    room: Option<DrawnRoom>,
     targets: Vec<Target>,
 }
 
@@ -73,7 +85,9 @@ impl Scenery {
         let (heard, knobs) = (ctx.frame.pose, pose_of(|parameter| ctx.value(parameter)));
         let reason = pose_source::reason(ctx);
         let offset = emitter_offset_of(|parameter| ctx.value(parameter));
-        let emitter = ctx.scene.and_then(|scene| scene.emitter()).map(|home| (home, home + offset));
+        let room = ctx.drawn_room();
+        let drawn = room.as_ref().map(|room| Vec3::from_array(room.emitter));
+        let emitter = drawn.or_else(|| ctx.scene.and_then(|scene| scene.emitter())).map(|home| (home, home + offset));
         let held = if reason.is_some() { &knobs } else { &heard };
         let project = |world| camera.project(rect, world);
         let mut targets = Vec::new();
@@ -86,13 +100,14 @@ impl Scenery {
         if let Some(at) = emitter.and_then(|(_, moved)| project(moved)) {
             targets.push((Handle::Emitter, at.at, 8.0));
         }
+        targets.extend(room.iter().flat_map(|room| room::targets(room, camera, rect)));
         let keyframes = ctx.walk.map_or(&[][..], |walk| walk.path.keyframes());
         targets.extend(
             keyframes.iter().enumerate().filter_map(|(index, keyframe)| {
                 project(keyframe.pose.position).map(|at| (Handle::Keyframe(index), at.at, 0.0))
             }),
         );
-        Self { heard, knobs, reason, emitter, targets }
+        Self { heard, knobs, reason, emitter, room, targets }
     }
 
     fn held(&self) -> &Pose {
@@ -159,10 +174,22 @@ impl View {
         if response.drag_started_by(PointerButton::Primary) {
             // Where the button went down, not where the move was noticed.
             let from = ui.input(|input| input.pointer.press_origin()).or(response.interact_pointer_pos());
-            self.drag = from.and_then(|from| {
-                let handle = pick(&scenery.targets, from)?;
-                (!matches!(handle, Handle::Keyframe(_))).then(|| begin_drag(ctx, scenery, handle, from))
-            });
+            let picked = from.and_then(|from| Some((pick(&scenery.targets, from)?, from)));
+            self.room_drag =
+                picked.zip(scenery.room.as_ref()).and_then(|((handle, from), room)| RoomDrag::begin(handle, from, room));
+            let free = |handle| self.room_drag.is_none() && !matches!(handle, Handle::Keyframe(_) | Handle::Wall(_));
+            self.drag = picked.filter(|(handle, _)| free(*handle)).map(|(handle, from)| begin_drag(ctx, scenery, handle, from));
+        }
+        if let Some(drag) = &self.room_drag {
+            if response.dragged_by(PointerButton::Primary) {
+                if let Some(to) = response.interact_pointer_pos() {
+                    ctx.draw(drag.room(self.camera(ctx), rect, to, modifiers));
+                }
+                ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
+                return Some(drag.handle);
+            }
+            self.room_drag = None;
+            ctx.touch();
         }
         if let Some(drag) = self.drag.filter(|_| response.dragged_by(PointerButton::Primary)) {
             if let Some(to) = response.interact_pointer_pos() {
@@ -235,7 +262,9 @@ impl View {
 
 /// What there is to be fitted, by addresses.
 fn shown(ctx: &Ctx<'_>) -> [Option<usize>; 2] {
-    [ctx.scene.map(|scene| Arc::as_ptr(scene) as usize), ctx.walk.map(|walk| Arc::as_ptr(walk) as usize)]
+    let scene = ctx.scene.map(|scene| Arc::as_ptr(scene) as usize);
+    let place = if ctx.drawn_room().is_some() { Some(DRAWN) } else { scene };
+    [place, ctx.walk.map(|walk| Arc::as_ptr(walk) as usize)]
 }
 
 /// Number of the camera that is in use.
@@ -266,7 +295,9 @@ fn paint(
     let painter = ui.painter().with_clip_rect(rect);
     ground::paint(&painter, rect, camera, ctx.palette);
     let mut layers = Layers::new(rect, camera);
-    if let Some(scene) = ctx.scene {
+    if let Some(room) = &scenery.room {
+        room::paint(&mut layers, ctx, room, hot);
+    } else if let Some(scene) = ctx.scene {
         scene::bounds(&mut layers, ctx, scene);
         scene::anchors(&mut layers, ctx, scene, attention);
     }
@@ -302,6 +333,7 @@ fn caption(ui: &Ui, rect: Rect, ctx: &Ctx<'_>, scenery: &Scenery, hot: Option<Ha
         }
         (Some(Handle::Nose), None) => Some(("Drag to turn".to_owned(), palette.soft)),
         (Some(Handle::Emitter), _) => Some(("Drag to move the emitter, with Alt for height".to_owned(), palette.soft)),
+        (Some(Handle::Wall(_)), _) => Some(("Drag to move the wall".to_owned(), palette.soft)),
         (Some(Handle::Keyframe(index)), _) => {
             let t_s = ctx.walk.and_then(|walk| walk.path.keyframes().get(index)).map_or(0.0, |keyframe| keyframe.t_s);
             Some((format!("Keyframe {} at {t_s:.2} s", index + 1), palette.path))

@@ -85,6 +85,40 @@ table! {
         Level = ("Level", "How much louder one ear hears the source than the other"),
         /// Direct sound.
         Time = ("Time", "How much earlier one ear hears the source than the other"),
+        /// List of scenes.
+        DrawRoom = ("Draw a room", "Puts a box room about the listener, to be given its lengths and the materials of its walls"),
+        /// List of scenes.
+        YourRoom = ("Your room", "Plays the box room that was drawn; its panel is under the view, its walls can be dragged"),
+        /// Drawer.
+        Room = ("Room", "A box room to draw: how long, wide and high it is, and what its walls are made of"),
+        /// Room.
+        Length = ("Length", "How far the room reaches from its back wall to its front wall; drag, or click to type"),
+        /// Room.
+        Width = ("Width", "How far the room reaches from its right wall to its left wall; drag, or click to type"),
+        /// Room.
+        Height = ("Height", "How far the room reaches from its floor to its ceiling; drag, or click to type"),
+        /// Room.
+        BackWall = ("Back", "What the wall at the end of negative x is made of"),
+        /// Room.
+        FrontWall = ("Front", "What the wall at the end of positive x, ahead, is made of"),
+        /// Room.
+        RightWall = ("Right", "What the wall at the end of negative y is made of"),
+        /// Room.
+        LeftWall = ("Left", "What the wall at the end of positive y is made of"),
+        /// Room.
+        Floor = ("Floor", "What lies below the listener"),
+        /// Room.
+        Ceiling = ("Ceiling", "What lies above the listener"),
+        /// Room.
+        Volume = ("Volume", "Length times width times height, without furniture"),
+        /// Room.
+        Reverberation = ("T60", "Time in which the late sound falls by 60 dB, mean of 500 Hz and 1 kHz, as it is heard"),
+        /// Room.
+        OctaveBelow = ("Low", "Time in which the late sound falls by 60 dB at this frequency"),
+        /// Room.
+        OctaveAbove = ("High", "Time in which the late sound falls by 60 dB at this frequency"),
+        /// Room.
+        SaveScene = ("Save as scene", "Writes the room as a file of this name into the library's own folder, for other projects and programs"),
         /// Drawer.
         CameraPath = ("Path", "A walk of the listener: record it, edit it, exchange it with other programs"),
         /// Camera path.

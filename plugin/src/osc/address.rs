@@ -7,7 +7,8 @@ const ROOT: &str = "/promenade/";
 const SAME: AxisMap = AxisMap::IDENTITY;
 
 /// What the first part of an address may be. A name like one of these cannot be addressed.
-pub const KEYWORDS: [&str; 9] = ["pose", "position", "ypr", "quaternion", "xyzypr", "recenter", "path", "head", "param"];
+pub const KEYWORDS: [&str; 10] =
+    ["pose", "position", "ypr", "quaternion", "xyzypr", "recenter", "path", "head", "room", "param"];
 
 /// What an address asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +21,21 @@ pub(super) enum Verb<'a> {
     Path,
     /// The head, by a SOFA file.
     Head,
+    /// A part of the drawn room.
+    Room(RoomPart),
     /// The parameter of this id.
     Param(&'a str),
+}
+
+/// What of a drawn room is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RoomPart {
+    /// Three lengths.
+    Size,
+    /// Where the emitter is.
+    Emitter,
+    /// Six materials.
+    Materials,
 }
 
 /// Whom an address means.
@@ -72,6 +86,9 @@ fn verb(text: &str) -> Option<Verb<'_>> {
         "recenter" => Some(Verb::Recenter),
         "path" => Some(Verb::Path),
         "head" => Some(Verb::Head),
+        "room/size" => Some(Verb::Room(RoomPart::Size)),
+        "room/emitter" => Some(Verb::Room(RoomPart::Emitter)),
+        "room/materials" => Some(Verb::Room(RoomPart::Materials)),
         _ => text.strip_prefix("param/").filter(|id| !id.is_empty() && !id.contains('/')).map(Verb::Param),
     }
 }
@@ -129,7 +146,12 @@ mod tests {
     #[test]
     fn every_keyword_is_one_of_an_address() {
         for keyword in KEYWORDS {
-            let address = if keyword == "param" { "/promenade/param/gain".to_owned() } else { format!("/promenade/{keyword}") };
+            let more = match keyword {
+                "param" => "/gain",
+                "room" => "/size",
+                _ => "",
+            };
+            let address = format!("/promenade/{keyword}{more}");
             assert!(parse(&address).is_some(), "{address}");
         }
         assert_eq!(of_pose(""), "/promenade/pose");

@@ -301,3 +301,29 @@ fn a_head_is_asked_for_by_its_file_and_from_networks_only_in_the_library() {
     assert_eq!(hear([127, 0, 0, 1], vec![OscType::Int(1)]), None);
     assert!(receiver.report().0.last_garbage.contains("expected the name of a SOFA file"));
 }
+
+#[test]
+fn a_room_is_drawn_from_elsewhere_and_what_cannot_be_is_refused() {
+    let (params, inbox) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default());
+    let receiver = Receiver::new(Arc::clone(&params), inbox);
+    receiver.open(&OscConfig::default());
+    let hear = |part: &str, arguments: Vec<OscType>| {
+        let address = format!("/promenade/room/{part}");
+        let (source, bytes) = (([127, 0, 0, 1], 9).into(), encoded(&address, arguments));
+        receiver.take(&Message { source, address: &address, bytes: &bytes, arguments: OnceCell::new() });
+        params.room.get().0
+    };
+    let floats = |values: [f32; 3]| values.map(OscType::Float).to_vec();
+    let texts = |name: &str| vec![OscType::String(name.to_owned()); 6];
+    let changes = params.choices().rooms;
+    let room = hear("size", floats([4.0, 5.0, 1e9])).unwrap();
+    assert_eq!(room.size, [4.0, 5.0, 200.0]);
+    assert_ne!(params.choices().rooms, changes, "the loader is not woken");
+    let room = hear("emitter", floats([0.5, 100.0, 0.25])).unwrap();
+    assert!(room.emitter[0] == 0.5 && room.holds(room.emitter.into()), "{:?}", room.emitter);
+    assert_eq!(hear("materials", texts("carpet_thin")).unwrap().materials[5], "carpet_thin");
+    assert_eq!(hear("materials", texts("carpett")).unwrap().materials[5], "carpet_thin");
+    assert!(receiver.report().0.last_garbage.contains("perhaps carpet"), "{}", receiver.report().0.last_garbage);
+    assert_eq!(hear("size", vec![OscType::Float(1.0)]).unwrap().size, [4.0, 5.0, 200.0]);
+    assert!(receiver.report().0.last_garbage.contains("expected 3 values, found 1"));
+}

@@ -1,6 +1,6 @@
 //! Messages applied to one instance.
 
-use super::address::{self, Verb};
+use super::address::{self, RoomPart, Verb};
 use super::config::{Interface, OscConfig, Recenter};
 use super::inbox::Inbox;
 use super::packet;
@@ -8,6 +8,7 @@ use super::reading::Reading;
 use super::status::Counts;
 use super::tracker::Tracker;
 use super::value;
+use crate::cast::narrow;
 use crate::lock::lock;
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
@@ -119,6 +120,32 @@ impl Receiver {
         }
     }
 
+    /// Changes a part of the drawn room, of one about the origin where there is none.
+    fn draw(&self, part: RoomPart, arguments: &[OscType]) -> Result<(), String> {
+        let (drawn, restores) = self.params.room.get();
+        let mut room = drawn.unwrap_or_default();
+        if part == RoomPart::Materials {
+            let name = |argument: &OscType| match argument {
+                OscType::String(name) => Ok(name.clone()),
+                other => Err(format!("expected the names of 6 materials, found {other:?}")),
+            };
+            let names = arguments.iter().map(name).collect::<Result<Vec<String>, String>>()?;
+            room.materials = names.try_into().map_err(|n: Vec<String>| format!("expected 6 materials, found {}", n.len()))?;
+        } else {
+            let numbers = value::numbers(arguments)?;
+            let [x, y, z] = numbers[..] else { return Err(format!("expected 3 values, found {}", numbers.len())) };
+            let values = [x, y, z].map(narrow);
+            if part == RoomPart::Emitter {
+                room.set_emitter(values.into());
+            } else {
+                values.into_iter().enumerate().for_each(|(axis, length)| room.set_length(axis, length));
+            }
+        }
+        room.check().map_err(|error| error.to_string())?;
+        self.params.room.replace(Some(room), restores);
+        Ok(())
+    }
+
     /// Applies a message; returns whether a value has been clamped.
     fn apply(
         &self,
@@ -157,6 +184,7 @@ impl Receiver {
                 self.params.head_wish.ask(file);
                 Ok(false)
             }
+            Verb::Room(part) => self.draw(part, arguments).map(|()| false),
             Verb::Param(id) => {
                 let parameter = Parameter::of_id(id).ok_or_else(|| "there is no such parameter".to_owned())?;
                 self.set(parameter, arguments)

@@ -4,6 +4,7 @@ use crate::sources::simulation::heads::{RATE, transparent};
 use crate::sources::simulation::{MeshOptions, Part, simulate_mesh};
 use promenade_acoustics::{Material, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
+use promenade_room::{SceneOptions, ShoeboxRoom};
 use std::sync::Arc;
 
 const SIZE: [f64; 3] = [7.0, 5.0, 3.0];
@@ -85,6 +86,48 @@ fn few_images_and_many_leave_the_room_its_energy_and_its_decay() {
         found.push(heard);
     }
     assert_ne!(found[0], found[1]);
+}
+
+#[test]
+fn a_box_without_its_mesh_is_heard_as_with_it() {
+    let absorption = [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35];
+    let mut walls = Shoebox { size: SIZE, materials: [(); 6].map(|()| Material::even("wall", 0.2, 0.1)) };
+    walls.materials.iter_mut().for_each(|m| m.absorption = absorption);
+    walls.materials[4].absorption = [0.1, 0.2, 0.3, 0.4, 0.5, 0.5, 0.5];
+    let mesh = walls.mesh().unwrap();
+    let room = Room::new(&mesh, &walls.materials).unwrap();
+    let hrtf = transparent();
+    let with_air = GeometryOptions { order: 6, air: Some(Air::default()), ..options(60, 20_000) };
+    let baked = bake_geometry(&mesh, &room, EMITTER, &hrtf, &with_air, |_| ()).unwrap();
+    let drawn = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: EMITTER };
+    let scene_options = SceneOptions { images: 60, seed: 1, title: String::new(), recipe: String::new() };
+    let drawn = drawn.scene(&receiver(&hrtf).unwrap(), &scene_options).unwrap();
+    let scenes = [baked, drawn].map(Arc::new);
+    let rate = f64::from(RATE);
+    let truth_options =
+        MeshOptions { order: 6, beams: 4096, rays: 20_000, length_s: Some(1.2), air: with_air.air, seed: 1, part: Part::WHOLE };
+    let mut sums = [0.0; 3];
+    let places = [Vec3::new(4.9, 3.3, 1.5), Vec3::new(6.2, 0.9, 1.5), Vec3::new(1.0, 4.1, 1.5), Vec3::new(3.4, 1.2, 1.5)];
+    for at in places {
+        let pose = Pose { position: at, ..Pose::IDENTITY };
+        let truth = simulate_mesh(&mesh, &room, EMITTER, &hrtf, &[pose], &truth_options, |_| ()).unwrap();
+        let direct = (f64::from(at.distance(EMITTER) / SPEED_OF_SOUND_M_S) * rate).round() as usize;
+        let truth = truth.responses.responses[0].left[direct - LEAD..][..RATE as usize].to_vec();
+        let [baked, drawn] =
+            scenes.each_ref().map(|scene| render_response(scene, pose, LEAD, RATE as usize).unwrap()[0].clone());
+        let [truth, baked, drawn] = [truth, baked, drawn].map(|left| {
+            let direct = energy(&left[..DIRECT]);
+            let early = energy(&left[DIRECT..LEAD + RATE as usize / 20]) / direct;
+            let late = energy(&left[LEAD + RATE as usize / 20..]) / direct;
+            let t20 = decay_time_s(&left, rate, DecayRange::T20).unwrap();
+            [10.0 * (early + late).log10(), 10.0 * ((1.0 + early) / late).log10(), t20]
+        });
+        println!("{at}: level, dB, C50, dB, T20, s: room {truth:.3?}, scene of the mesh {baked:.3?}, of the box {drawn:.3?}");
+        let off = [drawn[0] - truth[0], drawn[1] - truth[1], drawn[2] / truth[2] - 1.0];
+        sums.iter_mut().zip(off).for_each(|(sum, off)| *sum += off / places.len() as f64);
+    }
+    let [level, c50, t20] = sums;
+    assert!(level.abs() < 0.5 && c50.abs() < 0.5 && t20.abs() < 0.1, "level {level:+.2} dB, C50 {c50:+.2} dB, T20 {t20:+.3}");
 }
 
 #[test]

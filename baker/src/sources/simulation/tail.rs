@@ -1,8 +1,8 @@
 //! What comes after the images: noise with a given energy over time.
 
 use super::hrtf::Hrtf;
-use super::walls::octave_energy;
 use crate::signal::random::Random;
+use promenade_acoustics::octave_energy;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
 use std::sync::Arc;

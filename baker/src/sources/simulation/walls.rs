@@ -1,8 +1,7 @@
 //! What walls leave of a sound.
 
-use super::OCTAVES_HZ;
 use super::bins::Bins;
-use promenade_acoustics::Octaves;
+use promenade_acoustics::{Octaves, octave_place};
 use promenade_fourier::num_complex::Complex32;
 
 /// Amplitude that stands for 0, whose logarithm would be infinite.
@@ -28,19 +27,4 @@ pub(super) fn octave(values: &Octaves, hz: f64) -> f64 {
     let (below, fraction) = octave_place(hz);
     let [a, b] = [values[below], values[below + 1]].map(f64::from);
     a + fraction * (b - a)
-}
-
-/// Energies by octave at a frequency: their levels lie between those of the octaves.
-pub(crate) fn octave_energy(energies: &[f64; 7], hz: f64) -> f64 {
-    let (below, fraction) = octave_place(hz);
-    let [a, b] = [energies[below], energies[below + 1]];
-    if a > 0.0 && b > 0.0 { a * (b / a).powf(fraction) } else { a + fraction * (b - a) }
-}
-
-/// The octave below a frequency and how far it is on the way to the next.
-fn octave_place(hz: f64) -> (usize, f64) {
-    let last = OCTAVES_HZ.len() - 1;
-    let place = (hz.max(1.0) / f64::from(OCTAVES_HZ[0])).log2().clamp(0.0, last as f64);
-    let below = (place as usize).min(last - 1);
-    (below, place - below as f64)
 }

@@ -19,6 +19,8 @@ pub(crate) enum Handle {
     Emitter,
     /// A keyframe of the camera path.
     Keyframe(usize),
+    /// A wall of a drawn room: at the least and the greatest x and y, floor, ceiling.
+    Wall(usize),
 }
 
 /// A handle and its place in the window, with the radius that it is drawn with.

@@ -10,7 +10,10 @@ const LEAST_M: f32 = 3.0;
 /// Corners of the box around everything that is to be seen.
 pub(super) fn of(ctx: &Ctx<'_>) -> (Vec3, Vec3) {
     let mut points = vec![ctx.frame.pose.position, pose_of(|parameter| ctx.value(parameter)).position];
-    if let Some(scene) = ctx.scene {
+    if let Some(room) = ctx.drawn_room() {
+        // Its scene may still be of other lengths.
+        points.extend(room.corners());
+    } else if let Some(scene) = ctx.scene {
         let (low, high) = scene.bounds();
         points.extend([low, high]);
         if let Some(home) = scene.emitter() {

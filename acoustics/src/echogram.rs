@@ -3,7 +3,7 @@
 use crate::octave::{BANDS, Octaves};
 
 /// Octaves side by side in a vector, one of them empty.
-pub(super) const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// Energy that arrives at a listener over time, from all sides.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Bin {
 }
 
 impl Echogram {
-    pub(super) fn new(bin_s: f64, bins: &[Lanes], air: impl Fn(usize, usize) -> f32) -> Self {
+    pub(crate) fn new(bin_s: f64, bins: &[Lanes], air: impl Fn(usize, usize) -> f32) -> Self {
         let bin = |(i, lanes): (usize, &Lanes)| {
             let octaves = |row: &[f32; LANES]| std::array::from_fn::<f32, BANDS, _>(|b| row[b] * air(i, b));
             let [energy, x, y, z] = lanes.0.each_ref().map(octaves);
@@ -89,16 +89,17 @@ impl Echogram {
 
 /// A bin while rays are collected: energy, and its parts along x, y and z.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Lanes([[f32; LANES]; 4]);
+pub(crate) struct Lanes([[f32; LANES]; 4]);
 
 impl Lanes {
-    pub(super) fn collect(&mut self, energy: &[f32; LANES], scale: f32, [x, y, z]: [f32; 3]) {
+    pub(crate) fn collect(&mut self, energy: &[f32; LANES], scale: f32, [x, y, z]: [f32; 3]) {
         for (row, weight) in self.0.iter_mut().zip([1.0, x, y, z]) {
             row.iter_mut().zip(energy).for_each(|(sum, e)| *sum += e * (scale * weight));
         }
     }
 
-    pub(super) fn add(&mut self, other: &Self) {
+    #[cfg(feature = "meshes")]
+    pub(crate) fn add(&mut self, other: &Self) {
         self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened()).for_each(|(a, b)| *a += b);
     }
 }

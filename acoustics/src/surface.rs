@@ -1,0 +1,28 @@
+//! What walls do to rays.
+
+use crate::echogram::LANES;
+use crate::material::Material;
+use crate::octave::BANDS;
+
+/// What a material does to a ray's lanes.
+pub(crate) struct Surface {
+    pub(crate) reflected: [f32; LANES],
+    /// How often a ray is scattered, and what a band's energy is multiplied with if it is and if it is not, so that each band keeps its own
+    /// share on both ways.
+    pub(crate) chance: f64,
+    pub(crate) if_scattered: [f32; LANES],
+    pub(crate) if_mirrored: [f32; LANES],
+}
+
+impl Surface {
+    pub(crate) fn new(material: &Material) -> Self {
+        let lanes = |of: &dyn Fn(usize) -> f32| std::array::from_fn(|lane| if lane < BANDS { of(lane) } else { 0.0 });
+        let chance = material.scattering.iter().sum::<f32>() / BANDS as f32;
+        Self {
+            reflected: lanes(&|b| 1.0 - material.absorption[b]),
+            chance: f64::from(chance),
+            if_scattered: lanes(&|b| if chance > 0.0 { material.scattering[b] / chance } else { 1.0 }),
+            if_mirrored: lanes(&|b| if chance < 1.0 { (1.0 - material.scattering[b]) / (1.0 - chance) } else { 1.0 }),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! A room to draw: three lengths, six materials, and how it then reverberates.
+
+use super::ctx::Ctx;
+use super::panel::Panel;
+use super::theme::{CONTROL, Palette, SPACE};
+use super::widgets::{button, columns, drop_down, fact, field, note, outcome};
+use super::words::Word;
+use crate::drawn_room::DrawnRoom;
+use crate::error_chain::with_causes;
+use crate::library;
+use egui::{DragValue, Sense, Ui, Vec2};
+use promenade_core::Scene;
+use promenade_room::SIZES_M;
+
+/// Width of a row's name, points.
+const NAME: f32 = 52.0;
+/// Each length with its axis.
+const LENGTHS: [Word; 3] = [Word::Length, Word::Width, Word::Height];
+/// Walls in the order of [`DrawnRoom::materials`].
+const WALLS: [Word; 6] = [Word::BackWall, Word::FrontWall, Word::RightWall, Word::LeftWall, Word::Floor, Word::Ceiling];
+/// Octaves whose reverberation times are shown, Hz.
+const OCTAVES: [(f32, &str); 4] = [(125.0, "125"), (500.0, "500"), (2000.0, "2k"), (8000.0, "8k")];
+
+/// Draws a room and saves it.
+#[derive(Default)]
+pub(super) struct RoomPanel {
+    title: String,
+    /// What was done last, or what went wrong.
+    outcome: Option<Result<String, String>>,
+}
+
+impl Panel for RoomPanel {
+    fn title(&self) -> Word {
+        Word::Room
+    }
+
+    fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        let Some(room) = ctx.drawn_room() else {
+            note(ui, ctx.palette, "Another scene is played.");
+            if button(ui, ctx.palette, Word::DrawRoom).clicked() {
+                ctx.choose_room();
+            }
+            return;
+        };
+        columns(ui, [120.0, 180.0, 180.0, 152.0], |ui, column| {
+            ui.spacing_mut().item_spacing.y = SPACE;
+            match column {
+                0 => lengths(ui, ctx, &room),
+                1 => (0..3).for_each(|wall| material(ui, ctx, &room, wall)),
+                2 => (3..6).for_each(|wall| material(ui, ctx, &room, wall)),
+                _ => self.save(ui, ctx),
+            }
+        });
+    }
+}
+
+/// A name and a control beside it.
+fn row(ui: &mut Ui, palette: &Palette, word: Word, add: impl FnOnce(&mut Ui)) {
+    ui.horizontal(|ui| {
+        let (rect, response) = ui.allocate_exact_size(Vec2::new(NAME, CONTROL), Sense::hover());
+        let galley = ui.painter().layout_no_wrap(word.label().to_owned(), Palette::body(), palette.soft);
+        let at = rect.left_center() - Vec2::new(0.0, galley.size().y / 2.0);
+        ui.painter().with_clip_rect(rect).galley(at, galley, palette.soft);
+        response.on_hover_text(word.help());
+        ui.spacing_mut().item_spacing.x = 0.0;
+        add(ui);
+    });
+}
+
+fn lengths(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom) {
+    for (axis, word) in LENGTHS.into_iter().enumerate() {
+        row(ui, ctx.palette, word, |ui| {
+            let mut length = f64::from(room.size[axis]);
+            let drag = DragValue::new(&mut length)
+                .range(SIZES_M.0..=SIZES_M.1)
+                .speed(0.02)
+                .fixed_decimals(2)
+                .update_while_editing(false)
+                .suffix(" m");
+            let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), drag).on_hover_text(word.help());
+            if response.changed() {
+                let mut room = room.clone();
+                room.set_length(axis, crate::cast::narrow(length));
+                ctx.draw(room);
+            }
+            // One change for the host, not one for each picture.
+            if response.drag_stopped() || (response.changed() && !response.dragged()) {
+                ctx.touch();
+            }
+        });
+    }
+    fact(ui, ctx.palette, Word::Volume, &format!("{:.1} m³", room.volume_m3()));
+    if !room.holds(ctx.frame.pose.position) {
+        ui.colored_label(ctx.palette.warn, "The listener is outside");
+    }
+}
+
+fn material(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom, wall: usize) {
+    let table = DrawnRoom::materials_of_table().collect::<Vec<_>>();
+    let plain = |name: &str| name.replace('_', " ");
+    let chosen = table.iter().position(|(name, _)| *name == room.materials[wall]).unwrap_or(usize::MAX);
+    let help = |index: usize| table.get(index).map_or(WALLS[wall].help(), |(_, entry)| entry.description.as_str());
+    row(ui, ctx.palette, WALLS[wall], |ui| {
+        let names = table.iter().map(|(name, _)| plain(name));
+        if let Some(index) = drop_down(ui, WALLS[wall].label(), &plain(&room.materials[wall]), names, chosen, help) {
+            let mut room = room.clone();
+            table[index].0.clone_into(&mut room.materials[wall]);
+            ctx.draw(room);
+            ctx.touch();
+        }
+    });
+}
+
+/// Reverberation time of a scene's late part at a frequency, seconds.
+fn t60_s(scene: &Scene, hz: f32) -> f32 {
+    let times = &scene.tail().t60_s;
+    scene.bands().weights(hz).into_iter().map(|(band, weight)| weight * times[band]).sum()
+}
+
+impl RoomPanel {
+    fn save(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        let palette = ctx.palette;
+        if let Some(scene) = ctx.scene {
+            let middle = 0.5 * (t60_s(scene, 500.0) + t60_s(scene, 1000.0));
+            fact(ui, palette, Word::Reverberation, &format!("{middle:.2} s"));
+            for (hz, name) in OCTAVES {
+                let time = format!("{:.2} s", t60_s(scene, hz));
+                fact(
+                    ui,
+                    palette,
+                    if hz < 1000.0 { Word::OctaveBelow } else { Word::OctaveAbove },
+                    &format!("{name} Hz  {time}"),
+                );
+            }
+        }
+        let entered = field(ui, &mut self.title, "Name").lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        ui.horizontal(|ui| {
+            let named = !self.title.trim().is_empty();
+            let clicked = ui.add_enabled_ui(named, |ui| button(ui, palette, Word::SaveScene)).inner.clicked();
+            if named
+                && (clicked || entered)
+                && let Some(scene) = ctx.scene
+            {
+                let saved = library::save(&library::folders(), &self.title, scene);
+                self.outcome = Some(saved.map(|path| format!("Saved as {}", path.display())).map_err(|e| with_causes(&e)));
+                ctx.selection.relist = true;
+            }
+        });
+        outcome(ui, palette, self.outcome.as_ref(), "");
+    }
+}

@@ -1,0 +1,115 @@
+use super::*;
+use promenade_acoustics::Material;
+
+fn receiver() -> Receiver {
+    let bytes = include_bytes!("../../../presets/library/dry-studio.promenade");
+    Receiver::of_scene(&Scene::from_bytes(bytes).unwrap()).unwrap()
+}
+
+fn room(absorption: f32, scattering: f32) -> ShoeboxRoom {
+    let materials = std::array::from_fn(|_| Material::even("wall", absorption, scattering));
+    ShoeboxRoom {
+        walls: Shoebox { size: [7.0, 5.0, 3.0], materials },
+        corner: Vec3::new(-2.0, -1.0, -1.2),
+        emitter: Vec3::new(1.1, 1.3, 0.7),
+    }
+}
+
+fn options() -> SceneOptions {
+    SceneOptions { images: 60, seed: 1, title: "Room".to_owned(), recipe: String::new() }
+}
+
+#[test]
+fn a_scene_has_the_images_of_its_box() {
+    let room = room(0.2, 0.1);
+    let scene = room.scene(&receiver(), &options()).unwrap();
+    let images = scene.images().unwrap();
+    let source = (room.emitter - room.corner).as_dvec3();
+    let exact = room.walls.images(source.to_array(), 6, Share::Specular).unwrap();
+    let middle = |gains: &[f32; 7]| gains[3];
+    // One gain for the direct sound and all images.
+    let gain = middle(&images.images[0].gains) / middle(&exact[1].gains);
+    let mut first = 0;
+    for image in &images.images {
+        let near = |e: &&Image| (DVec3::from(e.position) + room.corner.as_dvec3()).distance(image.position.as_dvec3());
+        let of = exact.iter().min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
+        let late_s = near(&of) / SPEED_OF_SOUND_M_S;
+        assert!(late_s < 1e-6, "{late_s} s beside an image");
+        for (found, exact) in image.gains.iter().zip(of.gains) {
+            assert!((20.0 * (found / (gain * exact)).log10()).abs() < 0.01);
+        }
+        first += usize::from(of.order == 1);
+    }
+    assert_eq!((images.images.len(), first), (60, 6));
+    assert!(images.seen.iter().all(|s| *s == 1.0));
+    assert_eq!(scene.emitter(), Some(room.emitter));
+}
+
+#[test]
+fn the_head_of_any_scene_is_brought_to_one_level() {
+    let receiver = receiver();
+    let scene = room(0.2, 0.1).scene(&receiver, &options()).unwrap();
+    // A scene whose gain is known: that of its direct sound is that of its images.
+    let again = Receiver::of_scene(&scene).unwrap();
+    let direct = |r: &Receiver| r.direct(Vec3::ZERO, 1.0).unwrap();
+    let (Rows::Whole(a), Rows::Whole(b)) = (direct(&receiver).rows().clone(), direct(&again).rows().clone()) else { panic!() };
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-3 * a.abs().max(0.01)));
+    // Over all directions a head that is equalised for a diffuse field has a gain of 1; those far below are missing here.
+    let bin = (700.0 / receiver.grid.bin_hz(1)).round() as usize;
+    let row = receiver.shape.row_len();
+    let rows = a.chunks_exact(row).enumerate();
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for (node, row) in rows {
+        let z = receiver.nodes.node(node).1.z;
+        let level = (1.0 - z * z).max(0.0).sqrt();
+        sum += level * row[bin].powi(2) * (1.0 + row[receiver.shape.bins + bin].powi(2));
+        weight += level;
+    }
+    let db = 10.0 * (sum / weight).log10();
+    assert!(db.abs() < 1.0, "{db} dB");
+}
+
+#[test]
+fn the_late_part_decays_after_eyring() {
+    let receiver = receiver();
+    let band = receiver.bands.centres_hz().iter().position(|hz| *hz > 950.0).unwrap();
+    for absorption in [0.05, 0.1, 0.2, 0.4] {
+        let room = room(absorption, 0.5);
+        let t60 = f64::from(room.scene(&receiver, &options()).unwrap().tail().t60_s[band]);
+        let eyring = room.walls.eyring_t60_s(Some(Air::default()))[3];
+        println!("absorption {absorption}: {t60:.3} s, Eyring {eyring:.3} s: {:+.1} %", 100.0 * (t60 / eyring - 1.0));
+        assert!((t60 / eyring - 1.0).abs() < 0.1, "{absorption}: {t60} s, Eyring {eyring} s");
+    }
+}
+
+#[test]
+fn extreme_rooms_make_scenes_and_impossible_ones_errors() {
+    let receiver = receiver();
+    let with = |size: [f64; 3], absorption: f32, emitter: Vec3| {
+        let mut room = room(absorption, 0.1);
+        (room.walls.size, room.corner, room.emitter) = (size, Vec3::ZERO, emitter);
+        room.scene(&receiver, &options())
+    };
+    for (size, absorption) in
+        [([0.5; 3], 0.1), ([1.0, 1.0, 2.0], 0.0), ([200.0; 3], 0.02), ([200.0, 0.5, 200.0], 0.0), ([6.0, 5.0, 3.0], 1.0)]
+    {
+        let emitter = Vec3::from_array(size.map(|s| 0.3 * s as f32));
+        let scene = with(size, absorption, emitter).unwrap();
+        let bytes = scene.to_bytes().unwrap();
+        assert!(Scene::from_bytes(&bytes).is_ok(), "{size:?}");
+        assert!(scene.playable_at(48_000.0).is_ok());
+        let at = scene.start_pose().position;
+        assert!(at.cmpgt(Vec3::ZERO).all() && (0..3).all(|a| f64::from(at[a]) < size[a]), "{at}");
+    }
+    for wrong in [0.0, -3.0, 0.49, 1e9, f64::NAN, f64::INFINITY] {
+        let error = with([5.0, wrong, 3.0], 0.1, Vec3::ONE).unwrap_err().to_string();
+        assert!(error.starts_with("size of the room: expected three lengths of 0.5 to 200 m, found"), "{error}");
+    }
+    for wrong in [Vec3::new(9.0, 1.0, 1.0), Vec3::ZERO, Vec3::splat(f32::NAN), Vec3::splat(1e30)] {
+        let error = with([5.0, 4.0, 3.0], 0.1, wrong).unwrap_err().to_string();
+        assert!(error.starts_with("emitter: expected inside the room"), "{error}");
+    }
+    let error = with([5.0, 4.0, 3.0], 1.5, Vec3::ONE).unwrap_err().to_string();
+    assert!(error.contains("absorption of wall: expected 0 to 1, found 1.5"), "{error}");
+    assert!(ShoeboxRoom { corner: Vec3::splat(f32::NAN), ..room(0.1, 0.1) }.scene(&receiver, &options()).is_err());
+}
