@@ -350,4 +350,24 @@ mod needs_screen {
             }
         });
     }
+
+    /// The drawn room from above, in 3-D and in the smallest window, from the CLAP.
+    #[test]
+    #[ignore = "needs a screen"]
+    fn pictures_of_a_drawn_room() {
+        let screen = Screen::new(1400, 900);
+        for (name, settings) in [
+            ("room", json!({ "view": "top", "tab": "Room" })),
+            ("room-orbit", json!({ "view": "orbit", "tab": "Room" })),
+            ("room-smallest", json!({ "tab": "Room", "width": 720.0, "height": 480.0 })),
+        ] {
+            let mut host = <promenade_tests::ClapHost as Host>::open(Setup::default());
+            let mut state = host.state();
+            state["params"]["scene"] = json!({ "string": "library" });
+            let state = serde_json::from_slice(&edit_state(&state, "editor", &settings)).unwrap();
+            assert!(host.load(&edit_state(&state, "room", &json!({}))));
+            open(&mut host, &screen, 1.0);
+            drawn(&mut host, &screen).keep(name);
+        }
+    }
 }
