@@ -79,8 +79,9 @@ impl Edges {
         let diagonal = low.distance(high);
         let cell = (WELD * diagonal).max(f64::MIN_POSITIVE);
         let weld = |v: DVec3| ((v - low) / cell).round().to_array().map(|c| c as i64);
-        // By edge its ends and a corner of each triangle that it bounds.
-        let mut sides: HashMap<[[i64; 3]; 2], ([DVec3; 2], Vec<DVec3>)> = HashMap::new();
+        /// Where an edge ends, and a corner of each triangle that it bounds.
+        type Sides = ([DVec3; 2], Vec<DVec3>);
+        let mut sides: HashMap<[[i64; 3]; 2], Sides> = HashMap::new();
         for t in &mesh.triangles {
             let corners = mesh.corners(t);
             if normal(corners[0], corners[1], corners[2]).is_none() {
