@@ -89,7 +89,7 @@ impl DrawnRoom {
     pub fn move_wall(&mut self, wall: usize, to: f32) {
         let axis = wall / 2;
         let [low, high] = self.corners().map(|corner| corner[axis]);
-        if wall % 2 == 0 {
+        if wall.is_multiple_of(2) {
             self.size[axis] = within(high - to);
             self.corner[axis] = high - self.size[axis];
         } else {
