@@ -208,7 +208,8 @@ fn a_turn_of_the_head_has_no_steps() {
         let ((delay, level), (next_delay, next_level)) = (near(azimuth), near(azimuth + PI / 1800.0));
         let step = (next_delay - delay, next_level / level);
         assert!(step.0.abs() < 0.2 && (step.1 - 1.0).abs() < 0.02, "{step:?} at {azimuth}");
-        assert!((delay + 8.0 * azimuth.sin() / 1.09_f32.sqrt()).abs() < 1.0, "{delay} samples at {azimuth}");
+        // Measured directions lie some nine degrees apart: 1.25 samples.
+        assert!((delay + 8.0 * azimuth.sin() / 1.09_f32.sqrt()).abs() < 1.25, "{delay} samples at {azimuth}");
     }
 }
 
