@@ -4,14 +4,12 @@ use crate::cast::narrow;
 use promenade_acoustics::{AcousticsError, Entry, Materials, Shoebox};
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;
-use promenade_room::{Receiver, RoomError, SIZES_M, SceneOptions, ShoeboxRoom};
+use promenade_room::{PLAYED_IMAGES, Receiver, RoomError, SIZES_M, SceneOptions, ShoeboxRoom};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
 /// The table of materials.
 static TABLE: LazyLock<Materials> = LazyLock::new(Materials::default);
-/// Image sources that are played.
-const IMAGES: usize = 60;
 /// The emitter that is moved keeps this far from the walls, metres, where there is room for it.
 const OFF_WALLS_M: f32 = 0.1;
 /// A room begins with the listener here, metres from its corner.
@@ -149,7 +147,7 @@ impl DrawnRoom {
         let [ex, ey, ez] = (Vec3::from_array(self.emitter) - Vec3::from_array(self.corner)).to_array();
         let recipe =
             format!("simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} --materials '{}'", self.materials.join(";"));
-        self.room()?.scene(receiver, &SceneOptions { images: IMAGES, seed: 1, title, recipe })
+        self.room()?.scene(receiver, &SceneOptions { images: PLAYED_IMAGES, seed: 1, title, recipe })
     }
 }
 

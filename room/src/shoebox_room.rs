@@ -15,6 +15,8 @@ use std::f64::consts::LN_10;
 
 /// The least and the greatest length of a side, metres.
 pub const SIZES_M: (f64, f64) = (0.5, 200.0);
+/// Image sources that a room is usually played with.
+pub const PLAYED_IMAGES: usize = 60;
 /// The emitter keeps this far from the walls, metres.
 const OFF_WALLS_M: f64 = 0.01;
 /// Reflections of the images among which the played ones are.

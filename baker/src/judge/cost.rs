@@ -126,7 +126,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Uniform noise in [-0.5, 0.5), the same on every machine.
-fn noise(len: usize) -> Vec<f32> {
+pub(crate) fn noise(len: usize) -> Vec<f32> {
     let mut random = Random::new(1);
     (0..len).map(|_| random.uniform() - 0.5).collect()
 }

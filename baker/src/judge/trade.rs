@@ -3,12 +3,12 @@
 mod reduce;
 
 use crate::error::BakeError;
-use crate::judge::cost::{Setting, setting_costs, walk};
+use crate::judge::cost::{Setting, noise, setting_costs, walk};
 use crate::judge::measure::{Comparison, MeanErrors, response_s};
 use crate::judge::response_measures::response_measures;
 use crate::judge::streaming::poses_within;
 use crate::player::{Ears, Player, Playing};
-use crate::random::Random;
+use crate::sources::simulation::OCTAVES_HZ;
 use promenade_core::{HeldOut, LiveParams, Pose, Quality, ResponseMeasures, Scene, Tier};
 use promenade_fourier::spectrum;
 use promenade_metrics::{lsd_db, rwavs};
@@ -22,8 +22,6 @@ const JND_DB: f64 = 1.0;
 const JND_ITD_S: f64 = 20e-6;
 /// Clarity of a response that has nothing after 50 ms, and of all that are clearer, dB.
 const CLEAREST_DB: f64 = 20.0;
-/// Octaves in which levels are compared, Hz, as far as the scene's rate and data reach.
-const OCTAVES_HZ: [f64; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 /// Poses at which responses are compared, and their seed.
 const POSES: usize = 6;
 const SEED: u64 = 1;
@@ -202,8 +200,7 @@ impl Heard {
             Ok(Comparison { name: held.name.clone(), measured: held.measured, rendered })
         };
         let comparisons: Result<Vec<Comparison>, BakeError> = scene.held_out().iter().map(held).collect();
-        let mut random = Random::new(SEED);
-        let noise: Vec<f32> = (0..(WALK_S * rate) as usize).map(|_| random.uniform() - 0.5).collect();
+        let noise = noise((WALK_S * rate) as usize);
         let start = scene.start_pose();
         let walk = player(setting)?.render(&noise, &mut |seconds| walk(&start, seconds))?;
         Ok(Self { poses: poses?, walk, to_truth: MeanErrors::of(&comparisons?) })
@@ -248,7 +245,9 @@ fn octaves_db(ears: &Ears, sample_rate_hz: f64, top_hz: f32) -> Vec<f64> {
     let mut out = Vec::new();
     for ear in ears {
         let bins = spectrum(ear.iter().map(|x| f64::from(*x)), length);
-        for centre in OCTAVES_HZ.into_iter().filter(|centre| centre * std::f64::consts::SQRT_2 <= f64::from(top_hz)) {
+        for centre in
+            OCTAVES_HZ.map(f64::from).into_iter().filter(|centre| centre * std::f64::consts::SQRT_2 <= f64::from(top_hz))
+        {
             let inside = |k: &usize| (centre / std::f64::consts::SQRT_2..centre * std::f64::consts::SQRT_2).contains(&hz(*k));
             let energy: f64 = (0..bins.len()).filter(inside).map(|k| bins[k].norm_sqr()).sum();
             out.push(10.0 * energy.max(1e-20).log10());

@@ -1,6 +1,6 @@
 //! A scene's rendered responses against the measurements that it was not baked from.
 
-use super::Part;
+use super::{HOST_BLOCK, HOST_RATE_HZ, Part};
 use crate::args::{MeasureArgs, TableForm};
 use crate::report;
 use anyhow::{Context, Result, anyhow};
@@ -11,9 +11,6 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Host that costs are measured for.
-const HOST_RATE_HZ: f64 = 48_000.0;
-const HOST_BLOCK: usize = 512;
 /// Seconds of sound that a cost is measured on.
 const COST_S: f64 = 2.0;
 

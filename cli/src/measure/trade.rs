@@ -1,5 +1,6 @@
 //! What each setting of a scene costs, and how far it is off.
 
+use super::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::args::{MeasureArgs, TableForm};
 use crate::{plot, report};
 use anyhow::{Context, Result, bail};
@@ -9,10 +10,6 @@ use promenade_core::Scene;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
-
-/// Host that costs are measured for.
-const HOST_RATE_HZ: f64 = 48_000.0;
-const HOST_BLOCK: usize = 512;
 
 pub(super) fn run(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()> {
     let points = trade(scene, HOST_RATE_HZ, HOST_BLOCK).with_context(|| path.display().to_string())?;

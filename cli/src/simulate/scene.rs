@@ -7,8 +7,10 @@ use promenade_acoustics::{Air, Material, Mesh, Room, SCATTERING, Shoebox};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, receiver};
 use promenade_baker::simulation::Hrtf;
 use promenade_baker::{LoadOptions, Responses};
+use promenade_core::Scene;
 use promenade_core::glam::Vec3;
-use promenade_room::{SceneOptions, ShoeboxRoom};
+use promenade_room::{PLAYED_IMAGES, SceneOptions, ShoeboxRoom};
+use std::path::Path;
 use std::time::Instant;
 
 /// Places of the listener that a scene has about, unless told.
@@ -44,21 +46,11 @@ pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMesh
     let bar = progress::of_work();
     let baked = bake_geometry(mesh, room, of.source, &hrtf, &options, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
-    let bytes = scene::write(&args.output, &baked)?;
-    report::line(format_args!(
-        "{}: {} kB, {} in {:.1} s",
-        args.output.display(),
-        bytes.div_ceil(1000),
-        baked.provenance().notes.join("; "),
-        began.elapsed().as_secs_f64()
-    ));
-    Ok(())
+    written(&args.output, &baked, began)
 }
 
 /// Sample rate of a box's scene unless told, hertz.
 const SCENE_HZ: u32 = 48_000;
-/// Image sources of a box's scene.
-const IMAGES: usize = 60;
 
 pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     let began = Instant::now();
@@ -83,7 +75,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     };
     let [ex, ey, ez] = args.emitter.to_array();
     let options = SceneOptions {
-        images: IMAGES,
+        images: PLAYED_IMAGES,
         seed: run.seed,
         title: args.title.clone().unwrap_or_else(|| format!("Room of {x} x {y} x {z} m")),
         recipe: format!(
@@ -94,12 +86,17 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     };
     let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: args.emitter };
     let made = room.scene(&receiver(&hrtf)?, &options)?;
-    let bytes = scene::write(&args.output, &made)?;
     let times: Vec<String> = room.walls.eyring_t60_s(Some(Air::default())).iter().map(|t| format!("{t:.2}")).collect();
     report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
+    written(&args.output, &made, began)
+}
+
+/// Writes a scene and says what it is.
+fn written(output: &Path, made: &Scene, began: Instant) -> Result<()> {
+    let bytes = scene::write(output, made)?;
     report::line(format_args!(
         "{}: {} kB, {} in {:.1} s",
-        args.output.display(),
+        output.display(),
         bytes.div_ceil(1000),
         made.provenance().notes.join("; "),
         began.elapsed().as_secs_f64()
