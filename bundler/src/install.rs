@@ -1,4 +1,4 @@
-//! Copies bundles to the folders where hosts look for the user's plugins, and the library's scenes to where the plugin does.
+//! Copies bundles to the folders where hosts look for the user's plugins and presets, and the library's scenes to where the plugin does.
 
 use crate::bundle;
 use anyhow::{Context, Result, bail};
@@ -16,16 +16,48 @@ pub(crate) fn install(options: &[String]) -> Result<()> {
         println!("installed {}", to.display());
     }
     let scenes = dirs::data_dir().context("the user's data folder is not known")?.join("promenade").join("scenes");
-    fs::create_dir_all(&scenes).with_context(|| format!("cannot make {}", scenes.display()))?;
-    let library = fs::read_dir("presets/library").context("presets/library cannot be read")?;
-    let names = library.flatten().map(|entry| entry.file_name()).filter(|name| name.to_string_lossy().ends_with(".promenade"));
+    let count = install_files("presets/library", "promenade", &scenes, |_| true)?;
+    println!("installed {count} scenes in {}", scenes.display());
+    let presets = preset_folder()?;
+    let count = install_files("presets/plugin", "vstpreset", &presets, is_ours)?;
+    println!("installed {count} presets in {}", presets.display());
+    Ok(())
+}
+
+/// Copies the files with an extension, but none over a file that `may_replace` forbids to. Returns how many.
+fn install_files(from: &str, extension: &str, to: &Path, may_replace: fn(&Path) -> bool) -> Result<usize> {
+    fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
     let mut count = 0;
-    for name in names {
-        copy(&Path::new("presets/library").join(&name), &scenes.join(&name))?;
+    for entry in fs::read_dir(from).with_context(|| format!("{from} cannot be read"))?.flatten() {
+        let there = to.join(entry.file_name());
+        if entry.path().extension().is_none_or(|e| e != extension) {
+            continue;
+        }
+        if there.exists() && !may_replace(&there) {
+            println!("kept {}, which is your own", there.display());
+            continue;
+        }
+        copy(&entry.path(), &there)?;
         count += 1;
     }
-    println!("installed {count} scenes in {}", scenes.display());
-    Ok(())
+    Ok(count)
+}
+
+/// Whether a preset came with the plugin: those say so. A user's own of the same name is not replaced.
+fn is_ours(preset: &Path) -> bool {
+    const MARK: &[u8] = b"Promenade Factory";
+    fs::read(preset).is_ok_and(|bytes| bytes.windows(MARK.len()).any(|part| part == MARK))
+}
+
+/// Where VST3 hosts look for the user's presets of the plugin, by the format's documentation.
+fn preset_folder() -> Result<PathBuf> {
+    let home = || dirs::home_dir().context("the user's home folder is not known");
+    let base = match std::env::consts::OS {
+        "windows" => dirs::document_dir().context("the user's documents folder is not known")?.join("VST3 Presets"),
+        "macos" => home()?.join("Library/Audio/Presets"),
+        _ => home()?.join(".vst3/presets"),
+    };
+    Ok(base.join("Promenade").join("Promenade"))
 }
 
 /// The user's folders for CLAP and for VST3 plugins.

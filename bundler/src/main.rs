@@ -14,7 +14,7 @@ const USAGE: &str = "\
 cargo xtask bundle [--release] [other options of cargo build]
     builds Promenade.clap and Promenade.vst3 into target/bundled
 cargo xtask install [other options of cargo build]
-    builds the release bundles and copies them to where this user's hosts look for plugins
+    builds the release bundles and copies them, presets and scenes to where this user's hosts look for them
 cargo xtask test
     checks format and lints, bundles the plugin, runs every test in Rust and in Python";
 

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use promenade_baker::player::Source;
 use promenade_baker::wav::{Format, WavWriter};
 use promenade_baker::{atomic, file};
-use promenade_host::{AutomationFile, Bounce, Bundle, Instance, Setup};
+use promenade_host::{AutomationFile, Bounce, Bundle, Instance, PluginInfo, Preset, Setup};
 use std::path::Path;
 use std::time::Instant;
 
@@ -20,21 +20,30 @@ pub(crate) fn run(args: &HostArgs) -> Result<()> {
     let bundle = Bundle::load(&args.bundle)?;
     match (&args.input, &args.output) {
         (Some(input), Some(output)) => render(args, &bundle, input, output),
+        _ if args.presets => list_presets(args, &bundle),
         _ => list(args, &bundle),
     }
 }
 
-/// Opens the plugin, with its state and values as they are to be at the start.
-fn opened(args: &HostArgs, bundle: &Bundle, rate_hz: u32, inputs: usize) -> Result<Instance> {
-    let plugin = match &args.plugin {
+/// The plugin that is meant.
+fn chosen<'a>(args: &HostArgs, bundle: &'a Bundle) -> Result<&'a PluginInfo> {
+    Ok(match &args.plugin {
         Some(wanted) => bundle.find(wanted)?,
         None => &bundle.plugins()[0],
-    };
+    })
+}
+
+/// Opens the plugin, with its state and values as they are to be at the start.
+fn opened(args: &HostArgs, bundle: &Bundle, rate_hz: u32, inputs: usize) -> Result<Instance> {
+    let plugin = chosen(args, bundle)?;
     let setup =
         Setup { rate: f64::from(rate_hz), block: args.block as usize, inputs, offline: !args.realtime, ..Setup::default() };
     let mut instance = bundle.open_plugin(plugin, setup).with_context(|| format!("{}", args.bundle.display()))?;
     if let Some(state) = &args.state {
         instance.load_file(state).with_context(|| format!("{}", state.display()))?;
+    }
+    if let Some(name) = &args.preset {
+        instance.load_preset(&bundle.preset(plugin, name)?).with_context(|| format!("preset {name:?}"))?;
     }
     for (name, value) in &args.settings {
         let id = instance.parameter(name)?.id;
@@ -71,6 +80,22 @@ fn list(args: &HostArgs, bundle: &Bundle) -> Result<()> {
     text.push('\n');
     text += &report::table(&rows, false);
     report::print(&text)
+}
+
+fn list_presets(args: &HostArgs, bundle: &Bundle) -> Result<()> {
+    let plugin = chosen(args, bundle)?;
+    let (presets, wrong) = bundle.presets(plugin)?;
+    let mut rows = vec![["preset", "folder", "features", "by", "description"].map(str::to_owned).to_vec()];
+    for Preset { name, folder, features, creators, description, .. } in presets {
+        rows.push(vec![name, folder, features.join(", "), creators.join(", "), description]);
+    }
+    let count = rows.len() - 1;
+    let text = format!("{} ({}): {count} presets\n\n{}", plugin.name, bundle.format(), report::table(&rows, false));
+    report::print(&text)?;
+    for words in wrong {
+        report::note(format_args!("{words}"));
+    }
+    Ok(())
 }
 
 fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Result<()> {

@@ -4,6 +4,7 @@ use crate::HostError;
 use crate::editor::Editor;
 use crate::info::PluginInfo;
 use crate::parameter::{Edit, Parameter};
+use crate::preset::Preset;
 use crate::setup::{Position, Setup};
 use std::path::Path;
 
@@ -50,6 +51,9 @@ pub(crate) trait Backend {
     fn load_file(&mut self, _path: &Path, bytes: &[u8]) -> Result<(), HostError> {
         self.load(bytes)
     }
+
+    /// A preset that the bundle lists.
+    fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError>;
 
     fn serve(&mut self) -> Result<(), HostError>;
 

@@ -5,6 +5,7 @@ use crate::backend::Backend;
 use crate::clap::{self, ClapPlugin};
 use crate::info::{Format, PluginInfo};
 use crate::instance::Instance;
+use crate::preset::{self, Preset};
 use crate::setup::Setup;
 use crate::vst3::{self, Module, Vst3Plugin};
 use clack_host::prelude::PluginEntry;
@@ -110,6 +111,26 @@ impl Bundle {
             wanted: wanted.to_owned(),
             found: self.plugins().iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "),
         })
+    }
+
+    /// What a host's browser is told of a plugin's presets, and what is wrong with files that should be some. A CLAP plugin lists them; those of VST3 plugins
+    /// are files in folders that the format names.
+    ///
+    /// # Errors
+    /// The plugin lists presets but fails to.
+    pub fn presets(&self, plugin: &PluginInfo) -> Result<(Vec<Preset>, Vec<String>), HostError> {
+        match &self.inner {
+            Inner::Clap(entry) => clap::presets(entry, &self.path, &plugin.id),
+            Inner::Vst3(_) => Ok((vst3::presets(plugin), Vec::new())),
+        }
+    }
+
+    /// The preset of a plugin by its name.
+    ///
+    /// # Errors
+    /// As [`Bundle::presets`], or there is none of that name.
+    pub fn preset(&self, plugin: &PluginInfo, wanted: &str) -> Result<Preset, HostError> {
+        preset::find(&self.presets(plugin)?.0, wanted, &plugin.name).cloned()
     }
 
     /// Opens an instance of one of [`Bundle::plugins`].

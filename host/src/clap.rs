@@ -3,6 +3,7 @@
 mod editor;
 mod handlers;
 mod ports;
+mod presets;
 #[cfg(test)]
 mod tests;
 mod transport;
@@ -11,10 +12,12 @@ use crate::backend::Backend;
 use crate::editor::Editor;
 use crate::info::PluginInfo;
 use crate::parameter::{Edit, EditKind, Parameter, unit_of};
+use crate::preset::{Preset, PresetPlace};
 use crate::setup::{Position, Setup};
 use crate::{HostError, rounded};
 use clack_extensions::latency::PluginLatency;
 use clack_extensions::params::{ParamInfoBuffer, ParamInfoFlags, PluginParams};
+use clack_extensions::preset_discovery::prelude::{Location, PluginPresetLoad};
 use clack_extensions::render::{PluginRender, RenderMode};
 use clack_extensions::state::PluginState;
 use clack_extensions::tail::{PluginTail, TailLength};
@@ -26,6 +29,7 @@ use clack_host::prelude::*;
 use handlers::{Handlers, Requests};
 use libloading::Library;
 use ports::Ports;
+pub(crate) use presets::of as presets;
 use std::ffi::{CStr, CString};
 use std::path::Path;
 use std::sync::Arc;
@@ -40,6 +44,11 @@ fn stay(path: &Path) {
 
 fn owned(text: Option<&CStr>) -> String {
     text.map(|t| t.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// This host, as plugins are told.
+fn host_info() -> Result<HostInfo, std::ffi::NulError> {
+    HostInfo::new("Promenade", "Promenade", "", env!("CARGO_PKG_VERSION"))
 }
 
 /// Loads a CLAP library.
@@ -92,8 +101,7 @@ pub(crate) struct ClapPlugin {
 
 impl ClapPlugin {
     pub(crate) fn open(entry: &PluginEntry, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Self, HostError> {
-        let info = HostInfo::new("Promenade", "Promenade", "", env!("CARGO_PKG_VERSION"));
-        let info = info.map_err(|e| HostError::load(path, e))?;
+        let info = host_info().map_err(|e| HostError::load(path, e))?;
         let id = CString::new(plugin.id.as_str()).map_err(|e| HostError::load(path, e))?;
         let requests = Arc::new(Requests::new(setup.editors));
         let theirs = Arc::clone(&requests);
@@ -323,6 +331,27 @@ impl Backend for ClapPlugin {
         let loaded = state.load(&self.instance.plugin_handle(), &mut bytes);
         self.serve()?;
         loaded.map_err(|_| self.failed("load a state", "it does not take it"))
+    }
+
+    fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError> {
+        let loading = self.extension::<PluginPresetLoad>("presets that a host can load")?;
+        let text = |text: &str| CString::new(text).map_err(|e| self.failed("load a preset", e));
+        let file = match &preset.place {
+            PresetPlace::Plugin => None,
+            PresetPlace::File(path) => Some(text(&path.to_string_lossy())?),
+        };
+        let key = preset.key.as_deref().map(text).transpose()?;
+        let location = file.as_ref().map_or(Location::Plugin, |path| Location::File { path });
+        self.requests.preset.take();
+        let loaded = loading.load_from_location(&self.instance.plugin_handle(), location, key.as_deref());
+        let reported = self.requests.preset.take();
+        self.serve()?;
+        match (loaded, reported) {
+            (Ok(()), Some(Ok(()))) => Ok(()),
+            (_, Some(Err(reason))) => Err(self.failed("load a preset", reason)),
+            (Ok(()), None) => Err(self.failed("load a preset", "it does not report to have done so")),
+            (Err(error), _) => Err(self.failed("load a preset", error)),
+        }
     }
 
     fn serve(&mut self) -> Result<(), HostError> {

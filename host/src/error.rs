@@ -61,6 +61,18 @@ pub enum HostError {
         /// The closest name, or that several share this one.
         hint: String,
     },
+    /// There is no preset of that name.
+    #[error("{plugin}: expected one of its {count} presets, found {wanted:?}{hint}")]
+    NoSuchPreset {
+        /// Name of the plugin.
+        plugin: String,
+        /// How many there are.
+        count: usize,
+        /// The name that was asked for.
+        wanted: String,
+        /// The closest name.
+        hint: String,
+    },
     /// The plugin makes nothing of a text.
     #[error("parameter {parameter:?}: expected a value that {plugin} understands, such as {example:?}, found {found:?}")]
     Value {

@@ -4,6 +4,7 @@ use crate::backend::Backend;
 use crate::editor::Editor;
 use crate::info::PluginInfo;
 use crate::parameter::{Edit, Parameter, find};
+use crate::preset::Preset;
 use crate::setup::{Position, Setup};
 use crate::{HostError, rounded};
 use std::path::Path;
@@ -227,6 +228,15 @@ impl Instance {
     pub fn load_file(&mut self, path: &Path) -> Result<(), HostError> {
         let bytes = std::fs::read(path).map_err(|e| HostError::load(path, e))?;
         self.plugin.load_file(path, &bytes)?;
+        self.relist()
+    }
+
+    /// Loads a preset that [`crate::Bundle::presets`] lists, as a browser does.
+    ///
+    /// # Errors
+    /// The plugin cannot load presets, refuses this one, or does not say that it has loaded it.
+    pub fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError> {
+        self.plugin.load_preset(preset)?;
         self.relist()
     }
 

@@ -40,6 +40,7 @@ mod error;
 mod info;
 mod instance;
 mod parameter;
+mod preset;
 mod setup;
 mod vst3;
 
@@ -52,6 +53,7 @@ pub use error::HostError;
 pub use info::{Format, PluginInfo};
 pub use instance::Instance;
 pub use parameter::{Edit, EditKind, Parameter};
+pub use preset::{Preset, PresetPlace};
 pub use setup::Setup;
 
 /// A number rounded to an integer; out of range it saturates, and 0 stands for what is no number.

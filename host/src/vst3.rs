@@ -3,15 +3,18 @@
 mod controller;
 mod editor;
 mod module;
+mod presets;
 
 use crate::HostError;
 use crate::backend::{Backend, check_channels, copy_out};
 use crate::editor::Editor;
 use crate::info::PluginInfo;
 use crate::parameter::{Edit, EditKind, Parameter};
+use crate::preset::{Preset, PresetPlace};
 use crate::setup::{Position, Setup};
 use controller::Controller;
 pub(crate) use module::Module;
+pub(crate) use presets::of as presets;
 use std::path::Path;
 use std::sync::Arc;
 use vst3_host::audio::{AudioBuffers, SpeakerArrangement};
@@ -242,6 +245,13 @@ impl Backend for Vst3Plugin {
         } else {
             self.load(bytes)
         }
+    }
+
+    fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError> {
+        let PresetPlace::File(path) = &preset.place else {
+            return Err(self.failed("load a preset", "it is in no file"));
+        };
+        self.plugin.load_vstpreset(path).map_err(|e| self.failed("load a preset", e))
     }
 
     fn serve(&mut self) -> Result<(), HostError> {

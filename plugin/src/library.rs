@@ -249,7 +249,11 @@ fn holds(path: &Path, hash: &str) -> bool {
     read(path).is_ok_and(|bytes| cache::content_hash(&bytes) == hash)
 }
 
-fn scene_at(path: &Path) -> Result<(Arc<Scene>, ContentHash), LibraryError> {
+/// The scene in a file, and its content.
+///
+/// # Errors
+/// The file cannot be read or is not a scene.
+pub fn scene_at(path: &Path) -> Result<(Arc<Scene>, ContentHash), LibraryError> {
     cache::scene_from(&read(path)?).map_err(|error| LibraryError::NoSceneFile { path: path.to_owned(), error })
 }
 

@@ -1,6 +1,9 @@
 //! Presets: the factory's inside the plugin, the user's as files, all in Steinberg's format, so that VST3 hosts list them too.
 
+mod file;
+
 use crate::library::{file_name_of, read_limited};
+pub use file::About;
 use nice_plug::plugin::PluginState;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,10 +13,6 @@ use thiserror::Error;
 pub const EXTENSION: &str = "vstpreset";
 /// Larger files are refused unread, bytes.
 const LARGEST_FILE: u64 = 64 << 20;
-/// Bytes before the first chunk: `VST3`, a version, the class id in hexadecimal, the place of the chunk list.
-const HEADER: usize = 48;
-/// The class id in hexadecimal as hosts write it.
-const CLASS_ID: std::ops::Range<usize> = 8..40;
 
 macro_rules! factory {
     ($($name:literal),* $(,)?) => {
@@ -26,13 +25,27 @@ macro_rules! factory {
 }
 
 factory![
+    "Cathedral, in the nave",
     "Class room, back row",
     "Class room, facing the source",
     "Class room, walk round the source",
+    "Club, at the bar",
+    "Club, in front of the stage",
+    "Concert hall, last row",
+    "Concert hall, tenth row",
+    "Corridor, walk to the source",
+    "Courtyard, far corner",
     "Direct sound only, for head tracking on many tracks",
+    "Dry studio, beside the player",
     "Half dry, source on the left",
+    "Living room, across the table",
+    "Loft, round the corner",
+    "Loft, walk round the corner",
     "Office, at the door",
     "Office, facing the source",
+    "Parking deck, from afar",
+    "Stairwell, behind you",
+    "Street, on the other side",
 ];
 
 /// A preset that can be chosen.
@@ -42,6 +55,8 @@ pub struct Preset {
     pub name: String,
     /// Its file; `None` for a factory preset.
     pub file: Option<PathBuf>,
+    /// What it says of itself.
+    pub about: About,
 }
 
 /// Why a preset cannot be read or saved.
@@ -86,18 +101,29 @@ pub fn folder() -> Option<PathBuf> {
     Some(base.join("Promenade").join("Promenade"))
 }
 
-/// The factory presets, then those in the user's folder, each sorted by name.
+/// The factory presets, then those in the user's folder, each sorted by name. Copies of factory presets, which VST3 hosts find in that
+/// folder, are left out.
 #[must_use]
 pub fn list(folder: Option<&Path>) -> Vec<Preset> {
-    let factory = FACTORY.iter().map(|(name, _)| Preset { name: (*name).to_owned(), file: None });
     let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok()).into_iter().flatten().flatten();
-    let mut users = entries
-        .map(|entry| entry.path())
-        .filter(|path| path.extension().is_some_and(|e| e == EXTENSION))
-        .filter_map(|path| Some(Preset { name: path.file_stem()?.to_str()?.to_owned(), file: Some(path) }))
-        .collect::<Vec<_>>();
+    let mut users = entries.filter_map(|entry| of_file(&entry.path())).collect::<Vec<_>>();
     users.sort_by(|a, b| a.name.cmp(&b.name));
-    factory.chain(users).collect()
+    factory().chain(users).collect()
+}
+
+/// The presets inside the plugin.
+pub fn factory() -> impl Iterator<Item = Preset> {
+    FACTORY.iter().map(|(name, bytes)| Preset { name: (*name).to_owned(), file: None, about: file::about(bytes) })
+}
+
+/// The user's preset in a file; none where the file has another extension or is a copy of a factory preset.
+#[must_use]
+pub fn of_file(path: &Path) -> Option<Preset> {
+    let name = path.file_stem()?.to_str().filter(|_| path.extension().is_some_and(|e| e == EXTENSION))?;
+    // Of what cannot be read, the error is for who chooses it.
+    let about = read_limited(path, LARGEST_FILE).map(|bytes| file::about(&bytes)).unwrap_or_default();
+    let is_copy = about.is_factory && FACTORY.iter().any(|(known, _)| *known == name);
+    (!is_copy).then(|| Preset { name: name.to_owned(), file: Some(path.to_owned()), about })
 }
 
 /// The state in a preset.
@@ -105,13 +131,29 @@ pub fn list(folder: Option<&Path>) -> Vec<Preset> {
 /// # Errors
 /// The file cannot be read or is not a preset of this plugin.
 pub fn read(preset: &Preset) -> Result<PluginState, PresetError> {
-    let Some(path) = &preset.file else {
-        let known = FACTORY.iter().find(|(name, _)| *name == preset.name);
-        let none = || PresetError::Content { what: preset.name.clone(), found: "no factory preset of that name".to_owned() };
-        return state_in(known.ok_or_else(none)?.1, &preset.name);
-    };
-    let bytes = read_limited(path, LARGEST_FILE).map_err(|error| PresetError::Io { path: path.clone(), error })?;
+    match &preset.file {
+        Some(path) => read_file(path),
+        None => read_factory(&preset.name),
+    }
+}
+
+/// The state in a preset's file.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_file(path: &Path) -> Result<PluginState, PresetError> {
+    let bytes = read_limited(path, LARGEST_FILE).map_err(|error| PresetError::Io { path: path.to_owned(), error })?;
     state_in(&bytes, &path.display().to_string())
+}
+
+/// The state in a factory preset.
+///
+/// # Errors
+/// There is none of that name.
+pub fn read_factory(name: &str) -> Result<PluginState, PresetError> {
+    let known = FACTORY.iter().find(|(known, _)| *known == name);
+    let none = || PresetError::Content { what: name.to_owned(), found: "no factory preset of that name".to_owned() };
+    state_in(known.ok_or_else(none)?.1, name)
 }
 
 /// Saves a state under a name in the user's folder, and replaces a preset of that name.
@@ -126,58 +168,20 @@ pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, Pr
     let json = serde_json::to_vec(state).map_err(|error| io_error(io::Error::other(error)))?;
     // A crash half way leaves the old preset.
     let partial = path.with_extension("partial");
-    std::fs::write(&partial, file_of(&json)).and_then(|()| std::fs::rename(&partial, &path)).map_err(io_error)?;
-    Ok(Preset { name: name.to_owned(), file: Some(path) })
-}
-
-/// Steinberg's preset file: header, the component's state, an empty state of the controller, and the list of both.
-fn file_of(component: &[u8]) -> Vec<u8> {
-    let (start, end) = (HEADER as u64, (HEADER + component.len()) as u64);
-    let template = FACTORY[0].1;
-    let mut bytes = b"VST3".to_vec();
-    bytes.extend(1_u32.to_le_bytes());
-    bytes.extend(&template[CLASS_ID]);
-    bytes.extend(end.to_le_bytes());
-    bytes.extend(component);
-    bytes.extend(b"List");
-    bytes.extend(2_u32.to_le_bytes());
-    for (id, at, length) in [(b"Comp", start, component.len() as u64), (b"Cont", end, 0)] {
-        bytes.extend(id);
-        bytes.extend(at.to_le_bytes());
-        bytes.extend(length.to_le_bytes());
-    }
-    bytes
+    std::fs::write(&partial, file::write(&json, FACTORY[0].1))
+        .and_then(|()| std::fs::rename(&partial, &path))
+        .map_err(io_error)?;
+    Ok(Preset { name: name.to_owned(), file: Some(path), about: About::default() })
 }
 
 fn state_in(bytes: &[u8], what: &str) -> Result<PluginState, PresetError> {
-    let wrong = |found: &str| PresetError::Content { what: what.to_owned(), found: found.to_owned() };
-    let number = |at: usize, len: usize| {
-        let field = bytes.get(at..at + len)?;
-        let mut word = [0; 8];
-        word[..len].copy_from_slice(field);
-        usize::try_from(u64::from_le_bytes(word)).ok()
-    };
-    if bytes.get(..4) != Some(b"VST3") {
-        return Err(wrong("another kind of file"));
-    }
-    if bytes.get(CLASS_ID) != FACTORY[0].1.get(CLASS_ID) {
-        return Err(wrong("a preset of another plugin"));
-    }
-    let list = number(40, 8).filter(|at| bytes.get(*at..at.saturating_add(4)) == Some(b"List"));
-    let list = list.ok_or_else(|| wrong("a preset without a list of its parts"))?;
-    let count = number(list + 4, 4).unwrap_or(0);
-    let entry = (0..count.min(64)).map(|n| list + 8 + 20 * n).find(|at| bytes.get(*at..at + 4) == Some(b"Comp"));
-    let component = entry.and_then(|at| {
-        let (start, length) = (number(at + 4, 8)?, number(at + 12, 8)?);
-        bytes.get(start..start.checked_add(length)?)
-    });
-    let component = component.ok_or_else(|| wrong("a preset without the plugin's state, or cut short"))?;
-    serde_json::from_slice(component).map_err(|error| wrong(&format!("a state that cannot be read ({error})")))
+    file::state(bytes, FACTORY[0].1).map_err(|found| PresetError::Content { what: what.to_owned(), found })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene_key::SceneKey;
     use nice_plug::plugin::ParamValue;
 
     #[test]
@@ -194,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_user_preset_comes_back_and_is_written_as_hosts_write_it() {
+    fn a_user_preset_comes_back() {
         let folder = tempfile::tempdir().unwrap();
         let mut state = read(&list(None)[0]).unwrap();
         state.params.insert("x".to_owned(), ParamValue::F32(-2.25));
@@ -204,9 +208,6 @@ mod tests {
         assert_eq!(saved.name, "Mine");
         let json = |state: &PluginState| serde_json::to_string(state).unwrap();
         assert_eq!(json(&read(&saved).unwrap()), json(&state));
-        let factory = FACTORY[0].1;
-        let json = &factory[HEADER..usize::try_from(u64::from_le_bytes(factory[40..48].try_into().unwrap())).unwrap()];
-        assert_eq!(file_of(json), factory);
     }
 
     #[test]
@@ -219,19 +220,37 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_an_error_that_names_the_file() {
-        let whole = FACTORY[0].1;
-        // The list's last entry, of the controller's empty state, is not needed.
-        for length in 0..whole.len() - 20 {
-            assert!(state_in(&whole[..length], "f").is_err(), "{length}");
+    fn every_factory_preset_says_what_it_is_for_and_plays_a_scene_that_is_installed() {
+        const USES: [&str; 4] = ["speech", "music", "film", "walk"];
+        let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/library");
+        for Preset { name, about, file } in factory() {
+            assert!(about.is_factory && about.sentence.ends_with('.'), "{name}: {about:?}");
+            assert!(!about.uses.is_empty() && about.uses.iter().all(|word| USES.contains(&word.as_str())), "{name}: {about:?}");
+            let state = read(&Preset { name: name.clone(), about, file }).unwrap();
+            let scene: SceneKey = serde_json::from_str(&state.fields["scene"]).unwrap();
+            assert!(!scene.is_some() || library.join(scene.file_name()).is_file(), "{name}: {scene:?}");
         }
-        for at in (0..HEADER).chain(whole.len() - 60..whole.len()) {
-            let mut bytes = whole.to_vec();
-            bytes[at] ^= 0x55;
-            // Some bytes do not matter; none may bring the reader down.
-            if let Err(error) = state_in(&bytes, "some.vstpreset") {
-                assert!(error.to_string().starts_with("some.vstpreset"), "{error}");
-            }
+        for wanted in USES {
+            assert!(factory().any(|preset| preset.about.uses.iter().any(|word| word == wanted)), "{wanted}");
         }
+    }
+
+    #[test]
+    fn copies_of_factory_presets_are_listed_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let (name, bytes) = FACTORY[0];
+        std::fs::write(folder.path().join(format!("{name}.{EXTENSION}")), bytes).unwrap();
+        assert_eq!(list(Some(folder.path())), list(None));
+        // Under another name, or changed by the user, it is the user's.
+        std::fs::write(folder.path().join(format!("Another.{EXTENSION}")), bytes).unwrap();
+        save(folder.path(), name, &read(&list(None)[0]).unwrap()).unwrap();
+        let users = list(Some(folder.path())).split_off(FACTORY.len());
+        assert_eq!(users.iter().map(|preset| preset.name.as_str()).collect::<Vec<_>>(), ["Another", name]);
+    }
+
+    #[test]
+    fn an_error_names_the_file() {
+        let error = state_in(&FACTORY[0].1[..100], "some.vstpreset").unwrap_err();
+        assert!(error.to_string().starts_with("some.vstpreset: expected a preset of Promenade"), "{error}");
     }
 }

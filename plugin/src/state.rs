@@ -72,7 +72,7 @@ pub fn migrate(state: &mut PluginState) {
 }
 
 /// A plain value as a state has it.
-fn saved_value(parameter: Parameter, value: f32) -> ParamValue {
+pub(crate) fn saved_value(parameter: Parameter, value: f32) -> ParamValue {
     match parameter.variants() {
         Some((ids, _)) => ParamValue::String(ids[index(value).min(ids.len() - 1)].to_owned()),
         None if parameter.is_switch() => ParamValue::Bool(value > 0.5),

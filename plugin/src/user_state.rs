@@ -1,14 +1,19 @@
 //! What presets, undo and the A/B comparison restore: the parameters, the scene, the drawn room, the camera path and the head.
 
 use crate::cast::index;
+use crate::choices::SceneChoice;
 use crate::drawn_room::DrawnRoom;
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
 use crate::saved_head::SavedHead;
 use crate::scene_key::SceneKey;
+use crate::state::saved_value;
 use crate::walk::SavedWalk;
-use nice_plug::params::persist::deserialize_field;
+use nice_plug::params::persist::{deserialize_field, serialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
+use nice_plug::prelude::Enum;
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
 
 /// Everything that a user sets for the sound, as it was at one time.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +77,41 @@ impl UserState {
     #[must_use]
     pub fn scene(&self) -> (u32, &SceneKey) {
         (u32::try_from(index(self.value(Parameter::Slot))).unwrap_or(0), &self.scene)
+    }
+
+    /// The same in a scene file, where the scene's makers let the listener begin.
+    #[must_use]
+    pub fn in_scene(mut self, scene: SceneKey, start: Pose) -> Self {
+        let (yaw, pitch, roll) = start.ypr();
+        let Vec3 { x, y, z } = start.position;
+        let place = [(Parameter::X, x), (Parameter::Y, y), (Parameter::Z, z)];
+        let head = [(Parameter::Yaw, yaw), (Parameter::Pitch, pitch), (Parameter::Roll, roll)];
+        let head = head.map(|(parameter, radians)| (parameter, radians.to_degrees()));
+        let own = [(Parameter::Scene, SceneChoice::Library.to_index() as f32), (Parameter::Slot, 0.0)];
+        for (parameter, value) in place.into_iter().chain(head).chain(own) {
+            self.values[parameter as usize] = parameter.clamp(value);
+        }
+        (self.scene, self.room) = (scene, None);
+        self
+    }
+
+    /// Puts it into a saved state, whose other parts stay as they are.
+    ///
+    /// # Errors
+    /// A part cannot be written as text.
+    pub fn put_into(&self, saved: &mut PluginState) -> serde_json::Result<()> {
+        crate::state::migrate(saved);
+        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
+            saved.params.insert(parameter.id().to_owned(), saved_value(parameter, self.value(parameter)));
+        }
+        let fields = [
+            ("scene", serialize_field(&self.scene)?),
+            ("walk", serialize_field(&self.walk)?),
+            ("head", serialize_field(&self.head)?),
+            ("room", serialize_field(&self.room)?),
+        ];
+        saved.fields.extend(fields.map(|(name, json)| (name.to_owned(), json)));
+        Ok(())
     }
 
     /// Restores it: `set` is called for each parameter that differs, with its plain value.
@@ -164,5 +204,21 @@ pub(crate) mod tests {
         assert_eq!(set, [(Parameter::Pitch, 12.0)]);
         assert!(params.saved_walk.get().0.looping);
         assert_eq!(params.room.get().0, Some(DrawnRoom::default()));
+    }
+
+    #[test]
+    fn put_into_a_saved_state_it_is_read_again_and_the_rest_stays() {
+        let mut wanted = with(Parameter::Yaw, -20.0);
+        wanted.walk.looping = true;
+        wanted = wanted.in_scene(SceneKey { title: "Hall".to_owned(), ..SceneKey::default() }, Pose::IDENTITY);
+        let fields =
+            [("osc", r#"{"on": true}"#), ("remote", r#"{"gain": -3.0}"#)].map(|(n, json)| (n.to_owned(), json.to_owned()));
+        let params = [("osc".to_owned(), ParamValue::Bool(true))];
+        let mut saved =
+            PluginState { version: String::new(), params: params.into_iter().collect(), fields: fields.into_iter().collect() };
+        wanted.put_into(&mut saved).unwrap();
+        assert!(matches!(saved.params["osc"], ParamValue::Bool(true)));
+        let base = with(Parameter::Pitch, 3.0);
+        assert_eq!(UserState::from_saved(saved, &base), wanted);
     }
 }

@@ -3,13 +3,16 @@
 usage: pedalboard_check.py Promenade.vst3
 """
 
+import os
 import sys
 from pathlib import Path
 
 import numpy as np
 import pedalboard
 
-PRESETS = Path(__file__).parent.parent.parent / "presets"
+PRESETS = Path(__file__).resolve().parent.parent.parent / "presets"
+# The places that presets play are in the library, which need not be installed here.
+os.environ["PROMENADE_SCENES"] = str(PRESETS / "library")
 sys.path.insert(0, str(PRESETS / "recipes"))
 import make_presets  # noqa: E402  (found through the line above)
 

@@ -1,4 +1,4 @@
-//! Tests that need a library of scenes of their own.
+//! Tests that need a library of scenes and a home of their own.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,7 +7,7 @@ use std::{env, fs};
 /// The variable that names folders of scenes.
 const FOLDERS: &str = "PROMENADE_SCENES";
 
-/// Runs the calling test again in a process whose library is a folder of its own, filled by `fill`, and there `test`. Returns the log of
+/// Runs the calling test again in a process whose library and home are a folder of its own, filled by `fill`, and there `test`. Returns the log of
 /// that process; in it there is none.
 ///
 /// # Panics
@@ -25,6 +25,7 @@ pub fn in_library(fill: impl FnOnce(&Path), test: impl FnOnce(&Path)) -> Option<
     let again = Command::new(this)
         .args(["--exact", "--include-ignored", &name])
         .env(FOLDERS, &folder)
+        .env("HOME", &folder)
         .output()
         .expect("a test can be run again");
     fs::remove_dir_all(&folder).expect("the folder is still there");

@@ -9,14 +9,17 @@ pub(crate) struct HostArgs {
     /// Plugin: a file or folder whose name ends in .clap or .vst3
     pub(crate) bundle: PathBuf,
     /// Dry WAV file, mono or stereo
-    #[arg(required_unless_present = "list")]
+    #[arg(required_unless_present_any = ["list", "presets"])]
     pub(crate) input: Option<PathBuf>,
     /// Stereo WAV file to write, 32-bit float
-    #[arg(required_unless_present = "list")]
+    #[arg(required_unless_present_any = ["list", "presets"])]
     pub(crate) output: Option<PathBuf>,
     /// Name, vendor, version, latency and parameters of the plugin instead of a rendering
     #[arg(long, conflicts_with_all = ["input", "output", "automation", "tail", "save_state"])]
     pub(crate) list: bool,
+    /// The presets that a host's browser gets of the plugin instead of a rendering
+    #[arg(long, conflicts_with_all = ["input", "output", "list", "automation", "tail", "save_state", "state", "settings"])]
+    pub(crate) presets: bool,
     /// Plugin of a bundle with several, by name or id; without it the first
     #[arg(long, value_name = "NAME")]
     pub(crate) plugin: Option<String>,
@@ -26,6 +29,9 @@ pub(crate) struct HostArgs {
     /// State to start from: a VST3 preset (.vstpreset), or what --save-state has written
     #[arg(long, value_name = "FILE")]
     pub(crate) state: Option<PathBuf>,
+    /// Preset to start from, by a name that --presets lists
+    #[arg(long, value_name = "NAME", conflicts_with = "state")]
+    pub(crate) preset: Option<String>,
     /// Value of a parameter, by name or number, as the plugin writes it
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_setting)]
     pub(crate) settings: Vec<(String, String)>,

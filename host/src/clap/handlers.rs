@@ -3,11 +3,14 @@
 use clack_extensions::gui::{GuiSize, HostGui, HostGuiImpl};
 use clack_extensions::latency::{HostLatency, HostLatencyImpl};
 use clack_extensions::params::{HostParams, HostParamsImplMainThread, HostParamsImplShared, ParamClearFlags, ParamRescanFlags};
+use clack_extensions::preset_discovery::HostPresetLoadImpl;
+use clack_extensions::preset_discovery::prelude::{HostPresetLoad, Location};
 use clack_extensions::state::{HostState, HostStateImpl};
 use clack_extensions::thread_check::{HostThreadCheck, HostThreadCheckImpl};
 use clack_host::prelude::*;
-use std::sync::Arc;
+use std::ffi::CStr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, ThreadId};
 
 /// What the plugin has asked for, each kept until it is taken.
@@ -24,14 +27,29 @@ pub(crate) struct Requests {
     pub(crate) closed: AtomicBool,
     /// Width in the lower half, height in the upper; 0 for none.
     resize: AtomicU64,
+    pub(crate) preset: Reported,
+}
+
+/// What the plugin says of the preset that it was asked to load: that it has, or why not.
+#[derive(Default)]
+pub(crate) struct Reported(Mutex<Option<Result<(), String>>>);
+
+impl Reported {
+    fn put(&self, report: Result<(), String>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(report);
+    }
+
+    pub(crate) fn take(&self) -> Option<Result<(), String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
 }
 
 impl Requests {
     pub(crate) fn new(editors: bool) -> Self {
         let no = || AtomicBool::new(false);
         let owner = thread::current().id();
-        let resize = AtomicU64::new(0);
-        Self { owner, audio: no(), editors, callback: no(), flush: no(), rescan: no(), closed: no(), resize }
+        let (resize, preset) = (AtomicU64::new(0), Reported::default());
+        Self { owner, audio: no(), editors, callback: no(), flush: no(), rescan: no(), closed: no(), resize, preset }
     }
 
     /// Plays the audio thread for what is done.
@@ -69,7 +87,8 @@ impl HostHandlers for Handlers {
         if shared.0.editors {
             builder.register::<HostGui>();
         }
-        builder.register::<HostLatency>().register::<HostParams>().register::<HostState>().register::<HostThreadCheck>();
+        builder.register::<HostLatency>().register::<HostParams>().register::<HostPresetLoad>();
+        builder.register::<HostState>().register::<HostThreadCheck>();
     }
 }
 
@@ -117,6 +136,16 @@ impl HostParamsImplMainThread for Main {
 impl HostLatencyImpl for Main {
     /// The latency is asked for when it is wanted.
     fn changed(&self) {}
+}
+
+impl HostPresetLoadImpl for Main {
+    fn on_error(&self, _location: Location, _key: Option<&CStr>, _os_error: i32, message: Option<&CStr>) {
+        self.0.preset.put(Err(message.unwrap_or(c"without a reason").to_string_lossy().into_owned()));
+    }
+
+    fn loaded(&self, _location: Location, _key: Option<&CStr>) {
+        self.0.preset.put(Ok(()));
+    }
 }
 
 impl HostStateImpl for Main {

@@ -6,7 +6,7 @@ use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, field, labelled, note, outcome, tab};
 use super::words::Word;
 use crate::error_chain::with_causes;
-use crate::presets::{self, Preset};
+use crate::presets::{self, About, Preset};
 use crate::user_state::UserState;
 use egui::{ScrollArea, TextEdit, Ui, Vec2};
 use std::path::PathBuf;
@@ -55,19 +55,26 @@ impl Panel for PresetsPanel {
 
 impl PresetsPanel {
     fn list(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
-        field(ui, &mut self.search, "Search presets");
+        field(ui, &mut self.search, "Search presets: speech, music, film, walk");
         let wanted = self.search.to_lowercase();
         let mut clicked = None;
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             for (title, users) in [("Factory", false), ("Yours", true)] {
-                let shown = |p: &&Preset| p.file.is_some() == users && p.name.to_lowercase().contains(&wanted);
+                let says = |p: &Preset| [&p.name, &p.about.sentence].iter().any(|text| text.to_lowercase().contains(&wanted));
+                let fits = |p: &Preset| says(p) || p.about.uses.contains(&wanted);
+                let shown = |p: &&Preset| p.file.is_some() == users && fits(p);
                 let mut any = false;
                 for preset in self.presets.iter().filter(shown) {
                     if !any {
                         note(ui, ctx.palette, title);
                         any = true;
                     }
-                    if ui.selectable_label(self.chosen.as_ref() == Some(preset), &preset.name).clicked() {
+                    let mut label = ui.selectable_label(self.chosen.as_ref() == Some(preset), &preset.name);
+                    let About { sentence, uses, .. } = &preset.about;
+                    if !sentence.is_empty() {
+                        label = label.on_hover_text(format!("{sentence}\n{}", uses.join(", ")));
+                    }
+                    if label.clicked() {
                         clicked = Some(preset.clone());
                     }
                 }

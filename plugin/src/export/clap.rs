@@ -1,7 +1,11 @@
-//! The CLAP entry: the framework's plugin, whose editor is kept from hosts that have no room for one.
+//! The CLAP entry: the framework's plugin, with what the framework lacks put beside it.
 //!
-//! The framework's own entry would do, but its editor takes the host's part of the extension for granted: opened in a host without it, it
-//! takes the host down.
+//! The framework's own entry knows nothing of presets, and its editor takes the host's part of the extension for granted: opened in a host
+//! without it, it takes the host down.
+
+mod preset_discovery;
+mod preset_load;
+mod state;
 
 use crate::Promenade;
 use crate::lock::lock;
@@ -50,8 +54,11 @@ extern "C" fn deinit() {}
 #[expect(unsafe_code, reason = "a host's text is a pointer")]
 extern "C" fn get_factory(id: *const c_char) -> *const c_void {
     // SAFETY: hosts name factories by text that ends with a zero.
-    let asked = !id.is_null() && unsafe { CStr::from_ptr(id) } == CLAP_PLUGIN_FACTORY_ID;
-    if asked { (&raw const FACTORY).cast() } else { std::ptr::null() }
+    let Some(id) = (!id.is_null()).then(|| unsafe { CStr::from_ptr(id) }) else { return std::ptr::null() };
+    if id == CLAP_PLUGIN_FACTORY_ID {
+        return (&raw const FACTORY).cast();
+    }
+    preset_discovery::factory(id).unwrap_or_default()
 }
 
 #[expect(unsafe_code, reason = "the signature is CLAP's")]
@@ -91,23 +98,38 @@ unsafe extern "C" fn create_plugin(
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *const c_char) -> *const c_void {
     // SAFETY: hosts name extensions by text that ends with a zero.
-    let of_editor = !id.is_null() && unsafe { CStr::from_ptr(id) } == EDITOR;
+    let Some(name) = (!id.is_null()).then(|| unsafe { CStr::from_ptr(id) }) else { return std::ptr::null() };
+    if preset_load::IDS.contains(&name) {
+        return (&raw const preset_load::EXTENSION).cast();
+    }
+    if name == EDITOR && host_extension::<c_void>(plugin, &[EDITOR]).is_none() {
+        return std::ptr::null();
+    }
     match THEIRS.get() {
         // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
-        Some((get_extension, _)) if !of_editor || has_editors(plugin) => unsafe { get_extension(plugin, id) },
-        _ => std::ptr::null(),
+        Some((get_extension, _)) => unsafe { get_extension(plugin, id) },
+        None => std::ptr::null(),
     }
 }
 
-/// Whether a plugin's host can show editors.
+/// The framework's own extension of a name, whose table of functions is `T`.
+#[expect(unsafe_code, reason = "the framework is asked through its table of functions")]
+fn framework_extension<T>(plugin: *const clap_plugin, id: &CStr) -> Option<&'static T> {
+    let (get_extension, _) = THEIRS.get()?;
+    // SAFETY: the plugin is the framework's; its tables live as long as it does, longer than any call that comes from a host.
+    unsafe { get_extension(plugin, id.as_ptr()).cast::<T>().as_ref() }
+}
+
+/// A plugin's host, and the first of its extensions by these names, whose table of functions is `T`.
 #[expect(unsafe_code, reason = "the host is asked through its table of functions")]
-fn has_editors(plugin: *const clap_plugin) -> bool {
-    let Some(host) = lock(&HOSTS).get(&plugin.addr()).copied() else { return false };
+fn host_extension<T>(plugin: *const clap_plugin, ids: &[&CStr]) -> Option<(*const clap_host, &'static T)> {
+    let host = lock(&HOSTS).get(&plugin.addr()).copied()?;
     let host = std::ptr::with_exposed_provenance::<clap_host>(host);
-    // SAFETY: hosts outlive their plugins.
-    let get_extension = unsafe { (*host).get_extension };
+    // SAFETY: hosts outlive their plugins, and so do their tables of functions.
+    let get_extension = unsafe { (*host).get_extension }?;
     // SAFETY: as above; extensions are asked for after `init` only, so that the host may be asked as well.
-    get_extension.is_some_and(|get| unsafe { !get(host, EDITOR.as_ptr()).is_null() })
+    let found = ids.iter().find_map(|id| unsafe { get_extension(host, id.as_ptr()).cast::<T>().as_ref() })?;
+    Some((host, found))
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
