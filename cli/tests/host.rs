@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 in_both_formats!(
     lists_the_parameters,
+    a_preset_is_found_by_its_name,
     a_pose_sounds_as_it_is_rendered,
     a_camera_path_along_the_transport_sounds_as_it_is_rendered,
     automation_is_on_its_sample,
@@ -85,6 +86,24 @@ fn lists_the_parameters<H: Host>() {
     };
     assert_eq!(row("Yaw"), ["119407", "0.00", "deg", "-30.00", "deg", "-", "yes"]);
     assert_eq!(row("Tier"), ["3559906", "Standard", "Standard", "3", "yes"]);
+}
+
+fn a_preset_is_found_by_its_name<H: Host>() {
+    let place = Place::new::<H>();
+    let (text, _) = succeeds(&["host", &place.plugin, "--presets"]);
+    assert!(text.starts_with(&format!("Promenade ({}): ", H::FORMAT)), "{text}");
+    let input = place.dry(&[&noise(12_000)]);
+    let failed = common::fails(&["host", &place.plugin, &input, &place.text("out.wav"), "--preset", "Best"]);
+    assert!(failed.contains("presets, found \"Best\""), "{failed}");
+    // Those of VST3 plugins are where they are installed.
+    if H::FORMAT == promenade_tests::Format::Clap {
+        let name = "Half dry, source on the left";
+        let row = text.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{text}"));
+        assert!(["Factory", "music", "60 degrees to the left"].iter().all(|words| row.contains(words)), "{row}");
+        let heard = place.host(&input, &["--preset", name]);
+        let set = place.host(&input, &["--set", "Yaw=-60 deg", "--set", "Dry/Wet=50 %"]);
+        assert!(difference_db(&heard, &set) < -120.0 && peak(&heard[0]) > 0.05);
+    }
 }
 
 fn a_pose_sounds_as_it_is_rendered<H: Host>() {
