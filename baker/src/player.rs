@@ -11,7 +11,7 @@ pub(crate) use clips::ClipPlayer;
 use crate::error::BakeError;
 use crate::sources::capture::{Capture, Clip};
 use promenade_audio::{FileError, resample};
-use promenade_core::{Pose, Scene, Tier};
+use promenade_core::{Pose, Scene, Tier, Trim};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use stream::StreamPlayer;
@@ -76,6 +76,12 @@ impl Mix {
         Self { rendered: gain * share, dry: gain * (1.0 - share) }
     }
 
+    /// The same without dry sound, the rendered as loud as it was.
+    #[must_use]
+    pub fn without_dry(self) -> Self {
+        Self { dry: 0.0, ..self }
+    }
+
     /// Mixes the dry samples that are waiting into the next samples of both ears.
     fn apply(self, ears: [&mut [f32]; 2], waiting: &mut [VecDeque<f32>; 2]) {
         for (ear, waiting) in ears.into_iter().zip(waiting) {
@@ -133,15 +139,36 @@ impl Player {
     #[must_use]
     pub fn with_decode_rate(mut self, rate_hz: f32) -> Self {
         if let Engine::Stream(player) = &mut self.engine {
-            player.quality.live.rate_hz = rate_hz;
+            player.params.quality.live.rate_hz = rate_hz;
         }
         self
+    }
+
+    /// The same with what a user changes about the scene's sound.
+    ///
+    /// # Errors
+    /// A published model, which does not know the parts of its sound, follows the low cut alone in the tier Reference and nothing clip by
+    /// clip.
+    pub fn with_trim(mut self, trim: Trim) -> Result<Self, BakeError> {
+        let follows = match self.playing() {
+            Playing::Stream(Tier::Reference) => trim.leaves_parts(),
+            Playing::Stream(_) => true,
+            Playing::Clip => trim == Trim::NEUTRAL,
+        };
+        if !follows {
+            let expected = "draft, standard or high, since the published model knows no parts of its sound";
+            return Err(BakeError::argument("tier", expected, self.playing().name()));
+        }
+        if let Engine::Stream(player) = &mut self.engine {
+            player.params.trim = trim;
+        }
+        Ok(self)
     }
 
     /// How the scene is played.
     #[must_use]
     pub fn playing(&self) -> Playing {
-        self.stream().map_or(Playing::Clip, |player| Playing::Stream(player.quality.tier))
+        self.stream().map_or(Playing::Clip, |player| Playing::Stream(player.params.quality.tier))
     }
 
     fn stream(&self) -> Option<&StreamPlayer> {

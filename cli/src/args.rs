@@ -12,6 +12,7 @@ mod placement;
 mod render;
 mod responses;
 mod simulate;
+mod sound;
 #[cfg(feature = "train")]
 mod train;
 mod values;
@@ -58,7 +59,7 @@ pub(crate) enum Command {
     /// Make a scene from a trained AV-Cloud checkpoint
     Import(Box<ImportArgs>),
     /// Render a WAV file through a scene, along a path or at one pose
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Render a WAV file through a plugin as a host does, with automation, or list its parameters
     Host(HostArgs),
     /// Convert a camera path, or show what it is: JSON, CSV, cameras of COLMAP or NeRF tools, or a glTF animation
@@ -115,6 +116,7 @@ mod tests {
             "responses ambisonic a --hrtf h -o b --distance 1",
             "import a -o b",
             "render a b c --path p --speed 2",
+            "render a b c --direct -3 --early 2 --late -120 --decay 2",
             "host a b c",
             "path a --fps 2 --simplify 1,1",
             "anchors a -o b",

@@ -46,7 +46,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let (rate_hz, frames) = (source.sample_rate_hz(), source.frames());
     let rate = f64::from(rate_hz);
     let player = Player::new(&scene, rate, args.tier).with_context(|| args.scene.display().to_string())?;
-    let mut player = player.with_decode_rate(args.decode_rate);
+    let mut player = player.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
     // Opened first: an output that cannot be written is known at once.
     let mut writer = WavWriter::create(&args.output, rate_hz, 2, args.bits)?;
     let bar = progress::of_sound(frames as f64 / rate + player.tail_s());
@@ -57,6 +57,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
         writer.write(&ears)
     };
     let mix = Mix::new(args.mix, args.gain);
+    let mix = if args.sound.wet_solo { mix.without_dry() } else { mix };
     player.play(source, mix, args.block as usize, &mut |seconds| walk.pose_at(seconds), &mut write)?;
     drop(bar);
     let written = writer.finish()?;

@@ -26,6 +26,7 @@ mod spatializer;
 mod stft;
 mod tier;
 mod transfer;
+mod trim;
 
 pub use bands::Bands;
 pub use decode::{
@@ -39,7 +40,7 @@ pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Pl
 pub use pose::Pose;
 pub use render::carriers::Carriers;
 pub use render::low::LOWEST_BINS;
-pub use renderer::{RenderError, Renderer, SAMPLE_RATES_HZ};
+pub use renderer::{RenderError, RenderParams, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, HeldOut, IMAGE_OCTAVES_HZ, ImageSource, ImageSources,
     MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError,
@@ -48,3 +49,4 @@ pub use scene::{
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};
 pub use transfer::{MOST_SHARES, Shares, TransferFunction, TransferShape};
+pub use trim::{EARLY_S, Trim};

@@ -2,13 +2,15 @@
 
 use crate::decode::InlineWorker;
 use crate::decode::follow::Follower;
+use crate::number::whole;
 use crate::published::tier::Reference;
 use crate::render::carriers::Carriers;
 use crate::render::head::RenderHead;
 use crate::render::images::ImageRenderer;
+use crate::render::low_cut::LowCut;
 use crate::scene::{Cost, TooCostly};
 use crate::stft::{Spectrum, Stft};
-use crate::{DecodeWorker, Pose, Quality, Scene, StftGrid, Tier, TransferFunction};
+use crate::{DecodeWorker, NEAREST_M, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
 use promenade_fourier::num_complex::Complex32;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -52,6 +54,21 @@ impl Scene {
     }
 }
 
+/// How a stream is rendered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RenderParams {
+    /// Speed against accuracy.
+    pub quality: Quality,
+    /// What the user changes about the scene's sound.
+    pub trim: Trim,
+}
+
+impl<Q: Into<Quality>> From<Q> for RenderParams {
+    fn from(quality: Q) -> Self {
+        Self { quality: quality.into(), trim: Trim::NEUTRAL }
+    }
+}
+
 /// Renders a mono stream through one scene at one sample rate.
 pub struct Renderer {
     scene: Arc<Scene>,
@@ -66,6 +83,9 @@ pub struct Renderer {
     follower: Follower,
     /// Level of everything but the direct sound, 0 to 1.
     room_gain: f32,
+    /// What the user changes, as it is heard now.
+    trim: Trim,
+    low_cut: LowCut,
     reference: Option<Reference>,
     images: Option<ImageRenderer>,
     /// Poses of the last hops: a frame is rendered with the pose at its centre.
@@ -105,7 +125,7 @@ impl Renderer {
         scene.playable_at(sample_rate_hz)?;
         let grid = scene.grid().at_rate(sample_rate_hz);
         let shape = scene.shape();
-        let images = carriers.images.as_ref().and_then(|filters| ImageRenderer::new(&scene, &grid, filters));
+        let images = carriers.images.as_ref().and_then(|filters| ImageRenderer::new(&scene, &grid, filters, &carriers.curve));
         let head = RenderHead::new(grid, scene.grid(), shape, scene.tail(), carriers);
         let spectrum = || vec![Complex32::default(); grid.bins()];
         let centre = grid.window_len() / 2;
@@ -119,6 +139,8 @@ impl Renderer {
             ready: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
             filled: 0,
             room_gain: 1.0,
+            trim: Trim::NEUTRAL,
+            low_cut: LowCut::new(grid.sample_rate_hz),
             reference: Reference::new(&scene, &grid),
             images,
             poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
@@ -192,11 +214,19 @@ impl Renderer {
         self.scene.played_tier(wanted.min(most))
     }
 
-    /// Samples for which the room sounds on after the input has ended, down to -60 dB and beyond the explicit taps.
+    /// Samples for which the room sounds on after the input has ended, down to -60 dB and beyond the explicit taps, with the decay that was
+    /// heard last.
     #[must_use]
     pub fn tail_samples(&self) -> usize {
+        self.tail_samples_with(&self.trim)
+    }
+
+    /// The same with the decay of some trim.
+    #[must_use]
+    pub fn tail_samples_with(&self, trim: &Trim) -> usize {
         let images = self.images.as_ref().map_or(0, ImageRenderer::tail_samples);
-        images.max(self.head.filter_hops() * self.grid.hop) + self.scene.tail().longest_t60_samples(self.grid.sample_rate_hz)
+        let late_s = f64::from(self.scene.tail().longest_t60_s()) * f64::from(trim.bounded().decay);
+        images.max(self.head.filter_hops() * self.grid.hop) + whole(late_s * self.grid.sample_rate_hz)
     }
 
     /// Bytes of this instance, without the shared scene.
@@ -222,6 +252,7 @@ impl Renderer {
     pub fn reset(&mut self) {
         self.stft.reset();
         self.head.reset();
+        self.low_cut.reset();
         if let Some(reference) = &mut self.reference {
             reference.reset();
         }
@@ -241,17 +272,19 @@ impl Renderer {
         &mut self,
         input: &[f32],
         [left, right]: [&mut [f32]; 2],
-        quality: impl Into<Quality>,
+        params: impl Into<RenderParams>,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
-        let quality = quality.into();
+        let RenderParams { quality, trim } = params.into();
+        let trim = trim.bounded();
+        self.low_cut.aim(trim.low_cut_hz, self.fresh);
         debug_assert!(input.len() == left.len() && input.len() == right.len());
         if self.fresh && !input.is_empty() {
             let pose = valid_or(pose_at(0), self.last);
             self.last = pose;
             self.poses.iter_mut().for_each(|p| *p = pose);
             self.before = pose;
-            let tier = self.follow(pose, &quality, true);
+            let tier = self.follow(pose, &quality, &trim, true);
             if let Some(reference) = &mut self.reference {
                 reference.jump(tier == Tier::Reference);
             }
@@ -262,9 +295,12 @@ impl Renderer {
             let stop = if self.filled < self.pose_phase { self.pose_phase } else { self.grid.hop };
             let count = (stop - self.filled).min(input.len() - done);
             let place = &mut self.stft.newest()[self.filled..self.filled + count];
-            for (p, x) in place.iter_mut().zip(&input[done..done + count]) {
-                // Comparisons with a NaN are false, so it falls to 0 too.
-                *p = if (QUIET..ABSURD).contains(&x.abs()) { *x } else { 0.0 };
+            // Comparisons with a NaN are false, so it falls to 0 too.
+            let sound = |x: f32| if (QUIET..ABSURD).contains(&x.abs()) { x } else { 0.0 };
+            place.iter_mut().zip(&input[done..done + count]).for_each(|(p, x)| *p = sound(*x));
+            if self.low_cut.is_on() {
+                self.low_cut.process(place);
+                place.iter_mut().for_each(|p| *p = sound(*p));
             }
             for (out, ready) in [&mut *left, &mut *right].into_iter().zip(&self.ready) {
                 out[done..done + count].copy_from_slice(&ready[self.filled..self.filled + count]);
@@ -276,7 +312,7 @@ impl Renderer {
             }
             if self.filled == self.grid.hop {
                 self.filled = 0;
-                self.hop(&quality);
+                self.hop(&quality, &trim);
             }
         }
     }
@@ -287,8 +323,17 @@ impl Renderer {
         self.poses[last] = valid_or(newest, self.poses[last.saturating_sub(1)]);
     }
 
-    /// Brings the head to a pose and fades its room in or out; `whole` leaves nothing for the hops to come. Says what is played.
-    fn follow(&mut self, pose: Pose, wanted: &Quality, whole: bool) -> Tier {
+    /// Brings the head to a pose and to what the user changes, and fades its room in or out; `whole` leaves nothing for the hops to come.
+    /// Says what is played.
+    fn follow(&mut self, pose: Pose, wanted: &Quality, trim: &Trim, whole: bool) -> Tier {
+        if whole {
+            self.trim = *trim;
+        } else {
+            self.trim.follow(trim);
+        }
+        if self.head.set_decay(self.trim.decay) {
+            self.follower.refresh();
+        }
         let quality = Quality { tier: self.played_tier(wanted.tier), ..*wanted };
         let change = self.follower.follow(&pose, &quality, whole, self.room_gain > 0.0);
         let room = quality.tier != Tier::Draft;
@@ -302,20 +347,29 @@ impl Renderer {
         quality.tier
     }
 
-    fn hop(&mut self, quality: &Quality) {
+    /// By how much another distance law changes the direct sound's level at a pose.
+    fn distance_gain(&self, pose: &Pose) -> f32 {
+        let power = 1.0 - self.trim.distance_law;
+        let Some(emitter) = self.scene.emitter().filter(|_| power != 0.0) else { return 1.0 };
+        let distance = |pose: &Pose| pose.position.distance(emitter).max(NEAREST_M);
+        (distance(pose) / distance(&self.scene.start_pose())).powf(power)
+    }
+
+    fn hop(&mut self, quality: &Quality, trim: &Trim) {
         let before = std::mem::replace(&mut self.before, self.poses[0]);
-        let tier = self.follow(self.poses[0], quality, false);
+        let tier = self.follow(self.poses[0], quality, trim, false);
         if let Some(reference) = &mut self.reference {
             reference.note_input(self.stft.newest());
         }
         // What is given out with a frame is that of the frame before, nearly: its images belong to the pose of that time.
         let newest: &[f32] = self.stft.newest();
         if let Some(images) = &mut self.images {
-            images.take(newest, &before, tier == Tier::Draft);
+            images.take(newest, &before, tier == Tier::Draft, &self.trim);
         }
         self.stft.analyse(&mut self.spectrum);
+        let trim = Trim { direct: self.trim.direct * self.distance_gain(&self.poses[0]), ..self.trim };
         let [left, right] = &mut self.ears;
-        if self.head.render(&self.spectrum, self.room_gain, [left, right]).is_some() {
+        if self.head.render(&self.spectrum, self.room_gain, &trim, [left, right]).is_some() {
             for (ear, (spectrum, ready)) in self.ears.iter_mut().zip(&mut self.ready).enumerate() {
                 self.stft.synthesise(ear, spectrum, ready);
             }

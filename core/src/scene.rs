@@ -11,7 +11,6 @@ mod manifest;
 mod measured;
 
 use crate::network::{CloudEmitter, CloudModel};
-use crate::number::whole;
 use crate::published::{ConvMode, Projection, PublishedOptions};
 use crate::{Axis, Bands, Facing, Field, FieldGrid, Pose, Rows, StftGrid, Tier, TransferFunction, TransferShape};
 use error::value;
@@ -42,11 +41,6 @@ impl TailModel {
     #[must_use]
     pub fn longest_t60_s(&self) -> f32 {
         self.t60_s.iter().fold(0.0, |a, b| a.max(*b))
-    }
-
-    /// The same in samples.
-    pub(crate) fn longest_t60_samples(&self, sample_rate_hz: f64) -> usize {
-        whole(f64::from(self.longest_t60_s()) * sample_rate_hz)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the audio thread owns: block in, block out.
 
 use crate::number::whole;
-use crate::{LiveParams, Pose, Quality, Renderer, Tier};
+use crate::{LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
 
 /// Length of a cross-fade between scenes, seconds.
 const SCENE_FADE_S: f64 = 0.05;
@@ -25,13 +25,25 @@ pub struct BlockParams {
     pub mix: f32,
     /// Output gain, linear.
     pub gain: f32,
+    /// Play the room alone, as on a send: neither the dry share nor the direct sound.
+    pub wet_solo: bool,
     /// Pass the dry sound at unit gain.
     pub bypass: bool,
+    /// What the user changes about the scene's sound.
+    pub trim: Trim,
 }
 
 impl Default for BlockParams {
     fn default() -> Self {
-        Self { tier: Tier::Standard, live: LiveParams::default(), mix: 1.0, gain: 1.0, bypass: false }
+        Self {
+            tier: Tier::Standard,
+            live: LiveParams::default(),
+            mix: 1.0,
+            gain: 1.0,
+            wet_solo: false,
+            bypass: false,
+            trim: Trim::NEUTRAL,
+        }
     }
 }
 
@@ -237,10 +249,12 @@ impl Spatializer {
         let len = left.len().min(right.len()).min(first.len()).min(second.len());
         self.aim(params);
         let quality = Quality { tier: params.tier, live: params.live };
+        let direct = if params.wet_solo { 0.0 } else { params.trim.direct };
+        let rendered = RenderParams { quality, trim: Trim { direct, ..params.trim } };
         for start in (0..len).step_by(CHUNK) {
             let span = start..len.min(start + CHUNK);
             let out = [&mut left[span.clone()], &mut right[span.clone()]];
-            self.chunk(&first[span.clone()], &second[span], out, quality, &mut |i| pose_at(start + i));
+            self.chunk(&first[span.clone()], &second[span], out, rendered, &mut |i| pose_at(start + i));
         }
     }
 
@@ -249,7 +263,8 @@ impl Spatializer {
             if v.is_finite() { v.clamp(low, high) } else { low }
         };
         let (gain, mix) = (finite(params.gain, 0.0, 1e3), finite(params.mix, 0.0, 1.0));
-        let (wet, dry) = if params.bypass { (0.0, 1.0) } else { (gain * mix, gain * (1.0 - mix)) };
+        let (wet, dry) =
+            if params.bypass { (0.0, 1.0) } else { (gain * mix, if params.wet_solo { 0.0 } else { gain * (1.0 - mix) }) };
         self.wet_gain.aim(wet, self.ramp_len);
         self.dry_gain.aim(dry, self.ramp_len);
         if self.fresh {
@@ -264,7 +279,7 @@ impl Spatializer {
         first: &[f32],
         second: &[f32],
         [left, right]: [&mut [f32]; 2],
-        quality: Quality,
+        params: RenderParams,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
         let n = first.len();
@@ -275,7 +290,7 @@ impl Spatializer {
         let render = |renderer: &mut Option<Box<Renderer>>, out: &mut [Vec<f32>; 2], pose_at: &mut _| {
             let [l, r] = out;
             match renderer {
-                Some(renderer) => renderer.process(mono, [&mut l[..n], &mut r[..n]], quality, pose_at),
+                Some(renderer) => renderer.process(mono, [&mut l[..n], &mut r[..n]], params, pose_at),
                 None => [l, r].into_iter().for_each(|ear| ear[..n].fill(0.0)),
             }
         };

@@ -1,13 +1,28 @@
 //! The audio thread allocates nothing, whatever happens on it.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use promenade_core::{BlockParams, Spatializer, Tier};
+use promenade_core::{BlockParams, Spatializer, Tier, Trim};
 use promenade_testing::noise;
 use promenade_testing::scenes::{live_renderer, room_with_cloud, room_with_images, spatializer, walk};
 use std::collections::BTreeSet;
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+/// Another trim for each turn, sometimes none.
+fn trim(turn: usize) -> Trim {
+    let value = |step: usize| [1.0, 0.5, 2.0, 1.3][(turn / 2 * step) % 4];
+    let low_cut_hz = if turn.is_multiple_of(3) { 80.0 } else { 0.0 };
+    Trim {
+        direct: value(1),
+        early: value(2),
+        late: value(3),
+        decay: value(5),
+        distance_law: value(7),
+        width: value(9),
+        low_cut_hz,
+    }
+}
 
 #[test]
 fn processing_never_allocates() {
@@ -33,6 +48,8 @@ fn processing_never_allocates() {
                 mix: 1.0 / (turn + 1) as f32,
                 gain: turn as f32,
                 bypass: turn % 5 == 4,
+                wet_solo: turn % 7 == 3,
+                trim: trim(turn),
                 ..BlockParams::default()
             };
             let x = &input[at..at + size];

@@ -234,6 +234,7 @@ impl PromenadeParams {
                 gain: 10_f32.powf(value(Parameter::Gain) / 20.0),
                 bypass: value(Parameter::Bypass) > 0.5,
                 live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
+                ..BlockParams::default()
             },
         }
     }

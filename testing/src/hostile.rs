@@ -8,7 +8,8 @@ use promenade_core::glam::{Quat, Vec3};
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
-    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid, TailModel, Tier, TransferShape,
+    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid, TailModel, Tier,
+    TransferShape, Trim,
 };
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -156,7 +157,19 @@ pub fn settings(rng: &mut Rng) -> BlockParams {
     let (mix, gain) = (gain(), gain());
     let rate_hz = rng.choice([f32::NAN, -1.0, 0.0, 40.0, 1e9, f32::INFINITY]).unwrap_or(40.0);
     let tier = rng.choice(Tier::ALL).unwrap_or_default();
-    BlockParams { tier, live: LiveParams { rate_hz, wait: rng.bool() }, mix, gain, bypass: rng.u8(0..8) == 0 }
+    let live = LiveParams { rate_hz, wait: rng.bool() };
+    BlockParams { tier, live, mix, gain, wet_solo: rng.u8(0..8) == 0, bypass: rng.u8(0..8) == 0, trim: trim(rng) }
+}
+
+/// What a user may change about a scene's sound, sensible and not; half of the time nothing.
+fn trim(rng: &mut Rng) -> Trim {
+    if rng.bool() {
+        return Trim::NEUTRAL;
+    }
+    let mut value = || rng.choice([f32::NAN, f32::INFINITY, -1.0, 0.0, 0.3, 0.5, 1.0, 1.7, 2.0, 1e-30, 1e30]).unwrap_or(1.0);
+    let (direct, early, late, decay, distance_law, width) = (value(), value(), value(), value(), value(), value());
+    let low_cut_hz = rng.choice([f32::NAN, -1.0, 0.0, 1e-30, 20.0, 300.0, 1e30]).unwrap_or(0.0);
+    Trim { direct, early, late, decay, distance_law, width, low_cut_hz }
 }
 
 /// A scene in which every pose hears a mask and as much of the room, in the fewest bands that there may be, on hops of 5 ms.

@@ -1,5 +1,6 @@
 //! Arguments of `promenade render`.
 
+use super::sound::SoundArgs;
 use super::values::{parse_bits, parse_pose, parse_tier, within};
 use clap::Args;
 use promenade_baker::player::Playing;
@@ -49,4 +50,6 @@ pub(crate) struct RenderArgs {
     /// Samples rendered at a time
     #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub(crate) block: u32,
+    #[command(flatten)]
+    pub(crate) sound: SoundArgs,
 }

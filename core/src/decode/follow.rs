@@ -59,6 +59,11 @@ impl Follower {
         self.live.as_ref().map(LiveDecoder::shown)
     }
 
+    /// Brings all time filters up to date over the next hops, though the pose may stay.
+    pub(crate) fn refresh(&mut self) {
+        self.stale_shares = REFRESH_HOPS;
+    }
+
     /// Follows to a pose in a tier that can be played: the direct sound at once, the time filters a share per hop, or all of them if
     /// `whole`. While no room is heard its filters wait.
     pub(crate) fn follow(&mut self, pose: &Pose, quality: &Quality, whole: bool, room: bool) -> Change {

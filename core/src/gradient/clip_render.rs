@@ -3,9 +3,9 @@
 use crate::bands::BandPlace;
 use crate::number::single;
 use crate::render::carrier::{EarSpectra, band_places, hop_carriers, per_bin};
-use crate::render::head::{DELAYED_TAPS, late_lead, late_power};
+use crate::render::head::DELAYED_TAPS;
 use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
-use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut};
+use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_lead, late_power};
 use crate::stft::Stft;
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
 use promenade_fourier::RealToComplex;
@@ -421,7 +421,7 @@ mod tests {
                 *s = dry.get(hop * GRID.hop + i).copied().unwrap_or(0.0);
             }
             stft.analyse(&mut x);
-            head.render(&x, 1.0, [&mut left, &mut right]).unwrap();
+            head.render(&x, 1.0, &crate::Trim::NEUTRAL, [&mut left, &mut right]).unwrap();
             for (ear, y) in [&mut left, &mut right].into_iter().enumerate() {
                 let mut out = vec![0.0; GRID.hop];
                 stft.synthesise(ear, y, &mut out);

@@ -100,6 +100,8 @@ pub(crate) struct HeadConvolver {
     sums: [Vec<Complex32>; 2],
     /// What each ear still hears of earlier hops.
     tails: [Vec<f32>; 2],
+    /// Level of the difference between the ears.
+    width: f32,
     scratch: Vec<Complex32>,
     forward: Arc<dyn Fft<f32>>,
     inverse: Arc<dyn Fft<f32>>,
@@ -116,6 +118,7 @@ impl HeadConvolver {
             spectrum: vec![Complex32::default(); n],
             sums: [vec![Complex32::default(); n], vec![Complex32::default(); n]],
             tails: [vec![0.0; n], vec![0.0; n]],
+            width: 1.0,
             scratch: vec![Complex32::default(); scratch],
             forward,
             inverse,
@@ -123,8 +126,9 @@ impl HeadConvolver {
         }
     }
 
-    /// Takes a hop of all channels, which `read` writes two by two, and adds what the ears hear of it.
-    pub(crate) fn add(&mut self, read: impl Fn(usize, &mut [Complex32]), ears: &mut [Vec<f32>; 2]) {
+    /// Takes a hop of all channels, which `read` writes two by two, and adds what the ears hear of it while the level of the difference between
+    /// them goes to `width`.
+    pub(crate) fn add(&mut self, read: impl Fn(usize, &mut [Complex32]), width: f32, ears: &mut [Vec<f32>; 2]) {
         let HeadSpectra { n_fft, hop, filters, .. } = &*self.head;
         self.sums.iter_mut().for_each(|sums| sums.fill(Complex32::default()));
         for (pair, filters) in filters.chunks_exact(2 * n_fft).enumerate() {
@@ -134,10 +138,20 @@ impl HeadConvolver {
                 self.arch.dispatch(MultiplyAdd { spectrum: &self.spectrum, filter, sums });
             }
         }
-        for ((out, tail), sums) in ears.iter_mut().zip(&mut self.tails).zip(&mut self.sums) {
+        for (tail, sums) in self.tails.iter_mut().zip(&mut self.sums) {
             self.inverse.process_with_scratch(sums, &mut self.scratch);
             tail.iter_mut().zip(&*sums).for_each(|(tail, x)| *tail += x.re);
-            out.iter_mut().zip(&tail[..*hop]).for_each(|(out, x)| *out += x);
+        }
+        let (from, change) = (self.width, (width - self.width) / *hop as f32);
+        self.width = width;
+        for (ear, out) in ears.iter_mut().enumerate() {
+            let pair = self.tails[ear].iter().zip(&self.tails[1 - ear]);
+            for (n, (out, (own, other))) in out.iter_mut().zip(pair).take(*hop).enumerate() {
+                let width = if change == 0.0 { width } else { from + change * (n + 1) as f32 };
+                *out += (0.5 + 0.5 * width) * own + (0.5 - 0.5 * width) * other;
+            }
+        }
+        for tail in &mut self.tails {
             tail.copy_within(*hop.., 0);
             tail[n_fft - hop..].fill(0.0);
         }
@@ -213,7 +227,7 @@ mod tests {
                     *o = if pair == 1 { Complex32::new(*x, -2.0 * x) } else { Complex32::default() };
                 }
             };
-            convolver.add(read, &mut out);
+            convolver.add(read, 1.0, &mut out);
             ears.iter_mut().zip(out).for_each(|(ear, out)| ear.extend(out));
         }
         let (second, third) = taps.split_at(2 * length);

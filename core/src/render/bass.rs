@@ -61,9 +61,9 @@ impl Bass {
         for (l, slot) in self.slots.iter_mut().enumerate() {
             *slot = (now + ring_len - l) % ring_len;
         }
-        let Self { arch, filters, slots, sums: own, .. } = self;
+        let Self { arch, hops, filters, slots, sums: own, .. } = self;
         own.fill(EarBlocks::default());
-        Accumulate { arch: *arch, slots, ring_len, ring, filter: filters, sums: own }.run();
+        Accumulate { arch: *arch, slots, ring_len, ring, filter: filters, hops: *hops, first: 0, sums: own }.run();
         for (sum, own) in sums.iter_mut().zip(own) {
             scale(own, level);
             for (sum, own) in sum.ears.iter_mut().zip(&own.ears) {

@@ -3,12 +3,13 @@
 use crate::bands::{BandPlace, Bands};
 use crate::number::{single, whole};
 use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
+use crate::render::decay_curve::DecayCurve;
 use crate::render::direct::TAKES_OVER_FROM;
 use crate::render::images::ImageFilters;
 use crate::render::lanes::{EarBlocks, LANES, blocks_for};
 use crate::render::late::LATE_HOPS;
 use crate::scene::MeasuredRoom;
-use crate::{Facing, NEAREST_M, Scene, StftGrid, TailModel};
+use crate::{Facing, NEAREST_M, Scene, Shares, StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
 use std::sync::Arc;
 
@@ -38,6 +39,8 @@ pub struct Carriers {
     pub(crate) late: CarrierSet,
     /// What measured responses have instead of noise.
     pub(crate) measured: Option<MeasuredCarriers>,
+    /// How the room dies away.
+    pub(crate) curve: Arc<DecayCurve>,
     /// Filters of the image sources.
     pub(crate) images: Option<Arc<ImageFilters>>,
 }
@@ -95,6 +98,24 @@ impl CarrierSet {
         &self.spectra[start..start + self.blocks]
     }
 
+    /// Energy of one hop of carriers, each with its share, by band.
+    fn carried(&self, hop: usize, shares: &Shares, places: &[BandPlace]) -> Vec<f64> {
+        let bands = places.iter().map(|place| place.band + 2).max().unwrap_or(0);
+        let (mut sums, mut weights) = (vec![0.0; bands], vec![1e-9; bands]);
+        for (response, share) in shares.entries() {
+            let blocks = self.hop(*response, hop);
+            for (k, place) in places.iter().enumerate() {
+                let block = &blocks[k / LANES];
+                let power: f32 = block.ears.iter().map(|ear| ear.re[k % LANES].powi(2) + ear.im[k % LANES].powi(2)).sum();
+                for (band, weight) in [(place.band, 1.0 - place.fraction), (place.band + 1, place.fraction)] {
+                    sums[band] += f64::from(0.5 * share * weight * power);
+                    weights[band] += f64::from(share * weight);
+                }
+            }
+        }
+        sums.iter().zip(weights).map(|(sum, weight)| sum / weight).collect()
+    }
+
     fn memory_bytes(&self) -> usize {
         size_of_val(&*self.spectra)
     }
@@ -115,7 +136,9 @@ impl Carriers {
             Some(room) => noise.carrying(room, &distances(scene, room), &grid, scene_grid, taps),
             None => noise,
         };
-        Self { images, ..carriers }
+        let curve =
+            Arc::new(DecayCurve::of_scene(scene, &grid, |hop, shares| carriers.taps.carried(hop, shares, &carriers.places)));
+        Self { curve, images, ..carriers }
     }
 
     /// Noise for explicit `taps` on a host grid.
@@ -141,6 +164,7 @@ impl Carriers {
             taps: set(0, taps),
             late: set(1, LATE_HOPS),
             measured: None,
+            curve: Arc::new(DecayCurve::exponential(tail, grid.hop_s(), taps)),
             images: None,
         }
     }

@@ -1,17 +1,17 @@
 //! The render head: applies a transfer function to short-time spectra.
 
 use crate::decode::{Change, Hops, QUICK_BELOW_HZ};
-use crate::number::{exponent, single, whole};
+use crate::number::{single, whole};
 use crate::render::bass::Bass;
-use crate::render::carrier::per_bin;
 use crate::render::carriers::Carriers;
+use crate::render::decay::Decay;
 use crate::render::direct::DirectFilter;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
-use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut};
+use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_lead, late_power};
 use crate::render::low::Low;
 use crate::render::taps::{Taps, mix};
 use crate::transfer::Shares;
-use crate::{StftGrid, TailModel, TransferFunction, TransferShape};
+use crate::{EARLY_S, StftGrid, TailModel, TransferFunction, TransferShape, Trim};
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
 use std::ops::Range;
@@ -21,10 +21,6 @@ use std::sync::Arc;
 /// angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these hops, and
 /// the same either way later.
 pub(crate) const DELAYED_TAPS: usize = 2;
-
-/// The least amplitude that the late part leaves after one hop: its gains are stated some hops after it begins, and a room that has
-/// fallen silent by then says nothing of how loud it was.
-const FASTEST_DECAY: f64 = 0.1;
 
 /// Streaming form of AV-Cloud's Spatial Audio Render Head: masks and interaural delay for the direct sound, complex taps with fixed
 /// carriers for the room, and an exponential late part that feeds itself.
@@ -45,8 +41,9 @@ pub(crate) struct RenderHead {
     /// The first hop of measured responses at the pose.
     first: Vec<EarBlocks>,
     carriers: Arc<Carriers>,
-    /// Per band, amplitude left after one hop.
-    hop_decay: Vec<f64>,
+    decay: Decay,
+    /// Explicit taps that are early reflections.
+    early_taps: usize,
     /// Gains of one late hop, both ears.
     late_gains: Vec<f32>,
     /// The newest input spectra, `[block][slot]`, one more than there are taps.
@@ -58,6 +55,8 @@ pub(crate) struct RenderHead {
     frame: usize,
     direct_sum: Vec<EarBlocks>,
     room_sum: Vec<EarBlocks>,
+    /// What comes after the early reflections, where its level is another than theirs.
+    late_sum: Vec<EarBlocks>,
     /// Frames since anything was heard.
     dead_frames: usize,
 }
@@ -73,8 +72,7 @@ impl RenderHead {
     ) -> Self {
         let blocks = blocks_for(grid.bins());
         let places = &carriers.places;
-        let hop_decay: Vec<f64> =
-            tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t)).max(FASTEST_DECAY)).collect();
+        let decay = Decay::new(&grid, tail, places, Arc::clone(&carriers.curve), shape.taps);
         Self {
             arch: Arch::new(),
             shape,
@@ -82,12 +80,14 @@ impl RenderHead {
             direct: DirectFilter::new(&grid, scene_grid, carriers.top_hz),
             taps: Taps::new(shape.taps, places, shape.bands),
             late: Taps::new(LATE_HOPS, places, shape.bands),
-            network: Late::new(&grid, scene_grid, tail, &per_bin(places, &hop_decay)),
+            network: Late::new(&grid, scene_grid, tail, decay.stated_bins()),
             low: Low::new(carriers.measured.as_ref().map_or(0, |m| m.low.hops()), shape.taps),
             bass: Bass::new(carriers.measured.as_ref().map(|m| &m.bass)),
             first: vec![EarBlocks::default(); blocks],
             carriers,
-            hop_decay,
+            decay,
+            // A tap begins a quarter of a hop before its time.
+            early_taps: whole(EARLY_S / grid.hop_s() - 0.25).min(shape.taps),
             late_gains: vec![0.0; shape.tap_len()],
             input: vec![Block::default(); blocks * (shape.taps + 1)],
             tail: vec![Block::default(); blocks * LATE_HOPS],
@@ -96,6 +96,7 @@ impl RenderHead {
             frame: 0,
             direct_sum: vec![EarBlocks::default(); blocks],
             room_sum: vec![EarBlocks::default(); blocks],
+            late_sum: vec![EarBlocks::default(); blocks],
             dead_frames: usize::MAX / 2,
         }
     }
@@ -103,6 +104,16 @@ impl RenderHead {
     /// Explicit taps, late hops and hops of the bass together: what [`RenderHead::update`] counts.
     pub(crate) fn filter_hops(&self) -> usize {
         self.shape.taps + LATE_HOPS + self.low.hops()
+    }
+
+    /// Sets the reverberation time as a multiple of the scene's. Returns whether it has changed: then all time filters are to be brought
+    /// up to date.
+    pub(crate) fn set_decay(&mut self, times: f32) -> bool {
+        let changed = self.decay.set(times);
+        if changed {
+            self.network.decay_by(self.decay.ratio_bins());
+        }
+        changed
     }
 
     /// Takes what has changed in a transfer function; `room` says whether more than the direct sound is wanted.
@@ -126,21 +137,22 @@ impl RenderHead {
         // The bass goes on with the gains of the last tap.
         let last =
             tf.taps.rchunks_exact(len).next().filter(|_| self.carriers.measured.is_some() && change.filters != Hops::default());
-        let low_gains = last.map_or([[1.0; LANES]; 2], |last| self.taps.lowest_of(last));
         for hop in change.filters.iter() {
             if hop < taps {
                 self.update_tap(tf, hop, self.quick_blocks..self.direct_sum.len());
             } else if hop < taps + LATE_HOPS {
                 self.update_late(tf, hop - taps);
             } else if let Some(measured) = &self.carriers.measured {
-                self.low.set(hop - taps - LATE_HOPS, &measured.low, tf.shares.entries(), &low_gains);
+                let hop = hop - taps - LATE_HOPS;
+                let gains = last.map_or([[1.0; LANES]; 2], |last| self.taps.lowest_of(self.decay.gains(last, taps + 1 + hop)));
+                self.low.set(hop, &measured.low, tf.shares.entries(), &gains);
             }
         }
     }
 
     /// Brings some blocks of bins of a tap to the pose.
     fn update_tap(&mut self, tf: &TransferFunction, hop: usize, blocks: Range<usize>) {
-        let gains = &tf.taps[hop * self.shape.tap_len()..(hop + 1) * self.shape.tap_len()];
+        let gains = self.decay.gains(&tf.taps[hop * self.shape.tap_len()..(hop + 1) * self.shape.tap_len()], hop + 1);
         self.taps.set(hop, &self.carriers.taps, tf.shares.entries(), gains, blocks.clone());
         if hop < DELAYED_TAPS && self.carriers.measured.is_none() {
             self.taps.turn(hop, self.direct.turn(), blocks);
@@ -150,10 +162,10 @@ impl RenderHead {
     fn update_late(&mut self, tf: &TransferFunction, hop: usize) {
         // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
         let power = late_power(hop, self.shape.taps);
-        let ears = self.late_gains.chunks_exact_mut(self.shape.bands).zip(tf.late.chunks_exact(self.shape.bands));
-        for (gains, stated) in ears {
-            for ((g, s), decay) in gains.iter_mut().zip(stated).zip(&self.hop_decay) {
-                *g = Late::carrier_gain() * s * single(decay.powi(power));
+        self.late_gains.copy_from_slice(self.decay.gains(&tf.late, self.shape.taps + 1));
+        for gains in self.late_gains.chunks_exact_mut(self.shape.bands) {
+            for (gain, decay) in gains.iter_mut().zip(self.decay.wanted()) {
+                *gain = Late::carrier_gain() * *gain * single(decay.powi(power));
             }
         }
         let blocks = 0..self.direct_sum.len();
@@ -163,8 +175,15 @@ impl RenderHead {
         }
     }
 
-    /// Applies the filters to the newest frame, everything but the direct sound at `room_gain`, 0 to 1. `None` when nothing sounds any more: both ears are silent.
-    pub(crate) fn render(&mut self, spectrum: &[Complex32], room_gain: f32, ears: [&mut [Complex32]; 2]) -> Option<()> {
+    /// Applies the filters to the newest frame, everything but the direct sound at `room_gain`, 0 to 1, and each part at its level.
+    /// `None` when nothing sounds any more: both ears are silent.
+    pub(crate) fn render(
+        &mut self,
+        spectrum: &[Complex32],
+        room_gain: f32,
+        trim: &Trim,
+        ears: [&mut [Complex32]; 2],
+    ) -> Option<()> {
         let has_room = room_gain > 0.0;
         let silent = spectrum.iter().all(|x| x.re == 0.0 && x.im == 0.0);
         if silent && self.dead_frames > self.filter_hops() + 1 {
@@ -185,19 +204,33 @@ impl RenderHead {
 
         self.direct_sum.fill(EarBlocks::default());
         let (arch, input, tail) = (self.arch, &self.input, &self.tail);
-        let add = |slots: &[usize], ring: &[Block], ring_len: usize, filter: &[EarBlocks], sums: &mut [EarBlocks]| {
-            Accumulate { arch, slots, ring_len, ring, filter, sums }.run();
-        };
-        add(&[now], input, slots, self.direct.blocks(), &mut self.direct_sum);
+        let add =
+            |slots: &[usize], ring: &[Block], ring_len: usize, filter: &[EarBlocks], first: usize, sums: &mut [EarBlocks]| {
+                // A filter has as many hops as its ring has slots, but the taps, whose ring holds the newest frame too.
+                let hops = filter.len() / sums.len();
+                Accumulate { arch, slots, ring_len, ring, filter, hops, first, sums }.run();
+            };
+        add(&[now], input, slots, self.direct.blocks(), 0, &mut self.direct_sum);
         self.bass.add(input, slots, now, 1.0 - room_gain, &mut self.direct_sum);
+        let apart = trim.early != trim.late;
         if has_room {
+            let early = if apart { self.early_taps } else { self.shape.taps };
             self.room_sum.fill(EarBlocks::default());
-            add(&self.slots, input, slots, self.taps.filters(), &mut self.room_sum);
-            add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), &mut self.room_sum);
-            self.low.add(&mut self.room_sum);
+            add(&self.slots[..early], input, slots, self.taps.filters(), 0, &mut self.room_sum);
+            let sums = if apart { &mut self.late_sum } else { &mut self.room_sum };
+            if apart {
+                sums.fill(EarBlocks::default());
+                add(&self.slots[early..], input, slots, self.taps.filters(), early, sums);
+            }
+            add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), 0, sums);
+            self.low.add(sums);
         }
+        let gains =
+            Gains { direct: trim.direct, early: room_gain * trim.early, late: room_gain * trim.late, width: trim.width };
+        let (direct, room) = (&self.direct_sum, &self.room_sum);
+        let late = if apart { Some(&*self.late_sum) } else { None };
         for (ear, out) in ears.into_iter().enumerate() {
-            arch.dispatch(Mix { ear, direct: &self.direct_sum, room: &self.room_sum, room_gain, out });
+            arch.dispatch(Mix { ear, direct, room, late, gains, out });
         }
         self.frame = self.frame.wrapping_add(1);
         Some(())
@@ -230,7 +263,8 @@ impl RenderHead {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let ear_blocks = self.first.len() + self.direct_sum.len() + self.room_sum.len() + self.direct.blocks().len();
+        let ear_blocks =
+            self.first.len() + self.direct_sum.len() + self.room_sum.len() + self.late_sum.len() + self.direct.blocks().len();
         ear_blocks * size_of::<EarBlocks>()
             + (self.input.len() + self.tail.len()) * size_of::<Block>()
             + self.taps.memory_bytes()
@@ -238,15 +272,28 @@ impl RenderHead {
             + self.network.memory_bytes()
             + self.low.memory_bytes()
             + self.bass.memory_bytes()
+            + self.decay.memory_bytes()
     }
+}
+
+/// Levels of the parts of what is heard.
+#[derive(Clone, Copy)]
+struct Gains {
+    direct: f32,
+    early: f32,
+    late: f32,
+    /// Level of the difference between the ears in the room's sound.
+    width: f32,
 }
 
 /// Adds one ear's direct sound and room.
 struct Mix<'a> {
     ear: usize,
     direct: &'a [EarBlocks],
+    /// Early reflections, with all that comes later where that has no sum of its own.
     room: &'a [EarBlocks],
-    room_gain: f32,
+    late: Option<&'a [EarBlocks]>,
+    gains: Gains,
     out: &'a mut [Complex32],
 }
 
@@ -255,23 +302,29 @@ impl WithSimd for Mix<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        for ((chunk, direct), room) in self.out.chunks_mut(LANES).zip(self.direct).zip(self.room) {
-            let (d, r) = (&direct.ears[self.ear], &room.ears[self.ear]);
+        let Self { ear, direct, room, late, gains, out } = self;
+        // What this ear hears of its own sum, and of the other ear's.
+        let (own, other) = (0.5 + 0.5 * gains.width, 0.5 - 0.5 * gains.width);
+        let add = |out: &mut [Complex32], sums: &[EarBlocks], gain: f32| {
+            for (chunk, sum) in out.chunks_mut(LANES).zip(sums) {
+                let (a, b) = (&sum.ears[ear], &sum.ears[1 - ear]);
+                for (i, x) in chunk.iter_mut().enumerate() {
+                    let room = Complex32::new(own * a.re[i] + other * b.re[i], own * a.im[i] + other * b.im[i]);
+                    *x += room * gain;
+                }
+            }
+        };
+        for (chunk, direct) in out.chunks_mut(LANES).zip(direct) {
+            let d = &direct.ears[ear];
             for (i, x) in chunk.iter_mut().enumerate() {
-                *x = Complex32::new(d.re[i] + self.room_gain * r.re[i], d.im[i] + self.room_gain * r.im[i]);
+                *x = Complex32::new(gains.direct * d.re[i], gains.direct * d.im[i]);
             }
         }
+        add(out, room, gains.early);
+        if let Some(late) = late {
+            add(out, late, gains.late);
+        }
     }
-}
-
-/// Hops by which the late part starts before the hop after the last tap.
-pub(crate) fn late_lead(taps: usize) -> usize {
-    (LATE_HOPS - 1).min(taps)
-}
-
-/// Hops of decay of a late hop's gain, from the hop after the last tap on.
-pub(crate) fn late_power(hop: usize, taps: usize) -> i32 {
-    exponent(hop) - exponent(late_lead(taps))
 }
 
 #[cfg(test)]

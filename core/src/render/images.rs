@@ -5,6 +5,7 @@
 
 mod bus;
 mod delay_line;
+mod level;
 mod voice;
 mod wall;
 
@@ -12,11 +13,13 @@ use crate::decode::NEAREST_M;
 use crate::network::SPEED_OF_SOUND_M_S;
 use crate::number::{single, whole};
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
+use crate::render::decay_curve::DecayCurve;
 use crate::scene::ImageSources;
-use crate::{Pose, Scene, StftGrid};
+use crate::{Pose, Scene, StftGrid, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
 use glam::Vec3;
+use level::Levels;
 use pulp::Arch;
 use std::sync::Arc;
 use voice::{AFTER, BEFORE, Moment, Voice, scratch_len};
@@ -66,6 +69,8 @@ pub(crate) struct ImageRenderer {
     seen: Vec<f32>,
     /// The pose and the number of images that were played last.
     played: Option<(Pose, usize)>,
+    levels: Levels,
+    width: f32,
     bus: Bus,
     scratch: Vec<f32>,
     /// Hops since there was input.
@@ -75,8 +80,13 @@ pub(crate) struct ImageRenderer {
 }
 
 impl ImageRenderer {
-    /// `None` for a scene without images. `filters` are the scene's at the grid's rate.
-    pub(crate) fn new(scene: &Arc<Scene>, grid: &StftGrid, filters: &Arc<ImageFilters>) -> Option<Self> {
+    /// `None` for a scene without images. `filters` and `curve` are the scene's at the grid's rate.
+    pub(crate) fn new(
+        scene: &Arc<Scene>,
+        grid: &StftGrid,
+        filters: &Arc<ImageFilters>,
+        curve: &Arc<DecayCurve>,
+    ) -> Option<Self> {
         let (images, emitter) = (scene.images()?, scene.emitter()?);
         let per_m = grid.sample_rate_hz / f64::from(SPEED_OF_SOUND_M_S);
         let head = &filters.head;
@@ -102,6 +112,8 @@ impl ImageRenderer {
             now: vec![Moment::default(); count],
             seen: vec![0.0; count],
             played: None,
+            levels: Levels::new(scene, curve, grid),
+            width: 1.0,
             bus: Bus::new(grid.hop),
             scratch: vec![0.0; scratch_len(grid.hop)],
             quiet_hops: usize::MAX / 2,
@@ -112,7 +124,7 @@ impl ImageRenderer {
     }
 
     /// Takes a hop of dry sound while the listener moves to `pose` over the hop.
-    pub(crate) fn take(&mut self, hop: &[f32], pose: &Pose, draft: bool) {
+    pub(crate) fn take(&mut self, hop: &[f32], pose: &Pose, draft: bool, trim: &Trim) {
         self.quiet_hops = if hop.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_hops.saturating_add(1) };
         self.sounds = self.quiet_hops <= self.longest_hops;
         if self.sounds {
@@ -122,7 +134,8 @@ impl ImageRenderer {
         let scene = Arc::clone(&self.scene);
         let Some(images) = scene.images() else { return };
         let heard = if draft { DRAFT_IMAGES.min(self.now.len()) } else { self.now.len() };
-        let moves = self.played != Some((*pose, heard));
+        self.width = trim.width;
+        let moves = self.levels.set(trim) || self.played != Some((*pose, heard));
         let fresh = self.played.is_none();
         if moves {
             images.seen_at(pose.position, &mut self.seen);
@@ -137,8 +150,9 @@ impl ImageRenderer {
                 let way = pose.to_head(image.position);
                 let distance = way.length();
                 let seen = if i < heard { self.seen[i] } else { 0.0 };
-                to.gain = seen / distance.max(NEAREST_M);
-                let delay = self.base + (f64::from(distance) - direct) * self.per_m;
+                let after = (f64::from(distance) - direct) * self.per_m;
+                to.gain = seen / distance.max(NEAREST_M) * self.levels.gain(after);
+                let delay = self.base + after;
                 to.delay = delay.clamp((AFTER + 2) as f64, self.longest);
                 if to.gain > 0.0 {
                     to.direction = harmonics(way / distance.max(1e-6));
@@ -160,7 +174,7 @@ impl ImageRenderer {
     pub(crate) fn add_to(&mut self, ears: &mut [Vec<f32>; 2]) {
         if self.sounds {
             let bus = &self.bus;
-            self.convolver.add(|pair, out| bus.read(pair, out), ears);
+            self.convolver.add(|pair, out| bus.read(pair, out), self.width, ears);
         }
     }
 
@@ -175,8 +189,10 @@ impl ImageRenderer {
             let image = &images.images[i];
             let nepers_per_db = single(std::f64::consts::LN_10 / 20.0);
             let distance = pose.position.distance(image.position);
+            let after = f64::from(distance - pose.position.distance(self.emitter)) * self.per_m;
             let log_gains = std::array::from_fn(|octave| {
-                image.gains[octave].max(1e-5).ln() - nepers_per_db * distance * images.air_db_per_m[octave]
+                let walls = image.gains[octave].max(1e-5).ln() - nepers_per_db * distance * images.air_db_per_m[octave];
+                walls + self.levels.log_gain(octave, after)
             });
             self.weights[i] = self.filters.walls.weights(&log_gains);
         }

@@ -45,7 +45,10 @@ pub(crate) struct Accumulate<'a> {
     /// Slots per block of the ring.
     pub(crate) ring_len: usize,
     pub(crate) ring: &'a [Block],
+    /// Filters `[block][hop]`, of which as many hops as there are slots are applied, from one of them on.
     pub(crate) filter: &'a [EarBlocks],
+    pub(crate) hops: usize,
+    pub(crate) first: usize,
     pub(crate) sums: &'a mut [EarBlocks],
 }
 
@@ -60,13 +63,13 @@ impl WithSimd for Accumulate<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { slots, ring_len, ring, filter, sums, .. } = self;
+        let Self { slots, ring_len, ring, filter, hops, first, sums, .. } = self;
         if slots.is_empty() {
             return;
         }
-        for ((sum, history), taps) in sums.iter_mut().zip(ring.chunks_exact(ring_len)).zip(filter.chunks_exact(slots.len())) {
+        for ((sum, history), taps) in sums.iter_mut().zip(ring.chunks_exact(ring_len)).zip(filter.chunks_exact(hops)) {
             let mut acc = *sum;
-            for (&slot, h) in slots.iter().zip(taps) {
+            for (&slot, h) in slots.iter().zip(&taps[first..]) {
                 let x = &history[slot];
                 for (a, h) in acc.ears.iter_mut().zip(&h.ears) {
                     for i in 0..LANES {
@@ -134,7 +137,12 @@ mod tests {
         }
         let slots = [4, 2, 0, 1, 3];
         let mut sums = vec![EarBlocks::default(); blocks];
-        Accumulate { arch: Arch::new(), slots: &slots, ring_len: taps, ring: &ring, filter: &filter, sums: &mut sums }.run();
+        for part in [0..2, 2..taps] {
+            let (slots, first) = (&slots[part.clone()], part.start);
+            let sums = &mut sums;
+            Accumulate { arch: Arch::new(), slots, ring_len: taps, ring: &ring, filter: &filter, hops: taps, first, sums }
+                .run();
+        }
         for k in 0..bins {
             for ear in 0..2 {
                 let want: Complex32 = (0..taps).map(|t| value(k + ear, t + 1) * value(k, slots[t])).sum();

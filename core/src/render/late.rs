@@ -38,6 +38,8 @@ pub(crate) struct Late {
 /// A ring of spectra `[block][slot]` with what a pass through it does to each bin.
 struct DelayLine {
     hops: usize,
+    /// As the scene has it, and with the user's decay.
+    stated: Vec<Block>,
     gain: Vec<Block>,
     ring: Vec<Block>,
 }
@@ -47,11 +49,22 @@ impl DelayLine {
         let blocks = blocks_for(gain.len());
         let mut packed = vec![Block::default(); blocks];
         write_slot(&mut packed, 1, 0, gain);
-        Self { hops, gain: packed, ring: vec![Block::default(); blocks * hops] }
+        Self { hops, stated: packed.clone(), gain: packed, ring: vec![Block::default(); blocks * hops] }
+    }
+
+    /// Takes by how much more than stated is left after one hop, per bin.
+    fn decay_by(&mut self, ratio: &[f32]) {
+        for ((gain, stated), ratio) in self.gain.iter_mut().zip(&self.stated).zip(ratio.as_chunks::<LANES>().0) {
+            for (i, ratio) in ratio.iter().enumerate() {
+                let all = ratio.powi(exponent(self.hops));
+                gain.re[i] = all * stated.re[i];
+                gain.im[i] = all * stated.im[i];
+            }
+        }
     }
 
     fn memory_bytes(&self) -> usize {
-        (self.gain.len() + self.ring.len()) * size_of::<Block>()
+        (self.stated.len() + self.gain.len() + self.ring.len()) * size_of::<Block>()
     }
 }
 
@@ -81,6 +94,11 @@ impl Late {
             lines: LINES.map(|m| line(m, true)),
             silent_frames: usize::MAX / 2,
         }
+    }
+
+    /// Takes by how much more than at first is left after one hop, per bin, in whole blocks.
+    pub(crate) fn decay_by(&mut self, ratio: &[f32]) {
+        self.diffusers.iter_mut().chain(&mut self.lines).for_each(|line| line.decay_by(ratio));
     }
 
     /// Amplitude by which carriers are scaled so that the late part's energy per hop is that of its gain.
@@ -193,6 +211,16 @@ fn audible(value: f32) -> f32 {
 fn hadamard([a, b, c, d]: [f32; 4]) -> [f32; 4] {
     let (ab, a_b, cd, c_d) = (a + b, a - b, c + d, c - d);
     [ab + cd, a_b + c_d, ab - cd, a_b - c_d]
+}
+
+/// Hops by which the late part starts before the hop after the last tap.
+pub(crate) fn late_lead(taps: usize) -> usize {
+    (LATE_HOPS - 1).min(taps)
+}
+
+/// Hops of decay of a late hop's gain, from the hop after the last tap on.
+pub(crate) fn late_power(hop: usize, taps: usize) -> i32 {
+    exponent(hop) - exponent(late_lead(taps))
 }
 
 #[cfg(test)]

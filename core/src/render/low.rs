@@ -64,7 +64,8 @@ impl Low {
     /// Adds its sound to the sums, of which it reaches the lowest block.
     pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
         let Self { arch, slots, ring, filters, .. } = self;
-        Accumulate { arch: *arch, slots, ring_len: ring.len(), ring, filter: filters, sums }.run();
+        let hops = filters.len();
+        Accumulate { arch: *arch, slots, ring_len: ring.len(), ring, filter: filters, hops, first: 0, sums }.run();
     }
 
     pub(crate) fn reset(&mut self) {

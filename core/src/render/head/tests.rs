@@ -244,7 +244,7 @@ fn play(head: &mut RenderHead, spectrum: &[Complex32], tf: &TransferFunction) ->
     head.update(tf, &change, true);
     let mut ears = [vec![Complex32::default(); GRID.bins()], vec![Complex32::default(); GRID.bins()]];
     let [left, right] = &mut ears;
-    head.render(spectrum, 1.0, [left, right]).unwrap();
+    head.render(spectrum, 1.0, &Trim::NEUTRAL, [left, right]).unwrap();
     ears
 }
 

@@ -1,0 +1,112 @@
+//! How a room's sound dies away where its scene starts, band by band: what a longer or shorter decay is a stretch of.
+
+use crate::decode::Field;
+use crate::network::SPEED_OF_SOUND_M_S;
+use crate::number::{single, whole};
+use crate::render::late::{LATE_HOPS, late_lead, late_power};
+use crate::scene::IMAGE_OCTAVES_HZ;
+use crate::{Bands, NEAREST_M, Scene, Shares, StftGrid, TailModel};
+
+/// Less energy than that is none.
+const NOTHING: f64 = 1e-24;
+
+/// Energy that is still to come, by time after the direct sound (Schroeder 1965: backward integration).
+#[derive(Debug)]
+pub(crate) struct DecayCurve {
+    /// Natural logarithm of the energy from a hop on, `[hop][band]`, from the first hop after the direct sound to the first of the late part.
+    levels: Vec<f32>,
+    /// What a hop takes of it afterwards, by band.
+    slopes: Vec<f32>,
+}
+
+impl DecayCurve {
+    /// One exponential per band.
+    pub(crate) fn exponential(tail: &TailModel, hop_s: f64, taps: usize) -> Self {
+        let slopes = slopes(tail, hop_s);
+        let levels = (0..=taps).flat_map(|hop| slopes.iter().map(move |slope| slope * hop as f32)).collect();
+        Self { levels, slopes }
+    }
+
+    /// That of a scene's time filters and image sources; of its late part alone where it has no table of them. `carried` is the energy by band
+    /// that a tap's carriers have, each with its share, at a gain of 1.
+    pub(crate) fn of_scene(scene: &Scene, grid: &StftGrid, carried: impl Fn(usize, &Shares) -> Vec<f64>) -> Self {
+        let (parts, pose) = (scene.parts(), scene.start_pose());
+        let (taps, bands) = (parts.taps, parts.bands.count());
+        let Some(field) = parts.room.as_ref().or(parts.field.as_ref()) else {
+            return Self::exponential(&parts.tail, grid.hop_s(), taps);
+        };
+        let heard = Field::decode(field, &pose);
+        let power =
+            |gains: &[f32], band: usize| 0.5 * (f64::from(gains[band]).powi(2) + f64::from(gains[bands + band]).powi(2));
+        let mut energy = vec![0.0; (taps + 1) * bands];
+        for (hop, gains) in heard.taps.chunks_exact(2 * bands).enumerate() {
+            let carried = carried(hop, &heard.shares);
+            (0..bands).for_each(|band| energy[hop * bands + band] = power(gains, band) * carried.get(band).unwrap_or(&0.0));
+        }
+        if let Some((images, emitter)) = parts.images.as_ref().zip(scene.emitter()).filter(|_| taps > 0) {
+            let hop_m = grid.hop_s() * f64::from(SPEED_OF_SOUND_M_S);
+            let mut seen = vec![0.0; images.images.len()];
+            images.seen_at(pose.position, &mut seen);
+            for (image, seen) in images.images.iter().zip(seen) {
+                let distance = pose.position.distance(image.position);
+                let after = f64::from(distance - pose.position.distance(emitter)) / hop_m;
+                let hop = whole(after + 0.25).clamp(1, taps) - 1;
+                for (band, hz) in parts.bands.centres_hz().iter().enumerate() {
+                    let octave = octave(*hz);
+                    let air = 10.0_f32.powf(-0.05 * distance * images.air_db_per_m[octave]);
+                    let gain = seen * image.gains[octave] * air / distance.max(NEAREST_M);
+                    energy[hop * bands + band] += f64::from(gain).powi(2);
+                }
+            }
+        }
+        let slopes = slopes(&parts.tail, grid.hop_s());
+        for band in 0..bands {
+            let hop = f64::from(slopes[band]).exp();
+            let late = power(&heard.late, band);
+            energy[taps * bands + band] = NOTHING.max(late / (1.0 - hop).max(NOTHING));
+            // The late part begins before the last tap, one hop of its noise after the other.
+            let lead = late_lead(taps);
+            for begun in 0..lead {
+                let share = (begun + 1) as f64 / LATE_HOPS as f64;
+                energy[(taps - lead + begun) * bands + band] += share * late * hop.powi(late_power(begun, taps));
+            }
+            for hop in (0..taps).rev() {
+                energy[hop * bands + band] += energy[(hop + 1) * bands + band];
+            }
+        }
+        Self { levels: energy.into_iter().map(|energy| single(energy.ln())).collect(), slopes }
+    }
+
+    /// Natural logarithm of the energy that is still to come some hops after the direct sound.
+    fn level(&self, band: usize, hops: f64) -> f64 {
+        let bands = self.slopes.len();
+        let at = |row: usize| f64::from(self.levels[row * bands + band]);
+        let (along, last) = ((hops - 1.0).max(0.0), self.levels.len() / bands - 1);
+        let row = whole(along);
+        if row >= last {
+            return at(last) + f64::from(self.slopes[band]) * (along - last as f64);
+        }
+        at(row) + (along - row as f64) * (at(row + 1) - at(row))
+    }
+
+    /// Natural logarithm of the gain at some hops after the direct sound that makes a decay so many times as long.
+    pub(crate) fn log_gain(&self, band: usize, hops: f64, times: f64) -> f64 {
+        0.5 * (self.level(band, hops / times) - self.level(band, hops))
+    }
+
+    /// The same at a frequency.
+    pub(crate) fn log_gain_at(&self, bands: &Bands, hz: f32, hops: f64, times: f64) -> f64 {
+        let weights = bands.weights(hz).into_iter();
+        weights.map(|(band, weight)| f64::from(weight) * self.log_gain(band, hops, times)).sum()
+    }
+}
+
+/// What a hop takes of the energy, natural logarithm, by band.
+fn slopes(tail: &TailModel, hop_s: f64) -> Vec<f32> {
+    tail.t60_s.iter().map(|t60_s| single(-6.0 * std::f64::consts::LN_10 * hop_s / f64::from(*t60_s))).collect()
+}
+
+/// Number of the octave that a frequency is in or nearest to.
+fn octave(hz: f32) -> usize {
+    IMAGE_OCTAVES_HZ.iter().position(|centre| hz < centre * std::f32::consts::SQRT_2).unwrap_or(IMAGE_OCTAVES_HZ.len() - 1)
+}
