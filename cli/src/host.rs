@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use promenade_baker::player::Source;
 use promenade_baker::wav::{Format, WavWriter};
 use promenade_baker::{atomic, file};
-use promenade_host::{AutomationFile, Bounce, Bundle, Instance, PluginInfo, Preset, Setup};
+use promenade_host::{AutomationFile, Bounce, Bundle, Instance, PluginInfo, Preset, RemotePage, Setup};
 use std::path::Path;
 use std::time::Instant;
 
@@ -68,29 +68,39 @@ fn list(args: &HostArgs, bundle: &Bundle) -> Result<()> {
     for other in bundle.plugins().iter().filter(|other| *other != info) {
         text += &format!("also in it: {} ({})\n", other.name, other.id);
     }
-    let head = ["parameter", "number", "default", "now", "steps", "automatable"].map(str::to_owned).to_vec();
+    let head = ["parameter", "number", "default", "now", "steps", "automatable", "module"].map(str::to_owned).to_vec();
     let mut rows = vec![head];
     for parameter in instance.parameters().to_vec() {
         let now = instance.value(parameter.id).and_then(|value| instance.text(parameter.id, value));
         let steps = if parameter.steps == 0 { "-".to_owned() } else { parameter.steps.to_string() };
         let automatable = if parameter.automatable { "yes" } else { "no" };
         let (id, now) = (parameter.id.to_string(), now.unwrap_or_default());
-        rows.push(vec![parameter.name, id, parameter.default_text, now, steps, automatable.to_owned()]);
+        rows.push(vec![parameter.name, id, parameter.default_text, now, steps, automatable.to_owned(), parameter.module]);
     }
     text.push('\n');
     text += &report::table(&rows, false);
+    for RemotePage { section, name, parameters } in instance.remote_pages() {
+        let named = |id: u32| instance.parameters().iter().find(|p| p.id == id).map_or("?", |p| p.name.as_str());
+        let knobs = parameters.map(|knob| knob.map_or("-", named)).join(", ");
+        text += &format!("\npage {section} / {name}: {knobs}\n");
+    }
     report::print(&text)
 }
 
 fn list_presets(args: &HostArgs, bundle: &Bundle) -> Result<()> {
     let plugin = chosen(args, bundle)?;
     let (presets, wrong) = bundle.presets(plugin)?;
-    let mut rows = vec![["preset", "folder", "features", "by", "description"].map(str::to_owned).to_vec()];
-    for Preset { name, folder, features, creators, description, .. } in presets {
-        rows.push(vec![name, folder, features.join(", "), creators.join(", "), description]);
+    let mut text = format!("{} ({}): {} presets\n", plugin.name, bundle.format(), presets.len());
+    let mut shown = None;
+    for Preset { name, folder, features, description, .. } in presets {
+        if shown.as_ref() != Some(&folder) {
+            text += &format!("\n{folder}\n");
+            shown = Some(folder);
+        }
+        let features = if features.is_empty() { String::new() } else { format!(" ({})", features.join(", ")) };
+        let description = if description.is_empty() { String::new() } else { format!(": {description}") };
+        text += &format!("  {name}{features}{description}\n");
     }
-    let count = rows.len() - 1;
-    let text = format!("{} ({}): {count} presets\n\n{}", plugin.name, bundle.format(), report::table(&rows, false));
     report::print(&text)?;
     for words in wrong {
         report::note(format_args!("{words}"));

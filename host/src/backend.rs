@@ -3,8 +3,11 @@
 use crate::HostError;
 use crate::editor::Editor;
 use crate::info::PluginInfo;
+use crate::mark::{Mark, Track};
+use crate::menu::MenuAction;
 use crate::parameter::{Edit, Parameter};
 use crate::preset::Preset;
+use crate::remote_page::RemotePage;
 use crate::setup::{Position, Setup};
 use std::path::Path;
 
@@ -56,6 +59,26 @@ pub(crate) trait Backend {
     fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError>;
 
     fn serve(&mut self) -> Result<(), HostError>;
+
+    /// Pages of remote controls; none where the format has no such thing.
+    fn remote_pages(&mut self) -> Vec<RemotePage> {
+        Vec::new()
+    }
+
+    /// Marks a parameter in the plugin's editor.
+    fn mark(&mut self, _id: u32, _mark: &Mark) -> Result<(), HostError> {
+        Err(HostError::Missing { plugin: self.info().name.clone(), what: "marks on parameters" })
+    }
+
+    /// Tells the plugin of the track that it is on.
+    fn set_track(&mut self, _track: Track) -> Result<(), HostError> {
+        Err(HostError::Missing { plugin: self.info().name.clone(), what: "interest in its track" })
+    }
+
+    /// What was chosen in the host's menus.
+    fn take_chosen(&mut self) -> Vec<(u32, MenuAction)> {
+        Vec::new()
+    }
 
     /// Says whether the parameters must be listed again, once.
     fn relisted(&mut self) -> bool {

@@ -1,5 +1,6 @@
 //! CLAP, through clack.
 
+mod conventions;
 mod editor;
 mod handlers;
 mod ports;
@@ -11,8 +12,11 @@ mod transport;
 use crate::backend::Backend;
 use crate::editor::Editor;
 use crate::info::PluginInfo;
+use crate::mark::{Mark, Track};
+use crate::menu::MenuAction;
 use crate::parameter::{Edit, EditKind, Parameter, unit_of};
 use crate::preset::{Preset, PresetPlace};
+use crate::remote_page::RemotePage;
 use crate::setup::{Position, Setup};
 use crate::{HostError, rounded};
 use clack_extensions::latency::PluginLatency;
@@ -231,6 +235,8 @@ impl Backend for ClapPlugin {
                 automatable: info.flags.contains(ParamInfoFlags::IS_AUTOMATABLE),
                 least,
                 greatest,
+                module: String::from_utf8_lossy(info.module).into_owned(),
+                periodic: info.flags.contains(ParamInfoFlags::IS_PERIODIC),
             };
             parameter.default = parameter.normalized(info.default_value);
             // A parameter without a text is listed without one.
@@ -365,6 +371,22 @@ impl Backend for ClapPlugin {
             self.destroy_editor();
         }
         Ok(())
+    }
+
+    fn remote_pages(&mut self) -> Vec<RemotePage> {
+        self.declared_pages()
+    }
+
+    fn mark(&mut self, id: u32, mark: &Mark) -> Result<(), HostError> {
+        self.show_mark(id, mark)
+    }
+
+    fn set_track(&mut self, track: Track) -> Result<(), HostError> {
+        self.tell_track(track)
+    }
+
+    fn take_chosen(&mut self) -> Vec<(u32, MenuAction)> {
+        self.chosen()
     }
 
     fn relisted(&mut self) -> bool {

@@ -3,8 +3,11 @@
 use crate::backend::Backend;
 use crate::editor::Editor;
 use crate::info::PluginInfo;
+use crate::mark::{Mark, Track};
+use crate::menu::MenuAction;
 use crate::parameter::{Edit, Parameter, find};
 use crate::preset::Preset;
+use crate::remote_page::RemotePage;
 use crate::setup::{Position, Setup};
 use crate::{HostError, rounded};
 use std::path::Path;
@@ -255,6 +258,33 @@ impl Instance {
             self.parameters = self.plugin.parameters()?;
         }
         Ok(())
+    }
+
+    /// The pages of remote controls that the plugin declares. VST3 has none.
+    pub fn remote_pages(&mut self) -> Vec<RemotePage> {
+        self.plugin.remote_pages()
+    }
+
+    /// Marks a parameter in the plugin's editor.
+    ///
+    /// # Errors
+    /// There is no such parameter, or the plugin or its format knows no marks.
+    pub fn mark(&mut self, id: u32, mark: &Mark) -> Result<(), HostError> {
+        self.numbered(id)?;
+        self.plugin.mark(id, mark)
+    }
+
+    /// Tells the plugin of the track that it is on.
+    ///
+    /// # Errors
+    /// The plugin does not ask for it, or this host cannot tell it in the format.
+    pub fn set_track(&mut self, track: Track) -> Result<(), HostError> {
+        self.plugin.set_track(track)
+    }
+
+    /// What was chosen since this was last called in this host's menu, which the plugin's editor shows, with the parameters' numbers.
+    pub fn take_chosen(&mut self) -> Vec<(u32, MenuAction)> {
+        self.plugin.take_chosen()
     }
 
     /// The plugin's own changes of its parameters since this was last called, in order: gestures in its editor, and values that it

@@ -39,8 +39,11 @@ mod editor;
 mod error;
 mod info;
 mod instance;
+mod mark;
+mod menu;
 mod parameter;
 mod preset;
+mod remote_page;
 mod setup;
 mod vst3;
 
@@ -52,8 +55,11 @@ pub use editor::{Editor, EditorSize};
 pub use error::HostError;
 pub use info::{Format, PluginInfo};
 pub use instance::Instance;
+pub use mark::{AutomationMark, Colour, Mark, Track};
+pub use menu::MenuAction;
 pub use parameter::{Edit, EditKind, Parameter};
 pub use preset::{Preset, PresetPlace};
+pub use remote_page::{KNOBS, RemotePage};
 pub use setup::Setup;
 
 /// A number rounded to an integer; out of range it saturates, and 0 stands for what is no number.

@@ -19,6 +19,10 @@ pub struct Parameter {
     pub steps: u32,
     /// Whether hosts may automate it.
     pub automatable: bool,
+    /// The module that it belongs to, with `/` between modules within modules; empty for none, and in VST3.
+    pub module: String,
+    /// Whether its greatest value is its least again, as an angle's. VST3 knows no such thing.
+    pub periodic: bool,
     /// The plugin's own least value; VST3 knows none and has 0.
     pub(crate) least: f64,
     /// The plugin's own greatest value; VST3 knows none and has 1.
@@ -102,6 +106,8 @@ pub(crate) mod tests {
             default_text: String::new(),
             steps: 0,
             automatable: true,
+            module: String::new(),
+            periodic: false,
             least: -60.0,
             greatest: 12.0,
         }

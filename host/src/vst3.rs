@@ -137,6 +137,8 @@ fn listed(plugin: &Plugin, parameter: ListedParameter) -> Parameter {
         default: parameter.default,
         steps: u32::try_from(parameter.step_count).unwrap_or(0),
         automatable: parameter.can_automate,
+        module: String::new(),
+        periodic: false,
         least: 0.0,
         greatest: 1.0,
     }

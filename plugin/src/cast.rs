@@ -22,6 +22,13 @@ pub(crate) fn whole(value: f64) -> u32 {
     value as u32
 }
 
+/// The nearest whole number; 0 for NaN.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "saturates")]
+pub(crate) fn rounded(value: f32) -> i32 {
+    value.round() as i32
+}
+
 /// The whole part of a number as a byte.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]

@@ -17,6 +17,7 @@ pub mod gesture;
 mod head;
 mod header;
 pub mod host;
+mod host_menu;
 pub mod meter;
 mod osc_panel;
 pub mod panel;

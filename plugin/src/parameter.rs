@@ -103,6 +103,12 @@ impl Parameter {
         self.unit().is_empty()
     }
 
+    /// Whether its range is a circle: the greatest value is the least again.
+    #[must_use]
+    pub fn is_periodic(self) -> bool {
+        matches!(self, Self::Yaw | Self::Roll)
+    }
+
     /// Whether it is on or off.
     #[must_use]
     pub fn is_switch(self) -> bool {

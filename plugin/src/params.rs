@@ -11,6 +11,7 @@ use crate::remote::Remote;
 use crate::saved_head::{HeadWish, SavedHead};
 use crate::scene_key::SceneKey;
 use crate::settings::EditorSettings;
+use crate::slot_names;
 use crate::state::StateVersion;
 use crate::walk::SavedWalk;
 use nice_plug::prelude::*;
@@ -128,7 +129,11 @@ impl Default for PromenadeParams {
         };
         // The framework's own takes any other text for "off".
         let switch = |name| BoolParam::new(name, false).with_string_to_value(std::sync::Arc::new(switched));
-        let slot = |name| IntParam::new(name, 0, IntRange::Linear { min: 0, max: SLOTS.into() });
+        let slot = |name, kind| {
+            IntParam::new(name, 0, IntRange::Linear { min: 0, max: SLOTS.into() })
+                .with_value_to_string(std::sync::Arc::new(move |slot| slot_names::text(kind, slot)))
+                .with_string_to_value(std::sync::Arc::new(move |text| slot_names::slot(kind, text)))
+        };
         Self {
             x: metres("Listener X", X),
             y: metres("Listener Y", Y),
@@ -151,8 +156,8 @@ impl Default for PromenadeParams {
             gain: float("Output Gain", 0.0, Gain, " dB", 2),
             bypass: switch("Bypass").make_bypass(),
             scene: EnumParam::new("Scene", SceneChoice::RoomA),
-            slot: slot("Library Scene"),
-            walk: slot("Library Path"),
+            slot: slot("Library Scene", slot_names::Kind::Scene),
+            walk: slot("Library Path", slot_names::Kind::Walk),
             osc_on: switch("Open Sound Control"),
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
             state_version: StateVersion,

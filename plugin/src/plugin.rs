@@ -2,11 +2,14 @@
 
 use crate::clock::{BlockTime, Clock};
 use crate::editor::{Instance, PromenadeEditor};
+use crate::host_side::{HostSide, Introduction};
 use crate::listener::{Heard, ListenerSources};
 use crate::loader::Loader;
+use crate::members;
 use crate::monitor::Monitor;
 use crate::offline::OfflineDetector;
 use crate::osc::{Inbox, Osc, Switch};
+use crate::pages::{self, InModules};
 use crate::params::{PromenadeParams, Snapshot};
 use crate::playing::Playing;
 use crate::telemetry::Telemetry;
@@ -63,6 +66,7 @@ impl Default for Promenade {
         let loader = Loader::new(Arc::clone(&params));
         let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry));
         let repaint = loader.repaint.clone();
+        let host_side = Arc::new(HostSide::new(repaint.clone()));
         let alive = Arc::new(());
         Self {
             playing: Playing::new(Arc::clone(&loader)),
@@ -71,7 +75,15 @@ impl Default for Promenade {
             input: Input::default(),
             timing: Timing::default(),
             monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
-            instance: Instance { params: Arc::clone(&params), loader, telemetry, osc, repaint, plugin: Arc::downgrade(&alive) },
+            instance: Instance {
+                params: Arc::clone(&params),
+                loader,
+                telemetry,
+                osc,
+                repaint,
+                host_side,
+                plugin: Arc::downgrade(&alive),
+            },
             _alive: alive,
             params,
         }
@@ -203,10 +215,15 @@ impl Plugin for Promenade {
 
     type Editor = PromenadeEditor;
     type SysExMessage = ();
-    type BackgroundTask = ();
+    type BackgroundTask = Introduction;
 
     fn params(&self) -> Arc<dyn Params> {
-        Arc::clone(&self.params) as Arc<dyn Params>
+        Arc::new(InModules(Arc::clone(&self.params)))
+    }
+
+    fn task_executor(&mut self) -> TaskExecutor<Self> {
+        let host_side = Arc::clone(&self.instance.host_side);
+        Box::new(move |introduction| introduction.answer(&host_side))
     }
 
     fn editor(&mut self, _async_executor: AsyncExecutor<Self>) -> Option<PromenadeEditor> {
@@ -232,6 +249,7 @@ impl Plugin for Promenade {
         if let Some(Err(error)) = crate::player::player().map(|player| player.set_rate(sample_rate_hz)) {
             nice_error!("{error}");
         }
+        members::join(&self.params, &self.instance.host_side);
         self.playing.activate(sample_rate_hz, self.params.choices());
         self.osc.activate(&self.params);
         self.timing.latency = self.playing.spatializer.as_ref().map_or(0, |s| samples(s.latency_samples()));
@@ -284,6 +302,10 @@ impl ClapPlugin for Promenade {
         ClapFeature::Reverb,
         ClapFeature::Custom("promenade:spatial"),
     ];
+
+    fn remote_controls(&self, context: &mut impl RemoteControlsContext) {
+        pages::remote_controls(&self.params, context);
+    }
 }
 
 impl Vst3Plugin for Promenade {

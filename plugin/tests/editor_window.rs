@@ -64,6 +64,7 @@ mod needs_screen {
             loader: Arc::clone(&loader),
             telemetry: Arc::clone(&telemetry),
             osc: Osc::new(Arc::clone(&params), Arc::default(), Arc::clone(&telemetry)),
+            host_side: std::sync::Arc::default(),
             repaint,
             plugin: Arc::downgrade(&plugin),
         });

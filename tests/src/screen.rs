@@ -144,6 +144,14 @@ impl Picture {
         seen.len()
     }
 
+    /// Where a colour is, pixels from the upper left corner, row by row.
+    #[must_use]
+    pub fn places_of(&self, colour: [u8; 3]) -> Vec<(i16, i16)> {
+        let pixels = self.rgb.chunks_exact(3).zip(0_u32..).filter(|(pixel, _)| **pixel == colour);
+        let place = |index: u32| Some(((index % self.width).try_into().ok()?, (index / self.width).try_into().ok()?));
+        pixels.filter_map(|(_, index)| place(index)).collect()
+    }
+
     /// Keeps the picture as NAME.png in the folder that `PROMENADE_SCREENSHOTS` names, if it does.
     pub fn keep(&self, name: &str) {
         let Some(folder) = std::env::var_os("PROMENADE_SCREENSHOTS").map(PathBuf::from) else { return };

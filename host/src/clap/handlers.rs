@@ -1,5 +1,8 @@
 //! What a CLAP plugin asks its host for.
 
+use crate::mark::Track;
+use crate::menu::MenuAction;
+use clack_extensions::context_menu::{ContextMenuBuilder, ContextMenuTarget, HostContextMenu, HostContextMenuImpl, Item};
 use clack_extensions::gui::{GuiSize, HostGui, HostGuiImpl};
 use clack_extensions::latency::{HostLatency, HostLatencyImpl};
 use clack_extensions::params::{HostParams, HostParamsImplMainThread, HostParamsImplShared, ParamClearFlags, ParamRescanFlags};
@@ -7,10 +10,12 @@ use clack_extensions::preset_discovery::HostPresetLoadImpl;
 use clack_extensions::preset_discovery::prelude::{HostPresetLoad, Location};
 use clack_extensions::state::{HostState, HostStateImpl};
 use clack_extensions::thread_check::{HostThreadCheck, HostThreadCheckImpl};
+use clack_extensions::track_info::{HostTrackInfo, HostTrackInfoImpl, TrackInfo, TrackInfoWriter};
 use clack_host::prelude::*;
+use clack_host::utils::Color;
 use std::ffi::CStr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, ThreadId};
 
 /// What the plugin has asked for, each kept until it is taken.
@@ -28,6 +33,13 @@ pub(crate) struct Requests {
     /// Width in the lower half, height in the upper; 0 for none.
     resize: AtomicU64,
     pub(crate) preset: Reported,
+    /// For good, as who reads it wants it; tracks change rarely.
+    track: Mutex<Option<&'static Track>>,
+    chosen: Mutex<Vec<(u32, MenuAction)>>,
+}
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What the plugin says of the preset that it was asked to load: that it has, or why not.
@@ -36,11 +48,11 @@ pub(crate) struct Reported(Mutex<Option<Result<(), String>>>);
 
 impl Reported {
     fn put(&self, report: Result<(), String>) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(report);
+        *held(&self.0) = Some(report);
     }
 
     pub(crate) fn take(&self) -> Option<Result<(), String>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+        held(&self.0).take()
     }
 }
 
@@ -49,7 +61,19 @@ impl Requests {
         let no = || AtomicBool::new(false);
         let owner = thread::current().id();
         let (resize, preset) = (AtomicU64::new(0), Reported::default());
-        Self { owner, audio: no(), editors, callback: no(), flush: no(), rescan: no(), closed: no(), resize, preset }
+        Self {
+            owner,
+            audio: no(),
+            editors,
+            callback: no(),
+            flush: no(),
+            rescan: no(),
+            closed: no(),
+            resize,
+            preset,
+            track: Mutex::default(),
+            chosen: Mutex::default(),
+        }
     }
 
     /// Plays the audio thread for what is done.
@@ -62,6 +86,14 @@ impl Requests {
 
     pub(crate) fn take(asked: &AtomicBool) -> bool {
         asked.swap(false, Ordering::AcqRel)
+    }
+
+    pub(crate) fn set_track(&self, track: Track) {
+        *held(&self.track) = Some(Box::leak(Box::new(track)));
+    }
+
+    pub(crate) fn take_chosen(&self) -> Vec<(u32, MenuAction)> {
+        std::mem::take(&mut held(&self.chosen))
     }
 
     pub(crate) fn take_resize(&self) -> Option<GuiSize> {
@@ -89,6 +121,7 @@ impl HostHandlers for Handlers {
         }
         builder.register::<HostLatency>().register::<HostParams>().register::<HostPresetLoad>();
         builder.register::<HostState>().register::<HostThreadCheck>();
+        builder.register::<HostContextMenu>().register::<HostTrackInfo>();
     }
 }
 
@@ -145,6 +178,57 @@ impl HostPresetLoadImpl for Main {
 
     fn loaded(&self, _location: Location, _key: Option<&CStr>) {
         self.0.preset.put(Ok(()));
+    }
+}
+
+impl HostTrackInfoImpl for Main {
+    fn get<'a>(&'a self, writer: &mut TrackInfoWriter<'_, 'a>) {
+        let track = *held(&self.0.track);
+        if let Some(&Track { ref name, colour: [red, green, blue] }) = track {
+            let colour = Color { alpha: 255, red, green, blue };
+            let mut info = TrackInfo::new().with_name(Some(name.as_bytes()));
+            info.set_color(Some(colour));
+            writer.set(&info);
+        }
+    }
+}
+
+impl HostContextMenuImpl for Main {
+    fn populate(&self, target: ContextMenuTarget, builder: &mut ContextMenuBuilder) -> Result<(), HostError> {
+        let ContextMenuTarget::Param(_) = target else { return Ok(()) };
+        let entry =
+            |label, action: MenuAction, enabled| Item::Entry { label, enabled, action_id: ClapId::new(action.number()) };
+        let read = ClapId::new(MenuAction::ReadAutomation.number());
+        for item in [
+            Item::Title { title: c"Host", enabled: true },
+            entry(c"Show automation", MenuAction::ShowAutomation, true),
+            Item::CheckEntry { label: c"Read automation", enabled: true, checked: true, action_id: read },
+            Item::Separator,
+            Item::BeginSubmenu { label: c"MIDI", enabled: true },
+            entry(c"Learn", MenuAction::MidiLearn, true),
+            entry(c"Forget", MenuAction::MidiForget, false),
+            Item::EndSubmenu,
+        ] {
+            builder.add_item(&item)?;
+        }
+        Ok(())
+    }
+
+    fn perform(&self, target: ContextMenuTarget, action: ClapId) -> Result<(), HostError> {
+        let (ContextMenuTarget::Param(id), Some(action)) = (target, MenuAction::of(action.get())) else {
+            return Err(HostError::Message("there is no such line in the menu"));
+        };
+        held(&self.0.chosen).push((id.get(), action));
+        Ok(())
+    }
+
+    /// It has no windows of its own.
+    fn can_popup(&self) -> bool {
+        false
+    }
+
+    fn popup(&self, _target: ContextMenuTarget, _screen: i32, _x: i32, _y: i32) -> Result<(), HostError> {
+        Err(HostError::Message("this host has no menu of its own"))
     }
 }
 

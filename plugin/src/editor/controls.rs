@@ -2,6 +2,7 @@
 
 use super::ctx::Ctx;
 use super::host::{default_value, name, text};
+use super::host_menu;
 use super::theme::{CONTROL, ROUND, SPACE};
 use super::widgets::{dimmed, drop_down, focus_ring, labelled, segments, switch};
 use super::words::{Word, help, variant_help};
@@ -50,7 +51,13 @@ pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) -> Response 
     } else if response.changed() {
         ctx.set(parameter, value);
     }
-    response.on_hover_text(help(parameter))
+    host_menu::add(ui, ctx, parameter, &response, response.rect);
+    response.on_hover_text(explained(ctx, parameter))
+}
+
+/// What a parameter is, and what the host does with it.
+fn explained(ctx: &Ctx<'_>, parameter: Parameter) -> String {
+    format!("{}{}", help(parameter), host_menu::words(&ctx.instance.host_side.mark(parameter)))
 }
 
 /// A line with a slider and its number. A double click on the slider sets the default.
@@ -98,8 +105,9 @@ pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) 
         focus_ring(ui, palette, &response, rect, ROUND);
         let value = ctx.value(parameter);
         response.widget_info(|| WidgetInfo::slider(ui.is_enabled(), f64::from(value), name(ctx.params(), parameter)));
-        response
-            .on_hover_text(format!("{}\nDrag, with Shift finely; a double click brings the usual value back", help(parameter)));
+        host_menu::add(ui, ctx, parameter, &response, rect);
+        let what = explained(ctx, parameter);
+        response.on_hover_text(format!("{what}\nDrag, with Shift finely; a double click brings the usual value back"));
         number(ui, ctx, parameter);
     });
 }
@@ -155,9 +163,11 @@ pub fn follow_path(ui: &mut Ui, ctx: &mut Ctx<'_>) {
 /// A switch.
 pub fn toggle(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) {
     let on = ctx.is_on(parameter);
-    if switch(ui, ctx.palette, word, on).clicked() {
+    let response = switch(ui, ctx.palette, word, on);
+    if response.clicked() {
         ctx.set(parameter, if on { 0.0 } else { 1.0 });
     }
+    host_menu::add(ui, ctx, parameter, &response, response.rect);
 }
 
 /// Names of a choice's variants, as hosts show them.

@@ -8,6 +8,7 @@ use crate::cast::index;
 use crate::choices::SceneChoice;
 use crate::drawn_room::DrawnRoom;
 use crate::history::History;
+use crate::host_side::HostSide;
 use crate::lister::Listing;
 use crate::loader::Loader;
 use crate::osc::Osc;
@@ -39,6 +40,8 @@ pub struct Instance {
     pub osc: Arc<Osc>,
     /// Asks for the next picture, from any thread.
     pub repaint: Repaint,
+    /// What the host knows and offers beside parameters.
+    pub host_side: Arc<HostSide>,
     /// There as long as the plugin is.
     pub plugin: Weak<()>,
 }

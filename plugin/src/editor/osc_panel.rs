@@ -8,6 +8,7 @@ use super::widgets::{button, columns, drop_down, field, labelled, note, switch, 
 use super::words::Word;
 use crate::choices::GroupChoice;
 use crate::group;
+use crate::members::{self, Member};
 use crate::osc::{
     AxisMap, Counts, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat,
 };
@@ -269,4 +270,21 @@ fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         (false, _, false) => "Nobody leads: this instance hears with its own listener",
     };
     note(ui, ctx.palette, words);
+    // As many lines as the window has room for, and the others scrolled.
+    egui::ScrollArea::vertical().id_salt("members").show(ui, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            for member in members::of_group(chosen) {
+                named(ui, ctx, &member);
+            }
+        });
+    });
+}
+
+/// An instance of a group by its track.
+fn named(ui: &mut Ui, ctx: &Ctx<'_>, Member { track, leads }: &Member) {
+    let (dot, _) = ui.allocate_exact_size(egui::Vec2::new(8.0, 14.0), egui::Sense::hover());
+    let colour = track.colour.map_or(ctx.palette.soft, |[r, g, b]| egui::Color32::from_rgb(r, g, b));
+    ui.painter().circle_filled(dot.center(), 3.5, colour);
+    let name = if track.name.is_empty() { "Unnamed track" } else { &track.name };
+    note(ui, ctx.palette, if *leads { format!("{name}, leads") } else { name.to_owned() });
 }

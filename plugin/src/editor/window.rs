@@ -3,6 +3,7 @@
 use super::app::App;
 use super::ctx::Instance;
 use super::geometry::Geometry;
+use crate::host_side::Track;
 use crate::settings::{EditorSettings, LEAST_SIZE};
 use nice_plug::context::gui::GuiContext;
 use nice_plug::editor::dpi::{LogicalSize, NativeSize, PhysicalSize};
@@ -10,6 +11,7 @@ use nice_plug::editor::{
     Editor, EditorHandle, HostMethods, Modifiers, ParentWindowHandle, ResizeHint, SpawnedEditor, VirtualKeyCode,
 };
 use nice_plug::nice_warn;
+use nice_plug::prelude::{TrackColor, TrackInfo};
 use nice_plug_egui::{EguiEditorHandle, EguiEditorState, EguiNiceSettings, RepaintNotifier, baseview, create_egui_editor};
 use std::error::Error;
 use std::sync::Arc;
@@ -64,6 +66,12 @@ impl Editor for PromenadeEditor {
             editor.spawn(parent, wait_for_parent, fallback_scale_factor, gui_context, host)?;
         let handle = PromenadeHandle { inner: handle, geometry: Arc::clone(&self.geometry), shown: AtomicBool::new(false) };
         Ok(SpawnedEditor { handle, window: PromenadeWindow { window: Some(window), ended } })
+    }
+
+    fn track_info_updated(&self, info: TrackInfo) {
+        // A colour that cannot be seen is none.
+        let colour = info.color().map(TrackColor::rgba).filter(|(.., alpha)| *alpha > 0).map(|(r, g, b, _)| [r, g, b]);
+        self.instance.host_side.set_track(Track { name: info.name().to_owned(), colour });
     }
 
     fn size(&self) -> NativeSize<u32> {

@@ -1,14 +1,19 @@
 //! The CLAP entry: the framework's plugin, with what the framework lacks put beside it.
 //!
-//! The framework's own entry knows nothing of presets, and its editor takes the host's part of the extension for granted: opened in a host
+//! The framework's own entry knows nothing of presets, of a host's menus and marks, and of angles that go round. Its editor takes the host's part of the extension for granted: opened in a host
 //! without it, it takes the host down.
 
+mod context_menu;
+mod param_indication;
+mod params;
 mod preset_discovery;
 mod preset_load;
 mod state;
 
 use crate::Promenade;
+use crate::host_side::{HostSide, Introduction};
 use crate::lock::lock;
+use crate::parameter::Parameter;
 use nice_plug::wrapper::clap::{
     CLAP_PLUGIN_FACTORY_ID, CLAP_VERSION, PluginDescriptor, Wrapper, clap_host, clap_plugin, clap_plugin_descriptor,
     clap_plugin_entry, clap_plugin_factory,
@@ -35,14 +40,29 @@ static FACTORY: clap_plugin_factory = clap_plugin_factory {
 
 static DESCRIPTOR: LazyLock<PluginDescriptor> = LazyLock::new(PluginDescriptor::for_plugin::<Promenade>);
 
-/// The host of each plugin that is alive, by their addresses.
-static HOSTS: Mutex<BTreeMap<usize, usize>> = Mutex::new(BTreeMap::new());
+/// What is known of each plugin that is alive, by its address.
+static KNOWN: Mutex<BTreeMap<usize, Known>> = Mutex::new(BTreeMap::new());
+
+/// What is known of a plugin.
+#[derive(Clone)]
+struct Known {
+    /// The address of its host.
+    host: usize,
+    host_side: Option<Arc<HostSide>>,
+}
 
 type GetExtension = unsafe extern "C" fn(*const clap_plugin, *const c_char) -> *const c_void;
-type Destroy = unsafe extern "C" fn(*const clap_plugin);
+type Call = unsafe extern "C" fn(*const clap_plugin);
 
 /// What the framework's plugins do themselves, the same for all of them.
-static THEIRS: OnceLock<(GetExtension, Destroy)> = OnceLock::new();
+static THEIRS: OnceLock<Theirs> = OnceLock::new();
+
+#[derive(Clone, Copy)]
+struct Theirs {
+    get_extension: GetExtension,
+    on_main_thread: Call,
+    destroy: Call,
+}
 
 extern "C" fn init(_path: *const c_char) -> bool {
     setup_logger::<Promenade>();
@@ -85,13 +105,47 @@ unsafe extern "C" fn create_plugin(
     let wrapper = Arc::into_raw(unsafe { Wrapper::<Promenade>::new(host) });
     // SAFETY: the wrapper is alive, and nobody else knows it yet.
     let plugin = unsafe { &mut *(*wrapper).clap_plugin.as_ptr() };
-    if let (Some(get_extension), Some(destroy)) = (plugin.get_extension, plugin.destroy) {
-        THEIRS.get_or_init(|| (get_extension, destroy));
-        lock(&HOSTS).insert((&raw const *plugin).addr(), host.expose_provenance());
+    if let (Some(get_extension), Some(on_main_thread), Some(destroy)) =
+        (plugin.get_extension, plugin.on_main_thread, plugin.destroy)
+    {
+        THEIRS.get_or_init(|| Theirs { get_extension, on_main_thread, destroy });
+        let introduction = Introduction::default();
+        // SAFETY: as above.
+        unsafe { &*wrapper }.task_executor.lock()(introduction.clone());
+        let host_side = introduction.answered();
+        let host = host.expose_provenance();
+        if let Some(side) = &host_side {
+            side.connect(move || request_callback(host));
+        }
+        lock(&KNOWN).insert((&raw const *plugin).addr(), Known { host, host_side });
         plugin.get_extension = Some(get_fitting_extension);
+        plugin.on_main_thread = Some(serve_on_main_thread);
         plugin.destroy = Some(forget_and_destroy);
     }
     plugin
+}
+
+/// Has a host call its plugin on the main thread.
+#[expect(unsafe_code, reason = "the host is asked through its table of functions")]
+fn request_callback(host: usize) {
+    let host = std::ptr::with_exposed_provenance::<clap_host>(host);
+    // SAFETY: hosts outlive their plugins, and a plugin that is gone asks for nothing; any thread may ask.
+    unsafe {
+        if let Some(request) = (*host).request_callback {
+            request(host);
+        }
+    }
+}
+
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe extern "C" fn serve_on_main_thread(plugin: *const clap_plugin) {
+    if let Some(side) = host_side(plugin) {
+        context_menu::serve(plugin, &side);
+    }
+    if let Some(theirs) = THEIRS.get() {
+        // SAFETY: the plugin is the framework's.
+        unsafe { (theirs.on_main_thread)(plugin) };
+    }
 }
 
 /// The plugin's extension of that name, but no editor where the host has none of its part.
@@ -102,12 +156,18 @@ unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *cons
     if preset_load::IDS.contains(&name) {
         return (&raw const preset_load::EXTENSION).cast();
     }
+    if param_indication::IDS.contains(&name) {
+        return (&raw const param_indication::EXTENSION).cast();
+    }
+    if name == params::ID {
+        return params::extension(plugin).map_or(std::ptr::null(), |extension| std::ptr::from_ref(extension).cast());
+    }
     if name == EDITOR && host_extension::<c_void>(plugin, &[EDITOR]).is_none() {
         return std::ptr::null();
     }
     match THEIRS.get() {
         // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
-        Some((get_extension, _)) => unsafe { get_extension(plugin, id) },
+        Some(theirs) => unsafe { (theirs.get_extension)(plugin, id) },
         None => std::ptr::null(),
     }
 }
@@ -115,15 +175,31 @@ unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *cons
 /// The framework's own extension of a name, whose table of functions is `T`.
 #[expect(unsafe_code, reason = "the framework is asked through its table of functions")]
 fn framework_extension<T>(plugin: *const clap_plugin, id: &CStr) -> Option<&'static T> {
-    let (get_extension, _) = THEIRS.get()?;
+    let theirs = THEIRS.get()?;
     // SAFETY: the plugin is the framework's; its tables live as long as it does, longer than any call that comes from a host.
-    unsafe { get_extension(plugin, id.as_ptr()).cast::<T>().as_ref() }
+    unsafe { (theirs.get_extension)(plugin, id.as_ptr()).cast::<T>().as_ref() }
+}
+
+/// What an instance shows of its host.
+fn host_side(plugin: *const clap_plugin) -> Option<Arc<HostSide>> {
+    lock(&KNOWN).get(&plugin.addr())?.host_side.clone()
+}
+
+/// The number by which hosts know a parameter, as the framework makes it of the id.
+fn parameter_id(parameter: Parameter) -> u32 {
+    let hash = |hash: u32, byte: u8| hash.wrapping_mul(31).wrapping_add(u32::from(byte));
+    parameter.id().bytes().fold(0, hash) & !(1 << 31)
+}
+
+/// The parameter of a number.
+fn parameter_of(id: u32) -> Option<Parameter> {
+    Parameter::ALL.into_iter().find(|parameter| parameter_id(*parameter) == id)
 }
 
 /// A plugin's host, and the first of its extensions by these names, whose table of functions is `T`.
 #[expect(unsafe_code, reason = "the host is asked through its table of functions")]
 fn host_extension<T>(plugin: *const clap_plugin, ids: &[&CStr]) -> Option<(*const clap_host, &'static T)> {
-    let host = lock(&HOSTS).get(&plugin.addr()).copied()?;
+    let host = lock(&KNOWN).get(&plugin.addr())?.host;
     let host = std::ptr::with_exposed_provenance::<clap_host>(host);
     // SAFETY: hosts outlive their plugins, and so do their tables of functions.
     let get_extension = unsafe { (*host).get_extension }?;
@@ -134,9 +210,11 @@ fn host_extension<T>(plugin: *const clap_plugin, ids: &[&CStr]) -> Option<(*cons
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn forget_and_destroy(plugin: *const clap_plugin) {
-    lock(&HOSTS).remove(&plugin.addr());
-    if let Some((_, destroy)) = THEIRS.get() {
+    if let Some(side) = lock(&KNOWN).remove(&plugin.addr()).and_then(|known| known.host_side) {
+        side.disconnect();
+    }
+    if let Some(theirs) = THEIRS.get() {
         // SAFETY: the plugin is the framework's and is destroyed once.
-        unsafe { destroy(plugin) };
+        unsafe { (theirs.destroy)(plugin) };
     }
 }

@@ -1,0 +1,67 @@
+//! The instances of a process, for the list of who shares a listener group.
+
+use crate::choices::GroupChoice;
+use crate::host_side::{HostSide, Track};
+use crate::lock::lock;
+use crate::parameter::Parameter;
+use crate::params::PromenadeParams;
+use nice_plug::prelude::Enum;
+use std::sync::{Arc, Mutex, Weak};
+
+/// An instance by what is known of it, as long as it lives.
+type Known = (Weak<PromenadeParams>, Weak<HostSide>);
+
+static ALL: Mutex<Vec<Known>> = Mutex::new(Vec::new());
+
+/// An instance of a group.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// The track that it is on.
+    pub track: Track,
+    /// Whether it is asked to lead.
+    pub leads: bool,
+}
+
+/// Adds an instance, once.
+pub fn join(params: &Arc<PromenadeParams>, side: &Arc<HostSide>) {
+    let mut all = lock(&ALL);
+    all.retain(|(params, _)| params.strong_count() > 0);
+    if !all.iter().any(|(known, _)| std::ptr::eq(known.as_ptr(), Arc::as_ptr(params))) {
+        all.push((Arc::downgrade(params), Arc::downgrade(side)));
+    }
+}
+
+/// The instances of a group, in the order in which they came.
+#[must_use]
+pub fn of_group(group: GroupChoice) -> Vec<Member> {
+    let alive = |(params, side): &Known| Some((params.upgrade()?, side.upgrade()?));
+    let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
+    let in_group = |params: &PromenadeParams| params.heard(Parameter::Group) == group.to_index() as f32;
+    let members = all.into_iter().filter(|(params, _)| in_group(params));
+    members.map(|(params, side)| Member { track: side.track(), leads: params.heard(Parameter::Lead) > 0.5 }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_group_lists_its_instances_as_long_as_they_live() {
+        let instance = |name: &str, leads: bool| {
+            let (params, side) = (Arc::new(PromenadeParams::default()), Arc::new(HostSide::default()));
+            side.set_track(Track { name: name.to_owned(), colour: Some([1, 2, 3]) });
+            params.remote.set(Parameter::Group, GroupChoice::D.to_index() as f32, 0.0);
+            params.remote.set(Parameter::Lead, f32::from(u8::from(leads)), 0.0);
+            join(&params, &side);
+            join(&params, &side);
+            (params, side)
+        };
+        let (first, second) = (instance("Violin", false), instance("Choir", true));
+        let names = || of_group(GroupChoice::D).into_iter().map(|m| (m.track.name, m.leads)).collect::<Vec<_>>();
+        assert_eq!(names(), [("Violin".to_owned(), false), ("Choir".to_owned(), true)]);
+        drop(first);
+        assert_eq!(names(), [("Choir".to_owned(), true)]);
+        drop(second);
+        assert_eq!(names(), []);
+    }
+}
