@@ -1,10 +1,48 @@
-//! From the built library to the folders and files that hosts expect.
+//! From sources to binaries, and from those to the folders and files that hosts expect.
 
-use anyhow::{Context, Result};
+use crate::system::System;
+use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
+use std::process::Command;
 
-/// The package that is bundled.
-const PACKAGE: &str = "promenade-plugin";
+/// A package and the features that it ships with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Build {
+    pub(crate) package: &'static str,
+    pub(crate) features: &'static str,
+    /// Its program; none if it is the plugin.
+    program: Option<&'static str>,
+}
+
+/// The plugin by itself, because features that another package wants would come into it.
+const PLUGIN: Build = Build { package: "promenade-plugin", features: "", program: None };
+const COMMAND_LINE: Build = Build { package: "promenade", features: "", program: Some("promenade") };
+const STANDALONE: Build = Build { package: "promenade-plugin", features: "standalone", program: Some("promenade-standalone") };
+/// All that is shipped. The standalone program comes last: with it the plugin's library is built again.
+pub(crate) const BUILDS: [Build; 3] = [PLUGIN, COMMAND_LINE, STANDALONE];
+
+impl Build {
+    /// Whether it is the program that needs no host.
+    pub(crate) fn is_standalone(&self) -> bool {
+        self.program == STANDALONE.program
+    }
+}
+
+/// A command of the cargo that runs `cargo xtask`.
+pub(crate) fn cargo(command: &str) -> Command {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.arg(command);
+    cargo
+}
+
+/// Runs a command to its end.
+pub(crate) fn run(command: &mut Command) -> Result<()> {
+    let status = command.status().with_context(|| format!("cannot run {command:?}"))?;
+    if !status.success() {
+        bail!("{command:?} failed: {status}");
+    }
+    Ok(())
+}
 
 /// Cargo's target folder.
 pub(crate) fn target_folder() -> Result<PathBuf> {
@@ -14,13 +52,41 @@ pub(crate) fn target_folder() -> Result<PathBuf> {
 
 /// Builds the plugin with options of `cargo build` and lays out its bundles; returns their folder.
 pub(crate) fn bundle(options: &[String]) -> Result<PathBuf> {
-    nice_plug_xtask::build(&[PACKAGE.to_owned()], options)?;
+    nice_plug_xtask::build(&[PLUGIN.package.to_owned()], options)?;
     lay_out(options)
 }
 
 /// Lays out the bundles of a plugin that was built with these options; returns their folder.
 pub(crate) fn lay_out(options: &[String]) -> Result<PathBuf> {
     let target = target_folder()?;
-    nice_plug_xtask::bundle(&target, PACKAGE, options, false)?;
+    nice_plug_xtask::bundle(&target, PLUGIN.package, options, false)?;
     Ok(target.join("bundled"))
+}
+
+/// Builds a program for release; returns its path.
+pub(crate) fn program(build: &Build, name: &str, system: System, target: Option<&str>) -> Result<PathBuf> {
+    let mut command = cargo("build");
+    command.args(["--release", "--package", build.package, "--features", build.features, "--bin", name]);
+    let mut folder = target_folder()?;
+    if let Some(target) = target {
+        command.args(["--target", target]);
+        folder.push(target);
+    }
+    run(&mut command)?;
+    Ok(folder.join("release").join(system.program(name)))
+}
+
+/// Builds everything that ships, for release; returns the bundles' folder and the programs.
+pub(crate) fn ship(builds: &[Build], system: System, target: Option<&str>) -> Result<(PathBuf, Vec<PathBuf>)> {
+    let mut options = vec!["--release".to_owned()];
+    options.extend(target.map(|target| format!("--target={target}")));
+    let mut bundles = PathBuf::new();
+    let mut programs = Vec::new();
+    for build in builds {
+        match build.program {
+            None => bundles = bundle(&options)?,
+            Some(name) => programs.push(program(build, name, system, target)?),
+        }
+    }
+    Ok((bundles, programs))
 }

@@ -1,6 +1,6 @@
 //! Every test of the project, by one command.
 
-use crate::bundle;
+use crate::bundle::{self, cargo, run};
 use crate::screen::Screen;
 use crate::sections::Sections;
 use anyhow::{Context, Result, anyhow, bail};
@@ -98,20 +98,6 @@ fn all(sections: &mut Sections) -> Result<()> {
     Ok(())
 }
 
-/// A command of the cargo that runs `cargo xtask`.
-fn cargo(command: &str) -> Command {
-    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.arg(command);
-    cargo
-}
-
-fn run(command: &mut Command) -> Result<()> {
-    let status = command.status().with_context(|| format!("cannot run {command:?}"))?;
-    if !status.success() {
-        bail!("{command:?} failed: {status}");
-    }
-    Ok(())
-}
 /// The sanitizer's runtime, which Linux toolchains bring along.
 fn real_time_sanitizer() -> Result<Option<PathBuf>> {
     let rustc = Command::new("rustc").args(["--print", "target-libdir"]).output().context("cannot run rustc")?;

@@ -1,84 +1,46 @@
-//! Copies bundles to the folders where hosts look for the user's plugins and presets, and the library's scenes to where the plugin does.
+//! Copies what users are given to the folders where hosts and the plugin look for it.
 
-use crate::bundle;
-use anyhow::{Context, Result, bail};
+use crate::manifest::Item;
+use crate::system::Place;
+use anyhow::{Context, Result};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// Builds release bundles and installs them and the library.
-pub(crate) fn install(options: &[String]) -> Result<()> {
-    let bundles = bundle::bundle(&[vec!["--release".to_owned()], options.to_vec()].concat())?;
-    for (bundle, folder) in ["Promenade.clap", "Promenade.vst3"].into_iter().zip(plugin_folders()?) {
-        let to = folder.join(bundle);
-        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        remove(&to)?;
-        copy(&bundles.join(bundle), &to)?;
-        println!("installed {}", to.display());
+/// Installs items in this user's folders, and prints where.
+pub(crate) fn install(items: &[Item]) -> Result<()> {
+    let folders = Place::ALL.map(|place| place.folder().map(|folder| (place, folder)));
+    for (place, folder) in folders.into_iter().collect::<Result<Vec<_>>>()? {
+        let count = install_in(items, place, &folder)?;
+        println!("installed {count} in {} ({})", folder.display(), place.holds());
     }
-    let scenes = dirs::data_dir().context("the user's data folder is not known")?.join("promenade").join("scenes");
-    let count = install_files("presets/library", "promenade", &scenes, |_| true)?;
-    println!("installed {count} scenes in {}", scenes.display());
-    let presets = preset_folder()?;
-    let count = install_files("presets/plugin", "vstpreset", &presets, is_ours)?;
-    println!("installed {count} presets in {}", presets.display());
     Ok(())
 }
 
-/// Copies the files with an extension, but none over a file that `may_replace` forbids to. Returns how many.
-fn install_files(from: &str, extension: &str, to: &Path, may_replace: fn(&Path) -> bool) -> Result<usize> {
-    fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
+/// Copies the items of one place into a folder and returns their number. Other files there stay.
+fn install_in(items: &[Item], place: Place, folder: &Path) -> Result<usize> {
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let here = items.iter().filter(|item| item.place == Some(place));
     let mut count = 0;
-    for entry in fs::read_dir(from).with_context(|| format!("{from} cannot be read"))?.flatten() {
-        let there = to.join(entry.file_name());
-        if entry.path().extension().is_none_or(|e| e != extension) {
-            continue;
-        }
-        if there.exists() && !may_replace(&there) {
+    for item in here {
+        let there = folder.join(item.from.file_name().unwrap_or_default());
+        if place == Place::Presets && there.exists() && !is_factory_preset(&there) {
             println!("kept {}, which is your own", there.display());
             continue;
         }
-        copy(&entry.path(), &there)?;
+        // What another version left in the bundle goes, too.
+        remove(&there)?;
+        for (from, name) in item.files()? {
+            copy(&from, &folder.join(name))?;
+        }
         count += 1;
     }
     Ok(count)
 }
 
 /// Whether a preset came with the plugin: those say so. A user's own of the same name is not replaced.
-fn is_ours(preset: &Path) -> bool {
+fn is_factory_preset(preset: &Path) -> bool {
     const MARK: &[u8] = b"Promenade Factory";
     fs::read(preset).is_ok_and(|bytes| bytes.windows(MARK.len()).any(|part| part == MARK))
-}
-
-/// Where VST3 hosts look for the user's presets of the plugin, by the format's documentation.
-fn preset_folder() -> Result<PathBuf> {
-    let home = || dirs::home_dir().context("the user's home folder is not known");
-    let base = match std::env::consts::OS {
-        "windows" => dirs::document_dir().context("the user's documents folder is not known")?.join("VST3 Presets"),
-        "macos" => home()?.join("Library/Audio/Presets"),
-        _ => home()?.join(".vst3/presets"),
-    };
-    Ok(base.join("Promenade").join("Promenade"))
-}
-
-/// The user's folders for CLAP and for VST3 plugins.
-fn plugin_folders() -> Result<[PathBuf; 2]> {
-    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from).with_context(|| format!("{name} is not set"));
-    Ok(match std::env::consts::OS {
-        "linux" => {
-            let home = variable("HOME")?;
-            [home.join(".clap"), home.join(".vst3")]
-        }
-        "macos" => {
-            let plugins = variable("HOME")?.join("Library/Audio/Plug-Ins");
-            [plugins.join("CLAP"), plugins.join("VST3")]
-        }
-        "windows" => {
-            // The user's own folders, which need no administrator.
-            let common = variable("LOCALAPPDATA")?.join("Programs").join("Common");
-            [common.join("CLAP"), common.join("VST3")]
-        }
-        os => bail!("where plugins go on {os} is not known; copy the bundles from target/bundled by hand"),
-    })
 }
 
 fn remove(path: &Path) -> Result<()> {
@@ -94,14 +56,43 @@ fn remove(path: &Path) -> Result<()> {
 
 fn copy(from: &Path, to: &Path) -> Result<()> {
     let context = || format!("cannot copy {} to {}", from.display(), to.display());
-    if from.is_dir() {
-        fs::create_dir_all(to).with_context(context)?;
-        for entry in fs::read_dir(from).with_context(context)? {
-            let entry = entry.with_context(context)?;
-            copy(&entry.path(), &to.join(entry.file_name()))?;
+    to.parent().map_or(Ok(()), fs::create_dir_all).with_context(context)?;
+    fs::copy(from, to).map(drop).with_context(context)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bundle_takes_the_place_of_an_older_one_and_other_files_stay() {
+        let kept = tempfile::tempdir().unwrap();
+        let (new, folder) = (kept.path().join("new/P.vst3"), kept.path().join("plugins"));
+        for (path, text) in
+            [(new.join("Contents/lib"), "new"), (folder.join("P.vst3/Contents/gone"), "old"), (folder.join("other"), "")]
+        {
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
         }
-    } else {
-        fs::copy(from, to).with_context(context)?;
+        let item = |place| Item { from: new.clone(), to: "P.vst3".to_owned(), place };
+        let items = [item(Some(Place::Vst3)), item(None)];
+        assert_eq!(install_in(&items, Place::Vst3, &folder).unwrap(), 1);
+        assert_eq!(install_in(&items, Place::Clap, &folder).unwrap(), 0);
+        assert_eq!(fs::read_to_string(folder.join("P.vst3/Contents/lib")).unwrap(), "new");
+        assert!(!folder.join("P.vst3/Contents/gone").exists() && folder.join("other").exists());
     }
-    Ok(())
+
+    #[test]
+    fn a_users_own_preset_stays() {
+        let kept = tempfile::tempdir().unwrap();
+        let (from, folder) = (kept.path().join("new.vstpreset"), kept.path().join("presets"));
+        fs::write(&from, "by Promenade Factory, new").unwrap();
+        fs::create_dir(&folder).unwrap();
+        let items = [Item { from, to: "presets/new.vstpreset".to_owned(), place: Some(Place::Presets) }];
+        for (before, count, after) in [("mine", 0, "mine"), ("by Promenade Factory, old", 1, "by Promenade Factory, new")] {
+            fs::write(folder.join("new.vstpreset"), before).unwrap();
+            assert_eq!(install_in(&items, Place::Presets, &folder).unwrap(), count);
+            assert_eq!(fs::read_to_string(folder.join("new.vstpreset")).unwrap(), after);
+        }
+    }
 }

@@ -1,20 +1,28 @@
-//! `cargo xtask`: makes the plugin's bundles, installs them for the user, and runs every test.
+//! `cargo xtask`: makes the plugin's bundles and archives for users, installs for this user, and runs every test.
 
+mod archive;
 mod bundle;
 mod check;
 mod install;
+mod licenses;
+mod manifest;
+mod readme;
 mod screen;
 mod sections;
+mod system;
 
 use anyhow::{Context, Result, bail};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const USAGE: &str = "\
 cargo xtask bundle [--release] [other options of cargo build]
     builds Promenade.clap and Promenade.vst3 into target/bundled
 cargo xtask install [other options of cargo build]
-    builds the release bundles and copies them, presets and scenes to where this user's hosts look for them
+    builds the release bundles and copies them, the presets and the scenes to where this user's hosts and the plugin look for them
+cargo xtask archive [--target TARGET] [--without-standalone]
+    builds all that users are given into one .zip in target/archives, with licences and how to install it;
+    on Linux the standalone program needs the headers of ALSA and JACK
 cargo xtask test
     checks format and lints, bundles the plugin, runs every test in Rust and in Python";
 
@@ -29,7 +37,7 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<()> {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().context("the workspace has moved")?;
+    let root = root();
     std::env::set_current_dir(&root).with_context(|| format!("cannot enter {}", root.display()))?;
     let mut args = std::env::args().skip(1);
     let command = args.next().unwrap_or_default();
@@ -40,7 +48,11 @@ fn run() -> Result<()> {
             println!("bundles are in {}", folder.display());
             Ok(())
         }
-        "install" => install::install(&options),
+        "install" => {
+            let bundles = bundle::bundle(&[vec!["--release".to_owned()], options].concat())?;
+            install::install(&manifest::installed(&root, &bundles)?)
+        }
+        "archive" => archive::archive(&root, &options),
         "test" if options.is_empty() => check::test(),
         "" | "help" | "--help" => {
             println!("{USAGE}");
@@ -48,4 +60,10 @@ fn run() -> Result<()> {
         }
         _ => bail!("there is no \"{}\"\n\n{USAGE}", [vec![command], options].concat().join(" ")),
     }
+}
+
+/// The repository's folder.
+fn root() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.parent().unwrap_or(package).to_owned()
 }
