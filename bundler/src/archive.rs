@@ -92,7 +92,7 @@ fn pack(to: impl Write + Seek, name: &str, items: &[Item], written: &[(String, V
     }
     for item in items {
         let folder = item.to.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
-        for (from, rest) in item.files()? {
+        for (from, rest) in manifest::files(&item.from)? {
             let bytes = fs::read(&from).with_context(|| format!("cannot read {}", from.display()))?;
             let rest = rest.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/");
             let mode = if item.to.starts_with("bin/") || is_binary(&bytes) { 0o755 } else { 0o644 };

@@ -1,8 +1,10 @@
 //! From sources to binaries, and from those to the folders and files that hosts expect.
 
+use crate::manifest::BUNDLES;
 use crate::system::System;
 use anyhow::{Context, Result, bail};
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A package and the features that it ships with.
@@ -59,6 +61,10 @@ pub(crate) fn bundle(options: &[String]) -> Result<PathBuf> {
 /// Lays out the bundles of a plugin that was built with these options; returns their folder.
 pub(crate) fn lay_out(options: &[String]) -> Result<PathBuf> {
     let target = target_folder()?;
+    // A bundle can hold the libraries of several systems, so one that was made for another is not written over but added to.
+    for (bundle, _) in BUNDLES {
+        remove(&target.join("bundled").join(bundle))?;
+    }
     nice_plug_xtask::bundle(&target, PLUGIN.package, options, false)?;
     Ok(target.join("bundled"))
 }
@@ -89,4 +95,16 @@ pub(crate) fn ship(builds: &[Build], system: System, target: Option<&str>) -> Re
         }
     }
     Ok((bundles, programs))
+}
+
+/// Removes a file or a folder, if it is there.
+pub(crate) fn remove(path: &Path) -> Result<()> {
+    let removed = if path.is_dir() {
+        fs::remove_dir_all(path)
+    } else if path.exists() {
+        fs::remove_file(path)
+    } else {
+        Ok(())
+    };
+    removed.with_context(|| format!("cannot replace {}", path.display()))
 }

@@ -1,10 +1,11 @@
 //! Copies what users are given to the folders where hosts and the plugin look for it.
 
-use crate::manifest::Item;
+use crate::bundle::remove;
+use crate::manifest::{Item, files};
 use crate::system::Place;
 use anyhow::{Context, Result};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Installs items in this user's folders, and prints where.
 pub(crate) fn install(items: &[Item]) -> Result<()> {
@@ -29,7 +30,7 @@ fn install_in(items: &[Item], place: Place, folder: &Path) -> Result<usize> {
         }
         // What another version left in the bundle goes, too.
         remove(&there)?;
-        for (from, name) in item.files()? {
+        for (from, name) in files(&item.from)? {
             copy(&from, &folder.join(name))?;
         }
         count += 1;
@@ -37,21 +38,21 @@ fn install_in(items: &[Item], place: Place, folder: &Path) -> Result<usize> {
     Ok(count)
 }
 
+/// Puts files and bundles into a folder, in place of what it held.
+pub(crate) fn copy_into(parts: &[PathBuf], folder: &Path) -> Result<()> {
+    remove(folder)?;
+    for part in parts {
+        for (from, name) in files(part)? {
+            copy(&from, &folder.join(name))?;
+        }
+    }
+    Ok(())
+}
+
 /// Whether a preset came with the plugin: those say so. A user's own of the same name is not replaced.
 fn is_factory_preset(preset: &Path) -> bool {
     const MARK: &[u8] = b"Promenade Factory";
     fs::read(preset).is_ok_and(|bytes| bytes.windows(MARK.len()).any(|part| part == MARK))
-}
-
-fn remove(path: &Path) -> Result<()> {
-    let removed = if path.is_dir() {
-        fs::remove_dir_all(path)
-    } else if path.exists() {
-        fs::remove_file(path)
-    } else {
-        Ok(())
-    };
-    removed.with_context(|| format!("cannot replace {}", path.display()))
 }
 
 fn copy(from: &Path, to: &Path) -> Result<()> {

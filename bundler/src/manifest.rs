@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The plugin's bundles.
-const BUNDLES: [(&str, Place); 2] = [("Promenade.clap", Place::Clap), ("Promenade.vst3", Place::Vst3)];
+pub(crate) const BUNDLES: [(&str, Place); 2] = [("Promenade.clap", Place::Clap), ("Promenade.vst3", Place::Vst3)];
 
 /// Files of the repository by folder and ending, the folder they have in an archive, and where they are installed.
 const COLLECTIONS: [(&str, &str, &str, Option<Place>); 5] = [
@@ -43,14 +43,12 @@ pub(crate) struct Item {
     pub(crate) place: Option<Place>,
 }
 
-impl Item {
-    /// Its files, each with the path that begins with the item's own name.
-    pub(crate) fn files(&self) -> Result<Vec<(PathBuf, PathBuf)>> {
-        let name = self.from.file_name().with_context(|| format!("{} has no name", self.from.display()))?;
-        let mut files = Vec::new();
-        collect(&self.from, Path::new(name), &mut files).with_context(|| format!("{} cannot be read", self.from.display()))?;
-        Ok(files)
-    }
+/// The files of an item or bundle, each with the path that begins with its own name.
+pub(crate) fn files(of: &Path) -> Result<Vec<(PathBuf, PathBuf)>> {
+    let name = of.file_name().with_context(|| format!("{} has no name", of.display()))?;
+    let mut files = Vec::new();
+    collect(of, Path::new(name), &mut files).with_context(|| format!("{} cannot be read", of.display()))?;
+    Ok(files)
 }
 
 /// Adds a file or all files of a folder, in order of their names.

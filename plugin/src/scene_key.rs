@@ -15,7 +15,7 @@ pub struct SceneKey {
     pub title: String,
     /// Where the file was.
     pub absolute: PathBuf,
-    /// Where the file was, relative to the user's home folder; empty outside of it.
+    /// Where the file was, relative to the user's home folder, with slashes on every system; empty outside of it.
     pub from_home: PathBuf,
     /// The library slot the scene was chosen by, 0 for none.
     pub slot: u32,
@@ -27,7 +27,7 @@ impl SceneKey {
     pub fn to_file(path: &Path, hash: String, title: String, slot: u32) -> Self {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let from_home =
-            dirs::home_dir().and_then(|home| absolute.strip_prefix(home).ok().map(Path::to_owned)).unwrap_or_default();
+            dirs::home_dir().and_then(|home| absolute.strip_prefix(home).ok().map(with_slashes)).unwrap_or_default();
         Self { hash, title, absolute, from_home, slot }
     }
 
@@ -50,6 +50,44 @@ impl SceneKey {
     pub fn file_name(&self) -> &str {
         let named = |path: &'_ Path| path.file_name().is_some();
         let path = if named(&self.absolute) { &self.absolute } else { &self.from_home };
-        path.file_name().and_then(|name| name.to_str()).unwrap_or_default()
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        // A path of Windows is one name elsewhere; there, a backslash may be part of a name.
+        if path.is_absolute() { name } else { name.rsplit('\\').next().unwrap_or(name) }
+    }
+}
+
+/// A relative path as every system reads it.
+fn with_slashes(path: &Path) -> PathBuf {
+    let parts = path.iter().map(|part| part.to_str()).collect::<Option<Vec<_>>>();
+    parts.map_or_else(|| path.to_owned(), |parts| parts.join("/").into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_named_alike_by_projects_of_all_systems() {
+        for (absolute, from_home) in [
+            ("/home/ann/Music/hall.promenade", ""),
+            ("/Users/ann/Music/hall.promenade", ""),
+            (r"C:\Users\ann\Music\hall.promenade", ""),
+            ("", "Music/hall.promenade"),
+            ("hall.promenade", ""),
+        ] {
+            let key = SceneKey { absolute: absolute.into(), from_home: from_home.into(), ..SceneKey::default() };
+            assert_eq!(key.file_name(), "hall.promenade", "{absolute}");
+        }
+        assert_eq!(SceneKey::default().file_name(), "");
+    }
+
+    #[test]
+    fn a_place_in_the_home_folder_is_found_in_another_home() {
+        let home = dirs::home_dir().unwrap();
+        let file = home.join("Music").join("hall.promenade");
+        let key = SceneKey::to_file(&file, "00".to_owned(), "Hall".to_owned(), 0);
+        assert_eq!(key.from_home.to_str(), Some("Music/hall.promenade"));
+        let moved = SceneKey { absolute: r"D:\elsewhere\hall.promenade".into(), ..key };
+        assert!(moved.places().contains(&file));
     }
 }
