@@ -28,6 +28,7 @@ mod pump;
 mod room_panel;
 mod scenes;
 mod side;
+mod sound_panel;
 pub mod theme;
 mod tier;
 mod view;

@@ -52,6 +52,22 @@ table! {
         Mix = "mix",
         /// Output gain, dB.
         Gain = "gain",
+        /// Level of the direct sound, dB; the least is silence, as of the next two.
+        Direct = "direct",
+        /// Level of the early reflections, dB.
+        Early = "early",
+        /// Level of the late sound, dB.
+        Late = "late",
+        /// Reverberation time as a multiple of the scene's, of 1.
+        Decay = "decay",
+        /// What the direct sound loses each time the distance doubles, dB.
+        Law = "law",
+        /// Level of the difference between the ears in the room's sound, of 1.
+        Width = "width",
+        /// Below this frequency the bass is taken off, hertz; 0 for not.
+        LowCut = "lowcut",
+        /// Whether neither the dry nor the direct sound is heard.
+        WetSolo = "wetsolo",
         /// Whether the dry sound passes, delayed by the latency.
         Bypass = "bypass",
         /// Where the scene comes from: [`SceneChoice`].
@@ -84,9 +100,9 @@ impl Parameter {
         match self {
             Self::X | Self::Y | Self::Z | Self::Ex | Self::Ey | Self::Ez => "m",
             Self::Yaw | Self::Pitch | Self::Roll => "deg",
-            Self::Path | Self::Mix => "%",
-            Self::Rate => "Hz",
-            Self::Gain => "dB",
+            Self::Path | Self::Mix | Self::Decay | Self::Width => "%",
+            Self::Rate | Self::LowCut => "Hz",
+            Self::Gain | Self::Direct | Self::Early | Self::Late | Self::Law => "dB",
             _ => "",
         }
     }
@@ -112,7 +128,7 @@ impl Parameter {
     /// Whether it is on or off.
     #[must_use]
     pub fn is_switch(self) -> bool {
-        matches!(self, Self::Offset | Self::Lead | Self::Bypass | Self::Osc)
+        matches!(self, Self::Offset | Self::Lead | Self::WetSolo | Self::Bypass | Self::Osc)
     }
 
     /// Ids and names of a choice's variants, in the order of their indices; `None` for others.
@@ -139,7 +155,11 @@ impl Parameter {
             Self::Yaw | Self::Roll => (-180.0, 180.0),
             Self::Pitch => (-90.0, 90.0),
             Self::Rate => (5.0, 100.0),
-            Self::Gain => (-60.0, 12.0),
+            Self::Gain | Self::Direct | Self::Early | Self::Late => (-60.0, 12.0),
+            Self::Decay => (0.5, 2.0),
+            Self::Law => (0.0, 12.0),
+            Self::Width => (0.0, 2.0),
+            Self::LowCut => (0.0, 500.0),
             Self::Slot | Self::Walk => (0.0, f32::from(SLOTS)),
             _ => (0.0, self.variants().map_or(1.0, |(ids, _)| (ids.len() - 1) as f32)),
         }

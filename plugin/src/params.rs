@@ -16,7 +16,7 @@ use crate::state::StateVersion;
 use crate::walk::SavedWalk;
 use nice_plug::prelude::*;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, LiveParams, Pose};
+use promenade_core::{BlockParams, LiveParams, Pose, Trim};
 
 /// The revision after which counting begins anew.
 pub const REVISIONS: i32 = 9_999;
@@ -63,6 +63,22 @@ pub struct PromenadeParams {
     pub mix: FloatParam,
     #[id = "gain"]
     pub gain: FloatParam,
+    #[id = "direct"]
+    pub direct: FloatParam,
+    #[id = "early"]
+    pub early: FloatParam,
+    #[id = "late"]
+    pub late: FloatParam,
+    #[id = "decay"]
+    pub decay: FloatParam,
+    #[id = "law"]
+    pub law: FloatParam,
+    #[id = "width"]
+    pub width: FloatParam,
+    #[id = "lowcut"]
+    pub low_cut: FloatParam,
+    #[id = "wetsolo"]
+    pub wet_solo: BoolParam,
     #[id = "bypass"]
     pub bypass: BoolParam,
     #[id = "scene"]
@@ -114,7 +130,9 @@ pub struct PromenadeParams {
 
 impl Default for PromenadeParams {
     fn default() -> Self {
-        use Parameter::{Ex, Ey, Ez, Gain, Mix, Path, Pitch, Rate, Roll, X, Y, Yaw, Z};
+        use Parameter::{
+            Decay, Direct, Early, Ex, Ey, Ez, Gain, Late, Law, LowCut, Mix, Path, Pitch, Rate, Roll, Width, X, Y, Yaw, Z,
+        };
         let float = |name, default, parameter: Parameter, unit, digits| {
             FloatParam::new(name, default, parameter.range())
                 .with_unit(unit)
@@ -122,6 +140,7 @@ impl Default for PromenadeParams {
         };
         let metres = |name, parameter| float(name, 0.0, parameter, " m", 3);
         let degrees = |name, parameter| float(name, 0.0, parameter, " deg", 2);
+        let decibels = |name, default, parameter| float(name, default, parameter, " dB", 2);
         let percent = |name, default, parameter| {
             float(name, default, parameter, " %", 2)
                 .with_value_to_string(formatters::v2s_f32_percentage(2))
@@ -153,7 +172,15 @@ impl Default for PromenadeParams {
             tier: EnumParam::new("Tier", TierChoice::Standard),
             rate: float("Decode Rate", LiveParams::default().rate_hz, Rate, " Hz", 1),
             mix: percent("Dry/Wet", 1.0, Mix),
-            gain: float("Output Gain", 0.0, Gain, " dB", 2),
+            gain: decibels("Output Gain", 0.0, Gain),
+            direct: decibels("Direct Level", 0.0, Direct),
+            early: decibels("Early Level", 0.0, Early),
+            late: decibels("Late Level", 0.0, Late),
+            decay: percent("Decay", 1.0, Decay),
+            law: decibels("Distance Law", USUAL_LAW_DB, Law),
+            width: percent("Room Width", 1.0, Width),
+            low_cut: float("Low Cut", 0.0, LowCut, " Hz", 1),
+            wet_solo: switch("Wet Solo"),
             bypass: switch("Bypass").make_bypass(),
             scene: EnumParam::new("Scene", SceneChoice::RoomA),
             slot: slot("Library Scene", slot_names::Kind::Scene),
@@ -239,7 +266,8 @@ impl PromenadeParams {
                 gain: 10_f32.powf(value(Parameter::Gain) / 20.0),
                 bypass: value(Parameter::Bypass) > 0.5,
                 live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
-                ..BlockParams::default()
+                wet_solo: value(Parameter::WetSolo) > 0.5,
+                trim: trim_of(value),
             },
         }
     }
@@ -312,12 +340,36 @@ pub fn emitter_offset_of(value: impl Fn(Parameter) -> f32) -> Vec3 {
     Vec3::new(value(Parameter::Ex), value(Parameter::Ey), value(Parameter::Ez))
 }
 
+/// What the parameters change about the scene's sound, from their plain values.
+///
+/// Values as near to neutral as hosts' fractions of a range come are neutral: then nothing of the sound changes.
+pub fn trim_of(value: impl Fn(Parameter) -> f32) -> Trim {
+    let near = |value: f32, neutral: f32| if (value - neutral).abs() < 1e-4 { neutral } else { value };
+    let gain = |parameter: Parameter| {
+        let db = near(value(parameter), 0.0);
+        if db <= parameter.limits().0 { 0.0 } else { 10_f32.powf(db / 20.0) }
+    };
+    Trim {
+        direct: gain(Parameter::Direct),
+        early: gain(Parameter::Early),
+        late: gain(Parameter::Late),
+        decay: near(value(Parameter::Decay), 1.0),
+        distance_law: near(value(Parameter::Law), USUAL_LAW_DB) / USUAL_LAW_DB,
+        width: near(value(Parameter::Width), 1.0),
+        low_cut_hz: value(Parameter::LowCut),
+    }
+}
+
+/// What sound in the open loses each time the distance doubles, dB.
+const USUAL_LAW_DB: f32 = 6.0;
+
 /// Does something with a parameter's field, whatever its type.
 macro_rules! with_param {
     ($params:expr, $parameter:expr, $param:ident => $body:expr) => {
         $crate::params::with_param!($params, $parameter, $param => $body;
             X x, Y y, Z z, Yaw yaw, Pitch pitch, Roll roll, Path path, Follow follow, Offset offset, Tracking tracking, Ex ex, Ey ey, Ez ez,
-            Group group, Lead lead, Tier tier, Rate rate, Mix mix, Gain gain, Bypass bypass, Scene scene, Slot slot, Walk walk, Osc osc_on)
+            Group group, Lead lead, Tier tier, Rate rate, Mix mix, Gain gain, Direct direct, Early early,
+            Late late, Decay decay, Law law, Width width, LowCut low_cut, WetSolo wet_solo, Bypass bypass, Scene scene, Slot slot, Walk walk, Osc osc_on)
     };
     ($params:expr, $parameter:expr, $param:ident => $body:expr; $($variant:ident $field:ident),*) => {
         match $parameter {
@@ -387,6 +439,20 @@ mod tests {
         let snapshot = PromenadeParams::default().snapshot();
         assert_eq!(snapshot.sources.knobs, Pose::IDENTITY);
         assert_eq!(snapshot.block, BlockParams::default());
+    }
+
+    #[test]
+    fn levels_are_gains_and_what_is_nearly_neutral_is_neutral() {
+        let usual = |parameter: Parameter| PromenadeParams::default().hosted(parameter);
+        assert_eq!(trim_of(|parameter| usual(parameter) + 1e-5), Trim { low_cut_hz: 1e-5, ..Trim::NEUTRAL });
+        let changed = trim_of(|parameter| match parameter {
+            Parameter::Early => -60.0,
+            Parameter::Late => 6.0,
+            Parameter::Law => 3.0,
+            other => usual(other),
+        });
+        assert_eq!((changed.early, changed.distance_law), (0.0, 0.5));
+        assert!((changed.late - 1.9953).abs() < 1e-3 && changed.direct == 1.0);
     }
 
     #[test]

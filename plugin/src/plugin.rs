@@ -103,7 +103,7 @@ impl Promenade {
         let mut snapshot = self.params.snapshot();
         snapshot.block.live.wait = offline;
         if self.playing.dry {
-            snapshot.block.mix = 0.0;
+            (snapshot.block.mix, snapshot.block.wet_solo) = (0.0, false);
         }
         snapshot
     }

@@ -330,6 +330,7 @@ mod needs_screen {
                 ("top-light", 1.0 / 3.0, json!({ "view": "top", "theme": "light", "tab": "Direct sound" })),
                 ("orbit-dark", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Direct sound" })),
                 ("orbit-light", 2.0 / 3.0, json!({ "view": "orbit", "theme": "light", "tab": "Path" })),
+                ("panel-sound", 1.0 / 3.0, json!({ "tab": "Sound" })),
                 ("panel-path", 1.0 / 3.0, json!({ "tab": "Path" })),
                 ("panel-osc", 1.0 / 3.0, json!({ "tab": "OSC and group" })),
                 ("panel-presets", 1.0 / 3.0, json!({ "tab": "Presets" })),

@@ -3,7 +3,12 @@
 use promenade_tests::{Host, host_id, in_both_formats};
 use std::path::Path;
 
-in_both_formats!(hosts_list_the_documented_parameters, hosts_take_everything_that_an_editor_sets, values_can_be_set_and_read,);
+in_both_formats!(
+    hosts_list_the_documented_parameters,
+    hosts_take_everything_that_an_editor_sets,
+    values_can_be_set_and_read,
+    the_parts_of_the_sound_have_levels,
+);
 
 /// A row of the table in `docs/parameters.md`.
 struct Row {
@@ -58,4 +63,25 @@ fn values_can_be_set_and_read<H: Host>() {
             assert!((host.value(&row.id) - value).abs() < 1e-6, "{} does not take {value}", row.id);
         }
     }
+}
+
+fn the_parts_of_the_sound_have_levels<H: Host>() {
+    let noise = promenade_testing::noise(1, 9_600);
+    let tone: Vec<f32> = (0..9_600_u16).map(|n| (f32::from(n) * 0.0079).sin()).collect();
+    // Energy of the second half of a steady sound, with some levels at the ends of their ranges.
+    let of = |input: &[f32], settings: &[(&str, f64)]| {
+        let mut host = H::open(Default::default());
+        settings.iter().for_each(|(id, value)| host.set(id, *value));
+        let heard = input.chunks(480).map(|block| host.process(&[block, block])).skip(10);
+        heard.flatten().flatten().map(|v| f64::from(v).powi(2)).sum::<f64>()
+    };
+    let energy = |settings: &[(&str, f64)]| of(&noise, settings);
+    let (plain, silent) = (energy(&[]), energy(&[("direct", 0.0), ("early", 0.0), ("late", 0.0)]));
+    assert!(plain > 1.0 && silent == 0.0, "{plain} {silent}");
+    let louder = 10.0 * (energy(&[("direct", 1.0), ("early", 1.0), ("late", 1.0)]) / plain).log10();
+    assert!((louder - 12.0).abs() < 0.1, "{louder} dB");
+    let solo = energy(&[("mix", 0.5), ("wetsolo", 1.0), ("early", 0.0), ("late", 0.0)]);
+    assert_eq!(solo, 0.0, "neither dry nor direct sound");
+    // Three octaves below the corner.
+    assert!(of(&tone, &[("lowcut", 1.0)]) < 0.001 * of(&tone, &[]));
 }

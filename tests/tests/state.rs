@@ -37,7 +37,7 @@ mod special_files {
 }
 
 /// Each with a value that is not its default, and that is one of its steps.
-const CHANGED: [(&str, f64); 23] = [
+const CHANGED: [(&str, f64); 31] = [
     ("x", 0.51),
     ("y", 0.48),
     ("z", 0.505),
@@ -56,6 +56,14 @@ const CHANGED: [(&str, f64); 23] = [
     ("tier", 0.0),
     ("mix", 0.5),
     ("gain", 0.75),
+    ("direct", 0.5),
+    ("early", 0.9),
+    ("late", 0.7),
+    ("decay", 0.8),
+    ("law", 0.25),
+    ("width", 0.75),
+    ("lowcut", 0.2),
+    ("wetsolo", 1.0),
     ("bypass", 1.0),
     ("scene", 0.5),
     ("slot", 0.0),

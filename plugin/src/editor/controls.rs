@@ -26,8 +26,9 @@ fn notation(parameter: Parameter) -> Notation {
         Parameter::X | Parameter::Y | Parameter::Z | Parameter::Ex | Parameter::Ey | Parameter::Ez => (1.0, " m", 2, 0.02),
         Parameter::Yaw | Parameter::Pitch | Parameter::Roll => (1.0, "°", 1, 0.5),
         Parameter::Path | Parameter::Mix => (100.0, " %", 1, 0.25),
-        Parameter::Rate => (1.0, " Hz", 0, 0.5),
-        Parameter::Gain => (1.0, " dB", 1, 0.1),
+        Parameter::Decay | Parameter::Width => (100.0, " %", 0, 0.5),
+        Parameter::Rate | Parameter::LowCut => (1.0, " Hz", 0, 0.5),
+        Parameter::Gain | Parameter::Direct | Parameter::Early | Parameter::Late | Parameter::Law => (1.0, " dB", 1, 0.1),
         _ => (1.0, "", 0, 0.1),
     };
     Notation { factor, unit, decimals, speed }
@@ -93,7 +94,7 @@ pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) 
             }
         }
         let at = track.left() + share_of(ctx.value(parameter)) * track.width();
-        let from = track.left() + share_of(anchor(parameter)) * track.width();
+        let from = track.left() + share_of(anchor(ctx.params(), parameter)) * track.width();
         let colour = if ui.is_enabled() { palette.accent } else { palette.soft };
         ui.painter().rect_filled(track, CornerRadius::same(2), palette.raised);
         let filled = Rect::from_x_y_ranges(from.min(at)..=from.max(at), track.y_range());
@@ -112,10 +113,13 @@ pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) 
     });
 }
 
-/// Where a slider's fill begins: at 0 where the range has both signs.
-fn anchor(parameter: Parameter) -> f32 {
+/// Where a slider's fill begins: at the default where that changes nothing, else at 0 where the range has both signs.
+fn anchor(params: &PromenadeParams, parameter: Parameter) -> f32 {
     let (least, greatest) = parameter.limits();
-    0.0_f32.clamp(least, greatest)
+    match parameter {
+        Parameter::Decay | Parameter::Law | Parameter::Width => default_value(params, parameter),
+        _ => 0.0_f32.clamp(least, greatest),
+    }
 }
 
 /// Steps of the arrow keys, a share of the range; with Shift a tenth of it.

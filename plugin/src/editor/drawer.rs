@@ -7,6 +7,7 @@ use super::panel::Panel;
 use super::path_panel::PathPanel;
 use super::presets_panel::PresetsPanel;
 use super::room_panel::RoomPanel;
+use super::sound_panel::SoundPanel;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::tab;
 use egui::{Frame, Margin, Ui};
@@ -19,6 +20,7 @@ const HEIGHT: f32 = 208.0;
 pub(super) fn panels() -> Vec<Box<dyn Panel>> {
     vec![
         Box::new(DirectPanel),
+        Box::new(SoundPanel),
         Box::<RoomPanel>::default(),
         Box::<PathPanel>::default(),
         Box::<OscPanel>::default(),

@@ -72,6 +72,26 @@ table! {
         /// Meters.
         Out = ("Out", "Level at the left and the right ear"),
         /// Drawer.
+        Sound = ("Sound", "How loud the parts of what is heard are, how long the room rings, and how wide it is"),
+        /// Sound.
+        Direct = ("Direct", "Level of what comes straight from the source; -60 dB is silence"),
+        /// Sound.
+        Early = ("Early", "Level of the walls' echoes in the first 80 milliseconds; -60 dB is silence"),
+        /// Sound.
+        Late = ("Late", "Level of what the room still says after 80 milliseconds; -60 dB is silence"),
+        /// Sound.
+        Decay = ("Decay", "How long the room rings, of the time that it takes as it is"),
+        /// Sound.
+        Law = ("Distance", "What the straight sound loses each time the source is twice as far: 6 dB in the open, 0 for none"),
+        /// Sound.
+        RoomWidth = ("Width", "How unlike both ears hear the room: 0 % the same, 100 % as it is; the straight sound stays"),
+        /// Sound.
+        LowCut = ("Low cut", "Takes the bass off below this frequency, 12 dB an octave, before the room; 0 takes nothing off"),
+        /// Sound.
+        WetSolo = ("Wet solo", "The room alone, as on a send: neither the track as it came nor the straight sound"),
+        /// Sound.
+        Neutral = ("As it is", "Puts all of these back to where they change nothing"),
+        /// Drawer.
         DirectSound = ("Direct sound", "What both ears hear of the sound that comes straight from the source"),
         /// Direct sound.
         Azimuth = ("Azimuth", "Direction of the source from the nose, to the left or to the right"),
@@ -259,6 +279,14 @@ pub fn help(parameter: Parameter) -> &'static str {
         Parameter::Rate => Word::Updates.help(),
         Parameter::Mix => Word::Mix.help(),
         Parameter::Gain => Word::Gain.help(),
+        Parameter::Direct => Word::Direct.help(),
+        Parameter::Early => Word::Early.help(),
+        Parameter::Late => Word::Late.help(),
+        Parameter::Decay => Word::Decay.help(),
+        Parameter::Law => Word::Law.help(),
+        Parameter::Width => Word::RoomWidth.help(),
+        Parameter::LowCut => Word::LowCut.help(),
+        Parameter::WetSolo => Word::WetSolo.help(),
         Parameter::Bypass => Word::Bypass.help(),
         Parameter::Scene => "The room that is played",
         Parameter::Slot => "Which file of the library is played; 0 is the project's own",

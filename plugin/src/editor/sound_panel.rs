@@ -1,0 +1,73 @@
+//! Levels of the parts of the sound, the room's decay and width, distance and bass.
+
+use super::controls::{slider, toggle};
+use super::ctx::Ctx;
+use super::host::default_value;
+use super::panel::Panel;
+use super::theme::SPACE;
+use super::widgets::{button, columns, dimmed, note};
+use super::words::Word;
+use crate::parameter::Parameter;
+use egui::Ui;
+use promenade_core::Tier;
+
+/// What the panel sets, column by column.
+const LEVELS: [(Parameter, Word); 3] =
+    [(Parameter::Direct, Word::Direct), (Parameter::Early, Word::Early), (Parameter::Late, Word::Late)];
+const ROOM: [(Parameter, Word); 2] = [(Parameter::Decay, Word::Decay), (Parameter::Width, Word::RoomWidth)];
+
+/// What a user changes about a scene's sound.
+pub(super) struct SoundPanel;
+
+impl Panel for SoundPanel {
+    fn title(&self) -> Word {
+        Word::Sound
+    }
+
+    fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        let whole = ctx.frame.tier == Tier::Reference;
+        let far = ctx.scene.is_none_or(|scene| scene.emitter().is_some());
+        columns(ui, [224.0, 224.0, 224.0], |ui, column| {
+            ui.spacing_mut().item_spacing.y = SPACE;
+            match column {
+                0 => dimmed(ui, whole, |ui| LEVELS.into_iter().for_each(|(parameter, word)| slider(ui, ctx, parameter, word))),
+                1 => {
+                    dimmed(ui, whole, |ui| ROOM.into_iter().for_each(|(parameter, word)| slider(ui, ctx, parameter, word)));
+                    dimmed(ui, whole || !far, |ui| slider(ui, ctx, Parameter::Law, Word::Law));
+                }
+                _ => {
+                    slider(ui, ctx, Parameter::LowCut, Word::LowCut);
+                    ui.horizontal(|ui| {
+                        toggle(ui, ctx, Parameter::WetSolo, Word::WetSolo);
+                        if button(ui, ctx.palette, Word::Neutral).clicked() {
+                            neutral(ctx);
+                        }
+                    });
+                    limits(ui, ctx, far);
+                }
+            }
+        });
+    }
+}
+
+/// Sets all to where they change nothing.
+fn neutral(ctx: &mut Ctx<'_>) {
+    let others = [Parameter::Law, Parameter::LowCut, Parameter::WetSolo];
+    for parameter in LEVELS.into_iter().chain(ROOM).map(|(parameter, _)| parameter).chain(others) {
+        let usual = default_value(ctx.params(), parameter);
+        ctx.set(parameter, usual);
+    }
+}
+
+/// What of this has no effect on what is heard now.
+fn limits(ui: &mut Ui, ctx: &Ctx<'_>, far: bool) {
+    match ctx.frame.tier {
+        Tier::Reference => note(ui, ctx.palette, "Reference plays a model that knows no parts: only the low cut acts on it."),
+        Tier::Draft => note(ui, ctx.palette, "Draft has no room but the echoes of simulated places."),
+        _ if !far => note(ui, ctx.palette, "The scene does not know where its source is: distance has no effect."),
+        _ if ctx.value(Parameter::Decay) > 1.0 && ctx.scene.is_some_and(|scene| scene.measured().is_some()) => {
+            note(ui, ctx.palette, "A measured room's bass rings no longer than was measured: at 200 % it ends 30 dB down.");
+        }
+        _ => (),
+    }
+}
