@@ -1,6 +1,6 @@
 //! The forms that a path has in files.
 
-use crate::PathFileError;
+use crate::{PathFileError, adm};
 
 /// What a path was read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +17,8 @@ pub enum Format {
     Transforms,
     /// An animation in glTF or GLB.
     Gltf,
+    /// An object's moves in a sound file, by the Audio Definition Model.
+    Adm,
 }
 
 /// What a path can be written as.
@@ -29,7 +31,8 @@ pub enum WriteFormat {
 }
 
 /// What is said where no form fits.
-const ANY: &str = "a camera path: JSON, CSV, COLMAP's images.txt or images.bin, a transforms.json, or glTF";
+const ANY: &str =
+    "a camera path: JSON, CSV, COLMAP's images.txt or images.bin, a transforms.json, glTF, or a sound file with ADM";
 
 impl Format {
     /// Name in texts.
@@ -42,6 +45,7 @@ impl Format {
             Self::ColmapBinary => "COLMAP binary",
             Self::Transforms => "NeRF transforms",
             Self::Gltf => "glTF",
+            Self::Adm => "ADM",
         }
     }
 
@@ -55,6 +59,7 @@ impl Format {
             "json" if is_object(bytes) => Ok(Self::Transforms),
             "json" => Ok(Self::Json),
             "csv" | "tsv" => Ok(Self::Csv),
+            "wav" | "bw64" | "rf64" if adm::is_wave(bytes) => Ok(Self::Adm),
             "gltf" | "glb" => Ok(Self::Gltf),
             _ => by_content(bytes).ok_or_else(|| PathFileError::content(file, ANY, glance(bytes))),
         }
@@ -89,6 +94,9 @@ fn is_object(bytes: &[u8]) -> bool {
 fn by_content(bytes: &[u8]) -> Option<Format> {
     if bytes.starts_with(b"glTF") {
         return Some(Format::Gltf);
+    }
+    if adm::is_wave(bytes) {
+        return Some(Format::Adm);
     }
     // The count of images comes first: 0 bytes at its upper end are in no text. Scenes begin with a length too, and then with JSON.
     if bytes.get(..8).is_some_and(|count| count[4..] == [0; 4]) && !bytes[8..].starts_with(b"{\"") {

@@ -1,6 +1,7 @@
 //! What is given with the bytes of a path's file.
 
 use crate::{Format, PathFileError, PlacementOptions};
+use glam::Vec3;
 use std::io;
 
 /// Bytes that a file may have: COLMAP's list every point that every image sees.
@@ -21,6 +22,11 @@ pub struct ImportOptions {
     pub animation: Option<String>,
     /// COLMAP: id of the camera whose images are the path; without it all of them.
     pub camera: Option<u32>,
+    /// ADM: name or id of an object; without it the first.
+    pub object: Option<String>,
+    /// ADM: an emitter that stays, metres; the path is then that of a listener who hears it where the object is. Without it the path is the
+    /// object's own.
+    pub emitter: Option<Vec3>,
 }
 
 /// No file lies beside the one that is read.
@@ -45,6 +51,8 @@ impl ImportOptions {
             ("up", self.placement.up.is_some(), cameras, "cameras of COLMAP or NeRF tools"),
             ("camera", self.camera.is_some(), colmap, "COLMAP cameras"),
             ("animation", self.animation.is_some(), gltf, "a glTF animation"),
+            ("object", self.object.is_some(), format == Format::Adm, "an object of an ADM file"),
+            ("emitter", self.emitter.is_some(), format == Format::Adm, "an object of an ADM file"),
         ] {
             if given && !fits {
                 return Err(PathFileError::option(option, what, format!("a path in {}", format.name())));

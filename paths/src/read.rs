@@ -2,10 +2,10 @@
 
 use crate::options::{Beside, ImportOptions, MAX_FILE_BYTES};
 use crate::placement::Frame;
-use crate::{Format, PathFileError, colmap, csv, gltf, json, simplify, transforms};
+use crate::{Format, PathFileError, PlacementOptions, adm, colmap, csv, gltf, json, simplify, transforms};
 use promenade_core::CameraPath;
 
-/// How far the path of a glTF animation may be from the animation, metres.
+/// How far the path of a glTF animation or an ADM object may be from what the file says, metres.
 pub const GLTF_TOLERANCE_M: f32 = 1e-3;
 /// How far its orientation may be from the animation's, radians: 0.1 degrees.
 pub const GLTF_TOLERANCE_RAD: f32 = 1.745_329_3e-3;
@@ -43,15 +43,19 @@ pub fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &mut Besi
         Format::ColmapText | Format::ColmapBinary => colmap::read(file, bytes, format, options)?,
         Format::Transforms => transforms::read(file, bytes, options)?,
         Format::Gltf => gltf::read(file, bytes, options, beside)?,
+        Format::Adm => adm::read(file, bytes, options)?,
     };
     if !format.is_colmap() {
-        let frame = options.placement.frame(Frame::IDENTITY, &track.waypoints)?;
+        // An ADM file has applied the scale itself: its emitter is in metres already.
+        let metres_per_unit = options.placement.metres_per_unit.filter(|_| format != Format::Adm);
+        let placement = PlacementOptions { metres_per_unit, ..options.placement };
+        let frame = placement.frame(Frame::IDENTITY, &track.waypoints)?;
         if frame != Frame::IDENTITY {
             frame.place(&mut track.waypoints);
         }
     }
     let mut path = track.path(file)?;
-    if format == Format::Gltf {
+    if matches!(format, Format::Gltf | Format::Adm) {
         path = simplify(path.keyframes(), GLTF_TOLERANCE_M, GLTF_TOLERANCE_RAD)
             .and_then(CameraPath::new)
             .map_err(|source| PathFileError::Keyframes { file: file.to_owned(), source })?;
@@ -62,7 +66,7 @@ pub fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &mut Besi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Origin, PlacementOptions, alone};
+    use crate::{Origin, alone};
     use glam::Vec3;
 
     fn placed(placement: PlacementOptions) -> ImportOptions {

@@ -45,6 +45,7 @@ pub mod presets;
 pub mod remote;
 pub mod repaint;
 pub mod saved_head;
+pub mod scene_frame;
 pub mod scene_key;
 pub mod settings;
 pub mod shared_worker;

@@ -11,6 +11,7 @@ use crate::lock::lock;
 use crate::params::{Choices, PromenadeParams};
 use crate::repaint::Repaint;
 use crate::saved_head::SavedHead;
+use crate::scene_frame::SceneFrame;
 use crate::scene_key::SceneKey;
 use crate::shared_worker::SharedWorker;
 use crate::walk::{SavedWalk, Walk, WalkError};
@@ -231,6 +232,9 @@ impl Loader {
                     Prepared::Scene(_) => (),
                 }
                 self.params.scene_report.set_text(report);
+                if let Prepared::Scene(renderer) = &prepared {
+                    self.params.frame.set_frame(SceneFrame::of(renderer.scene()));
+                }
                 lock(&self.current).scene = match &prepared {
                     Prepared::Scene(renderer) => Arc::downgrade(renderer.scene()),
                     Prepared::Dry => Weak::new(),

@@ -4,6 +4,7 @@
 //! [`Inbox`] and parameters by [`crate::remote::Remote`]. One thread sends the poses of all instances. `docs/osc.md` has the addresses.
 
 mod address;
+pub mod adm;
 mod axes;
 mod batch;
 pub mod config;
@@ -29,6 +30,7 @@ mod format_tests;
 mod net_tests;
 
 pub use address::KEYWORDS;
+pub use adm::AdmConfig;
 pub use axes::AxisMap;
 pub use config::{Interface, OscConfig, OscOut, Recenter};
 pub use custom::{CustomArguments, CustomTracker};
@@ -125,7 +127,7 @@ impl Osc {
             self.receiver.close();
             applied.subscription = None;
         }
-        let out = changed(|a, b| a.out != b.out || a.address_name() != b.address_name());
+        let out = changed(|a, b| (&a.out, a.adm) != (&b.out, b.adm) || a.address_name() != b.address_name());
         if applied.confined {
             config.interface = Interface::Loopback;
         }

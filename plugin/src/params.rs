@@ -9,6 +9,7 @@ use crate::persisted::{Persisted, Report};
 use crate::pose_sources::Sources;
 use crate::remote::Remote;
 use crate::saved_head::{HeadWish, SavedHead};
+use crate::scene_frame::PlayedFrame;
 use crate::scene_key::SceneKey;
 use crate::settings::EditorSettings;
 use crate::slot_names;
@@ -126,6 +127,8 @@ pub struct PromenadeParams {
     pub head_name: Report,
     /// A head that has been asked for.
     pub head_wish: HeadWish,
+    /// Where listener and emitter of the scene begin.
+    pub frame: PlayedFrame,
 }
 
 impl Default for PromenadeParams {
@@ -200,6 +203,7 @@ impl Default for PromenadeParams {
             head_report: Report::default(),
             head_name: Report::default(),
             head_wish: HeadWish::default(),
+            frame: PlayedFrame::default(),
         }
     }
 }

@@ -1,14 +1,15 @@
 //! Arguments of `promenade path`.
 
 use super::placement::PlacementArgs;
-use super::values::{parse_tolerance, within};
+use super::values::{parse_point, parse_tolerance, within};
 use clap::Args;
+use promenade_core::glam::Vec3;
 use promenade_paths::ImportOptions;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct PathArgs {
-    /// Camera path: .json, .csv, a COLMAP model's folder or images.txt or .bin, a NeRF tool's transforms.json, .gltf or .glb
+    /// Camera path: .json, .csv, a COLMAP model's folder or images.txt or .bin, a NeRF tool's transforms.json, .gltf or .glb, a sound file with ADM
     pub(crate) input: PathBuf,
     /// Camera path to write, .json or .csv; without it the path is shown in figures
     #[arg(short, long, value_name = "FILE")]
@@ -24,6 +25,12 @@ pub(crate) struct PathArgs {
     /// COLMAP: id of the camera whose images are the path; without it all of them
     #[arg(long, value_name = "ID")]
     pub(crate) camera: Option<u32>,
+    /// ADM: name or id of the object whose moves are the path; without it the first
+    #[arg(long, value_name = "NAME")]
+    pub(crate) object: Option<String>,
+    /// ADM: an emitter that stays there, metres; the path is then that of a listener who hears it where the object is
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) emitter: Option<Vec3>,
     /// Leave out keyframes, as long as the path stays this close to itself
     #[arg(long, value_name = "METRES,DEGREES", value_parser = parse_tolerance)]
     pub(crate) simplify: Option<(f32, f32)>,
@@ -36,6 +43,8 @@ impl PathArgs {
             placement: self.placement.options(),
             animation: self.animation.clone(),
             camera: self.camera,
+            object: self.object.clone(),
+            emitter: self.emitter,
         }
     }
 }

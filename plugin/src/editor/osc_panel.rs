@@ -9,6 +9,7 @@ use super::words::Word;
 use crate::choices::GroupChoice;
 use crate::group;
 use crate::members::{self, Member};
+use crate::osc::adm::METRE_LIMITS;
 use crate::osc::{
     AxisMap, Counts, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat,
 };
@@ -123,6 +124,18 @@ impl OscPanel {
                 change(ctx, |c| c.name = name);
             }
         });
+        labelled(ui, ctx.palette, Word::AdmObject, |ui| {
+            let mut adm = config.adm;
+            let size = Vec2::new(56.0, CONTROL);
+            let object = DragValue::new(&mut adm.object).range(0..=9_999).speed(0.1).update_while_editing(false);
+            ui.add_sized(size, object);
+            let metres = METRE_LIMITS.0..=METRE_LIMITS.1;
+            let metres = DragValue::new(&mut adm.metres).range(metres).speed(0.05).suffix(" m").update_while_editing(false);
+            ui.add_sized(size, metres);
+            if adm != config.adm {
+                change(ctx, |c| c.adm = adm);
+            }
+        });
         let status = &self.status;
         match &status.port.listening {
             Listening::Off => note(ui, ctx.palette, "Not listening"),
@@ -227,6 +240,9 @@ impl OscPanel {
                 change(ctx, |c| c.out.host = host);
             }
         });
+        if config.out.on && switch(ui, ctx.palette, Word::SendAdm, config.out.adm).clicked() {
+            change(ctx, |c| c.out.adm = !c.out.adm);
+        }
         match &self.status.sending {
             Sending::Off => (),
             Sending::Resolving => note(ui, ctx.palette, "Looking the host up"),

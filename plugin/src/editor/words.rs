@@ -212,6 +212,10 @@ table! {
         /// Open Sound Control.
         SendToPort = ("Send to port", "Sends the listener's pose to another program or instance"),
         /// Open Sound Control.
+        AdmObject = ("ADM object", "Number of this source in ADM-OSC, 0 for none; and what a distance of 1 is there, metres"),
+        /// Open Sound Control.
+        SendAdm = ("As ADM-OSC", "Sends listener and source as ADM-OSC instead of the pose"),
+        /// Open Sound Control.
         Host = ("Host", "Name or address of the machine that the pose is sent to"),
         /// Open Sound Control.
         Lead = ("Lead the group", "The others of the group hear from where this instance's listener is"),

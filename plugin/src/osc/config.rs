@@ -1,5 +1,6 @@
 //! How an instance's Open Sound Control is set up.
 
+use super::adm::AdmConfig;
 use super::axes::AxisMap;
 use super::custom::CustomTracker;
 use super::format::TrackerFormat;
@@ -44,11 +45,13 @@ pub struct OscOut {
     pub port: u16,
     /// Poses a second, 1 to 200.
     pub rate_hz: f32,
+    /// Whether listener and object are sent as ADM-OSC instead of the pose.
+    pub adm: bool,
 }
 
 impl Default for OscOut {
     fn default() -> Self {
-        Self { on: false, host: "127.0.0.1".to_owned(), port: 9101, rate_hz: 50.0 }
+        Self { on: false, host: "127.0.0.1".to_owned(), port: 9101, rate_hz: 50.0, adm: false }
     }
 }
 
@@ -87,6 +90,8 @@ pub struct OscConfig {
     pub custom: CustomTracker,
     /// Where the pose is sent.
     pub out: OscOut,
+    /// The part in ADM-OSC.
+    pub adm: AdmConfig,
     /// Messages on what was not understood when it was restored.
     #[serde(skip)]
     pub notes: Vec<String>,
@@ -105,6 +110,7 @@ impl Default for OscConfig {
             recenter: Recenter::default(),
             custom: CustomTracker::default(),
             out: OscOut::default(),
+            adm: AdmConfig::default(),
             notes: Vec::new(),
         }
     }
@@ -142,6 +148,7 @@ impl From<Value> for OscConfig {
             recenter: take(from, "recenter", first.recenter, &mut notes),
             custom: take(from, "custom", first.custom, &mut notes),
             out: take(from, "out", first.out, &mut notes),
+            adm: take(from, "adm", first.adm, &mut notes),
             notes,
         }
     }
@@ -171,7 +178,8 @@ mod tests {
             format: TrackerFormat::Sensors2Osc,
             axes: AxisMap { order: [0, 2, 1], invert: [true, false, false] },
             recenter: Recenter::Full,
-            out: OscOut { on: true, ..OscOut::default() },
+            out: OscOut { on: true, adm: true, ..OscOut::default() },
+            adm: AdmConfig { object: 7, metres: 3.5 },
             ..OscConfig::default()
         };
         let saved = serialize_field(&config).unwrap();

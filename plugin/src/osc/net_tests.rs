@@ -1,5 +1,6 @@
 //! Instances on real sockets of this machine.
 
+use super::adm::AdmConfig;
 use super::config::{Interface, OscConfig, OscOut};
 use super::format::TrackerFormat;
 use super::inbox::Inbox;
@@ -318,7 +319,7 @@ fn one_instance_leads_another() {
     let port = free_port();
     let follower = Instance::at(port, "Choir");
     follower.listens();
-    let out = OscOut { on: true, host: "localhost".to_owned(), port, rate_hz: 100.0 };
+    let out = OscOut { on: true, host: "localhost".to_owned(), port, rate_hz: 100.0, adm: false };
     let leader = Instance::new(OscConfig { name: "Choir".to_owned(), out, ..OscConfig::default() });
     for yaw in [0.5_f32, -1.0] {
         let pose = Pose::from_ypr(Vec3::new(1.0, -2.0, 0.5), yaw, 0.2, -0.1);
@@ -336,6 +337,44 @@ fn one_instance_leads_another() {
 }
 
 #[test]
+fn an_object_and_a_listener_go_from_instance_to_instance_as_adm_osc() {
+    let _alone = alone();
+    let port = free_port();
+    let adm = AdmConfig { object: 2, metres: 5.0 };
+    let [hears, deaf] =
+        [2, 3].map(|object| Instance::listening(OscConfig { port, adm: AdmConfig { object, ..adm }, ..OscConfig::default() }));
+    hears.listens();
+    deaf.listens();
+    let out = OscOut { on: true, host: "localhost".to_owned(), port, rate_hz: 100.0, adm: true };
+    let sends = Instance::new(OscConfig { out, adm, ..OscConfig::default() });
+    let set = |parameter, value| sends.params.remote.set(parameter, value, sends.params.hosted(parameter));
+    for (ex, ey, ez, gain) in [(2.0, -1.5, 0.5, -6.0), (-3.0, 4.0, 0.0, 3.0)] {
+        for (parameter, value) in [(Parameter::Ex, ex), (Parameter::Ey, ey), (Parameter::Ez, ez), (Parameter::Gain, gain)] {
+            set(parameter, value);
+        }
+        sends.telemetry.pose.write(0.0, &Pose::from_ypr(Vec3::new(1.0, -2.0, 0.5), 0.5, 0.25, -0.125));
+        let heard = |of: &Instance| {
+            let wanted = [
+                (Parameter::Ex, ex),
+                (Parameter::Ey, ey),
+                (Parameter::Ez, ez),
+                (Parameter::Gain, gain),
+                (Parameter::X, 1.0),
+                (Parameter::Y, -2.0),
+                (Parameter::Yaw, 0.5_f32.to_degrees()),
+                (Parameter::Pitch, 0.25_f32.to_degrees()),
+                (Parameter::Roll, -0.125_f32.to_degrees()),
+            ];
+            wanted.into_iter().find(|(parameter, value)| (of.params.heard(*parameter) - value).abs() > 1e-3)
+        };
+        until(|| heard(&hears).is_none().then_some(()), || format!("{:?}", heard(&hears)));
+    }
+    // Of another number the object stays, and the listener is the same for all.
+    assert_eq!((deaf.params.heard(Parameter::Ex), deaf.params.heard(Parameter::X)), (0.0, 1.0));
+    assert_eq!(hears.osc.status().counts.unknown, 0);
+}
+
+#[test]
 fn an_instance_does_not_lead_itself() {
     let _alone = alone();
     let port = free_port();
@@ -343,7 +382,7 @@ fn an_instance_does_not_lead_itself() {
     own.listens();
     other.listens();
     own.telemetry.pose.write(0.0, &Pose::from_ypr(Vec3::ZERO, 0.5, 0.0, 0.0));
-    own.change(|config| config.out = OscOut { on: true, host: "127.0.0.1".to_owned(), port, rate_hz: 200.0 });
+    own.change(|config| config.out = OscOut { on: true, host: "127.0.0.1".to_owned(), port, rate_hz: 200.0, adm: false });
     other.faces(0.5_f32.to_degrees());
     until(|| (own.osc.status().sent > 3).then_some(()), || format!("{:?}", own.osc.status()));
     assert_eq!(own.inbox.tracked(), None, "it follows itself");

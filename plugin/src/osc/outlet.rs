@@ -1,5 +1,6 @@
 //! The listener's pose, sent to another instance or to a program that draws it.
 
+use super::adm::AdmConfig;
 use super::config::{OscConfig, OscOut};
 use super::receiver::Receiver;
 use super::status::Sending;
@@ -31,6 +32,7 @@ struct Feed {
     telemetry: Arc<Telemetry>,
     receiver: Arc<Receiver>,
     out: OscOut,
+    adm: AdmConfig,
     address: String,
     route: Mutex<Route>,
     sent: AtomicU64,
@@ -40,7 +42,7 @@ struct Route {
     state: Sending,
     socket: Option<UdpSocket>,
     due: Instant,
-    last: Option<(Pose, Instant)>,
+    last: Option<(Vec<u8>, Instant)>,
     /// What looks names up, if there is a name to look up.
     resolver: Option<TaskHandle>,
     asked: Instant,
@@ -61,6 +63,7 @@ impl Outlet {
             telemetry,
             receiver,
             out: config.out.clone(),
+            adm: config.adm,
             address: address::of_pose(&config.address_name()),
             route: Mutex::new(route),
             sent: AtomicU64::new(0),
@@ -170,9 +173,10 @@ impl Feed {
             return route.due;
         };
         let Some((_, pose)) = self.telemetry.pose.read() else { return route.due };
-        let fresh = route.last.is_none_or(|(last, at)| last != pose || now.saturating_duration_since(at) >= REPEAT);
+        let packet = if self.out.adm { self.receiver.adm_packet(self.adm, &pose) } else { packet(&self.address, &pose) };
+        let old = |at: &Instant| now.saturating_duration_since(*at) >= REPEAT;
+        let fresh = route.last.as_ref().is_none_or(|(last, at)| *last != packet || old(at));
         if fresh {
-            let packet = packet(&self.address, &pose);
             // Where nobody listened to the packet before, the system reports that instead of sending this one.
             let sent = socket.send(&packet).or_else(|error| if nobody(&error) { socket.send(&packet) } else { Err(error) });
             route.state = match (sent, socket.peer_addr()) {
@@ -183,7 +187,7 @@ impl Feed {
                 (Err(error), Ok(target)) if nobody(&error) || error.kind() == ErrorKind::WouldBlock => Sending::To(target),
                 (Err(error), _) | (_, Err(error)) => Sending::Failed(error.to_string()),
             };
-            route.last = Some((pose, now));
+            route.last = Some((packet, now));
         }
         route.due
     }

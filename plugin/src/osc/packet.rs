@@ -3,7 +3,7 @@
 //! The parser of messages recurses into bundles and drops nested arrays by recursion, and would end the host with a packet that nests
 //! thousands of them. Bundles are therefore taken apart here, and messages looked at before the parser sees them.
 
-use rosc::{OscMessage, OscPacket, OscType, encoder};
+use rosc::{OscBundle, OscMessage, OscPacket, OscType, encoder};
 
 /// Bundles in bundles.
 const DEEPEST: usize = 8;
@@ -72,6 +72,11 @@ pub(super) fn arguments(message: &[u8]) -> Result<Vec<OscType>, String> {
 pub(super) fn encoded(address: &str, args: Vec<OscType>) -> Vec<u8> {
     // Nothing in a message can fail to be written.
     encoder::encode(&OscPacket::Message(OscMessage { addr: address.to_owned(), args })).unwrap_or_default()
+}
+
+/// Several messages at once.
+pub(super) fn bundled(bundle: OscBundle) -> Vec<u8> {
+    encoder::encode(&OscPacket::Bundle(bundle)).unwrap_or_default()
 }
 
 /// What the parser may be given.

@@ -1,6 +1,7 @@
 //! Messages applied to one instance.
 
 use super::address::{self, RoomPart, Verb};
+use super::adm::{self, ANSWER_PORT, AdmConfig, AdmObject, Values};
 use super::config::{Interface, OscConfig, Recenter};
 use super::inbox::Inbox;
 use super::packet;
@@ -12,9 +13,10 @@ use crate::cast::narrow;
 use crate::lock::lock;
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
+use promenade_core::Pose;
 use rosc::OscType;
 use std::cell::OnceCell;
-use std::net::SocketAddr;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -50,6 +52,7 @@ struct State {
     moved: bool,
     /// Where this instance's own packets come from.
     own: Option<SocketAddr>,
+    adm: AdmObject,
     counts: Counts,
 }
 
@@ -63,6 +66,7 @@ impl Receiver {
             config,
             moved: false,
             own: None,
+            adm: AdmObject::default(),
             counts: Counts::default(),
         };
         Arc::new(Self { params, inbox, state: Mutex::new(state) })
@@ -105,6 +109,10 @@ impl Receiver {
         if !state.open || !state.config.interface.admits(message.source) || state.own == Some(message.source) {
             return;
         }
+        if message.address.starts_with("/adm/") && state.config.adm.object > 0 {
+            self.take_adm(state, message);
+            return;
+        }
         let (verb, mapped) = match address::parse(message.address) {
             Some((addressee, _)) if !addressee.means(&state.name) => return,
             Some((_, verb)) => (Some(verb), false),
@@ -118,6 +126,31 @@ impl Receiver {
             Ok(clamped) => state.counts.clamped += u64::from(clamped),
             Err(reason) => state.counts.reject(format!("{}: {reason}", message.address)),
         }
+    }
+
+    /// Takes a message of ADM-OSC, and answers one without arguments.
+    fn take_adm(&self, state: &mut State, message: &Message) {
+        let State { adm, config, counts, .. } = state;
+        // Those of other objects are no concern of this one.
+        let Some(part) = adm::parse(message.address, config.adm.object) else { return };
+        let values = Values { params: &self.params, config: config.adm };
+        let result = match message.arguments() {
+            Ok([]) => adm
+                .answer(&values, part)
+                .map_or(Ok(false), |answer| reply(message.source, &packet::encoded(message.address, answer)).map(|()| false)),
+            Ok(arguments) => adm.apply(&values, part, arguments),
+            Err(reason) => Err(reason),
+        };
+        match result {
+            Ok(clamped) => counts.clamped += u64::from(clamped),
+            Err(reason) => counts.reject(format!("{}: {reason}", message.address)),
+        }
+    }
+
+    /// Listener and object as a packet of ADM-OSC.
+    pub(super) fn adm_packet(&self, config: AdmConfig, pose: &Pose) -> Vec<u8> {
+        let state = lock(&self.state);
+        state.adm.packet(&Values { params: &self.params, config }, pose)
     }
 
     /// Changes a part of the drawn room, of one about the origin where there is none.
@@ -229,6 +262,13 @@ impl Receiver {
         let state = lock(&self.state);
         (state.counts.clone(), state.tracker.heard)
     }
+}
+
+/// Answers where programs of ADM-OSC expect it.
+fn reply(source: SocketAddr, packet: &[u8]) -> Result<(), String> {
+    let any = if source.is_ipv4() { IpAddr::V4(Ipv4Addr::UNSPECIFIED) } else { IpAddr::V6(Ipv6Addr::UNSPECIFIED) };
+    let sent = UdpSocket::bind((any, 0)).and_then(|socket| socket.send_to(packet, (source.ip(), ANSWER_PORT)));
+    sent.map(drop).map_err(|error| format!("the answer cannot be sent: {error}"))
 }
 
 impl Counts {

@@ -1,0 +1,455 @@
+//! ADM-OSC: an object's place and level, and the listener, as other programs tell and ask them.
+//!
+//! Source: ADM-OSC specification 1.0 (immersive-audio-live.github.io/ADM-OSC): x to the right, y ahead, z up, normalised; azimuth in
+//! degrees to the left, elevation up, distance normalised.
+
+use super::packet;
+use super::value::numbers;
+use crate::cast::narrow;
+use crate::parameter::Parameter;
+use crate::params::{PromenadeParams, emitter_offset_of, pose_of};
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType};
+use serde::{Deserialize, Serialize};
+
+/// The port at which programs expect answers.
+pub(super) const ANSWER_PORT: u16 = 4002;
+/// What a distance of 1 is at first, metres.
+const METRES: f32 = 10.0;
+/// The least and greatest of these, metres.
+pub const METRE_LIMITS: (f32, f32) = (0.1, 50.0);
+
+/// How an instance takes part in ADM-OSC.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct AdmConfig {
+    /// The number of its object, from 1; 0 takes no part.
+    pub object: u32,
+    /// What a normalised distance of 1 is, metres.
+    pub metres: f32,
+}
+
+impl Default for AdmConfig {
+    fn default() -> Self {
+        Self { object: 0, metres: METRES }
+    }
+}
+
+impl AdmConfig {
+    /// Metres of a distance of 1, within limits.
+    fn scale(self) -> f32 {
+        let (least, most) = METRE_LIMITS;
+        if self.metres.is_finite() { self.metres.clamp(least, most) } else { METRES }
+    }
+}
+
+/// What an address is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// One of x, y and z.
+    Axis(usize),
+    /// x and y.
+    Xy,
+    /// All three.
+    Xyz,
+    /// One of azimuth, elevation and distance.
+    Polar(usize),
+    /// All three.
+    Aed,
+    /// Linear gain.
+    Gain,
+    /// Whether it is silent.
+    Mute,
+    /// Metres of a distance of 1.
+    Dmax,
+    /// The listener's place.
+    ListenerXyz,
+    /// The listener's yaw, pitch and roll.
+    ListenerYpr,
+    /// Of the specification, without effect here.
+    Ignored,
+}
+
+/// The part that an address asks of an object of that number; `None` for addresses of others.
+pub(super) fn parse(address: &str, object: u32) -> Option<Part> {
+    let after = address.strip_prefix("/adm/")?;
+    if let Some(part) = after.strip_prefix("lis/") {
+        return match part {
+            "xyz" => Some(Part::ListenerXyz),
+            "ypr" => Some(Part::ListenerYpr),
+            _ => None,
+        };
+    }
+    if after == "env/change" {
+        return Some(Part::Ignored);
+    }
+    let (number, part) = after.strip_prefix("obj/")?.split_once('/')?;
+    if !matches(number.as_bytes(), object.to_string().as_bytes()) {
+        return None;
+    }
+    Some(match part {
+        "x" => Part::Axis(0),
+        "y" => Part::Axis(1),
+        "z" => Part::Axis(2),
+        "xy" => Part::Xy,
+        "xyz" => Part::Xyz,
+        "azim" => Part::Polar(0),
+        "elev" => Part::Polar(1),
+        "dist" => Part::Polar(2),
+        "aed" => Part::Aed,
+        "gain" => Part::Gain,
+        "mute" => Part::Mute,
+        "dmax" => Part::Dmax,
+        "w" | "dref" | "name" => Part::Ignored,
+        _ => return None,
+    })
+}
+
+/// Whether a number fits a pattern of OSC: `*` any digits, `?` one.
+fn matches(pattern: &[u8], number: &[u8]) -> bool {
+    match (pattern, number) {
+        ([], []) => true,
+        ([b'*', rest @ ..], _) => {
+            matches(rest, number) || number.split_first().is_some_and(|(_, after)| matches(pattern, after))
+        }
+        ([b'?', rest @ ..], [_, after @ ..]) => matches(rest, after),
+        ([one, rest @ ..], [digit, after @ ..]) => one == digit && matches(rest, after),
+        _ => false,
+    }
+}
+
+/// Polar to Cartesian coordinates: specification, section 8.
+fn cartesian([azimuth, elevation, distance]: [f32; 3]) -> Vec3 {
+    let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+    let level = distance * elevation.cos();
+    Vec3::new(-level * azimuth.sin(), level * azimuth.cos(), distance * elevation.sin())
+}
+
+/// Cartesian to polar coordinates; nothing is ahead of the origin.
+fn polar(place: Vec3) -> [f32; 3] {
+    let distance = place.length();
+    if distance == 0.0 {
+        return [0.0; 3];
+    }
+    [(-place.x).atan2(place.y).to_degrees(), (place.z / distance).clamp(-1.0, 1.0).asin().to_degrees(), distance]
+}
+
+/// From ahead, left and up to right, ahead and up, and back.
+fn turned(v: Vec3) -> Vec3 {
+    Vec3::new(-v.y, v.x, v.z)
+}
+
+fn turned_back(v: Vec3) -> Vec3 {
+    Vec3::new(v.y, -v.x, v.z)
+}
+
+/// One instance's object.
+#[derive(Default)]
+pub(super) struct AdmObject {
+    /// Where it was told to be in polar coordinates, with the emitter's offset that this became: a direction without a distance is kept.
+    told: Option<(Vec3, [f32; 3])>,
+    /// The gain to come back to, dB, while it is mute.
+    muted: Option<f32>,
+    /// What a distance of 1 is, metres, where a message has said so.
+    metres: Option<f32>,
+}
+
+/// The parameters that are changed and asked for.
+pub(super) struct Values<'a> {
+    pub(super) params: &'a PromenadeParams,
+    pub(super) config: AdmConfig,
+}
+
+impl Values<'_> {
+    fn set(&self, parameter: Parameter, value: f32) -> bool {
+        let kept = parameter.clamp(value);
+        self.params.remote.set(parameter, kept, self.params.hosted(parameter));
+        kept != value
+    }
+
+    fn offset(&self) -> Vec3 {
+        emitter_offset_of(|parameter| self.params.heard(parameter))
+    }
+
+    /// A place in the scene's world as ADM-OSC writes it, for a distance of 1 in metres.
+    fn written(&self, world: Vec3, metres: f32) -> Vec3 {
+        turned(self.params.frame.frame().from_world(world) / metres)
+    }
+
+    fn world(&self, written: Vec3, metres: f32) -> Vec3 {
+        self.params.frame.frame().to_world(turned_back(written) * metres)
+    }
+}
+
+impl AdmObject {
+    fn metres(&self, config: AdmConfig) -> f32 {
+        self.metres.unwrap_or_else(|| config.scale())
+    }
+
+    /// Where the object is, in polar coordinates.
+    fn aed(&self, values: &Values) -> [f32; 3] {
+        let offset = values.offset();
+        match self.told {
+            Some((then, aed)) if then == offset => aed,
+            _ => polar(values.written(values.params.frame.frame().emitter + offset, self.metres(values.config))),
+        }
+    }
+
+    /// Moves the object; returns whether it cannot go so far.
+    fn place(&mut self, values: &Values, aed: [f32; 3]) -> bool {
+        let world = values.world(cartesian(aed), self.metres(values.config));
+        let offset = world - values.params.frame.frame().emitter;
+        let mut clamped = false;
+        for (parameter, value) in [Parameter::Ex, Parameter::Ey, Parameter::Ez].into_iter().zip(offset.to_array()) {
+            clamped |= values.set(parameter, value);
+        }
+        self.told = Some((values.offset(), aed));
+        clamped
+    }
+
+    /// Applies a message; returns whether a value has been clamped.
+    ///
+    /// # Errors
+    /// A message on arguments that are no such values.
+    pub(super) fn apply(&mut self, values: &Values, part: Part, arguments: &[OscType]) -> Result<bool, String> {
+        if part == Part::Ignored {
+            return Ok(false);
+        }
+        let found = numbers(arguments)?;
+        let wanted = match part {
+            Part::Xyz | Part::Aed | Part::ListenerXyz | Part::ListenerYpr => 3,
+            Part::Xy => 2,
+            _ => 1,
+        };
+        if found.len() != wanted {
+            return Err(format!("expected {wanted} values, found {}", found.len()));
+        }
+        if let Some(odd) = found.iter().find(|value| !value.is_finite()) {
+            return Err(format!("expected finite numbers, found {odd}"));
+        }
+        let mut clamped = false;
+        let mut within = |value: f64, least: f32, most: f32| {
+            let value = narrow(value);
+            clamped |= !(least..=most).contains(&value);
+            value.clamp(least, most)
+        };
+        let mut aed = self.aed(values);
+        let mut xyz = cartesian(aed).to_array();
+        let moved = match part {
+            Part::Axis(_) | Part::Xy | Part::Xyz => {
+                let first = if let Part::Axis(axis) = part { axis } else { 0 };
+                for (axis, value) in (first..).zip(&found) {
+                    xyz[axis] = within(*value, -1.0, 1.0);
+                }
+                Some(polar(xyz.into()))
+            }
+            Part::Polar(_) | Part::Aed => {
+                const LIMITS: [(f32, f32); 3] = [(-180.0, 180.0), (-90.0, 90.0), (0.0, 1.0)];
+                let first = if let Part::Polar(axis) = part { axis } else { 0 };
+                for (axis, value) in (first..).zip(&found) {
+                    aed[axis] = within(*value, LIMITS[axis].0, LIMITS[axis].1);
+                }
+                Some(aed)
+            }
+            _ => None,
+        };
+        if let Some(aed) = moved {
+            return Ok(self.place(values, aed) || clamped);
+        }
+        match part {
+            Part::Gain => {
+                let (least, most) = Parameter::Gain.limits();
+                let gain_db = 20.0 * narrow(found[0]).max(0.0).log10();
+                clamped |= gain_db > most || found[0] < 0.0;
+                let gain_db = gain_db.clamp(least, most);
+                match &mut self.muted {
+                    Some(later) => *later = gain_db,
+                    None => drop(values.set(Parameter::Gain, gain_db)),
+                }
+            }
+            Part::Mute if found[0] != 0.0 => {
+                self.muted.get_or_insert_with(|| values.params.heard(Parameter::Gain));
+                values.set(Parameter::Gain, Parameter::Gain.limits().0);
+            }
+            Part::Mute => {
+                if let Some(gain_db) = self.muted.take() {
+                    values.set(Parameter::Gain, gain_db);
+                }
+            }
+            Part::Dmax => {
+                // The place as it is told stays, and is further away.
+                let aed = self.aed(values);
+                self.metres = Some(within(found[0], METRE_LIMITS.0, METRE_LIMITS.1));
+                clamped |= self.place(values, aed);
+            }
+            Part::ListenerXyz => {
+                let [x, y, z] = [found[0], found[1], found[2]].map(|value| within(value, -1.0, 1.0));
+                let world = values.world(Vec3::new(x, y, z), self.metres(values.config));
+                for (parameter, value) in [Parameter::X, Parameter::Y, Parameter::Z].into_iter().zip(world.to_array()) {
+                    clamped |= values.set(parameter, value);
+                }
+            }
+            Part::ListenerYpr => {
+                let [yaw, pitch, roll] = [found[0], found[1], found[2]].map(|value| within(value, -180.0, 180.0));
+                let yaw = yaw + values.params.frame.frame().yaw.to_degrees();
+                values.set(Parameter::Yaw, (yaw + 180.0).rem_euclid(360.0) - 180.0);
+                clamped |= values.set(Parameter::Pitch, pitch);
+                values.set(Parameter::Roll, roll);
+            }
+            _ => (),
+        }
+        Ok(clamped)
+    }
+
+    /// The answer to a message without arguments; none to what has no value here.
+    pub(super) fn answer(&self, values: &Values, part: Part) -> Option<Vec<OscType>> {
+        let aed = self.aed(values);
+        let xyz = cartesian(aed).to_array();
+        let floats = |all: &[f32]| Some(all.iter().copied().map(OscType::Float).collect());
+        let gain_db = self.muted.unwrap_or_else(|| values.params.heard(Parameter::Gain));
+        let pose = pose_of(|parameter| values.params.heard(parameter));
+        match part {
+            Part::Axis(axis) => floats(&[xyz[axis]]),
+            Part::Xy => floats(&xyz[..2]),
+            Part::Xyz => floats(&xyz),
+            Part::Polar(axis) => floats(&[aed[axis]]),
+            Part::Aed => floats(&aed),
+            Part::Gain => floats(&[10_f32.powf(gain_db / 20.0)]),
+            Part::Mute => Some(vec![OscType::Int(i32::from(self.muted.is_some()))]),
+            Part::Dmax => floats(&[self.metres(values.config)]),
+            Part::ListenerXyz => floats(&self.listener(values, &pose).0.to_array()),
+            Part::ListenerYpr => floats(&self.listener(values, &pose).1),
+            Part::Ignored => None,
+        }
+    }
+
+    /// A listener as ADM-OSC writes it: place, and yaw, pitch and roll in degrees.
+    fn listener(&self, values: &Values, pose: &Pose) -> (Vec3, [f32; 3]) {
+        let place = values.written(pose.position, self.metres(values.config));
+        let (yaw, pitch, roll) = pose.ypr();
+        let yaw = (yaw - values.params.frame.frame().yaw).to_degrees();
+        (place, [(yaw + 180.0).rem_euclid(360.0) - 180.0, pitch.to_degrees(), roll.to_degrees()])
+    }
+
+    /// The listener of a pose, and the object if it has a number, as a packet.
+    pub(super) fn packet(&self, values: &Values, pose: &Pose) -> Vec<u8> {
+        let message = |addr: String, floats: &[f32]| {
+            OscPacket::Message(OscMessage { addr, args: floats.iter().copied().map(OscType::Float).collect() })
+        };
+        let (place, ypr) = self.listener(values, pose);
+        let mut content = vec![message("/adm/lis/xyz".to_owned(), &place.to_array()), message("/adm/lis/ypr".to_owned(), &ypr)];
+        if values.config.object > 0 {
+            let address = |part: &str| format!("/adm/obj/{}/{part}", values.config.object);
+            let gain = 10_f32.powf(values.params.heard(Parameter::Gain) / 20.0);
+            content.push(message(address("xyz"), &cartesian(self.aed(values)).to_array()));
+            content.push(message(address("gain"), &[gain]));
+        }
+        // At once.
+        let timetag = OscTime { seconds: 0, fractional: 1 };
+        packet::bundled(OscBundle { timetag, content })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene_frame::SceneFrame;
+
+    fn params() -> PromenadeParams {
+        let params = PromenadeParams::default();
+        let frame =
+            SceneFrame { origin: Vec3::new(2.0, 1.0, 1.5), yaw: 90_f32.to_radians(), emitter: Vec3::new(2.0, 2.5, 1.5) };
+        params.frame.set_frame(frame);
+        params
+    }
+
+    fn floats(values: &[f32]) -> Vec<OscType> {
+        values.iter().copied().map(OscType::Float).collect()
+    }
+
+    #[test]
+    fn addresses_mean_one_object_or_all() {
+        assert_eq!(parse("/adm/obj/4/azim", 4), Some(Part::Polar(0)));
+        assert_eq!(parse("/adm/obj/4/azim", 5), None);
+        assert_eq!(parse("/adm/obj/*/gain", 17), Some(Part::Gain));
+        assert_eq!((parse("/adm/obj/1?/mute", 12), parse("/adm/obj/1?/mute", 1)), (Some(Part::Mute), None));
+        assert_eq!((parse("/adm/lis/ypr", 3), parse("/adm/env/change", 3)), (Some(Part::ListenerYpr), Some(Part::Ignored)));
+        assert_eq!((parse("/adm/obj/4/fly", 4), parse("/adm/obj//x", 4), parse("/other", 4)), (None, None, None));
+    }
+
+    #[test]
+    fn an_object_ahead_to_the_left_and_above_is_there() {
+        let params = params();
+        let values = Values { params: &params, config: AdmConfig { object: 1, metres: 4.0 } };
+        let mut object = AdmObject::default();
+        let world = |values: &Values| values.offset() + values.params.frame.frame().emitter;
+        let near = |a: Vec3, b: [f32; 3]| assert!((a - Vec3::from(b)).length() < 1e-4, "{a} for {b:?}");
+        // The scene's listener begins facing along y: ahead is +y, right is +x, left -x.
+        for (part, told, at) in [
+            (Part::Xyz, vec![0.0, 1.0, 0.0], [2.0, 5.0, 1.5]),
+            (Part::Xyz, vec![1.0, 0.0, 0.0], [6.0, 1.0, 1.5]),
+            (Part::Xyz, vec![0.0, 0.0, 0.5], [2.0, 1.0, 3.5]),
+            (Part::Aed, vec![90.0, 0.0, 0.5], [0.0, 1.0, 1.5]),
+            (Part::Aed, vec![-90.0, 0.0, 0.5], [4.0, 1.0, 1.5]),
+            (Part::Aed, vec![0.0, 90.0, 0.25], [2.0, 1.0, 2.5]),
+        ] {
+            assert_eq!(object.apply(&values, part, &floats(&told)), Ok(false), "{part:?} {told:?}");
+            near(world(&values), at);
+            let answered = numbers(&object.answer(&values, part).unwrap()).unwrap();
+            assert!(answered.iter().zip(&told).all(|(a, b)| (narrow(*a) - b).abs() < 1e-4), "{answered:?} for {told:?}");
+        }
+        // A direction is kept while the distance is nothing, and one axis leaves the others.
+        for (part, value) in [(Part::Polar(0), 90.0), (Part::Polar(1), 0.0), (Part::Polar(2), 0.0), (Part::Polar(2), 0.5)] {
+            object.apply(&values, part, &floats(&[value])).unwrap();
+        }
+        near(world(&values), [0.0, 1.0, 1.5]);
+        object.apply(&values, Part::Axis(1), &floats(&[0.25])).unwrap();
+        near(world(&values), [0.0, 2.0, 1.5]);
+        // What is moved otherwise is where that has moved it.
+        params.remote.set(Parameter::Ex, 0.0, params.hosted(Parameter::Ex));
+        let x = numbers(&object.answer(&values, Part::Axis(0)).unwrap()).unwrap()[0];
+        assert!(x.abs() < 1e-6, "{x}");
+        assert_eq!(object.apply(&values, Part::Xyz, &floats(&[0.0, 2.0, 0.0])), Ok(true), "out of range");
+        near(world(&values), [2.0, 5.0, 1.5]);
+        object.apply(&values, Part::Dmax, &floats(&[8.0])).unwrap();
+        near(world(&values), [2.0, 9.0, 1.5]);
+    }
+
+    #[test]
+    fn gain_and_mute_are_the_output_gain() {
+        let params = params();
+        let values = Values { params: &params, config: AdmConfig { object: 1, ..AdmConfig::default() } };
+        let mut object = AdmObject::default();
+        let gain = |params: &PromenadeParams| params.heard(Parameter::Gain);
+        object.apply(&values, Part::Gain, &floats(&[0.5])).unwrap();
+        assert!((gain(&params) + 6.0206).abs() < 1e-3);
+        object.apply(&values, Part::Mute, &[OscType::Int(1)]).unwrap();
+        assert_eq!(gain(&params), -60.0);
+        object.apply(&values, Part::Gain, &floats(&[1.0])).unwrap();
+        assert_eq!((gain(&params), object.answer(&values, Part::Mute)), (-60.0, Some(vec![OscType::Int(1)])));
+        object.apply(&values, Part::Mute, &[OscType::Int(0)]).unwrap();
+        assert_eq!(gain(&params), 0.0);
+        assert_eq!(object.apply(&values, Part::Gain, &floats(&[100.0])), Ok(true));
+        assert!(object.apply(&values, Part::Gain, &floats(&[])).unwrap_err().contains("expected 1 values"));
+        assert!(object.apply(&values, Part::Xyz, &floats(&[f32::NAN, 0.0, 0.0])).unwrap_err().contains("finite"));
+    }
+
+    #[test]
+    fn the_listener_goes_there_and_back() {
+        let params = params();
+        let values = Values { params: &params, config: AdmConfig { object: 3, metres: 2.0 } };
+        let mut object = AdmObject::default();
+        object.apply(&values, Part::ListenerXyz, &floats(&[0.5, 0.5, 0.0])).unwrap();
+        object.apply(&values, Part::ListenerYpr, &floats(&[-45.0, 30.0, 5.0])).unwrap();
+        let pose = pose_of(|parameter| params.heard(parameter));
+        assert!((pose.position - Vec3::new(3.0, 2.0, 1.5)).length() < 1e-5, "{}", pose.position);
+        assert!((params.heard(Parameter::Yaw) - 45.0).abs() < 1e-4 && (params.heard(Parameter::Pitch) - 30.0).abs() < 1e-4);
+        let ypr = numbers(&object.answer(&values, Part::ListenerYpr).unwrap()).unwrap();
+        assert!(ypr.iter().zip([-45.0, 30.0, 5.0]).all(|(a, b)| (a - b).abs() < 1e-3), "{ypr:?}");
+        let OscPacket::Bundle(sent) = rosc::decoder::decode_udp(&object.packet(&values, &pose)).unwrap().1 else { panic!() };
+        let address = |packet: &OscPacket| if let OscPacket::Message(m) = packet { m.addr.clone() } else { String::new() };
+        let sent: Vec<_> = sent.content.iter().map(address).collect();
+        assert_eq!(sent, ["/adm/lis/xyz", "/adm/lis/ypr", "/adm/obj/3/xyz", "/adm/obj/3/gain"]);
+    }
+}
