@@ -24,7 +24,7 @@ cargo xtask install [other options of cargo build]
 cargo xtask archive [--target TARGET] [--without-standalone]
     builds all that users are given into one .zip in target/archives, with licences and how to install it;
     on Linux the standalone program needs the headers of ALSA and JACK
-cargo xtask systems
+cargo xtask systems [TARGET ...]
     compiles every crate for other systems, renders with the Windows plugins in Wine, and runs the engine's tests on an emulated ARM processor,
     as far as this machine has the tools
 cargo xtask test
@@ -57,7 +57,7 @@ fn run() -> Result<()> {
             install::install(&manifest::installed(&root, &bundles)?)
         }
         "archive" => archive::archive(&root, &options),
-        "systems" if options.is_empty() => systems::systems(),
+        "systems" => systems::systems(&options),
         "test" if options.is_empty() => check::test(),
         "" | "help" | "--help" => {
             println!("{USAGE}");

@@ -32,18 +32,27 @@ struct Line {
     result: String,
 }
 
-/// Checks, runs and compares what this machine can, and prints a table of it with what it cannot.
+/// Checks, runs and compares what this machine can of these targets (none: all), and prints a table of it with what it cannot.
 ///
 /// # Errors
-/// A check that was made failed.
-pub(crate) fn systems() -> Result<()> {
+/// A target that is not known here, or a check that was made failed.
+pub(crate) fn systems(targets: &[String]) -> Result<()> {
+    let known = TARGETS.map(|(target, _)| target);
+    if let Some(other) = targets.iter().find(|target| !known.contains(&target.as_str())) {
+        bail!("expected targets of {}, found \"{other}\"", known.join(", "));
+    }
+    let wanted = |target: &str| targets.is_empty() || targets.iter().any(|t| t == target);
     let mut lines = Vec::new();
-    for (target, features) in TARGETS {
+    for (target, features) in TARGETS.into_iter().filter(|(target, _)| wanted(target)) {
         let result = if has_library(target)? { Some(check(target, features)?) } else { None };
         lines.push(Line { target, what: "compiles", result: result.unwrap_or_else(|| no_library(target)) });
     }
-    lines.extend(windows()?);
-    lines.push(arm()?);
+    if wanted(WINDOWS) {
+        lines.extend(windows()?);
+    }
+    if wanted(ARM) {
+        lines.push(arm()?);
+    }
     println!();
     for Line { target, what, result } in lines {
         println!("{target:28} {what:14} {result}");
