@@ -86,6 +86,29 @@ fn block_size_does_not_change_the_sound_but_the_pose_does() {
 }
 
 #[test]
+fn the_parts_of_the_sound_are_set_by_options() {
+    let place = Place::new();
+    let (scene, dry, out) = (place.bake(), place.dry("dry.wav", 0.5, 1), place.text("out.wav"));
+    let heard = |options: &[&str]| {
+        succeeds(&[&["render", &scene, &dry, &out, "--bits", "32f"], options].concat());
+        wav::read(Path::new(&out)).unwrap().channels
+    };
+    let (plain, neutral) =
+        (heard(&[]), heard(&["--direct", "0", "--early", "0", "--decay", "1", "--distance-law", "1", "--width", "1"]));
+    assert!(plain == neutral);
+    let part = |silent: [&str; 2]| heard(&[silent[0], "-120", silent[1], "-120"]);
+    let parts = [part(["--early", "--late"]), part(["--direct", "--late"]), part(["--direct", "--early"])];
+    let apart = (0..plain[0].len()).map(|i| parts.iter().map(|part| part[0][i]).sum::<f32>() - plain[0][i]).collect::<Vec<_>>();
+    assert!(parts.iter().all(|part| rms(&part[0]) > 1e-3 * rms(&plain[0])));
+    assert!(rms(&apart) < 1e-4 * rms(&plain[0]), "the parts add up: {}", rms(&apart));
+    let solo = heard(&["--wet-solo", "--mix", "0.5", "--gain", "6.0206"]);
+    let want = heard(&["--direct", "-120"]);
+    let apart = solo[0].iter().zip(&want[0]).map(|(a, b)| a - b).collect::<Vec<_>>();
+    assert!(rms(&apart) < 1e-4 * rms(&want[0]), "neither dry nor direct sound: {}", rms(&apart));
+    assert!(heard(&["--decay", "2"])[0].len() > plain[0].len(), "the longer tail is kept");
+}
+
+#[test]
 fn another_head_is_heard_and_what_is_none_is_refused() {
     let place = Place::new();
     let (scene, input) = (place.bake(), place.dry("in.wav", 0.4, 1));
@@ -395,6 +418,8 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     all_fail(&[
         (vec!["render", &room, &dry, &twice, "--tier", "clip"], "anchor cloud"),
         (vec!["render", &scene, &dry, &twice, "--tier", "standard"], "tier: expected high or reference, found standard"),
+        (vec!["render", &baked, &dry, &twice, "--tier", "reference", "--decay", "2"], "knows no parts"),
+        (vec!["render", &baked, &dry, &twice, "--tier", "clip", "--low-cut", "80"], "knows no parts"),
         (vec!["bake", "field", &room, "-o", &baked], "anchor cloud"),
         (vec!["import", &dry, "-o", &imported], "dry.wav"),
         (vec!["import", &checkpoint("nested.pth"), "-o", &imported], "max_norm"),
