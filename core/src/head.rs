@@ -7,7 +7,7 @@ mod file;
 mod harmonics;
 mod near;
 
-pub use ambisonic::{RESOLVED_HZ, ambisonic_filters};
+pub use ambisonic::{Incidence, RESOLVED_HZ, ambisonic_filters};
 pub use bands::{HEAD_BANDS, head_band_hz};
 pub use ears::{Ears, lag_s, low_pass_power};
 pub use file::MAX_HEAD_BYTES;

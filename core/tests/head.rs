@@ -1,7 +1,10 @@
 //! A head from measurements, as bytes, and in the place of the one that a scene was measured with.
 
 use promenade_core::glam::Vec3;
-use promenade_core::head::{HEAD_BANDS, HeadDirection, MAX_HEAD_BYTES, MAX_HEAD_DIRECTIONS, harmonics, head_band_hz, lattice};
+use promenade_core::head::{
+    HEAD_BANDS, HeadDirection, Incidence, MAX_HEAD_BYTES, MAX_HEAD_DIRECTIONS, ambisonic_filters, harmonics, head_band_hz,
+    lattice,
+};
 use promenade_core::{
     Axis, Facing, Field, FieldGrid, Head, HeadError, MeasuredHead, NoHeadError, Pose, Rows, Scene, SceneParts, TransferShape,
 };
@@ -263,7 +266,7 @@ fn bands_rise_and_scenes_without_directions_say_so() {
 #[test]
 fn third_order_hears_plane_waves_in_the_bass_and_diffuse_fields_everywhere() {
     let (sphere, n_fft, rate) = (sphere(RADIUS_M), 256, 16_000.0);
-    let filters = sphere.ambisonic(3, n_fft, rate);
+    let filters = sphere.ambisonic(3, Incidence::Diffuse, n_fft, rate);
     assert_eq!((filters.len(), filters[0][0].len()), (16, n_fft / 2 + 1));
     let bin_of = |hz: f64| (hz * n_fft as f64 / rate).round() as usize;
     let (mut error, mut energy) = (0.0, 0.0);
@@ -285,6 +288,21 @@ fn third_order_hears_plane_waves_in_the_bass_and_diffuse_fields_everywhere() {
     for [heard, wanted] in diffuse {
         assert!((10.0 * (heard / wanted).log10()).abs() < 0.3, "{heard} {wanted}");
     }
+}
+
+#[test]
+fn filters_for_horizontal_sound_keep_its_level() {
+    // Ears that hear a narrow ring about their height twice as loud: finer than the third order has it.
+    let heard = |d: Vec3| [0, 1].map(|_| vec![Complex32::from(if d.z.abs() < 0.15 { 2.0 } else { 1.0 }); 8]);
+    let level = |incidence: Incidence| -> f32 {
+        let filters = ambisonic_filters(3, incidence, 1000.0, heard);
+        let ring = (0..36_u8).map(|i| glam::Quat::from_rotation_z(f32::from(i) * 0.174_532_9) * Vec3::X);
+        let energy =
+            |d: Vec3| -> f32 { filters.iter().zip(harmonics(3, d)).map(|(f, y)| f[0][6] * y).sum::<Complex32>().norm_sqr() };
+        10.0 * (ring.map(energy).sum::<f32>() / (36.0 * 4.0)).log10()
+    };
+    let [diffuse, horizontal] = [Incidence::Diffuse, Incidence::Horizontal].map(level);
+    assert!(diffuse < -2.0 && horizontal.abs() < 1.0, "{diffuse} dB, {horizontal} dB");
 }
 
 #[test]

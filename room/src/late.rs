@@ -1,7 +1,9 @@
 //! Energy over time as time filters of a scene.
 
-use promenade_acoustics::{Echogram, octave_energy};
-use promenade_core::{Bands, StftGrid, TailModel, TransferShape};
+use crate::receiver::Receiver;
+use promenade_acoustics::{BANDS, Echogram, octave_energy};
+use promenade_core::glam::DVec3;
+use promenade_core::{StftGrid, TailModel, TransferShape};
 use promenade_metrics::slope;
 use std::ops::Range;
 
@@ -15,29 +17,56 @@ const FITTED_DB: f64 = 20.0;
 /// Energy density per hop and band of one ear, `[hop][band]`.
 pub type HopEnergies = Vec<Vec<f64>>;
 
-/// An echogram as energy per hop after the direct sound, which arrives at `direct_s`, and band.
-#[must_use]
-pub fn hop_energies(echogram: &Echogram, direct_s: f64, grid: &StftGrid, bands: &Bands) -> HopEnergies {
+/// How many hops after the direct sound, which arrives at `direct_s`, a time is.
+fn place(time_s: f64, direct_s: f64, hop_s: f64) -> f64 {
     // Hop `l` begins a quarter of a hop before `l` hops after the direct sound, as the render head's taps do.
-    let start = direct_s - 0.25 * grid.hop_s();
-    let hops = ((echogram.bins.len() as f64 * echogram.bin_s - direct_s) / grid.hop_s()).ceil().max(2.0) as usize;
-    let mut octaves = vec![[0.0_f64; 7]; hops];
+    (time_s - direct_s) / hop_s + 0.25
+}
+
+/// An echogram as a head hears it that turns anywhere, as energy per hop after the direct sound, which arrives at `direct_s`, and band. What of a
+/// hop comes from one side has the head's level at its elevation; the rest comes from everywhere, where that is 1.
+#[must_use]
+pub fn hop_energies(echogram: &Echogram, direct_s: f64, head: &Receiver) -> HopEnergies {
+    let (hop_s, bands) = (head.grid.hop_s(), &head.bands);
+    let hops = ((echogram.bins.len() as f64 * echogram.bin_s - direct_s) / hop_s).ceil().max(2.0) as usize;
+    let mut octaves = vec![[0.0_f64; BANDS]; hops];
+    let mut from = vec![DVec3::ZERO; hops];
     for (i, bin) in echogram.bins.iter().enumerate() {
         // A bin reaches into two hops.
-        let place = (i as f64 * echogram.bin_s - start) / grid.hop_s();
-        let width = echogram.bin_s / grid.hop_s();
+        let place = place(i as f64 * echogram.bin_s, direct_s, hop_s);
+        let width = echogram.bin_s / hop_s;
         let first = place.floor();
         let into_next = ((place + width - first - 1.0) / width).clamp(0.0, 1.0);
         for (hop, share) in [(first, 1.0 - into_next), (first + 1.0, into_next)] {
             // What comes with the direct sound is heard a hop later: there is no earlier tap.
             let hop = hop.max(1.0) as usize;
-            if let Some(octaves) = octaves.get_mut(hop) {
+            if let (Some(octaves), Some(from)) = (octaves.get_mut(hop), from.get_mut(hop)) {
                 octaves.iter_mut().zip(bin.energy).for_each(|(sum, e)| *sum += share * f64::from(e));
+                *from += share * DVec3::from(bin.from.map(|axis| axis.iter().map(|e| f64::from(*e)).sum()));
             }
         }
     }
-    let centres = bands.centres_hz();
-    octaves.iter().map(|octaves| centres.iter().map(|hz| octave_energy(octaves, f64::from(*hz))).collect()).collect()
+    let of_hop = |(octaves, from): (&[f64; BANDS], &DVec3)| -> Vec<f64> {
+        let share = (from.length() / octaves.iter().sum::<f64>().max(1e-300)).min(1.0);
+        let heard = head.heard_from(from.normalize_or_zero().z);
+        let level = |(hz, heard): (&f32, f64)| octave_energy(octaves, f64::from(*hz)) * (1.0 - share + share * heard);
+        bands.centres_hz().iter().zip(heard).map(level).collect()
+    };
+    octaves.iter().zip(&from).map(of_hop).collect()
+}
+
+/// Adds what arrives at one time from one elevation, whose sine is given: `energy` is that of a frequency in Hz, without a head.
+pub fn add_arrival(
+    energies: &mut HopEnergies,
+    [time_s, direct_s]: [f64; 2],
+    sine: f64,
+    head: &Receiver,
+    energy: impl Fn(f64) -> f64,
+) {
+    let hop = place(time_s, direct_s, head.grid.hop_s()).max(1.0) as usize;
+    let Some(bands) = energies.get_mut(hop) else { return };
+    let heard = head.bands.centres_hz().iter().zip(head.heard_from(sine));
+    bands.iter_mut().zip(heard).for_each(|(sum, (hz, heard))| *sum += heard * energy(f64::from(*hz)));
 }
 
 /// Reverberation time of the late part by band, seconds: a straight line through the level over its first [`FITTED_DB`], at all places
@@ -82,7 +111,18 @@ pub fn time_filters(
     };
     let ear: Vec<f32> = (0..shape.bands).map(late).collect();
     row.extend([&ear[..], &ear[..]].concat());
+    leave_to_late(&mut row, unit, shape);
     row
+}
+
+/// Takes from the last taps what the late part has there already.
+fn leave_to_late(row: &mut [f32], unit: &[Vec<f64>], shape: TransferShape) {
+    let (taps, late) = row.split_at_mut(shape.tap_len() * shape.taps);
+    for (gains, unit) in taps.chunks_exact_mut(shape.tap_len()).zip(unit.iter().skip(1)) {
+        for ((gain, late), unit) in gains.iter_mut().zip(&*late).zip(unit.iter().chain(unit)) {
+            *gain = (*gain * *gain - late * late * *unit as f32).max(0.0).sqrt();
+        }
+    }
 }
 
 /// Gain of the late part in a band, linear amplitude, from energies over some hops, weighted as they decay; `unit` are those of a gain of

@@ -1,6 +1,7 @@
 //! The head that a room is heard with.
 
-use promenade_core::glam::Vec3;
+use promenade_acoustics::{BANDS, OCTAVES_HZ, Octaves};
+use promenade_core::glam::{DVec2, Vec3};
 use promenade_core::head::harmonics;
 use promenade_core::{
     AMBISONIC_CHANNELS, AmbisonicHead, Bands, Facing, Field, FieldGrid, Rows, Scene, StftGrid, TransferShape,
@@ -8,6 +9,9 @@ use promenade_core::{
 
 /// Where the levels of direct sound and image sources are compared, Hz: below what third-order Ambisonics resolve.
 const COMPARED_HZ: [f64; 8] = [400.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1100.0];
+
+/// Frequencies of a band at which a head's level is looked up.
+const IN_BAND: usize = 4;
 
 /// Share of the sample rate up to which a head is trusted.
 const TRUSTED: f64 = 0.42;
@@ -31,6 +35,8 @@ pub struct Receiver {
     rows: Vec<f32>,
     /// What brings the rows to the level of the image sources.
     scale: f32,
+    /// `[elevation][band][direct sound, image source]`: see [`Self::rings`].
+    rings: Vec<Vec<[f64; 2]>>,
 }
 
 impl Receiver {
@@ -45,7 +51,7 @@ impl Receiver {
         if !fits || direct.grid().position.iter().any(|axis| axis.count() > 1) {
             return None;
         }
-        Some(Self {
+        let receiver = Self {
             grid,
             bands,
             coherence,
@@ -57,7 +63,15 @@ impl Receiver {
             shape,
             rows: rows.clone(),
             scale: 1.0,
-        })
+            rings: Vec::new(),
+        };
+        Some(Self { rings: receiver.rings(), ..receiver })
+    }
+
+    /// Its filters for image sources.
+    #[must_use]
+    pub fn ambisonic(&self) -> &AmbisonicHead {
+        &self.head
     }
 
     /// The same with whom to credit for it, and under which licence.
@@ -77,35 +91,91 @@ impl Receiver {
         let receiver = Self::new(*scene.grid(), scene.bands().clone(), coherence, scene.field()?, head)?;
         let receiver =
             Self { top_hz: scene.top_hz(), credit: scene.credit().to_owned(), licence: scene.licence().to_owned(), ..receiver };
-        let energies = (0..receiver.nodes.nodes()).flat_map(|node| receiver.energies(node));
-        let [direct, images] = energies.fold([0.0; 2], |sum, found| [sum[0] + found[0], sum[1] + found[1]]);
-        let scale = (images / direct).sqrt();
-        scale.is_finite().then_some(Self { scale: scale as f32, ..receiver })
+        let energies = receiver.energies(&COMPARED_HZ);
+        let [direct, images] = energies.iter().flatten().fold([0.0; 2], |sum, e| [sum[0] + e[0], sum[1] + e[1]]);
+        let scale = images / direct;
+        let mut rings = receiver.rings.clone();
+        rings.iter_mut().flatten().for_each(|[direct, _]| *direct *= scale);
+        scale.is_finite().then_some(Self { scale: scale.sqrt() as f32, rings, ..receiver })
     }
 
-    /// Energy of both ears in a direction at each compared frequency, of the direct sound and of an image source.
-    fn energies(&self, node: usize) -> impl Iterator<Item = [f64; 2]> {
-        let row = &self.rows[node * self.shape.row_len()..][..2 * self.shape.bins];
-        let basis = harmonics(3, self.nodes.node(node).1);
-        let rate = self.head.sample_rate_hz;
-        COMPARED_HZ.into_iter().map(move |hz| {
-            let bin = ((hz / self.grid.bin_hz(1)).round() as usize).min(self.shape.bins - 1);
-            let (mixture, difference) = (f64::from(row[bin]), f64::from(row[self.shape.bins + bin]));
-            let direct = 2.0 * mixture.powi(2) * (1.0 + difference.powi(2));
-            let image = |ear: usize| {
-                let sample = |i: usize| -> f64 {
-                    let filters = (0..AMBISONIC_CHANNELS).zip(&basis);
-                    filters.map(|(c, y)| f64::from(y * self.head.filters[(2 * c + ear) * self.head.len() + i])).sum()
-                };
-                let turn = std::f64::consts::TAU * self.grid.bin_hz(bin) / rate;
-                let (re, im) = (0..self.head.len()).fold((0.0, 0.0), |(re, im), i| {
-                    let (sine, cosine) = (turn * i as f64).sin_cos();
-                    (re + cosine * sample(i), im - sine * sample(i))
-                });
-                re * re + im * im
+    /// Energy that an ear hears of sound from all sides of each elevation of the nodes, mean of both ears, by band, where it is 1 of a diffuse
+    /// field: of the direct sound and of image sources.
+    fn rings(&self) -> Vec<Vec<[f64; 2]>> {
+        let Facing::Emitter { azimuth, .. } = &self.nodes.facing else { return Vec::new() };
+        let in_band = |i: usize| ((i as f64 + 0.5) / IN_BAND as f64 - 0.5) / 3.0;
+        let of_band = |hz: &f32| (0..IN_BAND).map(|i| f64::from(*hz) * 2.0_f64.powf(in_band(i))).collect::<Vec<f64>>();
+        let hz: Vec<f64> = self.bands.centres_hz().iter().flat_map(of_band).collect();
+        let of_ring = |nodes: &[Vec<[f64; 2]>]| {
+            let mean = |band: usize, which: usize| {
+                let found = nodes.iter().flat_map(|node| &node[band * IN_BAND..][..IN_BAND]).map(|e| e[which]);
+                0.5 * found.sum::<f64>() / (nodes.len() * IN_BAND) as f64
             };
-            [direct, image(0) + image(1)]
+            (0..self.bands.count()).map(|band| [mean(band, 0), mean(band, 1)]).collect()
+        };
+        self.energies(&hz).chunks(azimuth.count()).map(of_ring).collect()
+    }
+
+    /// As [`Self::rings`], at an elevation whose sine is given.
+    fn ring(&self, sine: f64) -> impl Iterator<Item = [f64; 2]> {
+        let (nodes, count) = match &self.nodes.facing {
+            Facing::Emitter { elevation, .. } => elevation.linear(sine.clamp(-1.0, 1.0).asin() as f32),
+            Facing::Head { .. } => ([(0, 1.0); 4], 1),
+        };
+        let nodes = nodes.into_iter().take(count);
+        (0..self.bands.count()).map(move |band| {
+            let of = |which: usize| nodes.clone().map(|(node, w)| f64::from(w) * self.rings[node][band][which]).sum();
+            [of(0), of(1)]
         })
+    }
+
+    /// Energy that an ear hears of sound from an elevation, mean of both ears and all turns of the head, by band, where it is 1 of a diffuse
+    /// field. `sine` is the elevation's.
+    pub fn heard_from(&self, sine: f64) -> impl Iterator<Item = f64> {
+        self.ring(sine).map(|[direct, _]| direct)
+    }
+
+    /// Gains by octave that bring an image source, which is heard in third-order Ambisonics, to the head's own level at its elevation: what the
+    /// order does not resolve has the level of its surroundings otherwise. `sine` is the elevation's.
+    #[must_use]
+    pub fn image_gains(&self, sine: f64) -> Octaves {
+        let mut sums = [[0.0; 2]; BANDS];
+        for (hz, found) in self.bands.centres_hz().iter().zip(self.ring(sine)) {
+            let octave = (f64::from(*hz) / f64::from(OCTAVES_HZ[0])).log2().round().clamp(0.0, (BANDS - 1) as f64);
+            // Bands of equal ratio, weighted as white sound has them.
+            sums[octave as usize].iter_mut().zip(found).for_each(|(sum, e)| *sum += f64::from(*hz) * e);
+        }
+        sums.map(|[direct, image]| if image > 0.0 { (direct / image).sqrt().clamp(0.5, 2.0) as f32 } else { 1.0 })
+    }
+
+    /// Energy of both ears in each direction at some frequencies, `[node][frequency]`, of the direct sound and of an image source.
+    fn energies(&self, hz: &[f64]) -> Vec<Vec<[f64; 2]>> {
+        let length = self.head.len();
+        let bin = |hz: f64| ((hz / self.grid.bin_hz(1)).round() as usize).clamp(1, self.shape.bins - 1);
+        // Of each filter the response at each frequency, `[frequency][channel][ear]`, as real and imaginary parts.
+        let respond = |hz: &f64| -> Vec<DVec2> {
+            let turn = -std::f64::consts::TAU * self.grid.bin_hz(bin(*hz)) / self.head.sample_rate_hz;
+            let turns: Vec<DVec2> = (0..length).map(|i| DVec2::from_angle(turn * i as f64)).collect();
+            let filters = self.head.filters.chunks_exact(length);
+            filters.map(|filter| filter.iter().zip(&turns).map(|(v, turn)| *turn * f64::from(*v)).sum()).collect()
+        };
+        let responses: Vec<Vec<DVec2>> = hz.iter().map(respond).collect();
+        let of_node = |node: usize| {
+            let row = &self.rows[node * self.shape.row_len()..][..2 * self.shape.bins];
+            let basis = harmonics(3, self.nodes.node(node).1);
+            let at = |(hz, responses): (&f64, &Vec<DVec2>)| {
+                let bin = bin(*hz);
+                let (mixture, difference) = (f64::from(self.scale * row[bin]), f64::from(row[self.shape.bins + bin]));
+                let ear = |ear: usize| -> f64 {
+                    let sum: DVec2 =
+                        (0..AMBISONIC_CHANNELS).zip(&basis).map(|(c, y)| responses[2 * c + ear] * f64::from(*y)).sum();
+                    sum.length_squared()
+                };
+                [2.0 * mixture.powi(2) * (1.0 + difference.powi(2)), ear(0) + ear(1)]
+            };
+            hz.iter().zip(&responses).map(at).collect()
+        };
+        (0..self.nodes.nodes()).map(of_node).collect()
     }
 
     /// The direct sound of an emitter, with `gain` besides the head's at 1 m.

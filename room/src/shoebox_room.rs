@@ -125,7 +125,7 @@ impl ShoeboxRoom {
         let rest: Vec<HopEnergies> = echograms
             .iter()
             .zip(&cells.middles)
-            .map(|(echogram, place)| hop_energies(echogram, distance_s(place), &grid, bands))
+            .map(|(echogram, place)| hop_energies(echogram, distance_s(place), receiver))
             .collect();
         let t60_s: Vec<f32> =
             decay_s(&rest, taps + 1, grid.hop_s(), longest).into_iter().map(|t| t.min(LONGEST_T60_S as f32)).collect();
@@ -134,8 +134,7 @@ impl ShoeboxRoom {
         let hops = rest.iter().map(Vec::len).max().unwrap_or(0);
         let unit = late_unit(&tail, taps, hops, grid.hop_s());
         let rows = rest.iter().flat_map(|energies| {
-            let mut row = time_filters(energies, &unit, shape, &tail, &grid, gain);
-            leave_to_late(&mut row, &unit, shape);
+            let row = time_filters(energies, &unit, shape, &tail, &grid, gain);
             [vec![0.0], row].concat()
         });
         let [yaw, pitch, roll] = [(); 3].map(|()| Axis::single(0.0));
@@ -146,8 +145,12 @@ impl ShoeboxRoom {
             return Err(RoomError::argument("table of the scene", "a row per node", "another number"));
         };
         let here = |at: [f64; 3]| (DVec3::from(at) + self.corner.as_dvec3()).as_vec3();
-        let scaled =
-            |image: &Image| ImageSource { position: here(image.position), gains: image.gains.map(|g| gain as f32 * g) };
+        let scaled = |image: &Image| {
+            let sine = |at: &DVec3| (DVec3::from(image.position) - *at).normalize_or_zero().z;
+            let levels = receiver.image_gains(cells.middles.iter().map(sine).sum::<f64>() / cells.middles.len() as f64);
+            let gains = std::array::from_fn(|b| gain as f32 * levels[b] * image.gains[b]);
+            ImageSource { position: here(image.position), gains }
+        };
         let sources: Vec<ImageSource> = images.iter().map(|(_, image)| scaled(image)).collect();
         let count = sources.len();
         let sources = ImageSources {
@@ -285,16 +288,6 @@ fn late_unit(tail: &TailModel, taps: usize, hops: usize, hop_s: f64) -> HopEnerg
         begun.min(1.0) * (-6.0 * LN_10 * (hop as f64 - first as f64) * hop_s / f64::from(t60_s)).exp()
     };
     (0..hops.max(first + 1)).map(|hop| tail.t60_s.iter().map(|t| at(hop, *t)).collect()).collect()
-}
-
-/// Takes from the last taps what the late part has there already.
-fn leave_to_late(row: &mut [f32], unit: &HopEnergies, shape: TransferShape) {
-    let (taps, late) = row.split_at_mut(shape.tap_len() * shape.taps);
-    for (gains, unit) in taps.chunks_exact_mut(shape.tap_len()).zip(&unit[1..]) {
-        for ((gain, late), unit) in gains.iter_mut().zip(&*late).zip(unit.iter().chain(unit)) {
-            *gain = (*gain * *gain - late * late * *unit as f32).max(0.0).sqrt();
-        }
-    }
 }
 
 #[cfg(test)]

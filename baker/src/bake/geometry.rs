@@ -13,6 +13,7 @@ use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ};
 use half::f16;
 use promenade_acoustics::{
     Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, late_field,
+    octave_energy,
 };
 use promenade_core::glam::Vec3;
 use promenade_core::network::SPEED_OF_SOUND_M_S;
@@ -20,7 +21,9 @@ use promenade_core::{
     Anchor, Axis, Bands, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts,
     StftGrid, TailModel, TransferShape,
 };
-use promenade_room::{HopEnergies, LONGEST_EARLY_S, Receiver, SHORTEST_EARLY_S, decay_s, hop_energies, time_filters};
+use promenade_room::{
+    HopEnergies, LONGEST_EARLY_S, Receiver, SHORTEST_EARLY_S, add_arrival, decay_s, hop_energies, time_filters,
+};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f32::consts::PI;
@@ -169,7 +172,8 @@ pub fn bake_geometry(
     let (images, seen) = strongest(&heard, &plan, options);
     let bands = Bands::for_rate(rate);
     let kept = images.iter().map(|image| image.index).collect();
-    let rest: Vec<HopEnergies> = heard.par_iter().map(|h| left_over(h, &kept, &grid, &bands, options.air)).collect();
+    let head = receiver(hrtf)?;
+    let rest: Vec<HopEnergies> = heard.par_iter().map(|h| left_over(h, &kept, &head, options.air)).collect();
     let typical = typical_t60_s(&heard);
     let early_s = (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S);
     let taps = (early_s / grid.hop_s()).round() as usize;
@@ -191,9 +195,12 @@ pub fn bake_geometry(
     let field = direct_field(emitter, hrtf, &grid, TransferShape { taps: 0, ..shape }, gain).ok_or_else(fits)?;
     let air_db_per_m = OCTAVES_HZ.map(|hz| options.air.map_or(0.0, |air| air.db_per_m(f64::from(hz)) as f32));
     let direct = plan.nearest.iter().map(|place| f32::from(u8::from(heard[*place].sees_emitter()))).collect();
-    let scaled = |image: &Kept| ImageSource {
-        position: Vec3::from_array(image.position.map(|c| c as f32)),
-        gains: image.gains.map(|g| gain as f32 * g),
+    let scaled = |image: &Kept| {
+        let places = plan.places.iter().map(|place| place.as_dvec3().to_array());
+        let sines = places.map(|at| (image.position[2] - at[2]) / distance(image.position, at).max(1e-3));
+        let levels = head.image_gains(sines.sum::<f64>() / plan.places.len() as f64);
+        let gains = std::array::from_fn(|b| gain as f32 * levels[b] * image.gains[b]);
+        ImageSource { position: Vec3::from_array(image.position.map(|c| c as f32)), gains }
     };
     let sources = ImageSources {
         images: images.iter().map(scaled).collect(),
@@ -201,7 +208,7 @@ pub fn bake_geometry(
         places: plan.axes.clone(),
         seen,
         direct,
-        head: ambisonic_head(hrtf),
+        head: head.ambisonic().clone(),
     };
     let [x, y, z] = &plan.axes;
     let middle = start_pose(&heard, &plan, emitter);
@@ -339,21 +346,25 @@ fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Ke
 }
 
 /// Energy per hop after the direct sound and band that played images do not have: rays, all other images, and what comes round edges.
-fn left_over(heard: &Heard, kept: &BTreeSet<usize>, grid: &StftGrid, bands: &Bands, air: Option<Air>) -> HopEnergies {
-    let mut echogram = heard.echogram.clone();
-    let decay = air.map_or([0.0; 7], |air| air.decay_per_m());
+fn left_over(heard: &Heard, kept: &BTreeSet<usize>, head: &Receiver, air: Option<Air>) -> HopEnergies {
+    let mut energies = hop_energies(&heard.echogram, heard.direct_s, head);
     let emitter_m = heard.direct_s * f64::from(SPEED_OF_SOUND_M_S);
+    let mut add = |position: [f64; 3], way_m: f64, amplitudes: &Octaves| {
+        let left = amplitudes.map(|a| f64::from(a).powi(2));
+        let sine = (position[2] - heard.at[2]) / distance(position, heard.at).max(1e-3);
+        add_arrival(&mut energies, [way_m / f64::from(SPEED_OF_SOUND_M_S), heard.direct_s], sine, head, |hz| {
+            let air_db = air.map_or(0.0, |air| air.db_per_m(hz) * way_m);
+            octave_energy(&left, hz) * 10.0_f64.powf(-0.1 * air_db)
+        });
+    };
     for image in heard.images.iter().filter(|i| i.order > 0 && !kept.contains(&i.index)) {
         let way = distance(image.position, heard.at).max(emitter_m);
-        let energy = std::array::from_fn(|b| image.gains[b].powi(2) * (-decay[b] * way as f32).exp() / (way * way) as f32);
-        echogram.add(way / f64::from(SPEED_OF_SOUND_M_S), &energy, [0.0; 3]);
+        add(image.position, way, &image.gains.map(|g| g / way as f32));
     }
     for way in &heard.around {
-        let amplitudes = way.amplitudes();
-        let energy = std::array::from_fn(|b| amplitudes[b].powi(2) * (-decay[b] * way.way_m as f32).exp());
-        echogram.add(way.way_m / f64::from(SPEED_OF_SOUND_M_S), &energy, [0.0; 3]);
+        add(way.position, way.way_m, &way.amplitudes());
     }
-    hop_energies(&echogram, heard.direct_s, grid, bands)
+    energies
 }
 
 /// The longest of the octaves' reverberation times, seconds, each a mean over all places that show one.

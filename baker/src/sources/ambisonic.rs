@@ -17,6 +17,7 @@ use arrivals::Arrivals;
 use decoder::filters;
 use ears::{Frame, spectra};
 use promenade_core::glam::{Quat, Vec3};
+use promenade_core::head::Incidence;
 use promenade_core::head::{RESOLVED_HZ, channels, degree, order_of, turning};
 use promenade_core::{AmbisonicHead, Pose};
 use promenade_fourier::num_complex::Complex32;
@@ -61,7 +62,8 @@ pub struct AmbisonicResponse {
 /// A head as image sources are heard with.
 pub(crate) fn ambisonic_head(hrtf: &Hrtf) -> AmbisonicHead {
     let frame = Frame::short(hrtf);
-    let filters = filters(3, hrtf, frame, |d| spectra(hrtf, d)).into_iter().flatten().flatten().collect();
+    let filters =
+        filters(3, Incidence::Horizontal, hrtf, frame, |d| spectra(hrtf, d)).into_iter().flatten().flatten().collect();
     AmbisonicHead { sample_rate_hz: f64::from(hrtf.sample_rate_hz()), lead: frame.lead, filters }
 }
 
@@ -115,7 +117,7 @@ impl AmbisonicResponses {
             let order = response.order().map_err(|(e, f)| wrong(e, f))?;
             let (_, filters) = match &decoder {
                 Some(kept) if kept.0 == order => kept,
-                _ => decoder.insert((order, filters(order, hrtf, Frame::of(hrtf), |d| spectra(hrtf, d)))),
+                _ => decoder.insert((order, filters(order, Incidence::Diffuse, hrtf, Frame::of(hrtf), |d| spectra(hrtf, d)))),
             };
             let split = Split::of(response, self.normalisation, order, self.sample_rate_hz)
                 .ok_or_else(|| wrong("a direct sound in its first channel".to_owned(), "silence".to_owned()))?;

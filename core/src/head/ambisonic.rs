@@ -14,6 +14,25 @@ const DIRECTIONS: usize = 600;
 /// Frequency up to which one order resolves a head, Hz: where the head's radius is a wavelength over 2 pi.
 pub const RESOLVED_HZ: f64 = 620.0;
 
+/// The sound that keeps the head's own levels and coherence: above what the order resolves, a head's pattern is smoothed, and not all
+/// directions can.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Incidence {
+    /// From everywhere alike.
+    Diffuse,
+    /// Mostly from about the height of the ears, as early reflections of rooms come: weighted by the 64th power of the elevation's cosine.
+    Horizontal,
+}
+
+impl Incidence {
+    fn weight(self, direction: Vec3) -> f64 {
+        match self {
+            Self::Diffuse => 1.0,
+            Self::Horizontal => (1.0 - f64::from(direction.z).powi(2)).powi(32),
+        }
+    }
+}
+
 impl Head {
     /// Filters of each channel of an order for each ear, `[channel][ear]`, channels in the order of AmbiX (ACN, N3D), as [`Ears::spectra`]
     /// has its spectra: about the moment at which the sound is at the head's centre.
@@ -23,18 +42,24 @@ impl Head {
     /// # Real-time
     /// Not real-time safe: allocates, and takes a good part of a second.
     #[must_use]
-    pub fn ambisonic(&self, order: usize, n_fft: usize, sample_rate_hz: f64) -> Vec<[Vec<Complex32>; 2]> {
+    pub fn ambisonic(&self, order: usize, incidence: Incidence, n_fft: usize, sample_rate_hz: f64) -> Vec<[Vec<Complex32>; 2]> {
         let bin_hz = sample_rate_hz / n_fft.max(1) as f64;
-        ambisonic_filters(order, bin_hz, |direction| self.ears(direction).spectra(n_fft, sample_rate_hz))
+        ambisonic_filters(order, incidence, bin_hz, |direction| self.ears(direction).spectra(n_fft, sample_rate_hz))
     }
 }
 
 /// Filters of each channel of an order for each ear, `[channel][ear][bin]`, of a head that hears a direction of unit length (forward, left,
 /// up) as spectra of both ears, with their delays. Bins lie `bin_hz` apart from 0 on.
 #[must_use]
-pub fn ambisonic_filters(order: usize, bin_hz: f64, heard: impl Fn(Vec3) -> [Vec<Complex32>; 2]) -> Vec<[Vec<Complex32>; 2]> {
+pub fn ambisonic_filters(
+    order: usize,
+    incidence: Incidence,
+    bin_hz: f64,
+    heard: impl Fn(Vec3) -> [Vec<Complex32>; 2],
+) -> Vec<[Vec<Complex32>; 2]> {
     let directions: Vec<Vec3> = (0..DIRECTIONS).map(|i| lattice(i, DIRECTIONS)).collect();
     let heard: Vec<[Vec<Complex32>; 2]> = directions.iter().map(|d| heard(*d)).collect();
+    let weights: Vec<f64> = directions.iter().map(|d| incidence.weight(*d)).collect();
     let basis: Vec<Vec<f32>> = directions.iter().map(|d| harmonics(order, *d)).collect();
     let bins = heard.iter().flatten().map(Vec::len).min().unwrap_or(0);
     let count = channels(order);
@@ -57,9 +82,11 @@ pub fn ambisonic_filters(order: usize, bin_hz: f64, heard: impl Fn(Vec3) -> [Vec
             sums
         });
         before.clone_from(&fitted);
-        let wanted = covariance(heard.iter().map(|h| [h[0][bin], h[1][bin]]), 1.0 / DIRECTIONS as f64);
+        let wanted = covariance(heard.iter().map(|h| [h[0][bin], h[1][bin]]), &weights);
+        let found = basis.iter().map(|basis| fitted.each_ref().map(|ear| ear.iter().zip(basis).map(|(f, y)| f * y).sum()));
+        let found = covariance(found, &weights);
         let [left, right] = &mut fitted;
-        mix(left, right, wanted);
+        mix(left, right, found, wanted);
         for (channel, filter) in filters.iter_mut().enumerate() {
             (filter[0][bin], filter[1][bin]) = (left[channel], right[channel]);
         }
@@ -70,21 +97,21 @@ pub fn ambisonic_filters(order: usize, bin_hz: f64, heard: impl Fn(Vec3) -> [Vec
 /// A matrix of two ears, `[row][column]`.
 type Pair = [[Complex64; 2]; 2];
 
-fn covariance(pairs: impl Iterator<Item = [Complex32; 2]>, weight: f64) -> Pair {
+/// Sum over directions.
+fn covariance(pairs: impl Iterator<Item = [Complex32; 2]>, weights: &[f64]) -> Pair {
     let wide = |c: Complex32| Complex64::new(f64::from(c.re), f64::from(c.im));
-    pairs.fold(Pair::default(), |mut sum, ears| {
+    pairs.zip(weights).fold(Pair::default(), |mut sum, (ears, weight)| {
         let ears = ears.map(wide);
         for (row, a) in sum.iter_mut().zip(ears) {
-            row.iter_mut().zip(ears).for_each(|(sum, b)| *sum += weight * a * b.conj());
+            row.iter_mut().zip(ears).for_each(|(sum, b)| *sum += a * b.conj() * *weight);
         }
         sum
     })
 }
 
-/// Mixes both ears' filters so that a diffuse field has the wanted covariance, and changes them as little as that takes: by the positive
+/// Mixes both ears' filters so that a field has the wanted covariance instead of the found one, and changes them as little as that takes: by the positive
 /// matrix `F^-1/2 (F^1/2 W F^1/2)^1/2 F^-1/2` of the found and the wanted covariance (Vilkamo, Bäckström and Kuntz 2013).
-fn mix(left: &mut [Complex32], right: &mut [Complex32], wanted: Pair) {
-    let found = covariance(left.iter().zip(right.iter()).map(|(l, r)| [*l, *r]), 1.0);
+fn mix(left: &mut [Complex32], right: &mut [Complex32], found: Pair, wanted: Pair) {
     // Ears that hear nearly the same at low frequencies make them singular otherwise.
     let (found, wanted) = (floored(found), floored(wanted));
     let half = root(found);

@@ -5,6 +5,7 @@
 
 mod bus;
 mod delay_line;
+mod lagrange;
 mod level;
 mod voice;
 mod wall;
@@ -19,11 +20,12 @@ use crate::{Pose, Scene, StftGrid, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
 use glam::Vec3;
+use lagrange::{AFTER, BEFORE};
 use level::Levels;
 use pulp::Arch;
 use std::sync::Arc;
-use voice::{AFTER, BEFORE, Moment, Voice, scratch_len};
-use wall::{WallFilters, Weights};
+use voice::{Moment, Voice, scratch_len};
+use wall::{GIVEN_HZ, LogGains, WallFilters, Weights};
 
 /// Images that are played in tier Draft.
 const DRAFT_IMAGES: usize = 8;
@@ -61,6 +63,8 @@ pub(crate) struct ImageRenderer {
     base: f64,
     longest: f64,
     weights: Vec<Weights>,
+    /// What a metre of air takes, nepers.
+    air: LogGains,
     /// The next image whose walls are brought to the pose.
     refreshed: usize,
     /// Images whose walls are still those of an older pose.
@@ -107,6 +111,7 @@ impl ImageRenderer {
             base,
             longest,
             weights: vec![Weights::default(); count],
+            air: GIVEN_HZ.map(|hz| single(images.air_nepers_per_m(f64::from(hz)))),
             refreshed: 0,
             stale: 0,
             now: vec![Moment::default(); count],
@@ -187,12 +192,12 @@ impl ImageRenderer {
             let i = self.refreshed;
             self.refreshed = (i + 1) % count;
             let image = &images.images[i];
-            let nepers_per_db = single(std::f64::consts::LN_10 / 20.0);
             let distance = pose.position.distance(image.position);
             let after = f64::from(distance - pose.position.distance(self.emitter)) * self.per_m;
-            let log_gains = std::array::from_fn(|octave| {
-                let walls = image.gains[octave].max(1e-5).ln() - nepers_per_db * distance * images.air_db_per_m[octave];
-                walls + self.levels.log_gain(octave, after)
+            let log_gains = std::array::from_fn(|given| {
+                let octave = given.min(image.gains.len() - 1);
+                let wall = image.gains[octave].max(1e-5).ln() - distance * self.air[given];
+                wall + self.levels.log_gain(octave, after)
             });
             self.weights[i] = self.filters.walls.weights(&log_gains);
         }

@@ -2,7 +2,7 @@
 
 use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSources, Scene, SceneParts};
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
-use crate::head::{HEAD_BANDS, Head, at_hz, lag_s, low_pass_power};
+use crate::head::{HEAD_BANDS, Head, Incidence, at_hz, lag_s, low_pass_power};
 use crate::number::single;
 use crate::{Bands, StftGrid, TransferShape};
 use glam::Vec3;
@@ -120,7 +120,7 @@ fn ambisonic_head(head: &Head, old: &AmbisonicHead) -> AmbisonicHead {
         time.iter_mut().rev().take(fall).enumerate().for_each(|(i, v)| *v *= ramp(i, fall));
         time
     };
-    let filters = head.ambisonic(AMBISONIC_CHANNELS.isqrt() - 1, n_fft, old.sample_rate_hz);
+    let filters = head.ambisonic(AMBISONIC_CHANNELS.isqrt() - 1, Incidence::Horizontal, n_fft, old.sample_rate_hz);
     AmbisonicHead { filters: filters.into_iter().flatten().flat_map(impulse).collect(), ..old.clone() }
 }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::late::add_arrival;
 use promenade_acoustics::Material;
 
 fn receiver() -> Receiver {
@@ -27,16 +28,25 @@ fn a_scene_has_the_images_of_its_box() {
     let source = (room.emitter - room.corner).as_dvec3();
     let exact = room.walls.images(source.to_array(), 6, Share::Specular).unwrap();
     let middle = |gains: &[f32; 7]| gains[3];
-    // One gain for the direct sound and all images.
-    let gain = middle(&images.images[0].gains) / middle(&exact[1].gains);
+    // One gain for all images, but for what the third order leaves of the head's levels.
+    let (receiver, cells) = (receiver(), Cells::of(room.walls.size, room.corner));
+    let levels = |image: &ImageSource| {
+        let at = image.position.as_dvec3() - room.corner.as_dvec3();
+        let sines = cells.middles.iter().map(|middle| (at - *middle).normalize().z);
+        receiver.image_gains(sines.sum::<f64>() / cells.middles.len() as f64)
+    };
+    let mut gain = None;
     let mut first = 0;
     for image in &images.images {
         let near = |e: &&Image| (DVec3::from(e.position) + room.corner.as_dvec3()).distance(image.position.as_dvec3());
         let of = exact.iter().min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
         let late_s = near(&of) / SPEED_OF_SOUND_M_S;
         assert!(late_s < 1e-6, "{late_s} s beside an image");
-        for (found, exact) in image.gains.iter().zip(of.gains) {
-            assert!((20.0 * (found / (gain * exact)).log10()).abs() < 0.01);
+        let levels = levels(image);
+        let gain = *gain.get_or_insert(middle(&image.gains) / (middle(&levels) * middle(&of.gains)));
+        for ((found, exact), level) in image.gains.iter().zip(of.gains).zip(levels) {
+            assert!((20.0 * (found / (gain * level * exact)).log10()).abs() < 0.01);
+            assert!((20.0 * level.log10()).abs() < 3.0, "{level}");
         }
         first += usize::from(of.order == 1);
     }
@@ -67,6 +77,33 @@ fn the_head_of_any_scene_is_brought_to_one_level() {
     }
     let db = 10.0 * (sum / weight).log10();
     assert!(db.abs() < 1.0, "{db} dB");
+}
+
+#[test]
+fn sound_of_the_late_field_has_the_heads_level_where_it_comes_from() {
+    let receiver = receiver();
+    let mut echogram = Echogram { bin_s: 0.0025, bins: vec![promenade_acoustics::Bin::default(); 40] };
+    let energy = [1.0; 7];
+    echogram.add(0.011, &energy, [0.0, 0.0, 1.0]);
+    echogram.add(0.031, &energy, [0.6, 0.8, 0.0]);
+    echogram.add(0.051, &energy, [0.0; 3]);
+    let heard = hop_energies(&echogram, 0.0, &receiver);
+    let hop = |time_s: f64| (time_s / receiver.grid.hop_s() + 0.25) as usize;
+    let sum = |time_s: f64, band: usize| heard[hop(time_s)..=hop(time_s) + 1].iter().map(|e| e[band]).sum::<f64>();
+    let mut apart = 0.0_f64;
+    let [above, level]: [Vec<f64>; 2] = [1.0, 0.0].map(|sine| receiver.heard_from(sine).collect());
+    for band in 0..receiver.bands.count() {
+        let found = [0.010, 0.030, 0.050].map(|time_s| sum(time_s, band));
+        for (found, want) in found.iter().zip([above[band], level[band], 1.0]) {
+            assert!((found / want - 1.0).abs() < 1e-6, "band {band}: {found}, {want}");
+        }
+        apart = apart.max((above[band] / level[band] - 1.0).abs());
+    }
+    assert!(apart > 0.1, "{apart}");
+    // An image that is not played is the same energy in one hop.
+    let mut one = vec![vec![0.0; receiver.bands.count()]; heard.len()];
+    add_arrival(&mut one, [0.031, 0.0], 0.0, &receiver, |_| 2.0);
+    assert!(one[hop(0.031)].iter().zip(&level).all(|(found, level)| (found / (2.0 * level) - 1.0).abs() < 1e-9));
 }
 
 #[test]

@@ -69,7 +69,8 @@ impl Axis {
     }
 
     /// The one or two nodes around a value with their weights, and how many there are; beyond the ends the last ones hold.
-    pub(crate) fn linear(&self, value: f32) -> ([(usize, f32); 4], usize) {
+    #[must_use]
+    pub fn linear(&self, value: f32) -> ([(usize, f32); 4], usize) {
         let (low, high, fraction) = self.around(value);
         ([(low, 1.0 - fraction), (high, fraction), (0, 0.0), (0, 0.0)], if fraction > 0.0 { 2 } else { 1 })
     }

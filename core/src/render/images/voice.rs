@@ -2,16 +2,13 @@
 
 use super::bus::Bus;
 use super::delay_line::{DelayLine, aligned};
+use super::lagrange::{BEFORE, POINTS, interpolate, interpolate_one};
 use super::wall::Weights;
 use crate::number::{single, whole};
 use crate::render::ambisonic::Channels;
 use crate::simd::LANES;
 use pulp::{Simd, WithSimd};
 
-/// Samples that the interpolation reaches before and after its place.
-pub(crate) const BEFORE: usize = 2;
-pub(crate) const AFTER: usize = 3;
-const POINTS: usize = BEFORE + 1 + AFTER;
 /// A delay that changes faster than this, samples per sample, is a jump: 85 m/s.
 const FASTEST: f64 = 0.25;
 /// Up to this change over [`LANES`] samples, 5 m/s, a vector's samples are all interpolated from the same six.
@@ -115,45 +112,6 @@ fn play<S: Simd>(
 
 /// Numbers of the lanes.
 const LANE: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
-
-/// Lagrange's polynomial through six samples, `x[lane..lane + POINTS]` of each lane, at places from the third of them on, near 0 to 1.
-#[inline(always)]
-fn interpolate<S: Simd>(simd: S, x: &[f32], places: S::f32s) -> S::f32s {
-    let (mul, splat) = (|a, b| simd.mul_f32s(a, b), |value| simd.splat_f32s(value));
-    let x = |j: usize| S::as_simd_f32s(&x[j..j + S::F32_LANES]).0[0];
-    let from = |node: f32| simd.sub_f32s(places, splat(node));
-    let (a, b, c, d, e, f) = (from(-2.0), from(-1.0), places, from(1.0), from(2.0), from(3.0));
-    let (ab, cd, ef) = (mul(a, b), mul(c, d), mul(e, f));
-    let (abcd, def) = (mul(ab, cd), mul(d, ef));
-    let outer = simd.sub_f32s(mul(mul(abcd, e), x(5)), mul(mul(mul(b, c), def), x(0)));
-    let middle = simd.sub_f32s(mul(mul(mul(a, cd), ef), x(1)), mul(mul(abcd, f), x(4)));
-    let inner = simd.sub_f32s(mul(mul(mul(ab, c), ef), x(3)), mul(mul(ab, def), x(2)));
-    let sum = simd.mul_add_e_f32s(middle, splat(1.0 / 24.0), mul(inner, splat(1.0 / 12.0)));
-    simd.mul_add_e_f32s(outer, splat(1.0 / 120.0), sum)
-}
-
-#[inline(always)]
-fn interpolate_one(x: &[f32], at: f64) -> f32 {
-    let start = whole(at);
-    let c = coefficients(single(at - start as f64));
-    x[start - BEFORE..].iter().zip(c).map(|(x, c)| x * c).sum()
-}
-
-/// Weights of the samples at -2 to 3 for a place near 0 to 1.
-#[inline(always)]
-fn coefficients(d: f32) -> [f32; POINTS] {
-    let (a, b, c, e, f) = (d + 2.0, d + 1.0, d - 1.0, d - 2.0, d - 3.0);
-    let (ab, ef) = (a * b, e * f);
-    let (bd, dc) = (b * d, d * c);
-    [
-        bd * c * ef * (-1.0 / 120.0),
-        a * dc * ef * (1.0 / 24.0),
-        ab * c * ef * (-1.0 / 12.0),
-        ab * d * ef * (1.0 / 12.0),
-        ab * dc * f * (-1.0 / 24.0),
-        ab * dc * e * (1.0 / 120.0),
-    ]
-}
 
 #[cfg(test)]
 mod tests {

@@ -3,13 +3,17 @@
 //! A parallel filter with fixed poles (Bank, "Perceptually motivated audio equalization using fixed-pole parallel second-order filters",
 //! IEEE Signal Processing Letters 15 (2008)), of first order: walls absorb smoothly over frequency.
 
+use super::lagrange::gain_left;
 use crate::number::single;
-use crate::scene::IMAGE_OCTAVES_HZ;
 use promenade_fourier::num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
 /// Corner frequencies of the low-passes, Hz.
-const CORNERS_HZ: [f64; 5] = [200.0, 500.0, 1250.0, 3000.0, 7500.0];
+const CORNERS_HZ: [f64; 5] = [200.0, 500.0, 1250.0, 3500.0, 10_000.0];
+/// Frequencies that gains are given at, Hz: walls are known to the octave of 8 kHz, air beyond.
+pub(crate) const GIVEN_HZ: [f32; 8] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16_000.0];
+/// Natural logarithms of gains at [`GIVEN_HZ`].
+pub(crate) type LogGains = [f32; GIVEN_HZ.len()];
 /// The sound itself, and its low-passes.
 pub(crate) const BASES: usize = 1 + CORNERS_HZ.len();
 /// Share of each basis.
@@ -20,12 +24,14 @@ const FITTED_HZ: (f64, f64) = (60.0, 18_000.0);
 /// Steps of an integral between two octaves.
 const STEPS: u32 = 64;
 
-/// From gains by octave to shares of bases, at one host rate.
+/// From gains to shares of bases, at one host rate.
 pub(crate) struct WallFilters {
     /// Poles of the low-passes.
     pub(crate) poles: [f32; CORNERS_HZ.len()],
-    /// Logarithm of the magnitude at each frequency and its phase, radians, by octave's logarithm.
-    targets: Vec<[[f32; 7]; 2]>,
+    /// Logarithm of the magnitude at each frequency and its phase, radians, by logarithm of each gain.
+    targets: Vec<[LogGains; 2]>,
+    /// Of each frequency the gain that makes up for the interpolation of delays.
+    restored: Vec<f32>,
     /// Least-squares solution for real and imaginary parts of each frequency.
     solution: Vec<[Weights; 2]>,
 }
@@ -54,16 +60,17 @@ impl WallFilters {
             std::array::from_fn(|i| single(inverse[i].iter().zip(part).map(|(a, b)| a * b).sum()))
         };
         let solution = rows.iter().map(|row| [solved(row.map(|b| b.re)), solved(row.map(|b| b.im))]).collect();
-        let targets = hz.iter().map(|hz| [magnitude(*hz), phase(*hz)].map(|octaves| octaves.map(single))).collect();
-        Self { poles: poles.map(single), targets, solution }
+        let targets = hz.iter().map(|hz| [magnitude(*hz), phase(*hz)].map(|shares| shares.map(single))).collect();
+        let restored = hz.iter().map(|hz| single(gain_left(TAU * hz / sample_rate_hz).recip())).collect();
+        Self { poles: poles.map(single), targets, restored, solution }
     }
 
-    /// The shares that come nearest to gains by octave, given as natural logarithms, with their minimum phase.
-    pub(crate) fn weights(&self, log_gains: &[f32; 7]) -> Weights {
+    /// The shares that come nearest to gains with their minimum phase, after the delay's interpolation.
+    pub(crate) fn weights(&self, log_gains: &LogGains) -> Weights {
         let mut weights = [0.0; BASES];
-        let sum = |by_octave: &[f32; 7]| by_octave.iter().zip(log_gains).map(|(a, g)| a * g).sum::<f32>();
-        for ([magnitude, phase], [re, im]) in self.targets.iter().zip(&self.solution) {
-            let (gain, (sin, cos)) = (sum(magnitude).exp(), sum(phase).sin_cos());
+        let sum = |shares: &LogGains| shares.iter().zip(log_gains).map(|(a, g)| a * g).sum::<f32>();
+        for (([magnitude, phase], restored), [re, im]) in self.targets.iter().zip(&self.restored).zip(&self.solution) {
+            let (gain, (sin, cos)) = (sum(magnitude).exp() * restored, sum(phase).sin_cos());
             for (w, (re, im)) in weights.iter_mut().zip(re.iter().zip(im)) {
                 *w += gain * (cos * re + sin * im);
             }
@@ -72,22 +79,19 @@ impl WallFilters {
     }
 }
 
-/// Shares of the octaves in a value at a frequency: linear over the logarithm of frequency, the ends hold.
-fn magnitude(hz: f64) -> [f64; 7] {
-    let mut out = [0.0; 7];
-    let place = (hz / f64::from(IMAGE_OCTAVES_HZ[0])).log2().clamp(0.0, 6.0);
-    for (octave, share) in out.iter_mut().enumerate() {
-        *share = (1.0 - (place - octave as f64).abs()).max(0.0);
-    }
-    out
+/// Shares of the given values in one at a frequency: linear over the logarithm of frequency, the ends hold.
+fn magnitude(hz: f64) -> [f64; GIVEN_HZ.len()] {
+    let last = GIVEN_HZ.len() - 1;
+    let place = (hz / f64::from(GIVEN_HZ[0])).log2().clamp(0.0, last as f64);
+    std::array::from_fn(|octave| (1.0 - (place - octave as f64).abs()).max(0.0))
 }
 
-/// Minimum phase at a frequency, radians by natural logarithm of each octave's gain (Bode 1945: the slope over the logarithm of frequency,
+/// Minimum phase at a frequency, radians by natural logarithm of each gain (Bode 1945: the slope over the logarithm of frequency,
 /// weighted by `ln coth |u / 2|`).
-fn phase(hz: f64) -> [f64; 7] {
-    let mut out = [0.0; 7];
+fn phase(hz: f64) -> [f64; GIVEN_HZ.len()] {
+    let mut out = [0.0; GIVEN_HZ.len()];
     let octave = std::f64::consts::LN_2;
-    for (lower, pair) in IMAGE_OCTAVES_HZ.windows(2).enumerate() {
+    for (lower, pair) in GIVEN_HZ.windows(2).enumerate() {
         let start = (f64::from(pair[0]) / hz).ln();
         let step = octave / f64::from(STEPS);
         let weight: f64 = (0..STEPS)
@@ -132,17 +136,22 @@ mod tests {
     #[test]
     fn walls_sound_as_their_octaves_say_at_every_rate() {
         // Amplitudes left by plaster, a carpet and a curtain, and by all three in turn.
-        let plaster = [0.93, 0.95, 0.97, 0.97, 0.98, 0.98, 0.98_f32];
-        let carpet = [0.99, 0.97, 0.93, 0.79, 0.63, 0.59, 0.59];
-        let curtain = [0.96, 0.83, 0.71, 0.5, 0.55, 0.63, 0.63];
-        let all: [f32; 7] = std::array::from_fn(|i| plaster[i] * carpet[i] * curtain[i]);
+        let plaster = [0.93, 0.95, 0.97, 0.97, 0.98, 0.98, 0.98, 0.98_f32];
+        let carpet = [0.99, 0.97, 0.93, 0.79, 0.63, 0.59, 0.59, 0.59];
+        let curtain = [0.96, 0.83, 0.71, 0.5, 0.55, 0.63, 0.63, 0.63];
+        let all: LogGains = std::array::from_fn(|i| plaster[i] * carpet[i] * curtain[i]);
+        // Of 20 m at 20 degrees and 50 %.
+        let air = [1.0, 1.0, 0.99, 0.99, 0.98, 0.93, 0.79, 0.47];
         for rate in [44_100.0, 48_000.0, 192_000.0] {
             let filters = WallFilters::new(rate);
-            for gains in [[1.0; 7], [0.3; 7], plaster, carpet, curtain, all] {
+            let sets = [[1.0; 8], [0.3; 8], plaster, carpet, curtain, all].map(|walls| (walls, 1.0));
+            for (gains, most) in sets.into_iter().chain([(air, 2.0)]) {
                 let weights = filters.weights(&gains.map(f32::ln));
-                for (hz, gain) in IMAGE_OCTAVES_HZ.iter().zip(gains) {
-                    let (found, want) = (level_db(&filters, &weights, f64::from(*hz), rate), f64::from(20.0 * gain.log10()));
-                    assert!((found - want).abs() < 0.6, "{rate} {hz}: {found} dB, {want}");
+                for (hz, gain) in GIVEN_HZ.iter().zip(gains) {
+                    let left_db = 20.0 * gain_left(TAU * f64::from(*hz) / rate).log10();
+                    let found = level_db(&filters, &weights, f64::from(*hz), rate) + left_db;
+                    let want = f64::from(20.0 * gain.log10());
+                    assert!((found - want).abs() < most, "{rate} {hz}: {found} dB, {want}");
                 }
             }
         }
