@@ -67,10 +67,7 @@ fn paths_are_converted_and_shown_in_figures() {
     std::fs::remove_dir_all(place.path("model/sparse")).unwrap();
     for (args, clue) in [
         (vec!["path", &place.text("ride.gltf")], "ride.gltf: its buffer ride.bin cannot be read: "),
-        (
-            vec!["path", &place.text("in.wav")],
-            "in.wav: expected a camera path: JSON, CSV, COLMAP's images.txt or images.bin, a transforms.json, or glTF",
-        ),
+        (vec!["path", &place.text("in.wav")], "in.wav: expected a sound file with moves of objects (chunk axml), found none"),
         (vec!["path", &model], "expected a COLMAP model, a folder with images.bin, images.txt or sparse/0/images.bin"),
         (vec!["path", &csv, "-o", &place.text("x.glb")], "expected a name ending in .json or .csv"),
         (vec!["path", &csv, "-o", &place.text("no/such/x.csv")], "cannot be written"),

@@ -16,11 +16,6 @@ const JUMP_S: f64 = 1e-3;
 /// Chunks before the one with the XML.
 const MOST_CHUNKS: usize = 1_000;
 
-/// Whether a file is a WAV file or one of its kin.
-pub(crate) fn is_wave(bytes: &[u8]) -> bool {
-    [&b"RIFF"[..], b"RF64", b"BW64"].iter().any(|id| bytes.starts_with(id)) && bytes.get(8..12) == Some(b"WAVE")
-}
-
 /// A position at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Place {

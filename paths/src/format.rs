@@ -1,6 +1,6 @@
 //! The forms that a path has in files.
 
-use crate::{PathFileError, adm};
+use crate::PathFileError;
 
 /// What a path was read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,7 +59,7 @@ impl Format {
             "json" if is_object(bytes) => Ok(Self::Transforms),
             "json" => Ok(Self::Json),
             "csv" | "tsv" => Ok(Self::Csv),
-            "wav" | "bw64" | "rf64" if adm::is_wave(bytes) => Ok(Self::Adm),
+            "wav" | "bw64" | "rf64" if is_wave(bytes) => Ok(Self::Adm),
             "gltf" | "glb" => Ok(Self::Gltf),
             _ => by_content(bytes).ok_or_else(|| PathFileError::content(file, ANY, glance(bytes))),
         }
@@ -95,7 +95,7 @@ fn by_content(bytes: &[u8]) -> Option<Format> {
     if bytes.starts_with(b"glTF") {
         return Some(Format::Gltf);
     }
-    if adm::is_wave(bytes) {
+    if is_wave(bytes) {
         return Some(Format::Adm);
     }
     // The count of images comes first: 0 bytes at its upper end are in no text. Scenes begin with a length too, and then with JSON.
@@ -132,6 +132,11 @@ fn glance(bytes: &[u8]) -> String {
         let hex: Vec<String> = start.iter().take(8).map(|b| format!("{b:02x}")).collect();
         format!("the bytes {}", hex.join(" "))
     }
+}
+
+/// Whether a file is a WAV file or one of its kin.
+fn is_wave(bytes: &[u8]) -> bool {
+    [&b"RIFF"[..], b"RF64", b"BW64"].iter().any(|id| bytes.starts_with(id)) && bytes.get(8..12) == Some(b"WAVE")
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@
 //! [`Inbox`] and parameters by [`crate::remote::Remote`]. One thread sends the poses of all instances. `docs/osc.md` has the addresses.
 
 mod address;
-pub mod adm;
+mod adm;
+pub mod adm_config;
 mod axes;
 mod batch;
 pub mod config;
@@ -30,7 +31,7 @@ mod format_tests;
 mod net_tests;
 
 pub use address::KEYWORDS;
-pub use adm::AdmConfig;
+pub use adm_config::AdmConfig;
 pub use axes::AxisMap;
 pub use config::{Interface, OscConfig, OscOut, Recenter};
 pub use custom::{CustomArguments, CustomTracker};

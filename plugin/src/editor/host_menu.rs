@@ -3,6 +3,8 @@
 use super::ctx::Ctx;
 use super::host::default_value;
 use super::theme::Palette;
+use super::widgets::button;
+use super::words::Word;
 use crate::host_side::{Automation, Colour, Mark, MenuItem, MenuRequest};
 use crate::parameter::Parameter;
 use egui::{Color32, Rect, Response, Ui};
@@ -22,7 +24,7 @@ pub(super) fn add(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, response
     }
     response.context_menu(|ui| {
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
-        if ui.button("Usual value").clicked() {
+        if button(ui, ctx.palette, Word::UsualValue).clicked() {
             let usual = default_value(ctx.params(), parameter);
             ctx.set(parameter, usual);
             ui.close();

@@ -9,7 +9,7 @@ use super::words::Word;
 use crate::choices::GroupChoice;
 use crate::group;
 use crate::members::{self, Member};
-use crate::osc::adm::METRE_LIMITS;
+use crate::osc::adm_config::METRE_LIMITS;
 use crate::osc::{
     AxisMap, Counts, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat,
 };

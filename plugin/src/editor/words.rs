@@ -13,6 +13,8 @@ table! {
         Light = ("Light", "Dark writing on a light ground"),
         /// Top line.
         Dark = ("Dark", "Light writing on a dark ground"),
+        /// Menu of a control.
+        UsualValue = ("Usual value", "The value that a new instance starts with"),
         /// Top line.
         Bypass = ("Bypass", "Plays the track without the room, delayed as much as with it"),
         /// List of scenes.

@@ -3,6 +3,7 @@
 //! Source: ADM-OSC specification 1.0 (immersive-audio-live.github.io/ADM-OSC): x to the right, y ahead, z up, normalised; azimuth in
 //! degrees to the left, elevation up, distance normalised.
 
+use super::adm_config::{AdmConfig, METRE_LIMITS};
 use super::packet;
 use super::value::numbers;
 use crate::cast::narrow;
@@ -11,38 +12,9 @@ use crate::params::{PromenadeParams, emitter_offset_of, pose_of};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType};
-use serde::{Deserialize, Serialize};
 
 /// The port at which programs expect answers.
 pub(super) const ANSWER_PORT: u16 = 4002;
-/// What a distance of 1 is at first, metres.
-const METRES: f32 = 10.0;
-/// The least and greatest of these, metres.
-pub const METRE_LIMITS: (f32, f32) = (0.1, 50.0);
-
-/// How an instance takes part in ADM-OSC.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct AdmConfig {
-    /// The number of its object, from 1; 0 takes no part.
-    pub object: u32,
-    /// What a normalised distance of 1 is, metres.
-    pub metres: f32,
-}
-
-impl Default for AdmConfig {
-    fn default() -> Self {
-        Self { object: 0, metres: METRES }
-    }
-}
-
-impl AdmConfig {
-    /// Metres of a distance of 1, within limits.
-    fn scale(self) -> f32 {
-        let (least, most) = METRE_LIMITS;
-        if self.metres.is_finite() { self.metres.clamp(least, most) } else { METRES }
-    }
-}
 
 /// What an address is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

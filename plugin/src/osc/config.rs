@@ -1,6 +1,6 @@
 //! How an instance's Open Sound Control is set up.
 
-use super::adm::AdmConfig;
+use super::adm_config::AdmConfig;
 use super::axes::AxisMap;
 use super::custom::CustomTracker;
 use super::format::TrackerFormat;

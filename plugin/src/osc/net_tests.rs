@@ -1,6 +1,6 @@
 //! Instances on real sockets of this machine.
 
-use super::adm::AdmConfig;
+use super::adm_config::AdmConfig;
 use super::config::{Interface, OscConfig, OscOut};
 use super::format::TrackerFormat;
 use super::inbox::Inbox;

@@ -1,6 +1,6 @@
 //! The listener's pose, sent to another instance or to a program that draws it.
 
-use super::adm::AdmConfig;
+use super::adm_config::AdmConfig;
 use super::config::{OscConfig, OscOut};
 use super::receiver::Receiver;
 use super::status::Sending;

@@ -1,7 +1,8 @@
 //! Messages applied to one instance.
 
 use super::address::{self, RoomPart, Verb};
-use super::adm::{self, ANSWER_PORT, AdmConfig, AdmObject, Values};
+use super::adm::{self, ANSWER_PORT, AdmObject, Values};
+use super::adm_config::AdmConfig;
 use super::config::{Interface, OscConfig, Recenter};
 use super::inbox::Inbox;
 use super::packet;
