@@ -18,13 +18,13 @@ use crate::bake::log_transfer::{LogTransfer, align_phases, delay_trend};
 use crate::bake::mixing::{Hops, PER_NODE, Share, shares};
 use crate::bake::room::Room;
 use crate::error::BakeError;
-use crate::judge::response_measures::response_measures;
 use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
 use promenade_core::{
     Anchor, Axis, Field, FieldGrid, Head, HeldOut, MAX_SCENE_BYTES, MeasuredHead, NodeShares, Provenance, Rows, Scene,
     SceneParts, StftGrid, glam,
 };
+use promenade_judge::response_measures;
 use promenade_room::LONGEST_EARLY_S;
 use rayon::prelude::*;
 

@@ -71,6 +71,9 @@ pub enum BakeError {
         /// Why.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// A setting of a scene has no figures.
+    #[error(transparent)]
+    Judge(#[from] promenade_judge::JudgeError),
     /// What was made does not hold together as a scene.
     #[error(transparent)]
     Scene(#[from] SceneError),

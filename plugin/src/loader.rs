@@ -191,6 +191,12 @@ impl Loader {
         lock(&self.current).walk.upgrade()
     }
 
+    /// The host's sample rate, Hz, once it is known.
+    pub fn sample_rate_hz(&self) -> Option<f64> {
+        let rate_hz = f64::from_bits(self.sample_rate_bits.load(Ordering::Acquire));
+        (rate_hz > 0.0).then_some(rate_hz)
+    }
+
     fn refresh_scene(&self) {
         let mut last = lock(&self.last_scene);
         loop {

@@ -3,6 +3,7 @@
 use crate::cast::narrow;
 use crate::clock::BlockTime;
 use crate::listener::Heard;
+use crate::loudness::SoundWriter;
 use crate::params::Snapshot;
 use crate::playing::Playing;
 use crate::repaint::Repaint;
@@ -23,13 +24,14 @@ pub(crate) struct Monitor {
     shown: Frame,
     shown_snapshot: Option<Snapshot>,
     since_shown_s: f64,
+    sound: SoundWriter,
 }
 
 impl Monitor {
     /// Shows nothing yet.
     pub(crate) fn new(telemetry: Arc<Telemetry>, repaint: Repaint) -> Self {
         let (frame, shown) = (Frame::default(), Frame::default());
-        Self { telemetry, repaint, frame, shown, shown_snapshot: None, since_shown_s: 0.0 }
+        Self { telemetry, repaint, frame, shown, shown_snapshot: None, since_shown_s: 0.0, sound: SoundWriter::default() }
     }
 
     /// Measures a part of the input's channels.
@@ -57,8 +59,11 @@ impl Monitor {
     ) {
         self.telemetry.pose.write(time.end_s(), &heard.pose);
         if !self.telemetry.watched.is_on() {
+            self.sound.forget();
             return;
         }
+        let rate_hz = playing.spatializer.as_ref().map_or(0.0, Spatializer::sample_rate_hz);
+        self.sound.write(&self.telemetry.sound, ears, rate_hz);
         let frame = &mut self.frame;
         raise(&mut frame.output_peak, ears.map(peak));
         (frame.transport_s, frame.playing) = (time.start_s, time.playing);

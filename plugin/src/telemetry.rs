@@ -2,6 +2,7 @@
 
 use crate::cast::{index, narrow};
 use crate::flag::Flag;
+use crate::loudness::SoundQueue;
 use crate::pose_cell::PoseCell;
 use crate::pose_sources::Base;
 use crossbeam_queue::ArrayQueue;
@@ -188,6 +189,8 @@ pub struct Telemetry {
     spare: ArrayQueue<Box<Frame>>,
     /// The listener's pose at the end of the newest block, with the time of the transport.
     pub pose: PoseCell,
+    /// What leaves the plugin, for the loudness meter of an open editor.
+    pub sound: Arc<SoundQueue>,
 }
 
 impl Telemetry {
@@ -210,6 +213,7 @@ impl Telemetry {
             fresh: ArrayQueue::new(1),
             spare: ArrayQueue::new(3),
             pose: PoseCell::new(),
+            sound: Arc::default(),
         };
         for _ in 0..3 {
             drop(telemetry.spare.push(Box::default()));

@@ -34,6 +34,13 @@ pub static SENDER: Worker = Worker::new("promenade-osc-out");
 /// Reads what an editor lists; apart from the loader, so that no scene waits for a list.
 pub static LISTER: Worker = Worker::new("promenade-lister");
 
+/// Finds the response of what is heard for an editor.
+pub static RESPONDER: Worker = Worker::detached("promenade-response");
+/// Measures the tiers of a scene for an editor; apart from the responder, because it takes longer.
+pub static JUDGE: Worker = Worker::detached("promenade-judge");
+/// Measures loudness for an editor.
+pub static METER: Worker = Worker::new("promenade-meter");
+
 impl Worker {
     const fn new(name: &'static str) -> Self {
         Self { name, running: Mutex::new(Weak::new()), joined: true }

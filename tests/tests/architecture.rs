@@ -25,25 +25,26 @@ fn ours(of: &str) -> Vec<String> {
 
 #[test]
 fn the_crates_meet_in_core_alone() {
-    let table: [(&str, &[&str]); 11] = [
+    let table: [(&str, &[&str]); 12] = [
         ("promenade-acoustics", &["audio"]),
         ("promenade-room", &["acoustics", "core", "fourier", "metrics"]),
         ("promenade-fourier", &[]),
         ("promenade-audio", &[]),
         ("promenade-metrics", &["fourier"]),
+        ("promenade-judge", &["core", "fourier", "metrics"]),
         ("promenade-core", &["fourier"]),
         ("promenade-paths", &["core", "fourier"]),
         ("promenade-sofa", &["audio", "core", "fourier"]),
-        ("promenade-plugin", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "room", "sofa"]),
-        ("promenade-baker", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "room", "sofa"]),
-        ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "metrics", "paths", "room", "sofa"]),
+        ("promenade-plugin", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
+        ("promenade-baker", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
+        ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
     ];
     for (of, needs) in table {
         assert_eq!(ours(of), needs, "{of}");
     }
     assert_eq!(
         ours("promenade"),
-        ["acoustics", "audio", "baker", "core", "fourier", "host", "metrics", "paths", "room", "sofa"]
+        ["acoustics", "audio", "baker", "core", "fourier", "host", "judge", "metrics", "paths", "room", "sofa"]
     );
 }
 

@@ -7,7 +7,8 @@ mod signal;
 mod stream;
 
 pub use distance::Distance;
-pub use signal::{bursts_and_clicks, poses_within, test_sound};
+pub use promenade_judge::poses_within;
+pub use signal::{bursts_and_clicks, test_sound};
 
 use crate::error::BakeError;
 use clips::Clips;

@@ -13,6 +13,7 @@ use super::pump::Pump;
 use super::scenes::Scenes;
 use super::theme::{Palette, dress, set_fonts};
 use super::view::View;
+use super::views::Views;
 use super::{banner, header, side};
 use crate::cast::narrow;
 use crate::history::History;
@@ -97,6 +98,8 @@ pub(super) struct App {
     meters: Meters,
     head: HeadRow,
     view: View,
+    /// From the first picture on.
+    views: Option<Arc<Views>>,
     scenes: Scenes,
     panels: Vec<Box<dyn Panel>>,
     history: History,
@@ -135,6 +138,7 @@ impl App {
             meters: Meters::default(),
             head: HeadRow::default(),
             view: View::default(),
+            views: None,
             scenes,
             panels: panels(),
             history: History::default(),
@@ -181,12 +185,14 @@ impl NiceEguiApp for App {
         let Some(gui) = self.gui.clone().filter(|_| self.instance.plugin.strong_count() > 0) else { return };
         let now_s = self.opened.elapsed().as_secs_f64();
         if !std::mem::replace(&mut self.is_shown, true) {
+            self.views = Some(Arc::new(Views::new(&self.instance)));
             self.instance.telemetry.watched.set(true);
             self.instance.loader.attention.watched.set(true);
             self.scenes.list();
             let pump = Pump::start(self.instance.repaint.clone(), ui.ctx().clone());
             self.pump = pump.inspect_err(|error| nice_error!("no thread to wake the editor: {error}")).ok();
         }
+        let Some(views) = self.views.clone() else { return };
         self.keep_settings();
         let palette = Palette::of(self.settings.theme);
         if self.dressed != Some(self.settings.theme) {
@@ -205,6 +211,7 @@ impl NiceEguiApp for App {
         }
         if self.instance.telemetry.fetch(&mut self.frame) {
             self.heard_s = now_s;
+            views.measure_loudness();
         } else {
             (self.frame.input_peak, self.frame.output_peak) = ([0.0; 2], [0.0; 2]);
         }
@@ -231,6 +238,7 @@ impl NiceEguiApp for App {
             owed: &mut self.owed,
             owed_walk: &mut self.owed_walk,
             gestures: &mut self.gestures,
+            views: &views,
             task: self.task.as_ref(),
             now_s,
             sounding,
@@ -247,6 +255,9 @@ impl NiceEguiApp for App {
             } else if ui.input_mut(|input| input.consume_shortcut(&UNDO)) {
                 ctx.undo();
             }
+        }
+        if let Some((scene, rate_hz)) = scene.as_ref().zip(self.instance.loader.sample_rate_hz()) {
+            views.judge(scene, rate_hz);
         }
         ctx.report_remote();
         ctx.pay();
@@ -306,6 +317,7 @@ impl Drop for App {
     fn drop(&mut self) {
         drop(self.pump.take());
         self.instance.telemetry.watched.set(false);
+        drop(self.views.take());
         self.instance.loader.attention.watched.set(false);
         self.geometry.closed();
         if let Some(gui) = self.gui.take() {

@@ -3,6 +3,7 @@
 use super::gesture::Gestures;
 use super::host::{Host, landed};
 use super::theme::Palette;
+use super::views::Views;
 use super::words::Word;
 use crate::cast::index;
 use crate::choices::SceneChoice;
@@ -98,6 +99,8 @@ pub struct Ctx<'a> {
     pub owed_walk: &'a mut Option<SavedWalk>,
     /// Gestures that are going on; use the methods of this type.
     pub gestures: &'a mut Gestures,
+    /// What is worked out in the background.
+    pub views: &'a Views,
     /// Wakes the loader.
     pub task: Option<&'a TaskHandle>,
     /// Time since the window was opened, seconds.

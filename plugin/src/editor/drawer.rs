@@ -6,6 +6,7 @@ use super::osc_panel::OscPanel;
 use super::panel::Panel;
 use super::path_panel::PathPanel;
 use super::presets_panel::PresetsPanel;
+use super::response_panel::ResponsePanel;
 use super::room_panel::RoomPanel;
 use super::sound_panel::SoundPanel;
 use super::theme::{CONTROL, SPACE};
@@ -20,6 +21,7 @@ const HEIGHT: f32 = 208.0;
 pub(super) fn panels() -> Vec<Box<dyn Panel>> {
     vec![
         Box::new(DirectPanel),
+        Box::<ResponsePanel>::default(),
         Box::new(SoundPanel),
         Box::<RoomPanel>::default(),
         Box::<PathPanel>::default(),

@@ -3,7 +3,7 @@
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, Palette, SPACE};
-use super::widgets::{button, columns, drop_down, fact, field, note, outcome};
+use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome};
 use super::words::Word;
 use crate::drawn_room::DrawnRoom;
 use crate::error_chain::with_causes;
@@ -11,6 +11,7 @@ use crate::library;
 use egui::{DragValue, Sense, Ui, Vec2};
 use promenade_core::Scene;
 use promenade_room::SIZES_M;
+use std::ops::Range;
 
 /// Width of a row's name, points.
 const NAME: f32 = 52.0;
@@ -19,7 +20,11 @@ const LENGTHS: [Word; 3] = [Word::Length, Word::Width, Word::Height];
 /// Walls in the order of [`DrawnRoom::materials`].
 const WALLS: [Word; 6] = [Word::BackWall, Word::FrontWall, Word::RightWall, Word::LeftWall, Word::Floor, Word::Ceiling];
 /// Octaves whose reverberation times are shown, Hz.
-const OCTAVES: [(f32, &str); 4] = [(125.0, "125"), (500.0, "500"), (2000.0, "2k"), (8000.0, "8k")];
+const OCTAVES: [(f32, Word); 4] =
+    [(125.0, Word::Octave125), (500.0, Word::Octave500), (2000.0, Word::Octave2k), (8000.0, Word::Octave8k)];
+/// Least widths of the columns: lengths, materials twice, figures; and where that does not fit, lengths, materials, figures. Points.
+const WIDE: [f32; 4] = [120.0, 180.0, 180.0, 152.0];
+const NARROW: [f32; 3] = [112.0, 180.0, 128.0];
 
 /// Draws a room and saves it.
 #[derive(Default)]
@@ -27,6 +32,14 @@ pub(super) struct RoomPanel {
     title: String,
     /// What was done last, or what went wrong.
     outcome: Option<Result<String, String>>,
+}
+
+/// A part of the panel.
+#[derive(Clone)]
+enum Part {
+    Lengths,
+    Walls(Range<usize>),
+    Figures,
 }
 
 impl Panel for RoomPanel {
@@ -42,15 +55,23 @@ impl Panel for RoomPanel {
             }
             return;
         };
-        columns(ui, [120.0, 180.0, 180.0, 152.0], |ui, column| {
+        let mut show = |ui: &mut Ui, part: Part| {
             ui.spacing_mut().item_spacing.y = SPACE;
-            match column {
-                0 => lengths(ui, ctx, &room),
-                1 => (0..3).for_each(|wall| material(ui, ctx, &room, wall)),
-                2 => (3..6).for_each(|wall| material(ui, ctx, &room, wall)),
-                _ => self.save(ui, ctx),
+            match part {
+                Part::Lengths => lengths(ui, ctx, &room),
+                Part::Walls(walls) => walls.for_each(|wall| material(ui, ctx, &room, wall)),
+                Part::Figures => self.save(ui, ctx),
             }
-        });
+        };
+        if fits(ui.available_width(), WIDE) {
+            columns(ui, WIDE, |ui, column| {
+                show(ui, [Part::Lengths, Part::Walls(0..3), Part::Walls(3..6), Part::Figures][column].clone());
+            });
+        } else {
+            columns(ui, NARROW, |ui, column| {
+                show(ui, [Part::Lengths, Part::Walls(0..6), Part::Figures][column].clone());
+            });
+        }
     }
 }
 
@@ -124,13 +145,7 @@ impl RoomPanel {
             let middle = 0.5 * (t60_s(scene, 500.0) + t60_s(scene, 1000.0));
             fact(ui, palette, Word::Reverberation, &format!("{middle:.2} s"));
             for (hz, name) in OCTAVES {
-                let time = format!("{:.2} s", t60_s(scene, hz));
-                fact(
-                    ui,
-                    palette,
-                    if hz < 1000.0 { Word::OctaveBelow } else { Word::OctaveAbove },
-                    &format!("{name} Hz  {time}"),
-                );
+                fact(ui, palette, name, &format!("{:.2} s", t60_s(scene, hz)));
             }
         }
         let entered = field(ui, &mut self.title, "Name").lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));

@@ -8,7 +8,7 @@ use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
 use super::widgets::{button, drop_down, heading, labelled, note, title};
 use super::words::Word;
-use super::{pose_source, tier};
+use super::{loudness, pose_source, tier};
 use crate::parameter::{Parameter, SLOTS};
 use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 use promenade_core::Pose;
@@ -18,7 +18,7 @@ const WIDTH: f32 = 248.0;
 /// Room for the scroll bar, points.
 const BAR: i8 = 8;
 /// Height of the meters with the space above, points.
-const METERS: f32 = 72.0;
+const METERS: f32 = 92.0;
 
 /// Shows it.
 pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: &mut Meters) {
@@ -43,7 +43,10 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: 
         ui.add_space(SPACE);
         ui.spacing_mut().item_spacing.y = SPACE;
         let below = Frame::new().inner_margin(Margin { right: BAR, ..Margin::ZERO });
-        below.show(ui, |ui| meters.show(ui, ctx.palette));
+        below.show(ui, |ui| {
+            meters.show(ui, ctx.palette);
+            loudness::show(ui, ctx);
+        });
     });
 }
 

@@ -3,13 +3,15 @@
 use super::controls::{choice, slider};
 use super::ctx::Ctx;
 use super::theme::Palette;
-use super::widgets::{dimmed, fact};
+use super::widgets::{dimmed, fact, note};
 use super::words::Word;
 use crate::choices::TierChoice;
 use crate::parameter::Parameter;
-use egui::{RichText, Ui};
+use crate::tier_figures::TierFigures;
+use egui::{Align2, RichText, Sense, Ui, Vec2};
 use nice_plug::prelude::Enum;
 use promenade_core::{Scene, Tier};
+use std::sync::Arc;
 
 /// Shows choice, outcome and cost.
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -26,8 +28,54 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         ui.label(RichText::new(text).font(Palette::caption()).color(colour));
     }
     fact(ui, ctx.palette, Word::Processor, &format!("{:.1} %", ctx.frame.load * 100.0));
+    if let Some(scene) = scene {
+        figures(ui, ctx, scene, played);
+    }
     let decodes = played >= Tier::High && scene.is_some();
     dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate, Word::Updates));
+}
+
+/// Room for a tier's cost and for its error, points.
+const COLUMN: f32 = 62.0;
+/// Height of a line, points.
+const LINE: f32 = 14.0;
+
+/// What each tier of the scene costs and how far it is off.
+fn figures(ui: &mut Ui, ctx: &Ctx<'_>, scene: &Arc<Scene>, played: Tier) {
+    let palette = ctx.palette;
+    let figures = ctx.views.tiers(scene);
+    let tiers = match figures.as_deref() {
+        Some(Ok(tiers)) => tiers.as_slice(),
+        Some(Err(error)) => return note(ui, palette, format!("No figures of this scene: {error}")),
+        None => &[],
+    };
+    let heading = if figures.is_none() { ["being", "measured"] } else { ["of a core", "error"] };
+    let cells = |tier: &TierFigures| [cost_text(tier.real_time), error_text(tier.error_jnds)];
+    let head = (Word::TierFigures.label(), heading.map(str::to_owned), palette.soft);
+    let lines = tiers.iter().map(|tier| {
+        let colour = if tier.tier == played { palette.text } else { palette.soft };
+        (title(tier.tier), cells(tier), colour)
+    });
+    for (name, cells, colour) in [head].into_iter().chain(lines) {
+        let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), LINE), Sense::hover());
+        let write = |at, align, text: &str| ui.painter().text(at, align, text, Palette::caption(), colour);
+        write(rect.left_center(), Align2::LEFT_CENTER, name);
+        for (from_right, text) in [COLUMN, 0.0].into_iter().zip(&cells) {
+            write(rect.right_center() - Vec2::new(from_right, 0.0), Align2::RIGHT_CENTER, text);
+        }
+        response.on_hover_text(Word::TierFigures.help());
+    }
+}
+
+/// A share of a core.
+fn cost_text(real_time: f64) -> String {
+    let percent = 100.0 * real_time;
+    if percent < 9.95 { format!("{percent:.2} %") } else { format!("{percent:.0} %") }
+}
+
+/// An error in differences that are just noticed.
+fn error_text(jnds: f64) -> String {
+    if jnds < 9.95 { format!("{jnds:.1} JND") } else { format!("{jnds:.0} JND") }
 }
 
 /// A tier's name as it is shown.
@@ -53,6 +101,12 @@ fn why_not(scene: &Scene, asked: Tier, played: Tier) -> Option<&'static str> {
 mod tests {
     use super::*;
     use crate::factory;
+
+    #[test]
+    fn figures_are_short() {
+        assert_eq!([0.0021, 0.124, 0.4].map(cost_text), ["0.21 %", "12 %", "40 %"]);
+        assert_eq!([0.0, 1.26, 12.4].map(error_text), ["0.0 JND", "1.3 JND", "12 JND"]);
+    }
 
     #[test]
     fn a_tier_that_a_scene_lacks_is_explained() {

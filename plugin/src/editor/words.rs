@@ -62,6 +62,8 @@ table! {
         /// Right.
         Processor = ("Processor", "Time that a block takes to be played, as a share of the time that it lasts"),
         /// Right.
+        TierFigures = ("Each quality", "What it takes of one core while the listener walks, and its error in differences that are just noticed (JND): to measurements where the scene has them, else to its best"),
+        /// Right.
         Updates = ("Updates", "How often High and Reference work out the sound of a moving listener, times a second; they fade in between"),
         /// Right.
         Output = ("Output", "What leaves the plugin"),
@@ -73,6 +75,26 @@ table! {
         In = ("In", "Level of the track as it comes, both channels"),
         /// Meters.
         Out = ("Out", "Level at the left and the right ear"),
+        /// Meters.
+        Momentary = ("M", "Loudness of both ears over the last 0.4 seconds, LUFS (EBU R 128)"),
+        /// Meters.
+        ShortTerm = ("S", "Loudness of both ears over the last 3 seconds, LUFS (EBU R 128)"),
+        /// Meters.
+        Integrated = ("I", "Loudness of all that was heard since this window was opened, without its pauses, LUFS (EBU R 128); a click begins anew"),
+        /// Drawer.
+        Response = ("Response", "What both ears hear of a click at the source: how it decays, and how loud each frequency is"),
+        /// Response.
+        AllOctaves = ("All", "Decay, T20 and C50 of the whole response"),
+        /// Response.
+        OneOctave = ("Octave", "Decay, T20 and C50 of the octave around this frequency, Hz"),
+        /// Response.
+        T20 = ("T20", "Time in which the sound falls by 60 dB, from its slope between -5 and -25 dB (ISO 3382-1), mean of both ears"),
+        /// Response.
+        C50 = ("C50", "Clarity: sound of the first 50 milliseconds over what comes later (ISO 3382-1), mean of both ears"),
+        /// Response.
+        DecayCurve = ("Decay", "Energy that is still to come at each moment after the straight sound arrives, below all of it"),
+        /// Response.
+        Spectrum = ("Spectrum", "Level of the whole response, smoothed over a third of an octave; 0 dB is the track as it comes"),
         /// Drawer.
         Sound = ("Sound", "How loud the parts of what is heard are, how long the room rings, and how wide it is"),
         /// Sound.
@@ -136,9 +158,13 @@ table! {
         /// Room.
         Reverberation = ("T60", "Time in which the late sound falls by 60 dB, mean of 500 Hz and 1 kHz, as it is heard"),
         /// Room.
-        OctaveBelow = ("Low", "Time in which the late sound falls by 60 dB at this frequency"),
+        Octave125 = ("125 Hz", "Time in which the late bass falls by 60 dB, as it is heard"),
         /// Room.
-        OctaveAbove = ("High", "Time in which the late sound falls by 60 dB at this frequency"),
+        Octave500 = ("500 Hz", "Time in which the late sound of middle pitch falls by 60 dB, as it is heard"),
+        /// Room.
+        Octave2k = ("2 kHz", "Time in which the late sound falls by 60 dB where speech has its consonants"),
+        /// Room.
+        Octave8k = ("8 kHz", "Time in which the late treble falls by 60 dB; air takes most of it in a large room"),
         /// Room.
         SaveScene = ("Save as scene", "Writes the room as a file of this name into the library's own folder, for other projects and programs"),
         /// Drawer.

@@ -1,8 +1,7 @@
-//! Sound and poses that are the same on every machine.
+//! Sound that is the same on every machine.
 
-use crate::signal::random::Random;
-use promenade_core::glam::Vec3;
-use promenade_core::{AnchorCloud, Pose, StftGrid};
+use promenade_core::{AnchorCloud, StftGrid};
+use promenade_judge::random::Random;
 use std::f32::consts::{PI, TAU};
 
 /// From one burst or click to the next, seconds.
@@ -13,8 +12,6 @@ const BURST_S: f64 = 0.06;
 const CLICK_T60_S: f32 = 0.05;
 /// Frequencies of the clicks as shares of the sample rate, one after the other.
 const CLICKS: [f32; 5] = [0.01, 0.02, 0.04, 0.08, 0.16];
-/// Highest pitch of a random pose up and down, radians.
-const PITCH: f32 = PI / 6.0;
 
 /// The sound that streams are compared on unless there is another: bursts and clicks of 3 s, or of 3 clips where those are longer.
 #[must_use]
@@ -43,36 +40,9 @@ pub fn bursts_and_clicks(sample_rate_hz: f64, seconds: f64) -> Vec<f32> {
     (0..samples(seconds)).map(|i| at(i, &mut random)).collect()
 }
 
-/// The first pose, and others at random places within bounds: any yaw, a pitch within 30 degrees, no roll.
-#[must_use]
-pub fn poses_within(bounds: (Vec3, Vec3), first: Pose, count: usize, seed: u64) -> Vec<Pose> {
-    let mut random = Random::new(seed);
-    let mut other = || {
-        let mut between = |low: f32, high: f32| low + (high - low) * random.uniform();
-        let ((low, high), turn) = (bounds, between(-PI, PI));
-        let place = Vec3::new(between(low.x, high.x), between(low.y, high.y), between(low.z, high.z));
-        Pose::from_ypr(place, turn, between(-PITCH, PITCH), 0.0)
-    };
-    (0..count).map(|i| if i == 0 { first } else { other() }).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn poses_begin_at_the_first_and_stay_inside() {
-        let (low, high) = (Vec3::new(-1.0, 2.0, 0.5), Vec3::new(1.0, 5.0, 0.5));
-        let poses = poses_within((low, high), Pose::IDENTITY, 20, 1);
-        assert_eq!((poses.len(), poses[0]), (20, Pose::IDENTITY));
-        for pose in &poses[1..] {
-            let (_, pitch, roll) = pose.ypr();
-            assert!(pose.position.cmpge(low).all() && pose.position.cmple(high).all(), "{pose:?}");
-            assert!(pitch.abs() < PITCH + 1e-5 && roll.abs() < 1e-5 && pose.is_valid(), "{pose:?}");
-        }
-        assert_ne!(poses[1], poses[2]);
-        assert_eq!(poses, poses_within((low, high), Pose::IDENTITY, 20, 1));
-    }
 
     #[test]
     fn the_sound_has_all_its_seconds_and_pauses() {

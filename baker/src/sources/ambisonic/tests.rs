@@ -3,8 +3,8 @@
 use super::ears::Frame;
 use super::*;
 use crate::LoadOptions;
-use crate::random::Random;
 use promenade_core::head::harmonics;
+use promenade_judge::random::Random;
 use promenade_metrics::{DecayRange, c50_db, decay_time_s, ild_db, itd_s};
 use std::collections::HashMap;
 

@@ -1,6 +1,6 @@
 use super::*;
-use crate::signal::random::Random;
 use promenade_core::glam::Quat;
+use promenade_judge::random::Random;
 use std::io::Read;
 
 fn cloud(count: usize, seed: u64) -> Vec<Point> {

@@ -1,7 +1,7 @@
 //! Cutting tracks into clips, and clips into those to learn from and those to judge by.
 
 use super::Split;
-use crate::signal::random::Random;
+use promenade_judge::random::Random;
 
 /// Which clips are for testing.
 #[derive(Clone, Copy, Debug, PartialEq)]

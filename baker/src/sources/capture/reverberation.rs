@@ -142,9 +142,9 @@ fn solve(parts: &[usize], products: &[[f64; 4]; 4]) -> Option<DVector<f64>> {
 mod tests {
     use super::*;
     use crate::signal::convolve::convolve;
-    use crate::signal::random::Random;
     use crate::sources::capture::{Clip, Track};
     use promenade_core::{CameraPath, Keyframe, Pose};
+    use promenade_judge::random::Random;
 
     const RATE: f64 = 16_000.0;
 

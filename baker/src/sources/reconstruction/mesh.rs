@@ -3,8 +3,8 @@
 use super::point::{GREY, Point};
 use super::{MAX_POINTS, file};
 use crate::BakeError;
-use crate::signal::random::Random;
 use promenade_core::glam::Vec3;
+use promenade_judge::random::Random;
 use std::io::Cursor;
 use std::path::Path;
 

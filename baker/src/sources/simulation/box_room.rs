@@ -9,12 +9,12 @@ use super::part::Part;
 use super::tail::{Tail, Variance};
 use super::walls::{filters, left};
 use super::{Absorption, Hrtf, LEAST_DISTANCE_M, MAX_LENGTH_S, SPEED_OF_SOUND_M_S};
-use crate::signal::random::Random;
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{BoxImage, box_images};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
+use promenade_judge::random::Random;
 
 /// Highest order of images.
 pub const MAX_ORDER: u32 = 20;

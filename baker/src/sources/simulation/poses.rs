@@ -2,10 +2,10 @@
 
 use super::box_room::BoxRoom;
 use crate::BakeError;
-use crate::signal::random::Random;
 use promenade_acoustics::{Mesh, Room};
 use promenade_core::glam::{Vec2, Vec3};
 use promenade_core::{CameraPath, Pose};
+use promenade_judge::random::Random;
 
 /// Least distance of a random head from the emitter, metres.
 const FROM_EMITTER_M: f32 = 0.5;

@@ -1,10 +1,10 @@
 //! What comes after the images: noise with a given energy over time.
 
 use super::hrtf::Hrtf;
-use crate::signal::random::Random;
 use promenade_acoustics::octave_energy;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
+use promenade_judge::random::Random;
 use std::sync::Arc;
 
 /// Length of the frames in which noise is shaped, seconds, about.

@@ -1,9 +1,8 @@
 //! The cost of rendering a scene, tier by tier.
 
-use crate::signal::random::Random;
+use crate::poses::{noise, walk};
 use cpu_time::ThreadTime;
-use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Pose, Quality, Renderer, Scene, Spatializer, StftGrid, Tier};
+use promenade_core::{BlockParams, Quality, Renderer, Scene, Spatializer, StftGrid, Tier};
 use std::sync::Arc;
 
 /// Runs that a median is taken over.
@@ -22,11 +21,13 @@ pub struct TierCost {
 
 /// One way to play a scene.
 #[derive(Clone, Debug)]
-pub(crate) struct Setting {
+pub struct Setting {
     /// What it is called.
-    pub(crate) name: String,
-    pub(crate) scene: Arc<Scene>,
-    pub(crate) quality: Quality,
+    pub name: String,
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Tier and decodes.
+    pub quality: Quality,
 }
 
 /// Measures every tier that the scene has, live decodes included, at a host rate and block size, on `seconds` of noise.
@@ -40,15 +41,9 @@ pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds
     costs.into_iter().flatten().collect()
 }
 
-/// Two metres there and back at 1 m/s, so that a long walk stays near the measured poses, while turning by 90 degrees a second.
-pub(crate) fn walk(start: &Pose, seconds: f64) -> Pose {
-    let t = seconds as f32;
-    let there = 1.0 - (t.rem_euclid(4.0) - 2.0).abs();
-    Pose::from_ypr(start.position + Vec3::X * there, t * std::f32::consts::FRAC_PI_2, 0.0, 0.0)
-}
-
 /// As [`tier_costs`], for each setting; `None` for a tier that only the scene's own rate has. All scenes have one grid.
-pub(crate) fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, seconds: f64) -> Vec<Option<TierCost>> {
+#[must_use]
+pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, seconds: f64) -> Vec<Option<TierCost>> {
     let Some(first) = settings.first() else { return Vec::new() };
     let input = noise((seconds * sample_rate_hz) as usize);
     let played = input.len() as f64 / sample_rate_hz;
@@ -123,12 +118,6 @@ fn bare_stft(grid: &StftGrid, frames: usize) -> f64 {
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
-}
-
-/// Uniform noise in [-0.5, 0.5), the same on every machine.
-pub(crate) fn noise(len: usize) -> Vec<f32> {
-    let mut random = Random::new(1);
-    (0..len).map(|_| random.uniform() - 0.5).collect()
 }
 
 #[cfg(test)]

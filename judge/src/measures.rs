@@ -1,24 +1,28 @@
-//! The measures of a binaural room response.
+//! The measures of a binaural room response, and their errors over poses.
 
-use promenade_core::ResponseMeasures;
+use promenade_core::{ResponseMeasures, Scene};
 use promenade_metrics::{DecayRange, MetricError, c50_db, decay_time_s, ild_db, itd_s};
+use std::ops::RangeInclusive;
 use thiserror::Error;
+
+/// Lengths of rendered responses, seconds.
+pub const RESPONSE_S: RangeInclusive<f64> = 0.25..=60.0;
 
 /// Which measure of a response has no value, and why.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("no {measure} from this response: {source}")]
-pub(crate) struct Unmeasurable {
+pub struct Unmeasurable {
     /// Name of the measure.
-    pub(crate) measure: &'static str,
+    pub measure: &'static str,
     /// Why it has no value.
-    pub(crate) source: MetricError,
+    pub source: MetricError,
 }
 
 /// Measures a response of two ears.
 ///
 /// # Errors
 /// Ears of different lengths, silence, a sample that is not finite, or a bad rate: nothing can be measured then.
-pub(crate) fn response_measures(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<ResponseMeasures, Unmeasurable> {
+pub fn response_measures(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<ResponseMeasures, Unmeasurable> {
     let named = |measure| move |source| Unmeasurable { measure, source };
     let mean = |of: &dyn Fn(&[f32]) -> Result<f64, MetricError>| Some(0.5 * (of(left).ok()? + of(right).ok()?));
     Ok(ResponseMeasures {
@@ -28,6 +32,56 @@ pub(crate) fn response_measures(left: &[f32], right: &[f32], sample_rate_hz: f64
         edt_s: mean(&|h| decay_time_s(h, sample_rate_hz, DecayRange::EDT)),
         c50_db: mean(&|h| c50_db(h, sample_rate_hz)),
     })
+}
+
+/// The length of response in which a scene's decays can be measured, seconds: one and a half times the longest reverberation time.
+#[must_use]
+pub fn response_s(scene: &Scene) -> f64 {
+    (1.5 * f64::from(scene.tail().longest_t60_s())).clamp(*RESPONSE_S.start(), *RESPONSE_S.end())
+}
+
+/// One pose: what was measured there and what the render head makes of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Name of the measurement.
+    pub name: String,
+    /// Measures of the room.
+    pub measured: ResponseMeasures,
+    /// The same of the rendered response.
+    pub rendered: ResponseMeasures,
+}
+
+/// Mean absolute errors over poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanErrors {
+    /// Interaural time difference, seconds.
+    pub itd_s: f64,
+    /// Interaural level difference, dB.
+    pub ild_db: f64,
+    /// Reverberation time T20, as a share of the measured one; `None` where no pose has one.
+    pub t20: Option<f64>,
+    /// Early decay time, as a share of the measured one.
+    pub edt: Option<f64>,
+    /// Clarity C50, dB.
+    pub c50_db: Option<f64>,
+}
+
+impl MeanErrors {
+    /// Means over comparisons; `None` if there are none.
+    #[must_use]
+    pub fn of(comparisons: &[Comparison]) -> Option<Self> {
+        let mean = |of: fn(&Comparison) -> Option<f64>| {
+            let errors: Vec<f64> = comparisons.iter().filter_map(of).map(f64::abs).collect();
+            (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
+        };
+        Some(Self {
+            itd_s: mean(|c| Some(c.rendered.itd_s - c.measured.itd_s))?,
+            ild_db: mean(|c| Some(c.rendered.ild_db - c.measured.ild_db))?,
+            t20: mean(|c| Some(c.rendered.t20_s? / c.measured.t20_s? - 1.0)),
+            edt: mean(|c| Some(c.rendered.edt_s? / c.measured.edt_s? - 1.0)),
+            c50_db: mean(|c| Some(c.rendered.c50_db? - c.measured.c50_db?)),
+        })
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,99 @@
+//! What an open editor has worked out in the background: the response of what is heard, figures of the tiers, loudness.
+
+use super::ctx::Instance;
+use crate::loudness::{Loudness, LoudnessMeter};
+use crate::response::{Listening, Response};
+use crate::settled::{Question, Settled};
+use crate::tier_figures::{Figures, Judged};
+use crate::worker::{JUDGE, METER, RESPONDER, TaskHandle, Worker};
+use nice_plug::nice_error;
+use promenade_core::Scene;
+use std::sync::Arc;
+
+/// Questions of one kind and the worker that answers them.
+struct Asker<Q: Question> {
+    settled: Arc<Settled<Q>>,
+    task: Option<TaskHandle>,
+}
+
+impl<Q: Question + 'static> Asker<Q> {
+    fn new(instance: &Instance, worker: &'static Worker) -> Self {
+        let settled = Settled::new(instance.repaint.clone());
+        let task = worker.add(settled.clone()).inspect_err(|error| nice_error!("no thread for a view: {error}")).ok();
+        Self { settled, task }
+    }
+
+    fn ask(&self, question: Q) {
+        if self.settled.ask(question)
+            && let Some(task) = &self.task
+        {
+            task.schedule();
+        }
+    }
+}
+
+impl<Q: Question> Drop for Asker<Q> {
+    /// The worker gives up what nobody waits for.
+    fn drop(&mut self) {
+        self.settled.withdraw();
+    }
+}
+
+/// The views of one window.
+pub struct Views {
+    response: Asker<Listening>,
+    tiers: Asker<Judged>,
+    loudness: Option<(Arc<LoudnessMeter>, TaskHandle)>,
+}
+
+impl Views {
+    /// Nothing is asked yet; loudness is measured from now on.
+    #[must_use]
+    pub(super) fn new(instance: &Instance) -> Self {
+        let rate_hz = instance.loader.sample_rate_hz().unwrap_or(48_000.0);
+        let meter = LoudnessMeter::new(Arc::clone(&instance.telemetry.sound), rate_hz);
+        let task = METER.add(meter.clone()).inspect_err(|error| nice_error!("no thread to measure loudness: {error}"));
+        Self {
+            response: Asker::new(instance, &RESPONDER),
+            tiers: Asker::new(instance, &JUDGE),
+            loudness: task.ok().map(|task| (meter, task)),
+        }
+    }
+
+    /// The newest response, and whether it is that of what is heard now.
+    pub(super) fn response(&self, listening: Listening) -> Option<(Arc<Response>, bool)> {
+        self.response.ask(listening);
+        let fresh = self.response.settled.is_fresh();
+        self.response.settled.newest().map(|(_, response)| (response, fresh))
+    }
+
+    /// Asks for figures of a scene's tiers.
+    pub(super) fn judge(&self, scene: &Arc<Scene>, sample_rate_hz: f64) {
+        self.tiers.ask(Judged { scene: Arc::downgrade(scene), sample_rate_hz });
+    }
+
+    /// Figures of a scene's tiers, once they are there.
+    pub(super) fn tiers(&self, scene: &Arc<Scene>) -> Option<Arc<Figures>> {
+        let (of, figures) = self.tiers.settled.newest()?;
+        std::ptr::eq(of.scene.as_ptr(), Arc::as_ptr(scene)).then(|| Arc::clone(&*figures))
+    }
+
+    /// Measures what was heard since this was last called.
+    pub(super) fn measure_loudness(&self) {
+        if let Some((_, task)) = &self.loudness {
+            task.schedule();
+        }
+    }
+
+    /// The newest loudness.
+    pub(super) fn loudness(&self) -> Loudness {
+        self.loudness.as_ref().map_or_else(Loudness::default, |(meter, _)| meter.newest())
+    }
+
+    /// Begins to measure loudness anew.
+    pub(super) fn restart_loudness(&self) {
+        if let Some((meter, _)) = &self.loudness {
+            meter.restart();
+        }
+    }
+}
