@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn curves_fall_as_the_figures_say_and_follow_the_settings() {
-        let scene = room(48_000.0, 0.5, 1.0);
+        let scene = room(48_000.0, 0.5, 5.0);
         let usual = listening(&scene, BlockParams::default(), None).answer(&|| true).unwrap();
         let t20 = usual.t20_s.unwrap();
         assert!((t20 / 0.5 - 1.0).abs() < 0.1, "{t20}");

@@ -330,11 +330,14 @@ mod needs_screen {
                 ("top-light", 1.0 / 3.0, json!({ "view": "top", "theme": "light", "tab": "Direct sound" })),
                 ("orbit-dark", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Direct sound" })),
                 ("orbit-light", 2.0 / 3.0, json!({ "view": "orbit", "theme": "light", "tab": "Path" })),
+                ("panel-response", 1.0 / 3.0, json!({ "tab": "Response" })),
                 ("panel-sound", 1.0 / 3.0, json!({ "tab": "Sound" })),
                 ("panel-path", 1.0 / 3.0, json!({ "tab": "Path" })),
                 ("panel-osc", 1.0 / 3.0, json!({ "tab": "OSC and group" })),
                 ("panel-presets", 1.0 / 3.0, json!({ "tab": "Presets" })),
                 ("smallest", 1.0 / 3.0, json!({ "width": 720.0, "height": 480.0 })),
+                ("smallest-response", 1.0 / 3.0, json!({ "width": 720.0, "height": 480.0, "tab": "Response" })),
+                ("larger-response", 1.0 / 3.0, json!({ "width": 900.0, "height": 590.0, "zoom": 1.5, "tab": "Response" })),
             ] {
                 let mut host = <promenade_tests::ClapHost as Host>::open(Setup::default());
                 let state = host.state();
@@ -350,6 +353,47 @@ mod needs_screen {
                 picture.keep(name);
             }
         });
+    }
+
+    /// The response is drawn once it is worked out, the quality's figures when they are measured, and another pose has another response.
+    #[test]
+    #[ignore = "needs a screen"]
+    fn the_response_follows_the_pose() {
+        let screen = Screen::new(1400, 900);
+        let mut host = <promenade_tests::ClapHost as Host>::open(Setup::default());
+        let state = host.state();
+        assert!(host.load(&edit_state(&state, "editor", &json!({ "tab": "Response" }))));
+        open(&mut host, &screen, 1.0);
+        let silence = vec![0.0; 512];
+        let mut panel = |host: &mut promenade_tests::ClapHost| {
+            (0..4).for_each(|_| play(host, &silence));
+            let picture = screen.picture();
+            let (width, from) = (picture.width as usize, picture.height as usize * 3 / 4);
+            // Left of the controls, below the tabs.
+            let row = |y: usize| picture.rgb[3 * y * width..3 * (y * width + width * 3 / 4)].to_vec();
+            (from..picture.height as usize).flat_map(row).collect::<Vec<u8>>()
+        };
+        // Both ears' curves in their colours: how many pixels have them.
+        let curves =
+            |panel: &[u8]| panel.chunks_exact(3).filter(|p| p.iter().max().unwrap() - p.iter().min().unwrap() > 90).count();
+        let mut ahead = Vec::new();
+        assert!(
+            wait_until(PATIENCE, || {
+                ahead = panel(&mut host);
+                curves(&ahead) > 400
+            }),
+            "no curves: {} pixels",
+            curves(&ahead)
+        );
+        host.set("yaw", 1.0);
+        assert!(
+            wait_until(PATIENCE, || {
+                let turned = panel(&mut host);
+                curves(&turned) > 400 && turned.chunks_exact(3).zip(ahead.chunks_exact(3)).filter(|(a, b)| a != b).count() > 300
+            }),
+            "another pose has the same response"
+        );
+        screen.picture().keep("response");
     }
 
     /// The drawn room from above, in 3-D and in the smallest window, from the CLAP.
