@@ -365,7 +365,7 @@ mod needs_screen {
         assert!(host.load(&edit_state(&state, "editor", &json!({ "tab": "Response" }))));
         open(&mut host, &screen, 1.0);
         let silence = vec![0.0; 512];
-        let mut panel = |host: &mut promenade_tests::ClapHost| {
+        let panel = |host: &mut promenade_tests::ClapHost| {
             (0..4).for_each(|_| play(host, &silence));
             let picture = screen.picture();
             let (width, from) = (picture.width as usize, picture.height as usize * 3 / 4);

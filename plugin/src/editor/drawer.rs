@@ -10,8 +10,8 @@ use super::response_panel::ResponsePanel;
 use super::room_panel::RoomPanel;
 use super::sound_panel::SoundPanel;
 use super::theme::{CONTROL, SPACE};
-use super::widgets::tab;
-use egui::{Frame, Margin, Ui};
+use super::widgets::tabs;
+use egui::{Align, Frame, Layout, Margin, Sense, Ui, UiBuilder, vec2};
 
 /// Height of an open drawer, points.
 const HEIGHT: f32 = 208.0;
@@ -38,14 +38,14 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>, panels: &mut [Box<dyn Panel>]
     // A low window leaves at least as much to the view.
     let height = if ctx.settings.drawer { HEIGHT.min(ui.available_height() * 0.44).max(bar) } else { bar };
     egui::Panel::bottom("drawer").exact_size(height).resizable(false).frame(frame).show(ui, |ui| {
-        ui.horizontal(|ui| {
-            ui.set_height(bar);
-            for (index, panel) in panels.iter().enumerate() {
-                let on = ctx.settings.drawer && index == chosen;
-                if tab(ui, ctx.palette, panel.title(), on).clicked() {
-                    ctx.settings.drawer = !on;
-                    ctx.settings.tab = panel.title().label().to_owned();
-                }
+        let words = panels.iter().map(|panel| panel.title()).collect::<Vec<_>>();
+        let (row, _) = ui.allocate_exact_size(vec2(ui.available_width(), bar), Sense::hover());
+        let row = UiBuilder::new().max_rect(row).layout(Layout::left_to_right(Align::Center));
+        ui.scope_builder(row, |ui| {
+            let on = ctx.settings.drawer.then_some(chosen);
+            if let Some(index) = tabs(ui, ctx.palette, &words, on) {
+                ctx.settings.drawer = on != Some(index);
+                words[index].label().clone_into(&mut ctx.settings.tab);
             }
         });
         if ctx.settings.drawer

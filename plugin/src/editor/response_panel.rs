@@ -87,8 +87,8 @@ fn figures(ui: &mut Ui, rect: Rect, palette: &Palette, response: Option<&(std::s
 
 /// Writes a plot's name, which explains it; returns where the pointer is in the plot.
 fn pointer(ui: &Ui, plot: &Plot, word: Word, palette: &Palette) -> Option<Pos2> {
-    let at = plot.rect.left_top() + vec2(8.0, 4.0);
-    let name = ui.painter().text(at, Align2::LEFT_TOP, word.label(), Palette::body(), palette.soft);
+    let at = plot.rect.left_bottom() + vec2(8.0, -4.0);
+    let name = ui.painter().text(at, Align2::LEFT_BOTTOM, word.label(), Palette::body(), palette.soft);
     ui.interact(name, ui.scope_id().with(word.label()), Sense::hover()).on_hover_text(word.help());
     let plot = ui.interact(plot.rect, ui.scope_id().with((word.label(), "plot")), Sense::hover()).hover_pos();
     plot.filter(|at| !name.contains(*at))

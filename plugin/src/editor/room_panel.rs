@@ -56,7 +56,8 @@ impl Panel for RoomPanel {
             return;
         };
         let mut show = |ui: &mut Ui, part: Part| {
-            ui.spacing_mut().item_spacing.y = SPACE;
+            // Six lines fit into the lowest drawer.
+            ui.spacing_mut().item_spacing.y = if matches!(&part, Part::Walls(walls) if walls.len() > 3) { 1.0 } else { SPACE };
             match part {
                 Part::Lengths => lengths(ui, ctx, &room),
                 Part::Walls(walls) => walls.for_each(|wall| material(ui, ctx, &room, wall)),

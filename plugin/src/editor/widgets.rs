@@ -95,6 +95,9 @@ pub fn fact(ui: &mut Ui, palette: &Palette, word: Word, value: &str) {
     response.on_hover_text(word.help());
 }
 
+/// Space on both sides of a button's text, points.
+const PADDING: f32 = 10.0;
+
 /// A button, as wide as its word.
 pub fn button(ui: &mut Ui, palette: &Palette, word: Word) -> Response {
     value_button(ui, palette, word.label(), word.help())
@@ -102,14 +105,34 @@ pub fn button(ui: &mut Ui, palette: &Palette, word: Word) -> Response {
 
 /// A button that shows a value.
 pub fn value_button(ui: &mut Ui, palette: &Palette, value: &str, help: &str) -> Response {
-    face(ui, palette, value, false, 10.0).on_hover_text(help).on_disabled_hover_text(help)
+    face(ui, palette, value, false, PADDING).on_hover_text(help).on_disabled_hover_text(help)
 }
 
 /// A button that is pressed while `on`.
 pub fn tab(ui: &mut Ui, palette: &Palette, word: Word, on: bool) -> Response {
-    let response = face(ui, palette, word.label(), on, 10.0);
+    tab_of(ui, palette, word, on, PADDING)
+}
+
+fn tab_of(ui: &mut Ui, palette: &Palette, word: Word, on: bool, padding: f32) -> Response {
+    let response = face(ui, palette, word.label(), on, padding);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, word.label()));
     response.on_hover_text(word.help())
+}
+
+/// Buttons of which one may be pressed, in what is left of the line: closer together where there is less room. Returns the one that was
+/// clicked.
+pub fn tabs(ui: &mut Ui, palette: &Palette, all: &[Word], on: Option<usize>) -> Option<usize> {
+    let width = |word: &Word| ui.painter().layout_no_wrap(word.label().to_owned(), Palette::body(), palette.text).size().x;
+    let texts: f32 = all.iter().map(width).sum();
+    let count = all.len().max(1) as f32;
+    let usual = ui.spacing().item_spacing.x;
+    // Texts, padding on both sides of each, and half of one side's padding in between.
+    let padding = ((ui.available_width() - texts) / (2.5 * count)).clamp(1.0, PADDING);
+    ui.spacing_mut().item_spacing.x = usual.min(0.5 * padding);
+    let clicked =
+        |(index, word): (usize, &Word)| tab_of(ui, palette, *word, on == Some(index), padding).clicked().then_some(index);
+    // All are drawn, whichever was clicked.
+    all.iter().enumerate().map(clicked).collect::<Vec<_>>().into_iter().flatten().next()
 }
 
 fn face(ui: &mut Ui, palette: &Palette, text: &str, on: bool, padding: f32) -> Response {
