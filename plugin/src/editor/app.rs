@@ -51,6 +51,9 @@ fn acts(input: &InputState) -> bool {
 /// The host is taken not to ask for sound when the audio thread has sent no picture for this long, seconds.
 const SILENT_S: f64 = 0.4;
 
+/// Sample rate of sound that is to come from a host that has not told it, Hz.
+const USUAL_HZ: f64 = 48_000.0;
+
 /// A window narrower than this is narrow, points.
 const NARROW: f32 = 880.0;
 
@@ -185,7 +188,9 @@ impl NiceEguiApp for App {
         let Some(gui) = self.gui.clone().filter(|_| self.instance.plugin.strong_count() > 0) else { return };
         let now_s = self.opened.elapsed().as_secs_f64();
         if !std::mem::replace(&mut self.is_shown, true) {
-            self.views = Some(Arc::new(Views::new(&self.instance)));
+            let Instance { repaint, telemetry, loader, .. } = &self.instance;
+            let rate_hz = loader.sample_rate_hz().unwrap_or(USUAL_HZ);
+            self.views = Some(Arc::new(Views::new(repaint, &telemetry.sound, rate_hz)));
             self.instance.telemetry.watched.set(true);
             self.instance.loader.attention.watched.set(true);
             self.scenes.list();

@@ -1,7 +1,7 @@
 //! What an open editor has worked out in the background: the response of what is heard, figures of the tiers, loudness.
 
-use super::ctx::Instance;
-use crate::loudness::{Loudness, LoudnessMeter};
+use crate::loudness::{Loudness, LoudnessMeter, SoundQueue};
+use crate::repaint::Repaint;
 use crate::response::{Listening, Response};
 use crate::settled::{Question, Settled};
 use crate::tier_figures::{Figures, Judged};
@@ -17,8 +17,8 @@ struct Asker<Q: Question> {
 }
 
 impl<Q: Question + 'static> Asker<Q> {
-    fn new(instance: &Instance, worker: &'static Worker) -> Self {
-        let settled = Settled::new(instance.repaint.clone());
+    fn new(repaint: &Repaint, worker: &'static Worker) -> Self {
+        let settled = Settled::new(repaint.clone());
         let task = worker.add(settled.clone()).inspect_err(|error| nice_error!("no thread for a view: {error}")).ok();
         Self { settled, task }
     }
@@ -47,15 +47,14 @@ pub struct Views {
 }
 
 impl Views {
-    /// Nothing is asked yet; loudness is measured from now on.
+    /// Nothing is asked yet; loudness of what comes through the queue is measured from now on.
     #[must_use]
-    pub(super) fn new(instance: &Instance) -> Self {
-        let rate_hz = instance.loader.sample_rate_hz().unwrap_or(48_000.0);
-        let meter = LoudnessMeter::new(Arc::clone(&instance.telemetry.sound), rate_hz);
+    pub(super) fn new(repaint: &Repaint, sound: &Arc<SoundQueue>, sample_rate_hz: f64) -> Self {
+        let meter = LoudnessMeter::new(Arc::clone(sound), sample_rate_hz);
         let task = METER.add(meter.clone()).inspect_err(|error| nice_error!("no thread to measure loudness: {error}"));
         Self {
-            response: Asker::new(instance, &RESPONDER),
-            tiers: Asker::new(instance, &JUDGE),
+            response: Asker::new(repaint, &RESPONDER),
+            tiers: Asker::new(repaint, &JUDGE),
             loudness: task.ok().map(|task| (meter, task)),
         }
     }
