@@ -9,6 +9,8 @@ const MARKS_HZ: [(f32, &str); 8] =
     [(50.0, "50"), (100.0, "100"), (200.0, "200"), (500.0, "500"), (1e3, "1k"), (2e3, "2k"), (5e3, "5k"), (1e4, "10k")];
 /// Lower marks than these are left out where there is no room for all, points.
 const CROWDED: f32 = 260.0;
+/// Room for the unit at the end of an axis and half a mark, points.
+const UNIT: f32 = 28.0;
 /// Between two lines of levels, dB.
 const STEP_DB: f32 = 12.0;
 
@@ -69,7 +71,8 @@ impl Plot {
         let crowded = self.rect.width() < CROWDED;
         for (hz, text) in MARKS_HZ {
             let is_decade = text.trim_end_matches('k').trim_end_matches('0') == "1";
-            self.mark(painter, along(hz), if is_decade || !crowded { text } else { "" }, palette);
+            let fits = self.rect.right() - self.x(along(hz)) > UNIT && (is_decade || !crowded);
+            self.mark(painter, along(hz), if fits { text } else { "" }, palette);
         }
         self.unit(painter, "Hz", palette);
     }
