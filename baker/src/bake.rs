@@ -10,6 +10,7 @@ pub(crate) mod layout;
 pub(crate) mod log_transfer;
 pub(crate) mod mixing;
 pub(crate) mod room;
+pub(crate) mod seed;
 
 use crate::bake::direct::Direct;
 use crate::bake::kriging::{Site, weights};

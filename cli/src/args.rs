@@ -30,7 +30,7 @@ pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
 pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
-pub(crate) use render::RenderArgs;
+pub(crate) use render::{OutputFormat, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{JoinArgs, MapArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 #[cfg(feature = "train")]

@@ -1,11 +1,14 @@
 //! `promenade render`: a WAV file through a scene, aligned in time with its input.
 
-use crate::args::RenderArgs;
+mod ambix;
+
+use crate::args::{OutputFormat, RenderArgs};
 use crate::{path, progress, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::player::{Mix, Player, Source};
 use promenade_baker::read_head;
 use promenade_baker::wav::WavWriter;
+use promenade_core::head::channels;
 use promenade_core::{CameraPath, Playback, Pose};
 use promenade_paths::ImportOptions;
 use std::sync::Arc;
@@ -28,6 +31,10 @@ impl Walk {
 
 pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let began = Instant::now();
+    let ambix = args.format == OutputFormat::Ambix;
+    if ambix {
+        ambix::check(args)?;
+    }
     let mut scene = scene::read(&args.scene)?;
     if let Some(file) = &args.head {
         let head = read_head(file)?;
@@ -48,17 +55,22 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let player = Player::new(&scene, rate, args.tier).with_context(|| args.scene.display().to_string())?;
     let mut player = player.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
     // Opened first: an output that cannot be written is known at once.
-    let mut writer = WavWriter::create(&args.output, rate_hz, 2, args.bits)?;
+    let outputs = if ambix { channels(args.order.into()) as u16 } else { 2 };
+    let mut writer = WavWriter::create(&args.output, rate_hz, outputs, args.bits)?;
     let bar = progress::of_sound(frames as f64 / rate + player.tail_s());
-    let mut played = 0;
-    let mut write = |ears: [&[f32]; 2]| {
-        played += ears[0].len();
-        bar.at(played as f64 / rate);
-        writer.write(&ears)
-    };
-    let mix = Mix::new(args.mix, args.gain);
-    let mix = if args.sound.wet_solo { mix.without_dry() } else { mix };
-    player.play(source, mix, args.block as usize, &mut |seconds| walk.pose_at(seconds), &mut write)?;
+    if ambix {
+        ambix::play(&scene, args, &walk, &mut writer, |played| bar.at(played as f64 / rate))?;
+    } else {
+        let mut played = 0;
+        let mut write = |ears: [&[f32]; 2]| {
+            played += ears[0].len();
+            bar.at(played as f64 / rate);
+            writer.write(&ears)
+        };
+        let mix = Mix::new(args.mix, args.gain);
+        let mix = if args.sound.wet_solo { mix.without_dry() } else { mix };
+        player.play(source, mix, args.block as usize, &mut |seconds| walk.pose_at(seconds), &mut write)?;
+    }
     drop(bar);
     let written = writer.finish()?;
     progress::done(&args.output, written.frames, rate, began);

@@ -5,9 +5,11 @@ mod common;
 use common::{all_fail, fails, promenade, succeeds};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::Capture;
+use promenade_baker::wav::{self, Format};
 use promenade_baker::{LoadOptions, Response, Responses};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use promenade_core::head::{degree, harmonics};
 use promenade_core::network::Placement;
 use promenade_metrics::ild_db;
 use std::path::Path;
@@ -233,6 +235,63 @@ fn a_capture_is_simulated() {
     let part = [&mesh_room[..], &["--part", "1/2"]].concat();
     assert!(fails(&scene).contains("expected --dry for a capture, found a scene"));
     assert_eq!(promenade(&part).status.code(), Some(2), "parts hold responses");
+}
+
+#[test]
+fn a_box_becomes_a_scene_that_ambisonic_microphones_hear() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    head(&folder.path().join("head"));
+    let (scene, click, out) = (text("box.promenade"), text("click.wav"), text("out.wav"));
+    let room = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--absorption", "0.6"];
+    let (_, said) = succeeds(&[&room[..], &["--head", &text("head"), "-o", &scene]].concat());
+    assert!(said.contains("60 image sources"), "{said}");
+    let mut dry = vec![0.0; 9_600];
+    dry[100] = 1.0;
+    wav::write(Path::new(&click), 48_000, &[&dry], Format::Float32).unwrap();
+    let heard = |options: &[&str]| {
+        succeeds(&[&["render", &scene, &click, &out, "--bits", "32f", "--pose", "2,2.2,1.4,20,0,0"], options].concat());
+        wav::read(Path::new(&out)).unwrap().channels
+    };
+    let third = heard(&["--format", "ambix"]);
+    assert_eq!(third.len(), 16);
+    // The direct sound with the click, along the channels of its direction.
+    let way = Pose::from_ypr(Vec3::new(2.0, 2.2, 1.4), 20.0_f32.to_radians(), 0.0, 0.0).to_head(Vec3::new(3.0, 3.2, 1.5));
+    let towards = way.normalize();
+    let wanted = harmonics(3, towards);
+    let first = third[0][100];
+    assert!(third[0][..99].iter().all(|x| x.abs() < 0.02 * first), "silence before it");
+    for (channel, sound) in third.iter().enumerate() {
+        let share = wanted[channel] / (2.0 * degree(channel) as f32 + 1.0).sqrt();
+        assert!((sound[100] / first - share).abs() < 0.02, "{channel}: {} of {first}, not {share}", sound[100]);
+    }
+    // With the amplitude that the distance leaves of it, and air.
+    let nearer = {
+        succeeds(&["render", &scene, &click, &out, "--bits", "32f", "--pose", "2.5,2.7,1.45,0,0,0", "--format", "ambix"]);
+        wav::read(Path::new(&out)).unwrap().channels[0][100]
+    };
+    assert!((nearer / first - 2.0).abs() < 0.06, "{nearer} of {first}");
+    let quieter = heard(&["--format", "ambix", "--direct", "-20"]);
+    assert!((quieter[0][100] / first - 0.1).abs() < 0.01);
+    // What comes late comes from everywhere alike.
+    let late = |channel: usize| third[channel][100 + 3_840..].iter().map(|x| f64::from(*x).powi(2)).sum::<f64>();
+    for channel in 1..16 {
+        let db = 10.0 * (late(channel) * (2.0 * degree(channel) as f64 + 1.0) / late(0)).log10();
+        assert!(db.abs() < 1.5, "{channel}: {db} dB");
+    }
+    let lower = heard(&["--format", "ambix", "--order", "1"]);
+    assert!(lower[..] == third[..4], "a lower order is its first channels");
+
+    let render = ["render", &scene, &click, &out, "--format", "ambix"];
+    all_fail(&[
+        ([&render[..], &["--width", "0.5"]].concat(), "--width: expected --format binaural with it, found ambix"),
+        ([&render[..], &["--head", "ears.sofa"]].concat(), "--head: expected --format binaural"),
+        ([&render[..], &["--mix", "0.5"]].concat(), "--mix below 1: expected --format binaural"),
+    ]);
+    let factory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes/iosr-room-a.promenade");
+    let said = fails(&["render", factory.to_str().unwrap(), &click, &text("none.wav"), "--format", "ambix"]);
+    assert!(said.contains("iosr-room-a.promenade: expected a scene of image sources for Ambisonics"), "{said}");
+    assert!(!folder.path().join("none.wav").exists());
 }
 
 /// Names and contents of all files of a folder.

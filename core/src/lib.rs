@@ -43,8 +43,8 @@ pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, RenderParams, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, HeldOut, IMAGE_OCTAVES_HZ, ImageSource, ImageSources,
-    MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError,
-    SceneParts, TailModel, TooCostly,
+    MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, NotAmbisonicError, Provenance, ResponseMeasures, Scene,
+    SceneCard, SceneError, SceneParts, TailModel, TooCostly,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

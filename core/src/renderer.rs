@@ -361,13 +361,13 @@ impl Renderer {
         if let Some(reference) = &mut self.reference {
             reference.note_input(self.stft.newest());
         }
+        let trim = Trim { direct: self.trim.direct * self.distance_gain(&self.poses[0]), ..self.trim };
         // What is given out with a frame is that of the frame before, nearly: its images belong to the pose of that time.
         let newest: &[f32] = self.stft.newest();
         if let Some(images) = &mut self.images {
-            images.take(newest, &before, tier == Tier::Draft, &self.trim);
+            images.take(newest, &before, tier == Tier::Draft, &trim);
         }
         self.stft.analyse(&mut self.spectrum);
-        let trim = Trim { direct: self.trim.direct * self.distance_gain(&self.poses[0]), ..self.trim };
         let [left, right] = &mut self.ears;
         if self.head.render(&self.spectrum, self.room_gain, &trim, [left, right]).is_some() {
             for (ear, (spectrum, ready)) in self.ears.iter_mut().zip(&mut self.ready).enumerate() {

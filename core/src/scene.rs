@@ -1,5 +1,6 @@
 //! A place as it is played: an immutable value, read from and written to one file.
 
+mod ambisonics;
 mod card;
 mod check;
 mod cost;
@@ -16,6 +17,7 @@ use crate::{Axis, Bands, Facing, Field, FieldGrid, Pose, Rows, StftGrid, Tier, T
 use error::value;
 use glam::Vec3;
 
+pub use ambisonics::NotAmbisonicError;
 pub use card::SceneCard;
 pub(crate) use cost::Cost;
 pub use cost::TooCostly;

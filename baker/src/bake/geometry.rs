@@ -6,6 +6,7 @@
 use crate::bake::direct::Direct;
 use crate::bake::late_unit::Late;
 use crate::bake::log_transfer::LogTransfer;
+use crate::bake::seed::truest_seed;
 use crate::error::BakeError;
 use crate::signal::spectrum::Analyser;
 use crate::sources::ambisonic::{ambisonic_head, head_responses};
@@ -179,8 +180,11 @@ pub fn bake_geometry(
     let taps = (early_s / grid.hop_s()).round() as usize;
     let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
     let t60_s = decay_s(&rest, taps + 1, grid.hop_s(), typical);
-    let tail = TailModel { seed: options.seed, t60_s, coherence: coherence(hrtf, &bands) };
+    let mut tail = TailModel { seed: options.seed, t60_s, coherence: coherence(hrtf, &bands) };
     let top_hz = (0.42 * rate) as f32;
+    let middle = start_pose(&heard, &plan, emitter);
+    let start = plan.places.iter().position(|place| *place == middle.position).unwrap_or(0);
+    tail.seed = truest_seed(options.seed, &Late { grid: &grid, bands: &bands, tail: &tail, shape, top_hz }, &rest[start])?;
     let gain = unit_gain(&heard);
     let late = Late { grid: &grid, bands: &bands, tail: &tail, shape, top_hz };
     let unit = late.unit(rest[0].len())?;
@@ -211,7 +215,6 @@ pub fn bake_geometry(
         head: head.ambisonic().clone(),
     };
     let [x, y, z] = &plan.axes;
-    let middle = start_pose(&heard, &plan, emitter);
     Ok(Scene::new(SceneParts {
         provenance: Provenance {
             title: options.title.clone(),

@@ -3,7 +3,7 @@
 use crate::error::BakeError;
 use crate::player::render_response;
 use crate::signal::spectrum::Analyser;
-use promenade_core::{Bands, Pose, Scene, StftGrid, TailModel, TransferShape};
+use promenade_core::{Bands, Pose, Scene, StftGrid, TailModel, TransferFunction, TransferShape};
 use promenade_room::HopEnergies;
 use std::sync::Arc;
 
@@ -22,7 +22,12 @@ impl Late<'_> {
     pub(crate) fn unit(&self, hops: usize) -> Result<[HopEnergies; 2], BakeError> {
         let mut transfer = self.shape.silent();
         transfer.late.fill(1.0);
-        let scene = Scene::of_transfer(&transfer, *self.grid, self.bands.clone(), self.tail.clone(), self.top_hz)?;
+        self.plays(&transfer, hops)
+    }
+
+    /// The same for any time filters.
+    pub(crate) fn plays(&self, transfer: &TransferFunction, hops: usize) -> Result<[HopEnergies; 2], BakeError> {
+        let scene = Scene::of_transfer(transfer, *self.grid, self.bands.clone(), self.tail.clone(), self.top_hz)?;
         let lead = self.grid.n_fft;
         let ears = render_response(&Arc::new(scene), Pose::IDENTITY, lead, lead + (hops + 1) * self.grid.hop)?;
         let analyser = Analyser::new(*self.grid);

@@ -2,11 +2,20 @@
 
 use super::sound::SoundArgs;
 use super::values::{parse_bits, parse_pose, parse_tier, within};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use promenade_baker::player::Playing;
 use promenade_baker::wav::Format;
 use promenade_core::{LiveParams, Pose};
 use std::path::PathBuf;
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OutputFormat {
+    /// Both ears
+    Binaural,
+    /// Ambisonics: channels in ACN order, SN3D, along the axes of the listener's head
+    Ambix,
+}
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
@@ -14,7 +23,7 @@ pub(crate) struct RenderArgs {
     pub(crate) scene: PathBuf,
     /// Dry WAV file, mono or stereo
     pub(crate) input: PathBuf,
-    /// Binaural WAV file to write
+    /// WAV file to write
     pub(crate) output: PathBuf,
     /// Camera path: .json, .csv, a COLMAP model's folder or images.txt or .bin, a NeRF tool's transforms.json, .gltf or .glb
     #[arg(long, conflicts_with = "pose")]
@@ -29,6 +38,12 @@ pub(crate) struct RenderArgs {
     /// Decodes a second of the tiers high and reference
     #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = within(1.0_f32, 1000.0))]
     pub(crate) decode_rate: f32,
+    /// What is written; Ambisonics of scenes of image sources alone
+    #[arg(long, value_enum, default_value = "binaural")]
+    pub(crate) format: OutputFormat,
+    /// Order of Ambisonics: 4, 9 or 16 channels
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
+    pub(crate) order: u8,
     /// SOFA file of head-related responses: your own head in the place of the scene's
     #[arg(long, value_name = "FILE")]
     pub(crate) head: Option<PathBuf>,

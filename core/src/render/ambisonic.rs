@@ -6,7 +6,6 @@ use glam::Vec3;
 use promenade_fourier::Fft;
 use promenade_fourier::num_complex::{Complex32, Complex64};
 use pulp::{Arch, Simd, WithSimd};
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// A value of each channel.
@@ -66,13 +65,8 @@ impl HeadSpectra {
             if hz > 0.5 * head.sample_rate_hz {
                 break;
             }
-            let step = Complex64::cis(-TAU * hz / head.sample_rate_hz);
-            // Horner's rule, from the last sample on.
-            let bin = |samples: &[f32]| samples.iter().rev().fold(Complex64::default(), |sum, x| sum * step + f64::from(*x));
-            for (pair, channels) in head.filters.chunks_exact(4 * head.len()).enumerate() {
-                let (a, b) = channels.split_at(2 * head.len());
-                for (ear, (a, b)) in a.chunks_exact(head.len()).zip(b.chunks_exact(head.len())).enumerate() {
-                    let (a, b) = (bin(a), bin(b));
+            for (pair, [a, b]) in head.at(hz).as_chunks().0.iter().enumerate() {
+                for (ear, (a, b)) in a.iter().zip(b).enumerate() {
                     let mirrored = (n_fft - k) % n_fft;
                     let spectrum = &mut filters[(2 * pair + ear) * n_fft..][..n_fft];
                     for (k, factor) in [(mirrored, a.conj() - Complex64::i() * b.conj()), (k, a - Complex64::i() * b)] {

@@ -50,6 +50,9 @@ impl DecayCurve {
             for (image, seen) in images.images.iter().zip(seen) {
                 let distance = pose.position.distance(image.position);
                 let after = f64::from(distance - pose.position.distance(emitter)) / hop_m;
+                if after <= 0.0 {
+                    continue;
+                }
                 let hop = whole(after + 0.25).clamp(1, taps) - 1;
                 for (band, hz) in parts.bands.centres_hz().iter().enumerate() {
                     let octave = octave(*hz);

@@ -21,7 +21,7 @@ pub struct ImageSource {
 /// the listener walks and turns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageSources {
-    /// Images without the emitter itself, the most important first: tier Draft plays the first of them only.
+    /// Images, without the emitter itself where the field has it, the most important first: tier Draft plays the first of them only.
     pub images: Vec<ImageSource>,
     /// What a metre of air takes in [`IMAGE_OCTAVES_HZ`], dB.
     pub air_db_per_m: [f32; 7],
