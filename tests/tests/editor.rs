@@ -321,6 +321,8 @@ mod needs_screen {
         let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes");
         let fill = |folder: &Path| {
             std::fs::copy(scenes.join("box.promenade"), folder.join("box.promenade")).unwrap();
+            let loft = scenes.join("../library/l-shaped-loft.promenade");
+            std::fs::copy(loft, folder.join("loft.promenade")).unwrap();
         };
         in_library(fill, |_| {
             let walk: Value = serde_json::from_slice(&std::fs::read(scenes.join("../paths/walk.json")).unwrap()).unwrap();
@@ -330,6 +332,7 @@ mod needs_screen {
                 ("top-light", 1.0 / 3.0, json!({ "view": "top", "theme": "light", "tab": "Direct sound" })),
                 ("orbit-dark", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Direct sound" })),
                 ("orbit-light", 2.0 / 3.0, json!({ "view": "orbit", "theme": "light", "tab": "Path" })),
+                ("top-simulated", 1.0 / 3.0, json!({ "tab": "Response" })),
                 ("panel-response", 1.0 / 3.0, json!({ "tab": "Response" })),
                 ("panel-sound", 1.0 / 3.0, json!({ "tab": "Sound" })),
                 ("panel-path", 1.0 / 3.0, json!({ "tab": "Path" })),
@@ -343,7 +346,11 @@ mod needs_screen {
                 let state = host.state();
                 let state = serde_json::from_slice(&edit_state(&state, "editor", &settings)).unwrap();
                 assert!(host.load(&edit_state(&state, "walk", &kept)));
-                let (scene, slot) = if tier > 0.5 { (1.0, 1.0 / 64.0) } else { (0.5, 0.0) };
+                let (scene, slot) = match name {
+                    "top-simulated" => (1.0, 2.0 / 64.0),
+                    _ if tier > 0.5 => (1.0, 1.0 / 64.0),
+                    _ => (0.5, 0.0),
+                };
                 host.set("scene", scene);
                 host.set("slot", slot);
                 host.set("tier", tier);
