@@ -165,6 +165,32 @@ impl Player {
         Ok(self)
     }
 
+    /// The same with emitters of a stereo sound's channels this angle apart, degrees up to 180 ([`promenade_core::EmitterParams`]); with 0
+    /// the mean of the channels has one emitter.
+    ///
+    /// # Errors
+    /// Clips, and a scene that does not know its emitter.
+    pub fn with_stereo_spread(mut self, degrees: f32) -> Result<Self, BakeError> {
+        if degrees == 0.0 {
+            return Ok(self);
+        }
+        self.engine = match self.engine {
+            Engine::Stream(player) if player.knows_emitter() => {
+                let player = player.with_spread(degrees.to_radians());
+                Engine::Stream(Box::new(player.map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?))
+            }
+            Engine::Stream(_) => {
+                return Err(BakeError::argument(
+                    "stereo spread",
+                    "a scene that knows where its emitter is",
+                    "one that does not",
+                ));
+            }
+            Engine::Clips(_) => return Err(BakeError::argument("stereo spread", "a tier that is played as a stream", "clip")),
+        };
+        Ok(self)
+    }
+
     /// How the scene is played.
     #[must_use]
     pub fn playing(&self) -> Playing {
@@ -215,7 +241,9 @@ impl Player {
             _ => {
                 let channels = source.whole()?;
                 let tail = self.playing() != Playing::Clip;
-                let mut ears = self.whole(&mono(&channels), tail, pose_at)?;
+                let spread = self.stream().is_some_and(StreamPlayer::is_spread);
+                let played = if spread { channels.clone() } else { vec![mono(&channels)] };
+                let mut ears = self.whole(&played, tail, pose_at)?;
                 let mut waiting = [channels.first(), channels.last()].map(|c| c.into_iter().flatten().copied().collect());
                 mix.apply(ears.each_mut().map(|ear| &mut ear[..]), &mut waiting);
                 Ok(write(ears.each_ref().map(|ear| &ear[..]))?)
@@ -228,7 +256,7 @@ impl Player {
     /// # Errors
     /// Rates between which nothing can be converted.
     pub fn render(&mut self, dry: &[f32], pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, BakeError> {
-        self.whole(dry, false, pose_at)
+        self.whole(&[dry.to_vec()], false, pose_at)
     }
 
     /// Both ears of a clip of a capture of this rate. A stream's are as long as the clip, and the dry sound before it is heard too;
@@ -261,10 +289,10 @@ impl Player {
         Ok(ears.map(|mut ear| ear.split_off(pre_roll)))
     }
 
-    /// Both ears of a mono sound, converted to the engine's rate and back where they differ; as long as the sound without `tail`.
-    fn whole(&mut self, dry: &[f32], tail: bool, pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, BakeError> {
+    /// Both ears of a sound, converted to the engine's rate and back where they differ; as long as the sound without `tail`.
+    fn whole(&mut self, dry: &[Vec<f32>], tail: bool, pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, BakeError> {
         let [rate_hz, played_hz] = [self.rate_hz, self.played_hz].map(hertz);
-        let source = Source::held(resample::signal(&[dry.to_vec()], rate_hz, played_hz)?, played_hz);
+        let source = Source::held(resample::signal(dry, rate_hz, played_hz)?, played_hz);
         let ears = match &mut self.engine {
             Engine::Stream(player) => {
                 let mut ears = Ears::default();
@@ -280,7 +308,7 @@ impl Player {
         let mut back = resample::signal(&ears, played_hz, rate_hz)?.into_iter();
         Ok([(); 2].map(|()| {
             let mut ear = back.next().unwrap_or_default();
-            ear.resize(if tail { ear.len() } else { dry.len() }, 0.0);
+            ear.resize(if tail { ear.len() } else { dry.first().map_or(0, Vec::len) }, 0.0);
             ear
         }))
     }

@@ -4,7 +4,7 @@ mod ambix;
 
 use crate::args::{OutputFormat, RenderArgs};
 use crate::{path, progress, report, scene};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use promenade_baker::player::{Mix, Player, Source};
 use promenade_baker::read_head;
 use promenade_baker::wav::WavWriter;
@@ -52,8 +52,16 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let source = Source::open(&args.input, None)?;
     let (rate_hz, frames) = (source.sample_rate_hz(), source.frames());
     let rate = f64::from(rate_hz);
+    let spread = args.sound.stereo_spread.unwrap_or(0.0);
+    ensure!(
+        spread == 0.0 || source.channels() == 2,
+        "{}: --stereo-spread expects 2 channels, found {}",
+        args.input.display(),
+        source.channels()
+    );
     let player = Player::new(&scene, rate, args.tier).with_context(|| args.scene.display().to_string())?;
-    let mut player = player.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
+    let player = player.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
+    let mut player = player.with_stereo_spread(spread).with_context(|| args.scene.display().to_string())?;
     // Opened first: an output that cannot be written is known at once.
     let outputs = if ambix { channels(args.order.into()) as u16 } else { 2 };
     let mut writer = WavWriter::create(&args.output, rate_hz, outputs, args.bits)?;

@@ -9,6 +9,7 @@
 
 mod bands;
 pub mod decode;
+mod emitters;
 #[cfg(feature = "gradients")]
 pub mod gradient;
 mod grid;
@@ -33,6 +34,7 @@ pub use decode::{
     Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, NodeShares, PublishedFrame, Rows,
     SILENT_DB,
 };
+pub use emitters::{EmitterParams, Emitters};
 pub use glam;
 pub use grid::StftGrid;
 pub use head::{Head, HeadError};

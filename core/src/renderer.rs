@@ -196,6 +196,11 @@ impl Renderer {
         self.follower.transfer()
     }
 
+    /// What taps are made of, shared by all renderers of the scene at this rate.
+    pub(crate) fn carriers(&self) -> Arc<Carriers> {
+        self.head.carriers()
+    }
+
     /// Samples by which the output lags the input, the same for all tiers.
     #[must_use]
     pub fn latency_samples(&self) -> usize {

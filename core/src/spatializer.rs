@@ -1,7 +1,7 @@
 //! What the audio thread owns: block in, block out.
 
 use crate::number::whole;
-use crate::{LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
+use crate::{EmitterParams, Emitters, LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
 
 /// Length of a cross-fade between scenes, seconds.
 const SCENE_FADE_S: f64 = 0.05;
@@ -31,6 +31,8 @@ pub struct BlockParams {
     pub bypass: bool,
     /// What the user changes about the scene's sound.
     pub trim: Trim,
+    /// Where it is played from.
+    pub emitters: EmitterParams,
 }
 
 impl Default for BlockParams {
@@ -43,6 +45,7 @@ impl Default for BlockParams {
             wet_solo: false,
             bypass: false,
             trim: Trim::NEUTRAL,
+            emitters: EmitterParams::default(),
         }
     }
 }
@@ -92,9 +95,9 @@ impl Ramp {
 /// Changes of gain, mix and bypass belong to the input sample they come with: they are heard at that sample plus the latency.
 pub struct Spatializer {
     sample_rate_hz: f64,
-    active: Option<Box<Renderer>>,
-    fading: Option<Box<Renderer>>,
-    retired: Option<Box<Renderer>>,
+    active: Option<Box<Emitters>>,
+    fading: Option<Box<Emitters>>,
+    retired: Option<Box<Emitters>>,
     /// Progress of the cross-fade, samples; it runs while below `fade_len`.
     fade: usize,
     fade_len: usize,
@@ -104,7 +107,6 @@ pub struct Spatializer {
     wet_gain: Ramp,
     dry_gain: Ramp,
     fresh: bool,
-    mono: Vec<f32>,
     wet: [Vec<f32>; 2],
     old: [Vec<f32>; 2],
 }
@@ -131,7 +133,6 @@ impl Spatializer {
             wet_gain: Ramp::default(),
             dry_gain: Ramp::default(),
             fresh: true,
-            mono: vec![0.0; CHUNK],
             wet: pair(),
             old: pair(),
         }
@@ -147,25 +148,25 @@ impl Spatializer {
     ///
     /// # Real-time
     /// Not real-time safe: drops the scene that was played.
-    pub fn install(&mut self, renderer: Box<Renderer>) {
+    pub fn install(&mut self, emitters: impl Into<Box<Emitters>>) {
         self.fading = None;
         self.retired = None;
-        self.active = Some(renderer);
+        self.active = Some(emitters.into());
         self.reset();
     }
 
     /// Begins a cross-fade to another scene, at equal gain over 50 ms; without a past, as after [`Spatializer::reset`], it plays at once.
     ///
     /// # Errors
-    /// The renderer comes back while a fade is running or a retired renderer has not been taken.
+    /// They come back while a fade is running or what was retired has not been taken.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub fn swap_in(&mut self, renderer: Box<Renderer>) -> Result<(), Box<Renderer>> {
+    pub fn swap_in(&mut self, emitters: Box<Emitters>) -> Result<(), Box<Emitters>> {
         if self.fade < self.fade_len || self.retired.is_some() {
-            return Err(renderer);
+            return Err(emitters);
         }
-        let old = self.active.replace(renderer);
+        let old = self.active.replace(emitters);
         if self.fresh {
             self.retired = old;
         } else {
@@ -175,18 +176,18 @@ impl Spatializer {
         Ok(())
     }
 
-    /// The renderer that has been faded out, to be dropped on another thread.
+    /// What has been faded out, to be dropped on another thread.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub fn take_retired(&mut self) -> Option<Box<Renderer>> {
+    pub fn take_retired(&mut self) -> Option<Box<Emitters>> {
         self.retired.take()
     }
 
-    /// The renderer that is heard, or being faded in.
+    /// The renderer that is heard, or being faded in; of two emitters the left channel's.
     #[must_use]
     pub fn renderer(&self) -> Option<&Renderer> {
-        self.active.as_deref()
+        self.active.as_deref().map(Emitters::first)
     }
 
     /// Samples by which the output lags the input.
@@ -198,7 +199,7 @@ impl Spatializer {
     /// Samples for which the output sounds on after the input has ended, beyond the latency.
     #[must_use]
     pub fn tail_samples(&self) -> usize {
-        self.active.as_ref().map_or(0, |r| r.tail_samples())
+        self.active.as_ref().map_or(0, |emitters| emitters.first().tail_samples())
     }
 
     /// Takes the next pose at once, as after the transport was moved; what sounds goes on.
@@ -206,8 +207,8 @@ impl Spatializer {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn jump(&mut self) {
-        for renderer in [&mut self.active, &mut self.fading].into_iter().flatten() {
-            renderer.jump();
+        for emitters in [&mut self.active, &mut self.fading].into_iter().flatten() {
+            emitters.jump();
         }
     }
 
@@ -229,7 +230,7 @@ impl Spatializer {
 
     /// Renders a block of one or two input channels. `pose_at(i)` is the pose at sample `i` of the block; it is asked at hops only.
     ///
-    /// Two channels are averaged for the rendered sound and kept apart in the dry sound.
+    /// Two channels are averaged for the rendered sound, unless their emitters are some angle apart, and kept apart in the dry sound.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. All slices have the same length.
@@ -246,6 +247,8 @@ impl Spatializer {
             return;
         };
         let second = input.get(1).unwrap_or(first);
+        let mono = input.len() < 2;
+        let emitters = if mono { EmitterParams { spread: 0.0, ..params.emitters } } else { params.emitters };
         let len = left.len().min(right.len()).min(first.len()).min(second.len());
         self.aim(params);
         let quality = Quality { tier: params.tier, live: params.live };
@@ -254,7 +257,7 @@ impl Spatializer {
         for start in (0..len).step_by(CHUNK) {
             let span = start..len.min(start + CHUNK);
             let out = [&mut left[span.clone()], &mut right[span.clone()]];
-            self.chunk(&first[span.clone()], &second[span], out, rendered, &mut |i| pose_at(start + i));
+            self.chunk([&first[span.clone()], &second[span]], out, rendered, &emitters, &mut |i| pose_at(start + i));
         }
     }
 
@@ -276,21 +279,17 @@ impl Spatializer {
 
     fn chunk(
         &mut self,
-        first: &[f32],
-        second: &[f32],
+        [first, second]: [&[f32]; 2],
         [left, right]: [&mut [f32]; 2],
         params: RenderParams,
+        emitters: &EmitterParams,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
         let n = first.len();
-        let mono = &mut self.mono[..n];
-        for ((m, a), b) in mono.iter_mut().zip(first).zip(second) {
-            *m = 0.5 * (a + b);
-        }
-        let render = |renderer: &mut Option<Box<Renderer>>, out: &mut [Vec<f32>; 2], pose_at: &mut _| {
+        let render = |played: &mut Option<Box<Emitters>>, out: &mut [Vec<f32>; 2], pose_at: &mut _| {
             let [l, r] = out;
-            match renderer {
-                Some(renderer) => renderer.process(mono, [&mut l[..n], &mut r[..n]], params, pose_at),
+            match played {
+                Some(played) => played.process(&[first, second], [&mut l[..n], &mut r[..n]], params, emitters, pose_at),
                 None => [l, r].into_iter().for_each(|ear| ear[..n].fill(0.0)),
             }
         };
@@ -302,7 +301,7 @@ impl Spatializer {
         let size = self.past.len();
         let (delay, old_delay) = (self.latency_samples(), latency_of(self.fading.as_deref()).min(size - 2));
         // Without a scene nothing is rendered: the dry sound takes the place of the rendered one.
-        let stand_in = |renderer: &Option<Box<Renderer>>| if renderer.is_some() { 0.0 } else { 1.0 };
+        let stand_in = |played: &Option<Box<Emitters>>| if played.is_some() { 0.0 } else { 1.0 };
         let (stand_in, old_stand_in) = (stand_in(&self.active), stand_in(&self.fading));
         for i in 0..n {
             let (wet_gain, dry_gain) = (self.wet_gain.next(), self.dry_gain.next());
@@ -330,8 +329,8 @@ impl Spatializer {
     }
 }
 
-fn latency_of(renderer: Option<&Renderer>) -> usize {
-    renderer.map_or(0, Renderer::latency_samples)
+fn latency_of(emitters: Option<&Emitters>) -> usize {
+    emitters.map_or(0, |emitters| emitters.first().latency_samples())
 }
 
 /// A sample as hosts take it: no subnormal number, which would slow down what follows, and none beyond [`LOUDEST`].

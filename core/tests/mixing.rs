@@ -73,8 +73,8 @@ fn a_scene_change_while_playing_does_not_click() {
     let mut s = spatializer(&first, RATE);
     let mut out = render(&mut s, &tone[..24_000], &[512], &BlockParams::default(), STILL)[0].clone();
     let steady = steepest(&out[12_000..]);
-    assert!(s.swap_in(Box::new(Renderer::new(Arc::clone(&second), RATE).unwrap())).is_ok());
-    let refused = s.swap_in(Box::new(Renderer::new(first, RATE).unwrap()));
+    assert!(s.swap_in(Box::new(Renderer::new(Arc::clone(&second), RATE).unwrap().into())).is_ok());
+    let refused = s.swap_in(Box::new(Renderer::new(first, RATE).unwrap().into()));
     assert!(refused.is_err(), "one fade at a time");
     out.extend(&render(&mut s, &tone[24_000..], &[512], &BlockParams::default(), STILL)[0]);
     assert!(steepest(&out[20_000..]) < 1.5 * steady, "{} against {steady}", steepest(&out[20_000..]));
@@ -90,7 +90,7 @@ fn without_a_scene_the_dry_sound_passes_and_a_scene_fades_in() {
     let out = render(&mut s, &input, &[512], &params, STILL);
     assert!(out[0].iter().zip(&input).all(|(o, i)| (o - 0.5 * i).abs() < 1e-6));
     let renderer = Renderer::new(room(16_000.0, 0.3, 0.0), RATE).unwrap();
-    assert!(s.swap_in(Box::new(renderer)).is_ok());
+    assert!(s.swap_in(Box::new(renderer.into())).is_ok());
     let out = render(&mut s, &vec![0.25; 9_000], &[512], &params, STILL);
     assert!(steepest(&out[0][1_000..]) < 0.01);
 }

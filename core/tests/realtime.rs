@@ -1,10 +1,11 @@
 //! The audio thread allocates nothing, whatever happens on it.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use promenade_core::{BlockParams, Spatializer, Tier, Trim};
+use promenade_core::{BlockParams, EmitterParams, Emitters, Scene, Spatializer, Tier, Trim};
 use promenade_testing::noise;
 use promenade_testing::scenes::{live_renderer, room_with_cloud, room_with_images, spatializer, walk};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -24,17 +25,21 @@ fn trim(turn: usize) -> Trim {
     }
 }
 
+fn pair(scene: &Arc<Scene>, rate: f64) -> Box<Emitters> {
+    Box::new(Emitters::from(live_renderer(scene, rate)).with_second(live_renderer(scene, rate)))
+}
+
 #[test]
 fn processing_never_allocates() {
     for rate in [8_000.0, 44_100.0, 48_000.0, 192_000.0] {
         // The second scene has the rate that is played, which the tier Reference asks for.
         let (first, second) = (room_with_cloud(16_000.0, 0.4, 0.1), room_with_cloud(rate, 0.8, 0.1));
         let mut s = Spatializer::new(rate);
-        s.install(Box::new(live_renderer(&first, rate)));
+        s.install(pair(&first, rate));
         let input = noise(1, 60_000);
         let (mut left, mut right) = (vec![0.0; 8_192], vec![0.0; 8_192]);
         let pose = walk(rate);
-        let mut next = Some(Box::new(live_renderer(&second, rate)));
+        let mut next = Some(pair(&second, rate));
         let mut retired = None;
         let mut played = BTreeSet::new();
         let mut at = 0;
@@ -50,6 +55,7 @@ fn processing_never_allocates() {
                 bypass: turn % 5 == 4,
                 wet_solo: turn % 7 == 3,
                 trim: trim(turn),
+                emitters: EmitterParams { spread: (turn / 8 % 3) as f32, ..EmitterParams::default() },
                 ..BlockParams::default()
             };
             let x = &input[at..at + size];

@@ -18,7 +18,7 @@ use crate::walk::{SavedWalk, Walk, WalkError};
 use crate::worker::Task;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::{nice_error, nice_warn};
-use promenade_core::{RenderError, Renderer, Scene, SceneError};
+use promenade_core::{Emitters, RenderError, Renderer, Scene, SceneError};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Once, Weak};
@@ -31,7 +31,7 @@ const RETIRED_CAPACITY: usize = 16;
 /// What the audio thread plays next.
 pub enum Prepared {
     /// This scene, at the host's sample rate.
-    Scene(Box<Renderer>),
+    Scene(Box<Emitters>),
     /// The dry sound, because the scene cannot be loaded.
     Dry,
 }
@@ -80,6 +80,8 @@ struct SceneRequest {
     saved: SceneKey,
     room: Option<DrawnRoom>,
     head: SavedHead,
+    /// Whether there is a second emitter: from the time on that one is first needed.
+    stereo: bool,
     sample_rate_bits: u64,
 }
 
@@ -202,30 +204,38 @@ impl Loader {
         loop {
             let (saved, restores) = self.params.scene_key.get();
             let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
-            let Choices { scene, scene_slot, .. } = self.params.choices();
+            let Choices { scene, scene_slot, stereo, .. } = self.params.choices();
+            let stereo = stereo || last.as_ref().is_some_and(|last| last.stereo);
             // A factory scene does not depend on the slot.
             let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
             let (head, _) = self.params.head.get();
             // A drawn room is the project's own scene.
             let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
-            let request = SceneRequest { scene, slot, saved, room, head, sample_rate_bits };
+            let request = SceneRequest { scene, slot, saved, room, head, stereo, sample_rate_bits };
             if sample_rate_bits == 0 || last.as_ref() == Some(&request) {
                 return;
             }
             let result = self.found(&request).and_then(|(scene, note, key)| {
                 let sample_rate_hz = f64::from_bits(sample_rate_bits);
                 let carriers = cache::carriers(&scene, sample_rate_hz)?;
-                let renderer = Renderer::with_carriers(Arc::clone(&scene), sample_rate_hz, carriers)?;
-                let decoder = SharedWorker::new(&scene, &self.attention).map_err(LoadError::Thread)?;
-                let renderer = match decoder {
-                    Some(decoder) => renderer.with_worker(Box::new(decoder)),
-                    None => renderer,
+                let renderer = |attention| {
+                    let renderer = Renderer::with_carriers(Arc::clone(&scene), sample_rate_hz, Arc::clone(&carriers))?;
+                    let decoder = SharedWorker::new(&scene, attention).map_err(LoadError::Thread)?;
+                    Ok::<_, LoadError>(match decoder {
+                        Some(decoder) => renderer.with_worker(Box::new(decoder)),
+                        None => renderer,
+                    })
                 };
-                Ok((renderer, note, key))
+                let mut emitters = Emitters::from(renderer(&self.attention)?);
+                if stereo && scene.emitter().is_some() {
+                    // The editor shows what the first one attends to.
+                    emitters = emitters.with_second(renderer(&Arc::default())?);
+                }
+                Ok((emitters, note, key))
             });
             let chosen = chooses_a_file(&result);
             let (prepared, report, key) = match result {
-                Ok((renderer, note, key)) => (Prepared::Scene(Box::new(renderer)), note, key),
+                Ok((emitters, note, key)) => (Prepared::Scene(Box::new(emitters)), note, key),
                 Err(error) => (Prepared::Dry, with_causes(&error), request.saved.clone()),
             };
             // A state that was restored meanwhile wants another scene: begin again.
@@ -238,11 +248,11 @@ impl Loader {
                     Prepared::Scene(_) => (),
                 }
                 self.params.scene_report.set_text(report);
-                if let Prepared::Scene(renderer) = &prepared {
-                    self.params.frame.set_frame(SceneFrame::of(renderer.scene()));
+                if let Prepared::Scene(emitters) = &prepared {
+                    self.params.frame.set_frame(SceneFrame::of(emitters.first().scene()));
                 }
                 lock(&self.current).scene = match &prepared {
-                    Prepared::Scene(renderer) => Arc::downgrade(renderer.scene()),
+                    Prepared::Scene(emitters) => Arc::downgrade(emitters.first().scene()),
                     Prepared::Dry => Weak::new(),
                 };
                 drop(self.scenes.force_push(prepared));

@@ -15,12 +15,12 @@ const EDITOR: &str = "Editor";
 #[must_use]
 pub fn module(parameter: Parameter) -> &'static str {
     use Parameter::{
-        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Tracking, Walk, X, Y, Yaw, Z,
+        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Spread, Tracking, Walk, X, Y, Yaw, Z,
     };
     match parameter {
         X | Y | Z | Yaw | Pitch | Roll | Tracking => "Pose",
         Path | Follow | Offset | Walk => "Path",
-        Ex | Ey | Ez => "Emitter",
+        Ex | Ey | Ez | Spread => "Emitter",
         Group | Lead => "Group",
         Scene | Slot => "Scene",
         Osc => "Remote",
@@ -31,11 +31,11 @@ pub fn module(parameter: Parameter) -> &'static str {
 /// Pages of eight knobs with their sections; `None` leaves a knob free. [`SOUND`] has a page of its own, or as many as it needs.
 const PAGES: [(&str, &str, [Option<Parameter>; 8]); 3] = {
     use Parameter::{
-        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Tracking, Walk, X, Y, Yaw, Z,
+        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Spread, Tracking, Walk, X, Y, Yaw, Z,
     };
     [
         ("Listener", "Pose", [Some(X), Some(Y), Some(Z), Some(Tracking), Some(Yaw), Some(Pitch), Some(Roll), None]),
-        ("Source", "Offset", [Some(Ex), Some(Ey), Some(Ez), None, Some(Group), Some(Lead), Some(Scene), Some(Slot)]),
+        ("Source", "Offset", [Some(Ex), Some(Ey), Some(Ez), Some(Spread), Some(Group), Some(Lead), Some(Scene), Some(Slot)]),
         ("Listener", "Path", [Some(Path), Some(Follow), Some(Offset), Some(Walk), None, None, None, Some(Osc)]),
     ]
 };

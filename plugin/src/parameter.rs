@@ -40,6 +40,8 @@ table! {
         Ey = "ey",
         /// How far the emitter is moved along z from its place in the scene, metres.
         Ez = "ez",
+        /// Angle between the emitters of a stereo input's channels, degrees; 0 for one emitter.
+        Spread = "spread",
         /// The listener group: [`GroupChoice`].
         Group = "group",
         /// Whether this instance's listener is that of its group.
@@ -99,7 +101,7 @@ impl Parameter {
     pub fn unit(self) -> &'static str {
         match self {
             Self::X | Self::Y | Self::Z | Self::Ex | Self::Ey | Self::Ez => "m",
-            Self::Yaw | Self::Pitch | Self::Roll => "deg",
+            Self::Yaw | Self::Pitch | Self::Roll | Self::Spread => "deg",
             Self::Path | Self::Mix | Self::Decay | Self::Width => "%",
             Self::Rate | Self::LowCut => "Hz",
             Self::Gain | Self::Direct | Self::Early | Self::Late | Self::Law => "dB",
@@ -154,6 +156,7 @@ impl Parameter {
             Self::X | Self::Y | Self::Z | Self::Ex | Self::Ey | Self::Ez => (-50.0, 50.0),
             Self::Yaw | Self::Roll => (-180.0, 180.0),
             Self::Pitch => (-90.0, 90.0),
+            Self::Spread => (0.0, 180.0),
             Self::Rate => (5.0, 100.0),
             Self::Gain | Self::Direct | Self::Early | Self::Late => (-60.0, 12.0),
             Self::Decay => (0.5, 2.0),

@@ -17,7 +17,7 @@ use crate::state::StateVersion;
 use crate::walk::SavedWalk;
 use nice_plug::prelude::*;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, LiveParams, Pose, Trim};
+use promenade_core::{BlockParams, EmitterParams, LiveParams, Pose, Trim};
 
 /// The revision after which counting begins anew.
 pub const REVISIONS: i32 = 9_999;
@@ -52,6 +52,8 @@ pub struct PromenadeParams {
     pub ey: FloatParam,
     #[id = "ez"]
     pub ez: FloatParam,
+    #[id = "spread"]
+    pub spread: FloatParam,
     #[id = "group"]
     pub group: EnumParam<GroupChoice>,
     #[id = "lead"]
@@ -134,7 +136,8 @@ pub struct PromenadeParams {
 impl Default for PromenadeParams {
     fn default() -> Self {
         use Parameter::{
-            Decay, Direct, Early, Ex, Ey, Ez, Gain, Late, Law, LowCut, Mix, Path, Pitch, Rate, Roll, Width, X, Y, Yaw, Z,
+            Decay, Direct, Early, Ex, Ey, Ez, Gain, Late, Law, LowCut, Mix, Path, Pitch, Rate, Roll, Spread, Width, X, Y, Yaw,
+            Z,
         };
         let float = |name, default, parameter: Parameter, unit, digits| {
             FloatParam::new(name, default, parameter.range())
@@ -170,6 +173,7 @@ impl Default for PromenadeParams {
             ex: metres("Emitter Offset X", Ex),
             ey: metres("Emitter Offset Y", Ey),
             ez: metres("Emitter Offset Z", Ez),
+            spread: degrees("Stereo Spread", Spread),
             group: EnumParam::new("Listener Group", GroupChoice::Off),
             lead: switch("Lead Group"),
             tier: EnumParam::new("Tier", TierChoice::Standard),
@@ -223,9 +227,7 @@ pub struct Snapshot {
     pub group: Option<usize>,
     /// Whether this instance leads its group.
     pub leads: bool,
-    /// How far the emitter is moved from its place in the scene, metres.
-    pub emitter_offset: Vec3,
-    /// Tier, mix, gain and bypass.
+    /// Tier, mix, gain, bypass, what is changed about the sound, and where it is played from.
     pub block: BlockParams,
 }
 
@@ -238,6 +240,8 @@ pub struct Choices {
     pub scene_slot: u32,
     /// Camera path file of the library, 0 for the project's own.
     pub walk_slot: u32,
+    /// Whether a stereo input's channels have emitters of their own.
+    pub stereo: bool,
     /// How often a head has been asked for.
     pub heads: u32,
     /// How often the drawn room has changed.
@@ -263,7 +267,6 @@ impl PromenadeParams {
             },
             group,
             leads: group.is_some() && value(Parameter::Lead) > 0.5,
-            emitter_offset: emitter_offset_of(value),
             block: BlockParams {
                 tier: TierChoice::from_index(self.index(Parameter::Tier)).into(),
                 mix: value(Parameter::Mix),
@@ -272,6 +275,7 @@ impl PromenadeParams {
                 live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
                 wet_solo: value(Parameter::WetSolo) > 0.5,
                 trim: trim_of(value),
+                emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
             },
         }
     }
@@ -287,6 +291,7 @@ impl PromenadeParams {
             scene: SceneChoice::from_index(self.index(Parameter::Scene)),
             scene_slot: slot(Parameter::Slot),
             walk_slot: slot(Parameter::Walk),
+            stereo: self.heard(Parameter::Spread) > 0.0,
             heads: self.head_wish.asked(),
             rooms: self.room.changes(),
         }
@@ -371,7 +376,7 @@ const USUAL_LAW_DB: f32 = 6.0;
 macro_rules! with_param {
     ($params:expr, $parameter:expr, $param:ident => $body:expr) => {
         $crate::params::with_param!($params, $parameter, $param => $body;
-            X x, Y y, Z z, Yaw yaw, Pitch pitch, Roll roll, Path path, Follow follow, Offset offset, Tracking tracking, Ex ex, Ey ey, Ez ez,
+            X x, Y y, Z z, Yaw yaw, Pitch pitch, Roll roll, Path path, Follow follow, Offset offset, Tracking tracking, Ex ex, Ey ey, Ez ez, Spread spread,
             Group group, Lead lead, Tier tier, Rate rate, Mix mix, Gain gain, Direct direct, Early early,
             Late late, Decay decay, Law law, Width width, LowCut low_cut, WetSolo wet_solo, Bypass bypass, Scene scene, Slot slot, Walk walk, Osc osc_on)
     };

@@ -48,8 +48,8 @@ impl Playing {
         }
         self.loader.activate(sample_rate_hz);
         match (self.loader.scenes.pop(), &mut self.spatializer) {
-            (Some(Prepared::Scene(renderer)), Some(spatializer)) => {
-                spatializer.install(renderer);
+            (Some(Prepared::Scene(emitters)), Some(spatializer)) => {
+                spatializer.install(emitters);
                 self.dry = false;
             }
             (Some(Prepared::Dry), _) => self.dry = true,
@@ -104,16 +104,16 @@ impl Playing {
         };
         *held = held.take().and_then(&mut retire);
         if held.is_none() {
-            *held = spatializer.take_retired().and_then(|renderer| retire(Retired::Scene(Prepared::Scene(renderer))));
+            *held = spatializer.take_retired().and_then(|emitters| retire(Retired::Scene(Prepared::Scene(emitters))));
         }
         if held.is_none()
             && let Some(prepared) = self.loader.scenes.pop()
         {
             self.dry = matches!(prepared, Prepared::Dry);
-            if let Prepared::Scene(renderer) = prepared
-                && let Err(renderer) = spatializer.swap_in(renderer)
+            if let Prepared::Scene(emitters) = prepared
+                && let Err(emitters) = spatializer.swap_in(emitters)
                 // A fade is running: it stays in the queue, unless the loader has a newer one by then.
-                && let Err(prepared) = self.loader.scenes.push(Prepared::Scene(renderer))
+                && let Err(prepared) = self.loader.scenes.push(Prepared::Scene(emitters))
             {
                 *held = retire(Retired::Scene(prepared));
             }

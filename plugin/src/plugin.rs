@@ -14,7 +14,6 @@ use crate::params::{PromenadeParams, Snapshot};
 use crate::playing::Playing;
 use crate::telemetry::Telemetry;
 use nice_plug::prelude::*;
-use promenade_core::Pose;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -126,10 +125,7 @@ impl Promenade {
             self.monitor.measure_input(input);
             let sounds = input[..channels].iter().any(|channel| channel.iter().any(|sample| sample.abs() >= SILENCE));
             self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(left.len()) };
-            spatializer.process(&input[..channels], [left, right], &snapshot.block, |i| {
-                let pose = listener.pose(start + i);
-                Pose { position: pose.position - snapshot.emitter_offset, ..pose }
-            });
+            spatializer.process(&input[..channels], [left, right], &snapshot.block, |i| listener.pose(start + i));
         }
         Some(listener.end(total, time.end_s()))
     }

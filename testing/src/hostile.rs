@@ -8,8 +8,8 @@ use promenade_core::glam::{Quat, Vec3};
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
-    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid, TailModel, Tier,
-    TransferShape, Trim,
+    AnchorCloud, Bands, BlockParams, EmitterParams, Emitters, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid,
+    TailModel, Tier, TransferShape, Trim,
 };
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -158,7 +158,18 @@ pub fn settings(rng: &mut Rng) -> BlockParams {
     let rate_hz = rng.choice([f32::NAN, -1.0, 0.0, 40.0, 1e9, f32::INFINITY]).unwrap_or(40.0);
     let tier = rng.choice(Tier::ALL).unwrap_or_default();
     let live = LiveParams { rate_hz, wait: rng.bool() };
-    BlockParams { tier, live, mix, gain, wet_solo: rng.u8(0..8) == 0, bypass: rng.u8(0..8) == 0, trim: trim(rng) }
+    let (wet_solo, bypass) = (rng.u8(0..8) == 0, rng.u8(0..8) == 0);
+    BlockParams { tier, live, mix, gain, wet_solo, bypass, trim: trim(rng), emitters: emitters(rng) }
+}
+
+/// Where a scene may be played from, sensible and not; half of the time where it is.
+fn emitters(rng: &mut Rng) -> EmitterParams {
+    if rng.bool() {
+        return EmitterParams::default();
+    }
+    let offset = Vec3::splat(rng.choice([f32::NAN, f32::INFINITY, 0.0, 0.5, -20.0, 1e-30, 1e30]).unwrap_or(0.0));
+    let spread = rng.choice([f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1.0, 3.0, 1e30]).unwrap_or(0.0);
+    EmitterParams { offset, spread }
 }
 
 /// What a user may change about a scene's sound, sensible and not; half of the time nothing.
@@ -253,7 +264,7 @@ pub fn wild(rng: &mut Rng, scenes: &[(&str, Arc<Scene>)], samples: usize) -> Res
     let mut spare: Vec<_> = (0..3)
         .filter_map(|_| rng.choice(scenes))
         .filter(|(_, scene)| scene.playable_at(rate).is_ok())
-        .map(|(_, scene)| Box::new(full_renderer(scene, rate)))
+        .map(|(_, scene)| Box::new(Emitters::from(full_renderer(scene, rate)).with_second(full_renderer(scene, rate))))
         .collect();
     let mut s = Spatializer::new(rate);
     let mut at = 0;

@@ -19,7 +19,7 @@ import make_presets  # noqa: E402  (found through the line above)
 RATE = 48_000
 PARAMETERS = {
     "listener_x_m", "listener_y_m", "listener_z_m", "yaw_deg", "pitch_deg", "roll_deg", "path_position", "follow_path",
-    "path_offset", "head_tracking", "emitter_offset_x_m", "emitter_offset_y_m", "emitter_offset_z_m", "listener_group", "lead_group",
+    "path_offset", "head_tracking", "emitter_offset_x_m", "emitter_offset_y_m", "emitter_offset_z_m", "stereo_spread_deg", "listener_group", "lead_group",
     "tier", "decode_rate_hz", "dry_wet", "output_gain_db", "direct_level_db", "early_level_db", "late_level_db",
     "decay", "distance_law_db", "room_width", "low_cut_hz", "wet_solo", "bypass", "scene", "library_scene", "library_path",
     "open_sound_control", "revision",

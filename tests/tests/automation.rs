@@ -81,7 +81,7 @@ fn offline_a_scene_is_heard_from_the_block_that_names_it<H: Host>() {
     for (number, block) in signal.chunks(BLOCK).enumerate() {
         if number == 7 {
             host.set("scene", 0.5);
-            assert!(engine.swap_in(room("iosr-room-b").0).is_ok());
+            assert!(engine.swap_in(room("iosr-room-b").0.into()).is_ok());
         }
         heard.iter_mut().zip(host.process(&[block, block])).for_each(|(all, new)| all.extend(new));
         let [left, right] = &mut wanted;

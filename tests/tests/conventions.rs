@@ -34,7 +34,7 @@ fn remote_controls_have_every_parameter_on_a_page() {
     let on = |name: &str| named(name).parameters.into_iter().flatten().collect::<Vec<_>>();
     assert_eq!(on("Pose"), ["x", "y", "z", "tracking", "yaw", "pitch", "roll"].map(host_id));
     assert_eq!(on("Path"), ["path", "follow", "offset", "walk", "osc"].map(host_id));
-    assert_eq!(on("Offset"), ["ex", "ey", "ez", "group", "lead", "scene", "slot"].map(host_id));
+    assert_eq!(on("Offset"), ["ex", "ey", "ez", "spread", "group", "lead", "scene", "slot"].map(host_id));
     assert!(
         ["mix", "gain"]
             .iter()

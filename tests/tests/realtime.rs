@@ -2,7 +2,7 @@
 //!
 //! With `RTSAN_ENABLE` set (`cargo xtask test` sets it) the real-time sanitizer ends the process if it does.
 
-use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
+use promenade_core::{BlockParams, EmitterParams, Emitters, Pose, Spatializer, Tier};
 use promenade_testing::noise;
 use promenade_testing::scenes::{live_renderer, room_with_cloud, walk};
 use std::collections::BTreeSet;
@@ -18,8 +18,8 @@ const RATE: f64 = 48_000.0;
 #[rtsan_standalone::nonblocking]
 fn block(
     spatializer: &mut Spatializer,
-    next: &mut Option<Box<Renderer>>,
-    done: &mut Option<Box<Renderer>>,
+    next: &mut Option<Box<Emitters>>,
+    done: &mut Option<Box<Emitters>>,
     input: &[f32],
     output: &mut [Vec<f32>; 2],
     (params, pose): (BlockParams, impl Fn(usize) -> Pose),
@@ -31,7 +31,7 @@ fn block(
         *next = spatializer.swap_in(renderer).err();
     }
     let [left, right] = output;
-    spatializer.process(&[input], [&mut left[..input.len()], &mut right[..input.len()]], &params, pose);
+    spatializer.process(&[input, input], [&mut left[..input.len()], &mut right[..input.len()]], &params, pose);
     black_box((spatializer.latency_samples(), spatializer.tail_samples()));
 }
 
@@ -44,7 +44,10 @@ fn allocate(len: usize) {
 fn walking_automating_and_changing_scenes_never_blocks() {
     // The tier Reference asks for a scene of the rate that is played.
     let scenes = [room_with_cloud(RATE, 0.3, 0.05), room_with_cloud(44_100.0, 1.2, 0.1)];
-    let renderer = |i: usize| Box::new(live_renderer(&scenes[i % 2], RATE));
+    let renderer = |i: usize| {
+        let [first, second] = [(); 2].map(|()| live_renderer(&scenes[i % 2], RATE));
+        Box::new(Emitters::from(first).with_second(second))
+    };
     let mut spatializer = Spatializer::new(RATE);
     spatializer.install(renderer(0));
     let mut played = BTreeSet::new();
@@ -63,6 +66,7 @@ fn walking_automating_and_changing_scenes_never_blocks() {
             mix: (turn % 5) as f32 / 4.0,
             gain: 0.5 + (turn % 3) as f32,
             bypass: turn % 90 > 80,
+            emitters: EmitterParams { spread: (turn / 30 % 3) as f32, ..EmitterParams::default() },
             ..BlockParams::default()
         };
         let walk = walk(RATE);

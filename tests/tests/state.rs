@@ -37,7 +37,7 @@ mod special_files {
 }
 
 /// Each with a value that is not its default, and that is one of its steps.
-const CHANGED: [(&str, f64); 31] = [
+const CHANGED: [(&str, f64); 32] = [
     ("x", 0.51),
     ("y", 0.48),
     ("z", 0.505),
@@ -51,6 +51,7 @@ const CHANGED: [(&str, f64); 31] = [
     ("ex", 0.51),
     ("ey", 0.49),
     ("ez", 0.5),
+    ("spread", 0.5),
     ("group", 0.75),
     ("lead", 1.0),
     ("tier", 0.0),

@@ -106,6 +106,11 @@ impl RenderHead {
         self.shape.taps + LATE_HOPS + self.low.hops()
     }
 
+    /// What the taps are made of.
+    pub(crate) fn carriers(&self) -> Arc<Carriers> {
+        Arc::clone(&self.carriers)
+    }
+
     /// Sets the reverberation time as a multiple of the scene's. Returns whether it has changed: then all time filters are to be brought
     /// up to date.
     pub(crate) fn set_decay(&mut self, times: f32) -> bool {

@@ -30,8 +30,14 @@ struct Open {
 }
 
 /// The gestures that are going on.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Gestures([Option<Open>; Parameter::ALL.len()]);
+
+impl Default for Gestures {
+    fn default() -> Self {
+        Self([const { None }; Parameter::ALL.len()])
+    }
+}
 
 impl Gestures {
     /// The value that the user has set and the host may not have taken yet.

@@ -37,6 +37,7 @@ impl Panel for SoundPanel {
                 }
                 _ => {
                     slider(ui, ctx, Parameter::LowCut, Word::LowCut);
+                    dimmed(ui, !far, |ui| slider(ui, ctx, Parameter::Spread, Word::Spread));
                     ui.horizontal(|ui| {
                         toggle(ui, ctx, Parameter::WetSolo, Word::WetSolo);
                         if button(ui, ctx.palette, Word::Neutral).clicked() {
@@ -52,7 +53,7 @@ impl Panel for SoundPanel {
 
 /// Sets all to where they change nothing.
 fn neutral(ctx: &mut Ctx<'_>) {
-    let others = [Parameter::Law, Parameter::LowCut, Parameter::WetSolo];
+    let others = [Parameter::Law, Parameter::LowCut, Parameter::Spread, Parameter::WetSolo];
     for parameter in LEVELS.into_iter().chain(ROOM).map(|(parameter, _)| parameter).chain(others) {
         let usual = default_value(ctx.params(), parameter);
         ctx.set(parameter, usual);
@@ -64,7 +65,9 @@ fn limits(ui: &mut Ui, ctx: &Ctx<'_>, far: bool) {
     match ctx.frame.tier {
         Tier::Reference => note(ui, ctx.palette, "Reference plays a model that knows no parts: only the low cut acts on it."),
         Tier::Draft => note(ui, ctx.palette, "Draft has no room but the echoes of simulated places."),
-        _ if !far => note(ui, ctx.palette, "The scene does not know where its source is: distance has no effect."),
+        _ if !far => {
+            note(ui, ctx.palette, "The scene does not know where its source is: neither distance nor stereo has an effect.")
+        }
         _ if ctx.value(Parameter::Decay) > 1.0 && ctx.scene.is_some_and(|scene| scene.measured().is_some()) => {
             note(ui, ctx.palette, "A measured room's bass rings no longer than was measured: at 200 % it ends 30 dB down.");
         }

@@ -114,6 +114,8 @@ table! {
         /// Sound.
         WetSolo = ("Wet solo", "The room alone, as on a send: neither the track as it came nor the straight sound"),
         /// Sound.
+        Spread = ("Stereo", "Angle between the sources that play the left and the right channel, where the scene starts: 0 plays both with one"),
+        /// Sound.
         Neutral = ("As it is", "Puts all of these back to where they change nothing"),
         /// Drawer.
         DirectSound = ("Direct sound", "What both ears hear of the sound that comes straight from the source"),
@@ -319,6 +321,7 @@ pub fn help(parameter: Parameter) -> &'static str {
         Parameter::Width => Word::RoomWidth.help(),
         Parameter::LowCut => Word::LowCut.help(),
         Parameter::WetSolo => Word::WetSolo.help(),
+        Parameter::Spread => Word::Spread.help(),
         Parameter::Bypass => Word::Bypass.help(),
         Parameter::Scene => "The room that is played",
         Parameter::Slot => "Which file of the library is played; 0 is the project's own",

@@ -1,0 +1,218 @@
+//! One scene played by one emitter, or by two that are given the channels of a stereo sound.
+
+use crate::number::whole;
+use crate::{Pose, RenderError, RenderParams, Renderer, Scene};
+use glam::{Quat, Vec3};
+
+/// Samples that are worked on at a time.
+const CHUNK: usize = 256;
+/// Time in which the right channel goes over from the first emitter to the second or back, seconds.
+const FADE_S: f64 = 0.05;
+
+/// Where a scene's sound is played from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EmitterParams {
+    /// How far the emitter is moved from its place in the scene, metres. The room's response to it moves with it.
+    pub offset: Vec3,
+    /// Angle between the emitters of a stereo sound's channels, radians, 0 to pi; 0 plays the mean of the channels with one emitter.
+    ///
+    /// Each is the moved emitter turned by half of the angle about the vertical through the place where the scene starts, the left channel's
+    /// counter-clockwise as seen from above. There they are the angle apart and as far as the one emitter; while the listener walks they stay
+    /// where they are. A scene that knows no emitter has no angle.
+    pub spread: f32,
+}
+
+impl EmitterParams {
+    /// The angle of a sound with so many channels in some scene, radians within the limits.
+    fn spread_in(&self, scene: &Scene, channels: usize) -> f32 {
+        let spread = if self.spread.is_finite() { self.spread.clamp(0.0, std::f32::consts::PI) } else { 0.0 };
+        if channels < 2 || scene.emitter().is_none() { 0.0 } else { spread }
+    }
+
+    /// How far the emitters of both channels are moved from the scene's emitter, metres.
+    fn offsets(&self, scene: &Scene, spread: f32) -> [Vec3; 2] {
+        let Some(emitter) = scene.emitter().filter(|_| spread > 0.0) else { return [self.offset; 2] };
+        let way = emitter + self.offset - scene.start_pose().position;
+        [0.5, -0.5].map(|side| self.offset + Quat::from_rotation_z(side * spread) * way - way)
+    }
+}
+
+/// The second emitter.
+struct Second {
+    renderer: Renderer,
+    /// Share of the right channel that it plays, 0 to 1; the first one plays the rest.
+    share: f32,
+    /// Samples since it was given anything.
+    idle: usize,
+    asleep: bool,
+    input: Vec<f32>,
+    ears: [Vec<f32>; 2],
+}
+
+/// A scene's renderers at one sample rate: one for each emitter.
+///
+/// A channel has half of its amplitude, so that a sound which is the same in both is as loud as with one emitter.
+pub struct Emitters {
+    first: Renderer,
+    second: Option<Box<Second>>,
+    input: Vec<f32>,
+    /// Change of a share from one sample to the next.
+    step: f32,
+    fresh: bool,
+}
+
+impl From<Renderer> for Emitters {
+    fn from(first: Renderer) -> Self {
+        let samples = FADE_S * first.grid().sample_rate_hz;
+        Self { first, second: None, input: vec![0.0; CHUNK], step: 1.0 / whole(samples).max(1) as f32, fresh: true }
+    }
+}
+
+impl From<Box<Renderer>> for Box<Emitters> {
+    fn from(first: Box<Renderer>) -> Self {
+        Self::new(Emitters::from(*first))
+    }
+}
+
+impl Emitters {
+    /// The same with a renderer of the same scene and sample rate for a second emitter ([`Renderer::another`]); without one a stereo sound is
+    /// played by one emitter whatever the angle.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    #[must_use]
+    pub fn with_second(mut self, renderer: Renderer) -> Self {
+        let ears = [vec![0.0; CHUNK], vec![0.0; CHUNK]];
+        self.second = Some(Box::new(Second { renderer, share: 0.0, idle: 0, asleep: true, input: vec![0.0; CHUNK], ears }));
+        self
+    }
+
+    /// The renderer of the one emitter, or of the left channel's.
+    #[must_use]
+    pub fn first(&self) -> &Renderer {
+        &self.first
+    }
+
+    /// Whether there is a second emitter.
+    #[must_use]
+    pub fn has_second(&self) -> bool {
+        self.second.is_some()
+    }
+
+    /// Bytes of this instance, without the shared scene.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let second = self.second.as_ref().map_or(0, |second| second.renderer.memory_bytes() + CHUNK * 3 * size_of::<f32>());
+        self.first.memory_bytes() + second + CHUNK * size_of::<f32>()
+    }
+
+    /// As [`Renderer::jump`].
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn jump(&mut self) {
+        self.first.jump();
+        self.second.iter_mut().for_each(|second| second.renderer.jump());
+    }
+
+    /// As [`Renderer::reset`].
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn reset(&mut self) {
+        self.first.reset();
+        self.second.iter_mut().for_each(|second| (second.asleep, second.share) = (true, 0.0));
+        self.fresh = true;
+    }
+
+    /// Renders one or two channels into both ears, all of one length; of none, silence. `pose_at(i)` is the pose at sample `i`; it is asked at
+    /// hops only, by each emitter.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn process(
+        &mut self,
+        input: &[&[f32]],
+        [left, right]: [&mut [f32]; 2],
+        params: impl Into<RenderParams>,
+        emitters: &EmitterParams,
+        pose_at: &mut impl FnMut(usize) -> Pose,
+    ) {
+        let (Some(first), Some(last)) = (input.first(), input.last()) else {
+            [left, right].into_iter().for_each(|ear| ear.fill(0.0));
+            return;
+        };
+        let params = params.into();
+        let spread = emitters.spread_in(self.first.scene(), input.len());
+        let offsets = emitters.offsets(self.first.scene(), if self.second.is_some() { spread } else { 0.0 });
+        let len = left.len().min(right.len()).min(first.len()).min(last.len());
+        for start in (0..len).step_by(CHUNK) {
+            let span = start..len.min(start + CHUNK);
+            let ears = [&mut left[span.clone()], &mut right[span.clone()]];
+            self.chunk([&first[span.clone()], &last[span]], ears, params, spread > 0.0, offsets, &mut |i| pose_at(start + i));
+        }
+    }
+
+    fn chunk(
+        &mut self,
+        [a, b]: [&[f32]; 2],
+        [left, right]: [&mut [f32]; 2],
+        params: RenderParams,
+        apart: bool,
+        [first_at, second_at]: [Vec3; 2],
+        pose_at: &mut impl FnMut(usize) -> Pose,
+    ) {
+        let n = a.len();
+        let mono = &mut self.input[..n];
+        let moved = |pose: Pose, offset: Vec3| Pose { position: pose.position - offset, ..pose };
+        let fresh = std::mem::take(&mut self.fresh);
+        let playing = self.second.as_mut().filter(|second| apart || !second.asleep);
+        let Some(second) = playing else {
+            for ((m, a), b) in mono.iter_mut().zip(a).zip(b) {
+                *m = 0.5 * (a + b);
+            }
+            self.first.process(mono, [left, right], params, &mut |i| moved(pose_at(i), first_at));
+            return;
+        };
+        if std::mem::take(&mut second.asleep) {
+            second.renderer.reset();
+        }
+        let wanted = if apart { 1.0 } else { 0.0 };
+        if fresh {
+            second.share = wanted;
+        }
+        second.idle = if second.share > 0.0 || apart { 0 } else { second.idle.saturating_add(n) };
+        let other = &mut second.input[..n];
+        for (((m, o), a), b) in mono.iter_mut().zip(&mut *other).zip(a).zip(b) {
+            second.share += (wanted - second.share).clamp(-self.step, self.step);
+            *m = 0.5 * (a + (1.0 - second.share) * b);
+            *o = 0.5 * second.share * b;
+        }
+        let [other_left, other_right] = &mut second.ears;
+        let others = [&mut other_left[..n], &mut other_right[..n]];
+        second.renderer.process(other, others, params, &mut |i| moved(pose_at(i), second_at));
+        self.first.process(mono, [&mut *left, &mut *right], params, &mut |i| moved(pose_at(i), first_at));
+        let mut silent = true;
+        for (ear, other) in [left, right].into_iter().zip(&second.ears) {
+            for (x, other) in ear.iter_mut().zip(other) {
+                *x += other;
+                silent &= *other == 0.0;
+            }
+        }
+        let tail = second.renderer.latency_samples() + second.renderer.tail_samples();
+        second.asleep = silent && second.idle > tail;
+    }
+}
+
+impl Renderer {
+    /// Another renderer of the same scene, sample rate and carriers, without a decoder.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    pub fn another(&self) -> Result<Self, RenderError> {
+        Self::with_carriers(self.scene().clone(), self.grid().sample_rate_hz, self.carriers())
+    }
+}
