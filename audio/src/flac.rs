@@ -30,6 +30,11 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     let mut blocks = reader.blocks();
     let mut buffer = Vec::new();
     while let Some(block) = blocks.read_next_or_eof(buffer).map_err(unreadable)? {
+        // Frames have a count of their own.
+        if block.channels() != info.channels {
+            let expected = format!("{count} channels in all frames");
+            return Err(FileError::content(path, expected, format!("a frame of {}", block.channels())));
+        }
         for (channel, samples) in channels.iter_mut().enumerate() {
             let block = block.channel(u32::try_from(channel).unwrap_or(u32::MAX));
             samples.extend(block.iter().map(|v| narrow(f64::from(*v) * scale)));

@@ -7,6 +7,27 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+/// How well a build is optimised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Profile {
+    /// As tests are built.
+    Development,
+    /// As it ships.
+    Release,
+}
+
+impl Profile {
+    /// The option of `cargo build`, if it takes one.
+    fn option(self) -> Option<&'static str> {
+        (self == Self::Release).then_some("--release")
+    }
+
+    /// The name of the folder in cargo's target folder.
+    fn folder(self) -> &'static str {
+        if self == Self::Release { "release" } else { "debug" }
+    }
+}
+
 /// A package and the features that it ships with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Build {
@@ -69,29 +90,34 @@ pub(crate) fn lay_out(options: &[String]) -> Result<PathBuf> {
     Ok(target.join("bundled"))
 }
 
-/// Builds a program for release; returns its path.
-pub(crate) fn program(build: &Build, name: &str, system: System, target: Option<&str>) -> Result<PathBuf> {
+/// Builds a program; returns its path.
+pub(crate) fn program(build: &Build, name: &str, profile: Profile, system: System, target: Option<&str>) -> Result<PathBuf> {
     let mut command = cargo("build");
-    command.args(["--release", "--package", build.package, "--features", build.features, "--bin", name]);
+    command.args(profile.option()).args(["--package", build.package, "--features", build.features, "--bin", name]);
     let mut folder = target_folder()?;
     if let Some(target) = target {
         command.args(["--target", target]);
         folder.push(target);
     }
     run(&mut command)?;
-    Ok(folder.join("release").join(system.program(name)))
+    Ok(folder.join(profile.folder()).join(system.program(name)))
 }
 
-/// Builds everything that ships, for release; returns the bundles' folder and the programs.
-pub(crate) fn ship(builds: &[Build], system: System, target: Option<&str>) -> Result<(PathBuf, Vec<PathBuf>)> {
-    let mut options = vec!["--release".to_owned()];
+/// Builds what ships; returns the bundles' folder and the programs.
+pub(crate) fn ship(
+    builds: &[Build],
+    profile: Profile,
+    system: System,
+    target: Option<&str>,
+) -> Result<(PathBuf, Vec<PathBuf>)> {
+    let mut options: Vec<String> = profile.option().map(str::to_owned).into_iter().collect();
     options.extend(target.map(|target| format!("--target={target}")));
     let mut bundles = PathBuf::new();
     let mut programs = Vec::new();
     for build in builds {
         match build.program {
             None => bundles = bundle(&options)?,
-            Some(name) => programs.push(program(build, name, system, target)?),
+            Some(name) => programs.push(program(build, name, profile, system, target)?),
         }
     }
     Ok((bundles, programs))

@@ -57,7 +57,7 @@ fn run() -> Result<()> {
             install::install(&manifest::installed(&root, &bundles)?)
         }
         "archive" => archive::archive(&root, &options),
-        "systems" => systems::systems(&options),
+        "systems" => systems::systems(&root, &options),
         "test" if options.is_empty() => check::test(),
         "" | "help" | "--help" => {
             println!("{USAGE}");

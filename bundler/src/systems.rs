@@ -1,6 +1,6 @@
 //! What can be known of other systems from this machine: whether their compilers accept every crate, and whether what they make sounds the same.
 
-use crate::bundle::{self, cargo, run};
+use crate::bundle::{self, Profile, cargo, run};
 use crate::install::copy_into;
 use crate::manifest::BUNDLES;
 use crate::screen::Screen;
@@ -36,7 +36,7 @@ struct Line {
 ///
 /// # Errors
 /// A target that is not known here, or a check that was made failed.
-pub(crate) fn systems(targets: &[String]) -> Result<()> {
+pub(crate) fn systems(root: &Path, targets: &[String]) -> Result<()> {
     let known = TARGETS.map(|(target, _)| target);
     if let Some(other) = targets.iter().find(|target| !known.contains(&target.as_str())) {
         bail!("expected targets of {}, found \"{other}\"", known.join(", "));
@@ -48,7 +48,7 @@ pub(crate) fn systems(targets: &[String]) -> Result<()> {
         lines.push(Line { target, what: "compiles", result: result.unwrap_or_else(|| no_library(target)) });
     }
     if wanted(WINDOWS) {
-        lines.extend(windows()?);
+        lines.extend(windows(root)?);
     }
     if wanted(ARM) {
         lines.push(arm()?);
@@ -86,7 +86,7 @@ fn check(target: &str, features: &str) -> Result<String> {
 }
 
 /// Renders with the Windows plugins in Wine, beside those of this Linux.
-fn windows() -> Result<Vec<Line>> {
+fn windows(root: &Path) -> Result<Vec<Line>> {
     let line = |what, result| Line { target: WINDOWS, what, result };
     let missing = ["x86_64-w64-mingw32-gcc", "wine"].into_iter().find(|program| !has_program(program));
     let obstacle = match missing {
@@ -101,26 +101,32 @@ fn windows() -> Result<Vec<Line>> {
     // The VST3's wrapper ends the host where there is no display.
     let Some(screen) = Screen::start()? else { bail!("Wine needs a screen") };
     let folder = bundle::target_folder()?.join("systems");
-    let (linux, windows) = (made(&folder, System::Linux, None)?, made(&folder, System::Windows, Some(WINDOWS))?);
+    // What ships for Windows, beside what the tests play here.
+    let linux = made(&folder, Profile::Development, System::Linux, None)?;
+    let windows = made(&folder, Profile::Release, System::Windows, Some(WINDOWS))?;
     random_numbers(&windows)?;
-    let root = std::env::current_dir().context("there is no current folder")?;
-    fs::copy(root.join("data/speech.wav"), folder.join("speech.wav")).context("the speech cannot be copied")?;
+    for (from, to) in [
+        ("data/speech.wav", "speech.wav"),
+        ("presets/scenes/iosr-room-a.promenade", "room.promenade"),
+        ("presets/paths/walk.json", "walk.json"),
+    ] {
+        fs::copy(root.join(from), folder.join(to)).with_context(|| format!("{from} cannot be copied"))?;
+    }
     fs::write(folder.join("moves.json"), MOVES).context("the automation cannot be written")?;
     let mut lines = Vec::new();
-    for ((plugin, _), what) in BUNDLES.into_iter().zip(["CLAP", "VST3"]) {
+    for (what, plugin) in [("CLAP", Some("Promenade.clap")), ("VST3", Some("Promenade.vst3")), ("command line", None)] {
         let rendered = |system: &str, mut command: Command| -> Result<PathBuf> {
             let out = format!("{system}-{what}.wav");
-            command.args([
-                "host",
-                &format!("{system}/{plugin}"),
-                "speech.wav",
-                &out,
-                "--automation",
-                "moves.json",
-                "--tail",
-                "1",
-            ]);
-            command.args(["--rate", "48000"]).current_dir(&folder).env("DISPLAY", &screen.display);
+            match plugin {
+                Some(plugin) => {
+                    command.args(["host", &format!("{system}/{plugin}"), "speech.wav", &out]);
+                    command.args(["--automation", "moves.json", "--tail", "1", "--rate", "48000"]);
+                }
+                None => {
+                    command.args(["render", "room.promenade", "speech.wav", &out, "--path", "walk.json", "--bits", "32f"]);
+                }
+            }
+            command.current_dir(&folder).env("DISPLAY", &screen.display);
             // Neither Wine's own messages nor its questions to install more.
             command.env("WINEPREFIX", folder.join("wine")).env("WINEDEBUG", "-all").env("WINEDLLOVERRIDES", "mscoree,mshtml=");
             run(&mut command)?;
@@ -136,7 +142,7 @@ fn windows() -> Result<Vec<Line>> {
             difference <= LARGEST_DIFFERENCE,
             "{what}: Windows differs from Linux by {difference:e}, expected at most {LARGEST_DIFFERENCE:e}"
         );
-        lines.push(line(what, format!("loads in Wine and renders within {difference:.1e} of Linux (peak {peak:.2})")));
+        lines.push(line(what, format!("runs in Wine and renders within {difference:.1e} of Linux (peak {peak:.2})")));
     }
     Ok(lines)
 }
@@ -147,10 +153,10 @@ const MOVES: &str = r#"{ "parameters": {
     "Listener X": [{ "t": 0.0, "value": "-1 m" }, { "t": 20.0, "value": "1 m" }]
 } }"#;
 
-/// The release bundles and the command line of a system, in a folder of their own.
-fn made(folder: &Path, system: System, target: Option<&str>) -> Result<PathBuf> {
+/// Bundles and command line of a system, in a folder of their own.
+fn made(folder: &Path, profile: Profile, system: System, target: Option<&str>) -> Result<PathBuf> {
     let to = folder.join(system.name());
-    let (bundles, programs) = bundle::ship(&bundle::BUILDS[..2], system, target)?;
+    let (bundles, programs) = bundle::ship(&bundle::BUILDS[..2], profile, system, target)?;
     let mut parts = programs;
     parts.extend(BUNDLES.map(|(name, _)| bundles.join(name)));
     copy_into(&parts, &to)?;

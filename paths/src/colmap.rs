@@ -170,7 +170,12 @@ fn image(file: &str, place: &str, name: String, camera: u32, pose: [f64; 7]) -> 
     if !translation.is_finite() {
         return Err(PathFileError::at(file, place, "a finite translation", translation.to_string()));
     }
-    Ok(Image { name, camera, rotation, translation })
+    let image = Image { name, camera, rotation, translation };
+    if !image.head().is_valid() {
+        let expected = format!("a camera within {:e} units of the origin", Pose::FARTHEST_M);
+        return Err(PathFileError::at(file, place, expected, format!("one at {}", image.centre())));
+    }
+    Ok(image)
 }
 
 #[cfg(test)]

@@ -45,15 +45,24 @@ pub fn sphere(radius_m: f32) -> Head {
 /// # Panics
 /// The file cannot be written.
 pub fn write_sofa(path: &Path, radius_m: f32) {
-    const FRAMES: usize = 128;
+    write_sofa_of(path, radius_m, 24, 128);
+}
+
+/// The same with `around` directions at each of three heights, and responses of `frames` samples.
+///
+/// # Panics
+/// The file cannot be written.
+pub fn write_sofa_of(path: &Path, radius_m: f32, around: u32, frames: u32) {
     const RATE_HZ: f64 = 48_000.0;
     let mut file = FileBuilder::new();
     let text = |t: &str| AttrValue::AsciiString(t.to_owned());
     for (name, value) in [("SOFAConventions", "SimpleFreeFieldHRIR"), ("DataType", "FIR"), ("Title", "Sphere")] {
         file.set_attr(name, text(value));
     }
-    let directions: Vec<[f64; 3]> =
-        [-45.0, 0.0, 45.0].iter().flat_map(|e| (0..24).map(move |i| [15.0 * f64::from(i), *e, 1.5])).collect();
+    let directions: Vec<[f64; 3]> = [-45.0, 0.0, 45.0]
+        .iter()
+        .flat_map(|e| (0..around).map(move |i| [360.0 / f64::from(around) * f64::from(i), *e, 1.5]))
+        .collect();
     let count = directions.len() as u64;
     let positions = file.create_dataset("SourcePosition");
     positions.with_f64_data(directions.as_flattened()).with_shape(&[count, 3]).set_attr("Type", text("spherical"));
@@ -65,9 +74,9 @@ pub fn write_sofa(path: &Path, radius_m: f32) {
         let towards = Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
         for (delay_s, side) in direction(towards, radius_m).delays_s.into_iter().zip([1.0, -1.0]) {
             let (late, gain) = (20.0 + f64::from(delay_s) * RATE_HZ, 0.75 + 0.25 * side * f64::from(towards.y));
-            samples.extend((0..FRAMES).map(|i| gain * (-0.5 * ((i as f64 - late) / 1.2).powi(2)).exp()));
+            samples.extend((0..frames).map(|i| gain * (-0.5 * ((f64::from(i) - late) / 1.2).powi(2)).exp()));
         }
     }
-    file.create_dataset("Data.IR").with_f64_data(&samples).with_shape(&[count, 2, FRAMES as u64]);
+    file.create_dataset("Data.IR").with_f64_data(&samples).with_shape(&[count, 2, u64::from(frames)]);
     file.write(path).unwrap();
 }

@@ -2,6 +2,7 @@
 //! the checkout.
 
 pub mod clouds;
+pub mod fuzz;
 pub mod golden;
 pub mod heads;
 pub mod hostile;

@@ -5,9 +5,17 @@ use super::{Mesh, Triangle};
 use crate::error::AcousticsError;
 use glam::{DMat4, DVec3};
 use gltf::buffer::Source;
+use std::collections::HashSet;
+use std::panic::catch_unwind;
 use std::path::Path;
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
+    // The crate looks at a file in part only, and panics where numbers in it lead nowhere.
+    catch_unwind(|| parse(path, bytes))
+        .unwrap_or_else(|_| Err(AcousticsError::content(path, "a whole glTF file", "one whose parts do not fit each other")))
+}
+
+fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
     let wrong = |expected: &str, found: String| AcousticsError::content(path, expected, found);
     let file = gltf::Gltf::from_slice(bytes).map_err(|e| wrong("a readable glTF file", e.to_string()))?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -25,19 +33,25 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
         }
         buffers.push(data);
     }
+    // A value takes a byte at least; without a limit a short file could ask for any memory.
+    let held: usize = buffers.iter().map(Vec::len).sum();
+    if let Some(long) = file.accessors().find(|accessor| accessor.count() > held) {
+        return Err(wrong(&format!("at most {held} values, as its buffers are long"), long.count().to_string()));
+    }
     let scene = file.default_scene().or_else(|| file.scenes().next()).ok_or_else(|| wrong("a scene", "none".into()))?;
     let mut mesh = Mesh::default();
     // z is up here, y there.
     let upright = DMat4::from_cols_array_2d(&[[1., 0., 0., 0.], [0., 0., 1., 0.], [0., -1., 0., 0.], [0., 0., 0., 1.]]);
-    let mut nodes: Vec<(gltf::Node<'_>, DMat4, usize)> = scene.nodes().map(|node| (node, upright, 0)).collect();
-    while let Some((node, parent, depth)) = nodes.pop() {
-        // The format forbids circles; a file may hold one all the same.
-        if depth > 64 {
-            return Err(wrong("nodes within at most 64 others", "more".into()));
+    let mut nodes: Vec<(gltf::Node<'_>, DMat4)> = scene.nodes().map(|node| (node, upright)).collect();
+    let mut placed = HashSet::new();
+    while let Some((node, parent)) = nodes.pop() {
+        // The format forbids circles and a node in two others; a file may hold them all the same.
+        if !placed.insert(node.index()) {
+            return Err(wrong("each node in one other at most", format!("node {} twice", node.index())));
         }
         let local = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
         let place = parent * local;
-        nodes.extend(node.children().map(|child| (child, place, depth + 1)));
+        nodes.extend(node.children().map(|child| (child, place)));
         for primitive in node.mesh().into_iter().flat_map(|m| m.primitives()) {
             if primitive.mode() != gltf::mesh::Mode::Triangles {
                 continue;

@@ -80,15 +80,27 @@ pub(super) fn parse(address: &str, object: u32) -> Option<Part> {
 
 /// Whether a number fits a pattern of OSC: `*` any digits, `?` one.
 fn matches(pattern: &[u8], number: &[u8]) -> bool {
-    match (pattern, number) {
-        ([], []) => true,
-        ([b'*', rest @ ..], _) => {
-            matches(rest, number) || number.split_first().is_some_and(|(_, after)| matches(pattern, after))
+    let (mut at, mut digit) = (0, 0);
+    // The last `*`, and the digit after what it stands for: a shorter or longer part of the number for any before it would change nothing.
+    let mut last = None;
+    while digit < number.len() {
+        match pattern.get(at) {
+            Some(b'*') => {
+                last = Some((at, digit));
+                at += 1;
+            }
+            Some(one) if *one == b'?' || *one == number[digit] => {
+                at += 1;
+                digit += 1;
+            }
+            _ => {
+                let Some((star, after)) = last else { return false };
+                last = Some((star, after + 1));
+                (at, digit) = (star + 1, after + 1);
+            }
         }
-        ([b'?', rest @ ..], [_, after @ ..]) => matches(rest, after),
-        ([one, rest @ ..], [digit, after @ ..]) => one == digit && matches(rest, after),
-        _ => false,
     }
+    pattern[at..].iter().all(|rest| *rest == b'*')
 }
 
 /// Polar to Cartesian coordinates: specification, section 8.
