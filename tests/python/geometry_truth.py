@@ -209,7 +209,9 @@ def walk(args, folder, scene):
     time = np.arange(int(duration * RATE)) / RATE
     for hz in (200, 1000, 3000):
         dry, out = folder / "tone.wav", folder / "walked.wav"
-        sf.write(dry, 0.25 * np.sin(2 * np.pi * hz * time), RATE, subtype="FLOAT")
+        # What a sudden beginning has above the tone would reverberate into the walk.
+        rise = 0.5 - 0.5 * np.cos(np.pi * np.minimum(time / 0.2, 1))
+        sf.write(dry, 0.25 * rise * np.sin(2 * np.pi * hz * time), RATE, subtype="FLOAT")
         run(args.promenade, "render", scene, dry, out, "--path", folder / "walk.csv", "--bits", "32f")
         ear = sf.read(out)[0][RATE // 2 : len(time) - RATE // 2, 0]
         above = signal.sosfilt(signal.butter(6, 4 * hz, "high", fs=RATE, output="sos"), ear)

@@ -2,10 +2,9 @@
 
 use crate::bake::late_unit::Late;
 use crate::error::BakeError;
-use promenade_core::{Bands, IMAGE_OCTAVES_HZ, TailModel, TransferFunction};
+use promenade_core::{Bands, IMAGE_OCTAVES_HZ, TailModel, TransferFunction, image_octave};
 use promenade_room::time_filters;
 use rayon::prelude::*;
-use std::f32::consts::SQRT_2;
 
 /// Draws that are tried.
 const TRIED: u64 = 24;
@@ -45,11 +44,9 @@ fn decays_db(energies: &[Vec<f64>], bands: &Bands) -> Vec<Vec<f64>> {
         let (below, above) = (centres[band.saturating_sub(1)], centres[(band + 1).min(centres.len() - 1)]);
         f64::from(above - below) / 2.0
     };
-    let within = |octave: Option<f32>, band: usize| {
-        octave.is_none_or(|middle| (middle / SQRT_2..middle * SQRT_2).contains(&centres[band]))
-    };
-    let octaves = IMAGE_OCTAVES_HZ.into_iter().map(Some).chain([None]);
-    let decay = |octave: Option<f32>| {
+    let within = |octave: Option<usize>, band: usize| octave.is_none_or(|octave| octave == image_octave(centres[band]));
+    let octaves = (0..IMAGE_OCTAVES_HZ.len()).map(Some).chain([None]);
+    let decay = |octave: Option<usize>| {
         let mut left = 0.0;
         let mut levels: Vec<f64> = energies
             .iter()

@@ -4,7 +4,7 @@ use crate::decode::Field;
 use crate::network::SPEED_OF_SOUND_M_S;
 use crate::number::{single, whole};
 use crate::render::late::{LATE_HOPS, late_lead, late_power};
-use crate::scene::IMAGE_OCTAVES_HZ;
+use crate::scene::image_octave;
 use crate::{Bands, NEAREST_M, Scene, Shares, StftGrid, TailModel};
 
 /// Less energy than that is none.
@@ -55,7 +55,7 @@ impl DecayCurve {
                 }
                 let hop = whole(after + 0.25).clamp(1, taps) - 1;
                 for (band, hz) in parts.bands.centres_hz().iter().enumerate() {
-                    let octave = octave(*hz);
+                    let octave = image_octave(*hz);
                     let air = 10.0_f32.powf(-0.05 * distance * images.air_db_per_m[octave]);
                     let gain = seen * image.gains[octave] * air / distance.max(NEAREST_M);
                     energy[hop * bands + band] += f64::from(gain).powi(2);
@@ -107,9 +107,4 @@ impl DecayCurve {
 /// What a hop takes of the energy, natural logarithm, by band.
 fn slopes(tail: &TailModel, hop_s: f64) -> Vec<f32> {
     tail.t60_s.iter().map(|t60_s| single(-6.0 * std::f64::consts::LN_10 * hop_s / f64::from(*t60_s))).collect()
-}
-
-/// Number of the octave that a frequency is in or nearest to.
-fn octave(hz: f32) -> usize {
-    IMAGE_OCTAVES_HZ.iter().position(|centre| hz < centre * std::f32::consts::SQRT_2).unwrap_or(IMAGE_OCTAVES_HZ.len() - 1)
 }

@@ -5,6 +5,13 @@ use glam::Vec3;
 
 /// Octaves that the gains of image sources are stated in, Hz.
 pub const IMAGE_OCTAVES_HZ: [f32; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
+
+/// Number of the octave of [`IMAGE_OCTAVES_HZ`] that a frequency is in or nearest to.
+#[must_use]
+pub fn image_octave(hz: f32) -> usize {
+    IMAGE_OCTAVES_HZ.iter().position(|octave| hz < octave * std::f32::consts::SQRT_2).unwrap_or(IMAGE_OCTAVES_HZ.len() - 1)
+}
+
 /// Channels of third-order Ambisonics, in which image sources are added up.
 pub const AMBISONIC_CHANNELS: usize = 16;
 
