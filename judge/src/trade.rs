@@ -2,12 +2,12 @@
 
 use crate::cost::{Setting, TierCost, setting_costs};
 use crate::error::JudgeError;
-use crate::measures::{Comparison, MeanErrors, response_measures, response_s};
+use crate::measures::{Comparison, MeanErrors, Unmeasurable, response_measures, response_s};
 use crate::poses::{noise, poses_within, walk};
 use crate::stream::{Ears, Stream};
 use promenade_core::{BlockParams, IMAGE_OCTAVES_HZ, LiveParams, Pose, Quality, ResponseMeasures, Scene, Tier};
 use promenade_fourier::spectrum;
-use promenade_metrics::{lsd_db, rwavs};
+use promenade_metrics::{MetricError, lsd_db, rwavs};
 use std::sync::Arc;
 
 /// Differences that are just noticed: T20 and C50 after ISO 3382-1:2009, annex A, as levels (strength); ITD after Klumpp and Eady (1956),
@@ -17,6 +17,8 @@ const JND_DB: f64 = 1.0;
 const JND_ITD_S: f64 = 20e-6;
 /// Clarity of a response that has nothing after 50 ms, and of all that are clearer, dB.
 const CLEAREST_DB: f64 = 20.0;
+/// Silence is so much below what is heard, dB.
+const SILENT_DB: f64 = 60.0;
 /// Poses at which responses are compared, and their seed.
 const POSES: usize = 6;
 const SEED: u64 = 1;
@@ -139,8 +141,8 @@ impl TradePoint {
 
 /// What one setting sounds like.
 pub struct Heard {
-    /// Measures and levels by ear and octave, dB, at each pose.
-    poses: Vec<(ResponseMeasures, Vec<f64>)>,
+    /// Measures and levels by ear and octave, dB, at each pose; a tier that plays the direct sound alone has no measures where that is hidden.
+    poses: Vec<(Option<ResponseMeasures>, Vec<f64>)>,
     walk: Ears,
     to_truth: Option<MeanErrors>,
 }
@@ -160,9 +162,12 @@ impl Heard {
             let ears = stream.respond(pose, seconds, wanted).ok_or(JudgeError::Unwanted)?;
             let [left, right] = &ears;
             let what = || format!("{} {name}", setting.name);
-            let measures = response_measures(left, right, rate);
-            let measures = measures.map_err(|source| JudgeError::Unmeasurable { what: what(), source })?;
-            Ok::<_, JudgeError>((measures, ears))
+            let measures = match response_measures(left, right, rate) {
+                Ok(measures) => Some(measures),
+                Err(Unmeasurable { source: MetricError::Silent, .. }) => None,
+                Err(source) => return Err(JudgeError::Unmeasurable { what: what(), source }),
+            };
+            Ok((measures, ears))
         };
         let mut poses = Vec::new();
         for pose in poses_within(scene.bounds(), scene.start_pose(), POSES, SEED) {
@@ -172,7 +177,11 @@ impl Heard {
         let mut comparisons = Vec::new();
         for held in scene.held_out() {
             let (rendered, _) = respond(held.pose, &held.name)?;
-            comparisons.push(Comparison { name: held.name.clone(), measured: held.measured, rendered });
+            comparisons.extend(rendered.map(|rendered| Comparison {
+                name: held.name.clone(),
+                measured: held.measured,
+                rendered,
+            }));
         }
         let start = scene.start_pose();
         let walk = stream.render(&noise((WALK_S * rate) as usize), |seconds| walk(&start, seconds), wanted);
@@ -182,17 +191,21 @@ impl Heard {
     fn errors(&self, best: &Self) -> TradeErrors {
         let pairs = || self.poses.iter().zip(&best.poses);
         let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        let clarity = |m: &ResponseMeasures| m.c50_db.unwrap_or(CLEAREST_DB).min(CLEAREST_DB);
+        let sounding = || pairs().filter_map(|((a, _), (b, _))| Some((a.as_ref()?, b.as_ref()?)));
+        let t20 = |m: &Option<ResponseMeasures>| m.and_then(|m| m.t20_s);
+        let clarity = |m: &Option<ResponseMeasures>| m.and_then(|m| m.c50_db).unwrap_or(CLEAREST_DB).min(CLEAREST_DB);
         let t20: Vec<f64> =
-            pairs().filter_map(|((a, _), (b, _))| b.t20_s.map(|t| (a.t20_s.unwrap_or(0.0) / t - 1.0).abs())).collect();
+            pairs().filter_map(|((a, _), (b, _))| t20(b).map(|t| (t20(a).unwrap_or(0.0) / t - 1.0).abs())).collect();
         TradeErrors {
-            itd_s: mean(pairs().map(|((a, _), (b, _))| (a.itd_s - b.itd_s).abs()).collect()),
-            ild_db: mean(pairs().map(|((a, _), (b, _))| (a.ild_db - b.ild_db).abs()).collect()),
+            itd_s: mean(sounding().map(|(a, b)| (a.itd_s - b.itd_s).abs()).collect()),
+            ild_db: mean(sounding().map(|(a, b)| (a.ild_db - b.ild_db).abs()).collect()),
             t20: (!t20.is_empty()).then(|| mean(t20)),
             c50_db: mean(pairs().map(|((a, _), (b, _))| (clarity(a) - clarity(b)).abs()).collect()),
             octaves_db: mean(
                 pairs()
-                    .flat_map(|((_, a), (_, b))| a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>())
+                    .flat_map(|((_, a), (_, b))| {
+                        a.iter().zip(b).map(|(a, b)| (a - b).abs().min(SILENT_DB)).collect::<Vec<f64>>()
+                    })
                     .collect(),
             ),
         }
@@ -243,6 +256,21 @@ mod tests {
         assert!(draft.error_jnds() > 1.0 && draft.walking_db > 1.0, "{draft:?}");
         assert!(draft.real_time > 0.0 && standard.real_time > 0.0);
         assert_eq!(Heard::of(&tiers[0], &|| false).err(), Some(JudgeError::Unwanted));
+    }
+
+    #[test]
+    fn a_tier_that_is_silent_where_the_source_is_hidden_has_figures() {
+        let room = room_with_images(8_000.0, 0.2, 0.05, 4);
+        let mut parts = room.parts().clone();
+        parts.images.as_mut().unwrap().direct.fill(0.0);
+        let hidden = Arc::new(Scene::new(parts).unwrap());
+        let [draft, best] = [tiers(&hidden).remove(0), best(&hidden)].map(|setting| Heard::of(&setting, &|| true).unwrap());
+        let errors = draft.errors(&best);
+        assert!(errors.jnds() > 0.1 && errors.octaves_db <= SILENT_DB, "{errors:?}");
+        let silence = Heard { poses: vec![(None, vec![-200.0; 2]); POSES], ..best };
+        let other = Heard::of(&tiers(&room).remove(1), &|| true).unwrap();
+        let errors = silence.errors(&other);
+        assert!((errors.octaves_db, errors.itd_s) == (SILENT_DB, 0.0) && errors.jnds().is_finite(), "{errors:?}");
     }
 
     #[test]

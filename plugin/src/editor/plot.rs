@@ -82,7 +82,11 @@ impl Plot {
         let step = step_s(seconds);
         let mut mark = step;
         while mark < 0.93 * seconds {
-            let text = if step < 1.0 { format!("{mark:.2}").trim_end_matches('0').to_owned() } else { format!("{mark:.0}") };
+            let text = if step < 1.0 {
+                format!("{mark:.2}").trim_end_matches('0').trim_end_matches('.').to_owned()
+            } else {
+                format!("{mark:.0}")
+            };
             self.mark(painter, mark / seconds, &text, palette);
             mark += step;
         }
