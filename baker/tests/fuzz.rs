@@ -48,7 +48,6 @@ fn scenes_with_a_right_checksum() {
         }
         let mut player = Spatializer::new(rate);
         player.install(Box::new(scenes::full_renderer(&scene, rate)));
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a tenth of a second")]
         let dry = noise(1, (rate / 10.0) as usize);
         for tier in Tier::ALL.into_iter().filter(|tier| scene.has_tier(*tier)) {
             let params = BlockParams { tier, ..BlockParams::default() };

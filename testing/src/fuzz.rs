@@ -163,9 +163,7 @@ impl Search {
             }
             pool.push(once);
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of cases")]
         let cases = number("PROMENADE_CASES").map_or(self.cases, |cases| cases as u64);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a seed")]
         let mut rng = Rng::with_seed(number("PROMENADE_SEED").map_or(1, |seed| seed as u64));
         let (mut done, mut accepted, started) = (0_u64, 0_u64, ThreadTime::now());
         let mut answers = HashSet::new();

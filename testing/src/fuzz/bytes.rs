@@ -103,7 +103,6 @@ fn write(rng: &mut Rng, bytes: &mut [u8], at: usize, value: u64) {
     bytes.iter_mut().skip(at).zip(digits).for_each(|(byte, digit)| *byte = digit);
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "infinite where it is too large")]
 fn real(rng: &mut Rng, bytes: &mut [u8], at: usize) {
     let value = REAL[rng.usize(..REAL.len())];
     let digits = if rng.bool() { value.to_le_bytes().to_vec() } else { (value as f32).to_le_bytes().to_vec() };

@@ -11,7 +11,6 @@ fn crc(bytes: &[u8], bits: u32, polynomial: u32) -> u32 {
 }
 
 /// Makes the checksums of all frames fit, as far as the frames can be told: each from its mark to the next or to the end.
-#[expect(clippy::cast_possible_truncation, reason = "checks of 8 and 16 bits")]
 pub(super) fn mend(file: &mut [u8]) {
     if !file.starts_with(b"fLaC") {
         return;

@@ -31,7 +31,6 @@ fn part(file: &[u8], start: usize) -> Option<Range<usize>> {
 
 /// Bob Jenkins' `hashlittle` of 2006, from 0.
 fn lookup3(bytes: &[u8]) -> u32 {
-    #[expect(clippy::cast_possible_truncation, reason = "the length modulo 2^32, as defined")]
     let mut s = [0xdead_beef_u32.wrapping_add(bytes.len() as u32); 3];
     let mut rest = bytes;
     loop {

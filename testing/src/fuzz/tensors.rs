@@ -67,7 +67,6 @@ fn reshape(rng: &mut Rng, tensor: &mut Tensor) {
     tensor.data = old.into_iter().cycle().take(length).collect();
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "infinite where it is too large")]
 fn values(rng: &mut Rng, tensor: &mut Tensor) {
     let value = REAL[rng.usize(..REAL.len())];
     let whole = rng.u8(0..4) == 0;
