@@ -13,6 +13,8 @@ use roxmltree::{Document, Node, ParsingOptions};
 const STEPS_PER_S: f64 = 20.0;
 /// A jump takes as long, seconds, because times of a path rise.
 const JUMP_S: f64 = 1e-3;
+/// The longest glide of a block that has no end, seconds.
+const LONGEST_GLIDE_S: f64 = 3_600.0;
 /// Chunks before the one with the XML.
 const MOST_CHUNKS: usize = 1_000;
 
@@ -221,8 +223,10 @@ impl<'a, 'i> Model<'a, 'i> {
             let jumps = jump.and_then(|node| node.text()).is_some_and(|text| text.trim() == "1");
             let way_s = match (jump.and_then(|node| node.attribute("interpolationLength")), length_s) {
                 (Some(length), _) if jumps => {
-                    let length = length.trim().parse().ok().filter(|s: &f64| s.is_finite() && *s >= 0.0);
-                    length.ok_or_else(|| self.wrong(block, "an interpolationLength in seconds", "another"))?.max(JUMP_S)
+                    let most = length_s.unwrap_or(LONGEST_GLIDE_S) + JUMP_S;
+                    let wanted = length.trim().parse().ok().filter(|s: &f64| (0.0..=most).contains(s));
+                    let expected = "an interpolationLength in seconds, no longer than its block";
+                    wanted.ok_or_else(|| self.wrong(block, expected, length))?.max(JUMP_S)
                 }
                 (None, _) if jumps => JUMP_S,
                 (_, Some(length_s)) if length_s > 0.0 => length_s,

@@ -66,6 +66,7 @@ fn voice() -> String {
     .concat()
 }
 
+const GLIDE: &str = "<jumpPosition interpolationLength=\"1e39\">1</jumpPosition>";
 const BIRD: &str = r#"<audioBlockFormat rtime="00:00:00.24000S48000"><cartesian>1</cartesian><position coordinate="X">1</position>
     <position coordinate="Y">-0.5</position><position coordinate="Z">0.25</position></audioBlockFormat>"#;
 
@@ -156,6 +157,10 @@ fn what_is_wrong_is_said_with_its_place() {
             "expected a time such as 00:00:01.50000, found rtime of \"soon\"",
         ),
         (fails(&of(&polar("", "", [f64::NAN, 0.0, 0.0])), &none), "expected a number, found \"NaN\""),
+        (
+            fails(&of(&[voice(), polar(&block("00:00:05.00000", "00:00:01.00000"), GLIDE, [0.0; 3])].concat()), &none),
+            "no longer than its block, found 1e39",
+        ),
         (fails(b"RIFF\x04\0\0\0WAVE", &none), "expected a sound file with moves of objects (chunk axml), found none"),
     ] {
         assert!(error.contains(clue), "{error}");

@@ -47,12 +47,9 @@ impl DecayCurve {
             let hop_m = grid.hop_s() * f64::from(SPEED_OF_SOUND_M_S);
             let mut seen = vec![0.0; images.images.len()];
             images.seen_at(pose.position, &mut seen);
-            for (image, seen) in images.images.iter().zip(seen) {
+            for (image, seen) in images.images.iter().zip(seen).filter(|(image, _)| image.position != emitter) {
                 let distance = pose.position.distance(image.position);
                 let after = f64::from(distance - pose.position.distance(emitter)) / hop_m;
-                if after <= 0.0 {
-                    continue;
-                }
                 let hop = whole(after + 0.25).clamp(1, taps) - 1;
                 for (band, hz) in parts.bands.centres_hz().iter().enumerate() {
                     let octave = image_octave(*hz);

@@ -156,7 +156,9 @@ impl ImageRenderer {
                 let distance = way.length();
                 let seen = if i < heard { self.seen[i] } else { 0.0 };
                 let after = (f64::from(distance) - direct) * self.per_m;
-                to.gain = seen / distance.max(NEAREST_M) * self.levels.gain(after);
+                // In Ambisonics the emitter itself is among them.
+                let level = if image.position == self.emitter { trim.direct } else { self.levels.gain(after) };
+                to.gain = seen / distance.max(NEAREST_M) * level;
                 let delay = self.base + after;
                 to.delay = delay.clamp((AFTER + 2) as f64, self.longest);
                 if to.gain > 0.0 {
@@ -197,7 +199,8 @@ impl ImageRenderer {
             let log_gains = std::array::from_fn(|given| {
                 let octave = given.min(image.gains.len() - 1);
                 let wall = image.gains[octave].max(1e-5).ln() - distance * self.air[given];
-                wall + self.levels.log_gain(octave, after)
+                let decay = if image.position == self.emitter { 0.0 } else { self.levels.log_gain(octave, after) };
+                wall + decay
             });
             self.weights[i] = self.filters.walls.weights(&log_gains);
         }

@@ -33,12 +33,9 @@ impl Levels {
         changed
     }
 
-    /// Level of an image that is heard some samples after the direct sound; nothing but the emitter itself is heard with it.
+    /// Level of an image that is heard some samples after the direct sound.
     pub(crate) fn gain(&self, after: f64) -> f32 {
-        let Trim { direct, early, late, .. } = self.trim;
-        if after <= 0.0 {
-            return direct;
-        }
+        let Trim { early, late, .. } = self.trim;
         let border = (after / self.rate_hz - EARLY_S) / BORDER_S + 0.5;
         let level = early + single(border.clamp(0.0, 1.0)) * (late - early);
         level * single(self.decay(MIDDLE, after).exp())
@@ -52,9 +49,9 @@ impl Levels {
     /// Gain of another decay, natural logarithm.
     fn decay(&self, octave: usize, after: f64) -> f64 {
         let times = f64::from(self.trim.decay);
-        if times == 1.0 || after <= 0.0 {
+        if times == 1.0 {
             return 0.0;
         }
-        self.curve.log_gain_at(self.scene.bands(), IMAGE_OCTAVES_HZ[octave], after / self.hop, times)
+        self.curve.log_gain_at(self.scene.bands(), IMAGE_OCTAVES_HZ[octave], after.max(0.0) / self.hop, times)
     }
 }
