@@ -17,15 +17,15 @@ use promenade_core::Pose;
 const WIDTH: f32 = 248.0;
 /// Room for the scroll bar, points.
 const BAR: i8 = 8;
-/// Height of the meters with the space above, points.
-const METERS: f32 = 92.0;
+/// Height of mix, gain and meters with the space above, points.
+const OUTPUT: f32 = 172.0;
 
 /// Shows it.
 pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: &mut Meters) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin { left: 12, right: 4, top: 4, bottom: 4 });
     egui::Panel::right("controls").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
-        // The meters are seen at every size.
-        let controls = (ui.available_height() - METERS).max(0.0);
+        // What goes out is seen at every size.
+        let controls = (ui.available_height() - OUTPUT).max(0.0);
         ScrollArea::vertical().max_height(controls).auto_shrink(false).show(ui, |ui| {
             ui.set_width(ui.available_width() - f32::from(BAR));
             ui.spacing_mut().item_spacing.y = SPACE;
@@ -36,14 +36,14 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: 
             triple(ui, ctx, [(Parameter::Ex, "x"), (Parameter::Ey, "y"), (Parameter::Ez, "z")]);
             heading(ui, ctx.palette, Word::Quality);
             tier::show(ui, ctx);
-            heading(ui, ctx.palette, Word::Output);
-            slider(ui, ctx, Parameter::Mix, Word::Mix);
-            slider(ui, ctx, Parameter::Gain, Word::Gain);
         });
         ui.add_space(SPACE);
         ui.spacing_mut().item_spacing.y = SPACE;
         let below = Frame::new().inner_margin(Margin { right: BAR, ..Margin::ZERO });
         below.show(ui, |ui| {
+            heading(ui, ctx.palette, Word::Output);
+            slider(ui, ctx, Parameter::Mix, Word::Mix);
+            slider(ui, ctx, Parameter::Gain, Word::Gain);
             meters.show(ui, ctx.palette);
             loudness::show(ui, ctx);
         });
