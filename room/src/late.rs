@@ -2,8 +2,8 @@
 
 use crate::receiver::Receiver;
 use promenade_acoustics::{BANDS, Echogram, octave_energy};
+use promenade_core::TransferShape;
 use promenade_core::glam::DVec3;
-use promenade_core::{StftGrid, TailModel, TransferShape};
 use promenade_metrics::slope;
 use std::ops::Range;
 
@@ -11,8 +11,10 @@ use std::ops::Range;
 pub const LONGEST_EARLY_S: f64 = 0.22;
 /// See [`LONGEST_EARLY_S`].
 pub const SHORTEST_EARLY_S: f64 = 0.08;
-/// The fall of the late part that its reverberation time is fitted to, dB.
-const FITTED_DB: f64 = 20.0;
+/// The late part's reverberation time is fitted to where less is still to come than this, dB of all energy: the end of T20 (ISO 3382-1).
+const FITTED_TO_DB: f64 = -25.0;
+/// The fall that it is fitted to at least, dB.
+const LEAST_FALL_DB: f64 = 10.0;
 
 /// Energy density per hop and band of one ear, `[hop][band]`.
 pub type HopEnergies = Vec<Vec<f64>>;
@@ -69,17 +71,24 @@ pub fn add_arrival(
     bands.iter_mut().zip(heard).for_each(|(sum, (hz, heard))| *sum += heard * energy(f64::from(*hz)));
 }
 
-/// Reverberation time of the late part by band, seconds: a straight line through the level over its first [`FITTED_DB`], at all places
-/// together. `typical` where nothing is left to decay.
+/// Reverberation time of the late part by band, seconds: a straight line through the level, at all places together, over what T20 sees of
+/// it. `typical` where nothing is left to decay.
 #[must_use]
 pub fn decay_s(rest: &[HopEnergies], from: usize, hop_s: f64, typical: f64) -> Vec<f32> {
     let hops = rest.iter().map(Vec::len).min().unwrap_or(0);
     let bands = rest.first().and_then(|hops| hops.first()).map_or(0, Vec::len);
     let time = |band: usize| {
-        let levels: Vec<f64> =
-            (from..hops).map(|hop| 10.0 * rest.iter().map(|h| h[hop][band]).sum::<f64>().max(1e-30).log10()).collect();
+        let energies: Vec<f64> = (0..hops).map(|hop| rest.iter().map(|h| h[hop][band]).sum::<f64>().max(1e-30)).collect();
+        let nearly_gone = energies.iter().sum::<f64>() * 10.0_f64.powf(0.1 * FITTED_TO_DB);
+        let mut left = 0.0;
+        let last = energies.iter().rposition(|energy| {
+            left += energy;
+            left > nearly_gone
+        });
+        let levels: Vec<f64> = energies.iter().skip(from).map(|energy| 10.0 * energy.log10()).collect();
         let start = levels.iter().take(4).sum::<f64>() / levels.len().clamp(1, 4) as f64;
-        let end = levels.iter().position(|level| *level < start - FITTED_DB).unwrap_or(levels.len());
+        let fallen = levels.iter().position(|level| *level < start - LEAST_FALL_DB).unwrap_or(levels.len());
+        let end = fallen.max(last.map_or(0, |last| (last + 1).saturating_sub(from))).min(levels.len());
         let points: Vec<(f64, f64)> = levels[..end].iter().enumerate().map(|(i, level)| (i as f64 * hop_s, *level)).collect();
         let db_per_s = if points.len() > 3 { slope(&points) } else { None };
         db_per_s.map(|s| -60.0 / s).filter(|t| t.is_finite() && *t > 0.0).unwrap_or(typical)
@@ -89,14 +98,7 @@ pub fn decay_s(rest: &[HopEnergies], from: usize, hop_s: f64, typical: f64) -> V
 
 /// Gains of taps and late part of one place in a row, linear amplitude, the same at both ears.
 #[must_use]
-pub fn time_filters(
-    energies: &[Vec<f64>],
-    unit: &[Vec<f64>],
-    shape: TransferShape,
-    tail: &TailModel,
-    grid: &StftGrid,
-    gain: f64,
-) -> Vec<f32> {
+pub fn time_filters(energies: &[Vec<f64>], unit: &[Vec<f64>], shape: TransferShape, gain: f64) -> Vec<f32> {
     let mut row = Vec::with_capacity(shape.tap_len() * (shape.taps + 1));
     for hop in 1..=shape.taps {
         let one = |band: usize| energies.get(hop).map_or(0.0, |e| (gain * e[band].sqrt()) as f32);
@@ -106,8 +108,7 @@ pub fn time_filters(
     let first = shape.taps + 1;
     let until = energies.len().min(unit.len());
     let late = |band: usize| {
-        let decay = 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(tail.t60_s[band]));
-        if until > first + 2 { (gain * late_gain(energies, unit, band, first..until, decay)) as f32 } else { 0.0 }
+        if until > first + 2 { (gain * late_gain(energies, unit, band, first..until)) as f32 } else { 0.0 }
     };
     let ear: Vec<f32> = (0..shape.bands).map(late).collect();
     row.extend([&ear[..], &ear[..]].concat());
@@ -125,15 +126,10 @@ fn leave_to_late(row: &mut [f32], unit: &[Vec<f64>], shape: TransferShape) {
     }
 }
 
-/// Gain of the late part in a band, linear amplitude, from energies over some hops, weighted as they decay; `unit` are those of a gain of
-/// 1.
+/// Gain of the late part in a band, linear amplitude, that has all of the energy over some hops; `unit` is that of a gain of 1.
 #[must_use]
-pub fn late_gain(energies: &[Vec<f64>], unit: &[Vec<f64>], band: usize, hops: Range<usize>, decay_per_hop: f64) -> f64 {
-    let (mut num, mut den) = (0.0, 0.0);
-    for (l, (e, u)) in energies[hops.clone()].iter().zip(&unit[hops]).enumerate() {
-        let weight = decay_per_hop.powi(2 * l as i32);
-        num += e[band] * weight;
-        den += u[band] * weight;
-    }
-    if den > 0.0 { (num / den).max(0.0).sqrt() } else { 0.0 }
+pub fn late_gain(energies: &[Vec<f64>], unit: &[Vec<f64>], band: usize, hops: Range<usize>) -> f64 {
+    let over = |of: &[Vec<f64>]| of[hops.clone()].iter().map(|hop| hop[band]).sum::<f64>();
+    let played = over(unit);
+    if played > 0.0 { (over(energies) / played).max(0.0).sqrt() } else { 0.0 }
 }

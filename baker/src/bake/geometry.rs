@@ -188,8 +188,7 @@ pub fn bake_geometry(
     let gain = unit_gain(&heard);
     let late = Late { grid: &grid, bands: &bands, tail: &tail, shape, top_hz };
     let unit = late.unit(rest[0].len())?;
-    let filters: Vec<Vec<f32>> =
-        rest.iter().map(|energies| time_filters(energies, &unit[0], shape, &tail, &grid, gain)).collect();
+    let filters: Vec<Vec<f32>> = rest.iter().map(|energies| time_filters(energies, &unit[0], shape, gain)).collect();
     let head_turns = [(); 3].map(|()| Axis::single(0.0));
     let [yaw, pitch, roll] = head_turns;
     let nodes = FieldGrid { position: plan.axes.clone(), facing: Facing::Head { yaw, pitch, roll } };

@@ -227,7 +227,7 @@ fn late_gains(energies: &[HopEnergies; 2], above_noise: &[usize], room: &Room, g
         if hops.len() <= first_late + 2 {
             0.0
         } else if until > first_late + 2 {
-            late_gain(hops, unit, band, first_late..until, decay)
+            late_gain(hops, unit, band, first_late..until)
         } else {
             let from = until.saturating_sub(8).max(1);
             let last: f64 =
@@ -252,7 +252,7 @@ mod tests {
         assert_eq!(t[0], t[1], "a silent band takes the typical value");
         let unit: HopEnergies = (0..150).map(|l| vec![10.0_f64.powf(-6.0 * f64::from(l - 10) * 0.005 / 0.5)]).collect();
         let decay = 10.0_f64.powf(-3.0 * 0.005 / 0.5);
-        assert!((late_gain(&energies, &unit, 0, 10..60, decay) - decay.powi(10)).abs() < 1e-3);
+        assert!((late_gain(&energies, &unit, 0, 10..60) - decay.powi(10)).abs() < 1e-3);
     }
 
     /// Bands that decay by 60 dB in these times, seconds, over a length.

@@ -30,7 +30,7 @@ fn error(seed: u64, late: &Late<'_>, energies: &[Vec<f64>], wanted: &[Vec<f64>])
     let tail = TailModel { seed, ..late.tail.clone() };
     let late = Late { tail: &tail, ..*late };
     let hops = energies.len();
-    let row = time_filters(energies, &late.unit(hops)?[0], late.shape, &tail, late.grid, 1.0);
+    let row = time_filters(energies, &late.unit(hops)?[0], late.shape, 1.0);
     let (taps, last) = row.split_at(late.shape.tap_len() * late.shape.taps);
     let transfer = TransferFunction { taps: taps.to_vec(), late: last.to_vec(), ..late.shape.silent() };
     let ears = late.plays(&transfer, hops)?.map(|ear| decays_db(&ear, late.bands));

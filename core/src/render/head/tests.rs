@@ -98,7 +98,7 @@ impl Exact {
             });
             Delay { gain: gain.collect(), ring: vec![vec![Complex64::default(); GRID.bins()]; hops] }
         };
-        let diffusers = [2, 3, 5].map(|hops| delay(hops, false)).into();
+        let diffusers = [1, 3, 5].map(|hops| delay(hops, false)).into();
         let lines = [11, 13, 17, 19].map(|hops| delay(hops, true)).into();
         Self { carriers, centres_hz, inputs: Vec::new(), tails: Vec::new(), diffusers, lines, frame: 0 }
     }
@@ -108,7 +108,8 @@ impl Exact {
         let mut out = vec![Complex64::default(); input.len()];
         for (k, out) in out.iter_mut().enumerate() {
             let mut x = input[k];
-            for (line, g) in self.diffusers.iter_mut().zip([0.62, -0.62, 0.62]) {
+            let g = 0.7;
+            for line in &mut self.diffusers {
                 let at = self.frame % line.ring.len();
                 let delayed = line.gain[k] * line.ring[at][k];
                 let entered = x + g * delayed;
@@ -121,7 +122,7 @@ impl Exact {
                 let at = self.frame % line.ring.len();
                 line.ring[at][k] = 0.5 * (x + fed);
             }
-            *out = 1.4 * x + a + b + c + d;
+            *out = 0.95 * x + a - b + c - d;
         }
         self.frame += 1;
         out
@@ -162,7 +163,7 @@ impl Exact {
             let late = gains(&tf.late, ear);
             for hop in (0..8).filter(|hop| *hop <= newest) {
                 let stated: Vec<f64> =
-                    late.iter().zip(&decay).map(|(h, r)| h * r.powi(hop as i32 - 7) / 0.99_f64.sqrt()).collect();
+                    late.iter().zip(&decay).map(|(h, r)| h * r.powi(hop as i32 - 7) / 0.464_f64.sqrt()).collect();
                 for (k, out) in out.iter_mut().enumerate() {
                     let gain = in_bands(&self.centres_hz, &stated, GRID.bin_hz(k));
                     *out += gain * carrier(&self.carriers.late, hop, k) * self.tails[newest - hop][k];
