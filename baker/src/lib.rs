@@ -9,7 +9,7 @@ mod sources;
 
 pub use promenade_audio::{FileError, atomic, file, resample, sound, wav};
 pub use promenade_judge::{cost, random};
-pub use promenade_sofa::{SofaError, read_head};
+pub use promenade_sofa::{SofaError, read_head, read_headphones};
 
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;

@@ -11,6 +11,7 @@ pub(crate) use clips::ClipPlayer;
 use crate::error::BakeError;
 use crate::sources::capture::{Capture, Clip};
 use promenade_audio::{FileError, resample};
+use promenade_core::headphones::{HeadphoneFilter, Headphones};
 use promenade_core::{Pose, Scene, Tier, Trim};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -100,6 +101,8 @@ pub struct Player {
     /// Rates of the sound and of the engine, samples per second.
     rate_hz: f64,
     played_hz: f64,
+    /// What comes last, at the sound's rate.
+    headphones: Option<HeadphoneFilter>,
 }
 
 enum Engine {
@@ -132,7 +135,7 @@ impl Player {
                 (Engine::Clips(Box::new(ClipPlayer::new(&cloud.model, *scene.grid())?)), own_hz)
             }
         };
-        Ok(Self { engine, rate_hz, played_hz })
+        Ok(Self { engine, rate_hz, played_hz, headphones: None })
     }
 
     /// The same with so many decodes a second in the tiers high and reference.
@@ -191,6 +194,13 @@ impl Player {
         Ok(self)
     }
 
+    /// The same for headphones: what is played ([`Player::play`]) is given what they need, the dry share too.
+    #[must_use]
+    pub fn with_headphones(mut self, headphones: &Headphones) -> Self {
+        self.headphones = Some(headphones.filter(self.rate_hz));
+        self
+    }
+
     /// How the scene is played.
     #[must_use]
     pub fn playing(&self) -> Playing {
@@ -234,6 +244,17 @@ impl Player {
         pose_at: &mut dyn FnMut(f64) -> Pose,
         write: &mut Write<'_>,
     ) -> Result<(), BakeError> {
+        let mut headphones = self.headphones.clone();
+        let mut worn = Ears::default();
+        let write = &mut |ears: [&[f32]; 2]| {
+            let Some(headphones) = &mut headphones else { return write(ears) };
+            for (to, from) in worn.iter_mut().zip(ears) {
+                to.clear();
+                to.extend_from_slice(from);
+            }
+            headphones.process(worn.each_mut().map(|ear| &mut ear[..]));
+            write(worn.each_ref().map(|ear| &ear[..]))
+        };
         match &mut self.engine {
             Engine::Stream(player) if self.rate_hz == self.played_hz => {
                 Ok(player.play(source, true, mix, block, pose_at, write)?)

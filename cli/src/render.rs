@@ -6,8 +6,8 @@ use crate::args::{OutputFormat, RenderArgs};
 use crate::{path, progress, report, scene};
 use anyhow::{Context, Result, ensure};
 use promenade_baker::player::{Mix, Player, Source};
-use promenade_baker::read_head;
 use promenade_baker::wav::WavWriter;
+use promenade_baker::{read_head, read_headphones};
 use promenade_core::head::channels;
 use promenade_core::{CameraPath, Playback, Pose};
 use promenade_paths::ImportOptions;
@@ -62,6 +62,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let player = Player::new(&scene, rate, args.tier).with_context(|| args.scene.display().to_string())?;
     let player = player.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
     let mut player = player.with_stereo_spread(spread).with_context(|| args.scene.display().to_string())?;
+    if let Some(file) = &args.headphones {
+        player = player.with_headphones(&read_headphones(file)?);
+    }
     // Opened first: an output that cannot be written is known at once.
     let outputs = if ambix { channels(args.order.into()) as u16 } else { 2 };
     let mut writer = WavWriter::create(&args.output, rate_hz, outputs, args.bits)?;

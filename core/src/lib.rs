@@ -14,6 +14,7 @@ mod emitters;
 pub mod gradient;
 mod grid;
 pub mod head;
+pub mod headphones;
 pub mod network;
 mod number;
 mod path;

@@ -19,6 +19,9 @@ const MOST_BESIDE_M: f32 = 0.2;
 /// Conventions of microphones in rooms, whose two receivers need not be ears.
 const MICROPHONES: [&str; 2] = ["SingleRoomSRIR", "SingleRoomMIMOSRIR"];
 
+/// The convention of responses of headphones, whose drivers are emitters that no axis of the responses counts.
+const HEADPHONES: &str = "SimpleHeadphoneIR";
+
 /// Where the axes of `Data.IR` are.
 struct Layout {
     measurements: usize,
@@ -85,7 +88,7 @@ impl Sofa<'_> {
     pub fn of_ears(&self, options: SofaOptions, mut take: impl FnMut(Recorded)) -> Result<(About, bool), SofaError> {
         let layout = self.layout()?;
         let convention = self.0.attribute("SOFAConventions");
-        if layout.receivers != 2 || convention == "SimpleHeadphoneIR" {
+        if layout.receivers != 2 || convention == HEADPHONES {
             let ambisonic =
                 if layout.receivers > 2 { " (promenade responses ambisonic makes them of Ambisonic ones)" } else { "" };
             let found = format!("{}{}", layout.receivers, of(&convention));
@@ -99,6 +102,29 @@ impl Sofa<'_> {
             take(recorded);
         })?;
         Ok((about, exchanged))
+    }
+
+    /// Hands on all responses of a pair of headphones, the left ear's channel first.
+    ///
+    /// # Errors
+    /// Another convention than SimpleHeadphoneIR; otherwise as [`Sofa::of_ears`].
+    pub fn of_headphones(&self, mut take: impl FnMut(Recorded)) -> Result<About, SofaError> {
+        let convention = self.0.attribute("SOFAConventions");
+        if convention != HEADPHONES {
+            let found = if convention.is_empty() { "none".to_owned() } else { convention };
+            return Err(self.0.wrong("SOFAConventions", format!("headphone responses ({HEADPHONES})"), found));
+        }
+        let layout = self.layout()?;
+        if layout.receivers != 2 {
+            return Err(self.0.wrong("Data.IR", "2 receivers, the ears of a listener", layout.receivers));
+        }
+        let exchanged = self.left_receiver(&convention)? == 1;
+        self.each(&layout, SofaOptions::default(), |mut recorded| {
+            if exchanged {
+                recorded.channels.reverse();
+            }
+            take(recorded);
+        })
     }
 
     /// Hands on all responses of an Ambisonic microphone, whose channels are the receivers.
@@ -157,7 +183,8 @@ impl Sofa<'_> {
             emitters_last: data_type == "FIR-E",
         };
         // The file's own dimensions, where it has them, say whether its writer meant the same.
-        for name in ['R', 'E', 'N'] {
+        let drivers = self.0.attribute("SOFAConventions") == HEADPHONES;
+        for name in ['R', 'E', 'N'].into_iter().filter(|name| !(drivers && *name == 'E')) {
             let stated = if self.0.has(&name.to_string()) { self.0.shape(&name.to_string())?.first().copied() } else { None };
             if let Some(stated) = stated.filter(|stated| *stated != axis(name)) {
                 let expected = format!("the axes {axes} of {data_type} with {name} = {stated}, as its dimension says");

@@ -1,6 +1,7 @@
 //! SOFA files (AES69-2022): responses as they were recorded, with their places, and the heads that sets of them make.
 //!
-//! [`Sofa`] reads any set raw: nothing is resampled, normalised or interpolated. [`read_head`] makes a [`promenade_core::Head`] of one.
+//! [`Sofa`] reads any set raw: nothing is resampled, normalised or interpolated. [`read_head`] makes a [`promenade_core::Head`] of one,
+//! [`read_headphones`] what a pair of headphones needs.
 
 #![forbid(unsafe_code)]
 
@@ -8,6 +9,7 @@ mod ears;
 mod error;
 mod file;
 mod head;
+mod headphones;
 mod recorded;
 mod spherical;
 mod variables;
@@ -16,5 +18,6 @@ pub use ears::{Sided, ears_contradict};
 pub use error::SofaError;
 pub use file::{Sofa, SofaOptions, check_size};
 pub use head::read_head;
+pub use headphones::read_headphones;
 pub use recorded::{About, Recorded};
 pub use spherical::{Side, to_cartesian};

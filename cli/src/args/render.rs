@@ -47,6 +47,9 @@ pub(crate) struct RenderArgs {
     /// SOFA file of head-related responses: your own head in the place of the scene's
     #[arg(long, value_name = "FILE")]
     pub(crate) head: Option<PathBuf>,
+    /// What headphones need: a text by AutoEq (ParametricEQ.txt, GraphicEQ.txt) or a SOFA file of headphone responses
+    #[arg(long, value_name = "FILE")]
+    pub(crate) headphones: Option<PathBuf>,
     /// Share of the rendered sound, 0 to 1
     #[arg(long, default_value_t = 1.0, value_parser = within(0.0_f32, 1.0))]
     pub(crate) mix: f32,

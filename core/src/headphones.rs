@@ -1,0 +1,172 @@
+//! Compensation of headphones: what their response needs at either ear, at any sample rate, without delay.
+
+mod autoeq;
+mod biquad;
+mod parallel;
+
+use crate::number::whole;
+use biquad::Biquad;
+use parallel::Parallel;
+use thiserror::Error;
+
+/// Points of a curve of levels: twelve an octave from 20 Hz to 20.5 kHz.
+pub const HEADPHONE_POINTS: usize = 121;
+/// Levels beyond this are no compensation, dB.
+const MOST_DB: f64 = 60.0;
+
+/// Frequency of a point of a curve, Hz.
+#[must_use]
+pub fn headphone_point_hz(point: usize) -> f64 {
+    20.0 * (point as f64 / 12.0).exp2()
+}
+
+/// Why a text or a measurement makes no compensation.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{place}: expected {expected}, found {found}")]
+pub struct HeadphonesError {
+    /// Line of the text, or part of the measurement.
+    pub place: String,
+    /// What would have been right.
+    pub expected: String,
+    /// What is there.
+    pub found: String,
+}
+
+/// A filter of an equaliser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EqFilter {
+    pub(crate) kind: EqKind,
+    pub(crate) hz: f64,
+    pub(crate) gain_db: f64,
+    pub(crate) q: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum EqKind {
+    Peak,
+    LowShelf,
+    HighShelf,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Correction {
+    /// Filters one after another, and a gain.
+    Equaliser { preamp_db: f64, filters: Vec<EqFilter> },
+    /// Levels of each ear by point, dB.
+    Levels(Box<[[f32; HEADPHONE_POINTS]; 2]>),
+}
+
+/// What a pair of headphones needs to sound neutral. It knows no sample rate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Headphones(Correction);
+
+impl Headphones {
+    /// Of a text by AutoEq: filters ("ParametricEQ.txt", the form of Equalizer APO) or levels ("GraphicEQ.txt"), for both ears.
+    ///
+    /// # Errors
+    /// A line that is neither, numbers out of reach, or no filter at all.
+    pub fn from_text(text: &str) -> Result<Self, HeadphonesError> {
+        autoeq::read(text).map(Self)
+    }
+
+    /// Of the levels that left and right ear need, dB, by [`headphone_point_hz`]. Below and above, the first and the last hold.
+    ///
+    /// # Errors
+    /// Levels that are not finite or beyond 60 dB.
+    pub fn from_levels(levels_db: [[f32; HEADPHONE_POINTS]; 2]) -> Result<Self, HeadphonesError> {
+        match levels_db.iter().flatten().find(|db| !(-MOST_DB..=MOST_DB).contains(&f64::from(**db))) {
+            Some(db) => Err(HeadphonesError {
+                place: "levels".to_owned(),
+                expected: "at most 60 dB".to_owned(),
+                found: format!("{db} dB"),
+            }),
+            None => Ok(Self(Correction::Levels(Box::new(levels_db)))),
+        }
+    }
+
+    /// The filter at a sample rate, Hz.
+    ///
+    /// Filters of an equaliser become biquads by the bilinear transform; one whose frequency half of the rate cannot hold is left out, but
+    /// for the gain of a low shelf. Levels become sections in parallel with fixed poles (Bank 2008), fitted to their minimum phase.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates, and solves for the sections.
+    #[must_use]
+    pub fn filter(&self, sample_rate_hz: f64) -> HeadphoneFilter {
+        let ears = match &self.0 {
+            Correction::Equaliser { preamp_db, filters } => {
+                let fits = |filter: &&EqFilter| filter.hz < 0.49 * sample_rate_hz;
+                let beyond = filters.iter().filter(|filter| !fits(filter) && filter.kind == EqKind::LowShelf);
+                let gain_db = preamp_db + beyond.map(|filter| filter.gain_db).sum::<f64>();
+                let biquads: Vec<Biquad> = filters.iter().filter(fits).map(|f| Biquad::of(f, sample_rate_hz)).collect();
+                let ear = Ear::Series { gain: 10.0_f64.powf(gain_db / 20.0), biquads };
+                [ear.clone(), ear]
+            }
+            Correction::Levels(levels) => levels.each_ref().map(|levels| Ear::Parallel(Parallel::fit(levels, sample_rate_hz))),
+        };
+        HeadphoneFilter { ears }
+    }
+}
+
+#[derive(Clone)]
+enum Ear {
+    Series { gain: f64, biquads: Vec<Biquad> },
+    Parallel(Parallel),
+}
+
+/// Headphones' compensation at one sample rate, with its past.
+#[derive(Clone)]
+pub struct HeadphoneFilter {
+    ears: [Ear; 2],
+}
+
+impl HeadphoneFilter {
+    /// Filters both ears in place.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn process(&mut self, ears: [&mut [f32]; 2]) {
+        for (filter, samples) in self.ears.iter_mut().zip(ears) {
+            match filter {
+                Ear::Series { gain, biquads } => {
+                    for sample in samples {
+                        let mut x = *gain * f64::from(*sample);
+                        for biquad in &mut *biquads {
+                            x = biquad.next(x);
+                        }
+                        *sample = sounding(x);
+                    }
+                }
+                Ear::Parallel(parallel) => {
+                    samples.iter_mut().for_each(|sample| *sample = sounding(parallel.next((*sample).into())))
+                }
+            }
+        }
+    }
+
+    /// Forgets the past.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn reset(&mut self) {
+        for ear in &mut self.ears {
+            match ear {
+                Ear::Series { biquads, .. } => biquads.iter_mut().for_each(Biquad::reset),
+                Ear::Parallel(parallel) => parallel.reset(),
+            }
+        }
+    }
+}
+
+/// A sample, 0 below -240 dB.
+fn sounding(x: f64) -> f32 {
+    if x.abs() < 1e-12 { 0.0 } else { crate::number::single(x) }
+}
+
+/// Level of a curve at a frequency, dB: straight lines over octaves, the ends hold.
+fn level_at(levels_db: &[f32; HEADPHONE_POINTS], hz: f64) -> f64 {
+    let place = (12.0 * (hz.max(1.0) / 20.0).log2()).clamp(0.0, (HEADPHONE_POINTS - 1) as f64);
+    let point = whole(place).min(HEADPHONE_POINTS - 2);
+    let (a, b) = (f64::from(levels_db[point]), f64::from(levels_db[point + 1]));
+    a + (b - a) * (place - point as f64)
+}

@@ -1,0 +1,112 @@
+//! Headphones' compensation: what it does to an impulse.
+
+use promenade_core::headphones::{HEADPHONE_POINTS, Headphones, headphone_point_hz};
+use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::spectrum;
+
+const TEXT: &str = "Preamp: -6.2 dB\nFilter 1: ON LSC Fc 105 Hz Gain 5.5 dB Q 0.70\nFilter 2: ON PK Fc 2300 Hz Gain -4.1 dB Q 1.8\n\
+                    Filter 3: OFF PK Fc 500 Hz Gain 9 dB Q 1\nFilter 4: ON HSC Fc 9000 Hz Gain 3.0 dB Q 0.70\n";
+
+/// Levels of one ear, dB, by frequency; `None` beyond half the rate.
+fn heard(headphones: &Headphones, rate: f64, ear: usize) -> impl Fn(f64) -> Option<f64> {
+    let length = rate as usize;
+    let mut ears = [vec![0.0_f32; length], vec![0.0; length]];
+    ears.iter_mut().for_each(|ear| ear[0] = 1.0);
+    let mut filter = headphones.filter(rate);
+    let [left, right] = &mut ears;
+    // Blocks of any size are the same.
+    for start in (0..length).step_by(1_000) {
+        let span = start..length.min(start + 1_000);
+        filter.process([&mut left[span.clone()], &mut right[span]]);
+    }
+    let bins = spectrum(ears[ear].iter().copied().map(f64::from), length);
+    move |hz: f64| bins.get(hz.round() as usize).filter(|_| hz < 0.49 * rate).map(|x: &Complex64| 10.0 * x.norm_sqr().log10())
+}
+
+/// Levels of the analogue filters that the cookbook transforms, dB.
+fn analogue(rate: f64, hz: f64) -> f64 {
+    let bent = |hz: f64| (std::f64::consts::PI * hz / rate).tan();
+    let of = |centre: f64, gain_db: f64, q: f64, kind: &str| {
+        if centre >= 0.49 * rate {
+            return 0.0;
+        }
+        let (s, a) = (Complex64::new(0.0, bent(hz) / bent(centre)), 10.0_f64.powf(gain_db / 40.0));
+        let (top, bottom) = match kind {
+            "PK" => (s * s + s * a / q + 1.0, s * s + s / (a * q) + 1.0),
+            "LSC" => ((s * s + s * a.sqrt() / q + a) * a, s * s * a + s * a.sqrt() / q + 1.0),
+            _ => ((s * s * a + s * a.sqrt() / q + 1.0) * a, s * s + s * a.sqrt() / q + a),
+        };
+        20.0 * (top / bottom).norm().log10()
+    };
+    -6.2 + of(105.0, 5.5, 0.7, "LSC") + of(2300.0, -4.1, 1.8, "PK") + of(9000.0, 3.0, 0.7, "HSC")
+}
+
+#[test]
+fn an_equaliser_s_filters_have_the_levels_of_their_formulas_at_every_rate() {
+    let headphones = Headphones::from_text(TEXT).unwrap();
+    for rate in [8_000.0, 44_100.0, 48_000.0, 96_000.0, 384_000.0] {
+        for ear in 0..2 {
+            let level = heard(&headphones, rate, ear);
+            for hz in (0..40).map(|i| 20.0 * 2.0_f64.powf(f64::from(i) / 4.0).round()) {
+                if let Some(found) = level(hz) {
+                    assert!((found - analogue(rate, hz)).abs() < 0.05, "{rate} {hz}: {found} dB, {}", analogue(rate, hz));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn levels_are_met_at_every_rate_and_each_ear_has_its_own() {
+    let bump = |hz: f64, centre: f64, octaves: f64| (-0.5 * ((hz / centre).log2() / octaves).powi(2)).exp();
+    let wanted = |hz: f64, ear: usize| {
+        let side = if ear == 0 { 1.0 } else { -0.6 };
+        side * (6.0 * bump(hz, 90.0, 0.8) - 9.0 * bump(hz, 3_100.0, 0.3) + 8.0 * bump(hz, 8_000.0, 0.35))
+    };
+    let levels = [0, 1].map(|ear| std::array::from_fn(|i| wanted(headphone_point_hz(i), ear) as f32));
+    let headphones = Headphones::from_levels(levels).unwrap();
+    for rate in [8_000.0, 44_100.0, 48_000.0, 192_000.0] {
+        let mut worst = 0.0_f64;
+        for ear in 0..2 {
+            let level = heard(&headphones, rate, ear);
+            for i in 0..HEADPHONE_POINTS {
+                let hz = headphone_point_hz(i).round();
+                if let Some(found) = level(hz).filter(|_| hz < 0.42 * rate) {
+                    worst = worst.max((found - wanted(hz, ear)).abs());
+                }
+            }
+        }
+        println!("{rate} Hz: {worst:.3} dB");
+        assert!(worst < 0.5, "{rate}: {worst} dB");
+    }
+}
+
+#[test]
+fn a_graphic_equaliser_is_levels() {
+    let headphones = Headphones::from_text("GraphicEQ: 20 0.0; 1000 -6; 20000 -6").unwrap();
+    let level = heard(&headphones, 48_000.0, 1);
+    assert!((level(5_000.0).unwrap() + 6.0).abs() < 0.1 && level(141.0).unwrap() + 3.0 < 0.2, "{:?}", level(141.0));
+}
+
+#[test]
+fn what_is_no_compensation_is_refused_by_line() {
+    let of = |text: &str| Headphones::from_text(text).unwrap_err().to_string();
+    for (text, clue) in [
+        ("", "text: expected lines such as"),
+        ("Preamp: -6 dB", "text: expected lines such as"),
+        ("hello", "line 1: expected"),
+        ("Preamp: loud dB\nFilter 1: ON PK Fc 105 Hz Gain 5.5 dB Q 0.70", "line 1: expected \"Preamp: X dB\""),
+        ("Preamp: -6 dB\n\nFilter 1: ON PK Fc 105 Hz Gain 5.5 dB", "line 3: expected \"ON PK"),
+        ("Filter 1: ON NO Fc 105 Hz Gain 5.5 dB Q 0.70", "of the types PK, LSC or HSC, found \"Filter 1: ON NO"),
+        ("Filter 1: ON PK Fc 0 Hz Gain 5.5 dB Q 0.70", "a frequency of 1 to 100000 Hz"),
+        ("Filter 1: ON PK Fc 105 Hz Gain NaN dB Q 0.70", "a gain of at most 60 dB"),
+        ("Filter 1: ON PK Fc 105 Hz Gain 5 dB Q 0", "a Q of 0.05 to 100"),
+        ("GraphicEQ: 20 0; 10 1", "rising frequencies"),
+        ("GraphicEQ: 20 0", "at least two points"),
+    ] {
+        assert!(of(text).contains(clue), "{text:?}: {}", of(text));
+    }
+    assert!(of(&"Filter 1: ON PK Fc 105 Hz Gain 5.5 dB Q 0.70\n".repeat(65)).contains("at most 64 filters"));
+    assert!(of(&"#\n".repeat(40_000)).contains("at most 65536 bytes"));
+    assert!(Headphones::from_levels([[f32::NAN; HEADPHONE_POINTS]; 2]).is_err());
+}
