@@ -134,6 +134,28 @@ fn another_head_is_heard_and_what_is_none_is_refused() {
 }
 
 #[test]
+fn headphones_are_compensated_last_of_all() {
+    let place = Place::new();
+    let (scene, input) = (place.bake(), place.dry("in.wav", 0.4, 1));
+    let render = |name: &str, more: &[&str]| {
+        let out = place.text(name);
+        succeeds(&[&["render", &scene, &input, &out, "--mix", "0.5", "--bits", "32f"], more].concat());
+        wav::read(Path::new(&out)).unwrap().channels
+    };
+    let text = place.text("mine.txt");
+    std::fs::write(&text, "Preamp: -6.0206 dB\nFilter 1: ON PK Fc 1000 Hz Gain 0 dB Q 1").unwrap();
+    let (plain, worn) = (render("plain.wav", &[]), render("worn.wav", &["--headphones", &text]));
+    let off = |ear: usize| plain[ear].iter().zip(&worn[ear]).map(|(a, b)| (0.5 * a - b).abs()).fold(0.0, f32::max);
+    assert!(off(0) < 1e-5 && off(1) < 1e-5, "{} {}", off(0), off(1));
+    let out = place.text("none.wav");
+    all_fail(&[
+        (vec!["render", &scene, &input, &out, "--headphones", &input], "in.wav: no readable SOFA (HDF5) file"),
+        (vec!["render", &scene, &input, &out, "--headphones", "nowhere.txt"], "nowhere.txt: cannot be read"),
+    ]);
+    assert!(!Path::new(&out).exists());
+}
+
+#[test]
 fn stereo_and_formats() {
     let place = Place::new();
     let (scene, input) = (place.bake(), place.dry("in.wav", 0.2, 2));

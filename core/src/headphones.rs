@@ -3,10 +3,15 @@
 mod autoeq;
 mod biquad;
 mod parallel;
+mod saved;
+mod stage;
+
+pub use stage::HeadphoneStage;
 
 use crate::number::whole;
 use biquad::Biquad;
 use parallel::Parallel;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Points of a curve of levels: twelve an octave from 20 Hz to 20.5 kHz.
@@ -41,7 +46,7 @@ pub(crate) struct EqFilter {
     pub(crate) q: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum EqKind {
     Peak,
     LowShelf,
@@ -57,7 +62,8 @@ enum Correction {
 }
 
 /// What a pair of headphones needs to sound neutral. It knows no sample rate.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "saved::Saved", into = "saved::Saved")]
 pub struct Headphones(Correction);
 
 impl Headphones {

@@ -16,10 +16,13 @@ pub mod editor;
 pub mod error_chain;
 mod export;
 pub mod factory;
+pub mod file_wish;
 pub mod flag;
 pub mod group;
 #[cfg(test)]
 mod head_tests;
+#[cfg(test)]
+mod headphones_tests;
 pub mod history;
 pub mod host_side;
 pub mod library;
@@ -47,6 +50,7 @@ pub mod remote;
 pub mod repaint;
 pub mod response;
 pub mod saved_head;
+pub mod saved_headphones;
 pub mod scene_frame;
 pub mod scene_key;
 pub mod settings;

@@ -11,6 +11,7 @@ use crate::lock::lock;
 use crate::params::{Choices, PromenadeParams};
 use crate::repaint::Repaint;
 use crate::saved_head::SavedHead;
+use crate::saved_headphones::SavedHeadphones;
 use crate::scene_frame::SceneFrame;
 use crate::scene_key::SceneKey;
 use crate::shared_worker::SharedWorker;
@@ -18,7 +19,9 @@ use crate::walk::{SavedWalk, Walk, WalkError};
 use crate::worker::Task;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::{nice_error, nice_warn};
+use promenade_core::headphones::{HeadphoneFilter, Headphones};
 use promenade_core::{Emitters, RenderError, Renderer, Scene, SceneError};
+use promenade_sofa::SofaError;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Once, Weak};
@@ -42,6 +45,8 @@ pub enum Retired {
     Scene(Prepared),
     /// A camera path.
     Walk(Arc<Walk>),
+    /// A filter of headphones.
+    Headphones(Box<HeadphoneFilter>),
 }
 
 /// Why a scene or a camera path cannot be played.
@@ -91,12 +96,16 @@ pub struct Loader {
     /// Bits of the host's sample rate, Hz; 0 before activation.
     sample_rate_bits: AtomicU64,
     last_scene: Mutex<Option<SceneRequest>>,
+    /// The headphones that were made a filter of last, and the bits of its sample rate.
+    last_headphones: Mutex<Option<(Option<Headphones>, u64)>>,
     /// The slot and the path that were loaded last.
     last_walk: Mutex<Option<(u32, SavedWalk)>>,
     /// The newest scene; it replaces one that was not fetched.
     pub scenes: ArrayQueue<Prepared>,
     /// The newest camera path, or that there is none any more; it replaces one that was not fetched.
     pub walks: ArrayQueue<Option<Arc<Walk>>>,
+    /// The newest filter of headphones, or that there is none any more; it replaces one that was not fetched.
+    pub headphones: ArrayQueue<Option<Box<HeadphoneFilter>>>,
     /// From the audio thread, to be dropped.
     pub retired: ArrayQueue<Retired>,
     /// The choices that were loaded last, or could not be.
@@ -124,9 +133,11 @@ impl Loader {
             params,
             sample_rate_bits: AtomicU64::new(0),
             last_scene: Mutex::new(None),
+            last_headphones: Mutex::new(None),
             last_walk: Mutex::new(None),
             scenes: ArrayQueue::new(1),
             walks: ArrayQueue::new(1),
+            headphones: ArrayQueue::new(1),
             retired: ArrayQueue::new(RETIRED_CAPACITY),
             loaded: Mutex::default(),
             current: Mutex::default(),
@@ -137,6 +148,7 @@ impl Loader {
         loader.params.scene_key.on_restore(&loader, Self::refresh_scene);
         loader.params.room.on_restore(&loader, Self::refresh_scene);
         loader.params.head.on_restore(&loader, Self::restored_head);
+        loader.params.headphones.on_restore(&loader, Self::restored_headphones);
         loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
         loader
     }
@@ -159,6 +171,9 @@ impl Loader {
         if !self.params.head_report.text().is_empty() {
             self.params.head_wish.again();
         }
+        if !self.params.headphones_report.text().is_empty() {
+            self.params.headphones_wish.again();
+        }
     }
 
     /// Loads scene and camera path again at the next refresh.
@@ -173,6 +188,8 @@ impl Loader {
         while self.retired.pop().is_some() {}
         let choices = self.params.choices();
         self.refresh_head();
+        self.read_headphones();
+        self.refresh_headphones();
         self.refresh_scene();
         self.refresh_walk();
         *lock(&self.loaded) = Some(choices);
@@ -281,6 +298,50 @@ impl Loader {
             self.params.head_wish.answer();
             self.repaint.request_repaint();
         }
+    }
+
+    /// Reads the headphones that have been asked for. Where they cannot be read, those that are there stay.
+    fn read_headphones(&self) {
+        let Some(name) = self.params.headphones_wish.take() else { return };
+        let (_, restores) = self.params.headphones.get();
+        let read = if name.is_empty() { Ok(SavedHeadphones::default()) } else { headphones_in(&library::place_of(&name)) };
+        let report = match read {
+            Ok(saved) => {
+                // A state that was restored meanwhile has headphones of its own.
+                if !self.params.headphones.replace(saved, restores) {
+                    return;
+                }
+                String::new()
+            }
+            Err(reason) => {
+                nice_error!("{reason}");
+                reason
+            }
+        };
+        self.params.headphones_report.set_text(report);
+        self.params.headphones_wish.answer();
+        self.repaint.request_repaint();
+    }
+
+    /// Makes a filter of the project's headphones, unless it is there already.
+    fn refresh_headphones(&self) {
+        let mut last = lock(&self.last_headphones);
+        let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
+        let request = Some((self.params.headphones.get().0.headphones, sample_rate_bits));
+        if sample_rate_bits == 0 || *last == request {
+            return;
+        }
+        let filter = |(headphones, bits): &(Option<Headphones>, u64)| {
+            headphones.as_ref().map(|headphones| Box::new(headphones.filter(f64::from_bits(*bits))))
+        };
+        drop(self.headphones.force_push(request.as_ref().and_then(filter)));
+        *last = request;
+    }
+
+    /// Takes the headphones of a state that the host has restored.
+    fn restored_headphones(&self) {
+        self.params.headphones_report.set_text(String::new());
+        self.refresh_headphones();
     }
 
     /// Takes the head of a state that the host has restored.
@@ -392,11 +453,19 @@ fn factory_scene(scene: FactoryScene, key: &SceneKey) -> Result<Found, LoadError
     Ok(Found { scene, hash, key: key.clone(), note: String::new() })
 }
 
-/// The head in a SOFA file. A file that makes the reader fail in another way than it promises is as damaged as any.
 fn head_in(path: &Path) -> Result<SavedHead, String> {
-    let read = std::panic::catch_unwind(|| promenade_sofa::read_head(path));
+    read_in(path, promenade_sofa::read_head).map(|head| SavedHead::of(&head))
+}
+
+fn headphones_in(path: &Path) -> Result<SavedHeadphones, String> {
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    read_in(path, promenade_sofa::read_headphones).map(|headphones| SavedHeadphones { name, headphones: Some(headphones) })
+}
+
+/// What is in a file. One that makes the reader fail in another way than it promises is as damaged as any.
+fn read_in<T>(path: &Path, read: fn(&Path) -> Result<T, SofaError>) -> Result<T, String> {
     let damaged = |_| format!("{}: no readable SOFA (HDF5) file", path.display());
-    read.map_err(damaged)?.map(|head| SavedHead::of(&head)).map_err(|error| with_causes(&error))
+    std::panic::catch_unwind(|| read(path)).map_err(damaged)?.map_err(|error| with_causes(&error))
 }
 
 fn find_walk(slot: u32, saved: &SavedWalk) -> Result<SavedWalk, LoadError> {

@@ -3,12 +3,14 @@
 use crate::cast::index;
 use crate::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
 use crate::drawn_room::DrawnRoom;
+use crate::file_wish::FileWish;
 use crate::osc::config::OscConfig;
 use crate::parameter::{Parameter, SLOTS};
 use crate::persisted::{Persisted, Report};
 use crate::pose_sources::Sources;
 use crate::remote::Remote;
-use crate::saved_head::{HeadWish, SavedHead};
+use crate::saved_head::SavedHead;
+use crate::saved_headphones::SavedHeadphones;
 use crate::scene_frame::PlayedFrame;
 use crate::scene_key::SceneKey;
 use crate::settings::EditorSettings;
@@ -107,6 +109,9 @@ pub struct PromenadeParams {
     /// The user's own head, where it takes the place of the scene's.
     #[persist = "head"]
     pub head: Persisted<SavedHead>,
+    /// What the listener's headphones need.
+    #[persist = "headphones"]
+    pub headphones: Persisted<SavedHeadphones>,
     /// The room that the user has drawn, the project's own scene where there is one.
     #[persist = "room"]
     pub room: Persisted<Option<DrawnRoom>>,
@@ -128,7 +133,11 @@ pub struct PromenadeParams {
     /// Name of the head that is heard; empty for the scene's own.
     pub head_name: Report,
     /// A head that has been asked for.
-    pub head_wish: HeadWish,
+    pub head_wish: FileWish,
+    /// What is wrong with the file of headphones.
+    pub headphones_report: Report,
+    /// Headphones that have been asked for.
+    pub headphones_wish: FileWish,
     /// Where listener and emitter of the scene begin.
     pub frame: PlayedFrame,
 }
@@ -198,6 +207,7 @@ impl Default for PromenadeParams {
             scene_key: Persisted::default(),
             saved_walk: Persisted::default(),
             head: Persisted::default(),
+            headphones: Persisted::default(),
             room: Persisted::default(),
             osc: Persisted::default(),
             remote: Remote::default(),
@@ -206,7 +216,9 @@ impl Default for PromenadeParams {
             walk_report: Report::default(),
             head_report: Report::default(),
             head_name: Report::default(),
-            head_wish: HeadWish::default(),
+            head_wish: FileWish::default(),
+            headphones_report: Report::default(),
+            headphones_wish: FileWish::default(),
             frame: PlayedFrame::default(),
         }
     }
@@ -244,6 +256,8 @@ pub struct Choices {
     pub stereo: bool,
     /// How often a head has been asked for.
     pub heads: u32,
+    /// How often headphones have been asked for.
+    pub headphones: u32,
     /// How often the drawn room has changed.
     pub rooms: u32,
 }
@@ -293,6 +307,7 @@ impl PromenadeParams {
             walk_slot: slot(Parameter::Walk),
             stereo: self.heard(Parameter::Spread) > 0.0,
             heads: self.head_wish.asked(),
+            headphones: self.headphones_wish.asked(),
             rooms: self.room.changes(),
         }
     }

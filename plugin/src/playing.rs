@@ -6,6 +6,7 @@ use crate::walk::Walk;
 use crate::worker::{LOADER, TaskHandle};
 use nice_plug::nice_error;
 use promenade_core::Spatializer;
+use promenade_core::headphones::HeadphoneStage;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -21,6 +22,8 @@ pub(crate) struct Playing {
     pub(crate) spatializer: Option<Spatializer>,
     /// The camera path, if there is one.
     pub(crate) walk: Option<Arc<Walk>>,
+    /// What the listener's headphones need, last of all.
+    pub(crate) headphones: HeadphoneStage,
     /// Whether the scene that is chosen is missing, so that the dry sound passes.
     pub(crate) dry: bool,
     /// What could not be handed back yet, because the loader has fallen behind.
@@ -32,7 +35,16 @@ pub(crate) struct Playing {
 impl Playing {
     /// Plays nothing yet, and allocates nothing.
     pub(crate) fn new(loader: Arc<Loader>) -> Self {
-        Self { loader, task: None, spatializer: None, walk: None, dry: false, held: None, choices: None }
+        Self {
+            loader,
+            task: None,
+            spatializer: None,
+            walk: None,
+            headphones: HeadphoneStage::default(),
+            dry: false,
+            held: None,
+            choices: None,
+        }
     }
 
     /// Loads what `choices` ask for. The sound begins with the scene, not with a fade to it: a bounce starts here.
@@ -54,6 +66,9 @@ impl Playing {
             }
             (Some(Prepared::Dry), _) => self.dry = true,
             _ => (),
+        }
+        if let Some(filter) = self.loader.headphones.pop() {
+            drop(self.headphones.install(filter, sample_rate_hz));
         }
         self.receive();
     }
@@ -90,6 +105,7 @@ impl Playing {
         self.spatializer.iter_mut().for_each(Spatializer::reset);
         self.receive();
         self.spatializer.iter_mut().for_each(Spatializer::reset);
+        self.headphones.reset();
     }
 
     /// Begins the cross-fade to what the loader has ready. Returns whether the loader has something to drop.
@@ -122,6 +138,15 @@ impl Playing {
             && let Some(walk) = self.loader.walks.pop()
         {
             *held = std::mem::replace(&mut self.walk, walk).and_then(|old| retire(Retired::Walk(old)));
+        }
+        if held.is_none() {
+            *held = self.headphones.take_retired().and_then(|filter| retire(Retired::Headphones(filter)));
+        }
+        if held.is_none()
+            && self.headphones.is_free()
+            && let Some(filter) = self.loader.headphones.pop()
+        {
+            *held = self.headphones.swap_in(filter).and_then(|filter| retire(Retired::Headphones(filter)));
         }
         hands_back
     }

@@ -125,7 +125,8 @@ impl Promenade {
             self.monitor.measure_input(input);
             let sounds = input[..channels].iter().any(|channel| channel.iter().any(|sample| sample.abs() >= SILENCE));
             self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(left.len()) };
-            spatializer.process(&input[..channels], [left, right], &snapshot.block, |i| listener.pose(start + i));
+            spatializer.process(&input[..channels], [&mut *left, &mut *right], &snapshot.block, |i| listener.pose(start + i));
+            self.playing.headphones.process([left, right], !snapshot.block.bypass);
         }
         Some(listener.end(total, time.end_s()))
     }

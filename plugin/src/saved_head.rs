@@ -1,13 +1,11 @@
-//! The user's own head as a project keeps it, and how one is asked for.
+//! The user's own head as a project keeps it.
 
-use crate::lock::lock;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use promenade_core::head::MAX_HEAD_BYTES;
 use promenade_core::{Head, HeadError};
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use thiserror::Error;
 
 /// A head by its content: the project plays it wherever it is opened. Empty, the scene's own head plays.
@@ -77,57 +75,6 @@ impl From<SavedHead> for String {
     }
 }
 
-/// A head that is asked for by the name of its file, from the editor or over Open Sound Control. The loader reads it.
-#[derive(Debug, Default)]
-pub struct HeadWish {
-    newest: Mutex<Option<String>>,
-    /// What the loader has taken last.
-    taken: Mutex<String>,
-    asked: AtomicU32,
-    answered: AtomicU32,
-}
-
-impl HeadWish {
-    /// Asks for the head in a SOFA file, or with an empty name for the scene's own.
-    pub fn ask(&self, file: &str) {
-        *lock(&self.newest) = Some(file.trim().to_owned());
-        self.asked.fetch_add(1, Ordering::AcqRel);
-    }
-
-    /// How often a head has been asked for.
-    ///
-    /// # Real-time
-    /// Any thread; no allocation, lock or I/O.
-    pub fn asked(&self) -> u32 {
-        self.asked.load(Ordering::Acquire)
-    }
-
-    /// How often the loader has answered: the project has changed each time.
-    pub fn answered(&self) -> u32 {
-        self.answered.load(Ordering::Acquire)
-    }
-
-    /// What has been asked for since the last time.
-    pub(crate) fn take(&self) -> Option<String> {
-        let newest = lock(&self.newest).take()?;
-        lock(&self.taken).clone_from(&newest);
-        Some(newest)
-    }
-
-    /// Asks once more for the file that was asked for last, if there was one.
-    pub(crate) fn again(&self) {
-        let taken = lock(&self.taken).clone();
-        if !taken.is_empty() {
-            lock(&self.newest).get_or_insert(taken);
-        }
-    }
-
-    /// Notes that the loader has answered.
-    pub(crate) fn answer(&self) {
-        self.answered.fetch_add(1, Ordering::AcqRel);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,15 +95,5 @@ mod tests {
         assert!(reason("????").contains("the project's head is damaged"));
         assert!(reason("AAAA").contains("the project's head cannot be read: head: expected the bytes of one"));
         assert!(reason(&"A".repeat(1 << 20)).contains("expected at most"));
-    }
-
-    #[test]
-    fn the_newest_wish_counts() {
-        let wish = HeadWish::default();
-        wish.ask("one.sofa");
-        wish.ask(" two.sofa ");
-        assert_eq!((wish.take().as_deref(), wish.take(), wish.asked()), (Some("two.sofa"), None, 2));
-        wish.again();
-        assert_eq!(wish.take().as_deref(), Some("two.sofa"));
     }
 }

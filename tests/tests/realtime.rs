@@ -2,6 +2,7 @@
 //!
 //! With `RTSAN_ENABLE` set (`cargo xtask test` sets it) the real-time sanitizer ends the process if it does.
 
+use promenade_core::headphones::{HeadphoneStage, Headphones};
 use promenade_core::{BlockParams, EmitterParams, Emitters, Pose, Spatializer, Tier};
 use promenade_testing::noise;
 use promenade_testing::scenes::{live_renderer, room_with_cloud, walk};
@@ -17,7 +18,7 @@ const RATE: f64 = 48_000.0;
 /// What the audio thread does in one block.
 #[rtsan_standalone::nonblocking]
 fn block(
-    spatializer: &mut Spatializer,
+    (spatializer, headphones): (&mut Spatializer, &mut HeadphoneStage),
     next: &mut Option<Box<Emitters>>,
     done: &mut Option<Box<Emitters>>,
     input: &[f32],
@@ -31,7 +32,9 @@ fn block(
         *next = spatializer.swap_in(renderer).err();
     }
     let [left, right] = output;
-    spatializer.process(&[input, input], [&mut left[..input.len()], &mut right[..input.len()]], &params, pose);
+    let (left, right) = (&mut left[..input.len()], &mut right[..input.len()]);
+    spatializer.process(&[input, input], [&mut *left, &mut *right], &params, pose);
+    headphones.process([left, right], !params.bypass);
     black_box((spatializer.latency_samples(), spatializer.tail_samples()));
 }
 
@@ -50,6 +53,9 @@ fn walking_automating_and_changing_scenes_never_blocks() {
     };
     let mut spatializer = Spatializer::new(RATE);
     spatializer.install(renderer(0));
+    let mut headphones = HeadphoneStage::default();
+    let worn = Headphones::from_text("Filter 1: ON PK Fc 900 Hz Gain 3 dB Q 1").unwrap();
+    drop(headphones.install(None, RATE));
     let mut played = BTreeSet::new();
     let mut next = None;
     let input = noise(1, 4096);
@@ -59,6 +65,10 @@ fn walking_automating_and_changing_scenes_never_blocks() {
         if turn % 40 == 20 && next.is_none() {
             next = Some(renderer(turn / 40 + 1));
         }
+        if turn % 50 == 10 && headphones.is_free() {
+            drop(headphones.swap_in((turn % 100 == 10).then(|| Box::new(worn.filter(RATE)))));
+        }
+        drop(headphones.take_retired());
         let mut done = None;
         let tier = Tier::ALL[turn / 10 % Tier::ALL.len()];
         let params = BlockParams {
@@ -71,7 +81,7 @@ fn walking_automating_and_changing_scenes_never_blocks() {
         };
         let walk = walk(RATE);
         let pose = |i: usize| walk(at + i);
-        block(&mut spatializer, &mut next, &mut done, &input[..len], &mut output, (params, pose));
+        block((&mut spatializer, &mut headphones), &mut next, &mut done, &input[..len], &mut output, (params, pose));
         at += len;
         assert!(output.iter().flatten().all(|s| s.is_finite()));
         played.extend(spatializer.renderer().map(|renderer| renderer.played_tier(tier)).filter(|_| len > 0));

@@ -5,19 +5,19 @@ use crate::number::single;
 
 /// Bytes of a text, filters, and points of a curve, at most.
 const MAX_BYTES: usize = 1 << 16;
-const MAX_FILTERS: usize = 64;
+pub(super) const MAX_FILTERS: usize = 64;
 const MAX_POINTS: usize = 4096;
 /// Frequencies, Hz, and qualities of filters.
-const HZ: std::ops::RangeInclusive<f64> = 1.0..=100_000.0;
-const QUALITIES: std::ops::RangeInclusive<f64> = 0.05..=100.0;
+pub(super) const HZ: std::ops::RangeInclusive<f64> = 1.0..=100_000.0;
+pub(super) const QUALITIES: std::ops::RangeInclusive<f64> = 0.05..=100.0;
 
-fn wrong(place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> HeadphonesError {
+pub(super) fn refused(place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> HeadphonesError {
     HeadphonesError { place: place.into(), expected: expected.into(), found: found.into() }
 }
 
 pub(super) fn read(text: &str) -> Result<Correction, HeadphonesError> {
     if text.len() > MAX_BYTES {
-        return Err(wrong("text", format!("at most {MAX_BYTES} bytes"), text.len().to_string()));
+        return Err(refused("text", format!("at most {MAX_BYTES} bytes"), text.len().to_string()));
     }
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     let lines = lines.map(|(i, line)| (i + 1, line.trim())).filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
@@ -25,21 +25,21 @@ pub(super) fn read(text: &str) -> Result<Correction, HeadphonesError> {
     for (number, line) in lines {
         let place = || format!("line {number}");
         let Some((head, rest)) = line.split_once(':') else {
-            return Err(wrong(place(), "\"Preamp:\", \"Filter N:\" or \"GraphicEQ:\"", quoted(line)));
+            return Err(refused(place(), "\"Preamp:\", \"Filter N:\" or \"GraphicEQ:\"", quoted(line)));
         };
         let kind = head.split_whitespace().next().unwrap_or("");
         match kind.to_ascii_lowercase().as_str() {
             "preamp" if preamp_db.is_none() => {
                 let form = "\"Preamp: X dB\", at most 60 dB, once";
-                let db = words(rest, &["dB"]).ok_or_else(|| wrong(place(), form, quoted(line)))?;
-                preamp_db = Some(checked(db, &(-MOST_DB..=MOST_DB)).ok_or_else(|| wrong(place(), form, quoted(line)))?);
+                let db = words(rest, &["dB"]).ok_or_else(|| refused(place(), form, quoted(line)))?;
+                preamp_db = Some(checked(db, &(-MOST_DB..=MOST_DB)).ok_or_else(|| refused(place(), form, quoted(line)))?);
             }
-            "filter" => filters.extend(filter(rest).map_err(|expected| wrong(place(), expected, quoted(line)))?),
-            "graphiceq" if curve.is_none() => curve = Some(points(rest).map_err(|(e, f)| wrong(place(), e, quoted(&f)))?),
-            _ => return Err(wrong(place(), "\"Preamp:\" once, \"Filter N:\" or \"GraphicEQ:\" once", quoted(line))),
+            "filter" => filters.extend(filter(rest).map_err(|expected| refused(place(), expected, quoted(line)))?),
+            "graphiceq" if curve.is_none() => curve = Some(points(rest).map_err(|(e, f)| refused(place(), e, quoted(&f)))?),
+            _ => return Err(refused(place(), "\"Preamp:\" once, \"Filter N:\" or \"GraphicEQ:\" once", quoted(line))),
         }
         if filters.len() > MAX_FILTERS {
-            return Err(wrong(place(), format!("at most {MAX_FILTERS} filters"), "more"));
+            return Err(refused(place(), format!("at most {MAX_FILTERS} filters"), "more"));
         }
     }
     match curve {
@@ -48,9 +48,9 @@ pub(super) fn read(text: &str) -> Result<Correction, HeadphonesError> {
             let levels = std::array::from_fn(|i| single(preamp + along(&curve, headphone_point_hz(i))));
             Ok(Correction::Levels(Box::new([levels; 2])))
         }
-        Some(_) => Err(wrong("text", "filters or a graphic equaliser", "both")),
+        Some(_) => Err(refused("text", "filters or a graphic equaliser", "both")),
         None if filters.is_empty() => {
-            Err(wrong("text", "lines such as \"Filter 1: ON PK Fc 105 Hz Gain 5.5 dB Q 0.70\"", "none"))
+            Err(refused("text", "lines such as \"Filter 1: ON PK Fc 105 Hz Gain 5.5 dB Q 0.70\"", "none"))
         }
         None => Ok(Correction::Equaliser { preamp_db: preamp_db.unwrap_or(0.0), filters }),
     }

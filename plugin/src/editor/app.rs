@@ -3,9 +3,9 @@
 use super::ctx::{Ctx, Instance, Owed, Selection};
 use super::drawer::{self, panels};
 use super::estimate::estimate;
+use super::file_row::{FileRow, HEAD};
 use super::geometry::Geometry;
 use super::gesture::Gestures;
-use super::head::HeadRow;
 use super::host::Host;
 use super::meter::Meters;
 use super::panel::Panel;
@@ -99,7 +99,7 @@ pub(super) struct App {
     /// When the audio thread last sent a picture, seconds since the window was opened.
     heard_s: f64,
     meters: Meters,
-    head: HeadRow,
+    head: FileRow,
     view: View,
     /// From the first picture on.
     views: Option<Arc<Views>>,
@@ -139,7 +139,7 @@ impl App {
             pump: None,
             heard_s: f64::NEG_INFINITY,
             meters: Meters::default(),
-            head: HeadRow::default(),
+            head: FileRow::new(HEAD),
             view: View::default(),
             views: None,
             scenes,

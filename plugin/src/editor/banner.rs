@@ -9,14 +9,16 @@ use egui::{Color32, Frame, Margin, RichText, Ui};
 /// Shows a line for everything that is wrong; nothing when all is well.
 pub(super) fn show(ui: &mut Ui, ctx: &Ctx<'_>) {
     let palette = ctx.palette;
-    let [scene, walk, head] =
-        [&ctx.params().scene_report, &ctx.params().walk_report, &ctx.params().head_report].map(|report| report.text());
+    let params = ctx.params();
+    let [scene, walk, head, headphones] =
+        [&params.scene_report, &params.walk_report, &params.head_report, &params.headphones_report].map(|report| report.text());
     // A scene that is played all the same has a remark, no error.
     let scene_colour = if ctx.scene.is_some() { palette.warn } else { palette.error };
     for (name, text, colour, what) in [
         ("scene", &scene, scene_colour, "Scene"),
         ("walk", &walk, palette.error, "Camera path"),
         ("head", &head, palette.warn, "Head"),
+        ("headphones", &headphones, palette.warn, "Headphones"),
     ] {
         if !text.is_empty() {
             line(ui, ctx, name, what, text, colour);

@@ -22,7 +22,7 @@ pub(super) fn panels() -> Vec<Box<dyn Panel>> {
     vec![
         Box::new(DirectPanel),
         Box::<ResponsePanel>::default(),
-        Box::new(SoundPanel),
+        Box::new(SoundPanel::default()),
         Box::<RoomPanel>::default(),
         Box::<PathPanel>::default(),
         Box::<OscPanel>::default(),

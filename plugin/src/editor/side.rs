@@ -2,7 +2,7 @@
 
 use super::controls::{follow_path, list, number, slider};
 use super::ctx::Ctx;
-use super::head::HeadRow;
+use super::file_row::FileRow;
 use super::meter::Meters;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
@@ -21,7 +21,7 @@ const BAR: i8 = 8;
 const OUTPUT: f32 = 172.0;
 
 /// Shows it.
-pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut HeadRow, meters: &mut Meters) {
+pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut FileRow, meters: &mut Meters) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin { left: 12, right: 4, top: 4, bottom: 4 });
     egui::Panel::right("controls").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
         // What goes out is seen at every size.

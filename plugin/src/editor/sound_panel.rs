@@ -2,6 +2,7 @@
 
 use super::controls::{slider, toggle};
 use super::ctx::Ctx;
+use super::file_row::{FileRow, HEADPHONES};
 use super::host::default_value;
 use super::panel::Panel;
 use super::theme::SPACE;
@@ -17,7 +18,15 @@ const LEVELS: [(Parameter, Word); 3] =
 const ROOM: [(Parameter, Word); 2] = [(Parameter::Decay, Word::Decay), (Parameter::Width, Word::RoomWidth)];
 
 /// What a user changes about a scene's sound.
-pub(super) struct SoundPanel;
+pub(super) struct SoundPanel {
+    headphones: FileRow,
+}
+
+impl Default for SoundPanel {
+    fn default() -> Self {
+        Self { headphones: FileRow::new(HEADPHONES) }
+    }
+}
 
 impl Panel for SoundPanel {
     fn title(&self) -> Word {
@@ -30,7 +39,10 @@ impl Panel for SoundPanel {
         columns(ui, [224.0, 224.0, 224.0], |ui, column| {
             ui.spacing_mut().item_spacing.y = SPACE;
             match column {
-                0 => dimmed(ui, whole, |ui| LEVELS.into_iter().for_each(|(parameter, word)| slider(ui, ctx, parameter, word))),
+                0 => {
+                    dimmed(ui, whole, |ui| LEVELS.into_iter().for_each(|(parameter, word)| slider(ui, ctx, parameter, word)));
+                    self.headphones.show(ui, ctx);
+                }
                 1 => {
                     dimmed(ui, whole, |ui| ROOM.into_iter().for_each(|(parameter, word)| slider(ui, ctx, parameter, word)));
                     dimmed(ui, whole || !far, |ui| slider(ui, ctx, Parameter::Law, Word::Law));

@@ -55,6 +55,12 @@ table! {
         UseHead = ("Choose", "Takes a SOFA file of head-related responses: one to choose, or the one that is named beside; the project keeps it"),
         /// Right.
         OwnHead = ("The scene's", "Goes back to the head that the scene was measured with"),
+        /// The sound panel.
+        Headphones = ("Headphones", "Takes the colour of your headphones off what you hear, last of all; presets and undo leave it as it is"),
+        /// The sound panel.
+        UseHeadphones = ("Choose", "Takes AutoEq's text of your headphones, or a SOFA file of their responses; the project keeps it"),
+        /// The sound panel.
+        NoHeadphones = ("None", "What is heard goes out as it is"),
         /// Right.
         EmitterOffset = ("Emitter offset", "How far the source is moved from where it was recorded, metres"),
         /// Right.

@@ -7,8 +7,8 @@ const ROOT: &str = "/promenade/";
 const SAME: AxisMap = AxisMap::IDENTITY;
 
 /// What the first part of an address may be. A name like one of these cannot be addressed.
-pub const KEYWORDS: [&str; 10] =
-    ["pose", "position", "ypr", "quaternion", "xyzypr", "recenter", "path", "head", "room", "param"];
+pub const KEYWORDS: [&str; 11] =
+    ["pose", "position", "ypr", "quaternion", "xyzypr", "recenter", "path", "head", "headphones", "room", "param"];
 
 /// What an address asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub(super) enum Verb<'a> {
     Path,
     /// The head, by a SOFA file.
     Head,
+    /// What headphones need, by a file.
+    Headphones,
     /// A part of the drawn room.
     Room(RoomPart),
     /// The parameter of this id.
@@ -86,6 +88,7 @@ fn verb(text: &str) -> Option<Verb<'_>> {
         "recenter" => Some(Verb::Recenter),
         "path" => Some(Verb::Path),
         "head" => Some(Verb::Head),
+        "headphones" => Some(Verb::Headphones),
         "room/size" => Some(Verb::Room(RoomPart::Size)),
         "room/emitter" => Some(Verb::Room(RoomPart::Emitter)),
         "room/materials" => Some(Verb::Room(RoomPart::Materials)),

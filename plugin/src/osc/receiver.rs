@@ -210,12 +210,11 @@ impl Receiver {
                 self.set(Parameter::Path, &[OscType::Double(share * 100.0)])
             }
             Verb::Head => {
-                let [OscType::String(file)] = arguments else { return Err("expected the name of a SOFA file".to_owned()) };
-                // Other machines have no business with this one's files, but for those of the library.
-                if !source.ip().is_loopback() && Path::new(file.trim()).components().nth(1).is_some() {
-                    return Err("expected the name of a file in the library, found one in another folder".to_owned());
-                }
-                self.params.head_wish.ask(file);
+                self.params.head_wish.ask(file_of(arguments, source, "a SOFA file")?);
+                Ok(false)
+            }
+            Verb::Headphones => {
+                self.params.headphones_wish.ask(file_of(arguments, source, "a file of headphones")?);
                 Ok(false)
             }
             Verb::Room(part) => self.draw(part, arguments).map(|()| false),
@@ -287,6 +286,16 @@ impl Interface {
 }
 
 /// What to recentre, if anything: a button sends 0 when it is released.
+/// The file that a message names.
+fn file_of<'a>(arguments: &'a [OscType], source: SocketAddr, kind: &str) -> Result<&'a str, String> {
+    let [OscType::String(file)] = arguments else { return Err(format!("expected the name of {kind}")) };
+    // Other machines have no business with this one's files, but for those of the library.
+    if !source.ip().is_loopback() && Path::new(file.trim()).components().nth(1).is_some() {
+        return Err("expected the name of a file in the library, found one in another folder".to_owned());
+    }
+    Ok(file)
+}
+
 fn recenter(arguments: &[OscType], usual: Recenter) -> Result<Option<Recenter>, String> {
     match arguments {
         [] => Ok(Some(usual)),

@@ -1,0 +1,125 @@
+//! Files that the project takes over: a head, headphones.
+
+use super::chooser::{Chooser, FileKind, Place};
+use super::ctx::Ctx;
+use super::theme::{CONTROL, SPACE};
+use super::widgets::{button, heading, note};
+use super::words::Word;
+use crate::file_wish::FileWish;
+use crate::params::PromenadeParams;
+use crate::user_state::UserState;
+use egui::{Key, TextEdit, Ui, Vec2};
+
+/// What a file is of.
+pub(super) struct FileOf {
+    kind: FileKind,
+    heading: Word,
+    choose: Word,
+    /// Goes back to what is heard without a file.
+    none: Word,
+    hint: &'static str,
+    wish: fn(&PromenadeParams) -> &FileWish,
+    /// What is heard with, by name; `None` without a file.
+    name: fn(&PromenadeParams) -> Option<String>,
+}
+
+/// The head that is heard with: the scene's own, or the user's.
+pub(super) const HEAD: FileOf = FileOf {
+    kind: FileKind { name: "Measured head (SOFA)", extensions: &["sofa"] },
+    heading: Word::Head,
+    choose: Word::UseHead,
+    none: Word::OwnHead,
+    hint: "Your own: a SOFA file",
+    wish: |params| &params.head_wish,
+    name: |params| params.head.get().0.is_some().then(|| params.head_name.text()),
+};
+
+/// What the listener's headphones need.
+pub(super) const HEADPHONES: FileOf = FileOf {
+    kind: FileKind { name: "Headphones (AutoEq, SOFA)", extensions: &["txt", "sofa"] },
+    heading: Word::Headphones,
+    choose: Word::UseHeadphones,
+    none: Word::NoHeadphones,
+    hint: "AutoEq's text, or SOFA",
+    wish: |params| &params.headphones_wish,
+    name: |params| {
+        let (saved, _) = params.headphones.get();
+        saved.headphones.is_some().then_some(saved.name)
+    },
+};
+
+/// Room for the button beside the field, points.
+const CHOOSE: f32 = 72.0;
+
+/// Chooses a file.
+pub(super) struct FileRow {
+    of: FileOf,
+    file: String,
+    chooser: Chooser<String>,
+    /// Why nothing was chosen.
+    why_not: Option<String>,
+    /// How many answers of the loader the host knows of; `None` until the first picture.
+    told: Option<u32>,
+    /// The state before the file that is being read.
+    before: Option<UserState>,
+}
+
+impl FileRow {
+    pub(super) fn new(of: FileOf) -> Self {
+        Self { of, file: String::new(), chooser: Chooser::default(), why_not: None, told: None, before: None }
+    }
+
+    /// Shows it.
+    pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        heading(ui, ctx.palette, self.of.heading);
+        let used = (self.of.name)(ctx.params());
+        // In the field, because the window has no line to spare.
+        let hint = used.as_deref().filter(|name| !name.is_empty()).unwrap_or(self.of.hint);
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = SPACE;
+            let place = Vec2::new(ui.available_width() - CHOOSE, CONTROL);
+            let typed = ui.add_sized(place, TextEdit::singleline(&mut self.file).hint_text(hint));
+            let entered = typed.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+            let free = !self.chooser.is_busy();
+            let clicked = ui.add_enabled_ui(free, |ui| button(ui, ctx.palette, self.of.choose)).inner.clicked();
+            if free && (clicked || (entered && !self.file.trim().is_empty())) {
+                let place = Place::typed_or(&self.file, Place::Existing);
+                let named = |path: &std::path::Path| Ok(path.display().to_string());
+                self.why_not = self.chooser.ask(ctx, self.of.kind, place, named).err();
+            }
+        });
+        if used.is_some() && button(ui, ctx.palette, self.of.none).clicked() {
+            self.ask(ctx, "");
+        }
+        match self.chooser.take() {
+            Some(Ok(file)) => {
+                self.ask(ctx, &file);
+                self.file.clear();
+            }
+            Some(Err(why)) => self.why_not = Some(why),
+            None => (),
+        }
+        if let Some(why) = &self.why_not {
+            note(ui, ctx.palette, why);
+        }
+        self.tell(ctx);
+    }
+
+    fn ask(&mut self, ctx: &Ctx<'_>, file: &str) {
+        self.why_not = None;
+        self.before = Some(UserState::of(ctx.params()));
+        (self.of.wish)(ctx.params()).ask(file);
+        ctx.refresh();
+    }
+
+    /// Tells the host that the project has changed, as only an open editor can.
+    fn tell(&mut self, ctx: &mut Ctx<'_>) {
+        let answered = (self.of.wish)(ctx.params()).answered();
+        if self.told.replace(answered).is_some_and(|told| told != answered) {
+            ctx.touch();
+            if let Some(before) = self.before.take() {
+                ctx.history.record(before, &UserState::of(&ctx.instance.params));
+            }
+        }
+    }
+}
