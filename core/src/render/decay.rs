@@ -75,8 +75,8 @@ impl Decay {
         }
         self.times = times;
         let times = f64::from(times);
-        for ((wanted, ratio), stated) in self.wanted.iter_mut().zip(&mut self.ratio).zip(&self.stated) {
-            *wanted = if times == 1.0 { *stated } else { stated.powf(1.0 / times).max(FASTEST) };
+        for (band, ((wanted, ratio), stated)) in self.wanted.iter_mut().zip(&mut self.ratio).zip(&self.stated).enumerate() {
+            *wanted = if times == 1.0 { *stated } else { (0.5 * self.curve.late_slope(band, times)).exp().max(FASTEST) };
             *ratio = *wanted / stated;
         }
         for ((ratio, place), stated) in self.ratio_bins.iter_mut().zip(&self.places).zip(&self.stated_bins) {

@@ -10,6 +10,10 @@ use crate::{Bands, NEAREST_M, Scene, Shares, StftGrid, TailModel};
 /// Less energy than that is none.
 const NOTHING: f64 = 1e-24;
 
+/// The end of T20 (ISO 3382-1), 25 dB, and 10 dB, natural logarithms of energies.
+const T20_END: f64 = 2.5 * std::f64::consts::LN_10;
+const LEAST_FALL: f64 = std::f64::consts::LN_10;
+
 /// Energy that is still to come, by time after the direct sound (Schroeder 1965: backward integration).
 #[derive(Debug)]
 pub(crate) struct DecayCurve {
@@ -87,6 +91,29 @@ impl DecayCurve {
             return at(last) + f64::from(self.slopes[band]) * (along - last as f64);
         }
         at(row) + (along - row as f64) * (at(row + 1) - at(row))
+    }
+
+    /// Hops after the direct sound at which less energy than a level is still to come.
+    fn falls_below(&self, band: usize, level: f64) -> f64 {
+        let (bands, slope) = (self.slopes.len(), f64::from(self.slopes[band]));
+        let mut rows = self.levels.chunks_exact(bands).map(|row| f64::from(row[band]));
+        match rows.position(|row| row < level) {
+            Some(row) => (row + 1) as f64,
+            None => {
+                (self.levels.len() / bands) as f64 + (self.level(band, (self.levels.len() / bands) as f64) - level) / -slope
+            }
+        }
+    }
+
+    /// What a hop takes of the energy of the late part in a decay so many times as long, natural logarithm: the mean over what T20 sees of it,
+    /// for what is now late may have come before the late part.
+    pub(crate) fn late_slope(&self, band: usize, times: f64) -> f64 {
+        let stated = f64::from(self.slopes[band]) / times;
+        let first = (self.levels.len() / self.slopes.len()) as f64;
+        let start = self.level(band, first / times);
+        let end = times * self.falls_below(band, (self.level(band, 1.0) - T20_END).min(start - LEAST_FALL));
+        let slope = (self.level(band, end / times) - start) / (end - first);
+        if end > first + 1.0 && slope < 0.0 { slope } else { stated }
     }
 
     /// Natural logarithm of the gain at some hops after the direct sound that makes a decay so many times as long.
