@@ -28,6 +28,8 @@ mod docs_tests;
 #[cfg(test)]
 mod format_tests;
 #[cfg(test)]
+mod hostile_tests;
+#[cfg(test)]
 mod net_tests;
 
 pub use address::KEYWORDS;

@@ -1,7 +1,10 @@
 //! A project finds everything again: parameters, scene and camera path.
 
+use promenade_plugin::presets;
 use promenade_plugin::saved_head::SavedHead;
+use promenade_testing::fuzz::{Input, Search};
 use promenade_testing::heads::sphere;
+use promenade_testing::hostile::is_output;
 use promenade_tests::signal::{difference_db, noise};
 use promenade_tests::{Host, Setup, edit_state, in_both_formats, render};
 use serde_json::{Value, json};
@@ -320,7 +323,7 @@ fn a_state_is_the_same_after_it_is_loaded_and_has_no_reports<H: Host>() {
     host.instance().settle().unwrap();
     let saved = host.save();
     let fields = |state: &Value| state["fields"].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    assert_eq!(fields(&host.state()), ["editor", "head", "osc", "remote", "room", "scene", "version", "walk"]);
+    assert_eq!(fields(&host.state()), ["editor", "head", "headphones", "osc", "remote", "room", "scene", "version", "walk"]);
     // States of earlier plugins have reports.
     let old: Value =
         serde_json::from_slice(&edit_state(&host.state(), "scene-report", &json!("/home/ada/hall is missing"))).unwrap();
@@ -385,4 +388,50 @@ fn states_of_later_versions_are_read_as_far_as_known<H: Host>() {
     assert!(host.load(&edit_state(&state, "version", &json!(7))));
     assert!((host.value("gain") - 54.0 / 72.0).abs() < 1e-6);
     assert_eq!(field(&host.state(), "version"), json!(3));
+}
+
+#[test]
+fn saved_states_and_presets() {
+    let mut host = promenade_tests::ClapHost::open(Setup { offline: true, ..Setup::default() });
+    let base = host.state();
+    let walk = json!({
+        "keyframes": [
+            { "t": 0.0, "position": [0.0, 0.0, 0.0], "ypr": [0.0, 0.0, 0.0] },
+            { "t": 2.5, "position": [0.25, 0.5, 0.0], "ypr": [90.0, 0.0, 0.0] },
+        ],
+        "speed": 0.5, "looping": true, "slot": 0,
+    });
+    let room = json!({
+        "size": [5.0, 4.0, 2.5], "corner": [-2.0, -2.0, -1.0], "emitter": [1.5, 0.5, 0.25],
+        "materials": ["marble_floor", "plasterboard", "0.2", "0.3:0.4", "carpet_thin", "plasterboard"],
+    });
+    let head: String = SavedHead::of(&sphere(0.11)).into();
+    let filters = json!([["Peak", 900.0, 3.0, 1.0], ["LowShelf", 105.0, -6.0, 0.7]]);
+    let headphones = json!({ "name": "Mine", "headphones": { "equaliser": { "preamp_db": -3.0, "filters": filters } } });
+    let preset = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/plugin/Class room, walk round the source.vstpreset");
+    let seeds = vec![
+        Input::new("state", base.to_string()),
+        Input::new("walk", edit_state(&base, "walk", &walk)),
+        Input::new("room", edit_state(&base, "room", &room)),
+        Input::new("head", edit_state(&base, "head", &json!(head))),
+        Input::new("headphones", edit_state(&base, "headphones", &headphones)),
+        Input::new("a.vstpreset", std::fs::read(preset).unwrap()),
+    ];
+    let signal = noise(512);
+    Search { name: "state", cases: 120, most_bytes: usize::MAX }.run(seeds, |input, path| {
+        let taken = if input.name.ends_with("preset") {
+            presets::read_file(path).map_err(|e| e.to_string()).map(|_| ())
+        } else {
+            host.load(&input.bytes).then_some(()).ok_or_else(|| "the plugin does not take it".to_owned())
+        };
+        for _ in 0..3 {
+            let out = host.process(&[&signal, &signal]);
+            assert!(out.iter().flatten().all(|x| is_output(*x)), "the plugin plays what is no sound");
+        }
+        let saved = host.save();
+        if taken.is_ok() {
+            assert!(host.load(&saved), "what was saved is not taken");
+        }
+        taken
+    });
 }
