@@ -1,0 +1,95 @@
+//! What a block costs at most, in instructions: the same on a busy machine as on a quiet one.
+//!
+//! Counted by callgrind (valgrind), which gives the same numbers each time. Without it, or on a processor without AVX2, nothing is counted, and
+//! the test says so.
+
+use promenade_core::{BlockParams, Spatializer, Tier};
+use promenade_testing::noise;
+use promenade_testing::scenes::{full_renderer, room, room_with_images, walk};
+use std::process::Command;
+use std::{env, fs};
+
+const RATE: f64 = 48_000.0;
+/// As many blocks of 512 samples are played; the first do not count, since a scene begins in them.
+const BLOCKS: usize = 60;
+const WARM_UP: usize = 20;
+/// What is played, and instructions of its median and worst block in the tests' profile on x86-64.
+const LIMITS: [(&str, u64, u64); 3] =
+    [("draft", 852_217, 1_219_763), ("standard", 2_831_168, 4_172_702), ("images", 7_678_466, 11_452_431)];
+/// A compiler's next version may take so much more.
+const MARGIN: f64 = 1.10;
+
+/// Callgrind counts from the beginning of this function to its end, each time anew.
+#[inline(never)]
+fn one_block(spatializer: &mut Spatializer, dry: &[f32], out: [&mut [f32]; 2], tier: Tier, at: usize) {
+    let walk = walk(RATE);
+    spatializer.process(&[dry], out, &BlockParams { tier, ..BlockParams::default() }, |i| walk(at + i));
+}
+
+#[test]
+#[ignore = "run by the test below, in valgrind"]
+fn plays() {
+    let Ok(name) = env::var("PROMENADE_PLAYS") else { return };
+    let tier = if name == "draft" { Tier::Draft } else { Tier::Standard };
+    let scene = if name == "images" { room_with_images(RATE, 1.0, 0.05, 60) } else { room(RATE, 1.0, 0.05) };
+    let mut spatializer = Spatializer::new(RATE);
+    spatializer.install(Box::new(full_renderer(&scene, RATE)));
+    let dry = noise(1, 512);
+    let (mut left, mut right) = (vec![0.0; 512], vec![0.0; 512]);
+    for block in 0..BLOCKS {
+        one_block(&mut spatializer, &dry, [&mut left, &mut right], tier, 512 * block);
+    }
+}
+
+/// Whether loops over bins run as they did when the limits were counted; valgrind knows nothing wider.
+fn has_avx2() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("avx2");
+    #[cfg(not(target_arch = "x86_64"))]
+    return false;
+}
+
+/// Instructions of each block.
+fn counts(name: &str) -> Vec<u64> {
+    let folder = env::temp_dir().join(format!("promenade-instructions-{}-{name}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    let program = env::current_exe().unwrap();
+    let done = Command::new("valgrind")
+        .args(["--tool=callgrind", "--zero-before=instructions::one_block", "--dump-after=instructions::one_block"])
+        .arg(format!("--callgrind-out-file={}", folder.join("block").display()))
+        .arg(program)
+        .args(["--exact", "plays", "--ignored", "--test-threads=1"])
+        .env("PROMENADE_PLAYS", name)
+        .env_remove("RTSAN_ENABLE")
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let count = |number: usize| {
+        let text = fs::read_to_string(folder.join(format!("block.{number}"))).unwrap();
+        let line = text.lines().find_map(|line| line.strip_prefix("totals: "));
+        line.expect("a count").trim().parse::<u64>().unwrap()
+    };
+    let counts = (1..=BLOCKS).map(count).collect();
+    fs::remove_dir_all(folder).unwrap();
+    counts
+}
+
+#[test]
+fn no_block_takes_more_instructions_than_it_did() {
+    if !has_avx2() || Command::new("valgrind").arg("--version").output().is_err() {
+        eprintln!("SKIPPED: valgrind or AVX2 is not here, so instructions were not counted");
+        return;
+    }
+    let mut over = Vec::new();
+    for (name, median, worst) in LIMITS {
+        let mut counts = counts(name)[WARM_UP..].to_vec();
+        counts.sort_unstable();
+        let found = (counts[counts.len() / 2], counts[counts.len() - 1]);
+        println!("{name}: median {}, worst {}", found.0, found.1);
+        let more = |found: u64, limit: u64| found as f64 > limit as f64 * MARGIN;
+        if more(found.0, median) || more(found.1, worst) {
+            over.push(format!("{name}: median {} and worst {} instructions, were {median} and {worst}", found.0, found.1));
+        }
+    }
+    assert!(over.is_empty(), "{}", over.join("\n"));
+}
