@@ -44,10 +44,12 @@ pub(super) const HEADPHONES: FileOf = FileOf {
     wish: |params| &params.headphones_wish,
     name: |params| {
         let (saved, _) = params.headphones.get();
-        saved.headphones.is_some().then_some(saved.name)
+        saved.headphones.is_some().then(|| saved.name.chars().take(LONGEST_NAME).collect())
     },
 };
 
+/// Characters of a name that are shown, at most.
+const LONGEST_NAME: usize = 60;
 /// Room for the button beside the field, points.
 const CHOOSE: f32 = 72.0;
 
