@@ -48,7 +48,8 @@ pub enum LibraryError {
     NoScene,
     /// No file has the scene's content or its name.
     #[error(
-        "scene \"{title}\" (BLAKE3 {hash}) is missing: it was at {absolute}, and is in none of {folders:?}; the dry sound passes"
+        "scene \"{title}\"{} is missing: it was at {absolute}, and is in none of {folders:?}; the dry sound passes",
+        if hash.is_empty() { String::new() } else { format!(" (BLAKE3 {hash})") }
     )]
     Missing {
         /// The scene's title.
