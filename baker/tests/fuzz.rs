@@ -20,6 +20,8 @@ static ALLOCATOR: Counting = Counting;
 
 /// What reading a file of some kilobytes may take at a time, bytes, beside what it says of itself.
 const FILE_BYTES: usize = 16 << 20;
+/// A path that is read: two keys of an animation may lie as many steps apart as a path has keyframes at most.
+const PATH_BYTES: usize = 256 << 20;
 /// What preparing a scene for one listener may take at a time, bytes.
 const SCENE_BYTES: usize = 512 << 20;
 
@@ -135,7 +137,7 @@ fn shapes_of_rooms() {
 
 #[test]
 fn camera_paths_and_objects_of_films() {
-    Search { name: "path", cases: 5000, most_bytes: FILE_BYTES }.run(Vec::new(), |input, _| {
+    Search { name: "path", cases: 5000, most_bytes: PATH_BYTES }.run(Vec::new(), |input, _| {
         let options = ImportOptions { fps: input.name.starts_with("p.gl").then_some(2.0), ..ImportOptions::default() };
         let path = promenade_paths::read(&input.name, &input.bytes, &options, &mut alone).map_err(text)?.path;
         assert!(path.keyframes().iter().all(|k| k.t_s.is_finite() && k.pose.is_valid()), "a keyframe that is no pose");
