@@ -77,7 +77,7 @@ fn levels_are_met_at_every_rate_and_each_ear_has_its_own() {
             }
         }
         println!("{rate} Hz: {worst:.3} dB");
-        assert!(worst < 0.5, "{rate}: {worst} dB");
+        assert!(worst < 0.1, "{rate}: {worst} dB");
     }
 }
 
