@@ -3,6 +3,8 @@
 use crate::wav::{Wav, check_rate};
 use crate::{FileError, file, narrow};
 use claxon::FlacReader;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// Reads a whole FLAC file of up to `max_samples` samples of all channels together.
@@ -14,8 +16,16 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
         claxon::Error::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => FileError::read(path)(source),
         source => FileError::Flac { path: path.to_path_buf(), source },
     };
-    let file = file::open(path).map_err(FileError::read(path))?;
-    let mut reader = FlacReader::new(std::io::BufReader::new(file)).map_err(unreadable)?;
+    let mut file = file::open(path).map_err(FileError::read(path))?;
+    let (size, stated) = metadata_end(&mut file).map_err(FileError::read(path))?;
+    if stated > size {
+        return Err(FileError::content(
+            path,
+            format!("metadata within the file's {size} bytes"),
+            format!("{stated} bytes of it"),
+        ));
+    }
+    let mut reader = FlacReader::new(BufReader::new(file)).map_err(unreadable)?;
     let info = reader.streaminfo();
     check_rate(path, info.sample_rate)?;
     let too_long = |samples: u64| FileError::content(path, format!("at most {max_samples} samples"), format!("{samples}"));
@@ -54,4 +64,25 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
         _ if frames == 0 => Err(FileError::content(path, "at least one sample", "none")),
         _ => Ok(Wav { sample_rate_hz: info.sample_rate, channels }),
     }
+}
+
+/// Size of a file, and where its blocks of metadata end as they say themselves, bytes. The decoder asks for memory by what they say.
+fn metadata_end(file: &mut File) -> io::Result<(u64, u64)> {
+    let size = file.seek(SeekFrom::End(0))?;
+    // After the mark "fLaC" each block has four bytes of its own: whether it is the last, its kind, its length (RFC 9639, section 8.1).
+    let (mut end, mut mark) = (4, Vec::new());
+    file.rewind()?;
+    file.by_ref().take(end).read_to_end(&mut mark)?;
+    while mark == b"fLaC" && end + 4 <= size {
+        file.seek(SeekFrom::Start(end))?;
+        let mut header = [0; 4];
+        file.read_exact(&mut header)?;
+        let [kind, high, middle, low] = header;
+        end += 4 + u64::from(u32::from_be_bytes([0, high, middle, low]));
+        if kind & 0x80 != 0 {
+            break;
+        }
+    }
+    file.rewind()?;
+    Ok((size, if mark == b"fLaC" { end } else { 0 }))
 }
