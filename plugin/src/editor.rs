@@ -5,6 +5,7 @@
 
 mod app;
 mod banner;
+mod budget;
 mod chooser;
 pub mod controls;
 pub mod ctx;

@@ -7,6 +7,7 @@
 #![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 
 pub mod attention;
+pub mod budget;
 pub mod cache;
 mod cast;
 pub mod choices;

@@ -1,5 +1,6 @@
-//! The instances of a process, for the list of who shares a listener group.
+//! The instances of a process: who shares a listener group, and who gets what of the budget.
 
+use crate::budget::{Grant, Share};
 use crate::choices::GroupChoice;
 use crate::host_side::{HostSide, Track};
 use crate::lock::lock;
@@ -9,7 +10,11 @@ use nice_plug::prelude::Enum;
 use std::sync::{Arc, Mutex, Weak};
 
 /// An instance by what is known of it, as long as it lives.
-type Known = (Weak<PromenadeParams>, Weak<HostSide>);
+struct Known {
+    params: Weak<PromenadeParams>,
+    side: Weak<HostSide>,
+    share: Weak<Share>,
+}
 
 static ALL: Mutex<Vec<Known>> = Mutex::new(Vec::new());
 
@@ -23,18 +28,43 @@ pub struct Member {
 }
 
 /// Adds an instance, once.
-pub fn join(params: &Arc<PromenadeParams>, side: &Arc<HostSide>) {
+pub fn join(params: &Arc<PromenadeParams>, side: &Arc<HostSide>, share: &Arc<Share>) {
     let mut all = lock(&ALL);
-    all.retain(|(params, _)| params.strong_count() > 0);
-    if !all.iter().any(|(known, _)| std::ptr::eq(known.as_ptr(), Arc::as_ptr(params))) {
-        all.push((Arc::downgrade(params), Arc::downgrade(side)));
+    all.retain(|known| known.params.strong_count() > 0);
+    if !all.iter().any(|known| std::ptr::eq(known.params.as_ptr(), Arc::as_ptr(params))) {
+        let (params, side) = (Arc::downgrade(params), Arc::downgrade(side));
+        all.push(Known { params, side, share: Arc::downgrade(share) });
     }
+}
+
+/// What all instances have of the budget.
+pub(crate) fn shares() -> Vec<Arc<Share>> {
+    lock(&ALL).iter().filter_map(|known| known.share.upgrade()).collect()
+}
+
+/// An instance that takes part in the budget.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spending {
+    /// The track that it is on.
+    pub track: Track,
+    /// What it may play.
+    pub grant: Grant,
+    /// What that takes, share of one core; 0 before it was measured.
+    pub cost: f32,
+}
+
+/// Who gets what, in the order in which they came.
+#[must_use]
+pub fn spending() -> Vec<Spending> {
+    let alive = |known: &Known| Some((known.side.upgrade()?, known.share.upgrade()?));
+    let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
+    all.into_iter().map(|(side, share)| Spending { track: side.track(), grant: share.held(), cost: share.cost() }).collect()
 }
 
 /// The instances of a group, in the order in which they came.
 #[must_use]
 pub fn of_group(group: GroupChoice) -> Vec<Member> {
-    let alive = |(params, side): &Known| Some((params.upgrade()?, side.upgrade()?));
+    let alive = |known: &Known| Some((known.params.upgrade()?, known.side.upgrade()?));
     let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
     let in_group = |params: &PromenadeParams| params.heard(Parameter::Group) == group.to_index() as f32;
     let members = all.into_iter().filter(|(params, _)| in_group(params));
@@ -52,8 +82,9 @@ mod tests {
             side.set_track(Track { name: name.to_owned(), colour: Some([1, 2, 3]) });
             params.remote.set(Parameter::Group, GroupChoice::D.to_index() as f32, 0.0);
             params.remote.set(Parameter::Lead, f32::from(u8::from(leads)), 0.0);
-            join(&params, &side);
-            join(&params, &side);
+            let share = Arc::default();
+            join(&params, &side, &share);
+            join(&params, &side, &share);
             (params, side)
         };
         let (first, second) = (instance("Violin", false), instance("Choir", true));

@@ -1,5 +1,6 @@
 //! Everything that a host sets or saves, and the one place where it becomes metres, radians and linear gains.
 
+use crate::budget::SavedLimit;
 use crate::cast::index;
 use crate::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
 use crate::drawn_room::DrawnRoom;
@@ -121,6 +122,9 @@ pub struct PromenadeParams {
     /// Values that have come over Open Sound Control and stand in place of the host's; a restored state puts them into its parameters.
     #[persist = "remote"]
     pub remote: Remote,
+    /// The budget of processor time, which all instances share.
+    #[persist = "budget"]
+    pub budget: SavedLimit,
     /// How the editor was left.
     #[persist = "editor"]
     pub editor: Persisted<EditorSettings>,
@@ -211,6 +215,7 @@ impl Default for PromenadeParams {
             room: Persisted::default(),
             osc: Persisted::default(),
             remote: Remote::default(),
+            budget: SavedLimit,
             editor: Persisted::default(),
             scene_report: Report::default(),
             walk_report: Report::default(),
@@ -287,6 +292,7 @@ impl PromenadeParams {
                 gain: 10_f32.powf(value(Parameter::Gain) / 20.0),
                 bypass: value(Parameter::Bypass) > 0.5,
                 live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
+                lean: false,
                 wet_solo: value(Parameter::WetSolo) > 0.5,
                 trim: trim_of(value),
                 emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },

@@ -1,5 +1,6 @@
 //! The plugin as hosts call it: activation, blocks, parameters and editor.
 
+use crate::budget::Spender;
 use crate::clock::{BlockTime, Clock};
 use crate::editor::{Instance, PromenadeEditor};
 use crate::host_side::{HostSide, Introduction};
@@ -14,6 +15,7 @@ use crate::params::{PromenadeParams, Snapshot};
 use crate::playing::Playing;
 use crate::telemetry::Telemetry;
 use nice_plug::prelude::*;
+use promenade_core::Spatializer;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -30,6 +32,7 @@ pub struct Promenade {
     playing: Playing,
     listener: ListenerSources,
     osc: Switch,
+    spender: Spender,
     input: Input,
     timing: Timing,
     monitor: Monitor,
@@ -67,10 +70,12 @@ impl Default for Promenade {
         let repaint = loader.repaint.clone();
         let host_side = Arc::new(HostSide::new(repaint.clone()));
         let alive = Arc::new(());
+        let share = Arc::default();
         Self {
             playing: Playing::new(Arc::clone(&loader)),
             listener: ListenerSources::new(inbox),
             osc: Switch::new(Arc::clone(&osc)),
+            spender: Spender::new(Arc::clone(&share)),
             input: Input::default(),
             timing: Timing::default(),
             monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
@@ -81,6 +86,7 @@ impl Default for Promenade {
                 osc,
                 repaint,
                 host_side,
+                share,
                 plugin: Arc::downgrade(&alive),
             },
             _alive: alive,
@@ -116,6 +122,15 @@ impl Promenade {
         if time.moved {
             spatializer.jump();
         }
+        if self.spender.waits() {
+            self.timing.quiet = if self.spender.is_quiet() { self.timing.quiet.saturating_add(total) } else { 0 };
+            [left, right].into_iter().for_each(|ear| ear.fill(0.0));
+            return Some(listener.end(total, time.end_s()));
+        }
+        if self.spender.wakes(spatializer.latency_samples()) {
+            spatializer.reset();
+            self.playing.headphones.reset();
+        }
         // One pass, unless a host breaks its own promise on the block size.
         for start in (0..total).step_by(self.input.longest()) {
             let span = start..total.min(start + self.input.longest());
@@ -128,7 +143,15 @@ impl Promenade {
             spatializer.process(&input[..channels], [&mut *left, &mut *right], &snapshot.block, |i| listener.pose(start + i));
             self.playing.headphones.process([left, right], !snapshot.block.bypass);
         }
+        self.spender.fade([left, right], self.timing.sample_rate_hz);
         Some(listener.end(total, time.end_s()))
+    }
+
+    /// How far the listener is from the emitter, metres; 1 where the scene knows none.
+    fn distance_m(&self, heard: &Heard, snapshot: &Snapshot) -> f32 {
+        let renderer = self.playing.spatializer.as_ref().and_then(Spatializer::renderer);
+        let emitter = renderer.and_then(|renderer| renderer.scene().emitter());
+        emitter.map_or(1.0, |emitter| heard.pose.position.distance(emitter + snapshot.block.emitters.offset))
     }
 
     /// Reports latency and tail, and that nothing sounds any more.
@@ -246,7 +269,8 @@ impl Plugin for Promenade {
         if let Some(Err(error)) = crate::player::player().map(|player| player.set_rate(sample_rate_hz)) {
             nice_error!("{error}");
         }
-        members::join(&self.params, &self.instance.host_side);
+        members::join(&self.params, &self.instance.host_side, &self.instance.share);
+        self.spender.activate();
         self.playing.activate(sample_rate_hz, self.params.choices());
         self.osc.activate(&self.params);
         self.timing.latency = self.playing.spatializer.as_ref().map_or(0, |s| samples(s.latency_samples()));
@@ -276,10 +300,14 @@ impl Plugin for Promenade {
         let time = self.follow_transport(buffer, context.transport());
         let offline = self.timing.offline.advance(began, time.length_s);
         self.playing.update(self.params.choices(), offline);
-        let snapshot = self.snapshot(offline);
+        let mut snapshot = self.snapshot(offline);
+        let wanted = snapshot.block.tier;
+        self.spender.begin(&mut snapshot.block, ears(buffer), offline, snapshot.leads);
         let Some(heard) = self.render(buffer, &snapshot, &time) else {
             return ProcessStatus::Error("not activated, or not two output channels");
         };
+        let away_m = self.distance_m(&heard, &snapshot);
+        self.spender.end(ears(buffer), away_m, wanted, began.elapsed(), time.length_s);
         self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());
         let silent = ears(buffer).into_iter().flatten().all(|sample| *sample == 0.0);
         self.report(silent, context)

@@ -119,7 +119,7 @@ mod tests {
             let fields = params.serialize_fields();
             assert_eq!(
                 fields.keys().collect::<Vec<_>>(),
-                ["editor", "head", "headphones", "osc", "remote", "room", "scene", "version", "walk"]
+                ["budget", "editor", "head", "headphones", "osc", "remote", "room", "scene", "version", "walk"]
             );
             params.scene_report.text()
         };

@@ -64,7 +64,8 @@ mod needs_screen {
             loader: Arc::clone(&loader),
             telemetry: Arc::clone(&telemetry),
             osc: Osc::new(Arc::clone(&params), Arc::default(), Arc::clone(&telemetry)),
-            host_side: std::sync::Arc::default(),
+            host_side: Arc::default(),
+            share: Arc::default(),
             repaint,
             plugin: Arc::downgrade(&plugin),
         });

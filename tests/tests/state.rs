@@ -323,7 +323,10 @@ fn a_state_is_the_same_after_it_is_loaded_and_has_no_reports<H: Host>() {
     host.instance().settle().unwrap();
     let saved = host.save();
     let fields = |state: &Value| state["fields"].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    assert_eq!(fields(&host.state()), ["editor", "head", "headphones", "osc", "remote", "room", "scene", "version", "walk"]);
+    assert_eq!(
+        fields(&host.state()),
+        ["budget", "editor", "head", "headphones", "osc", "remote", "room", "scene", "version", "walk"]
+    );
     // States of earlier plugins have reports.
     let old: Value =
         serde_json::from_slice(&edit_state(&host.state(), "scene-report", &json!("/home/ada/hall is missing"))).unwrap();

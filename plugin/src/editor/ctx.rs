@@ -5,6 +5,7 @@ use super::host::{Host, landed};
 use super::theme::Palette;
 use super::views::Views;
 use super::words::Word;
+use crate::budget::Share;
 use crate::cast::index;
 use crate::choices::SceneChoice;
 use crate::drawn_room::DrawnRoom;
@@ -43,6 +44,8 @@ pub struct Instance {
     pub repaint: Repaint,
     /// What the host knows and offers beside parameters.
     pub host_side: Arc<HostSide>,
+    /// What it has of the budget of processor time.
+    pub share: Arc<Share>,
     /// There as long as the plugin is.
     pub plugin: Weak<()>,
 }

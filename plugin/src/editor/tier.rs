@@ -1,5 +1,6 @@
 //! The tier: what is asked for, what is played, what it costs.
 
+use super::budget;
 use super::controls::{choice, slider};
 use super::ctx::Ctx;
 use super::theme::Palette;
@@ -33,6 +34,7 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     }
     let decodes = played >= Tier::High && scene.is_some();
     dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate, Word::Updates));
+    budget::show(ui, ctx);
 }
 
 /// Room for a tier's cost and for its error, points.

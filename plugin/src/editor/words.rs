@@ -72,6 +72,10 @@ table! {
         /// Right.
         Updates = ("Updates", "How often High and Reference work out the sound of a moving listener, times a second; they fade in between"),
         /// Right.
+        Budget = ("Budget", "The most that all instances may take together, as a share of one core: the loud are played in full, the others as drafts or not at all; bounces ignore it. 0 is no limit"),
+        /// Right.
+        Spent = ("All take", "What each instance may play within the budget, and what that takes: Full, Lean (the room follows slowly), Draft (no room), Waits (silent)"),
+        /// Right.
         Output = ("Output", "What leaves the plugin"),
         /// Right.
         Mix = ("Mix", "Share of the room's sound; the rest is the track as it came, delayed to match"),

@@ -7,8 +7,8 @@ const ROOT: &str = "/promenade/";
 const SAME: AxisMap = AxisMap::IDENTITY;
 
 /// What the first part of an address may be. A name like one of these cannot be addressed.
-pub const KEYWORDS: [&str; 11] =
-    ["pose", "position", "ypr", "quaternion", "xyzypr", "recenter", "path", "head", "headphones", "room", "param"];
+pub const KEYWORDS: [&str; 12] =
+    ["pose", "position", "ypr", "quaternion", "xyzypr", "recenter", "path", "head", "headphones", "room", "budget", "param"];
 
 /// What an address asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,8 @@ pub(super) enum Verb<'a> {
     Headphones,
     /// A part of the drawn room.
     Room(RoomPart),
+    /// The budget of processor time.
+    Budget,
     /// The parameter of this id.
     Param(&'a str),
 }
@@ -89,6 +91,7 @@ fn verb(text: &str) -> Option<Verb<'_>> {
         "path" => Some(Verb::Path),
         "head" => Some(Verb::Head),
         "headphones" => Some(Verb::Headphones),
+        "budget" => Some(Verb::Budget),
         "room/size" => Some(Verb::Room(RoomPart::Size)),
         "room/emitter" => Some(Verb::Room(RoomPart::Emitter)),
         "room/materials" => Some(Verb::Room(RoomPart::Materials)),

@@ -10,6 +10,7 @@ use super::reading::Reading;
 use super::status::Counts;
 use super::tracker::Tracker;
 use super::value;
+use crate::budget;
 use crate::cast::narrow;
 use crate::lock::lock;
 use crate::parameter::Parameter;
@@ -215,6 +216,13 @@ impl Receiver {
             }
             Verb::Headphones => {
                 self.params.headphones_wish.ask(file_of(arguments, source, "a file of headphones")?);
+                Ok(false)
+            }
+            Verb::Budget => {
+                let [percent] = value::numbers(arguments)?[..] else {
+                    return Err(format!("expected 1 value, found {}", arguments.len()));
+                };
+                budget::set_limit_percent(Some(narrow(percent)));
                 Ok(false)
             }
             Verb::Room(part) => self.draw(part, arguments).map(|()| false),

@@ -1,0 +1,185 @@
+//! The audio thread's end of the budget.
+
+use super::grant::Grant;
+use super::{Share, join, limit_percent};
+use crate::cast::narrow;
+use crate::worker::TaskHandle;
+use nice_plug::nice_error;
+use promenade_core::{BlockParams, Tier};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Time in which an instance that waits falls silent, or comes back, seconds.
+const FADE_S: f32 = 0.02;
+/// Time constant over which levels are measured, seconds; they rise at once.
+const LEVEL_S: f32 = 0.4;
+/// The same for costs.
+const COST_S: f32 = 0.5;
+/// Fainter than this is silence, mean square.
+const SILENCE: f32 = 1e-12;
+
+/// What one instance plays of itself, block by block. The audio thread owns it.
+pub(crate) struct Spender {
+    share: Arc<Share>,
+    task: Option<Arc<TaskHandle>>,
+    /// What is played of this block.
+    now: Grant,
+    /// Level of what is played, 0 while it waits.
+    level: f32,
+    /// Samples for which it stays silent after it has begun anew.
+    held_back: usize,
+    /// Whether something was not rendered since it began.
+    waited: bool,
+    /// Mean squares of the input and of both ears.
+    input: f32,
+    ears: f32,
+    /// Power from the input to the ears when it was last heard, and the listener's distance then, metres.
+    gain: f32,
+    gain_at_m: f32,
+    /// Whether there is a limit for this block.
+    limited: bool,
+    /// Mean square of this block's input.
+    power: f32,
+    /// Whether the input was silent in the block before.
+    quiet: bool,
+}
+
+impl Spender {
+    /// Plays everything, and allocates nothing.
+    pub(crate) fn new(share: Arc<Share>) -> Self {
+        Self {
+            share,
+            task: None,
+            now: Grant::Full,
+            level: 1.0,
+            held_back: 0,
+            waited: false,
+            input: 0.0,
+            ears: 0.0,
+            gain: 1.0,
+            gain_at_m: 1.0,
+            limited: false,
+            power: 0.0,
+            quiet: true,
+        }
+    }
+
+    /// Starts what allocates, where it does not run yet.
+    pub(crate) fn activate(&mut self) {
+        if self.task.is_none() {
+            match join() {
+                Ok(task) => self.task = Some(task),
+                Err(error) => nice_error!("no thread for the budget of processor time: {error}"),
+            }
+        }
+    }
+
+    /// Chooses what is played of a block of input, and sets it so. Who leads others or is bypassed does not wait; offline there is no budget.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O. Wakes a thread when a sound begins.
+    pub(crate) fn begin(&mut self, block: &mut BlockParams, input: [&[f32]; 2], offline: bool, leads: bool) {
+        self.limited = limit_percent().is_some() && !offline;
+        let held = if self.limited { self.share.held() } else { Grant::Full };
+        if self.limited {
+            self.power = mean_square(input);
+            let quiet = self.power <= SILENCE;
+            if std::mem::replace(&mut self.quiet, quiet)
+                && !quiet
+                && let Some(task) = &self.task
+            {
+                task.schedule();
+            }
+        }
+        self.now = if leads || block.bypass { held.max(Grant::Draft) } else { held };
+        match self.now {
+            Grant::Full => (),
+            Grant::Lean => block.lean = true,
+            Grant::Draft | Grant::Nothing => block.tier = Tier::Draft,
+        }
+    }
+
+    /// Whether nothing has to be rendered: it waits, and what was heard has faded out.
+    pub(crate) fn waits(&mut self) -> bool {
+        self.waited |= self.now == Grant::Nothing && self.level == 0.0;
+        self.waited && self.now == Grant::Nothing
+    }
+
+    /// Whether the block's input is silent, as far as there is a limit.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// Whether it has waited and is to begin anew with this block. It stays silent for its latency: what begins in the middle of a sound comes out
+    /// after that, as a click.
+    pub(crate) fn wakes(&mut self, latency: usize) -> bool {
+        let wakes = self.now != Grant::Nothing && self.waited;
+        if wakes {
+            (self.waited, self.held_back) = (false, latency);
+        }
+        wakes
+    }
+
+    /// Fades what was rendered in or out.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn fade(&mut self, [left, right]: [&mut [f32]; 2], sample_rate_hz: f64) {
+        let target = if self.now == Grant::Nothing { 0.0 } else { 1.0 };
+        if self.level == target {
+            return;
+        }
+        let step = 1.0 / (FADE_S * narrow(sample_rate_hz)).max(1.0);
+        for (left, right) in left.iter_mut().zip(right) {
+            let target = if self.held_back > 0 { 0.0 } else { target };
+            self.held_back = self.held_back.saturating_sub(1);
+            self.level += (target - self.level).clamp(-step, step);
+            (*left, *right) = (*left * self.level, *right * self.level);
+        }
+    }
+
+    /// Measures a block for the allocator: both ears, the distance to the emitter, metres, the tier that the user has set, and how long it
+    /// took for how much sound. Does nothing without a limit.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn end(&mut self, ears: [&[f32]; 2], away_m: f32, tier: Tier, took: Duration, length_s: f64) {
+        if !self.limited {
+            return;
+        }
+        let (length, length_s) = (narrow(length_s), length_s.max(1e-9));
+        follow(&mut self.input, self.power, length);
+        follow(&mut self.ears, mean_square(ears), length);
+        let away_m = away_m.max(promenade_core::NEAREST_M);
+        let settled = self.level == 1.0 && self.now != Grant::Nothing;
+        if settled && self.input > SILENCE && self.ears > SILENCE {
+            (self.gain, self.gain_at_m) = (self.ears / self.input, away_m);
+        }
+        let nearer = (self.gain_at_m / away_m).powi(2);
+        let expected = self.input * self.gain * if settled { 1.0 } else { nearer };
+        let most = if tier == Tier::Draft { Grant::Draft } else { Grant::Full };
+        self.share.note(expected.max(if self.now == Grant::Nothing { 0.0 } else { self.ears }), most);
+        // A source that sleeps costs next to nothing: that is not what its grant takes.
+        if self.input > SILENCE {
+            let found = narrow(took.as_secs_f64() / length_s);
+            let known = self.share.cost_of(self.now);
+            let share = if known > 0.0 { 1.0 - (-length / COST_S).exp() } else { 1.0 };
+            self.share.note_cost(self.now, known + share * (found - known));
+        }
+    }
+}
+
+/// Mean square of two channels; 0 for what is no number.
+fn mean_square(channels: [&[f32]; 2]) -> f32 {
+    let sum: f32 = channels.iter().copied().flatten().map(|x| x * x).sum();
+    let mean = sum / channels.iter().map(|channel| channel.len()).sum::<usize>().max(1) as f32;
+    if mean.is_finite() { mean } else { 0.0 }
+}
+
+/// Follows a mean square: up at once, down over [`LEVEL_S`].
+fn follow(level: &mut f32, found: f32, length_s: f32) {
+    *level = found.max(*level * (-length_s / LEVEL_S).exp());
+    if *level < SILENCE {
+        *level = 0.0;
+    }
+}
