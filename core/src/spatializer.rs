@@ -21,8 +21,6 @@ pub struct BlockParams {
     pub tier: Tier,
     /// How often a live decoder is asked.
     pub live: LiveParams,
-    /// As [`Quality::lean`].
-    pub lean: bool,
     /// Share of the rendered sound, 0 (dry only) to 1 (rendered only).
     pub mix: f32,
     /// Output gain, linear.
@@ -42,7 +40,6 @@ impl Default for BlockParams {
         Self {
             tier: Tier::Standard,
             live: LiveParams::default(),
-            lean: false,
             mix: 1.0,
             gain: 1.0,
             wet_solo: false,
@@ -254,7 +251,7 @@ impl Spatializer {
         let emitters = if mono { EmitterParams { spread: 0.0, ..params.emitters } } else { params.emitters };
         let len = left.len().min(right.len()).min(first.len()).min(second.len());
         self.aim(params);
-        let quality = Quality { tier: params.tier, live: params.live, lean: params.lean };
+        let quality = Quality { tier: params.tier, live: params.live };
         let direct = if params.wet_solo { 0.0 } else { params.trim.direct };
         let rendered = RenderParams { quality, trim: Trim { direct, ..params.trim } };
         for start in (0..len).step_by(CHUNK) {

@@ -58,8 +58,6 @@ pub struct Quality {
     pub tier: Tier,
     /// How often a live decoder is asked.
     pub live: LiveParams,
-    /// Whether the room follows a moving listener at a quarter of the pace, for less work; the direct sound follows as always.
-    pub lean: bool,
 }
 
 impl From<Tier> for Quality {

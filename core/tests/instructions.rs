@@ -14,20 +14,16 @@ const RATE: f64 = 48_000.0;
 const BLOCKS: usize = 60;
 const WARM_UP: usize = 20;
 /// What is played, and instructions of its median and worst block in the tests' profile on x86-64.
-const LIMITS: [(&str, u64, u64); 4] = [
-    ("draft", 852_217, 1_219_763),
-    ("lean", 2_604_931, 3_770_361),
-    ("standard", 2_831_168, 4_172_702),
-    ("images", 7_678_466, 11_452_431),
-];
+const LIMITS: [(&str, u64, u64); 3] =
+    [("draft", 852_217, 1_219_763), ("standard", 2_831_168, 4_172_702), ("images", 7_678_466, 11_452_431)];
 /// A compiler's next version may take so much more.
 const MARGIN: f64 = 1.10;
 
 /// Callgrind counts from the beginning of this function to its end, each time anew.
 #[inline(never)]
-fn one_block(spatializer: &mut Spatializer, dry: &[f32], out: [&mut [f32]; 2], params: &BlockParams, at: usize) {
+fn one_block(spatializer: &mut Spatializer, dry: &[f32], out: [&mut [f32]; 2], tier: Tier, at: usize) {
     let walk = walk(RATE);
-    spatializer.process(&[dry], out, params, |i| walk(at + i));
+    spatializer.process(&[dry], out, &BlockParams { tier, ..BlockParams::default() }, |i| walk(at + i));
 }
 
 #[test]
@@ -35,14 +31,13 @@ fn one_block(spatializer: &mut Spatializer, dry: &[f32], out: [&mut [f32]; 2], p
 fn plays() {
     let Ok(name) = env::var("PROMENADE_PLAYS") else { return };
     let tier = if name == "draft" { Tier::Draft } else { Tier::Standard };
-    let params = BlockParams { tier, lean: name == "lean", ..BlockParams::default() };
     let scene = if name == "images" { room_with_images(RATE, 1.0, 0.05, 60) } else { room(RATE, 1.0, 0.05) };
     let mut spatializer = Spatializer::new(RATE);
     spatializer.install(Box::new(full_renderer(&scene, RATE)));
     let dry = noise(1, 512);
     let (mut left, mut right) = (vec![0.0; 512], vec![0.0; 512]);
     for block in 0..BLOCKS {
-        one_block(&mut spatializer, &dry, [&mut left, &mut right], &params, 512 * block);
+        one_block(&mut spatializer, &dry, [&mut left, &mut right], tier, 512 * block);
     }
 }
 

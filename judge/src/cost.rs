@@ -66,8 +66,8 @@ pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, s
         bare.push(bare_stft(&grid, input.len() / grid.hop) / played);
         for (engine, setting) in engines.iter_mut().zip(settings) {
             let Some((spatializer, times)) = engine else { continue };
-            let Quality { tier, live, lean } = setting.quality;
-            let params = BlockParams { tier, live, lean, ..BlockParams::default() };
+            let Quality { tier, live } = setting.quality;
+            let params = BlockParams { tier, live, ..BlockParams::default() };
             let start = setting.scene.start_pose();
             let began = ThreadTime::now();
             for (b, x) in input.chunks(block).enumerate() {

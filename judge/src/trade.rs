@@ -109,7 +109,7 @@ pub fn tiers(scene: &Arc<Scene>) -> Vec<Setting> {
 pub fn best(scene: &Arc<Scene>) -> Setting {
     let live = LiveParams { rate_hz: (1.0 / scene.grid().hop_s()) as f32, ..LiveParams::default() };
     let tier = scene.tiers().max().unwrap_or_default();
-    Setting { name: format!("{}, the best", tier.name()), scene: Arc::clone(scene), quality: Quality { live, ..tier.into() } }
+    Setting { name: format!("{}, the best", tier.name()), scene: Arc::clone(scene), quality: Quality { tier, live } }
 }
 
 /// Processor time of settings for a host's rate and block, on a second of noise; `None` for a tier that only the scene's own rate has.
@@ -155,8 +155,8 @@ impl Heard {
     pub fn of(setting: &Setting, wanted: &dyn Fn() -> bool) -> Result<Self, JudgeError> {
         let scene = &setting.scene;
         let rate = scene.grid().sample_rate_hz;
-        let Quality { tier, live, lean } = setting.quality;
-        let mut stream = Stream::new(scene, rate, BlockParams { tier, live, lean, ..BlockParams::default() })?;
+        let Quality { tier, live } = setting.quality;
+        let mut stream = Stream::new(scene, rate, BlockParams { tier, live, ..BlockParams::default() })?;
         let seconds = response_s(scene);
         let mut respond = |pose: Pose, name: &str| {
             let ears = stream.respond(pose, seconds, wanted).ok_or(JudgeError::Unwanted)?;

@@ -292,7 +292,6 @@ impl PromenadeParams {
                 gain: 10_f32.powf(value(Parameter::Gain) / 20.0),
                 bypass: value(Parameter::Bypass) > 0.5,
                 live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
-                lean: false,
                 wet_solo: value(Parameter::WetSolo) > 0.5,
                 trim: trim_of(value),
                 emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },

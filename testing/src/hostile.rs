@@ -159,8 +159,7 @@ pub fn settings(rng: &mut Rng) -> BlockParams {
     let tier = rng.choice(Tier::ALL).unwrap_or_default();
     let live = LiveParams { rate_hz, wait: rng.bool() };
     let (wet_solo, bypass) = (rng.u8(0..8) == 0, rng.u8(0..8) == 0);
-    let lean = rng.bool();
-    BlockParams { tier, live, lean, mix, gain, wet_solo, bypass, trim: trim(rng), emitters: emitters(rng) }
+    BlockParams { tier, live, mix, gain, wet_solo, bypass, trim: trim(rng), emitters: emitters(rng) }
 }
 
 /// Where a scene may be played from, sensible and not; half of the time where it is.

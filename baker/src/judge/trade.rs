@@ -50,16 +50,12 @@ fn settings(scene: &Arc<Scene>) -> Vec<(Setting, bool)> {
             for rate_hz in DECODE_RATES_HZ {
                 let name = format!("{}, {rate_hz} decodes/s", tier.name());
                 let live = LiveParams { rate_hz, ..LiveParams::default() };
-                out.push((Setting { name, scene: Arc::clone(scene), quality: Quality { live, ..tier.into() } }, false));
+                out.push((Setting { name, scene: Arc::clone(scene), quality: Quality { tier, live } }, false));
             }
         }
     }
     // What is left out is left out of the best tier that plays it at every hop.
     let tier = scene.played_tier(Tier::Standard);
-    if tier == Tier::Standard {
-        let quality = Quality { lean: true, ..tier.into() };
-        out.push((Setting { name: format!("{}, lean", tier.name()), scene: Arc::clone(scene), quality }, false));
-    }
     for (what, reduced) in reduce::all(scene) {
         let name = format!("{}, {what}", tier.name());
         out.push((Setting { name, scene: Arc::new(reduced), quality: tier.into() }, false));

@@ -21,7 +21,7 @@ pub(super) struct StreamPlayer {
 
 impl StreamPlayer {
     pub(super) fn new(scene: &Arc<Scene>, rate_hz: f64, tier: Tier) -> Result<Self, RenderError> {
-        let quality = Quality { live: LiveParams { wait: true, ..LiveParams::default() }, ..tier.into() };
+        let quality = Quality { tier, live: LiveParams { wait: true, ..LiveParams::default() } };
         Ok(Self {
             emitters: Renderer::for_tier(scene, rate_hz, tier)?.into(),
             params: RenderParams { quality, trim: Trim::NEUTRAL },

@@ -12,8 +12,6 @@ const REFRESH_HOPS: usize = 16;
 const QUICK_HOPS: usize = 8;
 /// ... but the first, which are the loudest, follow at every hop.
 const EARLY_TAPS: usize = 12;
-/// Where the room is to follow leanly, it does so at one hop of so many.
-const LEAN_HOPS: usize = 4;
 
 /// The decoders of one stream.
 pub(crate) struct Follower {
@@ -29,24 +27,12 @@ pub(crate) struct Follower {
     /// Shares of the time filters that still have to follow, and the next of them.
     stale_shares: usize,
     share: usize,
-    /// Hops since the room followed last, where it does so leanly.
-    rested: usize,
 }
 
 impl Follower {
     pub(crate) fn new(scene: &Arc<Scene>, filter_hops: usize) -> Self {
         let (field, silent) = (FieldDecoder::new(scene), scene.shape().silent());
-        Self {
-            field,
-            live: None,
-            silent,
-            is_live: false,
-            filter_hops,
-            taps: scene.shape().taps,
-            stale_shares: 0,
-            share: 0,
-            rested: 0,
-        }
+        Self { field, live: None, silent, is_live: false, filter_hops, taps: scene.shape().taps, stale_shares: 0, share: 0 }
     }
 
     /// Gives the stream a live decoder for the tiers that need one.
@@ -94,13 +80,10 @@ impl Follower {
             self.stale_shares = REFRESH_HOPS;
         }
         let mut change = Change { direct, ..Change::default() };
-        self.rested = self.rested.saturating_add(1);
-        let rests = quality.lean && self.rested < LEAN_HOPS;
         if whole {
             self.stale_shares = 0;
             (change.filters, change.quick) = (Hops::all(self.filter_hops), [Hops::all(self.taps), Hops::default()]);
-        } else if room && self.stale_shares > 0 && !rests {
-            self.rested = 0;
+        } else if room && self.stale_shares > 0 {
             let share = self.share;
             self.stale_shares -= 1;
             self.share = (share + 1) % REFRESH_HOPS;

@@ -2,10 +2,10 @@
 
 use super::Grant;
 
-/// Error of what is played by grant, as a share of the source's energy: a draft lacks its room, a lean room lags a moving listener.
-const ERRORS: [f32; Grant::ALL.len()] = [1.0, 0.5, 0.01, 0.0];
+/// Error of what is played by grant, as a share of the source's energy: a draft lacks its room.
+const ERRORS: [f32; Grant::ALL.len()] = [1.0, 0.5, 0.0];
 /// What a grant costs beside the full one, as long as an instance has not played it. Measured where it has.
-const USUAL_COSTS: [f32; Grant::ALL.len()] = [0.02, 0.45, 0.7, 1.0];
+const USUAL_COSTS: [f32; Grant::ALL.len()] = [0.02, 0.5, 1.0];
 /// A grant that is held is worth so much more than one that is not: about 2 dB of loudness.
 const HELD: f32 = 1.6;
 /// Fainter than this is silence, mean square.
@@ -77,8 +77,7 @@ pub(super) fn allocate(claims: &[Claim], limit: f32) -> Vec<Grant> {
         grants[index] = next;
     }
     for ((grant, claim), costs) in grants.iter_mut().zip(claims).zip(&costs).filter(|((_, claim), _)| !sounds(claim)) {
-        let affordable = |next: &Grant| *next <= claim.most && costs[*next as usize] <= left;
-        *grant = Grant::ALL[2..].iter().copied().rev().find(affordable).unwrap_or(Grant::Draft);
+        *grant = if costs[claim.most as usize] <= left { claim.most } else { Grant::Draft };
     }
     grants
 }
@@ -87,7 +86,7 @@ pub(super) fn allocate(claims: &[Claim], limit: f32) -> Vec<Grant> {
 mod tests {
     use super::*;
 
-    const COSTS: [f32; 4] = [0.0001, 0.002, 0.003, 0.005];
+    const COSTS: [f32; 3] = [0.0001, 0.002, 0.005];
 
     fn claim(loudness: f32) -> Claim {
         Claim { loudness, costs: COSTS, held: Grant::Full, most: Grant::Full }
@@ -116,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_grant_is_kept_until_another_is_clearly_louder() {
-        let limit = COSTS[3] + COSTS[0] + 1e-5;
+        let limit = COSTS[2] + COSTS[0] + 1e-5;
         let pair = |first: f32, held: [Grant; 2]| {
             let claims = [Claim { held: held[0], ..claim(first) }, Claim { held: held[1], ..claim(1e-4) }];
             allocate(&claims, limit)
@@ -131,8 +130,8 @@ mod tests {
     #[test]
     fn the_silent_cost_nothing_and_begin_at_once() {
         let claims = [claim(0.0), claim(1e-4), claim(0.0)];
-        assert_eq!(allocate(&claims, COSTS[3] + 1e-6), [Grant::Draft, Grant::Full, Grant::Draft]);
-        assert_eq!(allocate(&claims, 2.0 * COSTS[3] + 1e-6), [Grant::Full; 3], "each may begin with what is left");
+        assert_eq!(allocate(&claims, COSTS[2] + 1e-6), [Grant::Draft, Grant::Full, Grant::Draft]);
+        assert_eq!(allocate(&claims, 2.0 * COSTS[2] + 1e-6), [Grant::Full; 3], "each may begin with what is left");
     }
 
     #[test]
@@ -143,10 +142,10 @@ mod tests {
 
     #[test]
     fn what_is_not_known_is_like_others_of_its_kind() {
-        let unknown = Claim { costs: [0.0, 0.0, 0.0, 0.01], ..claim(1.0) };
-        assert_eq!(allocate(&[unknown], 0.008), [Grant::Lean]);
-        assert_eq!(allocate(&[unknown], 0.005), [Grant::Draft]);
-        let new = Claim { costs: [0.0; 4], ..claim(1.0) };
+        let unknown = Claim { costs: [0.0, 0.0, 0.01], ..claim(1.0) };
+        assert_eq!(allocate(&[unknown], 0.0101), [Grant::Full]);
+        assert_eq!(allocate(&[unknown], 0.008), [Grant::Draft]);
+        let new = Claim { costs: [0.0; 3], ..claim(1.0) };
         assert_eq!(allocate(&[new], 0.001), [Grant::Full], "measured first");
     }
 }

@@ -7,8 +7,6 @@ pub enum Grant {
     Nothing,
     /// The direct sound.
     Draft,
-    /// All, but the room follows a moving listener at a quarter of the pace.
-    Lean,
     /// All that is set.
     #[default]
     Full,
@@ -16,7 +14,7 @@ pub enum Grant {
 
 impl Grant {
     /// All of them, cheapest first.
-    pub const ALL: [Self; 4] = [Self::Nothing, Self::Draft, Self::Lean, Self::Full];
+    pub const ALL: [Self; 3] = [Self::Nothing, Self::Draft, Self::Full];
 
     /// That of an index in [`Grant::ALL`]; all for one beyond.
     pub(super) fn of_index(index: u8) -> Self {
@@ -29,7 +27,6 @@ impl Grant {
         match self {
             Self::Nothing => "Waits",
             Self::Draft => "Draft",
-            Self::Lean => "Lean",
             Self::Full => "Full",
         }
     }

@@ -94,7 +94,6 @@ impl Spender {
         self.now = if leads || block.bypass { held.max(Grant::Draft) } else { held };
         match self.now {
             Grant::Full => (),
-            Grant::Lean => block.lean = true,
             Grant::Draft | Grant::Nothing => block.tier = Tier::Draft,
         }
     }

@@ -74,7 +74,7 @@ table! {
         /// Right.
         Budget = ("Budget", "The most that all instances may take together, as a share of one core: the loud are played in full, the others as drafts or not at all; bounces ignore it. 0 is no limit"),
         /// Right.
-        Spent = ("All take", "What each instance may play within the budget, and what that takes: Full, Lean (the room follows slowly), Draft (no room), Waits (silent)"),
+        Spent = ("All take", "What each instance may play within the budget, and what that takes: Full, Draft (no room), Waits (silent)"),
         /// Right.
         Output = ("Output", "What leaves the plugin"),
         /// Right.

@@ -157,7 +157,7 @@ fn the_scene_plays_what_was_trained() {
         let input: Vec<f32> = example.dry.iter().copied().chain(vec![0.0; latency]).collect();
         let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
         let [left, right] = &mut out;
-        let quality = Quality { live: LiveParams { wait: true, ..LiveParams::default() }, ..Tier::High.into() };
+        let quality = Quality { tier: Tier::High, live: LiveParams { wait: true, ..LiveParams::default() } };
         renderer.process(&input, [left, right], quality, &mut |_| clip.pose);
         for (played, rendered) in out.iter().zip(&rendered) {
             let played = &played[example.pre_roll + latency..];
