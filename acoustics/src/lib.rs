@@ -49,7 +49,7 @@ pub use material::Material;
 pub use materials::{Entry, Materials, SCATTERING};
 pub use measures::Measures;
 #[cfg(feature = "meshes")]
-pub use mesh::{Mesh, MeshReport, Triangle};
+pub use mesh::{FoundBox, Mesh, MeshReport, Triangle};
 pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_place};
 pub use particles::ParticleOptions;
 #[cfg(feature = "meshes")]

@@ -1,5 +1,6 @@
 //! The shape of a room.
 
+mod enclose;
 mod file;
 mod gltf;
 mod obj;
@@ -9,6 +10,7 @@ mod report;
 mod section;
 mod stl;
 
+pub use enclose::FoundBox;
 pub use report::MeshReport;
 
 use crate::error::AcousticsError;

@@ -9,10 +9,12 @@ mod import;
 mod measure;
 mod path;
 mod placement;
+mod reconstruction;
 mod render;
 mod responses;
 mod simulate;
 mod sound;
+mod surface;
 #[cfg(feature = "train")]
 mod train;
 mod values;
@@ -30,9 +32,11 @@ pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
 pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
+pub(crate) use reconstruction::ReconstructionArgs;
 pub(crate) use render::{OutputFormat, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{JoinArgs, MapArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
 
@@ -66,6 +70,8 @@ pub(crate) enum Command {
     Path(PathArgs),
     /// Make the anchors of a model: of a reconstruction, a cloud of points or splats, a mesh or a box
     Anchors(Box<AnchorsArgs>),
+    /// Make a room's mesh of a reconstruction: six walls or a convex hull around its points
+    Surface(Box<SurfaceArgs>),
     /// Make binaural responses of a simulated room, to bake or to train on
     Simulate(Box<SimulateArgs>),
     /// Put the parts of a simulation together
@@ -120,6 +126,7 @@ mod tests {
             "host a b c",
             "path a --fps 2 --simplify 1,1",
             "anchors a -o b",
+            "surface a -o b.obj --shape hull --distance a b 2",
             "simulate box --size 1,1,1 --emitter 0,0,0 --head h -o b --path p --fit 1 --length 1",
             "simulate a.obj --source 1,1,1 --materials *=0.1:0.2,b=felt --scale 2 --head h -o b --path p --margin 1 --length 1",
             "simulate a.obj --source 1,1,1 --head h -o b --grid 1 --turns 4",

@@ -18,11 +18,13 @@ mod measure;
 mod path;
 mod plot;
 mod progress;
+mod reconstruction;
 mod render;
 mod report;
 mod responses;
 mod scene;
 mod simulate;
+mod surface;
 #[cfg(feature = "train")]
 mod train;
 
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         args::Command::Host(a) => host::run(&a),
         args::Command::Path(a) => path::run(&a),
         args::Command::Anchors(a) => anchors::run(&a),
+        args::Command::Surface(args) => surface::run(&args),
         args::Command::Simulate(args) => simulate::run(&args),
         args::Command::Join(args) => join::run(&args),
         args::Command::Map(args) => map::run(&args),

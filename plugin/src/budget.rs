@@ -7,6 +7,7 @@ mod allocator;
 mod grant;
 mod share;
 mod spender;
+mod stop_watch;
 
 pub use grant::Grant;
 pub use share::Share;

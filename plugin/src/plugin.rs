@@ -302,12 +302,14 @@ impl Plugin for Promenade {
         self.playing.update(self.params.choices(), offline);
         let mut snapshot = self.snapshot(offline);
         let wanted = snapshot.block.tier;
-        self.spender.begin(&mut snapshot.block, ears(buffer), offline, snapshot.leads);
+        let watch = self.spender.begin(&mut snapshot.block, ears(buffer), offline, snapshot.leads);
         let Some(heard) = self.render(buffer, &snapshot, &time) else {
             return ProcessStatus::Error("not activated, or not two output channels");
         };
-        let away_m = self.distance_m(&heard, &snapshot);
-        self.spender.end(ears(buffer), away_m, wanted, began.elapsed(), time.length_s);
+        if let Some(watch) = &watch {
+            let away_m = self.distance_m(&heard, &snapshot);
+            self.spender.end(watch, ears(buffer), away_m, wanted, time.length_s);
+        }
         self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());
         let silent = ears(buffer).into_iter().flatten().all(|sample| *sample == 0.0);
         self.report(silent, context)

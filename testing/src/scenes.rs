@@ -13,6 +13,8 @@ use promenade_core::{
 use std::f32::consts::PI;
 use std::sync::Arc;
 
+/// Explicit taps of [`room`].
+const TAPS: usize = 24;
 /// Explicit taps of [`room_of_responses`].
 pub const RESPONSE_TAPS: usize = 8;
 /// Hops of the responses of [`room_of_responses`].
@@ -24,7 +26,16 @@ pub const RESPONSE_HOPS: usize = 20;
 /// The rate is too low for a window.
 #[must_use]
 pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
-    Arc::new(Scene::new(parts(sample_rate_hz, t60_s, tail_gain)).unwrap())
+    room_with_taps(sample_rate_hz, t60_s, tail_gain, TAPS)
+}
+
+/// A [`room`] with so many explicit taps.
+///
+/// # Panics
+/// The rate is too low for a window.
+#[must_use]
+pub fn room_with_taps(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, taps: usize) -> Arc<Scene> {
+    Arc::new(Scene::new(parts(sample_rate_hz, t60_s, tail_gain, taps)).unwrap())
 }
 
 /// A [`room`] with a small anchor cloud besides, whose convolution layers look ahead: a scene of all tiers.
@@ -33,7 +44,7 @@ pub fn room(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
 /// The rate is too low for a window.
 #[must_use]
 pub fn room_with_cloud(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<Scene> {
-    let mut parts = parts(sample_rate_hz, t60_s, tail_gain);
+    let mut parts = parts(sample_rate_hz, t60_s, tail_gain, TAPS);
     let sizes = Sizes { anchors: 8, bands: parts.grid.bins(), frames: 40, width: 32, hyper: 4 };
     parts.cloud = Some(AnchorCloud {
         model: clouds::sounding(CloudKind::Full, sizes),
@@ -50,7 +61,7 @@ pub fn room_with_cloud(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<S
 /// The rate is too low for a window.
 #[must_use]
 pub fn room_with_images(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, count: usize) -> Arc<Scene> {
-    let mut parts = parts(sample_rate_hz, t60_s, tail_gain);
+    let mut parts = parts(sample_rate_hz, t60_s, tail_gain, TAPS);
     let image = |i: usize| {
         let turn = 2.4 * i as f32;
         let distance = 3.0 + 17.0 * i as f32 / count as f32;
@@ -112,11 +123,11 @@ pub fn room_of_responses(rate: f64) -> (Arc<Scene>, Vec<f32>) {
     (Arc::new(scene.unwrap()), samples)
 }
 
-fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> SceneParts {
+fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, taps: usize) -> SceneParts {
     let hop = (0.005 * sample_rate_hz) as usize;
     let grid = StftGrid { sample_rate_hz, n_fft: 4 * hop, hop };
     let bands = Bands::for_rate(sample_rate_hz);
-    let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: 24 };
+    let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
     let nodes = FieldGrid {
         position: [Axis::uniform(-2.0, 2.0, 3), Axis::uniform(-2.0, 4.0, 2), Axis::single(0.0)],
         facing: Facing::Emitter {
@@ -139,7 +150,7 @@ fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> SceneParts {
             for (l, tap) in t.taps.chunks_exact_mut(shape.tap_len()).enumerate() {
                 tap.fill(tail_gain * decay.powi(l as i32 + 1) * (1.0 + 0.2 * direction.y));
             }
-            t.late.fill(tail_gain * decay.powi(25));
+            t.late.fill(tail_gain * decay.powi(taps as i32 + 1));
             t.to_row()
         })
         .collect();

@@ -43,3 +43,22 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
     }
     Ok(mesh)
 }
+
+impl Mesh {
+    /// The mesh as an OBJ file whose groups are materials, to a tenth of a millimetre.
+    #[must_use]
+    pub fn to_obj(&self) -> String {
+        let mut text = String::from("# metres, z up\n");
+        for [x, y, z] in &self.vertices {
+            text.push_str(&format!("v {x:.4} {y:.4} {z:.4}\n"));
+        }
+        for (number, name) in self.groups.iter().enumerate() {
+            text.push_str(&format!("usemtl {name}\n"));
+            for triangle in self.triangles.iter().filter(|triangle| triangle.group as usize == number) {
+                let [a, b, c] = triangle.corners.map(|corner| corner + 1);
+                text.push_str(&format!("f {a} {b} {c}\n"));
+            }
+        }
+        text
+    }
+}

@@ -2,10 +2,10 @@
 
 use super::Grant;
 
-/// Error of what is played by grant, as a share of the source's energy: a draft lacks its room.
-const ERRORS: [f32; Grant::ALL.len()] = [1.0, 0.5, 0.0];
-/// What a grant costs beside the full one, as long as an instance has not played it. Measured where it has.
-const USUAL_COSTS: [f32; Grant::ALL.len()] = [0.02, 0.5, 1.0];
+/// Error of what is played by grant, as a share of the source's energy: a draft lacks its room (-2 to -6 dB in the factory scenes).
+const ERRORS: [f32; Grant::ALL.len()] = [1.0, 0.4, 0.0];
+/// What a grant costs beside the full one, as long as an instance has not played it for a while.
+pub(super) const USUAL_COSTS: [f32; Grant::ALL.len()] = [0.02, 0.5, 1.0];
 /// A grant that is held is worth so much more than one that is not: about 2 dB of loudness.
 const HELD: f32 = 1.6;
 /// Fainter than this is silence, mean square.

@@ -1,13 +1,14 @@
 //! The audio thread's end of the budget.
 
+use super::allocator::USUAL_COSTS;
 use super::grant::Grant;
+use super::stop_watch::StopWatch;
 use super::{Share, join, limit_percent};
 use crate::cast::narrow;
 use crate::worker::TaskHandle;
 use nice_plug::nice_error;
 use promenade_core::{BlockParams, Tier};
 use std::sync::Arc;
-use std::time::Duration;
 
 /// Time in which an instance that waits falls silent, or comes back, seconds.
 const FADE_S: f32 = 0.02;
@@ -15,6 +16,9 @@ const FADE_S: f32 = 0.02;
 const LEVEL_S: f32 = 0.4;
 /// The same for costs.
 const COST_S: f32 = 0.5;
+/// Time constant over which the cost of what is not played is forgotten in favour of the usual one, seconds: one that was once measured too high
+/// would never be played again.
+const FORGET_S: f32 = 10.0;
 /// Fainter than this is silence, mean square.
 const SILENCE: f32 = 1e-12;
 
@@ -74,11 +78,18 @@ impl Spender {
         }
     }
 
-    /// Chooses what is played of a block of input, and sets it so. Who leads others or is bypassed does not wait; offline there is no budget.
+    /// Chooses what is played of a block of input, and sets it so. Who leads others or is bypassed does not wait; offline there is no budget. Returns
+    /// what measures the block's time, where there is a limit.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. Wakes a thread when a sound begins.
-    pub(crate) fn begin(&mut self, block: &mut BlockParams, input: [&[f32]; 2], offline: bool, leads: bool) {
+    pub(crate) fn begin(
+        &mut self,
+        block: &mut BlockParams,
+        input: [&[f32]; 2],
+        offline: bool,
+        leads: bool,
+    ) -> Option<StopWatch> {
         self.limited = limit_percent().is_some() && !offline;
         let held = if self.limited { self.share.held() } else { Grant::Full };
         if self.limited {
@@ -96,6 +107,7 @@ impl Spender {
             Grant::Full => (),
             Grant::Draft | Grant::Nothing => block.tier = Tier::Draft,
         }
+        self.limited.then(StopWatch::start)
     }
 
     /// Whether nothing has to be rendered: it waits, and what was heard has faded out.
@@ -137,34 +149,42 @@ impl Spender {
         }
     }
 
-    /// Measures a block for the allocator: both ears, the distance to the emitter, metres, the tier that the user has set, and how long it
-    /// took for how much sound. Does nothing without a limit.
+    /// Measures a block for the allocator: its time, both ears, the distance to the emitter, metres, the tier that the user has set, and the length
+    /// of the sound, seconds.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn end(&mut self, ears: [&[f32]; 2], away_m: f32, tier: Tier, took: Duration, length_s: f64) {
-        if !self.limited {
-            return;
-        }
+    pub(crate) fn end(&mut self, watch: &StopWatch, ears: [&[f32]; 2], away_m: f32, tier: Tier, length_s: f64) {
+        let took = watch.elapsed();
         let (length, length_s) = (narrow(length_s), length_s.max(1e-9));
         follow(&mut self.input, self.power, length);
         follow(&mut self.ears, mean_square(ears), length);
         let away_m = away_m.max(promenade_core::NEAREST_M);
-        let settled = self.level == 1.0 && self.now != Grant::Nothing;
-        if settled && self.input > SILENCE && self.ears > SILENCE {
+        let most = if tier == Tier::Draft { Grant::Draft } else { Grant::Full };
+        // A draft is fainter than what it stands for.
+        if self.now == most && self.level == 1.0 && self.input > SILENCE && self.ears > SILENCE {
             (self.gain, self.gain_at_m) = (self.ears / self.input, away_m);
         }
-        let nearer = (self.gain_at_m / away_m).powi(2);
-        let expected = self.input * self.gain * if settled { 1.0 } else { nearer };
-        let most = if tier == Tier::Draft { Grant::Draft } else { Grant::Full };
-        self.share.note(expected.max(if self.now == Grant::Nothing { 0.0 } else { self.ears }), most);
+        let expected = self.input * self.gain * (self.gain_at_m / away_m).powi(2);
+        self.share.note(if self.now == Grant::Nothing { expected } else { expected.max(self.ears) }, most);
         // A source that sleeps costs next to nothing: that is not what its grant takes.
         if self.input > SILENCE {
             let found = narrow(took.as_secs_f64() / length_s);
-            let known = self.share.cost_of(self.now);
-            let share = if known > 0.0 { 1.0 - (-length / COST_S).exp() } else { 1.0 };
-            self.share.note_cost(self.now, known + share * (found - known));
+            let cost = self.learn(self.now, found, length / COST_S);
+            for other in [Grant::Draft, Grant::Full].into_iter().filter(|other| self.now > Grant::Nothing && *other != self.now)
+            {
+                let usual = cost * USUAL_COSTS[other as usize] / USUAL_COSTS[self.now as usize];
+                self.learn(other, usual, length / FORGET_S);
+            }
         }
+    }
+
+    /// Takes in what a grant was found to take, over `times` of a time constant. Returns what it is now taken to take.
+    fn learn(&self, grant: Grant, found: f32, times: f32) -> f32 {
+        let known = self.share.cost_of(grant);
+        let cost = if known > 0.0 { known + (1.0 - (-times).exp()) * (found - known) } else { found };
+        self.share.note_cost(grant, cost);
+        cost
     }
 }
 
