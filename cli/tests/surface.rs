@@ -40,9 +40,9 @@ fn a_reconstruction_becomes_a_room_in_metres_with_named_walls() {
     let (model, room) = (model(&place), place.text("room.obj"));
     for (shape, groups) in [("box", 6), ("hull", 3)] {
         let scaled = ["--distance", "00001.jpg", "00002.jpg", "4", "--cell", "0.2"];
-        let (said, notes) = succeeds(&[&["surface", &model, "-o", &room, "--shape", shape], &scaled[..]].concat());
+        let (_, said) = succeeds(&[&["surface", &model, "-o", &room, "--shape", shape], &scaled[..]].concat());
         assert!(said.contains("around 2400 points"), "{said}");
-        assert!(shape == "hull" || notes.contains("points on the walls: back"), "{notes}");
+        assert!(shape == "hull" || said.contains("points on the walls: back"), "{said}");
         let mesh = Mesh::load(Path::new(&room)).unwrap();
         assert_eq!(mesh.groups.len(), groups, "{:?}", mesh.groups);
         let [low, high] = mesh.bounds();

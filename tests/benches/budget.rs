@@ -88,7 +88,7 @@ fn main() {
     println!("{COUNT} instances without a limit: {:.2} % of one core\n", 100.0 * free);
     println!("| Limit | Taken | Difference |\n|---:|---:|---:|");
     let energy = |ears: &[Vec<f32>; 2]| ears.iter().flatten().map(|x| f64::from(*x).powi(2)).sum::<f64>();
-    let mut row = |limit: &str, mix: &[Vec<f32>; 2], taken: f64| {
+    let row = |limit: &str, mix: &[Vec<f32>; 2], taken: f64| {
         let apart = [0, 1].map(|ear| mix[ear].iter().zip(&whole[ear]).map(|(a, b)| a - b).collect::<Vec<_>>());
         let below_db = 10.0 * (energy(&apart) / energy(&whole)).log10();
         println!("| {limit} | {:.2} % | {below_db:.1} dB |", 100.0 * taken);
