@@ -46,7 +46,7 @@ impl Mesh {
             let across = points.iter().map(|p| axis.perp_dot(DVec2::new(p[0], p[1]))).collect::<Vec<_>>();
             [along, across]
         };
-        let area = |turn: f64| turned(turn).map(|values| range(values)).iter().map(|[low, high]| high - low).product::<f64>();
+        let area = |turn: f64| turned(turn).map(range).iter().map(|[low, high]| high - low).product::<f64>();
         let step = std::f64::consts::FRAC_PI_2 / TURNS as f64;
         let coarse = least((0..TURNS).map(|i| i as f64 * step), area);
         let turn = least((-10..=10).map(|i| coarse + 0.1 * step * f64::from(i)), area).rem_euclid(std::f64::consts::FRAC_PI_2);
@@ -112,7 +112,7 @@ fn check(points: &[[f64; 3]]) -> Result<(), AcousticsError> {
     if points.len() < LEAST_POINTS {
         return Err(AcousticsError::argument("points", format!("{LEAST_POINTS} or more"), points.len()));
     }
-    match points.iter().flatten().find(|x| !(x.abs() < 1e6)) {
+    match points.iter().flatten().find(|x| !x.is_finite() || x.abs() > 1e6) {
         Some(x) => Err(AcousticsError::argument("points", "coordinates within 1000 km", *x)),
         None => Ok(()),
     }
