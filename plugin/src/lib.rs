@@ -27,6 +27,7 @@ mod headphones_tests;
 pub mod history;
 pub mod host_side;
 pub mod library;
+pub mod limit;
 pub mod listener;
 pub mod lister;
 pub mod loader;

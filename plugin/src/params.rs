@@ -1,10 +1,10 @@
 //! Everything that a host sets or saves, and the one place where it becomes metres, radians and linear gains.
 
-use crate::budget::SavedLimit;
 use crate::cast::index;
 use crate::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
 use crate::drawn_room::DrawnRoom;
 use crate::file_wish::FileWish;
+use crate::limit::SavedLimit;
 use crate::osc::config::OscConfig;
 use crate::parameter::{Parameter, SLOTS};
 use crate::persisted::{Persisted, Report};

@@ -127,7 +127,7 @@ impl Promenade {
             [left, right].into_iter().for_each(|ear| ear.fill(0.0));
             return Some(listener.end(total, time.end_s()));
         }
-        if self.spender.wakes(spatializer.latency_samples()) {
+        if self.spender.wakes(spatializer.latency_samples(), self.timing.sample_rate_hz) {
             spatializer.reset();
             self.playing.headphones.reset();
         }

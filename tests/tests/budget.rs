@@ -61,12 +61,15 @@ fn the_faint_wait_and_come_back<H: Host>() {
     for _ in 0..100 {
         play(&mut loud, &mut faint);
     }
-    limit(&mut loud, &json!(1.0));
-    assert!(wait_until(Duration::from_secs(20), || play(&mut loud, &mut faint)), "the faint instance never waits");
-    limit(&mut loud, &Value::Null);
-    assert!(wait_until(Duration::from_secs(20), || !play(&mut loud, &mut faint)), "it never comes back");
-    for _ in 0..100 {
-        play(&mut loud, &mut faint);
+    // More than once: a click depends on where in the tone it comes back.
+    for _ in 0..4 {
+        limit(&mut loud, &json!(1.0));
+        assert!(wait_until(Duration::from_secs(20), || play(&mut loud, &mut faint)), "the faint instance never waits");
+        limit(&mut loud, &Value::Null);
+        assert!(wait_until(Duration::from_secs(20), || !play(&mut loud, &mut faint)), "it never comes back");
+        for _ in 0..100 {
+            play(&mut loud, &mut faint);
+        }
     }
     let before = &heard[50 * BLOCK..100 * BLOCK];
     let after = &heard[heard.len() - 50 * BLOCK..];

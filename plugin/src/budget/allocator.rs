@@ -115,16 +115,16 @@ mod tests {
 
     #[test]
     fn a_grant_is_kept_until_another_is_clearly_louder() {
-        let limit = COSTS[2] + COSTS[0] + 1e-5;
+        let limit = COSTS[1] + COSTS[0] + 1e-5;
         let pair = |first: f32, held: [Grant; 2]| {
-            let claims = [Claim { held: held[0], ..claim(first) }, Claim { held: held[1], ..claim(1e-4) }];
-            allocate(&claims, limit)
+            let drafts = |loudness, held| Claim { held, most: Grant::Draft, ..claim(loudness) };
+            allocate(&[drafts(first, held[0]), drafts(1e-4, held[1])], limit)
         };
-        let first = [Grant::Full, Grant::Nothing];
-        let second = [Grant::Nothing, Grant::Full];
+        let first = [Grant::Draft, Grant::Nothing];
+        let second = [Grant::Nothing, Grant::Draft];
         assert_eq!(pair(1.3e-4, first), first);
-        assert_eq!(pair(1.3e-4, second)[1], Grant::Full, "changed at once");
-        assert_eq!(pair(4e-4, second)[0], Grant::Full, "never changed");
+        assert_eq!(pair(1.3e-4, second), second, "changed at once");
+        assert_eq!(pair(4e-4, second), first, "never changed");
     }
 
     #[test]

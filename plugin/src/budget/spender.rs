@@ -3,8 +3,9 @@
 use super::allocator::USUAL_COSTS;
 use super::grant::Grant;
 use super::stop_watch::StopWatch;
-use super::{Share, join, limit_percent};
-use crate::cast::narrow;
+use super::{Share, join};
+use crate::cast::{index, narrow};
+use crate::limit::limit_percent;
 use crate::worker::TaskHandle;
 use nice_plug::nice_error;
 use promenade_core::{BlockParams, Tier};
@@ -12,6 +13,8 @@ use std::sync::Arc;
 
 /// Time in which an instance that waits falls silent, or comes back, seconds.
 const FADE_S: f32 = 0.02;
+/// By how much the head's filters spread the beginning of a sound, seconds, with room to spare.
+const ONSET_S: f64 = 0.005;
 /// Time constant over which levels are measured, seconds; they rise at once.
 const LEVEL_S: f32 = 0.4;
 /// The same for costs.
@@ -121,12 +124,12 @@ impl Spender {
         self.quiet
     }
 
-    /// Whether it has waited and is to begin anew with this block. It stays silent for its latency: what begins in the middle of a sound comes out
-    /// after that, as a click.
-    pub(crate) fn wakes(&mut self, latency: usize) -> bool {
+    /// Whether it has waited and is to begin anew with this block. It stays silent until the beginning has come out, which is a click in the middle of
+    /// a sound: its latency and what filters spread.
+    pub(crate) fn wakes(&mut self, latency: usize, sample_rate_hz: f64) -> bool {
         let wakes = self.now != Grant::Nothing && self.waited;
         if wakes {
-            (self.waited, self.held_back) = (false, latency);
+            (self.waited, self.held_back) = (false, latency + index(narrow(ONSET_S * sample_rate_hz)));
         }
         wakes
     }

@@ -10,8 +10,8 @@ use super::reading::Reading;
 use super::status::Counts;
 use super::tracker::Tracker;
 use super::value;
-use crate::budget;
 use crate::cast::narrow;
+use crate::limit::set_limit_percent;
 use crate::lock::lock;
 use crate::parameter::Parameter;
 use crate::params::PromenadeParams;
@@ -222,7 +222,7 @@ impl Receiver {
                 let [percent] = value::numbers(arguments)?[..] else {
                     return Err(format!("expected 1 value, found {}", arguments.len()));
                 };
-                budget::set_limit_percent(Some(narrow(percent)));
+                set_limit_percent(Some(narrow(percent)));
                 Ok(false)
             }
             Verb::Room(part) => self.draw(part, arguments).map(|()| false),
