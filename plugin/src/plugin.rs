@@ -131,6 +131,7 @@ impl Promenade {
             spatializer.reset();
             self.playing.headphones.reset();
         }
+        self.spender.fade_in([&mut *left, &mut *right], self.timing.sample_rate_hz);
         // One pass, unless a host breaks its own promise on the block size.
         for start in (0..total).step_by(self.input.longest()) {
             let span = start..total.min(start + self.input.longest());

@@ -13,8 +13,6 @@ use std::sync::Arc;
 
 /// Time in which an instance that waits falls silent, or comes back, seconds.
 const FADE_S: f32 = 0.02;
-/// By how much the head's filters spread the beginning of a sound, seconds, with room to spare.
-const ONSET_S: f64 = 0.005;
 /// Time constant over which levels are measured, seconds; they rise at once.
 const LEVEL_S: f32 = 0.4;
 /// The same for costs.
@@ -33,8 +31,9 @@ pub(crate) struct Spender {
     now: Grant,
     /// Level of what is played, 0 while it waits.
     level: f32,
-    /// Samples for which it stays silent after it has begun anew.
-    held_back: usize,
+    /// Samples of input taken since it began anew, and how many it takes until all of it is heard.
+    taken: usize,
+    settled: usize,
     /// Whether something was not rendered since it began.
     waited: bool,
     /// Mean squares of the input and of both ears.
@@ -59,7 +58,8 @@ impl Spender {
             task: None,
             now: Grant::Full,
             level: 1.0,
-            held_back: 0,
+            taken: 0,
+            settled: 0,
             waited: false,
             input: 0.0,
             ears: 0.0,
@@ -124,17 +124,32 @@ impl Spender {
         self.quiet
     }
 
-    /// Whether it has waited and is to begin anew with this block. It stays silent until the beginning has come out, which is a click in the middle of
-    /// a sound: its latency and what filters spread.
+    /// Whether it has waited and is to begin anew with this block, at a latency in samples.
     pub(crate) fn wakes(&mut self, latency: usize, sample_rate_hz: f64) -> bool {
         let wakes = self.now != Grant::Nothing && self.waited;
         if wakes {
-            (self.waited, self.held_back) = (false, latency + index(narrow(ONSET_S * sample_rate_hz)));
+            (self.waited, self.level) = (false, 1.0);
+            (self.taken, self.settled) = (0, latency + fade_samples(sample_rate_hz));
         }
         wakes
     }
 
-    /// Fades what was rendered in or out.
+    /// Fades the input in after it has begun anew: in the middle of a sound its beginning would be a click, which the room would prolong.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn fade_in(&mut self, [left, right]: [&mut [f32]; 2], sample_rate_hz: f64) {
+        let fade = fade_samples(sample_rate_hz);
+        if self.taken < self.settled {
+            let gains = (self.taken..fade).map(|at| at as f32 / fade as f32);
+            for ((left, right), gain) in left.iter_mut().zip(right).zip(gains) {
+                (*left, *right) = (*left * gain, *right * gain);
+            }
+            self.taken += left.len();
+        }
+    }
+
+    /// Fades what was rendered out before it waits, and back in where it need not wait after all.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -143,10 +158,8 @@ impl Spender {
         if self.level == target {
             return;
         }
-        let step = 1.0 / (FADE_S * narrow(sample_rate_hz)).max(1.0);
+        let step = 1.0 / fade_samples(sample_rate_hz) as f32;
         for (left, right) in left.iter_mut().zip(right) {
-            let target = if self.held_back > 0 { 0.0 } else { target };
-            self.held_back = self.held_back.saturating_sub(1);
             self.level += (target - self.level).clamp(-step, step);
             (*left, *right) = (*left * self.level, *right * self.level);
         }
@@ -165,7 +178,7 @@ impl Spender {
         let away_m = away_m.max(promenade_core::NEAREST_M);
         let most = if tier == Tier::Draft { Grant::Draft } else { Grant::Full };
         // A draft is fainter than what it stands for.
-        if self.now == most && self.level == 1.0 && self.input > SILENCE && self.ears > SILENCE {
+        if self.now == most && self.level == 1.0 && self.taken >= self.settled && self.input > SILENCE && self.ears > SILENCE {
             (self.gain, self.gain_at_m) = (self.ears / self.input, away_m);
         }
         let expected = self.input * self.gain * (self.gain_at_m / away_m).powi(2);
@@ -189,6 +202,11 @@ impl Spender {
         self.share.note_cost(grant, cost);
         cost
     }
+}
+
+/// Length of a fade, samples, at least one.
+fn fade_samples(sample_rate_hz: f64) -> usize {
+    index(FADE_S * narrow(sample_rate_hz)).max(1)
 }
 
 /// Mean square of two channels; 0 for what is no number.
