@@ -36,8 +36,14 @@ fn chosen<'a>(args: &HostArgs, bundle: &'a Bundle) -> Result<&'a PluginInfo> {
 /// Opens the plugin, with its state and values as they are to be at the start.
 fn opened(args: &HostArgs, bundle: &Bundle, rate_hz: u32, inputs: usize) -> Result<Instance> {
     let plugin = chosen(args, bundle)?;
-    let setup =
-        Setup { rate: f64::from(rate_hz), block: args.block as usize, inputs, offline: !args.realtime, ..Setup::default() };
+    let setup = Setup {
+        rate: f64::from(rate_hz),
+        block: args.block as usize,
+        inputs,
+        outputs: args.outputs.into(),
+        offline: !args.realtime,
+        ..Setup::default()
+    };
     let mut instance = bundle.open_plugin(plugin, setup).with_context(|| format!("{}", args.bundle.display()))?;
     if let Some(state) = &args.state {
         instance.load_file(state).with_context(|| format!("{}", state.display()))?;
@@ -58,12 +64,14 @@ fn list(args: &HostArgs, bundle: &Bundle) -> Result<()> {
     let rate_hz = args.rate.unwrap_or(USUAL_RATE);
     // Some plugins have no stereo input.
     let mut instance = opened(args, bundle, rate_hz, 2).or_else(|_| opened(args, bundle, rate_hz, 1))?;
+    let output = instance.main_output();
     let latency = instance.latency()?;
     let info = instance.info();
     let version = if info.version.is_empty() { "without a version" } else { &info.version };
     let vendor = if info.vendor.is_empty() { "nobody named" } else { &info.vendor };
     let latency_ms = 1e3 * latency as f64 / f64::from(rate_hz);
     let mut text = format!("{} {version} ({}), by {vendor}\nid {}\n", info.name, bundle.format(), info.id);
+    text += &format!("output of {} channels: {output}\n", args.outputs);
     text += &format!("latency {latency} samples at {rate_hz} Hz, {latency_ms:.2} ms\n");
     for other in bundle.plugins().iter().filter(|other| *other != info) {
         text += &format!("also in it: {} ({})\n", other.name, other.id);
@@ -121,20 +129,20 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     if let Some(path) = &args.save_state {
         atomic::write(path, &instance.save()?)?;
     }
-    let mut writer = WavWriter::create(output, rate_hz, 2, Format::Float32)?;
+    let mut writer = WavWriter::create(output, rate_hz, args.outputs, Format::Float32)?;
     let tail = (args.tail * rate).round() as usize;
     let mut bounce = Bounce::new(&mut instance, &lanes)?;
     let whole = source.frames() + tail + bounce.latency();
     let bar = progress::of_sound(whole as f64 / rate);
     let block = args.block as usize;
     let mut dry = vec![Vec::with_capacity(block); source.channels()];
-    let mut wet = [Vec::with_capacity(block), Vec::with_capacity(block)];
+    let mut wet = vec![Vec::with_capacity(block); args.outputs.into()];
     for position in (0..whole).step_by(block) {
         source.fill(block.min(whole - position), &mut dry)?;
         let track: Vec<&[f32]> = dry.iter().map(Vec::as_slice).collect();
         wet.iter_mut().for_each(Vec::clear);
         bounce.play(&track, &mut wet)?;
-        writer.write(&[&wet[0], &wet[1]])?;
+        writer.write(&wet.iter().map(Vec::as_slice).collect::<Vec<_>>())?;
         bar.at(position as f64 / rate);
     }
     let latency = bounce.latency();

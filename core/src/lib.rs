@@ -47,7 +47,7 @@ pub use renderer::{RenderError, RenderParams, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, HeldOut, IMAGE_OCTAVES_HZ, ImageSource, ImageSources,
     MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, NotAmbisonicError, Provenance, ResponseMeasures, Scene,
-    SceneCard, SceneError, SceneParts, TailModel, TooCostly, image_octave,
+    SceneCard, SceneError, SceneParts, TailModel, TooCostly, ambisonic_dry, image_octave,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

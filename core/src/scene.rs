@@ -17,7 +17,7 @@ use crate::{Axis, Bands, Facing, Field, FieldGrid, Pose, Rows, StftGrid, Tier, T
 use error::value;
 use glam::Vec3;
 
-pub use ambisonics::NotAmbisonicError;
+pub use ambisonics::{NotAmbisonicError, ambisonic_dry};
 pub use card::SceneCard;
 pub(crate) use cost::Cost;
 pub use cost::TooCostly;

@@ -106,6 +106,8 @@ pub struct Spatializer {
     now: usize,
     wet_gain: Ramp,
     dry_gain: Ramp,
+    /// What each output has of each dry channel.
+    dry: [[f32; 2]; 2],
     fresh: bool,
     wet: [Vec<f32>; 2],
     old: [Vec<f32>; 2],
@@ -132,10 +134,17 @@ impl Spatializer {
             now: 0,
             wet_gain: Ramp::default(),
             dry_gain: Ramp::default(),
+            dry: [[1.0, 0.0], [0.0, 1.0]],
             fresh: true,
             wet: pair(),
             old: pair(),
         }
+    }
+
+    /// The same with another dry sound than a channel on each ear: what each output has of each dry channel, `[output][channel]`.
+    #[must_use]
+    pub fn with_dry(self, dry: [[f32; 2]; 2]) -> Self {
+        Self { dry, ..self }
     }
 
     /// The host's sample rate, Hz.
@@ -155,6 +164,12 @@ impl Spatializer {
         self.reset();
     }
 
+    /// Whether [`Spatializer::swap_in`] would take a scene now.
+    #[must_use]
+    pub fn is_free(&self) -> bool {
+        self.fade >= self.fade_len && self.retired.is_none()
+    }
+
     /// Begins a cross-fade to another scene, at equal gain over 50 ms; without a past, as after [`Spatializer::reset`], it plays at once.
     ///
     /// # Errors
@@ -163,7 +178,7 @@ impl Spatializer {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn swap_in(&mut self, emitters: Box<Emitters>) -> Result<(), Box<Emitters>> {
-        if self.fade < self.fade_len || self.retired.is_some() {
+        if !self.is_free() {
             return Err(emitters);
         }
         let old = self.active.replace(emitters);
@@ -305,7 +320,9 @@ impl Spatializer {
         let (stand_in, old_stand_in) = (stand_in(&self.active), stand_in(&self.fading));
         for i in 0..n {
             let (wet_gain, dry_gain) = (self.wet_gain.next(), self.dry_gain.next());
-            self.past[self.now] = Moment { dry: [finite(first[i]), finite(second[i])], wet_gain, dry_gain };
+            let [left_in, right_in] = [finite(first[i]), finite(second[i])];
+            let dry = self.dry.map(|[of_left, of_right]| of_left * left_in + of_right * right_in);
+            self.past[self.now] = Moment { dry, wet_gain, dry_gain };
             let heard = |delay: usize, wet: &[Vec<f32>; 2], stand_in: f32| {
                 let m = &self.past[(self.now + size - delay) % size];
                 let dry_gain = m.dry_gain + stand_in * m.wet_gain;

@@ -35,7 +35,10 @@ pub(crate) trait Backend {
     fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, HostError>;
 
     /// Plays a block with what was queued; the buffers are of one length, at most that of the setup.
-    fn process(&mut self, input: &[&[f32]], output: [&mut [f32]; 2], position: Option<Position>) -> Result<(), HostError>;
+    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), HostError>;
+
+    /// What the plugin calls its main output.
+    fn main_output(&mut self) -> String;
 
     fn latency(&mut self) -> Result<usize, HostError>;
 
@@ -90,23 +93,25 @@ pub(crate) trait Backend {
     fn editor(&mut self) -> Option<&mut dyn Editor>;
 }
 
-/// Whether a track of so many channels can be connected to a main input and output of so many.
-pub(crate) fn check_channels(plugin: &str, track: usize, (input, output): (usize, usize)) -> Result<(), HostError> {
+/// Whether a track can be connected to a main input and output of so many channels.
+pub(crate) fn check_channels(plugin: &str, setup: &Setup, (input, output): (usize, usize)) -> Result<(), HostError> {
     let (expected, found) = match (input, output) {
-        (1, _) if track > 1 => ("a main input of 2 channels for a track of 2", input),
+        (1, _) if setup.inputs > 1 => ("a main input of 2 channels for a track of 2".to_owned(), input),
+        (3.., _) => ("a main input of 1 or 2 channels".to_owned(), input),
         // An instrument has no input.
-        (0..=2, 1 | 2) => return Ok(()),
-        (0..=2, _) => ("a main output of 1 or 2 channels", output),
-        _ => ("a main input of 1 or 2 channels", input),
+        (_, 1 | 2) if setup.outputs == 2 => return Ok(()),
+        _ if setup.outputs == 2 => ("a main output of 1 or 2 channels".to_owned(), output),
+        _ if setup.outputs == output => return Ok(()),
+        _ => (format!("a main output of {} channels", setup.outputs), output),
     };
     Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: found.to_string() })
 }
 
-/// Copies a block of the main output to both ears; a single channel goes to both.
-pub(crate) fn copy_out(main: &[Vec<f32>], output: [&mut [f32]; 2]) {
-    for (ear, channel) in output.into_iter().zip([main.first(), main.last()]) {
-        if let Some(channel) = channel {
-            ear.copy_from_slice(&channel[..ear.len()]);
+/// Copies a block of the main output; a single channel goes to all.
+pub(crate) fn copy_out(main: &[Vec<f32>], output: &mut [&mut [f32]]) {
+    for (number, to) in output.iter_mut().enumerate() {
+        if let Some(channel) = main.get(number).or(main.last()) {
+            to.copy_from_slice(&channel[..to.len()]);
         }
     }
 }

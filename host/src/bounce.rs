@@ -14,7 +14,7 @@ pub struct Bounce<'a> {
     latency: usize,
     /// Samples of the latency that are still to be dropped.
     late: usize,
-    block: [Vec<f32>; 2],
+    block: Vec<Vec<f32>>,
 }
 
 impl<'a> Bounce<'a> {
@@ -25,7 +25,8 @@ impl<'a> Bounce<'a> {
     pub fn new(instance: &'a mut Instance, lanes: &'a [Lane]) -> Result<Self, HostError> {
         let latency = instance.latency()?;
         instance.play_from(0.0);
-        Ok(Self { instance, lanes, position: 0, latency, late: latency, block: [Vec::new(), Vec::new()] })
+        let block = vec![Vec::new(); instance.setup().outputs];
+        Ok(Self { instance, lanes, position: 0, latency, late: latency, block })
     }
 
     /// The latency that is taken off, samples: so much silence must follow the input until its end has come out.
@@ -34,19 +35,18 @@ impl<'a> Bounce<'a> {
         self.latency
     }
 
-    /// Plays a block as [`Instance::process`] does, and appends what comes out of it in time: less than went in, until the latency
-    /// is over.
+    /// Plays a block, and appends what comes out of it in time to each channel of the output: less than went in, until the latency is over.
     ///
     /// # Errors
     /// As [`Instance::process_into`].
-    pub fn play(&mut self, input: &[&[f32]], output: &mut [Vec<f32>; 2]) -> Result<(), HostError> {
+    pub fn play(&mut self, input: &[&[f32]], output: &mut [Vec<f32>]) -> Result<(), HostError> {
         let len = input.first().map_or(0, |channel| channel.len());
         for lane in self.lanes {
             lane.events(self.position, len, |offset, value| self.instance.set_at(lane.id(), value, offset))?;
         }
         self.block.iter_mut().for_each(|channel| channel.resize(len, 0.0));
-        let [left, right] = &mut self.block;
-        self.instance.process_into(input, [left, right])?;
+        let mut channels: Vec<&mut [f32]> = self.block.iter_mut().map(Vec::as_mut_slice).collect();
+        self.instance.process_into(input, &mut channels)?;
         self.position += len as u64;
         let skip = self.late.min(len);
         self.late -= skip;
@@ -70,7 +70,7 @@ impl<'a> Bounce<'a> {
 /// Renders a whole signal and so many samples after its end; the result is that much longer than the input and in time with it.
 ///
 /// # Errors
-/// As [`Bounce`], or channels of different lengths.
+/// As [`Bounce`], channels of different lengths, or other outputs than two.
 pub fn bounce(instance: &mut Instance, input: &[&[f32]], lanes: &[Lane], tail: usize) -> Result<[Vec<f32>; 2], HostError> {
     let block = instance.setup().block;
     let len = input.iter().map(|channel| channel.len()).max().unwrap_or(0);

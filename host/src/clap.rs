@@ -132,7 +132,7 @@ impl ClapPlugin {
             steady: 0,
             may_sleep: false,
         };
-        opened.ports = Ports::choose(&mut opened.instance, &opened.info.name, setup.inputs)?;
+        opened.ports = Ports::choose(&mut opened.instance, &opened.info.name, &setup)?;
         opened.start()?;
         Ok(opened)
     }
@@ -285,8 +285,8 @@ impl Backend for ClapPlugin {
         Ok(value.filter(|v| v.is_finite()).map(|v| parameter.normalized(v)))
     }
 
-    fn process(&mut self, input: &[&[f32]], output: [&mut [f32]; 2], position: Option<Position>) -> Result<(), HostError> {
-        let len = output[0].len();
+    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), HostError> {
+        let len = output.first().map_or(0, |channel| channel.len());
         // What was set for a sample that does not come is set at the last one.
         self.queue(u32::try_from(len.saturating_sub(1)).unwrap_or(u32::MAX));
         let Some(processor) = &mut self.processor else { return Err(self.failed("play", "it is not active")) };
@@ -305,6 +305,10 @@ impl Backend for ClapPlugin {
         // The block was the flush that the plugin may have asked for.
         Requests::take(&self.requests.flush);
         self.serve()
+    }
+
+    fn main_output(&mut self) -> String {
+        self.ports.main_output(&mut self.instance)
     }
 
     fn latency(&mut self) -> Result<usize, HostError> {

@@ -45,7 +45,7 @@ pub enum HostError {
         /// Name of the plugin.
         plugin: String,
         /// Channels that this host can connect.
-        expected: &'static str,
+        expected: String,
         /// Channels that the plugin has.
         found: String,
     },

@@ -39,16 +39,17 @@ impl Instance {
         self.setup
     }
 
-    /// Stops and deactivates it, and starts it again with another setup of the same number of inputs. The transport stands still again; what was set stays set for the next block.
+    /// Stops and deactivates it, and starts it again with another setup of the same channels. The transport stands still again; what was set stays set for the next block.
     ///
     /// nice-plug's VST3 plugins learn of another mode one activation late: restart twice to be sure.
     ///
     /// # Errors
-    /// A setup out of range or with another number of inputs, or the plugin does not start.
+    /// A setup out of range or with other channels, or the plugin does not start.
     pub fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
         setup.check()?;
-        if setup.inputs != self.setup.inputs {
-            return Err(HostError::unusable(format!("{} inputs, as before", self.setup.inputs), setup.inputs));
+        let channels = |setup: &Setup| format!("{} inputs and {} outputs", setup.inputs, setup.outputs);
+        if channels(&setup) != channels(&self.setup) {
+            return Err(HostError::unusable(format!("{}, as before", channels(&self.setup)), channels(&setup)));
         }
         self.plugin.restart(setup)?;
         self.setup = setup;
@@ -149,11 +150,11 @@ impl Instance {
     /// plugin with one output is heard on both.
     ///
     /// # Errors
-    /// Slices of another number or length, or the plugin fails.
+    /// A setup with other outputs than two, slices of another number or length, or the plugin fails.
     pub fn process(&mut self, input: &[&[f32]]) -> Result<[Vec<f32>; 2], HostError> {
         let len = input.first().map_or(0, |channel| channel.len());
         let (mut left, mut right) = (vec![0.0; len], vec![0.0; len]);
-        self.process_into(input, [&mut left, &mut right])?;
+        self.process_into(input, &mut [&mut left, &mut right])?;
         Ok([left, right])
     }
 
@@ -161,17 +162,20 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::process`].
-    pub fn process_into(&mut self, input: &[&[f32]], output: [&mut [f32]; 2]) -> Result<(), HostError> {
-        let len = output[0].len();
-        let fits = input.len() == self.setup.inputs && len <= self.setup.block;
-        if !fits || output[1].len() != len || input.iter().any(|channel| channel.len() != len) {
+    pub fn process_into(&mut self, input: &[&[f32]], output: &mut [&mut [f32]]) -> Result<(), HostError> {
+        let len = output.first().map_or(0, |channel| channel.len());
+        let fits = input.len() == self.setup.inputs && output.len() == self.setup.outputs && len <= self.setup.block;
+        let alike =
+            input.iter().map(|channel| channel.len()).chain(output.iter().map(|channel| channel.len())).all(|n| n == len);
+        if !fits || !alike {
             let lengths = |all: &mut dyn Iterator<Item = usize>| all.map(|n| n.to_string()).collect::<Vec<_>>().join(" and ");
             let found = format!(
                 "{} samples in, {} out",
                 lengths(&mut input.iter().map(|c| c.len())),
                 lengths(&mut output.iter().map(|c| c.len()))
             );
-            let expected = format!("{} inputs and 2 outputs of one length, at most {}", self.setup.inputs, self.setup.block);
+            let Setup { inputs, outputs, block, .. } = self.setup;
+            let expected = format!("{inputs} inputs and {outputs} outputs of one length, at most {block}");
             return Err(HostError::unusable(expected, found));
         }
         let position = self.transport.map(|(from, since)| {
@@ -184,6 +188,11 @@ impl Instance {
             *since += i64::try_from(len).unwrap_or(0);
         }
         Ok(())
+    }
+
+    /// What the plugin calls its main output: "mono", "stereo", "ambisonic, ACN, SN3D", or else as the format has it.
+    pub fn main_output(&mut self) -> String {
+        self.plugin.main_output()
     }
 
     /// The latency as the plugin reports it, samples. A VST3 plugin that has asked for it is restarted first, as hosts do.

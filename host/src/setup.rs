@@ -2,6 +2,9 @@
 
 use crate::HostError;
 
+/// More channels than any plugin has that is listened to.
+const MOST_OUTPUTS: usize = 256;
+
 /// How an instance is played.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
@@ -12,6 +15,9 @@ pub struct Setup {
     /// Channels of the track, 1 or 2. Where the plugin takes only the other number, a mono track feeds both of its inputs; two
     /// channels into one input are refused.
     pub inputs: usize,
+    /// Channels that come out, 1 to 256: 2 are both ears, also where the plugin has one output. Any other number is asked of the plugin, and must be
+    /// what it has then.
+    pub outputs: usize,
     /// Offline instead of real-time processing.
     pub offline: bool,
     /// Tempo of the transport, quarter notes a minute. Without one, CLAP plugins get none and VST3 plugins 120.
@@ -22,7 +28,7 @@ pub struct Setup {
 
 impl Default for Setup {
     fn default() -> Self {
-        Self { rate: 48_000.0, block: 512, inputs: 2, offline: false, tempo: Some(120.0), editors: true }
+        Self { rate: 48_000.0, block: 512, inputs: 2, outputs: 2, offline: false, tempo: Some(120.0), editors: true }
     }
 }
 
@@ -38,6 +44,9 @@ impl Setup {
         }
         if !(1..=2).contains(&self.inputs) {
             return wrong("a track of 1 or 2 channels", format!("{}", self.inputs));
+        }
+        if !(1..=MOST_OUTPUTS).contains(&self.outputs) {
+            return wrong("1 to 256 output channels", format!("{}", self.outputs));
         }
         match self.tempo {
             Some(tempo) if !(1.0..=10_000.0).contains(&tempo) => {
@@ -68,6 +77,7 @@ mod tests {
             Setup { rate: 0.0, ..good },
             Setup { block: 0, ..good },
             Setup { inputs: 3, ..good },
+            Setup { outputs: 0, ..good },
             Setup { tempo: Some(0.0), ..good },
         ];
         for setup in bad {

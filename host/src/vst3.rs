@@ -86,13 +86,20 @@ impl Vst3Plugin {
         let (mut inputs, mut outputs) = (own.inputs, own.outputs);
         let track = if self.setup.inputs == 1 { SpeakerArrangement::MONO } else { SpeakerArrangement::STEREO };
         inputs.iter_mut().take(1).for_each(|bus| *bus = track);
-        outputs.iter_mut().take(1).for_each(|bus| *bus = SpeakerArrangement::STEREO);
+        outputs.iter_mut().take(1).for_each(|bus| *bus = speakers(self.setup.outputs));
         // Who declines keeps the layout that is looked at next.
         let _ = self.plugin.set_bus_arrangements(&inputs, &outputs);
         let taken = self.plugin.bus_arrangements().map_err(|e| self.failed("report its inputs and outputs", e))?;
         let channels = |buses: &[SpeakerArrangement]| buses.first().map_or(0, |bus| bus.channel_count());
         let (into, out) = (channels(&taken.inputs), channels(&taken.outputs));
-        check_channels(&self.info.name, self.setup.inputs, (into, out))?;
+        check_channels(&self.info.name, &self.setup, (into, out))?;
+        // Many hosts take only what they have asked for.
+        if self.setup.outputs != 2 && taken.outputs.first() != outputs.first() {
+            let name = |buses: &[SpeakerArrangement]| buses.first().map_or(0, |bus| bus.raw());
+            let expected = format!("the arrangement of speakers {:#x} as its main output", name(&outputs));
+            let found = format!("{:#x}", name(&taken.outputs));
+            return Err(HostError::Layout { plugin: self.info.name.clone(), expected, found });
+        }
         // The main buses come first; of the others the inputs are silent and the outputs unheard.
         self.buffers = AudioBuffers::new(into, out, self.setup.block, self.setup.rate);
         Ok(())
@@ -124,6 +131,22 @@ impl Vst3Plugin {
             }
         };
         Ok(controller.value_of(id, text).filter(|v| v.is_finite()))
+    }
+}
+
+/// Ambisonics of the first three orders, by ACN and SN3D: `kAmbi1stOrderACN` and its like.
+const AMBISONICS: [u64; 3] = [0xf << 20, 0xf << 20 | 0x1f << 38, 0xf << 20 | 0xfff << 38];
+
+/// Speakers of a main output: Ambisonics where there are as many channels, else any so many.
+fn speakers(count: usize) -> SpeakerArrangement {
+    match count {
+        1 => SpeakerArrangement::MONO,
+        2 => SpeakerArrangement::STEREO,
+        64.. => SpeakerArrangement::from_raw(u64::MAX),
+        other => {
+            let ambisonic = AMBISONICS.into_iter().find(|speakers| speakers.count_ones() as usize == other);
+            SpeakerArrangement::from_raw(ambisonic.unwrap_or((1 << other) - 1))
+        }
     }
 }
 
@@ -201,8 +224,8 @@ impl Backend for Vst3Plugin {
         self.value_of(parameter.id, text)
     }
 
-    fn process(&mut self, input: &[&[f32]], output: [&mut [f32]; 2], position: Option<Position>) -> Result<(), HostError> {
-        let len = output[0].len();
+    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), HostError> {
+        let len = output.first().map_or(0, |channel| channel.len());
         if let Some(position) = position {
             let quarter_notes = position.seconds * self.tempo / 60.0;
             let at = TransportPosition { samples: position.samples, quarter_notes };
@@ -221,6 +244,17 @@ impl Backend for Vst3Plugin {
         self.plugin.process_audio(&mut self.buffers).map_err(|e| self.failed("play", e))?;
         copy_out(&self.buffers.outputs, output);
         Ok(())
+    }
+
+    fn main_output(&mut self) -> String {
+        let arrangements = self.plugin.bus_arrangements();
+        let raw = arrangements.ok().and_then(|buses| buses.outputs.first().map(|bus| bus.raw())).unwrap_or(0);
+        match raw {
+            _ if raw == SpeakerArrangement::MONO.raw() => "mono".to_owned(),
+            _ if raw == SpeakerArrangement::STEREO.raw() => "stereo".to_owned(),
+            _ if AMBISONICS.contains(&raw) => "ambisonic, ACN, SN3D".to_owned(),
+            _ => format!("{raw:#x}"),
+        }
     }
 
     fn latency(&mut self) -> Result<usize, HostError> {

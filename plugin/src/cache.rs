@@ -3,7 +3,7 @@
 use crate::drawn_room::DrawnRoom;
 use crate::factory;
 use crate::lock::lock;
-use promenade_core::{Carriers, Head, NoHeadError, RenderError, Scene, SceneError};
+use promenade_core::{AMBISONIC_CHANNELS, Carriers, Head, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
 use promenade_room::{Receiver, RoomError};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, Weak};
@@ -92,6 +92,35 @@ pub fn heard_with(scene: &Scene, hash: &str, head: &Head) -> Result<Arc<Scene>, 
     held.retain(|_, held| held.strong_count() > 0);
     held.insert(contents, Arc::downgrade(&heard));
     Ok(heard)
+}
+
+/// Pairs of Ambisonic channels, as long as an instance plays them, by the scene that they were made of.
+type HeldPairs = (Weak<Scene>, [Weak<Scene>; AMBISONIC_CHANNELS / 2]);
+
+static AMBISONIC: Mutex<Vec<HeldPairs>> = Mutex::new(Vec::new());
+
+/// A pair of a scene's Ambisonic channels, shared with every instance that plays the same, as long as the scene itself is in memory.
+///
+/// # Errors
+/// As [`Scene::ambisonic_pair`].
+///
+/// # Panics
+/// As [`Scene::ambisonic_pair`].
+pub fn ambisonic(scene: &Arc<Scene>, pair: usize) -> Result<Arc<Scene>, NotAmbisonicError> {
+    let mut held = lock(&AMBISONIC);
+    held.retain(|(of, _)| of.strong_count() > 0);
+    let same = |(of, _): &HeldPairs| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene));
+    let index = held.iter().position(same).unwrap_or_else(|| {
+        held.push((Arc::downgrade(scene), std::array::from_fn(|_| Weak::new())));
+        held.len() - 1
+    });
+    let place = &mut held[index].1[pair];
+    if let Some(made) = place.upgrade() {
+        return Ok(made);
+    }
+    let made = Arc::new(scene.ambisonic_pair(pair)?);
+    *place = Arc::downgrade(&made);
+    Ok(made)
 }
 
 /// Heads that rooms are heard with, the newest last; empty contents for the factory's.

@@ -2,6 +2,7 @@
 
 use crate::cache;
 use crate::loader::Loader;
+use crate::output::Output;
 use crate::params::PromenadeParams;
 use crate::user_state::UserState;
 use promenade_core::Scene;
@@ -20,7 +21,7 @@ impl Instance {
     fn new() -> Self {
         let params = Arc::new(PromenadeParams::default());
         let loader = Loader::new(Arc::clone(&params));
-        loader.activate(48_000.0);
+        loader.activate(48_000.0, Output::Binaural);
         Self { params, loader }
     }
 

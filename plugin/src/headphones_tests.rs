@@ -2,6 +2,7 @@
 
 use crate::cache;
 use crate::loader::Loader;
+use crate::output::Output;
 use crate::params::PromenadeParams;
 use crate::user_state::UserState;
 use std::sync::Arc;
@@ -17,7 +18,7 @@ fn headphones_are_kept_by_content_and_what_cannot_be_read_changes_nothing() {
     std::fs::write(file("broken.txt"), "Filter 1: ON PK").unwrap();
     let params = Arc::new(PromenadeParams::default());
     let loader = Loader::new(Arc::clone(&params));
-    loader.activate(48_000.0);
+    loader.activate(48_000.0, Output::Binaural);
     assert!(loader.headphones.pop().unwrap().is_none(), "none at first");
     let before = UserState::of(&params);
     let ask = |file: &str| {
@@ -35,12 +36,12 @@ fn headphones_are_kept_by_content_and_what_cannot_be_read_changes_nothing() {
         assert!(params.headphones_report.text().contains(clue), "{}", params.headphones_report.text());
         assert_eq!(params.headphones.get().0, kept);
     }
-    loader.activate(96_000.0);
+    loader.activate(96_000.0, Output::Binaural);
     assert!(loader.headphones.pop().unwrap().is_some(), "made anew at another rate");
     // Another instance is given the saved state.
     let other = Arc::new(PromenadeParams::default());
     let its_loader = Loader::new(Arc::clone(&other));
-    its_loader.activate(48_000.0);
+    its_loader.activate(48_000.0, Output::Binaural);
     drop(its_loader.headphones.pop());
     other.headphones.restore(serde_json::from_str(&serde_json::to_string(&kept).unwrap()).unwrap());
     assert!(its_loader.headphones.pop().unwrap().is_some());

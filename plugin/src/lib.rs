@@ -37,6 +37,7 @@ pub mod members;
 mod monitor;
 pub mod offline;
 pub mod osc;
+pub mod output;
 pub mod pages;
 pub mod parameter;
 pub mod params;

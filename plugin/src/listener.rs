@@ -79,7 +79,7 @@ impl ListenerSources {
             member: &self.member,
             start_s: time.start_s,
             sample_s: sample_rate_hz.recip(),
-            asked: 0,
+            glided: Glided::default(),
         }
     }
 }
@@ -115,8 +115,38 @@ pub struct Listener<'a> {
     pub start_s: f64,
     /// Length of a sample, seconds.
     pub sample_s: f64,
-    /// The sample whose pose was asked for last.
-    pub asked: usize,
+    /// What the tracker was smoothed to.
+    pub glided: Glided,
+}
+
+/// Samples of a block whose poses several renderers may ask for one after the other.
+const KEPT: usize = 32;
+
+/// The last smoothed poses of a tracker in a block, by sample, so that several renderers hear the same.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Glided {
+    kept: [Option<(usize, Pose)>; KEPT],
+    newest: usize,
+}
+
+impl Glided {
+    /// The pose that is kept for a sample, or the one before it; none for a sample after all of them.
+    fn at(&self, sample: usize) -> Option<Pose> {
+        let is_old = self.kept[self.newest].is_some_and(|(newest, _)| sample <= newest);
+        let kept = self.kept.iter().flatten().filter(|_| is_old);
+        let before = kept.clone().filter(|(at, _)| *at <= sample).max_by_key(|(at, _)| *at);
+        before.or_else(|| kept.min_by_key(|(at, _)| *at)).map(|(_, pose)| *pose)
+    }
+
+    /// Samples from the newest to this one, which is after it.
+    fn since(&self, sample: usize) -> usize {
+        sample - self.kept[self.newest].map_or(0, |(newest, _)| newest.min(sample))
+    }
+
+    fn keep(&mut self, sample: usize, pose: Pose) {
+        self.newest = (self.newest + 1) % KEPT;
+        self.kept[self.newest] = Some((sample, pose));
+    }
 }
 
 impl Listener<'_> {
@@ -125,7 +155,8 @@ impl Listener<'_> {
         self.start_s + sample as f64 * self.sample_s
     }
 
-    /// The pose at a sample, which is published to the group that this instance leads. Samples are asked for in rising order.
+    /// The pose at a sample, which is published to the group that this instance leads. Samples are asked for in rising order, by one renderer
+    /// after the other in a stretch of the block.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -152,13 +183,20 @@ impl Listener<'_> {
     fn publish(&mut self, sample: usize, published_s: f64) -> Pose {
         let time_s = self.time_s(sample);
         let pose = self.following.as_ref().and_then(|f| f.pose(time_s)).unwrap_or_else(|| {
-            let past_s = sample.saturating_sub(self.asked) as f64 * self.sample_s;
-            self.asked = sample;
-            let tracked = self.tracked.map(|target| self.glide.follow(&target, past_s));
+            let tracked = self.tracked.map(|target| self.smoothed(&target, sample));
             self.sources.pose(self.walk, tracked.as_ref(), time_s)
         });
         self.member.publish(published_s, &pose);
         pose
+    }
+
+    /// The tracker's pose at a sample: smoothed once, however many ask.
+    fn smoothed(&mut self, target: &Pose, sample: usize) -> Pose {
+        self.glided.at(sample).unwrap_or_else(|| {
+            let pose = self.glide.follow(target, self.glided.since(sample) as f64 * self.sample_s);
+            self.glided.keep(sample, pose);
+            pose
+        })
     }
 }
 
@@ -179,6 +217,19 @@ mod tests {
         check(glide.follow(&at(1.0, 1.0), 0.005), 1.0, 1.0);
         glide.jump();
         check(glide.follow(&at(-4.0, 0.0), 0.005), -4.0, 0.0);
+    }
+
+    #[test]
+    fn whoever_asks_again_hears_the_same() {
+        let mut glided = Glided::default();
+        assert!(glided.at(0).is_none() && glided.since(100) == 100);
+        glided.keep(100, at(1.0, 0.0));
+        glided.keep(340, at(2.0, 0.0));
+        assert_eq!(glided.since(400), 60);
+        assert!(glided.at(341).is_none());
+        for (sample, expected) in [(340, 2.0), (339, 1.0), (100, 1.0), (0, 1.0)] {
+            check(glided.at(sample).unwrap(), expected, 0.0);
+        }
     }
 }
 

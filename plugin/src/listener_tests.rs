@@ -43,7 +43,7 @@ fn turned(smooth: bool) -> Vec<f32> {
             member: &member,
             start_s,
             sample_s: RATE.recip(),
-            asked: 0,
+            glided: Glided::default(),
         };
         let right = &mut right[..chunk.len()];
         renderer.process(chunk, [left, right], Quality::default(), &mut |i| if smooth { listener.pose(i) } else { tracked });

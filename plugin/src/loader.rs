@@ -8,6 +8,7 @@ use crate::error_chain::with_causes;
 use crate::factory::{self, FactoryScene};
 use crate::library::{self, Found, LibraryError};
 use crate::lock::lock;
+use crate::output::{Output, Pairs};
 use crate::params::{Choices, PromenadeParams};
 use crate::repaint::Repaint;
 use crate::saved_head::SavedHead;
@@ -20,7 +21,7 @@ use crate::worker::Task;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::{nice_error, nice_warn};
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
-use promenade_core::{Emitters, RenderError, Renderer, Scene, SceneError};
+use promenade_core::{Emitters, NotAmbisonicError, RenderError, Renderer, Scene, SceneError};
 use promenade_sofa::SofaError;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -34,14 +35,16 @@ const RETIRED_CAPACITY: usize = 16;
 /// What the audio thread plays next.
 pub enum Prepared {
     /// This scene, at the host's sample rate.
-    Scene(Box<Emitters>),
+    Scene(Pairs),
     /// The dry sound, because the scene cannot be loaded.
     Dry,
 }
 
 /// What the audio thread no longer needs and must not drop itself.
 pub enum Retired {
-    /// A scene that has been faded out, or that was never played.
+    /// What rendered a scene that has been faded out.
+    Emitters(Box<Emitters>),
+    /// A scene that was never played.
     Scene(Prepared),
     /// A camera path.
     Walk(Arc<Walk>),
@@ -69,6 +72,9 @@ pub enum LoadError {
     /// The scene cannot be played at the host's sample rate.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// The scene has no Ambisonic form.
+    #[error("the track's output is Ambisonic")]
+    Ambisonic(#[from] NotAmbisonicError),
     /// There is no thread to decode poses on.
     #[error("no thread to decode poses on")]
     Thread(#[source] std::io::Error),
@@ -87,6 +93,7 @@ struct SceneRequest {
     head: SavedHead,
     /// Whether there is a second emitter: from the time on that one is first needed.
     stereo: bool,
+    output: Output,
     sample_rate_bits: u64,
 }
 
@@ -95,6 +102,8 @@ pub struct Loader {
     params: Arc<PromenadeParams>,
     /// Bits of the host's sample rate, Hz; 0 before activation.
     sample_rate_bits: AtomicU64,
+    /// What comes out of the instance.
+    output: Mutex<Output>,
     last_scene: Mutex<Option<SceneRequest>>,
     /// The headphones that were made a filter of last, and the bits of its sample rate.
     last_headphones: Mutex<Option<(Option<Headphones>, u64)>>,
@@ -122,6 +131,8 @@ pub struct Loader {
 #[derive(Default)]
 struct Current {
     scene: Weak<Scene>,
+    /// The same where something else is played that was made of it: Ambisonics.
+    held: Option<Arc<Scene>>,
     walk: Weak<Walk>,
 }
 
@@ -132,6 +143,7 @@ impl Loader {
         let loader = Arc::new(Self {
             params,
             sample_rate_bits: AtomicU64::new(0),
+            output: Mutex::default(),
             last_scene: Mutex::new(None),
             last_headphones: Mutex::new(None),
             last_walk: Mutex::new(None),
@@ -153,8 +165,9 @@ impl Loader {
         loader
     }
 
-    /// Takes the host's sample rate, tries again what failed, and loads what the parameters choose unless it is loaded.
-    pub fn activate(&self, sample_rate_hz: f64) {
+    /// Takes the host's sample rate and layout, tries again what failed, and loads what the parameters choose unless it is loaded.
+    pub fn activate(&self, sample_rate_hz: f64, output: Output) {
+        *lock(&self.output) = output;
         self.sample_rate_bits.store(sample_rate_hz.to_bits(), Ordering::Release);
         self.retry();
         self.refresh();
@@ -210,6 +223,11 @@ impl Loader {
         lock(&self.current).walk.upgrade()
     }
 
+    /// What comes out of the instance.
+    pub fn output(&self) -> Output {
+        *lock(&self.output)
+    }
+
     /// The host's sample rate, Hz, once it is known.
     pub fn sample_rate_hz(&self) -> Option<f64> {
         let rate_hz = f64::from_bits(self.sample_rate_bits.load(Ordering::Acquire));
@@ -228,56 +246,71 @@ impl Loader {
             let (head, _) = self.params.head.get();
             // A drawn room is the project's own scene.
             let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
-            let request = SceneRequest { scene, slot, saved, room, head, stereo, sample_rate_bits };
+            let output = self.output();
+            let request = SceneRequest { scene, slot, saved, room, head, stereo, output, sample_rate_bits };
             if sample_rate_bits == 0 || last.as_ref() == Some(&request) {
                 return;
             }
             let result = self.found(&request).and_then(|(scene, note, key)| {
                 let sample_rate_hz = f64::from_bits(sample_rate_bits);
-                let carriers = cache::carriers(&scene, sample_rate_hz)?;
-                let renderer = |attention| {
-                    let renderer = Renderer::with_carriers(Arc::clone(&scene), sample_rate_hz, Arc::clone(&carriers))?;
-                    let decoder = SharedWorker::new(&scene, attention).map_err(LoadError::Thread)?;
-                    Ok::<_, LoadError>(match decoder {
-                        Some(decoder) => renderer.with_worker(Box::new(decoder)),
-                        None => renderer,
-                    })
+                let pairs = match output {
+                    Output::Binaural => Pairs::from_iter([self.emitters(&scene, sample_rate_hz, stereo)?]),
+                    Output::Ambisonic(_) => {
+                        let pair = |pair| self.emitters(&cache::ambisonic(&scene, pair)?, sample_rate_hz, stereo);
+                        (0..output.pairs()).map(pair).collect::<Result<_, _>>()?
+                    }
                 };
-                let mut emitters = Emitters::from(renderer(&self.attention)?);
-                if stereo && scene.emitter().is_some() {
-                    // The editor shows what the first one attends to.
-                    emitters = emitters.with_second(renderer(&Arc::default())?);
-                }
-                Ok((emitters, note, key))
+                Ok((scene, pairs, note, key))
             });
             let chosen = chooses_a_file(&result);
-            let (prepared, report, key) = match result {
-                Ok((emitters, note, key)) => (Prepared::Scene(Box::new(emitters)), note, key),
-                Err(error) => (Prepared::Dry, with_causes(&error), request.saved.clone()),
+            let (scene, prepared, report, key) = match result {
+                Ok((scene, pairs, note, key)) => (Some(scene), Prepared::Scene(pairs), note, key),
+                Err(error) => (None, Prepared::Dry, with_causes(&error), request.saved.clone()),
             };
             // A state that was restored meanwhile wants another scene: begin again.
             if self.params.scene_key.replace(key.clone(), restores) {
                 static NONE_CHOSEN: Once = Once::new();
                 match &prepared {
+                    // Hosts activate several times in a row: it has been said.
+                    _ if self.params.scene_report.text() == report => (),
                     Prepared::Dry if !chosen => NONE_CHOSEN.call_once(|| nice_warn!("{report}")),
                     Prepared::Dry => nice_error!("{report}"),
                     Prepared::Scene(_) if !report.is_empty() => nice_warn!("{report}"),
                     Prepared::Scene(_) => (),
                 }
                 self.params.scene_report.set_text(report);
-                if let Prepared::Scene(emitters) = &prepared {
-                    self.params.frame.set_frame(SceneFrame::of(emitters.first().scene()));
+                if let Some(scene) = &scene {
+                    self.params.frame.set_frame(SceneFrame::of(scene));
                 }
-                lock(&self.current).scene = match &prepared {
-                    Prepared::Scene(emitters) => Arc::downgrade(emitters.first().scene()),
-                    Prepared::Dry => Weak::new(),
-                };
+                let mut current = lock(&self.current);
+                current.scene = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
+                current.held = scene.filter(|_| output != Output::Binaural);
+                drop(current);
                 drop(self.scenes.force_push(prepared));
                 self.repaint.request_repaint();
                 *last = Some(SceneRequest { saved: key, ..request });
                 return;
             }
         }
+    }
+
+    /// What renders a scene.
+    fn emitters(&self, scene: &Arc<Scene>, sample_rate_hz: f64, stereo: bool) -> Result<Emitters, LoadError> {
+        let carriers = cache::carriers(scene, sample_rate_hz)?;
+        let renderer = |attention| {
+            let renderer = Renderer::with_carriers(Arc::clone(scene), sample_rate_hz, Arc::clone(&carriers))?;
+            let decoder = SharedWorker::new(scene, attention).map_err(LoadError::Thread)?;
+            Ok::<_, LoadError>(match decoder {
+                Some(decoder) => renderer.with_worker(Box::new(decoder)),
+                None => renderer,
+            })
+        };
+        let emitters = Emitters::from(renderer(&self.attention)?);
+        if stereo && scene.emitter().is_some() {
+            // The editor shows what the first one attends to.
+            return Ok(emitters.with_second(renderer(&Arc::default())?));
+        }
+        Ok(emitters)
     }
 
     /// Reads the head that has been asked for. The scene's own plays where it cannot be read.

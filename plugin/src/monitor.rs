@@ -62,14 +62,14 @@ impl Monitor {
             self.sound.forget();
             return;
         }
-        let rate_hz = playing.spatializer.as_ref().map_or(0.0, Spatializer::sample_rate_hz);
+        let rate_hz = playing.spatializer().map_or(0.0, Spatializer::sample_rate_hz);
         self.sound.write(&self.telemetry.sound, ears, rate_hz);
         let frame = &mut self.frame;
         raise(&mut frame.output_peak, ears.map(peak));
         (frame.transport_s, frame.playing) = (time.start_s, time.playing);
         (frame.pose, frame.base, frame.tracked, frame.leads) = (heard.pose, heard.base, heard.tracked, heard.leads);
         (frame.dry, frame.offline) = (playing.dry, snapshot.block.live.wait);
-        if let Some(renderer) = playing.spatializer.as_ref().and_then(Spatializer::renderer) {
+        if let Some(renderer) = playing.spatializer().and_then(Spatializer::renderer) {
             frame.tier = renderer.played_tier(snapshot.block.tier);
             frame.show(renderer);
         }

@@ -1,6 +1,7 @@
 //! What is played: the scene and the camera path, as the audio thread takes them over from the loader.
 
 use crate::loader::{Loader, Prepared, Retired};
+use crate::output::Output;
 use crate::params::Choices;
 use crate::walk::Walk;
 use crate::worker::{LOADER, TaskHandle};
@@ -18,8 +19,10 @@ pub(crate) struct Playing {
     loader: Arc<Loader>,
     /// Wakes the loader; from the first activation on.
     task: Option<TaskHandle>,
-    /// Renders the scene; from the first activation on.
-    pub(crate) spatializer: Option<Spatializer>,
+    /// What comes out.
+    output: Output,
+    /// Render the scene, one for each pair of output channels; from the first activation on.
+    pub(crate) spatializers: Vec<Spatializer>,
     /// The camera path, if there is one.
     pub(crate) walk: Option<Arc<Walk>>,
     /// What the listener's headphones need, last of all.
@@ -38,7 +41,8 @@ impl Playing {
         Self {
             loader,
             task: None,
-            spatializer: None,
+            output: Output::default(),
+            spatializers: Vec::new(),
             walk: None,
             headphones: HeadphoneStage::default(),
             dry: false,
@@ -48,29 +52,39 @@ impl Playing {
     }
 
     /// Loads what `choices` ask for. The sound begins with the scene, not with a fade to it: a bounce starts here.
-    pub(crate) fn activate(&mut self, sample_rate_hz: f64, choices: Choices) {
+    pub(crate) fn activate(&mut self, sample_rate_hz: f64, output: Output, choices: Choices) {
         self.choices = Some(choices);
-        // Hosts activate several times in a row; only another sample rate makes all that was prepared useless.
-        if self.spatializer.as_ref().is_none_or(|spatializer| spatializer.sample_rate_hz() != sample_rate_hz) {
-            self.spatializer = Some(Spatializer::new(sample_rate_hz));
+        // Hosts activate several times in a row; only another sample rate or layout makes all that was prepared useless.
+        if output != self.output || self.spatializer().is_none_or(|played| played.sample_rate_hz() != sample_rate_hz) {
+            (self.output, self.spatializers) = (output, output.spatializers(sample_rate_hz));
         }
         if self.task.is_none() {
             let task = LOADER.add(self.loader.clone());
             self.task = task.inspect_err(|error| nice_error!("no thread to load scenes while playing: {error}")).ok();
         }
-        self.loader.activate(sample_rate_hz);
-        match (self.loader.scenes.pop(), &mut self.spatializer) {
-            (Some(Prepared::Scene(emitters)), Some(spatializer)) => {
-                spatializer.install(emitters);
+        self.loader.activate(sample_rate_hz, output);
+        match self.loader.scenes.pop() {
+            Some(Prepared::Scene(pairs)) => {
+                pairs.install(&mut self.spatializers);
                 self.dry = false;
             }
-            (Some(Prepared::Dry), _) => self.dry = true,
-            _ => (),
+            Some(Prepared::Dry) => self.dry = true,
+            None => (),
         }
         if let Some(filter) = self.loader.headphones.pop() {
             drop(self.headphones.install(filter, sample_rate_hz));
         }
         self.receive();
+    }
+
+    /// What renders the scene, or the first two channels of it.
+    pub(crate) fn spatializer(&self) -> Option<&Spatializer> {
+        self.spatializers.first()
+    }
+
+    /// Whether both ears come out.
+    pub(crate) fn is_binaural(&self) -> bool {
+        self.output == Output::Binaural
     }
 
     /// Takes over what the loader has ready, and wakes it for other choices or to drop what is no longer needed. With `wait` the choices
@@ -102,15 +116,17 @@ impl Playing {
     /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn reset(&mut self) {
         // A reset ends a running fade, so that the newest scene can be taken; the second ends the fade to it.
-        self.spatializer.iter_mut().for_each(Spatializer::reset);
+        self.spatializers.iter_mut().for_each(Spatializer::reset);
         self.receive();
-        self.spatializer.iter_mut().for_each(Spatializer::reset);
+        self.spatializers.iter_mut().for_each(Spatializer::reset);
         self.headphones.reset();
     }
 
     /// Begins the cross-fade to what the loader has ready. Returns whether the loader has something to drop.
     fn receive(&mut self) -> bool {
-        let Some(spatializer) = &mut self.spatializer else { return false };
+        if self.spatializers.is_empty() {
+            return false;
+        }
         // While something is held nothing new is taken, so that its place is free.
         let (retired, held) = (&self.loader.retired, &mut self.held);
         let mut hands_back = false;
@@ -119,17 +135,19 @@ impl Playing {
             retired.push(item).err()
         };
         *held = held.take().and_then(&mut retire);
-        if held.is_none() {
-            *held = spatializer.take_retired().and_then(|emitters| retire(Retired::Scene(Prepared::Scene(emitters))));
+        for spatializer in &mut self.spatializers {
+            if held.is_none() {
+                *held = spatializer.take_retired().and_then(|emitters| retire(Retired::Emitters(emitters)));
+            }
         }
         if held.is_none()
             && let Some(prepared) = self.loader.scenes.pop()
         {
             self.dry = matches!(prepared, Prepared::Dry);
-            if let Prepared::Scene(emitters) = prepared
-                && let Err(emitters) = spatializer.swap_in(emitters)
+            if let Prepared::Scene(pairs) = prepared
+                && let Err(pairs) = pairs.swap_into(&mut self.spatializers)
                 // A fade is running: it stays in the queue, unless the loader has a newer one by then.
-                && let Err(prepared) = self.loader.scenes.push(Prepared::Scene(emitters))
+                && let Err(prepared) = self.loader.scenes.push(Prepared::Scene(pairs))
             {
                 *held = retire(Retired::Scene(prepared));
             }

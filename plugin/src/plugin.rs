@@ -10,15 +10,19 @@ use crate::members;
 use crate::monitor::Monitor;
 use crate::offline::OfflineDetector;
 use crate::osc::{Inbox, Osc, Switch};
+use crate::output::{LAYOUTS, Output};
 use crate::pages::{self, InModules};
 use crate::params::{PromenadeParams, Snapshot};
 use crate::playing::Playing;
 use crate::telemetry::Telemetry;
 use nice_plug::prelude::*;
 use promenade_core::Spatializer;
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
+/// Samples in which one pair of output channels is rendered after the other.
+const STRETCH: usize = 256;
 /// Fainter samples are taken as silence, as the engine does: -240 dBFS.
 const SILENCE: f32 = 1e-12;
 
@@ -56,6 +60,8 @@ struct Input {
     /// 1 for mono, else 2.
     channels: usize,
     copy: [Vec<f32>; 2],
+    /// Where the second channel of a pair goes whose first is the last.
+    nowhere: Vec<f32>,
     #[cfg(feature = "standalone")]
     playhead: crate::player::Playhead,
 }
@@ -110,6 +116,10 @@ impl Promenade {
         if self.playing.dry {
             (snapshot.block.mix, snapshot.block.wet_solo) = (0.0, false);
         }
+        if !self.playing.is_binaural() {
+            // Width is what both ears differ by.
+            snapshot.block.trim.width = 1.0;
+        }
         snapshot
     }
 
@@ -118,39 +128,52 @@ impl Promenade {
         let total = buffer.samples();
         let walk = self.playing.walk.as_deref();
         let mut listener = self.listener.of_block(snapshot, walk, time, self.timing.sample_rate_hz);
-        let (Some(spatializer), [left, right]) = (&mut self.playing.spatializer, buffer.as_slice()) else { return None };
+        let is_binaural = self.playing.is_binaural();
+        let (spatializers, outputs) = (&mut self.playing.spatializers, buffer.as_slice());
+        if outputs.len() < 2 {
+            return None;
+        }
         if time.moved {
-            spatializer.jump();
+            spatializers.iter_mut().for_each(Spatializer::jump);
         }
         if self.spender.waits() {
             self.timing.quiet = if self.spender.is_quiet() { self.timing.quiet.saturating_add(total) } else { 0 };
-            [left, right].into_iter().for_each(|ear| ear.fill(0.0));
+            outputs.iter_mut().for_each(|output| output.fill(0.0));
             return Some(listener.end(total, time.end_s()));
         }
-        if self.spender.wakes(spatializer.latency_samples(), self.timing.sample_rate_hz) {
-            spatializer.reset();
+        if self.spender.wakes(spatializers.first()?.latency_samples(), self.timing.sample_rate_hz) {
+            spatializers.iter_mut().for_each(Spatializer::reset);
             self.playing.headphones.reset();
         }
-        self.spender.fade_in([&mut *left, &mut *right], self.timing.sample_rate_hz);
-        // One pass, unless a host breaks its own promise on the block size.
-        for start in (0..total).step_by(self.input.longest()) {
-            let span = start..total.min(start + self.input.longest());
-            let (left, right) = (&mut left[span.clone()], &mut right[span]);
+        self.spender.fade_in(outputs, self.timing.sample_rate_hz);
+        // One pass for both ears, unless a host breaks its own promise on the block size.
+        let longest = if is_binaural { self.input.longest() } else { self.input.longest().min(STRETCH) };
+        for start in (0..total).step_by(longest) {
+            let span = start..total.min(start + longest);
             let channels = self.input.channels;
-            let input = self.input.copied(left, right);
+            let (input, nowhere) = self.input.copied(outputs, span.clone());
             self.monitor.measure_input(input);
             let sounds = input[..channels].iter().any(|channel| channel.iter().any(|sample| sample.abs() >= SILENCE));
-            self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(left.len()) };
-            spatializer.process(&input[..channels], [&mut *left, &mut *right], &snapshot.block, |i| listener.pose(start + i));
-            self.playing.headphones.process([left, right], !snapshot.block.bypass);
+            self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(span.len()) };
+            for (spatializer, pair) in spatializers.iter_mut().zip(outputs.chunks_mut(2)) {
+                let pair = match pair {
+                    [first, second, ..] => [&mut first[span.clone()], &mut second[span.clone()]],
+                    [last] => [&mut last[span.clone()], &mut *nowhere],
+                    [] => continue,
+                };
+                spatializer.process(&input[..channels], pair, &snapshot.block, |i| listener.pose(start + i));
+            }
+            if let (true, [left, right]) = (is_binaural, &mut *outputs) {
+                self.playing.headphones.process([&mut left[span.clone()], &mut right[span]], !snapshot.block.bypass);
+            }
         }
-        self.spender.fade([left, right], self.timing.sample_rate_hz);
+        self.spender.fade(outputs, self.timing.sample_rate_hz);
         Some(listener.end(total, time.end_s()))
     }
 
     /// How far the listener is from the emitter, metres; 1 where the scene knows none.
     fn distance_m(&self, heard: &Heard, snapshot: &Snapshot) -> f32 {
-        let renderer = self.playing.spatializer.as_ref().and_then(Spatializer::renderer);
+        let renderer = self.playing.spatializer().and_then(Spatializer::renderer);
         let emitter = renderer.and_then(|renderer| renderer.scene().emitter());
         emitter.map_or(1.0, |emitter| heard.pose.position.distance(emitter + snapshot.block.emitters.offset))
     }
@@ -159,7 +182,7 @@ impl Promenade {
     ///
     /// Only CLAP has a status for the latter; to VST3 it would mean that there is no tail.
     fn report(&mut self, silent: bool, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
-        let Some(spatializer) = &self.playing.spatializer else { return ProcessStatus::Normal };
+        let Some(spatializer) = self.playing.spatializer() else { return ProcessStatus::Normal };
         let latency = samples(spatializer.latency_samples());
         if latency != self.timing.latency {
             self.timing.latency = latency;
@@ -179,7 +202,7 @@ impl Input {
     /// Makes room for blocks of up to `longest` samples.
     fn resize(&mut self, channels: usize, longest: usize) {
         self.channels = if channels == 1 { 1 } else { 2 };
-        self.copy.iter_mut().for_each(|channel| channel.resize(longest, 0.0));
+        self.copy.iter_mut().chain([&mut self.nowhere]).for_each(|channel| channel.resize(longest, 0.0));
     }
 
     /// Samples that there is room for.
@@ -187,19 +210,19 @@ impl Input {
         self.copy[0].len().max(1)
     }
 
-    /// Copies the channels, which are of one length, at most [`Input::longest`].
-    fn copied(&mut self, left: &[f32], right: &[f32]) -> [&[f32]; 2] {
-        let [first, second] = &mut self.copy;
-        let (first, second) = (&mut first[..left.len()], &mut second[..right.len()]);
-        first.copy_from_slice(left);
-        second.copy_from_slice(right);
-        [first, second]
+    /// Copies the first two channels of a stretch of a block, at most [`Input::longest`], and gives room for an output that nobody hears.
+    fn copied(&mut self, channels: &[&mut [f32]], span: Range<usize>) -> ([&[f32]; 2], &mut [f32]) {
+        for (copy, channel) in self.copy.iter_mut().zip(channels) {
+            copy[..span.len()].copy_from_slice(&channel[span.clone()]);
+        }
+        let [first, second] = &self.copy;
+        ([&first[..span.len()], &second[..span.len()]], &mut self.nowhere[..span.len()])
     }
 
     /// Plays the standalone program's file in place of the input. Returns its time, seconds, and whether it plays.
     #[cfg(feature = "standalone")]
     fn play_file(&mut self, buffer: &mut Buffer) -> Option<(f64, bool)> {
-        let [left, right] = buffer.as_slice() else { return None };
+        let [left, right, ..] = buffer.as_slice() else { return None };
         self.playhead.play(crate::player::player()?, left, right)
     }
 
@@ -217,20 +240,7 @@ impl Plugin for Promenade {
     const EMAIL: &'static str = "";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
 
-    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = &[
-        AudioIOLayout {
-            main_input_channels: NonZeroU32::new(2),
-            main_output_channels: NonZeroU32::new(2),
-            names: PortNames { layout: Some("Stereo to binaural"), ..PortNames::const_default() },
-            ..AudioIOLayout::const_default()
-        },
-        AudioIOLayout {
-            main_input_channels: NonZeroU32::new(1),
-            main_output_channels: NonZeroU32::new(2),
-            names: PortNames { layout: Some("Mono to binaural"), ..PortNames::const_default() },
-            ..AudioIOLayout::const_default()
-        },
-    ];
+    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = LAYOUTS;
 
     const SAMPLE_ACCURATE_AUTOMATION: bool = true;
 
@@ -272,9 +282,10 @@ impl Plugin for Promenade {
         }
         members::join(&self.params, &self.instance.host_side, &self.instance.share);
         self.spender.activate();
-        self.playing.activate(sample_rate_hz, self.params.choices());
+        let output = Output::of_channels(layout.main_output_channels.map_or(0, NonZeroU32::get) as usize);
+        self.playing.activate(sample_rate_hz, output, self.params.choices());
         self.osc.activate(&self.params);
-        self.timing.latency = self.playing.spatializer.as_ref().map_or(0, |s| samples(s.latency_samples()));
+        self.timing.latency = self.playing.spatializer().map_or(0, |s| samples(s.latency_samples()));
         context.set_latency_samples(self.timing.latency);
         true
     }
@@ -305,7 +316,7 @@ impl Plugin for Promenade {
         let wanted = snapshot.block.tier;
         let watch = self.spender.begin(&mut snapshot.block, ears(buffer), offline, snapshot.leads);
         let Some(heard) = self.render(buffer, &snapshot, &time) else {
-            return ProcessStatus::Error("not activated, or not two output channels");
+            return ProcessStatus::Error("not activated, or less than two output channels");
         };
         if let Some(watch) = &watch {
             let away_m = self.distance_m(&heard, &snapshot);
@@ -327,6 +338,7 @@ impl ClapPlugin for Promenade {
         ClapFeature::AudioEffect,
         ClapFeature::Stereo,
         ClapFeature::Mono,
+        ClapFeature::Ambisonic,
         ClapFeature::Reverb,
         ClapFeature::Custom("promenade:spatial"),
     ];
@@ -341,10 +353,10 @@ impl Vst3Plugin for Promenade {
     const VST3_SUBCATEGORIES: &'static [Vst3SubCategory] = &[Vst3SubCategory::Fx, Vst3SubCategory::Spatial];
 }
 
-/// Both output channels; empty without them.
+/// Both ears, or the first two channels of Ambisonics; empty without them.
 fn ears<'a>(buffer: &'a mut Buffer) -> [&'a [f32]; 2] {
     match buffer.as_slice() {
-        [left, right] => [left, right],
+        [left, right, ..] => [left, right],
         _ => [&[], &[]],
     }
 }

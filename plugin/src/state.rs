@@ -92,6 +92,7 @@ mod tests {
     use super::*;
     use crate::choices::SceneChoice;
     use crate::loader::Loader;
+    use crate::output::Output;
     use crate::params::PromenadeParams;
     use crate::scene_key::SceneKey;
     use nice_plug::prelude::{Enum, ParamPtr, Params};
@@ -112,7 +113,7 @@ mod tests {
         let _alone = crate::cache::alone();
         let params = Arc::new(PromenadeParams::default());
         let loader = Loader::new(Arc::clone(&params));
-        loader.activate(48_000.0);
+        loader.activate(48_000.0, Output::Binaural);
         let choose = |parameter, value| {
             params.remote.set(parameter, value, params.hosted(parameter));
             loader.refresh();

@@ -165,6 +165,7 @@ impl Shared {
 mod tests {
     use super::*;
     use crate::loader::{Loader, Prepared};
+    use crate::output::Output;
     use crate::params::PromenadeParams;
     use std::sync::mpsc::{Receiver, Sender, channel};
     use std::time::Duration;
@@ -174,9 +175,9 @@ mod tests {
         let _alone = crate::cache::alone();
         let loader = Loader::new(Arc::new(PromenadeParams::default()));
         let task = LOADER.add(loader.clone()).unwrap();
-        loader.activate(48_000.0);
+        loader.activate(48_000.0, Output::Binaural);
         assert!(matches!(loader.scenes.pop(), Some(Prepared::Scene(_))));
-        loader.activate(48_000.0);
+        loader.activate(48_000.0, Output::Binaural);
         assert!(loader.scenes.pop().is_none(), "activating again loads again");
         loader.forget();
         task.schedule();

@@ -55,7 +55,7 @@ mod needs_screen {
         let times = std::env::var("PROMENADE_EDITOR_OPENINGS").ok().and_then(|text| text.parse().ok()).unwrap_or(8);
         let params = Arc::new(PromenadeParams::default());
         let loader = Loader::new(Arc::clone(&params));
-        loader.activate(48_000.0);
+        loader.activate(48_000.0, promenade_plugin::output::Output::Binaural);
         let telemetry = Telemetry::new();
         let repaint = loader.repaint.clone();
         let plugin = Arc::new(());

@@ -50,7 +50,7 @@ fn play(hosts: &mut [ClapHost], lanes: &[Lane], inputs: &[Vec<f32>]) -> ([Vec<f3
                 set.expect("the plugin takes the value");
             }
             let input = &input[at..at + BLOCK];
-            instance.process_into(&[input, input], [&mut left, &mut right]).expect("the plugin plays");
+            instance.process_into(&[input, input], &mut [&mut left, &mut right]).expect("the plugin plays");
             for (ear, out) in mix.iter_mut().zip([&left, &right]) {
                 ear[at..].iter_mut().zip(out).for_each(|(sum, x)| *sum += x);
             }

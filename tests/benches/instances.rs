@@ -52,7 +52,7 @@ fn play(hosts: &mut [impl Host], lanes: &[Lane], signal: &[f32], at: &mut u64) -
                 let set = lane.events(*at, BLOCK, |offset, value| instance.set_at(lane.id(), value, offset));
                 set.expect("the plugin takes the value");
             }
-            instance.process_into(&[block, block], [&mut left, &mut right]).expect("the plugin plays");
+            instance.process_into(&[block, block], &mut [&mut left, &mut right]).expect("the plugin plays");
         }
         *at += BLOCK as u64;
         played += BLOCK;

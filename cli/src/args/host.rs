@@ -11,7 +11,7 @@ pub(crate) struct HostArgs {
     /// Dry WAV file, mono or stereo
     #[arg(required_unless_present_any = ["list", "presets"])]
     pub(crate) input: Option<PathBuf>,
-    /// Stereo WAV file to write, 32-bit float
+    /// WAV file to write, 32-bit float, stereo unless --outputs says more
     #[arg(required_unless_present_any = ["list", "presets"])]
     pub(crate) output: Option<PathBuf>,
     /// Name, vendor, version, latency and parameters of the plugin instead of a rendering
@@ -44,6 +44,9 @@ pub(crate) struct HostArgs {
     /// Samples played at a time
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub(crate) block: u32,
+    /// Channels of the plugin's output: 4, 9 and 16 ask Promenade for Ambisonics
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) outputs: u16,
     /// Tell the plugin that it plays in real time; it still runs as fast as it can
     #[arg(long)]
     pub(crate) realtime: bool,

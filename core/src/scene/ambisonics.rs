@@ -5,6 +5,7 @@ use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{degree, harmonics};
 use crate::number::single;
 use crate::{Axis, Bands, StftGrid, TailModel};
+use glam::Vec3;
 use promenade_fourier::num_complex::Complex64;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -21,6 +22,17 @@ const FLAT_RATE_HZ: f64 = 768_000.0;
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error("expected a scene of image sources for Ambisonics, found one whose sound has the ears of a head in it")]
 pub struct NotAmbisonicError;
+
+/// What the channels of a pair, as in [`Scene::ambisonic_pair`], have of a dry left and right channel, `[output][channel]`: plane waves from
+/// 90 degrees to either side of the listener, each with half of its amplitude. The same in both is as loud in the first channel as one.
+///
+/// # Panics
+/// When `pair` is not below half of [`AMBISONIC_CHANNELS`].
+#[must_use]
+pub fn ambisonic_dry(pair: usize) -> [[f32; 2]; 2] {
+    let sides = [Vec3::Y, Vec3::NEG_Y].map(|side| harmonics(AMBISONIC_CHANNELS.isqrt() - 1, side));
+    [2 * pair, 2 * pair + 1].map(|channel| [0, 1].map(|side| 0.5 * sn3d(channel) * sides[side][channel]))
+}
 
 impl Scene {
     /// The same place with two channels of AmbiX (ACN, SN3D: Nachbar et al. 2011) for ears: `2 * pair` and the one after it, along the axes
@@ -49,7 +61,7 @@ impl Scene {
         else {
             return Err(NotAmbisonicError);
         };
-        let weights = [2 * pair, 2 * pair + 1].map(|channel| single((2.0 * degree(channel) as f64 + 1.0).sqrt().recip()));
+        let weights = [2 * pair, 2 * pair + 1].map(sn3d);
         let gain = emitter_gain(direct, field, &parts.grid, &images.head);
         let seen = images.direct.iter().zip(images.seen.chunks(images.images.len()));
         let with_emitter = ImageSources {
@@ -82,6 +94,11 @@ impl Scene {
             },
         })
     }
+}
+
+/// What makes a channel in N3D one in SN3D.
+fn sn3d(channel: usize) -> f32 {
+    single((2.0 * degree(channel) as f64 + 1.0).sqrt().recip())
 }
 
 /// Amplitude of the emitter at 1 m: what the field has of it over what the head hears of a gain of 1, where heads do little, both over

@@ -1,9 +1,10 @@
 //! A track connected to a CLAP plugin's ports.
 
 use super::handlers::Handlers;
-use crate::HostError;
 use crate::backend::{check_channels, copy_out};
-use clack_extensions::audio_ports::{AudioPortFlags, AudioPortInfoBuffer, PluginAudioPorts};
+use crate::{HostError, Setup};
+use clack_extensions::ambisonic::PluginAmbisonic;
+use clack_extensions::audio_ports::{AudioPortFlags, AudioPortInfoBuffer, AudioPortType, PluginAudioPorts};
 use clack_extensions::audio_ports_config::{AudioPortsConfigBuffer, PluginAudioPortsConfig};
 use clack_host::prelude::*;
 use clack_host::process::audio_buffers::{InputAudioBuffers, OutputAudioBuffers};
@@ -47,13 +48,28 @@ impl Side {
 }
 
 impl Ports {
-    /// Selects the layout for a track of so many channels where the plugin has several, and finds the main ports.
-    pub(crate) fn choose(instance: &mut PluginInstance<Handlers>, plugin: &str, channels: usize) -> Result<Self, HostError> {
-        select(instance, channels);
+    /// Selects the layout for a track where the plugin has several, and finds the main ports.
+    pub(crate) fn choose(instance: &mut PluginInstance<Handlers>, plugin: &str, setup: &Setup) -> Result<Self, HostError> {
+        select(instance, setup);
         let inputs = side(instance, true);
         let outputs = side(instance, false);
-        check_channels(plugin, channels, (inputs.main().len(), outputs.main().len()))?;
+        check_channels(plugin, setup, (inputs.main().len(), outputs.main().len()))?;
         Ok(Self { inputs, outputs })
+    }
+
+    /// What the plugin calls its main output.
+    pub(crate) fn main_output(&self, instance: &mut PluginInstance<Handlers>) -> String {
+        let Ok(index) = u32::try_from(self.outputs.main) else { return String::new() };
+        let handle = instance.plugin_handle();
+        let mut buffer = AudioPortInfoBuffer::new();
+        let ports = handle.get_extension::<PluginAudioPorts>();
+        let kind = ports.and_then(|ports| ports.get(&handle, index, false, &mut buffer)).and_then(|port| port.port_type);
+        let kind = kind.map_or_else(String::new, |AudioPortType(name)| name.to_string_lossy().into_owned());
+        let config = handle.get_extension::<PluginAmbisonic>().and_then(|kinds| kinds.get_config(&handle, false, index));
+        match config.map(|config| (config.ordering(), config.normalization())) {
+            Some((Some(ordering), Some(normalization))) => format!("{kind}, {ordering:?}, {normalization:?}"),
+            _ => kind,
+        }
     }
 
     /// Makes room for blocks of that length.
@@ -85,14 +101,14 @@ impl Ports {
         (inputs, outputs)
     }
 
-    /// What the main output has of the block; one channel goes to both ears.
-    pub(crate) fn copy_out(&self, output: [&mut [f32]; 2]) {
+    /// What the main output has of the block; one channel goes to all.
+    pub(crate) fn copy_out(&self, output: &mut [&mut [f32]]) {
         copy_out(self.outputs.main(), output);
     }
 }
 
-/// Selects the first layout with so many inputs, and two outputs if there is one such.
-fn select(instance: &mut PluginInstance<Handlers>, channels: usize) {
+/// Selects the first layout with the setup's inputs, and its outputs if there is one such.
+fn select(instance: &mut PluginInstance<Handlers>, setup: &Setup) {
     let Some(configs) = instance.plugin_handle().get_extension::<PluginAudioPortsConfig>() else { return };
     let handle = instance.plugin_handle();
     let mut buffer = AudioPortsConfigBuffer::new();
@@ -101,11 +117,11 @@ fn select(instance: &mut PluginInstance<Handlers>, channels: usize) {
         let Some(config) = configs.get(&handle, index, &mut buffer) else { continue };
         let inputs = config.main_input.map_or(0, |port| port.channel_count);
         let outputs = config.main_output.map_or(0, |port| port.channel_count);
-        if inputs as usize == channels {
+        if inputs as usize == setup.inputs {
             fitting.push((outputs, config.id));
         }
     }
-    let best = fitting.iter().find(|(outputs, _)| *outputs == 2).or(fitting.first());
+    let best = fitting.iter().find(|(outputs, _)| *outputs as usize == setup.outputs).or(fitting.first());
     if let Some((_, id)) = best {
         // Who declines keeps the layout that is looked at next.
         let _ = configs.select(&handle, *id);

@@ -138,14 +138,14 @@ impl Spender {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn fade_in(&mut self, [left, right]: [&mut [f32]; 2], sample_rate_hz: f64) {
+    pub(crate) fn fade_in(&mut self, input: &mut [&mut [f32]], sample_rate_hz: f64) {
         let fade = fade_samples(sample_rate_hz);
         if self.taken < self.settled {
-            let gains = (self.taken..fade).map(|at| at as f32 / fade as f32);
-            for ((left, right), gain) in left.iter_mut().zip(right).zip(gains) {
-                (*left, *right) = (*left * gain, *right * gain);
+            for channel in &mut *input {
+                let gains = (self.taken..fade).map(|at| at as f32 / fade as f32);
+                channel.iter_mut().zip(gains).for_each(|(x, gain)| *x *= gain);
             }
-            self.taken += left.len();
+            self.taken += input.first().map_or(0, |channel| channel.len());
         }
     }
 
@@ -153,16 +153,21 @@ impl Spender {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn fade(&mut self, [left, right]: [&mut [f32]; 2], sample_rate_hz: f64) {
+    pub(crate) fn fade(&mut self, channels: &mut [&mut [f32]], sample_rate_hz: f64) {
         let target = if self.now == Grant::Nothing { 0.0 } else { 1.0 };
         if self.level == target {
             return;
         }
         let step = 1.0 / fade_samples(sample_rate_hz) as f32;
-        for (left, right) in left.iter_mut().zip(right) {
-            self.level += (target - self.level).clamp(-step, step);
-            (*left, *right) = (*left * self.level, *right * self.level);
+        let mut end = self.level;
+        for channel in channels {
+            end = self.level;
+            for x in channel.iter_mut() {
+                end += (target - end).clamp(-step, step);
+                *x *= end;
+            }
         }
+        self.level = end;
     }
 
     /// Measures a block for the allocator: its time, both ears, the distance to the emitter, metres, the tier that the user has set, and the length

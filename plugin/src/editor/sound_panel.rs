@@ -8,6 +8,7 @@ use super::panel::Panel;
 use super::theme::SPACE;
 use super::widgets::{button, columns, dimmed, note};
 use super::words::Word;
+use crate::output::Output;
 use crate::parameter::Parameter;
 use egui::Ui;
 use promenade_core::Tier;
@@ -35,16 +36,19 @@ impl Panel for SoundPanel {
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         let whole = ctx.frame.tier == Tier::Reference;
+        let ears = ctx.instance.loader.output() == Output::Binaural;
         let far = ctx.scene.is_none_or(|scene| scene.emitter().is_some());
         columns(ui, [224.0, 224.0, 224.0], |ui, column| {
             ui.spacing_mut().item_spacing.y = SPACE;
             match column {
                 0 => {
                     dimmed(ui, whole, |ui| LEVELS.into_iter().for_each(|(parameter, word)| slider(ui, ctx, parameter, word)));
-                    self.headphones.show(ui, ctx);
+                    dimmed(ui, !ears, |ui| self.headphones.show(ui, ctx));
                 }
                 1 => {
-                    dimmed(ui, whole, |ui| ROOM.into_iter().for_each(|(parameter, word)| slider(ui, ctx, parameter, word)));
+                    for (parameter, word) in ROOM {
+                        dimmed(ui, whole || (!ears && parameter == Parameter::Width), |ui| slider(ui, ctx, parameter, word));
+                    }
                     dimmed(ui, whole || !far, |ui| slider(ui, ctx, Parameter::Law, Word::Law));
                 }
                 _ => {
@@ -56,7 +60,7 @@ impl Panel for SoundPanel {
                             neutral(ctx);
                         }
                     });
-                    limits(ui, ctx, far);
+                    limits(ui, ctx, far, ears);
                 }
             }
         });
@@ -73,8 +77,9 @@ fn neutral(ctx: &mut Ctx<'_>) {
 }
 
 /// What of this has no effect on what is heard now.
-fn limits(ui: &mut Ui, ctx: &Ctx<'_>, far: bool) {
+fn limits(ui: &mut Ui, ctx: &Ctx<'_>, far: bool, ears: bool) {
     match ctx.frame.tier {
+        _ if !ears => note(ui, ctx.palette, "Ambisonics go out: head, headphones and width are for ears."),
         Tier::Reference => note(ui, ctx.palette, "Reference plays a model that knows no parts: only the low cut acts on it."),
         Tier::Draft => note(ui, ctx.palette, "Draft has no room but the echoes of simulated places."),
         _ if !far => {

@@ -1,8 +1,9 @@
 //! The CLAP entry: the framework's plugin, with what the framework lacks put beside it.
 //!
-//! The framework's own entry knows nothing of presets, of a host's menus and marks, and of angles that go round. Its editor takes the host's part of the extension for granted: opened in a host
+//! The framework's own entry knows nothing of presets, of Ambisonics, of a host's menus and marks, and of angles that go round. Its editor takes the host's part of the extension for granted: opened in a host
 //! without it, it takes the host down.
 
+mod ambisonic;
 mod context_menu;
 mod param_indication;
 mod params;
@@ -159,8 +160,18 @@ unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *cons
     if param_indication::IDS.contains(&name) {
         return (&raw const param_indication::EXTENSION).cast();
     }
+    if ambisonic::IDS.contains(&name) {
+        return (&raw const ambisonic::EXTENSION).cast();
+    }
+    let amended = |table: Option<*const c_void>| table.unwrap_or_default();
     if name == params::ID {
-        return params::extension(plugin).map_or(std::ptr::null(), |extension| std::ptr::from_ref(extension).cast());
+        return amended(params::extension(plugin).map(|table| std::ptr::from_ref(table).cast()));
+    }
+    if name == ambisonic::PORTS {
+        return amended(ambisonic::ports(plugin).map(|table| std::ptr::from_ref(table).cast()));
+    }
+    if name == ambisonic::CONFIGS {
+        return amended(ambisonic::configs(plugin).map(|table| std::ptr::from_ref(table).cast()));
     }
     if name == EDITOR && host_extension::<c_void>(plugin, &[EDITOR]).is_none() {
         return std::ptr::null();
