@@ -424,13 +424,21 @@ fn start_pose(heard: &[Heard], plan: &Plan, emitter: Vec3) -> Pose {
 /// Points along the edges of the room, and the emitter.
 fn outline(mesh: &Mesh, emitter: Vec3) -> Vec<Anchor> {
     const STEP_M: f32 = 0.25;
+    // Cosine of two degrees.
+    const FLAT: f32 = 0.9994;
     const MOST: usize = 4000;
     let at = |v: u32| Vec3::from_array(mesh.vertices[v as usize].map(|c| c as f32));
-    let edges = mesh.triangles.iter().flat_map(|t| [[0, 1], [1, 2], [2, 0]].map(|e| e.map(|c| t.corners[c])));
-    let mut lines: Vec<[u32; 2]> = edges.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    lines.sort_unstable();
-    lines.dedup();
-    let points = lines.iter().flat_map(|[a, b]| {
+    let mut lines: BTreeMap<[u32; 2], Vec<Vec3>> = BTreeMap::new();
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.corners.map(at);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        for [from, to] in [[0, 1], [1, 2], [2, 0]].map(|edge: [usize; 2]| edge.map(|corner| triangle.corners[corner])) {
+            lines.entry([from.min(to), from.max(to)]).or_default().push(normal);
+        }
+    }
+    // Where two triangles make one plane there is nothing to see.
+    lines.retain(|_, normals| !matches!(normals[..], [one, other] if one.dot(other).abs() > FLAT));
+    let points = lines.keys().flat_map(|[a, b]| {
         let (a, b) = (at(*a), at(*b));
         let count = (a.distance(b) / STEP_M).ceil().max(1.0) as usize;
         (0..=count).map(move |i| a.lerp(b, i as f32 / count as f32))

@@ -144,3 +144,17 @@ fn a_room_without_a_place_for_the_listener_is_refused() {
     let error = bake_geometry(&mesh, &room, EMITTER, &transparent(), &dense, |_| ()).unwrap_err().to_string();
     assert!(error.contains("at most 4096"), "{error}");
 }
+
+#[test]
+fn the_outline_has_the_edges_of_walls_and_not_of_triangles() {
+    let (mesh, _) = room(0.3, 0.2);
+    let points = outline(&mesh, EMITTER);
+    let size = Vec3::from_array(SIZE.map(|length| length as f32));
+    let (emitter, walls) = points.split_last().unwrap();
+    assert_eq!(emitter.position, EMITTER);
+    let at_walls = |p: Vec3| (0..3).filter(|&i| p[i].abs() < 1e-4 || (p[i] - size[i]).abs() < 1e-4).count();
+    assert!(walls.iter().all(|anchor| at_walls(anchor.position) >= 2), "a point within a wall");
+    // Twelve edges, a point every 25 cm.
+    let expected = 4.0 * (size.x + size.y + size.z) / 0.25 + 12.0;
+    assert!((walls.len() as f32 - expected).abs() < 2.0, "{} points, not {expected}", walls.len());
+}
