@@ -18,6 +18,8 @@ mod eyring;
 mod image;
 #[cfg(feature = "meshes")]
 mod images;
+#[cfg(feature = "meshes")]
+mod intensity;
 mod lattice;
 mod material;
 mod materials;
@@ -44,6 +46,8 @@ pub use error::AcousticsError;
 pub use image::{Image, MAX_ORDER, Share};
 #[cfg(feature = "meshes")]
 pub use images::{ImageOptions, Images};
+#[cfg(feature = "meshes")]
+pub use intensity::{Intensity, Seen};
 pub use lattice::fibonacci;
 pub use material::Material;
 pub use materials::{Entry, Materials, SCATTERING};

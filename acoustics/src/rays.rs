@@ -113,6 +113,41 @@ pub fn late_field(
     Ok(sum.finish(&tracer))
 }
 
+/// Traces rays from a source and tells of each that meets a surface: where, on which plane, and the power that it brings, of a source whose direct
+/// sound has an energy of 1 at 1 m. In the order of the rays.
+pub(crate) fn particles(
+    room: &Room,
+    source: [f64; 3],
+    options: &RayOptions,
+    mut on_wall: impl FnMut(DVec3, u32, &[f32; LANES]),
+) -> Result<(), AcousticsError> {
+    let source = place("source", source)?;
+    check(options, 1.0)?;
+    let listeners = Listeners::new(room, &[], 1.0)?;
+    let tracer = Tracer {
+        room,
+        source,
+        listeners: &listeners,
+        surfaces: room.materials().iter().map(Surface::new).collect(),
+        options,
+        turn: turn(options.seed),
+        bins: 0,
+    };
+    let decay = options.air.map_or([0.0; BANDS], |air| air.decay_per_m());
+    let power = 4.0 * std::f64::consts::PI / options.rays as f64;
+    let mut sum = Sum::new(0, 0);
+    for ray in 0..options.rays {
+        tracer.follow(ray, &mut sum, |at, plane, way, energy| {
+            let mut lanes = *energy;
+            for (lane, decay) in lanes.iter_mut().zip(&decay) {
+                *lane *= (power * (-f64::from(*decay) * way).exp()) as f32;
+            }
+            on_wall(at, plane, &lanes);
+        });
+    }
+    Ok(())
+}
+
 fn check(options: &RayOptions, radius: f64) -> Result<(), AcousticsError> {
     let wrong = |what: &str, expected: &str, found: String| Err(AcousticsError::argument(what, expected, found));
     if !(1..=1 << 28).contains(&options.rays) {
@@ -208,12 +243,13 @@ impl Tracer<'_> {
     fn trace(&self, rays: std::ops::Range<usize>) -> Sum {
         let mut sum = Sum::new(self.listeners.count(), self.bins);
         for i in rays {
-            self.follow(i, &mut sum);
+            self.follow(i, &mut sum, |_, _, _, _| ());
         }
         sum
     }
 
-    fn follow(&self, index: usize, sum: &mut Sum) {
+    /// Follows a ray; `on_wall` is told place, plane, way from the source in metres, and energy of each meeting with a surface.
+    fn follow(&self, index: usize, sum: &mut Sum, mut on_wall: impl FnMut(DVec3, u32, f64, &[f32; LANES])) {
         let options = self.options;
         let mut random = Random::new(options.seed, index as u64);
         let mut ray = Ray::new(self.source, self.turn * direction(index, options.rays));
@@ -240,6 +276,7 @@ impl Tracer<'_> {
             sum.way_m += hit.distance;
             sum.way2_m2 += hit.distance * hit.distance;
             sum.walls += 1;
+            on_wall(ray.at(hit.distance), self.room.plane(hit.face), way, &energy);
             let surface = &self.surfaces[self.room.material(hit.face)];
             for ((e, r), absorbed) in energy.iter_mut().zip(&surface.reflected).zip(&mut sum.absorbed) {
                 *absorbed += f64::from(*e * (1.0 - r));

@@ -1,4 +1,7 @@
-//! `promenade map`: what a room sounds like over its plan.
+//! `promenade map`: what a room sounds like over its plan, and the sound that falls on what a camera sees.
+
+mod camera;
+mod exr;
 
 use crate::args::MapArgs;
 use crate::plot::{self, Panel, Plan};
@@ -12,6 +15,8 @@ use std::path::Path;
 
 /// Places along the longer side of a plan, unless told.
 const PLACES: f64 = 40.0;
+/// Rays, unless told.
+const RAYS: u32 = 65_536;
 /// Length of a bin of the echograms, seconds.
 const BIN_S: f64 = 0.004;
 /// Largest echograms of all places together, bins.
@@ -27,10 +32,14 @@ const MEASURES: [(&str, &str, Take); 4] = [
 ];
 
 pub(crate) fn run(args: &MapArgs) -> Result<()> {
-    if let Some(other) = args.output.iter().find(|path| !matches!(ending(path).as_str(), "png" | "svg")) {
-        bail!("{}: expected a file ending in .png or .svg", other.display());
+    let endings: &[&str] = if args.camera.is_some() { &["png", "exr"] } else { &["png", "svg", "exr"] };
+    if let Some(other) = args.output.iter().find(|path| !endings.contains(&ending(path).as_str())) {
+        bail!("{}: expected a file ending in .{}", other.display(), endings.join(" or ."));
     }
     let (mesh, room) = simulate::room(&args.room)?;
+    if let Some(camera) = &args.camera {
+        return camera::run(args, &room, camera);
+    }
     let (low, high) = plan_bounds(&mesh);
     let spacing = args.grid.unwrap_or(((high[0] - low[0]).max(high[1] - low[1]) / PLACES) as f32);
     let inside = Inside::new(&mesh, &room, args.room.source, args.margin)?;
@@ -47,7 +56,7 @@ pub(crate) fn run(args: &MapArgs) -> Result<()> {
     let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
     let air = Some(Air::default());
     let rays = RayOptions {
-        rays: args.rays as usize,
+        rays: args.rays.unwrap_or(RAYS) as usize,
         length_s: args.length,
         bin_s: BIN_S,
         image_order: args.order,
@@ -72,11 +81,11 @@ pub(crate) fn run(args: &MapArgs) -> Result<()> {
     };
     let panels = MEASURES.map(|(title, _, take)| Panel { title: title.to_owned(), values: over(&places, &measured, take) });
     for path in &args.output {
-        let picture = match ending(path).as_str() {
-            "svg" => plot::plan_svg(&plan, &panels)?.into_bytes(),
-            _ => plot::plan_png(&plan, &panels)?,
-        };
-        atomic::write(path, &picture)?;
+        match ending(path).as_str() {
+            "svg" => atomic::write(path, plot::plan_svg(&plan, &panels)?.as_bytes())?,
+            "exr" => numbers(path, &places, spacing, &measured)?,
+            _ => atomic::write(path, &plot::plan_png(&plan, &panels)?)?,
+        }
     }
     let mut rows = vec![["", "least", "median", "most", "places"].map(str::to_owned).to_vec()];
     rows.extend(MEASURES.iter().map(|(_, name, take)| row(name, &measured, *take)));
@@ -88,6 +97,25 @@ fn plan_bounds(mesh: &Mesh) -> ([f64; 2], [f64; 2]) {
     let [low, high] = mesh.bounds();
     let margin = 0.03 * (high[0] - low[0]).max(high[1] - low[1]);
     ([0, 1].map(|axis| low[axis] - margin), [0, 1].map(|axis| high[axis] + margin))
+}
+
+/// Writes a pixel for each place, and NaN where there is none: the row of the greatest y above, the least x on the left.
+fn numbers(path: &Path, places: &[Vec3], spacing: f32, measured: &[Measures]) -> Result<()> {
+    let low = places.iter().fold(Vec3::MAX, |low, place| low.min(*place));
+    let index = |place: &Vec3| {
+        let steps = ((*place - low) / spacing).round();
+        [steps.x as usize, steps.y as usize]
+    };
+    let [width, height] = places.iter().map(index).fold([1, 1], |[w, h], [x, y]| [w.max(x + 1), h.max(y + 1)]);
+    let channel = |take: Take| {
+        let mut pixels = vec![f32::NAN; width * height];
+        for (place, measures) in places.iter().zip(measured) {
+            let [x, y] = index(place);
+            pixels[(height - 1 - y) * width + x] = take(measures).map_or(f32::NAN, |value| value as f32);
+        }
+        pixels
+    };
+    exr::write(path, [width, height], MEASURES.iter().map(|(_, name, take)| (*name, channel(*take))).collect())
 }
 
 fn over(places: &[Vec3], measured: &[Measures], take: Take) -> Vec<([f64; 2], Option<f64>)> {

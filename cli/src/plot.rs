@@ -15,6 +15,8 @@ const BAR: RGBColor = RGBColor(0x4a, 0x7f, 0xb5);
 const OTHER_BAR: RGBColor = RGBColor(0xc8, 0xc8, 0xc8);
 const FONT: (&str, u32) = ("sans-serif", 13);
 const TITLE_FONT: (&str, u32) = ("sans-serif", 15);
+/// Height of a picture whose legend can be read.
+const LEAST_LEGEND: u32 = 160;
 /// Left of the boxes, for the names of rows.
 const NAMES_WIDTH: u32 = 170;
 
@@ -133,6 +135,12 @@ fn png_of(
     encoder.set_depth(png::BitDepth::Eight);
     encoder.write_header()?.write_image_data(&pixels)?;
     Ok(file)
+}
+
+/// A picture of numbers with a legend on its right, as PNG.
+pub(crate) fn picture_png([width, height]: [usize; 2], numbers: &[f32]) -> Result<Vec<u8>> {
+    let size = (u32::try_from(width)? + plan::AROUND[1], u32::try_from(height)?.max(LEAST_LEGEND));
+    png_of(size, |area| plan::picture(area, width, numbers))
 }
 
 /// An image of the usual width with a white ground.

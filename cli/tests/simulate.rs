@@ -379,8 +379,9 @@ fn a_room_is_mapped() {
     let (mesh, png, svg) = (text("room.obj"), text("map.png"), text("map.svg"));
     std::fs::write(&mesh, ROOM).unwrap();
     let map = ["map", &mesh, "--source", "1.2,3.2,1.5", "--materials", "top=0.3:0.5", "--rays", "4000", "--beams", "512"];
+    let exr = text("map.exr");
     let map = [&map[..], &["--length", "1", "--order", "2"]].concat();
-    let (table, _) = succeeds(&[&map[..], &["--grid", "0.5", "-o", &png, "-o", &svg]].concat());
+    let (table, _) = succeeds(&[&map[..], &["--grid", "0.5", "-o", &png, "-o", &svg, "-o", &exr]].concat());
     // Least, median and most of a row.
     let row = |name: &str| -> Vec<f64> {
         let line = table.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("{name}: {table}"));
@@ -395,10 +396,52 @@ fn a_room_is_mapped() {
     for title in ["Level, dB re direct sound at 1 m", "T20, s", "C50, dB", "STI", "2 m"] {
         assert!(drawn.contains(title), "{title}");
     }
+    // The same numbers.
+    let (size, channels) = numbers_of(&exr);
+    let most = |name: &str| channels[name].iter().copied().filter(|n| n.is_finite()).fold(f32::MIN, f32::max);
+    assert!((most("level, dB") - level[2] as f32).abs() < 0.006 && (most("STI") - sti[2] as f32).abs() < 0.006);
+    assert!(size.0 > 4 && size.1 > 4 && channels.len() == 4, "{size:?}");
     let pixels = std::fs::read(&png).unwrap();
     assert!(pixels.starts_with(b"\x89PNG") && pixels.len() > 10_000, "{} bytes", pixels.len());
     all_fail(&[
-        ([&map[..], &["-o", &text("map.pdf")]].concat(), "map.pdf: expected a file ending in .png or .svg"),
+        ([&map[..], &["-o", &text("map.pdf")]].concat(), "map.pdf: expected a file ending in .png or .svg or .exr"),
         ([&map[..], &["-o", &png, "--grid", "0.01", "--margin", "0"]].concat(), "--grid: expected at most 4000 places of 1 s"),
+    ]);
+}
+
+/// Size of an OpenEXR file, and its channels by name, row by row.
+fn numbers_of(path: &str) -> ((usize, usize), std::collections::BTreeMap<String, Vec<f32>>) {
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let layer = image.from_file(path).unwrap().layer_data;
+    let numbers = |channel: &exr::prelude::AnyChannel<exr::prelude::FlatSamples>| {
+        (channel.name.to_string(), channel.sample_data.values_as_f32().collect::<Vec<f32>>())
+    };
+    ((layer.size.0, layer.size.1), layer.channel_data.list.iter().map(numbers).collect())
+}
+
+#[test]
+fn a_camera_sees_where_the_sound_falls() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (mesh, png, exr) = (text("room.obj"), text("view.png"), text("view.exr"));
+    std::fs::write(&mesh, ROOM).unwrap();
+    // From the middle of the room along the way to the source, which is near the wall behind it.
+    let map = ["map", &mesh, "--source", "0.4,2,1.2", "--materials", "top=0.3:0.5", "--rays", "4000", "--length", "0.5"];
+    let map = [&map[..], &["--camera", "4,2,1.2,180,0,0"]].concat();
+    let (said, _) = succeeds(&[&map[..], &["--size", "64,48", "--fov", "70", "-o", &png, "-o", &exr]].concat());
+    assert!(said.contains("least") && said.contains("most"), "{said}");
+    let (size, channels) = numbers_of(&exr);
+    assert_eq!(size, (64, 48));
+    let (level, distance) = (&channels["level"], &channels["distance"]);
+    let loudest = (0..level.len()).max_by(|a, b| level[*a].total_cmp(&level[*b])).unwrap();
+    let (x, y) = (loudest % 64, loudest / 64);
+    assert!(x.abs_diff(32) < 6 && y.abs_diff(24) < 6, "loudest at {x}, {y}");
+    assert!((distance[24 * 64 + 32] - 4.0).abs() < 0.05, "{} m to the wall", distance[24 * 64 + 32]);
+    assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
+    all_fail(&[
+        ([&map[..], &["-o", &text("view.svg")]].concat(), "view.svg: expected a file ending in .png or .exr"),
+        ([&map[..], &["-o", &png, "--size", "0,5"]].concat(), "expected a width and a height of 1 to 8192 pixels"),
+        ([&map[..], &["-o", &png, "--grid", "1"]].concat(), "cannot be used with"),
     ]);
 }

@@ -37,6 +37,7 @@ pub(crate) use presets::of as presets;
 use std::ffi::{CStr, CString};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// Keeps a loaded library loaded for good: threads that an editor has left behind may still run its code when the last instance is gone.
 fn stay(path: &Path) {
@@ -159,7 +160,10 @@ impl ClapPlugin {
         };
         self.ports.fit(self.setup.block);
         (self.steady, self.may_sleep) = (0, false);
-        let stopped = self.instance.activate(|_, _| (), config).map_err(|e| self.failed("be activated", e))?;
+        self.requests.activating.store(true, Ordering::Release);
+        let stopped = self.instance.activate(|_, _| (), config);
+        self.requests.activating.store(false, Ordering::Release);
+        let stopped = stopped.map_err(|e| self.failed("be activated", e))?;
         let started = self.requests.on_audio_thread(|| stopped.start_processing());
         self.processor = Some(started.map_err(|e| self.failed("start", e))?);
         self.serve()
@@ -210,6 +214,10 @@ impl Backend for ClapPlugin {
 
     fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
         self.stop();
+        // What the plugin has asked for may also come while it is not active.
+        if Requests::take(&self.requests.callback) {
+            self.instance.call_on_main_thread_callback();
+        }
         self.setup = setup;
         self.start()
     }
@@ -286,6 +294,8 @@ impl Backend for ClapPlugin {
     }
 
     fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), HostError> {
+        // What the last block has asked for: a host's main thread comes later than its audio thread.
+        self.serve()?;
         let len = output.first().map_or(0, |channel| channel.len());
         // What was set for a sample that does not come is set at the last one.
         self.queue(u32::try_from(len.saturating_sub(1)).unwrap_or(u32::MAX));
@@ -304,7 +314,7 @@ impl Backend for ClapPlugin {
         self.listen();
         // The block was the flush that the plugin may have asked for.
         Requests::take(&self.requests.flush);
-        self.serve()
+        Ok(())
     }
 
     fn main_output(&mut self) -> String {
@@ -312,6 +322,9 @@ impl Backend for ClapPlugin {
     }
 
     fn latency(&mut self) -> Result<usize, HostError> {
+        if Requests::take(&self.requests.restart) {
+            self.restart(self.setup)?;
+        }
         // Who has no such extension has no latency.
         let Ok(latency) = self.extension::<PluginLatency>("latency") else { return Ok(0) };
         Ok(latency.get(&self.instance.plugin_handle()) as usize)
@@ -373,6 +386,9 @@ impl Backend for ClapPlugin {
         }
         if Requests::take(&self.requests.closed) {
             self.destroy_editor();
+        }
+        if Requests::take(&self.requests.untimely) {
+            return Err(self.failed("report its latency", "it has done so outside of its activation"));
         }
         Ok(())
     }

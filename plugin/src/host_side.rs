@@ -100,6 +100,8 @@ pub enum MenuRequest {
 pub struct HostSide {
     state: Mutex<State>,
     repaint: Repaint,
+    /// Has the host activate the plugin again.
+    restart: OnceLock<Box<dyn Fn() + Send + Sync>>,
 }
 
 #[derive(Default)]
@@ -116,7 +118,7 @@ impl HostSide {
     /// Nothing is known yet; `repaint` is asked for a picture whenever something is.
     #[must_use]
     pub fn new(repaint: Repaint) -> Self {
-        Self { state: Mutex::default(), repaint }
+        Self { state: Mutex::default(), repaint, restart: OnceLock::new() }
     }
 
     /// The track.
@@ -143,9 +145,20 @@ impl HostSide {
         self.repaint.request_repaint();
     }
 
-    /// Connects the host's menus: `wake` has the host call on its main thread soon.
-    pub fn connect(&self, wake: impl Fn() + Send + Sync + 'static) {
+    /// Connects the host, once: `wake` has it call on its main thread soon, `restart` has it activate the plugin again; any thread may call them.
+    pub fn connect(&self, wake: impl Fn() + Send + Sync + 'static, restart: impl Fn() + Send + Sync + 'static) {
         lock(&self.state).wake = Some(Arc::new(wake));
+        let _first = self.restart.set(Box::new(restart));
+    }
+
+    /// Has the host activate the plugin again; does nothing where nobody answers.
+    ///
+    /// # Real-time
+    /// Audio thread; nothing but the host's own call.
+    pub fn request_restart(&self) {
+        if let Some(restart) = self.restart.get() {
+            restart();
+        }
     }
 
     /// Nobody answers any more.
@@ -216,9 +229,17 @@ mod tests {
         assert_eq!(side.take_requests(), [], "nobody answers");
         let woken = Arc::new(AtomicU32::new(0));
         let counted = Arc::clone(&woken);
-        side.connect(move || {
+        let restarts = Arc::new(AtomicU32::new(0));
+        let restarted = Arc::clone(&restarts);
+        side.request_restart();
+        let wake = move || {
             counted.fetch_add(1, Ordering::Relaxed);
+        };
+        side.connect(wake, move || {
+            restarted.fetch_add(1, Ordering::Relaxed);
         });
+        side.request_restart();
+        assert_eq!(restarts.load(Ordering::Relaxed), 1);
         side.ask(MenuRequest::Show(Parameter::Gain, [3, 4]));
         assert_eq!(
             (side.take_requests(), woken.load(Ordering::Relaxed)),

@@ -16,6 +16,7 @@ use crate::params::{PromenadeParams, Snapshot};
 use crate::playing::Playing;
 use crate::telemetry::Telemetry;
 use nice_plug::prelude::*;
+use nice_plug::util::permit_alloc;
 use promenade_core::Spatializer;
 use std::ops::Range;
 use std::sync::Arc;
@@ -186,7 +187,12 @@ impl Promenade {
         let latency = samples(spatializer.latency_samples());
         if latency != self.timing.latency {
             self.timing.latency = latency;
-            context.set_latency_samples(latency);
+            if context.plugin_api() == PluginApi::Clap {
+                // There the latency changes with an activation only. The framework knows, but tells a host outside of one that deactivates meanwhile.
+                permit_alloc(|| self.instance.host_side.request_restart());
+            } else {
+                context.set_latency_samples(latency);
+            }
         }
         let tail = latency.saturating_add(samples(spatializer.tail_samples()));
         // A leader's pose, an editor's picture and a pose that is sent go on in silence.

@@ -1,10 +1,11 @@
 //! Arguments of `promenade simulate`.
 
 use super::capture::ClipArgs;
-use super::values::{parse_absorption, parse_part, parse_point, within};
+use super::values::{parse_absorption, parse_part, parse_pixels, parse_point, parse_pose, within};
 use clap::{Args, Subcommand};
 use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
+use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
@@ -212,16 +213,25 @@ pub(crate) struct MapArgs {
     /// Beams that search the image sources
     #[arg(long, value_name = "N", default_value_t = 8192, value_parser = clap::value_parser!(u32).range(1..=1 << 22))]
     pub(crate) beams: u32,
-    /// Rays of the late field
-    #[arg(long, value_name = "N", default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
-    pub(crate) rays: u32,
+    /// Rays of the late field [default: 65536, with --camera 8192]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
+    pub(crate) rays: Option<u32>,
     /// How long rays are followed, seconds
     #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = within(0.05_f64, 30.0))]
     pub(crate) length: f64,
     /// Seed of the rays
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Picture to write, .png or .svg; may be given more than once
+    /// What a camera there sees, coloured by the sound that falls on it, instead of a plan; metres and degrees
+    #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true, conflicts_with_all = ["grid", "height", "margin", "order", "beams"])]
+    pub(crate) camera: Option<Pose>,
+    /// Horizontal angle of the camera's picture, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 90.0, requires = "camera", value_parser = within(1.0_f32, 170.0))]
+    pub(crate) fov: f32,
+    /// Width and height of the camera's picture, pixels
+    #[arg(long, value_name = "W,H", default_value = "640,480", requires = "camera", value_parser = parse_pixels)]
+    pub(crate) size: [usize; 2],
+    /// Picture to write: .png, .exr, or for a plan .svg; may be given more than once
     #[arg(short, long, value_name = "FILE", required = true)]
     pub(crate) output: Vec<PathBuf>,
 }

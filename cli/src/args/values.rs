@@ -45,6 +45,17 @@ pub(super) fn parse_pair(text: &str) -> Result<(f32, f32), String> {
     parse_numbers(text, "low,high").map(|[low, high]| (low, high))
 }
 
+/// Parses the size of a picture.
+pub(super) fn parse_pixels(text: &str) -> Result<[usize; 2], String> {
+    let [width, height] = parse_numbers::<f32, 2>(text, "width,height")?;
+    let fits = |n: f32| (1.0..=8192.0).contains(&n) && n.fract() == 0.0;
+    if fits(width) && fits(height) {
+        Ok([width as usize, height as usize])
+    } else {
+        Err(format!("expected a width and a height of 1 to 8192 pixels, found {text}"))
+    }
+}
+
 pub(super) fn parse_point(text: &str) -> Result<Vec3, String> {
     parse_numbers(text, "x,y,z").map(Vec3::from_array)
 }

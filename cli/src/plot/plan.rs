@@ -9,7 +9,7 @@ use plotters::prelude::*;
 const MOST_SCALE: f64 = 120.0;
 const PLAN: f64 = 420.0;
 /// Pixels about a plan: left, right with the legend, above, below.
-const AROUND: [u32; 4] = [50, 90, 34, 40];
+pub(super) const AROUND: [u32; 4] = [50, 90, 34, 40];
 /// Steps of a legend.
 const STEPS: i32 = 100;
 const NOTHING: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
@@ -98,6 +98,24 @@ impl Plan {
         chart.draw_series([Circle::new((x, y), 4, RED.filled())])?;
         Ok(())
     }
+}
+
+/// A picture of numbers as colours, row by row from above, with a legend beside it; grey where there is none.
+pub(crate) fn picture<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, width: usize, numbers: &[f32]) -> Result<()>
+where
+    DB::ErrorType: 'static,
+{
+    let known = || numbers.iter().copied().filter(|n| n.is_finite()).map(f64::from);
+    let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let (low, high) = if low < high { (low, high) } else { (low - 0.5, high + 0.5) };
+    for (i, number) in numbers.iter().enumerate() {
+        let colour = if number.is_finite() { ViridisRGB.get_color_normalized(f64::from(*number), low, high) } else { NOTHING };
+        area.draw_pixel((i32::try_from(i % width)?, i32::try_from(i / width)?), &colour)?;
+    }
+    if known().next().is_some() {
+        legend(area, low, high)?;
+    }
+    Ok(())
 }
 
 /// A bar of all colours with the values at its ends and in its middle.

@@ -27,6 +27,12 @@ pub(crate) struct Requests {
     /// Whether the host has editors.
     editors: bool,
     pub(crate) callback: AtomicBool,
+    /// That it be activated again.
+    pub(crate) restart: AtomicBool,
+    /// Whether it is being activated.
+    pub(crate) activating: AtomicBool,
+    /// Whether it said that its latency has changed while it was not being activated, which the format forbids.
+    pub(crate) untimely: AtomicBool,
     pub(crate) flush: AtomicBool,
     pub(crate) rescan: AtomicBool,
     pub(crate) closed: AtomicBool,
@@ -66,6 +72,9 @@ impl Requests {
             audio: no(),
             editors,
             callback: no(),
+            restart: no(),
+            activating: no(),
+            untimely: no(),
             flush: no(),
             rescan: no(),
             closed: no(),
@@ -126,8 +135,10 @@ impl HostHandlers for Handlers {
 }
 
 impl SharedHandler<'_> for Shared {
-    /// A restart is up to who plays the instance: in the middle of a rendering it would cut the sound.
-    fn request_restart(&self) {}
+    /// It is done when somebody asks for the latency: in the middle of a rendering it would cut the sound.
+    fn request_restart(&self) {
+        self.0.restart.store(true, Ordering::Release);
+    }
 
     /// It always processes.
     fn request_process(&self) {}
@@ -168,7 +179,11 @@ impl HostParamsImplMainThread for Main {
 
 impl HostLatencyImpl for Main {
     /// The latency is asked for when it is wanted.
-    fn changed(&self) {}
+    fn changed(&self) {
+        if !self.0.activating.load(Ordering::Acquire) {
+            self.0.untimely.store(true, Ordering::Release);
+        }
+    }
 }
 
 impl HostPresetLoadImpl for Main {

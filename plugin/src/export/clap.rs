@@ -116,7 +116,7 @@ unsafe extern "C" fn create_plugin(
         let host_side = introduction.answered();
         let host = host.expose_provenance();
         if let Some(side) = &host_side {
-            side.connect(move || request_callback(host));
+            side.connect(move || ask(host, |host| host.request_callback), move || ask(host, |host| host.request_restart));
         }
         lock(&KNOWN).insert((&raw const *plugin).addr(), Known { host, host_side });
         plugin.get_extension = Some(get_fitting_extension);
@@ -126,13 +126,13 @@ unsafe extern "C" fn create_plugin(
     plugin
 }
 
-/// Has a host call its plugin on the main thread.
+/// Asks a host for what any thread may ask for.
 #[expect(unsafe_code, reason = "the host is asked through its table of functions")]
-fn request_callback(host: usize) {
+fn ask(host: usize, request: fn(&clap_host) -> Option<unsafe extern "C" fn(*const clap_host)>) {
     let host = std::ptr::with_exposed_provenance::<clap_host>(host);
-    // SAFETY: hosts outlive their plugins, and a plugin that is gone asks for nothing; any thread may ask.
+    // SAFETY: hosts outlive their plugins, and a plugin that is gone asks for nothing.
     unsafe {
-        if let Some(request) = (*host).request_callback {
+        if let Some(request) = request(&*host) {
             request(host);
         }
     }

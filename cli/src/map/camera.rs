@@ -1,0 +1,79 @@
+//! What a camera sees, coloured by the sound that falls on it.
+
+use super::exr;
+use crate::args::MapArgs;
+use crate::plot;
+use crate::report;
+use anyhow::{Result, bail};
+use promenade_acoustics::{Air, Intensity, RayOptions, Room};
+use promenade_baker::atomic;
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use rayon::prelude::*;
+
+/// Rays, unless told: each leaves a particle at every wall that it meets.
+const RAYS: u32 = 8192;
+
+/// A picture's numbers, row by row from above.
+struct View {
+    size: [usize; 2],
+    /// Metres; NaN where the room is open.
+    distance_m: Vec<f32>,
+    /// Sound that falls on what is seen, dB beside the direct sound at 1 m; NaN where there is none.
+    level_db: Vec<f32>,
+}
+
+/// Makes the pictures.
+pub(super) fn run(args: &MapArgs, room: &Room, camera: &Pose) -> Result<()> {
+    let rays = RayOptions {
+        rays: args.rays.unwrap_or(RAYS) as usize,
+        length_s: args.length,
+        air: Some(Air::default()),
+        seed: args.seed,
+        ..RayOptions::default()
+    };
+    let intensity = Intensity::new(room, args.room.source.as_dvec3().to_array(), &rays)?;
+    let view = View::new(&intensity, camera, args.size, args.fov)?;
+    for path in &args.output {
+        if super::ending(path) == "exr" {
+            exr::write(path, view.size, vec![("distance", view.distance_m.clone()), ("level", view.level_db.clone())])?;
+        } else {
+            atomic::write(path, &plot::picture_png(view.size, &view.level_db)?)?;
+        }
+    }
+    let mut levels: Vec<f32> = view.level_db.iter().copied().filter(|level| level.is_finite()).collect();
+    if levels.is_empty() {
+        bail!("--camera: no sound falls on anything that it sees");
+    }
+    levels.sort_by(f32::total_cmp);
+    let at = |share: f64| format!("{:.1}", levels[((levels.len() - 1) as f64 * share) as usize]);
+    report::print(&format!(
+        "level of what falls on surfaces, dB beside the direct sound at 1 m: least {}, median {}, most {}\n",
+        at(0.0),
+        at(0.5),
+        at(1.0)
+    ))
+}
+
+impl View {
+    /// What a camera at a pose sees, the horizontal angle of its picture in degrees.
+    fn new(intensity: &Intensity<'_>, camera: &Pose, size: [usize; 2], angle_deg: f32) -> Result<Self> {
+        let [width, height] = size;
+        let from = camera.position.as_dvec3().to_array();
+        let half = (0.5 * angle_deg.to_radians()).tan();
+        let pixel = |index: usize| {
+            let (x, y) = ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
+            let (left, up) = (0.5 * width as f32 - x, 0.5 * height as f32 - y);
+            let scale = 2.0 * half / width as f32;
+            let way = camera.orientation * Vec3::new(1.0, scale * left, scale * up);
+            intensity.seen(from, way.as_dvec3().to_array())
+        };
+        let seen = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<_>, _>>()?;
+        let level = |intensity: f64| if intensity > 0.0 { (10.0 * intensity.log10()) as f32 } else { f32::NAN };
+        Ok(Self {
+            size,
+            distance_m: seen.iter().map(|seen| seen.map_or(f32::NAN, |seen| seen.distance_m as f32)).collect(),
+            level_db: seen.iter().map(|seen| seen.map_or(f32::NAN, |seen| level(seen.intensity))).collect(),
+        })
+    }
+}
