@@ -439,9 +439,12 @@ fn a_camera_sees_where_the_sound_falls() {
     assert!(x.abs_diff(32) < 6 && y.abs_diff(24) < 6, "loudest at {x}, {y}");
     assert!((distance[24 * 64 + 32] - 4.0).abs() < 0.05, "{} m to the wall", distance[24 * 64 + 32]);
     assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
-    all_fail(&[
-        ([&map[..], &["-o", &text("view.svg")]].concat(), "view.svg: expected a file ending in .png or .exr"),
-        ([&map[..], &["-o", &png, "--size", "0,5"]].concat(), "expected a width and a height of 1 to 8192 pixels"),
-        ([&map[..], &["-o", &png, "--grid", "1"]].concat(), "cannot be used with"),
-    ]);
+    all_fail(&[([&map[..], &["-o", &text("view.svg")]].concat(), "view.svg: expected a file ending in .png or .exr")]);
+    for (option, value, clue) in
+        [("--size", "0,5", "expected a width and a height of 1 to 8192 pixels"), ("--grid", "1", "cannot be used with")]
+    {
+        let out = promenade(&[&map[..], &["-o", &png, option, value]].concat());
+        let said = String::from_utf8(out.stderr).unwrap();
+        assert!(out.status.code() == Some(2) && said.contains(clue), "{said}");
+    }
 }
