@@ -6,6 +6,7 @@ mod capture;
 mod eval;
 mod host;
 mod import;
+mod map;
 mod measure;
 mod path;
 mod placement;
@@ -30,12 +31,13 @@ pub(crate) use capture::{
 pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
+pub(crate) use map::{Map, MapArgs, SaliencyArgs};
 pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
 pub(crate) use reconstruction::ReconstructionArgs;
 pub(crate) use render::{OutputFormat, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-pub(crate) use simulate::{JoinArgs, MapArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+pub(crate) use simulate::{JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
@@ -76,7 +78,8 @@ pub(crate) enum Command {
     Simulate(Box<SimulateArgs>),
     /// Put the parts of a simulation together
     Join(JoinArgs),
-    /// Draw level, reverberation time, clarity and speech transmission over the plan of a simulated room
+    /// Draw level, reverberation time, clarity and speech transmission over the plan of a simulated room, what a camera sees of its sound, or
+    /// how a mix stands out over time
     Map(Box<MapArgs>),
     /// Show what a scene file holds
     Inspect(InspectArgs),
@@ -98,6 +101,9 @@ pub(crate) enum Command {
 pub(crate) struct InspectArgs {
     /// Scene file
     pub(crate) scene: PathBuf,
+    /// Measure what each tier costs and how far it is off, which takes seconds
+    #[arg(long)]
+    pub(crate) cost: bool,
     /// As JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,8 +1,10 @@
 //! `promenade inspect`: what a scene file holds.
 
 use crate::args::InspectArgs;
+use crate::measure::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::{report, scene};
-use anyhow::Result;
+use anyhow::{Context, Result};
+use promenade_baker::trade::{TradePoint, tier_points};
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::Projection;
@@ -11,7 +13,13 @@ use serde_json::json;
 
 pub(crate) fn run(args: &InspectArgs) -> Result<()> {
     let scene = scene::read(&args.scene)?;
-    report::print(&if args.json { format!("{:#}\n", as_json(&scene)) } else { as_text(&scene) })
+    let measure = || tier_points(&scene, HOST_RATE_HZ, HOST_BLOCK, &|| true);
+    let costs = args.cost.then(measure).transpose().with_context(|| args.scene.display().to_string())?;
+    report::print(&if args.json {
+        format!("{:#}\n", as_json(&scene, costs.as_deref()))
+    } else {
+        as_text(&scene, costs.as_deref().unwrap_or_default())
+    })
 }
 
 fn tiers(scene: &Scene) -> Vec<&'static str> {
@@ -88,7 +96,8 @@ fn field_text(field: &Field) -> String {
     format!("{} nodes along {by}, {} kB", counts.join(" x "), field.memory_bytes().div_ceil(1000))
 }
 
-fn as_json(scene: &Scene) -> serde_json::Value {
+fn as_json(scene: &Scene, costs: Option<&[TradePoint]>) -> serde_json::Value {
+    let cost = |p: &TradePoint| json!({ "tier": p.tier.name(), "real_time": p.real_time, "error_jnds": p.error_jnds() });
     let provenance = scene.provenance();
     let grid = scene.grid();
     let (low, high) = scene.bounds();
@@ -117,10 +126,11 @@ fn as_json(scene: &Scene) -> serde_json::Value {
         "anchors": scene.anchors().len(),
         "held_out": scene.held_out().iter().map(|h| h.name.as_str()).collect::<Vec<_>>(),
         "memory_bytes": scene.memory_bytes(),
+        "costs": costs.map(|costs| costs.iter().map(cost).collect::<Vec<_>>()),
     })
 }
 
-fn as_text(scene: &Scene) -> String {
+fn as_text(scene: &Scene, costs: &[TradePoint]) -> String {
     let provenance = scene.provenance();
     let grid = scene.grid();
     let (low, high) = scene.bounds();
@@ -151,6 +161,8 @@ fn as_text(scene: &Scene) -> String {
         ("held out", scene.held_out().len().to_string()),
         ("memory", format!("{} kB", scene.memory_bytes().div_ceil(1000))),
     ];
+    let cost = |p: &TradePoint| format!("{}: {:.2} % of a core, error {:.2} JND", p.tier.name(), 100.0 * p.real_time, p.error_jnds());
+    let costs = costs.iter().map(|point| ("costs", cost(point)));
     let notes = provenance.notes.iter().map(|note| ("note", note.clone()));
-    report::properties(rows.into_iter().chain(notes))
+    report::properties(rows.into_iter().chain(costs).chain(notes))
 }

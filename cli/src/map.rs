@@ -1,9 +1,10 @@
-//! `promenade map`: what a room sounds like over its plan, and the sound that falls on what a camera sees.
+//! `promenade map`: what a room sounds like over its plan, the sound that falls on what a camera sees, and how a mix stands out over time.
 
 mod camera;
 mod exr;
+mod saliency;
 
-use crate::args::MapArgs;
+use crate::args::{Map, MapArgs, RoomArgs};
 use crate::plot::{self, Panel, Plan};
 use crate::{progress, report, simulate};
 use anyhow::{Result, bail};
@@ -32,17 +33,25 @@ const MEASURES: [(&str, &str, Take); 4] = [
 ];
 
 pub(crate) fn run(args: &MapArgs) -> Result<()> {
+    match (&args.what, &args.room) {
+        (Some(Map::Saliency(args)), _) => saliency::run(args),
+        (None, Some(of)) => room(args, of),
+        _ => bail!("expected a mesh of a room, or `saliency`"),
+    }
+}
+
+fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
     let endings: &[&str] = if args.camera.is_some() { &["png", "exr"] } else { &["png", "svg", "exr"] };
     if let Some(other) = args.output.iter().find(|path| !endings.contains(&ending(path).as_str())) {
         bail!("{}: expected a file ending in .{}", other.display(), endings.join(" or ."));
     }
-    let (mesh, room) = simulate::room(&args.room)?;
+    let (mesh, room) = simulate::room(of)?;
     if let Some(camera) = &args.camera {
-        return camera::run(args, &room, camera);
+        return camera::run(args, &room, of.source, camera);
     }
     let (low, high) = plan_bounds(&mesh);
     let spacing = args.grid.unwrap_or(((high[0] - low[0]).max(high[1] - low[1]) / PLACES) as f32);
-    let inside = Inside::new(&mesh, &room, args.room.source, args.margin)?;
+    let inside = Inside::new(&mesh, &room, of.source, args.margin)?;
     let places = grid(&inside, spacing, args.height)?;
     if places.len() as f64 * args.length / BIN_S > MOST_BINS {
         bail!(
@@ -52,7 +61,7 @@ pub(crate) fn run(args: &MapArgs) -> Result<()> {
             places.len()
         );
     }
-    let source = args.room.source.as_dvec3().to_array();
+    let source = of.source.as_dvec3().to_array();
     let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
     let air = Some(Air::default());
     let rays = RayOptions {

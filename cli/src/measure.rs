@@ -12,8 +12,8 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// Host that costs are measured for.
-const HOST_RATE_HZ: f64 = 48_000.0;
-const HOST_BLOCK: usize = 512;
+pub(crate) const HOST_RATE_HZ: f64 = 48_000.0;
+pub(crate) const HOST_BLOCK: usize = 512;
 
 /// One part of the figures of a scene, as text and as JSON.
 struct Part {

@@ -70,7 +70,6 @@ pub(crate) fn boxes(title: &str, rows: &[(&str, Vec<f64>)]) -> Result<String> {
 }
 
 /// Named curves over one horizontal axis, one below the other, each from 0 to its largest value.
-#[cfg(feature = "train")]
 pub(crate) fn curves(axis: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> Result<String> {
     let end = curves.iter().flat_map(|(_, points)| points).fold(1.0_f64, |m, p| m.max(p.0));
     svg(190 * u32::try_from(curves.len())?, |area| {

@@ -25,6 +25,11 @@ fn bakes_inspects_and_measures() {
     let json = json(&["inspect", &scene, "--json"]);
     assert_eq!((json["title"].as_str(), json["sample_rate_hz"].as_f64()), (Some("test room"), Some(16_000.0)));
     assert_eq!(json["held_out"].as_array().unwrap().len(), 3);
+    assert!(json["costs"].is_null(), "measured without being asked");
+    let costs = &common::json(&["inspect", &scene, "--json", "--cost"])["costs"];
+    assert_eq!((costs[0]["tier"].as_str(), costs[1]["tier"].as_str()), (Some("draft"), Some("standard")));
+    assert!(costs[0]["real_time"].as_f64() > Some(0.0) && costs[0]["error_jnds"].as_f64() > costs[1]["error_jnds"].as_f64());
+    assert!(succeeds(&["inspect", &scene, "--cost"]).0.contains("% of a core, error"));
 
     let (table, _) = succeeds(&["measure", &scene]);
     // A head, three poses, the means; a head and two tiers.

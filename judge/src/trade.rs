@@ -118,6 +118,27 @@ pub fn costs(settings: &[&Setting], sample_rate_hz: f64, block: usize) -> Vec<Op
     setting_costs(settings, sample_rate_hz, block, COST_S)
 }
 
+/// Each tier of a scene, cheapest first: what it costs at a host's rate and block, and how far it is off. A tier that only the scene's own rate has is left out at others.
+///
+/// # Errors
+/// The result is no longer wanted, or what is heard cannot be compared.
+pub fn tier_points(
+    scene: &Arc<Scene>,
+    sample_rate_hz: f64,
+    block: usize,
+    wanted: &dyn Fn() -> bool,
+) -> Result<Vec<TradePoint>, JudgeError> {
+    let best = Heard::of(&best(scene), wanted)?;
+    let mut points = Vec::new();
+    for setting in tiers(scene) {
+        let heard = Heard::of(&setting, wanted)?;
+        if let Some(cost) = costs(&[&setting], sample_rate_hz, block).into_iter().flatten().next() {
+            points.push(TradePoint::new(&setting, true, &cost, &heard, &best)?);
+        }
+    }
+    Ok(points)
+}
+
 impl TradePoint {
     /// A setting, what it costs and how it is heard beside the best; not dominated by any other yet.
     ///

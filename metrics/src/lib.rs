@@ -21,6 +21,7 @@ mod line;
 mod octave;
 mod onset;
 pub mod rwavs;
+mod saliency;
 mod spectrogram;
 mod tail;
 #[cfg(test)]
@@ -38,6 +39,7 @@ pub use interaural::{ild_db, itd_s, running_itd_s};
 pub use line::slope;
 pub use octave::{octave_of, smoothed_levels_db};
 pub use onset::onset;
+pub use saliency::{SALIENCY_RATE_HZ, SALIENCY_STEP_S, saliency};
 pub use spectrogram::{LSD_EPS, Spectrogram, Window, lsd_db};
 pub use tail::tail_modulation_db;
 pub use tone::{Cleanliness, tone_cleanliness};

@@ -2,28 +2,17 @@
 
 use crate::lock::lock;
 use crate::settled::Question;
-use promenade_core::{Scene, Tier};
+use promenade_core::Scene;
 use promenade_judge::JudgeError;
-use promenade_judge::trade::{Heard, TradePoint, best, costs, tiers};
+use promenade_judge::trade::{TradePoint, tier_points};
 use std::sync::{Arc, Mutex, Weak};
 use std::time::Duration;
 
 /// Block that costs are measured in, samples.
 const BLOCK: usize = 512;
 
-/// One tier.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TierFigures {
-    /// Which.
-    pub tier: Tier,
-    /// Processor seconds of one core per second of sound, the listener walking and turning.
-    pub real_time: f64,
-    /// Error in differences that are just noticed, as [`TradePoint::error_jnds`].
-    pub error_jnds: f64,
-}
-
 /// The tiers of a scene, cheapest first, or why there are no figures.
-pub type Figures = Result<Vec<TierFigures>, JudgeError>;
+pub type Figures = Result<Vec<TradePoint>, JudgeError>;
 
 /// Figures of a scene at a sample rate.
 type Held = (Weak<Scene>, f64, Arc<Figures>);
@@ -38,23 +27,6 @@ pub struct Judged {
     pub scene: Weak<Scene>,
     /// The host's sample rate, Hz.
     pub sample_rate_hz: f64,
-}
-
-impl Judged {
-    /// As `promenade measure --trade` measures it.
-    fn measure(&self, scene: &Arc<Scene>, wanted: &dyn Fn() -> bool) -> Figures {
-        let best = Heard::of(&best(scene), wanted)?;
-        let mut figures = Vec::new();
-        for setting in tiers(scene) {
-            let heard = Heard::of(&setting, wanted)?;
-            // A tier that only the scene's own rate has is not played at another.
-            if let Some(cost) = costs(&[&setting], self.sample_rate_hz, BLOCK).into_iter().flatten().next() {
-                let point = TradePoint::new(&setting, true, &cost, &heard, &best)?;
-                figures.push(TierFigures { tier: point.tier, real_time: point.real_time, error_jnds: point.error_jnds() });
-            }
-        }
-        Ok(figures)
-    }
 }
 
 impl Question for Judged {
@@ -72,7 +44,7 @@ impl Question for Judged {
         if held.is_some() {
             return held;
         }
-        let figures = self.measure(&self.scene.upgrade()?, wanted);
+        let figures = tier_points(&self.scene.upgrade()?, self.sample_rate_hz, BLOCK, wanted);
         if figures == Err(JudgeError::Unwanted) {
             return None;
         }
@@ -87,6 +59,7 @@ impl Question for Judged {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use promenade_core::Tier;
     use promenade_testing::scenes::room_with_images;
 
     #[test]
@@ -97,7 +70,7 @@ mod tests {
         let figures = judged.answer(&|| true).unwrap();
         let [draft, standard] = figures.as_ref().as_ref().unwrap().as_slice() else { panic!("{figures:?}") };
         assert_eq!((draft.tier, standard.tier), (Tier::Draft, Tier::Standard));
-        assert!(draft.error_jnds > 1.0 && standard.error_jnds < 1e-6, "{figures:?}");
+        assert!(draft.error_jnds() > 1.0 && standard.error_jnds() < 1e-6, "{figures:?}");
         assert!(Arc::ptr_eq(&figures, &judged.answer(&|| false).unwrap()), "measured again");
         assert!(judged.answer(&|| true).unwrap().as_ref().as_ref().unwrap()[0].real_time > 0.0);
     }

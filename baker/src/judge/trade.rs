@@ -9,7 +9,7 @@ use promenade_judge::trade::{Heard, best, costs, tiers};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-pub use promenade_judge::trade::{TradeErrors, TradePoint, truth_jnds};
+pub use promenade_judge::trade::{TradeErrors, TradePoint, tier_points, truth_jnds};
 
 /// Decodes a second that are tried, besides the usual rate.
 const DECODE_RATES_HZ: [f32; 4] = [5.0, 10.0, 20.0, 80.0];

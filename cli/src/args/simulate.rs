@@ -1,7 +1,7 @@
 //! Arguments of `promenade simulate`.
 
 use super::capture::ClipArgs;
-use super::values::{parse_absorption, parse_part, parse_pixels, parse_point, parse_pose, within};
+use super::values::{parse_absorption, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
 use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
@@ -192,46 +192,4 @@ pub(crate) struct JoinArgs {
     /// Folder to write: WAV files and a responses.json
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct MapArgs {
-    #[command(flatten)]
-    pub(crate) room: RoomArgs,
-    /// Distance of the places from each other, metres [default: a 40th of the longer side of the plan]
-    #[arg(long, value_name = "M", value_parser = within(0.01_f32, 1000.0))]
-    pub(crate) grid: Option<f32>,
-    /// Height of the plan over the lowest point of the mesh, metres
-    #[arg(long, value_name = "M", default_value_t = 1.5, value_parser = within(0.0_f32, 1000.0))]
-    pub(crate) height: f32,
-    /// Distance of the places from surfaces, metres
-    #[arg(long, value_name = "M", default_value_t = 0.1, value_parser = within(0.0_f32, 1000.0))]
-    pub(crate) margin: f32,
-    /// Reflections that an image source has at most
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=50))]
-    pub(crate) order: u32,
-    /// Beams that search the image sources
-    #[arg(long, value_name = "N", default_value_t = 8192, value_parser = clap::value_parser!(u32).range(1..=1 << 22))]
-    pub(crate) beams: u32,
-    /// Rays of the late field [default: 65536, with --camera 8192]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
-    pub(crate) rays: Option<u32>,
-    /// How long rays are followed, seconds
-    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = within(0.05_f64, 30.0))]
-    pub(crate) length: f64,
-    /// Seed of the rays
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// What a camera there sees, coloured by the sound that falls on it, instead of a plan; metres and degrees
-    #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true, conflicts_with_all = ["grid", "height", "margin", "order", "beams"])]
-    pub(crate) camera: Option<Pose>,
-    /// Horizontal angle of the camera's picture, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 90.0, requires = "camera", value_parser = within(1.0_f32, 170.0))]
-    pub(crate) fov: f32,
-    /// Width and height of the camera's picture, pixels
-    #[arg(long, value_name = "W,H", default_value = "640,480", requires = "camera", value_parser = parse_pixels)]
-    pub(crate) size: [usize; 2],
-    /// Picture to write: .png, .exr, or for a plan .svg; may be given more than once
-    #[arg(short, long, value_name = "FILE", required = true)]
-    pub(crate) output: Vec<PathBuf>,
 }

@@ -24,7 +24,7 @@ struct View {
 }
 
 /// Makes the pictures.
-pub(super) fn run(args: &MapArgs, room: &Room, camera: &Pose) -> Result<()> {
+pub(super) fn run(args: &MapArgs, room: &Room, source: Vec3, camera: &Pose) -> Result<()> {
     let rays = RayOptions {
         rays: args.rays.unwrap_or(RAYS) as usize,
         length_s: args.length,
@@ -32,7 +32,7 @@ pub(super) fn run(args: &MapArgs, room: &Room, camera: &Pose) -> Result<()> {
         seed: args.seed,
         ..RayOptions::default()
     };
-    let intensity = Intensity::new(room, args.room.source.as_dvec3().to_array(), &rays)?;
+    let intensity = Intensity::new(room, source.as_dvec3().to_array(), &rays)?;
     let view = View::new(&intensity, camera, args.size, args.fov)?;
     for path in &args.output {
         if super::ending(path) == "exr" {

@@ -8,10 +8,10 @@ use super::widgets::{dimmed, fact, note};
 use super::words::Word;
 use crate::choices::TierChoice;
 use crate::parameter::Parameter;
-use crate::tier_figures::TierFigures;
 use egui::{Align2, RichText, Sense, Ui, Vec2};
 use nice_plug::prelude::Enum;
 use promenade_core::{Scene, Tier};
+use promenade_judge::trade::TradePoint;
 use std::sync::Arc;
 
 /// Shows choice, outcome and cost.
@@ -52,7 +52,7 @@ fn figures(ui: &mut Ui, ctx: &Ctx<'_>, scene: &Arc<Scene>, played: Tier) {
         None => &[],
     };
     let heading = if figures.is_none() { ["being", "measured"] } else { ["of a core", "error"] };
-    let cells = |tier: &TierFigures| [cost_text(tier.real_time), error_text(tier.error_jnds)];
+    let cells = |tier: &TradePoint| [cost_text(tier.real_time), error_text(tier.error_jnds())];
     let head = (Word::TierFigures.label(), heading.map(str::to_owned), palette.soft);
     let lines = tiers.iter().map(|tier| {
         let colour = if tier.tier == played { palette.text } else { palette.soft };
