@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Licences that dependencies may have; where one offers several, the first of these is taken.
-const ALLOWED: [&str; 11] = [
+const ALLOWED: [&str; 12] = [
     "MIT",
     "Apache-2.0",
     "BSL-1.0",
@@ -18,6 +18,7 @@ const ALLOWED: [&str; 11] = [
     "Zlib",
     "BSD-1-Clause",
     "BSD-2-Clause",
+    "BSD-3-Clause",
     "Unicode-3.0",
     "OFL-1.1",
     "Ubuntu-font-1.0",

@@ -161,7 +161,8 @@ fn as_text(scene: &Scene, costs: &[TradePoint]) -> String {
         ("held out", scene.held_out().len().to_string()),
         ("memory", format!("{} kB", scene.memory_bytes().div_ceil(1000))),
     ];
-    let cost = |p: &TradePoint| format!("{}: {:.2} % of a core, error {:.2} JND", p.tier.name(), 100.0 * p.real_time, p.error_jnds());
+    let cost =
+        |p: &TradePoint| format!("{}: {:.2} % of a core, error {:.2} JND", p.tier.name(), 100.0 * p.real_time, p.error_jnds());
     let costs = costs.iter().map(|point| ("costs", cost(point)));
     let notes = provenance.notes.iter().map(|note| ("note", note.clone()));
     report::properties(rows.into_iter().chain(costs).chain(notes))

@@ -294,7 +294,8 @@ impl Backend for ClapPlugin {
     }
 
     fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), HostError> {
-        // What the last block has asked for: a host's main thread comes later than its audio thread.
+        // What the last block has asked for: a host's main thread comes later than its audio thread. This block is the flush.
+        Requests::take(&self.requests.flush);
         self.serve()?;
         let len = output.first().map_or(0, |channel| channel.len());
         // What was set for a sample that does not come is set at the last one.

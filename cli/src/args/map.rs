@@ -1,7 +1,7 @@
 //! Arguments of `promenade map`.
 
 use super::simulate::RoomArgs;
-use super::values::{parse_pixels, parse_point, parse_pose, within};
+use super::values::{parse_pixels, parse_pose, within};
 use clap::{Args, Subcommand};
 use promenade_core::Pose;
 use std::path::PathBuf;

@@ -5,7 +5,6 @@ use super::values::{parse_absorption, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
 use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
-use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
