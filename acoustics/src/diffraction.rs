@@ -1,9 +1,10 @@
 //! Sound that goes round an edge to where its source is hidden.
 
 use crate::SPEED_OF_SOUND_M_S;
+use crate::directivity::Source;
 use crate::error::{AcousticsError, place};
 use crate::mesh::{Mesh, normal};
-use crate::octave::{OCTAVES_HZ, Octaves};
+use crate::octave::{OCTAVES_HZ, Octaves, octave_energy};
 use crate::room::{NOWHERE, Room};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -45,13 +46,16 @@ pub struct Diffracted {
     pub detour_m: f64,
     /// Straight way to the source, metres.
     pub direct_m: f64,
+    /// What the source sends to the edge, over what it sends on its axis: amplitudes by octave.
+    pub sent: Octaves,
 }
 
 impl Diffracted {
-    /// Amplitude against a source seen at 1 m, without air, at a frequency.
+    /// Amplitude against a source seen at 1 m on its axis, without air, at a frequency.
     #[must_use]
     pub fn amplitude(&self, hz: f64) -> f64 {
-        10.0_f64.powf(-barrier_db(self.detour_m, hz) / 20.0) / self.direct_m
+        let sent = octave_energy(&self.sent.map(|a| f64::from(a).powi(2)), hz).sqrt();
+        sent * 10.0_f64.powf(-barrier_db(self.detour_m, hz) / 20.0) / self.direct_m
     }
 
     /// The same by octave.
@@ -110,8 +114,14 @@ impl Edges {
     ///
     /// # Errors
     /// A source or a listener that is not finite.
-    pub fn around(&self, room: &Room, source: [f64; 3], listener: [f64; 3]) -> Result<Vec<Diffracted>, AcousticsError> {
-        let (source, listener) = (place("source", source)?, place("listener", listener)?);
+    pub fn around(
+        &self,
+        room: &Room,
+        source: impl Into<Source>,
+        listener: [f64; 3],
+    ) -> Result<Vec<Diffracted>, AcousticsError> {
+        let Source { position, directivity } = source.into();
+        let (source, listener) = (place("source", position)?, place("listener", listener)?);
         let free = |from: DVec3, to: DVec3| {
             let way = to - from;
             let length = way.length();
@@ -126,7 +136,8 @@ impl Edges {
             let way_m = source.distance(at) + at.distance(listener);
             let direct_m = source.distance(listener);
             let position = listener + (at - listener).try_normalize()? * way_m;
-            Some(Diffracted { position: position.to_array(), way_m, detour_m: way_m - direct_m, direct_m })
+            let sent = directivity.towards((at - source).to_array());
+            Some(Diffracted { position: position.to_array(), way_m, detour_m: way_m - direct_m, direct_m, sent })
         };
         let mut found: Vec<Diffracted> = self.all.iter().filter_map(around).collect();
         found.sort_by(|a, b| a.way_m.total_cmp(&b.way_m));

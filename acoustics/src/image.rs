@@ -1,6 +1,6 @@
 //! Mirror images of a source.
 
-use crate::octave::{BANDS, Octaves};
+use crate::octave::Octaves;
 
 /// Highest order of images.
 pub const MAX_ORDER: u32 = 50;
@@ -13,8 +13,10 @@ pub struct Image {
     pub position: [f64; 3],
     /// Reflections that made it; 0 is the source.
     pub order: u32,
-    /// What those reflections leave of the amplitude.
-    pub gains: [f32; BANDS],
+    /// What those reflections leave of the amplitude, and of that what the source sends this way.
+    pub gains: Octaves,
+    /// What the source sends this way, over what it sends on its axis.
+    pub sent: Octaves,
     /// Which of its source's images it is: the same number for every listener.
     pub index: usize,
     /// The triangles that reflect it, in the order in which sound from the source meets them; for a box, its walls.

@@ -8,9 +8,10 @@
 mod cone;
 mod tree;
 
+use crate::directivity::{Directivity, Source};
 use crate::error::{AcousticsError, place};
 use crate::image::{Image, MAX_ORDER, Share};
-use crate::octave::{BANDS, Octaves};
+use crate::octave::Octaves;
 use crate::ray::Ray;
 use crate::room::Room;
 use glam::DVec3;
@@ -37,16 +38,18 @@ impl Default for ImageOptions {
 #[derive(Clone, Debug)]
 pub struct Images {
     source: DVec3,
+    directivity: Directivity,
     all: Vec<Candidate>,
 }
 
 impl Images {
-    /// The images of a source at `source`, metres, among which those that a place sees are found by [`Images::seen_from`].
+    /// The images of a source, among which those that a place sees are found by [`Images::seen_from`].
     ///
     /// # Errors
     /// A source that is not finite, an order or a number of beams out of range.
-    pub fn new(room: &Room, source: [f64; 3], options: &ImageOptions) -> Result<Self, AcousticsError> {
-        let source = place("source", source)?;
+    pub fn new(room: &Room, source: impl Into<Source>, options: &ImageOptions) -> Result<Self, AcousticsError> {
+        let Source { position, directivity } = source.into();
+        let source = place("source", position)?;
         if options.order > MAX_ORDER {
             return Err(AcousticsError::argument("order of images", format!("at most {MAX_ORDER}"), options.order));
         }
@@ -55,7 +58,7 @@ impl Images {
         }
         let mut tree = Tree::new(source);
         tree.grow_exactly(room, options.exact_order.min(options.order));
-        Ok(Self { source, all: distinct(tree.grow_along(room, options)) })
+        Ok(Self { source, directivity, all: distinct(tree.grow_along(room, options)) })
     }
 
     /// How many images there are, the source itself among them.
@@ -74,37 +77,45 @@ impl Images {
         let mut faces = Vec::new();
         let mut seen = Vec::new();
         for (index, candidate) in self.all.iter().enumerate() {
-            if !candidate.cone.holds(listener - candidate.position)
-                || !reaches(room, listener, candidate, self.source, &mut faces)
-            {
+            if !candidate.cone.holds(listener - candidate.position) {
                 continue;
             }
-            let mut left = [1.0; BANDS];
+            let Some(towards) = reached(room, listener, candidate, self.source, &mut faces) else { continue };
+            let sent = self.directivity.towards((-towards).to_array());
+            let mut left = sent;
             for face in &faces {
                 left.iter_mut().zip(gains[room.material(*face)]).for_each(|(l, g)| *l *= g);
             }
             let faces = faces.iter().rev().map(|f| room.triangle(*f)).collect();
-            seen.push(Image { position: candidate.position.to_array(), order: candidate.order, gains: left, index, faces });
+            seen.push(Image {
+                position: candidate.position.to_array(),
+                order: candidate.order,
+                gains: left,
+                sent,
+                index,
+                faces,
+            });
         }
         Ok(seen)
     }
 }
 
-/// Whether a ray from a listener to an image arrives at the source, and the faces that it meets.
-fn reaches(room: &Room, listener: DVec3, image: &Candidate, source: DVec3, faces: &mut Vec<u32>) -> bool {
+/// The direction in which a ray from a listener to an image arrives at the source, if it does, and the faces that it meets.
+fn reached(room: &Room, listener: DVec3, image: &Candidate, source: DVec3, faces: &mut Vec<u32>) -> Option<DVec3> {
     faces.clear();
     let way = image.position - listener;
     let mut left = way.length();
     if left <= 0.0 {
-        return image.order == 0;
+        return (image.order == 0).then_some(DVec3::ZERO);
     }
     let near = room.skin();
     let mut ray = Ray::new(listener, way / left);
     for _ in 0..image.order {
-        let Some(hit) = ray.cast(room).filter(|hit| hit.distance <= left + near) else { return false };
+        let hit = ray.cast(room).filter(|hit| hit.distance <= left + near)?;
         faces.push(hit.face);
         ray.mirror(room, &hit);
         left = (left - hit.distance).max(0.0);
     }
-    ray.at(left).distance(source) <= near && ray.cast(room).is_none_or(|hit| hit.distance >= left - near)
+    let arrives = ray.at(left).distance(source) <= near && ray.cast(room).is_none_or(|hit| hit.distance >= left - near);
+    arrives.then_some(ray.direction)
 }

@@ -1,6 +1,7 @@
 //! How much sound falls on what a camera sees: particles that rays leave wherever they meet a surface, and the density of their energy (Harvey, Debattista,
 //! Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics Forum 2017, after Jensen's photon map).
 
+use crate::directivity::Source;
 use crate::error::{AcousticsError, place};
 use crate::octave::BANDS;
 use crate::ray::Ray;
@@ -40,11 +41,11 @@ impl<'a> Intensity<'a> {
     ///
     /// # Errors
     /// A source that is not finite, an option out of range, or more than some 67 million particles.
-    pub fn new(room: &'a Room, source: [f64; 3], options: &RayOptions) -> Result<Self, AcousticsError> {
+    pub fn new(room: &'a Room, source: impl Into<Source>, options: &RayOptions) -> Result<Self, AcousticsError> {
         let options = RayOptions { image_order: 0, ..*options };
         let mut planes: Vec<Vec<Particle>> = room.planes().iter().map(|_| Vec::new()).collect();
         let mut count = 0;
-        particles(room, source, &options, |at, plane, lanes| {
+        particles(room, &source.into(), &options, |at, plane, lanes| {
             count += 1;
             if count <= MOST {
                 let power = lanes[..BANDS].iter().sum::<f32>() / BANDS as f32;

@@ -12,6 +12,8 @@
 mod air;
 #[cfg(feature = "meshes")]
 mod diffraction;
+#[cfg(feature = "meshes")]
+mod directivity;
 mod echogram;
 mod error;
 mod eyring;
@@ -41,6 +43,8 @@ mod surface;
 pub use air::Air;
 #[cfg(feature = "meshes")]
 pub use diffraction::{Diffracted, Edges, barrier_db};
+#[cfg(feature = "meshes")]
+pub use directivity::{Directivity, Source};
 pub use echogram::{Bin, Echogram};
 pub use error::AcousticsError;
 pub use image::{Image, MAX_ORDER, Share};

@@ -8,6 +8,7 @@ mod listeners;
 
 use crate::SPEED_OF_SOUND_M_S;
 use crate::air::Air;
+use crate::directivity::{Directivity, Source};
 use crate::echogram::{Echogram, LANES, Lanes};
 use crate::error::{AcousticsError, place};
 use crate::lattice::direction;
@@ -83,18 +84,20 @@ pub struct LateField {
 /// A source or a listener that is not finite, an option out of range.
 pub fn late_field(
     room: &Room,
-    source: [f64; 3],
+    source: impl Into<Source>,
     listeners: &[[f64; 3]],
     options: &RayOptions,
     done: impl Fn(f64),
 ) -> Result<LateField, AcousticsError> {
-    let source = place("source", source)?;
+    let Source { position, directivity } = source.into();
+    let source = place("source", position)?;
     let radius = options.radius_m.unwrap_or_else(|| 0.1 * room.bounding_volume().cbrt());
     check(options, radius)?;
     let listeners = Listeners::new(room, listeners, radius)?;
     let tracer = Tracer {
         room,
         source,
+        directivity: &directivity,
         listeners: &listeners,
         surfaces: room.materials().iter().map(Surface::new).collect(),
         options,
@@ -114,19 +117,20 @@ pub fn late_field(
 }
 
 /// Traces rays from a source and tells of each that meets a surface: where, on which plane, and the power that it brings, of a source whose direct
-/// sound has an energy of 1 at 1 m. In the order of the rays.
+/// sound has an energy of 1 at 1 m on its axis. In the order of the rays.
 pub(crate) fn particles(
     room: &Room,
-    source: [f64; 3],
+    source: &Source,
     options: &RayOptions,
     mut on_wall: impl FnMut(DVec3, u32, &[f32; LANES]),
 ) -> Result<(), AcousticsError> {
-    let source = place("source", source)?;
+    let position = place("source", source.position)?;
     check(options, 1.0)?;
     let listeners = Listeners::new(room, &[], 1.0)?;
     let tracer = Tracer {
         room,
-        source,
+        source: position,
+        directivity: &source.directivity,
         listeners: &listeners,
         surfaces: room.materials().iter().map(Surface::new).collect(),
         options,
@@ -175,6 +179,7 @@ fn turn(seed: u64) -> DQuat {
 struct Tracer<'a> {
     room: &'a Room,
     source: DVec3,
+    directivity: &'a Directivity,
     listeners: &'a Listeners,
     surfaces: Vec<Surface>,
     options: &'a RayOptions,
@@ -186,6 +191,7 @@ struct Tracer<'a> {
 struct Sum {
     /// `[listener][bin]`.
     bins: Vec<Lanes>,
+    sent: [f64; LANES],
     absorbed: [f64; LANES],
     escaped: [f64; LANES],
     remaining: [f64; LANES],
@@ -199,11 +205,12 @@ impl Sum {
     fn new(listeners: usize, bins: usize) -> Self {
         let none = [0.0; LANES];
         let bins = vec![Lanes::default(); listeners * bins];
-        Self { bins, absorbed: none, escaped: none, remaining: none, way_m: 0.0, way2_m2: 0.0, walls: 0, casts: 0 }
+        Self { bins, sent: none, absorbed: none, escaped: none, remaining: none, way_m: 0.0, way2_m2: 0.0, walls: 0, casts: 0 }
     }
 
     fn add(&mut self, other: &Self) {
         self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| a.add(b));
+        add(&mut self.sent, &other.sent);
         add(&mut self.absorbed, &other.absorbed);
         add(&mut self.escaped, &other.escaped);
         add(&mut self.remaining, &other.remaining);
@@ -220,7 +227,7 @@ impl Sum {
             let way = (bin as f64 + 0.5) * options.bin_s * SPEED_OF_SOUND_M_S;
             (-f64::from(decay[band]) * way).exp() as f32
         };
-        let shares = |lanes: [f64; LANES]| std::array::from_fn(|b| (lanes[b] / options.rays as f64) as f32);
+        let shares = |lanes: [f64; LANES]| std::array::from_fn(|b| (lanes[b] / self.sent[b].max(f64::MIN_POSITIVE)) as f32);
         let walls = self.walls.max(1) as f64;
         let mean = self.way_m / walls;
         LateField {
@@ -253,10 +260,11 @@ impl Tracer<'_> {
         let options = self.options;
         let mut random = Random::new(options.seed, index as u64);
         let mut ray = Ray::new(self.source, self.turn * direction(index, options.rays));
-        let mut energy = [1.0_f32; LANES];
-        energy[BANDS..].fill(0.0);
+        let mut energy = [0.0_f32; LANES];
+        energy.iter_mut().zip(self.directivity.towards(ray.direction.to_array())).for_each(|(e, sent)| *e = sent * sent);
+        add(&mut sum.sent, &energy.map(f64::from));
         let reach = options.length_s * SPEED_OF_SOUND_M_S;
-        // Sent out at the level of a direct sound of 1 at 1 m.
+        // Sent out at the level of a direct sound of 1 at 1 m on the axis.
         let level = 4.0 * std::f64::consts::PI / options.rays as f64;
         let (mut way, mut order, mut mirrored) = (0.0, 0, true);
         loop {

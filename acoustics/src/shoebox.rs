@@ -92,6 +92,7 @@ impl Shoebox {
             Image {
                 position: image.position(source, self.size),
                 order: image.order(),
+                sent: [1.0; BANDS],
                 gains: std::array::from_fn::<f32, BANDS, _>(gain),
                 index,
                 faces: (0..3).flat_map(|axis| image.walls(axis)).collect(),

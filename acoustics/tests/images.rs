@@ -4,7 +4,7 @@ mod common;
 
 use common::{L_LISTENERS, L_SOURCE, LISTENERS, SOURCE, l_room, seen, shoebox};
 use glam::DVec3;
-use promenade_acoustics::{Image, ImageOptions, Images, Material, Room, SPEED_OF_SOUND_M_S, Share};
+use promenade_acoustics::{Directivity, Image, ImageOptions, Images, Material, Room, SPEED_OF_SOUND_M_S, Share, Source};
 
 fn room(mesh: &promenade_acoustics::Mesh, absorption: f32) -> Room {
     let materials: Vec<Material> = mesh.groups.iter().map(|g| Material::even(g, absorption, 0.0)).collect();
@@ -39,6 +39,29 @@ fn the_direct_path_is_the_line_between() {
         assert!(late.abs() < 1e-6, "{late} s at {metres} m");
         assert!(db(energy(&seen, listener) * metres * metres).abs() < 0.01);
     }
+}
+
+#[test]
+fn images_have_what_the_source_sends_their_way() {
+    let room = room(&shoebox(0.0, 0.0).mesh().unwrap(), 0.3);
+    let directivity = Directivity::first_order(0.5).turned(0.7, -0.4);
+    let source = Source { position: SOURCE, directivity: directivity.clone() };
+    let [all, same] = [source, SOURCE.into()].map(|source: Source| {
+        let images = Images::new(&room, source, &ImageOptions { order: 2, ..ImageOptions::default() }).unwrap();
+        images.seen_from(&room, LISTENERS[0], Share::Whole).unwrap()
+    });
+    assert_eq!(all.len(), same.len());
+    for (image, omni) in all.iter().zip(&same) {
+        // The way to the listener, mirrored at every wall that it meets: walls of a box turn round one coordinate each.
+        let mut way = DVec3::from_array(LISTENERS[0]) - DVec3::from_array(image.position);
+        for face in &image.faces {
+            way[*face as usize / 4] *= -1.0;
+        }
+        let sent = directivity.towards(way.to_array());
+        assert!((image.sent[3] - sent[3]).abs() < 1e-5, "order {}: {} of {}", image.order, image.sent[3], sent[3]);
+        assert!((image.gains[3] - sent[3] * omni.gains[3]).abs() < 1e-5 && omni.sent == [1.0; 7]);
+    }
+    assert!(all.iter().any(|i| i.sent[3] < 0.3) && all.iter().any(|i| i.sent[3] > 0.8));
 }
 
 #[test]

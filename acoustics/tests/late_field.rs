@@ -3,7 +3,9 @@
 mod common;
 
 use common::{LISTENERS, SOURCE, l_room, shoebox};
-use promenade_acoustics::{BANDS, LateField, Material, RayOptions, Room, SPEED_OF_SOUND_M_S, Share, late_field};
+use promenade_acoustics::{
+    BANDS, Directivity, LateField, Material, RayOptions, Room, SPEED_OF_SOUND_M_S, Share, Source, late_field,
+};
 
 /// Rays bring all but the direct sound, through no air.
 fn alone(rays: usize, length_s: f64) -> RayOptions {
@@ -33,6 +35,22 @@ fn walls_that_absorb_nothing_keep_all_energy() {
     let field = traced(&room(1.0, 0.5), &LISTENERS, &alone(2000, 1.0));
     assert!(field.absorbed.iter().all(|a| (a - 1.0).abs() < 1e-6));
     assert!(field.echograms.iter().all(|e| e.energy(3) == 0.0), "the direct sound is an image's");
+}
+
+#[test]
+fn a_cardioid_sends_a_third_of_the_energy_into_the_room() {
+    let room = room(0.1, 0.5);
+    let cardioid = Source { position: SOURCE, directivity: Directivity::first_order(0.5).turned(1.0, 0.3) };
+    let of = |source: &Source| late_field(&room, source, &LISTENERS, &alone(16_384, 1.0), |_| ()).unwrap();
+    let (directive, omni) = (of(&cardioid), of(&SOURCE.into()));
+    let energy = |field: &LateField| -> f64 {
+        // Once the sound has met some walls it has forgotten where it was sent.
+        field.echograms.iter().flat_map(|e| &e.bins[100..]).map(|bin| f64::from(bin.energy[3])).sum()
+    };
+    let db = 10.0 * (energy(&directive) / energy(&omni)).log10();
+    assert!((db + 10.0 * 3.0_f64.log10()).abs() < 0.2, "{db} dB");
+    let shares = |field: &LateField| f64::from(field.absorbed[3] + field.escaped[3] + field.remaining[3]);
+    assert!((shares(&directive) - 1.0).abs() < 1e-4 && (shares(&omni) - 1.0).abs() < 1e-4);
 }
 
 #[test]

@@ -47,7 +47,7 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
     }
     let (mesh, room) = simulate::room(of)?;
     if let Some(camera) = &args.camera {
-        return camera::run(args, &room, of.source, camera);
+        return camera::run(args, &room, simulate::source(of)?, camera);
     }
     let (low, high) = plan_bounds(&mesh);
     let spacing = args.grid.unwrap_or(((high[0] - low[0]).max(high[1] - low[1]) / PLACES) as f32);
@@ -61,7 +61,7 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
             places.len()
         );
     }
-    let source = of.source.as_dvec3().to_array();
+    let source = simulate::source(of)?;
     let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
     let air = Some(Air::default());
     let rays = RayOptions {
@@ -74,9 +74,9 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
         ..RayOptions::default()
     };
     let images = ImageOptions { order: args.order, beams: args.beams as usize, ..ImageOptions::default() };
-    let images = Images::new(&room, source, &images)?;
+    let images = Images::new(&room, &source, &images)?;
     let bar = progress::of_work();
-    let late = late_field(&room, source, &listeners, &rays, |share| bar.at(progress::SHARES * share))?;
+    let late = late_field(&room, &source, &listeners, &rays, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
     let measures = |(at, echogram): (&[f64; 3], &Echogram)| -> Result<Measures> {
         Ok(Measures::new(*at, &images.seen_from(&room, *at, Share::Specular)?, echogram, air))
@@ -86,7 +86,7 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
         spacing_m: f64::from(spacing),
         outline: mesh.section(mesh.bounds()[0][2] + f64::from(args.height)),
         bounds: [low, high],
-        source: [source[0], source[1]],
+        source: [source.position[0], source.position[1]],
     };
     let panels = MEASURES.map(|(title, _, take)| Panel { title: title.to_owned(), values: over(&places, &measured, take) });
     for path in &args.output {

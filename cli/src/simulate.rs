@@ -5,10 +5,10 @@ mod scene;
 use crate::args::{ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{capture, path, progress, report};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Entry, LateField, Materials, Mesh, Room};
+use promenade_acoustics::{Air, Directivity, Entry, LateField, Materials, Mesh, Room, Source};
 use promenade_baker::simulation::{
-    BoxOptions, BoxRoom, Hrtf, Inside, MeshOptions, Part, PartFolder, RunKey, Simulated, along, fit, grid, random_inside,
-    random_poses, simulate_box, simulate_mesh, turned,
+    BoxOptions, BoxRoom, Hrtf, Inside, MeshOptions, Part, PartFolder, RunKey, Simulated, along, directivity, fit, grid,
+    random_inside, random_poses, simulate_box, simulate_mesh, turned,
 };
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
@@ -42,7 +42,7 @@ fn materials() -> Result<()> {
 
 fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &ClipArgs) -> Result<()> {
     let began = Instant::now();
-    let source = of.source;
+    let source = source(of)?;
     let (mesh, room) = room(of)?;
     let size = mesh.report();
     let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
@@ -52,9 +52,9 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
         if !clips.dry.is_empty() {
             bail!("{}: expected --dry for a capture, found a scene to write", args.output.display());
         }
-        return scene::write(&mesh, &room, of, args, run);
+        return scene::write(&mesh, &room, &source, of, args, run);
     }
-    let inside = Inside::new(&mesh, &room, source, args.margin)?;
+    let inside = Inside::new(&mesh, &room, of.source, args.margin)?;
     let poses = mesh_poses(args, run, &inside)?;
     let (set, hrtf) = head(args, run)?;
     let options = MeshOptions {
@@ -74,7 +74,7 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
         return Ok(());
     }
     let bar = progress::of_work();
-    let simulated = simulate_mesh(&mesh, &room, source, &hrtf, &poses, &options, |share| bar.at(progress::SHARES * share))?;
+    let simulated = simulate_mesh(&mesh, &room, &source, &hrtf, &poses, &options, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
     let Simulated { mut responses, late, images } = simulated;
     responses.title = title;
@@ -139,6 +139,25 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room)> {
     let materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
     let room = Room::new(&mesh, &materials).with_context(|| format!("{}: makes no room", args.mesh.display()))?;
     Ok((mesh, room))
+}
+
+/// The patterns that directivities of the first order are called by.
+const PATTERNS: [(&str, f64); 5] =
+    [("omni", 1.0), ("subcardioid", 0.75), ("cardioid", 0.5), ("supercardioid", 0.37), ("figure-of-eight", 0.0)];
+
+/// The source: where it is, and what it sends where.
+pub(crate) fn source(args: &RoomArgs) -> Result<Source> {
+    let named = PATTERNS.iter().find(|(name, _)| args.directivity.as_os_str() == *name);
+    let directivity = match named {
+        Some((_, omni)) => Directivity::first_order(*omni),
+        None if args.directivity.extension().is_some_and(|e| e.eq_ignore_ascii_case("sofa")) => directivity(&args.directivity)?,
+        None => {
+            let names = PATTERNS.map(|(name, _)| name).join(", ");
+            bail!("--directivity: expected {names} or a .sofa file, found {}", args.directivity.display());
+        }
+    };
+    let [yaw, pitch] = args.facing.map(f64::to_radians);
+    Ok(Source { position: args.source.as_dvec3().to_array(), directivity: directivity.turned(yaw, pitch) })
 }
 
 fn mesh_poses(args: &SimulateMeshArgs, run: &RunArgs, inside: &Inside<'_>) -> Result<Vec<Pose>> {

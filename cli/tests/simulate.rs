@@ -421,6 +421,32 @@ fn numbers_of(path: &str) -> ((usize, usize), std::collections::BTreeMap<String,
 }
 
 #[test]
+fn a_source_faces_where_it_is_turned() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (mesh, exr) = (text("room.obj"), text("map.exr"));
+    std::fs::write(&mesh, ROOM).unwrap();
+    let map = ["map", &mesh, "--source", "1.2,2,1.5", "--materials", "top=0.9:0.5", "--rays", "2000", "--beams", "512"];
+    let map = [&map[..], &["--length", "0.3", "--order", "0", "--grid", "0.5", "-o", &exr, "--directivity"]].concat();
+    // Mean level left and right of the source.
+    let sides = |options: &[&str]| {
+        succeeds(&[&map[..], options].concat());
+        let ((width, height), channels) = numbers_of(&exr);
+        let column = |x: usize| {
+            let all = (0..height).map(|y| channels["level, dB"][y * width + x]).filter(|level| level.is_finite());
+            all.clone().sum::<f32>() / all.count() as f32
+        };
+        column(width - 1) - column(0)
+    };
+    let (omni, ahead, away) = (sides(&["omni"]), sides(&["cardioid"]), sides(&["cardioid", "--facing", "180,0"]));
+    assert!(ahead > omni + 4.0 && away < omni - 4.0, "{omni}, {ahead}, {away} dB");
+    all_fail(&[
+        ([&map[..], &["trumpet"]].concat(), "--directivity: expected omni, subcardioid"),
+        ([&map[..], &[&text("none.sofa")]].concat(), "none.sofa: "),
+    ]);
+}
+
+#[test]
 fn a_camera_sees_where_the_sound_falls() {
     let folder = tempfile::tempdir().unwrap();
     let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

@@ -79,6 +79,10 @@ impl<'a> Sofa<'a> {
 }
 
 impl Sofa<'_> {
+    pub(crate) fn variables(&self) -> &Variables<'_> {
+        &self.0
+    }
+
     /// Hands on all responses of two ears, the left ear's channel first. Also says whether the file lists the right ear first: such labels
     /// are sometimes wrong.
     ///

@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+mod directivity;
 mod ears;
 mod error;
 mod file;
@@ -14,6 +15,7 @@ mod recorded;
 mod spherical;
 mod variables;
 
+pub use directivity::{Directions, read_directivity};
 pub use ears::{Sided, ears_contradict};
 pub use error::SofaError;
 pub use file::{Sofa, SofaOptions, check_size};

@@ -132,15 +132,24 @@ impl Variables<'_> {
             }
         };
         let count = if shape.len() == 2 { shape[0] } else { shape[2] };
-        let point = |m: usize| {
-            let [a, b, c] = [at(m, 0), at(m, 1), at(m, 2)].map(|v| v as f32);
-            match (spherical, degrees) {
-                (false, _) => Vec3::new(a, b, c),
-                (true, true) => to_cartesian(a, b, c, positive),
-                (true, false) => to_cartesian(a.to_degrees(), b.to_degrees(), c, positive),
-            }
-        };
+        let point = |m: usize| cartesian([at(m, 0), at(m, 1), at(m, 2)], spherical, degrees, positive);
         Ok(Points { points: (0..count).map(point).collect(), spherical })
+    }
+
+    /// Points of a variable of shape [count, 3], or [count, 3, times] if they stay where they are.
+    pub(crate) fn fixed_points(&self, name: &str, count: usize) -> Result<Vec<Vec3>, SofaError> {
+        let (shape, values) = self.values(name)?;
+        let times = match shape[..] {
+            [rows, 3] if rows == count => 1,
+            [rows, 3, times] if rows == count && times > 0 => times,
+            _ => return Err(self.wrong(name, format!("3 coordinates for each of {count}"), format!("{shape:?}"))),
+        };
+        if values.chunks_exact(times).any(|over_time| over_time.iter().any(|v| (v - over_time[0]).abs() > 1e-3)) {
+            return Err(self.wrong(name, "points that stay where they are", "others"));
+        }
+        let (spherical, degrees) = self.coordinates(name)?;
+        let at = |row: usize| std::array::from_fn(|c| values[(row * 3 + c) * times]);
+        Ok((0..count).map(|row| cartesian(at(row), spherical, degrees, Side::Left)).collect())
     }
 
     /// Up vectors are in the coordinates of their view, but writers often leave the Cartesian 0, 0, 1 beside spherical views, so the
@@ -155,6 +164,15 @@ impl Variables<'_> {
             }
         }
         self.points_or(name, measurements, Vec3::Z)
+    }
+}
+
+fn cartesian(coordinates: [f64; 3], spherical: bool, degrees: bool, positive: Side) -> Vec3 {
+    let [a, b, c] = coordinates.map(|v| v as f32);
+    match (spherical, degrees) {
+        (false, _) => Vec3::new(a, b, c),
+        (true, true) => to_cartesian(a, b, c, positive),
+        (true, false) => to_cartesian(a.to_degrees(), b.to_degrees(), c, positive),
     }
 }
 

@@ -13,7 +13,7 @@ use crate::sources::ambisonic::{ambisonic_head, head_responses};
 use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ};
 use half::f16;
 use promenade_acoustics::{
-    Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, late_field,
+    Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, Source, late_field,
     octave_energy,
 };
 use promenade_core::glam::Vec3;
@@ -124,8 +124,9 @@ struct Heard {
 }
 
 impl Heard {
-    fn sees_emitter(&self) -> bool {
-        self.images.iter().any(|image| image.order == 0)
+    /// What the emitter sends to this place where it is seen, over what it sends on its axis.
+    fn direct(&self) -> Option<f32> {
+        self.images.iter().find(|image| image.order == 0).map(|image| amplitude(&image.sent).min(1.0))
     }
 }
 
@@ -158,18 +159,19 @@ fn coherence(hrtf: &Hrtf, bands: &Bands) -> Vec<f32> {
 pub fn bake_geometry(
     mesh: &Mesh,
     room: &Room,
-    emitter: Vec3,
+    source: &Source,
     hrtf: &Hrtf,
     options: &GeometryOptions,
     done: impl Fn(f64) + Sync,
 ) -> Result<Scene, BakeError> {
+    let emitter = Vec3::from_array(source.position.map(|c| c as f32));
     let rate = f64::from(hrtf.sample_rate_hz());
     let grid = StftGrid::four_hops(rate, (rate * WINDOW_S / 4.0).round());
     let inside = Inside::new(mesh, room, emitter, options.margin_m)?;
     let plan = Plan::of(mesh, &inside, options)?;
     let eyring = room.eyring_t60_s(mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume()), options.air);
     let longest = eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
-    let heard = listen(mesh, room, emitter, &plan.places, &grid, longest, options, done)?;
+    let heard = listen(mesh, room, source, &plan.places, &grid, longest, options, done)?;
     let (images, seen) = strongest(&heard, &plan, options);
     let bands = Bands::for_rate(rate);
     let kept = images.iter().map(|image| image.index).collect();
@@ -197,7 +199,7 @@ pub fn bake_geometry(
     let reverberation = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(halved(rows))).ok_or_else(fits)?;
     let field = direct_field(emitter, hrtf, &grid, TransferShape { taps: 0, ..shape }, gain).ok_or_else(fits)?;
     let air_db_per_m = OCTAVES_HZ.map(|hz| options.air.map_or(0.0, |air| air.db_per_m(f64::from(hz)) as f32));
-    let direct = plan.nearest.iter().map(|place| f32::from(u8::from(heard[*place].sees_emitter()))).collect();
+    let direct = plan.nearest.iter().map(|place| heard[*place].direct().unwrap_or(0.0)).collect();
     let scaled = |image: &Kept| {
         let places = plan.places.iter().map(|place| place.as_dvec3().to_array());
         let sines = places.map(|at| (image.position[2] - at[2]) / distance(image.position, at).max(1e-3));
@@ -220,15 +222,7 @@ pub fn bake_geometry(
             credit: hrtf.credit.clone(),
             licence: hrtf.licence.clone(),
             recipe: options.recipe.clone(),
-            notes: vec![format!(
-                "{} image sources of order {} at most, {} rays, {} places {} m apart, head of {} directions",
-                sources.images.len(),
-                options.order,
-                options.rays,
-                plan.places.len(),
-                options.spacing_m,
-                hrtf.directions()
-            )],
+            notes: notes(source, &sources, &plan, hrtf, options),
         },
         grid,
         bands,
@@ -248,6 +242,21 @@ pub fn bake_geometry(
     })?)
 }
 
+fn notes(source: &Source, images: &ImageSources, plan: &Plan, hrtf: &Hrtf, options: &GeometryOptions) -> Vec<String> {
+    let made = format!(
+        "{} image sources of order {} at most, {} rays, {} places {} m apart, head of {} directions",
+        images.images.len(),
+        options.order,
+        options.rays,
+        plan.places.len(),
+        options.spacing_m,
+        hrtf.directions()
+    );
+    let colour = "the emitter sends more in some directions than in others: the direct sound has its level in each, and the colour of its axis";
+    let directive = (!source.directivity.is_omni()).then(|| colour.to_owned());
+    [made].into_iter().chain(directive).collect()
+}
+
 /// Half precision, of which a scene file takes half the bytes: 0.004 dB, and 0.004 rad of phases up to 8.
 fn halved(values: Vec<f32>) -> Vec<f32> {
     values.into_iter().map(|v| f16::from_f32(v).to_f32()).collect()
@@ -258,14 +267,13 @@ fn halved(values: Vec<f32>) -> Vec<f32> {
 fn listen(
     mesh: &Mesh,
     room: &Room,
-    emitter: Vec3,
+    source: &Source,
     places: &[Vec3],
     grid: &StftGrid,
     length_s: f64,
     options: &GeometryOptions,
     done: impl Fn(f64) + Sync,
 ) -> Result<Vec<Heard>, BakeError> {
-    let source = emitter.as_dvec3().to_array();
     let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
     let search = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
     let images = Images::new(room, source, &search)?;
@@ -285,7 +293,7 @@ fn listen(
         .zip(late.echograms)
         .map(|(at, echogram)| {
             let images = images.seen_from(room, *at, Share::Specular)?;
-            let direct_s = distance(source, *at) / f64::from(SPEED_OF_SOUND_M_S);
+            let direct_s = distance(source.position, *at) / f64::from(SPEED_OF_SOUND_M_S);
             let hidden = images.iter().all(|image| image.order > 0);
             let around = if hidden { edges.around(room, source, *at)? } else { Vec::new() };
             Ok(Heard { at: *at, images, around, echogram, direct_s })
@@ -299,6 +307,11 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
+/// The root mean square over the octaves.
+fn amplitude(amplitudes: &Octaves) -> f32 {
+    (amplitudes.iter().map(|a| a * a).sum::<f32>() / amplitudes.len() as f32).sqrt()
+}
+
 /// An image that is played.
 struct Kept {
     index: usize,
@@ -308,12 +321,15 @@ struct Kept {
 
 /// The images that are strongest at any place, the strongest first, and how much of each is seen at each node, `[node][image]`.
 fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Kept>, Vec<f32>) {
-    /// An image at all places: the largest share of any place's energy, the sum of its gains and the number of places.
+    /// An image at all places: the largest share of any place's energy, the sum of its gains and the number of places; the largest of what is sent
+    /// to it anywhere, and the sum of that.
     struct Found {
         image: Kept,
         score: f64,
         sums: [f64; 7],
         seen: f64,
+        most_sent: f32,
+        sent: f32,
     }
     let mut found: BTreeMap<usize, Found> = BTreeMap::new();
     for (place, h) in plan.places.iter().zip(heard) {
@@ -324,7 +340,12 @@ fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Ke
                 score: 0.0,
                 sums: [0.0; 7],
                 seen: 0.0,
+                most_sent: 0.0,
+                sent: 0.0,
             });
+            let sent = amplitude(&image.sent);
+            entry.most_sent = entry.most_sent.max(sent);
+            entry.sent += sent;
             let energy: f64 = image.gains.iter().map(|g| f64::from(*g).powi(2)).sum();
             entry.score = entry.score.max(energy / distance(image.position, at).powi(2));
             entry.sums.iter_mut().zip(image.gains).for_each(|(s, g)| *s += f64::from(g));
@@ -334,7 +355,9 @@ fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Ke
     let mut all: Vec<Found> = found.into_values().collect();
     all.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.image.index.cmp(&b.image.index)));
     all.truncate(options.images);
-    let kept: Vec<Kept> = all.into_iter().map(|f| Kept { gains: f.sums.map(|s| (s / f.seen) as f32), ..f.image }).collect();
+    // As strong as where the source sends most to it, and the mean of its colours.
+    let gains = |f: &Found| f.sums.map(|s| (s / f.seen * f64::from(f.most_sent) / (f64::from(f.sent) / f.seen)) as f32);
+    let kept: Vec<Kept> = all.into_iter().map(|f| Kept { gains: gains(&f), ..f.image }).collect();
     // A surface of two materials reflects one more here and the other more there.
     let share = |place: &usize, kept: &Kept| {
         let images = &heard[*place].images;
@@ -415,7 +438,7 @@ fn direct_field(emitter: Vec3, hrtf: &Hrtf, grid: &StftGrid, shape: TransferShap
 /// A pose that sees the emitter, at the place nearest to the middle of those that do.
 fn start_pose(heard: &[Heard], plan: &Plan, emitter: Vec3) -> Pose {
     let middle = plan.places.iter().sum::<Vec3>() / plan.places.len() as f32;
-    let seeing = plan.places.iter().zip(heard).filter(|(_, h)| h.sees_emitter()).map(|(place, _)| *place);
+    let seeing = plan.places.iter().zip(heard).filter(|(_, h)| h.direct().is_some()).map(|(place, _)| *place);
     let near = seeing.min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle))).unwrap_or(plan.places[0]);
     let way = emitter - near;
     Pose::from_ypr(near, way.y.atan2(way.x), 0.0, 0.0)

@@ -2,6 +2,7 @@
 
 mod bins;
 mod box_room;
+mod directivity;
 mod early;
 #[cfg(test)]
 pub(crate) mod heads;
@@ -14,6 +15,7 @@ mod tail;
 mod walls;
 
 pub use box_room::{BoxOptions, BoxRoom, MAX_ORDER, simulate_box};
+pub use directivity::directivity;
 pub use hrtf::Hrtf;
 pub use join::{PartFolder, RunKey, join};
 pub use mesh_room::{MeshOptions, Simulated, simulate_mesh};

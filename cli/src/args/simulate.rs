@@ -1,7 +1,7 @@
 //! Arguments of `promenade simulate`.
 
 use super::capture::ClipArgs;
-use super::values::{parse_absorption, parse_part, parse_point, within};
+use super::values::{parse_absorption, parse_facing, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
 use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
@@ -48,6 +48,12 @@ pub(crate) struct RoomArgs {
     /// Metres of the mesh's unit
     #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = within(1e-6, 1e6))]
     pub(crate) scale: f64,
+    /// What the source sends where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file (FreeFieldDirectivityTF)
+    #[arg(long, value_name = "PATTERN|FILE.sofa", default_value = "omni")]
+    pub(crate) directivity: PathBuf,
+    /// Where the source faces: yaw from x towards y, and pitch up, degrees
+    #[arg(long, value_name = "YAW,PITCH", default_value = "0,0", value_parser = parse_facing, allow_hyphen_values = true)]
+    pub(crate) facing: [f64; 2],
 }
 
 /// How responses of any room are made.

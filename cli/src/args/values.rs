@@ -56,6 +56,11 @@ pub(super) fn parse_pixels(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
+/// Yaw and pitch, degrees.
+pub(super) fn parse_facing(text: &str) -> Result<[f64; 2], String> {
+    parse_numbers::<f64, 2>(text, "yaw,pitch")
+}
+
 pub(super) fn parse_point(text: &str) -> Result<Vec3, String> {
     parse_numbers(text, "x,y,z").map(Vec3::from_array)
 }

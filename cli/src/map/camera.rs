@@ -5,7 +5,7 @@ use crate::args::MapArgs;
 use crate::plot;
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_acoustics::{Air, Intensity, RayOptions, Room};
+use promenade_acoustics::{Air, Intensity, RayOptions, Room, Source};
 use promenade_baker::atomic;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -24,7 +24,7 @@ struct View {
 }
 
 /// Makes the pictures.
-pub(super) fn run(args: &MapArgs, room: &Room, source: Vec3, camera: &Pose) -> Result<()> {
+pub(super) fn run(args: &MapArgs, room: &Room, source: Source, camera: &Pose) -> Result<()> {
     let rays = RayOptions {
         rays: args.rays.unwrap_or(RAYS) as usize,
         length_s: args.length,
@@ -32,7 +32,7 @@ pub(super) fn run(args: &MapArgs, room: &Room, source: Vec3, camera: &Pose) -> R
         seed: args.seed,
         ..RayOptions::default()
     };
-    let intensity = Intensity::new(room, source.as_dvec3().to_array(), &rays)?;
+    let intensity = Intensity::new(room, source, &rays)?;
     let view = View::new(&intensity, camera, args.size, args.fov)?;
     for path in &args.output {
         if super::ending(path) == "exr" {

@@ -3,7 +3,7 @@
 use crate::args::{RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Material, Mesh, Room, SCATTERING, Shoebox};
+use promenade_acoustics::{Air, Material, Mesh, Room, SCATTERING, Shoebox, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, receiver};
 use promenade_baker::simulation::Hrtf;
 use promenade_baker::{LoadOptions, Responses};
@@ -18,7 +18,14 @@ const PLACES: f32 = 60.0;
 /// The finest and widest spacing of places by itself, metres.
 const SPACING_M: (f32, f32) = (0.5, 5.0);
 
-pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> Result<()> {
+pub(super) fn write(
+    mesh: &Mesh,
+    room: &Room,
+    source: &Source,
+    of: &RoomArgs,
+    args: &SimulateMeshArgs,
+    run: &RunArgs,
+) -> Result<()> {
     let began = Instant::now();
     let places = run.path.is_some() || !args.at.is_empty() || run.poses.is_some() || args.turns.is_some();
     if places || run.part.is_some() {
@@ -44,7 +51,7 @@ pub(super) fn write(mesh: &Mesh, room: &Room, of: &RoomArgs, args: &SimulateMesh
         recipe: recipe(of, args, run),
     };
     let bar = progress::of_work();
-    let baked = bake_geometry(mesh, room, of.source, &hrtf, &options, |share| bar.at(progress::SHARES * share))?;
+    let baked = bake_geometry(mesh, room, source, &hrtf, &options, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
     written(&args.output, &baked, began)
 }
@@ -108,8 +115,13 @@ fn written(output: &Path, made: &Scene, began: Instant) -> Result<()> {
 fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> String {
     let [x, y, z] = of.source.to_array();
     let materials: Vec<String> = of.materials.iter().map(|(pattern, material)| format!("{pattern}={material}")).collect();
+    let directivity = if of.directivity.as_os_str() == "omni" {
+        String::new()
+    } else {
+        format!(" --directivity {} --facing {},{}", report::file_name(&of.directivity), of.facing[0], of.facing[1])
+    };
     format!(
-        "simulate {} --source {x},{y},{z} --materials '{}' --head {} --order {} --images {} --rays {} --rate {} --seed {}",
+        "simulate {} --source {x},{y},{z}{directivity} --materials '{}' --head {} --order {} --images {} --rays {} --rate {} --seed {}",
         report::file_name(&of.mesh),
         materials.join(","),
         report::file_name(&run.head),

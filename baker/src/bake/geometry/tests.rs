@@ -2,7 +2,7 @@ use super::*;
 use crate::player::render_response;
 use crate::sources::simulation::heads::{RATE, transparent};
 use crate::sources::simulation::{MeshOptions, Part, simulate_mesh};
-use promenade_acoustics::{Material, Shoebox};
+use promenade_acoustics::{Directivity, Material, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
 use promenade_room::{SceneOptions, ShoeboxRoom};
 use std::sync::Arc;
@@ -14,6 +14,10 @@ const SEEDS: u64 = 4;
 const LEAD: usize = 48;
 const DIRECT: usize = 2 * LEAD;
 const EMITTER: Vec3 = Vec3::new(2.1, 2.3, 1.4);
+
+fn source(at: Vec3) -> Source {
+    at.as_dvec3().to_array().into()
+}
 
 fn room(absorption: f32, scattering: f32) -> (Mesh, Room) {
     let materials = [(); 6].map(|()| Material::even("wall", absorption, scattering));
@@ -47,13 +51,13 @@ fn energy(samples: &[f32]) -> f64 {
 fn both([absorption, scattering]: [f32; 2], images: usize, rays: usize, at: Vec3, length_s: f32) -> [Vec<f32>; 2] {
     let (mesh, room) = room(absorption, scattering);
     let hrtf = transparent();
-    let scene = bake_geometry(&mesh, &room, EMITTER, &hrtf, &options(images, rays), |_| ()).unwrap();
+    let scene = bake_geometry(&mesh, &room, &source(EMITTER), &hrtf, &options(images, rays), |_| ()).unwrap();
     let pose = Pose { position: at, ..Pose::IDENTITY };
     let length = (f64::from(length_s) * f64::from(RATE)) as usize;
     let [heard, _] = render_response(&Arc::new(scene), pose, LEAD, length).unwrap();
     let options =
         MeshOptions { order: 4, beams: 4096, rays, length_s: Some(length_s + 0.1), air: None, seed: 1, part: Part::WHOLE };
-    let truth = simulate_mesh(&mesh, &room, EMITTER, &hrtf, &[pose], &options, |_| ()).unwrap();
+    let truth = simulate_mesh(&mesh, &room, &source(EMITTER), &hrtf, &[pose], &options, |_| ()).unwrap();
     let direct = (f64::from(at.distance(EMITTER) / SPEED_OF_SOUND_M_S) * f64::from(RATE)).round() as usize;
     let left = truth.responses.responses[0].left[direct - LEAD..][..length].to_vec();
     [heard, left]
@@ -71,6 +75,31 @@ fn early_reflections_of_a_scene_are_those_of_its_room() {
     let errors: Vec<f64> = pairs.map(|(h, t)| (level(h) - 20.0 * gain.log10() - level(t)).powi(2)).collect();
     let rms = (errors.iter().sum::<f64>() / errors.len() as f64).sqrt();
     assert!(rms < 1.2, "{rms} dB");
+}
+
+#[test]
+fn an_emitter_that_faces_away_is_quieter_than_its_room() {
+    let (mesh, room) = room(0.3, 0.2);
+    let (ahead, behind) = (Vec3::new(4.5, 2.3, 1.5), Vec3::new(0.9, 2.3, 1.5));
+    let cardioid = Source { directivity: Directivity::first_order(0.5), ..source(EMITTER) };
+    let [directive, omni] = [cardioid, source(EMITTER)].map(|source| {
+        let scene = bake_geometry(&mesh, &room, &source, &transparent(), &options(40, 4000), |_| ()).unwrap();
+        assert_eq!(scene.provenance().notes.len(), if source.directivity.is_omni() { 1 } else { 2 });
+        Arc::new(scene)
+    });
+    let heard = |scene: &Arc<Scene>, position: Vec3| {
+        let [left, _] = render_response(scene, Pose { position, ..Pose::IDENTITY }, LEAD, RATE as usize / 2).unwrap();
+        [energy(&left[..DIRECT]), energy(&left[DIRECT..])]
+    };
+    let db = |a: f64, b: f64| 10.0 * (a / b).log10();
+    // Beside a source that sends the same everywhere: direct sound over the room's.
+    let ratio = |at: Vec3| {
+        let [[direct, room], [direct_omni, room_omni]] = [&directive, &omni].map(|scene| heard(scene, at));
+        db(direct, room) - db(direct_omni, room_omni)
+    };
+    let (ahead, behind) = (ratio(ahead), ratio(behind));
+    assert!((3.0..7.0).contains(&ahead), "{ahead} dB more direct sound ahead: the room has a third of the energy");
+    assert!(behind < -11.0, "{behind} dB behind");
 }
 
 #[test]
@@ -100,7 +129,7 @@ fn a_box_without_its_mesh_is_heard_as_with_it() {
     let room = Room::new(&mesh, &walls.materials).unwrap();
     let hrtf = transparent();
     let with_air = GeometryOptions { order: 6, air: Some(Air::default()), ..options(60, 20_000) };
-    let baked = bake_geometry(&mesh, &room, EMITTER, &hrtf, &with_air, |_| ()).unwrap();
+    let baked = bake_geometry(&mesh, &room, &source(EMITTER), &hrtf, &with_air, |_| ()).unwrap();
     let drawn = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: EMITTER };
     let receiver = receiver(&hrtf).unwrap();
     // Its noise is that of its seed, where a mesh's is chosen.
@@ -138,10 +167,10 @@ fn a_box_without_its_mesh_is_heard_as_with_it() {
 fn a_room_without_a_place_for_the_listener_is_refused() {
     let (mesh, room) = room(0.3, 0.1);
     let narrow = GeometryOptions { margin_m: 2.0, ..options(10, 100) };
-    let error = bake_geometry(&mesh, &room, EMITTER, &transparent(), &narrow, |_| ()).unwrap_err().to_string();
+    let error = bake_geometry(&mesh, &room, &source(EMITTER), &transparent(), &narrow, |_| ()).unwrap_err().to_string();
     assert!(error.contains("places of the listener"), "{error}");
     let dense = GeometryOptions { spacing_m: 0.01, ..options(10, 100) };
-    let error = bake_geometry(&mesh, &room, EMITTER, &transparent(), &dense, |_| ()).unwrap_err().to_string();
+    let error = bake_geometry(&mesh, &room, &source(EMITTER), &transparent(), &dense, |_| ()).unwrap_err().to_string();
     assert!(error.contains("at most 4096"), "{error}");
 }
 

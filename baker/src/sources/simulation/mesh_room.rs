@@ -12,8 +12,8 @@ use super::walls::{filters, left};
 use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ, SPEED_OF_SOUND_M_S};
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{
-    Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Room, Share,
-    late_field,
+    Air, BANDS, Diffracted, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Room, Share,
+    Source, late_field, octave_energy,
 };
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -59,9 +59,9 @@ pub struct Simulated {
     pub images: usize,
 }
 
-/// Binaural responses of an emitter in a room for heads at `poses`, at the sample rate of the HRTF.
+/// Binaural responses of a source in a room for heads at `poses`, at the sample rate of the HRTF.
 ///
-/// The direct sound of an emitter at 1 m has the level of the HRTF, 0 dB in a diffuse field, and arrives after distance over
+/// The direct sound of the source at 1 m on its axis has the level of the HRTF, 0 dB in a diffuse field, and arrives after distance over
 /// [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. `mesh` is what `room` was made of. `done` is told the share of the work
 /// that is, 0 to 1. The same input and seed give the same samples on any number of threads.
 ///
@@ -70,15 +70,15 @@ pub struct Simulated {
 pub fn simulate_mesh(
     mesh: &Mesh,
     room: &Room,
-    emitter: Vec3,
+    source: &Source,
     hrtf: &Hrtf,
     poses: &[Pose],
     options: &MeshOptions,
     done: impl Fn(f64) + Sync,
 ) -> Result<Simulated, BakeError> {
+    let emitter = Vec3::from_array(source.position.map(|c| c as f32));
     check(emitter, poses, options)?;
     let rate = hrtf.bins.sample_rate_hz;
-    let source = emitter.as_dvec3().to_array();
     let places = options.part.places(poses);
     let listeners = in_metres(&places);
     let length_s = match options.length_s {
@@ -160,7 +160,7 @@ fn in_metres(places: &[Vec3]) -> Vec<[f64; 3]> {
 }
 
 /// The longest T30 of the octaves that a few rays show at some places, seconds, between what a room and what memory should have.
-fn natural_length_s(room: &Room, source: [f64; 3], listeners: &[[f64; 3]], options: &MeshOptions) -> Result<f64, BakeError> {
+fn natural_length_s(room: &Room, source: &Source, listeners: &[[f64; 3]], options: &MeshOptions) -> Result<f64, BakeError> {
     let some: Vec<[f64; 3]> = listeners.iter().step_by(listeners.len().div_ceil(PILOT_PLACES).max(1)).copied().collect();
     // Half again as long as what is kept, so that a decay that just fits is measured.
     let pilot = RayOptions {
@@ -212,7 +212,12 @@ impl<'a> Voice<'a> {
         if let Some(air) = times.last_mut() {
             *air = position.distance(listener);
         }
-        (position, left(&self.filters, &times))
+        let mut left = left(&self.filters, &times);
+        if image.sent != [1.0; BANDS] {
+            let sent = self.bins.minimum_phase(|hz| octave_energy(&image.sent.map(f64::from), hz).ln());
+            left.iter_mut().zip(sent).for_each(|(left, sent)| *left *= sent.exp());
+        }
+        (position, left)
     }
 
     /// The direct sound round an edge.

@@ -1,11 +1,15 @@
 use super::*;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
 use crate::sources::simulation::{BoxOptions, BoxRoom, Inside, grid, random_inside, simulate_box, turned};
-use promenade_acoustics::{Material, Shoebox};
+use promenade_acoustics::{Directivity, Material, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
 
 const SIZE: Vec3 = Vec3::new(7.0, 5.0, 3.0);
 const EMITTER: Vec3 = Vec3::new(3.1, 2.3, 1.9);
+
+fn source(at: Vec3) -> Source {
+    at.as_dvec3().to_array().into()
+}
 
 fn options(order: u32, length_s: f32) -> MeshOptions {
     MeshOptions { order, beams: 8192, rays: 6000, length_s: Some(length_s), air: None, seed: 1, part: Part::WHOLE }
@@ -28,7 +32,7 @@ fn energy(samples: &[f32]) -> f64 {
 }
 
 fn simulate(room: &(Mesh, Room), emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &MeshOptions) -> Simulated {
-    simulate_mesh(&room.0, &room.1, emitter, hrtf, poses, options, |_| ()).unwrap_or_else(|e| panic!("{e}"))
+    simulate_mesh(&room.0, &room.1, &source(emitter), hrtf, poses, options, |_| ()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]
@@ -133,7 +137,7 @@ fn a_seed_is_the_same_on_any_number_of_threads() {
 fn what_cannot_be_is_an_error() {
     let room = room(SIZE, [0.2; 6], 0.4);
     let refused = |poses: &[Pose], options: &MeshOptions, says: &str| {
-        let result = simulate_mesh(&room.0, &room.1, EMITTER, &transparent(), poses, options, |_| ());
+        let result = simulate_mesh(&room.0, &room.1, &source(EMITTER), &transparent(), poses, options, |_| ());
         let error = result.unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     };
@@ -160,4 +164,27 @@ fn parts_are_bit_for_bit_what_the_whole_has() {
         }
         assert_eq!(seen, 6);
     }
+}
+
+#[test]
+fn a_source_that_faces_away_is_heard_by_its_reflections() {
+    let (mesh, room) = room(SIZE, [0.2; 6], 0.5);
+    let listener = at(5.6, 2.3, 1.9);
+    let of = |yaw: f64| {
+        let directivity = Directivity::first_order(0.5).turned(yaw, 0.0);
+        let source = Source { directivity, ..source(EMITTER) };
+        let made = simulate_mesh(&mesh, &room, &source, &transparent(), &[listener], &options(3, 0.3), |_| ()).unwrap();
+        let left = made.responses.responses[0].left.clone();
+        let direct = (2.5 / SPEED_OF_SOUND_M_S * RATE as f32) as usize;
+        [energy(&left[direct - 20..direct + 20]), energy(&left[direct + 20..])]
+    };
+    let [[towards, reflected], [away, room_away]] = [0.0, std::f64::consts::PI].map(of);
+    let db = |a: f64, b: f64| 10.0 * (a / b).log10();
+    assert!((db(towards, 1.0) + 20.0 * 2.5_f64.log10()).abs() < 0.1, "{} dB ahead", db(towards, 1.0));
+    assert!(
+        db(away, towards) < -18.0 && db(room_away, reflected).abs() < 3.0,
+        "{} {}",
+        db(away, towards),
+        db(room_away, reflected)
+    );
 }
