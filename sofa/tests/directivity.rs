@@ -16,7 +16,10 @@ fn read(convention: &str, receivers: u64, view: [f64; 3]) -> Result<Directions, 
     file.create_dataset("N").with_f64_data(&[1000.0, 2000.0]).with_shape(&[2]);
     let around: Vec<[f64; 3]> = (0..12).map(|i| [30.0 * f64::from(i), 0.0, 2.0]).collect();
     let positions = file.create_dataset("ReceiverPosition");
-    positions.with_f64_data(around.as_flattened()).with_shape(&[receivers, 3, 1]).set_attr("Type", text("spherical"));
+    positions
+        .with_f64_data(around[..receivers as usize].as_flattened())
+        .with_shape(&[receivers, 3, 1])
+        .set_attr("Type", text("spherical"));
     for (name, at) in [("ListenerPosition", [0.0; 3]), ("SourcePosition", [0.0; 3]), ("SourceView", view)] {
         file.create_dataset(name).with_f64_data(&at).with_shape(&[1, 3]).set_attr("Type", text("cartesian"));
     }
