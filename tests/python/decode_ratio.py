@@ -1,9 +1,10 @@
-"""Cost of the anchor-cloud decoders beside eager PyTorch on one thread, same shapes, taking turns in one run.
+"""Cost of the anchor-cloud decoders beside eager PyTorch and ONNX Runtime on one thread, same shapes, taking turns in one run.
 
 usage: decode_ratio.py BENCH [ROUNDS]
 
 BENCH is the program that `cargo bench --bench decode_cost -p promenade-core --no-run` builds and names. Unit: processor milliseconds
-per decode, median over rounds; ratios are of medians. Random weights: neither side's time depends on them.
+per decode, median over rounds; ratios are of medians. Random weights: neither side's time depends on them. ONNX Runtime plays what
+`torch.onnx.export` makes of the same model, visual features cached; without the packages onnx, onnxscript and onnxruntime it is skipped.
 """
 
 import os
@@ -14,6 +15,7 @@ os.environ.update(OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 
 import torch
@@ -103,6 +105,9 @@ class Linear(Anchors):
         return self.masks(weights @ self.audio * scale, weights @ value * scale)
 
 
+START = torch.cat([torch.tensor([1.0, 0.0, 0.5]), torch.eye(3).flatten()])
+
+
 class Bench:
     """One case of the Rust program, which decodes once per line and answers with seconds."""
 
@@ -132,6 +137,46 @@ def eager(model, cached):
     return lambda: [decode() for _ in range(TURN)]
 
 
+def runtime(model, folder):
+    """The same decoder in ONNX Runtime, or why not."""
+    try:
+        import onnxruntime
+        import onnxscript  # noqa: F401, what the exporter needs.
+    except ImportError as missing:
+        return None, str(missing)
+
+    class Cached(nn.Module):
+        """The features are those of an earlier decode, as constants."""
+
+        def __init__(self):
+            super().__init__()
+            self.model = model
+
+        def forward(self, pose):
+            return self.model(pose, True)
+
+    path = os.path.join(folder, "decoder.onnx")
+    model(START, True)
+    torch.onnx.export(Cached().eval(), (START,), path, input_names=["pose"], dynamo=True, verbose=False)
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    session = onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+    steps = iter(range(1_000_000_000))
+
+    def decode():
+        pose = START.numpy().copy()
+        pose[1] = 0.01 * next(steps)
+        start = time.thread_time()
+        session.run(None, {"pose": pose})
+        return time.thread_time() - start
+
+    wanted = [part.numpy() for part in model(START, True)]
+    found = session.run(None, {"pose": START.numpy()})
+    apart = max(abs(a - b).max() for a, b in zip(wanted, found))
+    assert apart < 1e-3, f"ONNX Runtime is {apart} off PyTorch"
+    return lambda: [decode() for _ in range(TURN)], None
+
+
 def main():
     program, rounds = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 41
     # Both sides on one core: another may be slower by what shares it.
@@ -141,20 +186,23 @@ def main():
     torch.manual_seed(1)
     cases = {"full": (Transformer, 256, 257), "full, F 64": (Transformer, 256, 64), "linear": (Linear, 256, 257)}
     print(f"PyTorch {torch.__version__}, {rounds} rounds")
-    print("| case | ours ms | PyTorch ms, visual features cached | ratio | PyTorch ms, uncached | ratio |\n|---|---|---|---|---|---|")
-    with torch.inference_mode():
+    columns = ["case", "ours ms", "PyTorch ms, visual features cached", "ratio", "PyTorch ms, uncached", "ratio", "ONNX Runtime ms", "ratio"]
+    print(f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}")
+    with torch.inference_mode(), tempfile.TemporaryDirectory() as folder:
         for name, (kind, anchors, bands) in cases.items():
             model = kind(anchors, bands).eval()
+            onnx, why = runtime(model, folder)
             ours = Bench(program, name)
-            runs = [ours, eager(model, True), eager(model, False)]
+            runs = [ours, eager(model, True), eager(model, False), *([onnx] if onnx else [])]
             times = [[] for _ in runs]
             for _ in range(rounds):
                 for run, taken in zip(runs, times):
                     # The first ones fill the caches that the other side has used.
                     taken.extend(1e3 * seconds for seconds in run()[WARM:])
             ours.close()
-            a, b, c = map(statistics.median, times)
-            print(f"| {name} | {a:.3f} | {b:.3f} | {a / b:.3f} | {c:.3f} | {a / c:.3f} |")
+            own, *others = map(statistics.median, times)
+            cells = [cell for other in others for cell in (f"{other:.3f}", f"{own / other:.3f}")]
+            print(f"| {name} | {own:.3f} | {' | '.join(cells)} |" + (f" ONNX Runtime skipped: {why}" if why else ""))
 
 
 if __name__ == "__main__":
