@@ -11,6 +11,7 @@ pub(crate) mod log_transfer;
 pub(crate) mod mixing;
 pub(crate) mod room;
 pub(crate) mod seed;
+mod sides;
 
 use crate::bake::direct::Direct;
 use crate::bake::kriging::{Site, weights};

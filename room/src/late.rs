@@ -29,10 +29,44 @@ fn place(time_s: f64, direct_s: f64, hop_s: f64) -> f64 {
 /// hop comes from one side has the head's level at its elevation; the rest comes from everywhere, where that is 1.
 #[must_use]
 pub fn hop_energies(echogram: &Echogram, direct_s: f64, head: &Receiver) -> HopEnergies {
-    let (hop_s, bands) = (head.grid.hop_s(), &head.bands);
+    let bands = &head.bands;
+    let of_hop = |(octaves, from): &([f64; BANDS], DVec3)| -> Vec<f64> {
+        let share = (from.length() / octaves.iter().sum::<f64>().max(1e-300)).min(1.0);
+        let heard = head.heard_from(from.normalize_or_zero().z);
+        let level = |(hz, heard): (&f32, f64)| octave_energy(octaves, f64::from(*hz)) * (1.0 - share + share * heard);
+        bands.centres_hz().iter().zip(heard).map(level).collect()
+    };
+    by_hop(echogram, direct_s, head.grid.hop_s()).iter().map(of_hop).collect()
+}
+
+/// Energy of all octaves together that arrives in a hop, and the sum of the directions that it comes from, each as long as its energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Flow {
+    /// Without a head.
+    pub energy: f64,
+    /// World; as long as the energy where all of it comes from one direction.
+    pub from: DVec3,
+}
+
+/// Where the energy of an echogram comes from, by hop after the direct sound as [`hop_energies`] has them.
+#[must_use]
+pub fn hop_flows(echogram: &Echogram, direct_s: f64, hop_s: f64) -> Vec<Flow> {
+    let flow = |(octaves, from): ([f64; BANDS], DVec3)| Flow { energy: octaves.iter().sum(), from };
+    by_hop(echogram, direct_s, hop_s).into_iter().map(flow).collect()
+}
+
+/// Adds what arrives at one time from one direction, a unit vector.
+pub fn add_flow(flows: &mut [Flow], [time_s, direct_s]: [f64; 2], hop_s: f64, direction: DVec3, energy: f64) {
+    if let Some(flow) = flows.get_mut(place(time_s, direct_s, hop_s).max(1.0) as usize) {
+        flow.energy += energy;
+        flow.from += energy * direction;
+    }
+}
+
+/// Energies by octave, and the sum of their directions, by hop after the direct sound.
+fn by_hop(echogram: &Echogram, direct_s: f64, hop_s: f64) -> Vec<([f64; BANDS], DVec3)> {
     let hops = ((echogram.bins.len() as f64 * echogram.bin_s - direct_s) / hop_s).ceil().max(2.0) as usize;
-    let mut octaves = vec![[0.0_f64; BANDS]; hops];
-    let mut from = vec![DVec3::ZERO; hops];
+    let mut found = vec![([0.0_f64; BANDS], DVec3::ZERO); hops];
     for (i, bin) in echogram.bins.iter().enumerate() {
         // A bin reaches into two hops.
         let place = place(i as f64 * echogram.bin_s, direct_s, hop_s);
@@ -42,19 +76,13 @@ pub fn hop_energies(echogram: &Echogram, direct_s: f64, head: &Receiver) -> HopE
         for (hop, share) in [(first, 1.0 - into_next), (first + 1.0, into_next)] {
             // What comes with the direct sound is heard a hop later: there is no earlier tap.
             let hop = hop.max(1.0) as usize;
-            if let (Some(octaves), Some(from)) = (octaves.get_mut(hop), from.get_mut(hop)) {
+            if let Some((octaves, from)) = found.get_mut(hop) {
                 octaves.iter_mut().zip(bin.energy).for_each(|(sum, e)| *sum += share * f64::from(e));
                 *from += share * DVec3::from(bin.from.map(|axis| axis.iter().map(|e| f64::from(*e)).sum()));
             }
         }
     }
-    let of_hop = |(octaves, from): (&[f64; BANDS], &DVec3)| -> Vec<f64> {
-        let share = (from.length() / octaves.iter().sum::<f64>().max(1e-300)).min(1.0);
-        let heard = head.heard_from(from.normalize_or_zero().z);
-        let level = |(hz, heard): (&f32, f64)| octave_energy(octaves, f64::from(*hz)) * (1.0 - share + share * heard);
-        bands.centres_hz().iter().zip(heard).map(level).collect()
-    };
-    octaves.iter().zip(&from).map(of_hop).collect()
+    found
 }
 
 /// Adds what arrives at one time from one elevation, whose sine is given: `energy` is that of a frequency in Hz, without a head.

@@ -10,6 +10,9 @@ mod receiver;
 mod shoebox_room;
 
 pub use error::RoomError;
-pub use late::{HopEnergies, LONGEST_EARLY_S, SHORTEST_EARLY_S, add_arrival, decay_s, hop_energies, late_gain, time_filters};
+pub use late::{
+    Flow, HopEnergies, LONGEST_EARLY_S, SHORTEST_EARLY_S, add_arrival, add_flow, decay_s, hop_energies, hop_flows, late_gain,
+    time_filters,
+};
 pub use receiver::Receiver;
 pub use shoebox_room::{PLAYED_IMAGES, SIZES_M, SceneOptions, ShoeboxRoom};

@@ -68,6 +68,12 @@ impl Receiver {
         Some(Self { rings: receiver.rings(), ..receiver })
     }
 
+    /// Hop of its short-time transform, seconds.
+    #[must_use]
+    pub fn hop_s(&self) -> f64 {
+        self.grid.hop_s()
+    }
+
     /// Its filters for image sources.
     #[must_use]
     pub fn ambisonic(&self) -> &AmbisonicHead {

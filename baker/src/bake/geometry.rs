@@ -7,6 +7,7 @@ use crate::bake::direct::Direct;
 use crate::bake::late_unit::Late;
 use crate::bake::log_transfer::LogTransfer;
 use crate::bake::seed::truest_seed;
+use crate::bake::sides::Sides;
 use crate::error::BakeError;
 use crate::signal::spectrum::Analyser;
 use crate::sources::ambisonic::{ambisonic_head, head_responses};
@@ -16,14 +17,15 @@ use promenade_acoustics::{
     Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, Share, Source, late_field,
     octave_energy,
 };
-use promenade_core::glam::Vec3;
+use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::network::SPEED_OF_SOUND_M_S;
 use promenade_core::{
     Anchor, Axis, Bands, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts,
     StftGrid, TailModel, TransferShape,
 };
 use promenade_room::{
-    HopEnergies, LONGEST_EARLY_S, Receiver, SHORTEST_EARLY_S, add_arrival, decay_s, hop_energies, time_filters,
+    Flow, HopEnergies, LONGEST_EARLY_S, Receiver, SHORTEST_EARLY_S, add_arrival, add_flow, decay_s, hop_energies, hop_flows,
+    time_filters,
 };
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -47,6 +49,8 @@ const RAY_LENGTH_S: (f64, f64) = (0.3, 8.0);
 pub struct GeometryOptions {
     /// Image sources that are played, at most; the strongest are.
     pub images: usize,
+    /// Turns of the head that time filters are stored for, evenly around; with one, what comes more from one side is heard by both ears alike.
+    pub head_turns: usize,
     /// Reflections that an image has at most, and beams that search them.
     pub order: u32,
     /// Beams of the search.
@@ -176,7 +180,8 @@ pub fn bake_geometry(
     let bands = Bands::for_rate(rate);
     let kept = images.iter().map(|image| image.index).collect();
     let head = receiver(hrtf)?;
-    let rest: Vec<HopEnergies> = heard.par_iter().map(|h| left_over(h, &kept, &head, options.air)).collect();
+    let left: Vec<(HopEnergies, Vec<Flow>)> = heard.par_iter().map(|h| left_over(h, &kept, &head, options.air)).collect();
+    let (rest, flows): (Vec<HopEnergies>, Vec<Vec<Flow>>) = left.into_iter().unzip();
     let typical = typical_t60_s(&heard);
     let early_s = (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S);
     let taps = (early_s / grid.hop_s()).round() as usize;
@@ -190,11 +195,18 @@ pub fn bake_geometry(
     let gain = unit_gain(&heard);
     let late = Late { grid: &grid, bands: &bands, tail: &tail, shape, top_hz };
     let unit = late.unit(rest[0].len())?;
-    let filters: Vec<Vec<f32>> = rest.iter().map(|energies| time_filters(energies, &unit[0], shape, gain)).collect();
-    let head_turns = [(); 3].map(|()| Axis::single(0.0));
-    let [yaw, pitch, roll] = head_turns;
-    let nodes = FieldGrid { position: plan.axes.clone(), facing: Facing::Head { yaw, pitch, roll } };
-    let rows: Vec<f32> = plan.nearest.iter().flat_map(|place| [vec![0.0], filters[*place].clone()].concat()).collect();
+    let yaw = if options.head_turns > 1 { Axis::circle(-PI, options.head_turns) } else { Axis::single(0.0) };
+    let sides = Sides::new(hrtf, &head, &bands);
+    // One row for each turn of the head.
+    let filters = rest.par_iter().zip(&flows).map(|(energies, flows)| {
+        let row = time_filters(energies, &unit[0], shape, gain);
+        let turned = |yaw: f32| if options.head_turns > 1 { sides.turned(&row, flows, yaw, shape) } else { row.clone() };
+        yaw.nodes().iter().flat_map(|yaw| [vec![0.0], turned(*yaw)].concat()).collect()
+    });
+    let filters: Vec<Vec<f32>> = filters.collect();
+    let facing = Facing::Head { yaw: yaw.clone(), pitch: Axis::single(0.0), roll: Axis::single(0.0) };
+    let nodes = FieldGrid { position: plan.axes.clone(), facing };
+    let rows: Vec<f32> = plan.nearest.iter().flat_map(|place| filters[*place].clone()).collect();
     let fits = || BakeError::argument("table of the scene", "a row per node", "another number");
     let reverberation = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(halved(rows))).ok_or_else(fits)?;
     let field = direct_field(emitter, hrtf, &grid, TransferShape { taps: 0, ..shape }, gain).ok_or_else(fits)?;
@@ -370,14 +382,18 @@ fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Ke
     (kept, seen)
 }
 
-/// Energy per hop after the direct sound and band that played images do not have: rays, all other images, and what comes round edges.
-fn left_over(heard: &Heard, kept: &BTreeSet<usize>, head: &Receiver, air: Option<Air>) -> HopEnergies {
+/// Energy per hop after the direct sound and band that played images do not have, and where it comes from: rays, all other images, and what
+/// comes round edges.
+fn left_over(heard: &Heard, kept: &BTreeSet<usize>, head: &Receiver, air: Option<Air>) -> (HopEnergies, Vec<Flow>) {
     let mut energies = hop_energies(&heard.echogram, heard.direct_s, head);
+    let mut flows = hop_flows(&heard.echogram, heard.direct_s, head.hop_s());
     let emitter_m = heard.direct_s * f64::from(SPEED_OF_SOUND_M_S);
     let mut add = |position: [f64; 3], way_m: f64, amplitudes: &Octaves| {
         let left = amplitudes.map(|a| f64::from(a).powi(2));
-        let sine = (position[2] - heard.at[2]) / distance(position, heard.at).max(1e-3);
-        add_arrival(&mut energies, [way_m / f64::from(SPEED_OF_SOUND_M_S), heard.direct_s], sine, head, |hz| {
+        let direction = (DVec3::from(position) - DVec3::from(heard.at)).normalize_or_zero();
+        let times = [way_m / f64::from(SPEED_OF_SOUND_M_S), heard.direct_s];
+        add_flow(&mut flows, times, head.hop_s(), direction, left.iter().sum());
+        add_arrival(&mut energies, times, direction.z, head, |hz| {
             let air_db = air.map_or(0.0, |air| air.db_per_m(hz) * way_m);
             octave_energy(&left, hz) * 10.0_f64.powf(-0.1 * air_db)
         });
@@ -389,7 +405,7 @@ fn left_over(heard: &Heard, kept: &BTreeSet<usize>, head: &Receiver, air: Option
     for way in &heard.around {
         add(way.position, way.way_m, &way.amplitudes());
     }
-    energies
+    (energies, flows)
 }
 
 /// The longest of the octaves' reverberation times, seconds, each a mean over all places that show one.

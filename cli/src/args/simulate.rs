@@ -109,6 +109,9 @@ pub(crate) struct SimulateMeshArgs {
     /// Image sources that a scene plays at most, the strongest; the others are part of its late field
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) images: u32,
+    /// Turns of the head for which a scene stores what comes more from one side; 1 leaves that out and makes it half as large
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=36))]
+    pub(crate) head_turns: u32,
     /// Reflections that an image source has at most
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(0..=50))]
     pub(crate) order: u32,

@@ -39,6 +39,7 @@ pub(super) fn write(
     let area = ((high[0] - low[0]) * (high[1] - low[1])) as f32;
     let options = GeometryOptions {
         images: args.images as usize,
+        head_turns: args.head_turns as usize,
         order: args.order,
         beams: args.beams as usize,
         rays: args.rays as usize,
@@ -121,12 +122,13 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> String {
         format!(" --directivity {} --facing {},{}", report::file_name(&of.directivity), of.facing[0], of.facing[1])
     };
     format!(
-        "simulate {} --source {x},{y},{z}{directivity} --materials '{}' --head {} --order {} --images {} --rays {} --rate {} --seed {}",
+        "simulate {} --source {x},{y},{z}{directivity} --materials '{}' --head {} --order {} --images {} --head-turns {} --rays {} --rate {} --seed {}",
         report::file_name(&of.mesh),
         materials.join(","),
         report::file_name(&run.head),
         args.order,
         args.images,
+        args.head_turns,
         args.rays,
         args.rate,
         run.seed

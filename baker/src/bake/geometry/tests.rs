@@ -1,6 +1,6 @@
 use super::*;
 use crate::player::render_response;
-use crate::sources::simulation::heads::{RATE, transparent};
+use crate::sources::simulation::heads::{RATE, transparent, two_sided};
 use crate::sources::simulation::{MeshOptions, Part, simulate_mesh};
 use promenade_acoustics::{Directivity, Material, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
@@ -30,6 +30,7 @@ fn room(absorption: f32, scattering: f32) -> (Mesh, Room) {
 fn options(images: usize, rays: usize) -> GeometryOptions {
     GeometryOptions {
         images,
+        head_turns: 6,
         order: 4,
         beams: 4096,
         rays,
@@ -100,6 +101,33 @@ fn an_emitter_that_faces_away_is_quieter_than_its_room() {
     let (ahead, behind) = (ratio(ahead), ratio(behind));
     assert!((3.0..7.0).contains(&ahead), "{ahead} dB more direct sound ahead: the room has a third of the energy");
     assert!(behind < -11.0, "{behind} dB behind");
+}
+
+#[test]
+fn the_ear_at_the_wall_that_swallows_hears_less_of_the_room() {
+    let mut walls = Shoebox { size: SIZE, materials: [(); 6].map(|()| Material::even("wall", 0.1, 0.3)) };
+    walls.materials[0] = Material::even("open", 1.0, 0.0);
+    let mesh = walls.mesh().unwrap();
+    let room = Room::new(&mesh, &walls.materials).unwrap();
+    let hrtf = two_sided();
+    let scene = Arc::new(bake_geometry(&mesh, &room, &source(EMITTER), &hrtf, &options(4, 20_000), |_| ()).unwrap());
+    let position = Vec3::new(0.8, 2.5, 1.5);
+    let length = RATE as usize / 4;
+    let truth = MeshOptions { order: 4, beams: 4096, rays: 20_000, length_s: Some(0.4), air: None, seed: 1, part: Part::WHOLE };
+    for (yaw, name) in [(0.5 * PI, "left"), (-0.5 * PI, "right"), (0.0, "neither")] {
+        let pose = Pose::from_ypr(position, yaw, 0.0, 0.0);
+        let heard = render_response(&scene, pose, LEAD, length).unwrap();
+        let made = simulate_mesh(&mesh, &room, &source(EMITTER), &hrtf, &[pose], &truth, |_| ()).unwrap();
+        let direct = (f64::from(position.distance(EMITTER) / SPEED_OF_SOUND_M_S) * f64::from(RATE)).round() as usize;
+        // From 30 ms after the direct sound on.
+        let later = LEAD + 3 * RATE as usize / 100;
+        let ild = |[left, right]: [&[f32]; 2]| 10.0 * (energy(left) / energy(right)).log10();
+        let found = ild([&heard[0][later..], &heard[1][later..]]);
+        let one = &made.responses.responses[0];
+        let want = ild([&one.left, &one.right].map(|ear| &ear[direct - LEAD + later..][..length - later]));
+        assert!((found - want).abs() < 0.7, "{name} ear at the wall: {found} dB, the room has {want} dB");
+        assert!(name == "neither" || found.abs() > 0.7 && found.signum() == want.signum(), "{name}: {found}, {want}");
+    }
 }
 
 #[test]

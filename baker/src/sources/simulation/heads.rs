@@ -27,7 +27,7 @@ pub(crate) fn transparent() -> Hrtf {
 }
 
 /// Ears that hear their own side earlier, by up to 16 samples, and louder; the same to the left and to the right.
-pub(super) fn two_sided() -> Hrtf {
+pub(crate) fn two_sided() -> Hrtf {
     let half = (0..200).map(|i| {
         let z = 1.0 - (2.0 * i as f32 + 1.0) / 200.0;
         let turn = 2.4 * i as f32;
