@@ -5,6 +5,7 @@
 use promenade_acoustics::Mesh;
 use promenade_baker::checkpoint::{self, ImportOptions as Checkpoint};
 use promenade_baker::reconstruction::{Place, PointOptions};
+use promenade_baker::simulation::directivity;
 use promenade_baker::{LoadOptions, Responses, read_head, sound};
 use promenade_core::{BlockParams, Scene, SceneCard, Spatializer, Tier};
 use promenade_paths::{ImportOptions, Summary, WriteFormat, alone};
@@ -83,6 +84,19 @@ fn measured_responses() {
         }
         let head = read_head(path).map_err(text);
         responses.map(|_| ()).and(head.map(|_| ()))
+    });
+}
+
+#[test]
+fn directivities() {
+    let path = std::env::temp_dir().join(format!("promenade-fuzz-directivity-{}.sofa", std::process::id()));
+    heads::write_directivity(&path, "FreeFieldDirectivityTF", [2, 12], [0.0, 1.0, 0.0]);
+    let seed = Input::new("talker.sofa", fs::read(&path).unwrap());
+    fs::remove_file(path).unwrap();
+    Search { name: "directivity", cases: 400, most_bytes: FILE_BYTES }.run(vec![seed], |_, path| {
+        let sent = directivity(path).map_err(text)?.towards([0.3, -0.8, 0.2]);
+        assert!(sent.iter().all(|a| a.is_finite() && *a > 0.0), "{sent:?}");
+        Ok(())
     });
 }
 

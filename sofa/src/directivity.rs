@@ -32,14 +32,14 @@ pub fn read_directivity(path: &Path) -> Result<Directions, SofaError> {
     }
     let (shape, real) = file.values("Data.Real")?;
     let (other, imaginary) = file.values("Data.Imag")?;
-    let [measurements, receivers, frequencies] = shape[..] else {
-        return Err(file.wrong("Data.Real", "the 3 axes MRN", format!("{shape:?}")));
+    let (&[measurements, receivers, frequencies], false) = (&shape[..], shape.contains(&0)) else {
+        return Err(file.wrong("Data.Real", "the 3 axes MRN, at least one of each", format!("{shape:?}")));
     };
     if other != shape {
         return Err(file.wrong("Data.Imag", format!("the axes of Data.Real, {shape:?}"), format!("{other:?}")));
     }
     let (_, frequencies_hz) = file.values("N")?;
-    if frequencies_hz.len() != frequencies || frequencies == 0 || frequencies_hz.iter().any(|hz| *hz < 0.0) {
+    if frequencies_hz.len() != frequencies || frequencies_hz.iter().any(|hz| *hz < 0.0) {
         return Err(file.wrong("N", format!("{frequencies} frequencies in hertz"), frequencies_hz.len()));
     }
     let one = |name: &str, missing: Vec3| -> Result<Vec3, SofaError> {

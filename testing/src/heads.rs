@@ -80,3 +80,30 @@ pub fn write_sofa_of(path: &Path, radius_m: f32, around: u32, frames: u32) {
     file.create_dataset("Data.IR").with_f64_data(&samples).with_shape(&[count, 2, u64::from(frames)]);
     file.write(path).unwrap();
 }
+
+/// Writes a SOFA file of a source that looks along y and sends `1 + cos` of the angle to that at 1 kHz, half of it at 2 kHz, to 12 receivers in a circle, so many times.
+/// `times` and `receivers`, of which the file has places, and the direction that it says the source looks in, may also be wrong.
+///
+/// # Panics
+/// The file cannot be written.
+pub fn write_directivity(path: &Path, convention: &str, [times, receivers]: [u64; 2], view: [f64; 3]) {
+    let mut file = FileBuilder::new();
+    let text = |t: &str| AttrValue::AsciiString(t.to_owned());
+    for (name, value) in [("SOFAConventions", convention), ("DataType", "TF")] {
+        file.set_attr(name, text(value));
+    }
+    file.create_dataset("N").with_f64_data(&[1000.0, 2000.0]).with_shape(&[2]);
+    let around: Vec<[f64; 3]> = (0..12).map(|i| [30.0 * f64::from(i), 0.0, 2.0]).collect();
+    let positions = file.create_dataset("ReceiverPosition");
+    let places = around[..receivers as usize].as_flattened();
+    positions.with_f64_data(places).with_shape(&[receivers, 3, 1]).set_attr("Type", text("spherical"));
+    for (name, at) in [("ListenerPosition", [0.0; 3]), ("SourcePosition", [0.0; 3]), ("SourceView", view)] {
+        file.create_dataset(name).with_f64_data(&at).with_shape(&[1, 3]).set_attr("Type", text("cartesian"));
+    }
+    let sent = |azimuth: f64| 1.0 + (azimuth - 90.0).to_radians().cos();
+    let values: Vec<f64> = (0..times).flat_map(|_| around.iter().flat_map(|at| [sent(at[0]), 0.5 * sent(at[0])])).collect();
+    for name in ["Data.Real", "Data.Imag"] {
+        file.create_dataset(name).with_f64_data(&values).with_shape(&[times, 12, 2]);
+    }
+    file.write(path).unwrap();
+}
