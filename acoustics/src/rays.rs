@@ -89,21 +89,11 @@ pub fn late_field(
     options: &RayOptions,
     done: impl Fn(f64),
 ) -> Result<LateField, AcousticsError> {
-    let Source { position, directivity } = source.into();
-    let source = place("source", position)?;
+    let source = source.into();
     let radius = options.radius_m.unwrap_or_else(|| 0.1 * room.bounding_volume().cbrt());
     check(options, radius)?;
     let listeners = Listeners::new(room, listeners, radius)?;
-    let tracer = Tracer {
-        room,
-        source,
-        directivity: &directivity,
-        listeners: &listeners,
-        surfaces: room.materials().iter().map(Surface::new).collect(),
-        options,
-        turn: turn(options.seed),
-        bins: (options.length_s / options.bin_s).ceil() as usize,
-    };
+    let tracer = Tracer::new(room, &source, &listeners, options)?;
     let share = options.rays.div_ceil(SHARES).max(LEAST_RAYS);
     let starts: Vec<usize> = (0..options.rays).step_by(share).collect();
     let mut sum = Sum::new(listeners.count(), tracer.bins);
@@ -124,19 +114,9 @@ pub(crate) fn particles(
     options: &RayOptions,
     mut on_wall: impl FnMut(DVec3, u32, &[f32; LANES]),
 ) -> Result<(), AcousticsError> {
-    let position = place("source", source.position)?;
     check(options, 1.0)?;
     let listeners = Listeners::new(room, &[], 1.0)?;
-    let tracer = Tracer {
-        room,
-        source: position,
-        directivity: &source.directivity,
-        listeners: &listeners,
-        surfaces: room.materials().iter().map(Surface::new).collect(),
-        options,
-        turn: turn(options.seed),
-        bins: 0,
-    };
+    let tracer = Tracer::new(room, source, &listeners, options)?;
     let decay = options.air.map_or([0.0; BANDS], |air| air.decay_per_m());
     let power = 4.0 * std::f64::consts::PI / options.rays as f64;
     let mut sum = Sum::new(0, 0);
@@ -246,7 +226,25 @@ fn add(sum: &mut [f64; LANES], other: &[f64; LANES]) {
     sum.iter_mut().zip(other).for_each(|(a, b)| *a += b);
 }
 
-impl Tracer<'_> {
+impl<'a> Tracer<'a> {
+    fn new(
+        room: &'a Room,
+        source: &'a Source,
+        listeners: &'a Listeners,
+        options: &'a RayOptions,
+    ) -> Result<Self, AcousticsError> {
+        Ok(Self {
+            room,
+            source: place("source", source.position)?,
+            directivity: &source.directivity,
+            listeners,
+            surfaces: room.materials().iter().map(Surface::new).collect(),
+            options,
+            turn: turn(options.seed),
+            bins: (options.length_s / options.bin_s).ceil() as usize,
+        })
+    }
+
     fn trace(&self, rays: std::ops::Range<usize>) -> Sum {
         let mut sum = Sum::new(self.listeners.count(), self.bins);
         for i in rays {
