@@ -39,7 +39,7 @@ pub use interaural::{ild_db, itd_s, running_itd_s};
 pub use line::slope;
 pub use octave::{octave_of, smoothed_levels_db};
 pub use onset::onset;
-pub use saliency::{SALIENCY_RATE_HZ, SALIENCY_STEP_S, saliency};
+pub use saliency::{PictureBudget, SALIENCY_RATE_HZ, SALIENCY_STEP_S, picture_weights, saliency};
 pub use spectrogram::{LSD_EPS, Spectrogram, Window, lsd_db};
 pub use tail::tail_modulation_db;
 pub use tone::{Cleanliness, tone_cleanliness};
@@ -101,6 +101,14 @@ pub enum MetricError {
         found: f64,
         /// Highest frequency that can be measured, hertz.
         limit: f64,
+    },
+    /// A picture of no weight would cost more than the mean of all.
+    #[error("the least is {least} samples per pixel, expected at most the mean of {mean}")]
+    Budget {
+        /// Mean of all pictures, samples per pixel.
+        mean: u32,
+        /// What a picture of no weight costs, samples per pixel.
+        least: u32,
     },
 }
 

@@ -3,6 +3,12 @@
 //! After Kayser, Petkov, Lippert and Logothetis, "Mechanisms for allocating auditory attention: an auditory saliency map", Current Biology
 //! 15 (2005). Where the paper's text leaves a number open, the constants here say what was taken.
 
+mod budget;
+mod weights;
+
+pub use budget::PictureBudget;
+pub use weights::picture_weights;
+
 use crate::{MetricError, Spectrogram, Window};
 
 /// Rate of the sound, Hz.
