@@ -1,0 +1,130 @@
+//! Figures of paired comparisons.
+
+use crate::agreement::{Agreement, consistency};
+use crate::answers::{Answer, Trial, distinct};
+use crate::bradley_terry::Strengths;
+use crate::preferences::{Preferences, PreferencesError};
+use crate::range::LeastDifference;
+
+/// What judges said of one item's conditions, or of those of all items.
+#[derive(Clone, Debug)]
+pub struct PairedItem {
+    /// The item.
+    pub name: String,
+    /// The votes.
+    pub votes: Preferences,
+    /// Judges' agreement; none with fewer than two.
+    pub agreement: Option<Agreement>,
+    /// Mean consistency of the persons, and how many judged each pair once; none in tables, which do not tell persons apart.
+    pub consistency: Option<(f64, usize)>,
+    /// The least significant difference of two scores.
+    pub least: LeastDifference,
+    /// Strengths; none where there are no finite ones.
+    pub strengths: Option<Strengths>,
+}
+
+/// All items, and them together.
+#[derive(Clone, Debug)]
+pub struct Paired {
+    /// Each item.
+    pub items: Vec<PairedItem>,
+    /// The votes of all items; none where there is one item, or where items have other conditions.
+    pub all: Option<PairedItem>,
+    /// Means over the items of u, chi2 and zeta, as Harvey et al. print them beside the sums of votes.
+    pub means: Option<(f64, f64, Option<f64>)>,
+}
+
+impl PairedItem {
+    fn new(name: String, votes: Preferences, persons: &[Preferences], level: f64) -> Self {
+        let zetas: Vec<f64> = persons.iter().filter_map(consistency).collect();
+        Self {
+            agreement: Agreement::new(&votes),
+            consistency: (!zetas.is_empty()).then(|| (zetas.iter().sum::<f64>() / zetas.len() as f64, zetas.len())),
+            least: LeastDifference::new(votes.names().len(), votes.judges(), level),
+            strengths: Strengths::new(&votes, persons),
+            name,
+            votes,
+        }
+    }
+}
+
+/// Figures of tables and of the paired comparisons among answers, at a level of significance; none where there are no such.
+///
+/// # Errors
+/// More conditions or votes than a table holds.
+pub fn paired(
+    tables: &[(String, Preferences)],
+    answers: &[Answer],
+    level: f64,
+) -> Result<Option<Paired>, PreferencesError> {
+    let mut items: Vec<(String, Preferences, Vec<Preferences>)> =
+        tables.iter().map(|(name, votes)| (name.clone(), votes.clone(), Vec::new())).collect();
+    let of_pairs: Vec<(&Answer, &str, &str)> = answers
+        .iter()
+        .filter_map(|answer| match &answer.what {
+            Trial::Paired { better, worse } => Some((answer, &**better, &**worse)),
+            _ => None,
+        })
+        .collect();
+    for item in distinct(of_pairs.iter().map(|(answer, ..)| &*answer.item)) {
+        let here: Vec<_> = of_pairs.iter().filter(|(answer, ..)| answer.item == item).collect();
+        let mut names = distinct(here.iter().flat_map(|(_, better, worse)| [*better, *worse]));
+        names.sort();
+        let mut votes = Preferences::new(names)?;
+        let mut persons: Vec<(String, Preferences)> = Vec::new();
+        let empty = votes.clone();
+        for (answer, better, worse) in here {
+            // Both names are in the table that was made of them.
+            let (Some(i), Some(j)) = (votes.index(better), votes.index(worse)) else { continue };
+            let person = format!("{}\n{}", answer.study, answer.person);
+            let at = persons.iter().position(|(name, _)| *name == person).unwrap_or_else(|| {
+                persons.push((person, empty.clone()));
+                persons.len() - 1
+            });
+            votes.add(i, j, 1)?;
+            persons[at].1.add(i, j, 1)?;
+        }
+        items.push((item, votes, persons.into_iter().map(|(_, votes)| votes).collect()));
+    }
+    let tables: Vec<&Preferences> = items.iter().map(|(_, votes, _)| votes).collect();
+    let pooled = if tables.len() > 1 { Preferences::pooled(&tables) } else { None };
+    let by_person = pooled.as_ref().map(|sum| of_persons(sum, &of_pairs)).transpose()?;
+    let all = pooled.map(|sum| {
+        // Persons tell nothing of votes that tables hold.
+        let whole = items.iter().all(|(_, _, persons)| !persons.is_empty());
+        PairedItem::new("all".to_owned(), sum, by_person.filter(|_| whole).as_deref().unwrap_or_default(), level)
+    });
+    let items: Vec<PairedItem> =
+        items.into_iter().map(|(name, votes, persons)| PairedItem::new(name, votes, &persons, level)).collect();
+    let means = means(&items).filter(|_| all.is_some());
+    Ok((!items.is_empty()).then_some(Paired { items, all, means }))
+}
+
+/// The votes of each person over all items.
+fn of_persons(of: &Preferences, answers: &[(&Answer, &str, &str)]) -> Result<Vec<Preferences>, PreferencesError> {
+    let mut persons: Vec<((&str, &str), Preferences)> = Vec::new();
+    let empty = Preferences::new(of.names().to_vec())?;
+    for (answer, better, worse) in answers {
+        let key = (&*answer.study, &*answer.person);
+        let at = persons.iter().position(|(name, _)| *name == key).unwrap_or_else(|| {
+            persons.push((key, empty.clone()));
+            persons.len() - 1
+        });
+        if let (Some(i), Some(j)) = (of.index(better), of.index(worse)) {
+            persons[at].1.add(i, j, 1)?;
+        }
+    }
+    Ok(persons.into_iter().map(|(_, votes)| votes).collect())
+}
+
+fn means(items: &[PairedItem]) -> Option<(f64, f64, Option<f64>)> {
+    let agreements: Vec<Agreement> = items.iter().map(|item| item.agreement).collect::<Option<_>>()?;
+    let count = items.len() as f64;
+    let zetas: Option<Vec<f64>> = items.iter().map(|item| item.consistency.map(|zeta| zeta.0)).collect();
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / count;
+    Some((
+        mean(&mut agreements.iter().map(|a| a.u)),
+        mean(&mut agreements.iter().map(|a| a.chi2)),
+        zetas.map(|zetas| mean(&mut zetas.into_iter())),
+    ))
+}

@@ -1,0 +1,178 @@
+//! Figures of ratings, after Recommendation ITU-R BS.1534-3.
+
+use crate::answers::{Answer, Trial, distinct};
+use fastrand::Rng;
+
+/// Draws of persons for an interval.
+const DRAWS: usize = 2000;
+/// A hidden reference that is rated less is not heard as one.
+const LEAST_REFERENCE: f64 = 90.0;
+/// Share of its references above which a person's ratings are left out.
+const MOST_MISSED: f64 = 0.15;
+
+/// Ratings of a condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RatedCondition {
+    /// The condition.
+    pub name: String,
+    /// It is the hidden reference.
+    pub reference: bool,
+    /// All ratings, rising.
+    pub ratings: Vec<f64>,
+    /// Quartiles: 25, 50 and 75 %.
+    pub quartiles: [f64; 3],
+    /// 95 % confidence interval of the median, from 2000 draws of as many persons; none with fewer than 3 persons.
+    pub interval: Option<[f64; 2]>,
+    /// Mean.
+    pub mean: f64,
+}
+
+/// Ratings of one item, or of all.
+#[derive(Clone, Debug)]
+pub struct Ratings {
+    /// The item, or "all".
+    pub item: String,
+    /// By falling median.
+    pub conditions: Vec<RatedCondition>,
+}
+
+struct Rated<'a> {
+    person: (&'a str, &'a str),
+    item: &'a str,
+    of: &'a str,
+    rating: f64,
+    reference: bool,
+}
+
+/// Figures for each item and, of several, for all, and the persons that are left out, because they rated more than 15 % of their hidden references below 90 (unless all are kept).
+pub fn ratings(answers: &[Answer], keep_all: bool) -> (Vec<Ratings>, Vec<String>) {
+    let all: Vec<Rated<'_>> = answers
+        .iter()
+        .filter_map(|answer| match &answer.what {
+            Trial::Rating { of, rating, reference } => Some(Rated {
+                person: (&answer.study, &answer.person),
+                item: &answer.item,
+                of,
+                rating: *rating,
+                reference: *reference,
+            }),
+            _ => None,
+        })
+        .collect();
+    let mut persons: Vec<(&str, &str)> = all.iter().map(|r| r.person).collect();
+    persons.sort_unstable();
+    persons.dedup();
+    let missed = |person: &(&str, &str)| {
+        let references: Vec<f64> = all.iter().filter(|r| r.reference && r.person == *person).map(|r| r.rating).collect();
+        let low = references.iter().filter(|rating| **rating < LEAST_REFERENCE).count();
+        low as f64 > MOST_MISSED * references.len() as f64
+    };
+    let out: Vec<(&str, &str)> = if keep_all { Vec::new() } else { persons.into_iter().filter(missed).collect() };
+    let kept: Vec<&Rated<'_>> = all.iter().filter(|r| !out.contains(&r.person)).collect();
+    let items = distinct(kept.iter().map(|r| r.item));
+    let mut found: Vec<Ratings> =
+        items.iter().map(|item| of_item(item, &kept.iter().copied().filter(|r| r.item == item).collect::<Vec<_>>())).collect();
+    if items.len() > 1 {
+        found.push(of_item("all", &kept));
+    }
+    (found, out.into_iter().map(|(_, person)| person.to_owned()).collect())
+}
+
+fn of_item(item: &str, rated: &[&Rated<'_>]) -> Ratings {
+    let condition = |name: &String| {
+        let of: Vec<&Rated<'_>> = rated.iter().copied().filter(|r| r.of == *name).collect();
+        let mut ratings: Vec<f64> = of.iter().map(|r| r.rating).collect();
+        ratings.sort_by(f64::total_cmp);
+        RatedCondition {
+            name: name.clone(),
+            reference: of.iter().any(|r| r.reference),
+            quartiles: [0.25, 0.5, 0.75].map(|share| quantile(&ratings, share)),
+            interval: interval(&of),
+            mean: ratings.iter().sum::<f64>() / ratings.len() as f64,
+            ratings,
+        }
+    };
+    let mut conditions: Vec<RatedCondition> = distinct(rated.iter().map(|r| r.of)).iter().map(condition).collect();
+    conditions.sort_by(|a, b| b.quartiles[1].total_cmp(&a.quartiles[1]).then_with(|| a.name.cmp(&b.name)));
+    Ratings { item: item.to_owned(), conditions }
+}
+
+/// Persons are drawn, not ratings: those of one person hang together.
+fn interval(rated: &[&Rated<'_>]) -> Option<[f64; 2]> {
+    let mut persons: Vec<((&str, &str), Vec<f64>)> = Vec::new();
+    for r in rated {
+        match persons.iter_mut().find(|(person, _)| *person == r.person) {
+            Some((_, ratings)) => ratings.push(r.rating),
+            None => persons.push((r.person, vec![r.rating])),
+        }
+    }
+    if persons.len() < 3 {
+        return None;
+    }
+    let mut rng = Rng::with_seed(1);
+    let mut medians: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let drawn = (0..persons.len()).flat_map(|_| &persons[rng.usize(0..persons.len())].1);
+            let mut ratings: Vec<f64> = drawn.copied().collect();
+            ratings.sort_by(f64::total_cmp);
+            quantile(&ratings, 0.5)
+        })
+        .collect();
+    medians.sort_by(f64::total_cmp);
+    Some([0.025, 0.975].map(|share| quantile(&medians, share)))
+}
+
+/// A value below which this share of rising values lies, interpolated; NaN of none.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = share * last as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    sorted[below] + (sorted[above] - sorted[below]) * place.fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(person: usize, item: &str, of: &str, rating: f64) -> Answer {
+        let what = Trial::Rating { of: of.into(), rating, reference: of == "truth" };
+        Answer { study: "s".into(), person: person.to_string(), trial: 1, item: item.into(), what }
+    }
+
+    #[test]
+    fn medians_have_intervals_over_persons() {
+        let mut answers = Vec::new();
+        for person in 0..20 {
+            for item in ["x", "y"] {
+                answers.push(answer(person, item, "truth", 95.0));
+                answers.push(answer(person, item, "good", 60.0 + person as f64));
+                answers.push(answer(person, item, "bad", 10.0));
+            }
+        }
+        let (found, out) = ratings(&answers, false);
+        assert!(out.is_empty());
+        assert_eq!(found.iter().map(|of| &*of.item).collect::<Vec<_>>(), ["x", "y", "all"]);
+        let names: Vec<_> = found[0].conditions.iter().map(|c| (&*c.name, c.reference)).collect();
+        assert_eq!(names, [("truth", true), ("good", false), ("bad", false)]);
+        let good = &found[2].conditions[1];
+        assert_eq!((good.ratings.len(), good.quartiles, good.mean), (40, [64.75, 69.5, 74.25], 69.5));
+        let [low, high] = good.interval.unwrap();
+        // The same as over one item: persons are what is drawn. The error of such a median is some 2.5.
+        assert!((63.0..67.0).contains(&low) && (72.0..76.0).contains(&high), "{low} {high}");
+        assert_eq!(found[0].conditions[2].interval, Some([10.0, 10.0]));
+    }
+
+    #[test]
+    fn who_does_not_hear_the_reference_is_left_out() {
+        let mut answers: Vec<Answer> = (0..4).map(|person| answer(person, "x", "truth", 100.0)).collect();
+        answers.push(answer(4, "x", "truth", 89.0));
+        answers.push(answer(4, "x", "bad", 100.0));
+        let (found, out) = ratings(&answers, false);
+        assert_eq!((found[0].conditions.len(), out), (1, vec!["4".to_owned()]));
+        let (found, out) = ratings(&answers, true);
+        assert_eq!((found[0].conditions.len(), out.len()), (2, 0));
+        // Who rated no reference missed none.
+        assert!(ratings(&[answer(1, "x", "bad", 1.0)], false).1.is_empty());
+    }
+}
