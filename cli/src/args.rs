@@ -15,6 +15,7 @@ mod render;
 mod responses;
 mod simulate;
 mod sound;
+mod study;
 mod surface;
 #[cfg(feature = "train")]
 mod train;
@@ -38,6 +39,7 @@ pub(crate) use reconstruction::ReconstructionArgs;
 pub(crate) use render::{OutputFormat, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+pub(crate) use study::{Study, StudyArgs, StudyReportArgs};
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
@@ -95,6 +97,8 @@ pub(crate) enum Command {
     Train(TrainArgs),
     /// Judge scenes on the recordings of captures, beside baselines
     Eval(EvalArgs),
+    /// Ask listeners which sounds better, and say what they answered
+    Study(StudyArgs),
 }
 
 #[derive(Debug, Args)]
@@ -145,6 +149,7 @@ mod tests {
             "capture from-responses a -o b",
             "capture import a --layout raf -o b",
             "eval a b",
+            "study report a b --level 0.01",
         ] {
             // A parser of another type than its field's panics here.
             assert!(Cli::try_parse_from(format!("promenade {line}").split(' ')).is_ok(), "{line}");

@@ -24,6 +24,7 @@ mod report;
 mod responses;
 mod scene;
 mod simulate;
+mod study;
 mod surface;
 #[cfg(feature = "train")]
 mod train;
@@ -50,6 +51,7 @@ fn main() -> ExitCode {
         #[cfg(feature = "train")]
         args::Command::Train(a) => train::run(&a),
         args::Command::Eval(a) => eval::run(&a),
+        args::Command::Study(a) => study::run(&a),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,8 +1,10 @@
 //! Plots as SVG and PNG.
 
+mod intervals;
 mod plan;
 mod points;
 
+pub(crate) use intervals::Interval;
 pub(crate) use plan::{Panel, Plan};
 pub(crate) use points::Point;
 
@@ -67,6 +69,11 @@ pub(crate) fn boxes(title: &str, rows: &[(&str, Vec<f64>)]) -> Result<String> {
         }
         Ok(())
     })
+}
+
+/// A value with its interval for each name, as SVG.
+pub(crate) fn intervals(title: &str, axis: &str, rows: &[Interval]) -> Result<String> {
+    svg(intervals::height(rows.len())?, |area| intervals::draw(area, title, axis, rows, NAMES_WIDTH))
 }
 
 /// Named curves over one horizontal axis, one below the other, each from 0 to its largest value.

@@ -89,7 +89,10 @@ mod tests {
         assert!((same.u - 1.0).abs() < 1e-12 && same.chance < 1e-9 && same.scores_chance < 1e-9, "{same:?}");
         assert_eq!((same.freedom, same.scores_freedom), (6, 3));
         let split = Agreement::new(&table(4, |_, _| 5)).unwrap();
-        assert!((split.u + 1.0 / 9.0).abs() < 1e-12 && split.scores_chi2.abs() < 1e-12 && split.scores_chance > 0.99, "{split:?}");
+        assert!(
+            (split.u + 1.0 / 9.0).abs() < 1e-12 && split.scores_chi2.abs() < 1e-12 && split.scores_chance > 0.99,
+            "{split:?}"
+        );
         assert!(Agreement::new(&table(3, |i, j| u32::from(i < j))).is_none(), "one judge agrees with nobody");
     }
 

@@ -3,9 +3,8 @@
 use std::collections::HashMap;
 
 /// Columns of a file of answers.
-pub const HEADER: [&str; 14] = [
-    "study", "person", "time", "trial", "method", "item", "a", "b", "x", "answer", "rating", "role", "seconds", "headphones",
-];
+pub const HEADER: [&str; 14] =
+    ["study", "person", "time", "trial", "method", "item", "a", "b", "x", "answer", "rating", "role", "seconds", "headphones"];
 
 /// How sounds are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -52,11 +52,7 @@ impl PairedItem {
 ///
 /// # Errors
 /// More conditions or votes than a table holds.
-pub fn paired(
-    tables: &[(String, Preferences)],
-    answers: &[Answer],
-    level: f64,
-) -> Result<Option<Paired>, PreferencesError> {
+pub fn paired(tables: &[(String, Preferences)], answers: &[Answer], level: f64) -> Result<Option<Paired>, PreferencesError> {
     let mut items: Vec<(String, Preferences, Vec<Preferences>)> =
         tables.iter().map(|(name, votes)| (name.clone(), votes.clone(), Vec::new())).collect();
     let of_pairs: Vec<(&Answer, &str, &str)> = answers

@@ -103,7 +103,8 @@ pub fn groups(scores: &[u32], least: u32) -> Vec<Vec<usize>> {
     order.sort_by_key(|i| std::cmp::Reverse(scores[*i]));
     let mut found: Vec<(usize, usize)> = Vec::new();
     for start in 0..order.len() {
-        let end = (start..order.len()).take_while(|end| scores[order[start]] - scores[order[*end]] < least).last().unwrap_or(start);
+        let end =
+            (start..order.len()).take_while(|end| scores[order[start]] - scores[order[*end]] < least).last().unwrap_or(start);
         if found.last().is_none_or(|last| end > last.1) {
             found.push((start, end));
         }

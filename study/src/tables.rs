@@ -52,7 +52,9 @@ fn add(material: &mut Material, path: &Path, bytes: &[u8]) -> Result<(), FileErr
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes);
     let mut records = reader.records().map(|record| record.map_err(|error| content(path, "lines of CSV", error.to_string())));
-    let Some(first) = records.next().transpose()? else { return Err(content(path, "answers or preference tables", "nothing".into())) };
+    let Some(first) = records.next().transpose()? else {
+        return Err(content(path, "answers or preference tables", "nothing".into()));
+    };
     if first.iter().eq(HEADER) {
         for record in records {
             let record = record?;
@@ -83,8 +85,7 @@ fn table(
 ) -> Result<Preferences, FileError> {
     let scored = head.len() > 1 && head[head.len() - 1].eq_ignore_ascii_case("score");
     let names: Vec<String> = head.iter().skip(1).take(head.len() - 1 - usize::from(scored)).map(str::to_owned).collect();
-    let mut table =
-        Preferences::new(names.clone()).map_err(|error| entry(path, head, error.expected, error.found))?;
+    let mut table = Preferences::new(names.clone()).map_err(|error| entry(path, head, error.expected, error.found))?;
     for (row, name) in names.iter().enumerate() {
         let Some(record) = records.next().transpose()? else {
             return Err(content(path, &format!("a line for {name}"), "the end of the file".into()));
@@ -129,7 +130,10 @@ mod tests {
     #[test]
     fn wrong_tables_name_their_line() {
         for (text, clue) in [
-            ("room,x,y,Score\nx,*,3,4\ny,4,*,4\n", "line 2: expected votes that sum to its score, which are 3, found a score of 4"),
+            (
+                "room,x,y,Score\nx,*,3,4\ny,4,*,4\n",
+                "line 2: expected votes that sum to its score, which are 3, found a score of 4",
+            ),
             ("room,x,y\nx,*,3\n", "a line for y"),
             ("room,x,y\nx,*,many\ny,4,*\n", "a number of votes"),
             ("room,x,y\ny,*,3\nx,4,*\n", "from \"x\" on"),
