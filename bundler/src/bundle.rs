@@ -39,7 +39,8 @@ pub(crate) struct Build {
 
 /// The plugin by itself, because features that another package wants would come into it.
 const PLUGIN: Build = Build { package: "promenade-plugin", features: "", program: None };
-const COMMAND_LINE: Build = Build { package: "promenade", features: "", program: Some("promenade") };
+/// With training, which is one of the main things it is for.
+pub(crate) const COMMAND_LINE: Build = Build { package: "promenade", features: "train", program: Some("promenade") };
 const STANDALONE: Build = Build { package: "promenade-plugin", features: "standalone", program: Some("promenade-standalone") };
 /// All that is shipped. The standalone program comes last: with it the plugin's library is built again.
 pub(crate) const BUILDS: [Build; 3] = [PLUGIN, COMMAND_LINE, STANDALONE];
@@ -90,8 +91,15 @@ pub(crate) fn lay_out(options: &[String]) -> Result<PathBuf> {
     Ok(target.join("bundled"))
 }
 
-/// Builds a program; returns its path.
-pub(crate) fn program(build: &Build, name: &str, profile: Profile, system: System, target: Option<&str>) -> Result<PathBuf> {
+/// Builds a program with more options of `cargo build`; returns its path.
+pub(crate) fn program(
+    build: &Build,
+    profile: Profile,
+    system: System,
+    target: Option<&str>,
+    options: &[String],
+) -> Result<PathBuf> {
+    let name = build.program.with_context(|| format!("{} has no program", build.package))?;
     let mut command = cargo("build");
     command.args(profile.option()).args(["--package", build.package, "--features", build.features, "--bin", name]);
     let mut folder = target_folder()?;
@@ -99,6 +107,7 @@ pub(crate) fn program(build: &Build, name: &str, profile: Profile, system: Syste
         command.args(["--target", target]);
         folder.push(target);
     }
+    command.args(options);
     run(&mut command)?;
     Ok(folder.join(profile.folder()).join(system.program(name)))
 }
@@ -117,7 +126,7 @@ pub(crate) fn ship(
     for build in builds {
         match build.program {
             None => bundles = bundle(&options)?,
-            Some(name) => programs.push(program(build, name, profile, system, target)?),
+            Some(_) => programs.push(program(build, profile, system, target, &[])?),
         }
     }
     Ok((bundles, programs))

@@ -1,4 +1,4 @@
-//! Copies what users are given to the folders where hosts and the plugin look for it.
+//! Copies what users are given to the folders where hosts, the plugin and a terminal look for it.
 
 use crate::bundle::remove;
 use crate::manifest::{Item, files};

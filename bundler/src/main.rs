@@ -12,6 +12,8 @@ mod sections;
 mod system;
 mod systems;
 
+use crate::bundle::Profile;
+use crate::system::System;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,7 +22,8 @@ const USAGE: &str = "\
 cargo xtask bundle [--release] [other options of cargo build]
     builds Promenade.clap and Promenade.vst3 into target/bundled
 cargo xtask install [other options of cargo build]
-    builds the release bundles and copies them, the presets and the scenes to where this user's hosts and the plugin look for them
+    builds the release bundles and the command line with training, and copies them, the presets and the scenes to where this user's
+    hosts, the plugin and a terminal look for them
 cargo xtask archive [--target TARGET] [--without-standalone]
     builds all that users are given into one .zip in target/archives, with licences and how to install it;
     on Linux the standalone program needs the headers of ALSA and JACK
@@ -53,8 +56,9 @@ fn run() -> Result<()> {
             Ok(())
         }
         "install" => {
-            let bundles = bundle::bundle(&[vec!["--release".to_owned()], options].concat())?;
-            install::install(&manifest::installed(&root, &bundles)?)
+            let bundles = bundle::bundle(&[&["--release".to_owned()], &options[..]].concat())?;
+            let program = bundle::program(&bundle::COMMAND_LINE, Profile::Release, System::here()?, None, &options)?;
+            install::install(&manifest::installed(&root, &bundles, &[program])?)
         }
         "archive" => archive::archive(&root, &options),
         "systems" => systems::systems(&root, &options),

@@ -62,21 +62,21 @@ fn collect(from: &Path, to: &Path, files: &mut Vec<(PathBuf, PathBuf)>) -> std::
     names.iter().try_for_each(|name| collect(&from.join(name), &to.join(name), files))
 }
 
-/// What is installed: the bundles of a folder, and the repository's presets and scenes.
-pub(crate) fn installed(root: &Path, bundles: &Path) -> Result<Vec<Item>> {
+/// What is installed: the bundles of a folder, programs, and the repository's presets and scenes.
+pub(crate) fn installed(root: &Path, bundles: &Path, programs: &[PathBuf]) -> Result<Vec<Item>> {
     let bundles = BUNDLES.map(|(name, place)| Item { from: bundles.join(name), to: name.to_owned(), place: Some(place) });
     let mut items = bundles.to_vec();
+    for program in programs {
+        let name = program.file_name().and_then(|n| n.to_str()).context("a program has no name")?;
+        items.push(Item { from: program.clone(), to: format!("bin/{name}"), place: Some(Place::Programs) });
+    }
     items.extend(collections(root)?.into_iter().filter(|item| item.place.is_some()));
     Ok(items)
 }
 
-/// What an archive holds besides what is written for it: all that is installed, programs of a folder, examples and licences.
+/// What an archive holds besides what is written for it: all that is installed, examples and licences.
 pub(crate) fn archived(root: &Path, bundles: &Path, programs: &[PathBuf]) -> Result<Vec<Item>> {
-    let mut items = installed(root, bundles)?;
-    for program in programs {
-        let name = program.file_name().and_then(|n| n.to_str()).context("a program has no name")?;
-        items.push(Item { from: program.clone(), to: format!("bin/{name}"), place: None });
-    }
+    let mut items = installed(root, bundles, programs)?;
     items.extend(collections(root)?.into_iter().filter(|item| item.place.is_none()));
     items.extend(TEXTS.map(|(from, to)| Item { from: root.join(from), to: to.to_owned(), place: None }));
     // An archive whose licences or programs are missing must not leave the house.
@@ -131,10 +131,11 @@ mod tests {
 
     #[test]
     fn presets_and_scenes_are_installed_once_each() {
-        let items = installed(&root(), Path::new("bundles")).unwrap();
+        let items = installed(&root(), Path::new("bundles"), &[PathBuf::from("made/promenade")]).unwrap();
         let of = |place| items.iter().filter(|item| item.place == Some(place)).map(|item| item.to.as_str()).collect::<Vec<_>>();
         assert_eq!(of(Place::Clap), ["Promenade.clap"]);
         assert_eq!(of(Place::Vst3), ["Promenade.vst3"]);
+        assert_eq!(of(Place::Programs), ["bin/promenade"]);
         assert!(of(Place::Presets).contains(&"presets/Office, at the door.vstpreset"));
         assert!(
             of(Place::Scenes).contains(&"scenes/cathedral.promenade") && of(Place::Scenes).contains(&"scenes/box.promenade")

@@ -23,7 +23,7 @@ pub(crate) fn readme(system: System, builds: &[Build]) -> String {
         ("Promenade.vst3".to_owned(), "the plugin for VST3 hosts; one of the two is enough"),
         ("presets/".to_owned(), "presets for VST3 hosts; CLAP hosts and the editor find them in the plugin"),
         ("scenes/".to_owned(), "places to be in; three more are built into the plugin"),
-        (program("promenade"), "the command line: render, bake, measure, simulate"),
+        (program("promenade"), "the command line: render, bake, measure, simulate, train"),
         ("examples/".to_owned(), "dry speech, and a camera path to walk along"),
         (
             "LICENSE-*, CREDITS.md, licenses/".to_owned(),
@@ -86,6 +86,7 @@ fn commands(system: System) -> Vec<String> {
         Place::Vst3 => "Promenade.vst3",
         Place::Presets => "presets/*",
         Place::Scenes => "scenes/*",
+        Place::Programs => "bin/*",
     };
     let both = |place: Place| {
         let folder = place.in_shell(system);
@@ -151,7 +152,7 @@ mod tests {
     fn who_follows_it_has_all_that_the_installer_installs() -> io::Result<()> {
         let kept = tempfile::tempdir()?;
         let (archive, home) = (kept.path().join("archive"), kept.path().join("home"));
-        let items = manifest::installed(&crate::root(), Path::new("bundles")).unwrap();
+        let items = manifest::installed(&crate::root(), Path::new("bundles"), &["bin/promenade".into()]).unwrap();
         for item in &items {
             let path = archive.join(&item.to);
             fs::create_dir_all(path.parent().unwrap())?;
@@ -166,6 +167,7 @@ mod tests {
             Place::Vst3 => ".vst3",
             Place::Presets => ".vst3/presets/Promenade/Promenade",
             Place::Scenes => ".local/share/promenade/scenes",
+            Place::Programs => ".local/bin",
         };
         for Item { from, place, .. } in items {
             let path = home.join(folder(place.unwrap())).join(from.file_name().unwrap());

@@ -55,6 +55,8 @@ pub(crate) enum Place {
     Presets,
     /// Scenes and camera paths of this plugin.
     Scenes,
+    /// Programs for a terminal.
+    Programs,
 }
 
 /// Where a folder begins.
@@ -67,11 +69,12 @@ enum Base {
 }
 
 impl Place {
-    pub(crate) const ALL: [Self; 4] = [Self::Clap, Self::Vst3, Self::Presets, Self::Scenes];
+    pub(crate) const ALL: [Self; 5] = [Self::Clap, Self::Vst3, Self::Presets, Self::Scenes, Self::Programs];
 
     /// The user's own folder, which needs no administrator.
     ///
-    /// Sources: CLAP's `entry.h`, and the VST 3 developer portal's "Plug-in locations" and "Preset locations".
+    /// Sources: CLAP's `entry.h`, the VST 3 developer portal's "Plug-in locations" and "Preset locations", for programs systemd's
+    /// `file-hierarchy(7)` and the Windows known folder `UserProgramFiles`.
     fn parts(self, system: System) -> (Base, &'static [&'static str]) {
         match (self, system) {
             (Self::Clap, System::Linux) => (Base::Home, &[".clap"]),
@@ -84,6 +87,8 @@ impl Place {
             (Self::Vst3, System::Windows) => (Base::LocalData, &["Programs", "Common", "VST3"]),
             (Self::Presets, System::Windows) => (Base::Documents, &["VST3 Presets", "Promenade", "Promenade"]),
             (Self::Scenes, _) => (Base::Data, &["promenade", "scenes"]),
+            (Self::Programs, System::Linux | System::MacOs) => (Base::Home, &[".local", "bin"]),
+            (Self::Programs, System::Windows) => (Base::LocalData, &["Programs", "Promenade"]),
         }
     }
 
@@ -123,6 +128,7 @@ impl Place {
             Self::Vst3 => "VST3 plugins",
             Self::Presets => "presets, for VST3 hosts and for the editor",
             Self::Scenes => "scenes",
+            Self::Programs => "programs",
         }
     }
 }

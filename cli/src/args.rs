@@ -19,6 +19,8 @@ mod study;
 mod surface;
 #[cfg(feature = "train")]
 mod train;
+#[cfg(any(test, not(feature = "train")))]
+mod untrained;
 mod values;
 
 use clap::{Args, Parser, Subcommand};
@@ -43,6 +45,8 @@ pub(crate) use study::{Study, StudyArgs, StudyReportArgs};
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
+#[cfg(not(feature = "train"))]
+pub(crate) use untrained::{Untrained, WITH_TRAINING};
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.
 #[derive(Debug, Parser)]
@@ -95,6 +99,10 @@ pub(crate) enum Command {
     /// Learn a scene from a capture and anchors
     #[cfg(feature = "train")]
     Train(TrainArgs),
+    /// Learn a scene from a capture and anchors; this build says how to make one that can
+    #[cfg(not(feature = "train"))]
+    #[command(disable_help_flag = true)]
+    Train(Untrained),
     /// Judge scenes on the recordings of captures, beside baselines
     Eval(EvalArgs),
     /// Ask listeners which sounds better, and say what they answered

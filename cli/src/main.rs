@@ -50,6 +50,10 @@ fn main() -> ExitCode {
         args::Command::Capture { command } => capture::run(&command),
         #[cfg(feature = "train")]
         args::Command::Train(a) => train::run(&a),
+        #[cfg(not(feature = "train"))]
+        args::Command::Train(_) => {
+            Err(anyhow::anyhow!("this build cannot train; one that can is made by: {}", args::WITH_TRAINING))
+        }
         args::Command::Eval(a) => eval::run(&a),
         args::Command::Study(a) => study::run(&a),
     };
