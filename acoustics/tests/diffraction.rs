@@ -1,8 +1,6 @@
 //! Sound round edges, against closed forms.
 
-mod common;
-
-use common::l_room;
+use crate::common::l_room;
 use promenade_acoustics::{Edges, Material, Mesh, Room, Triangle, barrier_db};
 
 fn room(mesh: &Mesh) -> Room {

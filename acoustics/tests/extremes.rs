@@ -1,8 +1,6 @@
 //! Rooms that nobody builds have no answers that are not numbers.
 
-mod common;
-
-use common::{LISTENERS, SOURCE, bumpy, shoebox};
+use crate::common::{LISTENERS, SOURCE, bumpy, shoebox};
 use promenade_acoustics::{Image, ImageOptions, Images, Material, Mesh, Room, Share, Triangle};
 
 fn few() -> ImageOptions {

@@ -1,8 +1,6 @@
 //! Images that beams find are those of the exact methods.
 
-mod common;
-
-use common::{L_LISTENERS, L_SOURCE, LISTENERS, SOURCE, l_room, seen, shoebox};
+use crate::common::{L_LISTENERS, L_SOURCE, LISTENERS, SOURCE, l_room, seen, shoebox};
 use glam::DVec3;
 use promenade_acoustics::{Directivity, Image, ImageOptions, Images, Material, Room, SPEED_OF_SOUND_M_S, Share, Source};
 

@@ -1,8 +1,6 @@
 //! The energy of rays, against theory.
 
-mod common;
-
-use common::{LISTENERS, SOURCE, l_room, shoebox};
+use crate::common::{LISTENERS, SOURCE, l_room, shoebox};
 use promenade_acoustics::{
     BANDS, Directivity, LateField, Material, RayOptions, Room, SPEED_OF_SOUND_M_S, Share, Source, late_field,
 };

@@ -1,8 +1,6 @@
 //! Meshes from files, and what is said of them.
 
-mod common;
-
-use common::{l_room, shoebox};
+use crate::common::{l_room, shoebox};
 use promenade_acoustics::{Materials, Mesh, Triangle};
 use std::path::PathBuf;
 

@@ -1,8 +1,6 @@
 //! Captures and evaluation from the command line.
 
-mod common;
-
-use common::{Place, fails, json, promenade, succeeds};
+use crate::common::{Place, fails, json, promenade, succeeds};
 use promenade_baker::capture::{Capture, Clip, Split, Track};
 use promenade_baker::wav;
 use promenade_core::glam::Vec3;

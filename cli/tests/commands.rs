@@ -1,8 +1,6 @@
 //! The command-line tool from outside: what it writes, what it says, what it leaves behind.
 
-mod common;
-
-use common::{Place, RATE, all_fail, checkpoint, fails, json, promenade, rms, succeeds};
+use crate::common::{Place, RATE, all_fail, checkpoint, fails, json, promenade, rms, succeeds};
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_baker::streaming::bursts_and_clicks;
@@ -26,7 +24,7 @@ fn bakes_inspects_and_measures() {
     assert_eq!((json["title"].as_str(), json["sample_rate_hz"].as_f64()), (Some("test room"), Some(16_000.0)));
     assert_eq!(json["held_out"].as_array().unwrap().len(), 3);
     assert!(json["costs"].is_null(), "measured without being asked");
-    let costs = &common::json(&["inspect", &scene, "--json", "--cost"])["costs"];
+    let costs = &crate::common::json(&["inspect", &scene, "--json", "--cost"])["costs"];
     assert_eq!((costs[0]["tier"].as_str(), costs[1]["tier"].as_str()), (Some("draft"), Some("standard")));
     assert!(costs[0]["real_time"].as_f64() > Some(0.0) && costs[0]["error_jnds"].as_f64() > costs[1]["error_jnds"].as_f64());
     assert!(succeeds(&["inspect", &scene, "--cost"]).0.contains("% of a core, error"));
@@ -36,7 +34,7 @@ fn bakes_inspects_and_measures() {
     assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 5 + 3, "{table}");
     let (markdown, _) = succeeds(&["measure", &scene, "--format", "markdown"]);
     assert!(markdown.starts_with("| held-out pose"), "{markdown}");
-    let json = common::json(&["measure", &scene, "--format", "json"]);
+    let json = crate::common::json(&["measure", &scene, "--format", "json"]);
     let mean = &json["mean_absolute_error"];
     assert!(mean["itd_us"].as_f64().unwrap() < 60.0 && mean["ild_db"].as_f64().unwrap() < 2.0, "{mean}");
 }
@@ -186,7 +184,7 @@ fn measures_a_response() {
     );
     assert_eq!(json["distance"]["avcloud_mag"].as_f64(), Some(0.0));
     wav::write(&place.path("short.wav"), RATE, &[&[0.0, 1.0, 0.5], &[0.0, 1.0, 0.5]], Format::Float32).unwrap();
-    let json = common::json(&["measure", "--response", &place.text("short.wav")]);
+    let json = crate::common::json(&["measure", "--response", &place.text("short.wav")]);
     assert!(json["response"]["c50_db"].is_null() && json["response"]["missing"]["c50_db"].is_string(), "{json}");
 }
 

@@ -1,8 +1,6 @@
 //! `promenade host` from outside, with the plugin of this workspace in both formats.
 
-mod common;
-
-use common::{promenade, succeeds};
+use crate::common::{promenade, succeeds};
 use promenade_baker::wav::{self, Format};
 use promenade_tests::signal::{difference_db, first_difference, noise, peak};
 use promenade_tests::{Host, Setup, bundle, edit_state, in_both_formats};
@@ -97,7 +95,7 @@ fn a_preset_is_found_by_its_name<H: Host>() {
     let (text, _) = succeeds(&["host", &place.plugin, "--presets"]);
     assert!(text.starts_with(&format!("Promenade ({}): ", H::FORMAT)), "{text}");
     let input = place.dry(&[&noise(12_000)]);
-    let failed = common::fails(&["host", &place.plugin, &input, &place.text("out.wav"), "--preset", "Best"]);
+    let failed = crate::common::fails(&["host", &place.plugin, &input, &place.text("out.wav"), "--preset", "Best"]);
     assert!(failed.contains("presets, found \"Best\""), "{failed}");
     // Those of VST3 plugins are where they are installed.
     if H::FORMAT == promenade_tests::Format::Clap {
@@ -215,7 +213,7 @@ fn what_is_wrong_is_said_in_one_line<H: Host>() {
         place.text("moves.json")
     };
     let fails = |options: &[&str]| {
-        let line = common::fails(&[&["host", &plugin, &input, &out], options].concat());
+        let line = crate::common::fails(&[&["host", &plugin, &input, &out], options].concat());
         assert!(!place.path("out.wav").exists(), "{options:?} leaves a file");
         line
     };

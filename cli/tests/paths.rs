@@ -1,8 +1,6 @@
 //! `promenade path`, and paths of every form in `promenade render`.
 
-mod common;
-
-use common::{Place, fails, rms, succeeds};
+use crate::common::{Place, fails, rms, succeeds};
 use promenade_baker::wav;
 use std::path::{Path, PathBuf};
 

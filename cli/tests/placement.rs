@@ -1,8 +1,6 @@
 //! Where a world lies in the scene's: `--up`, `--metres-per-unit` and `--origin` mean the same in every command.
 
-mod common;
-
-use common::{Place, checkpoint, fails, succeeds};
+use crate::common::{Place, checkpoint, fails, succeeds};
 use promenade_baker::Capture;
 use promenade_baker::anchors::AnchorSet;
 use promenade_core::Scene;

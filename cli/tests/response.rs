@@ -1,8 +1,6 @@
 //! What the editor shows of a response is what the command line measures of one.
 
-mod common;
-
-use common::succeeds;
+use crate::common::succeeds;
 use promenade_baker::wav::{self, Format};
 use promenade_core::{BlockParams, Pose, Scene};
 use promenade_judge::response_s;
@@ -24,7 +22,7 @@ fn the_editor_and_the_command_line_measure_the_same() {
     let mut seen = Vec::new();
     for (text, yaw_deg) in [("0.5,0,0,30,0,0", 30.0_f32), ("0.5,0,0,-90,0,0", -90.0)] {
         succeeds(&["render", SCENE, &name("impulse.wav"), &name("out.wav"), "--pose", text, "--bits", "32f"]);
-        let measured = common::json(&["measure", "--response", &name("out.wav")]);
+        let measured = crate::common::json(&["measure", "--response", &name("out.wav")]);
         let pose = Pose::from_ypr([0.5, 0.0, 0.0].into(), yaw_deg.to_radians(), 0.0, 0.0);
         let asked = Listening::new(&scene, f64::from(RATE), pose, BlockParams::default(), None);
         let shown = asked.answer(&|| true).unwrap();

@@ -1,8 +1,6 @@
 //! `promenade anchors` and `promenade simulate`.
 
-mod common;
-
-use common::{all_fail, fails, promenade, succeeds};
+use crate::common::{all_fail, fails, promenade, succeeds};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::Capture;
 use promenade_baker::wav::{self, Format};

@@ -1,8 +1,6 @@
 //! `promenade surface`: rooms around the points of a reconstruction.
 
-mod common;
-
-use common::{Place, all_fail, succeeds};
+use crate::common::{Place, all_fail, succeeds};
 use promenade_acoustics::Mesh;
 use std::fmt::Write;
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! `promenade train` as a user runs it.
-#![cfg(feature = "train")]
 
 use promenade_baker::anchors::{AnchorOptions, AnchorSet, box_points};
 use promenade_baker::capture::{Clip, Split, Track};

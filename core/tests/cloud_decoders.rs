@@ -2,16 +2,13 @@
 
 mod oracle;
 
-use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use assert_no_alloc::assert_no_alloc;
 use oracle::{Case, Exact};
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, CloudModel, Listener, Masks, Network};
 use promenade_testing::golden;
 use promenade_testing::golden::Golden;
 use pulp::Arch;
-
-#[global_allocator]
-static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 /// Largest differences that are let pass: mixture, difference, embedding, attention.
 const BARS: [f32; 4] = [2e-5, 2e-5, 5e-5, 1e-5];

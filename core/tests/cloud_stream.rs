@@ -1,6 +1,6 @@
 //! AV-Cloud's render head hop by hop, against whole clips.
 
-use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use assert_no_alloc::assert_no_alloc;
 use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Masks, Tensor};
@@ -10,9 +10,6 @@ use promenade_core::published::{
 use promenade_testing::clouds;
 use promenade_testing::clouds::{Sizes, model};
 use promenade_testing::{Noise, noise};
-
-#[global_allocator]
-static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 /// A hop that does not divide the transform, as in the published grid.
 const GRID: StftGrid = StftGrid { sample_rate_hz: 22_050.0, n_fft: 64, hop: 15 };

@@ -1,6 +1,6 @@
 //! Live decoding behind the stream.
 
-use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use assert_no_alloc::assert_no_alloc;
 use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
@@ -13,9 +13,6 @@ use promenade_testing::golden;
 use promenade_testing::noise;
 use promenade_testing::scenes::render;
 use std::sync::Arc;
-
-#[global_allocator]
-static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 const RATE: f64 = 22_050.0;
 

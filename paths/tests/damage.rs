@@ -1,8 +1,6 @@
 //! Files that are cut short or damaged: an error or a path, never a panic.
 
-mod common;
-
-use common::cart;
+use crate::common::cart;
 use promenade_paths::{ImportOptions, alone, read};
 use promenade_testing::Rng;
 

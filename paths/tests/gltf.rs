@@ -1,8 +1,6 @@
 //! Animations in glTF and GLB, held against their definition.
 
-mod common;
-
-use common::{Gltf, cart};
+use crate::common::{Gltf, cart};
 use glam::Vec3;
 use promenade_paths::{CameraPath, ImportOptions, Imported, PathFileError, Pose, alone, read};
 use serde_json::json;

@@ -1,0 +1,11 @@
+//! The integration tests of this package in one program: what they share is compiled and linked once.
+
+mod common;
+mod diffraction;
+mod extremes;
+mod images;
+mod late_field;
+mod measured_echoes;
+mod mesh;
+mod modes;
+mod particles;

@@ -1,0 +1,13 @@
+//! The integration tests of this package in one program: what they share is compiled and linked once.
+
+mod capture_layouts;
+mod captures;
+mod checkpoint;
+mod conventions;
+mod evaluation;
+mod factory_scenes;
+mod field;
+mod manifests;
+mod responses;
+mod sofa;
+mod streaming;

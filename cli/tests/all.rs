@@ -1,0 +1,13 @@
+//! The integration tests of this package in one program: what they share is compiled and linked once.
+
+mod captures;
+mod commands;
+mod common;
+mod host;
+mod paths;
+mod placement;
+mod response;
+mod simulate;
+mod surface;
+#[cfg(feature = "train")]
+mod train;

@@ -1,0 +1,25 @@
+//! The integration tests of this package in one program: what they share is compiled and linked once.
+
+use assert_no_alloc::AllocDisabler;
+
+mod cloud_clip;
+mod cloud_decoders;
+mod cloud_stream;
+mod conventions;
+mod extremes;
+mod head;
+mod headphones;
+mod images;
+mod limits;
+mod live;
+mod measured;
+mod mixing;
+mod realtime;
+mod scene_file;
+mod sound;
+mod stereo;
+mod trim;
+
+/// Aborts a test that allocates where it must not.
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
