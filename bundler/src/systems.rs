@@ -175,9 +175,14 @@ fn random_numbers(folder: &Path) -> Result<()> {
 
 /// The largest difference between the samples of two files, and the larger of their peaks.
 fn compare(one: &Path, other: &Path) -> Result<(f32, f32)> {
-    let (one, other) = (promenade_audio::wav::read(one)?, promenade_audio::wav::read(other)?);
-    ensure!(one.frames() == other.frames(), "one rendering has {} frames, the other {}", one.frames(), other.frames());
-    let pairs = || one.channels.iter().flatten().zip(other.channels.iter().flatten());
+    let samples = |path: &Path| -> Result<Vec<f32>> {
+        let context = || format!("{} cannot be read as 32-bit floats", path.display());
+        let mut file = hound::WavReader::open(path).with_context(context)?;
+        file.samples::<f32>().collect::<Result<_, _>>().with_context(context)
+    };
+    let (one, other) = (samples(one)?, samples(other)?);
+    ensure!(one.len() == other.len(), "one rendering has {} samples, the other {}", one.len(), other.len());
+    let pairs = || one.iter().zip(&other);
     let peak = pairs().fold(0.0_f32, |peak, (a, b)| peak.max(a.abs()).max(b.abs()));
     Ok((pairs().fold(0.0_f32, |most, (a, b)| most.max((a - b).abs())), peak))
 }
