@@ -149,21 +149,16 @@ pub fn bake_responses(
             recipe: options.recipe.clone(),
             notes,
         },
-        grid,
-        bands: room.bands,
-        tail: room.tail,
         taps: room.shape.taps,
         measured: Some(hops.into_room()),
         measured_head,
-        room: None,
-        images: None,
         field,
-        cloud: None,
         top_hz: room.top_hz,
         start_pose: layout.poses[start],
         bounds,
         anchors,
         held_out,
+        ..SceneParts::new(grid, room.bands, room.tail)
     })?)
 }
 

@@ -37,11 +37,12 @@ pub use decode::{
 };
 pub use emitters::{EmitterParams, Emitters};
 pub use glam;
-pub use grid::StftGrid;
+pub use grid::{StftGrid, TAP_LEAD_HOPS};
 pub use head::{Head, HeadError};
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;
 pub use render::carriers::Carriers;
+pub use render::late::late_share;
 pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, RenderParams, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{

@@ -12,6 +12,7 @@ mod manifest;
 mod measured;
 
 use crate::network::{CloudEmitter, CloudModel};
+use crate::number::single;
 use crate::published::{ConvMode, Projection, PublishedOptions};
 use crate::{Axis, Bands, Facing, Field, FieldGrid, Pose, Rows, StftGrid, Tier, TransferFunction, TransferShape};
 use error::value;
@@ -156,6 +157,30 @@ pub struct SceneParts {
 }
 
 impl SceneParts {
+    /// A place that plays nothing yet: no taps, tables, images or cloud, known up to the Nyquist frequency, one position at the origin. What
+    /// makes a scene states what it has, `SceneParts { taps, ..SceneParts::new(grid, bands, tail) }`.
+    #[must_use]
+    pub fn new(grid: StftGrid, bands: Bands, tail: TailModel) -> Self {
+        Self {
+            provenance: Provenance::default(),
+            top_hz: single(0.5 * grid.sample_rate_hz),
+            grid,
+            bands,
+            tail,
+            taps: 0,
+            measured: None,
+            measured_head: None,
+            field: None,
+            room: None,
+            images: None,
+            cloud: None,
+            start_pose: Pose::IDENTITY,
+            bounds: (Vec3::ZERO, Vec3::ZERO),
+            anchors: Vec::new(),
+            held_out: Vec::new(),
+        }
+    }
+
     /// Sizes of the transfer functions.
     #[must_use]
     pub fn shape(&self) -> TransferShape {
@@ -194,24 +219,8 @@ impl Scene {
         let [x, y, z, yaw, pitch, roll] = [(); 6].map(|()| Axis::single(0.0));
         let nodes = FieldGrid { position: [x, y, z], facing: Facing::Head { yaw, pitch, roll } };
         let field = Field::new(nodes, shape, Rows::Whole(transfer.to_row()));
-        Self::new(SceneParts {
-            provenance: Provenance::default(),
-            grid,
-            bands,
-            tail,
-            taps: shape.taps,
-            field: Some(field.ok_or_else(|| value("transfer function", format!("{shape:?}"), "another shape"))?),
-            measured: None,
-            measured_head: None,
-            room: None,
-            images: None,
-            cloud: None,
-            top_hz,
-            start_pose: Pose::IDENTITY,
-            bounds: (Vec3::ZERO, Vec3::ZERO),
-            anchors: Vec::new(),
-            held_out: Vec::new(),
-        })
+        let field = field.ok_or_else(|| value("transfer function", format!("{shape:?}"), "another shape"))?;
+        Self::new(SceneParts { taps: shape.taps, field: Some(field), top_hz, ..SceneParts::new(grid, bands, tail) })
     }
 
     /// Reads a scene file.

@@ -11,11 +11,6 @@ use std::sync::Arc;
 pub(crate) type Spectrum = Vec<Complex32>;
 
 impl StftGrid {
-    /// Samples that a frame's filters may reach back before their input: a quarter of a hop.
-    pub(crate) fn lead(&self) -> usize {
-        self.hop / 4
-    }
-
     /// Length of the analysis window: the transform's length less one hop, which is left to the filters' responses.
     pub(crate) fn window_len(&self) -> usize {
         self.n_fft - self.hop

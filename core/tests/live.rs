@@ -6,8 +6,8 @@ use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, FrameMasks, Projection, PublishedStream};
 use promenade_core::{
-    AnchorCloud, Bands, BlockParams, DecodeWorker, Decoded, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts,
-    Spatializer, StftGrid, TailModel, Tier,
+    AnchorCloud, Bands, BlockParams, DecodeWorker, Decoded, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer,
+    StftGrid, TailModel, Tier,
 };
 use promenade_testing::golden;
 use promenade_testing::noise;
@@ -20,22 +20,11 @@ fn scene(kind: CloudKind, conv: ConvMode, projection: Projection) -> Arc<Scene> 
     let bands = Bands::for_rate(RATE);
     let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
     let parts = SceneParts {
-        provenance: Provenance::default(),
-        grid: StftGrid { sample_rate_hz: RATE, n_fft: 512, hop: 127 },
-        bands,
-        tail,
         taps: 16,
-        field: None,
-        measured: None,
-        measured_head: None,
-        room: None,
-        images: None,
         cloud: Some(AnchorCloud { model: golden::slice(kind).model, conv, projection, emitter: None }),
         top_hz: 10_000.0,
-        start_pose: Pose::IDENTITY,
         bounds: (Vec3::splat(-1.0), Vec3::ONE),
-        anchors: vec![],
-        held_out: vec![],
+        ..SceneParts::new(StftGrid { sample_rate_hz: RATE, n_fft: 512, hop: 127 }, bands, tail)
     };
     Arc::new(Scene::new(parts).unwrap())
 }

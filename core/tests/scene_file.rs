@@ -23,9 +23,6 @@ fn small() -> SceneParts {
     let shares = NodeShares::new(2, vec![1, 0, 0, 0], vec![0.75, 0.25, 1.0, 0.0]).unwrap();
     SceneParts {
         provenance: Provenance { title: "Small \"room\"".into(), notes: vec!["a note".into()], ..Provenance::default() },
-        grid,
-        bands,
-        tail: TailModel { seed: u64::MAX, t60_s: vec![0.5; 3], coherence: vec![-0.5; 3] },
         taps: 4,
         measured: Some(MeasuredRoom { samples: noise(3, 2 * 2 * 6 * grid.hop), hops: 6 }),
         measured_head: Some(MeasuredHead {
@@ -33,15 +30,11 @@ fn small() -> SceneParts {
             around_db: std::array::from_fn(|band| band as f32),
             diffuse_db: [[0.5; HEAD_BANDS], [-0.5; HEAD_BANDS]],
         }),
-        room: None,
-        images: None,
         field: Field::new(nodes, shape, Rows::Whole(rows)).and_then(|f| f.with_shares(shares)),
-        cloud: None,
         bounds: (Vec3::ZERO, Vec3::ONE),
         top_hz: 3_500.0,
         start_pose: Pose::from_ypr(Vec3::ONE, 1.0, 0.5, -0.25),
-        anchors: vec![],
-        held_out: vec![],
+        ..SceneParts::new(grid, bands, TailModel { seed: u64::MAX, t60_s: vec![0.5; 3], coherence: vec![-0.5; 3] })
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::receiver::Receiver;
 use promenade_acoustics::{BANDS, Echogram, octave_energy};
-use promenade_core::TransferShape;
 use promenade_core::glam::DVec3;
+use promenade_core::{TAP_LEAD_HOPS, TransferShape};
 use promenade_metrics::slope;
 use std::ops::Range;
 
@@ -21,8 +21,7 @@ pub type HopEnergies = Vec<Vec<f64>>;
 
 /// How many hops after the direct sound, which arrives at `direct_s`, a time is.
 fn place(time_s: f64, direct_s: f64, hop_s: f64) -> f64 {
-    // Hop `l` begins a quarter of a hop before `l` hops after the direct sound, as the render head's taps do.
-    (time_s - direct_s) / hop_s + 0.25
+    (time_s - direct_s) / hop_s + TAP_LEAD_HOPS
 }
 
 /// An echogram as a head hears it that turns anywhere, as energy per hop after the direct sound, which arrives at `direct_s`, and band. What of a

@@ -9,7 +9,7 @@ use promenade_acoustics::{
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{
     Anchor, Axis, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts, TailModel,
-    TransferShape,
+    TransferShape, late_share,
 };
 use std::f64::consts::LN_10;
 
@@ -39,8 +39,6 @@ const LONGEST_S: f64 = 3.0;
 const LONGEST_T60_S: f64 = 60.0;
 /// Distance of places from walls, metres, where there is room for it.
 const MARGIN_M: f32 = 0.3;
-/// Hops in which the late part sets in before the hop after the last tap, as the renderer has it.
-const LATE_LEAD: usize = 7;
 /// Metres between points of the outline.
 const OUTLINE_M: f32 = 0.25;
 
@@ -285,10 +283,8 @@ fn level(images: &[(BoxImage, Image)], echograms: &[Echogram], cells: &Cells) ->
 /// Energy per hop and band that the late part is expected to have at a gain of 1: it sets in over some hops and then decays.
 fn late_unit(tail: &TailModel, taps: usize, hops: usize, hop_s: f64) -> HopEnergies {
     let first = taps + 1;
-    let lead = LATE_LEAD.min(taps);
     let at = |hop: usize, t60_s: f32| {
-        let begun = (hop + lead + 1).saturating_sub(first) as f64 / (lead + 1) as f64;
-        begun.min(1.0) * (-6.0 * LN_10 * (hop as f64 - first as f64) * hop_s / f64::from(t60_s)).exp()
+        late_share(hop, taps) * (-6.0 * LN_10 * (hop as f64 - first as f64) * hop_s / f64::from(t60_s)).exp()
     };
     (0..hops.max(first + 1)).map(|hop| tail.t60_s.iter().map(|t| at(hop, *t)).collect()).collect()
 }

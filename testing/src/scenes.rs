@@ -114,9 +114,6 @@ pub fn room_of_responses(rate: f64) -> (Arc<Scene>, Vec<f32>) {
         bands,
         taps: RESPONSE_TAPS,
         measured: Some(MeasuredRoom { samples: samples.clone(), hops: RESPONSE_HOPS }),
-        measured_head: None,
-        room: None,
-        images: None,
         field,
         ..parts
     });
@@ -158,21 +155,12 @@ fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, taps: usize) -> SceneP
     let field = Field::new(nodes, shape, Rows::Whole(rows)).unwrap();
     SceneParts {
         provenance: Provenance { title: "Numbers".into(), ..Provenance::default() },
-        grid,
-        bands,
-        tail,
         taps: shape.taps,
         field: Some(field),
-        measured: None,
-        measured_head: None,
-        room: None,
-        images: None,
-        cloud: None,
         top_hz: 0.45 * sample_rate_hz as f32,
-        start_pose: Pose::IDENTITY,
         bounds: (Vec3::new(-2.0, -2.0, 0.0), Vec3::new(2.0, 2.0, 0.0)),
         anchors: vec![Anchor { position: Vec3::X, colour: Vec3::ONE }],
-        held_out: vec![],
+        ..SceneParts::new(grid, bands, tail)
     }
 }
 

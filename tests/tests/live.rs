@@ -5,8 +5,7 @@ use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
-    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Provenance, Renderer, Scene, SceneParts, Spatializer, StftGrid,
-    TailModel, Tier,
+    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer, StftGrid, TailModel, Tier,
 };
 use promenade_testing::golden;
 use promenade_tests::signal::{difference_db, noise, peak};
@@ -25,16 +24,7 @@ fn fill(folder: &Path) {
     let bands = Bands::for_rate(rate);
     let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
     let scene = Scene::new(SceneParts {
-        provenance: Provenance::default(),
-        grid: StftGrid { sample_rate_hz: rate, n_fft: 512, hop: 127 },
-        bands,
-        tail,
         taps: 16,
-        field: None,
-        measured: None,
-        measured_head: None,
-        room: None,
-        images: None,
         cloud: Some(AnchorCloud {
             model: golden::slice(CloudKind::Sh).model,
             conv: ConvMode::Off,
@@ -42,10 +32,8 @@ fn fill(folder: &Path) {
             emitter: None,
         }),
         top_hz: 10_000.0,
-        start_pose: Pose::IDENTITY,
         bounds: (Vec3::splat(-1.0), Vec3::ONE),
-        anchors: vec![],
-        held_out: vec![],
+        ..SceneParts::new(StftGrid { sample_rate_hz: rate, n_fft: 512, hop: 127 }, bands, tail)
     });
     std::fs::write(folder.join(SCENE), scene.unwrap().to_bytes().unwrap()).unwrap();
 }

@@ -123,8 +123,7 @@ impl Cutter {
             (0.5 * std::f64::consts::PI * rising.min(falling).clamp(0.0, 1.0)).sin().powi(2) as f32
         };
         let hop = self.grid.hop;
-        // Taps begin a quarter of a hop ahead of their time.
-        let first_hop = centre + hop - hop / 4;
+        let first_hop = centre + hop - self.grid.lead();
         let count = length.saturating_sub(first_hop) / hop;
         let quiet = (centre.saturating_sub(samples(-DIRECT_S[0]))) / hop;
         let mut out = ClipResponse {

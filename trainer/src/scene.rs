@@ -69,20 +69,12 @@ pub(crate) fn scene(
     }
     Scene::new(SceneParts {
         provenance,
-        grid: setup.grid,
-        bands: setup.bands.clone(),
-        tail: setup.tail.clone(),
         taps: network.taps,
-        field: None,
         anchors: display_anchors(&model),
-        measured: None,
-        measured_head: None,
-        room: None,
-        images: None,
         cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter }),
         top_hz: top_hz(&setup.grid),
         start_pose: start_pose.unwrap_or(Pose::IDENTITY),
         bounds,
-        held_out: Vec::new(),
+        ..SceneParts::new(setup.grid, setup.bands.clone(), setup.tail.clone())
     })
 }

@@ -49,15 +49,7 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
     let top_hz = top_hz(&grid);
     Scene::new(SceneParts {
         provenance,
-        grid,
-        bands,
-        tail,
         taps,
-        field: None,
-        measured: None,
-        measured_head: None,
-        room: None,
-        images: None,
         cloud: Some(AnchorCloud {
             conv: if sizes.conv { options.conv } else { ConvMode::Off },
             projection: options.projection,
@@ -68,7 +60,7 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
         start_pose: options.start_pose.unwrap_or(middle),
         bounds,
         anchors,
-        held_out: Vec::new(),
+        ..SceneParts::new(grid, bands, tail)
     })
 }
 

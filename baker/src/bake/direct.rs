@@ -58,7 +58,7 @@ impl Direct {
 
     /// One hop of the response without the direct sound, of the ear given: hop `l` is what tap `l` of the render head covers.
     pub(crate) fn hop(&self, grid: &StftGrid, ear: usize, hop: usize) -> impl Iterator<Item = f64> {
-        let start = self.arrival - (grid.hop / 4) as i64 + (hop * grid.hop) as i64;
+        let start = self.arrival - grid.lead() as i64 + (hop * grid.hop) as i64;
         (start..start + grid.hop as i64).map(move |i| at(&self.rest[ear], i))
     }
 }

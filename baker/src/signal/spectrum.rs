@@ -24,7 +24,7 @@ impl Analyser {
     /// Mean energy density per band of a response's hops, `[hop][band]`, when the head's centre hears the direct sound at sample
     /// `origin`: hop `l` is what tap `l` of the render head covers, cut out with soft edges of a quarter of a hop.
     pub(crate) fn hop_energies(&self, response: &[f32], origin: i64, hops: usize, bands: &Bands) -> HopEnergies {
-        let (hop, edge) = (self.grid.hop as i64, (self.grid.hop / 4) as i64);
+        let (hop, edge) = (self.grid.hop as i64, self.grid.lead() as i64);
         let window: Vec<f64> = (0..hop + edge)
             .map(|i| {
                 let inside = ((i.min(hop + edge - 1 - i)) as f64 + 0.5) / edge as f64;
@@ -33,7 +33,7 @@ impl Analyser {
             .collect();
         (0..hops)
             .map(|l| {
-                let start = origin + l as i64 * hop - hop / 4 - edge / 2;
+                let start = origin + l as i64 * hop - edge - edge / 2;
                 let piece: Vec<f64> = window.iter().zip(start..).map(|(w, i)| w * at(response, i)).collect();
                 band_means(&self.grid, bands, &self.spectrum(&piece))
             })

@@ -3,9 +3,9 @@
 use crate::decode::Field;
 use crate::network::SPEED_OF_SOUND_M_S;
 use crate::number::{single, whole};
-use crate::render::late::{LATE_HOPS, late_lead, late_power};
+use crate::render::late::{late_lead, late_power, late_share};
 use crate::scene::image_octave;
-use crate::{Bands, NEAREST_M, Scene, Shares, StftGrid, TailModel};
+use crate::{Bands, NEAREST_M, Scene, Shares, StftGrid, TAP_LEAD_HOPS, TailModel};
 
 /// Less energy than that is none.
 const NOTHING: f64 = 1e-24;
@@ -54,7 +54,7 @@ impl DecayCurve {
             for (image, seen) in images.images.iter().zip(seen).filter(|(image, _)| image.position != emitter) {
                 let distance = pose.position.distance(image.position);
                 let after = f64::from(distance - pose.position.distance(emitter)) / hop_m;
-                let hop = whole(after + 0.25).clamp(1, taps) - 1;
+                let hop = whole(after + TAP_LEAD_HOPS).clamp(1, taps) - 1;
                 for (band, hz) in parts.bands.centres_hz().iter().enumerate() {
                     let octave = image_octave(*hz);
                     let air = 10.0_f32.powf(-0.05 * distance * images.air_db_per_m[octave]);
@@ -71,8 +71,8 @@ impl DecayCurve {
             // The late part begins before the last tap, one hop of its noise after the other.
             let lead = late_lead(taps);
             for begun in 0..lead {
-                let share = (begun + 1) as f64 / LATE_HOPS as f64;
-                energy[(taps - lead + begun) * bands + band] += share * late * hop.powi(late_power(begun, taps));
+                let at = taps - lead + begun;
+                energy[at * bands + band] += late_share(at + 1, taps) * late * hop.powi(late_power(begun, taps));
             }
             for hop in (0..taps).rev() {
                 energy[hop * bands + band] += energy[(hop + 1) * bands + band];

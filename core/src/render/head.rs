@@ -11,7 +11,7 @@ use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_lead, late_power}
 use crate::render::low::Low;
 use crate::render::taps::{Taps, mix};
 use crate::transfer::Shares;
-use crate::{EARLY_S, StftGrid, TailModel, TransferFunction, TransferShape, Trim};
+use crate::{EARLY_S, StftGrid, TAP_LEAD_HOPS, TailModel, TransferFunction, TransferShape, Trim};
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
 use std::ops::Range;
@@ -86,8 +86,7 @@ impl RenderHead {
             first: vec![EarBlocks::default(); blocks],
             carriers,
             decay,
-            // A tap begins a quarter of a hop before its time.
-            early_taps: whole(EARLY_S / grid.hop_s() - 0.25).min(shape.taps),
+            early_taps: whole(EARLY_S / grid.hop_s() - TAP_LEAD_HOPS).min(shape.taps),
             late_gains: vec![0.0; shape.tap_len()],
             input: vec![Block::default(); blocks * (shape.taps + 1)],
             tail: vec![Block::default(); blocks * LATE_HOPS],

@@ -220,6 +220,13 @@ pub(crate) fn late_lead(taps: usize) -> usize {
     (LATE_HOPS - 1).min(taps)
 }
 
+/// Share of the late part's noise that has begun by a hop after the direct sound, 0 to 1, in a scene of so many taps.
+#[must_use]
+pub fn late_share(hop: usize, taps: usize) -> f64 {
+    let begun = (hop + late_lead(taps)).saturating_sub(taps).min(LATE_HOPS);
+    begun as f64 / LATE_HOPS as f64
+}
+
 /// Hops of decay of a late hop's gain, from the hop after the last tap on.
 pub(crate) fn late_power(hop: usize, taps: usize) -> i32 {
     exponent(hop) - exponent(late_lead(taps))
