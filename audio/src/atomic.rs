@@ -15,8 +15,9 @@ const MAX_LINKS: usize = 40;
 
 /// A file in the making beside its destination: renamed onto it by [`Draft::publish`], removed when dropped before.
 ///
-/// Neither a crash of the writer nor an error half way leaves a partial file under the destination's name. What a killed process
-/// leaves behind is removed when another one makes a draft in the same folder: a draft is locked as long as its process lives.
+/// Neither a crash of the writer nor an error half way leaves a partial file under the destination's name. What a killed
+/// process leaves behind is removed when another one makes a draft in the same folder: a draft is locked as long as its process
+/// lives.
 #[derive(Debug)]
 pub struct Draft {
     target: PathBuf,
@@ -30,7 +31,8 @@ impl Draft {
     /// Opens `NAME.PID-N.promenade-partial` beside `target`, or beside what it links to.
     ///
     /// # Errors
-    /// A target that exists and is no regular file (a folder, a device), links in a circle, or a folder that cannot be written to.
+    /// A target that exists and is no regular file (a folder, a device), links in a circle, or a folder that cannot be written
+    /// to.
     pub fn create(target: &Path) -> Result<(Self, File), FileError> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let target = &linked(target)?;
@@ -95,7 +97,8 @@ fn linked(target: &Path) -> Result<PathBuf, FileError> {
     Err(FileError::content(target, "the name of a file to write", "symbolic links in a circle"))
 }
 
-/// Removes the drafts of processes that have ended from a folder; once for each process, since many files may go into one folder.
+/// Removes the drafts of processes that have ended from a folder; once for each process, since many files may go into one
+/// folder.
 fn remove_leftovers_once(folder: &Path) {
     static DONE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     if DONE.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_path_buf()) {

@@ -88,8 +88,8 @@ fn plain_format(file: &mut impl BufRead, size: u32) -> Result<Vec<u8>> {
         return Err(Error::FormatError("its samples have another size than their containers"));
     }
     if field(0) == EXTENSIBLE && format.len() == EXTENSIBLE_BYTES {
-        // Of a sample with fewer bits than its container the upper ones count, so that the container is read as a whole: the size
-        // of the extension stays, and the number of valid bits is left open.
+        // Of a sample with fewer bits than its container the upper ones count, so that the container is read as a whole: the
+        // size of the extension stays, and the number of valid bits is left open.
         format[16..20].copy_from_slice(&[22, 0, 0, 0]);
     } else {
         format.truncate(PLAIN_BYTES);

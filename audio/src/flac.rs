@@ -10,7 +10,8 @@ use std::path::Path;
 /// Reads a whole FLAC file of up to `max_samples` samples of all channels together.
 ///
 /// # Errors
-/// A file that is missing, damaged, cut short or too long, or a rate outside [`crate::wav::SAMPLE_RATES_HZ`]. The message names the file.
+/// A file that is missing, damaged, cut short or too long, or a rate outside [`crate::wav::SAMPLE_RATES_HZ`]. The message names
+/// the file.
 pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     let unreadable = |source: claxon::Error| match source {
         claxon::Error::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => FileError::read(path)(source),
@@ -66,10 +67,12 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     }
 }
 
-/// Size of a file, and where its blocks of metadata end as they say themselves, bytes. The decoder asks for memory by what they say.
+/// Size of a file, and where its blocks of metadata end as they say themselves, bytes. The decoder asks for memory by what they
+/// say.
 fn metadata_end(file: &mut File) -> io::Result<(u64, u64)> {
     let size = file.seek(SeekFrom::End(0))?;
-    // After the mark "fLaC" each block has four bytes of its own: whether it is the last, its kind, its length (RFC 9639, section 8.1).
+    // After the mark "fLaC" each block has four bytes of its own: whether it is the last, its kind, its length (RFC 9639,
+    // section 8.1).
     let (mut end, mut mark) = (4, Vec::new());
     file.rewind()?;
     file.by_ref().take(end).read_to_end(&mut mark)?;

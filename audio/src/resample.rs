@@ -19,8 +19,8 @@ pub fn signal(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec
         return Ok(channels.to_vec());
     }
     let failed = |source: Box<dyn std::error::Error + Send + Sync>| FileError::Resample { from_hz, to_hz, source };
-    // The resampler's delay is half a transform, on both sides of it; an even number of the smallest blocks makes it whole samples,
-    // and so exactly removable.
+    // The resampler's delay is half a transform, on both sides of it; an even number of the smallest blocks makes it whole
+    // samples, and so exactly removable.
     let block = from_hz / gcd(from_hz, to_hz).max(1);
     let chunk = CHUNK.div_ceil(block.max(1)).next_multiple_of(2) as usize * block as usize;
     let mut resampler = Fft::<f32>::new_custom(

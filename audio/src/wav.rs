@@ -43,8 +43,8 @@ pub(crate) fn check_rate(path: &Path, sample_rate_hz: u32) -> Result<(), FileErr
 /// channels.
 ///
 /// # Errors
-/// A file that is missing, no regular file, empty, damaged, cut short or holds more than [`MAX_SAMPLES`] samples; a rate outside
-/// [`SAMPLE_RATES_HZ`]; a sample that is not finite. The message names the file, what was expected and what was found.
+/// A file that is missing, no regular file, empty, damaged, cut short or holds more than [`MAX_SAMPLES`] samples; a rate
+/// outside [`SAMPLE_RATES_HZ`]; a sample that is not finite. The message names the file, what was expected and what was found.
 pub fn read(path: &Path) -> Result<Wav, FileError> {
     read_limited(path, MAX_SAMPLES)
 }
