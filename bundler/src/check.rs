@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
 
-/// What everything is built with, so that one build serves lints, bundles and tests: the command that trains and the standalone program.
-/// The latter needs headers that come with the screen's packages.
+/// What everything is built with, so that one build serves lints, bundles and tests: the command that trains and the standalone
+/// program. The latter needs headers that come with the screen's packages.
 const FEATURES: [&str; 2] = ["promenade/train", "promenade-plugin/standalone"];
 
 /// Checks format and lints, bundles the plugin, and runs every test; stops at the first section that fails.

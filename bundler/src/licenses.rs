@@ -197,7 +197,8 @@ fn covers(name: &str, licence: &LicenseReq) -> bool {
 /// A document of all dependencies, each text once.
 pub(crate) fn document(dependencies: &[Dependency]) -> String {
     let mut out = String::from(
-        "Promenade's programs and plugins contain the crates below, in the versions given, under the licences named first; what their\n\
+        "Promenade's programs and plugins contain the crates below, in the versions given, under the licences named first; \
+         what their\n\
          authors offer besides stands in brackets. The texts follow, each with the crates that it belongs to.\n\n",
     );
     let mut by_text = BTreeMap::<String, Vec<String>>::new();

@@ -22,14 +22,14 @@ const USAGE: &str = "\
 cargo xtask bundle [--release] [other options of cargo build]
     builds Promenade.clap and Promenade.vst3 into target/bundled
 cargo xtask install [other options of cargo build]
-    builds the release bundles and the command line with training, and copies them, the presets and the scenes to where this user's
-    hosts, the plugin and a terminal look for them
+    builds the release bundles and the command line with training, and copies them, the presets and the scenes to where this
+    user's hosts, the plugin and a terminal look for them
 cargo xtask archive [--target TARGET] [--without-standalone]
     builds all that users are given into one .zip in target/archives, with licences and how to install it;
     on Linux the standalone program needs the headers of ALSA and JACK
 cargo xtask systems [TARGET ...]
-    compiles every crate for other systems, renders with the Windows plugins in Wine, and runs the engine's tests on an emulated ARM processor,
-    as far as this machine has the tools
+    compiles every crate for other systems, renders with the Windows plugins in Wine, and runs the engine's tests on an emulated
+    ARM processor, as far as this machine has the tools
 cargo xtask test
     checks format and lints, bundles the plugin, runs every test in Rust and in Python";
 

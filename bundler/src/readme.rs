@@ -72,7 +72,8 @@ fn before(system: System) -> &'static [&'static str] {
             "",
         ],
         System::Windows => &[
-            "These files are not signed. In the Properties of the .zip file tick \"Unblock\" before you unpack it, or Windows asks at",
+            "These files are not signed. In the Properties of the .zip file tick \"Unblock\" before you unpack it, or Windows \
+             asks at",
             "each start.",
             "",
         ],

@@ -30,7 +30,8 @@ pub(crate) struct Screen {
 }
 
 impl Screen {
-    /// Starts one; none, with the reason printed, on systems without X11 or where its packages are missing and cannot be installed.
+    /// Starts one; none, with the reason printed, on systems without X11 or where its packages are missing and cannot be
+    /// installed.
     ///
     /// # Errors
     /// In continuous integration, where nothing may be skipped, and when the server does not start.
@@ -48,7 +49,8 @@ impl Screen {
             println!("tests with windows are skipped; install for them: {missing}");
             return Ok(None);
         }
-        // Without a reset, which would turn away whoever comes just after the last window has gone. The server picks a free number and writes it to the file descriptor that it is given.
+        // Without a reset, which would turn away whoever comes just after the last window has gone. The server picks a free
+        // number and writes it to the file descriptor that it is given.
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", SIZE, "+extension", "GLX", "-noreset", "-nolisten", "tcp"])
             .stdout(Stdio::piped())

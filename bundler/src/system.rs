@@ -73,8 +73,8 @@ impl Place {
 
     /// The user's own folder, which needs no administrator.
     ///
-    /// Sources: CLAP's `entry.h`, the VST 3 developer portal's "Plug-in locations" and "Preset locations", for programs systemd's
-    /// `file-hierarchy(7)` and the Windows known folder `UserProgramFiles`.
+    /// Sources: CLAP's `entry.h`, the VST 3 developer portal's "Plug-in locations" and "Preset locations", for programs
+    /// systemd's `file-hierarchy(7)` and the Windows known folder `UserProgramFiles`.
     fn parts(self, system: System) -> (Base, &'static [&'static str]) {
         match (self, system) {
             (Self::Clap, System::Linux) => (Base::Home, &[".clap"]),

@@ -1,4 +1,5 @@
-//! What can be known of other systems from this machine: whether their compilers accept every crate, and whether what they make sounds the same.
+//! What can be known of other systems from this machine: whether their compilers accept every crate, and whether what they make
+//! sounds the same.
 
 use crate::bundle::{self, Profile, cargo, run};
 use crate::install::copy_into;
@@ -11,7 +12,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// Targets besides this machine's, and the features that are checked there: on ARM Linux the standalone program needs that system's headers.
+/// Targets besides this machine's, and the features that are checked there: on ARM Linux the standalone program needs that
+/// system's headers.
 const TARGETS: [(&str, &str); 4] = [
     (WINDOWS, "promenade-plugin/standalone"),
     ("x86_64-apple-darwin", "promenade-plugin/standalone"),
@@ -166,7 +168,8 @@ fn made(folder: &Path, profile: Profile, system: System, target: Option<&str>) -
 /// Wine before 9 lacks the library that Rust's takes random numbers from; this one has them from the function behind it.
 fn random_numbers(folder: &Path) -> Result<()> {
     const SOURCE: &str = "#include <windows.h>\n#include <ntsecapi.h>\n\
-        __declspec(dllexport) BOOL WINAPI ProcessPrng(PBYTE data, SIZE_T length) { return RtlGenRandom(data, (ULONG)length); }\n";
+        __declspec(dllexport) BOOL WINAPI ProcessPrng(PBYTE data, SIZE_T length) { return RtlGenRandom(data, (ULONG)length); \
+        }\n";
     let source = folder.join("random.c");
     fs::write(&source, SOURCE).with_context(|| format!("cannot write {}", source.display()))?;
     let library = folder.join("bcryptprimitives.dll");
