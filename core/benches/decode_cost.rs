@@ -1,8 +1,9 @@
 //! Cost of the anchor-cloud decoders, beside the matrix products of the same decode in libraries, in one run.
 //!
-//! `cargo bench --bench decode_cost -p promenade-core`. Unit: processor milliseconds of the one thread per decode, median over rounds;
-//! a round takes every case once. `-- --json` prints one JSON object per case instead; `-- --serve NAME` decodes that case once per
-//! line of its input and answers with seconds, for a caller that takes turns with another program. Random weights.
+//! `cargo bench --bench decode_cost -p promenade-core`. Unit: processor milliseconds of the one thread per decode, median over
+//! rounds; a round takes every case once. `-- --json` prints one JSON object per case instead; `-- --serve NAME` decodes that
+//! case once per line of its input and answers with seconds, for a caller that takes turns with another program. Random
+//! weights.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 #[path = "../tests/oracle/mod.rs"]

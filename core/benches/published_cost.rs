@@ -1,7 +1,7 @@
 //! Cost of AV-Cloud's render head: convolution layers, stream and whole clips.
 //!
-//! `cargo bench --bench published_cost -p promenade-core`. Unit: milliseconds of processor time of the one thread, median over runs, at the
-//! published sizes (256 anchors, 257 bands, 174 frames, 22.05 kHz). Input: white noise; weights that look random.
+//! `cargo bench --bench published_cost -p promenade-core`. Unit: milliseconds of processor time of the one thread, median over
+//! runs, at the published sizes (256 anchors, 257 bands, 174 frames, 22.05 kHz). Input: white noise; weights that look random.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;

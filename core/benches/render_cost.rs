@@ -1,7 +1,8 @@
 //! Cost of the render head, beside a bare short-time transform and a partitioned convolver, in one run.
 //!
-//! `cargo bench --bench render_cost -p promenade-core [-- SCENE...]`; scenes given by their files are measured too. Unit: processor seconds per second of audio of the one thread, median over
-//! runs. Input: white noise at 48 kHz; a scene with a tail of 1 s; a listener who walks at 1 m/s and turns at 90 degrees a second.
+//! `cargo bench --bench render_cost -p promenade-core [-- SCENE...]`; scenes given by their files are measured too. Unit:
+//! processor seconds per second of audio of the one thread, median over runs. Input: white noise at 48 kHz; a scene with a tail
+//! of 1 s; a listener who walks at 1 m/s and turns at 90 degrees a second.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;
@@ -54,8 +55,8 @@ fn main() {
                 match rows.get_mut(i) {
                     Some((_, totals, fastest)) => {
                         totals.push(total);
-                        // Every run does the same in the same block, so the fastest of all runs is what the engine itself takes:
-                        // the machine's interruptions fall on other blocks each time.
+                        // Every run does the same in the same block, so the fastest of all runs is what the engine itself
+                        // takes: the machine's interruptions fall on other blocks each time.
                         fastest.iter_mut().zip(blocks).for_each(|(f, b)| *f = f.min(b));
                     }
                     None => rows.push((name.clone(), vec![total], blocks)),

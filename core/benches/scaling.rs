@@ -1,8 +1,9 @@
 //! How the cost of a moving listener in tier Standard grows with what a scene holds and how a host plays it.
 //!
-//! `cargo bench --bench scaling -p promenade-core`. One thing is changed at a time from a noise scene with 24 taps (120 ms) and no images at
-//! 48 kHz in blocks of 512. Unit: processor seconds per second of audio of the one thread, median of interleaved runs on white noise; the
-//! listener walks at 1 m/s and turns at 90 degrees a second. The last column is the ratio to the unchanged scene in the same run.
+//! `cargo bench --bench scaling -p promenade-core`. One thing is changed at a time from a noise scene with 24 taps (120 ms) and
+//! no images at 48 kHz in blocks of 512. Unit: processor seconds per second of audio of the one thread, median of interleaved
+//! runs on white noise; the listener walks at 1 m/s and turns at 90 degrees a second. The last column is the ratio to the
+//! unchanged scene in the same run.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;

@@ -2,9 +2,9 @@
 //!
 //! `cargo run --release -p promenade-core --example soak -- --hours 24 --seed 1`
 //!
-//! A listener walks through a room for that many hours of audio. At the end of each hour the engine is compared with a new one that has
-//! heard the last minute only: what differs has drifted. Then streams of wild inputs, poses, settings and scenes follow, and instances that
-//! come and go. The exit status is 1 where a check fails.
+//! A listener walks through a room for that many hours of audio. At the end of each hour the engine is compared with a new one
+//! that has heard the last minute only: what differs has drifted. Then streams of wild inputs, poses, settings and scenes
+//! follow, and instances that come and go. The exit status is 1 where a check fails.
 
 use promenade_core::{BlockParams, Carriers, Renderer, Scene, Spatializer};
 use promenade_testing::hostile::{Walk, is_output, one_transfer, room_of_anchors, scenes, wild};
@@ -83,7 +83,8 @@ fn day(name: &str, scene: &Arc<Scene>, hours: usize, seed: u64) -> Result<(), St
     }
     let speed = 3600.0 * hours as f64 / began.elapsed().as_secs_f64();
     println!(
-        "{name}: {hours} h, {speed:.0} times real time; drift {worst_drift:.0} dB, mean {worst_dc:.1e} of the level, peak {loudest:.2}"
+        "{name}: {hours} h, {speed:.0} times real time; drift {worst_drift:.0} dB, mean {worst_dc:.1e} of the level, peak \
+         {loudest:.2}"
     );
     if worst_drift > DRIFT_DB {
         return Err(format!("{name}: drift of {worst_drift} dB, expected at most {DRIFT_DB}"));

@@ -24,9 +24,11 @@ impl Bands {
             .then_some(Self { centres_hz })
     }
 
-    /// Bands for responses sampled at `sample_rate_hz`: 150 Hz apart at the bottom, a fifth of the frequency apart above 750 Hz.
+    /// Bands for responses sampled at `sample_rate_hz`: 150 Hz apart at the bottom, a fifth of the frequency apart above 750
+    /// Hz.
     ///
-    /// The spacing follows the ear's critical bandwidth (Zwicker and Terhardt 1980) with a floor set by hops of some milliseconds.
+    /// The spacing follows the ear's critical bandwidth (Zwicker and Terhardt 1980) with a floor set by hops of some
+    /// milliseconds.
     #[must_use]
     pub fn for_rate(sample_rate_hz: f64) -> Self {
         let nyquist = single(0.5 * sample_rate_hz);

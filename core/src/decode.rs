@@ -46,8 +46,8 @@ impl Change {
     }
 }
 
-/// Below this frequency the taps follow a pose more often, Hz. A step of a filter makes sidebands some 100 Hz away: in a critical band up
-/// there, but beside it below.
+/// Below this frequency the taps follow a pose more often, Hz. A step of a filter makes sidebands some 100 Hz away: in a
+/// critical band up there, but beside it below.
 pub(crate) const QUICK_BELOW_HZ: f64 = 4000.0;
 
 /// Hops of the time filters: explicit taps, then hops of the late part, then of the bass; every so many of them.

@@ -14,11 +14,12 @@ const FADE_S: f64 = 0.05;
 pub struct EmitterParams {
     /// How far the emitter is moved from its place in the scene, metres. The room's response to it moves with it.
     pub offset: Vec3,
-    /// Angle between the emitters of a stereo sound's channels, radians, 0 to pi; 0 plays the mean of the channels with one emitter.
+    /// Angle between the emitters of a stereo sound's channels, radians, 0 to pi; 0 plays the mean of the channels with one
+    /// emitter.
     ///
-    /// Each is the moved emitter turned by half of the angle about the vertical through the place where the scene starts, the left channel's
-    /// counter-clockwise as seen from above. There they are the angle apart and as far as the one emitter; while the listener walks they stay
-    /// where they are. A scene that knows no emitter has no angle.
+    /// Each is the moved emitter turned by half of the angle about the vertical through the place where the scene starts, the
+    /// left channel's counter-clockwise as seen from above. There they are the angle apart and as far as the one emitter; while
+    /// the listener walks they stay where they are. A scene that knows no emitter has no angle.
     pub spread: f32,
 }
 
@@ -75,8 +76,8 @@ impl From<Box<Renderer>> for Box<Emitters> {
 }
 
 impl Emitters {
-    /// The same with a renderer of the same scene and sample rate for a second emitter ([`Renderer::another`]); without one a stereo sound is
-    /// played by one emitter whatever the angle.
+    /// The same with a renderer of the same scene and sample rate for a second emitter ([`Renderer::another`]); without one a
+    /// stereo sound is played by one emitter whatever the angle.
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
@@ -125,8 +126,8 @@ impl Emitters {
         self.fresh = true;
     }
 
-    /// Renders one or two channels into both ears, all of one length; of none, silence. `pose_at(i)` is the pose at sample `i`; it is asked at
-    /// hops only, by each emitter.
+    /// Renders one or two channels into both ears, all of one length; of none, silence. `pose_at(i)` is the pose at sample `i`;
+    /// it is asked at hops only, by each emitter.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

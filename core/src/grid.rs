@@ -44,7 +44,8 @@ impl StftGrid {
         bin as f64 * self.sample_rate_hz / self.n_fft as f64
     }
 
-    /// The grid of four hops a frame at a rate whose hop lies nearest to a wanted one, samples, and whose transform is efficient.
+    /// The grid of four hops a frame at a rate whose hop lies nearest to a wanted one, samples, and whose transform is
+    /// efficient.
     #[must_use]
     pub fn four_hops(sample_rate_hz: f64, hop_samples: f64) -> Self {
         let hop = efficient_unit(hop_samples, 4);
@@ -53,8 +54,8 @@ impl StftGrid {
 
     /// The grid of nearly the same duration at another rate whose transform length has no prime factor above 11.
     ///
-    /// The overlap `n_fft / hop` is kept where it is a whole number. Durations differ by less than 1 % at rates of 8 kHz and more;
-    /// at the grid's own rate the answer is the grid itself.
+    /// The overlap `n_fft / hop` is kept where it is a whole number. Durations differ by less than 1 % at rates of 8 kHz and
+    /// more; at the grid's own rate the answer is the grid itself.
     #[must_use]
     pub fn at_rate(&self, sample_rate_hz: f64) -> Self {
         if (sample_rate_hz - self.sample_rate_hz).abs() < 1e-6 {
@@ -70,8 +71,8 @@ impl StftGrid {
     }
 }
 
-/// The length nearest to `ideal` of which `count` make an even transform length with fast kernels, within about 1 %; if there is
-/// none, the nearest even length.
+/// The length nearest to `ideal` of which `count` make an even transform length with fast kernels, within about 1 %; if there
+/// is none, the nearest even length.
 fn efficient_unit(ideal: f64, count: usize) -> usize {
     let efficient = |u: usize| is_smooth(u * count) && (u * count).is_multiple_of(2);
     let nearest = whole(ideal.round().max(2.0));

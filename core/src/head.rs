@@ -64,18 +64,20 @@ impl HeadError {
 pub struct HeadDirection {
     /// Towards the source in the head's frame; of any length but 0.
     pub direction: Vec3,
-    /// Delay of the left and the right ear below 1.5 kHz, seconds, against any moment that is the same for all directions; between the ears
-    /// the lag of the cross-correlation's maximum, equalised for a diffuse field.
+    /// Delay of the left and the right ear below 1.5 kHz, seconds, against any moment that is the same for all directions;
+    /// between the ears the lag of the cross-correlation's maximum, equalised for a diffuse field.
     pub delays_s: [f32; 2],
     /// Level of the left and the right ear by band, dB, against any level that is the same for all directions.
     pub levels_db: [[f32; HEAD_BANDS]; 2],
 }
 
-/// The responses of a head in a free field, as levels by band and delays: with the minimum phase of the levels they are as good as the
-/// responses themselves (Kulkarni, Isabelle and Colburn 1999). The delays are those below 1.5 kHz, where people localise by time.
+/// The responses of a head in a free field, as levels by band and delays: with the minimum phase of the levels they are as good
+/// as the responses themselves (Kulkarni, Isabelle and Colburn 1999). The delays are those below 1.5 kHz, where people localise
+/// by time.
 ///
-/// Levels are equalised for a diffuse field: over all directions and both ears their energy is 1 in every band. What loudspeaker,
-/// microphones and ear canals had in common with all directions is gone with that (Larcher, Jot and Vandernoot 1998).
+/// Levels are equalised for a diffuse field: over all directions and both ears their energy is 1 in every band. What
+/// loudspeaker, microphones and ear canals had in common with all directions is gone with that (Larcher, Jot and Vandernoot
+/// 1998).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Head {
     name: String,
@@ -93,12 +95,12 @@ pub struct Head {
 impl Head {
     /// A head of a name, of whom to credit for it, and of what was measured.
     ///
-    /// A set of one side alone is mirrored. Of a set at the height of the ears, directions above and below are heard like the one with
-    /// the same angle to the ears' axis.
+    /// A set of one side alone is mirrored. Of a set at the height of the ears, directions above and below are heard like the
+    /// one with the same angle to the ears' axis.
     ///
     /// # Errors
-    /// Fewer than 12 directions, a gap of more than 45 degrees around the head at its height, numbers that are not finite, ears that
-    /// are further apart than a head's.
+    /// Fewer than 12 directions, a gap of more than 45 degrees around the head at its height, numbers that are not finite, ears
+    /// that are further apart than a head's.
     pub fn new(name: &str, credit: &str, mut measured: Vec<HeadDirection>) -> Result<Self, HeadError> {
         let mut notes = Vec::new();
         let finite = |m: &HeadDirection| m.delays_s.iter().chain(m.levels_db.iter().flatten()).all(|v| v.is_finite());

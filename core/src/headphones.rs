@@ -92,8 +92,9 @@ impl Headphones {
 
     /// The filter at a sample rate, Hz.
     ///
-    /// Filters of an equaliser become biquads by the bilinear transform; one whose frequency half of the rate cannot hold is left out, but
-    /// for the gain of a low shelf. Levels become sections in parallel with fixed poles (Bank 2008), fitted to their minimum phase.
+    /// Filters of an equaliser become biquads by the bilinear transform; one whose frequency half of the rate cannot hold is
+    /// left out, but for the gain of a low shelf. Levels become sections in parallel with fixed poles (Bank 2008), fitted to
+    /// their minimum phase.
     ///
     /// # Real-time
     /// Not real-time safe: allocates, and solves for the sections.

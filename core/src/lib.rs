@@ -1,7 +1,7 @@
 //! Promenade's engine: a listener's pose and a scene go in with a dry track, binaural stereo comes out.
 //!
-//! A [`Scene`] is read from bytes, a [`Renderer`] plays it at a host's sample rate, a [`Spatializer`] is what the audio thread owns.
-//! Nothing here knows a host, a thread, a file, a clock or a user interface.
+//! A [`Scene`] is read from bytes, a [`Renderer`] plays it at a host's sample rate, a [`Spatializer`] is what the audio thread
+//! owns. Nothing here knows a host, a thread, a file, a clock or a user interface.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable))]

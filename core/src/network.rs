@@ -62,8 +62,8 @@ impl Network {
 
     /// The same, and how much each anchor is attended to, `[anchor]`, sums to 1.
     ///
-    /// A transformer's is the mean of the last layer's weights over heads and bands, the linear decoder's the mean magnitude of its
-    /// attention product over bands, which has either sign, divided by the sum over anchors.
+    /// A transformer's is the mean of the last layer's weights over heads and bands, the linear decoder's the mean magnitude of
+    /// its attention product over bands, which has either sign, divided by the sum over anchors.
     ///
     /// # Real-time
     /// As [`Self::decode`].

@@ -59,7 +59,8 @@ pub enum PathError {
         /// The time of the keyframe before it, seconds.
         previous: f64,
     },
-    /// A time, position or orientation is not finite, a position beyond [`Pose::FARTHEST_M`], or an orientation is not a unit quaternion.
+    /// A time, position or orientation is not finite, a position beyond [`Pose::FARTHEST_M`], or an orientation is not a unit
+    /// quaternion.
     #[error("keyframe {index} has a time, position or orientation that is not a finite pose")]
     NotFinite {
         /// Zero-based number of the keyframe.

@@ -26,7 +26,8 @@ impl Pose {
     /// At the world's origin, facing +x.
     pub const IDENTITY: Self = Self { position: Vec3::ZERO, orientation: Quat::IDENTITY };
 
-    /// The farthest that a head may be from the origin along each axis, metres: squares of distances stay far from the largest number.
+    /// The farthest that a head may be from the origin along each axis, metres: squares of distances stay far from the largest
+    /// number.
     pub const FARTHEST_M: f32 = 1e12;
 
     /// Pose from yaw, pitch and roll in radians, applied in that order about the head's own axes.
@@ -58,7 +59,8 @@ impl Pose {
         self.orientation.inverse() * (world - self.position)
     }
 
-    /// Whether every component is finite, the position within [`Pose::FARTHEST_M`], and the orientation of unit length within 1e-3.
+    /// Whether every component is finite, the position within [`Pose::FARTHEST_M`], and the orientation of unit length within
+    /// 1e-3.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let near = self.position.abs().cmple(Vec3::splat(Self::FARTHEST_M)).all();

@@ -1,5 +1,5 @@
-//! The published head: AV-Cloud's Spatial Audio Render Head as its published code has it. Time filters and convolution layers on
-//! magnitudes, in clips or as a stream.
+//! The published head: AV-Cloud's Spatial Audio Render Head as its published code has it. Time filters and convolution layers
+//! on magnitudes, in clips or as a stream.
 
 pub(crate) mod clip;
 pub(crate) mod conv;

@@ -30,7 +30,11 @@ pub const SAMPLE_RATES_HZ: std::ops::RangeInclusive<f64> = 2_000.0..=768_000.0;
 #[derive(Debug, Error, PartialEq)]
 pub enum RenderError {
     /// The host's sample rate is outside [`SAMPLE_RATES_HZ`].
-    #[error("a sample rate of {found} Hz is not supported, expected {} to {} Hz", SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end())]
+    #[error(
+        "a sample rate of {found} Hz is not supported, expected {} to {} Hz",
+        SAMPLE_RATES_HZ.start(),
+        SAMPLE_RATES_HZ.end()
+    )]
     SampleRate {
         /// The rate asked for, Hz.
         found: f64,
@@ -207,8 +211,8 @@ impl Renderer {
         self.reference.as_ref().map_or(self.grid.latency_samples(), Reference::latency_samples)
     }
 
-    /// The tier that is played for a wanted one: as [`Scene::played_tier`], but High needs a decoder, and Reference the scene's own
-    /// sample rate besides.
+    /// The tier that is played for a wanted one: as [`Scene::played_tier`], but High needs a decoder, and Reference the scene's
+    /// own sample rate besides.
     #[must_use]
     pub fn played_tier(&self, wanted: Tier) -> Tier {
         let most = match (self.follower.has_live(), &self.reference) {
@@ -219,8 +223,8 @@ impl Renderer {
         self.scene.played_tier(wanted.min(most))
     }
 
-    /// Samples for which the room sounds on after the input has ended, down to -60 dB and beyond the explicit taps, with the decay that was
-    /// heard last.
+    /// Samples for which the room sounds on after the input has ended, down to -60 dB and beyond the explicit taps, with the
+    /// decay that was heard last.
     #[must_use]
     pub fn tail_samples(&self) -> usize {
         self.tail_samples_with(&self.trim)
@@ -328,8 +332,8 @@ impl Renderer {
         self.poses[last] = valid_or(newest, self.poses[last.saturating_sub(1)]);
     }
 
-    /// Brings the head to a pose and to what the user changes, and fades its room in or out; `whole` leaves nothing for the hops to come.
-    /// Says what is played.
+    /// Brings the head to a pose and to what the user changes, and fades its room in or out; `whole` leaves nothing for the
+    /// hops to come. Says what is played.
     fn follow(&mut self, pose: Pose, wanted: &Quality, trim: &Trim, whole: bool) -> Tier {
         if whole {
             self.trim = *trim;

@@ -137,8 +137,8 @@ pub struct SceneParts {
     pub measured_head: Option<MeasuredHead>,
     /// Baked transfer functions: the tiers Draft and Standard.
     pub field: Option<Field>,
-    /// Time filters by listener position and head orientation, in a table of their own: its shape has no bins, and that of `field`
-    /// no taps then.
+    /// Time filters by listener position and head orientation, in a table of their own: its shape has no bins, and that of
+    /// `field` no taps then.
     pub room: Option<Field>,
     /// Early reflections with a place of their own.
     pub images: Option<ImageSources>,

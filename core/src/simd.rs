@@ -1,5 +1,5 @@
-//! Vector arithmetic that the network and the render heads share: operations on vectors, tiles of sums, weights in the order in which
-//! they are read. The running machine's instructions are chosen by `pulp`, without unsafe code here.
+//! Vector arithmetic that the network and the render heads share: operations on vectors, tiles of sums, weights in the order in
+//! which they are read. The running machine's instructions are chosen by `pulp`, without unsafe code here.
 
 mod tiles;
 mod vectors;

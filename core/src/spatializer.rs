@@ -141,7 +141,8 @@ impl Spatializer {
         }
     }
 
-    /// The same with another dry sound than a channel on each ear: what each output has of each dry channel, `[output][channel]`.
+    /// The same with another dry sound than a channel on each ear: what each output has of each dry channel,
+    /// `[output][channel]`.
     #[must_use]
     pub fn with_dry(self, dry: [[f32; 2]; 2]) -> Self {
         Self { dry, ..self }
@@ -170,7 +171,8 @@ impl Spatializer {
         self.fade >= self.fade_len && self.retired.is_none()
     }
 
-    /// Begins a cross-fade to another scene, at equal gain over 50 ms; without a past, as after [`Spatializer::reset`], it plays at once.
+    /// Begins a cross-fade to another scene, at equal gain over 50 ms; without a past, as after [`Spatializer::reset`], it
+    /// plays at once.
     ///
     /// # Errors
     /// They come back while a fade is running or what was retired has not been taken.
@@ -243,9 +245,11 @@ impl Spatializer {
         self.fresh = true;
     }
 
-    /// Renders a block of one or two input channels. `pose_at(i)` is the pose at sample `i` of the block; it is asked at hops only.
+    /// Renders a block of one or two input channels. `pose_at(i)` is the pose at sample `i` of the block; it is asked at hops
+    /// only.
     ///
-    /// Two channels are averaged for the rendered sound, unless their emitters are some angle apart, and kept apart in the dry sound.
+    /// Two channels are averaged for the rendered sound, unless their emitters are some angle apart, and kept apart in the dry
+    /// sound.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. All slices have the same length.

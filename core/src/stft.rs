@@ -25,11 +25,11 @@ impl StftGrid {
 
 /// Analysis of a mono stream into frames and overlap-add of two ears' frames into streams.
 ///
-/// A frame is a window of input with zeros around it: [`StftGrid::lead`] samples before and the rest of a hop after. A filter whose
-/// response fits there acts on the frame without wrapping round, so a constant filter is exactly time-invariant, and a filter
-/// that changes from frame to frame is cross-faded by the windows. The window is a B-spline (support three hops for a transform of
-/// four), which reproduces a filter that moves in a straight line (Unser 1999); dividing by the running sum of windows makes any
-/// hop add up to one.
+/// A frame is a window of input with zeros around it: [`StftGrid::lead`] samples before and the rest of a hop after. A filter
+/// whose response fits there acts on the frame without wrapping round, so a constant filter is exactly time-invariant, and a
+/// filter that changes from frame to frame is cross-faded by the windows. The window is a B-spline (support three hops for a
+/// transform of four), which reproduces a filter that moves in a straight line (Unser 1999); dividing by the running sum of
+/// windows makes any hop add up to one.
 pub(crate) struct Stft {
     grid: StftGrid,
     window: Vec<f32>,
@@ -112,8 +112,8 @@ impl Stft {
 /// The highest order of a window's spline: hops far shorter than the window would make it a spike.
 const HIGHEST_ORDER: usize = 8;
 
-/// B-spline of an order that fits the window, its boxes no shorter than a hop, divided by the sum of its copies a hop apart and by the transform
-/// length, which the inverse transform leaves in.
+/// B-spline of an order that fits the window, its boxes no shorter than a hop, divided by the sum of its copies a hop apart and
+/// by the transform length, which the inverse transform leaves in.
 fn window(grid: &StftGrid) -> Vec<f32> {
     let len = grid.window_len();
     let order = (len / grid.hop).clamp(1, HIGHEST_ORDER);

@@ -2,7 +2,8 @@
 
 /// Effect of one listener pose on the source, on a scene's grid and bands.
 ///
-/// Left gain is `(1 - difference) * mixture`, right gain `(1 + difference) * mixture`, so a positive difference is louder on the right.
+/// Left gain is `(1 - difference) * mixture`, right gain `(1 + difference) * mixture`, so a positive difference is louder on
+/// the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
     /// Mixture mask m_m of the direct sound per bin, linear gain, at least 0.

@@ -1,6 +1,7 @@
 //! What a user changes about a scene's sound: the levels of its parts, its decay, its distance law, its width, its bass.
 
-/// Reflections that come up to this long after the direct sound are early, seconds (ISO 3382-1: the limit of clarity for music).
+/// Reflections that come up to this long after the direct sound are early, seconds (ISO 3382-1: the limit of clarity for
+/// music).
 pub const EARLY_S: f64 = 0.08;
 
 /// The largest gain of a part, linear: +24 dB.
@@ -13,8 +14,8 @@ const WIDEST: f32 = 2.0;
 /// Limits of the low cut, Hz; below it is off.
 const LOW_CUTS_HZ: (f32, f32) = (10.0, 1_000.0);
 
-/// Steps of a hop towards new values: of gains, width and exponent, and of the decay as a share of it. All time filters follow a decay by
-/// turns.
+/// Steps of a hop towards new values: of gains, width and exponent, and of the decay as a share of it. All time filters follow
+/// a decay by turns.
 const STEP: f32 = 0.125;
 const DECAY_STEP: f32 = 0.015;
 
@@ -29,8 +30,8 @@ pub struct Trim {
     pub late: f32,
     /// Reverberation time as a multiple of the scene's, 0.5 to 2.
     pub decay: f32,
-    /// Exponent of the distance that the direct sound falls by, 0 to 2: 1 as in the scene, 6 dB each time it doubles; 0 not at all. Where the
-    /// scene starts, and in a scene that knows no emitter, it changes nothing.
+    /// Exponent of the distance that the direct sound falls by, 0 to 2: 1 as in the scene, 6 dB each time it doubles; 0 not at
+    /// all. Where the scene starts, and in a scene that knows no emitter, it changes nothing.
     pub distance_law: f32,
     /// Level of the difference between the ears in the room's sound, 0 (both ears hear the same) to 2; the direct sound stays.
     pub width: f32,
@@ -49,7 +50,8 @@ impl Trim {
     pub const NEUTRAL: Self =
         Self { direct: 1.0, early: 1.0, late: 1.0, decay: 1.0, distance_law: 1.0, width: 1.0, low_cut_hz: 0.0 };
 
-    /// Whether only the low cut may differ from [`Trim::NEUTRAL`]: the one thing that a model which does not know its parts can follow.
+    /// Whether only the low cut may differ from [`Trim::NEUTRAL`]: the one thing that a model which does not know its parts can
+    /// follow.
     #[must_use]
     pub fn leaves_parts(&self) -> bool {
         Self { low_cut_hz: 0.0, ..*self } == Self::NEUTRAL

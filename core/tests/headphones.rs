@@ -4,7 +4,8 @@ use promenade_core::headphones::{HEADPHONE_POINTS, HeadphoneStage, Headphones, h
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::spectrum;
 
-const TEXT: &str = "Preamp: -6.2 dB\nFilter 1: ON LSC Fc 105 Hz Gain 5.5 dB Q 0.70\nFilter 2: ON PK Fc 2300 Hz Gain -4.1 dB Q 1.8\n\
+const TEXT: &str = "Preamp: -6.2 dB\nFilter 1: ON LSC Fc 105 Hz Gain 5.5 dB Q 0.70\nFilter 2: ON PK Fc 2300 Hz Gain -4.1 dB Q \
+    1.8\n\
                     Filter 3: OFF PK Fc 500 Hz Gain 9 dB Q 1\nFilter 4: ON HSC Fc 9000 Hz Gain 3.0 dB Q 0.70\n";
 
 /// Levels of one ear, dB, by frequency; `None` beyond half the rate.

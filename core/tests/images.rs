@@ -24,7 +24,8 @@ fn head() -> AmbisonicHead {
     AmbisonicHead { sample_rate_hz: RATE, lead: LEAD, filters }
 }
 
-/// A room of images alone: no direct sound, no reverberation. The second half of the places, x >= 2, does not see the first image.
+/// A room of images alone: no direct sound, no reverberation. The second half of the places, x >= 2, does not see the first
+/// image.
 fn scene(images: &[ImageSource], air_db_per_m: [f32; 7]) -> Arc<Scene> {
     let silent = room(RATE, 0.5, 0.0);
     let parts = silent.parts().clone();

@@ -1,7 +1,7 @@
 //! What a block costs at most, in instructions: the same on a busy machine as on a quiet one.
 //!
-//! Counted by callgrind (valgrind), which gives the same numbers each time. Without it, or on a processor without AVX2, nothing is counted, and
-//! the test says so.
+//! Counted by callgrind (valgrind), which gives the same numbers each time. Without it, or on a processor without AVX2, nothing
+//! is counted, and the test says so.
 
 use promenade_core::{BlockParams, Spatializer, Tier};
 use promenade_testing::noise;

@@ -10,10 +10,10 @@ use std::sync::Arc;
 
 /// Decodes poses of one scene, for [`Decoded`].
 ///
-/// Masks become the direct sound as they are, with negative ones silent. The time filter's taps act on magnitudes, those of the stream
-/// on energies: each gain is chosen so that a steady sound that stops dies away as the magnitudes would (Schroeder 1965, interrupted
-/// noise), `g_l^2 = T_l^2 - T_(l+1)^2` with `T_l` the sum of the taps from lag l on, times the band's mixture mask. A model that was
-/// trained for streams says its taps itself.
+/// Masks become the direct sound as they are, with negative ones silent. The time filter's taps act on magnitudes, those of the
+/// stream on energies: each gain is chosen so that a steady sound that stops dies away as the magnitudes would (Schroeder 1965,
+/// interrupted noise), `g_l^2 = T_l^2 - T_(l+1)^2` with `T_l` the sum of the taps from lag l on, times the band's mixture mask.
+/// A model that was trained for streams says its taps itself.
 pub struct CloudDecoder {
     scene: Arc<Scene>,
     decoder: Network,

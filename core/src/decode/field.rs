@@ -149,8 +149,8 @@ struct Line {
 }
 
 impl Line {
-    /// The same nodes with weights that stand still at each: neighbouring responses are unlike, and a corner in their mix would be heard as
-    /// a modulation while the listener turns.
+    /// The same nodes with weights that stand still at each: neighbouring responses are unlike, and a corner in their mix would
+    /// be heard as a modulation while the listener turns.
     fn smooth(mut self) -> Self {
         let fraction = self.linear.0[1].1;
         let share = fraction * fraction * (3.0 - 2.0 * fraction);
@@ -159,7 +159,8 @@ impl Line {
     }
 }
 
-/// Adds `weight` times the product of linear interpolation along all axes but `curved`, which has a cubic. There is room for all.
+/// Adds `weight` times the product of linear interpolation along all axes but `curved`, which has a cubic. There is room for
+/// all.
 fn add_corners(lines: &[Option<Line>; MOST_AXES], curved: Option<usize>, weight: f32, corners: &mut Vec<(u32, f32)>) {
     let first = corners.len();
     corners.push((0, weight));
@@ -181,12 +182,13 @@ fn add_corners(lines: &[Option<Line>; MOST_AXES], curved: Option<usize>, weight:
     }
 }
 
-/// Decoder that interpolates baked transfer functions: linearly along each axis with [`Facing::Emitter`]; with [`Facing::Head`] by a
-/// cubic along each axis with the others linear, added up, less the linear parts that are counted too often. The error of that is of
-/// fourth order like the full product of cubics', at a fifth of the nodes (Gordon 1971, blending-function methods).
+/// Decoder that interpolates baked transfer functions: linearly along each axis with [`Facing::Emitter`]; with [`Facing::Head`]
+/// by a cubic along each axis with the others linear, added up, less the linear parts that are counted too often. The error of
+/// that is of fourth order like the full product of cubics', at a fifth of the nodes (Gordon 1971, blending-function methods).
 ///
-/// With [`Facing::Emitter`] the direct sound's masks are stored for a distance of 1 m and fall with distance (ISO 9613-2, geometrical
-/// divergence); time filters and late part stay. A listener outside the nodes hears the nearest ones, in the true direction.
+/// With [`Facing::Emitter`] the direct sound's masks are stored for a distance of 1 m and fall with distance (ISO 9613-2,
+/// geometrical divergence); time filters and late part stay. A listener outside the nodes hears the nearest ones, in the true
+/// direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     grid: FieldGrid,

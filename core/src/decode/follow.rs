@@ -64,8 +64,8 @@ impl Follower {
         self.stale_shares = REFRESH_HOPS;
     }
 
-    /// Follows to a pose in a tier that can be played: the direct sound at once, the time filters a share per hop, or all of them if
-    /// `whole`. While no room is heard its filters wait.
+    /// Follows to a pose in a tier that can be played: the direct sound at once, the time filters a share per hop, or all of
+    /// them if `whole`. While no room is heard its filters wait.
     pub(crate) fn follow(&mut self, pose: &Pose, quality: &Quality, whole: bool, room: bool) -> Change {
         let live = self.live.as_mut().filter(|_| quality.tier >= Tier::High);
         let whole = whole || live.is_some() != self.is_live;
@@ -87,7 +87,8 @@ impl Follower {
             let share = self.share;
             self.stale_shares -= 1;
             self.share = (share + 1) % REFRESH_HOPS;
-            // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in one.
+            // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in
+            // one.
             change.filters = Hops { first: share, end: self.filter_hops, step: REFRESH_HOPS };
             let early = EARLY_TAPS.min(self.taps);
             change.quick = [Hops::all(early), Hops { first: early + share % QUICK_HOPS, end: self.taps, step: QUICK_HOPS }];

@@ -12,9 +12,10 @@ pub const MAX_LOG_COEFFICIENT: f32 = 6.0;
 /// Turns what a network of [`crate::network::CloudKind::Taps`] predicts per query frequency into a transfer function.
 ///
 /// - Masks become the direct sound, linear in Hz between queries; a negative mixture mask is silent.
-/// - Taps: of an ear, in band b, at hop l, `g = sum_r c_r[b] S_r[l][b]`: shapes `S` that the scene's poses share, the last hop being the
-///   late part's level, and coefficients `c = exp(W e + w)` of the query's embedding `e`, averaged over the queries in the band. How a
-///   room's energy is spread over time is the room's; how much of it an ear gets depends on where the listener is.
+/// - Taps: of an ear, in band b, at hop l, `g = sum_r c_r[b] S_r[l][b]`: shapes `S` that the scene's poses share, the last hop
+///   being the late part's level, and coefficients `c = exp(W e + w)` of the query's embedding `e`, averaged over the queries
+///   in the band. How a room's energy is spread over time is the room's; how much of it an ear gets depends on where the
+///   listener is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Readout {
     pub(crate) shape: TransferShape,

@@ -72,7 +72,8 @@ pub struct ClipRenderInput {
     len: usize,
 }
 
-/// Renders clips with one transfer function each, as [`crate::Renderer`] does for a listener who rests, at the scene's own rate.
+/// Renders clips with one transfer function each, as [`crate::Renderer`] does for a listener who rests, at the scene's own
+/// rate.
 ///
 /// What is rendered is linear in masks, taps and late gains; [`Self::adjoint`] gives its derivative by all of them.
 pub struct ClipRender {
@@ -187,8 +188,8 @@ impl ClipRender {
         })
     }
 
-    /// The derivative of a number by the transfer function that a clip was rendered with, from its derivative by every sample of
-    /// both ears: added to `out`. The phase is taken as given.
+    /// The derivative of a number by the transfer function that a clip was rendered with, from its derivative by every sample
+    /// of both ears: added to `out`. The phase is taken as given.
     ///
     /// # Panics
     /// If a gradient is shorter than the clip.

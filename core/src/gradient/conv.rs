@@ -11,8 +11,8 @@ use crate::published::frames::Frames;
 use crate::simd::{for_few, for_tiles};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Follows a [`ClipConv`] a few frames behind and carries derivatives back through it. Between the layers nothing but the frames that
-/// are still read is kept.
+/// Follows a [`ClipConv`] a few frames behind and carries derivatives back through it. Between the layers nothing but the
+/// frames that are still read is kept.
 pub(crate) struct ConvAdjoint {
     arch: Arch,
     frames: usize,
@@ -222,8 +222,8 @@ impl<const SIZE: usize> Places<SIZE> {
     }
 }
 
-/// Sets the weights of a layer that carries back the derivatives by the outputs of a published layer to these channels of its inputs:
-/// outputs and channels change places, frames and bins run backwards.
+/// Sets the weights of a layer that carries back the derivatives by the outputs of a published layer to these channels of its
+/// inputs: outputs and channels change places, frames and bins run backwards.
 fn set_adjoint(layer: &mut Layer, of: &ConvLayerWeights, size: usize, channels: &[usize]) {
     let inputs = of.inputs(size);
     layer.fill(|o, plane, frame, bin| {

@@ -65,8 +65,9 @@ impl PublishedAdjoint {
         PublishedGradient { mixture: zeros(bins), difference: zeros(bins), mix: zeros(frames * bins), conv }
     }
 
-    /// Adds to `by` the derivatives of a number by what a clip is rendered with, given its derivatives by every sample of both ears.
-    /// The source is constant; without convolution layers nothing is added to the derivatives by their weights. Does not allocate.
+    /// Adds to `by` the derivatives of a number by what a clip is rendered with, given its derivatives by every sample of both
+    /// ears. The source is constant; without convolution layers nothing is added to the derivatives by their weights. Does not
+    /// allocate.
     ///
     /// # Errors
     /// Something is of another length than the head's.

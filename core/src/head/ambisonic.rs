@@ -1,6 +1,7 @@
-//! From Ambisonic channels to both ears by filters: least squares where the order resolves the head, least squares of magnitudes above
-//! (Schörkhuber, Zaunschirm and Höldrich, "Binaural rendering of Ambisonic signals via magnitude least squares", DAGA 2018), and in a
-//! diffuse field the head's own levels and coherence (Zaunschirm, Schörkhuber and Höldrich, J. Acoust. Soc. Am. 143 (2018)).
+//! From Ambisonic channels to both ears by filters: least squares where the order resolves the head, least squares of
+//! magnitudes above (Schörkhuber, Zaunschirm and Höldrich, "Binaural rendering of Ambisonic signals via magnitude least
+//! squares", DAGA 2018), and in a diffuse field the head's own levels and coherence (Zaunschirm, Schörkhuber and Höldrich, J.
+//! Acoust. Soc. Am. 143 (2018)).
 
 use super::Head;
 use super::harmonics::{channels, harmonics};
@@ -14,13 +15,14 @@ const DIRECTIONS: usize = 600;
 /// Frequency up to which one order resolves a head, Hz: where the head's radius is a wavelength over 2 pi.
 pub const RESOLVED_HZ: f64 = 620.0;
 
-/// The sound that keeps the head's own levels and coherence: above what the order resolves, a head's pattern is smoothed, and not all
-/// directions can.
+/// The sound that keeps the head's own levels and coherence: above what the order resolves, a head's pattern is smoothed, and
+/// not all directions can.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incidence {
     /// From everywhere alike.
     Diffuse,
-    /// Mostly from about the height of the ears, as early reflections of rooms come: weighted by the 64th power of the elevation's cosine.
+    /// Mostly from about the height of the ears, as early reflections of rooms come: weighted by the 64th power of the
+    /// elevation's cosine.
     Horizontal,
 }
 
@@ -34,8 +36,8 @@ impl Incidence {
 }
 
 impl Head {
-    /// Filters of each channel of an order for each ear, `[channel][ear]`, channels in the order of AmbiX (ACN, N3D), as [`Ears::spectra`]
-    /// has its spectra: about the moment at which the sound is at the head's centre.
+    /// Filters of each channel of an order for each ear, `[channel][ear]`, channels in the order of AmbiX (ACN, N3D), as
+    /// [`Ears::spectra`] has its spectra: about the moment at which the sound is at the head's centre.
     ///
     /// [`Ears::spectra`]: super::Ears::spectra
     ///
@@ -48,8 +50,8 @@ impl Head {
     }
 }
 
-/// Filters of each channel of an order for each ear, `[channel][ear][bin]`, of a head that hears a direction of unit length (forward, left,
-/// up) as spectra of both ears, with their delays. Bins lie `bin_hz` apart from 0 on.
+/// Filters of each channel of an order for each ear, `[channel][ear][bin]`, of a head that hears a direction of unit length
+/// (forward, left, up) as spectra of both ears, with their delays. Bins lie `bin_hz` apart from 0 on.
 #[must_use]
 pub fn ambisonic_filters(
     order: usize,
@@ -109,8 +111,9 @@ fn covariance(pairs: impl Iterator<Item = [Complex32; 2]>, weights: &[f64]) -> P
     })
 }
 
-/// Mixes both ears' filters so that a field has the wanted covariance instead of the found one, and changes them as little as that takes: by the positive
-/// matrix `F^-1/2 (F^1/2 W F^1/2)^1/2 F^-1/2` of the found and the wanted covariance (Vilkamo, Bäckström and Kuntz 2013).
+/// Mixes both ears' filters so that a field has the wanted covariance instead of the found one, and changes them as little as
+/// that takes: by the positive matrix `F^-1/2 (F^1/2 W F^1/2)^1/2 F^-1/2` of the found and the wanted covariance (Vilkamo,
+/// Bäckström and Kuntz 2013).
 fn mix(left: &mut [Complex32], right: &mut [Complex32], found: Pair, wanted: Pair) {
     // Ears that hear nearly the same at low frequencies make them singular otherwise.
     let (found, wanted) = (floored(found), floored(wanted));
@@ -139,8 +142,8 @@ fn determinant(m: Pair) -> Complex64 {
     m[0][0] * m[1][1] - m[0][1] * m[1][0]
 }
 
-/// The positive root of a positive Hermitian matrix: `(M + s) / t` with `s` the root of the determinant and `t` that of `tr M + 2 s`
-/// (Levinger 1980).
+/// The positive root of a positive Hermitian matrix: `(M + s) / t` with `s` the root of the determinant and `t` that of
+/// `tr M + 2 s` (Levinger 1980).
 fn root(mut m: Pair) -> Pair {
     let s = determinant(m).re.max(0.0).sqrt();
     let t = (m[0][0].re + m[1][1].re + 2.0 * s).max(1e-300).sqrt();

@@ -1,4 +1,5 @@
-//! The bands of a head: half an equivalent rectangular bandwidth apart, as finely as the ear resolves them (Breebaart and Kohlrausch 2001).
+//! The bands of a head: half an equivalent rectangular bandwidth apart, as finely as the ear resolves them (Breebaart and
+//! Kohlrausch 2001).
 
 use crate::number::{single, whole};
 

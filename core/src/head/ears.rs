@@ -32,9 +32,9 @@ impl Ears {
         self.delays_s[0] - self.delays_s[1]
     }
 
-    /// Spectra of both ears about the moment at which the sound would have reached the head's centre, by bin of a transform of `n_fft`
-    /// samples from 0 to half the sample rate: the levels with their minimum phase, and delays that leave each ear as late as it was
-    /// measured below 1.5 kHz.
+    /// Spectra of both ears about the moment at which the sound would have reached the head's centre, by bin of a transform of
+    /// `n_fft` samples from 0 to half the sample rate: the levels with their minimum phase, and delays that leave each ear as
+    /// late as it was measured below 1.5 kHz.
     #[must_use]
     pub fn spectra(&self, n_fft: usize, sample_rate_hz: f64) -> [Vec<Complex32>; 2] {
         let fine = OVERSAMPLING * n_fft;
@@ -66,8 +66,9 @@ pub fn low_pass_power(hz: f64) -> f64 {
     (1.0 + (hz / LOW_PASS_HZ).powi(8)).recip()
 }
 
-/// The lag at which a spectrum's signal is highest, seconds, within 1.5 ms. Of a cross-spectrum, left times the conjugate of right, it is
-/// the delay of the left ear against the right. The bins are pairs of a frequency in Hz, rising in even steps from 0, and a value.
+/// The lag at which a spectrum's signal is highest, seconds, within 1.5 ms. Of a cross-spectrum, left times the conjugate of
+/// right, it is the delay of the left ear against the right. The bins are pairs of a frequency in Hz, rising in even steps from
+/// 0, and a value.
 #[must_use]
 pub fn lag_s(bins: impl Iterator<Item = (f64, Complex64)>) -> f64 {
     let bins: Vec<(f64, Complex64)> = bins.take_while(|(hz, _)| *hz < 4.0 * LOW_PASS_HZ).collect();

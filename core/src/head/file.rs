@@ -10,8 +10,8 @@ const MAGIC: &[u8] = b"PromenadeHead\x01";
 const MAX_TEXT: usize = 4096;
 
 impl Head {
-    /// The head as bytes: magic, name, credit and notes, number of directions, directions, delays, levels, a checksum. Numbers are
-    /// little-endian; texts are UTF-8 after their length. The same head makes the same bytes.
+    /// The head as bytes: magic, name, credit and notes, number of directions, directions, delays, levels, a checksum. Numbers
+    /// are little-endian; texts are UTF-8 after their length. The same head makes the same bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();

@@ -1,5 +1,5 @@
-//! Real spherical harmonics in the order of AmbiX: channel `l * l + l + m` (ACN), full 3-D normalisation (N3D), no Condon-Shortley
-//! phase (Nachbar et al., "AmbiX - a suggested Ambisonics format", Ambisonics Symposium 2011).
+//! Real spherical harmonics in the order of AmbiX: channel `l * l + l + m` (ACN), full 3-D normalisation (N3D), no
+//! Condon-Shortley phase (Nachbar et al., "AmbiX - a suggested Ambisonics format", Ambisonics Symposium 2011).
 
 use super::near::lattice;
 use crate::number::single;
@@ -61,8 +61,8 @@ pub fn harmonics(order: usize, direction: Vec3) -> Vec<f32> {
     values
 }
 
-/// How channels change when the head turns by `head`: `turned[i]` is the sum of `matrix[i][j]` times channel `j`. Channels of other
-/// degrees have no part.
+/// How channels change when the head turns by `head`: `turned[i]` is the sum of `matrix[i][j]` times channel `j`. Channels of
+/// other degrees have no part.
 #[must_use]
 pub fn turning(order: usize, head: Quat) -> Vec<Vec<f32>> {
     let count = channels(order);

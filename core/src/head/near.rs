@@ -8,8 +8,8 @@ pub const NEIGHBOURS: usize = 5;
 /// Directions that stand for the sphere in means over it.
 const SPHERE: usize = 4096;
 
-/// The measured directions nearest to a direction, unit vectors all, with weights that sum to 1, the nearest first: Franke and Little's
-/// weights (1980), which fall to 0 where the next further direction lies, so that a turn of the head has no steps.
+/// The measured directions nearest to a direction, unit vectors all, with weights that sum to 1, the nearest first: Franke and
+/// Little's weights (1980), which fall to 0 where the next further direction lies, so that a turn of the head has no steps.
 ///
 /// With none measured, all weight is on a direction 0 that is not there.
 #[must_use]
@@ -64,8 +64,8 @@ pub(super) fn shares(measured: &[Vec3]) -> Vec<f32> {
     shares
 }
 
-/// At most `count` of the directions, the numbers of unit vectors in rising order: from the first on, always the one that lies furthest from
-/// those that are kept, so that crowded places are thinned out first (Gonzalez 1985).
+/// At most `count` of the directions, the numbers of unit vectors in rising order: from the first on, always the one that lies
+/// furthest from those that are kept, so that crowded places are thinned out first (Gonzalez 1985).
 #[must_use]
 pub fn spread(measured: &[Vec3], count: usize) -> Vec<usize> {
     if measured.len() <= count {

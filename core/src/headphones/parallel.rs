@@ -1,5 +1,5 @@
-//! A filter of given levels as sections in parallel whose poles are set beforehand (B. Bank, "Perceptually motivated audio equalization
-//! using fixed-pole parallel second-order filters", IEEE Signal Processing Letters 15, 2008).
+//! A filter of given levels as sections in parallel whose poles are set beforehand (B. Bank, "Perceptually motivated audio
+//! equalization using fixed-pole parallel second-order filters", IEEE Signal Processing Letters 15, 2008).
 
 use super::{HEADPHONE_POINTS, level_at};
 use crate::number::whole;
@@ -95,7 +95,8 @@ fn frequencies(per_octave: f64, last_hz: f64) -> impl Iterator<Item = f64> {
     (0..=count).map(move |i| FIRST_HZ * (last_hz / FIRST_HZ).max(2.0).powf(i as f64 / count as f64))
 }
 
-/// Solves a symmetric system whose lower triangle is given row by row, by Cholesky's method; each unknown is brought to one scale first.
+/// Solves a symmetric system whose lower triangle is given row by row, by Cholesky's method; each unknown is brought to one
+/// scale first.
 fn solved(matrix: &mut [f64], mut right: Vec<f64>) -> Vec<f64> {
     let n = right.len();
     let scale: Vec<f64> = (0..n).map(|i| 1.0 / matrix[i * n + i].max(f64::MIN_POSITIVE).sqrt()).collect();

@@ -38,8 +38,8 @@ impl CloudEmitter {
         1.0 / listener.position.distance(self.position).max(NEAREST_M)
     }
 
-    /// Interaural delay, seconds, positive = left ear later: that of a rigid sphere (Woodworth 1938), the path round the head to the far ear,
-    /// `radius (sin a + a) / c` at a lateral angle a; and what the head's shape adds to it.
+    /// Interaural delay, seconds, positive = left ear later: that of a rigid sphere (Woodworth 1938), the path round the head
+    /// to the far ear, `radius (sin a + a) / c` at a lateral angle a; and what the head's shape adds to it.
     #[must_use]
     pub fn delay_s(&self, listener: &Pose) -> f32 {
         let to_left = self.direction(listener).y.clamp(-1.0, 1.0);
@@ -49,8 +49,9 @@ impl CloudEmitter {
         sphere + 1e-3 * shape
     }
 
-    /// The shapes that make up a head's delay besides a sphere's, at the emitter's direction (x, y, z) seen from the head: y times 1, x, z, x^2,
-    /// z^2, x z, which together are the spherical harmonics up to degree 3 that change sign between the ears.
+    /// The shapes that make up a head's delay besides a sphere's, at the emitter's direction (x, y, z) seen from the head: y
+    /// times 1, x, z, x^2, z^2, x z, which together are the spherical harmonics up to degree 3 that change sign between the
+    /// ears.
     #[must_use]
     pub fn delay_shapes(&self, listener: &Pose) -> [f32; DELAY_SHAPES] {
         let Vec3 { x, y, z } = self.direction(listener);

@@ -1,8 +1,8 @@
 //! The linear network: one attention product without a softmax.
 //!
-//! Masks are `m_f = q_f . u / sqrt(C N) + b` with `u = sum_n k_n g_n`, where `g_n` is one number per anchor: its weight in the mixture
-//! mask, or its value's part in the difference mask. A key is `k_n = W h_n + s_n` with h the pose-dependent hidden layer and s what no
-//! pose changes, so sums over anchors of h and s suffice.
+//! Masks are `m_f = q_f . u / sqrt(C N) + b` with `u = sum_n k_n g_n`, where `g_n` is one number per anchor: its weight in the
+//! mixture mask, or its value's part in the difference mask. A key is `k_n = W h_n + s_n` with h the pose-dependent hidden
+//! layer and s what no pose changes, so sums over anchors of h and s suffice.
 
 use crate::network::kernels::{Activation, Columns, Matrix, PANEL, PanelProduct, Panels, Row, Start, dot, in_columns, total};
 use crate::network::relative::{Relative, Visual, in_rows};

@@ -98,11 +98,11 @@ pub struct CloudParts {
     pub frequencies: Bands,
     /// Anchor positions, cloud units.
     pub anchors: Vec<Vec3>,
-    /// Visual features, `[anchor][feature]`: zeroth-order harmonics of the colours of the nearest points, red, green and blue, nearest
-    /// point first.
+    /// Visual features, `[anchor][feature]`: zeroth-order harmonics of the colours of the nearest points, red, green and blue,
+    /// nearest point first.
     pub features: Vec<f32>,
-    /// Weights by the published code's names, with `tap_prj` and `tap_shapes` for [`CloudKind::Taps`]. A constant hyper-network is
-    /// stored as `post_process.kernel`, `[3 T][T]`.
+    /// Weights by the published code's names, with `tap_prj` and `tap_shapes` for [`CloudKind::Taps`]. A constant hyper-network
+    /// is stored as `post_process.kernel`, `[3 T][T]`.
     pub weights: BTreeMap<String, Tensor>,
 }
 

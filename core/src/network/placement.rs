@@ -3,7 +3,8 @@
 use crate::Pose;
 use glam::{Mat3, Quat, Vec3};
 
-/// Where a foreign world lies in the scene's (metres, z up): that of an anchor cloud, a reconstruction, a capture or a camera path.
+/// Where a foreign world lies in the scene's (metres, z up): that of an anchor cloud, a reconstruction, a capture or a camera
+/// path.
 ///
 /// A point `x` of the scene's world is `units_per_metre * (rotation * x) + origin` in the foreign one.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -81,7 +81,8 @@ impl Relative {
     }
 }
 
-/// First and second layer of the visual features: the part of an anchor's key that no pose changes, `[anchor][feature]`, in two steps.
+/// First and second layer of the visual features: the part of an anchor's key that no pose changes, `[anchor][feature]`, in two
+/// steps.
 pub(crate) struct Visual {
     /// Outputs of the first layer.
     pub(crate) hidden: Matrix,

@@ -54,9 +54,9 @@ pub struct PublishedInput<'a> {
 
 /// Renders clips from masks and the time filter's output, as the published code does.
 ///
-/// The magnitudes of each ear are `ReLU(added + (1 + sign difference) mixture |X|)`, sign -1 left and 1 right, where `added` is the time
-/// filter's output or what the convolution layers make of it; they take the source's phase. One serves any number of clips, one at a
-/// time: a thread has its own.
+/// The magnitudes of each ear are `ReLU(added + (1 + sign difference) mixture |X|)`, sign -1 left and 1 right, where `added` is
+/// the time filter's output or what the convolution layers make of it; they take the source's phase. One serves any number of
+/// clips, one at a time: a thread has its own.
 pub struct PublishedClip {
     pub(crate) grid: StftGrid,
     frames: usize,

@@ -1,8 +1,8 @@
 //! The render head's three convolution layers over frequency and time: one frame at a time, and over a clip.
 //!
-//! 4 to 16 channels 7 x 7, 16 to 16 3 x 3, 16 to 1 3 x 3, ReLU between them, zeros around a clip, the same weights for both ears. The
-//! first layer is linear and its inputs for the two ears are sums and differences of few planes, so it is computed once: the even part
-//! plus or minus the odd part.
+//! 4 to 16 channels 7 x 7, 16 to 16 3 x 3, 16 to 1 3 x 3, ReLU between them, zeros around a clip, the same weights for both
+//! ears. The first layer is linear and its inputs for the two ears are sums and differences of few planes, so it is computed
+//! once: the even part plus or minus the odd part.
 
 pub(crate) mod clip;
 pub(crate) mod layer;
@@ -178,8 +178,8 @@ impl WithSimd for Push<'_> {
     }
 }
 
-/// Zeros around a hidden frame of both ears: padding is of every layer's input, so a hidden frame outside the clip is zero, not the
-/// response to zeros.
+/// Zeros around a hidden frame of both ears: padding is of every layer's input, so a hidden frame outside the clip is zero, not
+/// the response to zeros.
 #[inline(always)]
 pub(crate) fn bound(hidden: &mut Frames, slot: usize, inside: bool) {
     for channel in slot..slot + 2 * CONV_CHANNELS {

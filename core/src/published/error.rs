@@ -21,7 +21,8 @@ pub enum PublishedError {
     },
     /// Not a grid that a transform can work on.
     #[error(
-        "transform of {n_fft} samples with a hop of {hop} at {sample_rate_hz} Hz: expected an even length of 2 to 65536, a hop of 1 to \
+        "transform of {n_fft} samples with a hop of {hop} at {sample_rate_hz} Hz: expected an even length of 2 to 65536, a \
+         hop of 1 to \
          half of it, a rate of 1 to 1000000 Hz"
     )]
     Grid {

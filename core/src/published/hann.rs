@@ -79,7 +79,8 @@ impl HannFrames {
         self.arch.dispatch(Magnitudes { spectrum, out });
     }
 
-    /// A spectrum of the wanted magnitudes with the phase of `spectrum`, whose own magnitudes are given; the phase of zero is 0.
+    /// A spectrum of the wanted magnitudes with the phase of `spectrum`, whose own magnitudes are given; the phase of zero is
+    /// 0.
     pub(crate) fn with_phase(&self, wanted: &[f32], spectrum: &[Complex32], magnitudes: &[f32], out: &mut [Complex32]) {
         self.arch.dispatch(WithPhase { wanted, spectrum, magnitudes, out });
     }

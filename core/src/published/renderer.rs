@@ -13,9 +13,9 @@ use std::ops::RangeInclusive;
 
 /// Renders a clip of as many frames as the model was trained on, one listener for all of it.
 ///
-/// The magnitudes of the source times the mixture mask go through the time filter; convolution layers over frequency and time add to
-/// the masked magnitudes of each ear, which take the source's phase. Without convolution layers the time filter's output is added
-/// itself; a model without time filters is rendered as if their output were zero, in clips of a second.
+/// The magnitudes of the source times the mixture mask go through the time filter; convolution layers over frequency and time
+/// add to the masked magnitudes of each ear, which take the source's phase. Without convolution layers the time filter's output
+/// is added itself; a model without time filters is rendered as if their output were zero, in clips of a second.
 pub struct ClipRenderer {
     sizes: CloudSizes,
     grid: StftGrid,
@@ -86,8 +86,8 @@ impl ClipRenderer {
     /// Not for the audio thread: takes milliseconds. Does not allocate.
     ///
     /// # Errors
-    /// The input's length is not in [`ClipRenderer::clip_samples`], an output's is not [`ClipRenderer::out_samples`], or the masks are
-    /// another model's.
+    /// The input's length is not in [`ClipRenderer::clip_samples`], an output's is not [`ClipRenderer::out_samples`], or the
+    /// masks are another model's.
     pub fn render(
         &mut self,
         mono: &[f32],
@@ -111,9 +111,9 @@ impl ClipRenderer {
         self.head.render_frames(&self.source, masks, |t| self.mix.row(t), self.conv.as_ref(), out)
     }
 
-    /// Renders a signal of any length as clips that overlap by a twentieth, each faded linearly into the next (Chen and Shlizerman 2024,
-    /// appendix A.2). `masks_at` is given the seconds of each clip's centre; it decodes the masks and returns the listener. The outputs
-    /// are as long as the input and aligned with it.
+    /// Renders a signal of any length as clips that overlap by a twentieth, each faded linearly into the next (Chen and
+    /// Shlizerman 2024, appendix A.2). `masks_at` is given the seconds of each clip's centre; it decodes the masks and returns
+    /// the listener. The outputs are as long as the input and aligned with it.
     ///
     /// # Real-time
     /// Not for the audio thread: allocates.

@@ -55,8 +55,8 @@ pub struct PublishedOptions {
     pub lookahead_hops: usize,
     /// Hops of the present and the past that are kept for the taps; longer taps are cut off.
     pub causal_hops: usize,
-    /// The most by which the magnitude of a bin may exceed the source's, linear. The network's biases sound at the hop rate without
-    /// any input; this keeps silence silent.
+    /// The most by which the magnitude of a bin may exceed the source's, linear. The network's biases sound at the hop rate
+    /// without any input; this keeps silence silent.
     pub max_gain: f32,
 }
 
@@ -99,8 +99,8 @@ pub struct FrameMasks<'a> {
 
 /// Renders a mono stream hop by hop: the published transform, masks, time filter and convolution layers.
 ///
-/// The window is a periodic Hann window in analysis and synthesis, and outputs are divided by the sum of its squares, which repeats
-/// every hop. Frames before the stream's start are zero, as they are before a clip's.
+/// The window is a periodic Hann window in analysis and synthesis, and outputs are divided by the sum of its squares, which
+/// repeats every hop. Frames before the stream's start are zero, as they are before a clip's.
 ///
 /// # Real-time
 /// The audio thread owns it; no method but `new` allocates, locks or waits.
@@ -194,8 +194,8 @@ impl PublishedStream {
         })
     }
 
-    /// Samples by which a stream lags behind, where a hop of input is collected before its output sounds. What one call gives out lags
-    /// a hop less behind what it is given.
+    /// Samples by which a stream lags behind, where a hop of input is collected before its output sounds. What one call gives
+    /// out lags a hop less behind what it is given.
     #[must_use]
     pub fn latency_samples(&self) -> usize {
         self.options.latency_samples(&self.grid)
@@ -207,8 +207,8 @@ impl PublishedStream {
         self.ears.row(ear.min(1))
     }
 
-    /// Takes a hop of input and gives out a hop of each ear, left and right. The masks are those of the newest frame, the taps those of
-    /// the frame [`PublishedOptions::lookahead_hops`] before it.
+    /// Takes a hop of input and gives out a hop of each ear, left and right. The masks are those of the newest frame, the taps
+    /// those of the frame [`PublishedOptions::lookahead_hops`] before it.
     ///
     /// # Real-time
     /// Audio thread; no allocation.

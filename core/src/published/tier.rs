@@ -17,7 +17,8 @@ pub(crate) struct Reference {
 }
 
 impl Reference {
-    /// `None` where the scene has no such tier, or not at this rate: the convolution layers know only the grid that they were trained on.
+    /// `None` where the scene has no such tier, or not at this rate: the convolution layers know only the grid that they were
+    /// trained on.
     pub(crate) fn new(scene: &Scene, grid: &StftGrid) -> Option<Self> {
         let cloud = scene.cloud().filter(|c| c.conv != ConvMode::Off && grid == scene.grid())?;
         let stream = PublishedStream::new(&cloud.model, *grid, cloud.stream_options(scene.shape().taps)).ok()?;

@@ -11,8 +11,8 @@ use std::sync::Arc;
 /// A value of each channel.
 pub(crate) type Channels = [f32; AMBISONIC_CHANNELS];
 
-/// [`crate::head::harmonics`] of third order, written out for the audio thread, which has no memory to give away: of a direction of unit
-/// length (forward, left, up). Their squares sum to 16.
+/// [`crate::head::harmonics`] of third order, written out for the audio thread, which has no memory to give away: of a
+/// direction of unit length (forward, left, up). Their squares sum to 16.
 #[inline(always)]
 pub(crate) fn harmonics(direction: Vec3) -> Channels {
     let Vec3 { x, y, z } = direction;
@@ -45,8 +45,8 @@ const PAIRS: usize = AMBISONIC_CHANNELS / 2;
 pub(crate) struct HeadSpectra {
     hop: usize,
     n_fft: usize,
-    /// `[pair][ear][n_fft]`: channels a and b sound at an ear as the real part of `(a + ib) * (filter of a - i filter of b)`. Divided by the
-    /// transform length, which the inverse leaves in.
+    /// `[pair][ear][n_fft]`: channels a and b sound at an ear as the real part of `(a + ib) * (filter of a - i filter of b)`.
+    /// Divided by the transform length, which the inverse leaves in.
     filters: Vec<Complex32>,
     /// Samples of the host before the sound is at the head's centre.
     pub(crate) lead: f64,
@@ -120,8 +120,8 @@ impl HeadConvolver {
         }
     }
 
-    /// Takes a hop of all channels, which `read` writes two by two, and adds what the ears hear of it while the level of the difference between
-    /// them goes to `width`.
+    /// Takes a hop of all channels, which `read` writes two by two, and adds what the ears hear of it while the level of the
+    /// difference between them goes to `width`.
     pub(crate) fn add(&mut self, read: impl Fn(usize, &mut [Complex32]), width: f32, ears: &mut [Vec<f32>; 2]) {
         let HeadSpectra { n_fft, hop, filters, .. } = &*self.head;
         self.sums.iter_mut().for_each(|sums| sums.fill(Complex32::default()));

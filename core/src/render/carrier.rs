@@ -23,11 +23,11 @@ pub(crate) fn band_places(grid: &StftGrid, bands: &Bands, top_hz: f32) -> Vec<Ba
     (0..grid.bins()).map(|k| bands.place(single(grid.bin_hz(k)).min(top_hz))).collect()
 }
 
-/// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of about unit energy in every band;
-/// bands narrower than a hop resolves are off by some dB. Sets with different `set` numbers are unrelated.
+/// Carriers of explicit taps: noise one hop long, from [`StftGrid::lead`] before its tap on, of about unit energy in every
+/// band; bands narrower than a hop resolves are off by some dB. Sets with different `set` numbers are unrelated.
 ///
-/// Filters this short fit the room that frames leave for them, so they are time-invariant: no echo ahead of the direct sound, no
-/// modulation at the hop rate, and tones stay tones, which phases drawn anew for every bin would not leave.
+/// Filters this short fit the room that frames leave for them, so they are time-invariant: no echo ahead of the direct sound,
+/// no modulation at the hop rate, and tones stay tones, which phases drawn anew for every bin would not leave.
 ///
 /// The noise is that of the scene's own grid at every host rate, so that a scene sounds and measures the same; above the
 /// scene's Nyquist frequency its spectrum repeats.
@@ -118,8 +118,8 @@ impl Shaper {
 
 /// Spectrum of noise sampled on the scene's grid, at the bins of another grid.
 ///
-/// Between two samples of the host a sample of the scene becomes a short fractional delay: its spectrum alone would stand for one that
-/// never ends, which would wrap round in the frame, and tones would not stay tones.
+/// Between two samples of the host a sample of the scene becomes a short fractional delay: its spectrum alone would stand for
+/// one that never ends, which would wrap round in the frame, and tones would not stay tones.
 fn spectrum_on(grid: &StftGrid, noise: &[f32], scene_grid: &StftGrid) -> Vec<Complex32> {
     let ratio = grid.sample_rate_hz / scene_grid.sample_rate_hz;
     let at = |i: usize| (i as f64 - scene_grid.lead() as f64) * ratio;
@@ -144,8 +144,8 @@ fn delayed(distance: f64) -> f64 {
     x.sin() / x * (0.5 + 0.5 * (x / reach).cos())
 }
 
-/// Unit phasors that turn slowly over frequency: a random angle every [`PHASE_BINS`] bins of the scene's grid, with a raised cosine in
-/// between.
+/// Unit phasors that turn slowly over frequency: a random angle every [`PHASE_BINS`] bins of the scene's grid, with a raised
+/// cosine in between.
 pub(crate) fn smooth_phases(grid: &StftGrid, scene_grid: &StftGrid, seed: u64, stream: u64) -> Vec<Complex32> {
     let mut noise = Noise::new(seed, stream, 0);
     let knot_hz = scene_grid.bin_hz(PHASE_BINS);

@@ -122,8 +122,8 @@ impl CarrierSet {
 }
 
 impl Carriers {
-    /// Prepares the carriers of a scene at a host's sample rate where it is [`Scene::playable_at`]: its responses, or noise where it has
-    /// none.
+    /// Prepares the carriers of a scene at a host's sample rate where it is [`Scene::playable_at`]: its responses, or noise
+    /// where it has none.
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
@@ -228,8 +228,8 @@ impl Carriers {
     }
 }
 
-/// Distance from the emitter at which each response was measured, metres: that of the node where its share is largest. 1 where fields know
-/// no emitter, as the direct sound of theirs has no distance either.
+/// Distance from the emitter at which each response was measured, metres: that of the node where its share is largest. 1 where
+/// fields know no emitter, as the direct sound of theirs has no distance either.
 fn distances(scene: &Scene, room: &MeasuredRoom) -> Vec<f32> {
     let mut found = vec![(0.0, 1.0); room.count(scene.grid())];
     if let Some(field) = scene.field()
@@ -249,7 +249,8 @@ fn distances(scene: &Scene, room: &MeasuredRoom) -> Vec<f32> {
 
 /// What sounds in one ear of a response below some 200 Hz after its first hop, `hops` hops long with the first.
 ///
-/// Low sound outlasts a hop, whose cut would leave the direct sound thin. What follows soon cannot be told from it, by the ear neither.
+/// Low sound outlasts a hop, whose cut would leave the direct sound thin. What follows soon cannot be told from it, by the ear
+/// neither.
 fn bass_of(room: &MeasuredRoom, grid: &StftGrid, response: usize, ear: usize, hops: usize) -> Vec<f32> {
     let second = |i: usize| i as f64 / grid.sample_rate_hz;
     let along = |i: usize| ((second(i) - BASS_WHOLE_S) / (BASS_END_S - BASS_WHOLE_S)).clamp(0.0, 1.0);

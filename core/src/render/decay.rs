@@ -8,8 +8,8 @@ use crate::render::lanes::{LANES, blocks_for};
 use crate::{StftGrid, TAP_LEAD_HOPS, TailModel};
 use std::sync::Arc;
 
-/// The least amplitude that the late part leaves after one hop: its gains are stated some hops after it begins, and a room that has
-/// fallen silent by then says nothing of how loud it was.
+/// The least amplitude that the late part leaves after one hop: its gains are stated some hops after it begins, and a room that
+/// has fallen silent by then says nothing of how loud it was.
 const FASTEST: f64 = 0.1;
 /// Half of a tap's hop has passed so many hops after its time.
 const MIDDLE_OF_A_HOP: f64 = 0.5 - TAP_LEAD_HOPS;

@@ -17,7 +17,8 @@ const LEAST_FALL: f64 = std::f64::consts::LN_10;
 /// Energy that is still to come, by time after the direct sound (Schroeder 1965: backward integration).
 #[derive(Debug)]
 pub(crate) struct DecayCurve {
-    /// Natural logarithm of the energy from a hop on, `[hop][band]`, from the first hop after the direct sound to the first of the late part.
+    /// Natural logarithm of the energy from a hop on, `[hop][band]`, from the first hop after the direct sound to the first of
+    /// the late part.
     levels: Vec<f32>,
     /// What a hop takes of it afterwards, by band.
     slopes: Vec<f32>,
@@ -31,8 +32,8 @@ impl DecayCurve {
         Self { levels, slopes }
     }
 
-    /// That of a scene's time filters and image sources; of its late part alone where it has no table of them. `carried` is the energy by band
-    /// that a tap's carriers have, each with its share, at a gain of 1.
+    /// That of a scene's time filters and image sources; of its late part alone where it has no table of them. `carried` is the
+    /// energy by band that a tap's carriers have, each with its share, at a gain of 1.
     pub(crate) fn of_scene(scene: &Scene, grid: &StftGrid, carried: impl Fn(usize, &Shares) -> Vec<f64>) -> Self {
         let (parts, pose) = (scene.parts(), scene.start_pose());
         let (taps, bands) = (parts.taps, parts.bands.count());
@@ -105,8 +106,8 @@ impl DecayCurve {
         }
     }
 
-    /// What a hop takes of the energy of the late part in a decay so many times as long, natural logarithm: the mean over what T20 sees of it,
-    /// for what is now late may have come before the late part.
+    /// What a hop takes of the energy of the late part in a decay so many times as long, natural logarithm: the mean over what
+    /// T20 sees of it, for what is now late may have come before the late part.
     pub(crate) fn late_slope(&self, band: usize, times: f64) -> f64 {
         let stated = f64::from(self.slopes[band]) / times;
         let first = (self.levels.len() / self.slopes.len()) as f64;

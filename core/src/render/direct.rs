@@ -7,7 +7,8 @@ use crate::{StftGrid, TransferFunction};
 use pulp::{Arch, WithSimd};
 use std::ops::Range;
 
-/// From this share of the highest frequency of the data on, what holds above it takes over: here, and in the carriers of the room.
+/// From this share of the highest frequency of the data on, what holds above it takes over: here, and in the carriers of the
+/// room.
 pub(crate) const TAKES_OVER_FROM: f64 = 0.92;
 /// The level that holds is measured from this share on.
 const MEASURED_FROM: f64 = 0.7;
@@ -134,8 +135,8 @@ impl BinMap {
     }
 }
 
-/// What holds above the highest frequency of the data: the level of the half octave below it, since that of a single bin may lie in a notch
-/// and jump as the head turns.
+/// What holds above the highest frequency of the data: the level of the half octave below it, since that of a single bin may
+/// lie in a notch and jump as the head turns.
 struct Top {
     /// Scene bins whose level holds.
     measured: Range<usize>,

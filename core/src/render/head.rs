@@ -17,16 +17,16 @@ use pulp::{Arch, WithSimd};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Taps that share the direct sound's interaural delay. The first reflections, of floor and ceiling, come from the source's lateral
-/// angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these hops, and
-/// the same either way later.
+/// Taps that share the direct sound's interaural delay. The first reflections, of floor and ceiling, come from the source's
+/// lateral angle: in measured rooms the ears' coherence below 1.5 kHz is about 0.5 at that delay and 0.25 without it over these
+/// hops, and the same either way later.
 pub(crate) const DELAYED_TAPS: usize = 2;
 
-/// Streaming form of AV-Cloud's Spatial Audio Render Head: masks and interaural delay for the direct sound, complex taps with fixed
-/// carriers for the room, and an exponential late part that feeds itself.
+/// Streaming form of AV-Cloud's Spatial Audio Render Head: masks and interaural delay for the direct sound, complex taps with
+/// fixed carriers for the room, and an exponential late part that feeds itself.
 ///
-/// Per bin k and frame t: `Y[k,t] = D[k] X[k,t] + sum_l g_l[k] C_l[k] X[k,t-l] + sum_j h_j[k] E_j[k] Z[k,t-j]`, with `l` from 1 to the
-/// number of taps and `Z` the output of [`Late`].
+/// Per bin k and frame t: `Y[k,t] = D[k] X[k,t] + sum_l g_l[k] C_l[k] X[k,t-l] + sum_j h_j[k] E_j[k] Z[k,t-j]`, with `l` from 1
+/// to the number of taps and `Z` the output of [`Late`].
 pub(crate) struct RenderHead {
     arch: Arch,
     shape: TransferShape,
@@ -110,8 +110,8 @@ impl RenderHead {
         Arc::clone(&self.carriers)
     }
 
-    /// Sets the reverberation time as a multiple of the scene's. Returns whether it has changed: then all time filters are to be brought
-    /// up to date.
+    /// Sets the reverberation time as a multiple of the scene's. Returns whether it has changed: then all time filters are to
+    /// be brought up to date.
     pub(crate) fn set_decay(&mut self, times: f32) -> bool {
         let changed = self.decay.set(times);
         if changed {
@@ -179,8 +179,8 @@ impl RenderHead {
         }
     }
 
-    /// Applies the filters to the newest frame, everything but the direct sound at `room_gain`, 0 to 1, and each part at its level.
-    /// `None` when nothing sounds any more: both ears are silent.
+    /// Applies the filters to the newest frame, everything but the direct sound at `room_gain`, 0 to 1, and each part at its
+    /// level. `None` when nothing sounds any more: both ears are silent.
     pub(crate) fn render(
         &mut self,
         spectrum: &[Complex32],

@@ -1,7 +1,7 @@
 //! Early reflections with a place of their own: each image source delayed, coloured by its walls and heard from its direction.
 //!
-//! Images are played in the time domain and added up in third-order Ambisonics, so that delays glide as the listener walks and the head
-//! is one convolution for all of them.
+//! Images are played in the time domain and added up in third-order Ambisonics, so that delays glide as the listener walks and
+//! the head is one convolution for all of them.
 
 mod bus;
 mod delay_line;

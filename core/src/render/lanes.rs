@@ -1,4 +1,5 @@
-//! Spectra in blocks of as many bins as the widest vector has lanes, and the sums over taps that the render head spends its time on.
+//! Spectra in blocks of as many bins as the widest vector has lanes, and the sums over taps that the render head spends its
+//! time on.
 
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};

@@ -17,16 +17,17 @@ const DIFFUSION: f32 = 0.7;
 const LINES: [usize; 4] = [11, 13, 17, 19];
 /// Level at which the diffused input is heard besides the lines, so that the energy starts as it goes on.
 const HEARD_INPUT: f32 = 0.95;
-/// Energy per hop that the lossless network puts out for a unit impulse, over [`LATE_HOPS`] hops of noise (measured: see the test).
+/// Energy per hop that the lossless network puts out for a unit impulse, over [`LATE_HOPS`] hops of noise (measured: see the
+/// test).
 const STEADY_ENERGY: f32 = 0.464;
 /// Below this magnitude (-240 dB) the tail counts as silence.
 const SILENCE: f32 = 1e-12;
 
 /// Feedback delay network (Jot and Chaigne 1991) whose delays are whole hops, run per bin.
 ///
-/// Three allpass diffusers (Schroeder 1962) feed four lines that a Hadamard matrix couples. Every delay of `m` hops is followed by
-/// the band's decay over `m` hops, so the tail is exactly exponential, and by a phase that varies slowly from bin to bin, so that
-/// bands do not repeat one pattern. Decay and phase change so slowly over bins that frames stay compact: the network is
+/// Three allpass diffusers (Schroeder 1962) feed four lines that a Hadamard matrix couples. Every delay of `m` hops is followed
+/// by the band's decay over `m` hops, so the tail is exactly exponential, and by a phase that varies slowly from bin to bin, so
+/// that bands do not repeat one pattern. Decay and phase change so slowly over bins that frames stay compact: the network is
 /// time-invariant to the ear, and tones that pass through it stay tones.
 pub(crate) struct Late {
     arch: Arch,
@@ -69,8 +70,8 @@ impl DelayLine {
 }
 
 impl Late {
-    /// Prepares the network for a host grid; `hop_decay` is the amplitude left after one hop per bin. In single precision it would be off
-    /// by a thousandth of the decay of a room that rings for minutes.
+    /// Prepares the network for a host grid; `hop_decay` is the amplitude left after one hop per bin. In single precision it
+    /// would be off by a thousandth of the decay of a room that rings for minutes.
     pub(crate) fn new(grid: &StftGrid, scene_grid: &StftGrid, tail: &TailModel, hop_decay: &[f64]) -> Self {
         let mut stream = 16;
         let mut line = |hops: usize, turning: bool| {
@@ -106,7 +107,8 @@ impl Late {
         1.0 / STEADY_ENERGY.sqrt()
     }
 
-    /// Takes one frame in and puts one out, for frame number `frame`: `input[block]` at slot `from`, `output[block]` at slot `to`.
+    /// Takes one frame in and puts one out, for frame number `frame`: `input[block]` at slot `from`, `output[block]` at slot
+    /// `to`.
     pub(crate) fn advance(&mut self, frame: usize, input: Slot<'_>, output: SlotMut<'_>) {
         let arch = self.arch;
         let peak = arch.dispatch(Advance { late: self, frame, input, output });
@@ -191,9 +193,9 @@ impl WithSimd for Advance<'_> {
                     slot.im[i] = audible(0.5 * (x.im[i] + im[line]));
                     *peak = peak.max(slot.re[i].abs()).max(slot.im[i].abs());
                 }
-                // The lines are fed by the matrix's first row and heard by its second. Heard by the first, every way through them would
-                // add in phase with its own reverse, and the tail would grow by 3 dB once such ways are many: coherent backscattering
-                // (Weaver and Lobkis 2000).
+                // The lines are fed by the matrix's first row and heard by its second. Heard by the first, every way through
+                // them would add in phase with its own reverse, and the tail would grow by 3 dB once such ways are many:
+                // coherent backscattering (Weaver and Lobkis 2000).
                 out.re[i] = HEARD_INPUT * x.re[i] + re[1];
                 out.im[i] = HEARD_INPUT * x.im[i] + im[1];
             }

@@ -6,13 +6,14 @@ use crate::render::taps::mix;
 use promenade_fourier::num_complex::Complex32;
 use pulp::Arch;
 
-/// Bins of the lowest block, from 0 Hz on: in scenes with measured responses they have no late part, but ring on as was measured.
+/// Bins of the lowest block, from 0 Hz on: in scenes with measured responses they have no late part, but ring on as was
+/// measured.
 pub const LOWEST_BINS: usize = LANES;
 
 /// Hops of measured responses after the explicit taps, in the lowest block of bins.
 ///
-/// In a band of 100 Hz noise of one hop has few degrees of freedom, and a decay of its own in every draw; the measured hops cost next to
-/// nothing in so few bins.
+/// In a band of 100 Hz noise of one hop has few degrees of freedom, and a decay of its own in every draw; the measured hops
+/// cost next to nothing in so few bins.
 pub(crate) struct Low {
     arch: Arch,
     taps: usize,

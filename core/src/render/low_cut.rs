@@ -1,7 +1,7 @@
 //! A high-pass of second order (Butterworth) that takes the bass off a dry sound.
 //!
-//! A state-variable filter by trapezoidal integration, which stays stable and quiet while its corner moves (Zavalishin, "The Art of VA
-//! Filter Design" (2012), ch. 4).
+//! A state-variable filter by trapezoidal integration, which stays stable and quiet while its corner moves (Zavalishin, "The
+//! Art of VA Filter Design" (2012), ch. 4).
 
 use crate::number::single;
 use std::f64::consts::{PI, SQRT_2};

@@ -89,7 +89,8 @@ impl Taps {
         self.filters[hop] = EarBlocks::default();
     }
 
-    /// Delays the ears of the blocks of one hop that have just been set: the left by the phasors, the right by their conjugates.
+    /// Delays the ears of the blocks of one hop that have just been set: the left by the phasors, the right by their
+    /// conjugates.
     pub(crate) fn turn(&mut self, hop: usize, turn: &[Block], blocks: Range<usize>) {
         self.arch.dispatch(Turned { taps: self, hop, turn, blocks });
     }

@@ -23,8 +23,9 @@ const FLAT_RATE_HZ: f64 = 768_000.0;
 #[error("expected a scene of image sources for Ambisonics, found one whose sound has the ears of a head in it")]
 pub struct NotAmbisonicError;
 
-/// What the channels of a pair, as in [`Scene::ambisonic_pair`], have of a dry left and right channel, `[output][channel]`: plane waves from
-/// 90 degrees to either side of the listener, each with half of its amplitude. The same in both is as loud in the first channel as one.
+/// What the channels of a pair, as in [`Scene::ambisonic_pair`], have of a dry left and right channel, `[output][channel]`:
+/// plane waves from 90 degrees to either side of the listener, each with half of its amplitude. The same in both is as loud in
+/// the first channel as one.
 ///
 /// # Panics
 /// When `pair` is not below half of [`AMBISONIC_CHANNELS`].
@@ -35,12 +36,13 @@ pub fn ambisonic_dry(pair: usize) -> [[f32; 2]; 2] {
 }
 
 impl Scene {
-    /// The same place with two channels of AmbiX (ACN, SN3D: Nachbar et al. 2011) for ears: `2 * pair` and the one after it, along the axes
-    /// of the listener's head. All pairs rendered alike are the sound field in third order; its first channels are a lower one.
+    /// The same place with two channels of AmbiX (ACN, SN3D: Nachbar et al. 2011) for ears: `2 * pair` and the one after it,
+    /// along the axes of the listener's head. All pairs rendered alike are the sound field in third order; its first channels
+    /// are a lower one.
     ///
-    /// The emitter and its images sound from their directions, with the amplitude of their distance. What noise carries comes from
-    /// everywhere alike: each channel has its own noise, with the energy that the ears hear over what the scene's head makes of such a
-    /// field. The head's levels by octave that image sources bring along stay.
+    /// The emitter and its images sound from their directions, with the amplitude of their distance. What noise carries comes
+    /// from everywhere alike: each channel has its own noise, with the energy that the ears hear over what the scene's head
+    /// makes of such a field. The head's levels by octave that image sources bring along stay.
     ///
     /// # Errors
     /// A scene without image sources.
@@ -101,8 +103,8 @@ fn sn3d(channel: usize) -> f32 {
     single((2.0 * degree(channel) as f64 + 1.0).sqrt().recip())
 }
 
-/// Amplitude of the emitter at 1 m: what the field has of it over what the head hears of a gain of 1, where heads do little, both over
-/// all directions.
+/// Amplitude of the emitter at 1 m: what the field has of it over what the head hears of a gain of 1, where heads do little,
+/// both over all directions.
 fn emitter_gain(rows: &[f32], field: &Field, grid: &StftGrid, head: &AmbisonicHead) -> f32 {
     let (bins, row_len) = (field.shape().bins, field.shape().row_len());
     let near: Vec<usize> = (0..bins).filter(|k| TRANSPARENT_HZ.contains(&grid.bin_hz(*k))).collect();

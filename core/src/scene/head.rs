@@ -11,8 +11,8 @@ use promenade_fourier::{floored_log, minimum_phase, signal};
 use std::f64::consts::TAU;
 use thiserror::Error;
 
-/// Below the first of these the levels of heads are alike, and what a response has there is the room's: it stays. Above the second the
-/// level is the new head's, Hz.
+/// Below the first of these the levels of heads are alike, and what a response has there is the room's: it stays. Above the
+/// second the level is the new head's, Hz.
 const LEVELS_FROM_HZ: (f64, f64) = (300.0, 600.0);
 /// Phases are unwrapped from here, Hz: heads have no notch there.
 const PHASE_FROM_HZ: f64 = 700.0;
@@ -35,19 +35,21 @@ pub struct MeasuredHead {
 pub enum NoHeadError {
     /// It has no field.
     #[error(
-        "the scene \"for High\" alone has no table of responses that another head could take the place of its own in; its own head plays"
+        "the scene \"for High\" alone has no table of responses that another head could take the place of its own in; its own \
+         head plays"
     )]
     NoField,
     /// Its field does not say from where the direct sound comes.
     #[error(
-        "the scene does not say from which direction its direct sound comes, so that no other head can take the place of its own; its own head plays"
+        "the scene does not say from which direction its direct sound comes, so that no other head can take the place of its \
+         own; its own head plays"
     )]
     NoDirections,
 }
 
 impl MeasuredHead {
-    /// What a scene whose field has these nodes keeps of the head that it was measured with; `direction` is where a node's response was
-    /// measured that lies in a direction.
+    /// What a scene whose field has these nodes keeps of the head that it was measured with; `direction` is where a node's
+    /// response was measured that lies in a direction.
     #[must_use]
     pub fn of(head: &Head, nodes: &FieldGrid, direction: impl Fn(Vec3) -> Vec3) -> Self {
         let around = around(nodes).into_iter().map(|(towards, weight)| (direction(towards), weight));
@@ -58,11 +60,12 @@ impl MeasuredHead {
 impl Scene {
     /// The same scene heard with another head.
     ///
-    /// From 600 Hz on, the filter of the direct sound becomes the emitter's level, the same for all directions, times the head's response to
-    /// the direction; the delay between the ears becomes the head's. The emitter's level is the mean of what was measured over the level
-    /// that the measured head has over the same directions. Where that head is not known, the new one stands in for it: the colour of
-    /// the direct sound over all directions then stays as it was measured. Time filters take the ratio of the two heads in a diffuse field
-    /// at each ear (both are equalised for both ears together). Image sources are heard by the head from their directions. The tiers High and Reference keep the scene's own head.
+    /// From 600 Hz on, the filter of the direct sound becomes the emitter's level, the same for all directions, times the
+    /// head's response to the direction; the delay between the ears becomes the head's. The emitter's level is the mean of what
+    /// was measured over the level that the measured head has over the same directions. Where that head is not known, the new
+    /// one stands in for it: the colour of the direct sound over all directions then stays as it was measured. Time filters
+    /// take the ratio of the two heads in a diffuse field at each ear (both are equalised for both ears together). Image
+    /// sources are heard by the head from their directions. The tiers High and Reference keep the scene's own head.
     ///
     /// # Errors
     /// A scene without a field whose directions are the emitter's.
@@ -241,7 +244,8 @@ fn ears_of(row: &[f32], bins: usize, bin: usize) -> [f64; 2] {
     [(1.0 - difference) * mixture, (1.0 + difference) * mixture]
 }
 
-/// Phase beyond the minimum one that both ears have in common: the emitter's. What they do not have in common is the old head's.
+/// Phase beyond the minimum one that both ears have in common: the emitter's. What they do not have in common is the old
+/// head's.
 fn common_excess(row: &[f32], minimum: &[Vec<f32>; 2], bins: usize, grid: &StftGrid) -> Vec<f32> {
     let excess = |ear: usize, k: usize| f64::from(row[(2 + ear) * bins + k] - minimum[ear][k]);
     let start = (0..bins).find(|k| grid.bin_hz(*k) >= PHASE_FROM_HZ).unwrap_or(0);

@@ -24,11 +24,12 @@ pub struct ImageSource {
     pub gains: [f32; 7],
 }
 
-/// Early reflections with a place of their own: each is heard from its image's direction, after its distance, and keeps its place while
-/// the listener walks and turns.
+/// Early reflections with a place of their own: each is heard from its image's direction, after its distance, and keeps its
+/// place while the listener walks and turns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageSources {
-    /// Images, without the emitter itself where the field has it, the most important first: tier Draft plays the first of them only.
+    /// Images, without the emitter itself where the field has it, the most important first: tier Draft plays the first of them
+    /// only.
     pub images: Vec<ImageSource>,
     /// What a metre of air takes in [`IMAGE_OCTAVES_HZ`], dB.
     pub air_db_per_m: [f32; 7],
@@ -74,7 +75,8 @@ impl ImageSources {
         self.places.iter().map(Axis::count).product()
     }
 
-    /// What a metre of air takes of the amplitude at a frequency, nepers: a straight line over logarithms between octaves and beyond.
+    /// What a metre of air takes of the amplitude at a frequency, nepers: a straight line over logarithms between octaves and
+    /// beyond.
     pub(crate) fn air_nepers_per_m(&self, hz: f64) -> f64 {
         let place = (hz.max(1.0) / f64::from(IMAGE_OCTAVES_HZ[0])).log2();
         let below = crate::number::whole(place.clamp(0.0, 5.0));

@@ -4,13 +4,13 @@ use crate::StftGrid;
 
 /// Binaural responses of a room, which carry its time filters instead of noise.
 ///
-/// Each is cut into hops, the first from a quarter of a hop before the sound's arrival at the head's centre on. The filters of a pose
-/// are the hops of the responses measured nearest to it, mixed, times the gains of [`crate::TransferFunction::taps`] per band: 1 where a
-/// response was measured.
+/// Each is cut into hops, the first from a quarter of a hop before the sound's arrival at the head's centre on. The filters of
+/// a pose are the hops of the responses measured nearest to it, mixed, times the gains of [`crate::TransferFunction::taps`] per
+/// band: 1 where a response was measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredRoom {
-    /// Samples at the scene's rate, `[response][ear][hop * sample]`. The first hop is what the direct sound's filter leaves of it, at a
-    /// distance of 1 m.
+    /// Samples at the scene's rate, `[response][ear][hop * sample]`. The first hop is what the direct sound's filter leaves of
+    /// it, at a distance of 1 m.
     pub samples: Vec<f32>,
     /// Hops of each response: at least one more than there are taps. Later ones are heard in the lowest bins only.
     pub hops: usize,

@@ -1,6 +1,7 @@
 //! Arithmetic on a few vectors at a time.
 //!
-//! As functions with loops: a closure, or an iterator over vectors, is compiled without the vector instructions of what it is used in.
+//! As functions with loops: a closure, or an iterator over vectors, is compiled without the vector instructions of what it is
+//! used in.
 
 use pulp::Simd;
 

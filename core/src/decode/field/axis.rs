@@ -10,8 +10,8 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Takes finite, strictly rising positions; on a `circle` they are angles, radians, within one turn, and the last one neighbours
-    /// the first. `None` otherwise.
+    /// Takes finite, strictly rising positions; on a `circle` they are angles, radians, within one turn, and the last one
+    /// neighbours the first. `None` otherwise.
     #[must_use]
     pub fn new(nodes: Vec<f32>, circle: bool) -> Option<Self> {
         let rising = nodes.windows(2).all(|w| w[0] < w[1]) && nodes.iter().all(|v| v.is_finite());
@@ -99,8 +99,8 @@ impl Axis {
 }
 
 impl Axis {
-    /// Up to four nodes around a value with the weights of the cubic through them (Lagrange's form), and how many there are; beyond the
-    /// ends the last ones hold. Fewer than four nodes carry a polynomial of lower degree.
+    /// Up to four nodes around a value with the weights of the cubic through them (Lagrange's form), and how many there are;
+    /// beyond the ends the last ones hold. Fewer than four nodes carry a polynomial of lower degree.
     #[must_use]
     pub fn cubic(&self, value: f32) -> ([(usize, f32); 4], usize) {
         let mut out = [(0, 0.0); 4];

@@ -29,8 +29,8 @@ impl FieldDecoder {
     }
 }
 
-/// Steps of distance that the air's gains are made for, nepers: whole ones, so that they depend on where the listener is and not on
-/// where he was.
+/// Steps of distance that the air's gains are made for, nepers: whole ones, so that they depend on where the listener is and
+/// not on where he was.
 const DISTANCE_STEP: f32 = 0.01;
 
 /// What air takes of the direct sound on its way.

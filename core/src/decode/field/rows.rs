@@ -46,7 +46,8 @@ impl Basis {
 
 /// Rows as coefficients over two bases: levels of both ears over frequency, and gains of the time filters.
 ///
-/// Levels are in dB, so that what is interpolated between nodes is magnitude in the measure that is heard; phase and delay are 0.
+/// Levels are in dB, so that what is interpolated between nodes is magnitude in the measure that is heard; phase and delay are
+/// 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LowRank {
     /// Level of each ear, `[ear][bin]`, dB, no lower than [`SILENT_DB`].

@@ -11,8 +11,8 @@ pub struct NodeShares {
 }
 
 impl NodeShares {
-    /// Takes numbers of responses and their shares, both `[node][per_node]`; the shares of a node sum to 1, and those of 0 stand for none.
-    /// `None` if the lengths differ or `per_node` is not between 1 and [`MOST_SHARES`].
+    /// Takes numbers of responses and their shares, both `[node][per_node]`; the shares of a node sum to 1, and those of 0
+    /// stand for none. `None` if the lengths differ or `per_node` is not between 1 and [`MOST_SHARES`].
     #[must_use]
     pub fn new(per_node: usize, responses: Vec<u32>, weights: Vec<f32>) -> Option<Self> {
         let fits =

@@ -20,8 +20,8 @@ pub(crate) fn scores_for(keys: usize) -> usize {
 
 /// Softmax of the scores of all keys and the values it weighs, for one head.
 ///
-/// Scores are powers of two, not of e: queries are scaled accordingly. Keys are taken in blocks; when a block has a larger score, what
-/// was summed before it is scaled down (Milakov and Gimelshein, "Online normalizer calculation for softmax", 2018).
+/// Scores are powers of two, not of e: queries are scaled accordingly. Keys are taken in blocks; when a block has a larger
+/// score, what was summed before it is scaled down (Milakov and Gimelshein, "Online normalizer calculation for softmax", 2018).
 pub(crate) struct Attention<'a> {
     /// Rows of the head.
     pub(crate) query: &'a [Row],

@@ -33,8 +33,8 @@ fn low_bits(x: f64) -> u32 {
     x.to_bits() as u32
 }
 
-/// Without branches, so that a loop of them vectorises. The quarter turns are taken away in double precision, in which that is exact
-/// enough and the same on all machines.
+/// Without branches, so that a loop of them vectorises. The quarter turns are taken away in double precision, in which that is
+/// exact enough and the same on all machines.
 #[inline(always)]
 fn sin_cos(x: f32) -> (f32, f32) {
     /// Adding and taking away 1.5 * 2^52 rounds to a whole number, which is left in the low bits.

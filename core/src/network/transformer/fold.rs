@@ -131,7 +131,8 @@ impl Fold<'_> {
         }
     }
 
-    /// Queries after the first layer's self-attention and normalisation, and their cross-attention projection, `[band][feature]`.
+    /// Queries after the first layer's self-attention and normalisation, and their cross-attention projection,
+    /// `[band][feature]`.
     fn start(&self) -> (Matrix, Matrix) {
         let (c, bands) = (self.sizes.width, self.sizes.bands);
         let t = self.queries();
@@ -179,7 +180,8 @@ impl Fold<'_> {
     }
 }
 
-/// Evenly spaced from one end to the other, rounded as `torch.linspace` does: from the nearer end, with a step in single precision.
+/// Evenly spaced from one end to the other, rounded as `torch.linspace` does: from the nearer end, with a step in single
+/// precision.
 ///
 /// The last bit of it turns the highest octave's phase by 6e-5.
 fn query_place(band: usize, bands: usize) -> f32 {

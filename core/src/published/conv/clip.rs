@@ -62,8 +62,8 @@ impl ClipPlanes {
 
 /// What the layers add to both ears of a clip.
 ///
-/// The masks' planes are the same in all frames: what they contribute to the first layer is computed once for all frames that are not at
-/// the clip's ends.
+/// The masks' planes are the same in all frames: what they contribute to the first layer is computed once for all frames that
+/// are not at the clip's ends.
 pub(crate) struct ClipConv {
     arch: Arch,
     frames: usize,

@@ -104,8 +104,8 @@ impl<const SIZE: usize> Tile for Conv<'_, SIZE> {
     }
 }
 
-/// The first layer's outputs of one frame for both ears, rectified: `even - odd` left, `even + odd` right. Planes of the even part come
-/// before those of the odd part.
+/// The first layer's outputs of one frame for both ears, rectified: `even - odd` left, `even + odd` right. Planes of the even
+/// part come before those of the odd part.
 pub(crate) struct First<'a, const SIZE: usize> {
     pub(crate) even: &'a Layer,
     pub(crate) odd: &'a Layer,

@@ -23,8 +23,8 @@ impl ConvLayerWeights {
 pub struct ConvWeights {
     /// `out.0`, 16 outputs of 4 inputs, kernels of 7 x 7; `out.2`, 16 of 16, 3 x 3; `out.4`, 1 of 16, 3 x 3.
     ///
-    /// The inputs of the first: the time filter's output, the masked magnitude of the ear, the mixture mask, the difference mask with
-    /// the ear's sign.
+    /// The inputs of the first: the time filter's output, the masked magnitude of the ear, the mixture mask, the difference
+    /// mask with the ear's sign.
     pub layers: [ConvLayerWeights; 3],
 }
 

@@ -51,8 +51,8 @@ impl TimeFilter {
     }
 }
 
-/// `mix[f] = x[f] (B + sum_u h_u[f] W_u) + bias[f]`, where x holds the frames of a band and the two below it: the kernel of every band
-/// is a sum of few matrices, so it is applied matrix by matrix and never formed.
+/// `mix[f] = x[f] (B + sum_u h_u[f] W_u) + bias[f]`, where x holds the frames of a band and the two below it: the kernel of
+/// every band is a sum of few matrices, so it is applied matrix by matrix and never formed.
 struct Hyper {
     embedding: Embedding,
     /// Hidden layer and W of each of its units, `[FREQUENCY_TAPS T][T]`; none where the kernel is constant.
@@ -107,7 +107,8 @@ impl Hyper {
     }
 }
 
-/// `mix[f][t] = sum_s K[t][s] masked[s][f] + bias[f][t]`, where K and the bias are sums over anchors of harmonics times features.
+/// `mix[f][t] = sum_s K[t][s] masked[s][f] + bias[f][t]`, where K and the bias are sums over anchors of harmonics times
+/// features.
 struct Harmonic {
     harmonics: Harmonics,
     /// Frame and band weights of each anchor and harmonic, `[anchor][harmonic]`.

@@ -7,8 +7,8 @@ use crate::simd::Weights;
 use glam::Vec3;
 use pulp::Arch;
 
-/// Real spherical harmonics of a unit vector, by degree and order from the lowest, with the Condon-Shortley phase; normalised to a mean
-/// square of one over 4 pi (Blanco, Florez and Bermejo 1997, table 1). Of the zero vector only the zeroth counts.
+/// Real spherical harmonics of a unit vector, by degree and order from the lowest, with the Condon-Shortley phase; normalised
+/// to a mean square of one over 4 pi (Blanco, Florez and Bermejo 1997, table 1). Of the zero vector only the zeroth counts.
 #[must_use]
 pub fn spherical_harmonics(u: Vec3) -> [f32; MAX_HARMONICS] {
     let Vec3 { x, y, z } = u;
@@ -52,8 +52,8 @@ impl Harmonics {
         Self { directions: vec![Vec3::ZERO; anchors.len()], values, anchors }
     }
 
-    /// Values at a place in the cloud, `[anchor][harmonic]`; axes are the cloud's, the listener's orientation does not count. An
-    /// anchor at that place has no direction: only its zeroth harmonic counts.
+    /// Values at a place in the cloud, `[anchor][harmonic]`; axes are the cloud's, the listener's orientation does not count.
+    /// An anchor at that place has no direction: only its zeroth harmonic counts.
     pub(super) fn at(&mut self, centre: Vec3) -> &[f32] {
         directions(&self.anchors, centre, &mut self.directions);
         let count = self.values.len() / self.anchors.len();

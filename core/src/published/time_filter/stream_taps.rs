@@ -4,7 +4,8 @@ use crate::published::frames::Frames;
 
 /// What the newest frames of a few neighbouring bands add to a frame of a stream, and a bias, for one listener.
 ///
-/// `mix[f](t) = bias[f] + sum over i, l of kernel[i][l][f] masked[f - i](t - l)`, with lags l in hops from minus the look-ahead on.
+/// `mix[f](t) = bias[f] + sum over i, l of kernel[i][l][f] masked[f - i](t - l)`, with lags l in hops from minus the look-ahead
+/// on.
 #[derive(Clone, Debug)]
 pub struct StreamTaps {
     pub(super) lookahead: usize,
@@ -53,8 +54,8 @@ impl StreamTaps {
         self.bias.row(0)
     }
 
-    /// What a band's own past adds at a lag in hops, summed over its neighbours as for a spectrum that changes slowly over frequency;
-    /// 0 beyond the last tap.
+    /// What a band's own past adds at a lag in hops, summed over its neighbours as for a spectrum that changes slowly over
+    /// frequency; 0 beyond the last tap.
     #[must_use]
     pub fn gain(&self, lag: usize, band: usize) -> f32 {
         let lags = self.lookahead + self.causal;

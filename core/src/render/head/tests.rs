@@ -184,7 +184,8 @@ fn in_bands(centres_hz: &[f64], values: &[f64], hz: f64) -> f64 {
     values[above - 1] + along * (values[above] - values[above - 1])
 }
 
-/// The analysis window with the transform's length: three boxes of one hop, convolved, over the sum of their copies a hop apart.
+/// The analysis window with the transform's length: three boxes of one hop, convolved, over the sum of their copies a hop
+/// apart.
 fn window() -> Vec<f64> {
     let hop = GRID.hop;
     let convolved = |a: &[f64], b: &[f64]| -> Vec<f64> {

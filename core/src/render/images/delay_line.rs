@@ -66,9 +66,9 @@ impl DelayLine {
         }
     }
 
-    /// Mixes as many samples as `out` has, whole vectors, from `back` samples before the first of the newest hop on, or some earlier, so
-    /// that reads begin where a vector does. Returns how many earlier, less than [`LANES`]. The hop's length is `hop`; all are within what
-    /// is kept.
+    /// Mixes as many samples as `out` has, whole vectors, from `back` samples before the first of the newest hop on, or some
+    /// earlier, so that reads begin where a vector does. Returns how many earlier, less than [`LANES`]. The hop's length is
+    /// `hop`; all are within what is kept.
     #[inline(always)]
     pub(crate) fn mix<S: Simd>(&self, simd: S, weights: &Weights, back: usize, hop: usize, out: &mut [f32]) -> usize {
         let wanted = (self.now + 2 * self.length - hop - back) % self.length;

@@ -11,7 +11,8 @@ pub(super) const POINTS: usize = BEFORE + 1 + AFTER;
 /// Places between two samples that stand for all.
 const PLACES: u8 = 16;
 
-/// Lagrange's polynomial through six samples, `x[lane..lane + POINTS]` of each lane, at places from the third of them on, near 0 to 1.
+/// Lagrange's polynomial through six samples, `x[lane..lane + POINTS]` of each lane, at places from the third of them on, near
+/// 0 to 1.
 #[inline(always)]
 pub(super) fn interpolate<S: Simd>(simd: S, x: &[f32], places: S::f32s) -> S::f32s {
     let (mul, splat) = (|a, b| simd.mul_f32s(a, b), |value| simd.splat_f32s(value));
@@ -50,7 +51,8 @@ pub(super) fn coefficients(d: f32) -> [f32; POINTS] {
     ]
 }
 
-/// What is left of a tone's amplitude at a frequency, radians per sample: root of the mean energy over all places between two samples.
+/// What is left of a tone's amplitude at a frequency, radians per sample: root of the mean energy over all places between two
+/// samples.
 pub(super) fn gain_left(radians: f64) -> f64 {
     let energy = |place: u8| {
         let weights = coefficients((f32::from(place) + 0.5) / f32::from(PLACES)).into_iter().zip(0..);

@@ -167,7 +167,8 @@ mod tests {
     #[test]
     fn delays_stand_and_glide_as_stated() {
         for (from, to) in [(300.25, 300.25), (500.5, 498.0), (77.3, 79.1), (400.0, 440.0), (640.0, 590.5), (3.0, 3.0)] {
-            // The polynomial's own error at 1 kHz is below 1e-6, at 8 kHz about 1e-2; at 4 m/s the glide of its weights adds 1e-4.
+            // The polynomial's own error at 1 kHz is below 1e-6, at 8 kHz about 1e-2; at 4 m/s the glide of its weights adds
+            // 1e-4.
             let (low, high) = (worst(1_000.0, from, to), worst(8_000.0, from, to));
             assert!(low < 2e-4 && high < 2e-2, "{from} to {to}: {low} at 1 kHz, {high} at 8 kHz");
         }

@@ -1,7 +1,7 @@
 //! What walls and air do to an image, as a mix of first-order low-passes that all images share.
 //!
-//! A parallel filter with fixed poles (Bank, "Perceptually motivated audio equalization using fixed-pole parallel second-order filters",
-//! IEEE Signal Processing Letters 15 (2008)), of first order: walls absorb smoothly over frequency.
+//! A parallel filter with fixed poles (Bank, "Perceptually motivated audio equalization using fixed-pole parallel second-order
+//! filters", IEEE Signal Processing Letters 15 (2008)), of first order: walls absorb smoothly over frequency.
 
 use super::lagrange::gain_left;
 use crate::number::single;
@@ -47,7 +47,8 @@ impl WallFilters {
             std::array::from_fn(|b| if b == 0 { Complex64::from(1.0) } else { low_pass(poles[b - 1]) })
         };
         let rows: Vec<[Complex64; BASES]> = hz.iter().map(|hz| bases(*hz)).collect();
-        // An error of phase is one of delay, the greater the lower it is; an error of level is not. Errors weigh between the two.
+        // An error of phase is one of delay, the greater the lower it is; an error of level is not. Errors weigh between the
+        // two.
         let weight = |hz: f64| FITTED_HZ.0 / hz;
         let mut normal = [[0.0_f64; BASES]; BASES];
         for (row, hz) in rows.iter().zip(&hz) {
@@ -91,8 +92,8 @@ fn magnitude(hz: f64) -> [f64; GIVEN_HZ.len()] {
     std::array::from_fn(|octave| (1.0 - (place - octave as f64).abs()).max(0.0))
 }
 
-/// Minimum phase at a frequency, radians by natural logarithm of each gain (Bode 1945: the slope over the logarithm of frequency,
-/// weighted by `ln coth |u / 2|`).
+/// Minimum phase at a frequency, radians by natural logarithm of each gain (Bode 1945: the slope over the logarithm of
+/// frequency, weighted by `ln coth |u / 2|`).
 fn phase(hz: f64) -> [f64; GIVEN_HZ.len()] {
     let mut out = [0.0; GIVEN_HZ.len()];
     let octave = std::f64::consts::LN_2;
