@@ -19,8 +19,8 @@ pub struct Point {
 
 /// The automation of one parameter.
 ///
-/// A point is an event at its sample; on the way to the next there is one every [`AUTOMATION_STEP`] samples. The first value holds
-/// from the start, the last to the end. A parameter with steps is held at each point.
+/// A point is an event at its sample; on the way to the next there is one every [`AUTOMATION_STEP`] samples. The first value
+/// holds from the start, the last to the end. A parameter with steps is held at each point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
     id: u32,

@@ -34,7 +34,10 @@ pub enum AutomationError {
         path: PathBuf,
     },
     /// The file is no JSON of the form.
-    #[error("{path}: expected {{\"parameters\": {{NAME: [{{\"t\": SECONDS, \"value\": VALUE}}, ...]}}}}", path = path.display())]
+    #[error(
+        "{path}: expected {{\"parameters\": {{NAME: [{{\"t\": SECONDS, \"value\": VALUE}}, ...]}}}}",
+        path = path.display()
+    )]
     Form {
         /// The file.
         path: PathBuf,
@@ -55,9 +58,9 @@ pub enum AutomationError {
 
 /// An automation file as it is written, for any plugin.
 ///
-/// `{"parameters": {"Yaw": [{"t": 0.0, "value": "-60 deg"}, {"t": 2.5, "value": 60}]}}`: parameters by name, or by number; times in
-/// seconds; values as texts or numbers that the plugin understands, or as `{"normalized": 0.5}`; `"hold": true` on a point keeps its
-/// value until the next.
+/// `{"parameters": {"Yaw": [{"t": 0.0, "value": "-60 deg"}, {"t": 2.5, "value": 60}]}}`: parameters by name, or by number;
+/// times in seconds; values as texts or numbers that the plugin understands, or as `{"normalized": 0.5}`; `"hold": true` on a
+/// point keeps its value until the next.
 #[derive(Clone, Debug)]
 pub struct AutomationFile {
     path: PathBuf,
@@ -122,8 +125,8 @@ impl AutomationFile {
     /// The automation for a plugin, at its sample rate.
     ///
     /// # Errors
-    /// A parameter that the plugin has not, or that is there twice or may not be automated; times that do not rise; a value that
-    /// the plugin does not understand.
+    /// A parameter that the plugin has not, or that is there twice or may not be automated; times that do not rise; a value
+    /// that the plugin does not understand.
     pub fn lanes(&self, instance: &mut Instance) -> Result<Vec<Lane>, AutomationError> {
         let mut lanes: Vec<Lane> = Vec::new();
         for (name, entries) in &self.parameters {

@@ -44,7 +44,8 @@ pub(crate) trait Backend {
 
     fn tail(&mut self) -> Option<usize>;
 
-    /// Whether the last block's status lets a host stop playing it while its input is silent; `None` where the format has no such status.
+    /// Whether the last block's status lets a host stop playing it while its input is silent; `None` where the format has no
+    /// such status.
     fn may_sleep(&self) -> Option<bool> {
         None
     }

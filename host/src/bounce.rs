@@ -35,7 +35,8 @@ impl<'a> Bounce<'a> {
         self.latency
     }
 
-    /// Plays a block, and appends what comes out of it in time to each channel of the output: less than went in, until the latency is over.
+    /// Plays a block, and appends what comes out of it in time to each channel of the output: less than went in, until the
+    /// latency is over.
     ///
     /// # Errors
     /// As [`Instance::process_into`].
@@ -56,8 +57,8 @@ impl<'a> Bounce<'a> {
         Ok(())
     }
 
-    /// The latency that the plugin reports now, samples, where that is another one than at the start. What came out since then is
-    /// out of time by the difference.
+    /// The latency that the plugin reports now, samples, where that is another one than at the start. What came out since then
+    /// is out of time by the difference.
     ///
     /// # Errors
     /// The plugin does not report its latency.

@@ -113,8 +113,8 @@ impl Bundle {
         })
     }
 
-    /// What a host's browser is told of a plugin's presets, and what is wrong with files that should be some. A CLAP plugin lists them; those of VST3 plugins
-    /// are files in folders that the format names.
+    /// What a host's browser is told of a plugin's presets, and what is wrong with files that should be some. A CLAP plugin
+    /// lists them; those of VST3 plugins are files in folders that the format names.
     ///
     /// # Errors
     /// The plugin lists presets but fails to.

@@ -39,7 +39,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Keeps a loaded library loaded for good: threads that an editor has left behind may still run its code when the last instance is gone.
+/// Keeps a loaded library loaded for good: threads that an editor has left behind may still run its code when the last instance
+/// is gone.
 fn stay(path: &Path) {
     #[expect(unsafe_code, reason = "loading a shared library runs its code")]
     // SAFETY: it is loaded already; this makes another handle to it. A bundle of macOS is no library itself, and is not kept.

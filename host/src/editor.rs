@@ -13,11 +13,11 @@ pub struct EditorSize {
 
 /// A plugin's own window inside one of the host's, on X11.
 ///
-/// While it is open [`Instance::serve`](crate::Instance::serve) wants to be called some thirty times a second. All methods belong
-/// to the thread that opened the instance. The editor closes with the instance.
+/// While it is open [`Instance::serve`](crate::Instance::serve) wants to be called some thirty times a second. All methods
+/// belong to the thread that opened the instance. The editor closes with the instance.
 pub trait Editor {
-    /// Opens the editor inside a window, at a scale of logical to physical pixels; returns its size. A plugin that has its own idea
-    /// of the scale keeps to it. The window must outlive the editor, and be at least as big.
+    /// Opens the editor inside a window, at a scale of logical to physical pixels; returns its size. A plugin that has its own
+    /// idea of the scale keeps to it. The window must outlive the editor, and be at least as big.
     ///
     /// # Errors
     /// It is open already, or the plugin refuses the window.
@@ -62,7 +62,8 @@ pub trait Editor {
     /// The plugin does not let go of the window.
     fn close(&mut self) -> Result<(), HostError>;
 
-    /// Lets go of it without closing it, as hosts do that end in a hurry: a CLAP plugin finds it open when it ends. A VST3 editor is closed.
+    /// Lets go of it without closing it, as hosts do that end in a hurry: a CLAP plugin finds it open when it ends. A VST3
+    /// editor is closed.
     ///
     /// # Errors
     /// As [`Editor::close`].

@@ -39,7 +39,8 @@ impl Instance {
         self.setup
     }
 
-    /// Stops and deactivates it, and starts it again with another setup of the same channels. The transport stands still again; what was set stays set for the next block.
+    /// Stops and deactivates it, and starts it again with another setup of the same channels. The transport stands still again;
+    /// what was set stays set for the next block.
     ///
     /// nice-plug's VST3 plugins learn of another mode one activation late: restart twice to be sure.
     ///
@@ -57,8 +58,8 @@ impl Instance {
         Ok(())
     }
 
-    /// Hands over what was set, without sound, and starts again with it: what a plugin does only when it is activated, such as loading
-    /// files that were chosen, is done, and the next block is the first.
+    /// Hands over what was set, without sound, and starts again with it: what a plugin does only when it is activated, such as
+    /// loading files that were chosen, is done, and the next block is the first.
     ///
     /// # Errors
     /// The plugin does not take the values or does not start.
@@ -125,7 +126,8 @@ impl Instance {
         self.plugin.text(&self.parameters[index], normalized)
     }
 
-    /// The value of a text as the plugin understands it, 0 to 1: a number in the plugin's own unit, with or without it, or a name.
+    /// The value of a text as the plugin understands it, 0 to 1: a number in the plugin's own unit, with or without it, or a
+    /// name.
     ///
     /// # Errors
     /// There is no such parameter, or the plugin does not understand the text.
@@ -203,14 +205,14 @@ impl Instance {
         self.plugin.latency()
     }
 
-    /// How long the plugin sounds on after its input, samples, as it reports; `None` for ever. A VST3 plugin is asked when it is
-    /// activated only, which may be before it knows.
+    /// How long the plugin sounds on after its input, samples, as it reports; `None` for ever. A VST3 plugin is asked when it
+    /// is activated only, which may be before it knows.
     pub fn tail(&mut self) -> Option<usize> {
         self.plugin.tail()
     }
 
-    /// Whether the plugin has said with the last block that it need not be played while its input and output are silent. `None` in
-    /// VST3, which has no such status.
+    /// Whether the plugin has said with the last block that it need not be played while its input and output are silent. `None`
+    /// in VST3, which has no such status.
     #[must_use]
     pub fn may_sleep(&self) -> Option<bool> {
         self.plugin.may_sleep()
@@ -252,8 +254,8 @@ impl Instance {
         self.relist()
     }
 
-    /// Does what the plugin has asked for on the main thread. [`Instance::process`] does so after each block by itself; who has an
-    /// editor open does it some thirty times a second.
+    /// Does what the plugin has asked for on the main thread. [`Instance::process`] does so after each block by itself; who has
+    /// an editor open does it some thirty times a second.
     ///
     /// # Errors
     /// The plugin does not start again.
@@ -291,13 +293,14 @@ impl Instance {
         self.plugin.set_track(track)
     }
 
-    /// What was chosen since this was last called in this host's menu, which the plugin's editor shows, with the parameters' numbers.
+    /// What was chosen since this was last called in this host's menu, which the plugin's editor shows, with the parameters'
+    /// numbers.
     pub fn take_chosen(&mut self) -> Vec<(u32, MenuAction)> {
         self.plugin.take_chosen()
     }
 
-    /// The plugin's own changes of its parameters since this was last called, in order: gestures in its editor, and values that it
-    /// moves. This is what hosts record as automation.
+    /// The plugin's own changes of its parameters since this was last called, in order: gestures in its editor, and values that
+    /// it moves. This is what hosts record as automation.
     pub fn take_edits(&mut self) -> Vec<Edit> {
         self.plugin.take_edits(&self.parameters)
     }

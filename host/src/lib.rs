@@ -1,8 +1,8 @@
 //! Loads CLAP and VST3 plugins, anybody's, as a host does, and renders sound through them without a screen.
 //!
-//! A [`Bundle`] is a file or folder with plugins, loaded once; an [`Instance`] is one running plugin of it. There may be any number
-//! of either in a process, each with a [`Setup`] of its own. [`Bounce`] renders sound in time with its input, with automation that
-//! is accurate to the sample.
+//! A [`Bundle`] is a file or folder with plugins, loaded once; an [`Instance`] is one running plugin of it. There may be any
+//! number of either in a process, each with a [`Setup`] of its own. [`Bounce`] renders sound in time with its input, with
+//! automation that is accurate to the sample.
 //!
 //! ```no_run
 //! use promenade_host::{Bundle, Setup};
@@ -20,12 +20,13 @@
 //!
 //! # Trust
 //!
-//! A plugin is code and runs in this process: it can do whatever the process can, and takes it down when it crashes. Whatever a plugin
-//! returns is checked before it is used.
+//! A plugin is code and runs in this process: it can do whatever the process can, and takes it down when it crashes. Whatever a
+//! plugin returns is checked before it is used.
 //!
 //! # Threads
 //!
-//! An instance belongs to the thread that opened it, which plays the main thread and, within [`Instance::process`], the audio thread.
+//! An instance belongs to the thread that opened it, which plays the main thread and, within [`Instance::process`], the audio
+//! thread.
 
 #![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 

@@ -15,8 +15,8 @@ pub struct Setup {
     /// Channels of the track, 1 or 2. Where the plugin takes only the other number, a mono track feeds both of its inputs; two
     /// channels into one input are refused.
     pub inputs: usize,
-    /// Channels that come out, 1 to 256: 2 are both ears, also where the plugin has one output. Any other number is asked of the plugin, and must be
-    /// what it has then.
+    /// Channels that come out, 1 to 256: 2 are both ears, also where the plugin has one output. Any other number is asked of
+    /// the plugin, and must be what it has then.
     pub outputs: usize,
     /// Offline instead of real-time processing.
     pub offline: bool,

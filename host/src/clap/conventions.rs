@@ -1,4 +1,5 @@
-//! What CLAP plugins and hosts tell each other beside sound and values: pages of remote controls, marks on parameters, and the track.
+//! What CLAP plugins and hosts tell each other beside sound and values: pages of remote controls, marks on parameters, and the
+//! track.
 
 use super::ClapPlugin;
 use crate::HostError;

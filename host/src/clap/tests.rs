@@ -1,5 +1,5 @@
-//! The host against a plugin of this program: one input and output, a sidechain before its main port, a parameter that it moves by
-//! itself, latency, and refusals.
+//! The host against a plugin of this program: one input and output, a sidechain before its main port, a parameter that it moves
+//! by itself, latency, and refusals.
 
 use crate::{Bundle, EditKind, HostError, Instance, Lane, Point, Setup, bounce};
 use clack_extensions::audio_ports::{

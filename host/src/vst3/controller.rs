@@ -1,6 +1,7 @@
 //! Values of texts, which VST3's edit controllers know and vst3-host does not hand on.
 //!
-//! They are asked of a second instance of the same class that is never activated, made in the library that the first has loaded.
+//! They are asked of a second instance of the same class that is never activated, made in the library that the first has
+//! loaded.
 #![expect(unsafe_code, reason = "VST3's interfaces are C++ objects")]
 
 use super::module::Module;

@@ -8,8 +8,8 @@ use vst3::ComPtr;
 use vst3::Steinberg::IPluginFactory;
 use vst3_host::discovery::get_vst3_binary_path;
 
-/// A handle to the library of a bundle, which stays loaded for good: threads that an editor has left behind may still run its code when
-/// the last instance is gone.
+/// A handle to the library of a bundle, which stays loaded for good: threads that an editor has left behind may still run its
+/// code when the last instance is gone.
 pub(crate) struct Module(ManuallyDrop<Library>);
 
 impl Module {
