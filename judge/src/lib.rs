@@ -1,4 +1,5 @@
-//! What a scene's settings cost and how far they are off, by playing the engine offline: for the baker's reports and for the editor's.
+//! What a scene's settings cost and how far they are off, by playing the engine offline: for the baker's reports and for the
+//! editor's.
 //!
 //! None of this is real-time safe. Whatever takes long is given a closure that says whether its result is still wanted.
 

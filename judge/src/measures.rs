@@ -34,7 +34,8 @@ pub fn response_measures(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Re
     })
 }
 
-/// The length of response in which a scene's decays can be measured, seconds: one and a half times the longest reverberation time.
+/// The length of response in which a scene's decays can be measured, seconds: one and a half times the longest reverberation
+/// time.
 #[must_use]
 pub fn response_s(scene: &Scene) -> f64 {
     (1.5 * f64::from(scene.tail().longest_t60_s())).clamp(*RESPONSE_S.start(), *RESPONSE_S.end())

@@ -28,7 +28,8 @@ impl Stream {
         Ok(Self { engine, params: BlockParams { live, ..params }, rate_hz })
     }
 
-    /// Both ears of a mono sound, as long as it; `pose_at` is given seconds from its start. `None` as soon as it is not `wanted` any more.
+    /// Both ears of a mono sound, as long as it; `pose_at` is given seconds from its start. `None` as soon as it is not
+    /// `wanted` any more.
     pub fn render(&mut self, dry: &[f32], mut pose_at: impl FnMut(f64) -> Pose, wanted: &dyn Fn() -> bool) -> Option<Ears> {
         self.engine.reset();
         let latency = self.engine.latency_samples();
@@ -52,8 +53,8 @@ impl Stream {
         Some(ears.map(|mut ear| ear.split_off(latency)))
     }
 
-    /// What a unit impulse becomes for a listener who stands still, over some seconds after it. Before it there is silence of one window,
-    /// [`Stream::lead`] samples. `None` as soon as it is not `wanted` any more.
+    /// What a unit impulse becomes for a listener who stands still, over some seconds after it. Before it there is silence of
+    /// one window, [`Stream::lead`] samples. `None` as soon as it is not `wanted` any more.
     pub fn respond(&mut self, pose: Pose, seconds: f64, wanted: &dyn Fn() -> bool) -> Option<Ears> {
         let lead = self.lead();
         let mut impulse = vec![0.0; lead + (seconds * self.rate_hz) as usize];

@@ -10,8 +10,8 @@ use promenade_fourier::spectrum;
 use promenade_metrics::{MetricError, lsd_db, rwavs};
 use std::sync::Arc;
 
-/// Differences that are just noticed: T20 and C50 after ISO 3382-1:2009, annex A, as levels (strength); ITD after Klumpp and Eady (1956),
-/// ILD after Mills (1960).
+/// Differences that are just noticed: T20 and C50 after ISO 3382-1:2009, annex A, as levels (strength); ITD after Klumpp and
+/// Eady (1956), ILD after Mills (1960).
 const JND_T20: f64 = 0.05;
 const JND_DB: f64 = 1.0;
 const JND_ITD_S: f64 = 20e-6;
@@ -42,8 +42,8 @@ pub struct TradeErrors {
 }
 
 impl TradeErrors {
-    /// Root mean square of the errors, each over the difference that is just noticed: 20 us, 1 dB, 5 % (ISO 3382-1:2009, annex A; Klumpp
-    /// and Eady 1956; Mills 1960).
+    /// Root mean square of the errors, each over the difference that is just noticed: 20 us, 1 dB, 5 % (ISO 3382-1:2009, annex
+    /// A; Klumpp and Eady 1956; Mills 1960).
     #[must_use]
     pub fn jnds(&self) -> f64 {
         let dbs = [self.ild_db, self.c50_db, self.octaves_db].map(|db| db / JND_DB);
@@ -77,8 +77,8 @@ pub struct TradePoint {
 }
 
 impl TradePoint {
-    /// The error that settings are compared by, in differences that are just noticed: to the measurements where there are any, else to the
-    /// scene's best.
+    /// The error that settings are compared by, in differences that are just noticed: to the measurements where there are any,
+    /// else to the scene's best.
     #[must_use]
     pub fn error_jnds(&self) -> f64 {
         self.to_truth.as_ref().map_or_else(|| self.to_best.jnds(), truth_jnds)
@@ -112,13 +112,15 @@ pub fn best(scene: &Arc<Scene>) -> Setting {
     Setting { name: format!("{}, the best", tier.name()), scene: Arc::clone(scene), quality: Quality { tier, live } }
 }
 
-/// Processor time of settings for a host's rate and block, on a second of noise; `None` for a tier that only the scene's own rate has.
+/// Processor time of settings for a host's rate and block, on a second of noise; `None` for a tier that only the scene's own
+/// rate has.
 #[must_use]
 pub fn costs(settings: &[&Setting], sample_rate_hz: f64, block: usize) -> Vec<Option<TierCost>> {
     setting_costs(settings, sample_rate_hz, block, COST_S)
 }
 
-/// Each tier of a scene, cheapest first: what it costs at a host's rate and block, and how far it is off. A tier that only the scene's own rate has is left out at others.
+/// Each tier of a scene, cheapest first: what it costs at a host's rate and block, and how far it is off. A tier that only the
+/// scene's own rate has is left out at others.
 ///
 /// # Errors
 /// The result is no longer wanted, or what is heard cannot be compared.
@@ -162,7 +164,8 @@ impl TradePoint {
 
 /// What one setting sounds like.
 pub struct Heard {
-    /// Measures and levels by ear and octave, dB, at each pose; a tier that plays the direct sound alone has no measures where that is hidden.
+    /// Measures and levels by ear and octave, dB, at each pose; a tier that plays the direct sound alone has no measures where
+    /// that is hidden.
     poses: Vec<(Option<ResponseMeasures>, Vec<f64>)>,
     walk: Ears,
     to_truth: Option<MeanErrors>,
