@@ -31,8 +31,8 @@ pub struct Arrival {
     pub clarity_db: f64,
 }
 
-/// The first strong arrival of responses, measured or found by [`crate::deconvolve`]; `None` where there is none, or the ears differ in
-/// length.
+/// The first strong arrival of responses, measured or found by [`crate::deconvolve`]; `None` where there is none, or the ears
+/// differ in length.
 ///
 /// It is cut out of both ears, and its delay between them is that of running sound ([`running_itd_s`]).
 #[must_use]

@@ -1,5 +1,6 @@
-//! MAG, LRE and ENV as AV-Cloud evaluates RWAVS clips (Chen et al. 2024, "AV-Cloud: Spatial Audio Rendering Through Audio-Visual
-//! Cloud Splatting", and its published evaluation): one-second clips at 22,050 Hz, the recording cut to the rendering's length.
+//! MAG, LRE and ENV as AV-Cloud evaluates RWAVS clips (Chen et al. 2024, "AV-Cloud: Spatial Audio Rendering Through
+//! Audio-Visual Cloud Splatting", and its published evaluation): one-second clips at 22,050 Hz, the recording cut to the
+//! rendering's length.
 //!
 //! Not comparable with the figures of [`crate::rwavs`], although both call themselves MAG.
 

@@ -10,8 +10,8 @@ const AUDIBLE_DB: f64 = 40.0;
 /// Level differences are limited to this, dB: a silent ear has no other.
 const LARGEST_DB: f64 = 60.0;
 
-/// Mean over octaves from 125 Hz to 8 kHz, as far as the rate holds them, of the absolute difference between two sounds' interaural
-/// level differences, dB.
+/// Mean over octaves from 125 Hz to 8 kHz, as far as the rate holds them, of the absolute difference between two sounds'
+/// interaural level differences, dB.
 ///
 /// Octaves count where the second sound, the recording, is within 40 dB of its loudest octave; `None` where none does.
 #[must_use]

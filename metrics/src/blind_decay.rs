@@ -19,15 +19,17 @@ const NOISE_DB: f64 = 3.0;
 /// The longest time that is returned, also for what does not fall.
 const LONGEST_S: f64 = 5.0;
 
-/// Time for 60 dB of decay of a signal, seconds, from what follows its offsets, or `None` where no offset shows enough of a decay.
+/// Time for 60 dB of decay of a signal, seconds, from what follows its offsets, or `None` where no offset shows enough of a
+/// decay.
 ///
-/// Where the power of `guide` (20 ms frames every 5 ms) falls by at least 10 dB over at least 60 ms without rising by 2 dB on the way,
-/// a line is fitted to the levels of `signal`, from 2 dB below the peak to 30 dB below it; the estimate is the median of the slopes'
-/// times, each counting as long as it lasts. With the recording as the guide, a rendering is measured at the same offsets.
+/// Where the power of `guide` (20 ms frames every 5 ms) falls by at least 10 dB over at least 60 ms without rising by 2 dB on
+/// the way, a line is fitted to the levels of `signal`, from 2 dB below the peak to 30 dB below it; the estimate is the median
+/// of the slopes' times, each counting as long as it lasts. With the recording as the guide, a rendering is measured at the
+/// same offsets.
 ///
-/// It takes the sound's own decays for the room's: it cannot tell a room that is drier than what is played in it, is too long for
-/// sound that dies away slowly, and knows nothing of bands. Two sounds with the same source compare better than either alone is
-/// known. It is not the learnt estimator of published RTE figures.
+/// It takes the sound's own decays for the room's: it cannot tell a room that is drier than what is played in it, is too long
+/// for sound that dies away slowly, and knows nothing of bands. Two sounds with the same source compare better than either
+/// alone is known. It is not the learnt estimator of published RTE figures.
 #[must_use]
 pub fn blind_decay_time_s(signal: &[f32], guide: &[f32], sample_rate_hz: f64) -> Option<f64> {
     let levels = levels_db(signal, sample_rate_hz);

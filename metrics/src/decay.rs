@@ -40,7 +40,8 @@ pub fn schroeder_db(response: &[f32]) -> Result<Vec<f64>, MetricError> {
     Ok(curve)
 }
 
-/// Reverberation time of a response, seconds for 60 dB of decay, from the least-squares line through the decay curve within `range`.
+/// Reverberation time of a response, seconds for 60 dB of decay, from the least-squares line through the decay curve within
+/// `range`.
 ///
 /// # Errors
 /// Silence, a sample that is not finite, a bad rate, or a decay with fewer than 2 samples in the range.

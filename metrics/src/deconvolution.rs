@@ -12,12 +12,14 @@ const REGULARISATION: f32 = 1e-5;
 /// The dry sound's power is smoothed over this share of the transform's length.
 const SMOOTHED: usize = 2048;
 
-/// Responses of `length` samples, the first of which lies `before` samples ahead of the dry sound, that explain best what ears heard: the least
-/// squares of what a convolution leaves of them. `None` where the dry sound is silent or the ears differ in length.
+/// Responses of `length` samples, the first of which lies `before` samples ahead of the dry sound, that explain best what ears
+/// heard: the least squares of what a convolution leaves of them. `None` where the dry sound is silent or the ears differ in
+/// length.
 ///
-/// The dry sound begins `pre_roll` samples before the ears do, so that what still sounds from then is explained too; division of spectra would take
-/// it for noise. The normal equations are solved by conjugate gradients with the dry sound's spectrum as a circulant preconditioner (Chan and Ng,
-/// "Conjugate gradient methods for Toeplitz systems", SIAM Review 38, 1996): as many samples of the ears as the response has, or more, are needed.
+/// The dry sound begins `pre_roll` samples before the ears do, so that what still sounds from then is explained too; division
+/// of spectra would take it for noise. The normal equations are solved by conjugate gradients with the dry sound's spectrum as
+/// a circulant preconditioner (Chan and Ng, "Conjugate gradient methods for Toeplitz systems", SIAM Review 38, 1996): as many
+/// samples of the ears as the response has, or more, are needed.
 #[must_use]
 pub fn deconvolve(dry: &[f32], pre_roll: usize, ears: [&[f32]; 2], before: usize, length: usize) -> Option<[Vec<f32>; 2]> {
     let heard = ears[0].len();

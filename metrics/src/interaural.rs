@@ -20,8 +20,8 @@ const WIDEST_BIN_HZ: f64 = 32.0;
 
 /// Interaural time difference of a response, seconds; positive when the left ear is later.
 ///
-/// Both ears are low-passed (4th-order Butterworth, 1.5 kHz), cut from 8 samples before the earlier onset to 10 ms after it, and
-/// oversampled 16 times; the lag of the cross-correlation's maximum within 1 ms is the ITD, on a grid of 1/16 sample.
+/// Both ears are low-passed (4th-order Butterworth, 1.5 kHz), cut from 8 samples before the earlier onset to 10 ms after it,
+/// and oversampled 16 times; the lag of the cross-correlation's maximum within 1 ms is the ITD, on a grid of 1/16 sample.
 ///
 /// # Errors
 /// Ears of different lengths, a silent ear, a sample that is not finite, or a rate that does not hold 1.5 kHz.
@@ -41,8 +41,8 @@ pub fn itd_s(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<f64, Me
     Ok(lags.strongest(samples_in(LARGEST_LAG_S, rate).min(left.len() - 1)) as f64 / rate)
 }
 
-/// Interaural time difference of running sound, seconds, positive when the left ear is later: the maximum within 1 ms of the ears'
-/// cross-correlation below 1.5 kHz (Knapp and Carter 1976), between samples by a parabola. `None` where an ear is silent.
+/// Interaural time difference of running sound, seconds, positive when the left ear is later: the maximum within 1 ms of the
+/// ears' cross-correlation below 1.5 kHz (Knapp and Carter 1976), between samples by a parabola. `None` where an ear is silent.
 ///
 /// All that is given counts, reflections too: in a reverberant place it is not that of the direct sound.
 #[must_use]
@@ -118,8 +118,8 @@ fn low_pass(x: &[f32], sample_rate_hz: f64) -> Vec<f64> {
     y
 }
 
-/// Band-limited interpolation by a windowed sinc of 10 samples to each side, Kaiser window with beta 5: the default design of the
-/// common polyphase resamplers, so that lags agree with tools built on them.
+/// Band-limited interpolation by a windowed sinc of 10 samples to each side, Kaiser window with beta 5: the default design of
+/// the common polyphase resamplers, so that lags agree with tools built on them.
 fn oversample(x: &[f64]) -> Vec<f64> {
     const REACH: usize = 10 * OVERSAMPLING;
     let mut taps: Vec<f64> = (0..=2 * REACH)

@@ -1,8 +1,8 @@
 //! Measures of sound, one definition each: pure functions on slices, computed in double precision.
 //!
-//! Room measures ([`decay_time_s`], [`c50_db`], [`itd_s`], [`ild_db`]) act on impulse responses. Distances between a rendering and a
-//! recording act on running sound; papers define MAG and ENV differently, so each convention lives in a module of its own name:
-//! [`avcloud`], [`rwavs`]. Never quote such a figure without its convention.
+//! Room measures ([`decay_time_s`], [`c50_db`], [`itd_s`], [`ild_db`]) act on impulse responses. Distances between a rendering
+//! and a recording act on running sound; papers define MAG and ENV differently, so each convention lives in a module of its own
+//! name: [`avcloud`], [`rwavs`]. Never quote such a figure without its convention.
 //!
 //! Samples are `f32` with full scale 1, sample rates are in hertz. None of this is real-time safe: every function allocates.
 

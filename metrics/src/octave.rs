@@ -6,8 +6,8 @@ use std::f64::consts::FRAC_PI_2;
 /// Octaves over which the edge of a band falls.
 const EDGE: f64 = 1.0 / 3.0;
 
-/// The octave of a signal around a frequency, as long as the signal and not delayed. The edges fall over a third of an octave, so that the
-/// powers of neighbouring octaves add up to that of the whole.
+/// The octave of a signal around a frequency, as long as the signal and not delayed. The edges fall over a third of an octave,
+/// so that the powers of neighbouring octaves add up to that of the whole.
 #[must_use]
 pub fn octave_of(x: &[f32], sample_rate_hz: f64, centre_hz: f64) -> Vec<f32> {
     // As much silence after it: what rings before the start comes to lie there.
@@ -22,8 +22,8 @@ pub fn octave_of(x: &[f32], sample_rate_hz: f64, centre_hz: f64) -> Vec<f32> {
     signal(bins, length).into_iter().take(x.len()).map(|v| v as f32).collect()
 }
 
-/// Levels of a response around frequencies, dB above the spectrum of a unit impulse: mean power over `octaves` around each. The nearest bin
-/// counts where there is none in between; a frequency beyond half of the sample rate has no level, minus infinity.
+/// Levels of a response around frequencies, dB above the spectrum of a unit impulse: mean power over `octaves` around each. The
+/// nearest bin counts where there is none in between; a frequency beyond half of the sample rate has no level, minus infinity.
 #[must_use]
 pub fn smoothed_levels_db(x: &[f32], sample_rate_hz: f64, centres_hz: &[f64], octaves: f64) -> Vec<f64> {
     let length = x.len().next_power_of_two().max(2);

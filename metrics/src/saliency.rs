@@ -1,7 +1,7 @@
 //! Auditory saliency: how much each moment of a sound stands out from what is around it in time and frequency.
 //!
-//! After Kayser, Petkov, Lippert and Logothetis, "Mechanisms for allocating auditory attention: an auditory saliency map", Current Biology
-//! 15 (2005). Where the paper's text leaves a number open, the constants here say what was taken.
+//! After Kayser, Petkov, Lippert and Logothetis, "Mechanisms for allocating auditory attention: an auditory saliency map",
+//! Current Biology 15 (2005). Where the paper's text leaves a number open, the constants here say what was taken.
 
 mod budget;
 mod weights;
@@ -36,8 +36,8 @@ const BLOCK: usize = 75;
 const BEFORE: usize = 75;
 const AFTER: usize = 75;
 
-/// How much each moment stands out: the largest value of the saliency map over all frequencies, from the beginning on every [`SALIENCY_STEP_S`]. It has no unit; a sound
-/// that is louder by a factor has the same values.
+/// How much each moment stands out: the largest value of the saliency map over all frequencies, from the beginning on every
+/// [`SALIENCY_STEP_S`]. It has no unit; a sound that is louder by a factor has the same values.
 ///
 /// Shape: one value for each 32 samples, rounded up. Sound at [`SALIENCY_RATE_HZ`].
 ///
@@ -61,7 +61,8 @@ pub fn saliency(sound: &[f32]) -> Result<Vec<f64>, MetricError> {
     Ok(trace)
 }
 
-/// The magnitude that is as silence in a sound of a peak: that of a sine is half of the window's sum, and that half of its length.
+/// The magnitude that is as silence in a sound of a peak: that of a sine is half of the window's sum, and that half of its
+/// length.
 fn floor(peak: f32) -> f64 {
     FLOOR * f64::from(peak) * 0.25 * SPECTROGRAM.window_length as f64
 }
@@ -111,7 +112,8 @@ impl Image {
         Self { columns: self.columns, values }
     }
 
-    /// Each column filtered by taps, the last of which is the newest, as the excitation comes to lie on its sound; then without signs.
+    /// Each column filtered by taps, the last of which is the newest, as the excitation comes to lie on its sound; then without
+    /// signs.
     fn along_columns(&self, taps: &[f32]) -> Self {
         let count = self.values.len() / self.columns;
         let row_at = |row: usize| &self.values[row * self.columns..(row + 1) * self.columns];
@@ -167,7 +169,8 @@ fn steps(scale: usize) -> usize {
     1 << scale.saturating_sub(1)
 }
 
-/// By how much the first image is above the second, 0 where it is below, as fine as a third; `steps` are values of the third to one of each.
+/// By how much the first image is above the second, 0 where it is below, as fine as a third; `steps` are values of the third to
+/// one of each.
 fn difference(images: [&Image; 2], steps: [usize; 2], like: &Image) -> Image {
     let at = |which: usize, row: usize, column: usize| {
         let (image, step) = (images[which], steps[which]);

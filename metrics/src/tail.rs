@@ -11,8 +11,8 @@ const COMPARED_HZ: (f64, f64) = (50.0, 400.0);
 
 /// How far the envelope of a decaying tail is modulated at `hop_hz`, dB over the median between 50 and 400 Hz.
 ///
-/// The envelope from `start_s` to `stop_s` is divided by its running mean over 4096 samples, and the largest of the seven spectral
-/// lines around `hop_hz` (Hann window) is compared. A noise-like room tail gives about 13 dB, an audible buzz 60 dB.
+/// The envelope from `start_s` to `stop_s` is divided by its running mean over 4096 samples, and the largest of the seven
+/// spectral lines around `hop_hz` (Hann window) is compared. A noise-like room tail gives about 13 dB, an audible buzz 60 dB.
 ///
 /// # Errors
 /// A range shorter than 4096 samples, a sample that is not finite, a bad rate, or a hop rate beyond half the sample rate.

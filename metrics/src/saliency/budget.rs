@@ -1,6 +1,7 @@
 //! What a renderer of pictures may spend on each of them.
 //!
-//! After Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics Forum 2017.
+//! After Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics
+//! Forum 2017.
 
 use crate::MetricError;
 
@@ -12,7 +13,8 @@ pub struct PictureBudget {
 }
 
 impl PictureBudget {
-    /// The most that a picture may cost so that all together cost as much as with `mean` each, where those of no weight cost the `least`.
+    /// The most that a picture may cost so that all together cost as much as with `mean` each, where those of no weight cost
+    /// the `least`.
     ///
     /// `weights`: of all pictures, 0 to 1, such as [`picture_weights`](super::picture_weights) makes.
     ///

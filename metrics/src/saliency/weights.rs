@@ -1,14 +1,15 @@
 //! Weights of pictures beside a sound: how much each of them matters to who hears it.
 //!
-//! After Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics Forum 2017.
+//! After Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics
+//! Forum 2017.
 
 use super::SALIENCY_STEP_S;
 
-/// Weight of each picture, 0 to 1: the largest saliency of each stretch as long as the look-ahead stands at the stretch's beginning, so that the
-/// weight comes before the sound, and a curve without overshoot leads from one to the next.
+/// Weight of each picture, 0 to 1: the largest saliency of each stretch as long as the look-ahead stands at the stretch's
+/// beginning, so that the weight comes before the sound, and a curve without overshoot leads from one to the next.
 ///
-/// `trace`: what [`saliency`](super::saliency) found, at least one value. `look_ahead_s`: at least [`SALIENCY_STEP_S`]. Shape: one value for
-/// each of `pictures`, `pictures_hz` of them a second.
+/// `trace`: what [`saliency`](super::saliency) found, at least one value. `look_ahead_s`: at least [`SALIENCY_STEP_S`]. Shape:
+/// one value for each of `pictures`, `pictures_hz` of them a second.
 #[must_use]
 pub fn picture_weights(trace: &[f64], look_ahead_s: f64, pictures_hz: f64, pictures: usize) -> Vec<f64> {
     let most = trace.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
@@ -18,8 +19,8 @@ pub fn picture_weights(trace: &[f64], look_ahead_s: f64, pictures_hz: f64, pictu
     (0..pictures).map(|picture| monotone(&knots, picture as f64 / pictures_hz / look_ahead_s)).collect()
 }
 
-/// A cubic spline through values at 0, 1, 2..., which has no extremum between them (Fritsch and Butland 1984: harmonic means as slopes); as at
-/// its ends beyond them, and 0 of no values.
+/// A cubic spline through values at 0, 1, 2..., which has no extremum between them (Fritsch and Butland 1984: harmonic means as
+/// slopes); as at its ends beyond them, and 0 of no values.
 fn monotone(values: &[f64], at: f64) -> f64 {
     let value = |i: usize| values.get(i).or(values.last()).copied().unwrap_or_default();
     let slope = |i: usize| {
