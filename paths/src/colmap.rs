@@ -66,12 +66,13 @@ pub fn images(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError> {
     }
 }
 
-/// Where the world of a reconstruction lies by its cameras, the same as for a path of these images. What is not given is assumed, in
-/// `notes`: up as the cameras were held, the first camera as the origin, 1 m a unit; without cameras z up and the world's own origin.
+/// Where the world of a reconstruction lies by its cameras, the same as for a path of these images. What is not given is
+/// assumed, in `notes`: up as the cameras were held, the first camera as the origin, 1 m a unit; without cameras z up and the
+/// world's own origin.
 ///
 /// # Errors
-/// An option out of range, an origin by cameras where there are none, or cameras that were held in all directions. `file` is for the
-/// message.
+/// An option out of range, an origin by cameras where there are none, or cameras that were held in all directions. `file` is
+/// for the message.
 pub fn placement(
     file: &str,
     images: &[Image],
@@ -188,8 +189,8 @@ mod tests {
         crate::read("images.txt", text.as_bytes(), options, &mut alone).unwrap()
     }
 
-    /// Level cameras in a world as that of a first camera: x right, y down, z ahead. The second stands 2 ahead of the first, 1 to
-    /// its right and 0.5 above it, and is turned to the right by 90 degrees.
+    /// Level cameras in a world as that of a first camera: x right, y down, z ahead. The second stands 2 ahead of the first, 1
+    /// to its right and 0.5 above it, and is turned to the right by 90 degrees.
     const LEVEL: &str = "# Image list with two lines of data per image:\n\
         7 1 0 0 0 0 0 0 1 b_0010.jpg\n\
         1.5 2.5 -1\n\

@@ -152,7 +152,8 @@ mod tests {
         assert!(notes.is_empty());
         let ahead = plain.keyframes()[0].pose.orientation * Vec3::X;
         assert!(ahead.y > 0.9 && ahead.z > 0.1, "yaw is to the left, pitch is up: {ahead}");
-        let other = "\u{feff}# recorded\r\nRoll; Pitch ;yaw;Z;y;x;\"t\"\r\n-5;10;90;3;2;1;0\r\n\r\n# pause\r\n0;0;0;1;0;0;2.5\r\n;;;;;;\r\n";
+        let other = "\u{feff}# recorded\r\nRoll; Pitch ;yaw;Z;y;x;\"t\"\r\n-5;10;90;3;2;1;0\r\n\r\n# \
+            pause\r\n0;0;0;1;0;0;2.5\r\n;;;;;;\r\n";
         assert_eq!(parse(other).unwrap().0, plain);
         let (turned, notes) = parse("qw\tqx\tqy\tqz\tt\tfov\tx\ty\tz\n0.7071\t0\t0\t0.7071\t0\t60\t0\t0\t0\n").unwrap();
         assert!((turned.keyframes()[0].pose.orientation * Vec3::X - Vec3::Y).length() < 1e-6);

@@ -98,7 +98,8 @@ fn by_content(bytes: &[u8]) -> Option<Format> {
     if is_wave(bytes) {
         return Some(Format::Adm);
     }
-    // The count of images comes first: 0 bytes at its upper end are in no text. Scenes begin with a length too, and then with JSON.
+    // The count of images comes first: 0 bytes at its upper end are in no text. Scenes begin with a length too, and then with
+    // JSON.
     if bytes.get(..8).is_some_and(|count| count[4..] == [0; 4]) && !bytes[8..].starts_with(b"{\"") {
         return Some(Format::ColmapBinary);
     }

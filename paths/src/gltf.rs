@@ -1,7 +1,7 @@
 //! The animation of a camera or of a node in glTF 2.0, as a path.
 //!
-//! glTF's world is right-handed with y up, and its cameras look along -z. Here -z becomes x, -x becomes y and y becomes z, so that
-//! a camera that nothing turns is a head that nothing turns.
+//! glTF's world is right-handed with y up, and its cameras look along -z. Here -z becomes x, -x becomes y and y becomes z, so
+//! that a camera that nothing turns is a head that nothing turns.
 
 mod accessor;
 mod curve;

@@ -1,9 +1,10 @@
 //! Camera paths: reading and writing them, and what an editor of paths needs.
 //!
-//! [`read()`] takes the bytes of a file, JSON, CSV, cameras of COLMAP or NeRF tools or a glTF animation, and gives a [`CameraPath`] in Promenade's world:
-//! right-handed, z up, metres; the head looks along x. [`write()`] makes JSON or CSV of one. [`simplify()`] reduces a recorded walk to
-//! few keyframes, [`Recorder`] records one, and [`edit`] changes single keyframes. [`colmap`] also gives the cameras of a reconstruction,
-//! and [`PlacementOptions`] place a foreign world in the scene's.
+//! [`read()`] takes the bytes of a file, JSON, CSV, cameras of COLMAP or NeRF tools or a glTF animation, and gives a
+//! [`CameraPath`] in Promenade's world: right-handed, z up, metres; the head looks along x. [`write()`] makes JSON or CSV of
+//! one. [`simplify()`] reduces a recorded walk to few keyframes, [`Recorder`] records one, and [`edit`] changes single
+//! keyframes. [`colmap`] also gives the cameras of a reconstruction, and [`PlacementOptions`] place a foreign world in the
+//! scene's.
 //!
 //! Nothing here opens a file or is meant for the audio thread: all of it may allocate and take its time.
 //!

@@ -13,8 +13,8 @@ pub type Beside<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 /// What a file does not state. `None` everywhere is a sensible choice; the notes say what was assumed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImportOptions {
-    /// COLMAP and NeRF tools: images a second, 1 without it, unless their names are times of day. glTF: samples of the animation a second, 60
-    /// without it. Above 0.
+    /// COLMAP and NeRF tools: images a second, 1 without it, unless their names are times of day. glTF: samples of the
+    /// animation a second, 60 without it. Above 0.
     pub fps: Option<f64>,
     /// Where the file's world lies in the scene's; up is for COLMAP and NeRF tools, the others have z or y up.
     pub placement: PlacementOptions,
@@ -24,8 +24,8 @@ pub struct ImportOptions {
     pub camera: Option<u32>,
     /// ADM: name or id of an object; without it the first.
     pub object: Option<String>,
-    /// ADM: an emitter that stays, metres; the path is then that of a listener who hears it where the object is. Without it the path is the
-    /// object's own.
+    /// ADM: an emitter that stays, metres; the path is then that of a listener who hears it where the object is. Without it the
+    /// path is the object's own.
     pub emitter: Option<Vec3>,
 }
 

@@ -37,8 +37,8 @@ impl fmt::Display for Origin {
     }
 }
 
-/// What a user gives of a [`Placement`]. What is `None` is as the data state it: up as the cameras of a reconstruction were held, or z;
-/// 1 m; the first camera of a reconstruction as the origin, or the world's own.
+/// What a user gives of a [`Placement`]. What is `None` is as the data state it: up as the cameras of a reconstruction were
+/// held, or z; 1 m; the first camera of a reconstruction as the origin, or the world's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlacementOptions {
     /// Direction of up in the foreign world, of any length but 0. The world is tilted there and not turned about it.

@@ -99,7 +99,8 @@ impl Recorder {
         }
         self.poses.push(keyframe);
         self.passed = None;
-        // From when it was due, so that poses that come a little early are not passed over one by one; and no burst after a pause.
+        // From when it was due, so that poses that come a little early are not passed over one by one; and no burst after a
+        // pause.
         let period_s = 1.0 / self.config.rate_hz;
         self.due_s = (self.due_s + period_s).max(t_s + 0.5 * period_s);
         Ok(true)

@@ -11,8 +11,8 @@ const ROUNDS: usize = 4;
 
 /// Some of the keyframes, so that the path through them stays within a tolerance of the path through all.
 ///
-/// Compared are positions, metres, and orientations, radians, at every recorded time, and at three times between any two that are
-/// more than 0.1 s apart. The first and the last keyframe stay. A tolerance below 0 or one that is no number keeps all.
+/// Compared are positions, metres, and orientations, radians, at every recorded time, and at three times between any two that
+/// are more than 0.1 s apart. The first and the last keyframe stay. A tolerance below 0 or one that is no number keeps all.
 ///
 /// # Errors
 /// As [`CameraPath::new`].

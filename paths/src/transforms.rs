@@ -1,8 +1,8 @@
 //! The cameras of NeRF tools: `transforms.json` (`frames`, each with a `transform_matrix`), and the `camera_path` of RWAVS and
 //! nerfstudio (each with a `camera_to_world`).
 //!
-//! Matrices take camera axes of OpenGL, x right, y up, z backward, to a world with z up. They have 3 or 4 rows of 4 numbers, as rows or
-//! in one list.
+//! Matrices take camera axes of OpenGL, x right, y up, z backward, to a world with z up. They have 3 or 4 rows of 4 numbers, as
+//! rows or in one list.
 
 use crate::colmap::{self, Image};
 use crate::waypoint::Track;

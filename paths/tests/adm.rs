@@ -31,11 +31,13 @@ fn model(pack: &str, first: &str, second: &str) -> String {
     };
     let channel = |n: u32, blocks: &str| {
         format!(
-            r#"<audioChannelFormat audioChannelFormatID="AC_0003100{n}" audioChannelFormatName="c">{blocks}</audioChannelFormat>"#
+            r#"<audioChannelFormat audioChannelFormatID="AC_0003100{n}"
+                audioChannelFormatName="c">{blocks}</audioChannelFormat>"#
         )
     };
     format!(
-        r#"<?xml version="1.0" encoding="UTF-8"?><ebuCoreMain xmlns="urn:ebu:metadata-schema:ebuCore_2015"><coreMetadata><format>
+        r#"<?xml version="1.0" encoding="UTF-8"?><ebuCoreMain xmlns="urn:ebu:metadata-schema:ebuCore_2015"
+           ><coreMetadata><format>
            <audioFormatExtended>{}{}{}{}</audioFormatExtended></format></coreMetadata></ebuCoreMain>"#,
         object(1, "Voice"),
         object(2, "Bird"),
@@ -47,7 +49,8 @@ fn model(pack: &str, first: &str, second: &str) -> String {
 fn polar(time: &str, more: &str, [azimuth, elevation, distance]: [f64; 3]) -> String {
     format!(
         r#"<audioBlockFormat {time}><position coordinate="azimuth">{azimuth}</position>
-           <position coordinate="elevation">{elevation}</position><position coordinate="distance">{distance}</position>{more}</audioBlockFormat>"#
+           <position coordinate="elevation">{elevation}</position>
+           <position coordinate="distance">{distance}</position>{more}</audioBlockFormat>"#
     )
 }
 
@@ -67,7 +70,8 @@ fn voice() -> String {
 }
 
 const GLIDE: &str = "<jumpPosition interpolationLength=\"1e39\">1</jumpPosition>";
-const BIRD: &str = r#"<audioBlockFormat rtime="00:00:00.24000S48000"><cartesian>1</cartesian><position coordinate="X">1</position>
+const BIRD: &str = r#"<audioBlockFormat rtime="00:00:00.24000S48000"><cartesian>1</cartesian>
+    <position coordinate="X">1</position>
     <position coordinate="Y">-0.5</position><position coordinate="Z">0.25</position></audioBlockFormat>"#;
 
 fn imported(options: &ImportOptions) -> Imported {

@@ -9,9 +9,11 @@ const JSON: &str = r#"[{"t": 0, "position": [0, 1.5, -2], "ypr": [30, 0, 0]},
 const CSV: &str =
     "# a walk\nt;x;y;z;yaw;pitch;roll;\"fov\"\n0;0;1.5;-2;30;0;0;1\n\n1.25;1;1.5;-2;0;0;0;1\n2;1;1;1e-3;0;0;5;1\n";
 const IMAGES: &str = "# Image list\n# Number of images: 3\n1 1 0 0 0 0.5 -1 2 1 20240212_003919.jpg\n1.5 2.5 -1 3 4 7\n\
-    2 0.9848078 0 0.1736482 0 0.5 -1 2.5 1 20240212_003921.jpg\n\n3 0.9659258 0 0.2588190 0 0 -1 3 1 20240212_003923.jpg\n1 2 -1\n";
+    2 0.9848078 0 0.1736482 0 0.5 -1 2.5 1 20240212_003921.jpg\n\n3 0.9659258 0 0.2588190 0 0 -1 3 1 20240212_003923.jpg\n1 2 \
+    -1\n";
 
-const TRANSFORMS: &str = r#"{"fl_x": 500, "frames": [{"file_path": "1.png", "transform_matrix": [[1,0,0,1],[0,0,-1,2],[0,1,0,3],[0,0,0,1]]},
+const TRANSFORMS: &str = r#"{"fl_x": 500, "frames": [
+    {"file_path": "1.png", "transform_matrix": [[1,0,0,1],[0,0,-1,2],[0,1,0,3],[0,0,0,1]]},
   {"file_path": "2.png", "transform_matrix": [[1,0,0,1.5],[0,0,-1,2],[0,1,0,3],[0,0,0,1]]}]}"#;
 
 fn binary_images() -> Vec<u8> {

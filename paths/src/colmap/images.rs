@@ -79,7 +79,8 @@ mod tests {
     #[test]
     fn names_may_have_spaces_and_points_may_lack() {
         let mut notes = Vec::new();
-        let text = "# Number of images: 3, mean observations per image: 0\r\n9 1 0 0 0 1 2 3 4 sub dir/a b.jpg\r\n\r\n5 1 0 0 0 1 2 3 4 c.jpg";
+        let text = "# Number of images: 3, mean observations per image: 0\r\n9 1 0 0 0 1 2 3 4 sub dir/a b.jpg\r\n\r\n5 1 0 0 \
+            0 1 2 3 4 c.jpg";
         let images = read("images.txt", text.as_bytes(), &mut notes).unwrap();
         assert_eq!((images[0].name.as_str(), images[0].camera, images[1].name.as_str()), ("sub dir/a b.jpg", 4, "c.jpg"));
         assert_eq!(notes, ["the head of the file speaks of 3 images, and there are 2"]);

@@ -46,7 +46,8 @@ pub(super) fn frame_number(name: &str) -> Option<u64> {
     stem[start..end].parse().ok()
 }
 
-/// The time that cameras and telephones put into names, `20240212_003919` or `20240212-003919123`, in seconds from a day long ago.
+/// The time that cameras and telephones put into names, `20240212_003919` or `20240212-003919123`, in seconds from a day long
+/// ago.
 pub(super) fn time_of_day_s(name: &str) -> Option<f64> {
     let stem = stem(name);
     let runs: Vec<&str> = stem.split(|c: char| !c.is_ascii_digit()).filter(|r| !r.is_empty()).collect();

@@ -4,7 +4,8 @@ use super::Image;
 use crate::PathFileError;
 use glam::{DMat3, DVec3};
 
-/// How much the cameras' mean up counts against their left-right axes: as if one holds a camera level to 3 degrees, in radians squared.
+/// How much the cameras' mean up counts against their left-right axes: as if one holds a camera level to 3 degrees, in radians
+/// squared.
 const MEAN_WEIGHT: f64 = 0.003;
 
 /// The direction of up in the reconstruction's world, from cameras that were held level: their mean up, turned so that their
@@ -25,7 +26,8 @@ pub(super) fn of(file: &str, images: &[Image], notes: &mut Vec<String>) -> Resul
     let roll = images.iter().map(|i| i.head_axes()[1].dot(up).powi(2)).sum::<f64>() / count;
     let lean = up.angle_between(mean).to_degrees();
     notes.push(format!(
-        "up is {:.3},{:.3},{:.3} in the reconstruction's world, as the cameras were held: they roll by {:.1} degrees rms, and it is {lean:.1} \
+        "up is {:.3},{:.3},{:.3} in the reconstruction's world, as the cameras were held: they roll by {:.1} degrees rms, and \
+         it is {lean:.1} \
          degrees off their mean up; the option up says otherwise",
         up.x,
         up.y,
