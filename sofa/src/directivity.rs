@@ -14,14 +14,16 @@ const CONVENTION: &str = "FreeFieldDirectivityTF";
 pub struct Directions {
     /// Hz.
     pub frequencies_hz: Vec<f64>,
-    /// Directions in the source's own axes, x ahead, y to its left, z up, of any length, and energies at the frequencies, means over all measurements.
+    /// Directions in the source's own axes, x ahead, y to its left, z up, of any length, and energies at the frequencies, means
+    /// over all measurements.
     pub directions: Vec<(Vec3, Vec<f64>)>,
 }
 
 /// Reads the directivity of a source: receivers around it are its directions.
 ///
 /// # Errors
-/// A file that cannot be read, is of another convention, is damaged, whose receivers move or lie at the source. The message names file and variable.
+/// A file that cannot be read, is of another convention, is damaged, whose receivers move or lie at the source. The message
+/// names file and variable.
 pub fn read_directivity(path: &Path) -> Result<Directions, SofaError> {
     let sofa = Sofa::open(path)?;
     let file = sofa.variables();

@@ -11,8 +11,8 @@ pub struct Sided {
     pub ild_db: f64,
 }
 
-/// Whether most sources well to one side are both earlier and louder at the other side's ear: mirrored azimuths or swapped ears,
-/// which real files have. Small differences are no evidence.
+/// Whether most sources well to one side are both earlier and louder at the other side's ear: mirrored azimuths or swapped
+/// ears, which real files have. Small differences are no evidence.
 pub fn ears_contradict(responses: impl IntoIterator<Item = Sided>) -> bool {
     let (mut agree, mut contradict) = (0, 0);
     for r in responses {

@@ -83,12 +83,12 @@ impl Sofa<'_> {
         &self.0
     }
 
-    /// Hands on all responses of two ears, the left ear's channel first. Also says whether the file lists the right ear first: such labels
-    /// are sometimes wrong.
+    /// Hands on all responses of two ears, the left ear's channel first. Also says whether the file lists the right ear first:
+    /// such labels are sometimes wrong.
     ///
     /// # Errors
-    /// Anything else than responses of two ears, more of them than memory should hold, a file that is damaged or incomplete. The message
-    /// names file and variable.
+    /// Anything else than responses of two ears, more of them than memory should hold, a file that is damaged or incomplete.
+    /// The message names file and variable.
     pub fn of_ears(&self, options: SofaOptions, mut take: impl FnMut(Recorded)) -> Result<(About, bool), SofaError> {
         let layout = self.layout()?;
         let convention = self.0.attribute("SOFAConventions");
@@ -160,8 +160,8 @@ impl Sofa<'_> {
         self.0.sample_rate()
     }
 
-    /// The axes by the type of the data: measurements, receivers, samples for `FIR`; measurements, receivers, emitters, samples for
-    /// `FIRE`; measurements, receivers, samples, emitters for `FIR-E`.
+    /// The axes by the type of the data: measurements, receivers, samples for `FIR`; measurements, receivers, emitters, samples
+    /// for `FIRE`; measurements, receivers, samples, emitters for `FIR-E`.
     fn layout(&self) -> Result<Layout, SofaError> {
         let data_type = self.0.attribute("DataType");
         let axes = match data_type.as_str() {
@@ -283,7 +283,8 @@ impl Sofa<'_> {
         Ok(usize::from(places[1].y > places[0].y + 1e-6))
     }
 
-    /// Refuses receivers that are capsules of a microphone and no spherical harmonics. Those that are all in one place may be these.
+    /// Refuses receivers that are capsules of a microphone and no spherical harmonics. Those that are all in one place may be
+    /// these.
     fn check_harmonics(&self) -> Result<(), SofaError> {
         let name = "ReceiverPosition";
         if !self.0.has(name) || self.0.text(name, "Type")? == "spherical harmonics" {
@@ -370,8 +371,8 @@ fn of(convention: &str) -> String {
     if convention.is_empty() { String::new() } else { format!(" (a file of the convention {convention})") }
 }
 
-/// A response with its separately stored delay put back: whole samples by shifting, the rest by a windowed sinc of 16 samples to
-/// each side (Laakso et al. 1996).
+/// A response with its separately stored delay put back: whole samples by shifting, the rest by a windowed sinc of 16 samples
+/// to each side (Laakso et al. 1996).
 fn delayed(samples: &[f64], delay: f64) -> Vec<f32> {
     const REACH: i32 = 16;
     let whole = delay.round();

@@ -33,12 +33,13 @@ const LOW_HZ: f64 = 6_000.0;
 /// The sine of the lateral angle from which on a source is to one side.
 const LATERAL: f32 = 0.5;
 
-/// Reads the head that a SOFA file of head-related responses has: any grid of directions, 16 to 192 kHz, delays beside the responses or
-/// within them. Larger sets than a head keeps are thinned out evenly.
+/// Reads the head that a SOFA file of head-related responses has: any grid of directions, 16 to 192 kHz, delays beside the
+/// responses or within them. Larger sets than a head keeps are thinned out evenly.
 ///
 /// # Errors
-/// A file that cannot be read, is no SOFA, has other data than impulse responses of two ears, is damaged or incomplete; a silent ear; too
-/// few directions, or none on one side; ears that contradict the directions. The message names the file, what was expected and what found.
+/// A file that cannot be read, is no SOFA, has other data than impulse responses of two ears, is damaged or incomplete; a
+/// silent ear; too few directions, or none on one side; ears that contradict the directions. The message names the file, what
+/// was expected and what found.
 pub fn read_head(path: &Path) -> Result<Head, SofaError> {
     let sofa = Sofa::open(path)?;
     let kept: Option<HashSet<usize>> = {

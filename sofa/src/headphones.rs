@@ -15,8 +15,8 @@ const MAX_TEXT: u64 = 1 << 20;
 const MAX_FRAMES: usize = 1 << 18;
 /// Frequencies over which responses have a level of 0 dB in the mean of both ears, Hz.
 const LEVEL_HZ: std::ops::RangeInclusive<f64> = 200.0..=5_000.0;
-/// Energy added to a response's, of its mean: no level is raised by more than 20 dB, so that notches, which move when headphones are put
-/// on anew, do not become peaks (regularisation: Kirkeby and Nelson 1999; Schärer and Lindau 2009).
+/// Energy added to a response's, of its mean: no level is raised by more than 20 dB, so that notches, which move when
+/// headphones are put on anew, do not become peaks (regularisation: Kirkeby and Nelson 1999; Schärer and Lindau 2009).
 const ADDED: f64 = 0.0025;
 /// Outside these frequencies nothing is mended: levels there are those of the last that is, Hz.
 const MENDED_HZ: (f64, f64) = (30.0, 18_000.0);
@@ -24,11 +24,12 @@ const MENDED_HZ: (f64, f64) = (30.0, 18_000.0);
 const TRUSTED_SHARE: f64 = 0.92;
 
 /// Reads what headphones need: a SOFA file of headphone responses (convention SimpleHeadphoneIR), inverted for each ear with
-/// regularisation, or a text by AutoEq ([`Headphones::from_text`]). The mean energy of repeated measurements counts, a sixth of an octave
-/// wide.
+/// regularisation, or a text by AutoEq ([`Headphones::from_text`]). The mean energy of repeated measurements counts, a sixth of
+/// an octave wide.
 ///
 /// # Errors
-/// A file that cannot be read, is neither, is damaged, or has a silent ear. The message names the file, what was expected and what found.
+/// A file that cannot be read, is neither, is damaged, or has a silent ear. The message names the file, what was expected and
+/// what found.
 pub fn read_headphones(path: &Path) -> Result<Headphones, SofaError> {
     let refused = |e: HeadphonesError| SofaError::entry(path, &e.place, e.expected, e.found);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("txt")) {

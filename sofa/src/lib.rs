@@ -1,7 +1,7 @@
 //! SOFA files (AES69-2022): responses as they were recorded, with their places, and the heads that sets of them make.
 //!
-//! [`Sofa`] reads any set raw: nothing is resampled, normalised or interpolated. [`read_head`] makes a [`promenade_core::Head`] of one,
-//! [`read_headphones`] what a pair of headphones needs.
+//! [`Sofa`] reads any set raw: nothing is resampled, normalised or interpolated. [`read_head`] makes a [`promenade_core::Head`]
+//! of one, [`read_headphones`] what a pair of headphones needs.
 
 #![forbid(unsafe_code)]
 

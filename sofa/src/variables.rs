@@ -152,8 +152,8 @@ impl Variables<'_> {
         Ok((0..count).map(|row| cartesian(at(row), spherical, degrees, Side::Left)).collect())
     }
 
-    /// Up vectors are in the coordinates of their view, but writers often leave the Cartesian 0, 0, 1 beside spherical views, so the
-    /// reading that lies across the views is taken.
+    /// Up vectors are in the coordinates of their view, but writers often leave the Cartesian 0, 0, 1 beside spherical views,
+    /// so the reading that lies across the views is taken.
     pub(crate) fn ups(&self, name: &str, view: &str, measurements: usize, views: &Points) -> Result<Points, SofaError> {
         let across = |ups: &Points| (0..measurements).all(|m| facing(views.at(m), ups.at(m)).is_some());
         if views.spherical && self.has(name) && !self.coordinates(name)?.0 {
