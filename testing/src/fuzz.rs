@@ -1,8 +1,8 @@
 //! Searches for inputs that a reader does not survive.
 //!
-//! An input is changed where readers decide: numbers become extremes, chunks, entries and lines are lost, repeated and exchanged, and checksums and lengths
-//! are then mended ([`change`]). What a reader says of an input, without its digits, stands for the way that it took: an input
-//! with a new answer is changed further.
+//! An input is changed where readers decide: numbers become extremes, chunks, entries and lines are lost, repeated and
+//! exchanged, and checksums and lengths are then mended ([`change`]). What a reader says of an input, without its digits,
+//! stands for the way that it took: an input with a new answer is changed further.
 
 mod allocated;
 mod bytes;
@@ -47,12 +47,13 @@ impl Input {
 /// What is searched.
 #[derive(Clone, Debug)]
 pub struct Search {
-    /// Name of the target: `testing/fuzz/NAME/whole/` has more seeds, `testing/fuzz/NAME/found/` the inputs that were once at fault, each after a
-    /// number and a dash.
+    /// Name of the target: `testing/fuzz/NAME/whole/` has more seeds, `testing/fuzz/NAME/found/` the inputs that were once at
+    /// fault, each after a number and a dash.
     pub name: &'static str,
     /// Changed inputs that are read, unless `PROMENADE_CASES` or `PROMENADE_MINUTES` say otherwise.
     pub cases: u64,
-    /// The most that reading an input may have allocated at a time on its thread, bytes; counted where [`Counting`] is the allocator.
+    /// The most that reading an input may have allocated at a time on its thread, bytes; counted where [`Counting`] is the
+    /// allocator.
     pub most_bytes: usize,
 }
 
@@ -105,14 +106,16 @@ impl Found {
 }
 
 impl Search {
-    /// Reads the seeds, the inputs that were found before, and changed ones. `read` gets an input and the path of a file that holds it, alone in its
-    /// folder unless `read` puts others there, and returns the reader's error; what is wrong with what it read is a panic.
+    /// Reads the seeds, the inputs that were found before, and changed ones. `read` gets an input and the path of a file that
+    /// holds it, alone in its folder unless `read` puts others there, and returns the reader's error; what is wrong with what
+    /// it read is a panic.
     ///
-    /// `PROMENADE_SEED` makes it another search, `PROMENADE_CASES` one of another length, and `PROMENADE_MINUTES` one that ends by
-    /// processor time and takes more than 5 s for an input as a fault.
+    /// `PROMENADE_SEED` makes it another search, `PROMENADE_CASES` one of another length, and `PROMENADE_MINUTES` one that ends
+    /// by processor time and takes more than 5 s for an input as a fault.
     ///
     /// # Panics
-    /// A seed is refused, or an input is at fault: a panic in `read`, or more memory than it may have. The message names files with the inputs.
+    /// A seed is refused, or an input is at fault: a panic in `read`, or more memory than it may have. The message names files
+    /// with the inputs.
     pub fn run(&self, seeds: Vec<Input>, mut read: impl FnMut(&Input, &Path) -> Result<(), String>) {
         let number = |name: &str| env::var(name).ok().and_then(|text| text.parse::<f64>().ok());
         let folder = env::temp_dir().join(format!("promenade-fuzz-{}-{}", self.name, std::process::id()));
@@ -191,7 +194,8 @@ impl Search {
             }
         }
         println!(
-            "{}: {done} cases in {:.0} s, {accepted} accepted, {} answers, {} findings; at most {largest} bytes, {:.2} s for {}",
+            "{}: {done} cases in {:.0} s, {accepted} accepted, {} answers, {} findings; at most {largest} bytes, {:.2} s for \
+             {}",
             self.name,
             started.elapsed().as_secs_f64(),
             answers.len(),

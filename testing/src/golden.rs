@@ -1,7 +1,7 @@
 //! Golden vectors of AV-Cloud: a slice in the repository, all of them where they are at hand.
 //!
-//! Weights follow from their names by a hash; inputs and thinned outputs are in `slice.safetensors`, cut by `make_slice.py`. The whole
-//! set is in `../shared/golden` beside the checkout.
+//! Weights follow from their names by a hash; inputs and thinned outputs are in `slice.safetensors`, cut by `make_slice.py`.
+//! The whole set is in `../shared/golden` beside the checkout.
 
 use crate::shared;
 use promenade_core::Bands;

@@ -10,8 +10,8 @@ use std::path::Path;
 /// Speed of sound, metres a second.
 const SPEED_M_S: f32 = 343.0;
 
-/// What a rigid sphere with ears at its sides makes of a direction: delays after Woodworth (1938), and a shadow of one pole and one zero
-/// (Brown and Duda 1998).
+/// What a rigid sphere with ears at its sides makes of a direction: delays after Woodworth (1938), and a shadow of one pole and
+/// one zero (Brown and Duda 1998).
 #[must_use]
 pub fn direction(towards: Vec3, radius_m: f32) -> HeadDirection {
     let unit = towards.normalize();
@@ -81,8 +81,9 @@ pub fn write_sofa_of(path: &Path, radius_m: f32, around: u32, frames: u32) {
     file.write(path).unwrap();
 }
 
-/// Writes a SOFA file of a source that looks along y and sends `1 + cos` of the angle to that at 1 kHz, half of it at 2 kHz, to 12 receivers in a circle, so many times.
-/// `times` and `receivers`, of which the file has places, and the direction that it says the source looks in, may also be wrong.
+/// Writes a SOFA file of a source that looks along y and sends `1 + cos` of the angle to that at 1 kHz, half of it at 2 kHz, to
+/// 12 receivers in a circle, so many times. `times` and `receivers`, of which the file has places, and the direction that it
+/// says the source looks in, may also be wrong.
 ///
 /// # Panics
 /// The file cannot be written.

@@ -254,8 +254,8 @@ pub fn block(rng: &mut Rng) -> usize {
     (16_384.0_f32.powf(rng.f32()) as usize).clamp(1, 16_384)
 }
 
-/// Plays one stream to which all of this happens, `samples` long or a block longer, at a rate and with scenes that are drawn: other
-/// inputs, settings and poses for every block, clocks that jump, scenes that change while they sound.
+/// Plays one stream to which all of this happens, `samples` long or a block longer, at a rate and with scenes that are drawn:
+/// other inputs, settings and poses for every block, clocks that jump, scenes that change while they sound.
 ///
 /// # Errors
 /// A sample that is not [`is_output`], and what led to it.

@@ -1,5 +1,5 @@
-//! What the tests of all crates share: signals and measures, scenes made of numbers, anchor clouds, golden vectors, what no host should send, and the data beside
-//! the checkout.
+//! What the tests of all crates share: signals and measures, scenes made of numbers, anchor clouds, golden vectors, what no
+//! host should send, and the data beside the checkout.
 
 pub mod clouds;
 pub mod fuzz;

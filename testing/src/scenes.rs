@@ -55,7 +55,8 @@ pub fn room_with_cloud(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<S
     Arc::new(Scene::new(parts).unwrap())
 }
 
-/// A [`room`] with `count` image sources all around it, 3 to 20 m away, seen from everywhere. The head hears each channel for 5 ms.
+/// A [`room`] with `count` image sources all around it, 3 to 20 m away, seen from everywhere. The head hears each channel for 5
+/// ms.
 ///
 /// # Panics
 /// The rate is too low for a window.

@@ -13,8 +13,8 @@ impl Drop for Case {
     }
 }
 
-/// Runs a test for the seeds 1 to `cases`, and names the one that fails. `PROMENADE_SEED` sets the first seed and `PROMENADE_CASES` how
-/// many follow, to see a failure again or to search further.
+/// Runs a test for the seeds 1 to `cases`, and names the one that fails. `PROMENADE_SEED` sets the first seed and
+/// `PROMENADE_CASES` how many follow, to see a failure again or to search further.
 ///
 /// # Panics
 /// The test does; one of the variables is no number.

@@ -83,7 +83,8 @@ pub(super) fn change(rng: &mut Rng, bytes: &mut Vec<u8>, other: &[u8]) {
     }
 }
 
-/// Writes a whole number of a size that is drawn, in either order of bytes; sometimes it is only a little more or less than what was there.
+/// Writes a whole number of a size that is drawn, in either order of bytes; sometimes it is only a little more or less than
+/// what was there.
 fn whole(rng: &mut Rng, bytes: &mut [u8], at: usize) {
     if rng.bool() {
         let value = WHOLE[rng.usize(..WHOLE.len())];

@@ -6,7 +6,8 @@ use fastrand::Rng;
 /// What is repeated may be long, and repeated again.
 const LONGEST: usize = 1 << 19;
 
-/// An input that differs from one in one to five places that matter in its form; parts of the other may come into it. Lengths and checksums are mended, but not always.
+/// An input that differs from one in one to five places that matter in its form; parts of the other may come into it. Lengths
+/// and checksums are mended, but not always.
 pub(super) fn changed(rng: &mut Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     let mut result = input.to_vec();
     let damaged = rng.u8(0..8) == 0;
