@@ -1,7 +1,7 @@
 //! What a step of training costs: `cargo bench -p promenade-trainer --bench step_cost`.
 //!
-//! Batches of 6 one-second clips at 22,050 Hz of noise, on as many threads as there are processors; medians of the wall times of single
-//! steps. `step_cost.py` beside it times PyTorch on the second and the fourth row.
+//! Batches of 6 one-second clips at 22,050 Hz of noise, on as many threads as there are processors; medians of the wall times
+//! of single steps. `step_cost.py` beside it times PyTorch on the second and the fourth row.
 
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split, Track};

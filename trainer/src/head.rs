@@ -34,7 +34,8 @@ pub(crate) struct Prediction {
     pub(crate) mixture: Vec<f32>,
     /// Difference mask, one value per query.
     pub(crate) difference: Vec<f32>,
-    /// The room: coefficients of the tap shapes, `[query][ear][shape]`, or the time filter's output, `[frame][bin]`; empty without one.
+    /// The room: coefficients of the tap shapes, `[query][ear][shape]`, or the time filter's output, `[frame][bin]`; empty
+    /// without one.
     pub(crate) room: Vec<f32>,
 }
 

@@ -1,8 +1,8 @@
 //! Training: captures in, anchor clouds with their networks out.
 //!
-//! The network (AV-Cloud's transformer) is a differentiable graph. The render head after it is core's own, so that training hears what
-//! the plugin plays; its derivatives are core's too: [`promenade_core::gradient::ClipRender`], and for the published head
-//! [`promenade_core::gradient::PublishedAdjoint`].
+//! The network (AV-Cloud's transformer) is a differentiable graph. The render head after it is core's own, so that training
+//! hears what the plugin plays; its derivatives are core's too: [`promenade_core::gradient::ClipRender`], and for the published
+//! head [`promenade_core::gradient::PublishedAdjoint`].
 
 mod checkpoint;
 mod head;

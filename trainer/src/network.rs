@@ -1,5 +1,5 @@
-//! AV-Cloud's decoder as a graph that can be differentiated (Chen and Shlizerman, "AV-Cloud", NeurIPS 2024; sizes and names as in
-//! `promenade_core::network`).
+//! AV-Cloud's decoder as a graph that can be differentiated (Chen and Shlizerman, "AV-Cloud", NeurIPS 2024; sizes and names as
+//! in `promenade_core::network`).
 
 use crate::settings::NetworkSettings;
 use crate::setup::Cloud;

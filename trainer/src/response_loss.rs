@@ -11,7 +11,8 @@ const DEEPEST: f32 = 1e-3;
 /// Decibels of a natural logarithm of energies.
 const DECIBELS: f32 = 10.0 / std::f32::consts::LN_10;
 
-/// Compares the direct sound, what remains of the room from each hop on (the energy decay relief: Jot 1992), and the delay between the ears.
+/// Compares the direct sound, what remains of the room from each hop on (the energy decay relief: Jot 1992), and the delay
+/// between the ears.
 pub(crate) struct ResponseLoss {
     settings: LossSettings,
     weights: Vec<Vec<(usize, f32)>>,
@@ -27,8 +28,8 @@ impl ResponseLoss {
 
     /// The loss times `share`; its derivative is added to `by`.
     ///
-    /// Per ear and band, in dB: the direct sound's energy, and the mean over hops of the room's that is still to come, what is beyond the end of a
-    /// response being its decay; means over ears and bands. And the delay, in microseconds.
+    /// Per ear and band, in dB: the direct sound's energy, and the mean over hops of the room's that is still to come, what is
+    /// beyond the end of a response being its decay; means over ears and bands. And the delay, in microseconds.
     pub(crate) fn of(&self, wanted: &ClipResponse, found: &TransferFunction, share: f32, by: &mut TransferFunction) -> f64 {
         let bands = self.weights.len();
         let energy = wanted.direct.iter().sum::<f32>() / wanted.direct.len().max(1) as f32;

@@ -39,8 +39,8 @@ pub(crate) struct ClipResponse {
     pub(crate) sounds: Vec<bool>,
     /// Energy of the direct sound, mean over the bins of a band, `[ear][band]`.
     pub(crate) direct: Vec<f32>,
-    /// Energy of a hop, of the noise taken off, `[ear][band][hop]`, the first hop being that of the first tap. A band ends where it has sunk into
-    /// the noise.
+    /// Energy of a hop, of the noise taken off, `[ear][band][hop]`, the first hop being that of the first tap. A band ends
+    /// where it has sunk into the noise.
     pub(crate) hops: Vec<Vec<f32>>,
 }
 
@@ -55,8 +55,8 @@ pub(crate) fn clip_responses(capture: &Capture, grid: &StftGrid, bands: &Bands) 
     capture.clips.par_iter().filter_map(one).collect()
 }
 
-/// Reverberation time per band, seconds: the median of the clips' and ears', each by the line through the levels of its hops; `None` where too few
-/// responses have hops enough.
+/// Reverberation time per band, seconds: the median of the clips' and ears', each by the line through the levels of its hops;
+/// `None` where too few responses have hops enough.
 #[must_use]
 pub(crate) fn decay_times(responses: &ClipResponses, bands: usize, hop_s: f64) -> Vec<Option<f32>> {
     let of_band = |band: usize| {

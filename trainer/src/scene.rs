@@ -11,8 +11,8 @@ use promenade_core::network::{CloudKind, CloudModel, CloudParts, PoseConvention,
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{AnchorCloud, Pose, Provenance, Scene, SceneError, SceneParts};
 
-/// Puts a scene around weights: what was trained is what its tier High plays, or, with AV-Cloud's heads, its tier Reference as far as a stream
-/// can.
+/// Puts a scene around weights: what was trained is what its tier High plays, or, with AV-Cloud's heads, its tier Reference as
+/// far as a stream can.
 ///
 /// # Errors
 /// Weights that are not finite or do not fit together, and networks with parts left out that the engine does not know.

@@ -74,10 +74,11 @@ fn changes(at: &Candidate, sets: &[AnchorSet]) -> Vec<(String, Candidate)> {
     out
 }
 
-/// Tries changes of `settings`, each with as many steps, one kind after the other, on clips that are kept back from the training clips.
+/// Tries changes of `settings`, each with as many steps, one kind after the other, on clips that are kept back from the
+/// training clips.
 ///
-/// Of two networks the cheaper to decode is kept unless the other's error is lower by more than [`WORTH`]. Returns the best anchor set and
-/// settings; `settings.steps` are as before.
+/// Of two networks the cheaper to decode is kept unless the other's error is lower by more than [`WORTH`]. Returns the best
+/// anchor set and settings; `settings.steps` are as before.
 ///
 /// # Errors
 /// As [`Trainer::new`]; weights that make no scene.

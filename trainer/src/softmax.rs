@@ -1,5 +1,5 @@
-//! Softmax over rows with a derivative of its own: burn's is made of its parts, which takes a training's longest arrays through memory a
-//! dozen times.
+//! Softmax over rows with a derivative of its own: burn's is made of its parts, which takes a training's longest arrays through
+//! memory a dozen times.
 
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;

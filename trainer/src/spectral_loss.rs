@@ -124,9 +124,9 @@ impl SpectralLoss {
         Self { settings: settings.clone(), grids }
     }
 
-    /// The loss of a clip: per ear and resolution the mean difference of magnitudes, logarithmic and linear, averaged over ears and
-    /// resolutions; and the difference of the energy ratios between ears; all of it times `share`. Derivatives by the rendered samples go
-    /// into `gradient`.
+    /// The loss of a clip: per ear and resolution the mean difference of magnitudes, logarithmic and linear, averaged over ears
+    /// and resolutions; and the difference of the energy ratios between ears; all of it times `share`. Derivatives by the
+    /// rendered samples go into `gradient`.
     pub(crate) fn of(&mut self, rendered: [&[f32]; 2], wanted: [&[f32]; 2], share: f32, gradient: &mut [Vec<f32>; 2]) -> f64 {
         let mut loss = 0.0;
         let part = 0.5 * share / self.grids.len() as f32;

@@ -1,5 +1,5 @@
-//! AV-Cloud's time filters as a graph that can be differentiated (Chen and Shlizerman, "AV-Cloud", NeurIPS 2024, section 3.3; names and
-//! layouts of weights as in `promenade_core::published`).
+//! AV-Cloud's time filters as a graph that can be differentiated (Chen and Shlizerman, "AV-Cloud", NeurIPS 2024, section 3.3;
+//! names and layouts of weights as in `promenade_core::published`).
 
 use crate::network::Graph;
 use crate::weights::NEIGHBOURS;
@@ -7,8 +7,8 @@ use burn::tensor::Tensor;
 use burn::tensor::activation::relu;
 
 impl Graph {
-    /// Filters masked magnitudes, `[listener][frame][band]`, by one matrix over frames for all bands, and adds a bias: both are sums over
-    /// anchors of spherical harmonics, `[anchor][harmonic][listener]`, times features.
+    /// Filters masked magnitudes, `[listener][frame][band]`, by one matrix over frames for all bands, and adds a bias: both are
+    /// sums over anchors of spherical harmonics, `[anchor][harmonic][listener]`, times features.
     #[must_use]
     pub(crate) fn harmonic_filter(&self, masked: &Tensor<3>, harmonics: Tensor<3>) -> Tensor<3> {
         let [batch, frames, bands] = masked.dims();
@@ -24,8 +24,9 @@ impl Graph {
         kernel.matmul(masked.clone()) + biases.transpose().unsqueeze::<3>().matmul(by_band)
     }
 
-    /// Filters masked magnitudes, `[listener][frame][band]`, by a matrix over frames and neighbouring bands that a network makes of each
-    /// band's embedding, and adds a bias. Kernels are sums of one matrix per hidden unit, so they are never formed.
+    /// Filters masked magnitudes, `[listener][frame][band]`, by a matrix over frames and neighbouring bands that a network
+    /// makes of each band's embedding, and adds a bias. Kernels are sums of one matrix per hidden unit, so they are never
+    /// formed.
     #[must_use]
     pub(crate) fn hyper_filter(&self, masked: &Tensor<3>, embedding: &Tensor<3>) -> Tensor<3> {
         let [batch, frames, bands] = masked.dims();

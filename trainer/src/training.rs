@@ -240,7 +240,8 @@ impl<'a> Trainer<'a> {
         (gradient.loss, gradients)
     }
 
-    /// The transfer function that the network predicts for a pose, as the engine's render head takes it; none with AV-Cloud's heads.
+    /// The transfer function that the network predicts for a pose, as the engine's render head takes it; none with AV-Cloud's
+    /// heads.
     #[must_use]
     pub fn transfer(&mut self, pose: &Pose) -> Option<TransferFunction> {
         if let Head::Published(_) = self.head {
@@ -313,7 +314,8 @@ impl<'a> Trainer<'a> {
         self.settings.rate * (along / WARM_UP).min(1.0) * (LAST_RATE + (1.0 - LAST_RATE) * fall)
     }
 
-    /// Predictions for the examples' listeners, `[listener][value]`: mixture mask, difference mask and, where there is one, room.
+    /// Predictions for the examples' listeners, `[listener][value]`: mixture mask, difference mask and, where there is one,
+    /// room.
     fn decode(&mut self, graph: &Graph, examples: &[Example<'_>]) -> Vec<Tensor<2>> {
         let network = &self.settings.network;
         let listeners: Vec<Listener> = examples.iter().map(|e| self.setup.placement.listener(&e.pose)).collect();

@@ -149,8 +149,8 @@ impl Start {
     }
 }
 
-/// Exponential decays of 0.15 s to 0.6 s, quiet beside the direct sound; stored as logarithms while training. The first tap is that of the
-/// hop after the direct sound.
+/// Exponential decays of 0.15 s to 0.6 s, quiet beside the direct sound; stored as logarithms while training. The first tap is
+/// that of the hop after the direct sound.
 fn tap_shapes_at(taps: usize, shapes: usize, bands: usize, hop_s: f64) -> Vec<f32> {
     let mut out = Vec::with_capacity(shapes * (taps + 1) * bands);
     for shape in 0..shapes {
@@ -169,7 +169,8 @@ pub(crate) fn is_fixed(name: &str) -> bool {
     name.ends_with(".freqs")
 }
 
-/// AdamW (Loshchilov and Hutter 2019), with all of its state in arrays, so that a training that was stopped goes on as if it had not been.
+/// AdamW (Loshchilov and Hutter 2019), with all of its state in arrays, so that a training that was stopped goes on as if it
+/// had not been.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AdamW {
     /// Mean of the gradients, and of their squares, by name.
