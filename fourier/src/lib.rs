@@ -1,7 +1,7 @@
 //! Fourier transforms: plans, and whole signals by one call.
 //!
-//! A planner is generic, and a crate that makes one compiles all algorithms of the library again. Here they are compiled once, for single
-//! and for double precision.
+//! A planner is generic, and a crate that makes one compiles all algorithms of the library again. Here they are compiled once,
+//! for single and for double precision.
 
 pub use realfft::{ComplexToReal, FftNum, RealToComplex, num_complex};
 pub use rustfft::Fft;
@@ -22,8 +22,8 @@ pub fn forward<T: Sample>(length: usize) -> Arc<dyn RealToComplex<T>> {
     T::forward(length)
 }
 
-/// A transform of `length / 2 + 1` bins to `length` real samples, unscaled: after [`forward`], `length` times the signal. Making one
-/// allocates, using it does not.
+/// A transform of `length / 2 + 1` bins to `length` real samples, unscaled: after [`forward`], `length` times the signal.
+/// Making one allocates, using it does not.
 #[must_use]
 pub fn inverse<T: Sample>(length: usize) -> Arc<dyn ComplexToReal<T>> {
     T::inverse(length)

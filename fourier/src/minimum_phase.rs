@@ -12,8 +12,8 @@ pub fn floored_log(gain: &[f64]) -> impl Iterator<Item = f64> {
     gain.iter().map(move |g| g.max(floor).ln())
 }
 
-/// The complex logarithm of the minimum-phase filter whose magnitude has this natural logarithm, both by bin from 0 to half of an
-/// even `n_fft`: the cepstrum folded to positive times (Oppenheim and Schafer 2010, section 13.5).
+/// The complex logarithm of the minimum-phase filter whose magnitude has this natural logarithm, both by bin from 0 to half of
+/// an even `n_fft`: the cepstrum folded to positive times (Oppenheim and Schafer 2010, section 13.5).
 #[must_use]
 pub fn minimum_phase_log(log_gain: impl IntoIterator<Item = f64>, n_fft: usize) -> Vec<Complex64> {
     let mut cepstrum = signal(log_gain.into_iter().map(Complex64::from).collect(), n_fft);
