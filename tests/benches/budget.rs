@@ -1,9 +1,9 @@
 //! What a budget of processor time keeps to, and what it costs in sound: twenty talkers of one process, played in real time.
 //!
-//! `cargo bench --bench budget -p promenade-tests`. Every instance speaks from another place of `data/speech.wav` at another level, down to
-//! -38 dB, with pauses, and its listener turns by 90 degrees a second and walks at 1 m/s. Limits are shares of what all take without one.
-//! Printed: the limit and what was taken, processor time of the thread that plays all in turn, by the sound's; energy of the difference to
-//! the mix without a limit, below the mix.
+//! `cargo bench --bench budget -p promenade-tests`. Every instance speaks from another place of `data/speech.wav` at another
+//! level, down to -38 dB, with pauses, and its listener turns by 90 degrees a second and walks at 1 m/s. Limits are shares of
+//! what all take without one. Printed: the limit and what was taken, processor time of the thread that plays all in turn, by
+//! the sound's; energy of the difference to the mix without a limit, below the mix.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;

@@ -1,9 +1,9 @@
 //! What the open editor costs: pictures a second, and processor time by thread, while one plays, drags, or does nothing.
 //!
-//! `cargo bench --bench editor -p promenade-tests`, with a screen (`DISPLAY`). The CLAP, played live at 48 kHz in blocks of 512 with the
-//! factory scene, its editor at its own size. Time: processor seconds per second, of the thread with the editor's window, of the
-//! threads that draw for a software OpenGL (`LIBGL_ALWAYS_SOFTWARE=1`), and of the thread that plays. Pictures are counted by the X
-//! server.
+//! `cargo bench --bench editor -p promenade-tests`, with a screen (`DISPLAY`). The CLAP, played live at 48 kHz in blocks of 512
+//! with the factory scene, its editor at its own size. Time: processor seconds per second, of the thread with the editor's
+//! window, of the threads that draw for a software OpenGL (`LIBGL_ALWAYS_SOFTWARE=1`), and of the thread that plays. Pictures
+//! are counted by the X server.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use promenade_host::{EditKind, EditorSize};

@@ -1,11 +1,12 @@
 //! Memory and processor time of many instances of one bundle in one process, all with the same scene and a listener who moves.
 //!
 //! `cargo bench --bench instances -p promenade-tests`. The plugin is the one that cargo builds beside it, or that of
-//! `PROMENADE_BUNDLES`. Time: processor seconds of the one thread that plays all instances in turn, per second of sound, at 48 kHz in
-//! blocks of 512, median of the runs; input is white noise, and every listener turns by 90 degrees a second and walks at 1 m/s with
-//! automation every 32 samples; then without automation, and then without input too, once the room has died away. Memory: what is
-//! resident of the process (Linux), of which before the first instance is taken off. Before that, seconds by the clock from the first
-//! instance that is opened to the last that plays, for each number and sample rate in a process of its own.
+//! `PROMENADE_BUNDLES`. Time: processor seconds of the one thread that plays all instances in turn, per second of sound, at 48
+//! kHz in blocks of 512, median of the runs; input is white noise, and every listener turns by 90 degrees a second and walks at
+//! 1 m/s with automation every 32 samples; then without automation, and then without input too, once the room has died away.
+//! Memory: what is resident of the process (Linux), of which before the first instance is taken off. Before that, seconds by
+//! the clock from the first instance that is opened to the last that plays, for each number and sample rate in a process of its
+//! own.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;

@@ -40,8 +40,8 @@ fn library() -> PathBuf {
     existing(tests.with_file_name(name))
 }
 
-/// A VST3 bundle around the shared library, beside it in the build's folder: one for each state of the library, made under another name
-/// first, so that no test loads a file that another is writing.
+/// A VST3 bundle around the shared library, beside it in the build's folder: one for each state of the library, made under
+/// another name first, so that no test loads a file that another is writing.
 fn bundle_library() -> PathBuf {
     let library = library();
     let changed = fs::metadata(&library).and_then(|m| m.modified()).expect("the library's time can be read");

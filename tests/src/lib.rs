@@ -1,7 +1,7 @@
 //! The built plugin in a host without a screen, for the tests in `tests/`.
 //!
-//! `PROMENADE_BUNDLES` names the folder with `Promenade.clap` and `Promenade.vst3`; without it the shared library that cargo has just
-//! built beside the tests is loaded.
+//! `PROMENADE_BUNDLES` names the folder with `Promenade.clap` and `Promenade.vst3`; without it the shared library that cargo
+//! has just built beside the tests is loaded.
 
 pub mod bundle;
 mod library;
@@ -15,8 +15,8 @@ pub use library::in_library;
 pub use played::{ClapHost, Host, Knob, Vst3, edit_state, host_id, render};
 pub use promenade_host::{Format, Setup};
 
-/// Runs generic tests in both formats: `fn name<H: Host>()` becomes `clap::name` and `vst3::name`. An attribute `ignore` before the
-/// names is that of all.
+/// Runs generic tests in both formats: `fn name<H: Host>()` becomes `clap::name` and `vst3::name`. An attribute `ignore` before
+/// the names is that of all.
 #[macro_export]
 macro_rules! in_both_formats {
     (#[ignore = $why:literal] $($name:ident),+ $(,)?) => {

@@ -7,8 +7,8 @@ use std::{env, fs};
 /// The variable that names folders of scenes.
 const FOLDERS: &str = "PROMENADE_SCENES";
 
-/// Runs the calling test again in a process whose library and home are a folder of its own, filled by `fill`, and there `test`. Returns the log of
-/// that process; in it there is none.
+/// Runs the calling test again in a process whose library and home are a folder of its own, filled by `fill`, and there `test`.
+/// Returns the log of that process; in it there is none.
 ///
 /// # Panics
 /// The test fails there.

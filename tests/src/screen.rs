@@ -97,7 +97,8 @@ impl Screen {
         watched.expect("the X server listens").check().expect("what is drawn is told");
     }
 
-    /// How many times something was drawn since the last call, after [`Screen::watch`]. A window of OpenGL draws once a picture.
+    /// How many times something was drawn since the last call, after [`Screen::watch`]. A window of OpenGL draws once a
+    /// picture.
     pub fn drawings(&self) -> usize {
         let next = || self.x11.poll_for_event().expect("the X server listens");
         std::iter::from_fn(next).filter(|event| matches!(event, Event::DamageNotify(_))).count()

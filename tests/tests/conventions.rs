@@ -1,5 +1,5 @@
-//! What hosts and plugins tell each other beside sound and values: modules, pages of remote controls, names instead of numbers, the host's
-//! menu, its marks and its tracks.
+//! What hosts and plugins tell each other beside sound and values: modules, pages of remote controls, names instead of numbers,
+//! the host's menu, its marks and its tracks.
 
 use promenade_host::{AutomationMark, Mark, MenuAction, Track};
 use promenade_tests::screen::{Picture, Screen, wait_until};

@@ -216,11 +216,12 @@ fn opening_and_closing_leaves_nothing_behind<H: Host>() {
     let (pages, files) = resources();
     let grown = pages.saturating_sub(settled.0) * 4096 / 1024;
     println!("{grown} KiB more and {files} open files, {} before, after 139 times", settled.1);
-    // A window's pixels, its textures or its fonts would be a megabyte or more each time. The command that runs this leaves two arenas
-    // to the allocator: with one for each thread it keeps 40 to 80 MB of what is free. In VST3 29 to 41 MB stay, see below.
+    // A window's pixels, its textures or its fonts would be a megabyte or more each time. The command that runs this leaves two
+    // arenas to the allocator: with one for each thread it keeps 40 to 80 MB of what is free. In VST3 29 to 41 MB stay, see
+    // below.
     assert!(grown < 60_000, "{grown} KiB more after 139 times");
-    // In VST3 this host holds the view's event handler until the view takes it back, and the view does so when it is let go of: a pair
-    // of sockets stays each time. Hosts that count no reference for it do not have this.
+    // In VST3 this host holds the view's event handler until the view takes it back, and the view does so when it is let go of:
+    // a pair of sockets stays each time. Hosts that count no reference for it do not have this.
     let allowed = if H::FORMAT == Format::Vst3 { 2 * 139 } else { 0 };
     assert!(files <= settled.1 + allowed + 4, "{files} open files, {} before", settled.1);
     open(&mut host, &screen, 1.0);
@@ -363,7 +364,8 @@ mod needs_screen {
         });
     }
 
-    /// The response is drawn once it is worked out, the quality's figures when they are measured, and another pose has another response.
+    /// The response is drawn once it is worked out, the quality's figures when they are measured, and another pose has another
+    /// response.
     #[test]
     #[ignore = "needs a screen"]
     fn the_response_follows_the_pose() {

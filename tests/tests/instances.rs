@@ -51,8 +51,8 @@ fn a_scene_is_in_memory_once<H: Host>() {
             }
         }
         let (before, now) = (after_two.unwrap(), resident_bytes().unwrap());
-        // An instance has filters and rings of its own, and its wrapper and host queues: below 4 MB together. A copy of the scene for
-        // each would take the whole of it; a quarter is far from both.
+        // An instance has filters and rings of its own, and its wrapper and host queues: below 4 MB together. A copy of the
+        // scene for each would take the whole of it; a quarter is far from both.
         let each = now.saturating_sub(before) / (INSTANCES as u64 - 2);
         assert!(each < table / 4, "each instance takes {each} bytes, the scene's table has {table}");
     });

@@ -1,4 +1,5 @@
-//! Scenes and camera paths of the user's library, which an environment variable names: each test runs again in a process that has it.
+//! Scenes and camera paths of the user's library, which an environment variable names: each test runs again in a process that
+//! has it.
 
 use promenade_core::KeyframeEntry;
 use promenade_tests::signal::{difference_db, noise};

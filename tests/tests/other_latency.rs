@@ -32,7 +32,8 @@ fn another_scene<H: Host>(name: &str) -> H {
 fn a_new_latency_is_told_when_a_host_may_hear_it<H: Host>() {
     let mut host = another_scene::<H>("told");
     let silence = vec![0.0; 480];
-    // One block is played with the new scene, and the host deactivates before it serves anything: CLAP's latency changes with an activation only.
+    // One block is played with the new scene, and the host deactivates before it serves anything: CLAP's latency changes with
+    // an activation only.
     host.process(&[&silence, &silence]);
     host.reopen(Setup::default());
     host.process(&[&silence, &silence]);

@@ -46,7 +46,8 @@ fn hosts_list_the_documented_parameters<H: Host>() {
     }
 }
 
-/// Ardour's VST3 host leaves out parameters that may not be automated: what an editor sets of them never comes back to the plugin.
+/// Ardour's VST3 host leaves out parameters that may not be automated: what an editor sets of them never comes back to the
+/// plugin.
 fn hosts_take_everything_that_an_editor_sets<H: Host>() {
     let knobs = H::open(Default::default()).knobs();
     let dropped = knobs.iter().filter(|knob| !knob.automatable).map(|knob| knob.name.as_str()).collect::<Vec<_>>();

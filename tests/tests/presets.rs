@@ -1,4 +1,5 @@
-//! What a host's browser gets of the built plugin, and what it loads: each test in a process with a home and a library of its own.
+//! What a host's browser gets of the built plugin, and what it loads: each test in a process with a home and a library of its
+//! own.
 
 use promenade_host::{Preset, PresetPlace};
 use promenade_tests::signal::{difference_db, noise};
@@ -69,7 +70,8 @@ fn a_clap_browser_gets_presets_by_use_and_the_scenes_of_the_library() {
             assert!(preset.description.ends_with('.') && !preset.features.is_empty(), "{preset:?}");
         }
         assert_eq!(named(&presets, "Corridor, walk to the source").features, ["walk", "film"]);
-        // Copies that were installed for VST3 hosts are not listed again; what cannot be read is, and says so when it is loaded.
+        // Copies that were installed for VST3 hosts are not listed again; what cannot be read is, and says so when it is
+        // loaded.
         let own = within("User presets");
         assert_eq!(own.iter().map(|preset| &preset.name[..]).collect::<Vec<_>>(), ["Mine", "Torn"]);
         assert_eq!(own[0].place, PresetPlace::File(users(home).join("Mine.vstpreset")));

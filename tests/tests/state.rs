@@ -351,8 +351,8 @@ fn hostile_states_do_no_harm<H: Host>() {
         b"{\"version\":\"0.1.0\"".to_vec(),
         b"[[[[[[".to_vec(),
         b"{\"version\":1,\"params\":[],\"fields\":7}".to_vec(),
-        b"{\"version\":\"0.1.0\",\"params\":{\"x\":{\"f32\":1e39},\"yaw\":{\"f32\":-1e30},\"tier\":{\"i32\":99}},\"fields\":{}}".to_vec(),
-        b"{\"version\":\"0.1.0\",\"params\":{\"x\":{\"bool\":true},\"tier\":{\"string\":\"?\"},\"slot\":{\"i32\":-5}},\"fields\":{}}".to_vec(),
+        br#"{"version":"0.1.0","params":{"x":{"f32":1e39},"yaw":{"f32":-1e30},"tier":{"i32":99}},"fields":{}}"#.to_vec(),
+        br#"{"version":"0.1.0","params":{"x":{"bool":true},"tier":{"string":"?"},"slot":{"i32":-5}},"fields":{}}"#.to_vec(),
     ];
     let odd = [
         json!(null),
