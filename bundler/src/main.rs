@@ -11,6 +11,7 @@ mod screen;
 mod sections;
 mod system;
 mod systems;
+mod web;
 
 use crate::bundle::Profile;
 use crate::system::System;
@@ -27,6 +28,8 @@ cargo xtask install [other options of cargo build]
 cargo xtask archive [--target TARGET] [--without-standalone]
     builds all that users are given into one .zip in target/archives, with licences and how to install it;
     on Linux the standalone program needs the headers of ALSA and JACK
+cargo xtask web
+    builds the engine that pages of `promenade web` play, into target/web
 cargo xtask systems [TARGET ...]
     compiles every crate for other systems, renders with the Windows plugins in Wine, and runs the engine's tests on an emulated
     ARM processor, as far as this machine has the tools
@@ -60,6 +63,7 @@ fn run() -> Result<()> {
             let program = bundle::program(&bundle::COMMAND_LINE, Profile::Release, System::here()?, None, &options)?;
             install::install(&manifest::installed(&root, &bundles, &[program])?)
         }
+        "web" if options.is_empty() => web::web().map(|_| ()),
         "archive" => archive::archive(&root, &options),
         "systems" => systems::systems(&root, &options),
         "test" if options.is_empty() => check::test(),

@@ -254,13 +254,14 @@ impl Renderer {
         self.fresh = true;
     }
 
-    /// Forgets the past; the next pose is jumped to instead of glided to.
+    /// Is as new again: the same sound and poses give the same samples.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn reset(&mut self) {
         self.stft.reset();
         self.head.reset();
+        self.follower.reset();
         self.low_cut.reset();
         if let Some(reference) = &mut self.reference {
             reference.reset();
@@ -270,6 +271,7 @@ impl Renderer {
         }
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.filled = 0;
+        (self.last, self.before) = (Pose::IDENTITY, Pose::IDENTITY);
         self.jump();
     }
 

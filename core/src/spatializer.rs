@@ -229,7 +229,8 @@ impl Spatializer {
         }
     }
 
-    /// Forgets the past: the next pose and the next settings are jumped to, not glided to.
+    /// Is as new again: the next pose and the next settings are jumped to, not glided to, and the same sound and poses give the same
+    /// samples.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

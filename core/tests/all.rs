@@ -15,6 +15,7 @@ mod live;
 mod measured;
 mod mixing;
 mod realtime;
+mod reset;
 mod scene_file;
 mod sound;
 mod stereo;

@@ -25,7 +25,7 @@ fn ours(of: &str) -> Vec<String> {
 
 #[test]
 fn the_crates_meet_in_core_alone() {
-    let table: [(&str, &[&str]); 13] = [
+    let table: [(&str, &[&str]); 14] = [
         ("promenade-acoustics", &["audio"]),
         ("promenade-room", &["acoustics", "core", "fourier", "metrics"]),
         ("promenade-fourier", &[]),
@@ -36,6 +36,7 @@ fn the_crates_meet_in_core_alone() {
         ("promenade-core", &["fourier"]),
         ("promenade-paths", &["core", "fourier"]),
         ("promenade-sofa", &["audio", "core", "fourier"]),
+        ("promenade-web", &["core", "fourier"]),
         ("promenade-plugin", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
         ("promenade-baker", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
         ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
@@ -154,6 +155,7 @@ fn no_files_use_each_other_in_a_circle() {
         "testing",
         "tests",
         "trainer",
+        "web",
     ];
     for name in crates {
         let files = sources::of_crate(&root().join(name));

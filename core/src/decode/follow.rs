@@ -59,6 +59,12 @@ impl Follower {
         self.live.as_ref().map(LiveDecoder::shown)
     }
 
+    /// Is as new again: the next pose is the first, and time filters begin with the same share.
+    pub(crate) fn reset(&mut self) {
+        (self.is_live, self.stale_shares, self.share) = (false, 0, 0);
+        self.live.iter_mut().for_each(LiveDecoder::reset);
+    }
+
     /// Brings all time filters up to date over the next hops, though the pose may stay.
     pub(crate) fn refresh(&mut self) {
         self.stale_shares = REFRESH_HOPS;

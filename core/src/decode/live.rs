@@ -14,6 +14,55 @@ pub struct Decoded {
     pub published: Option<PublishedFrame>,
 }
 
+impl Decoded {
+    /// Values of [`Decoded::write_to`].
+    #[must_use]
+    pub fn flat_len(&self) -> usize {
+        self.parts().iter().map(|part| part.len()).sum::<usize>() + self.published_taps().map_or(0, StreamTaps::flat_len)
+    }
+
+    /// Writes all values into a row, for a decoder that shares no memory with the stream; the order is this library's own.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O. What has no room in `row` is left out.
+    pub fn write_to(&self, row: &mut [f32]) {
+        let mut rest = row;
+        for part in self.parts() {
+            let Some((to, after)) = rest.split_at_mut_checked(part.len()) else { return };
+            to.copy_from_slice(part);
+            rest = after;
+        }
+        if let Some(taps) = self.published_taps() {
+            taps.write_to(rest);
+        }
+    }
+
+    /// Takes the values of a row that [`Decoded::write_to`] has written for the same scene. Returns whether it has as many; otherwise
+    /// nothing changes.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn read_from(&mut self, row: &[f32]) -> bool {
+        if row.len() != self.flat_len() {
+            return false;
+        }
+        let mut rest = row;
+        for part in self.parts_mut() {
+            let (values, after) = rest.split_at(part.len());
+            part.copy_from_slice(values);
+            rest = after;
+        }
+        if let Some(taps) = self.published.as_mut().and_then(|p| p.taps.as_mut()) {
+            taps.read_from(rest);
+        }
+        true
+    }
+
+    fn published_taps(&self) -> Option<&StreamTaps> {
+        self.published.as_ref().and_then(|p| p.taps.as_ref())
+    }
+}
+
 /// What the published render head takes for one listener.
 #[derive(Clone, Debug)]
 pub struct PublishedFrame {
@@ -54,6 +103,8 @@ pub(crate) struct LiveDecoder {
     shown: Decoded,
     from: Decoded,
     to: Decoded,
+    /// What is heard where the scene starts.
+    first: Decoded,
     /// Hops of the running cross-fade that are done, and all of them.
     done: usize,
     hops: usize,
@@ -71,7 +122,15 @@ impl LiveDecoder {
         let mut first = silent.clone();
         worker.request(&scene.start_pose(), true);
         let heard = worker.take().map(|d| first.copy_from(d)).is_some();
-        Self { worker, hop_s, from: silent, to: first.clone(), shown: first, done: 1, hops: 1, asked: None, since: 0, heard }
+        let (to, shown) = (first.clone(), first.clone());
+        Self { worker, hop_s, from: silent, to, shown, first, done: 1, hops: 1, asked: None, since: 0, heard }
+    }
+
+    /// Is as new again; an answer that is still on its way belongs to the past.
+    pub(crate) fn reset(&mut self) {
+        let _ = self.worker.take();
+        self.shown.copy_from(&self.first);
+        (self.done, self.hops, self.since, self.asked) = (1, 1, 0, None);
     }
 
     /// What is heard now.

@@ -73,6 +73,7 @@ impl Reference {
     pub(crate) fn reset(&mut self) {
         self.stream.reset();
         self.early.iter_mut().for_each(|e| e.fill(0.0));
+        (self.at, self.share) = (0, 0.0);
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {

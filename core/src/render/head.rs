@@ -264,6 +264,7 @@ impl RenderHead {
         self.low.reset();
         self.forget_late();
         self.dead_frames = usize::MAX / 2;
+        self.frame = 0;
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {

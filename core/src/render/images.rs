@@ -217,6 +217,7 @@ impl ImageRenderer {
         self.convolver.reset();
         self.quiet_hops = usize::MAX / 2;
         self.played = None;
+        (self.refreshed, self.stale, self.sounds) = (0, 0, false);
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {

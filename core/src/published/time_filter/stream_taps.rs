@@ -82,6 +82,33 @@ impl StreamTaps {
         self.bias.blend(&from.bias, &to.bias, fraction);
     }
 
+    /// Values of [`StreamTaps::write_to`].
+    #[must_use]
+    pub fn flat_len(&self) -> usize {
+        self.rows().map(<[f32]>::len).sum()
+    }
+
+    /// Writes kernel and bias into a row; what has no room is left out.
+    pub(crate) fn write_to(&self, row: &mut [f32]) {
+        row.iter_mut().zip(self.rows().flatten()).for_each(|(to, from)| *to = *from);
+    }
+
+    /// Takes kernel and bias from a row that [`StreamTaps::write_to`] has written for taps of the same sizes.
+    pub(crate) fn read_from(&mut self, row: &[f32]) {
+        let mut rest = row.iter();
+        let (Kernel::Shared(kernel) | Kernel::Banded(kernel)) = &mut self.kernel;
+        for frames in [kernel, &mut self.bias] {
+            for i in 0..frames.count() {
+                frames.row_mut(i).iter_mut().zip(&mut rest).for_each(|(to, from)| *to = *from);
+            }
+        }
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &[f32]> {
+        let (Kernel::Shared(kernel) | Kernel::Banded(kernel)) = &self.kernel;
+        kernel.iter().chain(self.bias.iter())
+    }
+
     /// The filtered frame, one value per band; `masked` gives the row of magnitudes at a lag in hops, where there is one.
     #[inline(always)]
     pub(crate) fn apply<'a>(&self, masked: impl Fn(isize) -> Option<(&'a Frames, usize)>, mix: &mut [f32]) {

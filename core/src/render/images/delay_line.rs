@@ -92,6 +92,7 @@ impl DelayLine {
     pub(crate) fn reset(&mut self) {
         self.samples.fill(0.0);
         self.states.fill(0.0);
+        self.now = 0;
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {

@@ -1,0 +1,16 @@
+//! The page's own files.
+
+/// The engine's file in a site, which is built apart from these (`cargo xtask web`).
+pub const ENGINE_FILE: &str = "engine/promenade.wasm";
+
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../page/", $name)))),*]
+    };
+}
+
+/// Names in a site, with slashes, and contents of all files but the engine and what the user brings.
+#[must_use]
+pub fn files() -> &'static [(&'static str, &'static str)] {
+    files!["engine/engine.js", "engine/module.js", "engine/preparer.js", "engine/processor.js", "engine/settings.js"]
+}
