@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn the_plugin_looks_where_the_installer_writes() {
         assert_eq!(promenade_plugin::library::folders().last(), Some(&Place::Scenes.folder().unwrap()));
-        assert_eq!(promenade_plugin::presets::folder().unwrap(), Place::Presets.folder().unwrap());
+        assert_eq!(promenade_plugin::history::presets::folder().unwrap(), Place::Presets.folder().unwrap());
     }
 
     #[test]

@@ -4,8 +4,8 @@ use crate::common::succeeds;
 use promenade_baker::wav::{self, Format};
 use promenade_core::{BlockParams, Pose, Scene};
 use promenade_judge::response_s;
-use promenade_plugin::response::{Listening, OCTAVES_HZ};
-use promenade_plugin::settled::Question;
+use promenade_plugin::answers::response::{Listening, OCTAVES_HZ};
+use promenade_plugin::answers::settled::Question;
 use std::sync::Arc;
 
 const RATE: u32 = 48_000;

@@ -1,9 +1,12 @@
 //! How many messages a second a port takes, from a sender that never rests.
 
-use promenade_plugin::osc::{Inbox, Listening, Osc, OscConfig, TrackerFormat};
+use promenade_plugin::listener::inbox::Inbox;
+use promenade_plugin::osc::{Listening, Osc};
 use promenade_plugin::parameter::Parameter;
-use promenade_plugin::params::PromenadeParams;
+use promenade_plugin::project::osc_config::OscConfig;
+use promenade_plugin::project::params::PromenadeParams;
 use promenade_plugin::telemetry::Telemetry;
+use promenade_plugin::tracker::format::TrackerFormat;
 use std::net::UdpSocket;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

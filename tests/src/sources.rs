@@ -42,7 +42,7 @@ fn collect(folder: &Path, module: &mut Names, found: &mut BTreeMap<Names, Source
             module.pop();
         } else if let Some(stem) = name.strip_suffix(".rs").filter(|stem| !stem.ends_with("tests")) {
             let mut here = module.clone();
-            if !(module.is_empty() && ["lib", "main"].contains(&stem)) {
+            if !(stem == "mod" || module.is_empty() && ["lib", "main"].contains(&stem)) {
                 here.push(stem.to_owned());
             }
             found.insert(here, read(&path));

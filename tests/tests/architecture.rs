@@ -186,3 +186,14 @@ fn no_files_use_each_other_in_a_circle() {
     }
     assert!(circles.is_empty(), "{}", circles.join("\n"));
 }
+
+/// The most that a newcomer to the plugin sees at once, files and folders.
+const SUBJECTS: usize = 15;
+
+#[test]
+fn the_plugin_is_divided_by_subject() {
+    let entries = std::fs::read_dir(root().join("plugin/src")).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut names: Vec<String> = entries.map(|name| name.into_string().unwrap()).collect();
+    names.sort();
+    assert!(names.len() <= SUBJECTS, "{} entries at the root of plugin/src: {names:?}", names.len());
+}

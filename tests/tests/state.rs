@@ -1,7 +1,7 @@
 //! A project finds everything again: parameters, scene and camera path.
 
-use promenade_plugin::presets;
-use promenade_plugin::saved_head::SavedHead;
+use promenade_plugin::history::presets;
+use promenade_plugin::project::saved_head::SavedHead;
 use promenade_testing::fuzz::{Input, Search};
 use promenade_testing::heads::sphere;
 use promenade_testing::hostile::is_output;

@@ -4,8 +4,8 @@ use super::ctx::Ctx;
 use super::theme::{CONTROL, Palette};
 use super::widgets::{fact, labelled};
 use super::words::Word;
-use crate::limit::{LIMITS_PERCENT, limit_percent, set_limit_percent};
-use crate::members::{self, Spending};
+use crate::budget::limit::{LIMITS_PERCENT, limit_percent, set_limit_percent};
+use crate::telemetry::members::{self, Spending};
 use egui::{Align2, DragValue, Sense, Ui, Vec2};
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! The system's own window to choose a file, and what the file holds, off the editor's thread.
 
 use super::ctx::Ctx;
-use crate::repaint::Repaint;
+use crate::worker::repaint::Repaint;
 use rfd::AsyncFileDialog;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -6,10 +6,10 @@ use super::host_menu;
 use super::theme::{CONTROL, ROUND, SPACE};
 use super::widgets::{dimmed, drop_down, focus_ring, labelled, segments, switch};
 use super::words::{Word, help, variant_help};
-use crate::cast::narrow;
-use crate::choices::Follow;
 use crate::parameter::Parameter;
-use crate::params::PromenadeParams;
+use crate::parameter::cast::narrow;
+use crate::parameter::choices::Follow;
+use crate::project::params::PromenadeParams;
 use egui::{CornerRadius, DragValue, Key, Rect, Response, Sense, Ui, Vec2, WidgetInfo};
 use nice_plug::prelude::Enum;
 

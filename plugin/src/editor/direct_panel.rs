@@ -6,7 +6,7 @@ use super::panel::Panel;
 use super::plot::{Plot, along, hertz_text};
 use super::theme::{Palette, faded};
 use super::words::Word;
-use crate::cast::index;
+use crate::parameter::cast::index;
 use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 

@@ -1,9 +1,9 @@
 //! The listener's pose while the host does not ask for sound.
 
 use super::gesture::Gestures;
-use crate::params::{PromenadeParams, pose_of};
+use crate::project::params::{PromenadeParams, pose_of};
+use crate::project::walk::Walk;
 use crate::telemetry::Frame;
-use crate::walk::Walk;
 
 /// Replaces the audio thread's last pose by that of knobs and camera path. Trackers and groups are known to the audio thread only.
 pub(super) fn estimate(frame: &mut Frame, params: &PromenadeParams, gestures: &Gestures, walk: Option<&Walk>) {
@@ -17,8 +17,8 @@ pub(super) fn estimate(frame: &mut Frame, params: &PromenadeParams, gestures: &G
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::listener::pose_sources::Base;
     use crate::parameter::Parameter;
-    use crate::pose_sources::Base;
     use promenade_core::glam::Vec3;
 
     #[test]

@@ -5,9 +5,9 @@ use super::ctx::Ctx;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, heading, note};
 use super::words::Word;
-use crate::file_wish::FileWish;
-use crate::params::PromenadeParams;
-use crate::user_state::UserState;
+use crate::history::user_state::UserState;
+use crate::project::file_wish::FileWish;
+use crate::project::params::PromenadeParams;
 use egui::{Key, TextEdit, Ui, Vec2};
 
 /// What a file is of.

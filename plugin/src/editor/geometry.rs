@@ -1,6 +1,6 @@
 //! How large an editor's window is, and whether it takes keys.
 
-use crate::lock::lock;
+use crate::worker::lock::lock;
 use std::sync::{Mutex, MutexGuard};
 
 /// What the window reports of its size and its keyboard.

@@ -9,7 +9,7 @@ const REST_S: f64 = 0.4;
 pub trait Automation {
     /// The user takes hold of a parameter.
     fn begin(&self, parameter: Parameter);
-    /// A plain value, as [`crate::params::PromenadeParams::hosted`] counts.
+    /// A plain value, as [`crate::project::params::PromenadeParams::hosted`] counts.
     fn set(&self, parameter: Parameter, plain: f32);
     /// The user lets go.
     fn end(&self, parameter: Parameter);

@@ -6,7 +6,7 @@ use super::theme::{Palette, faded};
 use super::widgets::{button, tab, value_button};
 use super::words::Word;
 use crate::parameter::Parameter;
-use crate::settings::{Theme, ZOOMS};
+use crate::project::settings::{Theme, ZOOMS};
 use egui::{Align, CornerRadius, Frame, Layout, Margin, Popup, RichText, Sense, Stroke, Ui, vec2};
 
 /// Height, points.

@@ -2,7 +2,7 @@
 
 use super::gesture::Automation;
 use crate::parameter::Parameter;
-use crate::params::{PlainValue, PromenadeParams, with_param};
+use crate::project::params::{PlainValue, PromenadeParams, with_param};
 use nice_plug::prelude::{Param, ParamSetter};
 use std::sync::Weak;
 
@@ -78,7 +78,7 @@ impl Host<'_> {
             return;
         }
         let revision = &self.params.revision;
-        let next = (revision.value() + 1) % (crate::params::REVISIONS + 1);
+        let next = (revision.value() + 1) % (crate::project::params::REVISIONS + 1);
         self.setter.begin_set_parameter(revision);
         self.setter.set_parameter(revision, next);
         self.setter.end_set_parameter(revision);

@@ -5,8 +5,8 @@ use super::host::default_value;
 use super::theme::Palette;
 use super::widgets::button;
 use super::words::Word;
-use crate::host_side::{Automation, Colour, Mark, MenuItem, MenuRequest};
 use crate::parameter::Parameter;
+use crate::telemetry::host_side::{Automation, Colour, Mark, MenuItem, MenuRequest};
 use egui::{Color32, Rect, Response, Ui};
 
 /// Height of the line of automation, points.
@@ -19,7 +19,7 @@ pub(super) fn add(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, response
     marks(ui, ctx.palette, &ctx.instance.host_side.mark(parameter), place);
     if response.secondary_clicked() {
         let at = response.interact_pointer_pos().unwrap_or_else(|| place.center());
-        let pixels = |points: f32| crate::cast::rounded(points * ui.ctx().pixels_per_point());
+        let pixels = |points: f32| crate::parameter::cast::rounded(points * ui.ctx().pixels_per_point());
         ctx.instance.host_side.ask(MenuRequest::Show(parameter, [pixels(at.x), pixels(at.y)]));
     }
     response.context_menu(|ui| {
@@ -102,7 +102,7 @@ fn marks(ui: &Ui, palette: &Palette, mark: &Mark, place: Rect) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host_side::Mapping;
+    use crate::telemetry::host_side::Mapping;
 
     #[test]
     fn marks_are_told_in_words() {

@@ -2,7 +2,7 @@
 
 use super::theme::{Palette, faded};
 use super::words::Word;
-use crate::cast::narrow;
+use crate::parameter::cast::narrow;
 use crate::telemetry::decibels;
 use egui::{Align2, Color32, CornerRadius, Painter, Rect, Response, Sense, Stroke, Ui, Vec2, pos2};
 

@@ -6,14 +6,17 @@ use super::panel::Panel;
 use super::theme::CONTROL;
 use super::widgets::{button, columns, drop_down, field, labelled, note, switch, words};
 use super::words::Word;
-use crate::choices::GroupChoice;
-use crate::group;
-use crate::members::{self, Member};
-use crate::osc::adm_config::METRE_LIMITS;
-use crate::osc::{
-    AxisMap, Counts, CustomArguments, Interface, Listening, OscConfig, OscStatus, Recenter, Sending, TrackerFormat,
-};
+use crate::listener::group;
+use crate::osc::{Counts, Listening, OscStatus, Sending};
 use crate::parameter::Parameter;
+use crate::parameter::choices::GroupChoice;
+use crate::project::adm_config::METRE_LIMITS;
+use crate::project::osc_config::{Interface, OscConfig};
+use crate::telemetry::members::{self, Member};
+use crate::tracker::Recenter;
+use crate::tracker::axes::AxisMap;
+use crate::tracker::custom::CustomArguments;
+use crate::tracker::format::TrackerFormat;
 use egui::{ComboBox, DragValue, ScrollArea, Ui, Vec2};
 use nice_plug::prelude::Enum;
 use std::time::Duration;

@@ -7,10 +7,10 @@ use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, columns, field, labelled, note, outcome, switch, tab};
 use super::words::Word;
-use crate::error_chain::with_causes;
+use crate::history::user_state::UserState;
+use crate::library::error_chain::with_causes;
 use crate::parameter::Parameter;
-use crate::user_state::UserState;
-use crate::walk::SavedWalk;
+use crate::project::walk::SavedWalk;
 use egui::{DragValue, ScrollArea, Ui, Vec2};
 use promenade_core::{CameraPath, Keyframe};
 use promenade_paths::edit::{self, EditError};
@@ -327,7 +327,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [good, bad] = ["walk.json", "scene.promenade"].map(|name| folder.path().join(name));
         std::fs::write(&good, r#"[{"t": 0, "position": [1, 2, 3], "ypr": [0, 0, 0]}]"#).unwrap();
-        std::fs::write(&bad, crate::factory::ROOM_B.bytes).unwrap();
+        std::fs::write(&bad, crate::library::factory::ROOM_B.bytes).unwrap();
         assert!(matches!(&imported(&good), Ok(Done::Imported(walk, _)) if walk.keyframes.len() == 1));
         let why = imported(&bad).err().unwrap();
         assert!(

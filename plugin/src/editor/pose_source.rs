@@ -1,9 +1,9 @@
 //! Names the source of the listener's pose.
 
 use super::ctx::Ctx;
-use crate::choices::{Follow, GroupChoice};
+use crate::listener::pose_sources::Base;
 use crate::parameter::Parameter;
-use crate::pose_sources::Base;
+use crate::parameter::choices::{Follow, GroupChoice};
 use nice_plug::prelude::Enum;
 
 /// What moves the listener.

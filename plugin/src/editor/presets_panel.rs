@@ -5,9 +5,9 @@ use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, field, labelled, note, outcome, tab};
 use super::words::Word;
-use crate::error_chain::with_causes;
-use crate::presets::{self, About, Preset};
-use crate::user_state::UserState;
+use crate::history::presets::{self, About, Preset};
+use crate::history::user_state::UserState;
+use crate::library::error_chain::with_causes;
 use egui::{ScrollArea, TextEdit, Ui, Vec2};
 use std::path::PathBuf;
 

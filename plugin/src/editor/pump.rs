@@ -1,6 +1,6 @@
 //! Hands requests for pictures on to a window.
 
-use crate::repaint::Repaint;
+use crate::worker::repaint::Repaint;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

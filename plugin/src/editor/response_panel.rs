@@ -6,9 +6,9 @@ use super::plot::{Plot, along, hertz_text};
 use super::theme::{CONTROL, Palette, SPACE, faded};
 use super::widgets::segments;
 use super::words::Word;
-use crate::cast::index;
-use crate::params::emitter_offset_of;
-use crate::response::{DECAY_FLOOR_DB, DECAY_POINTS, Listening, Response};
+use crate::answers::response::{DECAY_FLOOR_DB, DECAY_POINTS, Listening, Response};
+use crate::parameter::cast::index;
+use crate::project::params::emitter_offset_of;
 use crate::telemetry::{FLOOR_DB, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 use promenade_core::Pose;
@@ -155,7 +155,7 @@ fn spectrum(ui: &mut Ui, rect: Rect, palette: &Palette, response: Option<&Respon
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::response::OCTAVES_HZ;
+    use crate::answers::response::OCTAVES_HZ;
 
     #[test]
     fn every_octave_has_its_name() {

@@ -5,9 +5,9 @@ use super::panel::Panel;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome};
 use super::words::Word;
-use crate::drawn_room::DrawnRoom;
-use crate::error_chain::with_causes;
 use crate::library;
+use crate::library::error_chain::with_causes;
+use crate::project::drawn_room::DrawnRoom;
 use egui::{DragValue, Sense, Ui, Vec2};
 use promenade_core::Scene;
 use promenade_room::SIZES_M;
@@ -102,7 +102,7 @@ fn lengths(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom) {
             let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), drag).on_hover_text(word.help());
             if response.changed() {
                 let mut room = room.clone();
-                room.set_length(axis, crate::cast::narrow(length));
+                room.set_length(axis, crate::parameter::cast::narrow(length));
                 ctx.draw(room);
             }
             // One change for the host, not one for each picture.

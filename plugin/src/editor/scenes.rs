@@ -5,12 +5,12 @@ use super::ctx::{Ctx, Owed};
 use super::theme::{Palette, ROUND, SPACE, faded};
 use super::widgets::{button, field, focus_ring, heading, note};
 use super::words::Word;
-use crate::choices::SceneChoice;
+use crate::history::user_state::UserState;
 use crate::library;
-use crate::lister::{Listed, Lister, Listing, card_at};
+use crate::library::lister::{Listed, Lister, Listing, card_at};
+use crate::library::scene_key::SceneKey;
+use crate::parameter::choices::SceneChoice;
 use crate::parameter::{Parameter, SLOTS};
-use crate::scene_key::SceneKey;
-use crate::user_state::UserState;
 use crate::worker::{LISTER, TaskHandle};
 use egui::{Align, CornerRadius, Frame, Layout, Margin, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, WidgetInfo, vec2};
 use nice_plug::nice_error;
@@ -416,7 +416,7 @@ mod tests {
     fn a_file_that_is_no_scene_is_refused_with_what_it_is() {
         let folder = tempfile::tempdir().unwrap();
         let [good, bad] = ["good.promenade", "walk.json"].map(|name| folder.path().join(name));
-        std::fs::write(&good, crate::factory::ROOM_B.bytes).unwrap();
+        std::fs::write(&good, crate::library::factory::ROOM_B.bytes).unwrap();
         std::fs::write(&bad, r#"[{"t": 0, "position": [1, 2, 3], "ypr": [0, 0, 0]}]"#).unwrap();
         let key = scene_file(&good).unwrap();
         assert_eq!((key.title.as_str(), key.slot, key.absolute), ("IoSR Room B, class room", 0, good));
@@ -429,7 +429,7 @@ mod tests {
 
     #[test]
     fn a_search_looks_at_title_and_credit() {
-        let lister = Lister::new(crate::repaint::Repaint::default());
+        let lister = Lister::new(crate::worker::repaint::Repaint::default());
         crate::worker::Task::run(&*lister);
         let listing = lister.newest();
         let found = |wanted: &str| listing.factory.iter().filter(|listed| matches(listed, wanted)).count();

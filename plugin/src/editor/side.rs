@@ -9,8 +9,8 @@ use super::view::reset;
 use super::widgets::{button, dimmed, drop_down, heading, labelled, note, title};
 use super::words::Word;
 use super::{loudness, pose_source, tier};
-use crate::output::Output;
 use crate::parameter::{Parameter, SLOTS};
+use crate::playing::output::Output;
 use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 use promenade_core::Pose;
 

@@ -8,8 +8,8 @@ use super::panel::Panel;
 use super::theme::SPACE;
 use super::widgets::{button, columns, dimmed, note};
 use super::words::Word;
-use crate::output::Output;
 use crate::parameter::Parameter;
+use crate::playing::output::Output;
 use egui::Ui;
 use promenade_core::Tier;
 

@@ -1,6 +1,6 @@
 //! The editor's two sets of colours, its type and its spacing.
 
-use crate::settings::Theme;
+use crate::project::settings::Theme;
 use egui::style::{ScrollStyle, Selection, WidgetVisuals, Widgets};
 use egui::{
     Color32, Context, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Margin, Shadow, Stroke, Style, TextStyle,

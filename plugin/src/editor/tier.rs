@@ -6,8 +6,8 @@ use super::ctx::Ctx;
 use super::theme::Palette;
 use super::widgets::{dimmed, fact, note};
 use super::words::Word;
-use crate::choices::TierChoice;
 use crate::parameter::Parameter;
+use crate::parameter::choices::TierChoice;
 use egui::{Align2, RichText, Sense, Ui, Vec2};
 use nice_plug::prelude::Enum;
 use promenade_core::{Scene, Tier};
@@ -102,7 +102,7 @@ fn why_not(scene: &Scene, asked: Tier, played: Tier) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::factory;
+    use crate::library::factory;
 
     #[test]
     fn figures_are_short() {

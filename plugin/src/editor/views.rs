@@ -1,10 +1,10 @@
 //! What an open editor has worked out in the background: the response of what is heard, figures of the tiers, loudness.
 
-use crate::loudness::{Loudness, LoudnessMeter, SoundQueue};
-use crate::repaint::Repaint;
-use crate::response::{Listening, Response};
-use crate::settled::{Question, Settled};
-use crate::tier_figures::{Figures, Judged};
+use crate::answers::response::{Listening, Response};
+use crate::answers::settled::{Question, Settled};
+use crate::answers::tier_figures::{Figures, Judged};
+use crate::telemetry::loudness::{Loudness, LoudnessMeter, SoundQueue};
+use crate::worker::repaint::Repaint;
 use crate::worker::{JUDGE, METER, RESPONDER, TaskHandle, Worker};
 use nice_plug::nice_error;
 use promenade_core::Scene;

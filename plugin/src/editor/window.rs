@@ -3,8 +3,8 @@
 use super::app::App;
 use super::ctx::Instance;
 use super::geometry::Geometry;
-use crate::host_side::Track;
-use crate::settings::{EditorSettings, LEAST_SIZE};
+use crate::project::settings::{EditorSettings, LEAST_SIZE};
+use crate::telemetry::host_side::Track;
 use nice_plug::context::gui::GuiContext;
 use nice_plug::editor::dpi::{LogicalSize, NativeSize, PhysicalSize};
 use nice_plug::editor::{

@@ -1,7 +1,7 @@
 //! The editor's words and what each of them means. Widgets take a [`Word`], so that there is none without its tooltip.
 
 use crate::parameter::Parameter;
-use crate::table::table;
+use crate::parameter::table::table;
 
 table! {
     /// A word on a control, a line or a section, with its tooltip.

@@ -12,9 +12,9 @@ mod preset_load;
 mod state;
 
 use crate::Promenade;
-use crate::host_side::{HostSide, Introduction};
-use crate::lock::lock;
 use crate::parameter::Parameter;
+use crate::telemetry::host_side::{HostSide, Introduction};
+use crate::worker::lock::lock;
 use nice_plug::wrapper::clap::{
     CLAP_PLUGIN_FACTORY_ID, CLAP_VERSION, PluginDescriptor, Wrapper, clap_host, clap_plugin, clap_plugin_descriptor,
     clap_plugin_entry, clap_plugin_factory,

@@ -1,7 +1,7 @@
 //! This plugin's own addresses: `/promenade/...` for all instances, `/promenade/<name>/...` for those of a name.
 
-use super::axes::AxisMap;
-use super::reading::{Argument, Unit};
+use crate::tracker::axes::AxisMap;
+use crate::tracker::reading::{Argument, Unit};
 
 const ROOT: &str = "/promenade/";
 const SAME: AxisMap = AxisMap::IDENTITY;

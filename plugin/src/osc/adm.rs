@@ -3,12 +3,12 @@
 //! Source: ADM-OSC specification 1.0 (immersive-audio-live.github.io/ADM-OSC): x to the right, y ahead, z up, normalised; azimuth in
 //! degrees to the left, elevation up, distance normalised.
 
-use super::adm_config::{AdmConfig, METRE_LIMITS};
 use super::packet;
 use super::value::numbers;
-use crate::cast::narrow;
 use crate::parameter::Parameter;
-use crate::params::{PromenadeParams, emitter_offset_of, pose_of};
+use crate::parameter::cast::narrow;
+use crate::project::adm_config::{AdmConfig, METRE_LIMITS};
+use crate::project::params::{PromenadeParams, emitter_offset_of, pose_of};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType};
@@ -338,7 +338,7 @@ impl AdmObject {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene_frame::SceneFrame;
+    use crate::project::scene_frame::SceneFrame;
 
     fn params() -> PromenadeParams {
         let params = PromenadeParams::default();

@@ -1,12 +1,12 @@
 //! `docs/osc.md` and `docs/head-tracking.md` say what the code does.
 
 use super::address::KEYWORDS;
-use super::axes::AxisMap;
-use super::config::OscConfig;
-use super::custom::CustomArguments;
-use super::format::TrackerFormat;
-use super::reading::{Argument, FARTHEST_M, Unit};
 use crate::parameter::Parameter;
+use crate::project::osc_config::OscConfig;
+use crate::tracker::axes::AxisMap;
+use crate::tracker::custom::CustomArguments;
+use crate::tracker::format::TrackerFormat;
+use crate::tracker::reading::{Argument, FARTHEST_M, Unit};
 
 fn document(name: &str) -> String {
     std::fs::read_to_string(format!("{}/../docs/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()

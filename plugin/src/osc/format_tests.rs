@@ -1,13 +1,14 @@
 //! Every format turns the head the right way.
 
-use super::config::OscConfig;
-use super::custom::{CustomArguments, CustomTracker};
-use super::format::TrackerFormat;
-use super::inbox::Inbox;
 use super::packet::encoded;
 use super::receiver::{Message, Receiver};
-use super::{AxisMap, Interface, Recenter};
-use crate::params::PromenadeParams;
+use crate::listener::inbox::Inbox;
+use crate::project::osc_config::{Interface, OscConfig};
+use crate::project::params::PromenadeParams;
+use crate::tracker::Recenter;
+use crate::tracker::axes::AxisMap;
+use crate::tracker::custom::{CustomArguments, CustomTracker};
+use crate::tracker::format::TrackerFormat;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use rosc::OscType;

@@ -1,13 +1,14 @@
 //! Packets that nobody should send.
 
-use super::config::OscConfig;
-use super::format::TrackerFormat;
-use super::inbox::Inbox;
 use super::packet::{bundled, encoded, messages};
 use super::receiver::{Message, Receiver};
-use super::{AdmConfig, CustomArguments, CustomTracker};
+use crate::listener::inbox::Inbox;
 use crate::parameter::Parameter;
-use crate::params::PromenadeParams;
+use crate::project::adm_config::AdmConfig;
+use crate::project::osc_config::OscConfig;
+use crate::project::params::PromenadeParams;
+use crate::tracker::custom::{CustomArguments, CustomTracker};
+use crate::tracker::format::TrackerFormat;
 use promenade_testing::fuzz::{Input, Search};
 use rosc::{OscArray, OscBundle, OscMessage, OscPacket, OscTime, OscType};
 use std::cell::OnceCell;

@@ -1,16 +1,16 @@
 //! Instances on real sockets of this machine.
 
-use super::adm_config::AdmConfig;
-use super::config::{Interface, OscConfig, OscOut};
-use super::format::TrackerFormat;
-use super::inbox::Inbox;
 use super::packet::encoded;
 use super::permit::Permits;
 use super::{Listening, Osc, OscStatus, Sending, port};
-use crate::lock::lock;
+use crate::listener::inbox::Inbox;
 use crate::parameter::Parameter;
-use crate::params::PromenadeParams;
+use crate::project::adm_config::AdmConfig;
+use crate::project::osc_config::{Interface, OscConfig, OscOut};
+use crate::project::params::PromenadeParams;
 use crate::telemetry::Telemetry;
+use crate::tracker::format::TrackerFormat;
+use crate::worker::lock::lock;
 use nice_plug::params::persist::deserialize_field;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;

@@ -1,12 +1,12 @@
 //! The listener's pose, sent to another instance or to a program that draws it.
 
-use super::adm_config::AdmConfig;
-use super::config::{OscConfig, OscOut};
 use super::receiver::Receiver;
 use super::status::Sending;
 use super::{address, packet};
-use crate::lock::lock;
+use crate::project::adm_config::AdmConfig;
+use crate::project::osc_config::{OscConfig, OscOut};
 use crate::telemetry::Telemetry;
+use crate::worker::lock::lock;
 use crate::worker::{RESOLVER, SENDER, Task, TaskHandle};
 use promenade_core::Pose;
 use rosc::OscType;

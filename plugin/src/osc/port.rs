@@ -1,10 +1,10 @@
 //! Sockets: one per port and process, shared by all instances that listen there, with a thread of its own.
 
 use super::batch::Batch;
-use super::config::Interface;
 use super::receiver::Receiver;
 use super::status::{Listening, PortStatus};
-use crate::lock::lock;
+use crate::project::osc_config::Interface;
+use crate::worker::lock::lock;
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};

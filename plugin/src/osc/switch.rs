@@ -1,7 +1,7 @@
 //! The parameter that switches Open Sound Control on, as the audio thread follows it.
 
 use super::Osc;
-use crate::params::PromenadeParams;
+use crate::project::params::PromenadeParams;
 use crate::worker::{LOADER, TaskHandle};
 use nice_plug::nice_error;
 use std::sync::Arc;

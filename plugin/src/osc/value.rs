@@ -1,7 +1,7 @@
 //! Arguments as numbers, and values of parameters in their units or as text.
 
-use crate::cast::narrow;
 use crate::parameter::Parameter;
+use crate::parameter::cast::narrow;
 use rosc::OscType;
 
 /// Arguments as numbers; arrays are opened.

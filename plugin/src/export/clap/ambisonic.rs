@@ -1,7 +1,7 @@
 //! Which Ambisonics a CLAP host gets: `clap.ambisonic` and the ports' type, of which the framework knows neither.
 
 use super::framework_extension;
-use crate::output::Output;
+use crate::playing::output::Output;
 use clap_sys::ext::ambisonic::{
     CLAP_AMBISONIC_NORMALIZATION_SN3D, CLAP_AMBISONIC_ORDERING_ACN, CLAP_EXT_AMBISONIC, CLAP_EXT_AMBISONIC_COMPAT,
     CLAP_PORT_AMBISONIC, clap_ambisonic_config, clap_plugin_ambisonic,

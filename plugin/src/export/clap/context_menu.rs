@@ -1,8 +1,8 @@
 //! The host's own menu of a parameter, for the editor: the host's part of `clap.context-menu`, which the framework does not ask for.
 
 use super::{host_extension, parameter_id};
-use crate::host_side::{HostSide, MenuItem, MenuRequest};
 use crate::parameter::Parameter;
+use crate::telemetry::host_side::{HostSide, MenuItem, MenuRequest};
 use clack_extensions::context_menu::{
     ContextMenuBuilder, ContextMenuBuilderImpl, ContextMenuError, ContextMenuTarget, Item, ItemKind,
 };

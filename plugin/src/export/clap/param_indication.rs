@@ -1,7 +1,7 @@
 //! What a CLAP host marks parameters with: `clap.param-indication`, which the framework lacks.
 
 use super::{host_side, parameter_of};
-use crate::host_side::{Automation, Colour, Mapping};
+use crate::telemetry::host_side::{Automation, Colour, Mapping};
 use clap_sys::color::clap_color;
 use clap_sys::ext::param_indication::{
     CLAP_EXT_PARAM_INDICATION, CLAP_EXT_PARAM_INDICATION_COMPAT, CLAP_PARAM_INDICATION_AUTOMATION_OVERRIDING,

@@ -1,7 +1,7 @@
 //! What a CLAP host's browser is told of presets: the factory's inside the plugin, the user's in their folder, and the library's scenes.
 
-use crate::lister;
-use crate::presets::{self, About, EXTENSION, Preset};
+use crate::history::presets::{self, About, EXTENSION, Preset};
+use crate::library::lister;
 use crate::{Promenade, library};
 use clack_extensions::preset_discovery::factory::PresetDiscoveryFactory;
 use clack_extensions::preset_discovery::prelude::*;

@@ -3,12 +3,12 @@
 //! A preset is merged into the state that the framework saves, and the whole is restored: what presets do not set stays as it is.
 
 use super::{host_extension, state};
-use crate::error_chain::with_causes;
+use crate::history::presets::{self, PresetError};
+use crate::history::user_state::UserState;
+use crate::library::error_chain::with_causes;
+use crate::library::scene_key::SceneKey;
 use crate::library::{self, LibraryError, SCENES};
-use crate::params::PromenadeParams;
-use crate::presets::{self, PresetError};
-use crate::scene_key::SceneKey;
-use crate::user_state::UserState;
+use crate::project::params::PromenadeParams;
 use clap_sys::ext::preset_load::{
     CLAP_EXT_PRESET_LOAD, CLAP_EXT_PRESET_LOAD_COMPAT, clap_host_preset_load, clap_plugin_preset_load,
 };

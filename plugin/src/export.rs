@@ -1,4 +1,0 @@
-//! The entry points that hosts look up in the library.
-
-mod clap;
-mod vst3;

@@ -1,0 +1,91 @@
+//! Which parameters belong together: the modules in which hosts show them, and the pages of remote controls.
+
+use crate::parameter::Parameter;
+use crate::project::params::{PromenadeParams, with_param};
+use nice_plug::prelude::{ParamPtr, Params, RemoteControlsContext, RemoteControlsPage, RemoteControlsSection};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The module of the sound, to which every parameter belongs that has no other.
+pub(crate) const SOUND: &str = "Sound";
+/// The module of what the editor alone moves.
+const EDITOR: &str = "Editor";
+
+/// The module of a parameter.
+#[must_use]
+pub(crate) fn module(parameter: Parameter) -> &'static str {
+    use Parameter::{
+        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Spread, Tracking, Walk, X, Y, Yaw, Z,
+    };
+    match parameter {
+        X | Y | Z | Yaw | Pitch | Roll | Tracking => "Pose",
+        Path | Follow | Offset | Walk => "Path",
+        Ex | Ey | Ez | Spread => "Emitter",
+        Group | Lead => "Group",
+        Scene | Slot => "Scene",
+        Osc => "Remote",
+        _ => SOUND,
+    }
+}
+
+/// Pages of eight knobs with their sections; `None` leaves a knob free. [`SOUND`] has a page of its own, or as many as it needs.
+const PAGES: [(&str, &str, [Option<Parameter>; 8]); 3] = {
+    use Parameter::{
+        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Spread, Tracking, Walk, X, Y, Yaw, Z,
+    };
+    [
+        ("Listener", "Pose", [Some(X), Some(Y), Some(Z), Some(Tracking), Some(Yaw), Some(Pitch), Some(Roll), None]),
+        ("Source", "Offset", [Some(Ex), Some(Ey), Some(Ez), Some(Spread), Some(Group), Some(Lead), Some(Scene), Some(Slot)]),
+        ("Listener", "Path", [Some(Path), Some(Follow), Some(Offset), Some(Walk), None, None, None, Some(Osc)]),
+    ]
+};
+
+/// Declares the pages of remote controls, eight knobs each.
+pub(crate) fn remote_controls(params: &PromenadeParams, context: &mut impl RemoteControlsContext) {
+    fn fill<P: RemoteControlsPage>(page: &mut P, params: &PromenadeParams, knobs: impl Iterator<Item = Option<Parameter>>) {
+        for knob in knobs {
+            match knob {
+                Some(parameter) => with_param!(params, parameter, param => page.add_param(param)),
+                None => page.add_spacer(),
+            }
+        }
+    }
+    for (section, name, knobs) in PAGES {
+        context.add_section(section, |section| section.add_page(name, |page| fill(page, params, knobs.into_iter())));
+    }
+    let sound = Parameter::ALL.into_iter().filter(|parameter| module(*parameter) == SOUND);
+    context.add_section(SOUND, |section| section.add_page(SOUND, |page| fill(page, params, sound.map(Some))));
+}
+
+/// The parameters as the framework lists them, each in its module.
+pub(crate) struct InModules(pub(crate) Arc<PromenadeParams>);
+
+// SAFETY: the pointers are those of the parameters within, which live as long as this.
+#[expect(unsafe_code, reason = "the framework's list of parameters holds pointers to them")]
+unsafe impl Params for InModules {
+    fn param_map(&self) -> Vec<(String, ParamPtr, String)> {
+        let module = |id: &str| Parameter::of_id(id).map_or(EDITOR, module).to_owned();
+        self.0.param_map().into_iter().map(|(id, pointer, _)| (id.clone(), pointer, module(&id))).collect()
+    }
+
+    fn serialize_fields(&self) -> BTreeMap<String, String> {
+        self.0.serialize_fields()
+    }
+
+    fn deserialize_fields(&self, serialized: &BTreeMap<String, String>) {
+        self.0.deserialize_fields(serialized);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_parameter_is_on_one_page() {
+        for parameter in Parameter::ALL {
+            let count = PAGES.iter().flat_map(|(.., knobs)| knobs).filter(|knob| **knob == Some(parameter)).count();
+            assert_eq!(count, usize::from(module(parameter) != SOUND), "{parameter:?}");
+        }
+    }
+}

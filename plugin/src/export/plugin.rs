@@ -1,0 +1,374 @@
+//! The plugin as hosts call it: activation, blocks, parameters and editor.
+
+use crate::budget::Spender;
+use crate::editor::{Instance, PromenadeEditor};
+use crate::export::pages::{self, InModules};
+use crate::listener::clock::{BlockTime, Clock};
+use crate::listener::inbox::Inbox;
+use crate::listener::{Heard, ListenerSources};
+use crate::osc::{Osc, Switch};
+use crate::playing::Playing;
+use crate::playing::loader::Loader;
+use crate::playing::monitor::Monitor;
+use crate::playing::offline::OfflineDetector;
+use crate::playing::output::{LAYOUTS, Output};
+use crate::project::params::{PromenadeParams, Snapshot};
+use crate::telemetry::Telemetry;
+use crate::telemetry::host_side::{HostSide, Introduction};
+use crate::telemetry::members;
+use nice_plug::prelude::*;
+use nice_plug::util::permit_alloc;
+use promenade_core::Spatializer;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Samples in which one pair of output channels is rendered after the other.
+const STRETCH: usize = 256;
+/// Fainter samples are taken as silence, as the engine does: -240 dBFS.
+const SILENCE: f32 = 1e-12;
+
+/// The plugin. The audio thread owns it once the host has activated it.
+pub struct Promenade {
+    /// Lives as long as the plugin; goes first, so that an editor that is still open writes nothing any more.
+    _alive: Arc<()>,
+    params: Arc<PromenadeParams>,
+    /// What the editor is given of this instance.
+    instance: Instance,
+    playing: Playing,
+    listener: ListenerSources,
+    osc: Switch,
+    spender: Spender,
+    input: Input,
+    timing: Timing,
+    monitor: Monitor,
+}
+
+/// The time of blocks, and whether they are rendered offline.
+#[derive(Default)]
+struct Timing {
+    sample_rate_hz: f64,
+    clock: Clock,
+    offline: OfflineDetector,
+    /// The latency that was reported to the host, samples.
+    latency: u32,
+    /// Samples since the input was last heard, or since the start.
+    quiet: usize,
+}
+
+/// A copy of the input, because hosts hand over the same buffer for input and output.
+#[derive(Default)]
+struct Input {
+    /// 1 for mono, else 2.
+    channels: usize,
+    copy: [Vec<f32>; 2],
+    /// Where the second channel of a pair goes whose first is the last.
+    nowhere: Vec<f32>,
+    #[cfg(feature = "standalone")]
+    playhead: crate::playing::player::Playhead,
+}
+
+impl Default for Promenade {
+    /// Hosts build plugins to list them: no file, thread or large buffer here.
+    fn default() -> Self {
+        let params = Arc::new(PromenadeParams::default());
+        let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
+        let loader = Loader::new(Arc::clone(&params));
+        let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry));
+        let repaint = loader.repaint.clone();
+        let host_side = Arc::new(HostSide::new(repaint.clone()));
+        let alive = Arc::new(());
+        let share = Arc::default();
+        Self {
+            playing: Playing::new(Arc::clone(&loader)),
+            listener: ListenerSources::new(inbox),
+            osc: Switch::new(Arc::clone(&osc)),
+            spender: Spender::new(Arc::clone(&share)),
+            input: Input::default(),
+            timing: Timing::default(),
+            monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
+            instance: Instance {
+                params: Arc::clone(&params),
+                loader,
+                telemetry,
+                osc,
+                repaint,
+                host_side,
+                share,
+                plugin: Arc::downgrade(&alive),
+            },
+            _alive: alive,
+            params,
+        }
+    }
+}
+
+impl Promenade {
+    /// The time of a block, by the host's transport, or by the file that the standalone program plays in place of the input.
+    fn follow_transport(&mut self, buffer: &mut Buffer, transport: &Transport) -> BlockTime {
+        let host = (transport.pos_seconds(), transport.playing);
+        let (position_s, playing) = self.input.play_file(buffer).map_or(host, |(file_s, playing)| (Some(file_s), playing));
+        self.timing.clock.advance(position_s, playing, buffer.samples(), self.timing.sample_rate_hz)
+    }
+
+    /// The parameters of a block; a missing scene passes the dry sound, and decodes are waited for offline.
+    fn snapshot(&mut self, offline: bool) -> Snapshot {
+        let mut snapshot = self.params.snapshot();
+        snapshot.block.live.wait = offline;
+        if self.playing.dry {
+            (snapshot.block.mix, snapshot.block.wet_solo) = (0.0, false);
+        }
+        if !self.playing.is_binaural() {
+            // Width is what both ears differ by.
+            snapshot.block.trim.width = 1.0;
+        }
+        snapshot
+    }
+
+    /// Renders a block in place, pose by pose. `None` before activation, or without two output channels.
+    fn render(&mut self, buffer: &mut Buffer, snapshot: &Snapshot, time: &BlockTime) -> Option<Heard> {
+        let total = buffer.samples();
+        let walk = self.playing.walk.as_deref();
+        let mut listener = self.listener.of_block(snapshot, walk, time, self.timing.sample_rate_hz);
+        let is_binaural = self.playing.is_binaural();
+        let (spatializers, outputs) = (&mut self.playing.spatializers, buffer.as_slice());
+        if outputs.len() < 2 {
+            return None;
+        }
+        if time.moved {
+            spatializers.iter_mut().for_each(Spatializer::jump);
+        }
+        if self.spender.waits() {
+            self.timing.quiet = if self.spender.is_quiet() { self.timing.quiet.saturating_add(total) } else { 0 };
+            outputs.iter_mut().for_each(|output| output.fill(0.0));
+            return Some(listener.end(total, time.end_s()));
+        }
+        if self.spender.wakes(spatializers.first()?.latency_samples(), self.timing.sample_rate_hz) {
+            spatializers.iter_mut().for_each(Spatializer::reset);
+            self.playing.headphones.reset();
+        }
+        self.spender.fade_in(outputs, self.timing.sample_rate_hz);
+        // One pass for both ears, unless a host breaks its own promise on the block size.
+        let longest = if is_binaural { self.input.longest() } else { self.input.longest().min(STRETCH) };
+        for start in (0..total).step_by(longest) {
+            let span = start..total.min(start + longest);
+            let channels = self.input.channels;
+            let (input, nowhere) = self.input.copied(outputs, span.clone());
+            self.monitor.measure_input(input);
+            let sounds = input[..channels].iter().any(|channel| channel.iter().any(|sample| sample.abs() >= SILENCE));
+            self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(span.len()) };
+            for (spatializer, pair) in spatializers.iter_mut().zip(outputs.chunks_mut(2)) {
+                let pair = match pair {
+                    [first, second, ..] => [&mut first[span.clone()], &mut second[span.clone()]],
+                    [last] => [&mut last[span.clone()], &mut *nowhere],
+                    [] => continue,
+                };
+                spatializer.process(&input[..channels], pair, &snapshot.block, |i| listener.pose(start + i));
+            }
+            if let (true, [left, right]) = (is_binaural, &mut *outputs) {
+                self.playing.headphones.process([&mut left[span.clone()], &mut right[span]], !snapshot.block.bypass);
+            }
+        }
+        self.spender.fade(outputs, self.timing.sample_rate_hz);
+        Some(listener.end(total, time.end_s()))
+    }
+
+    /// How far the listener is from the emitter, metres; 1 where the scene knows none.
+    fn distance_m(&self, heard: &Heard, snapshot: &Snapshot) -> f32 {
+        let renderer = self.playing.spatializer().and_then(Spatializer::renderer);
+        let emitter = renderer.and_then(|renderer| renderer.scene().emitter());
+        emitter.map_or(1.0, |emitter| heard.pose.position.distance(emitter + snapshot.block.emitters.offset))
+    }
+
+    /// Reports latency and tail, and that nothing sounds any more.
+    ///
+    /// Only CLAP has a status for the latter; to VST3 it would mean that there is no tail.
+    fn report(&mut self, silent: bool, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
+        let Some(spatializer) = self.playing.spatializer() else { return ProcessStatus::Normal };
+        let latency = samples(spatializer.latency_samples());
+        if latency != self.timing.latency {
+            self.timing.latency = latency;
+            if context.plugin_api() == PluginApi::Clap {
+                // There the latency changes with an activation only. The framework knows, but tells a host outside of one that deactivates meanwhile.
+                permit_alloc(|| self.instance.host_side.request_restart());
+            } else {
+                context.set_latency_samples(latency);
+            }
+        }
+        let tail = latency.saturating_add(samples(spatializer.tail_samples()));
+        // A leader's pose, an editor's picture and a pose that is sent go on in silence.
+        let needed = self.listener.member.leads() || self.instance.telemetry.is_followed();
+        if silent && !needed && samples(self.timing.quiet) > tail && context.plugin_api() == PluginApi::Clap {
+            return ProcessStatus::Normal;
+        }
+        ProcessStatus::Tail(tail)
+    }
+}
+
+impl Input {
+    /// Makes room for blocks of up to `longest` samples.
+    fn resize(&mut self, channels: usize, longest: usize) {
+        self.channels = if channels == 1 { 1 } else { 2 };
+        self.copy.iter_mut().chain([&mut self.nowhere]).for_each(|channel| channel.resize(longest, 0.0));
+    }
+
+    /// Samples that there is room for.
+    fn longest(&self) -> usize {
+        self.copy[0].len().max(1)
+    }
+
+    /// Copies the first two channels of a stretch of a block, at most [`Input::longest`], and gives room for an output that nobody hears.
+    fn copied(&mut self, channels: &[&mut [f32]], span: Range<usize>) -> ([&[f32]; 2], &mut [f32]) {
+        for (copy, channel) in self.copy.iter_mut().zip(channels) {
+            copy[..span.len()].copy_from_slice(&channel[span.clone()]);
+        }
+        let [first, second] = &self.copy;
+        ([&first[..span.len()], &second[..span.len()]], &mut self.nowhere[..span.len()])
+    }
+
+    /// Plays the standalone program's file in place of the input. Returns its time, seconds, and whether it plays.
+    #[cfg(feature = "standalone")]
+    fn play_file(&mut self, buffer: &mut Buffer) -> Option<(f64, bool)> {
+        let [left, right, ..] = buffer.as_slice() else { return None };
+        self.playhead.play(crate::playing::player::player()?, left, right)
+    }
+
+    #[cfg(not(feature = "standalone"))]
+    #[expect(clippy::unused_self, reason = "hosts have their own files")]
+    fn play_file(&mut self, _buffer: &mut Buffer) -> Option<(f64, bool)> {
+        None
+    }
+}
+
+impl Plugin for Promenade {
+    const NAME: &'static str = "Promenade";
+    const VENDOR: &'static str = "Promenade";
+    const URL: &'static str = "";
+    const EMAIL: &'static str = "";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+
+    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = LAYOUTS;
+
+    const SAMPLE_ACCURATE_AUTOMATION: bool = true;
+
+    type Editor = PromenadeEditor;
+    type SysExMessage = ();
+    type BackgroundTask = Introduction;
+
+    fn params(&self) -> Arc<dyn Params> {
+        Arc::new(InModules(Arc::clone(&self.params)))
+    }
+
+    fn task_executor(&mut self) -> TaskExecutor<Self> {
+        let host_side = Arc::clone(&self.instance.host_side);
+        Box::new(move |introduction| introduction.answer(&host_side))
+    }
+
+    fn editor(&mut self, _async_executor: AsyncExecutor<Self>) -> Option<PromenadeEditor> {
+        Some(PromenadeEditor::new(self.instance.clone()))
+    }
+
+    fn filter_state(state: &mut PluginState) {
+        crate::project::state::migrate(state);
+    }
+
+    fn activate(&mut self, layout: &AudioIOLayout, config: &BufferConfig, context: &mut impl ActivateContext<Self>) -> bool {
+        let sample_rate_hz = f64::from(config.sample_rate);
+        if !(sample_rate_hz.is_finite() && sample_rate_hz >= 1.0) {
+            nice_error!("the host's sample rate is {sample_rate_hz} Hz, expected a positive number");
+            return false;
+        }
+        self.timing.sample_rate_hz = sample_rate_hz;
+        let trusted = context.plugin_api() != PluginApi::Vst3;
+        self.timing.offline = OfflineDetector::new(config.process_mode == ProcessMode::Offline, trusted);
+        let channels = layout.main_input_channels.map_or(0, NonZeroU32::get);
+        self.input.resize(channels as usize, (config.max_buffer_size as usize).max(1));
+        #[cfg(feature = "standalone")]
+        if let Some(Err(error)) = crate::playing::player::player().map(|player| player.set_rate(sample_rate_hz)) {
+            nice_error!("{error}");
+        }
+        members::join(&self.params, &self.instance.host_side, &self.instance.share);
+        self.spender.activate();
+        let output = Output::of_channels(layout.main_output_channels.map_or(0, NonZeroU32::get) as usize);
+        self.playing.activate(sample_rate_hz, output, self.params.choices());
+        self.osc.activate(&self.params);
+        self.timing.latency = self.playing.spatializer().map_or(0, |s| samples(s.latency_samples()));
+        context.set_latency_samples(self.timing.latency);
+        true
+    }
+
+    fn reset(&mut self) {
+        self.playing.reset();
+        self.listener.glide.jump();
+        self.timing.quiet = 0;
+        self.timing.clock = Clock::default();
+    }
+
+    fn deactivate(&mut self) {
+        self.listener.member.leave();
+    }
+
+    fn process(
+        &mut self,
+        buffer: &mut Buffer,
+        _aux: &mut AuxiliaryBuffers,
+        context: &mut impl ProcessContext<Self>,
+    ) -> ProcessStatus {
+        let began = Instant::now();
+        self.osc.follow(&self.params);
+        let time = self.follow_transport(buffer, context.transport());
+        let offline = self.timing.offline.advance(began, time.length_s);
+        self.playing.update(self.params.choices(), offline);
+        let mut snapshot = self.snapshot(offline);
+        let wanted = snapshot.block.tier;
+        let watch = self.spender.begin(&mut snapshot.block, ears(buffer), offline, snapshot.leads);
+        let Some(heard) = self.render(buffer, &snapshot, &time) else {
+            return ProcessStatus::Error("not activated, or less than two output channels");
+        };
+        if let Some(watch) = &watch {
+            let away_m = self.distance_m(&heard, &snapshot);
+            self.spender.end(watch, ears(buffer), away_m, wanted, time.length_s);
+        }
+        self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());
+        let silent = ears(buffer).into_iter().flatten().all(|sample| *sample == 0.0);
+        self.report(silent, context)
+    }
+}
+
+impl ClapPlugin for Promenade {
+    const CLAP_ID: &'static str = "audio.promenade.promenade";
+    const CLAP_DESCRIPTION: Option<&'static str> =
+        Some("Places a dry track in a captured room, for a listener who walks and turns");
+    const CLAP_MANUAL_URL: Option<&'static str> = None;
+    const CLAP_SUPPORT_URL: Option<&'static str> = None;
+    const CLAP_FEATURES: &'static [ClapFeature] = &[
+        ClapFeature::AudioEffect,
+        ClapFeature::Stereo,
+        ClapFeature::Mono,
+        ClapFeature::Ambisonic,
+        ClapFeature::Reverb,
+        ClapFeature::Custom("promenade:spatial"),
+    ];
+
+    fn remote_controls(&self, context: &mut impl RemoteControlsContext) {
+        pages::remote_controls(&self.params, context);
+    }
+}
+
+impl Vst3Plugin for Promenade {
+    const VST3_CLASS_ID: [u8; 16] = *b"PromenadeSpatial";
+    const VST3_SUBCATEGORIES: &'static [Vst3SubCategory] = &[Vst3SubCategory::Fx, Vst3SubCategory::Spatial];
+}
+
+/// Both ears, or the first two channels of Ambisonics; empty without them.
+fn ears<'a>(buffer: &'a mut Buffer) -> [&'a [f32]; 2] {
+    match buffer.as_slice() {
+        [left, right, ..] => [left, right],
+        _ => [&[], &[]],
+    }
+}
+
+/// A number of samples as hosts take it.
+fn samples(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,224 @@
+//! What presets, undo and the A/B comparison restore: the parameters, the scene, the drawn room, the camera path and the head.
+
+use crate::library::scene_key::SceneKey;
+use crate::parameter::Parameter;
+use crate::parameter::cast::index;
+use crate::parameter::choices::SceneChoice;
+use crate::project::drawn_room::DrawnRoom;
+use crate::project::params::PromenadeParams;
+use crate::project::saved_head::SavedHead;
+use crate::project::state::saved_value;
+use crate::project::walk::SavedWalk;
+use nice_plug::params::persist::{deserialize_field, serialize_field};
+use nice_plug::plugin::{ParamValue, PluginState};
+use nice_plug::prelude::Enum;
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+
+/// Everything that a user sets for the sound, as it was at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UserState {
+    values: [f32; Parameter::ALL.len()],
+    scene: SceneKey,
+    walk: SavedWalk,
+    head: SavedHead,
+    room: Option<DrawnRoom>,
+}
+
+impl UserState {
+    /// The present state.
+    #[must_use]
+    pub fn of(params: &PromenadeParams) -> Self {
+        Self {
+            values: Parameter::ALL.map(|parameter| if is_for_sound(parameter) { params.heard(parameter) } else { 0.0 }),
+            scene: params.scene_key.get().0,
+            walk: params.saved_walk.get().0,
+            head: params.head.get().0,
+            room: params.room.get().0,
+        }
+    }
+
+    /// What a saved state holds; what it lacks is as in `base`.
+    #[must_use]
+    pub fn from_saved(mut saved: PluginState, base: &Self) -> Self {
+        // A state without a head is one of before there were any.
+        let has_head = saved.fields.contains_key("head");
+        crate::project::state::migrate(&mut saved);
+        let mut state = base.clone();
+        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
+            let (least, greatest) = parameter.limits();
+            if let Some(value) = saved.params.get(parameter.id()).and_then(|value| plain(parameter, value)) {
+                state.values[parameter as usize] = value.clamp(least, greatest);
+            }
+        }
+        let field = |name: &str| saved.fields.get(name);
+        if let Some(scene) = field("scene").and_then(|json| deserialize_field(json).ok()) {
+            state.scene = scene;
+        }
+        if let Some(walk) = field("walk").and_then(|json| deserialize_field(json).ok()) {
+            state.walk = walk;
+        }
+        if let Some(head) = field("head").filter(|_| has_head).and_then(|json| deserialize_field(json).ok()) {
+            state.head = head;
+        }
+        if let Some(room) = field("room").and_then(|json| deserialize_field(json).ok()) {
+            state.room = room;
+        }
+        state
+    }
+
+    /// The plain value of a parameter.
+    #[must_use]
+    pub fn value(&self, parameter: Parameter) -> f32 {
+        self.values[parameter as usize]
+    }
+
+    /// The scene's slot in the library, and its file.
+    #[must_use]
+    pub fn scene(&self) -> (u32, &SceneKey) {
+        (u32::try_from(index(self.value(Parameter::Slot))).unwrap_or(0), &self.scene)
+    }
+
+    /// The same in a scene file, where the scene's makers let the listener begin.
+    #[must_use]
+    pub fn in_scene(mut self, scene: SceneKey, start: Pose) -> Self {
+        let (yaw, pitch, roll) = start.ypr();
+        let Vec3 { x, y, z } = start.position;
+        let place = [(Parameter::X, x), (Parameter::Y, y), (Parameter::Z, z)];
+        let head = [(Parameter::Yaw, yaw), (Parameter::Pitch, pitch), (Parameter::Roll, roll)];
+        let head = head.map(|(parameter, radians)| (parameter, radians.to_degrees()));
+        let own = [(Parameter::Scene, SceneChoice::Library.to_index() as f32), (Parameter::Slot, 0.0)];
+        for (parameter, value) in place.into_iter().chain(head).chain(own) {
+            self.values[parameter as usize] = parameter.clamp(value);
+        }
+        (self.scene, self.room) = (scene, None);
+        self
+    }
+
+    /// Puts it into a saved state, whose other parts stay as they are.
+    ///
+    /// # Errors
+    /// A part cannot be written as text.
+    pub fn put_into(&self, saved: &mut PluginState) -> serde_json::Result<()> {
+        crate::project::state::migrate(saved);
+        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
+            saved.params.insert(parameter.id().to_owned(), saved_value(parameter, self.value(parameter)));
+        }
+        let fields = [
+            ("scene", serialize_field(&self.scene)?),
+            ("walk", serialize_field(&self.walk)?),
+            ("head", serialize_field(&self.head)?),
+            ("room", serialize_field(&self.room)?),
+        ];
+        saved.fields.extend(fields.map(|(name, json)| (name.to_owned(), json)));
+        Ok(())
+    }
+
+    /// Restores it: `set` is called for each parameter that differs, with its plain value.
+    ///
+    /// Scene and path go first, so that the choices by slot find what they belong to.
+    pub fn restore(&self, params: &PromenadeParams, mut set: impl FnMut(Parameter, f32)) {
+        if params.scene_key.get().0 != self.scene {
+            params.scene_key.restore(self.scene.clone());
+        }
+        if params.room.get().0 != self.room {
+            params.room.restore(self.room.clone());
+        }
+        if params.saved_walk.get().0 != self.walk {
+            params.saved_walk.restore(self.walk.clone());
+        }
+        if params.head.get().0 != self.head {
+            params.head.restore(self.head.clone());
+        }
+        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
+            if params.heard(parameter) != self.value(parameter) {
+                set(parameter, self.value(parameter));
+            }
+        }
+    }
+}
+
+/// Whether presets and undo restore a parameter: they neither open a port nor close one.
+fn is_for_sound(parameter: Parameter) -> bool {
+    parameter != Parameter::Osc
+}
+
+/// A saved value as a plain number; choices are saved by their ids.
+fn plain(parameter: Parameter, value: &ParamValue) -> Option<f32> {
+    match value {
+        ParamValue::F32(number) => Some(*number),
+        ParamValue::I32(number) => Some(*number as f32),
+        ParamValue::Bool(on) => Some(f32::from(u8::from(*on))),
+        ParamValue::String(id) => Some(parameter.variants()?.0.iter().position(|known| known == id)? as f32),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn with(parameter: Parameter, value: f32) -> UserState {
+        let mut state = UserState::of(&PromenadeParams::default());
+        state.values[parameter as usize] = value;
+        state
+    }
+
+    #[test]
+    fn a_saved_state_is_read_and_what_it_lacks_stays() {
+        let params = [
+            ("x", ParamValue::F32(2.5)),
+            ("yaw", ParamValue::F32(1e9)),
+            ("follow", ParamValue::String("transport".to_owned())),
+            ("bypass", ParamValue::Bool(true)),
+            ("slot", ParamValue::I32(7)),
+            ("tier", ParamValue::String("no such".to_owned())),
+        ];
+        let state = PluginState {
+            version: String::new(),
+            params: params.map(|(id, value)| (id.to_owned(), value)).into_iter().collect(),
+            fields: [("walk".to_owned(), r#"{"speed": 0.5}"#.to_owned())].into(),
+        };
+        let restored = UserState::from_saved(state, &with(Parameter::Gain, -6.0));
+        let found = [
+            Parameter::X,
+            Parameter::Yaw,
+            Parameter::Follow,
+            Parameter::Bypass,
+            Parameter::Slot,
+            Parameter::Tier,
+            Parameter::Gain,
+        ]
+        .map(|p| restored.value(p));
+        assert_eq!(found, [2.5, 180.0, 2.0, 1.0, 7.0, 1.0, -6.0]);
+        assert_eq!(restored.walk.speed, 0.5);
+    }
+
+    #[test]
+    fn only_what_differs_is_set() {
+        let params = PromenadeParams::default();
+        let mut restored = with(Parameter::Pitch, 12.0);
+        restored.walk.looping = true;
+        restored.room = Some(DrawnRoom::default());
+        let mut set = Vec::new();
+        restored.restore(&params, |parameter, value| set.push((parameter, value)));
+        assert_eq!(set, [(Parameter::Pitch, 12.0)]);
+        assert!(params.saved_walk.get().0.looping);
+        assert_eq!(params.room.get().0, Some(DrawnRoom::default()));
+    }
+
+    #[test]
+    fn put_into_a_saved_state_it_is_read_again_and_the_rest_stays() {
+        let mut wanted = with(Parameter::Yaw, -20.0);
+        wanted.walk.looping = true;
+        wanted = wanted.in_scene(SceneKey { title: "Hall".to_owned(), ..SceneKey::default() }, Pose::IDENTITY);
+        let fields =
+            [("osc", r#"{"on": true}"#), ("remote", r#"{"gain": -3.0}"#)].map(|(n, json)| (n.to_owned(), json.to_owned()));
+        let params = [("osc".to_owned(), ParamValue::Bool(true))];
+        let mut saved =
+            PluginState { version: String::new(), params: params.into_iter().collect(), fields: fields.into_iter().collect() };
+        wanted.put_into(&mut saved).unwrap();
+        assert!(matches!(saved.params["osc"], ParamValue::Bool(true)));
+        let base = with(Parameter::Pitch, 3.0);
+        assert_eq!(UserState::from_saved(saved, &base), wanted);
+    }
+}

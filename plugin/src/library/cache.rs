@@ -1,0 +1,227 @@
+//! Scenes in memory, one copy per content and head in the whole process.
+
+use crate::library::factory;
+use crate::project::drawn_room::DrawnRoom;
+use crate::worker::lock::lock;
+use promenade_core::{AMBISONIC_CHANNELS, Carriers, Head, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
+use promenade_room::{Receiver, RoomError};
+use std::collections::{HashMap, VecDeque};
+use std::sync::{Arc, LazyLock, Mutex, Weak};
+use thiserror::Error;
+
+/// BLAKE3 of a scene file, 64 lower-case hexadecimal digits.
+pub type ContentHash = String;
+
+static SCENES: LazyLock<Mutex<HashMap<ContentHash, Weak<Scene>>>> = LazyLock::new(Mutex::default);
+
+/// The name of a scene file by its content.
+#[must_use]
+pub fn content_hash(bytes: &[u8]) -> ContentHash {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+/// The scene of that content, if any instance in this process holds it.
+#[must_use]
+pub fn in_memory(hash: &str) -> Option<Arc<Scene>> {
+    lock(&SCENES).get(hash).and_then(Weak::upgrade)
+}
+
+/// The scene in `bytes`, shared with every instance that plays the same content.
+///
+/// # Errors
+/// The bytes are no scene.
+pub fn scene_from(bytes: &[u8]) -> Result<(Arc<Scene>, ContentHash), SceneError> {
+    let hash = content_hash(bytes);
+    if let Some(scene) = in_memory(&hash) {
+        return Ok((scene, hash));
+    }
+    let scene = Arc::new(Scene::from_bytes(bytes)?);
+    let mut scenes = lock(&SCENES);
+    scenes.retain(|_, held| held.strong_count() > 0);
+    scenes.insert(hash.clone(), Arc::downgrade(&scene));
+    Ok((scene, hash))
+}
+
+/// Sets of carriers that are kept without an instance that plays them: a host may activate each new instance at another rate first.
+const KEPT_CARRIERS: usize = 2;
+
+/// Carriers of a scene at a rate, as long as an instance plays it there.
+type HeldCarriers = (Weak<Scene>, f64, Weak<Carriers>);
+
+static CARRIERS: Mutex<Vec<HeldCarriers>> = Mutex::new(Vec::new());
+/// The newest sets, as long as their scenes are in memory.
+static NEWEST: Mutex<VecDeque<(Weak<Scene>, Arc<Carriers>)>> = Mutex::new(VecDeque::new());
+
+/// The carriers of a scene at a sample rate, drawn once for all instances that play it there.
+///
+/// # Errors
+/// As [`Scene::playable_at`].
+pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64) -> Result<Arc<Carriers>, RenderError> {
+    scene.playable_at(sample_rate_hz)?;
+    let mut held = lock(&CARRIERS);
+    lock(&NEWEST).retain(|(of, _)| of.strong_count() > 0);
+    held.retain(|(_, _, carriers)| carriers.strong_count() > 0);
+    let same = |of: &Weak<Scene>, rate: f64| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)) && rate == sample_rate_hz;
+    if let Some(carriers) = held.iter().find(|(of, rate, _)| same(of, *rate)).and_then(|(.., carriers)| carriers.upgrade()) {
+        return Ok(carriers);
+    }
+    let carriers = Arc::new(Carriers::new(scene, sample_rate_hz));
+    held.push((Arc::downgrade(scene), sample_rate_hz, Arc::downgrade(&carriers)));
+    let mut newest = lock(&NEWEST);
+    newest.push_back((Arc::downgrade(scene), Arc::clone(&carriers)));
+    if newest.len() > KEPT_CARRIERS {
+        newest.pop_front();
+    }
+    Ok(carriers)
+}
+
+/// Scenes heard with other heads than their own, by the contents of scene and head.
+static HEARD: LazyLock<Mutex<HashMap<[ContentHash; 2], Weak<Scene>>>> = LazyLock::new(Mutex::default);
+
+/// The scene of a content heard with another head, shared with every instance that plays the same.
+///
+/// # Errors
+/// A scene in which no other head can take the place of its own.
+pub fn heard_with(scene: &Scene, hash: &str, head: &Head) -> Result<Arc<Scene>, NoHeadError> {
+    let contents = [hash.to_owned(), content_hash(&head.to_bytes())];
+    let mut held = lock(&HEARD);
+    if let Some(heard) = held.get(&contents).and_then(Weak::upgrade) {
+        return Ok(heard);
+    }
+    let heard = Arc::new(scene.with_head(head)?);
+    held.retain(|_, held| held.strong_count() > 0);
+    held.insert(contents, Arc::downgrade(&heard));
+    Ok(heard)
+}
+
+/// Pairs of Ambisonic channels, as long as an instance plays them, by the scene that they were made of.
+type HeldPairs = (Weak<Scene>, [Weak<Scene>; AMBISONIC_CHANNELS / 2]);
+
+static AMBISONIC: Mutex<Vec<HeldPairs>> = Mutex::new(Vec::new());
+
+/// A pair of a scene's Ambisonic channels, shared with every instance that plays the same, as long as the scene itself is in memory.
+///
+/// # Errors
+/// As [`Scene::ambisonic_pair`].
+///
+/// # Panics
+/// As [`Scene::ambisonic_pair`].
+pub fn ambisonic(scene: &Arc<Scene>, pair: usize) -> Result<Arc<Scene>, NotAmbisonicError> {
+    let mut held = lock(&AMBISONIC);
+    held.retain(|(of, _)| of.strong_count() > 0);
+    let same = |(of, _): &HeldPairs| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene));
+    let index = held.iter().position(same).unwrap_or_else(|| {
+        held.push((Arc::downgrade(scene), std::array::from_fn(|_| Weak::new())));
+        held.len() - 1
+    });
+    let place = &mut held[index].1[pair];
+    if let Some(made) = place.upgrade() {
+        return Ok(made);
+    }
+    let made = Arc::new(scene.ambisonic_pair(pair)?);
+    *place = Arc::downgrade(&made);
+    Ok(made)
+}
+
+/// Heads that rooms are heard with, the newest last; empty contents for the factory's.
+static RECEIVERS: Mutex<VecDeque<(ContentHash, Arc<Receiver>)>> = Mutex::new(VecDeque::new());
+/// As many are kept.
+const KEPT_RECEIVERS: usize = 2;
+/// Scenes of rooms by the contents of room and head.
+static ROOMS: LazyLock<Mutex<HashMap<[ContentHash; 2], Weak<Scene>>>> = LazyLock::new(Mutex::default);
+
+/// Why a drawn room cannot be played.
+#[derive(Debug, Error)]
+pub enum DrawnRoomError {
+    /// What is drawn is no room.
+    #[error("the drawn room")]
+    Room(#[source] RoomError),
+    /// The scene whose head it is heard with is damaged.
+    #[error("factory scene {}", factory::STUDIO.id)]
+    Factory(#[source] SceneError),
+    /// The scene whose head it is heard with cannot be heard with another.
+    #[error(transparent)]
+    Head(#[from] NoHeadError),
+    /// The scene whose head it is heard with has none of its own.
+    #[error("factory scene {}: expected image sources with a head, found none", factory::STUDIO.id)]
+    NoReceiver,
+}
+
+/// The scene of a drawn room heard with a head, or with the factory's, shared with every instance that plays the same.
+///
+/// # Errors
+/// A length, an emitter or a material that no room can have.
+pub fn drawn(room: &DrawnRoom, head: Option<&Head>) -> Result<Arc<Scene>, DrawnRoomError> {
+    let head_hash = head.map_or_else(ContentHash::new, |head| content_hash(&head.to_bytes()));
+    let contents = [content_hash(format!("{room:?}").as_bytes()), head_hash.clone()];
+    if let Some(scene) = lock(&ROOMS).get(&contents).and_then(Weak::upgrade) {
+        return Ok(scene);
+    }
+    let scene = Arc::new(room.scene(&*receiver(head, head_hash)?).map_err(DrawnRoomError::Room)?);
+    let mut rooms = lock(&ROOMS);
+    rooms.retain(|_, held| held.strong_count() > 0);
+    rooms.insert(contents, Arc::downgrade(&scene));
+    Ok(scene)
+}
+
+fn receiver(head: Option<&Head>, hash: ContentHash) -> Result<Arc<Receiver>, DrawnRoomError> {
+    let mut held = lock(&RECEIVERS);
+    if let Some((_, receiver)) = held.iter().find(|(of, _)| *of == hash) {
+        return Ok(Arc::clone(receiver));
+    }
+    let studio = Scene::from_bytes(factory::STUDIO.bytes).map_err(DrawnRoomError::Factory)?;
+    let studio = match head {
+        Some(head) => studio.with_head(head)?,
+        None => studio,
+    };
+    let receiver = Arc::new(Receiver::of_scene(&studio).ok_or(DrawnRoomError::NoReceiver)?);
+    held.push_back((hash, Arc::clone(&receiver)));
+    if held.len() > KEPT_RECEIVERS {
+        held.pop_front();
+    }
+    Ok(receiver)
+}
+
+/// Lets tests that care about what is in memory run one at a time.
+#[cfg(test)]
+pub(crate) fn alone() -> std::sync::MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    lock(&ALONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::factory;
+
+    #[test]
+    fn the_same_room_is_one_scene_and_another_head_is_heard() {
+        let _alone = alone();
+        let room = DrawnRoom::default();
+        let [first, second] = [(); 2].map(|()| drawn(&room, None).unwrap());
+        assert!(Arc::ptr_eq(&first, &second));
+        assert_eq!(first.emitter().map(|at| at.to_array()), Some(room.emitter));
+        let wrong = DrawnRoom { size: [1e9; 3], ..room };
+        let error = crate::library::error_chain::with_causes(&drawn(&wrong, None).unwrap_err());
+        assert!(error.contains("size of the room: expected three lengths of 0.5 to 200 m"), "{error}");
+    }
+
+    #[test]
+    fn the_same_content_is_one_scene_and_goes_with_its_last_user() {
+        let _alone = alone();
+        let (first, hash) = scene_from(factory::ROOM_B.bytes).unwrap();
+        let (second, _) = scene_from(factory::ROOM_B.bytes).unwrap();
+        assert!(Arc::ptr_eq(&first, &second));
+        let [one, another, faster] = [48_000.0, 48_000.0, 96_000.0].map(|rate| carriers(&first, rate).unwrap());
+        assert!(Arc::ptr_eq(&one, &another) && !Arc::ptr_eq(&one, &faster), "one set of carriers a rate");
+        let kept = Arc::downgrade(&faster);
+        drop(faster);
+        assert!(
+            kept.upgrade().is_some_and(|kept| Arc::ptr_eq(&kept, &carriers(&first, 96_000.0).unwrap())),
+            "kept for a while"
+        );
+        drop((first, second));
+        assert!(in_memory(&hash).is_none());
+        assert!(scene_from(b"not a scene").is_err());
+    }
+}

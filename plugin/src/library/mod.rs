@@ -1,0 +1,269 @@
+//! The user's own scenes and camera paths on disk, and the search for a scene that has moved.
+
+pub mod cache;
+pub mod error_chain;
+pub mod factory;
+pub mod lister;
+pub mod scene_key;
+pub mod slot_names;
+
+use cache::ContentHash;
+use promenade_core::{Scene, SceneError};
+use scene_key::SceneKey;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Folders to search for scenes and camera paths before the user's own, separated as in `PATH`.
+pub const FOLDERS_VARIABLE: &str = "PROMENADE_SCENES";
+/// Extension of scene files.
+pub const SCENES: &[&str] = &["promenade"];
+/// Extensions of camera path files.
+pub const WALKS: &[&str] = &["csv", "glb", "gltf", "json"];
+/// Larger files are refused unread, bytes.
+const LARGEST_FILE: u64 = promenade_core::MAX_SCENE_BYTES as u64;
+
+/// A scene in memory and how to find it again.
+pub struct Found {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The scene's content.
+    pub hash: ContentHash,
+    /// Its content and place.
+    pub key: SceneKey,
+    /// A remark for the user, such as that the file has changed; usually empty.
+    pub note: String,
+}
+
+/// Why no scene can be played.
+#[derive(Debug, Error)]
+pub enum LibraryError {
+    /// The library slot has no file.
+    #[error("library slot {slot} is empty: the folders {folders:?} hold {found} files of that kind")]
+    EmptySlot {
+        /// The slot, from 1.
+        slot: u32,
+        /// How many files there are.
+        found: usize,
+        /// The folders that were searched.
+        folders: Vec<PathBuf>,
+    },
+    /// The project names no scene.
+    #[error("the scene is set to the library, but neither a slot is chosen nor a scene saved with the project")]
+    NoScene,
+    /// No file has the scene's content or its name.
+    #[error(
+        "scene \"{title}\"{} is missing: it was at {absolute}, and is in none of {folders:?}; the dry sound passes",
+        if hash.is_empty() { String::new() } else { format!(" (BLAKE3 {hash})") }
+    )]
+    Missing {
+        /// The scene's title.
+        title: String,
+        /// Its content.
+        hash: String,
+        /// Where it was.
+        absolute: PathBuf,
+        /// The folders that were searched.
+        folders: Vec<PathBuf>,
+    },
+    /// A file cannot be read.
+    #[error("{path}: {error}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        error: io::Error,
+    },
+    /// A name that no file can have.
+    #[error("expected a name without a folder, found {0:?}")]
+    Name(String),
+    /// A scene that cannot be written.
+    #[error("the scene cannot be written")]
+    Write(#[source] SceneError),
+    /// A file is not a scene.
+    #[error("{path}: {error}")]
+    NoSceneFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: SceneError,
+    },
+}
+
+/// The folders that hold the user's files: those of `PROMENADE_SCENES`, then `promenade/scenes` in the user's data folder.
+#[must_use]
+pub fn folders() -> Vec<PathBuf> {
+    let named = std::env::var_os(FOLDERS_VARIABLE).unwrap_or_default();
+    let named = std::env::split_paths(&named).filter(|path| path.is_absolute()).collect::<Vec<_>>();
+    named.into_iter().chain(dirs::data_dir().map(|data| data.join("promenade").join("scenes"))).collect()
+}
+
+/// The place of a file that a user names: as it is, or in the library's own folder where the name has no folder.
+#[must_use]
+pub fn place_of(name: &str) -> PathBuf {
+    let path = PathBuf::from(name.trim());
+    let own = folders().pop().filter(|_| path.parent().is_some_and(|parent| parent.as_os_str().is_empty()));
+    own.map_or_else(|| path.clone(), |folder| folder.join(&path))
+}
+
+/// The files with one of these extensions, folder by folder, in order of their names.
+#[must_use]
+pub fn files(folders: &[PathBuf], extensions: &[&str]) -> Vec<PathBuf> {
+    let wanted = |name: &str| name.rsplit_once('.').is_some_and(|(_, extension)| extensions.contains(&extension));
+    let mut all = Vec::new();
+    for folder in folders {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+        let mut here = entries.filter(|path| path.file_name().and_then(|n| n.to_str()).is_some_and(wanted)).collect::<Vec<_>>();
+        here.sort();
+        all.append(&mut here);
+    }
+    all
+}
+
+/// The file in a library slot.
+///
+/// # Errors
+/// There are fewer files than that.
+pub fn file_in_slot(folders: &[PathBuf], extensions: &[&str], slot: u32) -> Result<PathBuf, LibraryError> {
+    let files = files(folders, extensions);
+    let empty = LibraryError::EmptySlot { slot, found: files.len(), folders: folders.to_vec() };
+    usize::try_from(slot).ok().and_then(|n| n.checked_sub(1)).and_then(|n| files.into_iter().nth(n)).ok_or(empty)
+}
+
+/// The bytes of a regular file of at most 1 GiB.
+///
+/// # Errors
+/// The file cannot be read, is no regular file, or is larger than 1 GiB.
+pub fn read(path: &Path) -> Result<Vec<u8>, LibraryError> {
+    bytes_of(path).map_err(|error| LibraryError::Io { path: path.to_owned(), error })
+}
+
+/// As [`read`], with the system's error.
+pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+    read_limited(path, LARGEST_FILE)
+}
+
+/// Opens a regular file: opening a pipe would wait for its writer, and a device may have no end.
+pub(crate) fn open(path: &Path) -> io::Result<File> {
+    let about = std::fs::metadata(path)?;
+    if about.is_file() {
+        return File::open(path);
+    }
+    let found = if about.is_dir() { "a folder" } else { "a pipe, a socket or a device" };
+    Err(io::Error::new(io::ErrorKind::InvalidInput, format!("expected a regular file, found {found}")))
+}
+
+/// The bytes of a regular file of at most `largest` bytes.
+pub(crate) fn read_limited(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
+    let file = open(path)?;
+    let too_large = |length| {
+        let text = format!("the file has {length} bytes, expected at most {largest}");
+        io::Error::new(io::ErrorKind::FileTooLarge, text)
+    };
+    let length = file.metadata()?.len();
+    if length > largest {
+        return Err(too_large(length.to_string()));
+    }
+    let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
+    // The file may grow meanwhile, and files of the system's own report a length of 0.
+    file.take(largest.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > largest { Err(too_large(format!("more than {largest}"))) } else { Ok(bytes) }
+}
+
+/// The scene in a library slot.
+///
+/// # Errors
+/// The slot is empty or its file is not a scene.
+pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryError> {
+    let path = file_in_slot(folders, SCENES, slot)?;
+    let (scene, hash) = scene_at(&path)?;
+    let key = SceneKey::to_file(&path, hash.clone(), scene.title().to_owned(), slot);
+    Ok(Found { scene, hash, key, note: String::new() })
+}
+
+/// The scene a project names: in memory, where it was, where it was from home, by file name in the library, by content in the library.
+///
+/// A file with the right name and other content is used only when no file has the right content, and is reported.
+///
+/// # Errors
+/// The project names no scene, or there is no file with that content or that name, or it is not a scene.
+pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<Found, LibraryError> {
+    if !wanted.is_some() {
+        return Err(LibraryError::NoScene);
+    }
+    if let Some(scene) = cache::in_memory(&wanted.hash) {
+        return Ok(Found { scene, hash: wanted.hash.clone(), key: wanted.clone(), note: String::new() });
+    }
+    let library = files(folders, SCENES);
+    let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
+    let by_name = wanted.places().into_iter().chain(library.iter().filter(same_name).cloned()).collect::<Vec<_>>();
+    let found = by_name.iter().chain(&library).find(|path| holds(path, &wanted.hash));
+    let missing = || LibraryError::Missing {
+        title: wanted.title.clone(),
+        hash: wanted.hash.clone(),
+        absolute: wanted.absolute.clone(),
+        folders: folders.to_vec(),
+    };
+    // Of what is no regular file, the error says what it is.
+    let there = || by_name.iter().find(|path| path.is_file()).or_else(|| by_name.iter().find(|path| path.exists()));
+    let path = found.or_else(there).ok_or_else(missing)?;
+    let (scene, hash) = scene_at(path)?;
+    let changed = !wanted.hash.is_empty() && hash != wanted.hash;
+    let note = if changed {
+        format!("{} has changed: its BLAKE3 is {hash}, the project was saved with {}", path.display(), wanted.hash)
+    } else {
+        String::new()
+    };
+    let mut key = SceneKey::to_file(path, hash.clone(), scene.title().to_owned(), wanted.slot);
+    if changed {
+        // The project keeps asking for the scene it was made with, in case that comes back.
+        key = wanted.clone();
+    }
+    Ok(Found { scene, hash, key, note })
+}
+
+/// A name that a user gives to a file, without blanks around it, if it is one.
+pub(crate) fn file_name_of(name: &str) -> Option<&str> {
+    let name = name.trim();
+    let is_one = Path::new(name).file_name().and_then(|n| n.to_str()) == Some(name);
+    (is_one && !name.starts_with('.') && !name.contains(['\\', ':', '\0'])).then_some(name)
+}
+
+/// Writes a scene with a title into the last of the folders, the library's own, as a new file of that name. Returns its path.
+///
+/// # Errors
+/// A name that is no file name or is taken, a file that cannot be written.
+pub fn save(folders: &[PathBuf], title: &str, scene: &Scene) -> Result<PathBuf, LibraryError> {
+    let name = file_name_of(title).ok_or_else(|| LibraryError::Name(title.to_owned()))?;
+    let folder = folders.last().ok_or_else(|| LibraryError::Name(title.to_owned()))?;
+    let path = folder.join(format!("{name}.{}", SCENES[0]));
+    let io_error = |error| LibraryError::Io { path: path.clone(), error };
+    if path.exists() {
+        return Err(io_error(io::Error::new(io::ErrorKind::AlreadyExists, "there is a scene of this name already")));
+    }
+    let mut parts = scene.parts().clone();
+    name.clone_into(&mut parts.provenance.title);
+    let bytes = Scene::new(parts).and_then(|scene| scene.to_bytes()).map_err(LibraryError::Write)?;
+    std::fs::create_dir_all(folder).map_err(io_error)?;
+    // A crash half way leaves no half scene.
+    let partial = path.with_extension("partial");
+    std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, &path)).map_err(io_error)?;
+    Ok(path)
+}
+
+fn holds(path: &Path, hash: &str) -> bool {
+    read(path).is_ok_and(|bytes| cache::content_hash(&bytes) == hash)
+}
+
+/// The scene in a file, and its content.
+///
+/// # Errors
+/// The file cannot be read or is not a scene.
+pub fn scene_at(path: &Path) -> Result<(Arc<Scene>, ContentHash), LibraryError> {
+    cache::scene_from(&read(path)?).map_err(|error| LibraryError::NoSceneFile { path: path.to_owned(), error })
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

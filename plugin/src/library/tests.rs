@@ -1,0 +1,125 @@
+use super::*;
+use crate::library::factory;
+use std::fs;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+use tempfile::TempDir;
+
+/// A folder with files, and its path.
+fn folder(files: &[(&str, &[u8])]) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    files.iter().for_each(|(name, bytes)| fs::write(folder.path().join(name), bytes).unwrap());
+    let path = folder.path().to_owned();
+    (folder, path)
+}
+
+fn key(path: PathBuf, bytes: &[u8]) -> SceneKey {
+    SceneKey { hash: cache::content_hash(bytes), absolute: path, ..SceneKey::default() }
+}
+
+#[test]
+fn slots_count_the_files_by_name() {
+    let (_keep, path) = folder(&[("b.promenade", b"b"), ("a.promenade", b"a"), ("c.txt", b"c")]);
+    let folders = [path.clone()];
+    assert_eq!(file_in_slot(&folders, SCENES, 1).unwrap(), path.join("a.promenade"));
+    assert_eq!(file_in_slot(&folders, SCENES, 2).unwrap(), path.join("b.promenade"));
+    assert!(matches!(file_in_slot(&folders, SCENES, 3), Err(LibraryError::EmptySlot { found: 2, .. })));
+    assert!(file_in_slot(&folders, SCENES, 0).is_err());
+}
+
+#[test]
+fn a_moved_and_renamed_scene_is_found_by_its_content() {
+    let _alone = cache::alone();
+    let bytes = factory::ROOM_A.bytes;
+    let (_keep, path) = folder(&[("a.promenade", factory::ROOM_B.bytes), ("renamed.promenade", bytes)]);
+    let found = scene_of(&[path], &key("/nowhere/hall.promenade".into(), bytes)).unwrap();
+    assert!(found.note.is_empty(), "{}", found.note);
+    assert!(found.key.absolute.ends_with("renamed.promenade"));
+}
+
+#[test]
+fn a_changed_scene_is_played_and_reported_and_the_old_one_still_asked_for() {
+    let _alone = cache::alone();
+    let (_keep, path) = folder(&[("hall.promenade", factory::ROOM_A.bytes)]);
+    let wanted = key(path.join("hall.promenade"), b"the scene of yore");
+    let found = scene_of(&[], &wanted).unwrap();
+    assert!(found.note.contains("has changed"), "{}", found.note);
+    assert_eq!(found.key, wanted);
+}
+
+#[test]
+fn the_right_content_wins_over_the_right_name() {
+    let _alone = cache::alone();
+    let bytes = factory::ROOM_A.bytes;
+    let (_keep, path) = folder(&[("hall.promenade", b"something else"), ("other.promenade", bytes)]);
+    let found = scene_of(std::slice::from_ref(&path), &key(path.join("hall.promenade"), bytes)).unwrap();
+    assert!(found.key.absolute.ends_with("other.promenade"));
+}
+
+#[test]
+fn what_is_nowhere_is_missing() {
+    let wanted = key("/nowhere/hall.promenade".into(), b"gone");
+    assert!(matches!(scene_of(&[], &wanted), Err(LibraryError::Missing { .. })));
+    assert!(matches!(scene_of(&[], &SceneKey::default()), Err(LibraryError::NoScene)));
+}
+
+/// What `work` returns, if it does within ten seconds.
+pub(crate) fn in_time<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+    let (done, result) = channel();
+    std::thread::spawn(move || done.send(work()));
+    result.recv_timeout(Duration::from_secs(10)).expect("it hangs")
+}
+
+/// Makes a named pipe, which nobody writes to.
+#[cfg(unix)]
+pub(crate) fn make_pipe(path: &Path) {
+    assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_scene_and_a_file_of_the_same_content_is_found() {
+    let _alone = cache::alone();
+    let bytes = factory::ROOM_A.bytes;
+    let (_keep, path) = folder(&[("other.promenade", bytes)]);
+    let pipe = path.join("hall.promenade");
+    make_pipe(&pipe);
+    let (wanted, folders) = (key(pipe.clone(), bytes), [path]);
+    let found = in_time(move || scene_of(&folders, &wanted)).unwrap();
+    assert!(found.key.absolute.ends_with("other.promenade"));
+    let wanted = SceneKey { absolute: pipe, ..SceneKey::default() };
+    let error = in_time(move || scene_of(&[], &wanted)).err().unwrap().to_string();
+    assert!(error.ends_with("hall.promenade: expected a regular file, found a pipe, a socket or a device"), "{error}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn bytes_are_counted_while_they_are_read() {
+    // Its length is reported as 0.
+    let system = Path::new("/proc/self/status");
+    assert!(read_limited(system, 1 << 20).unwrap().starts_with(b"Name:"));
+    let error = read_limited(system, 10).unwrap_err().to_string();
+    assert_eq!(error, "the file has more than 10 bytes, expected at most 10");
+    let error = read_limited(Path::new("/dev/zero"), 10).unwrap_err().to_string();
+    assert!(error.starts_with("expected a regular file"), "{error}");
+    let error = read(Path::new("/")).unwrap_err().to_string();
+    assert_eq!(error, "/: expected a regular file, found a folder");
+}
+
+#[test]
+fn a_saved_scene_is_listed_and_no_other_is_written_over() {
+    let (_keep, path) = folder(&[]);
+    let room = crate::project::drawn_room::DrawnRoom::default();
+    let scene = cache::drawn(&room, None).unwrap();
+    let folders = [path.join("elsewhere"), path.join("own")];
+    let saved = save(&folders, " My room ", &scene).unwrap();
+    assert_eq!(saved, path.join("own").join("My room.promenade"));
+    let found = scene_in_slot(&folders, 1).unwrap();
+    assert_eq!(found.scene.title(), "My room");
+    assert_eq!(found.scene.images().map(|i| i.images.len()), scene.images().map(|i| i.images.len()));
+    let error = save(&folders, "My room", &scene).unwrap_err().to_string();
+    assert!(error.contains("there is a scene of this name already"), "{error}");
+    for name in ["", "../x", "a/b", ".hidden"] {
+        assert!(matches!(save(&folders, name, &scene), Err(LibraryError::Name(_))), "{name}");
+    }
+}

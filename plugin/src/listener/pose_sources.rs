@@ -1,0 +1,148 @@
+//! Where the listener's pose comes from: every source, and which takes precedence.
+//!
+//! In order of precedence: the leader of a listener group replaces everything; else an absolute tracker replaces knobs and path; else the
+//! camera path, where one is followed, replaces the knobs or has them added; else the knobs, which are the position and angle parameters.
+//! A head tracker turns the head on top of knobs and path.
+
+use crate::parameter::choices::{Follow, Tracking};
+use crate::project::walk::Walk;
+use promenade_core::{Playback, Pose};
+
+/// The sources of one block besides the group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sources {
+    /// The pose that the position and angle parameters set.
+    pub knobs: Pose,
+    /// Whether a camera path is followed.
+    pub follow: Follow,
+    /// Share of the camera path that has been walked, 0 to 1.
+    pub path_share: f64,
+    /// Whether the knobs are added to the path's pose.
+    pub offset: bool,
+    /// How a head tracker is used.
+    pub tracking: Tracking,
+}
+
+/// What the pose comes from in the end, besides a tracker on top.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Base {
+    /// The position and angle parameters.
+    #[default]
+    Knobs,
+    /// The camera path.
+    Path,
+    /// The camera path with the parameters added.
+    PathAndKnobs,
+    /// A tracker alone.
+    Tracker,
+    /// The leader of the listener group.
+    Group,
+}
+
+impl Sources {
+    /// What the pose comes from, with or without a path and a tracker.
+    #[must_use]
+    pub fn base(&self, has_walk: bool, has_tracker: bool) -> Base {
+        match (self.tracking, self.follow) {
+            (Tracking::Absolute, _) if has_tracker => Base::Tracker,
+            (_, Follow::Off) => Base::Knobs,
+            _ if !has_walk => Base::Knobs,
+            _ if self.offset => Base::PathAndKnobs,
+            _ => Base::Path,
+        }
+    }
+
+    /// The pose at `time_s` of the transport.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn pose(&self, walk: Option<&Walk>, tracked: Option<&Pose>, time_s: f64) -> Pose {
+        let on_path = |walk: &Walk| match self.follow {
+            Follow::Position => walk.path.pose_after(self.path_share * walk.path.duration_s(), Playback::default()),
+            Follow::Off | Follow::Transport => walk.path.pose_after(time_s, walk.playback),
+        };
+        let base = match (self.base(walk.is_some(), tracked.is_some()), walk) {
+            (Base::Path, Some(walk)) => on_path(walk),
+            (Base::PathAndKnobs, Some(walk)) => {
+                let path = on_path(walk);
+                // World axes for the position, as the knobs are labelled; the head turns from where the path faces.
+                Pose { position: path.position + self.knobs.position, ..compose(&path, &self.knobs) }
+            }
+            _ => self.knobs,
+        };
+        match (self.tracking, tracked) {
+            (Tracking::Off, _) | (_, None) => base,
+            (Tracking::Head, Some(tracked)) => Pose { position: base.position, ..compose(&base, tracked) },
+            (Tracking::Pose, Some(tracked)) => compose(&base, tracked),
+            (Tracking::Absolute, Some(tracked)) => *tracked,
+        }
+    }
+}
+
+/// A pose that is given in the axes of another.
+fn compose(outer: &Pose, inner: &Pose) -> Pose {
+    Pose {
+        position: outer.position + outer.orientation * inner.position,
+        orientation: (outer.orientation * inner.orientation).normalize(),
+    }
+}
+
+/// The pose at a share of the way from one to another.
+pub(crate) fn between(from: &Pose, to: &Pose, share: f32) -> Pose {
+    Pose {
+        position: from.position.lerp(to.position, share),
+        orientation: from.orientation.slerp(to.orientation, share).normalize(),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use promenade_core::glam::Vec3;
+    use promenade_core::{CameraPath, Keyframe};
+    use std::f32::consts::{FRAC_PI_2, PI};
+
+    pub(crate) fn at(x: f32, yaw: f32) -> Pose {
+        Pose::from_ypr(Vec3::new(x, 0.0, 0.0), yaw, 0.0, 0.0)
+    }
+
+    fn walk() -> Walk {
+        let keyframes = [(0.0, at(0.0, FRAC_PI_2)), (2.0, at(2.0, FRAC_PI_2))];
+        let path = CameraPath::new(keyframes.map(|(t_s, pose)| Keyframe { t_s, pose }).to_vec()).unwrap();
+        Walk { path, playback: Playback::default() }
+    }
+
+    fn sources(follow: Follow, offset: bool, tracking: Tracking) -> Sources {
+        Sources { knobs: at(1.0, 0.1), follow, path_share: 0.25, offset, tracking }
+    }
+
+    pub(crate) fn check(found: Pose, x: f32, yaw: f32) {
+        assert!((found.position - Vec3::new(x, 0.0, 0.0)).length() < 1e-5, "{found:?}");
+        let off = (found.ypr().0 - yaw).rem_euclid(2.0 * PI);
+        assert!(off < 1e-5 || 2.0 * PI - off < 1e-5, "{found:?}");
+    }
+
+    #[test]
+    fn a_path_goes_before_the_knobs_or_has_them_added() {
+        let walk = walk();
+        let pose = |follow, offset| sources(follow, offset, Tracking::Off).pose(Some(&walk), None, 1.5);
+        check(pose(Follow::Off, true), 1.0, 0.1);
+        check(pose(Follow::Transport, false), 1.5, FRAC_PI_2);
+        check(pose(Follow::Position, false), 0.5, FRAC_PI_2);
+        check(pose(Follow::Transport, true), 2.5, FRAC_PI_2 + 0.1);
+        check(sources(Follow::Transport, true, Tracking::Off).pose(None, None, 1.5), 1.0, 0.1);
+    }
+
+    #[test]
+    fn a_tracker_turns_the_head_on_top_or_stands_alone() {
+        let (walk, tracked) = (walk(), at(3.0, 0.5));
+        let pose = |tracking| sources(Follow::Transport, false, tracking).pose(Some(&walk), Some(&tracked), 1.0);
+        check(pose(Tracking::Off), 1.0, FRAC_PI_2);
+        check(pose(Tracking::Head), 1.0, FRAC_PI_2 + 0.5);
+        check(pose(Tracking::Absolute), 3.0, 0.5);
+        // The path faces left, so that a step forward of the tracker goes along y.
+        let stepped = pose(Tracking::Pose);
+        assert!((stepped.position - Vec3::new(1.0, 3.0, 0.0)).length() < 1e-5, "{stepped:?}");
+    }
+}

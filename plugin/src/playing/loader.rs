@@ -1,0 +1,510 @@
+//! Finds, reads and prepares scenes and camera paths off the audio thread.
+
+use crate::library::cache::{self, DrawnRoomError};
+use crate::library::error_chain::with_causes;
+use crate::library::factory::{self, FactoryScene};
+use crate::library::scene_key::SceneKey;
+use crate::library::{self, Found, LibraryError};
+use crate::parameter::choices::{Follow, SceneChoice};
+use crate::playing::output::{Output, Pairs};
+use crate::playing::shared_worker::SharedWorker;
+use crate::project::drawn_room::DrawnRoom;
+use crate::project::params::{Choices, PromenadeParams};
+use crate::project::saved_head::SavedHead;
+use crate::project::saved_headphones::SavedHeadphones;
+use crate::project::scene_frame::SceneFrame;
+use crate::project::walk::{SavedWalk, Walk, WalkError};
+use crate::telemetry::attention::Attention;
+use crate::worker::Task;
+use crate::worker::lock::lock;
+use crate::worker::repaint::Repaint;
+use crossbeam_queue::ArrayQueue;
+use nice_plug::{nice_error, nice_warn};
+use promenade_core::headphones::{HeadphoneFilter, Headphones};
+use promenade_core::{Emitters, NotAmbisonicError, RenderError, Renderer, Scene, SceneError};
+use promenade_sofa::SofaError;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, Once, Weak};
+use std::time::Instant;
+use thiserror::Error;
+
+/// Room for what the audio thread no longer needs, until the loader drops it.
+const RETIRED_CAPACITY: usize = 16;
+
+/// What the audio thread plays next.
+pub enum Prepared {
+    /// This scene, at the host's sample rate.
+    Scene(Pairs),
+    /// The dry sound, because the scene cannot be loaded.
+    Dry,
+}
+
+/// What the audio thread no longer needs and must not drop itself.
+pub enum Retired {
+    /// What rendered a scene that has been faded out.
+    Emitters(Box<Emitters>),
+    /// A scene that was never played.
+    Scene(Prepared),
+    /// A camera path.
+    Walk(Arc<Walk>),
+    /// A filter of headphones.
+    Headphones(Box<HeadphoneFilter>),
+}
+
+/// Why a scene or a camera path cannot be played.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    /// The file cannot be found or read.
+    #[error(transparent)]
+    Library(#[from] LibraryError),
+    /// A factory scene is damaged.
+    #[error("factory scene {id}: {error}")]
+    Factory {
+        /// The scene's id.
+        id: &'static str,
+        /// What is wrong with it.
+        error: SceneError,
+    },
+    /// The drawn room makes no scene.
+    #[error(transparent)]
+    Room(#[from] DrawnRoomError),
+    /// The scene cannot be played at the host's sample rate.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The scene has no Ambisonic form.
+    #[error("the track's output is Ambisonic")]
+    Ambisonic(#[from] NotAmbisonicError),
+    /// There is no thread to decode poses on.
+    #[error("no thread to decode poses on")]
+    Thread(#[source] std::io::Error),
+    /// The camera path cannot be used.
+    #[error(transparent)]
+    Walk(#[from] WalkError),
+}
+
+/// The scene that was loaded last, so that the same request is not served again.
+#[derive(Clone, PartialEq)]
+struct SceneRequest {
+    scene: SceneChoice,
+    slot: u32,
+    saved: SceneKey,
+    room: Option<DrawnRoom>,
+    head: SavedHead,
+    /// Whether there is a second emitter: from the time on that one is first needed.
+    stereo: bool,
+    output: Output,
+    sample_rate_bits: u64,
+}
+
+/// One per instance. Every method but the queues' `pop` and `push` is for threads that may wait.
+pub struct Loader {
+    params: Arc<PromenadeParams>,
+    /// Bits of the host's sample rate, Hz; 0 before activation.
+    sample_rate_bits: AtomicU64,
+    /// What comes out of the instance.
+    output: Mutex<Output>,
+    last_scene: Mutex<Option<SceneRequest>>,
+    /// The headphones that were made a filter of last, and the bits of its sample rate.
+    last_headphones: Mutex<Option<(Option<Headphones>, u64)>>,
+    /// The slot and the path that were loaded last.
+    last_walk: Mutex<Option<(u32, SavedWalk)>>,
+    /// The newest scene; it replaces one that was not fetched.
+    pub scenes: ArrayQueue<Prepared>,
+    /// The newest camera path, or that there is none any more; it replaces one that was not fetched.
+    pub walks: ArrayQueue<Option<Arc<Walk>>>,
+    /// The newest filter of headphones, or that there is none any more; it replaces one that was not fetched.
+    pub headphones: ArrayQueue<Option<Box<HeadphoneFilter>>>,
+    /// From the audio thread, to be dropped.
+    pub retired: ArrayQueue<Retired>,
+    /// The choices that were loaded last, or could not be.
+    loaded: Mutex<Option<Choices>>,
+    /// What was prepared last, for the editor. It does not keep them in memory.
+    current: Mutex<Current>,
+    /// The attention weights of the scene's decoder.
+    pub attention: Arc<Attention>,
+    /// Asks an open editor for its next picture.
+    pub repaint: Repaint,
+}
+
+/// What is played or about to be.
+#[derive(Default)]
+struct Current {
+    scene: Weak<Scene>,
+    /// The same where something else is played that was made of it: Ambisonics.
+    held: Option<Arc<Scene>>,
+    walk: Weak<Walk>,
+}
+
+impl Loader {
+    /// Loads nothing yet.
+    #[must_use]
+    pub fn new(params: Arc<PromenadeParams>) -> Arc<Self> {
+        let loader = Arc::new(Self {
+            params,
+            sample_rate_bits: AtomicU64::new(0),
+            output: Mutex::default(),
+            last_scene: Mutex::new(None),
+            last_headphones: Mutex::new(None),
+            last_walk: Mutex::new(None),
+            scenes: ArrayQueue::new(1),
+            walks: ArrayQueue::new(1),
+            headphones: ArrayQueue::new(1),
+            retired: ArrayQueue::new(RETIRED_CAPACITY),
+            loaded: Mutex::default(),
+            current: Mutex::default(),
+            attention: Arc::default(),
+            repaint: Repaint::default(),
+        });
+        // A host that restores a state and bounces at once hears the restored scene from the first sample.
+        loader.params.scene_key.on_restore(&loader, Self::refresh_scene);
+        loader.params.room.on_restore(&loader, Self::refresh_scene);
+        loader.params.head.on_restore(&loader, Self::restored_head);
+        loader.params.headphones.on_restore(&loader, Self::restored_headphones);
+        loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
+        loader
+    }
+
+    /// Takes the host's sample rate and layout, tries again what failed, and loads what the parameters choose unless it is loaded.
+    pub fn activate(&self, sample_rate_hz: f64, output: Output) {
+        *lock(&self.output) = output;
+        self.sample_rate_bits.store(sample_rate_hz.to_bits(), Ordering::Release);
+        self.retry();
+        self.refresh();
+    }
+
+    /// Tries again at the next refresh what failed.
+    pub fn retry(&self) {
+        if !self.params.scene_report.text().is_empty() {
+            *lock(&self.last_scene) = None;
+        }
+        if !self.params.walk_report.text().is_empty() {
+            *lock(&self.last_walk) = None;
+        }
+        if !self.params.head_report.text().is_empty() {
+            self.params.head_wish.again();
+        }
+        if !self.params.headphones_report.text().is_empty() {
+            self.params.headphones_wish.again();
+        }
+    }
+
+    /// Loads scene and camera path again at the next refresh.
+    #[cfg(test)]
+    pub(crate) fn forget(&self) {
+        *lock(&self.last_scene) = None;
+        *lock(&self.last_walk) = None;
+    }
+
+    /// Drops what the audio thread no longer needs, and loads what the parameters choose unless it is loaded.
+    pub fn refresh(&self) {
+        while self.retired.pop().is_some() {}
+        let choices = self.params.choices();
+        self.refresh_head();
+        self.read_headphones();
+        self.refresh_headphones();
+        self.refresh_scene();
+        self.refresh_walk();
+        *lock(&self.loaded) = Some(choices);
+    }
+
+    /// Whether everything that the parameters choose now has been loaded, or could not be.
+    pub fn is_up_to_date(&self) -> bool {
+        *lock(&self.loaded) == Some(self.params.choices())
+    }
+
+    /// The scene that is played or about to be.
+    pub fn scene(&self) -> Option<Arc<Scene>> {
+        lock(&self.current).scene.upgrade()
+    }
+
+    /// The camera path that is ready, followed or not.
+    pub fn walk(&self) -> Option<Arc<Walk>> {
+        lock(&self.current).walk.upgrade()
+    }
+
+    /// What comes out of the instance.
+    pub fn output(&self) -> Output {
+        *lock(&self.output)
+    }
+
+    /// The host's sample rate, Hz, once it is known.
+    pub fn sample_rate_hz(&self) -> Option<f64> {
+        let rate_hz = f64::from_bits(self.sample_rate_bits.load(Ordering::Acquire));
+        (rate_hz > 0.0).then_some(rate_hz)
+    }
+
+    fn refresh_scene(&self) {
+        let mut last = lock(&self.last_scene);
+        loop {
+            let (saved, restores) = self.params.scene_key.get();
+            let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
+            let Choices { scene, scene_slot, stereo, .. } = self.params.choices();
+            let stereo = stereo || last.as_ref().is_some_and(|last| last.stereo);
+            // A factory scene does not depend on the slot.
+            let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
+            let (head, _) = self.params.head.get();
+            // A drawn room is the project's own scene.
+            let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
+            let output = self.output();
+            let request = SceneRequest { scene, slot, saved, room, head, stereo, output, sample_rate_bits };
+            if sample_rate_bits == 0 || last.as_ref() == Some(&request) {
+                return;
+            }
+            let result = self.found(&request).and_then(|(scene, note, key)| {
+                let sample_rate_hz = f64::from_bits(sample_rate_bits);
+                let pairs = match output {
+                    Output::Binaural => Pairs::from_iter([self.emitters(&scene, sample_rate_hz, stereo)?]),
+                    Output::Ambisonic(_) => {
+                        let pair = |pair| self.emitters(&cache::ambisonic(&scene, pair)?, sample_rate_hz, stereo);
+                        (0..output.pairs()).map(pair).collect::<Result<_, _>>()?
+                    }
+                };
+                Ok((scene, pairs, note, key))
+            });
+            let chosen = chooses_a_file(&result);
+            let (scene, prepared, report, key) = match result {
+                Ok((scene, pairs, note, key)) => (Some(scene), Prepared::Scene(pairs), note, key),
+                Err(error) => (None, Prepared::Dry, with_causes(&error), request.saved.clone()),
+            };
+            // A state that was restored meanwhile wants another scene: begin again.
+            if self.params.scene_key.replace(key.clone(), restores) {
+                static NONE_CHOSEN: Once = Once::new();
+                match &prepared {
+                    // Hosts activate several times in a row: it has been said.
+                    _ if self.params.scene_report.text() == report => (),
+                    Prepared::Dry if !chosen => NONE_CHOSEN.call_once(|| nice_warn!("{report}")),
+                    Prepared::Dry => nice_error!("{report}"),
+                    Prepared::Scene(_) if !report.is_empty() => nice_warn!("{report}"),
+                    Prepared::Scene(_) => (),
+                }
+                self.params.scene_report.set_text(report);
+                if let Some(scene) = &scene {
+                    self.params.frame.set_frame(SceneFrame::of(scene));
+                }
+                let mut current = lock(&self.current);
+                current.scene = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
+                current.held = scene.filter(|_| output != Output::Binaural);
+                drop(current);
+                drop(self.scenes.force_push(prepared));
+                self.repaint.request_repaint();
+                *last = Some(SceneRequest { saved: key, ..request });
+                return;
+            }
+        }
+    }
+
+    /// What renders a scene.
+    fn emitters(&self, scene: &Arc<Scene>, sample_rate_hz: f64, stereo: bool) -> Result<Emitters, LoadError> {
+        let carriers = cache::carriers(scene, sample_rate_hz)?;
+        let renderer = |attention| {
+            let renderer = Renderer::with_carriers(Arc::clone(scene), sample_rate_hz, Arc::clone(&carriers))?;
+            let decoder = SharedWorker::new(scene, attention).map_err(LoadError::Thread)?;
+            Ok::<_, LoadError>(match decoder {
+                Some(decoder) => renderer.with_worker(Box::new(decoder)),
+                None => renderer,
+            })
+        };
+        let emitters = Emitters::from(renderer(&self.attention)?);
+        if stereo && scene.emitter().is_some() {
+            // The editor shows what the first one attends to.
+            return Ok(emitters.with_second(renderer(&Arc::default())?));
+        }
+        Ok(emitters)
+    }
+
+    /// Reads the head that has been asked for. The scene's own plays where it cannot be read.
+    fn refresh_head(&self) {
+        let Some(name) = self.params.head_wish.take() else { return };
+        let (_, restores) = self.params.head.get();
+        let read = if name.is_empty() { Ok(SavedHead::default()) } else { head_in(&library::place_of(&name)) };
+        let (head, report) = match read {
+            Ok(head) => (head, String::new()),
+            Err(reason) => (SavedHead::default(), reason),
+        };
+        // A state that was restored meanwhile has a head of its own.
+        if self.params.head.replace(head, restores) {
+            if !report.is_empty() {
+                nice_error!("{report}");
+            }
+            self.params.head_report.set_text(report);
+            self.params.head_wish.answer();
+            self.repaint.request_repaint();
+        }
+    }
+
+    /// Reads the headphones that have been asked for. Where they cannot be read, those that are there stay.
+    fn read_headphones(&self) {
+        let Some(name) = self.params.headphones_wish.take() else { return };
+        let (_, restores) = self.params.headphones.get();
+        let read = if name.is_empty() { Ok(SavedHeadphones::default()) } else { headphones_in(&library::place_of(&name)) };
+        let report = match read {
+            Ok(saved) => {
+                // A state that was restored meanwhile has headphones of its own.
+                if !self.params.headphones.replace(saved, restores) {
+                    return;
+                }
+                String::new()
+            }
+            Err(reason) => {
+                nice_error!("{reason}");
+                reason
+            }
+        };
+        self.params.headphones_report.set_text(report);
+        self.params.headphones_wish.answer();
+        self.repaint.request_repaint();
+    }
+
+    /// Makes a filter of the project's headphones, unless it is there already.
+    fn refresh_headphones(&self) {
+        let mut last = lock(&self.last_headphones);
+        let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
+        let request = Some((self.params.headphones.get().0.headphones, sample_rate_bits));
+        if sample_rate_bits == 0 || *last == request {
+            return;
+        }
+        let filter = |(headphones, bits): &(Option<Headphones>, u64)| {
+            headphones.as_ref().map(|headphones| Box::new(headphones.filter(f64::from_bits(*bits))))
+        };
+        drop(self.headphones.force_push(request.as_ref().and_then(filter)));
+        *last = request;
+    }
+
+    /// Takes the headphones of a state that the host has restored.
+    fn restored_headphones(&self) {
+        self.params.headphones_report.set_text(String::new());
+        self.refresh_headphones();
+    }
+
+    /// Takes the head of a state that the host has restored.
+    fn restored_head(&self) {
+        self.params.head_report.set_text(String::new());
+        self.refresh_scene();
+    }
+
+    /// The scene that is asked for, heard with the project's head, a remark and the scene's key.
+    fn found(&self, request: &SceneRequest) -> Result<(Arc<Scene>, String, SceneKey), LoadError> {
+        if let Some(room) = &request.room {
+            return Ok((self.drawn(room, &request.head)?, String::new(), request.saved.clone()));
+        }
+        let found = find_scene(request)?;
+        Ok((self.heard(&found, &request.head), found.note, found.key))
+    }
+
+    /// The drawn room heard with the project's head, or with the factory's where that cannot be, which is reported.
+    fn drawn(&self, room: &DrawnRoom, saved: &SavedHead) -> Result<Arc<Scene>, DrawnRoomError> {
+        let (head, report) = match saved.head() {
+            Ok(head) => (head, None),
+            Err(error) => (None, Some(with_causes(&error))),
+        };
+        self.params.head_name.set_text(head.as_ref().map_or_else(String::new, |head| head.name().to_owned()));
+        if head.is_some() || report.is_some() {
+            self.params.head_report.set_text(report.unwrap_or_default());
+        }
+        cache::drawn(room, head.as_ref())
+    }
+
+    /// The scene heard with the project's head, or as it is where that cannot be, which is reported.
+    fn heard(&self, found: &Found, saved: &SavedHead) -> Arc<Scene> {
+        let heard = match saved.head() {
+            Ok(None) => {
+                // What went wrong when a file was read is still to be seen.
+                self.params.head_name.set_text(String::new());
+                return Arc::clone(&found.scene);
+            }
+            Ok(Some(head)) => {
+                let heard = cache::heard_with(&found.scene, &found.hash, &head).map_err(|error| with_causes(&error));
+                heard.map(|heard| (heard, head.name().to_owned()))
+            }
+            Err(error) => Err(with_causes(&error)),
+        };
+        let (report, heard) = heard.map_or_else(|why| (why, None), |heard| (String::new(), Some(heard)));
+        let (heard, name) = heard.unwrap_or_else(|| (Arc::clone(&found.scene), String::new()));
+        self.params.head_name.set_text(name);
+        self.params.head_report.set_text(report);
+        heard
+    }
+
+    fn refresh_walk(&self) {
+        let mut last = lock(&self.last_walk);
+        loop {
+            let (saved, restores) = self.params.saved_walk.get();
+            let request = (self.params.choices().walk_slot, saved);
+            if last.as_ref() == Some(&request) {
+                return;
+            }
+            let result = find_walk(request.0, &request.1);
+            let chosen = chooses_a_file(&result);
+            let (walk, report, file) = match result.and_then(|file| Ok((file.to_walk()?, file))) {
+                Ok((walk, file)) => (walk.map(Arc::new), String::new(), file),
+                Err(error) => (None, with_causes(&error), request.1.clone()),
+            };
+            if self.params.saved_walk.replace(file.clone(), restores) {
+                static NONE_CHOSEN: Once = Once::new();
+                if !chosen && self.params.snapshot().sources.follow != Follow::Off {
+                    NONE_CHOSEN.call_once(|| nice_warn!("{report}"));
+                } else if chosen && !report.is_empty() {
+                    nice_error!("{report}");
+                }
+                self.params.walk_report.set_text(report);
+                lock(&self.current).walk = walk.as_ref().map_or_else(Weak::new, Arc::downgrade);
+                drop(self.walks.force_push(walk));
+                self.repaint.request_repaint();
+                *last = Some((request.0, file));
+                return;
+            }
+        }
+    }
+}
+
+impl Task for Loader {
+    fn run(&self) -> Option<Instant> {
+        self.refresh();
+        None
+    }
+}
+
+/// Whether there was a file to load. That a slot is empty is written to the log once in the process: automation passes through all slots.
+fn chooses_a_file<T>(result: &Result<T, LoadError>) -> bool {
+    !matches!(result, Err(LoadError::Library(LibraryError::EmptySlot { .. } | LibraryError::NoScene)))
+}
+
+fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<Found, LoadError> {
+    match scene {
+        SceneChoice::RoomA => factory_scene(factory::ROOM_A, saved),
+        SceneChoice::RoomB => factory_scene(factory::ROOM_B, saved),
+        SceneChoice::Library if *slot == 0 || *slot == saved.slot => Ok(library::scene_of(&library::folders(), saved)?),
+        SceneChoice::Library => Ok(library::scene_in_slot(&library::folders(), *slot)?),
+    }
+}
+
+/// A factory scene leaves the key as it is, so that going back to the library finds the same scene again.
+fn factory_scene(scene: FactoryScene, key: &SceneKey) -> Result<Found, LoadError> {
+    let read = cache::scene_from(scene.bytes);
+    let (scene, hash) = read.map_err(|error| LoadError::Factory { id: scene.id, error })?;
+    Ok(Found { scene, hash, key: key.clone(), note: String::new() })
+}
+
+fn head_in(path: &Path) -> Result<SavedHead, String> {
+    read_in(path, promenade_sofa::read_head).map(|head| SavedHead::of(&head))
+}
+
+fn headphones_in(path: &Path) -> Result<SavedHeadphones, String> {
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    read_in(path, promenade_sofa::read_headphones).map(|headphones| SavedHeadphones { name, headphones: Some(headphones) })
+}
+
+/// What is in a file. One that makes the reader fail in another way than it promises is as damaged as any.
+fn read_in<T>(path: &Path, read: fn(&Path) -> Result<T, SofaError>) -> Result<T, String> {
+    let damaged = |_| format!("{}: no readable SOFA (HDF5) file", path.display());
+    std::panic::catch_unwind(|| read(path)).map_err(damaged)?.map_err(|error| with_causes(&error))
+}
+
+fn find_walk(slot: u32, saved: &SavedWalk) -> Result<SavedWalk, LoadError> {
+    if slot == 0 || slot == saved.slot {
+        return Ok(saved.clone());
+    }
+    let path = library::file_in_slot(&library::folders(), library::WALKS, slot)?;
+    Ok(SavedWalk { slot, ..SavedWalk::from_file(&path)?.0 })
+}

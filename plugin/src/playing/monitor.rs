@@ -1,0 +1,94 @@
+//! The audio thread's end of the telemetry: collects what an open editor shows.
+
+use crate::listener::Heard;
+use crate::listener::clock::BlockTime;
+use crate::parameter::cast::narrow;
+use crate::playing::Playing;
+use crate::project::params::Snapshot;
+use crate::telemetry::loudness::SoundWriter;
+use crate::telemetry::{Frame, Telemetry, raise};
+use crate::worker::repaint::Repaint;
+use promenade_core::Spatializer;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Time between two pictures when only levels or the time change, seconds.
+const LEVELS_S: f64 = 1.0 / 30.0;
+
+/// Measures what is heard and asks the editor for a picture when it can be seen to change.
+pub(crate) struct Monitor {
+    telemetry: Arc<Telemetry>,
+    repaint: Repaint,
+    frame: Frame,
+    /// What the editor was last asked to show.
+    shown: Frame,
+    shown_snapshot: Option<Snapshot>,
+    since_shown_s: f64,
+    sound: SoundWriter,
+}
+
+impl Monitor {
+    /// Shows nothing yet.
+    pub(crate) fn new(telemetry: Arc<Telemetry>, repaint: Repaint) -> Self {
+        let (frame, shown) = (Frame::default(), Frame::default());
+        Self { telemetry, repaint, frame, shown, shown_snapshot: None, since_shown_s: 0.0, sound: SoundWriter::default() }
+    }
+
+    /// Measures a part of the input's channels.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn measure_input(&mut self, channels: [&[f32]; 2]) {
+        if self.telemetry.watched.is_on() {
+            raise(&mut self.frame.input_peak, channels.map(peak));
+        }
+    }
+
+    /// Shows a block: what is played and heard, both ears, and how long it took to process.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn show(
+        &mut self,
+        snapshot: &Snapshot,
+        time: &BlockTime,
+        heard: &Heard,
+        playing: &Playing,
+        ears: [&[f32]; 2],
+        took: Duration,
+    ) {
+        self.telemetry.pose.write(time.end_s(), &heard.pose);
+        if !self.telemetry.watched.is_on() {
+            self.sound.forget();
+            return;
+        }
+        let rate_hz = playing.spatializer().map_or(0.0, Spatializer::sample_rate_hz);
+        self.sound.write(&self.telemetry.sound, ears, rate_hz);
+        let frame = &mut self.frame;
+        raise(&mut frame.output_peak, ears.map(peak));
+        (frame.transport_s, frame.playing) = (time.start_s, time.playing);
+        (frame.pose, frame.base, frame.tracked, frame.leads) = (heard.pose, heard.base, heard.tracked, heard.leads);
+        (frame.dry, frame.offline) = (playing.dry, snapshot.block.live.wait);
+        if let Some(renderer) = playing.spatializer().and_then(Spatializer::renderer) {
+            frame.tier = renderer.played_tier(snapshot.block.tier);
+            frame.show(renderer);
+        }
+        frame.add_load(narrow(took.as_secs_f64() / time.length_s.max(1e-9)), narrow(time.length_s));
+        // Levels and time alone are shown less often; none is lost, peaks wait for the next picture.
+        self.since_shown_s += time.length_s;
+        let runs = frame.is_loud() || (frame.playing && self.telemetry.shows_time.is_on());
+        if (runs && self.since_shown_s >= LEVELS_S) || frame.differs_from(&self.shown) || self.shown_snapshot != Some(*snapshot)
+        {
+            self.shown.clone_from(frame);
+            (self.shown_snapshot, self.since_shown_s) = (Some(*snapshot), 0.0);
+            self.repaint.request_repaint();
+        }
+        self.telemetry.publish(frame);
+        (frame.input_peak, frame.output_peak) = ([0.0; 2], [0.0; 2]);
+    }
+}
+
+/// The greatest level of a channel.
+fn peak(channel: &[f32]) -> f32 {
+    channel.iter().fold(0.0, |most, sample| sample.abs().max(most))
+}

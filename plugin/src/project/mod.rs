@@ -1,0 +1,14 @@
+//! What a project keeps: the parameters and everything that is saved beside them.
+
+pub mod adm_config;
+pub mod drawn_room;
+pub mod file_wish;
+pub mod osc_config;
+pub mod params;
+pub mod persisted;
+pub mod saved_head;
+pub mod saved_headphones;
+pub mod scene_frame;
+pub mod settings;
+pub mod state;
+pub mod walk;

@@ -1,0 +1,493 @@
+//! Everything that a host sets or saves, and the one place where it becomes metres, radians and linear gains.
+
+use crate::budget::limit::SavedLimit;
+use crate::library::scene_key::SceneKey;
+use crate::library::slot_names;
+use crate::listener::pose_sources::Sources;
+use crate::parameter::cast::index;
+use crate::parameter::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
+use crate::parameter::remote::Remote;
+use crate::parameter::{Parameter, SLOTS};
+use crate::project::drawn_room::DrawnRoom;
+use crate::project::file_wish::FileWish;
+use crate::project::osc_config::OscConfig;
+use crate::project::persisted::{Persisted, Report};
+use crate::project::saved_head::SavedHead;
+use crate::project::saved_headphones::SavedHeadphones;
+use crate::project::scene_frame::PlayedFrame;
+use crate::project::settings::EditorSettings;
+use crate::project::state::StateVersion;
+use crate::project::walk::SavedWalk;
+use nice_plug::prelude::*;
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, EmitterParams, LiveParams, Pose, Trim};
+
+/// The revision after which counting begins anew.
+pub const REVISIONS: i32 = 9_999;
+
+/// Everything a host can set or save. The ids never change; [`Parameter`] describes them, `docs/parameters.md` lists them.
+#[derive(Params)]
+#[expect(missing_docs, reason = "`Parameter` describes the parameters")]
+pub struct PromenadeParams {
+    #[id = "x"]
+    pub x: FloatParam,
+    #[id = "y"]
+    pub y: FloatParam,
+    #[id = "z"]
+    pub z: FloatParam,
+    #[id = "yaw"]
+    pub yaw: FloatParam,
+    #[id = "pitch"]
+    pub pitch: FloatParam,
+    #[id = "roll"]
+    pub roll: FloatParam,
+    #[id = "path"]
+    pub path: FloatParam,
+    #[id = "follow"]
+    pub follow: EnumParam<Follow>,
+    #[id = "offset"]
+    pub offset: BoolParam,
+    #[id = "tracking"]
+    pub tracking: EnumParam<Tracking>,
+    #[id = "ex"]
+    pub ex: FloatParam,
+    #[id = "ey"]
+    pub ey: FloatParam,
+    #[id = "ez"]
+    pub ez: FloatParam,
+    #[id = "spread"]
+    pub spread: FloatParam,
+    #[id = "group"]
+    pub group: EnumParam<GroupChoice>,
+    #[id = "lead"]
+    pub lead: BoolParam,
+    #[id = "tier"]
+    pub tier: EnumParam<TierChoice>,
+    #[id = "rate"]
+    pub rate: FloatParam,
+    #[id = "mix"]
+    pub mix: FloatParam,
+    #[id = "gain"]
+    pub gain: FloatParam,
+    #[id = "direct"]
+    pub direct: FloatParam,
+    #[id = "early"]
+    pub early: FloatParam,
+    #[id = "late"]
+    pub late: FloatParam,
+    #[id = "decay"]
+    pub decay: FloatParam,
+    #[id = "law"]
+    pub law: FloatParam,
+    #[id = "width"]
+    pub width: FloatParam,
+    #[id = "lowcut"]
+    pub low_cut: FloatParam,
+    #[id = "wetsolo"]
+    pub wet_solo: BoolParam,
+    #[id = "bypass"]
+    pub bypass: BoolParam,
+    #[id = "scene"]
+    pub scene: EnumParam<SceneChoice>,
+    #[id = "slot"]
+    pub slot: IntParam,
+    #[id = "walk"]
+    pub walk: IntParam,
+    #[id = "osc"]
+    pub osc_on: BoolParam,
+    /// Counts what the editor changes beside the parameters, so that the host knows that the project has changed.
+    #[id = "revision"]
+    pub revision: IntParam,
+    /// The version of the saved state.
+    #[persist = "version"]
+    pub state_version: StateVersion,
+    /// The library scene that the project plays.
+    #[persist = "scene"]
+    pub scene_key: Persisted<SceneKey>,
+    /// The camera path of the project.
+    #[persist = "walk"]
+    pub saved_walk: Persisted<SavedWalk>,
+    /// The user's own head, where it takes the place of the scene's.
+    #[persist = "head"]
+    pub head: Persisted<SavedHead>,
+    /// What the listener's headphones need.
+    #[persist = "headphones"]
+    pub headphones: Persisted<SavedHeadphones>,
+    /// The room that the user has drawn, the project's own scene where there is one.
+    #[persist = "room"]
+    pub room: Persisted<Option<DrawnRoom>>,
+    /// How Open Sound Control is set up.
+    #[persist = "osc"]
+    pub osc: Persisted<OscConfig>,
+    /// Values that have come over Open Sound Control and stand in place of the host's; a restored state puts them into its parameters.
+    #[persist = "remote"]
+    pub remote: Remote,
+    /// The budget of processor time, which all instances share.
+    #[persist = "budget"]
+    pub budget: SavedLimit,
+    /// How the editor was left.
+    #[persist = "editor"]
+    pub editor: Persisted<EditorSettings>,
+    /// What is wrong with the scene; no part of the state, nor is the next.
+    pub scene_report: Report,
+    /// What is wrong with the camera path.
+    pub walk_report: Report,
+    /// What is wrong with the head.
+    pub head_report: Report,
+    /// Name of the head that is heard; empty for the scene's own.
+    pub head_name: Report,
+    /// A head that has been asked for.
+    pub head_wish: FileWish,
+    /// What is wrong with the file of headphones.
+    pub headphones_report: Report,
+    /// Headphones that have been asked for.
+    pub headphones_wish: FileWish,
+    /// Where listener and emitter of the scene begin.
+    pub frame: PlayedFrame,
+}
+
+impl Default for PromenadeParams {
+    fn default() -> Self {
+        use Parameter::{
+            Decay, Direct, Early, Ex, Ey, Ez, Gain, Late, Law, LowCut, Mix, Path, Pitch, Rate, Roll, Spread, Width, X, Y, Yaw,
+            Z,
+        };
+        let float = |name, default, parameter: Parameter, unit, digits| {
+            FloatParam::new(name, default, parameter.range())
+                .with_unit(unit)
+                .with_value_to_string(formatters::v2s_f32_rounded(digits))
+        };
+        let metres = |name, parameter| float(name, 0.0, parameter, " m", 3);
+        let degrees = |name, parameter| float(name, 0.0, parameter, " deg", 2);
+        let decibels = |name, default, parameter| float(name, default, parameter, " dB", 2);
+        let percent = |name, default, parameter| {
+            float(name, default, parameter, " %", 2)
+                .with_value_to_string(formatters::v2s_f32_percentage(2))
+                .with_string_to_value(formatters::s2v_f32_percentage())
+        };
+        // The framework's own takes any other text for "off".
+        let switch = |name| BoolParam::new(name, false).with_string_to_value(std::sync::Arc::new(switched));
+        let slot = |name, kind| {
+            IntParam::new(name, 0, IntRange::Linear { min: 0, max: SLOTS.into() })
+                .with_value_to_string(std::sync::Arc::new(move |slot| slot_names::text(kind, slot)))
+                .with_string_to_value(std::sync::Arc::new(move |text| slot_names::slot(kind, text)))
+        };
+        Self {
+            x: metres("Listener X", X),
+            y: metres("Listener Y", Y),
+            z: metres("Listener Z", Z),
+            yaw: degrees("Yaw", Yaw),
+            pitch: degrees("Pitch", Pitch),
+            roll: degrees("Roll", Roll),
+            path: percent("Path Position", 0.0, Path),
+            follow: EnumParam::new("Follow Path", Follow::Off),
+            offset: switch("Path Offset"),
+            tracking: EnumParam::new("Head Tracking", Tracking::Head),
+            ex: metres("Emitter Offset X", Ex),
+            ey: metres("Emitter Offset Y", Ey),
+            ez: metres("Emitter Offset Z", Ez),
+            spread: degrees("Stereo Spread", Spread),
+            group: EnumParam::new("Listener Group", GroupChoice::Off),
+            lead: switch("Lead Group"),
+            tier: EnumParam::new("Tier", TierChoice::Standard),
+            rate: float("Decode Rate", LiveParams::default().rate_hz, Rate, " Hz", 1),
+            mix: percent("Dry/Wet", 1.0, Mix),
+            gain: decibels("Output Gain", 0.0, Gain),
+            direct: decibels("Direct Level", 0.0, Direct),
+            early: decibels("Early Level", 0.0, Early),
+            late: decibels("Late Level", 0.0, Late),
+            decay: percent("Decay", 1.0, Decay),
+            law: decibels("Distance Law", USUAL_LAW_DB, Law),
+            width: percent("Room Width", 1.0, Width),
+            low_cut: float("Low Cut", 0.0, LowCut, " Hz", 1),
+            wet_solo: switch("Wet Solo"),
+            bypass: switch("Bypass").make_bypass(),
+            scene: EnumParam::new("Scene", SceneChoice::RoomA),
+            slot: slot("Library Scene", slot_names::Kind::Scene),
+            walk: slot("Library Path", slot_names::Kind::Walk),
+            osc_on: switch("Open Sound Control"),
+            revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
+            state_version: StateVersion,
+            scene_key: Persisted::default(),
+            saved_walk: Persisted::default(),
+            head: Persisted::default(),
+            headphones: Persisted::default(),
+            room: Persisted::default(),
+            osc: Persisted::default(),
+            remote: Remote::default(),
+            budget: SavedLimit,
+            editor: Persisted::default(),
+            scene_report: Report::default(),
+            walk_report: Report::default(),
+            head_report: Report::default(),
+            head_name: Report::default(),
+            head_wish: FileWish::default(),
+            headphones_report: Report::default(),
+            headphones_wish: FileWish::default(),
+            frame: PlayedFrame::default(),
+        }
+    }
+}
+
+/// A switch as hosts write it.
+fn switched(text: &str) -> Option<bool> {
+    let is = |words: [&str; 3]| words.iter().any(|word| text.eq_ignore_ascii_case(word));
+    if is(["on", "true", "1"]) { Some(true) } else { is(["off", "false", "0"]).then_some(false) }
+}
+
+/// The parameters of one block in core's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snapshot {
+    /// Where the listener's pose comes from.
+    pub sources: Sources,
+    /// The listener group, and whether this instance leads it.
+    pub group: Option<usize>,
+    /// Whether this instance leads its group.
+    pub leads: bool,
+    /// Tier, mix, gain, bypass, what is changed about the sound, and where it is played from.
+    pub block: BlockParams,
+}
+
+/// The choices of files; a change sends the loader to work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choices {
+    /// Where the scene comes from.
+    pub scene: SceneChoice,
+    /// Scene file of the library, 0 for the project's own.
+    pub scene_slot: u32,
+    /// Camera path file of the library, 0 for the project's own.
+    pub walk_slot: u32,
+    /// Whether a stereo input's channels have emitters of their own.
+    pub stereo: bool,
+    /// How often a head has been asked for.
+    pub heads: u32,
+    /// How often headphones have been asked for.
+    pub headphones: u32,
+    /// How often the drawn room has changed.
+    pub rooms: u32,
+}
+
+impl PromenadeParams {
+    /// The parameters as they are now, in metres, radians and linear gains.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let value = |parameter| self.heard(parameter);
+        let group = GroupChoice::from_index(self.index(Parameter::Group)).number();
+        Snapshot {
+            sources: Sources {
+                knobs: pose_of(value),
+                follow: Follow::from_index(self.index(Parameter::Follow)),
+                path_share: f64::from(value(Parameter::Path)),
+                offset: value(Parameter::Offset) > 0.5,
+                tracking: Tracking::from_index(self.index(Parameter::Tracking)),
+            },
+            group,
+            leads: group.is_some() && value(Parameter::Lead) > 0.5,
+            block: BlockParams {
+                tier: TierChoice::from_index(self.index(Parameter::Tier)).into(),
+                mix: value(Parameter::Mix),
+                gain: 10_f32.powf(value(Parameter::Gain) / 20.0),
+                bypass: value(Parameter::Bypass) > 0.5,
+                live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
+                wet_solo: value(Parameter::WetSolo) > 0.5,
+                trim: trim_of(value),
+                emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
+            },
+        }
+    }
+
+    /// The choices of files as they are now.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn choices(&self) -> Choices {
+        let slot = |parameter| u32::try_from(self.index(parameter)).unwrap_or(0);
+        Choices {
+            scene: SceneChoice::from_index(self.index(Parameter::Scene)),
+            scene_slot: slot(Parameter::Slot),
+            walk_slot: slot(Parameter::Walk),
+            stereo: self.heard(Parameter::Spread) > 0.0,
+            heads: self.head_wish.asked(),
+            headphones: self.headphones_wish.asked(),
+            rooms: self.room.changes(),
+        }
+    }
+
+    /// Whether the parameters choose the project's own scene, not a built-in one or a file of the library.
+    #[must_use]
+    pub fn chooses_own_scene(&self) -> bool {
+        let Choices { scene, scene_slot, .. } = self.choices();
+        scene == SceneChoice::Library && scene_slot == 0
+    }
+
+    /// A parameter's plain value as the host has it.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn hosted(&self, parameter: Parameter) -> f32 {
+        with_param!(self, parameter, param => param.plain())
+    }
+
+    /// A parameter's plain value as it is heard: what came last, from the host or over Open Sound Control.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn heard(&self, parameter: Parameter) -> f32 {
+        self.remote.latest(parameter, self.hosted(parameter))
+    }
+
+    /// Whether Open Sound Control is switched on.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn receives_osc(&self) -> bool {
+        self.heard(Parameter::Osc) > 0.5
+    }
+
+    /// The index of a choice, or a slot's number.
+    fn index(&self, parameter: Parameter) -> usize {
+        index(self.heard(parameter))
+    }
+}
+
+/// The pose that position and angle parameters set, from their plain values.
+pub fn pose_of(value: impl Fn(Parameter) -> f32) -> Pose {
+    let position = Vec3::new(value(Parameter::X), value(Parameter::Y), value(Parameter::Z));
+    let radians = |parameter| value(parameter).to_radians();
+    Pose::from_ypr(position, radians(Parameter::Yaw), radians(Parameter::Pitch), radians(Parameter::Roll))
+}
+
+/// How far the emitter is moved from its place in the scene, metres, from the parameters' plain values.
+pub fn emitter_offset_of(value: impl Fn(Parameter) -> f32) -> Vec3 {
+    Vec3::new(value(Parameter::Ex), value(Parameter::Ey), value(Parameter::Ez))
+}
+
+/// What the parameters change about the scene's sound, from their plain values.
+///
+/// Values as near to neutral as hosts' fractions of a range come are neutral: then nothing of the sound changes.
+pub fn trim_of(value: impl Fn(Parameter) -> f32) -> Trim {
+    let near = |value: f32, neutral: f32| if (value - neutral).abs() < 1e-4 { neutral } else { value };
+    let gain = |parameter: Parameter| {
+        let db = near(value(parameter), 0.0);
+        if db <= parameter.limits().0 { 0.0 } else { 10_f32.powf(db / 20.0) }
+    };
+    Trim {
+        direct: gain(Parameter::Direct),
+        early: gain(Parameter::Early),
+        late: gain(Parameter::Late),
+        decay: near(value(Parameter::Decay), 1.0),
+        distance_law: near(value(Parameter::Law), USUAL_LAW_DB) / USUAL_LAW_DB,
+        width: near(value(Parameter::Width), 1.0),
+        low_cut_hz: value(Parameter::LowCut),
+    }
+}
+
+/// What sound in the open loses each time the distance doubles, dB.
+const USUAL_LAW_DB: f32 = 6.0;
+
+/// Does something with a parameter's field, whatever its type.
+macro_rules! with_param {
+    ($params:expr, $parameter:expr, $param:ident => $body:expr) => {
+        $crate::project::params::with_param!($params, $parameter, $param => $body;
+            X x, Y y, Z z, Yaw yaw, Pitch pitch, Roll roll, Path path, Follow follow, Offset offset, Tracking tracking, Ex ex, Ey ey, Ez ez, Spread spread,
+            Group group, Lead lead, Tier tier, Rate rate, Mix mix, Gain gain, Direct direct, Early early,
+            Late late, Decay decay, Law law, Width width, LowCut low_cut, WetSolo wet_solo, Bypass bypass, Scene scene, Slot slot, Walk walk, Osc osc_on)
+    };
+    ($params:expr, $parameter:expr, $param:ident => $body:expr; $($variant:ident $field:ident),*) => {
+        match $parameter {
+            $($crate::parameter::Parameter::$variant => {
+                let $param = &$params.$field;
+                $body
+            })*
+        }
+    };
+}
+pub(crate) use with_param;
+
+/// Plain values of every kind of parameter as `f32`.
+pub(crate) trait PlainValue: Param {
+    /// A value of the parameter's own type.
+    fn to_plain(&self, value: Self::Plain) -> f32;
+
+    /// The host's value.
+    fn plain(&self) -> f32 {
+        self.to_plain(self.modulated_plain_value())
+    }
+
+    /// The value that the host has when it is set to a share of the range.
+    fn plain_at(&self, share: f32) -> f32 {
+        self.to_plain(self.preview_plain(share))
+    }
+}
+
+impl PlainValue for FloatParam {
+    fn to_plain(&self, value: f32) -> f32 {
+        within(value, self.range())
+    }
+}
+
+impl PlainValue for IntParam {
+    fn to_plain(&self, value: i32) -> f32 {
+        value as f32
+    }
+}
+
+impl PlainValue for BoolParam {
+    fn to_plain(&self, value: bool) -> f32 {
+        f32::from(u8::from(value))
+    }
+}
+
+impl<T: Enum + PartialEq + 'static> PlainValue for EnumParam<T> {
+    fn to_plain(&self, value: T) -> f32 {
+        value.to_index() as f32
+    }
+}
+
+/// A state can set a value beyond the range, and a host what is no number; the value nearest to zero stands for that.
+fn within(value: f32, range: FloatRange) -> f32 {
+    match range {
+        FloatRange::Linear { min, max } => (if value.is_finite() { value } else { 0.0 }).clamp(min, max),
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_stand_at_the_origin_at_unit_gain() {
+        let snapshot = PromenadeParams::default().snapshot();
+        assert_eq!(snapshot.sources.knobs, Pose::IDENTITY);
+        assert_eq!(snapshot.block, BlockParams::default());
+    }
+
+    #[test]
+    fn levels_are_gains_and_what_is_nearly_neutral_is_neutral() {
+        let usual = |parameter: Parameter| PromenadeParams::default().hosted(parameter);
+        assert_eq!(trim_of(|parameter| usual(parameter) + 1e-5), Trim { low_cut_hz: 1e-5, ..Trim::NEUTRAL });
+        let changed = trim_of(|parameter| match parameter {
+            Parameter::Early => -60.0,
+            Parameter::Late => 6.0,
+            Parameter::Law => 3.0,
+            other => usual(other),
+        });
+        assert_eq!((changed.early, changed.distance_law), (0.0, 0.5));
+        assert!((changed.late - 1.9953).abs() < 1e-3 && changed.direct == 1.0);
+    }
+
+    #[test]
+    fn a_value_is_kept_within_its_range() {
+        assert_eq!(within(1e30, Parameter::X.range()), 50.0);
+        assert_eq!(within(-2.5, Parameter::X.range()), -2.5);
+        assert_eq!(within(f32::NAN, Parameter::Gain.range()), 0.0);
+    }
+}

@@ -1,0 +1,55 @@
+//! Where a scene's listener begins and its emitter is, for worlds that are told relative to them.
+
+use crate::worker::lock::lock;
+use promenade_core::Scene;
+use promenade_core::glam::{Quat, Vec3};
+use std::sync::Mutex;
+
+/// Places in a scene's world, metres and radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SceneFrame {
+    /// Where the listener begins.
+    pub origin: Vec3,
+    /// Which way it faces then, to the left of x.
+    pub yaw: f32,
+    /// Where the emitter is while it is not moved.
+    pub emitter: Vec3,
+}
+
+impl SceneFrame {
+    /// That of a scene; its emitter is where the listener begins if the scene does not say.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let start = scene.start_pose();
+        let origin = start.position;
+        Self { origin, yaw: start.ypr().0, emitter: scene.emitter().unwrap_or(origin) }
+    }
+
+    /// From axes ahead, left and up of where the listener begins to the world's.
+    #[must_use]
+    pub fn to_world(&self, ahead: Vec3) -> Vec3 {
+        self.origin + Quat::from_rotation_z(self.yaw) * ahead
+    }
+
+    /// The other way.
+    #[must_use]
+    pub fn from_world(&self, world: Vec3) -> Vec3 {
+        Quat::from_rotation_z(-self.yaw) * (world - self.origin)
+    }
+}
+
+/// The frame of the scene that is played, from the loader to whoever asks.
+#[derive(Default)]
+pub struct PlayedFrame(Mutex<SceneFrame>);
+
+impl PlayedFrame {
+    /// Another scene is played.
+    pub fn set_frame(&self, frame: SceneFrame) {
+        *lock(&self.0) = frame;
+    }
+
+    /// The frame.
+    pub fn frame(&self) -> SceneFrame {
+        *lock(&self.0)
+    }
+}

@@ -1,0 +1,156 @@
+//! Saved states: their version, and how old and damaged ones are read.
+
+use crate::parameter::Parameter;
+use crate::parameter::cast::index;
+use nice_plug::params::persist::{PersistentField, deserialize_field};
+use nice_plug::plugin::{ParamValue, PluginState};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// Key of the state's version among the saved fields.
+const VERSION_FIELD: &str = "version";
+/// Key of the settings of Open Sound Control.
+const OSC_FIELD: &str = "osc";
+/// Key of the values that have come over Open Sound Control.
+const REMOTE_FIELD: &str = "remote";
+/// Key of the room that the user has drawn.
+const ROOM_FIELD: &str = "room";
+/// Key of the user's own head.
+const HEAD_FIELD: &str = "head";
+/// The version of the states that this plugin writes.
+pub const VERSION: u32 = 3;
+
+/// Writes [`VERSION`] into every state.
+#[derive(Default)]
+pub struct StateVersion;
+
+impl PersistentField<'_, u32> for StateVersion {
+    fn set(&self, _saved: u32) {}
+
+    fn map<F, R>(&self, f: F) -> R
+    where
+        F: Fn(&u32) -> R,
+    {
+        f(&VERSION)
+    }
+}
+
+/// Brings a saved state to the present version before it is read.
+///
+/// A state without a version is of version 1, the first. Version 2 added parameters and fields that are at their defaults where a state
+/// lacks them, and at their defaults sound as version 1 did. Version 3 made a parameter of what switches Open Sound Control on, and keeps
+/// what has come over it. A newer one is read as far as it is understood: unknown parameters and fields
+/// are skipped by the reader. What the reader does not survive is dropped: numbers that are not finite could not be saved again, and a
+/// choice by a number beyond its variants ends the host.
+pub fn migrate(state: &mut PluginState) {
+    let saved = state.fields.get(VERSION_FIELD).and_then(|json| deserialize_field::<u32>(json).ok()).unwrap_or(1);
+    if saved > VERSION {
+        nice_plug::nice_warn!("the state has version {saved}, this plugin knows {VERSION}: unknown parts are skipped");
+    }
+    // Versions 1 and 2 had the switch among the settings.
+    let settings = state.fields.get(OSC_FIELD).and_then(|json| deserialize_field::<Value>(json).ok());
+    if let Some(on) = settings.and_then(|settings| settings.get("on")?.as_bool()) {
+        state.params.insert(Parameter::Osc.id().to_owned(), ParamValue::Bool(on));
+    }
+    // States of before there were heads mean the scene's own.
+    state.fields.entry(HEAD_FIELD.to_owned()).or_insert_with(|| "\"\"".to_owned());
+    // States of before rooms could be drawn have none: the scene that they name is played.
+    state.fields.entry(ROOM_FIELD.to_owned()).or_insert_with(|| "null".to_owned());
+    // What was heard when the project was saved; without this field nothing would forget what has come since.
+    let remote = state.fields.insert(REMOTE_FIELD.to_owned(), "{}".to_owned());
+    let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();
+    for (id, value) in remote {
+        if let Some(parameter) = Parameter::of_id(&id) {
+            state.params.insert(id, saved_value(parameter, parameter.clamp(value)));
+        }
+    }
+    state.params.retain(|id, value| match value {
+        ParamValue::F32(number) => number.is_finite(),
+        ParamValue::I32(_) => !is_choice(id),
+        ParamValue::Bool(_) | ParamValue::String(_) => true,
+    });
+}
+
+/// A plain value as a state has it.
+pub(crate) fn saved_value(parameter: Parameter, value: f32) -> ParamValue {
+    match parameter.variants() {
+        Some((ids, _)) => ParamValue::String(ids[index(value).min(ids.len() - 1)].to_owned()),
+        None if parameter.is_switch() => ParamValue::Bool(value > 0.5),
+        #[expect(clippy::cast_possible_truncation, reason = "within the limits of a slot")]
+        None if parameter.is_whole() => ParamValue::I32(value as i32),
+        None => ParamValue::F32(value),
+    }
+}
+
+/// Whether a parameter is a choice, which a state has as a text.
+fn is_choice(id: &str) -> bool {
+    Parameter::of_id(id).is_some_and(|parameter| parameter.variants().is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::scene_key::SceneKey;
+    use crate::parameter::choices::SceneChoice;
+    use crate::playing::loader::Loader;
+    use crate::playing::output::Output;
+    use crate::project::params::PromenadeParams;
+    use nice_plug::prelude::{Enum, ParamPtr, Params};
+    use std::path::Path;
+    use std::sync::Arc;
+
+    #[test]
+    fn what_is_no_number_and_choices_by_number_are_dropped() {
+        let mut params = [("x", f32::INFINITY), ("y", 1.0)].map(|(id, v)| (id.to_owned(), ParamValue::F32(v))).to_vec();
+        params.extend([("tier".to_owned(), ParamValue::I32(99)), ("slot".to_owned(), ParamValue::I32(3))]);
+        let mut state = PluginState { version: String::new(), params: params.into_iter().collect(), fields: [].into() };
+        migrate(&mut state);
+        assert_eq!(state.params.keys().collect::<Vec<_>>(), ["slot", "y"]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_reported_and_stays_out_of_the_state() {
+        let _alone = crate::library::cache::alone();
+        let params = Arc::new(PromenadeParams::default());
+        let loader = Loader::new(Arc::clone(&params));
+        loader.activate(48_000.0, Output::Binaural);
+        let choose = |parameter, value| {
+            params.remote.set(parameter, value, params.hosted(parameter));
+            loader.refresh();
+            let fields = params.serialize_fields();
+            assert_eq!(
+                fields.keys().collect::<Vec<_>>(),
+                ["budget", "editor", "head", "headphones", "osc", "remote", "room", "scene", "version", "walk"]
+            );
+            params.scene_report.text()
+        };
+        params.scene_key.restore(SceneKey {
+            title: "Hall".to_owned(),
+            absolute: "/nowhere/hall.promenade".into(),
+            ..SceneKey::default()
+        });
+        let missing = choose(Parameter::Scene, SceneChoice::Library.to_index() as f32);
+        assert!(missing.contains("Hall") && missing.contains("is missing"), "{missing}");
+        let changed = SceneKey {
+            hash: "1".repeat(64),
+            absolute: Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes/iosr-room-b.promenade"),
+            ..SceneKey::default()
+        };
+        params.scene_key.restore(changed);
+        let changed = params.scene_report.text();
+        assert!(changed.contains("has changed"), "{changed}");
+        let empty = choose(Parameter::Slot, 64.0);
+        assert!(empty.contains("slot 64 is empty"), "{empty}");
+        assert_eq!(choose(Parameter::Scene, 0.0), "");
+        choose(Parameter::Walk, 64.0);
+        assert!(params.walk_report.text().contains("slot 64 is empty"), "{}", params.walk_report.text());
+    }
+
+    #[test]
+    fn every_choice_is_known_as_one() {
+        let params = PromenadeParams::default();
+        for (id, param, _) in params.param_map() {
+            assert_eq!(is_choice(&id), matches!(param, ParamPtr::EnumParam(_)), "{id}");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! The instances of a process: who shares a listener group, and who gets what of the budget.
+
+use crate::budget::{Grant, Share};
+use crate::parameter::Parameter;
+use crate::parameter::choices::GroupChoice;
+use crate::project::params::PromenadeParams;
+use crate::telemetry::host_side::{HostSide, Track};
+use crate::worker::lock::lock;
+use nice_plug::prelude::Enum;
+use std::sync::{Arc, Mutex, Weak};
+
+/// An instance by what is known of it, as long as it lives.
+struct Known {
+    params: Weak<PromenadeParams>,
+    side: Weak<HostSide>,
+    share: Weak<Share>,
+}
+
+static ALL: Mutex<Vec<Known>> = Mutex::new(Vec::new());
+
+/// An instance of a group.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// The track that it is on.
+    pub track: Track,
+    /// Whether it is asked to lead.
+    pub leads: bool,
+}
+
+/// Adds an instance, once.
+pub fn join(params: &Arc<PromenadeParams>, side: &Arc<HostSide>, share: &Arc<Share>) {
+    let mut all = lock(&ALL);
+    all.retain(|known| known.params.strong_count() > 0);
+    if !all.iter().any(|known| std::ptr::eq(known.params.as_ptr(), Arc::as_ptr(params))) {
+        let (params, side) = (Arc::downgrade(params), Arc::downgrade(side));
+        all.push(Known { params, side, share: Arc::downgrade(share) });
+    }
+}
+
+/// What all instances have of the budget.
+pub(crate) fn shares() -> Vec<Arc<Share>> {
+    lock(&ALL).iter().filter_map(|known| known.share.upgrade()).collect()
+}
+
+/// An instance that takes part in the budget.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spending {
+    /// The track that it is on.
+    pub track: Track,
+    /// What it may play.
+    pub grant: Grant,
+    /// What that takes, share of one core; 0 before it was measured.
+    pub cost: f32,
+}
+
+/// Who gets what, in the order in which they came.
+#[must_use]
+pub fn spending() -> Vec<Spending> {
+    let alive = |known: &Known| Some((known.side.upgrade()?, known.share.upgrade()?));
+    let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
+    all.into_iter().map(|(side, share)| Spending { track: side.track(), grant: share.held(), cost: share.cost() }).collect()
+}
+
+/// The instances of a group, in the order in which they came.
+#[must_use]
+pub fn of_group(group: GroupChoice) -> Vec<Member> {
+    let alive = |known: &Known| Some((known.params.upgrade()?, known.side.upgrade()?));
+    let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
+    let in_group = |params: &PromenadeParams| params.heard(Parameter::Group) == group.to_index() as f32;
+    let members = all.into_iter().filter(|(params, _)| in_group(params));
+    members.map(|(params, side)| Member { track: side.track(), leads: params.heard(Parameter::Lead) > 0.5 }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_group_lists_its_instances_as_long_as_they_live() {
+        let instance = |name: &str, leads: bool| {
+            let (params, side) = (Arc::new(PromenadeParams::default()), Arc::new(HostSide::default()));
+            side.set_track(Track { name: name.to_owned(), colour: Some([1, 2, 3]) });
+            params.remote.set(Parameter::Group, GroupChoice::D.to_index() as f32, 0.0);
+            params.remote.set(Parameter::Lead, f32::from(u8::from(leads)), 0.0);
+            let share = Arc::default();
+            join(&params, &side, &share);
+            join(&params, &side, &share);
+            (params, side)
+        };
+        let (first, second) = (instance("Violin", false), instance("Choir", true));
+        let names = || of_group(GroupChoice::D).into_iter().map(|m| (m.track.name, m.leads)).collect::<Vec<_>>();
+        assert_eq!(names(), [("Violin".to_owned(), false), ("Choir".to_owned(), true)]);
+        drop(first);
+        assert_eq!(names(), [("Choir".to_owned(), true)]);
+        drop(second);
+        assert_eq!(names(), []);
+    }
+}
