@@ -4,6 +4,7 @@ mod anchors;
 mod bake;
 mod capture;
 mod eval;
+mod fit;
 mod host;
 mod import;
 mod map;
@@ -32,6 +33,7 @@ pub(crate) use capture::{
     CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs,
 };
 pub(crate) use eval::{EvalArgs, PosesArg};
+pub(crate) use fit::FitArgs;
 pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
 pub(crate) use map::{Map, MapArgs, SaliencyArgs};
@@ -87,6 +89,8 @@ pub(crate) enum Command {
     /// Draw level, reverberation time, clarity and speech transmission over the plan of a simulated room, what a camera sees of its sound, or
     /// how a mix stands out over time
     Map(Box<MapArgs>),
+    /// Fit a room to measured responses, and judge what it foretells
+    Fit(Box<FitArgs>),
     /// Show what a scene file holds
     Inspect(InspectArgs),
     /// Compare a scene with the measurements held out of it and its streams with its model's clips, or measure a response
@@ -158,6 +162,7 @@ mod tests {
             "capture import a --layout raf -o b",
             "eval a b",
             "study report a b --level 0.01",
+            "fit a --evaluate --source 1,2,3 --uncertainty 0.1 --rate 16000",
         ] {
             // A parser of another type than its field's panics here.
             assert!(Cli::try_parse_from(format!("promenade {line}").split(' ')).is_ok(), "{line}");

@@ -9,6 +9,7 @@ mod args;
 mod bake;
 mod capture;
 mod eval;
+mod fit;
 mod host;
 mod import;
 mod inspect;
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
         args::Command::Simulate(args) => simulate::run(&args),
         args::Command::Join(args) => join::run(&args),
         args::Command::Map(args) => map::run(&args),
+        args::Command::Fit(a) => fit::run(&a),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
         args::Command::Capture { command } => capture::run(&command),

@@ -39,6 +39,7 @@ fn the_crates_meet_in_core_alone() {
         ("promenade-web", &["core", "fourier"]),
         ("promenade-plugin", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
         ("promenade-baker", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
+        ("promenade-fit", &["acoustics", "audio", "core", "fourier", "metrics", "sofa"]),
         ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
     ];
     for (of, needs) in table {
@@ -46,7 +47,7 @@ fn the_crates_meet_in_core_alone() {
     }
     assert_eq!(
         ours("promenade"),
-        ["acoustics", "audio", "baker", "core", "fourier", "host", "judge", "metrics", "paths", "room", "sofa", "study"]
+        ["acoustics", "audio", "baker", "core", "fit", "fourier", "host", "judge", "metrics", "paths", "room", "sofa", "study"]
     );
 }
 
@@ -146,6 +147,7 @@ fn no_files_use_each_other_in_a_circle() {
         "bundler",
         "cli",
         "core",
+        "fit",
         "host",
         "metrics",
         "paths",
