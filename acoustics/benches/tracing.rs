@@ -1,7 +1,7 @@
 //! Cost of rays and images.
 //!
-//! `cargo bench --bench tracing -p promenade-acoustics`. Processor time of one thread, the best of some runs, but for the last line, which
-//! is the time on all cores.
+//! `cargo bench --bench tracing -p promenade-acoustics`. Processor time of one thread, the best of some runs, but for the last
+//! line, which is the time on all cores.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -50,7 +50,8 @@ mod tests {
 
     #[test]
     fn tones_fade_as_the_standard_says() {
-        // ISO 9613-1, table 1: 20 degrees and 10 degrees, 50 and 70 %, dB/km at exact centres, which differ from these by up to 1.6 %.
+        // ISO 9613-1, table 1: 20 degrees and 10 degrees, 50 and 70 %, dB/km at exact centres, which differ from these by up to
+        // 1.6 %.
         let db_per_km = |air: Air, hz: f64| 1000.0 * air.db_per_m(hz);
         let table =
             [(125.0, 0.445), (250.0, 1.32), (500.0, 2.73), (1000.0, 4.66), (2000.0, 9.86), (4000.0, 29.4), (8000.0, 104.0)];

@@ -65,8 +65,8 @@ impl Diffracted {
     }
 }
 
-/// What an edge takes of a sound whose way round it is this much longer than the straight one, dB: 5 at the border of the shadow, 13 for half
-/// a wavelength (Kurze and Anderson 1971, after Maekawa 1968).
+/// What an edge takes of a sound whose way round it is this much longer than the straight one, dB: 5 at the border of the
+/// shadow, 13 for half a wavelength (Kurze and Anderson 1971, after Maekawa 1968).
 #[must_use]
 pub fn barrier_db(detour_m: f64, hz: f64) -> f64 {
     let fresnel = 2.0 * detour_m.max(0.0) * hz / SPEED_OF_SOUND_M_S;
@@ -172,8 +172,8 @@ impl Edge {
         ((point - self.start).dot(self.along), x.hypot(y), y.atan2(x).rem_euclid(TAU))
     }
 
-    /// The point of the edge that the shortest way from one place to another in its shadow goes through: both sides of the edge unfolded
-    /// into a plane, it is straight.
+    /// The point of the edge that the shortest way from one place to another in its shadow goes through: both sides of the edge
+    /// unfolded into a plane, it is straight.
     fn bend(&self, from: DVec3, to: DVec3) -> Option<DVec3> {
         let ((z, r, angle), (other_z, other_r, other_angle)) = (self.cylinder(from), self.cylinder(to));
         let hidden = angle.max(other_angle) < self.open && (angle - other_angle).abs() > PI;

@@ -5,8 +5,8 @@ use crate::lattice::direction;
 use crate::octave::{BANDS, Octaves};
 use glam::{DQuat, DVec3};
 
-/// Nodes of a directivity, and how soon a node's share falls off beside it: with the angle's cosine `c` it is `exp(8 (c - 1))` of all
-/// shares, a spherical Gaussian (as Wang et al. 2024, "Hearing Anything Anywhere", have it).
+/// Nodes of a directivity, and how soon a node's share falls off beside it: with the angle's cosine `c` it is `exp(8 (c - 1))`
+/// of all shares, a spherical Gaussian (as Wang et al. 2024, "Hearing Anything Anywhere", have it).
 const NODES: usize = 128;
 const SHARPNESS: f64 = 8.0;
 /// Directions in which less is sent have this amplitude: 30 dB below the axis.
@@ -46,11 +46,12 @@ pub struct Directivity {
 }
 
 impl Directivity {
-    /// Of amplitudes by octave in some directions, in the source's own axes: x ahead, y to its left, z up. It faces along x. Levels between the directions are interpolated, and those below -30 dB beside the
-    /// axis are raised to that.
+    /// Of amplitudes by octave in some directions, in the source's own axes: x ahead, y to its left, z up. It faces along x.
+    /// Levels between the directions are interpolated, and those below -30 dB beside the axis are raised to that.
     ///
     /// # Errors
-    /// No direction or more than 100,000, one that is zero or not finite, an amplitude that is negative or not finite, silence ahead.
+    /// No direction or more than 100,000, one that is zero or not finite, an amplitude that is negative or not finite, silence
+    /// ahead.
     pub fn measured(directions: &[([f64; 3], Octaves)]) -> Result<Self, AcousticsError> {
         if !(1..=MOST).contains(&directions.len()) {
             return Err(AcousticsError::argument("directivity", format!("1 to {MOST} directions"), directions.len()));
@@ -78,7 +79,8 @@ impl Directivity {
         Ok(Self::through(&given.into_iter().map(|(towards, a)| (towards, logs(a))).collect::<Vec<_>>()))
     }
 
-    /// A first-order pattern: `omni + (1 - omni) cos` of the angle to its axis, x, the same in all octaves. 1 sends the same everywhere, 0.5 is a cardioid, 0 a figure of eight.
+    /// A first-order pattern: `omni + (1 - omni) cos` of the angle to its axis, x, the same in all octaves. 1 sends the same
+    /// everywhere, 0.5 is a cardioid, 0 a figure of eight.
     #[must_use]
     pub fn first_order(omni: f64) -> Self {
         let omni = omni.clamp(0.0, 1.0);

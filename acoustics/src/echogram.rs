@@ -19,8 +19,8 @@ pub struct Echogram {
 pub struct Bin {
     /// Energy, where that of the direct sound at 1 m is 1.
     pub energy: Octaves,
-    /// Its parts along x, y and z: energy times the direction that it comes from, as long as the energy if all comes from one side and 0
-    /// if as much comes from every side.
+    /// Its parts along x, y and z: energy times the direction that it comes from, as long as the energy if all comes from one
+    /// side and 0 if as much comes from every side.
     pub from: [Octaves; 3],
 }
 
@@ -49,8 +49,8 @@ impl Echogram {
         self.bins.iter().map(|bin| f64::from(bin.energy[band])).sum()
     }
 
-    /// Reverberation time of an octave, seconds, from the decay between -5 and -35 dB (ISO 3382-1, T30); `None` where the echogram does not
-    /// reach so far.
+    /// Reverberation time of an octave, seconds, from the decay between -5 and -35 dB (ISO 3382-1, T30); `None` where the
+    /// echogram does not reach so far.
     #[must_use]
     pub fn t30_s(&self, band: usize) -> Option<f64> {
         self.decay_time_s(band, -35.0)

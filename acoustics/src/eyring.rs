@@ -5,8 +5,8 @@ use crate::air::Air;
 use crate::material::Material;
 use crate::octave::BANDS;
 
-/// Reverberation time by octave, seconds, of surfaces of some square metres about a volume (Eyring 1930), with what the air takes; infinite
-/// where nothing absorbs and 0 where everything does.
+/// Reverberation time by octave, seconds, of surfaces of some square metres about a volume (Eyring 1930), with what the air
+/// takes; infinite where nothing absorbs and 0 where everything does.
 pub(crate) fn t60_s<'a>(
     surfaces: impl Iterator<Item = (f64, &'a Material)> + Clone,
     volume_m3: f64,

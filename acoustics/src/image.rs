@@ -5,8 +5,8 @@ use crate::octave::Octaves;
 /// Highest order of images.
 pub const MAX_ORDER: u32 = 50;
 
-/// A mirror image of a source, as one listener hears it: sound from where it lies, delayed and weakened by its distance, times its
-/// gains.
+/// A mirror image of a source, as one listener hears it: sound from where it lies, delayed and weakened by its distance, times
+/// its gains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Where it lies, metres. It does not move with the listener.

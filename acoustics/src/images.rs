@@ -1,9 +1,9 @@
 //! The images of a source in a room, and which of them a listener sees.
 //!
-//! Beams from the source, on a lattice of directions, say in which planes it is mirrored and in which order; on flat walls the apex of
-//! a beam is the exact image of the source (Heckbert and Hanrahan 1984; Funkhouser et al. 1998). All orders of few planes are added
-//! without asking a beam. A listener sees an image if a ray to it, reflected wherever it meets a wall, arrives at the source after as
-//! many reflections as the image has.
+//! Beams from the source, on a lattice of directions, say in which planes it is mirrored and in which order; on flat walls the
+//! apex of a beam is the exact image of the source (Heckbert and Hanrahan 1984; Funkhouser et al. 1998). All orders of few
+//! planes are added without asking a beam. A listener sees an image if a ray to it, reflected wherever it meets a wall, arrives
+//! at the source after as many reflections as the image has.
 
 mod cone;
 mod tree;

@@ -1,5 +1,6 @@
-//! How much sound falls on what a camera sees: particles that rays leave wherever they meet a surface, and the density of their energy (Harvey, Debattista,
-//! Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics Forum 2017, after Jensen's photon map).
+//! How much sound falls on what a camera sees: particles that rays leave wherever they meet a surface, and the density of their
+//! energy (Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer
+//! Graphics Forum 2017, after Jensen's photon map).
 
 use crate::directivity::Source;
 use crate::error::{AcousticsError, place};

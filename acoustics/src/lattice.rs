@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-/// Direction `i` of `count` of Fibonacci's lattice, at the middles of bands of equal area (Swinbank and Purser 2006). Unit length.
+/// Direction `i` of `count` of Fibonacci's lattice, at the middles of bands of equal area (Swinbank and Purser 2006). Unit
+/// length.
 #[must_use]
 pub fn fibonacci(i: usize, count: usize) -> [f64; 3] {
     direction(i, count).to_array()

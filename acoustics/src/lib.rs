@@ -1,11 +1,12 @@
 //! Rooms from geometry: where their walls mirror a source to, and how the rest of its energy arrives.
 //!
-//! A [`Mesh`] with a [`Material`] for each of its groups is a [`Room`]. [`Images`] finds the mirror images of a source that listeners
-//! see, a [`Shoebox`] has its own without a search. Meshes come with the feature `meshes`; boxes need none of it. Everything is in metres, seconds, hertz and linear factors of energy or amplitude,
-//! as each item says; axes are the caller's. Numbers by octave are [`Octaves`]. Directions and places are `[x, y, z]`.
+//! A [`Mesh`] with a [`Material`] for each of its groups is a [`Room`]. [`Images`] finds the mirror images of a source that
+//! listeners see, a [`Shoebox`] has its own without a search. Meshes come with the feature `meshes`; boxes need none of it.
+//! Everything is in metres, seconds, hertz and linear factors of energy or amplitude, as each item says; axes are the caller's.
+//! Numbers by octave are [`Octaves`]. Directions and places are `[x, y, z]`.
 //!
-//! Sound travels on rays: only the direct sound goes round [`Edges`], one each, and there are no modes, so below Schroeder's frequency, some 200 Hz in a living room, a
-//! real room differs.
+//! Sound travels on rays: only the direct sound goes round [`Edges`], one each, and there are no modes, so below Schroeder's
+//! frequency, some 200 Hz in a living room, a real room differs.
 
 #![forbid(unsafe_code)]
 

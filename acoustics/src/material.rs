@@ -3,7 +3,8 @@
 use crate::error::AcousticsError;
 use crate::octave::Octaves;
 
-/// A surface: how much of the energy that meets it stays there, and how much of the rest leaves in other directions than a mirror's.
+/// A surface: how much of the energy that meets it stays there, and how much of the rest leaves in other directions than a
+/// mirror's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// What it is called in a table.

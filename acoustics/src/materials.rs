@@ -1,8 +1,8 @@
 //! The table of materials.
 //!
-//! Absorption and scattering by octave are those of the table in the Python package pyroomacoustics 0.10.1 (`data/materials.json`, MIT
-//! licence beside it), which has them from M. Vorlaender, "Auralization", Springer 2008, appendix. Where it ends below 8 kHz, its last
-//! value holds.
+//! Absorption and scattering by octave are those of the table in the Python package pyroomacoustics 0.10.1
+//! (`data/materials.json`, MIT licence beside it), which has them from M. Vorlaender, "Auralization", Springer 2008, appendix.
+//! Where it ends below 8 kHz, its last value holds.
 
 use crate::error::AcousticsError;
 use crate::material::Material;
@@ -73,9 +73,9 @@ impl Materials {
         self.scattering.iter().map(|(name, entry)| (name.as_str(), entry))
     }
 
-    /// A material after its description: `ABSORPTION` or `ABSORPTION:SCATTERING`, each a name of the table, one number for all octaves or
-    /// seven for those from 125 Hz, with slashes between. Scattering is that of the table where it has one of the same name, else
-    /// [`SCATTERING`].
+    /// A material after its description: `ABSORPTION` or `ABSORPTION:SCATTERING`, each a name of the table, one number for all
+    /// octaves or seven for those from 125 Hz, with slashes between. Scattering is that of the table where it has one of the
+    /// same name, else [`SCATTERING`].
     ///
     /// # Errors
     /// A name that is not there, with those it may have meant; numbers outside 0 to 1, or neither one nor seven.
@@ -94,8 +94,8 @@ impl Materials {
         Ok(material)
     }
 
-    /// The material of each group: that of the first rule, a pattern with `*` for any letters and a description, that fits its name; where
-    /// none does, the one of the group's own name. Small and capital letters are alike.
+    /// The material of each group: that of the first rule, a pattern with `*` for any letters and a description, that fits its
+    /// name; where none does, the one of the group's own name. Small and capital letters are alike.
     ///
     /// # Errors
     /// A description that is none, a group without a rule whose name is no material, a rule that fits no group.

@@ -26,8 +26,9 @@ pub struct Measures {
     pub t20_s: Option<f64>,
     /// C50, mean of 500 Hz and 1 kHz, dB (ISO 3382-1).
     pub c50_db: Option<f64>,
-    /// Speech transmission index, 0 to 1 (IEC 60268-16:2011, male speech), of reverberation alone: without noise, masking and the threshold
-    /// of hearing, so the best that speech may reach. Modulation after Schroeder, "Modulation transfer functions", Acustica 49 (1981).
+    /// Speech transmission index, 0 to 1 (IEC 60268-16:2011, male speech), of reverberation alone: without noise, masking and
+    /// the threshold of hearing, so the best that speech may reach. Modulation after Schroeder, "Modulation transfer
+    /// functions", Acustica 49 (1981).
     pub sti: Option<f64>,
 }
 

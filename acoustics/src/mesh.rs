@@ -77,8 +77,8 @@ impl Mesh {
         self.vertices.iter_mut().flatten().for_each(|c| *c *= metres_per_unit);
     }
 
-    /// Gives triangles the groups `floor`, `ceiling` and `wall` by where they look, z up: what lies within 45 degrees of level is floor in the
-    /// lower half of the room and ceiling in the upper. For meshes that do not name their materials.
+    /// Gives triangles the groups `floor`, `ceiling` and `wall` by where they look, z up: what lies within 45 degrees of level
+    /// is floor in the lower half of the room and ceiling in the upper. For meshes that do not name their materials.
     pub fn group_by_direction(&mut self) {
         let [low, high] = self.bounds();
         let middle = 0.5 * (low[2] + high[2]);

@@ -1,7 +1,7 @@
 //! The energy in a box that played images do not have: particles that fly from wall to wall and are counted where they are.
 //!
-//! A box needs no search for the next wall, and counting all particles at even times measures the density of energy everywhere at once
-//! (Schroeder 2011, "Physically based real-time auralization", chapter 5, with cells in the place of spheres).
+//! A box needs no search for the next wall, and counting all particles at even times measures the density of energy everywhere
+//! at once (Schroeder 2011, "Physically based real-time auralization", chapter 5, with cells in the place of spheres).
 
 use crate::SPEED_OF_SOUND_M_S;
 use crate::air::Air;
@@ -62,8 +62,9 @@ impl Played {
         inside.then(|| rooms.iter().rev().fold(0, |sum, n| sum * side as usize + (n + self.reach) as usize))
     }
 
-    /// Whether a particle that was never scattered and has crossed so many walls of the unfolded box, with its direction's signs, is sound
-    /// of an image that is played: after an even number along an axis the last wall was that on the side that it flies away from.
+    /// Whether a particle that was never scattered and has crossed so many walls of the unfolded box, with its direction's
+    /// signs, is sound of an image that is played: after an even number along an axis the last wall was that on the side that
+    /// it flies away from.
     fn has(&self, crossed: [i32; 3]) -> bool {
         let image = crossed.map(|m| if m % 2 == 0 { -m } else { m });
         self.place(image).is_some_and(|place| self.held[place])

@@ -9,7 +9,8 @@ pub(crate) struct Ray {
     pub(crate) origin: DVec3,
     /// Unit length.
     pub(crate) direction: DVec3,
-    /// Where the search begins: a little before the origin on the way that led there, and so in a corner on this side of both walls.
+    /// Where the search begins: a little before the origin on the way that led there, and so in a corner on this side of both
+    /// walls.
     start: DVec3,
     /// The plane that it leaves, and cannot meet again.
     leaving: u32,

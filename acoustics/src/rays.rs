@@ -1,8 +1,8 @@
 //! The sound that images do not have: rays that walls scatter, collected at all listeners at once.
 //!
-//! Each ray carries the energy of all octaves as lanes; a wall takes its share of each and sends the ray on, as a mirror or after Lambert's
-//! law (Kuttruff, "Room Acoustics"; Schroeder 2011, "Physically based real-time auralization", chapter 5). Spheres about the listeners
-//! collect what passes through them, an unbiased measure of the energy at their middles.
+//! Each ray carries the energy of all octaves as lanes; a wall takes its share of each and sends the ray on, as a mirror or
+//! after Lambert's law (Kuttruff, "Room Acoustics"; Schroeder 2011, "Physically based real-time auralization", chapter 5).
+//! Spheres about the listeners collect what passes through them, an unbiased measure of the energy at their middles.
 
 mod listeners;
 
@@ -41,10 +41,11 @@ pub struct RayOptions {
     pub length_s: f64,
     /// Length of a bin of the echograms, seconds.
     pub bin_s: f64,
-    /// What mirrors alone have sent on up to so many times is left to images of [`crate::Share::Specular`]. The direct sound always is.
+    /// What mirrors alone have sent on up to so many times is left to images of [`crate::Share::Specular`]. The direct sound
+    /// always is.
     pub image_order: u32,
-    /// Radius of the listeners' spheres, metres; less where a wall is nearer. Without it a tenth of the side of a cube of the volume that
-    /// the mesh lies in.
+    /// Radius of the listeners' spheres, metres; less where a wall is nearer. Without it a tenth of the side of a cube of the
+    /// volume that the mesh lies in.
     pub radius_m: Option<f64>,
     /// What the air takes.
     pub air: Option<Air>,
@@ -77,8 +78,8 @@ pub struct LateField {
     pub casts: u64,
 }
 
-/// Traces rays from a source once and collects them at all listeners. `done` is told the share of the work that is, 0 to 1. The same
-/// input and seed give the same numbers on any number of threads.
+/// Traces rays from a source once and collects them at all listeners. `done` is told the share of the work that is, 0 to 1. The
+/// same input and seed give the same numbers on any number of threads.
 ///
 /// # Errors
 /// A source or a listener that is not finite, an option out of range.
@@ -106,8 +107,8 @@ pub fn late_field(
     Ok(sum.finish(&tracer))
 }
 
-/// Traces rays from a source and tells of each that meets a surface: where, on which plane, and the power that it brings, of a source whose direct
-/// sound has an energy of 1 at 1 m on its axis. In the order of the rays.
+/// Traces rays from a source and tells of each that meets a surface: where, on which plane, and the power that it brings, of a
+/// source whose direct sound has an energy of 1 at 1 m on its axis. In the order of the rays.
 pub(crate) fn particles(
     room: &Room,
     source: &Source,
@@ -289,8 +290,8 @@ impl<'a> Tracer<'a> {
                 *e *= r;
             }
             let scattered = surface.chance > 0.0 && random.uniform() < surface.chance;
-            // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the same ways:
-            // keeping it for ever would make a few rays carry everything.
+            // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the
+            // same ways: keeping it for ever would make a few rays carry everything.
             if mirrored && order < options.image_order {
                 let factors = if scattered { &surface.if_scattered } else { &surface.if_mirrored };
                 energy.iter_mut().zip(factors).for_each(|(e, f)| *e *= f);

@@ -26,8 +26,8 @@ const QUICK: usize = 200_000;
 const EDGE: f32 = 2e-6;
 /// Planes whose normals' coordinates differ by less, and whose distances by less than this share of the room, are one.
 const SAME_PLANE: f64 = 1e-6;
-/// How much larger than its triangle a bounding volume is at least, metres: the search passes over volumes that end within a tenth of a
-/// millimetre of a ray's start.
+/// How much larger than its triangle a bounding volume is at least, metres: the search passes over volumes that end within a
+/// tenth of a millimetre of a ray's start.
 const SLACK_M: f64 = 1.5e-4;
 /// Length below which places do not differ, as a share of the room.
 const SKIN: f64 = 2e-6;
@@ -116,8 +116,8 @@ impl Room {
     /// Makes a mesh with the material of each of its groups ready for tracing. Degenerate triangles reflect nothing.
     ///
     /// # Errors
-    /// A mesh with numbers that are not finite or refer to nothing, or without any area; as many materials as groups are needed, with
-    /// shares from 0 to 1.
+    /// A mesh with numbers that are not finite or refer to nothing, or without any area; as many materials as groups are
+    /// needed, with shares from 0 to 1.
     pub fn new(mesh: &Mesh, materials: &[Material]) -> Result<Self, AcousticsError> {
         mesh.check()?;
         materials.iter().try_for_each(Material::check)?;
@@ -163,8 +163,8 @@ impl Room {
         })
     }
 
-    /// The face that a ray from `origin` in a direction of unit length first meets, of those that are not in the plane that it leaves,
-    /// and how far away it is in single precision.
+    /// The face that a ray from `origin` in a direction of unit length first meets, of those that are not in the plane that it
+    /// leaves, and how far away it is in single precision.
     #[inline]
     pub(crate) fn cast(&self, origin: DVec3, direction: DVec3, leaving: u32) -> Option<(u32, f64)> {
         // A ray that leaves no plane may begin on one, and passes it.
@@ -192,7 +192,8 @@ impl Room {
         self.centre
     }
 
-    /// Of the box along the axes that the mesh lies in, cubic metres; a flat mesh has at least a hundredth of its diagonal's cube.
+    /// Of the box along the axes that the mesh lies in, cubic metres; a flat mesh has at least a hundredth of its diagonal's
+    /// cube.
     #[must_use]
     pub fn bounding_volume(&self) -> f64 {
         (8.0 * self.half.element_product()).max(0.08 * self.radius.powi(3))
@@ -223,7 +224,8 @@ impl Room {
         Ok(Surroundings { clearance_m, enclosed: f64::from(count) / AROUND as f64 })
     }
 
-    /// Reverberation time by octave after Eyring, seconds, if the room has this volume, cubic metres; infinite where nothing absorbs.
+    /// Reverberation time by octave after Eyring, seconds, if the room has this volume, cubic metres; infinite where nothing
+    /// absorbs.
     #[must_use]
     pub fn eyring_t60_s(&self, volume_m3: f64, air: Option<Air>) -> [f64; BANDS] {
         eyring::t60_s(self.areas_m2.iter().copied().zip(&self.materials), volume_m3, air)
@@ -246,7 +248,8 @@ impl Leaf {
         let side = steep.signum();
         let (u, v) = (side * turned.dot(self.edges[1]), side * turned.dot(self.edges[0]));
         let t = self.normal.dot(to) / steep;
-        // Edges are as wide as seen along the ray, however it grazes the plane. Comparisons with what is not a number are false.
+        // Edges are as wide as seen along the ray, however it grazes the plane. Comparisons with what is not a number are
+        // false.
         let met = u >= -self.edge && v >= -self.edge && u + v <= steep.abs() + self.edge && t >= ray.tmin && t < ray.tmax;
         if met { t } else { f32::INFINITY }
     }

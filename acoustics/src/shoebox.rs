@@ -52,8 +52,8 @@ impl BoxImage {
         })
     }
 
-    /// How often each wall has reflected it, in the order of [`Shoebox::materials`]: beyond an odd number, once more the one on its own
-    /// side.
+    /// How often each wall has reflected it, in the order of [`Shoebox::materials`]: beyond an odd number, once more the one on
+    /// its own side.
     #[must_use]
     pub fn hits(&self) -> [u32; 6] {
         let [x, y, z] = self.rooms.map(|n| {
@@ -73,8 +73,8 @@ impl BoxImage {
 }
 
 impl Shoebox {
-    /// The images of a source, all of which are seen from everywhere in the box. [`Image::faces`] are numbers of walls, those of one axis
-    /// after those of another: where the axes change places depends on the listener.
+    /// The images of a source, all of which are seen from everywhere in the box. [`Image::faces`] are numbers of walls, those
+    /// of one axis after those of another: where the axes change places depends on the listener.
     ///
     /// # Errors
     /// A size that is not finite and above 0, a share of a material outside 0 to 1, a source outside the box, an order above
@@ -101,7 +101,8 @@ impl Shoebox {
         Ok(images.collect())
     }
 
-    /// The box as a mesh of twelve triangles that face inwards, with a group for each wall: `x0`, `x1`, `y0`, `y1`, `floor`, `ceiling`.
+    /// The box as a mesh of twelve triangles that face inwards, with a group for each wall: `x0`, `x1`, `y0`, `y1`, `floor`,
+    /// `ceiling`.
     ///
     /// # Errors
     /// A size that is not finite and above 0.

@@ -7,8 +7,8 @@ use crate::octave::BANDS;
 /// What a material does to a ray's lanes.
 pub(crate) struct Surface {
     pub(crate) reflected: [f32; LANES],
-    /// How often a ray is scattered, and what a band's energy is multiplied with if it is and if it is not, so that each band keeps its own
-    /// share on both ways.
+    /// How often a ray is scattered, and what a band's energy is multiplied with if it is and if it is not, so that each band
+    /// keeps its own share on both ways.
     pub(crate) chance: f64,
     pub(crate) if_scattered: [f32; LANES],
     pub(crate) if_mirrored: [f32; LANES],

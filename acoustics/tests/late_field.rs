@@ -63,8 +63,8 @@ fn rooms_decay_after_eyring_and_more_closely_after_kuttruff() {
         }
         let t30: Vec<f64> = field.echograms.iter().map(|e| e.t30_s(3).unwrap()).collect();
         let mean = t30.iter().sum::<f64>() / t30.len() as f64;
-        // Kuttruff's correction of Eyring's decay for ways of different lengths ("Room Acoustics", equation 5.24 of the fifth edition): at
-        // much absorption the long ways, on which less is absorbed a second, last longest.
+        // Kuttruff's correction of Eyring's decay for ways of different lengths ("Room Acoustics", equation 5.24 of the fifth
+        // edition): at much absorption the long ways, on which less is absorbed a second, last longest.
         let kuttruff = eyring / (1.0 + 0.5 * field.path_variance * f64::from(1.0 - absorption).ln());
         let [to_eyring, to_kuttruff] = [eyring, kuttruff].map(|t| 100.0 * (mean / t - 1.0));
         println!("absorption {absorption}: T30 {to_eyring:+.1} % of Eyring's {eyring:.3} s, {to_kuttruff:+.1} % of Kuttruff's");

@@ -10,8 +10,8 @@ mod needs_shared {
 
     /// As its authors state it, metres.
     const SIZE: [f64; 3] = [5.705, 5.965, 2.355];
-    /// Columns of the measured times by wall: x = 0, x = X, y = 0, y = Y, floor, ceiling. The names of the walls in this file are those of
-    /// other walls: each column fits one wall within centimetres and all others only within a metre.
+    /// Columns of the measured times by wall: x = 0, x = X, y = 0, y = Y, floor, ceiling. The names of the walls in this file
+    /// are those of other walls: each column fits one wall within centimetres and all others only within a metre.
     const COLUMNS: [&str; 6] = ["ceiling", "floor", "west", "south", "east", "north"];
 
     /// Rows of a table by the names of its columns.
@@ -37,8 +37,8 @@ mod needs_shared {
         values[values.len() / 2]
     }
 
-    /// Of each pair of microphone and loudspeaker, the microphone's number and how much longer than computed the measured ways to the six
-    /// images are, and the direct one, metres; the room is moved by `shift` from where it is stated to be.
+    /// Of each pair of microphone and loudspeaker, the microphone's number and how much longer than computed the measured ways
+    /// to the six images are, and the direct one, metres; the room is moved by `shift` from where it is stated to be.
     fn differences(shift: DVec3) -> Vec<(usize, [f64; 6], f64)> {
         let database = table("dEchorate_database.csv");
         let by_number = |id: &str, of: &str, kind: &str| -> HashMap<usize, DVec3> {
@@ -95,8 +95,8 @@ mod needs_shared {
         assert!(direct < 0.02, "{direct} m");
         assert!(stated < 0.065, "{stated} m");
 
-        // Where positions are counted from is known less well than they are to each other: a room that lies elsewhere makes the ways by
-        // way of opposite walls longer and shorter. Found from every other microphone, judged on the rest.
+        // Where positions are counted from is known less well than they are to each other: a room that lies elsewhere makes the
+        // ways by way of opposite walls longer and shorter. Found from every other microphone, judged on the rest.
         let (found_from, judged): (Vec<_>, Vec<_>) = as_stated.into_iter().partition(|r| r.0 % 2 == 0);
         let of_wall = |wall: usize| median(found_from.iter().map(|r| r.1[wall]).collect());
         let shift = DVec3::from_array(std::array::from_fn(|axis| 0.25 * (of_wall(2 * axis + 1) - of_wall(2 * axis))));

@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 use promenade_acoustics::{Material, SPEED_OF_SOUND_M_S, Share, Shoebox};
 use std::f64::consts::{PI, TAU};
 
-/// With rigid walls and damping in the medium, the sum over images is the sum over modes (Kuttruff, "Room Acoustics", section 3.2), here
-/// above Schroeder's frequency, where modes overlap.
+/// With rigid walls and damping in the medium, the sum over images is the sum over modes (Kuttruff, "Room Acoustics", section
+/// 3.2), here above Schroeder's frequency, where modes overlap.
 #[test]
 fn images_of_a_box_have_the_energy_of_its_modes() {
     let (size, source, listener) = ([3.1, 2.6, 2.2], [0.9, 0.7, 1.5], [2.2, 1.9, 0.8]);

@@ -20,7 +20,8 @@ const TURNS: usize = 180;
 /// A box found around points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundBox {
-    /// The box, with groups `floor`, `ceiling`, `back` and `front` (least and greatest along the direction below), `right` and `left`.
+    /// The box, with groups `floor`, `ceiling`, `back` and `front` (least and greatest along the direction below), `right` and
+    /// `left`.
     pub mesh: Mesh,
     /// Length along the direction, width across it, and height, metres.
     pub size_m: [f64; 3],
@@ -33,8 +34,8 @@ pub struct FoundBox {
 impl Mesh {
     /// The upright box on whose walls the most points lie, z up.
     ///
-    /// Its direction is the one in which the points, but the outermost 2 % on each side, fill the smallest rectangle. Each wall is then where most
-    /// points lie in the outer quarter on its side.
+    /// Its direction is the one in which the points, but the outermost 2 % on each side, fill the smallest rectangle. Each wall
+    /// is then where most points lie in the outer quarter on its side.
     ///
     /// # Errors
     /// Fewer than 100 points, one that is not finite, or points that enclose nothing.
@@ -79,8 +80,8 @@ impl Mesh {
         Ok(FoundBox { mesh, size_m, turn_rad: turn, on_wall: std::array::from_fn(|i| on_wall[i]) })
     }
 
-    /// The convex hull of points in cells of an edge, metres, with groups `floor`, `ceiling` and `wall` by direction, z up. The outermost 2 % on each
-    /// side are left out.
+    /// The convex hull of points in cells of an edge, metres, with groups `floor`, `ceiling` and `wall` by direction, z up. The
+    /// outermost 2 % on each side are left out.
     ///
     /// # Errors
     /// As [`Mesh::box_around`]; a cell that is not above 0.

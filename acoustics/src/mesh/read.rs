@@ -6,8 +6,9 @@ use crate::error::AcousticsError;
 use std::path::Path;
 
 impl Mesh {
-    /// Reads a mesh after its ending: `.obj`, `.stl`, `.ply`, `.glb` or `.gltf`. Groups are the materials of the file, else its objects, else
-    /// one that is called `surface`. Coordinates are the file's, except those of glTF, whose y axis is up and is turned to z.
+    /// Reads a mesh after its ending: `.obj`, `.stl`, `.ply`, `.glb` or `.gltf`. Groups are the materials of the file, else its
+    /// objects, else one that is called `surface`. Coordinates are the file's, except those of glTF, whose y axis is up and is
+    /// turned to z.
     ///
     /// # Errors
     /// A file that cannot be read, is damaged, of another kind, or holds no triangles.

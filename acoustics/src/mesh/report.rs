@@ -24,8 +24,8 @@ pub struct MeshReport {
     pub open_length_m: f64,
     /// Edges of more than two triangles.
     pub shared_edges: usize,
-    /// Triangles that look the other way than most of those that they are joined to. Either side of a triangle reflects, so this is heard
-    /// only in the volume.
+    /// Triangles that look the other way than most of those that they are joined to. Either side of a triangle reflects, so
+    /// this is heard only in the volume.
     pub flipped: usize,
     /// Lengths along the axes, metres.
     pub size_m: [f64; 3],

@@ -48,8 +48,8 @@ impl Listeners {
         self.count
     }
 
-    /// Calls for each sphere whose middle a ray passes on its next `length` metres, near enough: the listener's number, how far along the
-    /// ray it is passed, metres, and the area of the sphere's disc, square metres.
+    /// Calls for each sphere whose middle a ray passes on its next `length` metres, near enough: the listener's number, how far
+    /// along the ray it is passed, metres, and the area of the sphere's disc, square metres.
     #[inline]
     pub(super) fn crossed(&self, ray: &Ray, length: f64, mut crossed: impl FnMut(usize, f64, f64)) {
         let [ox, oy, oz] = (ray.origin - self.origin).as_vec3().to_array();

@@ -66,8 +66,8 @@ pub fn bumpy(size: [f64; 3], steps: u32, bump: f64) -> Mesh {
     Mesh { vertices, triangles, groups: vec!["wall".into()] }
 }
 
-/// The positions of all images up to an order that a listener sees in a closed room whose faces look inwards, by trying every sequence
-/// of planes and every triangle on every piece of its way (Borish 1984). Slow, and in double precision throughout.
+/// The positions of all images up to an order that a listener sees in a closed room whose faces look inwards, by trying every
+/// sequence of planes and every triangle on every piece of its way (Borish 1984). Slow, and in double precision throughout.
 pub fn seen(mesh: &Mesh, source: [f64; 3], listener: [f64; 3], order: u32) -> Vec<(u32, DVec3)> {
     let corner = |i: u32| DVec3::from_array(mesh.vertices[i as usize]);
     let triangles: Vec<[DVec3; 3]> = mesh.triangles.iter().map(|t| t.corners.map(corner)).collect();
