@@ -35,8 +35,8 @@ use rayon::prelude::*;
 pub struct BakeOptions {
     /// Frame of the short-time transform, seconds; the hop is a quarter of it and the latency 13 sixteenths.
     pub window_s: f64,
-    /// Length of the explicit time filters, seconds; the exponential late part follows. `None`: half the room's reverberation time, as
-    /// much of it as T20 is measured on, up to 0.22 s.
+    /// Length of the explicit time filters, seconds; the exponential late part follows. `None`: half the room's reverberation
+    /// time, as much of it as T20 is measured on, up to 0.22 s.
     pub early_s: Option<f64>,
     /// Seed of the pseudo-random carriers.
     pub seed: u64,
@@ -55,8 +55,8 @@ impl Default for BakeOptions {
 /// Bakes a scene from responses; `is_held_out` picks those that are kept for judging it.
 ///
 /// # Errors
-/// No usable geometry, a silent response, options out of range, a table larger than a scene may have, or a reverberation time that is
-/// too long or cannot be estimated since the responses end before.
+/// No usable geometry, a silent response, options out of range, a table larger than a scene may have, or a reverberation time
+/// that is too long or cannot be estimated since the responses end before.
 pub fn bake_responses(
     responses: &Responses,
     is_held_out: impl Fn(&Response, usize) -> bool,

@@ -1,4 +1,5 @@
-//! Promenade's bakery: measured responses, files and folders go in, scenes come out. May allocate, thread and fail with context.
+//! Promenade's bakery: measured responses, files and folders go in, scenes come out. May allocate, thread and fail with
+//! context.
 
 mod bake;
 mod error;

@@ -111,8 +111,8 @@ enum Engine {
 }
 
 impl Player {
-    /// Prepares a scene for sound of a sample rate. Where `playing` is not given, the tier is standard, or the cheapest that the scene
-    /// has.
+    /// Prepares a scene for sound of a sample rate. Where `playing` is not given, the tier is standard, or the cheapest that
+    /// the scene has.
     ///
     /// # Errors
     /// A tier that the scene does not have, a rate that cannot be rendered, or no published model to play clip by clip.
@@ -150,8 +150,8 @@ impl Player {
     /// The same with what a user changes about the scene's sound.
     ///
     /// # Errors
-    /// A published model, which does not know the parts of its sound, follows the low cut alone in the tier Reference and nothing clip by
-    /// clip.
+    /// A published model, which does not know the parts of its sound, follows the low cut alone in the tier Reference and
+    /// nothing clip by clip.
     pub fn with_trim(mut self, trim: Trim) -> Result<Self, BakeError> {
         let follows = match self.playing() {
             Playing::Stream(Tier::Reference) => trim.leaves_parts(),
@@ -168,8 +168,8 @@ impl Player {
         Ok(self)
     }
 
-    /// The same with emitters of a stereo sound's channels this angle apart, degrees up to 180 ([`promenade_core::EmitterParams`]); with 0
-    /// the mean of the channels has one emitter.
+    /// The same with emitters of a stereo sound's channels this angle apart, degrees up to 180
+    /// ([`promenade_core::EmitterParams`]); with 0 the mean of the channels has one emitter.
     ///
     /// # Errors
     /// Clips, and a scene that does not know its emitter.
@@ -231,8 +231,8 @@ impl Player {
 
     /// Plays a whole sound; `pose_at` is given seconds from its start. What sounds after a stream's input is kept.
     ///
-    /// `write` is given both ears block by block, of `block` samples at most unless the sound is converted or played in clips, which
-    /// takes all of it into memory.
+    /// `write` is given both ears block by block, of `block` samples at most unless the sound is converted or played in clips,
+    /// which takes all of it into memory.
     ///
     /// # Errors
     /// A sound that cannot be read or converted, and those of `write`.
@@ -280,12 +280,12 @@ impl Player {
         self.whole(&[dry.to_vec()], false, pose_at)
     }
 
-    /// Both ears of a clip of a capture of this rate. A stream's are as long as the clip, and the dry sound before it is heard too;
-    /// those of the published model end with the clip's last whole hop.
+    /// Both ears of a clip of a capture of this rate. A stream's are as long as the clip, and the dry sound before it is heard
+    /// too; those of the published model end with the clip's last whole hop.
     ///
     /// # Errors
-    /// Rates between which nothing can be converted; for the published model, a rate that is not the scene's or a clip that is not as
-    /// long as those it was trained on.
+    /// Rates between which nothing can be converted; for the published model, a rate that is not the scene's or a clip that is
+    /// not as long as those it was trained on.
     ///
     /// # Panics
     /// When the clip is not one of the capture.
@@ -335,8 +335,8 @@ impl Player {
     }
 }
 
-/// What a scene at its own rate, in the tier standard or its cheapest, makes of a unit impulse at sample `lead`, for a listener who
-/// stands still: `len` samples of both ears.
+/// What a scene at its own rate, in the tier standard or its cheapest, makes of a unit impulse at sample `lead`, for a listener
+/// who stands still: `len` samples of both ears.
 ///
 /// # Errors
 /// A rate that cannot be rendered.

@@ -31,8 +31,8 @@ fn near(a: Vec3, b: Vec3) {
     assert!((a - b).length() < 1e-5, "{a} {b}");
 }
 
-/// Six seconds of a walk: a camera that stands level in a world with y down, moves ahead along z by a unit a second and looks along
-/// x, to its right, from the fourth second on.
+/// Six seconds of a walk: a camera that stands level in a world with y down, moves ahead along z by a unit a second and looks
+/// along x, to its right, from the fourth second on.
 fn rwavs(folder: &Path) -> (Vec<f32>, [Vec<f32>; 2]) {
     let (dry, ears) = (noise(1, 48_000), [noise(2, 48_000), noise(3, 48_000)]);
     sound(folder.join("source_syn_re.wav"), &[&dry, &dry]);
@@ -76,7 +76,8 @@ fn a_second_a_frame() {
     assert_eq!((third.start, third.len), (16_000, 8_000));
     assert_eq!(capture.binaural(third), [&ears[0][16_000..24_000], &ears[1][16_000..24_000]]);
     assert_eq!(capture.dry(third, 0), dry[16_000..24_000]);
-    // y down is z up; a unit is 2 m. In the turn that takes up to z, the camera's z stays level and x becomes x or its opposite.
+    // y down is z up; a unit is 2 m. In the turn that takes up to z, the camera's z stays level and x becomes x or its
+    // opposite.
     let rotation = Quat::from_rotation_arc(Vec3::Z, Vec3::NEG_Y);
     let placement = Placement { units_per_metre: 0.5, rotation, origin: Vec3::ZERO };
     near(third.pose.position, placement.to_scene(Vec3::new(0.0, -1.0, 3.0)));

@@ -1,7 +1,7 @@
 //! Checkpoints of AV-Cloud as PyTorch writes them, whole and damaged, through the public interface.
 //!
-//! The small ones in `checkpoint/` are made by `make_fixtures.py`; the published layout at full width is read from the folder that
-//! `PROMENADE_GOLDEN` names, or from `../shared/golden` beside the checkout, where it is at hand.
+//! The small ones in `checkpoint/` are made by `make_fixtures.py`; the published layout at full width is read from the folder
+//! that `PROMENADE_GOLDEN` names, or from `../shared/golden` beside the checkout, where it is at hand.
 
 use promenade_baker::BakeError;
 use promenade_baker::checkpoint::{ImportOptions, Imported, import};

@@ -1,4 +1,5 @@
-//! Files of every kind that nobody should have made: an error or something that can be used, in bounded memory, and never a panic.
+//! Files of every kind that nobody should have made: an error or something that can be used, in bounded memory, and never a
+//! panic.
 //!
 //! States of the plugin and packets of Open Sound Control are searched where the plugin is tested.
 

@@ -241,7 +241,8 @@ fn agrees_with_its_ears(set: &Responses, at_least_deg: f32) {
     assert!(judged > 0, "nothing to judge");
 }
 
-/// A SOFA file of two emitters and two head turns, the delays stored apart, views spherical and up Cartesian as writers leave it.
+/// A SOFA file of two emitters and two head turns, the delays stored apart, views spherical and up Cartesian as writers leave
+/// it.
 fn small_sofa(path: &Path, right_ear_first: bool) {
     use hdf5_pure::{AttrValue, FileBuilder};
     let text = |t: &str| AttrValue::AsciiString(t.to_owned());

@@ -97,7 +97,8 @@ fn what_is_no_pair_of_ears_is_refused_by_its_convention() {
     for (sofa, clue) in [
         (
             Sofa { convention: "SimpleFreeFieldHRSOS", data_type: "SOS", ..SRIR },
-            "DataType: expected impulse responses, FIR, FIRE or FIR-E, found \"SOS\" (a file of the convention SimpleFreeFieldHRSOS)",
+            "DataType: expected impulse responses, FIR, FIRE or FIR-E, found \"SOS\" (a file of the convention \
+             SimpleFreeFieldHRSOS)",
         ),
         (
             Sofa { convention: "SimpleFreeFieldHRTF", data_type: "TF", ..SRIR },
@@ -106,7 +107,8 @@ fn what_is_no_pair_of_ears_is_refused_by_its_convention() {
         (Sofa { convention: "SimpleHeadphoneIR", ..SRIR }, "found 2 (a file of the convention SimpleHeadphoneIR)"),
         (
             Sofa { shape: &[1, 7, 5], receivers: &[0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6], ..SRIR },
-            "expected 2 receivers, the ears of a listener (promenade responses ambisonic makes them of Ambisonic ones), found 7",
+            "expected 2 receivers, the ears of a listener (promenade responses ambisonic makes them of Ambisonic ones), found \
+             7",
         ),
         (Sofa { receivers: &[0.5, -0.5], ..SRIR }, "ReceiverPosition: expected 2 receivers at the ears, one on either side"),
         (
@@ -130,7 +132,8 @@ fn capsules_are_no_ambisonic_channels() {
     };
     let capsules = Sofa { shape: &[1, 4, 5], receivers: &[0.1, 0.2, 0.3, 0.4], ..SRIR };
     let error = ambisonic(&capsules).unwrap_err();
-    let says = "ReceiverPosition: expected Ambisonic channels, of the type spherical harmonics, found capsules in different places \
+    let says = "ReceiverPosition: expected Ambisonic channels, of the type spherical harmonics, found capsules in different \
+        places \
                 (a file of the convention SingleRoomSRIR)";
     assert!(error.contains(says), "{error}");
     for sofa in [Sofa { receiver_type: "spherical harmonics", ..capsules }, Sofa { receivers: &[0.0; 4], ..capsules }] {

@@ -38,8 +38,8 @@ pub(crate) struct Direct {
 impl Direct {
     /// Cuts the direct sound out of a response. `None` if an ear is silent.
     ///
-    /// An ear's delay is the lag at which its direct sound correlates best with the minimum-phase filter of the same magnitude (Kulkarni,
-    /// Isabelle and Colburn 1999); what phase is left is kept, so that nothing of the measurement is lost.
+    /// An ear's delay is the lag at which its direct sound correlates best with the minimum-phase filter of the same magnitude
+    /// (Kulkarni, Isabelle and Colburn 1999); what phase is left is kept, so that nothing of the measurement is lost.
     pub(crate) fn of(ears: [&[f32]; 2], grid: &StftGrid, analyser: &Analyser) -> Option<Self> {
         let onsets = [onset(ears[0])? as i64, onset(ears[1])? as i64];
         let start = onsets[0].min(onsets[1]) - samples(grid, LEAD_S);

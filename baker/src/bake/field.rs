@@ -1,7 +1,7 @@
 //! A live decoder baked down to a table that plays in the tiers Draft and Standard.
 //!
-//! Nodes lie where masks change: along each axis the interval with the largest error of interpolation for its cost is halved until the
-//! wanted error or the size is reached. Levels over frequency are kept as few coefficients of common shapes.
+//! Nodes lie where masks change: along each axis the interval with the largest error of interpolation for its cost is halved
+//! until the wanted error or the size is reached. Levels over frequency are kept as few coefficients of common shapes.
 
 mod basis;
 mod refine;
@@ -103,8 +103,10 @@ impl FieldReport {
         let ([x, y, z, yaw, pitch, roll], [levels, taps]) = (self.nodes, self.ranks);
         let FieldErrors { median_db, p95_db, p99_db, .. } = self.errors;
         format!(
-            "{NOTE}{x} x {y} x {z} positions, {yaw} x {pitch} x {roll} directions (yaw, pitch, roll), {levels} + {taps} shapes, {} kB; \
-             its levels differ from the decoder's by {median_db:.2} dB in the median, {p95_db:.2} dB at 95 %, {p99_db:.2} dB at 99 % \
+            "{NOTE}{x} x {y} x {z} positions, {yaw} x {pitch} x {roll} directions (yaw, pitch, roll), {levels} + {taps} \
+             shapes, {} kB; \
+             its levels differ from the decoder's by {median_db:.2} dB in the median, {p95_db:.2} dB at 95 %, {p99_db:.2} dB \
+             at 99 % \
              ({JUDGED_POSES} random poses, masks above {JUDGED_ABOVE_DB} dB)",
             self.bytes.div_ceil(1000)
         )
@@ -126,8 +128,8 @@ impl Decoders<'_> {
     }
 }
 
-/// Bakes a table of a scene's anchor cloud, which plays in the tiers Draft and Standard, into the scene; its provenance notes the
-/// table's size and errors. `progress` is given the share that is done, 0 to 1.
+/// Bakes a table of a scene's anchor cloud, which plays in the tiers Draft and Standard, into the scene; its provenance notes
+/// the table's size and errors. `progress` is given the share that is done, 0 to 1.
 ///
 /// # Errors
 /// A scene without an anchor cloud, and as [`bake_field`].

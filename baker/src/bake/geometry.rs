@@ -1,7 +1,7 @@
 //! Geometry baking: a room of surfaces becomes a scene of image sources with a late field.
 //!
-//! The strongest images are played as they are. What the rest of them and the scattered rays bring is energy, by hop and band, that noise
-//! carries; together they have all of the room's energy at every place.
+//! The strongest images are played as they are. What the rest of them and the scattered rays bring is energy, by hop and band,
+//! that noise carries; together they have all of the room's energy at every place.
 
 use crate::bake::direct::Direct;
 use crate::bake::late_unit::Late;
@@ -31,8 +31,8 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f32::consts::PI;
 
-/// Directions that the direct sound is stored for: elevations from as low as heads are measured to straight up, degrees, close where
-/// emitters mostly are, and azimuths.
+/// Directions that the direct sound is stored for: elevations from as low as heads are measured to straight up, degrees, close
+/// where emitters mostly are, and azimuths.
 const ELEVATIONS: [f32; 8] = [-40.0, -20.0, -10.0, 0.0, 10.0, 20.0, 45.0, 90.0];
 const AZIMUTHS: usize = 32;
 /// Frame of the short-time transform, seconds.
@@ -49,7 +49,8 @@ const RAY_LENGTH_S: (f64, f64) = (0.3, 8.0);
 pub struct GeometryOptions {
     /// Image sources that are played, at most; the strongest are.
     pub images: usize,
-    /// Turns of the head that time filters are stored for, evenly around; with one, what comes more from one side is heard by both ears alike.
+    /// Turns of the head that time filters are stored for, evenly around; with one, what comes more from one side is heard by
+    /// both ears alike.
     pub head_turns: usize,
     /// Reflections that an image has at most, and beams that search them.
     pub order: u32,
@@ -155,8 +156,8 @@ fn coherence(hrtf: &Hrtf, bands: &Bands) -> Vec<f32> {
     bands.centres_hz().iter().map(|hz| hrtf.coherence(f64::from(*hz))).collect()
 }
 
-/// Bakes a scene of a room with an emitter, metres, heard with a head at the sample rate of its responses. `done` is told the share of the
-/// work that is, 0 to 1. The same input and seed make the same scene.
+/// Bakes a scene of a room with an emitter, metres, heard with a head at the sample rate of its responses. `done` is told the
+/// share of the work that is, 0 to 1. The same input and seed make the same scene.
 ///
 /// # Errors
 /// An option out of range, a room without a place for the listener, an emitter that no place hears.
@@ -264,7 +265,8 @@ fn notes(source: &Source, images: &ImageSources, plan: &Plan, hrtf: &Hrtf, optio
         options.spacing_m,
         hrtf.directions()
     );
-    let colour = "the emitter sends more in some directions than in others: the direct sound has its level in each, and the colour of its axis";
+    let colour = "the emitter sends more in some directions than in others: the direct sound has its level in each, and the \
+        colour of its axis";
     let directive = (!source.directivity.is_omni()).then(|| colour.to_owned());
     [made].into_iter().chain(directive).collect()
 }
@@ -333,8 +335,8 @@ struct Kept {
 
 /// The images that are strongest at any place, the strongest first, and how much of each is seen at each node, `[node][image]`.
 fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Kept>, Vec<f32>) {
-    /// An image at all places: the largest share of any place's energy, the sum of its gains and the number of places; the largest of what is sent
-    /// to it anywhere, and the sum of that.
+    /// An image at all places: the largest share of any place's energy, the sum of its gains and the number of places; the
+    /// largest of what is sent to it anywhere, and the sum of that.
     struct Found {
         image: Kept,
         score: f64,
@@ -382,8 +384,8 @@ fn strongest(heard: &[Heard], plan: &Plan, options: &GeometryOptions) -> (Vec<Ke
     (kept, seen)
 }
 
-/// Energy per hop after the direct sound and band that played images do not have, and where it comes from: rays, all other images, and what
-/// comes round edges.
+/// Energy per hop after the direct sound and band that played images do not have, and where it comes from: rays, all other
+/// images, and what comes round edges.
 fn left_over(heard: &Heard, kept: &BTreeSet<usize>, head: &Receiver, air: Option<Air>) -> (HopEnergies, Vec<Flow>) {
     let mut energies = hop_energies(&heard.echogram, heard.direct_s, head);
     let mut flows = hop_flows(&heard.echogram, heard.direct_s, head.hop_s());

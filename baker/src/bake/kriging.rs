@@ -32,12 +32,13 @@ impl Site {
 
 /// Weights of measurements at a node, by ordinary kriging: they sum to 1 and pick out a measurement made at the node itself.
 ///
-/// Covariance: Matern with smoothness 3/2 (Rasmussen and Williams 2006, equation 4.17), over the chord between directions and the
-/// distance between positions. At most 48 measurements take part, the nearest that do not crowd together.
+/// Covariance: Matern with smoothness 3/2 (Rasmussen and Williams 2006, equation 4.17), over the chord between directions and
+/// the distance between positions. At most 48 measurements take part, the nearest that do not crowd together.
 pub(crate) fn weights(sites: &[Site], node: &Site) -> Vec<(usize, f64)> {
     let mut order: Vec<usize> = (0..sites.len()).collect();
     order.sort_by(|&a, &b| sites[a].distance(node).total_cmp(&sites[b].distance(node)).then(a.cmp(&b)));
-    // Of measurements that crowd together far from the node one says as much as all of them, and keeps the system well conditioned.
+    // Of measurements that crowd together far from the node one says as much as all of them, and keeps the system well
+    // conditioned.
     let mut near: Vec<usize> = Vec::with_capacity(NEIGHBOURS);
     for site in order {
         let crowd = CROWDING * sites[site].distance(node);

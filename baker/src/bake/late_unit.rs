@@ -17,8 +17,8 @@ pub(crate) struct Late<'a> {
 }
 
 impl Late<'_> {
-    /// Energy density per hop and band at each ear that the render head itself plays for a gain of 1, `hops` hops from the direct sound
-    /// on. It differs with the seed of its noise, and begins before the last tap.
+    /// Energy density per hop and band at each ear that the render head itself plays for a gain of 1, `hops` hops from the
+    /// direct sound on. It differs with the seed of its noise, and begins before the last tap.
     pub(crate) fn unit(&self, hops: usize) -> Result<[HopEnergies; 2], BakeError> {
         let mut transfer = self.shape.silent();
         transfer.late.fill(1.0);

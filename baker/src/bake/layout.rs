@@ -35,8 +35,9 @@ pub(crate) struct Layout {
 impl Layout {
     /// Finds the emitter and the poses around it.
     ///
-    /// A source that stays is the emitter. Sources that move around a listener who stays are read as one emitter straight ahead of
-    /// the origin, with the listener turned so that it is seen from the head as the source was: the room then turns with the head.
+    /// A source that stays is the emitter. Sources that move around a listener who stays are read as one emitter straight ahead
+    /// of the origin, with the listener turned so that it is seen from the head as the source was: the room then turns with the
+    /// head.
     pub(crate) fn of(responses: &Responses) -> Result<Self, BakeError> {
         let all = &responses.responses;
         let sources = count_places(all.iter().map(|r| r.source));
@@ -95,7 +96,8 @@ impl Layout {
     pub(crate) fn nodes(&self) -> FieldGrid {
         let pi = std::f32::consts::PI;
         let level = self.is_level();
-        // Nodes between the measurements of a ring, since the gains of a mix do not follow a straight line from one to the next.
+        // Nodes between the measurements of a ring, since the gains of a mix do not follow a straight line from one to the
+        // next.
         let density = if level { 2.0 } else { 1.0 };
         let spacing = self.direction_spacing().min(COARSEST_STEP * density) / density;
         let spacing = spacing.max(FINEST_STEP);
@@ -118,8 +120,8 @@ impl Layout {
         }
     }
 
-    /// Median distance from a direction to the nearest other one heard in the same place. Other places see the emitter a little beside, which
-    /// does not make the measurements any denser. Where no place has two directions, all count.
+    /// Median distance from a direction to the nearest other one heard in the same place. Other places see the emitter a little
+    /// beside, which does not make the measurements any denser. Where no place has two directions, all count.
     fn direction_spacing(&self) -> f32 {
         let mut nearest: Vec<f32> = Vec::new();
         for site in &self.sites {

@@ -6,10 +6,11 @@ use promenade_core::{StftGrid, TransferFunction, TransferShape};
 use promenade_fourier::{NO_GAIN, floored_log, minimum_phase};
 use std::f64::consts::TAU;
 
-/// What is interpolated of a measurement: log gains of the direct sound at a distance of 1 m, its phase and delay, and log gains of the
-/// late part.
+/// What is interpolated of a measurement: log gains of the direct sound at a distance of 1 m, its phase and delay, and log
+/// gains of the late part.
 ///
-/// Gains of measurements a few degrees apart differ by factors, and delays by sums; complex spectra that differ in delay would cancel.
+/// Gains of measurements a few degrees apart differ by factors, and delays by sums; complex spectra that differ in delay would
+/// cancel.
 #[derive(Clone, Debug)]
 pub(crate) struct LogTransfer {
     direct: [Vec<f64>; 2],
@@ -76,8 +77,9 @@ fn linear(log: f64) -> f64 {
     if log <= NO_GAIN.ln() + 0.1 { 0.0 } else { log.exp() }
 }
 
-/// Adds whole turns to the phases of measurements until neighbours differ by less than half a turn where phases are unwrapped from: only
-/// then is there a phase between them. From the first measurement on, each is brought near to its nearest one that has been before.
+/// Adds whole turns to the phases of measurements until neighbours differ by less than half a turn where phases are unwrapped
+/// from: only then is there a phase between them. From the first measurement on, each is brought near to its nearest one that
+/// has been before.
 pub(crate) fn align_phases(measured: &mut [LogTransfer], sites: &[Site], grid: &StftGrid) {
     let start = phase_start(grid);
     let mut left: Vec<usize> = (1..measured.len()).collect();

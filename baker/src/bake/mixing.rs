@@ -13,8 +13,8 @@ pub(crate) const PER_NODE: usize = 4;
 const _: () = assert!(PER_NODE <= MOST_SHARES);
 /// Smaller shares of a node's mix are left out.
 const SMALLEST_SHARE: f64 = 0.1;
-/// Hops to either side over which energies are added up for a gain: gains that differ wildly from hop to hop would be heard as a
-/// modulation of tones while the listener turns (-50 dB instead of -66).
+/// Hops to either side over which energies are added up for a gain: gains that differ wildly from hop to hop would be heard as
+/// a modulation of tones while the listener turns (-50 dB instead of -66).
 const NEAR_HOPS: usize = 2;
 /// The largest gain that makes up for what a mix has lost, and its inverse.
 const LARGEST_GAIN: f64 = 2.0;
@@ -81,11 +81,11 @@ impl Hops {
         self.room
     }
 
-    /// Gains per tap, ear and band that bring a mix to the mean energy of its parts, linear amplitude, less what the late part of the gains
-    /// `late`, `[ear][band]`, plays in the last taps already.
+    /// Gains per tap, ear and band that bring a mix to the mean energy of its parts, linear amplitude, less what the late part
+    /// of the gains `late`, `[ear][band]`, plays in the last taps already.
     ///
-    /// Responses of neighbours agree in the bass, and lose half their energy where they do not. The last tap's gains in the bass are
-    /// those of all hops that follow, since they go on with them.
+    /// Responses of neighbours agree in the bass, and lose half their energy where they do not. The last tap's gains in the
+    /// bass are those of all hops that follow, since they go on with them.
     pub(crate) fn gains(&self, shares: &[Share], late: &[f64], room: &Room) -> Vec<f32> {
         let (taps, bands) = (room.shape.taps, &room.bands);
         let ears: [Vec<[Vec<f64>; 2]>; 2] =

@@ -17,7 +17,8 @@ const PLAUSIBLE_T60_S: f64 = 20.0;
 const PLAUSIBLE_RATIO: f64 = 4.0;
 /// The longest reverberation time that is baked, seconds: no room is known to reverberate longer.
 const LONGEST_T60_S: f64 = 150.0;
-/// A late part that is louder than this against the direct sound at the end of the responses, as a ratio of energies (-40 dB) ...
+/// A late part that is louder than this against the direct sound at the end of the responses, as a ratio of energies (-40 dB)
+/// ...
 const AUDIBLE_END: f64 = 1e-4;
 /// ... must have fallen by this much until then, dB.
 const LEAST_FALL_DB: f64 = 10.0;
@@ -31,8 +32,8 @@ const LONGEST_LOW_S: f64 = 4.0;
 const FEWEST_HOPS: usize = 6;
 
 /// Reverberation time per band, seconds, from energies averaged over many responses: a straight line through the level in dB
-/// from hop `from` on, down to where the measurement's noise begins (ISO 3382-1, regression). `direct` is the energy density of the
-/// direct sound.
+/// from hop `from` on, down to where the measurement's noise begins (ISO 3382-1, regression). `direct` is the energy density of
+/// the direct sound.
 fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec<f32>, BakeError> {
     let bands = mean.first().map_or(0, Vec::len);
     let mut fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s)).collect();
@@ -51,8 +52,8 @@ fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec
     Ok(fitted.iter().map(|t| t.unwrap_or(typical) as f32).collect())
 }
 
-/// Refuses responses that end while the room still sounds nearly as loud as after the direct sound: nobody can tell from them how long
-/// it goes on.
+/// Refuses responses that end while the room still sounds nearly as loud as after the direct sound: nobody can tell from them
+/// how long it goes on.
 fn check_fall(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<(), BakeError> {
     let density = |e: &Vec<f64>| e.iter().sum::<f64>() / e.len().max(1) as f64;
     let tail = (mean.len() / 10).max(1);

@@ -15,8 +15,8 @@ const NOTHING: f64 = 1e-30;
 
 /// The seed whose noise plays the decay of the given energies, of a hop and a band, most truly, of some seeds from `first` on.
 ///
-/// All places of a scene have the same noise, of which a hop in the bass has few degrees of freedom: what a draw is off by, it is off by
-/// everywhere.
+/// All places of a scene have the same noise, of which a hop in the bass has few degrees of freedom: what a draw is off by, it
+/// is off by everywhere.
 pub(crate) fn truest_seed(first: u64, late: &Late<'_>, energies: &[Vec<f64>]) -> Result<u64, BakeError> {
     let wanted = decays_db(energies, late.bands);
     let seeds = (0..TRIED).into_par_iter().map(|n| first.wrapping_add(n << 32));
@@ -37,7 +37,8 @@ fn error(seed: u64, late: &Late<'_>, energies: &[Vec<f64>], wanted: &[Vec<f64>])
     Ok(ears.iter().map(|found| difference(found, wanted)).sum())
 }
 
-/// Energy that is still to come (Schroeder 1965) from the first hop after the direct sound on, dB, of each octave and of all together.
+/// Energy that is still to come (Schroeder 1965) from the first hop after the direct sound on, dB, of each octave and of all
+/// together.
 fn decays_db(energies: &[Vec<f64>], bands: &Bands) -> Vec<Vec<f64>> {
     let centres = bands.centres_hz();
     let width = |band: usize| {

@@ -27,8 +27,9 @@ impl<'a> Sides<'a> {
         Self { hrtf, head, bins: bands.centres_hz().iter().map(of_band).collect() }
     }
 
-    /// Gains of taps and late part, which are the same at both ears, as a head hears them that is turned by `yaw`, radians: what of a hop comes from one side has the level of the ear's response there instead of
-    /// its mean over all turns of the head.
+    /// Gains of taps and late part, which are the same at both ears, as a head hears them that is turned by `yaw`, radians:
+    /// what of a hop comes from one side has the level of the ear's response there instead of its mean over all turns of the
+    /// head.
     pub(super) fn turned(&self, row: &[f32], flows: &[Flow], yaw: f32, shape: TransferShape) -> Vec<f32> {
         let late = flows
             .iter()

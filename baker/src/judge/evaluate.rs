@@ -1,4 +1,5 @@
-//! A scene against recordings that it was not made from, beside baselines. `docs/measuring.md` defines each figure and each baseline.
+//! A scene against recordings that it was not made from, beside baselines. `docs/measuring.md` defines each figure and each
+//! baseline.
 
 mod baselines;
 mod figure;
@@ -24,7 +25,8 @@ pub struct EvaluateOptions {
     pub playing: Option<Playing>,
     /// Where the listener is while a clip is rendered.
     pub poses: Poses,
-    /// Scale the scene by the one gain that gives the training clips their energy: for a scene whose level is not the capture's.
+    /// Scale the scene by the one gain that gives the training clips their energy: for a scene whose level is not the
+    /// capture's.
     pub fit_level: bool,
     /// Evaluate the baselines too.
     pub baselines: bool,
@@ -191,7 +193,8 @@ fn energy(ears: [&[f32]; 2]) -> f64 {
     ears.into_iter().flatten().map(|&v| f64::from(v) * f64::from(v)).sum()
 }
 
-/// The gain that gives a method the energy of the recordings, all clips and both ears together; 1 where there is nothing to fit.
+/// The gain that gives a method the energy of the recordings, all clips and both ears together; 1 where there is nothing to
+/// fit.
 fn fitted_gain(method: &mut dyn Method, capture: &Capture, clips: &[&Clip]) -> Result<f32, BakeError> {
     let (mut wanted, mut given) = (0.0, 0.0);
     for clip in clips {

@@ -1,5 +1,5 @@
-//! The cost of streaming an anchor cloud, whose time filters and convolution layers were trained on whole clips: distances between
-//! streams and clips.
+//! The cost of streaming an anchor cloud, whose time filters and convolution layers were trained on whole clips: distances
+//! between streams and clips.
 
 mod clips;
 mod distance;
@@ -57,14 +57,15 @@ pub struct StreamReport {
     pub notes: Vec<String>,
 }
 
-/// Renders `dry`, a mono sound at the scene's own rate, as every stream that the scene's anchor cloud can be played as, for a listener
-/// who stands still at each of `poses`, and compares it with the model's own clips. `progress` is given the share that is done, 0 to 1.
+/// Renders `dry`, a mono sound at the scene's own rate, as every stream that the scene's anchor cloud can be played as, for a
+/// listener who stands still at each of `poses`, and compares it with the model's own clips. `progress` is given the share that
+/// is done, 0 to 1.
 ///
 /// Clips begin where frames of the streams do, and follow each other so that their inner parts cover the sound.
 ///
 /// # Errors
-/// The scene has no anchor cloud, or the sound is shorter than a clip. Where the model has no clips or no time filters, streams and
-/// distances are left out and a note says why.
+/// The scene has no anchor cloud, or the sound is shorter than a clip. Where the model has no clips or no time filters, streams
+/// and distances are left out and a note says why.
 pub fn compare_streams(
     scene: &Arc<Scene>,
     dry: &[f32],

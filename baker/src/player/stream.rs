@@ -67,8 +67,8 @@ impl StreamPlayer {
         self.tail_samples() as f64 / self.emitters.first().grid().sample_rate_hz
     }
 
-    /// Plays a sound from silence, and with `tail` the room that sounds on after it. The latency is rendered after the end and left out
-    /// at the start.
+    /// Plays a sound from silence, and with `tail` the room that sounds on after it. The latency is rendered after the end and
+    /// left out at the start.
     pub(super) fn play(
         &mut self,
         mut source: Source,

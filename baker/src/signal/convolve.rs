@@ -17,8 +17,8 @@ pub(crate) fn convolve(x: &[f32], filters: [&[f32]; 2]) -> [Vec<f32>; 2] {
     })
 }
 
-/// `x` through a filter for each ear, given by its response at each frequency in hertz; as long as `x`. Ringing before or after the
-/// signal, up to its own length, is cut off and does not wrap round.
+/// `x` through a filter for each ear, given by its response at each frequency in hertz; as long as `x`. Ringing before or after
+/// the signal, up to its own length, is cut off and does not wrap round.
 pub(crate) fn shape(x: &[f32], sample_rate_hz: f64, mut response: impl FnMut(f64) -> [Complex32; 2]) -> [Vec<f32>; 2] {
     if x.is_empty() {
         return [Vec::new(), Vec::new()];

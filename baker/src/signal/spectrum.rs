@@ -21,8 +21,8 @@ impl Analyser {
         self.fourier.spectrum(piece.iter().copied())
     }
 
-    /// Mean energy density per band of a response's hops, `[hop][band]`, when the head's centre hears the direct sound at sample
-    /// `origin`: hop `l` is what tap `l` of the render head covers, cut out with soft edges of a quarter of a hop.
+    /// Mean energy density per band of a response's hops, `[hop][band]`, when the head's centre hears the direct sound at
+    /// sample `origin`: hop `l` is what tap `l` of the render head covers, cut out with soft edges of a quarter of a hop.
     pub(crate) fn hop_energies(&self, response: &[f32], origin: i64, hops: usize, bands: &Bands) -> HopEnergies {
         let (hop, edge) = (self.grid.hop as i64, self.grid.lead() as i64);
         let window: Vec<f64> = (0..hop + edge)

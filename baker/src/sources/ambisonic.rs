@@ -1,9 +1,9 @@
 //! Ambisonic room responses, heard with a head that turns.
 //!
-//! The direct sound and early reflections come from their own directions, each sample from that of the active intensity around it (the
-//! spatial decomposition method with the window lengths of BinauralSDM; see `direction.rs`). What this leaves of the channels at low
-//! frequencies, which the order resolves, and what comes later are decoded for the head by filters (see `decoder.rs`). All of it turns with the head, so that one response
-//! becomes binaural responses at any orientation.
+//! The direct sound and early reflections come from their own directions, each sample from that of the active intensity around
+//! it (the spatial decomposition method with the window lengths of BinauralSDM; see `direction.rs`). What this leaves of the
+//! channels at low frequencies, which the order resolves, and what comes later are decoded for the head by filters (see
+//! `decoder.rs`). All of it turns with the head, so that one response becomes binaural responses at any orientation.
 
 mod arrivals;
 mod decoder;
@@ -26,9 +26,9 @@ use promenade_metrics::onset;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// Early reflections have directions up to this long after the direct sound, seconds: later, the windows of the intensity hold several
-/// in rooms of usual size, and decoding them measures better than BinauralSDM's 80 ms. Then come so many seconds in which the late part
-/// fades in.
+/// Early reflections have directions up to this long after the direct sound, seconds: later, the windows of the intensity hold
+/// several in rooms of usual size, and decoding them measures better than BinauralSDM's 80 ms. Then come so many seconds in
+/// which the late part fades in.
 const MIXING_S: f64 = 0.025;
 const FADE_S: f64 = 0.005;
 /// How far the direct sound may come from beside its stated source, degrees.
@@ -94,14 +94,14 @@ pub struct AmbisonicResponses {
 }
 
 impl AmbisonicResponses {
-    /// Binaural responses of a level head in the place of each microphone, at `yaws` directions evenly around, the first along the
-    /// world's x. Their names are the responses' with the yaw in degrees. Sounds begin 1.5 ms later than in the channels. `done` is
-    /// called with the number of finished responses.
+    /// Binaural responses of a level head in the place of each microphone, at `yaws` directions evenly around, the first along
+    /// the world's x. Their names are the responses' with the yaw in degrees. Sounds begin 1.5 ms later than in the channels.
+    /// `done` is called with the number of finished responses.
     ///
     /// # Errors
-    /// Channels that are not 4, 9, 16 or 25 or of different lengths, a silent first channel, a source that is neither stated nor has a
-    /// distance, dipoles that are scaled otherwise, a direct sound that comes from more than 30 degrees beside its stated source; a number of yaws out of 4 to 360; an
-    /// HRTF of another rate.
+    /// Channels that are not 4, 9, 16 or 25 or of different lengths, a silent first channel, a source that is neither stated
+    /// nor has a distance, dipoles that are scaled otherwise, a direct sound that comes from more than 30 degrees beside its
+    /// stated source; a number of yaws out of 4 to 360; an HRTF of another rate.
     pub fn binaural(&self, hrtf: &Hrtf, yaws: usize, mut done: impl FnMut(usize)) -> Result<Responses, BakeError> {
         if !(4..=360).contains(&yaws) {
             return Err(BakeError::argument("yaws", "4 to 360", yaws));
@@ -154,8 +154,8 @@ impl AmbisonicResponses {
 type Mistake = (String, String);
 
 impl Normalisation {
-    /// Refuses channels that the other one fits better: in the direct sound, which is nearly one plane wave, the dipoles together are
-    /// as loud as the omnidirectional channel, and 4.8 dB louder in N3D. They were scaled as this one has it.
+    /// Refuses channels that the other one fits better: in the direct sound, which is nearly one plane wave, the dipoles
+    /// together are as loud as the omnidirectional channel, and 4.8 dB louder in N3D. They were scaled as this one has it.
     fn check(self, dipoles_db: f64) -> Result<(), Mistake> {
         let n3d_db = 10.0 * 3.0_f64.log10();
         let (other, off_db) = match self {

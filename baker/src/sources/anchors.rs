@@ -1,7 +1,7 @@
 //! Anchors of a place: a few points that stand for its surfaces, each with the colours seen around it.
 //!
-//! The construction is that of the published code of Chen and Shlizerman, "AV-Cloud", NeurIPS 2024: points are merged in voxels,
-//! the voxels are clustered, and the colours of the voxels nearest to each cluster's centre are its features.
+//! The construction is that of the published code of Chen and Shlizerman, "AV-Cloud", NeurIPS 2024: points are merged in
+//! voxels, the voxels are clustered, and the colours of the voxels nearest to each cluster's centre are its features.
 
 mod box_points;
 mod k_means;
@@ -72,9 +72,9 @@ pub struct AnchorReport {
 impl AnchorSet {
     /// Makes anchors of the points of a cloud.
     ///
-    /// Points are merged in voxels, `round(position / edge) * edge` with ties to even, of the mean colour of their points; k-means
-    /// ([`AnchorOptions::count`] clusters, k-means++ start) clusters the voxels without weights. The same points and seed give the
-    /// same anchors. Among voxels at one distance from an anchor the first by x, y, z is the nearer.
+    /// Points are merged in voxels, `round(position / edge) * edge` with ties to even, of the mean colour of their points;
+    /// k-means ([`AnchorOptions::count`] clusters, k-means++ start) clusters the voxels without weights. The same points and
+    /// seed give the same anchors. Among voxels at one distance from an anchor the first by x, y, z is the nearer.
     ///
     /// # Errors
     /// An option out of range, a point that is not finite, or fewer voxels than anchors or neighbours are asked for.

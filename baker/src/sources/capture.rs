@@ -1,8 +1,9 @@
 //! Captures: what a listener's two ears heard of a known dry sound while walking through a place, cut into clips.
 //!
-//! On disk a capture is a folder with a `capture.json` and sound files, WAV or FLAC; `docs/captures.md` has the format. In memory
-//! all tracks have one sample rate, the dry and the binaural sound of a track are aligned, and every clip has something to hear in
-//! it: clips that are silent, clipped or without a pose are left out when a capture is loaded, with a note that names them.
+//! On disk a capture is a folder with a `capture.json` and sound files, WAV or FLAC; `docs/captures.md` has the format. In
+//! memory all tracks have one sample rate, the dry and the binaural sound of a track are aligned, and every clip has something
+//! to hear in it: clips that are silent, clipped or without a pose are left out when a capture is loaded, with a note that
+//! names them.
 
 mod cut;
 mod defects;
@@ -91,16 +92,17 @@ impl Capture {
     /// Silent and clipped clips, and clips at times that the path does not cover, are left out; a note names them.
     ///
     /// # Errors
-    /// One error that lists all that is wrong, by track and clip: files that are missing, damaged, of another rate or length than
-    /// the others, samples that are not finite, paths that cannot be read, clips beyond their track. A manifest of another version
-    /// or with unknown fields, and a capture of which no clip is left.
+    /// One error that lists all that is wrong, by track and clip: files that are missing, damaged, of another rate or length
+    /// than the others, samples that are not finite, paths that cannot be read, clips beyond their track. A manifest of another
+    /// version or with unknown fields, and a capture of which no clip is left.
     pub fn load(path: &Path) -> Result<Self, BakeError> {
         load::load(&manifest_at(path)?)
     }
 
     /// Writes `capture.json` and 32-bit float WAV files into a folder, which is made where it does not exist.
     ///
-    /// Each file is there whole or not at all, and the manifest comes last: an interrupted write leaves no capture, or the old one.
+    /// Each file is there whole or not at all, and the manifest comes last: an interrupted write leaves no capture, or the old
+    /// one.
     ///
     /// # Errors
     /// A folder that cannot be written to, a rate that is no whole number of hertz, or samples that are not finite.
@@ -108,8 +110,8 @@ impl Capture {
         write::write(self, folder)
     }
 
-    /// Puts an emitter's position, world metres, into the manifest of a capture on disk, whole or not at all; all else in it stays as
-    /// it is.
+    /// Puts an emitter's position, world metres, into the manifest of a capture on disk, whole or not at all; all else in it
+    /// stays as it is.
     ///
     /// # Errors
     /// A manifest that cannot be read or written, or that has an emitter already, unless it is to be replaced.
@@ -149,8 +151,8 @@ impl Capture {
         (clip.start as f64 + 0.5 * clip.len as f64) / self.sample_rate_hz
     }
 
-    /// The listener `shift_s` seconds after the clip's middle (before it where negative), along the track's path and no further than
-    /// its ends: the augmentation of pi-AVAS (section 3.3), which shifts by up to 1 s.
+    /// The listener `shift_s` seconds after the clip's middle (before it where negative), along the track's path and no further
+    /// than its ends: the augmentation of pi-AVAS (section 3.3), which shifts by up to 1 s.
     ///
     /// # Panics
     /// When the clip is not one of this capture.

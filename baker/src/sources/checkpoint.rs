@@ -1,7 +1,7 @@
 //! Published AV-Cloud checkpoints: what training left behind becomes a model that can be rendered.
 //!
-//! [`import`] reads the `.pth` of the published trainer together with the anchors of its scene, which the checkpoint does not hold,
-//! or one `.safetensors` with both, as `presets/recipes/export_avcloud.py` writes it.
+//! [`import`] reads the `.pth` of the published trainer together with the anchors of its scene, which the checkpoint does not
+//! hold, or one `.safetensors` with both, as `presets/recipes/export_avcloud.py` writes it.
 
 mod anchors;
 mod float;
@@ -25,8 +25,8 @@ use weights::Stored;
 pub struct ImportOptions {
     /// Which decoder; otherwise the names of the weights tell.
     pub kind: Option<CloudKind>,
-    /// Distance that relative vectors were divided by, cloud units. There is none that fits all scenes: published training takes
-    /// 25, but 23.6032 for its scene 6 and 183.2170 for its scenes 12 and 13.
+    /// Distance that relative vectors were divided by, cloud units. There is none that fits all scenes: published training
+    /// takes 25, but 23.6032 for its scene 6 and 183.2170 for its scenes 12 and 13.
     pub max_norm: Option<f32>,
     /// Sample rate of the training, Hz; published: 22050.
     pub sample_rate_hz: Option<f64>,
@@ -56,13 +56,13 @@ pub struct Imported {
 /// Imports a checkpoint: a `.pth` of the published trainer, in the zip format or the one before it, its weights under
 /// `"state_dict"` or by themselves; or a `.safetensors`. The content tells which, not the name.
 ///
-/// `anchors` is a `.safetensors` or `.npz` file with the positions `anchor_xyz` `(N, 3)` and the features `rgb_features` `(N, 150)`,
-/// harmonics of the colours `(c - 0.5) / 0.2821`; needed unless the checkpoint holds anchors itself. Pickles are not taken as
-/// anchors, and the pickle inside a checkpoint is parsed without being run.
+/// `anchors` is a `.safetensors` or `.npz` file with the positions `anchor_xyz` `(N, 3)` and the features `rgb_features`
+/// `(N, 150)`, harmonics of the colours `(c - 0.5) / 0.2821`; needed unless the checkpoint holds anchors itself. Pickles are
+/// not taken as anchors, and the pickle inside a checkpoint is parsed without being run.
 ///
 /// # Errors
-/// Everything that has to be given and is not, at once; files that are damaged, too large or of another kind; weights and anchors
-/// that do not fit to each other or to the transform. The message names the file, what was expected and what was found.
+/// Everything that has to be given and is not, at once; files that are damaged, too large or of another kind; weights and
+/// anchors that do not fit to each other or to the transform. The message names the file, what was expected and what was found.
 pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions) -> Result<Imported, BakeError> {
     let Stored { mut weights, names, metadata, converted } = Stored::read(checkpoint)?;
     let settings = Settings::new(checkpoint, &metadata, options)?;
@@ -142,7 +142,8 @@ fn detect(path: &Path, weights: &BTreeMap<String, Tensor>, names: &[String]) -> 
     }
 }
 
-/// Whether the anchors, which lie in the file `at`, are as many and have as many features as the weights of `checkpoint` ask for.
+/// Whether the anchors, which lie in the file `at`, are as many and have as many features as the weights of `checkpoint` ask
+/// for.
 fn check_anchors(checkpoint: &Path, at: &Path, weights: &BTreeMap<String, Tensor>, anchors: &Anchors) -> Result<(), BakeError> {
     let count = anchors.positions.len();
     let features = anchors.features.len().checked_div(count).unwrap_or(0);
@@ -171,8 +172,8 @@ fn check_bins(path: &Path, weights: &BTreeMap<String, Tensor>, grid: &StftGrid) 
 
 /// Replaces the network that makes time-filter kernels by the one kernel that it makes, where its first layer is zero.
 ///
-/// Published training starts that layer at zero before a rectifier, whose gradient is zero there, so it stays: the kernel is the
-/// last layer's bias whatever the pose and frequency.
+/// Published training starts that layer at zero before a rectifier, whose gradient is zero there, so it stays: the kernel is
+/// the last layer's bias whatever the pose and frequency.
 fn drop_dead_network(weights: &mut BTreeMap<String, Tensor>) -> Option<String> {
     const NETWORK: [&str; 4] = ["0.weight", "0.bias", "2.weight", "2.bias"];
     let [first, first_bias, second, kernel] = NETWORK.map(|n| weights.get(&format!("post_process.weight_model.{n}")));

@@ -67,8 +67,8 @@ pub enum Place {
 }
 
 impl Place {
-    /// Reads a COLMAP model (a folder with `points3D.bin` or `.txt` and the images beside it, or one that has them in `sparse/0` or
-    /// `sparse`), a `.ply` file (points, 3D Gaussian splats, or a mesh) or a mesh in an `.obj` file.
+    /// Reads a COLMAP model (a folder with `points3D.bin` or `.txt` and the images beside it, or one that has them in
+    /// `sparse/0` or `sparse`), a `.ply` file (points, 3D Gaussian splats, or a mesh) or a mesh in an `.obj` file.
     ///
     /// # Errors
     /// Files that are missing, too large, damaged or of another kind. The message names the file and the place in it.
@@ -88,8 +88,8 @@ impl Place {
 }
 
 impl Reconstruction {
-    /// Reads a COLMAP model from its folder, binary or text, with rigs and frames or without: points and images, which hold the poses
-    /// in all of them. Lenses make no difference to either, so the file of cameras is not read.
+    /// Reads a COLMAP model from its folder, binary or text, with rigs and frames or without: points and images, which hold the
+    /// poses in all of them. Lenses make no difference to either, so the file of cameras is not read.
     ///
     /// # Errors
     /// As [`Place::load`].
@@ -99,8 +99,8 @@ impl Reconstruction {
         Ok(Self { points, cameras: colmap::cameras(&model.images)?, left_out })
     }
 
-    /// Where the reconstruction lies in the scene's world, which is where a path of its cameras lies with the same options; what is
-    /// assumed is added to `notes`.
+    /// Where the reconstruction lies in the scene's world, which is where a path of its cameras lies with the same options;
+    /// what is assumed is added to `notes`.
     ///
     /// # Errors
     /// An option out of range, an origin by cameras where there are none, or cameras that were held in all directions.

@@ -1,7 +1,7 @@
 //! Binaural room responses: where the listener was, where the source was, and what each ear got.
 //!
-//! [`Responses::load`] reads a SOFA file, or WAV files described by a `responses.json` (see `docs/responses.md`); either way every
-//! listener and source ends up in one right-handed world with z up, in metres.
+//! [`Responses::load`] reads a SOFA file, or WAV files described by a `responses.json` (see `docs/responses.md`); either way
+//! every listener and source ends up in one right-handed world with z up, in metres.
 
 mod check;
 mod describe;
@@ -81,7 +81,8 @@ pub struct Responses {
 
 /// What a folder of WAV files must have beside them.
 const MANIFEST: &str = "a responses.json that describes the WAV files, such as {\"title\": \"Room A\", \"pattern\": \
-    \"name_{azimuth}deg.wav\", \"distance_m\": 1.5} (all fields: docs/responses.md; promenade responses manifest writes one from their names)";
+    \"name_{azimuth}deg.wav\", \"distance_m\": 1.5} (all fields: docs/responses.md; promenade responses manifest writes one \
+    from their names)";
 
 /// What the files themselves do not say, or say wrongly.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,8 +105,8 @@ impl Responses {
     /// Loads a SOFA file, a manifest (JSON), or a folder with a `responses.json`.
     ///
     /// # Errors
-    /// Files that are missing, damaged or disagree in their sample rate; responses with samples that are not finite, with a silent
-    /// ear; ears that contradict the directions; more responses than memory should hold. The message names the file.
+    /// Files that are missing, damaged or disagree in their sample rate; responses with samples that are not finite, with a
+    /// silent ear; ears that contradict the directions; more responses than memory should hold. The message names the file.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, BakeError> {
         let manifest = manifest_of(path)?;
         let mut responses = match ending(&manifest).as_str() {

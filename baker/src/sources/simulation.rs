@@ -1,4 +1,5 @@
-//! Binaural responses of rooms that nobody has measured: image sources with HRTFs, and noise with the energy of what comes after them.
+//! Binaural responses of rooms that nobody has measured: image sources with HRTFs, and noise with the energy of what comes
+//! after them.
 
 mod bins;
 mod box_room;

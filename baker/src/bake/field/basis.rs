@@ -25,7 +25,8 @@ pub(crate) struct Shapes {
 }
 
 impl Shapes {
-    /// The fewest principal components that leave at most `residual` of root mean square in the rows (Jolliffe 2002, section 6.1).
+    /// The fewest principal components that leave at most `residual` of root mean square in the rows (Jolliffe 2002, section
+    /// 6.1).
     ///
     /// Worked out from the rows' inner products, of which there are fewer than of their columns'.
     pub(crate) fn of(rows: &[Vec<f32>], residual: f64) -> Self {

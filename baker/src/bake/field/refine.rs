@@ -107,8 +107,8 @@ impl Lines {
         Self { spans, bases: Coordinates::random(&spans, seed.wrapping_add(0x11E5), LINES), known: HashMap::new() }
     }
 
-    /// Axes whose cubics come within `error_db` of root mean square, or as close as `most_nodes` allow; `None` if not even the coarsest
-    /// axes have so few nodes.
+    /// Axes whose cubics come within `error_db` of root mean square, or as close as `most_nodes` allow; `None` if not even the
+    /// coarsest axes have so few nodes.
     pub(crate) fn refine(
         &mut self,
         decoders: &mut Decoders<'_>,

@@ -97,8 +97,8 @@ impl Figure {
 pub struct Figures([Option<f64>; Figure::ALL.len()]);
 
 impl Figures {
-    /// Measures what was predicted against what was recorded; of the longer one, the end does not count. `dry` is the sound that both are
-    /// of, from some samples before them on, as many as the second says.
+    /// Measures what was predicted against what was recorded; of the longer one, the end does not count. `dry` is the sound
+    /// that both are of, from some samples before them on, as many as the second says.
     #[must_use]
     pub fn of(predicted: [&[f32]; 2], recorded: [&[f32]; 2], (dry, pre_roll): (&[f32], usize), sample_rate_hz: f64) -> Self {
         let len = predicted.iter().chain(&recorded).map(|ear| ear.len()).min().unwrap_or(0);

@@ -72,9 +72,9 @@ impl Method for DistanceAndHrtf {
     }
 }
 
-/// Response of one ear of a sphere to a source far away: one pole and one zero for the shadow, and the way round the sphere (Brown
-/// and Duda 1998, "A structural model for binaural sound synthesis", equations 3 to 5). `towards` is the cosine of the angle between
-/// the source and the ear's axis.
+/// Response of one ear of a sphere to a source far away: one pole and one zero for the shadow, and the way round the sphere
+/// (Brown and Duda 1998, "A structural model for binaural sound synthesis", equations 3 to 5). `towards` is the cosine of the
+/// angle between the source and the ear's axis.
 fn sphere(towards: f64, hz: f64) -> Complex32 {
     const LEAST: f64 = 0.1;
     const DARKEST: f64 = 150.0 / 180.0;

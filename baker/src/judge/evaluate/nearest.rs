@@ -46,7 +46,8 @@ impl Method for NearestRecording {
     }
 }
 
-/// The dry sound with the energy ratios of wet over dry, ear by ear and third-octave by third-octave, of the nearest training clip.
+/// The dry sound with the energy ratios of wet over dry, ear by ear and third-octave by third-octave, of the nearest training
+/// clip.
 pub(super) struct NearestTransfer;
 
 impl Method for NearestTransfer {

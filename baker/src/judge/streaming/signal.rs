@@ -13,7 +13,8 @@ const CLICK_T60_S: f32 = 0.05;
 /// Frequencies of the clicks as shares of the sample rate, one after the other.
 const CLICKS: [f32; 5] = [0.01, 0.02, 0.04, 0.08, 0.16];
 
-/// The sound that streams are compared on unless there is another: bursts and clicks of 3 s, or of 3 clips where those are longer.
+/// The sound that streams are compared on unless there is another: bursts and clicks of 3 s, or of 3 clips where those are
+/// longer.
 #[must_use]
 pub fn test_sound(grid: &StftGrid, cloud: &AnchorCloud) -> Vec<f32> {
     let clip_s = cloud.model.sizes().frames as f64 * grid.hop_s();

@@ -85,8 +85,8 @@ impl Stream {
         }
     }
 
-    /// Both ears, as long as the dry sound and aligned with it, and the processor seconds that rendering took, without decoding;
-    /// `None` where nothing is rendered.
+    /// Both ears, as long as the dry sound and aligned with it, and the processor seconds that rendering took, without
+    /// decoding; `None` where nothing is rendered.
     pub(super) fn render(&mut self, dry: &[f32], at: &PoseMasks) -> Result<(Ears, Option<f64>), BakeError> {
         Ok(match &mut self.kind {
             Kind::Dry => ([dry.to_vec(), dry.to_vec()], None),

@@ -28,8 +28,8 @@ pub(super) struct Arrivals {
 }
 
 impl Arrivals {
-    /// Gives each sample of `early`, the omnidirectional channel as long as it is early, its direction by the first order in the order
-    /// of AmbiX with unit gain in their own direction (SN3D). `None` for silence around the `onset`.
+    /// Gives each sample of `early`, the omnidirectional channel as long as it is early, its direction by the first order in
+    /// the order of AmbiX with unit gain in their own direction (SN3D). `None` for silence around the `onset`.
     pub(super) fn of(first: [&[f32]; 4], early: &[f32], onset: usize, sample_rate_hz: f64) -> Option<Self> {
         let samples = |s: f64| (s * sample_rate_hz).round() as usize;
         let first = FirstOrder::of(first, sample_rate_hz);

@@ -6,8 +6,8 @@ use promenade_core::glam::Vec3;
 use promenade_core::head::{Incidence, ambisonic_filters};
 use promenade_fourier::num_complex::Complex32;
 
-/// Filters of each channel for each ear, `[channel][ear]`, as impulse responses of a [`Frame`]; `heard` gives both ears' spectra of a
-/// direction.
+/// Filters of each channel for each ear, `[channel][ear]`, as impulse responses of a [`Frame`]; `heard` gives both ears'
+/// spectra of a direction.
 pub(super) fn filters(
     order: usize,
     incidence: Incidence,

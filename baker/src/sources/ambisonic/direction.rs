@@ -1,13 +1,13 @@
-//! Where the sound of an Ambisonic response comes from, sample by sample: the active intensity (Tervo et al., "Spatial decomposition
-//! method for room impulse responses", J. Audio Eng. Soc. 61 (2013), with the intensity of the first order as in Zaunschirm et al.,
-//! "Binaural rendering with measured room responses", Applied Sciences 10 (2020)).
+//! Where the sound of an Ambisonic response comes from, sample by sample: the active intensity (Tervo et al., "Spatial
+//! decomposition method for room impulse responses", J. Audio Eng. Soc. 61 (2013), with the intensity of the first order as in
+//! Zaunschirm et al., "Binaural rendering with measured room responses", Applied Sciences 10 (2020)).
 
 use promenade_core::glam::Vec3;
 use promenade_fourier::{signal, spectrum};
 use std::ops::Range;
 
-/// Window that the intensity is averaged over, and the mean over which directions are smoothed after that, seconds: 62 and 16 samples
-/// at 48 kHz, as in BinauralSDM (Amengual Gari et al. 2021).
+/// Window that the intensity is averaged over, and the mean over which directions are smoothed after that, seconds: 62 and 16
+/// samples at 48 kHz, as in BinauralSDM (Amengual Gari et al. 2021).
 const WINDOW_S: f64 = 62.0 / 48_000.0;
 const SMOOTHING_S: f64 = 16.0 / 48_000.0;
 /// Frequencies that directions are taken from, hertz: above, the capsules of most microphones lie too far apart.

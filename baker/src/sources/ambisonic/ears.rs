@@ -5,7 +5,8 @@ use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::signal;
 
-/// Samples that all impulse responses begin before the sound is at the head's centre, seconds: the near ear is earlier, and filters ring.
+/// Samples that all impulse responses begin before the sound is at the head's centre, seconds: the near ear is earlier, and
+/// filters ring.
 const LEAD_S: f64 = 0.0015;
 /// How long impulse responses are after that, seconds, ...
 const LENGTH_S: f64 = 0.012;

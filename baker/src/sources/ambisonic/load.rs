@@ -12,8 +12,8 @@ impl AmbisonicResponses {
     /// microphone, or a single WAV file. Where nothing says how far the source is, it is `distance_m`.
     ///
     /// # Errors
-    /// Files that are missing or damaged or disagree in their sample rate; capsules of a microphone instead of Ambisonic channels;
-    /// samples that are not finite. The message names the file.
+    /// Files that are missing or damaged or disagree in their sample rate; capsules of a microphone instead of Ambisonic
+    /// channels; samples that are not finite. The message names the file.
     pub fn load(
         path: &Path,
         options: &LoadOptions,

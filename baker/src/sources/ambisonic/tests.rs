@@ -10,7 +10,8 @@ use std::collections::HashMap;
 
 const RATE_HZ: u32 = 16_000;
 
-/// HRTFs of a ball of 8.75 cm without a face: Woodworth's delays (1938) and a far ear that is softer, more so at high frequencies.
+/// HRTFs of a ball of 8.75 cm without a face: Woodworth's delays (1938) and a far ear that is softer, more so at high
+/// frequencies.
 fn ball() -> Hrtf {
     let directions = (0..300).map(|i| promenade_core::head::lattice(i, 300));
     let ear = |direction: Vec3, side: f32| {
@@ -43,8 +44,8 @@ fn ball() -> Hrtf {
 /// Sound that arrives: when, in samples, from where, and how loud.
 type Arrival = (usize, Vec3, f32);
 
-/// Images of a source in a box up to an order, as seen from a listener; walls take so much of the amplitude, and every image is moved
-/// a little, as walls are not quite flat: in a perfect box many arrive at one moment.
+/// Images of a source in a box up to an order, as seen from a listener; walls take so much of the amplitude, and every image is
+/// moved a little, as walls are not quite flat: in a perfect box many arrive at one moment.
 fn images(size: Vec3, source: Vec3, listener: Vec3, reflection: f32, longest_s: f32, rate_hz: u32) -> Vec<Arrival> {
     let mut random = Random::new(7);
     let reach = |axis: usize| (longest_s * 343.0 / size[axis]).ceil() as i32 + 1;
@@ -120,8 +121,8 @@ const SIZE: Vec3 = Vec3::new(6.0, 4.5, 3.0);
 const SOURCE: Vec3 = Vec3::new(4.4, 3.1, 1.4);
 const LISTENER: Vec3 = Vec3::new(2.1, 1.7, 1.5);
 
-/// Differences of binaural responses from the images', for each head: ITD in microseconds, ILD and C50 in dB, T20 in percent, third-octaves
-/// of the whole response and of its first 80 ms in dB.
+/// Differences of binaural responses from the images', for each head: ITD in microseconds, ILD and C50 in dB, T20 in percent,
+/// third-octaves of the whole response and of its first 80 ms in dB.
 fn differences(order: usize, hrtf: &Hrtf, yaws: usize, reflection: f32, longest_s: f32) -> Vec<[f64; 6]> {
     let rate_hz = hrtf.sample_rate_hz();
     let arrivals = images(SIZE, SOURCE, LISTENER, reflection, longest_s, rate_hz);

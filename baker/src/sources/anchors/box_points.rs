@@ -7,13 +7,13 @@ use promenade_core::glam::Vec3;
 /// Points that a box may have.
 const MAX_POINTS: f32 = 4e6;
 
-/// Colours of the walls at x = 0, x = size, y = 0, y = size, floor and ceiling, where nobody gives others: told apart by eye and by a
-/// network.
+/// Colours of the walls at x = 0, x = size, y = 0, y = size, floor and ceiling, where nobody gives others: told apart by eye
+/// and by a network.
 pub const WALL_COLOURS: [[f32; 3]; 6] =
     [[0.7, 0.3, 0.2], [0.2, 0.6, 0.3], [0.25, 0.4, 0.8], [0.8, 0.7, 0.2], [0.35, 0.3, 0.3], [0.9, 0.9, 0.9]];
 
-/// Points on the walls of the box from the origin to `size`, on a grid of this step that begins at the origin, with the colour of each
-/// wall.
+/// Points on the walls of the box from the origin to `size`, on a grid of this step that begins at the origin, with the colour
+/// of each wall.
 ///
 /// # Errors
 /// A size or step that is not above 0, or more points than memory should hold.

@@ -62,8 +62,8 @@ pub(super) fn k_means(points: &[Vec3], count: usize, seed: u64) -> Clusters {
     Clusters { centres: centres.into_iter().map(|c| c + mean).collect(), inertia, iterations }
 }
 
-/// Greedy k-means++ (Arthur and Vassilvitskii 2007): each next centre is the best of a few points drawn by their squared distance to
-/// the centres so far.
+/// Greedy k-means++ (Arthur and Vassilvitskii 2007): each next centre is the best of a few points drawn by their squared
+/// distance to the centres so far.
 fn start(points: &[Vec3], count: usize, random: &mut Random) -> Vec<Vec3> {
     let trials = 2 + (count as f32).ln() as usize;
     let at = |share: f64, weights: &[f32], total: f64| {

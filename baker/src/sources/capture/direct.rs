@@ -10,8 +10,8 @@ const LATEST_S: f64 = 0.15;
 /// The room sounds on for so long, seconds: without it all that is late would be taken for noise.
 const ROOM_S: f64 = 0.5;
 
-/// The direct sound of what the ears heard of a dry sound that begins `pre_roll` samples earlier, its time being that after the dry sound;
-/// `None` where there is none. Of a pre-roll of [`DIRECT_PRE_ROLL_S`] all counts.
+/// The direct sound of what the ears heard of a dry sound that begins `pre_roll` samples earlier, its time being that after the
+/// dry sound; `None` where there is none. Of a pre-roll of [`DIRECT_PRE_ROLL_S`] all counts.
 #[must_use]
 pub fn direct_sound(dry: &[f32], pre_roll: usize, ears: [&[f32]; 2], rate: f64) -> Option<Arrival> {
     let [before, first, room] = [EARLIEST_S, EARLIEST_S + LATEST_S, ROOM_S].map(|s| (s * rate) as usize);

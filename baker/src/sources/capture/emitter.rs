@@ -7,8 +7,8 @@ use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_core::network::{CloudEmitter, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 
-/// Factors of a head's mean radius that are tried for the sphere whose delay is compared: heads' delays below 1.5 kHz are up to half as
-/// long again as Woodworth's.
+/// Factors of a head's mean radius that are tried for the sphere whose delay is compared: heads' delays below 1.5 kHz are up to
+/// half as long again as Woodworth's.
 const RADII: [f64; 6] = [0.9, 1.0, 1.1, 1.2, 1.3, 1.4];
 /// Clips that are enough, and the fewest.
 const MOST_CLIPS: usize = 400;
@@ -64,10 +64,10 @@ pub struct EmitterEstimate {
 
 /// Estimates where the sound came from by the training clips.
 ///
-/// Of each clip the direct sound is found by the dry sound beside it: its delay between the ears, its level and, where recordings and
-/// dry sound run by one clock, when it arrives. Of all places around, the one is taken at which the deviations from a sphere's delays
-/// (Woodworth 1938), from levels that fall with distance and from arrivals that grow with it are least, each weighed by its own scale
-/// and none counting beyond a limit.
+/// Of each clip the direct sound is found by the dry sound beside it: its delay between the ears, its level and, where
+/// recordings and dry sound run by one clock, when it arrives. Of all places around, the one is taken at which the deviations
+/// from a sphere's delays (Woodworth 1938), from levels that fall with distance and from arrivals that grow with it are least,
+/// each weighed by its own scale and none counting beyond a limit.
 ///
 /// # Errors
 /// A listener who does not move, and fewer than 12 clips with a clear direct sound.
@@ -203,8 +203,8 @@ impl Fit {
         scatter(&self.observed.iter().map(|o| (o.arrival_us, o.weight)).collect::<Vec<_>>(), ARRIVAL_US)
     }
 
-    /// The negative log-likelihood of a clip where deviations have Laplace's distribution, of scales that are not known, but for a
-    /// constant.
+    /// The negative log-likelihood of a clip where deviations have Laplace's distribution, of scales that are not known, but
+    /// for a constant.
     fn at(&self, position: Vec3) -> Candidate {
         let d = self.deviations(position);
         let timed = if self.arrivals { (d.arrival_us + ARRIVAL_US.exact).ln() } else { 0.0 };

@@ -48,16 +48,16 @@ impl Default for FromResponses {
     }
 }
 
-/// Makes a capture of responses: each is convolved with a stretch of dry sound that is chosen by the seed, and becomes a track with
-/// one pose. The room's answer to what came before the stretch is in it.
+/// Makes a capture of responses: each is convolved with a stretch of dry sound that is chosen by the seed, and becomes a track
+/// with one pose. The room's answer to what came before the stretch is in it.
 ///
-/// Emitter and poses are those of the scene that [`crate::bake_responses`] makes of the same responses, and the level is too: the
-/// loudest ear has unit energy. Test clips are at poses of which there is no training clip.
+/// Emitter and poses are those of the scene that [`crate::bake_responses`] makes of the same responses, and the level is too:
+/// the loudest ear has unit energy. Test clips are at poses of which there is no training clip.
 /// Where the data set has a split, that is kept.
 ///
 /// # Errors
-/// Options out of range, a dry sound shorter than a clip, responses that do not lie around one emitter or one listener, or nothing
-/// but silence.
+/// Options out of range, a dry sound shorter than a clip, responses that do not lie around one emitter or one listener, or
+/// nothing but silence.
 pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromResponses) -> Result<Capture, BakeError> {
     check(options)?;
     let layout = Layout::of(responses)?;
@@ -152,8 +152,8 @@ struct Chooser<'a> {
 }
 
 impl Chooser<'_> {
-    /// A sound and the first sample of a stretch none of whose clips is quiet, if there is one to be found. Long sounds are chosen
-    /// as much more often as they are longer.
+    /// A sound and the first sample of a stretch none of whose clips is quiet, if there is one to be found. Long sounds are
+    /// chosen as much more often as they are longer.
     fn stretch(&mut self) -> (&[f32], usize) {
         let len = self.clip * self.clips;
         let places: Vec<usize> = self.sounds.iter().map(|s| s.len() - len + 1).collect();

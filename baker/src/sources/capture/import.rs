@@ -119,8 +119,8 @@ pub(super) fn cameras(path: &Path) -> Result<BTreeMap<String, Pose>, BakeError> 
     Ok(heads)
 }
 
-/// A head that looks where a camera does, from the camera's centre and its axes as columns: x right, y down, z forward. `None` where
-/// they are no rotation.
+/// A head that looks where a camera does, from the camera's centre and its axes as columns: x right, y down, z forward. `None`
+/// where they are no rotation.
 pub(super) fn head(centre: Vec3, camera_to_world: Mat3) -> Option<Pose> {
     let product = camera_to_world.transpose() * camera_to_world;
     let off = (product - Mat3::IDENTITY).to_cols_array().into_iter().fold(0.0_f32, |m, v| m.max(v.abs()));

@@ -11,18 +11,18 @@ use std::path::{Path, PathBuf};
 /// The rate that AV-Cloud uses for Replay-NVAS, samples per second.
 const RATE_HZ: u32 = 16_000;
 
-/// Imports one scenario's folder: `near/*` the near-range microphones, `views/*` the stereo sound of each view (WAV or FLAC), and
-/// `cameras.json` with one camera per view, its `img_name` being the view's name.
+/// Imports one scenario's folder: `near/*` the near-range microphones, `views/*` the stereo sound of each view (WAV or FLAC),
+/// and `cameras.json` with one camera per view, its `img_name` being the view's name.
 ///
-/// What is assumed, since how the published files lie in folders is not: the near-range microphones are added up to one dry sound,
-/// all files begin at the same time, the left and right channels are ears that look where the camera does, and cameras are written
-/// as `gs_cameras.json` is (centre in the reconstruction's world, rotation from camera to world, y down). Each view is a track and
-/// its listener stands still; clips of all views at one time share their split, so that nothing that is said in a test clip is heard
-/// in training. Nothing is filtered; publications take away what is below 150 Hz.
+/// What is assumed, since how the published files lie in folders is not: the near-range microphones are added up to one dry
+/// sound, all files begin at the same time, the left and right channels are ears that look where the camera does, and cameras
+/// are written as `gs_cameras.json` is (centre in the reconstruction's world, rotation from camera to world, y down). Each view
+/// is a track and its listener stands still; clips of all views at one time share their split, so that nothing that is said in
+/// a test clip is heard in training. Nothing is filtered; publications take away what is below 150 Hz.
 ///
 /// # Errors
-/// Missing or damaged files, a view without a camera, or sounds that are shorter than a clip. Checked against layouts that were made
-/// by hand only.
+/// Missing or damaged files, a view without a camera, or sounds that are shorter than a clip. Checked against layouts that were
+/// made by hand only.
 pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, BakeError> {
     let rate_hz = options.sample_rate_hz.unwrap_or(RATE_HZ);
     let (near, views) = (sounds(&folder.join("near"))?, sounds(&folder.join("views"))?);

@@ -20,9 +20,9 @@ const SILENT: f64 = 1e-12;
 
 /// Reverberation time per band, seconds, estimated from the training clips; `None` for a band in which nothing sounds.
 ///
-/// The energy of a band in a frame of a recording is taken as that of the dry sound's frame, that of an exponential decay after all frames
-/// before it, and a constant, each with a factor of its own per clip that is not negative. Of the times tried, the one with the least
-/// squares of relative deviations over all clips is refined by a parabola through its neighbours.
+/// The energy of a band in a frame of a recording is taken as that of the dry sound's frame, that of an exponential decay after
+/// all frames before it, and a constant, each with a factor of its own per clip that is not negative. Of the times tried, the
+/// one with the least squares of relative deviations over all clips is refined by a parabola through its neighbours.
 #[must_use]
 pub fn reverberation_times(capture: &Capture, grid: &StftGrid, bands: &Bands) -> Vec<Option<f32>> {
     let times: Vec<f64> = (0..TRIED).map(|i| SHORTEST_S * RATIO.powf(i as f64)).collect();
@@ -91,8 +91,8 @@ impl<'a> Energies<'a> {
     }
 }
 
-/// What is left of a clip's energies, as a mean of squared relative deviations, where they decay by `per_hop` from hop to hop. The dry
-/// sound begins `before` frames earlier.
+/// What is left of a clip's energies, as a mean of squared relative deviations, where they decay by `per_hop` from hop to hop.
+/// The dry sound begins `before` frames earlier.
 fn misfit(dry: &[f64], wet: &[f64], before: usize, per_hop: f64) -> f64 {
     let mut decay = 0.0;
     let mut parts = Vec::with_capacity(wet.len());
@@ -114,8 +114,8 @@ fn misfit(dry: &[f64], wet: &[f64], before: usize, per_hop: f64) -> f64 {
     least_squares(&products) / parts.len().max(1) as f64
 }
 
-/// The least sum of squares of `y - f x` over factors f of 0 or more, from the products of the three parts of x and of y: the best
-/// choice of parts whose factors are all 0 or more.
+/// The least sum of squares of `y - f x` over factors f of 0 or more, from the products of the three parts of x and of y: the
+/// best choice of parts whose factors are all 0 or more.
 fn least_squares(products: &[[f64; 4]; 4]) -> f64 {
     let mut best = products[3][3];
     for choice in 1..8_usize {

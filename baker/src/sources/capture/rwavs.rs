@@ -36,14 +36,14 @@ enum Matrix {
 /// Imports one scene's folder: `binaural_syn_re.wav`, `source_syn_re.wav`, the frames of `transforms_scale_train.json` and
 /// `transforms_scale_val.json`, and their poses in `gs_cameras.json`.
 ///
-/// Frame i, counted from 1, is the second from i - 1 to i, and its pose is that second's middle. Frames without a pose or beyond the
-/// sound are left out with a note. Up is that of the first camera, y down, unless the options give another: give what was given to
-/// `promenade import`. Where there is no `gs_cameras.json`, the frames' own `camera_to_world` is taken: x right, y up, z backward, in
-/// a world with z up.
+/// Frame i, counted from 1, is the second from i - 1 to i, and its pose is that second's middle. Frames without a pose or
+/// beyond the sound are left out with a note. Up is that of the first camera, y down, unless the options give another: give
+/// what was given to `promenade import`. Where there is no `gs_cameras.json`, the frames' own `camera_to_world` is taken: x
+/// right, y up, z backward, in a world with z up.
 ///
 /// # Errors
-/// Missing or damaged files, cameras that are no rotations, no frame that is left. Checked against layouts that were made by hand
-/// only.
+/// Missing or damaged files, cameras that are no rotations, no frame that is left. Checked against layouts that were made by
+/// hand only.
 pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, BakeError> {
     let rate_hz = options.sample_rate_hz.unwrap_or(RATE_HZ);
     let mut notes = Vec::new();

@@ -1,5 +1,5 @@
-//! What a checkpoint's pickle asks for, before it is parsed: every operation may make an object of some 90 bytes, and every storage
-//! has a length that its bytes must have.
+//! What a checkpoint's pickle asks for, before it is parsed: every operation may make an object of some 90 bytes, and every
+//! storage has a length that its bytes must have.
 
 use crate::BakeError;
 use std::collections::BTreeMap;
@@ -25,7 +25,8 @@ pub(super) fn check(path: &Path) -> Result<(), BakeError> {
     }
 }
 
-/// Bytes of the storages that an archive's pickle declares, by key. What is wrong with the pickle is left for the parser to find.
+/// Bytes of the storages that an archive's pickle declares, by key. What is wrong with the pickle is left for the parser to
+/// find.
 pub(super) fn storages(mut pickle: &[u8]) -> BTreeMap<String, u64> {
     let mut storages = Storages::default();
     let _ = walk(&mut pickle, 1, &mut |operation, operand| storages.operation(operation, operand));

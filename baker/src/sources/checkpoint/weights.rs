@@ -122,8 +122,8 @@ fn pytorch(path: &Path) -> Result<Stored, BakeError> {
     Ok(stored)
 }
 
-/// Looks at the sizes that an archive declares for its pickles before one is unpacked, and whether storages have the lengths that the
-/// pickle declares: bytes of another format would else be read as numbers.
+/// Looks at the sizes that an archive declares for its pickles before one is unpacked, and whether storages have the lengths
+/// that the pickle declares: bytes of another format would else be read as numbers.
 fn check_archive(path: &Path) -> Result<(), BakeError> {
     let unreadable = |e: zip::result::ZipError| BakeError::unreadable(path, "PyTorch checkpoint", e);
     let file = File::open(path).map_err(BakeError::read(path))?;

@@ -250,7 +250,8 @@ fn damaged_clouds_are_errors() {
     }
 }
 
-const SQUARE: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
+const SQUARE: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty \
+    uchar red\n\
     property uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
     0 0 0 0 0 0\n2 0 0 255 0 0\n2 2 0 255 255 0\n0 2 0 0 255 0\n4 0 1 2 3\n";
 

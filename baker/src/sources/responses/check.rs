@@ -63,8 +63,8 @@ pub(super) fn finish(path: &Path, set: &mut Responses, azimuths_are_certain: boo
     Ok(())
 }
 
-/// Whether most sources well to one side are both earlier and louder at the other side's ear: mirrored azimuths or swapped ears,
-/// which real files have. Small differences are no evidence.
+/// Whether most sources well to one side are both earlier and louder at the other side's ear: mirrored azimuths or swapped
+/// ears, which real files have. Small differences are no evidence.
 pub(super) fn ears_contradict(set: &Responses) -> bool {
     /// Responses that are asked, and the sine of the lateral angle from which on a source is to one side.
     const JURY: usize = 24;

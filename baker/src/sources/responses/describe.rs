@@ -34,14 +34,14 @@ struct Manifest<'a> {
     azimuth_positive: Option<&'a str>,
 }
 
-/// Writes the `responses.json` of a folder of binaural WAV files by their names, and loads what it describes. The notes of what is
-/// returned say what was assumed.
+/// Writes the `responses.json` of a folder of binaural WAV files by their names, and loads what it describes. The notes of what
+/// is returned say what was assumed.
 ///
 /// Azimuths grow to the left unless the ears of the responses contradict that.
 ///
 /// # Errors
-/// A folder that has a manifest; names of several forms, or with numbers that no word explains; azimuths without distances or names
-/// without azimuths where the options do not help; what [`Responses::load`] refuses: then nothing stays written.
+/// A folder that has a manifest; names of several forms, or with numbers that no word explains; azimuths without distances or
+/// names without azimuths where the options do not help; what [`Responses::load`] refuses: then nothing stays written.
 pub fn describe(folder: &Path, options: &Describe) -> Result<Responses, BakeError> {
     let path = folder.join("responses.json");
     if path.exists() {

@@ -48,12 +48,12 @@ pub struct FolderOptions {
 
 /// Loads responses of one source and one or two channels; one channel is what both ears hear.
 ///
-/// A row of poses has 3 numbers (position), 6 (position, yaw, pitch and roll in degrees) or 7 (position, quaternion w, x, y, z), in
-/// the data's world with the head's axes x forward, y left, z up; without an orientation heads look along x.
+/// A row of poses has 3 numbers (position), 6 (position, yaw, pitch and roll in degrees) or 7 (position, quaternion w, x, y,
+/// z), in the data's world with the head's axes x forward, y left, z up; without an orientation heads look along x.
 ///
 /// # Errors
-/// Missing or damaged files, another number of rows than of files, rates that differ, and what [`Responses::load`] refuses. Checked
-/// against layouts that were made by hand only.
+/// Missing or damaged files, another number of rows than of files, rates that differ, and what [`Responses::load`] refuses.
+/// Checked against layouts that were made by hand only.
 pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, BakeError> {
     let measured = match options.layout {
         FolderLayout::Raf => raf(folder)?,
@@ -144,8 +144,8 @@ fn raf(folder: &Path) -> Result<Vec<Measured>, BakeError> {
     Ok(found)
 }
 
-/// What responses are for, by their numbers: `train`, `validation` and `test` each have a list of them, or lists in a list. What a
-/// training is stopped by is seen by it: validation is for learning. Nothing where there is no such file.
+/// What responses are for, by their numbers: `train`, `validation` and `test` each have a list of them, or lists in a list.
+/// What a training is stopped by is seen by it: validation is for learning. Nothing where there is no such file.
 fn raf_splits(path: &Path) -> Result<BTreeMap<String, Split>, BakeError> {
     if !path.exists() {
         return Ok(BTreeMap::new());

@@ -5,7 +5,8 @@ use super::{Response, Responses};
 use crate::BakeError;
 
 /// How the grammar is said in an error.
-const GRAMMAR: &str = "none, every=N+K, names=A,B or FIELD=VALUES, several joined by ';', where FIELD is azimuth, elevation, distance, \
+const GRAMMAR: &str = "none, every=N+K, names=A,B or FIELD=VALUES, several joined by ';', where FIELD is azimuth, elevation, \
+    distance, \
                        yaw, pitch, roll, x, y or z and VALUES is 5,15 or -85..85/10 or odd5";
 
 /// A rule that selects responses, from a text such as `azimuth=odd5` or `every=5+2`.
@@ -16,7 +17,8 @@ const GRAMMAR: &str = "none, every=N+K, names=A,B or FIELD=VALUES, several joine
 /// - `azimuth=5,15,-25`: those whose source the head sees at one of these azimuths, degrees, positive to the left.
 /// - `azimuth=-85..85/10`: from -85 to 85 in steps of 10.
 /// - `azimuth=odd5`: the odd multiples of 5.
-/// - `elevation`, `distance` (metres), and of the listener `yaw`, `pitch`, `roll` (degrees), `x`, `y`, `z` (metres) work as `azimuth`.
+/// - `elevation`, `distance` (metres), and of the listener `yaw`, `pitch`, `roll` (degrees), `x`, `y`, `z` (metres) work as
+///   `azimuth`.
 /// - Rules joined by `;` select what any of them selects. `:` may stand for `=`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HoldOut {

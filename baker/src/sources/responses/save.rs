@@ -45,8 +45,8 @@ impl Manifest {
 }
 
 impl Responses {
-    /// Writes a WAV file of 32-bit floats for each response and a `responses.json`, as [`Responses::load`] reads them, into a folder,
-    /// which is made where it does not exist. Files of the same names are replaced.
+    /// Writes a WAV file of 32-bit floats for each response and a `responses.json`, as [`Responses::load`] reads them, into a
+    /// folder, which is made where it does not exist. Files of the same names are replaced.
     ///
     /// # Errors
     /// No responses, a sample rate that is no whole number, two responses of one name, or a file that cannot be written. The

@@ -1,8 +1,8 @@
 //! Binaural responses of a box room: image sources with HRTFs, and a statistical tail after them.
 //!
-//! Allen and Berkley, "Image method for efficiently simulating small-room acoustics", J. Acoust. Soc. Am. 65 (1979). The room is
-//! the box from the origin to its size: metres, z up. Walls mirror, their absorption depends on the octave and not on the angle; air
-//! absorbs nothing; the emitter radiates alike in all directions.
+//! Allen and Berkley, "Image method for efficiently simulating small-room acoustics", J. Acoust. Soc. Am. 65 (1979). The room
+//! is the box from the origin to its size: metres, z up. Walls mirror, their absorption depends on the octave and not on the
+//! angle; air absorbs nothing; the emitter radiates alike in all directions.
 
 use super::early::{Early, Heard};
 use super::part::Part;
@@ -39,8 +39,8 @@ pub struct BoxOptions {
     pub sample_rate_hz: u32,
     /// Walls that an image has met at most; what has met more is the statistical tail. At most [`MAX_ORDER`].
     pub order: u32,
-    /// Length of the responses in seconds, above 0 and at most [`MAX_LENGTH_S`]; without it the longest reverberation time of the
-    /// octaves, but at most 4.
+    /// Length of the responses in seconds, above 0 and at most [`MAX_LENGTH_S`]; without it the longest reverberation time of
+    /// the octaves, but at most 4.
     pub length_s: Option<f32>,
     /// Seed of the tails' noise.
     pub seed: u64,
@@ -103,12 +103,12 @@ impl BoxRoom {
 /// Binaural responses of an emitter in a room for heads at `poses`.
 ///
 /// The direct sound of an emitter at 1 m has the level of the HRTF, 0 dB in a diffuse field, and arrives after distance
-/// over [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. Only poses of the options' part have one. `done` is called with the number of finished poses. The same input and seed
-/// give the same samples.
+/// over [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. Only poses of the options' part have one. `done` is called
+/// with the number of finished poses. The same input and seed give the same samples.
 ///
 /// # Errors
-/// A room, an emitter or an option out of range; a pose outside the room or within 0.1 m of the emitter, which the message names by
-/// its number from 0.
+/// A room, an emitter or an option out of range; a pose outside the room or within 0.1 m of the emitter, which the message
+/// names by its number from 0.
 pub fn simulate_box(
     room: &BoxRoom,
     emitter: Vec3,
@@ -196,8 +196,8 @@ fn energy(room: &BoxRoom, image: &BoxImage, octave: usize) -> f64 {
     room.absorption.iter().zip(image.hits()).map(left).product()
 }
 
-/// Energy a sample by hop and octave that the images do not have, of the statistical `4 pi c / V` a second where the direct sound at 1 m
-/// has 1, decaying after Eyring.
+/// Energy a sample by hop and octave that the images do not have, of the statistical `4 pi c / V` a second where the direct
+/// sound at 1 m has 1, decaying after Eyring.
 fn variances(room: &BoxRoom, emitter: Vec3, early: &[BoxImage], tail: &Tail, hrtf: &Hrtf) -> Vec<Variance> {
     let (hops, hop, rate) = (tail.hops(), tail.hop(), hrtf.bins.sample_rate_hz);
     let mut random = Random::new(0);

@@ -6,7 +6,8 @@ use promenade_acoustics::Directivity;
 use promenade_sofa::read_directivity;
 use std::path::Path;
 
-/// Reads the directivity of a source from a SOFA file (AES69-2022, FreeFieldDirectivityTF), facing along x: the mean energy of each octave, and where the file has no frequency in one, of the nearest that has.
+/// Reads the directivity of a source from a SOFA file (AES69-2022, FreeFieldDirectivityTF), facing along x: the mean energy of
+/// each octave, and where the file has no frequency in one, of the nearest that has.
 ///
 /// # Errors
 /// A file that cannot be read or is of another convention; no frequency from 88 Hz to 11 kHz; silence ahead.

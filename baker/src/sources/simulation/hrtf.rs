@@ -15,19 +15,19 @@ const FRAME_S: f64 = 0.036;
 const RESPONSE_S: f64 = 0.010;
 /// Directions that stand for the sphere in means over it.
 const SPHERE: usize = 4096;
-/// Range of the equalisation: below it, its end holds. Above it, responses fade away towards half the sample rate, of which the upper
-/// end is a share: fractional delays would ring long otherwise.
+/// Range of the equalisation: below it, its end holds. Above it, responses fade away towards half the sample rate, of which the
+/// upper end is a share: fractional delays would ring long otherwise.
 const EQUALISED: (f64, f64) = (100.0, 0.85);
 /// A head is small against the wave below here, Hz: what a measurement has there is its loudspeaker's.
 const LEVEL_BELOW_HZ: f64 = 250.0;
 
-/// Responses of a head in a free field, equalised for a diffuse field: over all directions and both ears their energy is 1 at every
-/// frequency from 100 Hz to 85 % of half the sample rate, where they begin to fade away.
+/// Responses of a head in a free field, equalised for a diffuse field: over all directions and both ears their energy is 1 at
+/// every frequency from 100 Hz to 85 % of half the sample rate, where they begin to fade away.
 ///
-/// A direction is two levels by frequency, with the minimum phase of these, and two delays: as good as the responses themselves (Kulkarni,
-/// Isabelle and Colburn 1999). Between measured directions delays and minimum-phase responses are interpolated apart, of the five nearest
-/// directions with Franke and Little's weights (1980), so that a turn of the head has no steps. Measured phases would cancel there: a
-/// few degrees apart on the far side of a head they differ by half a turn.
+/// A direction is two levels by frequency, with the minimum phase of these, and two delays: as good as the responses themselves
+/// (Kulkarni, Isabelle and Colburn 1999). Between measured directions delays and minimum-phase responses are interpolated
+/// apart, of the five nearest directions with Franke and Little's weights (1980), so that a turn of the head has no steps.
+/// Measured phases would cancel there: a few degrees apart on the far side of a head they differ by half a turn.
 #[derive(Debug)]
 pub struct Hrtf {
     pub(crate) bins: Bins,
@@ -43,8 +43,8 @@ pub struct Hrtf {
 }
 
 impl Hrtf {
-    /// HRTFs from responses of a head around it in a free field (a SOFA file of head-related responses), converted to a sample rate in Hz.
-    /// The mean delay of both ears over all directions is the distance's, one for all of them, and is taken out.
+    /// HRTFs from responses of a head around it in a free field (a SOFA file of head-related responses), converted to a sample
+    /// rate in Hz. The mean delay of both ears over all directions is the distance's, one for all of them, and is taken out.
     ///
     /// # Errors
     /// A rate out of range, no responses, or ones without a direction or without sound.
@@ -208,8 +208,8 @@ impl Hrtf {
         self.bins.minimum_phase(|hz| at(&logs, hz * bins_per_hz)).into_iter().map(Complex32::exp).collect()
     }
 
-    /// Delays that leave a pair of minimum-phase spectra as late as the measured one is, below 1.5 kHz and between the ears, samples.
-    /// Measured spectra are about their onsets.
+    /// Delays that leave a pair of minimum-phase spectra as late as the measured one is, below 1.5 kHz and between the ears,
+    /// samples. Measured spectra are about their onsets.
     fn delays_of(&self, measured: &[Vec<Complex64>; 2], minimum: &[Vec<Complex32>; 2], onsets: &[f32]) -> [f32; 2] {
         let wide = |x: &Complex32| Complex64::new(x.re.into(), x.im.into());
         let lag = |cross: &mut dyn Iterator<Item = Complex64>| {

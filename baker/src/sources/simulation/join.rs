@@ -1,7 +1,7 @@
 //! Parts of a simulation as folders, and the whole of them.
 //!
-//! A part's folder is a set of responses of its own, with a `part.json` that comes last: of which run it is, and what every file of it
-//! must hold.
+//! A part's folder is a set of responses of its own, with a `part.json` that comes last: of which run it is, and what every
+//! file of it must hold.
 
 use super::part::Part;
 use crate::responses::save::{Entry, MANIFEST, Manifest};
@@ -24,8 +24,8 @@ const MOST_SOUND: u64 = 1 << 26;
 pub struct RunKey(String);
 
 impl RunKey {
-    /// A hash (BLAKE3) of this version and of everything that decides what is computed. Numbers are hashed as `Debug` prints them, which
-    /// tells any two apart.
+    /// A hash (BLAKE3) of this version and of everything that decides what is computed. Numbers are hashed as `Debug` prints
+    /// them, which tells any two apart.
     #[must_use]
     pub fn of(what: &[&dyn Debug]) -> Self {
         let mut hash = Hash(blake3::Hasher::new());
@@ -140,12 +140,12 @@ impl PartFolder {
     }
 }
 
-/// Puts all parts of one run together: `output` then holds, byte for byte, what the run makes in one piece. Returns the number of
-/// responses. The manifest comes last: without it the folder is no set.
+/// Puts all parts of one run together: `output` then holds, byte for byte, what the run makes in one piece. Returns the number
+/// of responses. The manifest comes last: without it the folder is no set.
 ///
 /// # Errors
-/// A folder that is no complete part, a file that is not as it was written, parts of different runs, a part that is missing or given
-/// twice, a file that cannot be written.
+/// A folder that is no complete part, a file that is not as it was written, parts of different runs, a part that is missing or
+/// given twice, a file that cannot be written.
 pub fn join(parts: &[PathBuf], output: &Path) -> Result<usize, BakeError> {
     let mut read_parts = Vec::with_capacity(parts.len());
     for path in parts {

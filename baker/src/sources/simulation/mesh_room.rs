@@ -1,7 +1,7 @@
 //! Binaural responses of a room of any shape: images by beams, and the energy of scattered rays as noise.
 //!
-//! Images have what walls neither absorb nor scatter, rays the rest, so that together they have all of it. Air takes its share of both
-//! (ISO 9613-1).
+//! Images have what walls neither absorb nor scatter, rays the rest, so that together they have all of it. Air takes its share
+//! of both (ISO 9613-1).
 
 use super::bins::Bins;
 use super::early::{Early, Heard};
@@ -37,8 +37,8 @@ pub struct MeshOptions {
     pub beams: usize,
     /// Rays of the late field.
     pub rays: usize,
-    /// Length of the responses in seconds, above 0 and at most [`MAX_LENGTH_S`]; without it the longest T30 of the octaves that a few rays
-    /// show, but at most 4.
+    /// Length of the responses in seconds, above 0 and at most [`MAX_LENGTH_S`]; without it the longest T30 of the octaves that
+    /// a few rays show, but at most 4.
     pub length_s: Option<f32>,
     /// What the air takes; nothing without it.
     pub air: Option<Air>,
@@ -61,12 +61,13 @@ pub struct Simulated {
 
 /// Binaural responses of a source in a room for heads at `poses`, at the sample rate of the HRTF.
 ///
-/// The direct sound of the source at 1 m on its axis has the level of the HRTF, 0 dB in a diffuse field, and arrives after distance over
-/// [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. `mesh` is what `room` was made of. `done` is told the share of the work
-/// that is, 0 to 1. The same input and seed give the same samples on any number of threads.
+/// The direct sound of the source at 1 m on its axis has the level of the HRTF, 0 dB in a diffuse field, and arrives after
+/// distance over [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. `mesh` is what `room` was made of. `done` is told
+/// the share of the work that is, 0 to 1. The same input and seed give the same samples on any number of threads.
 ///
 /// # Errors
-/// An option out of range; a pose that is not finite or within 0.1 m of the emitter, which the message names by its number from 0.
+/// An option out of range; a pose that is not finite or within 0.1 m of the emitter, which the message names by its number from
+/// 0.
 pub fn simulate_mesh(
     mesh: &Mesh,
     room: &Room,
@@ -159,7 +160,8 @@ fn in_metres(places: &[Vec3]) -> Vec<[f64; 3]> {
     places.iter().map(|p| p.as_dvec3().to_array()).collect()
 }
 
-/// The longest T30 of the octaves that a few rays show at some places, seconds, between what a room and what memory should have.
+/// The longest T30 of the octaves that a few rays show at some places, seconds, between what a room and what memory should
+/// have.
 fn natural_length_s(room: &Room, source: &Source, listeners: &[[f64; 3]], options: &MeshOptions) -> Result<f64, BakeError> {
     let some: Vec<[f64; 3]> = listeners.iter().step_by(listeners.len().div_ceil(PILOT_PLACES).max(1)).copied().collect();
     // Half again as long as what is kept, so that a decay that just fits is measured.
@@ -263,8 +265,8 @@ impl Hops {
         Self { first, gains: variances.iter().map(|v| tail.gains(v)).collect(), from }
     }
 
-    /// Standard deviations at both ears of a head: a part of the energy comes from one side and has the level of the head's response there,
-    /// the rest comes from everywhere, where that is 1.
+    /// Standard deviations at both ears of a head: a part of the energy comes from one side and has the level of the head's
+    /// response there, the rest comes from everywhere, where that is 1.
     fn at_ears(&self, pose: &Pose, hrtf: &Hrtf) -> Vec<[Vec<f32>; 2]> {
         let bins = self.gains.first().map_or(0, Vec::len);
         let step = (hrtf.bins.count() - 1) / (bins - 1).max(1);

@@ -82,7 +82,8 @@ pub fn random_inside(inside: &Inside<'_>, count: usize, seed: u64) -> Result<Vec
     Ok(poses)
 }
 
-/// Which places of a mesh's room heads may be at: a margin off its surfaces, 0.5 m off the emitter, and as much enclosed as the emitter.
+/// Which places of a mesh's room heads may be at: a margin off its surfaces, 0.5 m off the emitter, and as much enclosed as the
+/// emitter.
 #[derive(Debug)]
 pub struct Inside<'a> {
     room: &'a Room,
@@ -112,8 +113,8 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// Moves and scales poses together, so that the box around them touches the room's walls less a margin in metres, in one direction at
-/// least, and its middle is the room's. Orientations stay.
+/// Moves and scales poses together, so that the box around them touches the room's walls less a margin in metres, in one
+/// direction at least, and its middle is the room's. Orientations stay.
 ///
 /// # Errors
 /// A margin below 0 or so wide that no room is left, or no poses.
@@ -131,8 +132,8 @@ pub fn fit(poses: &[Pose], room: &BoxRoom, margin_m: f32) -> Result<Vec<Pose>, B
     Ok(poses.iter().map(place).collect())
 }
 
-/// Heads at random places of a room, a margin in metres off its walls and 0.5 m off the emitter, turned anywhere, with pitches within
-/// 30 and rolls within 15 degrees. The same each time for one seed.
+/// Heads at random places of a room, a margin in metres off its walls and 0.5 m off the emitter, turned anywhere, with pitches
+/// within 30 and rolls within 15 degrees. The same each time for one seed.
 ///
 /// # Errors
 /// A margin below 0 or so wide that no place is left.

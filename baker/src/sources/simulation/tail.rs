@@ -68,7 +68,8 @@ impl Tail {
         (0..self.bins()).map(|k| octave_energy(variance, hz(k)).sqrt() as f32).collect()
     }
 
-    /// Adds the tail of pose number `index`, whose noise is its own: of each hop from `first` on the standard deviation by bin at each ear.
+    /// Adds the tail of pose number `index`, whose noise is its own: of each hop from `first` on the standard deviation by bin
+    /// at each ear.
     pub(super) fn add<'g>(
         &self,
         index: u64,
