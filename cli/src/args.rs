@@ -86,8 +86,8 @@ pub(crate) enum Command {
     Simulate(Box<SimulateArgs>),
     /// Put the parts of a simulation together
     Join(JoinArgs),
-    /// Draw level, reverberation time, clarity and speech transmission over the plan of a simulated room, what a camera sees of its sound, or
-    /// how a mix stands out over time
+    /// Draw level, reverberation time, clarity and speech transmission over the plan of a simulated room, what a camera sees of
+    /// its sound, or how a mix stands out over time
     Map(Box<MapArgs>),
     /// Fit a room to measured responses, and judge what it foretells
     Fit(Box<FitArgs>),

@@ -152,7 +152,8 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     progress::done(output, written.frames, rate, began);
     if let Some(now) = changed {
         report::note(format_args!(
-            "the plugin's latency changed from {latency} to {now} samples; the output after that is late or early by the difference"
+            "the plugin's latency changed from {latency} to {now} samples; the output after that is late or early by the \
+             difference"
         ));
     }
     Ok(())

@@ -1,8 +1,8 @@
-//! `promenade`: bake scenes, render sound through them and through plugins, convert camera paths, make captures, inspect, measure and
-//! evaluate.
+//! `promenade`: bake scenes, render sound through them and through plugins, convert camera paths, make captures, inspect,
+//! measure and evaluate.
 //!
-//! Results go to standard output, progress and remarks to standard error. The exit status is 0 for success, 1 for failure with a
-//! line `error: ...`, and 2 for a command line that is not understood.
+//! Results go to standard output, progress and remarks to standard error. The exit status is 0 for success, 1 for failure with
+//! a line `error: ...`, and 2 for a command line that is not understood.
 
 mod anchors;
 mod args;

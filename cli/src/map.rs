@@ -1,4 +1,5 @@
-//! `promenade map`: what a room sounds like over its plan, the sound that falls on what a camera sees, and how a mix stands out over time.
+//! `promenade map`: what a room sounds like over its plan, the sound that falls on what a camera sees, and how a mix stands out
+//! over time.
 
 mod camera;
 mod exr;

@@ -1,4 +1,5 @@
-//! `promenade measure`: a scene against what was held out of it and against its own clips, what its settings cost, or one response.
+//! `promenade measure`: a scene against what was held out of it and against its own clips, what its settings cost, or one
+//! response.
 
 mod held_out;
 mod response;

@@ -8,7 +8,8 @@ use promenade_core::glam::Vec3;
 use promenade_paths::{CameraPath, ImportOptions, Imported, MAX_FILE_BYTES, Summary, WriteFormat, simplify, write};
 use std::path::{Path, PathBuf};
 
-/// Where a folder keeps the images of a COLMAP model, of which COLMAP itself prefers the binary form, or the cameras of a NeRF tool.
+/// Where a folder keeps the images of a COLMAP model, of which COLMAP itself prefers the binary form, or the cameras of a NeRF
+/// tool.
 const IN_FOLDER: [&str; 7] = [
     "images.bin",
     "images.txt",

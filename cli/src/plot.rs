@@ -24,8 +24,8 @@ const NAMES_WIDTH: u32 = 170;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// A box for each named row of rising values: quartiles and median, and whiskers from the smallest to the largest value. The first
-/// row stands out.
+/// A box for each named row of rising values: quartiles and median, and whiskers from the smallest to the largest value. The
+/// first row stands out.
 pub(crate) fn boxes(title: &str, rows: &[(&str, Vec<f64>)]) -> Result<String> {
     let most = rows.iter().filter_map(|(_, v)| v.last()).fold(0.0_f64, |m, v| m.max(*v));
     let height = 75 + 28 * u32::try_from(rows.len())?;

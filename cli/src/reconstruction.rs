@@ -6,7 +6,8 @@ use promenade_baker::reconstruction::{Place, Point, PointOptions, Reconstruction
 use promenade_core::network::Placement;
 use std::path::Path;
 
-/// Points, their placement and what they are of, in words. The surface of a mesh is sampled for cells of an edge, metres, with a seed.
+/// Points, their placement and what they are of, in words. The surface of a mesh is sampled for cells of an edge, metres, with
+/// a seed.
 pub(crate) fn points_of(
     source: &Path,
     args: &ReconstructionArgs,

@@ -1,5 +1,5 @@
-//! Text for the user: tables on standard output, notes on standard error, names in both. All output goes through here but progress
-//! bars and the help of the command line.
+//! Text for the user: tables on standard output, notes on standard error, names in both. All output goes through here but
+//! progress bars and the help of the command line.
 
 use anyhow::{Context, Result};
 use std::io::{ErrorKind, Write};
@@ -29,8 +29,8 @@ pub(crate) fn notes(notes: &[String]) {
     notes.iter().for_each(note);
 }
 
-/// Text as it may reach a terminal: control characters but line ends, with which the text of a file could move the cursor or change
-/// colours and titles, are written as JSON writes them, so that JSON stays JSON.
+/// Text as it may reach a terminal: control characters but line ends, with which the text of a file could move the cursor or
+/// change colours and titles, are written as JSON writes them, so that JSON stays JSON.
 fn escaped(text: &str) -> String {
     let written = |c: char| if c.is_control() && c != '\n' { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
     text.chars().map(written).collect()

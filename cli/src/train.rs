@@ -55,7 +55,8 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
             let per_step = began.elapsed().as_secs_f64() / (done - from) as f64;
             let left = per_step * (settings.steps - done) as f64;
             report::line(format_args!(
-                "step {done} of {}: loss {:.4}; test MAG {mag:.4}, LRE {lre:.3} dB, ENV {env:.4}; {per_step:.3} s a step, {} left",
+                "step {done} of {}: loss {:.4}; test MAG {mag:.4}, LRE {lre:.3} dB, ENV {env:.4}; {per_step:.3} s a step, {} \
+                 left",
                 settings.steps,
                 point.loss,
                 minutes(left)

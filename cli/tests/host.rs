@@ -185,7 +185,8 @@ fn the_documented_automation_is_played<H: Host>() {
     // At the start it is a pose; then the head turns, the gain falls and the dry sound comes in.
     let still = place.render(&input, moved[0].len(), &["--pose", "0,0,0,-60,0,0"]);
     let part = |ears: &[Vec<f32>; 2], from: usize| [0, 1].map(|ear| ears[ear][from..from + 200].to_vec());
-    // The head has begun to turn by the first frame, which is heard most in the phase that holds above the data's highest frequency.
+    // The head has begun to turn by the first frame, which is heard most in the phase that holds above the data's highest
+    // frequency.
     let (first, later) =
         (difference_db(&part(&moved, 0), &part(&still, 0)), difference_db(&part(&moved, 50_000), &part(&still, 50_000)));
     assert!(first < -15.0 && first < later - 15.0, "{first} dB at the start, {later} dB later");

@@ -18,8 +18,8 @@ pub(crate) struct EvalArgs {
     /// Scene files, each followed by the captures to judge it on: folders, or manifests ending in .json
     #[arg(required = true, num_args = 2.., value_name = "SCENE CAPTURE")]
     pub(crate) subjects: Vec<PathBuf>,
-    /// Tier: draft, standard, high or reference, or clip for the published model clip by clip [default: standard, or the cheapest that
-    /// the scene has]
+    /// Tier: draft, standard, high or reference, or clip for the published model clip by clip [default: standard, or the
+    /// cheapest that the scene has]
     #[arg(long, value_parser = parse_tier)]
     pub(crate) tier: Option<Playing>,
     /// Where the listener is while a clip is rendered

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
-    /// Measurements: a .sofa file, or a folder with measurements.json or laid out as R3VIVAL, Real Acoustic Fields, Hearing Anything Anywhere or
-    /// MeshRIR are
+    /// Measurements: a .sofa file, or a folder with measurements.json or laid out as R3VIVAL, Real Acoustic Fields, Hearing
+    /// Anything Anywhere or MeshRIR are
     pub(crate) measurements: PathBuf,
     /// Compare what can be foretold at places that are held out, and print it as a table with all baselines
     #[arg(long, required = true)]

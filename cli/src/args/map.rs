@@ -38,7 +38,8 @@ pub(crate) struct MapArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// What a camera there sees, coloured by the sound that falls on it, instead of a plan; metres and degrees
-    #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true, conflicts_with_all = ["grid", "height", "margin", "order", "beams"])]
+    #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["grid", "height", "margin", "order", "beams"])]
     pub(crate) camera: Option<Pose>,
     /// Horizontal angle of the camera's picture, degrees
     #[arg(long, value_name = "DEG", default_value_t = 90.0, requires = "camera", value_parser = within(1.0_f32, 170.0))]

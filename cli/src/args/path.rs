@@ -9,12 +9,14 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct PathArgs {
-    /// Camera path: .json, .csv, a COLMAP model's folder or images.txt or .bin, a NeRF tool's transforms.json, .gltf or .glb, a sound file with ADM
+    /// Camera path: .json, .csv, a COLMAP model's folder or images.txt or .bin, a NeRF tool's transforms.json, .gltf or .glb, a
+    /// sound file with ADM
     pub(crate) input: PathBuf,
     /// Camera path to write, .json or .csv; without it the path is shown in figures
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// COLMAP, transforms.json: images a second, else the times in their names or 1. glTF: steps of the animation a second, else 60
+    /// COLMAP, transforms.json: images a second, else the times in their names or 1. glTF: steps of the animation a second,
+    /// else 60
     #[arg(long, value_parser = within(1e-6_f64, 1e6))]
     pub(crate) fps: Option<f64>,
     #[command(flatten)]

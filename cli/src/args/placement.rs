@@ -14,8 +14,8 @@ pub(crate) struct PlacementArgs {
     /// Metres of one unit of the data [default: as the data state it, else 1]
     #[arg(long, alias = "scale", value_name = "M", value_parser = parse_metres_per_unit)]
     metres_per_unit: Option<f64>,
-    /// The scene's origin: first or centroid of the poses, where the first looks along x, keep for the data's own, or X,Y,Z in the
-    /// data's world [default: as the data state it, first for COLMAP cameras, else keep]
+    /// The scene's origin: first or centroid of the poses, where the first looks along x, keep for the data's own, or X,Y,Z in
+    /// the data's world [default: as the data state it, first for COLMAP cameras, else keep]
     #[arg(long, value_parser = parse_origin, allow_hyphen_values = true)]
     origin: Option<Origin>,
 }

@@ -11,7 +11,8 @@ pub(crate) struct ReconstructionArgs {
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,
     /// Two places and the metres between them, instead of the metres of a unit: names of images or X,Y,Z in the data's world
-    #[arg(long, num_args = 3, value_names = ["A", "B", "METRES"], allow_hyphen_values = true, conflicts_with = "metres_per_unit")]
+    #[arg(long, num_args = 3, value_names = ["A", "B", "METRES"], allow_hyphen_values = true)]
+    #[arg(conflicts_with = "metres_per_unit")]
     pub(crate) distance: Option<Vec<String>>,
     /// COLMAP model with the cameras of a .ply or .obj file of the same world
     #[arg(long, value_name = "FOLDER", requires = "source")]

@@ -31,8 +31,8 @@ pub(crate) struct RenderArgs {
     /// One pose for the whole file: metres and degrees; without it and without --path, the scene's start pose
     #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
     pub(crate) pose: Option<Pose>,
-    /// Tier: draft, standard, high or reference, or clip for the published model clip by clip [default: standard, or the cheapest that
-    /// the scene has]
+    /// Tier: draft, standard, high or reference, or clip for the published model clip by clip [default: standard, or the
+    /// cheapest that the scene has]
     #[arg(long, value_parser = parse_tier)]
     pub(crate) tier: Option<Playing>,
     /// Decodes a second of the tiers high and reference
@@ -60,7 +60,8 @@ pub(crate) struct RenderArgs {
     #[arg(long = "loop", requires = "path")]
     pub(crate) looping: bool,
     /// Path seconds per second of sound; negative runs backwards
-    #[arg(long, default_value_t = 1.0, requires = "path", value_parser = within(-1000.0_f64, 1000.0), allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 1.0, requires = "path", allow_hyphen_values = true)]
+    #[arg(value_parser = within(-1000.0_f64, 1000.0))]
     pub(crate) speed: f64,
     /// Sample format: 16, 24, 32 or 32f (float)
     #[arg(long, default_value = "24", value_parser = parse_bits)]

@@ -40,15 +40,16 @@ pub(crate) struct RoomArgs {
     /// Where the sound comes from, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) source: Vec3,
-    /// Materials of the mesh's groups, the first that fits: PATTERN=ABSORPTION[:SCATTERING], each a name of the table, 1 number or 7 with
-    /// slashes between, in the octaves from 125 Hz to 8 kHz; `*` in a pattern stands for any letters. A group without a rule has the
-    /// material of its own name
+    /// Materials of the mesh's groups, the first that fits: PATTERN=ABSORPTION[:SCATTERING], each a name of the table, 1 number
+    /// or 7 with slashes between, in the octaves from 125 Hz to 8 kHz; `*` in a pattern stands for any letters. A group without
+    /// a rule has the material of its own name
     #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule)]
     pub(crate) materials: Vec<(String, String)>,
     /// Metres of the mesh's unit
     #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = within(1e-6, 1e6))]
     pub(crate) scale: f64,
-    /// What the source sends where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file (FreeFieldDirectivityTF)
+    /// What the source sends where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file
+    /// (FreeFieldDirectivityTF)
     #[arg(long, value_name = "PATTERN|FILE.sofa", default_value = "omni")]
     pub(crate) directivity: PathBuf,
     /// Where the source faces: yaw from x towards y, and pitch up, degrees
@@ -74,8 +75,8 @@ pub(crate) struct RunArgs {
     /// Seed of rays, noise and random poses, and with --dry of stretches and split
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Make one share of the places, part K of N, in a folder of its own in --output, named after what it is; `join` puts all together. A
-    /// part that is there already is not made again
+    /// Make one share of the places, part K of N, in a folder of its own in --output, named after what it is; `join` puts all
+    /// together. A part that is there already is not made again
     #[arg(long, value_name = "K/N", conflicts_with = "dry", value_parser = parse_part)]
     pub(crate) part: Option<Part>,
 }
@@ -92,7 +93,8 @@ pub(crate) struct SimulateMeshArgs {
     #[arg(long, value_name = "M", default_value_t = 1.5, value_parser = within(0.0_f32, 1000.0))]
     pub(crate) height: f32,
     /// Directions that a listener of --at or --grid looks in, evenly round the circle [default: 24 at a place, 1 on a grid]
-    #[arg(long, value_name = "N", conflicts_with_all = ["path", "poses"], value_parser = clap::value_parser!(u32).range(1..=3600))]
+    #[arg(long, value_name = "N", conflicts_with_all = ["path", "poses"])]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub(crate) turns: Option<u32>,
     /// Distance of random poses and of a grid from surfaces, metres
     #[arg(long, value_name = "M", default_value_t = 0.3, value_parser = within(0.0_f32, 1000.0))]
@@ -124,8 +126,8 @@ pub(crate) struct SimulateMeshArgs {
     /// Sample rate of the responses, hertz
     #[arg(long, value_name = "HZ", default_value_t = 48_000, value_parser = clap::value_parser!(u32).range(8_000..=192_000))]
     pub(crate) rate: u32,
-    /// What to write: a scene if it ends in .promenade, which can be walked in; with --dry a capture, a folder with a capture.json; else a
-    /// folder of responses, WAV files and a responses.json
+    /// What to write: a scene if it ends in .promenade, which can be walked in; with --dry a capture, a folder with a
+    /// capture.json; else a folder of responses, WAV files and a responses.json
     #[arg(short, long, value_name = "FILE.promenade|FOLDER")]
     pub(crate) output: PathBuf,
 }
@@ -159,12 +161,12 @@ pub(crate) struct SimulateBoxArgs {
     /// Where the sound comes from, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) emitter: Vec3,
-    /// Share of the energy that walls absorb: 1 number or 7 for the octaves from 125 Hz to 8 kHz, of all walls or of six parted by
-    /// semicolons: x = 0, x = X, y = 0, y = Y, floor, ceiling
+    /// Share of the energy that walls absorb: 1 number or 7 for the octaves from 125 Hz to 8 kHz, of all walls or of six parted
+    /// by semicolons: x = 0, x = X, y = 0, y = Y, floor, ceiling
     #[arg(long, value_name = "A", default_value = "0.2", value_parser = parse_absorption)]
     pub(crate) absorption: [Absorption; 6],
-    /// Materials of the walls in place of --absorption, ABSORPTION[:SCATTERING] each, names of `simulate materials` or numbers: of all walls
-    /// or of six parted by semicolons
+    /// Materials of the walls in place of --absorption, ABSORPTION[:SCATTERING] each, names of `simulate materials` or numbers:
+    /// of all walls or of six parted by semicolons
     #[arg(long, value_name = "M", conflicts_with = "absorption", value_parser = parse_walls)]
     pub(crate) materials: Option<[Material; 6]>,
     #[command(flatten)]
@@ -186,8 +188,8 @@ pub(crate) struct SimulateBoxArgs {
     /// Name shown to the user [default: the room's lengths]
     #[arg(long, value_name = "TEXT")]
     pub(crate) title: Option<String>,
-    /// What to write: a scene if it ends in .promenade, as the editor's Room makes it; else a folder: WAV files and a responses.json,
-    /// with --dry a capture
+    /// What to write: a scene if it ends in .promenade, as the editor's Room makes it; else a folder: WAV files and a
+    /// responses.json, with --dry a capture
     #[arg(short, long, value_name = "FILE.promenade|FOLDER")]
     pub(crate) output: PathBuf,
 }

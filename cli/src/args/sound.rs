@@ -28,8 +28,8 @@ pub(crate) struct SoundArgs {
     /// Takes the bass off the rendered sound below this frequency, 12 dB an octave; 10 to 1000 Hz [default: not]
     #[arg(long, value_name = "HZ", value_parser = within(10.0_f32, 1000.0))]
     low_cut: Option<f32>,
-    /// Angle between the emitters of the left and the right channel, degrees where the scene starts [default: the mean of both has one
-    /// emitter]
+    /// Angle between the emitters of the left and the right channel, degrees where the scene starts [default: the mean of both
+    /// has one emitter]
     #[arg(long, value_name = "DEG", value_parser = within(0.0_f32, 180.0))]
     pub(crate) stereo_spread: Option<f32>,
     /// The room alone, as on a send: neither the dry share nor the direct sound

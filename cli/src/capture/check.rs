@@ -85,7 +85,9 @@ fn as_json(capture: &Capture, levels: &[Levels]) -> Value {
     let splits: Vec<Value> = levels
         .iter()
         .map(|l| {
-            let channel = |(quietest, mean, peak): (f64, f64, f64)| json!({ "quietest_clip_dbfs": quietest, "mean_dbfs": mean, "peak_dbfs": peak });
+            let channel = |(quietest, mean, peak): (f64, f64, f64)| {
+                json!({ "quietest_clip_dbfs": quietest, "mean_dbfs": mean, "peak_dbfs": peak })
+            };
             let [dry, left, right] = l.channels.map(channel);
             json!({ "split": l.split.name(), "clips": l.clips, "seconds": l.seconds, "dry": dry, "left": left, "right": right })
         })

@@ -94,7 +94,11 @@ fn remarks(found: &StreamReport, cloud: &AnchorCloud, sound: &str, poses: usize,
 
 fn as_json(found: &StreamReport, cloud: &AnchorCloud, sound: &str, poses: usize) -> Value {
     let sizes = cloud.model.sizes();
-    let distance = |d: Distance| json!({ "avcloud_mag": d.mag, "audible_lsd_db": d.lsd_db, "avcloud_lre_db": d.lre_db, "level_db": d.level_db });
+    let distance = |d: Distance| {
+        json!({
+            "avcloud_mag": d.mag, "audible_lsd_db": d.lsd_db, "avcloud_lre_db": d.lre_db, "level_db": d.level_db,
+        })
+    };
     let streams: Vec<Value> = found
         .streams
         .iter()
@@ -119,7 +123,9 @@ fn as_json(found: &StreamReport, cloud: &AnchorCloud, sound: &str, poses: usize)
         },
         "input": sound,
         "poses": poses,
-        "clips": { "count": found.clips, "seconds": found.clip_s, "inside_s": found.inner_s, "real_time": found.clip_real_time },
+        "clips": {
+            "count": found.clips, "seconds": found.clip_s, "inside_s": found.inner_s, "real_time": found.clip_real_time,
+        },
         "decode_ms": found.decode_s.map(|s| 1e3 * s),
         "streams": streams,
         "notes": found.notes,

@@ -122,7 +122,8 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> String {
         format!(" --directivity {} --facing {},{}", report::file_name(&of.directivity), of.facing[0], of.facing[1])
     };
     format!(
-        "simulate {} --source {x},{y},{z}{directivity} --materials '{}' --head {} --order {} --images {} --head-turns {} --rays {} --rate {} --seed {}",
+        "simulate {} --source {x},{y},{z}{directivity} --materials '{}' --head {} --order {} --images {} --head-turns {} \
+         --rays {} --rate {} --seed {}",
         report::file_name(&of.mesh),
         materials.join(","),
         report::file_name(&run.head),

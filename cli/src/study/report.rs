@@ -148,7 +148,12 @@ impl Found {
             })
         });
         let abx: Vec<Value> = (self.abx.iter())
-            .map(|a| json!({ "item": a.item, "between": a.between, "right": a.right, "trials": a.trials, "chance": a.chance, "interval": a.interval }))
+            .map(|a| {
+                json!({
+                    "item": a.item, "between": a.between, "right": a.right, "trials": a.trials, "chance": a.chance,
+                    "interval": a.interval,
+                })
+            })
             .collect();
         let ratings: Vec<Value> = self.ratings.iter().map(ratings_json).collect();
         json!({
@@ -186,7 +191,8 @@ fn remarks(item: &PairedItem, level: f64) -> String {
     let by = least.chance.map_or("by the normal range".to_owned(), |p| format!("chance {p:.3}, exact"));
     let (bound, whole) = (least.bound, least.bound.floor());
     let mut text = format!(
-        "Least significant difference of votes at {level}: {} ({by}). R0 = {bound:.2}: differences up to R = {whole} can be chance.\n",
+        "Least significant difference of votes at {level}: {} ({by}). R0 = {bound:.2}: differences up to R = {whole} can be \
+         chance.\n",
         least.least
     );
     let names = item.votes.names();
