@@ -39,8 +39,8 @@ pub struct Listening {
 /// Curves and figures of a response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Response {
-    /// Energy that is left at the left and the right ear (Schroeder's integral) at [`DECAY_POINTS`] times from the onset on, dB below all of
-    /// it.
+    /// Energy that is left at the left and the right ear (Schroeder's integral) at [`DECAY_POINTS`] times from the onset on, dB
+    /// below all of it.
     pub decay_db: [Vec<f32>; 2],
     /// From the first of these times to the last, seconds.
     pub seconds: f32,

@@ -2,7 +2,8 @@
 
 use super::Grant;
 
-/// Error of what is played by grant, as a share of the source's energy: a draft lacks its room (-2 to -6 dB in the factory scenes).
+/// Error of what is played by grant, as a share of the source's energy: a draft lacks its room (-2 to -6 dB in the factory
+/// scenes).
 const ERRORS: [f32; Grant::ALL.len()] = [1.0, 0.4, 0.0];
 /// What a grant costs beside the full one, as long as an instance has not played it for a while.
 pub(super) const USUAL_COSTS: [f32; Grant::ALL.len()] = [0.02, 0.5, 1.0];
@@ -46,8 +47,8 @@ impl Claim {
 
 /// What each may play when all together may take `limit`, in seconds of one core per second of sound.
 ///
-/// Greedy by the energy that a step puts right per processor time. Silent instances sleep and cost nothing; each may begin with as much as is left,
-/// and with the direct sound at least.
+/// Greedy by the energy that a step puts right per processor time. Silent instances sleep and cost nothing; each may begin with
+/// as much as is left, and with the direct sound at least.
 pub(super) fn allocate(claims: &[Claim], limit: f32) -> Vec<Grant> {
     let costs: Vec<_> = claims.iter().map(Claim::costs).collect();
     let sounds = |claim: &Claim| claim.loudness > SILENCE;

@@ -1,7 +1,7 @@
 //! A budget of processor time that all instances of the process share, spent where it is heard.
 //!
-//! An allocator off the audio threads looks at all instances some times a second and grants each what it may play ([`Grant`]), by how loud it is
-//! at the ears and what it costs. Without a limit nobody is asked and everything is played as it is set.
+//! An allocator off the audio threads looks at all instances some times a second and grants each what it may play ([`Grant`]),
+//! by how loud it is at the ears and what it costs. Without a limit nobody is asked and everything is played as it is set.
 
 mod allocator;
 mod grant;

@@ -17,8 +17,8 @@ const FADE_S: f32 = 0.02;
 const LEVEL_S: f32 = 0.4;
 /// The same for costs.
 const COST_S: f32 = 0.5;
-/// Time constant over which the cost of what is not played is forgotten in favour of the usual one, seconds: one that was once measured too high
-/// would never be played again.
+/// Time constant over which the cost of what is not played is forgotten in favour of the usual one, seconds: one that was once
+/// measured too high would never be played again.
 const FORGET_S: f32 = 10.0;
 /// Fainter than this is silence, mean square.
 const SILENCE: f32 = 1e-12;
@@ -81,8 +81,8 @@ impl Spender {
         }
     }
 
-    /// Chooses what is played of a block of input, and sets it so. Who leads others or is bypassed does not wait; offline there is no budget. Returns
-    /// what measures the block's time, where there is a limit.
+    /// Chooses what is played of a block of input, and sets it so. Who leads others or is bypassed does not wait; offline there
+    /// is no budget. Returns what measures the block's time, where there is a limit.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. Wakes a thread when a sound begins.
@@ -134,7 +134,8 @@ impl Spender {
         wakes
     }
 
-    /// Fades the input in after it has begun anew: in the middle of a sound its beginning would be a click, which the room would prolong.
+    /// Fades the input in after it has begun anew: in the middle of a sound its beginning would be a click, which the room
+    /// would prolong.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -170,8 +171,8 @@ impl Spender {
         self.level = end;
     }
 
-    /// Measures a block for the allocator: its time, both ears, the distance to the emitter, metres, the tier that the user has set, and the length
-    /// of the sound, seconds.
+    /// Measures a block for the allocator: its time, both ears, the distance to the emitter, metres, the tier that the user has
+    /// set, and the length of the sound, seconds.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

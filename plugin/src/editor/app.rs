@@ -57,7 +57,8 @@ const USUAL_HZ: f64 = 48_000.0;
 /// A window narrower than this is narrow, points.
 const NARROW: f32 = 880.0;
 
-/// Hosts have taken a value by this time after it was set, seconds: until then a change looks as if it were none, and is not recorded.
+/// Hosts have taken a value by this time after it was set, seconds: until then a change looks as if it were none, and is not
+/// recorded.
 const LANDING_S: f64 = 0.25;
 
 /// How often it is looked whether the host has taken a slot.
@@ -92,8 +93,8 @@ pub(super) struct App {
     dressed: Option<Theme>,
     choices: Option<Choices>,
     opened: Instant,
-    /// Whether a picture was drawn. Before that nothing may ask for one: the window library waits for ever for the answer to a request that it
-    /// makes before the window is on the screen, and the editor would stay blank.
+    /// Whether a picture was drawn. Before that nothing may ask for one: the window library waits for ever for the answer to a
+    /// request that it makes before the window is on the screen, and the editor would stay blank.
     is_shown: bool,
     pump: Option<Pump>,
     /// When the audio thread last sent a picture, seconds since the window was opened.

@@ -57,7 +57,8 @@ impl<T: Send + 'static> Chooser<T> {
         self.answer.is_some()
     }
 
-    /// Has a file chosen, unless it is named, and hands it to `take` on a thread of its own. One at a time: others are not asked for.
+    /// Has a file chosen, unless it is named, and hands it to `take` on a thread of its own. One at a time: others are not
+    /// asked for.
     ///
     /// # Errors
     /// There is no thread to do so on.

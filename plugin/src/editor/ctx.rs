@@ -61,7 +61,8 @@ pub struct Selection {
     pub relist: bool,
 }
 
-/// A scene's file that is named as soon as the host has taken its slot. Before, the loader would put the slot's own file in its place.
+/// A scene's file that is named as soon as the host has taken its slot. Before, the loader would put the slot's own file in its
+/// place.
 #[derive(Clone, Debug)]
 pub struct Owed {
     /// The slot that goes with it.
@@ -170,7 +171,8 @@ impl Ctx<'_> {
         parameter.clamp(value)
     }
 
-    /// Reports values that came over Open Sound Control to the host, as only an open editor can; values in quick succession are one gesture.
+    /// Reports values that came over Open Sound Control to the host, as only an open editor can; values in quick succession are
+    /// one gesture.
     pub fn report_remote(&mut self) {
         for parameter in Parameter::ALL {
             let params = &self.instance.params;
@@ -204,8 +206,8 @@ impl Ctx<'_> {
         self.params().room.get().0.filter(|_| own)
     }
 
-    /// Replaces the drawn room and has it loaded. The host is told by [`Ctx::touch`], once when all of a drag is done. A state that the host
-    /// restores meanwhile wins.
+    /// Replaces the drawn room and has it loaded. The host is told by [`Ctx::touch`], once when all of a drag is done. A state
+    /// that the host restores meanwhile wins.
     pub fn draw(&self, room: DrawnRoom) {
         let (old, restores) = self.params().room.get();
         let room = Some(room);

@@ -5,7 +5,8 @@ use crate::project::params::{PromenadeParams, pose_of};
 use crate::project::walk::Walk;
 use crate::telemetry::Frame;
 
-/// Replaces the audio thread's last pose by that of knobs and camera path. Trackers and groups are known to the audio thread only.
+/// Replaces the audio thread's last pose by that of knobs and camera path. Trackers and groups are known to the audio thread
+/// only.
 pub(super) fn estimate(frame: &mut Frame, params: &PromenadeParams, gestures: &Gestures, walk: Option<&Walk>) {
     let mut sources = params.snapshot().sources;
     sources.knobs = pose_of(|parameter| gestures.value(parameter).unwrap_or_else(|| params.heard(parameter)));

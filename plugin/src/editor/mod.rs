@@ -1,7 +1,7 @@
 //! The editor: what the instance hears and how, to see and to take hold of.
 //!
-//! It runs on the thread of its window, reads the audio thread's telemetry, and writes parameters as automation gestures through the
-//! host. Nothing of it exists while no window is open.
+//! It runs on the thread of its window, reads the audio thread's telemetry, and writes parameters as automation gestures
+//! through the host. Nothing of it exists while no window is open.
 
 mod app;
 mod banner;

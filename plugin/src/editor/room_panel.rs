@@ -22,7 +22,8 @@ const WALLS: [Word; 6] = [Word::BackWall, Word::FrontWall, Word::RightWall, Word
 /// Octaves whose reverberation times are shown, Hz.
 const OCTAVES: [(f32, Word); 4] =
     [(125.0, Word::Octave125), (500.0, Word::Octave500), (2000.0, Word::Octave2k), (8000.0, Word::Octave8k)];
-/// Least widths of the columns: lengths, materials twice, figures; and where that does not fit, lengths, materials, figures. Points.
+/// Least widths of the columns: lengths, materials twice, figures; and where that does not fit, lengths, materials, figures.
+/// Points.
 const WIDE: [f32; 4] = [120.0, 180.0, 180.0, 152.0];
 const NARROW: [f32; 3] = [112.0, 180.0, 128.0];
 

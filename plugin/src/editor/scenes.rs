@@ -200,7 +200,8 @@ impl Scenes {
     }
 }
 
-/// Height of credit and notes below the list, points: as much as their text needs, but the list keeps half, and all of a low window.
+/// Height of credit and notes below the list, points: as much as their text needs, but the list keeps half, and all of a low
+/// window.
 fn about_height(all: f32, wanted: f32) -> f32 {
     if all > 2.0 * LEAST_ABOUT { wanted.clamp(LEAST_ABOUT, all / 2.0) } else { 0.0 }
 }

@@ -61,7 +61,8 @@ pub fn fits<const N: usize>(width: f32, least: [f32; N]) -> bool {
     needed(least) <= width
 }
 
-/// Columns side by side in what is left of the window, each at least as wide as in `least`, points; where there is less room, they are scrolled.
+/// Columns side by side in what is left of the window, each at least as wide as in `least`, points; where there is less room,
+/// they are scrolled.
 pub fn columns<const N: usize>(ui: &mut Ui, least: [f32; N], mut add: impl FnMut(&mut Ui, usize)) {
     let gap = GAP;
     let needed = needed(least);
@@ -119,8 +120,8 @@ fn tab_of(ui: &mut Ui, palette: &Palette, word: Word, on: bool, padding: f32) ->
     response.on_hover_text(word.help())
 }
 
-/// Buttons of which one may be pressed, in what is left of the line: closer together where there is less room. Returns the one that was
-/// clicked.
+/// Buttons of which one may be pressed, in what is left of the line: closer together where there is less room. Returns the one
+/// that was clicked.
 pub fn tabs(ui: &mut Ui, palette: &Palette, all: &[Word], on: Option<usize>) -> Option<usize> {
     let width = |word: &Word| ui.painter().layout_no_wrap(word.label().to_owned(), Palette::body(), palette.text).size().x;
     let texts: f32 = all.iter().map(width).sum();
@@ -201,7 +202,8 @@ pub fn words(ui: &mut Ui, palette: &Palette, options: &[Word], chosen: usize) ->
     segments(ui, palette, &names, chosen, |index| Ok(options[index].help().to_owned()))
 }
 
-/// Choices side by side; returns the one that was clicked. `tooltip` is asked for each, and for an error where it is not available.
+/// Choices side by side; returns the one that was clicked. `tooltip` is asked for each, and for an error where it is not
+/// available.
 pub fn segments(
     ui: &mut Ui,
     palette: &Palette,

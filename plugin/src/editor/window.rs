@@ -93,8 +93,8 @@ impl Editor for PromenadeEditor {
 
 /// The window of an open editor. When it is dropped its thread has ended.
 ///
-/// The window library asks the thread for an answer after it has told it to end, and goes its way when none comes. What the thread still
-/// had to do then ran beside the next window's beginning, or the end of the process.
+/// The window library asks the thread for an answer after it has told it to end, and goes its way when none comes. What the
+/// thread still had to do then ran beside the next window's beginning, or the end of the process.
 pub struct PromenadeWindow {
     window: Option<baseview::Window>,
     /// Disconnected when the thread has ended.

@@ -52,13 +52,16 @@ table! {
         /// Right.
         Head = ("Head", "Whose ears you hear with: the scene's own head, or one that was measured, such as yours"),
         /// Right.
-        UseHead = ("Choose", "Takes a SOFA file of head-related responses: one to choose, or the one that is named beside; the project keeps it"),
+        UseHead = ("Choose", "Takes a SOFA file of head-related responses: one to choose, or the one that is named beside; \
+            the project keeps it"),
         /// Right.
         OwnHead = ("The scene's", "Goes back to the head that the scene was measured with"),
         /// The sound panel.
-        Headphones = ("Headphones", "Takes the colour of your headphones off what you hear, last of all; presets and undo leave it as it is"),
+        Headphones = ("Headphones", "Takes the colour of your headphones off what you hear, last of all; presets and undo \
+            leave it as it is"),
         /// The sound panel.
-        UseHeadphones = ("Choose", "Takes AutoEq's text of your headphones, or a SOFA file of their responses; the project keeps it"),
+        UseHeadphones = ("Choose", "Takes AutoEq's text of your headphones, or a SOFA file of their responses; the project \
+            keeps it"),
         /// The sound panel.
         NoHeadphones = ("None", "What is heard goes out as it is"),
         /// Right.
@@ -68,13 +71,17 @@ table! {
         /// Right.
         Processor = ("Processor", "Time that a block takes to be played, as a share of the time that it lasts"),
         /// Right.
-        TierFigures = ("Each quality", "What it takes of one core while the listener walks, and its error in differences that are just noticed (JND): to measurements where the scene has them, else to its best"),
+        TierFigures = ("Each quality", "What it takes of one core while the listener walks, and its error in differences that \
+            are just noticed (JND): to measurements where the scene has them, else to its best"),
         /// Right.
-        Updates = ("Updates", "How often High and Reference work out the sound of a moving listener, times a second; they fade in between"),
+        Updates = ("Updates", "How often High and Reference work out the sound of a moving listener, times a second; they \
+            fade in between"),
         /// Right.
-        Budget = ("Budget", "The most that all instances may take together, as a share of one core: the loud are played in full, the others as drafts or not at all; bounces ignore it. 0 is no limit"),
+        Budget = ("Budget", "The most that all instances may take together, as a share of one core: the loud are played in \
+            full, the others as drafts or not at all; bounces ignore it. 0 is no limit"),
         /// Right.
-        Spent = ("All take", "What each instance may play within the budget, and what that takes: Full, Draft (no room), Waits (silent)"),
+        Spent = ("All take", "What each instance may play within the budget, and what that takes: Full, Draft (no room), \
+            Waits (silent)"),
         /// Right.
         Output = ("Output", "What leaves the plugin"),
         /// Right.
@@ -90,7 +97,8 @@ table! {
         /// Meters.
         ShortTerm = ("S", "Loudness of both ears over the last 3 seconds, LUFS (EBU R 128)"),
         /// Meters.
-        Integrated = ("I", "Loudness of all that was heard since this window was opened, without its pauses, LUFS (EBU R 128); a click begins anew"),
+        Integrated = ("I", "Loudness of all that was heard since this window was opened, without its pauses, LUFS (EBU R \
+            128); a click begins anew"),
         /// Drawer.
         Response = ("Response", "What both ears hear of a click at the source: how it decays, and how loud each frequency is"),
         /// Response.
@@ -98,13 +106,15 @@ table! {
         /// Response.
         OneOctave = ("Octave", "Decay, T20 and C50 of the octave around this frequency, Hz"),
         /// Response.
-        T20 = ("T20", "Time in which the sound falls by 60 dB, from its slope between -5 and -25 dB (ISO 3382-1), mean of both ears"),
+        T20 = ("T20", "Time in which the sound falls by 60 dB, from its slope between -5 and -25 dB (ISO 3382-1), mean of \
+            both ears"),
         /// Response.
         C50 = ("C50", "Clarity: sound of the first 50 milliseconds over what comes later (ISO 3382-1), mean of both ears"),
         /// Response.
         DecayCurve = ("Decay", "Energy that is still to come at each moment after the straight sound arrives, below all of it"),
         /// Response.
-        Spectrum = ("Spectrum", "Level of the whole response, smoothed over a third of an octave; 0 dB is the track as it comes"),
+        Spectrum = ("Spectrum", "Level of the whole response, smoothed over a third of an octave; 0 dB is the track as it \
+            comes"),
         /// Drawer.
         Sound = ("Sound", "How loud the parts of what is heard are, how long the room rings, and how wide it is"),
         /// Sound.
@@ -124,7 +134,8 @@ table! {
         /// Sound.
         WetSolo = ("Wet solo", "The room alone, as on a send: neither the track as it came nor the straight sound"),
         /// Sound.
-        Spread = ("Stereo", "Angle between the sources that play the left and the right channel, where the scene starts: 0 plays both with one"),
+        Spread = ("Stereo", "Angle between the sources that play the left and the right channel, where the scene starts: 0 \
+            plays both with one"),
         /// Sound.
         Neutral = ("As it is", "Puts all of these back to where they change nothing"),
         /// Drawer.
@@ -142,7 +153,8 @@ table! {
         /// Direct sound.
         Time = ("Time", "How much earlier one ear hears the source than the other"),
         /// List of scenes.
-        DrawRoom = ("Draw a room", "Puts a box room about the listener, to be given its lengths and the materials of its walls"),
+        DrawRoom = ("Draw a room", "Puts a box room about the listener, to be given its lengths and the materials of its \
+            walls"),
         /// List of scenes.
         YourRoom = ("Your room", "Plays the box room that was drawn; its panel is under the view, its walls can be dragged"),
         /// Drawer.
@@ -178,7 +190,8 @@ table! {
         /// Room.
         Octave8k = ("8 kHz", "Time in which the late treble falls by 60 dB; air takes most of it in a large room"),
         /// Room.
-        SaveScene = ("Save as scene", "Writes the room as a file of this name into the library's own folder, for other projects and programs"),
+        SaveScene = ("Save as scene", "Writes the room as a file of this name into the library's own folder, for other \
+            projects and programs"),
         /// Drawer.
         CameraPath = ("Path", "A walk of the listener: record it, edit it, exchange it with other programs"),
         /// Camera path.
@@ -196,7 +209,8 @@ table! {
         /// Camera path.
         Reverse = ("Reverse", "Walks the same way back"),
         /// Camera path.
-        Record = ("Record a walk", "Writes down how the listener moves from now on, as the project's path; asks before it replaces one"),
+        Record = ("Record a walk", "Writes down how the listener moves from now on, as the project's path; asks before it \
+            replaces one"),
         /// Camera path.
         Replace = ("Replace", "Records over the project's path, which is lost but for Undo"),
         /// Camera path.
@@ -210,7 +224,8 @@ table! {
         /// Camera path.
         Clear = ("Clear", "Removes the project's path; Undo brings it back"),
         /// Drawer.
-        OscAndGroup = ("OSC and group", "Head trackers and remote control over Open Sound Control, and instances that share a listener"),
+        OscAndGroup = ("OSC and group", "Head trackers and remote control over Open Sound Control, and instances that \
+            share a listener"),
         /// Open Sound Control.
         ListenAtPort = ("Listen at port", "Takes messages of head trackers and remote controls at this port (UDP)"),
         /// Open Sound Control.

@@ -1,7 +1,7 @@
 //! The CLAP entry: the framework's plugin, with what the framework lacks put beside it.
 //!
-//! The framework's own entry knows nothing of presets, of Ambisonics, of a host's menus and marks, and of angles that go round. Its editor takes the host's part of the extension for granted: opened in a host
-//! without it, it takes the host down.
+//! The framework's own entry knows nothing of presets, of Ambisonics, of a host's menus and marks, and of angles that go round.
+//! Its editor takes the host's part of the extension for granted: opened in a host without it, it takes the host down.
 
 mod ambisonic;
 mod context_menu;

@@ -28,7 +28,8 @@ pub(crate) fn module(parameter: Parameter) -> &'static str {
     }
 }
 
-/// Pages of eight knobs with their sections; `None` leaves a knob free. [`SOUND`] has a page of its own, or as many as it needs.
+/// Pages of eight knobs with their sections; `None` leaves a knob free. [`SOUND`] has a page of its own, or as many as it
+/// needs.
 const PAGES: [(&str, &str, [Option<Parameter>; 8]); 3] = {
     use Parameter::{
         Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Spread, Tracking, Walk, X, Y, Yaw, Z,

@@ -189,7 +189,8 @@ impl Promenade {
         if latency != self.timing.latency {
             self.timing.latency = latency;
             if context.plugin_api() == PluginApi::Clap {
-                // There the latency changes with an activation only. The framework knows, but tells a host outside of one that deactivates meanwhile.
+                // There the latency changes with an activation only. The framework knows, but tells a host outside of one that
+                // deactivates meanwhile.
                 permit_alloc(|| self.instance.host_side.request_restart());
             } else {
                 context.set_latency_samples(latency);
@@ -217,7 +218,8 @@ impl Input {
         self.copy[0].len().max(1)
     }
 
-    /// Copies the first two channels of a stretch of a block, at most [`Input::longest`], and gives room for an output that nobody hears.
+    /// Copies the first two channels of a stretch of a block, at most [`Input::longest`], and gives room for an output that
+    /// nobody hears.
     fn copied(&mut self, channels: &[&mut [f32]], span: Range<usize>) -> ([&[f32]; 2], &mut [f32]) {
         for (copy, channel) in self.copy.iter_mut().zip(channels) {
             copy[..span.len()].copy_from_slice(&channel[span.clone()]);

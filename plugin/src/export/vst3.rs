@@ -1,6 +1,7 @@
 //! The VST3 entry: the framework's plugin, whose Ambisonic outputs are called what they are.
 //!
-//! The framework's own entry makes up arrangements of speakers for 4, 9 and 16 channels, and hosts that compare what they asked for with what they got refuse them.
+//! The framework's own entry makes up arrangements of speakers for 4, 9 and 16 channels, and hosts that compare what they asked
+//! for with what they got refuse them.
 
 use crate::Promenade;
 use crate::worker::lock::lock;
@@ -63,7 +64,8 @@ impl IPluginFactoryTrait for Factory {
             name_ambisonics(processor.as_ptr());
         }
         let Some(unknown) = plugin.as_com_ref::<FUnknown>() else { return kInvalidArgument };
-        // SAFETY: the plugin is alive; the host hands over an interface's number and room for the plugin, which has a reference more then.
+        // SAFETY: the plugin is alive; the host hands over an interface's number and room for the plugin, which has a reference
+        // more then.
         unsafe { ((*(*unknown.as_ptr()).vtbl).queryInterface)(unknown.as_ptr(), iid.cast::<TUID>(), obj) }
     }
 }

@@ -21,7 +21,8 @@ pub struct History {
 }
 
 impl History {
-    /// Records what the user has just changed: the state `before`, and that `now`. Undo, redo and the switch between A and B are not recorded.
+    /// Records what the user has just changed: the state `before`, and that `now`. Undo, redo and the switch between A and B
+    /// are not recorded.
     pub fn record(&mut self, before: UserState, now: &UserState) {
         if !std::mem::take(&mut self.travelled) && before != *now {
             self.push(before);

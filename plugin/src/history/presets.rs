@@ -101,8 +101,8 @@ pub fn folder() -> Option<PathBuf> {
     Some(base.join("Promenade").join("Promenade"))
 }
 
-/// The factory presets, then those in the user's folder, each sorted by name. Copies of factory presets, which VST3 hosts find in that
-/// folder, are left out.
+/// The factory presets, then those in the user's folder, each sorted by name. Copies of factory presets, which VST3 hosts find
+/// in that folder, are left out.
 #[must_use]
 pub fn list(folder: Option<&Path>) -> Vec<Preset> {
     let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok()).into_iter().flatten().flatten();

@@ -42,7 +42,8 @@ pub fn scene_from(bytes: &[u8]) -> Result<(Arc<Scene>, ContentHash), SceneError>
     Ok((scene, hash))
 }
 
-/// Sets of carriers that are kept without an instance that plays them: a host may activate each new instance at another rate first.
+/// Sets of carriers that are kept without an instance that plays them: a host may activate each new instance at another rate
+/// first.
 const KEPT_CARRIERS: usize = 2;
 
 /// Carriers of a scene at a rate, as long as an instance plays it there.
@@ -99,7 +100,8 @@ type HeldPairs = (Weak<Scene>, [Weak<Scene>; AMBISONIC_CHANNELS / 2]);
 
 static AMBISONIC: Mutex<Vec<HeldPairs>> = Mutex::new(Vec::new());
 
-/// A pair of a scene's Ambisonic channels, shared with every instance that plays the same, as long as the scene itself is in memory.
+/// A pair of a scene's Ambisonic channels, shared with every instance that plays the same, as long as the scene itself is in
+/// memory.
 ///
 /// # Errors
 /// As [`Scene::ambisonic_pair`].

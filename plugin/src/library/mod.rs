@@ -183,7 +183,8 @@ pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryErr
     Ok(Found { scene, hash, key, note: String::new() })
 }
 
-/// The scene a project names: in memory, where it was, where it was from home, by file name in the library, by content in the library.
+/// The scene a project names: in memory, where it was, where it was from home, by file name in the library, by content in the
+/// library.
 ///
 /// A file with the right name and other content is used only when no file has the right content, and is reported.
 ///

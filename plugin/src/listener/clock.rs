@@ -38,8 +38,8 @@ pub struct Clock {
 impl Clock {
     /// The time of the next block, of `samples` samples.
     ///
-    /// `reported_s` is the host's position in seconds, if it reports one. A stopped transport stands still; without a position the time
-    /// runs from [`Clock::default`] on.
+    /// `reported_s` is the host's position in seconds, if it reports one. A stopped transport stands still; without a position
+    /// the time runs from [`Clock::default`] on.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

@@ -1,6 +1,7 @@
 //! Listener groups: one instance leads, the others hear with its listener.
 //!
-//! The groups belong to the process: instances of a host that runs each plugin in a process of its own meet over Open Sound Control instead.
+//! The groups belong to the process: instances of a host that runs each plugin in a process of its own meet over Open Sound
+//! Control instead.
 
 use crate::listener::pose_cell::PoseCell;
 use crate::listener::pose_sources::between;
@@ -12,7 +13,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub const GROUPS: usize = 4;
 /// Poses that a group remembers; leaders publish one a hop.
 const POSES: usize = 256;
-/// A follower that is further than this behind or ahead of the leader's time, seconds, takes its newest pose: their times do not belong together.
+/// A follower that is further than this behind or ahead of the leader's time, seconds, takes its newest pose: their times do
+/// not belong together.
 const UNRELATED_S: f64 = 0.5;
 /// Nobody leads.
 const NOBODY: u64 = 0;

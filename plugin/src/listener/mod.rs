@@ -161,8 +161,8 @@ impl Listener<'_> {
         self.start_s + sample as f64 * self.sample_s
     }
 
-    /// The pose at a sample, which is published to the group that this instance leads. Samples are asked for in rising order, by one renderer
-    /// after the other in a stretch of the block.
+    /// The pose at a sample, which is published to the group that this instance leads. Samples are asked for in rising order,
+    /// by one renderer after the other in a stretch of the block.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

@@ -1,8 +1,8 @@
 //! Where the listener's pose comes from: every source, and which takes precedence.
 //!
-//! In order of precedence: the leader of a listener group replaces everything; else an absolute tracker replaces knobs and path; else the
-//! camera path, where one is followed, replaces the knobs or has them added; else the knobs, which are the position and angle parameters.
-//! A head tracker turns the head on top of knobs and path.
+//! In order of precedence: the leader of a listener group replaces everything; else an absolute tracker replaces knobs and
+//! path; else the camera path, where one is followed, replaces the knobs or has them added; else the knobs, which are the
+//! position and angle parameters. A head tracker turns the head on top of knobs and path.
 
 use crate::parameter::choices::{Follow, Tracking};
 use crate::project::walk::Walk;

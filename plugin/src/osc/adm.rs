@@ -1,7 +1,7 @@
 //! ADM-OSC: an object's place and level, and the listener, as other programs tell and ask them.
 //!
-//! Source: ADM-OSC specification 1.0 (immersive-audio-live.github.io/ADM-OSC): x to the right, y ahead, z up, normalised; azimuth in
-//! degrees to the left, elevation up, distance normalised.
+//! Source: ADM-OSC specification 1.0 (immersive-audio-live.github.io/ADM-OSC): x to the right, y ahead, z up, normalised;
+//! azimuth in degrees to the left, elevation up, distance normalised.
 
 use super::packet;
 use super::value::numbers;
@@ -81,7 +81,8 @@ pub(super) fn parse(address: &str, object: u32) -> Option<Part> {
 /// Whether a number fits a pattern of OSC: `*` any digits, `?` one.
 fn matches(pattern: &[u8], number: &[u8]) -> bool {
     let (mut at, mut digit) = (0, 0);
-    // The last `*`, and the digit after what it stands for: a shorter or longer part of the number for any before it would change nothing.
+    // The last `*`, and the digit after what it stands for: a shorter or longer part of the number for any before it would
+    // change nothing.
     let mut last = None;
     while digit < number.len() {
         match pattern.get(at) {
@@ -131,7 +132,8 @@ fn turned_back(v: Vec3) -> Vec3 {
 /// One instance's object.
 #[derive(Default)]
 pub(super) struct AdmObject {
-    /// Where it was told to be in polar coordinates, with the emitter's offset that this became: a direction without a distance is kept.
+    /// Where it was told to be in polar coordinates, with the emitter's offset that this became: a direction without a distance
+    /// is kept.
     told: Option<(Vec3, [f32; 3])>,
     /// The gain to come back to, dB, while it is mute.
     muted: Option<f32>,

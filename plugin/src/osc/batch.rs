@@ -1,7 +1,7 @@
 //! Packets that are read from a socket at one go and thinned out.
 //!
-//! A tracker, or a program gone wild, may send faster than anybody needs. All that has come is read at one go, and of the messages of one
-//! sender at one address only the newest is looked at.
+//! A tracker, or a program gone wild, may send faster than anybody needs. All that has come is read at one go, and of the
+//! messages of one sender at one address only the newest is looked at.
 
 use super::packet;
 use super::receiver::Message;

@@ -69,7 +69,8 @@ fn half(degrees: f64) -> (f64, f64) {
     (degrees.to_radians() / 2.0).sin_cos()
 }
 
-/// What each address of each format brings when a head is turned 30 degrees to the left, 20 up, or its right ear 10 degrees down.
+/// What each address of each format brings when a head is turned 30 degrees to the left, 20 up, or its right ear 10 degrees
+/// down.
 fn single_turns() -> Vec<(TrackerFormat, [Sent; 3])> {
     use TrackerFormat as F;
     let ((l, lc), (u, uc), (r, rc)) = (half(30.0), half(20.0), half(10.0));

@@ -1,7 +1,8 @@
 //! Open Sound Control: head trackers and remote control in, the listener's pose out.
 //!
-//! One socket per port and process, with a thread that reads it, finds out which instances a message is for, and hands poses to the audio thread by an
-//! [`Inbox`](crate::listener::inbox::Inbox) and parameters by [`crate::parameter::remote::Remote`]. One thread sends the poses of all instances. `docs/osc.md` has the addresses.
+//! One socket per port and process, with a thread that reads it, finds out which instances a message is for, and hands poses to
+//! the audio thread by an [`Inbox`](crate::listener::inbox::Inbox) and parameters by [`crate::parameter::remote::Remote`]. One
+//! thread sends the poses of all instances. `docs/osc.md` has the addresses.
 
 mod address;
 mod adm;

@@ -1,7 +1,7 @@
 //! Permits to listen to networks: a project may ask for it, and the user of this machine decides.
 //!
-//! A permit is a random word that is saved with the project. This machine keeps the hashes of those that its user has given, so that a
-//! project from elsewhere has none, and knowing the machine's file does not make one.
+//! A permit is a random word that is saved with the project. This machine keeps the hashes of those that its user has given, so
+//! that a project from elsewhere has none, and knowing the machine's file does not make one.
 
 use crate::library::read_limited;
 use std::collections::hash_map::RandomState;

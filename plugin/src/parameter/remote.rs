@@ -1,7 +1,7 @@
 //! Parameter values that have come over Open Sound Control.
 //!
-//! A plugin can report a new value to its host only through an open editor. Until then a remote value overrides the host's, and gives way as
-//! soon as the host's own value changes: what came last is heard.
+//! A plugin can report a new value to its host only through an open editor. Until then a remote value overrides the host's, and
+//! gives way as soon as the host's own value changes: what came last is heard.
 
 use crate::parameter::Parameter;
 use nice_plug::params::persist::PersistentField;
@@ -19,7 +19,8 @@ const UNANNOUNCED: u32 = u32::MAX;
 struct Override {
     /// The value, and the host's that it overrides.
     word: AtomicU64,
-    /// The value that was announced to the host, on its way or arrived: when the host's becomes this one, the user has not moved the parameter.
+    /// The value that was announced to the host, on its way or arrived: when the host's becomes this one, the user has not
+    /// moved the parameter.
     announced: AtomicU32,
 }
 
@@ -28,8 +29,8 @@ type Hosted = Box<dyn Fn(Parameter) -> f32 + Send + Sync>;
 
 /// The remote values of all parameters.
 ///
-/// A project keeps those that are heard and the host does not know of, by id; [`crate::project::state::migrate`] makes them the host's own. A state
-/// that is restored replaces all that has come before.
+/// A project keeps those that are heard and the host does not know of, by id; [`crate::project::state::migrate`] makes them the
+/// host's own. A state that is restored replaces all that has come before.
 pub struct Remote {
     values: [Override; Parameter::ALL.len()],
     hosted: OnceLock<Hosted>,
@@ -105,7 +106,8 @@ impl Remote {
         }
     }
 
-    /// Notes that a value is announced to the host, as the host will have it. A remote value that comes before the host has it stays in force.
+    /// Notes that a value is announced to the host, as the host will have it. A remote value that comes before the host has it
+    /// stays in force.
     pub fn announce(&self, parameter: Parameter, announced: f32) {
         self.values[parameter as usize].announced.store(announced.to_bits(), Ordering::Release);
     }

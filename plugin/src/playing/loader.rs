@@ -165,7 +165,8 @@ impl Loader {
         loader
     }
 
-    /// Takes the host's sample rate and layout, tries again what failed, and loads what the parameters choose unless it is loaded.
+    /// Takes the host's sample rate and layout, tries again what failed, and loads what the parameters choose unless it is
+    /// loaded.
     pub fn activate(&self, sample_rate_hz: f64, output: Output) {
         *lock(&self.output) = output;
         self.sample_rate_bits.store(sample_rate_hz.to_bits(), Ordering::Release);
@@ -465,7 +466,8 @@ impl Task for Loader {
     }
 }
 
-/// Whether there was a file to load. That a slot is empty is written to the log once in the process: automation passes through all slots.
+/// Whether there was a file to load. That a slot is empty is written to the log once in the process: automation passes through
+/// all slots.
 fn chooses_a_file<T>(result: &Result<T, LoadError>) -> bool {
     !matches!(result, Err(LoadError::Library(LibraryError::EmptySlot { .. } | LibraryError::NoScene)))
 }

@@ -99,8 +99,8 @@ impl Playing {
         self.output == Output::Binaural
     }
 
-    /// Takes over what the loader has ready, and wakes it for other choices or to drop what is no longer needed. With `wait` the choices
-    /// are loaded on return.
+    /// Takes over what the loader has ready, and wakes it for other choices or to drop what is no longer needed. With `wait`
+    /// the choices are loaded on return.
     ///
     /// # Real-time
     /// Audio thread without `wait`: no allocation, lock or I/O. With it, as long as loading takes.

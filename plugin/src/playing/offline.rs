@@ -1,7 +1,7 @@
 //! Whether the host renders offline, judged by the pace of its blocks.
 //!
-//! The VST3 wrapper passes on the mode that was set before the last one, so that the first bounce after playing looks like playing and
-//! playing after a bounce looks like a bounce. Whether decodes are waited for must not depend on that alone.
+//! The VST3 wrapper passes on the mode that was set before the last one, so that the first bounce after playing looks like
+//! playing and playing after a bounce looks like a bounce. Whether decodes are waited for must not depend on that alone.
 
 use std::time::{Duration, Instant};
 

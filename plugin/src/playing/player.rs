@@ -105,8 +105,8 @@ pub struct Playhead {
 }
 
 impl Playhead {
-    /// Replaces a block of live input by the file. Returns the file's time at its first sample, seconds, and whether it plays; `None` without a
-    /// file, when the input stays as it is.
+    /// Replaces a block of live input by the file. Returns the file's time at its first sample, seconds, and whether it plays;
+    /// `None` without a file, when the input stays as it is.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

@@ -1,4 +1,5 @@
-//! Decodes an instance's poses on the shared background thread; the network is shared by all instances that play the same scene.
+//! Decodes an instance's poses on the shared background thread; the network is shared by all instances that play the same
+//! scene.
 
 use crate::telemetry::attention::{Attention, AttentionWeights};
 use crate::worker::lock::lock;

@@ -15,7 +15,8 @@ const OFF_WALLS_M: f32 = 0.1;
 /// A room begins with the listener here, metres from its corner.
 const LISTENER_M: Vec3 = Vec3::new(1.8, 2.1, 1.3);
 
-/// Three lengths, six materials by name and an emitter. Fields that a newer version has added are ignored, missing ones are as at first.
+/// Three lengths, six materials by name and an emitter. Fields that a newer version has added are ignored, missing ones are as
+/// at first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct DrawnRoom {
@@ -25,7 +26,8 @@ pub struct DrawnRoom {
     pub corner: [f32; 3],
     /// The emitter in the world, metres.
     pub emitter: [f32; 3],
-    /// Materials as [`Materials::material`] reads them, of the walls at the least and the greatest x and y, of floor and ceiling.
+    /// Materials as [`Materials::material`] reads them, of the walls at the least and the greatest x and y, of floor and
+    /// ceiling.
     pub materials: [String; 6],
 }
 

@@ -119,7 +119,8 @@ pub struct PromenadeParams {
     /// How Open Sound Control is set up.
     #[persist = "osc"]
     pub osc: Persisted<OscConfig>,
-    /// Values that have come over Open Sound Control and stand in place of the host's; a restored state puts them into its parameters.
+    /// Values that have come over Open Sound Control and stand in place of the host's; a restored state puts them into its
+    /// parameters.
     #[persist = "remote"]
     pub remote: Remote,
     /// The budget of processor time, which all instances share.
@@ -396,9 +397,11 @@ const USUAL_LAW_DB: f32 = 6.0;
 macro_rules! with_param {
     ($params:expr, $parameter:expr, $param:ident => $body:expr) => {
         $crate::project::params::with_param!($params, $parameter, $param => $body;
-            X x, Y y, Z z, Yaw yaw, Pitch pitch, Roll roll, Path path, Follow follow, Offset offset, Tracking tracking, Ex ex, Ey ey, Ez ez, Spread spread,
+            X x, Y y, Z z, Yaw yaw, Pitch pitch, Roll roll, Path path, Follow follow, Offset offset, Tracking tracking,
+            Ex ex, Ey ey, Ez ez, Spread spread,
             Group group, Lead lead, Tier tier, Rate rate, Mix mix, Gain gain, Direct direct, Early early,
-            Late late, Decay decay, Law law, Width width, LowCut low_cut, WetSolo wet_solo, Bypass bypass, Scene scene, Slot slot, Walk walk, Osc osc_on)
+            Late late, Decay decay, Law law, Width width, LowCut low_cut, WetSolo wet_solo, Bypass bypass,
+            Scene scene, Slot slot, Walk walk, Osc osc_on)
     };
     ($params:expr, $parameter:expr, $param:ident => $body:expr; $($variant:ident $field:ident),*) => {
         match $parameter {

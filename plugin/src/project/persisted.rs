@@ -23,7 +23,8 @@ impl<T: Clone> Persisted<T> {
         (value.clone(), self.restores.load(Ordering::Acquire))
     }
 
-    /// Replaces the value, unless the host has restored it since [`Persisted::get`] returned `restores`. Returns whether it was replaced.
+    /// Replaces the value, unless the host has restored it since [`Persisted::get`] returned `restores`. Returns whether it was
+    /// replaced.
     pub fn replace(&self, value: T, restores: u64) -> bool {
         let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
         let current = self.restores.load(Ordering::Acquire) == restores;

@@ -69,7 +69,8 @@ impl Default for EditorSettings {
 }
 
 impl EditorSettings {
-    /// Everything larger or smaller in the same window. It grows only where it would be below [`LEAST_SIZE`]: screens end somewhere.
+    /// Everything larger or smaller in the same window. It grows only where it would be below [`LEAST_SIZE`]: screens end
+    /// somewhere.
     #[must_use]
     pub fn zoomed(self, zoom: f32) -> Self {
         let share = self.zoom / zoom;

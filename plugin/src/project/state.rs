@@ -37,11 +37,11 @@ impl PersistentField<'_, u32> for StateVersion {
 
 /// Brings a saved state to the present version before it is read.
 ///
-/// A state without a version is of version 1, the first. Version 2 added parameters and fields that are at their defaults where a state
-/// lacks them, and at their defaults sound as version 1 did. Version 3 made a parameter of what switches Open Sound Control on, and keeps
-/// what has come over it. A newer one is read as far as it is understood: unknown parameters and fields
-/// are skipped by the reader. What the reader does not survive is dropped: numbers that are not finite could not be saved again, and a
-/// choice by a number beyond its variants ends the host.
+/// A state without a version is of version 1, the first. Version 2 added parameters and fields that are at their defaults where
+/// a state lacks them, and at their defaults sound as version 1 did. Version 3 made a parameter of what switches Open Sound
+/// Control on, and keeps what has come over it. A newer one is read as far as it is understood: unknown parameters and fields
+/// are skipped by the reader. What the reader does not survive is dropped: numbers that are not finite could not be saved
+/// again, and a choice by a number beyond its variants ends the host.
 pub fn migrate(state: &mut PluginState) {
     let saved = state.fields.get(VERSION_FIELD).and_then(|json| deserialize_field::<u32>(json).ok()).unwrap_or(1);
     if saved > VERSION {

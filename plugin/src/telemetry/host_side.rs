@@ -1,5 +1,6 @@
-//! What a host knows and offers of an instance beside its parameters: the track that it is on, marks of mappings and automation, and its own
-//! menu of a parameter. It goes between the host's main thread and the editor, never to the audio thread.
+//! What a host knows and offers of an instance beside its parameters: the track that it is on, marks of mappings and
+//! automation, and its own menu of a parameter. It goes between the host's main thread and the editor, never to the audio
+//! thread.
 
 use crate::parameter::Parameter;
 use crate::worker::lock::lock;
@@ -145,7 +146,8 @@ impl HostSide {
         self.repaint.request_repaint();
     }
 
-    /// Connects the host, once: `wake` has it call on its main thread soon, `restart` has it activate the plugin again; any thread may call them.
+    /// Connects the host, once: `wake` has it call on its main thread soon, `restart` has it activate the plugin again; any
+    /// thread may call them.
     pub fn connect(&self, wake: impl Fn() + Send + Sync + 'static, restart: impl Fn() + Send + Sync + 'static) {
         lock(&self.state).wake = Some(Arc::new(wake));
         let _first = self.restart.set(Box::new(restart));

@@ -228,7 +228,8 @@ mod tests {
 
     #[test]
     fn signals_of_tech_3341_have_their_loudness() {
-        // EBU Tech 3341 (2016), table 1, cases 1 to 3, shortened: a gated level depends on the length by the blocks at its ends alone.
+        // EBU Tech 3341 (2016), table 1, cases 1 to 3, shortened: a gated level depends on the length by the blocks at its ends
+        // alone.
         let near = |level: Option<f32>, lufs: f32| level.is_some_and(|level| (level - lufs).abs() <= 0.1);
         for (rate_hz, dbfs) in [(48_000.0, -23.0), (44_100.0, -33.0), (96_000.0, -23.0)] {
             let meter = LoudnessMeter::new(Arc::default(), rate_hz);

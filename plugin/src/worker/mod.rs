@@ -1,6 +1,8 @@
-//! Background threads that all instances in a process share: each loads files, decodes poses, looks up host names, sends poses or lists files.
+//! Background threads that all instances in a process share: each loads files, decodes poses, looks up host names, sends poses
+//! or lists files.
 //!
-//! The framework has such a thread too, but that one ends, and takes the host with it, when an instance goes while a task of it waits.
+//! The framework has such a thread too, but that one ends, and takes the host with it, when an instance goes while a task of it
+//! waits.
 
 pub mod flag;
 pub(crate) mod lock;
@@ -14,8 +16,8 @@ use std::time::Instant;
 
 /// What an instance has a worker do.
 pub trait Task: Send + Sync {
-    /// Does it once, on the worker's thread. However often it was scheduled meanwhile, it runs once more. Returns when it is to run again
-    /// without being scheduled, if ever.
+    /// Does it once, on the worker's thread. However often it was scheduled meanwhile, it runs once more. Returns when it is to
+    /// run again without being scheduled, if ever.
     fn run(&self) -> Option<Instant>;
 }
 

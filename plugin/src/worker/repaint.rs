@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Asks for the next picture, from any thread; whoever shows pictures looks now and then whether one was asked for.
 ///
-/// The window library's own notifier would keep a request that was made while no window was open, and make it before the next window is
-/// on the screen: it then waits for ever for the answer, and the window stays blank.
+/// The window library's own notifier would keep a request that was made while no window was open, and make it before the next
+/// window is on the screen: it then waits for ever for the answer, and the window stays blank.
 #[derive(Clone, Debug, Default)]
 pub struct Repaint(Arc<AtomicBool>);
 

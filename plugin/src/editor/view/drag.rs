@@ -59,8 +59,8 @@ impl Drag {
         }
     }
 
-    /// The values to set with the pointer at a place: the handle follows the pointer at its height; with Alt it rises; with Shift, or by its
-    /// nose, the listener turns.
+    /// The values to set with the pointer at a place: the handle follows the pointer at its height; with Alt it rises; with
+    /// Shift, or by its nose, the listener turns.
     pub(super) fn values(&self, camera: &Camera, rect: Rect, to: Pos2, modifiers: Modifiers) -> Vec<(Parameter, f32)> {
         let [x, y, z] = self.parameters();
         let turns = self.handle == Handle::Nose || (self.handle == Handle::Listener && modifiers.shift);

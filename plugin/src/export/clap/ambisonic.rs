@@ -95,7 +95,8 @@ unsafe extern "C" fn get_config(
         return false;
     };
     let mut port = MaybeUninit::<clap_audio_port_info>::zeroed();
-    // SAFETY: the plugin is the framework's, which fills in the port or says that there is none; all zeros are a port of no channels.
+    // SAFETY: the plugin is the framework's, which fills in the port or says that there is none; all zeros are a port of no
+    // channels.
     let channels = unsafe {
         let known = get(plugin, port_index, is_input, port.as_mut_ptr());
         if known { port.assume_init().channel_count } else { 0 }

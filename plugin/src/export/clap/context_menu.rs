@@ -1,4 +1,5 @@
-//! The host's own menu of a parameter, for the editor: the host's part of `clap.context-menu`, which the framework does not ask for.
+//! The host's own menu of a parameter, for the editor: the host's part of `clap.context-menu`, which the framework does not ask
+//! for.
 
 use super::{host_extension, parameter_id};
 use crate::parameter::Parameter;

@@ -1,4 +1,5 @@
-//! The framework's parameters, with what it cannot say of them: that a turn beyond the end of the range goes on at the other end.
+//! The framework's parameters, with what it cannot say of them: that a turn beyond the end of the range goes on at the other
+//! end.
 
 use super::{framework_extension, parameter_of};
 use crate::parameter::Parameter;

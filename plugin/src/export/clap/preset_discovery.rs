@@ -1,4 +1,5 @@
-//! What a CLAP host's browser is told of presets: the factory's inside the plugin, the user's in their folder, and the library's scenes.
+//! What a CLAP host's browser is told of presets: the factory's inside the plugin, the user's in their folder, and the
+//! library's scenes.
 
 use crate::history::presets::{self, About, EXTENSION, Preset};
 use crate::library::lister;

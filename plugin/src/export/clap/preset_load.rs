@@ -1,6 +1,7 @@
 //! Presets that a CLAP host's browser loads: `clap.preset-load`, which the framework lacks.
 //!
-//! A preset is merged into the state that the framework saves, and the whole is restored: what presets do not set stays as it is.
+//! A preset is merged into the state that the framework saves, and the whole is restored: what presets do not set stays as it
+//! is.
 
 use super::{host_extension, state};
 use crate::history::presets::{self, PresetError};

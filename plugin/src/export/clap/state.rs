@@ -1,4 +1,5 @@
-//! The state of an instance by the framework's own `clap.state`: its length, 8 bytes with the least significant first, and JSON.
+//! The state of an instance by the framework's own `clap.state`: its length, 8 bytes with the least significant first, and
+//! JSON.
 
 use super::framework_extension;
 use clap_sys::ext::state::{CLAP_EXT_STATE, clap_plugin_state};

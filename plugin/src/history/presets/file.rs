@@ -1,5 +1,5 @@
-//! Steinberg's preset file: a header, the component's state as JSON, an empty state of the controller, what the file says of itself as XML,
-//! and a list of these parts.
+//! Steinberg's preset file: a header, the component's state as JSON, an empty state of the controller, what the file says of
+//! itself as XML, and a list of these parts.
 //!
 //! Source: VST 3 SDK documentation, "Preset format"; names of attributes as in `vstpresetkeys.h`.
 
