@@ -11,7 +11,8 @@ use std::ops::Range;
 pub const LONGEST_EARLY_S: f64 = 0.22;
 /// See [`LONGEST_EARLY_S`].
 pub const SHORTEST_EARLY_S: f64 = 0.08;
-/// The late part's reverberation time is fitted to where less is still to come than this, dB of all energy: the end of T20 (ISO 3382-1).
+/// The late part's reverberation time is fitted to where less is still to come than this, dB of all energy: the end of T20 (ISO
+/// 3382-1).
 const FITTED_TO_DB: f64 = -25.0;
 /// The fall that it is fitted to at least, dB.
 const LEAST_FALL_DB: f64 = 10.0;
@@ -24,8 +25,9 @@ fn place(time_s: f64, direct_s: f64, hop_s: f64) -> f64 {
     (time_s - direct_s) / hop_s + TAP_LEAD_HOPS
 }
 
-/// An echogram as a head hears it that turns anywhere, as energy per hop after the direct sound, which arrives at `direct_s`, and band. What of a
-/// hop comes from one side has the head's level at its elevation; the rest comes from everywhere, where that is 1.
+/// An echogram as a head hears it that turns anywhere, as energy per hop after the direct sound, which arrives at `direct_s`,
+/// and band. What of a hop comes from one side has the head's level at its elevation; the rest comes from everywhere, where
+/// that is 1.
 #[must_use]
 pub fn hop_energies(echogram: &Echogram, direct_s: f64, head: &Receiver) -> HopEnergies {
     let bands = &head.bands;
@@ -38,7 +40,8 @@ pub fn hop_energies(echogram: &Echogram, direct_s: f64, head: &Receiver) -> HopE
     by_hop(echogram, direct_s, head.grid.hop_s()).iter().map(of_hop).collect()
 }
 
-/// Energy of all octaves together that arrives in a hop, and the sum of the directions that it comes from, each as long as its energy.
+/// Energy of all octaves together that arrives in a hop, and the sum of the directions that it comes from, each as long as its
+/// energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flow {
     /// Without a head.
@@ -84,7 +87,8 @@ fn by_hop(echogram: &Echogram, direct_s: f64, hop_s: f64) -> Vec<([f64; BANDS], 
     found
 }
 
-/// Adds what arrives at one time from one elevation, whose sine is given: `energy` is that of a frequency in Hz, without a head.
+/// Adds what arrives at one time from one elevation, whose sine is given: `energy` is that of a frequency in Hz, without a
+/// head.
 pub fn add_arrival(
     energies: &mut HopEnergies,
     [time_s, direct_s]: [f64; 2],
@@ -98,8 +102,8 @@ pub fn add_arrival(
     bands.iter_mut().zip(heard).for_each(|(sum, (hz, heard))| *sum += heard * energy(f64::from(*hz)));
 }
 
-/// Reverberation time of the late part by band, seconds: a straight line through the level, at all places together, over what T20 sees of
-/// it. `typical` where nothing is left to decay.
+/// Reverberation time of the late part by band, seconds: a straight line through the level, at all places together, over what
+/// T20 sees of it. `typical` where nothing is left to decay.
 #[must_use]
 pub fn decay_s(rest: &[HopEnergies], from: usize, hop_s: f64, typical: f64) -> Vec<f32> {
     let hops = rest.iter().map(Vec::len).min().unwrap_or(0);

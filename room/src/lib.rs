@@ -1,6 +1,7 @@
 //! From acoustics to scenes: energy over time as time filters, and box rooms as scenes of image sources.
 //!
-//! Light enough to run in the plugin while a user draws a room. The baker makes its scenes of meshes with the same time filters.
+//! Light enough to run in the plugin while a user draws a room. The baker makes its scenes of meshes with the same time
+//! filters.
 
 #![forbid(unsafe_code)]
 

@@ -16,8 +16,8 @@ const IN_BAND: usize = 4;
 /// Share of the sample rate up to which a head is trusted.
 const TRUSTED: f64 = 0.42;
 
-/// A head as scenes of image sources have it: its filters for the direct sound by direction, for image sources in third-order Ambisonics, and
-/// the coherence of a diffuse field between its ears.
+/// A head as scenes of image sources have it: its filters for the direct sound by direction, for image sources in third-order
+/// Ambisonics, and the coherence of a diffuse field between its ears.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     pub(crate) grid: StftGrid,
@@ -40,8 +40,8 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// A head from its parts: the real coherence of a diffuse field between the ears by band, what it makes of the direct sound by direction at
-    /// 1 m, and its filters for image sources of the same level. `None` if they do not fit together.
+    /// A head from its parts: the real coherence of a diffuse field between the ears by band, what it makes of the direct sound
+    /// by direction at 1 m, and its filters for image sources of the same level. `None` if they do not fit together.
     #[must_use]
     pub fn new(grid: StftGrid, bands: Bands, coherence: Vec<f32>, direct: &Field, head: AmbisonicHead) -> Option<Self> {
         let (Facing::Emitter { .. }, Rows::Whole(rows)) = (&direct.grid().facing, direct.rows()) else { return None };
@@ -105,8 +105,8 @@ impl Receiver {
         scale.is_finite().then_some(Self { scale: scale.sqrt() as f32, rings, ..receiver })
     }
 
-    /// Energy that an ear hears of sound from all sides of each elevation of the nodes, mean of both ears, by band, where it is 1 of a diffuse
-    /// field: of the direct sound and of image sources.
+    /// Energy that an ear hears of sound from all sides of each elevation of the nodes, mean of both ears, by band, where it is
+    /// 1 of a diffuse field: of the direct sound and of image sources.
     fn rings(&self) -> Vec<Vec<[f64; 2]>> {
         let Facing::Emitter { azimuth, .. } = &self.nodes.facing else { return Vec::new() };
         let in_band = |i: usize| ((i as f64 + 0.5) / IN_BAND as f64 - 0.5) / 3.0;
@@ -135,14 +135,14 @@ impl Receiver {
         })
     }
 
-    /// Energy that an ear hears of sound from an elevation, mean of both ears and all turns of the head, by band, where it is 1 of a diffuse
-    /// field. `sine` is the elevation's.
+    /// Energy that an ear hears of sound from an elevation, mean of both ears and all turns of the head, by band, where it is 1
+    /// of a diffuse field. `sine` is the elevation's.
     pub fn heard_from(&self, sine: f64) -> impl Iterator<Item = f64> {
         self.ring(sine).map(|[direct, _]| direct)
     }
 
-    /// Gains by octave that bring an image source, which is heard in third-order Ambisonics, to the head's own level at its elevation: what the
-    /// order does not resolve has the level of its surroundings otherwise. `sine` is the elevation's.
+    /// Gains by octave that bring an image source, which is heard in third-order Ambisonics, to the head's own level at its
+    /// elevation: what the order does not resolve has the level of its surroundings otherwise. `sine` is the elevation's.
     #[must_use]
     pub fn image_gains(&self, sine: f64) -> Octaves {
         let mut sums = [[0.0; 2]; BANDS];
@@ -154,7 +154,8 @@ impl Receiver {
         sums.map(|[direct, image]| if image > 0.0 { (direct / image).sqrt().clamp(0.5, 2.0) as f32 } else { 1.0 })
     }
 
-    /// Energy of both ears in each direction at some frequencies, `[node][frequency]`, of the direct sound and of an image source.
+    /// Energy of both ears in each direction at some frequencies, `[node][frequency]`, of the direct sound and of an image
+    /// source.
     fn energies(&self, hz: &[f64]) -> Vec<Vec<[f64; 2]>> {
         let length = self.head.len();
         let bin = |hz: f64| ((hz / self.grid.bin_hz(1)).round() as usize).clamp(1, self.shape.bins - 1);

@@ -17,8 +17,8 @@ use std::f64::consts::LN_10;
 pub const SIZES_M: (f64, f64) = (0.5, 200.0);
 /// Image sources that a room is usually played with.
 pub const PLAYED_IMAGES: usize = 60;
-/// Of the noise with seed 1: of 64 draws at 48 kHz the one whose octaves decay most truly, with reverberation times of 0.4 to 1.8 s.
-/// There is no time to try draws while a room is drawn.
+/// Of the noise with seed 1: of 64 draws at 48 kHz the one whose octaves decay most truly, with reverberation times of 0.4 to
+/// 1.8 s. There is no time to try draws while a room is drawn.
 const NOISE_SEED: u64 = 48;
 /// The emitter keeps this far from the walls, metres.
 const OFF_WALLS_M: f64 = 0.01;
@@ -91,14 +91,15 @@ impl Cells {
 }
 
 impl ShoeboxRoom {
-    /// The room as a scene that is heard with a head: its strongest image sources, exact and seen from everywhere, and noise with the energy
-    /// of all other sound by time, band and place. The same input makes the same scene.
+    /// The room as a scene that is heard with a head: its strongest image sources, exact and seen from everywhere, and noise
+    /// with the energy of all other sound by time, band and place. The same input makes the same scene.
     ///
-    /// Levels are such that a listener at 1 m from the emitter in a diffuse field of the room's mean energy at 1 kHz hears a gain of 1.
+    /// Levels are such that a listener at 1 m from the emitter in a diffuse field of the room's mean energy at 1 kHz hears a
+    /// gain of 1.
     ///
     /// # Errors
-    /// A side that is not finite or outside [`SIZES_M`], a share of a material outside 0 to 1, an emitter that is not in the room and off its
-    /// walls.
+    /// A side that is not finite or outside [`SIZES_M`], a share of a material outside 0 to 1, an emitter that is not in the
+    /// room and off its walls.
     pub fn scene(&self, receiver: &Receiver, options: &SceneOptions) -> Result<Scene, RoomError> {
         let source = self.check()?;
         let walls = &self.walls;
@@ -264,7 +265,8 @@ fn energy(gains: &[f32; 7]) -> f64 {
     gains.iter().map(|g| f64::from(*g).powi(2)).sum()
 }
 
-/// The gain of the scene: 1 over the amplitude of the direct sound at 1 m with all that walls reflect, mean over the cells, at 1 kHz.
+/// The gain of the scene: 1 over the amplitude of the direct sound at 1 m with all that walls reflect, mean over the cells, at
+/// 1 kHz.
 fn level(images: &[(BoxImage, Image)], echograms: &[Echogram], cells: &Cells) -> f64 {
     const BAND: usize = 3;
     let reflected: f64 = cells
