@@ -1,4 +1,5 @@
-//! Do judges agree with each other, and each with itself? Kendall and Babington Smith, "On the method of paired comparisons", Biometrika 31, 1940.
+//! Do judges agree with each other, and each with itself? Kendall and Babington Smith, "On the method of paired comparisons",
+//! Biometrika 31, 1940.
 
 use crate::preferences::Preferences;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -6,7 +7,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// How far judges agree over a table of votes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// Kendall's coefficient of agreement: 1 where all made the same choices, -1 / (s - 1) or little less where they could not agree less.
+    /// Kendall's coefficient of agreement: 1 where all made the same choices, -1 / (s - 1) or little less where they could not
+    /// agree less.
     pub u: f64,
     /// Its test for many judges, t (t - 1) / 2 * (1 + u (s - 1)) (Siegel and Castellan 1988).
     pub chi2: f64,
@@ -14,7 +16,8 @@ pub struct Agreement {
     pub freedom: u32,
     /// Chance of such a chi2 where each vote is a coin's.
     pub chance: f64,
-    /// Test whether all conditions have the same score, 4 / (s t) * (sum of a^2 - t (s (t - 1))^2 / 4) (David, The Method of Paired Comparisons, 1988).
+    /// Test whether all conditions have the same score, 4 / (s t) * (sum of a^2 - t (s (t - 1))^2 / 4) (David, The Method of
+    /// Paired Comparisons, 1988).
     pub scores_chi2: f64,
     /// Its degrees of freedom, t - 1.
     pub scores_freedom: u32,
@@ -23,7 +26,8 @@ pub struct Agreement {
 }
 
 impl Agreement {
-    /// Of a table; none with fewer than two judgements of a pair on average. Where pairs were judged unequally often, their mean is the number of judges.
+    /// Of a table; none with fewer than two judgements of a pair on average. Where pairs were judged unequally often, their
+    /// mean is the number of judges.
     pub fn new(preferences: &Preferences) -> Option<Self> {
         let (s, t) = (preferences.judges(), preferences.names().len());
         if s < 2.0 {
@@ -57,7 +61,8 @@ fn beyond(chi2: f64, freedom: u32) -> f64 {
     ChiSquared::new(f64::from(freedom)).map_or(f64::NAN, |of| of.sf(chi2.max(0.0)))
 }
 
-/// Coefficient of consistency zeta of one judge: 1 without a circle of three (x over y over z over x), 0 with as many as can be. None unless each pair was judged once.
+/// Coefficient of consistency zeta of one judge: 1 without a circle of three (x over y over z over x), 0 with as many as can
+/// be. None unless each pair was judged once.
 pub fn consistency(of_one: &Preferences) -> Option<f64> {
     let t = of_one.names().len() as f64;
     if t < 3.0 || of_one.pairs().any(|(one, other)| of_one.judgements(one, other) != 1) {

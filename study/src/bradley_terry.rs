@@ -1,4 +1,5 @@
-//! Strengths of conditions by the model that i is preferred to j with the chance 1 / (1 + exp(l_j - l_i)) (Bradley and Terry, Biometrika 39, 1952).
+//! Strengths of conditions by the model that i is preferred to j with the chance 1 / (1 + exp(l_j - l_i)) (Bradley and Terry,
+//! Biometrika 39, 1952).
 
 use crate::preferences::Preferences;
 use nalgebra::{DMatrix, DVector};
@@ -28,8 +29,9 @@ pub struct Strengths {
 }
 
 impl Strengths {
-    /// Of a table. With the tables of its persons, whose sum it is, the errors are those of votes that hang together by person (a sandwich estimate, Liang and Zeger 1986); without them, those of
-    /// independent votes. None where the likelihood has no maximum: where some conditions were never preferred to the others (Ford 1957).
+    /// Of a table. With the tables of its persons, whose sum it is, the errors are those of votes that hang together by person
+    /// (a sandwich estimate, Liang and Zeger 1986); without them, those of independent votes. None where the likelihood has no
+    /// maximum: where some conditions were never preferred to the others (Ford 1957).
     pub fn new(votes: &Preferences, persons: &[Preferences]) -> Option<Self> {
         if !connected(votes) {
             return None;

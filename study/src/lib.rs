@@ -1,6 +1,7 @@
 //! Listening studies: what the answers say.
 //!
-//! [`read`] takes answers as the page writes them, or preference tables as papers print them. [`Paired`], [`Abx`] and [`Ratings`] are the figures of one kind of trial each.
+//! [`read`] takes answers as the page writes them, or preference tables as papers print them. [`Paired`], [`Abx`] and
+//! [`Ratings`] are the figures of one kind of trial each.
 
 #![forbid(unsafe_code)]
 

@@ -8,7 +8,8 @@ const MOST_STEPS: usize = 400_000_000;
 /// The least difference of two scores that is significant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeastDifference {
-    /// R0 = W sqrt(s t) / 2 + 1 / 4 with the studentized range W of t normal values (David, The Method of Paired Comparisons, 1988): no range of whole numbers up to it is significant.
+    /// R0 = W sqrt(s t) / 2 + 1 / 4 with the studentized range W of t normal values (David, The Method of Paired Comparisons,
+    /// 1988): no range of whole numbers up to it is significant.
     pub bound: f64,
     /// The least significant difference.
     pub least: u32,
@@ -17,7 +18,8 @@ pub struct LeastDifference {
 }
 
 impl LeastDifference {
-    /// For conditions that were judged pair by pair, each pair this often (a fraction where pairs were judged unequally often), at a level such as 0.05.
+    /// For conditions that were judged pair by pair, each pair this often (a fraction where pairs were judged unequally often),
+    /// at a level such as 0.05.
     pub fn new(conditions: usize, judges: f64, level: f64) -> Self {
         let bound = 0.5 * studentized(conditions, level) * (judges * conditions as f64).sqrt() + 0.25;
         let whole = (judges.fract() == 0.0).then_some(judges as u32);

@@ -44,7 +44,8 @@ struct Rated<'a> {
     reference: bool,
 }
 
-/// Figures for each item and, of several, for all, and the persons that are left out, because they rated more than 15 % of their hidden references below 90 (unless all are kept).
+/// Figures for each item and, of several, for all, and the persons that are left out, because they rated more than 15 % of
+/// their hidden references below 90 (unless all are kept).
 pub fn ratings(answers: &[Answer], keep_all: bool) -> (Vec<Ratings>, Vec<String>) {
     let all: Vec<Rated<'_>> = answers
         .iter()

@@ -20,8 +20,9 @@ pub struct Material {
     pub tables: Vec<(String, Preferences)>,
 }
 
-/// Reads files, answers as the page writes them (`study,person,...`), or preference tables as papers print them: a line with what was compared and the names of the conditions, and a line for each
-/// condition with how often it was preferred to each. A last column `Score` is checked; the cells of a condition against itself may hold anything but a number.
+/// Reads files, answers as the page writes them (`study,person,...`), or preference tables as papers print them: a line with
+/// what was compared and the names of the conditions, and a line for each condition with how often it was preferred to each. A
+/// last column `Score` is checked; the cells of a condition against itself may hold anything but a number.
 ///
 /// # Errors
 /// A file that cannot be read, is larger than 256 MiB or has a line that is none of those.

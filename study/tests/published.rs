@@ -1,5 +1,5 @@
-//! The figures of Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics Forum 2017, from its tables 3 to 5: 28 persons, each pair of
-//! four conditions once, in three scenes.
+//! The figures of Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer
+//! Graphics Forum 2017, from its tables 3 to 5: 28 persons, each pair of four conditions once, in three scenes.
 
 use promenade_study::{groups, paired, read};
 
