@@ -1,4 +1,5 @@
-//! The module's functions. Bytes go in and out through a room in its memory; a text is what the last call that failed had to say.
+//! The module's functions. Bytes go in and out through a room in its memory; a text is what the last call that failed had to
+//! say.
 //!
 //! There is one engine and one thread. Functions that return a `u32` return 1 for success.
 

@@ -1,7 +1,8 @@
 //! Poses that come by messages, a screen's frames or a headset's apart, as a pose for every sample.
 //!
-//! Steps at 72 Hz would put side lines beside a tone at -33 dB; on the straight line between two messages there are none. So a pose is
-//! heard when the next one has had time to arrive: as long after it was taken as messages are apart, and as they are late at most.
+//! Steps at 72 Hz would put side lines beside a tone at -33 dB; on the straight line between two messages there are none. So a
+//! pose is heard when the next one has had time to arrive: as long after it was taken as messages are apart, and as they are
+//! late at most.
 
 use promenade_core::Pose;
 use std::collections::VecDeque;
@@ -153,7 +154,8 @@ mod tests {
         Pose::from_ypr64(Vec3::new(t_s as f32, 0.0, 0.0), [t_s, 0.0, 0.0])
     }
 
-    /// Sends a steady turn by messages at 72 Hz, some late, in blocks of 128; the greatest distance from the turn some time ago, metres.
+    /// Sends a steady turn by messages at 72 Hz, some late, in blocks of 128; the greatest distance from the turn some time
+    /// ago, metres.
     fn worst(late_s: impl Fn(u64) -> f64, from_s: f64) -> (f64, f64) {
         let mut glide = Glide::new(turned(0.0), RATE);
         let (mut sent, mut worst) = (0, 0.0_f64);
