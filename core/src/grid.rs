@@ -5,7 +5,8 @@ use crate::number::whole;
 /// A frame's filters may reach back before their input by a hop over this.
 const LEADS_A_HOP: usize = 4;
 
-/// How far before its time a tap begins, hops: what arrives `t` hops after the direct sound is played by hop `t + TAP_LEAD_HOPS`, rounded down.
+/// How far before its time a tap begins, hops: what arrives `t` hops after the direct sound is played by hop
+/// `t + TAP_LEAD_HOPS`, rounded down.
 pub const TAP_LEAD_HOPS: f64 = 1.0 / LEADS_A_HOP as f64;
 
 /// Sample rate, transform length and hop of a short-time Fourier transform.
@@ -32,7 +33,8 @@ impl StftGrid {
         self.hop as f64 / self.sample_rate_hz
     }
 
-    /// Samples that a frame's filters may reach back before their input, and that a tap begins before its time: a quarter of a hop.
+    /// Samples that a frame's filters may reach back before their input, and that a tap begins before its time: a quarter of a
+    /// hop.
     #[must_use]
     pub fn lead(&self) -> usize {
         self.hop / LEADS_A_HOP

@@ -157,8 +157,8 @@ pub struct SceneParts {
 }
 
 impl SceneParts {
-    /// A place that plays nothing yet: no taps, tables, images or cloud, known up to the Nyquist frequency, one position at the origin. What
-    /// makes a scene states what it has, `SceneParts { taps, ..SceneParts::new(grid, bands, tail) }`.
+    /// A place that plays nothing yet: no taps, tables, images or cloud, known up to the Nyquist frequency, one position at the
+    /// origin. What makes a scene states what it has, `SceneParts { taps, ..SceneParts::new(grid, bands, tail) }`.
     #[must_use]
     pub fn new(grid: StftGrid, bands: Bands, tail: TailModel) -> Self {
         Self {

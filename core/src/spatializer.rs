@@ -229,8 +229,8 @@ impl Spatializer {
         }
     }
 
-    /// Is as new again: the next pose and the next settings are jumped to, not glided to, and the same sound and poses give the same
-    /// samples.
+    /// Is as new again: the next pose and the next settings are jumped to, not glided to, and the same sound and poses give the
+    /// same samples.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

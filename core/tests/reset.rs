@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 const RATE: f64 = 16_000.0;
 
-/// Plays a walk, resets in the middle of a hop and plays it again. `twice` comes from a spatializer that has played something else too.
+/// Plays a walk, resets in the middle of a hop and plays it again. `twice` comes from a spatializer that has played something
+/// else too.
 fn check(name: &str, scene: &Arc<Scene>, params: &BlockParams) {
     let emitters = || {
         let first = full_renderer(scene, RATE);

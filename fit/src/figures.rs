@@ -1,7 +1,7 @@
 //! Figures of a response, by a named convention, and how far two are apart.
 //!
-//! Loudness, C50, EDT and T60 are those of publications and depend on the convention. Octave figures and the early echogram are the same in
-//! all: they are what tells one room's places, and rooms, apart.
+//! Loudness, C50, EDT and T60 are those of publications and depend on the convention. Octave figures and the early echogram are
+//! the same in all: they are what tells one room's places, and rooms, apart.
 
 mod convention;
 
@@ -16,7 +16,8 @@ const EARLY_S: (f64, f64, f64) = (0.003, 0.050, 0.004);
 /// Energies of the early echogram this far below the octave's direct sound and reflections count as nothing, dB.
 const EARLY_FLOOR_DB: f64 = -60.0;
 
-/// What is measured of one response. A figure that a response does not have, such as a reverberation time of one that does not decay, is NaN.
+/// What is measured of one response. A figure that a response does not have, such as a reverberation time of one that does not
+/// decay, is NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figures {
     /// Energy, dB.

@@ -1,6 +1,7 @@
 //! Rooms fitted to measured responses.
 //!
-//! [`Measurements`] are read from files, [`Figures`] say what a response is like, and [`baselines`] what can be foretold without a room.
+//! [`Measurements`] are read from files, [`Figures`] say what a response is like, and [`baselines`] what can be foretold
+//! without a room.
 
 #![forbid(unsafe_code)]
 

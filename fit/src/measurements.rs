@@ -1,8 +1,8 @@
 //! Measured responses with their places.
 //!
-//! [`Measurements::load`] reads a SOFA file, a folder with a `measurements.json`, or the layout of a published data set, which it recognises by
-//! the names of its files. Places are in metres, z up. Whatever a microphone is, a fit sees one channel of sound pressure: of AmbiX the
-//! first, of a pair of ears each as a microphone of its own beside the head's middle.
+//! [`Measurements::load`] reads a SOFA file, a folder with a `measurements.json`, or the layout of a published data set, which
+//! it recognises by the names of its files. Places are in metres, z up. Whatever a microphone is, a fit sees one channel of
+//! sound pressure: of AmbiX the first, of a pair of ears each as a microphone of its own beside the head's middle.
 
 mod check;
 mod dechorate;
@@ -113,7 +113,8 @@ impl Measurements {
         } else if published::is_raf(path) {
             published::raf(path, options)?
         } else {
-            let layouts = "a .sofa file, or a folder with measurements.json or laid out as R3VIVAL, Real Acoustic Fields, Hearing Anything \
+            let layouts = "a .sofa file, or a folder with measurements.json or laid out as R3VIVAL, Real Acoustic Fields, \
+                Hearing Anything \
                            Anywhere or MeshRIR are";
             return Err(FitError::content(path, layouts, "neither"));
         };
@@ -133,7 +134,8 @@ impl Measurements {
         for one in &mut self.all {
             let samples = std::mem::take(&mut one.samples);
             let mut channels = resample::signal(&[samples], self.sample_rate_hz, rate_hz)?;
-            // The resampler keeps amplitudes of signals, so that an impulse becomes as much weaker as its samples become longer.
+            // The resampler keeps amplitudes of signals, so that an impulse becomes as much weaker as its samples become
+            // longer.
             let gain = (f64::from(self.sample_rate_hz) / f64::from(rate_hz)) as f32;
             one.samples = channels.swap_remove(0);
             one.samples.iter_mut().for_each(|v| *v *= gain);

@@ -38,3 +38,23 @@ fn every_file_of_tests_is_run() {
     }
     assert!(count > 70, "only {count} files are found");
 }
+
+/// As `rustfmt.toml` says; rustfmt itself leaves comments and strings as they are.
+const COLUMNS: usize = 128;
+
+#[test]
+fn lines_of_code_are_at_most_128_columns_wide() {
+    let limit = format!("max_width = {COLUMNS}");
+    let format = fs::read_to_string(root().join("rustfmt.toml")).unwrap();
+    assert!(format.lines().any(|line| line == limit), "rustfmt.toml says another width");
+    let (mut count, mut wide) = (0, Vec::new());
+    for path in sources(&root()) {
+        count += 1;
+        let text = fs::read_to_string(&path).unwrap();
+        for (number, line) in text.lines().enumerate().filter(|(_, line)| line.chars().count() > COLUMNS) {
+            wide.push(format!("{}:{}: {} columns", path.display(), number + 1, line.chars().count()));
+        }
+    }
+    assert!(count > 500, "only {count} files are found");
+    assert!(wide.is_empty(), "expected lines of at most {COLUMNS} columns, found\n{}", wide.join("\n"));
+}

@@ -37,8 +37,8 @@ impl Decoded {
         }
     }
 
-    /// Takes the values of a row that [`Decoded::write_to`] has written for the same scene. Returns whether it has as many; otherwise
-    /// nothing changes.
+    /// Takes the values of a row that [`Decoded::write_to`] has written for the same scene. Returns whether it has as many;
+    /// otherwise nothing changes.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

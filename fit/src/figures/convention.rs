@@ -1,16 +1,17 @@
-//! What publications call loudness, C50, EDT and T60. The same words mean different numbers, so each table names its convention.
+//! What publications call loudness, C50, EDT and T60. The same words mean different numbers, so each table names its
+//! convention.
 
 use promenade_metrics::slope;
 
 /// Whose definitions are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Convention {
-    /// AV-DAR (Jin et al. 2025) on Hearing Anything Anywhere: two points of the decay, three times the time from -5 to -25 dB; EDT from where
-    /// the decay crosses -10 dB; C50 from the first sample of the file; loudness in dB.
+    /// AV-DAR (Jin et al. 2025) on Hearing Anything Anywhere: two points of the decay, three times the time from -5 to -25 dB;
+    /// EDT from where the decay crosses -10 dB; C50 from the first sample of the file; loudness in dB.
     #[default]
     AvDar,
-    /// AVR (Lan et al. 2024) on Real Acoustic Fields: a regression between -5 and -25 dB over energies with 1e-9 added to every sample; EDT from
-    /// the sample nearest to -10 dB; C50 from the first sample of the file.
+    /// AVR (Lan et al. 2024) on Real Acoustic Fields: a regression between -5 and -25 dB over energies with 1e-9 added to every
+    /// sample; EDT from the sample nearest to -10 dB; C50 from the first sample of the file.
     Avr,
 }
 

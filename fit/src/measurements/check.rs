@@ -18,8 +18,8 @@ impl Measurements {
     /// Refuses what cannot be and notes what is odd.
     ///
     /// # Errors
-    /// No response; one that is silent or has samples that are not finite; a place that is not finite, farther than 500 m from the origin
-    /// or that source and microphone share.
+    /// No response; one that is silent or has samples that are not finite; a place that is not finite, farther than 500 m from
+    /// the origin or that source and microphone share.
     pub fn check(&mut self) -> Result<(), FitError> {
         if self.all.is_empty() {
             return Err(FitError::argument("measurements", "at least one response", "none"));
@@ -71,7 +71,8 @@ impl Measurements {
             .collect();
         if let Some(first) = short.first() {
             self.notes.push(format!(
-                "{} of {} responses end less than {DECAYED_DB} dB below their loudest 20 ms ({first} first): reverberation times and clarities of these are not to be trusted",
+                "{} of {} responses end less than {DECAYED_DB} dB below their loudest 20 ms ({first} first): reverberation \
+                 times and clarities of these are not to be trusted",
                 short.len(),
                 self.all.len()
             ));
@@ -100,14 +101,16 @@ impl Measurements {
         let mut notes = Vec::new();
         if let Some((t, name)) = early.first() {
             notes.push(format!(
-                "{} responses begin before sound can have come from their source ({name} by {:.1} ms first): places, their unit or the clock are wrong",
+                "{} responses begin before sound can have come from their source ({name} by {:.1} ms first): places, their \
+                 unit or the clock are wrong",
                 early.len(),
                 -1e3 * t
             ));
         }
         if let Some((t, name)) = odd.first().filter(|_| odd.len() < known.len()) {
             notes.push(format!(
-                "the direct sound of {} of {} responses is more than {} ms off the others' delay ({name}, by {:+.1} ms, first): their places may be permuted, or their clocks free",
+                "the direct sound of {} of {} responses is more than {} ms off the others' delay ({name}, by {:+.1} ms, \
+                 first): their places may be permuted, or their clocks free",
                 odd.len(),
                 known.len(),
                 1e3 * SPREAD_S,

@@ -15,8 +15,8 @@ pub struct Echoes {
     pub microphone_m: [f64; 3],
     /// When the direct sound came, seconds.
     pub direct_s: f64,
-    /// When the first echoes of walls came, seconds, in the order of the file's columns, whose names are permuted: which wall made which has
-    /// to be found.
+    /// When the first echoes of walls came, seconds, in the order of the file's columns, whose names are permuted: which wall
+    /// made which has to be found.
     pub echoes_s: Vec<f64>,
 }
 

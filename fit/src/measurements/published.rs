@@ -21,8 +21,8 @@ fn samples(values: &[f64]) -> Vec<f32> {
     values.iter().map(|v| *v as f32).collect()
 }
 
-/// Hearing Anything Anywhere (Wang et al. 2024): `RIRs.npy`, a row for each microphone, and `xyzs.npy`. The source's place is not in the
-/// data, but in its authors' programs.
+/// Hearing Anything Anywhere (Wang et al. 2024): `RIRs.npy`, a row for each microphone, and `xyzs.npy`. The source's place is
+/// not in the data, but in its authors' programs.
 pub(super) fn hearing_anything_anywhere(folder: &Path, options: &LoadOptions) -> Result<Measurements, FitError> {
     let responses = npy::read(&folder.join("RIRs.npy"))?;
     let places = npy::places(&folder.join("xyzs.npy"))?;
@@ -99,8 +99,8 @@ pub(super) fn is_raf(folder: &Path) -> bool {
     !raf_folders(folder).is_empty()
 }
 
-/// Real Acoustic Fields (Chen et al. 2024): a folder for each response with `rir.wav`, `rx_pos.txt` and `tx_pos.txt`, of which the last three
-/// numbers are the place.
+/// Real Acoustic Fields (Chen et al. 2024): a folder for each response with `rir.wav`, `rx_pos.txt` and `tx_pos.txt`, of which
+/// the last three numbers are the place.
 pub(super) fn raf(folder: &Path, options: &LoadOptions) -> Result<Measurements, FitError> {
     let place = |path: &Path| {
         let text = fs::read_to_string(path).map_err(FileError::read(path))?;
