@@ -8,6 +8,7 @@ mod paths;
 mod placement;
 mod response;
 mod simulate;
+mod study;
 mod surface;
 #[cfg(feature = "train")]
 mod train;

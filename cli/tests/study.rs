@@ -1,8 +1,6 @@
 //! `promenade study`, from outside.
 
-mod common;
-
-use common::{all_fail, succeeds};
+use crate::common::{all_fail, succeeds};
 
 const HARVEY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../study/tests/harvey.csv");
 
