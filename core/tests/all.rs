@@ -14,6 +14,7 @@ mod limits;
 mod live;
 mod measured;
 mod mixing;
+mod oracle;
 mod realtime;
 mod reset;
 mod scene_file;

@@ -1,9 +1,7 @@
 //! The anchor-cloud decoders against golden vectors, a plain decoder in double precision, and themselves.
 
-mod oracle;
-
+use crate::oracle::{Case, Exact};
 use assert_no_alloc::assert_no_alloc;
-use oracle::{Case, Exact};
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, CloudModel, Listener, Masks, Network};
 use promenade_testing::golden;
@@ -25,7 +23,7 @@ fn check_golden(kind: CloudKind, set: &str, golden: &Golden) {
     let mut worst = [0.0_f32; 4];
     for (pose, listener) in golden.listeners.iter().enumerate() {
         let (masks, attention) = decode(&golden.model, Arch::new(), listener);
-        let exact = oracle::decode(&golden.model, listener);
+        let exact = crate::oracle::decode(&golden.model, listener);
         worst[0] = worst[0].max(golden.worst("mag_mask", pose * sizes.bands, &masks.mixture));
         worst[1] = worst[1].max(golden.worst("diff", pose * sizes.bands, &masks.difference));
         // Only the first pose's embedding is among the vectors.
@@ -64,7 +62,7 @@ fn any_size_agrees_with_the_plain_decoder() {
     ];
     for case in cases {
         let model = case.model();
-        let exact = oracle::decode(&model, &listener());
+        let exact = crate::oracle::decode(&model, &listener());
         for (name, arch) in instruction_sets() {
             let (masks, attention) = decode(&model, arch, &listener());
             let off = differences(&masks, &attention, &exact);
