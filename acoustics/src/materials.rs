@@ -5,13 +5,11 @@
 //! Where it ends below 8 kHz, its last value holds.
 
 use crate::error::AcousticsError;
-use crate::material::Material;
-use crate::octave::Octaves;
+use crate::material::{Material, SCATTERING};
+use crate::octave::{BANDS, Octaves};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// Scattering of a surface of which nothing is said: that of a flat wall with little on it.
-pub const SCATTERING: f32 = 0.1;
 /// Names that an error suggests.
 const SUGGESTIONS: usize = 3;
 
@@ -86,10 +84,10 @@ impl Materials {
         };
         let scattering = match scattering {
             Some(scattering) => shares("scattering", scattering, &self.scattering)?,
-            None => self.scattering.get(&key(absorption)).map_or([SCATTERING; 7], |entry| entry.shares),
+            None => self.scattering.get(&key(absorption)).map_or([SCATTERING; BANDS], |entry| entry.shares),
         };
         let absorption = shares("material", absorption, &self.absorption)?;
-        let material = Material { name: description.to_owned(), absorption, scattering };
+        let material = Material::new(description, absorption, scattering);
         material.check()?;
         Ok(material)
     }
@@ -125,8 +123,8 @@ fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Oct
     }
     let numbers: Result<Vec<f32>, _> = text.split('/').map(|n| n.trim().parse()).collect();
     match numbers.as_deref() {
-        Ok([one]) => Ok([*one; 7]),
-        Ok(numbers) if numbers.len() == 7 => Ok(std::array::from_fn(|i| numbers[i])),
+        Ok([one]) => Ok([*one; BANDS]),
+        Ok(numbers) if numbers.len() == BANDS => Ok(std::array::from_fn(|i| numbers[i])),
         Ok(numbers) => {
             Err(AcousticsError::argument(what, "1 number or 7 with slashes between", format!("{} in {text:?}", numbers.len())))
         }

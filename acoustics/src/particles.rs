@@ -9,10 +9,10 @@ use crate::echogram::{Echogram, LANES, Lanes};
 use crate::error::{AcousticsError, place};
 use crate::lattice::direction;
 use crate::octave::BANDS;
-use crate::random::Random;
 use crate::shoebox::{BoxImage, Shoebox};
 use crate::surface::Surface;
 use glam::DVec3;
+use promenade_core::random::Random;
 
 /// A particle that has less of its energy than this, in every octave, is left: 80 dB.
 const LEAST_ENERGY: f32 = 1e-8;
@@ -130,7 +130,7 @@ struct Flight<'a> {
 impl Flight<'_> {
     fn follow(&mut self, index: usize) {
         let options = self.options;
-        let mut random = Random::new(options.seed, index as u64);
+        let mut random = Random::stream(options.seed, index as u64);
         let step = options.bin_s * SPEED_OF_SOUND_M_S;
         let per_metre = DVec3::from_array(options.cells.map(|n| n as f64)) / self.size;
         let (mut at, mut heading) = (self.source, direction(index, options.particles));
@@ -173,7 +173,7 @@ impl Flight<'_> {
             if energy.iter().all(|e| *e < LEAST_ENERGY) {
                 return;
             }
-            let scattered = surface.chance > 0.0 && random.uniform() < surface.chance;
+            let scattered = surface.chance > 0.0 && random.uniform_f64() < surface.chance;
             // As long as images share the way, each octave keeps its own share of what is scattered.
             if mirrored && crossed.iter().all(|n| n.abs() <= self.played.reach) {
                 let factors = if scattered { &surface.if_scattered } else { &surface.if_mirrored };
@@ -181,8 +181,8 @@ impl Flight<'_> {
             }
             if scattered {
                 mirrored = false;
-                let z = 1.0 - 2.0 * random.uniform();
-                let (sine, cosine) = (std::f64::consts::TAU * random.uniform()).sin_cos();
+                let z = 1.0 - 2.0 * random.uniform_f64();
+                let (sine, cosine) = (std::f64::consts::TAU * random.uniform_f64()).sin_cos();
                 let radius = (1.0 - z * z).max(0.0).sqrt();
                 let mut normal = DVec3::ZERO;
                 normal[axis] = if high { -1.0 } else { 1.0 };

@@ -13,12 +13,12 @@ use crate::echogram::{Echogram, LANES, Lanes};
 use crate::error::{AcousticsError, place};
 use crate::lattice::direction;
 use crate::octave::{BANDS, Octaves};
-use crate::random::Random;
 use crate::ray::Ray;
 use crate::room::Room;
 use crate::surface::Surface;
 use glam::{DQuat, DVec3};
 use listeners::Listeners;
+use promenade_core::random::Random;
 use rayon::prelude::*;
 
 /// Most shares that a run's rays are divided in.
@@ -78,8 +78,21 @@ pub struct LateField {
     pub casts: u64,
 }
 
-/// Traces rays from a source once and collects them at all listeners. `done` is told the share of the work that is, 0 to 1. The
-/// same input and seed give the same numbers on any number of threads.
+impl LateField {
+    /// Reverberation times T30 of the octaves, seconds, each a mean over all listeners that have one; `None` if an octave has none.
+    #[must_use]
+    pub fn mean_t30_s(&self) -> Option<[f64; BANDS]> {
+        let mut means = [0.0; BANDS];
+        for (band, mean) in means.iter_mut().enumerate() {
+            let all: Vec<f64> = self.echograms.iter().filter_map(|e| e.t30_s(band)).collect();
+            *mean = all.iter().sum::<f64>() / all.len() as f64;
+        }
+        means.iter().all(|m| m.is_finite()).then_some(means)
+    }
+}
+
+/// Traces rays from a source once and collects them at all listeners. `done` is told the share of the work that is, 0 to 1. The same
+/// input and seed give the same numbers on any number of threads.
 ///
 /// # Errors
 /// A source or a listener that is not finite, an option out of range.
@@ -150,9 +163,10 @@ fn check(options: &RayOptions, radius: f64) -> Result<(), AcousticsError> {
 
 /// A rotation of the lattice of directions.
 fn turn(seed: u64) -> DQuat {
-    let mut random = Random::new(seed, u64::MAX);
+    let mut random = Random::stream(seed, u64::MAX);
     // Evenly over all rotations (Shoemake 1992).
-    let (u, v, w) = (random.uniform(), std::f64::consts::TAU * random.uniform(), std::f64::consts::TAU * random.uniform());
+    let (u, v, w) =
+        (random.uniform_f64(), std::f64::consts::TAU * random.uniform_f64(), std::f64::consts::TAU * random.uniform_f64());
     let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
     DQuat::from_xyzw(a * v.sin(), a * v.cos(), b * w.sin(), b * w.cos())
 }
@@ -257,7 +271,7 @@ impl<'a> Tracer<'a> {
     /// Follows a ray; `on_wall` is told place, plane, way from the source in metres, and energy of each meeting with a surface.
     fn follow(&self, index: usize, sum: &mut Sum, mut on_wall: impl FnMut(DVec3, u32, f64, &[f32; LANES])) {
         let options = self.options;
-        let mut random = Random::new(options.seed, index as u64);
+        let mut random = Random::stream(options.seed, index as u64);
         let mut ray = Ray::new(self.source, self.turn * direction(index, options.rays));
         let mut energy = [0.0_f32; LANES];
         energy.iter_mut().zip(self.directivity.towards(ray.direction.to_array())).for_each(|(e, sent)| *e = sent * sent);
@@ -289,9 +303,9 @@ impl<'a> Tracer<'a> {
                 *absorbed += f64::from(*e * (1.0 - r));
                 *e *= r;
             }
-            let scattered = surface.chance > 0.0 && random.uniform() < surface.chance;
-            // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the
-            // same ways: keeping it for ever would make a few rays carry everything.
+            let scattered = surface.chance > 0.0 && random.uniform_f64() < surface.chance;
+            // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the same ways:
+            // keeping it for ever would make a few rays carry everything.
             if mirrored && order < options.image_order {
                 let factors = if scattered { &surface.if_scattered } else { &surface.if_mirrored };
                 energy.iter_mut().zip(factors).for_each(|(e, f)| *e *= f);
@@ -312,8 +326,8 @@ impl<'a> Tracer<'a> {
         let normal = self.room.planes()[self.room.plane(face) as usize].normal;
         let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
         // The normal and a point of the unit sphere about its end.
-        let z = 1.0 - 2.0 * random.uniform();
-        let (sine, cosine) = (std::f64::consts::TAU * random.uniform()).sin_cos();
+        let z = 1.0 - 2.0 * random.uniform_f64();
+        let (sine, cosine) = (std::f64::consts::TAU * random.uniform_f64()).sin_cos();
         let radius = (1.0 - z * z).max(0.0).sqrt();
         (normal + DVec3::new(radius * cosine, radius * sine, z)).try_normalize().unwrap_or(normal)
     }

@@ -3,4 +3,3 @@
 pub mod evaluate;
 pub mod measure;
 pub mod streaming;
-pub mod trade;

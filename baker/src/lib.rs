@@ -9,12 +9,12 @@ mod signal;
 mod sources;
 
 pub use promenade_audio::{FileError, atomic, file, resample, sound, wav};
-pub use promenade_judge::{cost, random};
+pub use promenade_judge::{cost, random, trade};
 pub use promenade_sofa::{SofaError, read_head, read_headphones};
 
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;
-pub use judge::{evaluate, measure, streaming, trade};
+pub use judge::{evaluate, measure, streaming};
 pub use sources::Split;
 pub use sources::capture::{Capture, Clip, Track};
 pub use sources::responses::{HoldOut, LoadOptions, Response, Responses, Side};

@@ -4,6 +4,7 @@ mod clips;
 mod source;
 mod stream;
 
+pub use promenade_judge::Ears;
 pub use source::Source;
 
 pub(crate) use clips::ClipPlayer;
@@ -12,10 +13,10 @@ use crate::error::BakeError;
 use crate::sources::capture::{Capture, Clip};
 use promenade_audio::{FileError, resample};
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
-use promenade_core::{Pose, Scene, Tier, Trim};
+use promenade_core::{BlockParams, Pose, Scene, Tier, Trim};
+use promenade_judge::Stream;
 use std::collections::VecDeque;
 use std::sync::Arc;
-use stream::StreamPlayer;
 
 /// Dry sound that is played before a clip, seconds, at least; as long as the scene's room sounds where that is more.
 const PRE_ROLL_S: f64 = 1.0;
@@ -24,8 +25,6 @@ const LONGEST_PRE_ROLL_S: f64 = 10.0;
 /// Samples rendered at a time where nobody sees the blocks.
 const BLOCK: usize = 4096;
 
-/// Left and right ear, of one length.
-pub type Ears = [Vec<f32>; 2];
 /// Takes the next samples of both ears.
 type Write<'a> = dyn FnMut([&[f32]; 2]) -> Result<(), FileError> + 'a;
 
@@ -103,10 +102,12 @@ pub struct Player {
     played_hz: f64,
     /// What comes last, at the sound's rate.
     headphones: Option<HeadphoneFilter>,
+    /// Processor seconds of the last stream.
+    processor_s: f64,
 }
 
 enum Engine {
-    Stream(Box<StreamPlayer>),
+    Stream(Box<Stream>),
     Clips(Box<ClipPlayer>),
 }
 
@@ -125,7 +126,7 @@ impl Player {
                     return Err(BakeError::argument("tier", has.join(" or "), tier.name()));
                 }
                 let played_hz = if tier == Tier::Reference { own_hz } else { rate_hz };
-                let stream = StreamPlayer::new(scene, played_hz, tier)
+                let stream = Stream::new(scene, played_hz, &BlockParams { tier, ..BlockParams::default() })
                     .map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?;
                 (Engine::Stream(Box::new(stream)), played_hz)
             }
@@ -135,14 +136,14 @@ impl Player {
                 (Engine::Clips(Box::new(ClipPlayer::new(&cloud.model, *scene.grid())?)), own_hz)
             }
         };
-        Ok(Self { engine, rate_hz, played_hz, headphones: None })
+        Ok(Self { engine, rate_hz, played_hz, headphones: None, processor_s: 0.0 })
     }
 
     /// The same with so many decodes a second in the tiers high and reference.
     #[must_use]
     pub fn with_decode_rate(mut self, rate_hz: f32) -> Self {
-        if let Engine::Stream(player) = &mut self.engine {
-            player.params.quality.live.rate_hz = rate_hz;
+        if let Engine::Stream(stream) = &mut self.engine {
+            stream.params_mut().quality.live.rate_hz = rate_hz;
         }
         self
     }
@@ -162,8 +163,8 @@ impl Player {
             let expected = "draft, standard or high, since the published model knows no parts of its sound";
             return Err(BakeError::argument("tier", expected, self.playing().name()));
         }
-        if let Engine::Stream(player) = &mut self.engine {
-            player.params.trim = trim;
+        if let Engine::Stream(stream) = &mut self.engine {
+            stream.params_mut().trim = trim;
         }
         Ok(self)
     }
@@ -178,9 +179,9 @@ impl Player {
             return Ok(self);
         }
         self.engine = match self.engine {
-            Engine::Stream(player) if player.knows_emitter() => {
-                let player = player.with_spread(degrees.to_radians());
-                Engine::Stream(Box::new(player.map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?))
+            Engine::Stream(stream) if stream.renderer().scene().emitter().is_some() => {
+                let stream = stream.with_spread(degrees.to_radians());
+                Engine::Stream(Box::new(stream.map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?))
             }
             Engine::Stream(_) => {
                 return Err(BakeError::argument(
@@ -204,29 +205,29 @@ impl Player {
     /// How the scene is played.
     #[must_use]
     pub fn playing(&self) -> Playing {
-        self.stream().map_or(Playing::Clip, |player| Playing::Stream(player.params.quality.tier))
+        self.stream().map_or(Playing::Clip, |stream| Playing::Stream(stream.params().quality.tier))
     }
 
-    fn stream(&self) -> Option<&StreamPlayer> {
-        if let Engine::Stream(player) = &self.engine { Some(player) } else { None }
+    fn stream(&self) -> Option<&Stream> {
+        if let Engine::Stream(stream) = &self.engine { Some(stream) } else { None }
     }
 
     /// Samples, at the rate that is rendered, by which a host hears the scene late; 0 for clips.
     #[must_use]
     pub fn latency_samples(&self) -> usize {
-        self.stream().map_or(0, StreamPlayer::latency_samples)
+        self.stream().map_or(0, |stream| stream.renderer().latency_samples())
     }
 
     /// Seconds for which the room sounds on after the input has ended; 0 for clips.
     #[must_use]
     pub fn tail_s(&self) -> f64 {
-        self.stream().map_or(0.0, StreamPlayer::tail_s)
+        self.stream().map_or(0.0, |stream| stream.tail_samples() as f64 / self.played_hz)
     }
 
     /// Processor seconds that the last stream took; the decoding of its first pose is not counted. 0 for clips.
     #[must_use]
     pub fn processor_s(&self) -> f64 {
-        self.stream().map_or(0.0, |player| player.processor_s)
+        self.processor_s
     }
 
     /// Plays a whole sound; `pose_at` is given seconds from its start. What sounds after a stream's input is kept.
@@ -256,13 +257,14 @@ impl Player {
             write(worn.each_ref().map(|ear| &ear[..]))
         };
         match &mut self.engine {
-            Engine::Stream(player) if self.rate_hz == self.played_hz => {
-                Ok(player.play(source, true, mix, block, pose_at, write)?)
+            Engine::Stream(stream) if self.rate_hz == self.played_hz => {
+                self.processor_s = stream::play(stream, source, true, mix, block, pose_at, write)?;
+                Ok(())
             }
             _ => {
                 let channels = source.whole()?;
                 let tail = self.playing() != Playing::Clip;
-                let spread = self.stream().is_some_and(StreamPlayer::is_spread);
+                let spread = self.stream().is_some_and(Stream::is_spread);
                 let played = if spread { channels.clone() } else { vec![mono(&channels)] };
                 let mut ears = self.whole(&played, tail, pose_at)?;
                 let mut waiting = [channels.first(), channels.last()].map(|c| c.into_iter().flatten().copied().collect());
@@ -315,13 +317,13 @@ impl Player {
         let [rate_hz, played_hz] = [self.rate_hz, self.played_hz].map(hertz);
         let source = Source::held(resample::signal(dry, rate_hz, played_hz)?, played_hz);
         let ears = match &mut self.engine {
-            Engine::Stream(player) => {
+            Engine::Stream(stream) => {
                 let mut ears = Ears::default();
                 let mut keep = |block: [&[f32]; 2]| {
                     ears.iter_mut().zip(block).for_each(|(to, from)| to.extend_from_slice(from));
                     Ok(())
                 };
-                player.play(source, tail, Mix::RENDERED, BLOCK, pose_at, &mut keep)?;
+                self.processor_s = stream::play(stream, source, tail, Mix::RENDERED, BLOCK, pose_at, &mut keep)?;
                 ears
             }
             Engine::Clips(player) => player.render_long(&mono(&source.whole()?), pose_at)?,

@@ -4,6 +4,8 @@
 //! Results go to standard output, progress and remarks to standard error. The exit status is 0 for success, 1 for failure with
 //! a line `error: ...`, and 2 for a command line that is not understood.
 
+#![deny(clippy::print_stderr, clippy::print_stdout)]
+
 mod anchors;
 mod args;
 mod bake;

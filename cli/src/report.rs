@@ -15,6 +15,7 @@ pub(crate) fn print(text: &str) -> Result<()> {
 }
 
 /// Prints one line on standard error, whatever its parts contain.
+#[expect(clippy::print_stderr, reason = "this is the place for it")]
 pub(crate) fn line(text: impl std::fmt::Display) {
     eprintln!("{}", escaped(&one_line(&text.to_string())));
 }

@@ -5,7 +5,7 @@ mod scene;
 use crate::args::{ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{capture, path, progress, report};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Directivity, Entry, LateField, Materials, Mesh, Room, Source};
+use promenade_acoustics::{Air, Directivity, Entry, Materials, Mesh, Room, Source};
 use promenade_baker::simulation::{
     BoxOptions, BoxRoom, Hrtf, Inside, MeshOptions, Part, PartFolder, RunKey, Simulated, along, directivity, fit, grid,
     random_inside, random_poses, simulate_box, simulate_mesh, turned,
@@ -91,15 +91,16 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
     let output = save(&responses, part.as_ref(), &args.output, &poses, (clips, run.seed))?;
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
     let times = |times: [f64; 7]| times.map(|t| format!("{t:.2}")).join(", ");
-    eprintln!("note: {volume:.1} m3, {:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s", size.area_m2, times(eyring));
-    if let Some(t30) = mean_t30(&late) {
-        eprintln!("note: T30 of the scattered sound: {} s", times(t30));
+    let area = size.area_m2;
+    report::note(format_args!("{volume:.1} m3, {area:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s", times(eyring)));
+    if let Some(t30) = late.mean_t30_s() {
+        report::note(format_args!("T30 of the scattered sound: {} s", times(t30)));
     }
     let escaped = late.escaped.iter().fold(0.0, |a: f32, b| a.max(*b));
     if escaped > 0.01 {
-        eprintln!("note: {:.0} % of the energy left through openings of the mesh", 100.0 * escaped);
+        report::note(format_args!("{:.0} % of the energy left through openings of the mesh", 100.0 * escaped));
     }
-    eprintln!(
+    report::line(format_args!(
         "{}: {} responses of {:.2} s at {} Hz from {images} images and {} rays in {:.1} s",
         output.display(),
         responses.responses.len(),
@@ -107,7 +108,7 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
         args.rate,
         args.rays,
         began.elapsed().as_secs_f64()
-    );
+    ));
     Ok(())
 }
 
@@ -141,18 +142,13 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room)> {
     Ok((mesh, room))
 }
 
-/// The patterns that directivities of the first order are called by.
-const PATTERNS: [(&str, f64); 5] =
-    [("omni", 1.0), ("subcardioid", 0.75), ("cardioid", 0.5), ("supercardioid", 0.37), ("figure-of-eight", 0.0)];
-
 /// The source: where it is, and what it sends where.
 pub(crate) fn source(args: &RoomArgs) -> Result<Source> {
-    let named = PATTERNS.iter().find(|(name, _)| args.directivity.as_os_str() == *name);
-    let directivity = match named {
-        Some((_, omni)) => Directivity::first_order(*omni),
+    let directivity = match args.directivity.to_str().and_then(Directivity::named) {
+        Some(named) => named,
         None if args.directivity.extension().is_some_and(|e| e.eq_ignore_ascii_case("sofa")) => directivity(&args.directivity)?,
         None => {
-            let names = PATTERNS.map(|(name, _)| name).join(", ");
+            let names = Directivity::PATTERNS.map(|(name, _)| name).join(", ");
             bail!("--directivity: expected {names} or a .sofa file, found {}", args.directivity.display());
         }
     };
@@ -205,16 +201,6 @@ fn save<'a>(
         None => responses.save(output)?,
     }
     Ok(part.map_or(output, PartFolder::path))
-}
-
-/// By octave the mean over all places that have one; `None` if an octave has none.
-fn mean_t30(late: &LateField) -> Option<[f64; 7]> {
-    let mut means = [0.0; 7];
-    for (band, mean) in means.iter_mut().enumerate() {
-        let all: Vec<f64> = late.echograms.iter().filter_map(|e| e.t30_s(band)).collect();
-        *mean = all.iter().sum::<f64>() / all.len() as f64;
-    }
-    means.iter().all(|m| m.is_finite()).then_some(means)
 }
 
 fn box_room(args: &SimulateBoxArgs) -> Result<()> {

@@ -2,9 +2,9 @@
 
 use crate::common::succeeds;
 use promenade_baker::wav::{self, Format};
-use promenade_core::{BlockParams, Pose, Scene};
+use promenade_core::{BlockParams, OCTAVES_HZ, Pose, Scene};
 use promenade_judge::response_s;
-use promenade_plugin::answers::response::{Listening, OCTAVES_HZ};
+use promenade_plugin::answers::response::Listening;
 use promenade_plugin::answers::settled::Question;
 use std::sync::Arc;
 

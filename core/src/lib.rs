@@ -17,9 +17,11 @@ pub mod head;
 pub mod headphones;
 pub mod network;
 mod number;
+pub mod octave;
 mod path;
 mod pose;
 pub mod published;
+pub mod random;
 mod render;
 mod renderer;
 mod scene;
@@ -39,6 +41,7 @@ pub use emitters::{EmitterParams, Emitters};
 pub use glam;
 pub use grid::{StftGrid, TAP_LEAD_HOPS};
 pub use head::{Head, HeadError};
+pub use octave::{OCTAVES, OCTAVES_HZ, Octaves};
 pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Playback};
 pub use pose::Pose;
 pub use render::carriers::Carriers;
@@ -46,9 +49,9 @@ pub use render::late::late_share;
 pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, RenderParams, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
-    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, HeldOut, IMAGE_OCTAVES_HZ, ImageSource, ImageSources,
-    MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, NotAmbisonicError, Provenance, ResponseMeasures, Scene,
-    SceneCard, SceneError, SceneParts, TailModel, TooCostly, ambisonic_dry, image_octave,
+    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, HeldOut, ImageSource, ImageSources, MAX_SCENE_BYTES, MeasuredHead,
+    MeasuredRoom, NoHeadError, NotAmbisonicError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError, SceneParts,
+    TailModel, TooCostly, ambisonic_dry,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

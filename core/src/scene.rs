@@ -24,7 +24,7 @@ pub(crate) use cost::Cost;
 pub use cost::TooCostly;
 pub use error::SceneError;
 pub use head::{MeasuredHead, NoHeadError};
-pub use image_sources::{AMBISONIC_CHANNELS, AmbisonicHead, IMAGE_OCTAVES_HZ, ImageSource, ImageSources, image_octave};
+pub use image_sources::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSource, ImageSources};
 pub use manifest::MAX_SCENE_BYTES;
 pub use measured::MeasuredRoom;
 

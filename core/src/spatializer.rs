@@ -50,6 +50,15 @@ impl Default for BlockParams {
     }
 }
 
+impl From<&BlockParams> for RenderParams {
+    /// What of a block's settings the render head follows.
+    fn from(block: &BlockParams) -> Self {
+        let direct = if block.wet_solo { 0.0 } else { block.trim.direct };
+        let trim = Trim { direct, ..block.trim };
+        Self { quality: Quality { tier: block.tier, live: block.live }, trim }
+    }
+}
+
 /// A dry stereo sample and the gains that were set when it came in.
 #[derive(Clone, Copy, Default)]
 struct Moment {
@@ -271,9 +280,7 @@ impl Spatializer {
         let emitters = if mono { EmitterParams { spread: 0.0, ..params.emitters } } else { params.emitters };
         let len = left.len().min(right.len()).min(first.len()).min(second.len());
         self.aim(params);
-        let quality = Quality { tier: params.tier, live: params.live };
-        let direct = if params.wet_solo { 0.0 } else { params.trim.direct };
-        let rendered = RenderParams { quality, trim: Trim { direct, ..params.trim } };
+        let rendered = RenderParams::from(params);
         for start in (0..len).step_by(CHUNK) {
             let span = start..len.min(start + CHUNK);
             let out = [&mut left[span.clone()], &mut right[span.clone()]];

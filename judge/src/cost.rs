@@ -63,7 +63,7 @@ pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, s
         .collect();
     let (mut left, mut right, mut bare) = (vec![0.0; block], vec![0.0; block], Vec::new());
     for _ in 0..RUNS {
-        bare.push(bare_stft(&grid, input.len() / grid.hop) / played);
+        bare.push(bare_stft(&grid, input.len() / grid.hop).0 / played);
         for (engine, setting) in engines.iter_mut().zip(settings) {
             let Some((spatializer, times)) = engine else { continue };
             let Quality { tier, live } = setting.quality;
@@ -88,8 +88,8 @@ pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, s
         .collect()
 }
 
-/// Processor seconds of `frames` frames of one forward and two inverse transforms.
-fn bare_stft(grid: &StftGrid, frames: usize) -> f64 {
+/// Processor seconds of `frames` frames of one forward and two inverse transforms, and what has become of the noise that they begin with.
+fn bare_stft(grid: &StftGrid, frames: usize) -> (f64, Vec<f32>) {
     let (forward, inverse) = (promenade_fourier::forward::<f32>(grid.n_fft), promenade_fourier::inverse::<f32>(grid.n_fft));
     let mut time = noise(grid.n_fft);
     let mut spectrum = forward.make_output_vec();
@@ -111,8 +111,8 @@ fn bare_stft(grid: &StftGrid, frames: usize) -> f64 {
         }
         time.iter_mut().for_each(|v| *v *= scale);
     }
-    std::hint::black_box(&time);
-    began.elapsed().as_secs_f64()
+    let seconds = began.elapsed().as_secs_f64();
+    (seconds, time)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -123,10 +123,22 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use promenade_testing::scenes::room;
 
     #[test]
-    fn a_bare_transform_takes_time() {
+    fn a_bare_transform_goes_there_and_back() {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
-        assert!(bare_stft(&grid, 200) > 0.0);
+        let (_, returned) = bare_stft(&grid, 200);
+        let off = returned.iter().zip(noise(960)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-4, "{off}");
+    }
+
+    #[test]
+    fn all_tiers_are_held_against_one_bare_transform() {
+        let scene = room(16_000.0, 0.2, 0.05);
+        let costs = tier_costs(&scene, 16_000.0, 256, 0.5);
+        assert_eq!(costs.iter().map(|c| c.tier).collect::<Vec<_>>(), scene.tiers().collect::<Vec<_>>());
+        let bare = |cost: &TierCost| cost.real_time / cost.times_stft;
+        assert!(costs.iter().all(|cost| (bare(cost) / bare(&costs[0]) - 1.0).abs() < 1e-9), "{costs:?}");
     }
 }

@@ -9,11 +9,11 @@ pub mod cost;
 mod error;
 mod measures;
 mod poses;
-pub mod random;
 mod stream;
 pub mod trade;
 
 pub use error::JudgeError;
 pub use measures::{Comparison, MeanErrors, RESPONSE_S, Unmeasurable, response_measures, response_s};
 pub use poses::{noise, poses_within, walk};
+pub use promenade_core::random;
 pub use stream::{Ears, Stream};

@@ -1,6 +1,7 @@
-//! A scene as a host plays it, for whole sounds.
+//! A scene as a host plays it, offline.
 
-use promenade_core::{BlockParams, LiveParams, Pose, RenderError, Renderer, Scene, Spatializer};
+use promenade_core::decode::InlineWorker;
+use promenade_core::{BlockParams, EmitterParams, Emitters, Pose, RenderError, RenderParams, Renderer, Scene, Tier};
 use std::sync::Arc;
 
 /// Samples that are rendered at a time.
@@ -9,55 +10,115 @@ const BLOCK: usize = 4096;
 /// Left and right ear, of one length.
 pub type Ears = [Vec<f32>; 2];
 
-/// Plays sounds through a scene, each from silence and without latency.
+/// Plays sounds through a scene, each from silence, in time with what it is given; every decode is waited for.
 pub struct Stream {
-    engine: Spatializer,
-    params: BlockParams,
-    rate_hz: f64,
+    emitters: Emitters,
+    params: RenderParams,
+    places: EmitterParams,
+    /// Samples since the sound began.
+    played: usize,
 }
 
 impl Stream {
-    /// Plays a scene at a sample rate with some settings; every decode is waited for.
+    /// Plays a scene at a sample rate with some settings, of which mix, gain and bypass are none of a stream's.
     ///
     /// # Errors
     /// A rate at which it cannot be played.
-    pub fn new(scene: &Arc<Scene>, rate_hz: f64, params: BlockParams) -> Result<Self, RenderError> {
-        let mut engine = Spatializer::new(rate_hz);
-        engine.install(Box::new(Renderer::for_tier(scene, rate_hz, params.tier)?));
-        let live = LiveParams { wait: true, ..params.live };
-        Ok(Self { engine, params: BlockParams { live, ..params }, rate_hz })
+    pub fn new(scene: &Arc<Scene>, rate_hz: f64, block: &BlockParams) -> Result<Self, RenderError> {
+        let mut params = RenderParams::from(block);
+        params.quality.live.wait = true;
+        let emitters = Renderer::for_tier(scene, rate_hz, block.tier)?.into();
+        Ok(Self { emitters, params, places: block.emitters, played: 0 })
+    }
+
+    /// The same with emitters of a stereo sound's channels this angle apart, radians.
+    ///
+    /// # Errors
+    /// As [`Stream::new`].
+    pub fn with_spread(mut self, spread: f32) -> Result<Self, RenderError> {
+        let first = self.emitters.first();
+        let second = first.another()?;
+        let decoder = if self.params.quality.tier >= Tier::High { InlineWorker::new(first.scene()) } else { None };
+        let second = match decoder {
+            Some(decoder) => second.with_worker(Box::new(decoder)),
+            None => second,
+        };
+        self.emitters = self.emitters.with_second(second);
+        self.places.spread = spread;
+        Ok(self)
+    }
+
+    /// Whether a stereo sound's channels have emitters of their own.
+    #[must_use]
+    pub fn is_spread(&self) -> bool {
+        self.places.spread > 0.0
+    }
+
+    /// How the scene is rendered.
+    #[must_use]
+    pub fn params(&self) -> &RenderParams {
+        &self.params
+    }
+
+    /// How the scene is rendered from now on, in the same tier.
+    pub fn params_mut(&mut self) -> &mut RenderParams {
+        &mut self.params
+    }
+
+    /// The renderer of the one emitter, or of the left channel's.
+    #[must_use]
+    pub fn renderer(&self) -> &Renderer {
+        self.emitters.first()
+    }
+
+    /// Samples for which the room sounds on after a sound has ended.
+    #[must_use]
+    pub fn tail_samples(&self) -> usize {
+        self.renderer().tail_samples_with(&self.params.trim)
+    }
+
+    /// Forgets what has been played: the next sample is a sound's first.
+    pub fn restart(&mut self) {
+        self.emitters.reset();
+        self.played = 0;
+    }
+
+    /// Renders the next samples of one or two channels into both ears, all of one length; `pose_at` is given seconds from the sound's start.
+    /// So many samples of the ears, which come back, are from before the sound: altogether the renderer's latency.
+    pub fn advance(&mut self, input: &[&[f32]], ears: [&mut [f32]; 2], pose_at: &mut dyn FnMut(f64) -> Pose) -> usize {
+        let (count, latency, rate_hz) =
+            (ears[0].len(), self.renderer().latency_samples(), self.renderer().grid().sample_rate_hz);
+        let played = self.played;
+        self.emitters.process(input, ears, self.params, &self.places, &mut |i| pose_at((played + i) as f64 / rate_hz));
+        self.played += count;
+        latency.saturating_sub(played).min(count)
     }
 
     /// Both ears of a mono sound, as long as it; `pose_at` is given seconds from its start. `None` as soon as it is not
     /// `wanted` any more.
     pub fn render(&mut self, dry: &[f32], mut pose_at: impl FnMut(f64) -> Pose, wanted: &dyn Fn() -> bool) -> Option<Ears> {
-        self.engine.reset();
-        let latency = self.engine.latency_samples();
-        let mut ears = [(); 2].map(|()| vec![0.0; dry.len() + latency]);
-        let [left, right] = &mut ears;
-        let mut input = [0.0; BLOCK];
-        let mut done = 0;
-        while done < left.len() {
+        self.restart();
+        let whole = dry.len() + self.renderer().latency_samples();
+        let mut rendered = [(); 2].map(|()| Vec::with_capacity(dry.len()));
+        let mut ears = [(); 2].map(|()| vec![0.0; BLOCK]);
+        for start in (0..whole).step_by(BLOCK) {
             if !wanted() {
                 return None;
             }
-            let count = BLOCK.min(left.len() - done);
-            let input = &mut input[..count];
-            input.fill(0.0);
-            let rest = &dry[done.min(dry.len())..];
-            input.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
-            let out = [&mut left[done..done + count], &mut right[done..done + count]];
-            self.engine.process(&[input], out, &self.params, |i| pose_at((done + i) as f64 / self.rate_hz));
-            done += count;
+            let count = BLOCK.min(whole - start);
+            let mut input = dry[start.min(dry.len())..(start + count).min(dry.len())].to_vec();
+            input.resize(count, 0.0);
+            let early = self.advance(&[&input], ears.each_mut().map(|ear| &mut ear[..count]), &mut pose_at);
+            rendered.iter_mut().zip(&ears).for_each(|(to, ear)| to.extend_from_slice(&ear[early..count]));
         }
-        Some(ears.map(|mut ear| ear.split_off(latency)))
+        Some(rendered)
     }
 
     /// What a unit impulse becomes for a listener who stands still, over some seconds after it. Before it there is silence of
     /// one window, [`Stream::lead`] samples. `None` as soon as it is not `wanted` any more.
     pub fn respond(&mut self, pose: Pose, seconds: f64, wanted: &dyn Fn() -> bool) -> Option<Ears> {
         let lead = self.lead();
-        let mut impulse = vec![0.0; lead + (seconds * self.rate_hz) as usize];
+        let mut impulse = vec![0.0; lead + (seconds * self.renderer().grid().sample_rate_hz) as usize];
         if let Some(x) = impulse.get_mut(lead) {
             *x = 1.0;
         }
@@ -67,7 +128,7 @@ impl Stream {
     /// Samples of silence before the impulse of a response.
     #[must_use]
     pub fn lead(&self) -> usize {
-        self.engine.renderer().map_or(0, |renderer| renderer.grid().n_fft)
+        self.renderer().grid().n_fft
     }
 }
 
@@ -79,7 +140,7 @@ mod tests {
     #[test]
     fn sounds_begin_anew_and_end_when_they_are_not_wanted() {
         let scene = room(16_000.0, 0.3, 0.05);
-        let mut stream = Stream::new(&scene, 48_000.0, BlockParams::default()).unwrap();
+        let mut stream = Stream::new(&scene, 48_000.0, &BlockParams::default()).unwrap();
         let first = stream.respond(Pose::IDENTITY, 0.4, &|| true).unwrap();
         let again = stream.respond(Pose::IDENTITY, 0.4, &|| true).unwrap();
         assert_eq!(first[0].len(), stream.lead() + 19_200);

@@ -1,11 +1,19 @@
-//! Speed against accuracy: a scene played with less and less of what it holds, each setting's cost beside its error.
+//! Speed against accuracy: each setting of a scene, its cost beside its error.
+
+#[cfg(feature = "rayon")]
+mod all;
+#[cfg(feature = "rayon")]
+mod reduce;
+
+#[cfg(feature = "rayon")]
+pub use all::trade;
 
 use crate::cost::{Setting, TierCost, setting_costs};
 use crate::error::JudgeError;
 use crate::measures::{Comparison, MeanErrors, Unmeasurable, response_measures, response_s};
 use crate::poses::{noise, poses_within, walk};
 use crate::stream::{Ears, Stream};
-use promenade_core::{BlockParams, IMAGE_OCTAVES_HZ, LiveParams, Pose, Quality, ResponseMeasures, Scene, Tier};
+use promenade_core::{BlockParams, LiveParams, OCTAVES_HZ, Pose, Quality, ResponseMeasures, Scene, Tier};
 use promenade_fourier::spectrum;
 use promenade_metrics::{MetricError, lsd_db, rwavs};
 use std::sync::Arc;
@@ -180,7 +188,7 @@ impl Heard {
         let scene = &setting.scene;
         let rate = scene.grid().sample_rate_hz;
         let Quality { tier, live } = setting.quality;
-        let mut stream = Stream::new(scene, rate, BlockParams { tier, live, ..BlockParams::default() })?;
+        let mut stream = Stream::new(scene, rate, &BlockParams { tier, live, ..BlockParams::default() })?;
         let seconds = response_s(scene);
         let mut respond = |pose: Pose, name: &str| {
             let ears = stream.respond(pose, seconds, wanted).ok_or(JudgeError::Unwanted)?;
@@ -250,7 +258,7 @@ fn octaves_db(ears: &Ears, sample_rate_hz: f64, top_hz: f32) -> Vec<f64> {
     for ear in ears {
         let bins = spectrum(ear.iter().map(|x| f64::from(*x)), length);
         for centre in
-            IMAGE_OCTAVES_HZ.map(f64::from).into_iter().filter(|centre| centre * std::f64::consts::SQRT_2 <= f64::from(top_hz))
+            OCTAVES_HZ.map(f64::from).into_iter().filter(|centre| centre * std::f64::consts::SQRT_2 <= f64::from(top_hz))
         {
             let inside = |k: &usize| (centre / std::f64::consts::SQRT_2..centre * std::f64::consts::SQRT_2).contains(&hz(*k));
             let energy: f64 = (0..bins.len()).filter(inside).map(|k| bins[k].norm_sqr()).sum();

@@ -7,6 +7,7 @@ use crate::shared;
 use promenade_core::Bands;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts, Listener, Placement, PoseConvention, Tensor};
+use promenade_core::random::Random;
 use safetensors::SafeTensors;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -139,15 +140,11 @@ pub fn weights(kind: CloudKind) -> BTreeMap<String, Tensor> {
     keys.iter().map(|k| k.as_str().unwrap()).map(|k| (k.to_owned(), tensor(k))).collect()
 }
 
-/// A number in [-1, 1) from a name and an index: FNV-1a, then the finaliser of splitmix64.
+/// A number in [-1, 1) from a name and an index: FNV-1a, then splitmix64.
 fn signed_noise(key: &str, index: usize) -> f32 {
     let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3));
-    let mut z = hash.wrapping_add((index as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^= z >> 31;
-    let u = (z >> 40) as f32 / 16_777_216.0;
-    2.0 * u - 1.0
+    let mut random = Random::new(hash.wrapping_add((index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+    2.0 * random.uniform() - 1.0
 }
 
 fn floats(file: &SafeTensors<'_>, name: &str) -> Vec<f32> {

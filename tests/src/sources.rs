@@ -1,6 +1,6 @@
 //! What the files of a crate name, read from its sources as far as the tests of the architecture need it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,8 @@ pub struct Source {
     pub exports: BTreeMap<String, Names>,
     /// The macros that it calls, each with its line.
     pub macros: Vec<(usize, String)>,
+    /// What it reads of values: the names behind a dot, of fields and methods.
+    pub members: BTreeSet<String>,
 }
 
 /// The files of a crate by module; the root is the module without a name.
@@ -53,7 +55,10 @@ fn collect(folder: &Path, module: &mut Names, found: &mut BTreeMap<Names, Source
 fn read(file: &Path) -> Source {
     let text = fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let tokens = without_tests(&tokens(&text));
-    let mut source = Source { file: file.to_owned(), paths: Vec::new(), exports: BTreeMap::new(), macros: Vec::new() };
+    let members =
+        tokens.windows(2).filter(|pair| pair[0].1 == "." && is_name(&pair[1].1)).map(|pair| pair[1].1.clone()).collect();
+    let (paths, exports, macros) = (Vec::new(), BTreeMap::new(), Vec::new());
+    let mut source = Source { file: file.to_owned(), paths, exports, macros, members };
     let mut at = 0;
     while let Some((line, token)) = tokens.get(at) {
         let follows = |n: usize, what: &str| tokens.get(at + n).is_some_and(|(_, token)| token == what);

@@ -19,6 +19,7 @@ mod other_latency;
 mod parameters;
 mod presets;
 mod rates;
+mod recipes;
 mod scenes;
 mod sleep;
 mod state;

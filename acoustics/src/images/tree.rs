@@ -7,8 +7,7 @@ use crate::ray::Ray;
 use crate::room::Room;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use rustc_hash::FxHashMap;
 
 /// Most images of one order that are made without a beam.
 const MOST_EXACT: usize = 16_384;
@@ -31,7 +30,7 @@ pub(super) struct Candidate {
 /// Sequences of planes that begin alike share their beginning.
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    children: Map<(u32, u32), u32>,
+    children: FxHashMap<(u32, u32), u32>,
 }
 
 struct Node {
@@ -53,7 +52,7 @@ enum Beams {
 impl Tree {
     pub(super) fn new(source: DVec3) -> Self {
         let root = Node { position: source, order: 0, plane: NOTHING, beams: Beams::Unasked };
-        Self { nodes: vec![root], children: Map::default() }
+        Self { nodes: vec![root], children: FxHashMap::default() }
     }
 
     /// All sequences of up to so many planes, unless an order has too many.
@@ -137,7 +136,7 @@ impl Node {
 
 /// Candidates without those that lie where another of the same order does, in order.
 pub(super) fn distinct(candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let mut found: Map<[i64; 4], usize> = Map::default();
+    let mut found: FxHashMap<[i64; 4], usize> = FxHashMap::default();
     let mut all: Vec<Candidate> = Vec::with_capacity(candidates.len());
     for candidate in candidates {
         let cell = |shift: f64| (candidate.position / (4.0 * SAME_IMAGE_M) + shift).floor().to_array().map(|c| c as i64);
@@ -157,34 +156,4 @@ pub(super) fn distinct(candidates: Vec<Candidate>) -> Vec<Candidate> {
     }
     all.sort_by_key(|c| c.order);
     all
-}
-
-/// A map of small keys, faster than one that is safe from keys of an attacker's choice.
-type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mix>>;
-
-#[derive(Default)]
-struct Mix(u64);
-
-impl Hasher for Mix {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|b| self.write_u64(u64::from(*b)));
-    }
-
-    fn write_u32(&mut self, value: u32) {
-        self.write_u64(u64::from(value));
-    }
-
-    fn write_i64(&mut self, value: i64) {
-        self.write_u64(value.cast_unsigned());
-    }
-
-    // Multiplied by an odd number near 2^64 over the golden ratio, with the high half folded onto the low.
-    fn write_u64(&mut self, value: u64) {
-        let wide = u128::from(self.0 ^ value ^ 0x5851_F42D_4C95_7F2D) * 0x9E37_79B9_7F4A_7C15;
-        self.0 = (wide as u64) ^ (wide >> 64) as u64;
-    }
 }

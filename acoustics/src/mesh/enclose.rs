@@ -162,22 +162,23 @@ fn walls(values: &[f64]) -> [(f64, f64); 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use promenade_core::random::Random;
 
     /// Points on the walls of a box about the origin, turned, with noise, furniture and what is seen through a window.
     fn scanned(size: [f64; 3], turn: f64) -> Vec<[f64; 3]> {
-        let mut random = Random::new(3, 0);
+        let mut random = Random::stream(3, 0);
         let axis = DVec2::from_angle(turn);
         let mut points = Vec::new();
         for i in 0..20_000 {
-            let mut at = [0, 1, 2].map(|k| (random.uniform() - 0.5) * size[k]);
+            let mut at = [0, 1, 2].map(|k| (random.uniform_f64() - 0.5) * size[k]);
             match i % 20 {
                 // A table in the middle, and the street.
                 0..3 => at = [at[0] * 0.3, at[1] * 0.3, -0.2 * size[2]],
-                3 if i % 80 == 3 => at[0] = (0.6 + 2.0 * random.uniform()) * size[0],
+                3 if i % 80 == 3 => at[0] = (0.6 + 2.0 * random.uniform_f64()) * size[0],
                 _ => {
                     let wall = i % 6;
-                    at[wall / 2] = (wall % 2) as f64 * size[wall / 2] - 0.5 * size[wall / 2] + 0.02 * (random.uniform() - 0.5);
+                    at[wall / 2] =
+                        (wall % 2) as f64 * size[wall / 2] - 0.5 * size[wall / 2] + 0.02 * (random.uniform_f64() - 0.5);
                 }
             }
             let plan = at[0] * axis + at[1] * axis.perp();

@@ -2,7 +2,8 @@
 
 use crate::bake::late_unit::Late;
 use crate::error::BakeError;
-use promenade_core::{Bands, IMAGE_OCTAVES_HZ, TailModel, TransferFunction, image_octave};
+use promenade_core::octave::{OCTAVES, nearest_octave};
+use promenade_core::{Bands, TailModel, TransferFunction};
 use promenade_room::time_filters;
 use rayon::prelude::*;
 
@@ -45,8 +46,8 @@ fn decays_db(energies: &[Vec<f64>], bands: &Bands) -> Vec<Vec<f64>> {
         let (below, above) = (centres[band.saturating_sub(1)], centres[(band + 1).min(centres.len() - 1)]);
         f64::from(above - below) / 2.0
     };
-    let within = |octave: Option<usize>, band: usize| octave.is_none_or(|octave| octave == image_octave(centres[band]));
-    let octaves = (0..IMAGE_OCTAVES_HZ.len()).map(Some).chain([None]);
+    let within = |octave: Option<usize>, band: usize| octave.is_none_or(|octave| octave == nearest_octave(centres[band]));
+    let octaves = (0..OCTAVES).map(Some).chain([None]);
     let decay = |octave: Option<usize>| {
         let mut left = 0.0;
         let mut levels: Vec<f64> = energies

@@ -21,7 +21,7 @@ pub use hrtf::Hrtf;
 pub use join::{PartFolder, RunKey, join};
 pub use mesh_room::{MeshOptions, Simulated, simulate_mesh};
 pub use part::Part;
-pub use poses::{Inside, along, fit, grid, random_inside, random_poses, turned};
+pub use poses::{Inside, along, fit, grid, random_inside, random_poses, scene_spacing_m, turned};
 pub use promenade_acoustics::OCTAVES_HZ;
 pub use promenade_core::network::SPEED_OF_SOUND_M_S;
 

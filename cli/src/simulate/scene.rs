@@ -3,20 +3,15 @@
 use crate::args::{RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Material, Mesh, Room, SCATTERING, Shoebox, Source};
+use promenade_acoustics::{Air, Material, Mesh, Room, Shoebox, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, receiver};
-use promenade_baker::simulation::Hrtf;
+use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;
 use promenade_room::{PLAYED_IMAGES, SceneOptions, ShoeboxRoom};
 use std::path::Path;
 use std::time::Instant;
-
-/// Places of the listener that a scene has about, unless told.
-const PLACES: f32 = 60.0;
-/// The finest and widest spacing of places by itself, metres.
-const SPACING_M: (f32, f32) = (0.5, 5.0);
 
 pub(super) fn write(
     mesh: &Mesh,
@@ -35,15 +30,13 @@ pub(super) fn write(
         );
     }
     let (_, hrtf) = super::head(args, run)?;
-    let [low, high] = mesh.bounds();
-    let area = ((high[0] - low[0]) * (high[1] - low[1])) as f32;
     let options = GeometryOptions {
         images: args.images as usize,
         head_turns: args.head_turns as usize,
         order: args.order,
         beams: args.beams as usize,
         rays: args.rays as usize,
-        spacing_m: args.grid.unwrap_or_else(|| (area / PLACES).sqrt().clamp(SPACING_M.0, SPACING_M.1)),
+        spacing_m: args.grid.unwrap_or_else(|| scene_spacing_m(mesh)),
         height_m: args.height,
         margin_m: args.margin,
         air: Some(Air::default()),
@@ -69,8 +62,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     let set = Responses::load(&run.head, &LoadOptions::default())?;
     let hrtf = Hrtf::new(&set, args.rate.unwrap_or(SCENE_HZ));
     let hrtf = hrtf.with_context(|| format!("{}: makes no HRTF", run.head.display()))?;
-    let even = |absorption: &[f32; 7]| Material { name: String::new(), absorption: *absorption, scattering: [SCATTERING; 7] };
-    let materials = args.materials.clone().unwrap_or_else(|| args.absorption.each_ref().map(even));
+    let materials = args.materials.clone().unwrap_or_else(|| args.absorption.map(Material::absorbing));
     let walls = Shoebox { size: args.size.as_dvec3().to_array(), materials };
     let [x, y, z] = args.size.to_array();
     let names: Vec<&str> = walls.materials.iter().map(|m| m.name.as_str()).collect();

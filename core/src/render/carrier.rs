@@ -2,6 +2,7 @@
 
 use crate::bands::{BandPlace, Bands};
 use crate::number::{single, whole, whole_signed};
+use crate::random::{Random, mix};
 use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex, spectrum};
@@ -186,19 +187,16 @@ fn band_levels(spectrum: &[Complex32], places: &[BandPlace], bands: usize) -> Ve
 }
 
 /// Counter-based noise: the same numbers for the same seed, stream and index on every machine.
-struct Noise {
-    state: u64,
-}
+struct Noise(Random);
 
 impl Noise {
     fn new(seed: u64, stream: u64, index: u64) -> Self {
-        Self { state: mix(mix(mix(seed) ^ stream) ^ index) }
+        Self(Random::new(mix(mix(mix(seed) ^ stream) ^ index)))
     }
 
     /// Uniform in (0, 1).
     fn uniform(&mut self) -> f32 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        ((mix(self.state) >> 40) as f32 + 0.5) / 16_777_216.0
+        ((self.0.bits() >> 40) as f32 + 0.5) / 16_777_216.0
     }
 
     fn phase(&mut self) -> f32 {
@@ -209,13 +207,6 @@ impl Noise {
     fn gaussian(&mut self) -> f32 {
         (-2.0 * self.uniform().ln()).sqrt() * self.phase().cos()
     }
-}
-
-/// Finaliser of the splitmix64 generator (Steele, Lea and Flood 2014).
-fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use crate::decode::Field;
 use crate::network::SPEED_OF_SOUND_M_S;
 use crate::number::{single, whole};
+use crate::octave::nearest_octave;
 use crate::render::late::{late_lead, late_power, late_share};
-use crate::scene::image_octave;
 use crate::{Bands, NEAREST_M, Scene, Shares, StftGrid, TAP_LEAD_HOPS, TailModel};
 
 /// Less energy than that is none.
@@ -57,7 +57,7 @@ impl DecayCurve {
                 let after = f64::from(distance - pose.position.distance(emitter)) / hop_m;
                 let hop = whole(after + TAP_LEAD_HOPS).clamp(1, taps) - 1;
                 for (band, hz) in parts.bands.centres_hz().iter().enumerate() {
-                    let octave = image_octave(*hz);
+                    let octave = nearest_octave(*hz);
                     let air = 10.0_f32.powf(-0.05 * distance * images.air_db_per_m[octave]);
                     let gain = seen * image.gains[octave] * air / distance.max(NEAREST_M);
                     energy[hop * bands + band] += f64::from(gain).powi(2);

@@ -4,6 +4,7 @@ use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSource, ImageSources, Scene,
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{degree, harmonics};
 use crate::number::single;
+use crate::octave::OCTAVES;
 use crate::{Axis, Bands, StftGrid, TailModel};
 use glam::Vec3;
 use promenade_fourier::num_complex::Complex64;
@@ -67,7 +68,7 @@ impl Scene {
         let gain = emitter_gain(direct, field, &parts.grid, &images.head);
         let seen = images.direct.iter().zip(images.seen.chunks(images.images.len()));
         let with_emitter = ImageSources {
-            images: [&[ImageSource { position: *emitter, gains: [gain; 7] }], &*images.images].concat(),
+            images: [&[ImageSource { position: *emitter, gains: [gain; OCTAVES] }], &*images.images].concat(),
             seen: seen.flat_map(|(direct, seen)| [&[*direct], seen].concat()).collect(),
             head: one_pair(pair, weights),
             ..images.clone()

@@ -4,13 +4,14 @@ use super::check::{MAX_BANDS, MAX_HOPS, MAX_IMAGES, check_grid, check_nodes, lim
 use super::error::{SceneError, value};
 use super::manifest::{MAX_SCENE_BYTES, Manifest, ManifestCloud, ManifestField, ManifestImages, VERSION};
 use super::{
-    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, IMAGE_OCTAVES_HZ, ImageSource, ImageSources, MeasuredHead,
-    MeasuredRoom, SceneParts, TailModel,
+    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, ImageSource, ImageSources, MeasuredHead, MeasuredRoom, SceneParts,
+    TailModel,
 };
 use crate::decode::field::{Basis, LowRank, NodeShares, Rows};
 use crate::head::HEAD_BANDS;
 use crate::network::{CloudModel, CloudParts, Tensor};
 use crate::number::{single, whole};
+use crate::octave::{OCTAVES, Octaves};
 use crate::transfer::MOST_SHARES;
 use crate::{Bands, Field, StftGrid, TransferShape};
 use glam::Vec3;
@@ -160,7 +161,7 @@ fn image_entries<'a>(images: &'a ImageSources, entries: &mut Vec<Entry<'a>>) {
     let positions: Vec<f32> = images.images.iter().flat_map(|i| i.position.to_array()).collect();
     let gains: Vec<f32> = images.images.iter().flat_map(|i| i.gains).collect();
     entries.push(entry("images.direct", &[places], &images.direct));
-    entries.push(entry("images.gains", &[count, IMAGE_OCTAVES_HZ.len()], gains));
+    entries.push(entry("images.gains", &[count, OCTAVES], gains));
     entries.push(entry("images.head", &[AMBISONIC_CHANNELS, 2, images.head.len()], &images.head.filters));
     entries.push(entry("images.position", &[count, 3], positions));
     entries.push(entry("images.seen", &[places, count], &images.seen));
@@ -311,12 +312,12 @@ fn read_field(table: &str, m: ManifestField, shape: TransferShape, tensors: &Saf
 }
 
 fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSources, SceneError> {
-    let gains = floats(tensors, "images.gains", &[None, Some(IMAGE_OCTAVES_HZ.len())])?;
-    let count = gains.len() / IMAGE_OCTAVES_HZ.len();
+    let gains = floats(tensors, "images.gains", &[None, Some(OCTAVES)])?;
+    let count = gains.len() / OCTAVES;
     limit("number of images", count, 1, MAX_IMAGES)?;
     let position = floats(tensors, "images.position", &[Some(count), Some(3)])?;
     let gains = gains.as_chunks::<7>().0;
-    let image = |(p, gains): (&[f32], &[f32; 7])| ImageSource { position: Vec3::from_slice(p), gains: *gains };
+    let image = |(p, gains): (&[f32], &Octaves)| ImageSource { position: Vec3::from_slice(p), gains: *gains };
     let images = position.chunks_exact(3).zip(gains).map(image).collect();
     let (air_db_per_m, sample_rate_hz, lead) = (m.air_db_per_m, m.head_rate_hz, m.head_lead);
     let filters = floats(tensors, "images.head", &[Some(AMBISONIC_CHANNELS), Some(2), None])?;

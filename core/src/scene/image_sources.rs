@@ -1,16 +1,8 @@
 //! The image sources of a scene.
 
-use crate::Axis;
+use crate::octave::{OCTAVES, OCTAVES_HZ, Octaves};
+use crate::{Axis, number::whole};
 use glam::Vec3;
-
-/// Octaves that the gains of image sources are stated in, Hz.
-pub const IMAGE_OCTAVES_HZ: [f32; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
-
-/// Number of the octave of [`IMAGE_OCTAVES_HZ`] that a frequency is in or nearest to.
-#[must_use]
-pub fn image_octave(hz: f32) -> usize {
-    IMAGE_OCTAVES_HZ.iter().position(|octave| hz < octave * std::f32::consts::SQRT_2).unwrap_or(IMAGE_OCTAVES_HZ.len() - 1)
-}
 
 /// Channels of third-order Ambisonics, in which image sources are added up.
 pub const AMBISONIC_CHANNELS: usize = 16;
@@ -20,8 +12,8 @@ pub const AMBISONIC_CHANNELS: usize = 16;
 pub struct ImageSource {
     /// World position, metres.
     pub position: Vec3,
-    /// What the walls leave of the amplitude in [`IMAGE_OCTAVES_HZ`], linear, at least 0.
-    pub gains: [f32; 7],
+    /// What the walls leave of the amplitude in [`OCTAVES_HZ`], linear, at least 0.
+    pub gains: Octaves,
 }
 
 /// Early reflections with a place of their own: each is heard from its image's direction, after its distance, and keeps its
@@ -31,8 +23,8 @@ pub struct ImageSources {
     /// Images, without the emitter itself where the field has it, the most important first: tier Draft plays the first of them
     /// only.
     pub images: Vec<ImageSource>,
-    /// What a metre of air takes in [`IMAGE_OCTAVES_HZ`], dB.
-    pub air_db_per_m: [f32; 7],
+    /// What a metre of air takes in [`OCTAVES_HZ`], dB.
+    pub air_db_per_m: Octaves,
     /// Places at which it is known which images are seen, metres, along x, y and z.
     pub places: [Axis; 3],
     /// How much of each image is seen at each place, 0 to 1, `[z][y][x][image]`.
@@ -78,8 +70,8 @@ impl ImageSources {
     /// What a metre of air takes of the amplitude at a frequency, nepers: a straight line over logarithms between octaves and
     /// beyond.
     pub(crate) fn air_nepers_per_m(&self, hz: f64) -> f64 {
-        let place = (hz.max(1.0) / f64::from(IMAGE_OCTAVES_HZ[0])).log2();
-        let below = crate::number::whole(place.clamp(0.0, 5.0));
+        let place = (hz.max(1.0) / f64::from(OCTAVES_HZ[0])).log2();
+        let below = whole(place.clamp(0.0, (OCTAVES - 2) as f64));
         let [a, b] = [below, below + 1].map(|octave| f64::from(self.air_db_per_m[octave]).max(1e-9).ln());
         (a + (place - below as f64) * (b - a)).exp() * std::f64::consts::LN_10 / 20.0
     }
@@ -126,11 +118,11 @@ mod tests {
 
     #[test]
     fn what_is_seen_fades_from_place_to_place() {
-        let image = ImageSource { position: Vec3::X, gains: [1.0; 7] };
+        let image = ImageSource { position: Vec3::X, gains: [1.0; OCTAVES] };
         let head = AmbisonicHead { sample_rate_hz: 48_000.0, lead: 0, filters: Vec::new() };
         let images = ImageSources {
             images: vec![image; 2],
-            air_db_per_m: [0.0; 7],
+            air_db_per_m: [0.0; OCTAVES],
             places: [Axis::uniform(0.0, 1.0, 2), Axis::uniform(0.0, 2.0, 2), Axis::single(1.0)],
             seen: vec![1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0],
             direct: vec![1.0, 1.0, 0.0, 0.0],

@@ -3,6 +3,7 @@
 use super::{AnchorCloud, ImageSources, Provenance};
 use crate::decode::field::{Axis, Facing, FieldGrid};
 use crate::network::{CloudEmitter, CloudKind, DELAY_SHAPES, Placement, PoseConvention};
+use crate::octave::Octaves;
 use crate::published::{ConvMode, Projection};
 use crate::{HeldOut, Pose, ResponseMeasures, StftGrid};
 use glam::{Quat, Vec3};
@@ -80,7 +81,7 @@ pub(super) struct ManifestField {
 #[serde(deny_unknown_fields)]
 pub(super) struct ManifestImages {
     places: [ManifestAxis; 3],
-    pub(super) air_db_per_m: [f32; 7],
+    pub(super) air_db_per_m: Octaves,
     pub(super) head_rate_hz: f64,
     pub(super) head_lead: usize,
 }

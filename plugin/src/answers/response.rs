@@ -3,14 +3,12 @@
 use crate::answers::settled::Question;
 use crate::parameter::cast::narrow;
 use crate::telemetry::{FLOOR_DB, MASK_POINTS, frequency_hz};
-use promenade_core::{BlockParams, Pose, Scene};
+use promenade_core::{BlockParams, OCTAVES_HZ, Pose, Scene};
 use promenade_judge::{Ears, Stream, response_measures, response_s};
 use promenade_metrics::{DecayRange, MetricError, c50_db, decay_time_s, octave_of, schroeder_db, smoothed_levels_db};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
-/// Octaves whose decay can be looked at alone, Hz.
-pub const OCTAVES_HZ: [f32; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 /// Points of a curve of decay.
 pub const DECAY_POINTS: usize = 240;
 /// A decay is shown down to this level, dB.
@@ -66,7 +64,7 @@ impl Listening {
     pub fn ears(&self, wanted: &dyn Fn() -> bool) -> Option<Ears> {
         let scene = self.scene.upgrade()?;
         let longer = f64::from(self.block.trim.decay).max(1.0);
-        let mut stream = Stream::new(&scene, self.sample_rate_hz, self.block).ok()?;
+        let mut stream = Stream::new(&scene, self.sample_rate_hz, &self.block).ok()?;
         stream.respond(self.pose, longer * response_s(&scene), wanted)
     }
 }

@@ -155,7 +155,7 @@ fn spectrum(ui: &mut Ui, rect: Rect, palette: &Palette, response: Option<&Respon
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::answers::response::OCTAVES_HZ;
+    use promenade_core::OCTAVES_HZ;
 
     #[test]
     fn every_octave_has_its_name() {

@@ -142,7 +142,7 @@ impl DrawnRoom {
     /// A length, an emitter or a material that no room can have.
     ///
     /// # Real-time
-    /// Not real-time safe: takes some 20 to 60 ms.
+    /// Not real-time safe: takes as long as a room's making.
     pub fn scene(&self, receiver: &Receiver) -> Result<Scene, RoomError> {
         let title = format!("Room of {}", self.lengths());
         let [x, y, z] = self.size;

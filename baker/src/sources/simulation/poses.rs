@@ -11,6 +11,9 @@ use promenade_judge::random::Random;
 const FROM_EMITTER_M: f32 = 0.5;
 /// Places of a grid, at most.
 const MOST_PLACES: f32 = 1e6;
+/// Places of the listener that a scene has about by itself, and the finest and widest spacing that this makes, metres.
+const SCENE_PLACES: f32 = 60.0;
+const SCENE_SPACING_M: (f32, f32) = (0.5, 5.0);
 /// Share of the emitter's surfaces that a place has at least.
 const ENCLOSED: f64 = 0.9;
 /// Heads that are drawn for each that is wanted, at most.
@@ -56,6 +59,14 @@ pub fn grid(inside: &Inside<'_>, spacing_m: f32, height_m: f32) -> Result<Vec<Ve
         return Err(BakeError::argument("grid", "a place in the room", found));
     }
     Ok(places)
+}
+
+/// The spacing at which a scene of a mesh has some 60 places, metres, 0.5 to 5.
+#[must_use]
+pub fn scene_spacing_m(mesh: &Mesh) -> f32 {
+    let [low, high] = mesh.bounds();
+    let area = ((high[0] - low[0]) * (high[1] - low[1])) as f32;
+    (area / SCENE_PLACES).sqrt().clamp(SCENE_SPACING_M.0, SCENE_SPACING_M.1)
 }
 
 /// Heads at random places of a mesh's room, turned as those of [`random_poses`]. The same each time for one seed.

@@ -1,15 +1,13 @@
 //! What the user changes about the level of an image: early or late, and the room's decay.
 
 use crate::number::single;
+use crate::octave::{KILOHERTZ, OCTAVES_HZ};
 use crate::render::decay_curve::DecayCurve;
-use crate::scene::IMAGE_OCTAVES_HZ;
 use crate::{EARLY_S, Scene, StftGrid, Trim};
 use std::sync::Arc;
 
 /// Time over which an image goes from early to late, seconds, about [`EARLY_S`].
 const BORDER_S: f64 = 0.005;
-/// Number of the octave whose decay an image follows at once, 1 kHz; the others come with its walls.
-const MIDDLE: usize = 3;
 
 /// Levels of images by the time at which they are heard.
 pub(crate) struct Levels {
@@ -38,12 +36,12 @@ impl Levels {
         let Trim { early, late, .. } = self.trim;
         let border = (after / self.rate_hz - EARLY_S) / BORDER_S + 0.5;
         let level = early + single(border.clamp(0.0, 1.0)) * (late - early);
-        level * single(self.decay(MIDDLE, after).exp())
+        level * single(self.decay(KILOHERTZ, after).exp())
     }
 
     /// What is left to each octave, natural logarithms.
     pub(crate) fn log_gain(&self, octave: usize, after: f64) -> f32 {
-        single(self.decay(octave, after) - self.decay(MIDDLE, after))
+        single(self.decay(octave, after) - self.decay(KILOHERTZ, after))
     }
 
     /// Gain of another decay, natural logarithm.
@@ -52,6 +50,6 @@ impl Levels {
         if times == 1.0 {
             return 0.0;
         }
-        self.curve.log_gain_at(self.scene.bands(), IMAGE_OCTAVES_HZ[octave], after.max(0.0) / self.hop, times)
+        self.curve.log_gain_at(self.scene.bands(), OCTAVES_HZ[octave], after.max(0.0) / self.hop, times)
     }
 }

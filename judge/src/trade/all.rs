@@ -1,25 +1,21 @@
-//! Speed against accuracy: a scene played with less and less of what it holds, each setting's cost beside its error.
+//! A scene played with less and less of what it holds.
 
-mod reduce;
-
-use crate::error::BakeError;
+use super::{Heard, TradePoint, best, costs, reduce, tiers};
+use crate::cost::Setting;
+use crate::error::JudgeError;
 use promenade_core::{LiveParams, Quality, Scene, Tier};
-use promenade_judge::cost::Setting;
-use promenade_judge::trade::{Heard, best, costs, tiers};
 use rayon::prelude::*;
 use std::sync::Arc;
-
-pub use promenade_judge::trade::{TradeErrors, TradePoint, tier_points, truth_jnds};
 
 /// Decodes a second that are tried, besides the usual rate.
 const DECODE_RATES_HZ: [f32; 4] = [5.0, 10.0, 20.0, 80.0];
 
-/// Plays a scene in every tier, and with fewer taps, images, nodes and decodes as far as it has them; costs are for a host rate
-/// and block. The cheapest comes first.
+/// Plays a scene in every tier, and with fewer taps, images, nodes and decodes as far as it has them; costs are for a host rate and block.
+/// The cheapest comes first. On all processors.
 ///
 /// # Errors
 /// A setting that cannot be rendered, or whose responses cannot be measured.
-pub fn trade(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize) -> Result<Vec<TradePoint>, BakeError> {
+pub fn trade(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize) -> Result<Vec<TradePoint>, JudgeError> {
     let settings = settings(scene);
     let best = Heard::of(&best(scene), &|| true)?;
     let heard: Result<Vec<Heard>, _> = settings.par_iter().map(|(setting, _)| Heard::of(setting, &|| true)).collect();
