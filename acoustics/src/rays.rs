@@ -79,7 +79,8 @@ pub struct LateField {
 }
 
 impl LateField {
-    /// Reverberation times T30 of the octaves, seconds, each a mean over all listeners that have one; `None` if an octave has none.
+    /// Reverberation times T30 of the octaves, seconds, each a mean over all listeners that have one; `None` if an octave has
+    /// none.
     #[must_use]
     pub fn mean_t30_s(&self) -> Option<[f64; BANDS]> {
         let mut means = [0.0; BANDS];
@@ -91,8 +92,8 @@ impl LateField {
     }
 }
 
-/// Traces rays from a source once and collects them at all listeners. `done` is told the share of the work that is, 0 to 1. The same
-/// input and seed give the same numbers on any number of threads.
+/// Traces rays from a source once and collects them at all listeners. `done` is told the share of the work that is, 0 to 1. The
+/// same input and seed give the same numbers on any number of threads.
 ///
 /// # Errors
 /// A source or a listener that is not finite, an option out of range.
@@ -304,8 +305,8 @@ impl<'a> Tracer<'a> {
                 *e *= r;
             }
             let scattered = surface.chance > 0.0 && random.uniform_f64() < surface.chance;
-            // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the same ways:
-            // keeping it for ever would make a few rays carry everything.
+            // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the
+            // same ways: keeping it for ever would make a few rays carry everything.
             if mirrored && order < options.image_order {
                 let factors = if scattered { &surface.if_scattered } else { &surface.if_mirrored };
                 energy.iter_mut().zip(factors).for_each(|(e, f)| *e *= f);

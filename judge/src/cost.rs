@@ -88,7 +88,8 @@ pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, s
         .collect()
 }
 
-/// Processor seconds of `frames` frames of one forward and two inverse transforms, and what has become of the noise that they begin with.
+/// Processor seconds of `frames` frames of one forward and two inverse transforms, and what has become of the noise that they
+/// begin with.
 fn bare_stft(grid: &StftGrid, frames: usize) -> (f64, Vec<f32>) {
     let (forward, inverse) = (promenade_fourier::forward::<f32>(grid.n_fft), promenade_fourier::inverse::<f32>(grid.n_fft));
     let mut time = noise(grid.n_fft);

@@ -83,8 +83,9 @@ impl Stream {
         self.played = 0;
     }
 
-    /// Renders the next samples of one or two channels into both ears, all of one length; `pose_at` is given seconds from the sound's start.
-    /// So many samples of the ears, which come back, are from before the sound: altogether the renderer's latency.
+    /// Renders the next samples of one or two channels into both ears, all of one length; `pose_at` is given seconds from the
+    /// sound's start. So many samples of the ears, which come back, are from before the sound: altogether the renderer's
+    /// latency.
     pub fn advance(&mut self, input: &[&[f32]], ears: [&mut [f32]; 2], pose_at: &mut dyn FnMut(f64) -> Pose) -> usize {
         let (count, latency, rate_hz) =
             (ears[0].len(), self.renderer().latency_samples(), self.renderer().grid().sample_rate_hz);

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-/// Every package that a package pulls in when it is built, by name, features as they are by default, with further options of `cargo tree`.
+/// Every package that a package pulls in when it is built, by name, features as they are by default, with further options of
+/// `cargo tree`.
 fn closure_with(of: &str, more: &[&str]) -> BTreeSet<String> {
     // Packages for tests and benches are of no concern to who builds the crate.
     let options = ["tree", "--offline", "--edges", "normal,build", "--prefix", "none", "--format", "{p}", "--package", of];
@@ -124,10 +125,12 @@ fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// What crates that compute use of the standard library: numbers and collections, no files, threads, clocks, sockets or variables.
+/// What crates that compute use of the standard library: numbers and collections, no files, threads, clocks, sockets or
+/// variables.
 const OF_STD: [&str; 14] =
     ["array", "borrow", "cmp", "collections", "error", "f32", "f64", "fmt", "iter", "mem", "ops", "slice", "sync::Arc", "u32"];
-/// The crates that compute and do nothing else, and what they use beside that: names of files in errors, readers that are handed in.
+/// The crates that compute and do nothing else, and what they use beside that: names of files in errors, readers that are
+/// handed in.
 const COMPUTE: [(&str, &[&str]); 7] = [
     ("core", &[]),
     ("fourier", &[]),

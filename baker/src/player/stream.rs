@@ -7,8 +7,8 @@ use promenade_core::Pose;
 use promenade_judge::Stream;
 use std::collections::VecDeque;
 
-/// Plays a sound from silence, and with `tail` the room that sounds on after it. The latency is rendered after the end and left out at the
-/// start. What comes back are the processor seconds of it, the decoding of the first pose not counted.
+/// Plays a sound from silence, and with `tail` the room that sounds on after it. The latency is rendered after the end and left
+/// out at the start. What comes back are the processor seconds of it, the decoding of the first pose not counted.
 pub(super) fn play(
     stream: &mut Stream,
     mut source: Source,

@@ -10,8 +10,8 @@ use std::sync::Arc;
 /// Decodes a second that are tried, besides the usual rate.
 const DECODE_RATES_HZ: [f32; 4] = [5.0, 10.0, 20.0, 80.0];
 
-/// Plays a scene in every tier, and with fewer taps, images, nodes and decodes as far as it has them; costs are for a host rate and block.
-/// The cheapest comes first. On all processors.
+/// Plays a scene in every tier, and with fewer taps, images, nodes and decodes as far as it has them; costs are for a host rate
+/// and block. The cheapest comes first. On all processors.
 ///
 /// # Errors
 /// A setting that cannot be rendered, or whose responses cannot be measured.
