@@ -129,3 +129,65 @@ pub fn write(target: &Path, bytes: &[u8]) -> Result<(), FileError> {
     drop(file);
     draft.publish()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn appears_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("scene.promenade");
+        let (draft, mut file) = Draft::create(&target).unwrap();
+        file.write_all(b"half").unwrap();
+        assert!(!target.exists());
+        drop(draft);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "an abandoned draft leaves nothing");
+        write(&target, b"one").unwrap();
+        write(&target, b"two").unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"two");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn refuses_folders_and_places_that_do_not_exist() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(matches!(write(folder.path(), b""), Err(FileError::Content { .. })));
+        assert!(matches!(write(&folder.path().join("no/such/file"), b""), Err(FileError::Write { .. })));
+    }
+    #[test]
+    fn leftovers_of_ended_processes_are_removed_and_others_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let (draft, _) = Draft::create(&path("out.wav")).unwrap();
+        let alive = draft.partial.clone();
+        fs::write(path("out.wav.4000000-0.promenade-partial"), b"half").unwrap();
+        fs::write(path("download.partial"), b"somebody else's").unwrap();
+        remove_leftovers(folder.path());
+        assert!(alive.exists(), "its process lives");
+        assert!(path("download.partial").exists());
+        assert!(!path("out.wav.4000000-0.promenade-partial").exists());
+        draft.publish().unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "the file and the download");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_and_its_target_is_written() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("real")).unwrap();
+        fs::write(path("real/scene"), b"old").unwrap();
+        symlink("real/scene", path("link")).unwrap();
+        symlink("link", path("link to link")).unwrap();
+        symlink("real/new", path("dangling")).unwrap();
+        symlink("circle", path("circle")).unwrap();
+        for (link, target) in [("link", "real/scene"), ("link to link", "real/scene"), ("dangling", "real/new")] {
+            write(&path(link), link.as_bytes()).unwrap();
+            assert!(fs::symlink_metadata(path(link)).unwrap().is_symlink(), "{link}");
+            assert_eq!(fs::read(path(target)).unwrap(), link.as_bytes(), "{link}");
+        }
+        assert!(write(&path("circle"), b"").unwrap_err().to_string().contains("circle"));
+    }
+}

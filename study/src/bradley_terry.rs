@@ -108,9 +108,9 @@ fn connected(votes: &Preferences) -> bool {
         let (mut seen, mut open) = (vec![false; t], vec![0]);
         seen[0] = true;
         while let Some(from) = open.pop() {
-            for to in 0..t {
-                if !seen[to] && leads(from, to) {
-                    seen[to] = true;
+            for (to, seen) in seen.iter_mut().enumerate() {
+                if !*seen && leads(from, to) {
+                    *seen = true;
                     open.push(to);
                 }
             }
