@@ -6,7 +6,7 @@
 //! weights.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../tests/oracle.rs"]
 mod oracle;
 
 use cpu_time::ThreadTime;
