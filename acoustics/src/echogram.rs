@@ -2,6 +2,10 @@
 
 use crate::octave::{BANDS, Octaves};
 
+/// Least square of the correlation of level and time of what is called a decay; below it there are steps, as of two arrivals.
+/// ISO 3382-2 takes 0.99 for a measured one.
+const LEAST_CORRELATION: f64 = 0.8;
+
 /// Octaves side by side in a vector, one of them empty.
 pub(crate) const LANES: usize = 8;
 
@@ -50,7 +54,7 @@ impl Echogram {
     }
 
     /// Reverberation time of an octave, seconds, from the decay between -5 and -35 dB (ISO 3382-1, T30); `None` where the
-    /// echogram does not reach so far.
+    /// echogram does not reach so far, or falls in steps instead of along a line.
     #[must_use]
     pub fn t30_s(&self, band: usize) -> Option<f64> {
         self.decay_time_s(band, -35.0)
@@ -81,9 +85,12 @@ impl Echogram {
         }
         let count = points.len() as f64;
         let (t, db) = (points.iter().map(|p| p.0).sum::<f64>() / count, points.iter().map(|p| p.1).sum::<f64>() / count);
-        let slope =
-            points.iter().map(|p| (p.0 - t) * (p.1 - db)).sum::<f64>() / points.iter().map(|p| (p.0 - t).powi(2)).sum::<f64>();
-        Some(-60.0 / slope)
+        let sum = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
+        let (both, times, levels) =
+            (sum(&|p| (p.0 - t) * (p.1 - db)), sum(&|p| (p.0 - t).powi(2)), sum(&|p| (p.1 - db).powi(2)));
+        let straight = both * both >= LEAST_CORRELATION * times * levels;
+        let t60_s = -60.0 * times / both;
+        (straight && t60_s.is_finite() && t60_s > 0.0).then_some(t60_s)
     }
 }
 
@@ -101,5 +108,36 @@ impl Lanes {
     #[cfg(feature = "meshes")]
     pub(crate) fn add(&mut self, other: &Self) {
         self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened()).for_each(|(a, b)| *a += b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn echogram(energy: impl Fn(usize) -> f32) -> Echogram {
+        let bin = |i| Bin { energy: [energy(i); BANDS], from: [[0.0; BANDS]; 3] };
+        Echogram { bin_s: 0.004, bins: (0..250).map(bin).collect() }
+    }
+
+    #[test]
+    fn steps_and_what_does_not_fall_are_no_decay() {
+        // -5.2 dB after the first arrival, and then nothing falls until the second: a line through that is level.
+        let two = echogram(|i| {
+            if i == 3 {
+                0.7
+            } else if i == 200 {
+                0.3
+            } else {
+                0.0
+            }
+        });
+        let (once, silent, level) = (echogram(|i| if i == 3 { 1.0 } else { 0.0 }), echogram(|_| 0.0), echogram(|_| 1.0));
+        for echogram in [two, once, silent] {
+            assert_eq!((echogram.t20_s(2), echogram.t30_s(2)), (None, None));
+        }
+        assert!(level.t20_s(2).is_none_or(|t| t.is_finite() && t > 0.0));
+        let falling = echogram(|i| (-0.1 * i as f32).exp());
+        assert!((falling.t20_s(2).unwrap() / (0.004 * 60.0 / (10.0 * 0.1 * std::f64::consts::LOG10_E)) - 1.0).abs() < 0.01);
     }
 }

@@ -15,7 +15,7 @@ use crate::octave::Octaves;
 use crate::ray::Ray;
 use crate::room::Room;
 use glam::DVec3;
-use tree::{Candidate, Tree, distinct};
+use tree::{Candidate, Candidates, Tree};
 
 /// How images are searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +39,8 @@ impl Default for ImageOptions {
 pub struct Images {
     source: DVec3,
     directivity: Directivity,
-    all: Vec<Candidate>,
+    order: u32,
+    all: Candidates,
 }
 
 impl Images {
@@ -58,13 +59,25 @@ impl Images {
         }
         let mut tree = Tree::new(source);
         tree.grow_exactly(room, options.exact_order.min(options.order));
-        Ok(Self { source, directivity, all: distinct(tree.grow_along(room, options)) })
+        let all = Candidates::distinct(tree.grow_along(room, options));
+        Ok(Self { source, directivity, order: options.order, all })
+    }
+
+    /// Reflections that they have at most.
+    pub(crate) fn order(&self) -> u32 {
+        self.order
+    }
+
+    /// Whether a listener has the image of this order at a place from here, if nothing is in its way. What rays bring along
+    /// such a way is the image's; along any other way it is theirs.
+    pub(crate) fn has(&self, order: u32, position: DVec3, listener: DVec3) -> bool {
+        self.all.at(order, position).is_some_and(|candidate| candidate.cone.holds(listener - candidate.position))
     }
 
     /// How many images there are, the source itself among them.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.all.len()
+        self.all.iter().count()
     }
 
     /// The images that a listener sees, the nearest orders first and in the order of their indices.

@@ -42,8 +42,8 @@ impl<'a> Intensity<'a> {
     ///
     /// # Errors
     /// A source that is not finite, an option out of range, or more than some 67 million particles.
-    pub fn new(room: &'a Room, source: impl Into<Source>, options: &RayOptions) -> Result<Self, AcousticsError> {
-        let options = RayOptions { image_order: 0, ..*options };
+    pub fn new(room: &'a Room, source: impl Into<Source>, options: &RayOptions<'_>) -> Result<Self, AcousticsError> {
+        let options = RayOptions { images: None, ..*options };
         let mut planes: Vec<Vec<Particle>> = room.planes().iter().map(|_| Vec::new()).collect();
         let mut count = 0;
         particles(room, &source.into(), &options, |at, plane, lanes| {
@@ -98,7 +98,7 @@ mod tests {
         Room::new(&walls.mesh().unwrap(), &walls.materials).unwrap()
     }
 
-    fn options(rays: usize) -> RayOptions {
+    fn options(rays: usize) -> RayOptions<'static> {
         RayOptions { rays, length_s: 2.0, air: None, ..RayOptions::default() }
     }
 

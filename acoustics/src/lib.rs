@@ -32,6 +32,8 @@ mod mesh;
 mod octave;
 mod particles;
 #[cfg(feature = "meshes")]
+mod ply;
+#[cfg(feature = "meshes")]
 mod ray;
 #[cfg(feature = "meshes")]
 mod rays;
@@ -39,6 +41,7 @@ mod rays;
 mod room;
 mod shoebox;
 mod surface;
+mod wildcard;
 
 pub use air::Air;
 #[cfg(feature = "meshes")]
@@ -61,10 +64,13 @@ pub use mesh::{FoundBox, Mesh, MeshReport, Triangle};
 pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_place};
 pub use particles::ParticleOptions;
 #[cfg(feature = "meshes")]
+pub use ply::{Ply, PlyError, PlyLimits};
+#[cfg(feature = "meshes")]
 pub use rays::{LateField, RayOptions, late_field};
 #[cfg(feature = "meshes")]
 pub use room::{Room, Surroundings};
 pub use shoebox::{BoxImage, Shoebox, box_images};
+pub use wildcard::fits;
 
 /// Metres per second, of air at 20 degrees Celsius.
 pub const SPEED_OF_SOUND_M_S: f64 = promenade_core::network::SPEED_OF_SOUND_M_S as f64;

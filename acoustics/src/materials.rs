@@ -7,6 +7,7 @@
 use crate::error::AcousticsError;
 use crate::material::{Material, SCATTERING};
 use crate::octave::{BANDS, Octaves};
+use crate::wildcard::fits;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -100,12 +101,12 @@ impl Materials {
     pub fn assign(&self, groups: &[String], rules: &[(String, String)]) -> Result<Vec<Material>, AcousticsError> {
         for (pattern, description) in rules {
             self.material(description)?;
-            if !groups.iter().any(|group| fits(&key(pattern), &key(group))) {
+            if !groups.iter().any(|group| fits(&key(pattern), &key(group), None)) {
                 let expected = format!("one that fits a group of the mesh: {}", groups.join(", "));
                 return Err(AcousticsError::argument("pattern of a material", expected, format!("{pattern:?}")));
             }
         }
-        let of = |group: &String| match rules.iter().find(|(pattern, _)| fits(&key(pattern), &key(group))) {
+        let of = |group: &String| match rules.iter().find(|(pattern, _)| fits(&key(pattern), &key(group), None)) {
             Some((_, description)) => self.material(description),
             None => self.material(group),
         };
@@ -138,17 +139,24 @@ fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Oct
     }
 }
 
-/// How much a name looks like another, whole or in one of its words.
+/// How much a name looks like another: whole, and in its words. A word that both have tells most, a longer one more than a
+/// short one; of others counts how near the nearest is to each word of the name that was found.
 fn likeness(found: &str, name: &str) -> f64 {
-    let words = name.split('_').map(|word| 0.95 * strsim::jaro_winkler(found, word));
-    words.fold(strsim::jaro_winkler(found, name), f64::max)
-}
-
-/// Whether a name is of the form of a pattern, in which `*` stands for any letters.
-fn fits(pattern: &str, name: &str) -> bool {
-    let Some((before, after)) = pattern.split_once('*') else { return pattern == name };
-    let Some(rest) = name.strip_prefix(before) else { return false };
-    (0..=rest.len()).any(|i| rest.is_char_boundary(i) && fits(after, &rest[i..]))
+    let words = |text: &str| -> Vec<String> {
+        let words = text.split(|c: char| !c.is_alphabetic()).filter(|word| word.chars().count() > 2);
+        words.map(|word| word.strip_suffix('s').unwrap_or(word).to_owned()).collect()
+    };
+    let (mine, theirs) = (words(found), words(name));
+    let same = mine.iter().filter(|word| theirs.contains(word)).map(|word| word.chars().count() as f64).sum::<f64>();
+    let begins = |a: &str, b: &str| a.starts_with(b) || b.starts_with(a);
+    let kin = mine
+        .iter()
+        .filter(|word| theirs.iter().any(|other| other.len() > 3 && word.len() > 3 && other != *word && begins(other, word)));
+    // Of materials with the same words, the one with few others.
+    let others = theirs.iter().filter(|word| !mine.contains(word)).count() as f64;
+    let like = theirs.iter().map(|word| 0.95 * strsim::jaro_winkler(found, word));
+    let likeness = like.fold(strsim::jaro_winkler(found, name), f64::max);
+    likeness - 0.1 * others + 0.3 * same + 0.3 * kin.map(|word| word.chars().count() as f64).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -177,6 +185,9 @@ mod tests {
         for (wrong, says) in [
             ("carpett", "perhaps carpet_"),
             ("brick", "brickwork"),
+            ("mat_scene09_concrete", "unpainted_concrete, concrete_floor, or numbers"),
+            ("Curtain-Heavy.003", "perhaps curtain"),
+            ("oak_wood_01", "wood"),
             ("0.1/0.2", "1 number or 7 with slashes between, found 2"),
             ("1.2", "expected 0 to 1, found 1.2"),
             ("0.1:smooth", "scattering: expected a name of the table"),

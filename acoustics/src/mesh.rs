@@ -3,8 +3,10 @@
 mod enclose;
 mod file;
 mod gltf;
+mod names;
 mod obj;
 mod ply;
+mod polygon;
 mod read;
 mod report;
 mod section;
@@ -13,9 +15,19 @@ mod stl;
 pub use enclose::FoundBox;
 pub use report::MeshReport;
 
-use crate::error::AcousticsError;
-use crate::error::place;
+pub(crate) use polygon::Cutter;
+
+use crate::error::{AcousticsError, place};
+use crate::material::Material;
+use crate::octave::BANDS;
 use glam::DVec3;
+use std::collections::HashMap;
+
+/// Triangles and vertices of a mesh at most; a room of so many takes some 0.5 GB.
+pub(crate) const MAX_TRIANGLES: usize = 2_000_000;
+pub(crate) const MAX_VERTICES: usize = 3 * MAX_TRIANGLES;
+/// Farthest coordinate that a room has, metres.
+const FARTHEST_M: f64 = 1e6;
 
 /// Triangles in groups of one material each.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,6 +50,53 @@ pub struct Triangle {
 }
 
 impl Mesh {
+    /// What a reader says where [`Self::within_limits`] does not hold.
+    const EXPECTED: &str = "a mesh of at most 2000000 triangles and 6000000 vertices (simplify it, or leave out what repeats)";
+
+    /// # Errors
+    /// Says how many triangles and vertices there are if they are too many.
+    fn within_limits(&self) -> Result<(), String> {
+        self.within_limits_with(0, 0)
+    }
+
+    /// The same with so many triangles and vertices more.
+    fn within_limits_with(&self, triangles: usize, vertices: usize) -> Result<(), String> {
+        let (triangles, vertices) = (self.triangles.len() + triangles, self.vertices.len() + vertices);
+        let fits = triangles <= MAX_TRIANGLES && vertices <= MAX_VERTICES;
+        if fits { Ok(()) } else { Err(format!("{triangles} triangles and {vertices} vertices, or more")) }
+    }
+
+    /// Makes groups of the same material one, with the name of the first. Returns the materials of the groups that are left.
+    pub fn merge_groups(&mut self, materials: Vec<Material>) -> Vec<Material> {
+        let mut found: HashMap<[u32; 2 * BANDS], u32> = HashMap::new();
+        let (mut kept, mut names, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
+        for (material, name) in materials.into_iter().zip(std::mem::take(&mut self.groups)) {
+            let shares = material.absorption.iter().chain(&material.scattering).map(|share| share.to_bits());
+            let mut key = [0; 2 * BANDS];
+            key.iter_mut().zip(shares).for_each(|(key, share)| *key = share);
+            numbers.push(*found.entry(key).or_insert_with(|| {
+                kept.push(material);
+                names.push(name);
+                kept.len() as u32 - 1
+            }));
+        }
+        self.triangles.iter_mut().for_each(|t| t.group = numbers[t.group as usize]);
+        self.groups = names;
+        kept
+    }
+
+    /// # Errors
+    /// A vertex that is farther away than any room or not finite. Its unit is the metre.
+    pub(crate) fn check_metres(&self) -> Result<(), AcousticsError> {
+        match self.vertices.iter().enumerate().find(|(_, v)| v.iter().any(|c| c.abs().total_cmp(&FARTHEST_M).is_gt())) {
+            Some((i, v)) => {
+                let expected = format!("coordinates within {} km", FARTHEST_M / 1000.0);
+                Err(AcousticsError::argument(format!("vertex {i}"), expected, format!("{v:?} m")))
+            }
+            None => self.check(),
+        }
+    }
+
     /// # Errors
     /// A vertex that is not finite, a triangle with a corner or a group that is not there.
     pub(crate) fn check(&self) -> Result<(), AcousticsError> {

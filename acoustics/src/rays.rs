@@ -11,6 +11,7 @@ use crate::air::Air;
 use crate::directivity::{Directivity, Source};
 use crate::echogram::{Echogram, LANES, Lanes};
 use crate::error::{AcousticsError, place};
+use crate::images::Images;
 use crate::lattice::direction;
 use crate::octave::{BANDS, Octaves};
 use crate::ray::Ray;
@@ -33,17 +34,18 @@ const LEAST_ENERGY: f32 = 1e-7;
 const MOST_BINS: f64 = 1e6;
 
 /// How rays are traced.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RayOptions {
+#[derive(Clone, Copy, Debug)]
+pub struct RayOptions<'a> {
     /// Rays from the source.
     pub rays: usize,
     /// How long they go, seconds.
     pub length_s: f64,
     /// Length of a bin of the echograms, seconds.
     pub bin_s: f64,
-    /// What mirrors alone have sent on up to so many times is left to images of [`crate::Share::Specular`]. The direct sound
-    /// always is.
-    pub image_order: u32,
+    /// What these images of the same source bring to a listener, of [`crate::Share::Specular`], is left to them, and nothing
+    /// else: what mirrors have sent on along ways that no image was found for stays with the rays. The direct sound is always
+    /// an image's.
+    pub images: Option<&'a Images>,
     /// Radius of the listeners' spheres, metres; less where a wall is nearer. Without it a tenth of the side of a cube of the
     /// volume that the mesh lies in.
     pub radius_m: Option<f64>,
@@ -53,9 +55,9 @@ pub struct RayOptions {
     pub seed: u64,
 }
 
-impl Default for RayOptions {
+impl Default for RayOptions<'_> {
     fn default() -> Self {
-        Self { rays: 16_384, length_s: 1.0, bin_s: 0.004, image_order: 6, radius_m: None, air: Some(Air::default()), seed: 1 }
+        Self { rays: 16_384, length_s: 1.0, bin_s: 0.004, images: None, radius_m: None, air: Some(Air::default()), seed: 1 }
     }
 }
 
@@ -101,7 +103,7 @@ pub fn late_field(
     room: &Room,
     source: impl Into<Source>,
     listeners: &[[f64; 3]],
-    options: &RayOptions,
+    options: &RayOptions<'_>,
     done: impl Fn(f64),
 ) -> Result<LateField, AcousticsError> {
     let source = source.into();
@@ -126,7 +128,7 @@ pub fn late_field(
 pub(crate) fn particles(
     room: &Room,
     source: &Source,
-    options: &RayOptions,
+    options: &RayOptions<'_>,
     mut on_wall: impl FnMut(DVec3, u32, &[f32; LANES]),
 ) -> Result<(), AcousticsError> {
     check(options, 1.0)?;
@@ -147,7 +149,7 @@ pub(crate) fn particles(
     Ok(())
 }
 
-fn check(options: &RayOptions, radius: f64) -> Result<(), AcousticsError> {
+fn check(options: &RayOptions<'_>, radius: f64) -> Result<(), AcousticsError> {
     let wrong = |what: &str, expected: &str, found: String| Err(AcousticsError::argument(what, expected, found));
     if !(1..=1 << 28).contains(&options.rays) {
         return wrong("rays", "1 to 268435456", options.rays.to_string());
@@ -178,7 +180,7 @@ struct Tracer<'a> {
     directivity: &'a Directivity,
     listeners: &'a Listeners,
     surfaces: Vec<Surface>,
-    options: &'a RayOptions,
+    options: &'a RayOptions<'a>,
     turn: DQuat,
     bins: usize,
 }
@@ -247,7 +249,7 @@ impl<'a> Tracer<'a> {
         room: &'a Room,
         source: &'a Source,
         listeners: &'a Listeners,
-        options: &'a RayOptions,
+        options: &'a RayOptions<'a>,
     ) -> Result<Self, AcousticsError> {
         Ok(Self {
             room,
@@ -281,13 +283,15 @@ impl<'a> Tracer<'a> {
         // Sent out at the level of a direct sound of 1 at 1 m on the axis.
         let level = 4.0 * std::f64::consts::PI / options.rays as f64;
         let (mut way, mut order, mut mirrored) = (0.0, 0, true);
+        let images_order = options.images.map_or(0, Images::order);
+        // Where the source's image lies that the ray comes from, as long as only mirrors have sent it on.
+        let mut image = self.source;
         loop {
             sum.casts += 1;
             let hit = ray.cast(self.room);
             let length = hit.map_or(f64::INFINITY, |hit| hit.distance).min(reach - way);
-            if !(mirrored && order <= options.image_order) {
-                self.collect(&ray, length, way, &energy, level, sum);
-            }
+            let of = (mirrored && order <= images_order).then_some((order, image));
+            self.collect(&ray, length, way, &energy, level, of, sum);
             let Some(hit) = hit else {
                 return add(&mut sum.escaped, &energy.map(f64::from));
             };
@@ -307,7 +311,7 @@ impl<'a> Tracer<'a> {
             let scattered = surface.chance > 0.0 && random.uniform_f64() < surface.chance;
             // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the
             // same ways: keeping it for ever would make a few rays carry everything.
-            if mirrored && order < options.image_order {
+            if mirrored && order < images_order {
                 let factors = if scattered { &surface.if_scattered } else { &surface.if_mirrored };
                 energy.iter_mut().zip(factors).for_each(|(e, f)| *e *= f);
             }
@@ -316,6 +320,9 @@ impl<'a> Tracer<'a> {
                 let direction = self.scattered(&ray, hit.face, &mut random);
                 ray.scatter(self.room, &hit, direction);
             } else {
+                if mirrored && order < images_order {
+                    image = self.room.planes()[self.room.plane(hit.face) as usize].mirror(image);
+                }
                 ray.mirror(self.room, &hit);
             }
             order += 1;
@@ -333,8 +340,28 @@ impl<'a> Tracer<'a> {
         (normal + DVec3::new(radius * cosine, radius * sine, z)).try_normalize().unwrap_or(normal)
     }
 
-    fn collect(&self, ray: &Ray, length: f64, way: f64, energy: &[f32; LANES], level: f64, sum: &mut Sum) {
+    /// Collects a ray on its next `length` metres; `of` is the order and the place of the image that it comes from, if one
+    /// may have it.
+    #[expect(clippy::too_many_arguments, reason = "all of them are of one ray")]
+    fn collect(
+        &self,
+        ray: &Ray,
+        length: f64,
+        way: f64,
+        energy: &[f32; LANES],
+        level: f64,
+        of: Option<(u32, DVec3)>,
+        sum: &mut Sum,
+    ) {
+        if matches!(of, Some((0, _))) {
+            return;
+        }
         self.listeners.crossed(ray, length, |listener, at, area_m2| {
+            let delivers =
+                |(order, image)| self.options.images.is_some_and(|all| all.has(order, image, self.listeners.place(listener)));
+            if of.is_some_and(delivers) {
+                return;
+            }
             let bin = ((way + at) / SPEED_OF_SOUND_M_S / self.options.bin_s) as usize;
             if bin < self.bins {
                 let from = (-ray.direction).as_vec3();

@@ -1,5 +1,7 @@
 //! A mesh with its materials, ready for rays.
 
+mod volumes;
+
 use crate::air::Air;
 use crate::error::{AcousticsError, place};
 use crate::eyring;
@@ -7,21 +9,23 @@ use crate::lattice::direction;
 use crate::material::Material;
 use crate::mesh::{Mesh, normal};
 use crate::octave::BANDS;
-use glam::{DVec3, Vec3A};
+use glam::{DQuat, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
-use obvhs::{Boundable, BvhBuildParams};
-use std::collections::HashMap;
-use std::time::Duration;
+use std::collections::{HashMap, HashSet};
+
+/// Directions in which it is counted how many surfaces lie between a place and the outside; an odd number, for a vote.
+const VOTES: usize = 5;
+/// Surfaces that are counted on one way at most.
+const MOST_CROSSED: usize = 10_000;
+/// Places along the longest side of a room at which a nearest place is looked for.
+const SEARCHED: f64 = 24.0;
 
 /// Directions in which a place's surroundings are looked at.
 const AROUND: usize = 128;
 /// No plane.
 pub(crate) const NOWHERE: u32 = u32::MAX;
-/// From so many triangles on, bounding volumes are built quickly rather than well.
-const QUICK: usize = 200_000;
 /// How far outside its edges a triangle is still met, as a share of itself, so that no ray slips through between two.
 const EDGE: f32 = 2e-6;
 /// Planes whose normals' coordinates differ by less, and whose distances by less than this share of the room, are one.
@@ -104,22 +108,15 @@ impl Plane {
     }
 }
 
-struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 impl Room {
-    /// Makes a mesh with the material of each of its groups ready for tracing. Degenerate triangles reflect nothing.
+    /// Makes a mesh with the material of each of its groups ready for tracing. Degenerate triangles reflect nothing, nor do
+    /// those that lie where an earlier one does.
     ///
     /// # Errors
-    /// A mesh with numbers that are not finite or refer to nothing, or without any area; as many materials as groups are
-    /// needed, with shares from 0 to 1.
+    /// A mesh with coordinates beyond 1000 km or numbers that refer to nothing, or without any area; as many materials as
+    /// groups are needed, with shares from 0 to 1.
     pub fn new(mesh: &Mesh, materials: &[Material]) -> Result<Self, AcousticsError> {
-        mesh.check()?;
+        mesh.check_metres()?;
         materials.iter().try_for_each(Material::check)?;
         if materials.len() != mesh.groups.len() {
             let expected = format!("one for each of {} groups", mesh.groups.len());
@@ -130,9 +127,16 @@ impl Room {
         let mut planes = Planes::new(radius);
         let mut areas_m2 = vec![0.0; materials.len()];
         let (mut faces, mut leaves, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
+        let mut there: HashSet<[[i32; 3]; 3]> = HashSet::new();
+        let cell = |v: DVec3| ((v - centre) / (SKIN * radius)).to_array().map(|c| c.round() as i32);
         for (triangle, t) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = mesh.corners(t);
             let Some(normal) = normal(a, b, c) else { continue };
+            let mut cells = [a, b, c].map(cell);
+            cells.sort_unstable();
+            if !there.insert(cells) {
+                continue;
+            }
             let plane = planes.number(normal, a);
             areas_m2[t.group as usize] += 0.5 * (b - a).cross(c - a).length();
             let [a, b, c] = [a, b, c].map(|v| (v - centre).as_vec3a());
@@ -141,14 +145,13 @@ impl Room {
             let normal = (a - b).cross(c - a);
             leaves.push(Leaf { corner: a, edges: [a - b, c - a], normal, edge: EDGE * normal.length(), plane, face });
             let slack = Vec3A::splat((SKIN * radius).max(SLACK_M) as f32);
-            bounds.push(Bounds(Aabb::new(a.min(b).min(c) - slack, a.max(b).max(c) + slack)));
+            bounds.push(Aabb::new(a.min(b).min(c) - slack, a.max(b).max(c) + slack));
         }
         if faces.is_empty() {
             let found = format!("{} triangles without any", mesh.triangles.len());
             return Err(AcousticsError::argument("mesh", "triangles with an area", found));
         }
-        let params = if bounds.len() > QUICK { BvhBuildParams::very_fast_build() } else { BvhBuildParams::medium_build() };
-        let bvh = build_cwbvh(&bounds, params, &mut Duration::default());
+        let bvh = volumes::tree(bounds);
         let leaves = bvh.primitive_indices.iter().map(|i| leaves[*i as usize]).collect();
         Ok(Self {
             faces,
@@ -222,6 +225,61 @@ impl Room {
         let ways = (0..AROUND).filter_map(|i| self.cast(at, direction(i, AROUND), NOWHERE));
         let (count, clearance_m) = ways.fold((0, f64::INFINITY), |(n, least), (_, way)| (n + 1, least.min(way)));
         Ok(Surroundings { clearance_m, enclosed: f64::from(count) / AROUND as f64 })
+    }
+
+    /// Whether a place lies within a closed mesh: most ways from it to the outside cross an odd number of surfaces. Of a mesh
+    /// with open edges it says nothing.
+    ///
+    /// # Errors
+    /// A place that is not finite.
+    pub fn encloses(&self, at: [f64; 3]) -> Result<bool, AcousticsError> {
+        let at = place("place", at)?;
+        // No direction along axes, diagonals or edges that people like.
+        let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.371, 0.713, 0.197);
+        let odd = |i: usize| {
+            let way = turn * direction(i, VOTES);
+            let (mut from, mut leaving, mut crossed) = (at, NOWHERE, 0);
+            while let Some((face, far)) = self.cast(from, way, leaving).filter(|_| crossed < MOST_CROSSED) {
+                (from, leaving, crossed) = (from + far * way, self.plane(face), crossed + 1);
+            }
+            crossed % 2 == 1
+        };
+        Ok((0..VOTES).filter(|i| odd(*i)).count() > VOTES / 2)
+    }
+
+    /// The place nearest to another, of those within a closed mesh that have a margin, metres, to its surfaces, to some 1 %
+    /// of the room; none where there is none.
+    ///
+    /// # Errors
+    /// A place that is not finite.
+    pub fn nearest_inside(&self, at: [f64; 3], margin_m: f64) -> Result<Option<[f64; 3]>, AcousticsError> {
+        let at = place("place", at)?;
+        let holds = |at: DVec3| -> Result<bool, AcousticsError> {
+            let at = at.to_array();
+            Ok(self.surroundings(at)?.clearance_m >= margin_m && self.encloses(at)?)
+        };
+        let step = 2.0 * self.half.max_element() / SEARCHED;
+        let counts = (2.0 * self.half / step).ceil().max(DVec3::ONE);
+        let [x, y, z] = counts.to_array().map(|count| count as usize);
+        let low = self.centre - self.half;
+        let all = (0..x * y * z).map(|i| DVec3::new((i % x) as f64, (i / x % y) as f64, (i / (x * y)) as f64));
+        let mut all: Vec<DVec3> = all.map(|i| low + 2.0 * self.half * (i + 0.5) / counts).collect();
+        all.sort_by(|a, b| a.distance(at).total_cmp(&b.distance(at)));
+        for mut inside in all {
+            if !holds(inside)? {
+                continue;
+            }
+            // Nearer to where it was asked for.
+            let (mut within, mut beyond) = (1.0, 0.0);
+            let found = inside;
+            for _ in 0..8 {
+                let share = 0.5 * (within + beyond);
+                let between = at.lerp(found, share);
+                if holds(between)? { (within, inside) = (share, between) } else { beyond = share }
+            }
+            return Ok(Some(inside.to_array()));
+        }
+        Ok(None)
     }
 
     /// Reverberation time by octave after Eyring, seconds, if the room has this volume, cubic metres; infinite where nothing

@@ -1,7 +1,7 @@
 //! Meshes from files, and what is said of them.
 
 use crate::common::{l_room, shoebox};
-use promenade_acoustics::{Materials, Mesh, Triangle};
+use promenade_acoustics::{Material, Materials, Mesh, Room, Triangle};
 use std::path::PathBuf;
 
 fn written(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
@@ -116,6 +116,97 @@ fn a_report_counts_what_is_odd() {
 }
 
 #[test]
+fn slivers_leave_a_mesh_closed() {
+    // The first triangle's longest edge is met by a triangle without an area, which ends at its middle, and two halves behind
+    // that.
+    let whole = shoebox(0.1, 0.1).mesh().unwrap();
+    let mut mesh = whole.clone();
+    let Triangle { corners: [a, b, c], group } = mesh.triangles[0];
+    let middle = mesh.vertices.len() as u32;
+    let half = |axis: usize| 0.5 * (mesh.vertices[a as usize][axis] + mesh.vertices[b as usize][axis]);
+    mesh.vertices.push([half(0), half(1), half(2)]);
+    mesh.triangles[0].corners = [a, middle, c];
+    mesh.triangles.push(Triangle { corners: [middle, b, c], group });
+    mesh.triangles.push(Triangle { corners: [a, b, middle], group });
+    let report = mesh.report();
+    assert_eq!((report.open_edges, report.degenerate), (0, 1), "{report:?}");
+    assert!((report.volume_m3.unwrap() - 105.0).abs() < 1e-9, "{report:?}");
+}
+
+/// A triangle in a `.glb` file that so many nodes show.
+fn instances(nodes: usize, triangles: usize) -> Vec<u8> {
+    let list = |of: &dyn Fn(usize) -> String| (0..nodes).map(of).collect::<Vec<_>>().join(",");
+    let corners: Vec<u8> =
+        (0..triangles).flat_map(|_| [0.0_f32, 0., 0., 2., 0., 0., 0., 3., 1.]).flat_map(f32::to_le_bytes).collect();
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[{}]}}],"nodes":[{}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3","min":[0,0,0],"max":[2,3,1]}}],
+        "bufferViews":[{{"buffer":0,"byteLength":{length}}}],"buffers":[{{"byteLength":{length}}}]}}"#,
+        list(&|i| i.to_string()),
+        list(&|i| format!(r#"{{"mesh":0,"translation":[{i},0,0]}}"#)),
+        3 * triangles,
+        length = corners.len()
+    );
+    let json = format!("{json}{}", " ".repeat(json.len().next_multiple_of(4) - json.len()));
+    let word = |n: usize| u32::try_from(n).unwrap().to_le_bytes();
+    let head = [&b"glTF"[..], &word(2), &word(28 + json.len() + corners.len()), &word(json.len()), b"JSON"].concat();
+    [&head, json.as_bytes(), &word(corners.len()), b"BIN\0", &corners].concat()
+}
+
+#[test]
+fn small_files_ask_for_no_large_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = |name: &str, bytes: &[u8]| Mesh::load(&written(&folder, name, bytes));
+    assert_eq!(load("few.glb", &instances(20, 5)).unwrap().triangles.len(), 100);
+    let error = load("many.glb", &instances(3000, 1000)).unwrap_err().to_string();
+    assert!(error.contains("many.glb: expected a mesh of at most 2000000 triangles"), "{error}");
+
+    // Groups and materials by the ten thousand, each of its own name.
+    let corners = "v 0 0 0\nv 5 0 0\nv 5 4 1\nv 0 4 0\n";
+    let groups: String = (0..20_000).map(|i| format!("g group{i}\nf 1 2 3\nf 1 3 4\n")).collect();
+    let mesh = load("groups.obj", format!("{corners}{groups}").as_bytes()).unwrap();
+    assert_eq!((mesh.groups.len(), mesh.triangles.len()), (20_000, 40_000));
+    let materials: String = (0..100_000).map(|i| format!("usemtl material{i}\n")).collect();
+    let mesh = load("materials.obj", format!("{corners}{materials}f 1 2 3\n").as_bytes()).unwrap();
+    assert_eq!(mesh.groups, ["material99999"]);
+    let mut mesh = load("groups.obj", format!("{corners}{groups}").as_bytes()).unwrap();
+    let all = vec![Material::even("", 0.1, 0.1); 20_000];
+    assert_eq!((mesh.merge_groups(all).len(), &mesh.groups[..]), (1, &["group0".to_owned()][..]));
+
+    // Equal triangles are one, and nearly equal ones no chain of boxes in boxes.
+    let equal = load("equal.obj", format!("{corners}{}", "f 1 2 3\n".repeat(200_000)).as_bytes()).unwrap();
+    let room = Room::new(&equal, &[Material::even("", 0.1, 0.1)]).unwrap();
+    assert!(room.surroundings([2.5, 1.5, 3.0]).unwrap().enclosed > 0.0);
+    let fan: String = (0..100_000).map(|i| format!("v {} {} 0\nf 1 {} {}\n", 5 + i, 4 + i % 7, i + 5, 2)).collect();
+    let fan = load("fan.obj", format!("{corners}{fan}").as_bytes()).unwrap();
+    Room::new(&fan, &[Material::even("", 0.1, 0.1)]).unwrap();
+
+    for far in ["1e20", "-3e38", "2000000"] {
+        let mesh = load("far.obj", format!("{corners}v {far} 0 0\nf 1 2 5\nf 2 3 4\n").as_bytes()).unwrap();
+        let error = Room::new(&mesh, &[Material::even("", 0.1, 0.1)]).unwrap_err().to_string();
+        assert!(error.contains("vertex 4: expected coordinates within 1000 km"), "{error}");
+    }
+}
+
+#[test]
+fn places_are_within_a_closed_room_or_not() {
+    let walls = shoebox(0.1, 0.1);
+    let room = Room::new(&walls.mesh().unwrap(), &walls.materials).unwrap();
+    let l = Room::new(&l_room(), &[Material::even("wall", 0.1, 0.1)]).unwrap();
+    for at in [[1.0, 1.0, 1.0], [6.9, 4.9, 2.9], [3.5, 2.5, 1.5]] {
+        assert!(room.encloses(at).unwrap(), "{at:?}");
+    }
+    for at in [[-1.0, 1.0, 1.0], [3.5, 2.5, 3.1], [100.0, 0.0, 0.0]] {
+        assert!(!room.encloses(at).unwrap(), "{at:?}");
+    }
+    assert!(l.encloses([1.0, 5.0, 1.0]).unwrap() && !l.encloses([4.5, 4.5, 1.0]).unwrap(), "the corner that is not there");
+    let near = room.nearest_inside([9.0, 2.5, 1.5], 0.1).unwrap().unwrap();
+    assert!(room.encloses(near).unwrap() && near[0] > 6.5 && (near[1] - 2.5).abs() < 0.5, "{near:?}");
+    assert_eq!(room.nearest_inside([9.0, 2.5, 1.5], 50.0).unwrap(), None);
+}
+
+#[test]
 fn directions_name_what_has_no_name() {
     let mut mesh = shoebox(0.1, 0.1).mesh().unwrap();
     mesh.group_by_direction();
@@ -148,7 +239,7 @@ fn only_regular_files_are_read() {
 /// Meshes of real rooms, which the repository may not hold.
 mod needs_shared {
     use super::*;
-    use promenade_acoustics::{ImageOptions, Images, Room, Share};
+    use promenade_acoustics::{ImageOptions, Images, Share};
 
     #[test]
     #[ignore = "reads ../shared/data"]

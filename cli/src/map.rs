@@ -46,7 +46,7 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
     if let Some(other) = args.output.iter().find(|path| !endings.contains(&ending(path).as_str())) {
         bail!("{}: expected a file ending in .{}", other.display(), endings.join(" or ."));
     }
-    let (mesh, room) = simulate::room(of)?;
+    let (mesh, room, _) = simulate::room(of)?;
     if let Some(camera) = &args.camera {
         return camera::run(args, &room, simulate::source(of)?, camera);
     }
@@ -65,17 +65,17 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
     let source = simulate::source(of)?;
     let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
     let air = Some(Air::default());
+    let images = ImageOptions { order: args.order, beams: args.beams as usize, ..ImageOptions::default() };
+    let images = Images::new(&room, &source, &images)?;
     let rays = RayOptions {
         rays: args.rays.unwrap_or(RAYS) as usize,
         length_s: args.length,
         bin_s: BIN_S,
-        image_order: args.order,
+        images: Some(&images),
         air,
         seed: args.seed,
         ..RayOptions::default()
     };
-    let images = ImageOptions { order: args.order, beams: args.beams as usize, ..ImageOptions::default() };
-    let images = Images::new(&room, &source, &images)?;
     let bar = progress::of_work();
     let late = late_field(&room, &source, &listeners, &rays, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
@@ -83,6 +83,12 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
         Ok(Measures::new(*at, &images.seen_from(&room, *at, Share::Specular)?, echogram, air))
     };
     let measured: Vec<Measures> = listeners.iter().zip(&late.echograms).map(measures).collect::<Result<_>>()?;
+    if measured.iter().all(|m| m.t20_s.is_none()) {
+        report::note(format_args!(
+            "T20 has no value: at no place the sound falls by 25 dB along a line within {} s; it is drawn grey",
+            args.length
+        ));
+    }
     let plan = Plan {
         spacing_m: f64::from(spacing),
         outline: mesh.section(mesh.bounds()[0][2] + f64::from(args.height)),

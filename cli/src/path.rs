@@ -24,7 +24,8 @@ const IN_FOLDER: [&str; 7] = [
 pub(crate) fn read(path: &Path, options: &ImportOptions) -> Result<Imported> {
     let file = if path.is_dir() { images_in(path)? } else { path.to_path_buf() };
     let name = file.display().to_string();
-    let bytes = file::read(&file, MAX_FILE_BYTES).with_context(|| format!("{name}: cannot be read"))?;
+    let bytes = file::open(&file).and_then(|mut file| promenade_paths::bytes_of(&mut file));
+    let bytes = bytes.with_context(|| format!("{name}: cannot be read"))?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let mut beside = |uri: &str| file::read(&folder.join(uri), MAX_FILE_BYTES);
     Ok(promenade_paths::read(&name, &bytes, options, &mut beside)?)

@@ -5,13 +5,14 @@ mod scene;
 use crate::args::{ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{capture, path, progress, report};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Directivity, Entry, Materials, Mesh, Room, Source};
+use promenade_acoustics::{Air, Directivity, Entry, Materials, Mesh, MeshReport, Room, Source};
 use promenade_baker::simulation::{
     BoxOptions, BoxRoom, Hrtf, Inside, MeshOptions, Part, PartFolder, RunKey, Simulated, along, directivity, fit, grid,
     random_inside, random_poses, simulate_box, simulate_mesh, turned,
 };
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
+use promenade_core::glam::Vec3;
 use promenade_paths::ImportOptions;
 use std::fmt::Debug;
 use std::path::Path;
@@ -43,8 +44,7 @@ fn materials() -> Result<()> {
 fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &ClipArgs) -> Result<()> {
     let began = Instant::now();
     let source = source(of)?;
-    let (mesh, room) = room(of)?;
-    let size = mesh.report();
+    let (mesh, room, size) = room(of)?;
     let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
     let air = Air::default();
     let eyring = room.eyring_t60_s(volume, Some(air));
@@ -56,6 +56,9 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
     }
     let inside = Inside::new(&mesh, &room, of.source, args.margin)?;
     let poses = mesh_poses(args, run, &inside)?;
+    for pose in poses.iter().filter(|_| size.volume_m3.is_some()) {
+        within("listener", &room, &mesh, pose.position)?;
+    }
     let (set, hrtf) = head(args, run)?;
     let options = MeshOptions {
         order: args.order,
@@ -90,11 +93,32 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
     ));
     let output = save(&responses, part.as_ref(), &args.output, &poses, (clips, run.seed))?;
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
-    let times = |times: [f64; 7]| times.map(|t| format!("{t:.2}")).join(", ");
-    let area = size.area_m2;
-    report::note(format_args!("{volume:.1} m3, {area:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s", times(eyring)));
-    if let Some(t30) = late.mean_t30_s() {
-        report::note(format_args!("T30 of the scattered sound: {} s", times(t30)));
+    let silent = responses.responses.iter().filter(|r| r.left.iter().chain(&r.right).all(|v| *v == 0.0)).count();
+    if silent > 0 {
+        report::note(format_args!(
+            "nothing of the source arrives at {silent} of {} poses: their responses are silent",
+            poses.len()
+        ));
+    }
+    let time = |t: &f64| if t.is_finite() { format!("{t:.2}") } else { "no end".to_owned() };
+    let times = |times: [f64; 7]| times.iter().map(time).collect::<Vec<_>>().join(", ");
+    let enclosed = room.surroundings(source.position)?.enclosed;
+    if enclosed < LEAST_ENCLOSED {
+        report::note(format_args!(
+            "{:.0} % of the directions from the source meet no surface: there is no reverberation time after Eyring",
+            100.0 * (1.0 - enclosed)
+        ));
+    } else {
+        let of = if size.volume_m3.is_some() { "" } else { " (of the box about the mesh, which is not closed)" };
+        report::note(format_args!(
+            "{volume:.1} m3{of}, {:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s",
+            size.area_m2,
+            times(eyring)
+        ));
+    }
+    match late.mean_t30_s() {
+        Some(t30) => report::note(format_args!("T30 of the scattered sound: {} s", times(t30))),
+        None => report::note("the scattered sound has no T30: it does not fall by 35 dB along a line within the responses"),
     }
     let escaped = late.escaped.iter().fold(0.0, |a: f32, b| a.max(*b));
     if escaped > 0.01 {
@@ -124,11 +148,24 @@ fn head(args: &SimulateMeshArgs, run: &RunArgs) -> Result<(Responses, Hrtf)> {
     Ok((set, hrtf))
 }
 
-/// The mesh with its materials, and what is odd about it as notes.
-pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room)> {
+/// Share of the directions in which a room has a surface, at least.
+const LEAST_ENCLOSED: f64 = 0.8;
+/// Materials that differ, at most.
+const MOST_MATERIALS: usize = 1000;
+/// Nearer to a surface than this, metres, it is not asked on which side of it a place is.
+const AT_SURFACE_M: f64 = 1e-3;
+/// Distance from surfaces of a place that is proposed, metres.
+const PROPOSED_M: f64 = 0.1;
+
+/// The mesh with its materials, and what it is like; what is odd about it is said.
+pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
     let mut mesh = Mesh::load(&args.mesh)?;
-    mesh.scale(args.scale);
-    let mut notes = mesh.report().warnings();
+    mesh.scale(args.scale.unwrap_or(1.0));
+    let size = mesh.report();
+    if let (None, Some(odd)) = (args.scale, size.odd_size()) {
+        bail!("{}: {odd}; --scale says what a unit is, and --scale 1 that it is the metre", args.mesh.display());
+    }
+    let mut notes = size.warnings();
     if let [only] = &mesh.groups[..]
         && !args.materials.iter().any(|(pattern, _)| pattern == only || pattern == "*")
     {
@@ -138,8 +175,30 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room)> {
     report::notes(&notes);
     let materials = Materials::default().assign(&mesh.groups, &args.materials);
     let materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
+    let materials = mesh.merge_groups(materials);
+    if materials.len() > MOST_MATERIALS {
+        bail!("{}: expected at most {MOST_MATERIALS} materials that differ, found {}", args.mesh.display(), materials.len());
+    }
     let room = Room::new(&mesh, &materials).with_context(|| format!("{}: makes no room", args.mesh.display()))?;
-    Ok((mesh, room))
+    if size.volume_m3.is_some() {
+        within("--source", &room, &mesh, args.source)?;
+    }
+    Ok((mesh, room, size))
+}
+
+/// Refuses a place outside of a closed room, where nothing is heard of what is inside.
+fn within(what: &str, room: &Room, mesh: &Mesh, at: Vec3) -> Result<()> {
+    let place = at.as_dvec3().to_array();
+    if room.encloses(place)? || room.surroundings(place)?.clearance_m < AT_SURFACE_M {
+        return Ok(());
+    }
+    let written = |[x, y, z]: [f64; 3]| format!("{x:.2},{y:.2},{z:.2}");
+    let [low, high] = mesh.bounds().map(written);
+    let nearest = match room.nearest_inside(place, PROPOSED_M)? {
+        Some(near) => format!("; the nearest place inside is {}", written(near)),
+        None => String::new(),
+    };
+    bail!("{what}: expected a place in the closed room, which lies from {low} to {high} m, found {}{nearest}", written(place));
 }
 
 /// The source: where it is, and what it sends where.

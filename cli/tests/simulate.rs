@@ -508,3 +508,46 @@ fn a_mix_stands_out_where_somebody_speaks() {
         ([&command[..], &[&weights]].concat(), "mix.wav: "),
     ]);
 }
+
+#[test]
+fn what_does_not_decay_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (plane, closed, picture) = (text("plane.obj"), text("room.obj"), text("map.png"));
+    let corners = "v 0 0 0\nv 20 0 0\nv 20 20 0\nv 0 20 0\n";
+    std::fs::write(&plane, format!("{corners}v 0 0 4\nv 20 0 4\nusemtl asphalt\nf 1 2 3 4\n")).unwrap();
+    std::fs::write(&closed, ROOM).unwrap();
+    let few = ["--rays", "2000", "--grid", "2", "--length", "0.5", "-o", &picture];
+    let outdoors = ["map", &plane, "--source", "5,5,1.5", "--materials", "*=hard_surface"];
+    let (out, said) = succeeds(&[&outdoors[..], &few].concat());
+    assert!(said.contains("T20 has no value") && out.contains("T20, s") && out.contains("none"), "{out}{said}");
+    // Nothing absorbs, not even the picture's colours.
+    succeeds(&[&["map", &closed, "--source", "3,2,1.5", "--materials", "*=0"][..], &few].concat());
+}
+
+#[test]
+fn places_outside_of_a_closed_room_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    head(&folder.path().join("head"));
+    let (closed, ears, out) = (text("room.obj"), text("head"), text("out"));
+    std::fs::write(&closed, ROOM).unwrap();
+    let simulate = |mesh: &str, more: &[&str]| {
+        fails(&[&["simulate", mesh, "--materials", "*=0.2", "--head", &ears, "--rate", "16000", "-o", &out][..], more].concat())
+    };
+    let said = simulate(&closed, &["--source", "7,2,1.5", "--at", "3,2,1.5"]);
+    let clue = "--source: expected a place in the closed room, which lies from 0.00,0.00,0.00 to 6.00,4.00,2.80 m, found 7.00";
+    assert!(said.contains(clue) && said.contains("the nearest place inside is 5."), "{said}");
+    let said = simulate(&closed, &["--source", "3,2,1.5", "--at", "3,2,5"]);
+    assert!(said.contains("listener: expected a place in the closed room"), "{said}");
+    let millimetres = text("millimetres.obj");
+    let scaled = |line: &str| match line.strip_prefix("v ") {
+        Some(place) => {
+            place.split(' ').fold("v".to_owned(), |line, c| format!("{line} {}", 1000.0 * c.parse::<f64>().unwrap()))
+        }
+        None => line.to_owned(),
+    };
+    std::fs::write(&millimetres, ROOM.lines().map(|line| scaled(line) + "\n").collect::<String>()).unwrap();
+    let said = simulate(&millimetres, &["--source", "3,2,1.5", "--at", "3,1,1.5"]);
+    assert!(said.contains("a scale of 0.001 makes it") && said.contains("--scale 1"), "{said}");
+}

@@ -2,13 +2,14 @@
 
 mod autoeq;
 mod biquad;
+mod encoding;
 mod parallel;
 mod saved;
 mod stage;
 
 pub use stage::HeadphoneStage;
 
-use crate::number::whole;
+use crate::number::{bounded, single, whole};
 use biquad::Biquad;
 use parallel::Parallel;
 use serde::{Deserialize, Serialize};
@@ -16,8 +17,13 @@ use thiserror::Error;
 
 /// Points of a curve of levels: twelve an octave from 20 Hz to 20.5 kHz.
 pub const HEADPHONE_POINTS: usize = 121;
-/// Levels beyond this are no compensation, dB.
+/// Levels beyond this are no compensation, dB: of one filter, a preamplification or a point of a curve.
 const MOST_DB: f64 = 60.0;
+/// The most that all filters of an ear may raise any frequency together, dB.
+const MOST_RAISED_DB: f64 = 40.0;
+/// Sample rate at which that is looked at, Hz, and frequencies an octave beside the filters' own.
+const LOOKED_AT_HZ: f64 = 192_000.0;
+const LOOKED_AT_PER_OCTAVE: f64 = 24.0;
 
 /// Frequency of a point of a curve, Hz.
 #[must_use]
@@ -51,12 +57,39 @@ pub(crate) enum EqKind {
     Peak,
     LowShelf,
     HighShelf,
+    LowPass,
+    HighPass,
+    BandPass,
+    Notch,
+    AllPass,
+}
+
+/// What one ear needs: filters one after another, and a gain.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Chain {
+    pub(crate) preamp_db: f64,
+    pub(crate) filters: Vec<EqFilter>,
+}
+
+impl Chain {
+    /// The frequency that it raises most, Hz, and by how much, dB.
+    fn loudest(&self) -> (f64, f64) {
+        let biquads: Vec<Biquad> =
+            self.filters.iter().filter(|f| f.hz < 0.49 * LOOKED_AT_HZ).map(|f| Biquad::of(f, LOOKED_AT_HZ)).collect();
+        let steps = whole(LOOKED_AT_PER_OCTAVE * (0.49 * LOOKED_AT_HZ).log2());
+        let even = (0..steps).map(|i| (i as f64 / LOOKED_AT_PER_OCTAVE).exp2());
+        let own = self.filters.iter().map(|filter| filter.hz.min(0.49 * LOOKED_AT_HZ));
+        let level = |hz: f64| self.preamp_db + biquads.iter().map(|b| b.level_db(hz / LOOKED_AT_HZ)).sum::<f64>();
+        even.chain(own)
+            .map(|hz| (hz, level(hz)))
+            .fold((1.0, f64::NEG_INFINITY), |most, one| if one.1 > most.1 { one } else { most })
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]
 enum Correction {
-    /// Filters one after another, and a gain.
-    Equaliser { preamp_db: f64, filters: Vec<EqFilter> },
+    /// Of left and right ear.
+    Equaliser([Chain; 2]),
     /// Levels of each ear by point, dB.
     Levels(Box<[[f32; HEADPHONE_POINTS]; 2]>),
 }
@@ -67,18 +100,50 @@ enum Correction {
 pub struct Headphones(Correction);
 
 impl Headphones {
-    /// Of a text by AutoEq: filters ("ParametricEQ.txt", the form of Equalizer APO) or levels ("GraphicEQ.txt"), for both ears.
+    /// Of a text by AutoEq or for Equalizer APO: filters ("ParametricEQ.txt") or levels ("GraphicEQ.txt"), for both ears or,
+    /// below a line "Channel:", for one.
     ///
     /// # Errors
-    /// A line that is neither, numbers out of reach, or no filter at all.
+    /// A line that is neither, numbers out of reach, no filter at all, or filters that raise a frequency by more than 40 dB
+    /// together.
     pub fn from_text(text: &str) -> Result<Self, HeadphonesError> {
-        autoeq::read(text).map(Self)
+        Self::of(autoeq::read(text)?)
+    }
+
+    /// Of a text file's bytes: [`Headphones::from_text`], in UTF-8 or UTF-16.
+    ///
+    /// # Errors
+    /// As there, or bytes that are neither.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, HeadphonesError> {
+        Self::from_text(&encoding::text(bytes)?)
+    }
+
+    /// What may be worn.
+    fn of(correction: Correction) -> Result<Self, HeadphonesError> {
+        let loudest = match &correction {
+            Correction::Equaliser(ears) => {
+                ears.iter().map(Chain::loudest).fold((1.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a })
+            }
+            Correction::Levels(levels) => {
+                let points = levels.iter().flat_map(|ear| ear.iter().enumerate());
+                let each = points.map(|(i, db)| (headphone_point_hz(i), f64::from(*db)));
+                each.fold((1.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a })
+            }
+        };
+        if loudest.1 > MOST_RAISED_DB {
+            return Err(HeadphonesError {
+                place: "gain of all filters".to_owned(),
+                expected: format!("at most {MOST_RAISED_DB} dB at any frequency"),
+                found: format!("{:.0} dB at {:.0} Hz", loudest.1, loudest.0),
+            });
+        }
+        Ok(Self(correction))
     }
 
     /// Of the levels that left and right ear need, dB, by [`headphone_point_hz`]. Below and above, the first and the last hold.
     ///
     /// # Errors
-    /// Levels that are not finite or beyond 60 dB.
+    /// Levels that are not finite, beyond 60 dB, or above 40 dB.
     pub fn from_levels(levels_db: [[f32; HEADPHONE_POINTS]; 2]) -> Result<Self, HeadphonesError> {
         match levels_db.iter().flatten().find(|db| !(-MOST_DB..=MOST_DB).contains(&f64::from(**db))) {
             Some(db) => Err(HeadphonesError {
@@ -86,7 +151,7 @@ impl Headphones {
                 expected: "at most 60 dB".to_owned(),
                 found: format!("{db} dB"),
             }),
-            None => Ok(Self(Correction::Levels(Box::new(levels_db)))),
+            None => Self::of(Correction::Levels(Box::new(levels_db))),
         }
     }
 
@@ -101,14 +166,13 @@ impl Headphones {
     #[must_use]
     pub fn filter(&self, sample_rate_hz: f64) -> HeadphoneFilter {
         let ears = match &self.0 {
-            Correction::Equaliser { preamp_db, filters } => {
+            Correction::Equaliser(ears) => ears.each_ref().map(|Chain { preamp_db, filters }| {
                 let fits = |filter: &&EqFilter| filter.hz < 0.49 * sample_rate_hz;
                 let beyond = filters.iter().filter(|filter| !fits(filter) && filter.kind == EqKind::LowShelf);
                 let gain_db = preamp_db + beyond.map(|filter| filter.gain_db).sum::<f64>();
                 let biquads: Vec<Biquad> = filters.iter().filter(fits).map(|f| Biquad::of(f, sample_rate_hz)).collect();
-                let ear = Ear::Series { gain: 10.0_f64.powf(gain_db / 20.0), biquads };
-                [ear.clone(), ear]
-            }
+                Ear::Series { gain: 10.0_f64.powf(gain_db / 20.0), biquads }
+            }),
             Correction::Levels(levels) => levels.each_ref().map(|levels| Ear::Parallel(Parallel::fit(levels, sample_rate_hz))),
         };
         HeadphoneFilter { ears }
@@ -165,9 +229,9 @@ impl HeadphoneFilter {
     }
 }
 
-/// A sample, 0 below -240 dB.
+/// A sample, 0 below -240 dB, and within the bound of all output: nothing comes after.
 fn sounding(x: f64) -> f32 {
-    if x.abs() < 1e-12 { 0.0 } else { crate::number::single(x) }
+    if x.abs() < 1e-12 { 0.0 } else { bounded(single(x)) }
 }
 
 /// Level of a curve at a frequency, dB: straight lines over octaves, the ends hold.

@@ -24,3 +24,12 @@ pub(crate) fn whole_signed(x: f64) -> i64 {
 pub(crate) fn exponent(count: usize) -> i32 {
     i32::try_from(count).unwrap_or(i32::MAX)
 }
+
+/// The largest magnitude of what is heard, +120 dBFS.
+pub(crate) const LOUDEST: f32 = 1e6;
+
+/// A sample as hosts take it: no subnormal number, which would slow down what follows, and none beyond [`LOUDEST`].
+#[inline(always)]
+pub(crate) fn bounded(x: f32) -> f32 {
+    if x.is_normal() { x.clamp(-LOUDEST, LOUDEST) } else { 0.0 }
+}

@@ -1,6 +1,6 @@
 //! What the audio thread owns: block in, block out.
 
-use crate::number::whole;
+use crate::number::{bounded, whole};
 use crate::{EmitterParams, Emitters, LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
 
 /// Length of a cross-fade between scenes, seconds.
@@ -9,8 +9,6 @@ const SCENE_FADE_S: f64 = 0.05;
 const GAIN_RAMP_S: f64 = 0.001;
 /// The longest latency that the dry sound can be aligned to, seconds; scenes with longer windows are refused when read.
 pub(crate) const LONGEST_LATENCY_S: f64 = 0.2;
-/// The largest magnitude of the output, +120 dBFS.
-const LOUDEST: f32 = 1e6;
 /// Samples that are worked on at a time.
 const CHUNK: usize = 256;
 
@@ -360,11 +358,6 @@ impl Spatializer {
 
 fn latency_of(emitters: Option<&Emitters>) -> usize {
     emitters.map_or(0, |emitters| emitters.first().latency_samples())
-}
-
-/// A sample as hosts take it: no subnormal number, which would slow down what follows, and none beyond [`LOUDEST`].
-fn bounded(x: f32) -> f32 {
-    if x.is_normal() { x.clamp(-LOUDEST, LOUDEST) } else { 0.0 }
 }
 
 fn finite(x: f32) -> f32 {

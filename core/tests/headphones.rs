@@ -9,7 +9,7 @@ const TEXT: &str = "Preamp: -6.2 dB\nFilter 1: ON LSC Fc 105 Hz Gain 5.5 dB Q 0.
                     Filter 3: OFF PK Fc 500 Hz Gain 9 dB Q 1\nFilter 4: ON HSC Fc 9000 Hz Gain 3.0 dB Q 0.70\n";
 
 /// Levels of one ear, dB, by frequency; `None` beyond half the rate.
-fn heard(headphones: &Headphones, rate: f64, ear: usize) -> impl Fn(f64) -> Option<f64> {
+fn heard(headphones: &Headphones, rate: f64, ear: usize) -> impl Fn(f64) -> Option<f64> + use<> {
     let length = rate as usize;
     let mut ears = [vec![0.0_f32; length], vec![0.0; length]];
     ears.iter_mut().for_each(|ear| ear[0] = 1.0);
@@ -97,8 +97,14 @@ fn what_is_no_compensation_is_refused_by_line() {
         ("Preamp: -6 dB", "text: expected lines such as"),
         ("hello", "line 1: expected"),
         ("Preamp: loud dB\nFilter 1: ON PK Fc 105 Hz Gain 5.5 dB Q 0.70", "line 1: expected \"Preamp: X dB\""),
-        ("Preamp: -6 dB\n\nFilter 1: ON PK Fc 105 Hz Gain 5.5 dB", "line 3: expected \"ON PK"),
-        ("Filter 1: ON NO Fc 105 Hz Gain 5.5 dB Q 0.70", "of the types PK, LSC or HSC, found \"Filter 1: ON NO"),
+        ("Preamp: -6 dB\n\nFilter 1: ON PK Fc 105 Hz Gain 5.5 dB", "line 3: expected \"ON TYPE"),
+        ("Filter 1: ON NO Fc 105 Hz Gain 5.5 dB Q 0.70", "BP, NO or AP, found \"Filter 1: ON NO"),
+        ("Filter 1: ON XX Fc 105 Hz Gain 5.5 dB Q 0.70", "of the types PK, LS, LSC"),
+        ("Filter 1: ON PK Fc 105 Hz Gain 5.5 dB BW 1", "line 1: expected \"ON TYPE"),
+        ("Filter 1: ON LS 0dB Fc 105 Hz Gain 5.5 dB", "a slope of 0.1 to 48 dB"),
+        ("Include: other.txt", "line 1: expected \"Preamp:\", \"Filter N:\", \"Channel:\""),
+        ("Preamp: 40 dB\nPreamp: 30 dB", "found 70 dB"),
+        ("Channel: R\nGraphicEQ: 20 0; 30 0\nGraphicEQ: 20 0; 30 0", "once for an ear"),
         ("Filter 1: ON PK Fc 0 Hz Gain 5.5 dB Q 0.70", "a frequency of 1 to 100000 Hz"),
         ("Filter 1: ON PK Fc 105 Hz Gain NaN dB Q 0.70", "a gain of at most 60 dB"),
         ("Filter 1: ON PK Fc 105 Hz Gain 5 dB Q 0", "a Q of 0.05 to 100"),
@@ -110,6 +116,78 @@ fn what_is_no_compensation_is_refused_by_line() {
     assert!(of(&"Filter 1: ON PK Fc 105 Hz Gain 5.5 dB Q 0.70\n".repeat(65)).contains("at most 64 filters"));
     assert!(of(&"#\n".repeat(40_000)).contains("at most 65536 bytes"));
     assert!(Headphones::from_levels([[f32::NAN; HEADPHONE_POINTS]; 2]).is_err());
+}
+
+#[test]
+fn gains_beyond_reason_are_refused_with_their_number() {
+    let of = |text: &str| Headphones::from_text(text).unwrap_err().to_string();
+    let says = "gain of all filters: expected at most 40 dB at any frequency, found";
+    for (text, found) in [
+        ("Filter 1: ON PK Fc 1000 Hz Gain 20 dB Q 1\n".repeat(64), "1280 dB at 1000 Hz"),
+        ("Preamp: 60 dB\nFilter 1: ON PK Fc 3150 Hz Gain 60 dB Q 9".to_owned(), "120 dB at 3150 Hz"),
+        ("Filter 1: ON HPQ Fc 50 Hz Q 100\n".repeat(2), "80 dB at 50 Hz"),
+        ("GraphicEQ: 20 0; 1000 41; 20000 0".to_owned(), "41 dB at"),
+        ("Channel: R\nFilter 1: ON LSC Fc 100 Hz Gain 41 dB Q 0.7".to_owned(), "41 dB at 1 Hz"),
+    ] {
+        assert!(of(&text).starts_with(says) && of(&text).contains(found), "{}", of(&text));
+    }
+    // What is lowered first may be raised.
+    Headphones::from_text("Preamp: -30 dB\nFilter 1: ON PK Fc 1000 Hz Gain 60 dB Q 1").unwrap();
+    assert!(serde_json::from_str::<Headphones>(r#"{"equaliser":{"preamp_db":50.0,"filters":[]}}"#).is_err());
+}
+
+#[test]
+fn nothing_is_louder_than_the_bound_after_headphones() {
+    let mut filter =
+        Headphones::from_text("Preamp: 39 dB\nFilter 1: ON PK Fc 8000 Hz Gain 0.1 dB Q 1").unwrap().filter(48_000.0);
+    let mut ears = [vec![0.9e6_f32; 500], vec![-0.9e6; 500]];
+    let [left, right] = &mut ears;
+    filter.process([left, right]);
+    assert!(ears.iter().flatten().all(|x| x.abs() <= 1e6) && ears[0].contains(&1e6), "{:?}", &ears[0][..4]);
+}
+
+#[test]
+fn what_equalisers_write_is_read() {
+    let rate = 48_000.0;
+    // Filters of a room equaliser, with slots that hold none, and ears of their own.
+    let text = "# made by hand\nDevice: all\nPreamp: -2 dB\nFilter  1: ON  HP  Fc 30 Hz\nFilter  2: ON  None\n\
+                Filter  3: OFF LP Fc 100 Hz\nChannel: L\nPreamp: -4 dB\nFilter: ON LPQ Fc 12000 Hz Q 0.7071\n\
+                Channel: R\nFilter: ON PK Fc 1000 Hz Gain 6 dB BW Oct 1\nChannel: C LFE\nFilter: ON NO Fc 2000 Hz\n";
+    let headphones = Headphones::from_text(text).unwrap();
+    let [left, right] = [0, 1].map(|ear| heard(&headphones, rate, ear));
+    let near = |found: Option<f64>, db: f64| assert!((found.unwrap() - db).abs() < 0.15, "{found:?} dB for {db}");
+    near(left(1_000.0), -6.0);
+    near(left(12_000.0), -9.0);
+    near(left(30.0), -9.0);
+    near(right(1_000.0), 4.0);
+    near(right(12_000.0), -2.0);
+    near(right(2_000.0), right(500.0).unwrap());
+    // Shelves: where one of a stated corner begins, most of it is there; the centre has half of it.
+    let corner = Headphones::from_text("Filter 1: ON LS Fc 200 Hz Gain 8 dB").unwrap();
+    let level = heard(&corner, rate, 0);
+    near(level(20.0), 8.0);
+    near(level(200.0 * 10.0_f64.powf(8.0 / 80.0 / 0.9)), 4.0);
+    let centre = heard(&Headphones::from_text("Filter 1: ON HSC 9 dB Fc 2000 Hz Gain -8 dB").unwrap(), rate, 0);
+    near(centre(2_000.0), -4.0);
+    near(centre(20_000.0), -8.0);
+    // Ears that differ are kept, and UTF-16 of either order is UTF-8.
+    let json = serde_json::to_string(&headphones).unwrap();
+    assert_eq!(serde_json::from_str::<Headphones>(&json).unwrap(), headphones);
+    let units: Vec<u16> = text.encode_utf16().collect();
+    let low: Vec<u8> = units.iter().flat_map(|u| u.to_le_bytes()).collect();
+    let high: Vec<u8> = units.iter().flat_map(|u| u.to_be_bytes()).collect();
+    for bytes in [
+        text.as_bytes().to_vec(),
+        low.clone(),
+        high.clone(),
+        [vec![0xff, 0xfe], low].concat(),
+        [vec![0xfe, 0xff], high].concat(),
+    ] {
+        assert_eq!(Headphones::from_bytes(&bytes).unwrap(), headphones);
+    }
+    for damaged in [&b"\xff\xfe\x00\xd8"[..], b"Preamp: \xe4", b"\xff\xfe", b""] {
+        assert!(Headphones::from_bytes(damaged).is_err());
+    }
 }
 
 #[test]

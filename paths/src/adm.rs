@@ -7,7 +7,8 @@ use crate::options::ImportOptions;
 use crate::waypoint::{Track, Waypoint};
 use glam::{DQuat, DVec3};
 use promenade_core::MAX_KEYFRAMES;
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node, NodeId, ParsingOptions};
+use std::collections::HashMap;
 
 /// Steps a second along the way from one block to the next: paths are curves, and these ways straight lines.
 const STEPS_PER_S: f64 = 20.0;
@@ -17,6 +18,14 @@ const JUMP_S: f64 = 1e-3;
 const LONGEST_GLIDE_S: f64 = 3_600.0;
 /// Chunks before the one with the XML.
 const MOST_CHUNKS: usize = 1_000;
+
+/// Bytes of the XML, and nodes of it, at most: some 0.7 GB of memory together.
+const MAX_XML_BYTES: usize = 256 << 20;
+const MAX_NODES: u32 = 8_000_000;
+/// Attributes of an element, and namespaces of all, at most: the parser compares each with each.
+const MAX_ATTRIBUTES: usize = 256;
+/// Names of objects that are told.
+const TOLD: usize = 12;
 
 /// A position at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,13 +38,14 @@ struct Place {
 pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Track, PathFileError> {
     let xml = axml(file, bytes)?;
     let text = std::str::from_utf8(xml).map_err(|e| PathFileError::at(file, "chunk axml", "text in UTF-8", e.to_string()))?;
-    let limits = ParsingOptions { nodes_limit: 50_000_000, ..ParsingOptions::default() };
+    modest(text).map_err(|(expected, found)| PathFileError::at(file, "chunk axml", expected, found))?;
+    let limits = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text.trim_end_matches('\0'), limits)
         .map_err(|e| PathFileError::at(file, "chunk axml", "XML of the Audio Definition Model", e.to_string()))?;
-    let model = Model { file, document: &document };
+    let model = Model::new(file, &document);
     let (object, mut notes) = model.object(options.object.as_deref())?;
-    let pack = model.referred(object, "audioPackFormatIDRef", "audioPackFormat", "audioPackFormatID")?;
-    let channel = model.referred(pack, "audioChannelFormatIDRef", "audioChannelFormat", "audioChannelFormatID")?;
+    let pack = model.referred(object, "audioPackFormatIDRef", &model.packs)?;
+    let channel = model.referred(pack, "audioChannelFormatIDRef", &model.channels)?;
     let start_s = model.time(object, "start")?.unwrap_or(0.0);
     let places = model.places(channel, start_s)?;
     let metres = child(pack, "absoluteDistance").map(|node| model.number(node)).transpose()?;
@@ -63,6 +73,32 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<
     let what = if options.emitter.is_some() { "the listener's, for an emitter that stays" } else { "the object's own" };
     notes.push(format!("the path is {what}; it looks along x"));
     Ok(Track { waypoints, place: Box::new(|index| format!("position {index}")), notes })
+}
+
+/// Refuses a text that takes more work than its length.
+fn modest(text: &str) -> Result<(), (String, String)> {
+    if text.len() > MAX_XML_BYTES {
+        return Err((format!("at most {MAX_XML_BYTES} bytes"), text.len().to_string()));
+    }
+    let (mut inside, mut quote, mut attributes) = (false, None, 0);
+    for byte in text.bytes() {
+        match (inside, quote, byte) {
+            (true, Some(open), _) if byte == open => quote = None,
+            (true, None, b'"' | b'\'') => quote = Some(byte),
+            (true, None, b'>') => inside = false,
+            (true, None, b'=') => attributes += 1,
+            (false, _, b'<') => (inside, attributes) = (true, 0),
+            _ => (),
+        }
+        if attributes > MAX_ATTRIBUTES {
+            return Err((format!("at most {MAX_ATTRIBUTES} attributes of an element"), "more".to_owned()));
+        }
+    }
+    let namespaces = text.matches("xmlns").take(MAX_ATTRIBUTES + 1).count();
+    if namespaces > MAX_ATTRIBUTES {
+        return Err((format!("at most {MAX_ATTRIBUTES} namespaces"), "more".to_owned()));
+    }
+    Ok(())
 }
 
 /// The chunk with the XML. Chunks of 4 GiB and more have their length in the chunk `ds64`.
@@ -110,6 +146,16 @@ fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>>
 struct Model<'a, 'i> {
     file: &'a str,
     document: &'a Document<'i>,
+    objects: Vec<Node<'a, 'i>>,
+    /// Elements by their names' ids, the first of each.
+    packs: Kind<'a, 'i>,
+    channels: Kind<'a, 'i>,
+}
+
+/// Elements of one name.
+struct Kind<'a, 'i> {
+    name: &'static str,
+    by_id: HashMap<&'a str, Node<'a, 'i>>,
 }
 
 impl<'a, 'i> Model<'a, 'i> {
@@ -118,20 +164,59 @@ impl<'a, 'i> Model<'a, 'i> {
         PathFileError::at(self.file, format!("axml, line {line}"), expected, found)
     }
 
-    fn all(&self, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-        self.document.descendants().filter(move |node| node.tag_name().name() == name)
+    fn new(file: &'a str, document: &'a Document<'i>) -> Self {
+        let kind = |name| Kind { name, by_id: HashMap::new() };
+        let mut model =
+            Self { file, document, objects: Vec::new(), packs: kind("audioPackFormat"), channels: kind("audioChannelFormat") };
+        for node in document.descendants() {
+            let (kind, id) = match node.tag_name().name() {
+                "audioObject" => {
+                    model.objects.push(node);
+                    continue;
+                }
+                "audioPackFormat" => (&mut model.packs, "audioPackFormatID"),
+                "audioChannelFormat" => (&mut model.channels, "audioChannelFormatID"),
+                _ => continue,
+            };
+            if let Some(id) = node.attribute(id) {
+                kind.by_id.entry(id).or_insert(node);
+            }
+        }
+        model
     }
 
-    /// The object of a name or id, else the first that moves.
+    /// The first object that is somewhere else later. Beds, whose channels are loudspeakers, stay where they are.
+    fn moving(&self) -> Option<Node<'a, 'i>> {
+        // Objects may share a channel, which is looked at once.
+        let mut seen: HashMap<NodeId, bool> = HashMap::new();
+        let moves = |channel: Node<'a, 'i>| {
+            let mut positions = named(channel, "audioBlockFormat").filter_map(|block| self.position(block).ok());
+            let first = positions.next();
+            first.is_some_and(|first| positions.any(|position| position != first))
+        };
+        let mut object_moves = |object: &Node<'a, 'i>| {
+            let pack = self.referred(*object, "audioPackFormatIDRef", &self.packs).ok()?;
+            let channel = self.referred(pack, "audioChannelFormatIDRef", &self.channels).ok()?;
+            seen.entry(channel.id()).or_insert_with(|| moves(channel)).then_some(())
+        };
+        self.objects.iter().find(|object| object_moves(object).is_some()).copied()
+    }
+
+    /// The object of a name or id, else the first that moves, else the first.
     fn object(&self, wanted: Option<&str>) -> Result<(Node<'a, 'i>, Vec<String>), PathFileError> {
         let name = |node: &Node<'a, 'i>| node.attribute("audioObjectName").unwrap_or_default().to_owned();
         let id = |node: &Node<'a, 'i>| node.attribute("audioObjectID").unwrap_or_default().to_owned();
-        let objects: Vec<_> = self.all("audioObject").collect();
+        let objects = &self.objects;
         let found = match wanted {
-            Some(wanted) => objects.iter().find(|node| name(node) == wanted || id(node) == wanted),
-            None => objects.iter().find(|node| child(**node, "audioPackFormatIDRef").is_some()),
+            Some(wanted) => objects.iter().find(|node| name(node) == wanted || id(node) == wanted).copied(),
+            None => {
+                self.moving().or_else(|| objects.iter().find(|node| child(**node, "audioPackFormatIDRef").is_some()).copied())
+            }
         };
-        let names = objects.iter().map(name).collect::<Vec<_>>().join(", ");
+        let mut names = objects.iter().take(TOLD).map(name).collect::<Vec<_>>().join(", ");
+        if objects.len() > TOLD {
+            names += &format!(" and {} more", objects.len() - TOLD);
+        }
         let Some(object) = found else {
             let expected = wanted.map_or("an audioObject with a pack".to_owned(), |wanted| format!("an object {wanted:?}"));
             let found = if names.is_empty() { "no object".to_owned() } else { names };
@@ -139,9 +224,9 @@ impl<'a, 'i> Model<'a, 'i> {
         };
         let mut notes = Vec::new();
         if wanted.is_none() {
-            notes.push(format!("object {:?} of {names}", name(object)));
+            notes.push(format!("object {:?} of {names}", name(&object)));
         }
-        Ok((*object, notes))
+        Ok((object, notes))
     }
 
     /// What an element refers to by id.
@@ -149,13 +234,12 @@ impl<'a, 'i> Model<'a, 'i> {
         &self,
         from: Node<'a, 'i>,
         reference: &'static str,
-        name: &'static str,
-        id: &'static str,
+        kind: &Kind<'a, 'i>,
     ) -> Result<Node<'a, 'i>, PathFileError> {
         let wanted = child(from, reference).and_then(|node| node.text()).map(str::trim);
         let Some(wanted) = wanted else { return Err(self.wrong(from, &format!("a {reference}"), "none")) };
-        let found = self.all(name).find(|node| node.attribute(id) == Some(wanted));
-        found.ok_or_else(|| self.wrong(from, &format!("a {name} {wanted}"), "none"))
+        let found = kind.by_id.get(wanted).copied();
+        found.ok_or_else(|| self.wrong(from, &format!("a {} {wanted}", kind.name), "none"))
     }
 
     fn number(&self, node: Node) -> Result<f64, PathFileError> {

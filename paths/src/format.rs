@@ -1,6 +1,7 @@
 //! The forms that a path has in files.
 
 use crate::PathFileError;
+use crate::sound_file::is_wave;
 
 /// What a path was read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,11 +134,6 @@ fn glance(bytes: &[u8]) -> String {
         let hex: Vec<String> = start.iter().take(8).map(|b| format!("{b:02x}")).collect();
         format!("the bytes {}", hex.join(" "))
     }
-}
-
-/// Whether a file is a WAV file or one of its kin.
-fn is_wave(bytes: &[u8]) -> bool {
-    [&b"RIFF"[..], b"RF64", b"BW64"].iter().any(|id| bytes.starts_with(id)) && bytes.get(8..12) == Some(b"WAVE")
 }
 
 #[cfg(test)]

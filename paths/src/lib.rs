@@ -33,6 +33,8 @@ mod placement;
 mod read;
 mod recorder;
 mod simplify;
+mod sound_file;
+mod speed;
 mod summary;
 mod text;
 mod transforms;
@@ -47,5 +49,6 @@ pub use promenade_core::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, Pat
 pub use read::{GLTF_TOLERANCE_M, GLTF_TOLERANCE_RAD, Imported, read};
 pub use recorder::{RecordError, Recorder, RecorderConfig};
 pub use simplify::simplify;
+pub use sound_file::bytes_of;
 pub use summary::Summary;
 pub use write::write;

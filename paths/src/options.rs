@@ -4,7 +4,7 @@ use crate::{Format, PathFileError, PlacementOptions};
 use glam::Vec3;
 use std::io;
 
-/// Bytes that a file may have: COLMAP's list every point that every image sees.
+/// Bytes that a file may have that is read whole: COLMAP's list every point that every image sees.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// Reads a file beside the one that is read, by the name that is written there.
@@ -22,7 +22,7 @@ pub struct ImportOptions {
     pub animation: Option<String>,
     /// COLMAP: id of the camera whose images are the path; without it all of them.
     pub camera: Option<u32>,
-    /// ADM: name or id of an object; without it the first.
+    /// ADM: name or id of an object; without it the first that moves, else the first.
     pub object: Option<String>,
     /// ADM: an emitter that stays, metres; the path is then that of a listener who hears it where the object is. Without it the
     /// path is the object's own.

@@ -2,7 +2,7 @@
 
 use crate::options::{Beside, ImportOptions, MAX_FILE_BYTES};
 use crate::placement::Frame;
-use crate::{Format, PathFileError, PlacementOptions, adm, colmap, csv, gltf, json, simplify, transforms};
+use crate::{Format, PathFileError, PlacementOptions, adm, colmap, csv, gltf, json, simplify, speed, transforms};
 use promenade_core::CameraPath;
 
 /// How far the path of a glTF animation or an ADM object may be from what the file says, metres.
@@ -60,7 +60,12 @@ pub fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &mut Besi
             .and_then(CameraPath::new)
             .map_err(|source| PathFileError::Keyframes { file: file.to_owned(), source })?;
     }
-    Ok(Imported { format, path, notes: track.notes })
+    let mut notes = track.notes;
+    if matches!(format, Format::ColmapText | Format::ColmapBinary | Format::Transforms) {
+        // In units of their own the cameras' speed says nothing, but their turns do.
+        notes.extend(speed::warning(&path, options.placement.metres_per_unit.is_some()));
+    }
+    Ok(Imported { format, path, notes })
 }
 
 #[cfg(test)]

@@ -174,3 +174,59 @@ fn what_is_wrong_is_said_with_its_place() {
         let _ = read("film.wav", &whole[..length], &none, &mut alone);
     }
 }
+
+#[test]
+fn the_bed_is_not_the_path_where_an_object_moves() {
+    let still = polar(&block("00:00:00.00000", "00:00:04.00000"), "", [30.0, 0.0, 1.0]);
+    let read = |first: &str, second: &str| {
+        let bytes = wave(b"RIFF", &model("", first, second));
+        read("master.wav", &bytes, &ImportOptions::default(), &mut alone).unwrap().notes.join("; ")
+    };
+    assert!(read(&still, &voice()).contains("object \"Bird\""), "{}", read(&still, &voice()));
+    assert!(read(&voice(), &still).contains("object \"Voice\""));
+    assert!(read(&still, &still).contains("object \"Voice\""), "the first where none moves");
+}
+
+#[test]
+fn masters_of_any_length_are_read_by_their_chunks() {
+    use std::io::{Seek, SeekFrom, Write};
+    // 6 GB of samples that take no place on the disk, and the XML behind them.
+    let xml = model("", &voice(), &voice());
+    let samples = 6_u64 << 30;
+    let mut file = tempfile::tempfile().unwrap();
+    let mut head = b"BW64\xff\xff\xff\xffWAVEds64".to_vec();
+    head.extend(28_u32.to_le_bytes());
+    head.extend([0; 8]);
+    head.extend(samples.to_le_bytes());
+    head.extend([0; 12]);
+    head.extend(b"data\xff\xff\xff\xff");
+    file.write_all(&head).unwrap();
+    file.seek(SeekFrom::Current(samples.cast_signed())).unwrap();
+    file.write_all(b"axml").unwrap();
+    file.write_all(&u32::try_from(xml.len()).unwrap().to_le_bytes()).unwrap();
+    file.write_all(xml.as_bytes()).unwrap();
+    let bytes = promenade_paths::bytes_of(&mut file).unwrap();
+    assert!(bytes.len() < xml.len() + 64, "{} bytes", bytes.len());
+    let found = read("master.wav", &bytes, &ImportOptions::default(), &mut alone).unwrap();
+    let whole = read("short.wav", &wave(b"RIFF", &xml), &ImportOptions::default(), &mut alone).unwrap();
+    assert_eq!(found.path, whole.path);
+    // Without the XML it is an error of the reader's, not 6 GB of memory.
+    file.set_len(samples).unwrap();
+    let bytes = promenade_paths::bytes_of(&mut file).unwrap();
+    assert!(bytes.len() <= 1 << 16 && read("master.wav", &bytes, &ImportOptions::default(), &mut alone).is_err());
+}
+
+#[test]
+fn texts_that_take_more_work_than_their_length_are_refused() {
+    let said = |xml: &str| read("m.wav", &wave(b"RIFF", xml), &ImportOptions::default(), &mut alone).unwrap_err().to_string();
+    let attributes: String = (0..200_000).map(|i| format!(" a{i}=\"1\"")).collect();
+    assert!(said(&format!("<x{attributes}/>")).contains("at most 256 attributes of an element"));
+    let spaces: String = (0..300).map(|i| format!("<a xmlns:a{i}=\"u{i}\">")).collect();
+    assert!(said(&spaces).contains("at most 256 namespaces"));
+    // Elements that refer to few channels, many times.
+    let many = r#"<audioObject audioObjectName="o"><audioPackFormatIDRef>AP_00031001</audioPackFormatIDRef></audioObject>"#;
+    let still: String = (0..2000).map(|_| polar(&block("00:00:00.00000", "00:00:04.00000"), "", [30.0, 0.0, 1.0])).collect();
+    let xml =
+        model("", &still, &still).replace("<audioFormatExtended>", &format!("<audioFormatExtended>{}", many.repeat(20_000)));
+    assert!(said(&xml).contains("and 19990 more") || said(&xml).contains("a block from"), "{}", said(&xml));
+}

@@ -110,6 +110,10 @@ pub fn decay_s(rest: &[HopEnergies], from: usize, hop_s: f64, typical: f64) -> V
     let bands = rest.first().and_then(|hops| hops.first()).map_or(0, Vec::len);
     let time = |band: usize| {
         let energies: Vec<f64> = (0..hops).map(|hop| rest.iter().map(|h| h[hop][band]).sum::<f64>().max(1e-30)).collect();
+        // Silence falls along no line.
+        if energies.iter().skip(from).all(|energy| *energy <= 1e-30) {
+            return typical;
+        }
         let nearly_gone = energies.iter().sum::<f64>() * 10.0_f64.powf(0.1 * FITTED_TO_DB);
         let mut left = 0.0;
         let last = energies.iter().rposition(|energy| {
@@ -163,4 +167,19 @@ pub fn late_gain(energies: &[Vec<f64>], unit: &[Vec<f64>], band: usize, hops: Ra
     let over = |of: &[Vec<f64>]| of[hops.clone()].iter().map(|hop| hop[band]).sum::<f64>();
     let played = over(unit);
     if played > 0.0 { (over(energies) / played).max(0.0).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn silence_falls_along_no_line() {
+        // As above a plane outdoors: some hops, and then nothing for ever.
+        let outdoors: HopEnergies = (0..400).map(|hop| vec![if hop < 3 { 1.0 } else { 0.0 }; 2]).collect();
+        assert_eq!(decay_s(&[outdoors], 8, 0.005, 0.3), [0.3; 2]);
+        let falling: HopEnergies = (0..400).map(|hop| vec![(-0.1 * f64::from(hop)).exp(); 2]).collect();
+        let t60_s = 0.005 * 60.0 / (10.0 * 0.1 * std::f64::consts::LOG10_E);
+        assert!(decay_s(&[falling], 8, 0.005, 0.3).iter().all(|t| (f64::from(*t) / t60_s - 1.0).abs() < 0.01));
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::SofaError;
 use crate::file::Sofa;
-use promenade_audio::{FileError, file};
+use promenade_audio::file;
 use promenade_core::headphones::{HEADPHONE_POINTS, Headphones, HeadphonesError, headphone_point_hz};
 use promenade_fourier::Fourier;
 use std::path::Path;
@@ -24,8 +24,8 @@ const MENDED_HZ: (f64, f64) = (30.0, 18_000.0);
 const TRUSTED_SHARE: f64 = 0.92;
 
 /// Reads what headphones need: a SOFA file of headphone responses (convention SimpleHeadphoneIR), inverted for each ear with
-/// regularisation, or a text by AutoEq ([`Headphones::from_text`]). The mean energy of repeated measurements counts, a sixth of
-/// an octave wide.
+/// regularisation, or a text by AutoEq or for Equalizer APO ([`Headphones::from_bytes`]). The mean energy of repeated
+/// measurements counts, a sixth of an octave wide.
 ///
 /// # Errors
 /// A file that cannot be read, is neither, is damaged, or has a silent ear. The message names the file, what was expected and
@@ -34,8 +34,7 @@ pub fn read_headphones(path: &Path) -> Result<Headphones, SofaError> {
     let refused = |e: HeadphonesError| SofaError::entry(path, &e.place, e.expected, e.found);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("txt")) {
         let bytes = file::read(path, MAX_TEXT).map_err(SofaError::read(path))?;
-        let text = String::from_utf8(bytes).map_err(|_| FileError::content(path, "text", "other bytes"))?;
-        return Headphones::from_text(&text).map_err(refused);
+        return Headphones::from_bytes(&bytes).map_err(refused);
     }
     let sofa = Sofa::open(path)?;
     let rate_hz = sofa.sample_rate_hz()?;

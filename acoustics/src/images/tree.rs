@@ -134,26 +134,58 @@ impl Node {
     }
 }
 
-/// Candidates without those that lie where another of the same order does, in order.
-pub(super) fn distinct(candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let mut found: FxHashMap<[i64; 4], usize> = FxHashMap::default();
-    let mut all: Vec<Candidate> = Vec::with_capacity(candidates.len());
-    for candidate in candidates {
-        let cell = |shift: f64| (candidate.position / (4.0 * SAME_IMAGE_M) + shift).floor().to_array().map(|c| c as i64);
-        let (low, high) = (cell(-0.25), cell(0.25));
-        let keys = (0..8).map(|corner| {
-            let [x, y, z] = std::array::from_fn(|a| if (corner >> a) & 1 == 0 { low[a] } else { high[a] });
-            [x, y, z, i64::from(candidate.order)]
-        });
-        // Who lies within a quarter of a cell is in one of the cells of the corners.
-        if let Some(same) = keys.clone().find_map(|key| found.get(&key)) {
-            all[*same].cone = all[*same].cone.with(&candidate.cone);
-            continue;
+/// Images that somebody may see, each once, by their order.
+#[derive(Clone, Debug)]
+pub(super) struct Candidates {
+    all: Vec<Candidate>,
+    /// By the cell that each lies in, and its order.
+    numbers: FxHashMap<[i64; 4], usize>,
+}
+
+impl Candidates {
+    /// Candidates without those that lie where another of the same order does.
+    pub(super) fn distinct(candidates: Vec<Candidate>) -> Self {
+        let mut found = Self { all: Vec::with_capacity(candidates.len()), numbers: FxHashMap::default() };
+        for candidate in candidates {
+            if let Some(same) = found.number(candidate.order, candidate.position) {
+                found.all[same].cone = found.all[same].cone.with(&candidate.cone);
+                continue;
+            }
+            found.numbers.insert(key(cell(candidate.position, 0.0), candidate.order), found.all.len());
+            found.all.push(candidate);
         }
-        let [x, y, z] = cell(0.0);
-        found.insert([x, y, z, i64::from(candidate.order)], all.len());
-        all.push(candidate);
+        let mut order: Vec<usize> = (0..found.all.len()).collect();
+        order.sort_by_key(|i| found.all[*i].order);
+        let mut moved = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(to, from)| moved[*from] = to);
+        found.numbers.values_mut().for_each(|number| *number = moved[*number]);
+        found.all = order.iter().map(|i| found.all[*i]).collect();
+        found
     }
-    all.sort_by_key(|c| c.order);
-    all
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Candidate> {
+        self.all.iter()
+    }
+
+    /// The one of an order at a place.
+    pub(super) fn at(&self, order: u32, position: DVec3) -> Option<&Candidate> {
+        self.number(order, position).map(|number| &self.all[number])
+    }
+
+    fn number(&self, order: u32, position: DVec3) -> Option<usize> {
+        let (low, high) = (cell(position, -0.25), cell(position, 0.25));
+        // What lies within a quarter of a cell is in one of the cells of the corners.
+        (0..8).find_map(|corner| {
+            let at = std::array::from_fn(|a| if (corner >> a) & 1 == 0 { low[a] } else { high[a] });
+            self.numbers.get(&key(at, order)).copied()
+        })
+    }
+}
+
+fn cell(position: DVec3, shift: f64) -> [i64; 3] {
+    (position / (4.0 * SAME_IMAGE_M) + shift).floor().to_array().map(|c| c as i64)
+}
+
+fn key([x, y, z]: [i64; 3], order: u32) -> [i64; 4] {
+    [x, y, z, i64::from(order)]
 }

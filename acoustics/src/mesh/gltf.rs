@@ -1,9 +1,11 @@
 //! glTF files with their buffers in the file or beside it; groups are their materials, else their nodes.
 
 use super::file::bytes as bytes_of;
+use super::names::Names;
 use super::{Mesh, Triangle};
 use crate::error::AcousticsError;
 use glam::{DMat4, DVec3};
+use gltf::Semantic;
 use gltf::buffer::Source;
 use std::collections::HashSet;
 use std::panic::catch_unwind;
@@ -39,7 +41,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
         return Err(wrong(&format!("at most {held} values, as its buffers are long"), long.count().to_string()));
     }
     let scene = file.default_scene().or_else(|| file.scenes().next()).ok_or_else(|| wrong("a scene", "none".into()))?;
-    let mut mesh = Mesh::default();
+    let (mut mesh, mut groups) = (Mesh::default(), Names::default());
     // z is up here, y there.
     let upright = DMat4::from_cols_array_2d(&[[1., 0., 0., 0.], [0., 0., 1., 0.], [0., -1., 0., 0.], [0., 0., 0., 1.]]);
     let mut nodes: Vec<(gltf::Node<'_>, DMat4)> = scene.nodes().map(|node| (node, upright)).collect();
@@ -56,8 +58,11 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
             if primitive.mode() != gltf::mesh::Mode::Triangles {
                 continue;
             }
-            let name = primitive.material().name().or(node.name()).unwrap_or("surface").to_owned();
-            let group = mesh.group(&name);
+            // A mesh may stand in many places: what that makes is known before it is made.
+            let count = primitive.get(&Semantic::Positions).map_or(0, |accessor| accessor.count());
+            let corners = primitive.indices().map_or(count, |accessor| accessor.count());
+            mesh.within_limits_with(corners / 3, count).map_err(|found| wrong(Mesh::EXPECTED, found))?;
+            let group = groups.number(primitive.material().name().or(node.name()).unwrap_or("surface"));
             let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
             let first = mesh.vertices.len() as u32;
             let positions = reader.read_positions().ok_or_else(|| wrong("positions of vertices", "none".into()))?;
@@ -71,5 +76,6 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
             mesh.triangles.extend(corners.map(|c| Triangle { corners: c.map(|i| first.saturating_add(i)), group }));
         }
     }
+    mesh.groups = groups.into_all();
     Ok(mesh)
 }

@@ -1,7 +1,10 @@
 //! OBJ files. Of materials only the names count, so their file need not be there.
 
+use super::names::Names;
+use super::polygon::Cutter;
 use super::{Mesh, Triangle};
 use crate::error::AcousticsError;
+use glam::DVec3;
 use std::collections::HashMap;
 use std::io::{BufReader, Cursor, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,36 +14,55 @@ use std::path::Path;
 const NAMES: &str = "promenade-names";
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
-    let mut names: Vec<String> = Vec::new();
+    let mut used = Names::default();
     for line in bytes.split(|b| *b == b'\n') {
         let line = String::from_utf8_lossy(line);
-        if let Some(name) = line.trim().strip_prefix("usemtl ").map(|n| n.trim().to_owned()).filter(|n| !names.contains(n)) {
-            names.push(name);
+        if let Some(name) = line.trim().strip_prefix("usemtl ") {
+            used.number(name.trim());
         }
     }
+    let names = used.into_all();
     let materials = |file: &Path| {
         let used = if file == Path::new(NAMES) { names.clone() } else { Vec::new() };
         let numbers: HashMap<String, usize> = used.iter().cloned().zip(0..).collect();
         let materials = used.into_iter().map(|name| tobj::Material { name, ..Default::default() });
         Ok((materials.collect(), numbers))
     };
-    let options = tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let options = tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..Default::default() };
     let mut reader = BufReader::new(Cursor::new(format!("mtllib {NAMES}\n")).chain(Cursor::new(bytes)));
     // The crate multiplies numbers of vertices before it looks at them, which ends a build that checks sums.
     let read = AssertUnwindSafe(|| tobj::load_obj_buf(&mut reader, &options, materials));
     let (models, _) = catch_unwind(read)
         .unwrap_or(Err(tobj::LoadError::FaceVertexOutOfBounds))
         .map_err(|e| AcousticsError::content(path, "a readable OBJ file", e))?;
-    let mut mesh = Mesh::default();
+    let (mut mesh, mut groups, mut cutter) = (Mesh::default(), Names::default(), Cutter::default());
     for model in models {
         let first = mesh.vertices.len() as u32;
         let of_object = if model.name == "unnamed_object" { "surface" } else { model.name.trim() };
-        let group = mesh.group(model.mesh.material_id.and_then(|i| names.get(i)).map_or(of_object, |n| n));
+        let group = groups.number(model.mesh.material_id.and_then(|i| names.get(i)).map_or(of_object, |n| n));
         // tobj reads single precision: a tenth of a millimetre at a kilometre.
-        mesh.vertices.extend(model.mesh.positions.as_chunks::<3>().0.iter().map(|v| v.map(f64::from)));
-        let corners = model.mesh.indices.as_chunks::<3>().0;
-        mesh.triangles.extend(corners.iter().map(|c| Triangle { corners: c.map(|i| first + i), group }));
+        let places: Vec<DVec3> =
+            model.mesh.positions.as_chunks::<3>().0.iter().map(|v| DVec3::from(v.map(f64::from))).collect();
+        // Without numbers of corners all polygons have three.
+        let threes = vec![3; if model.mesh.face_arities.is_empty() { model.mesh.indices.len() / 3 } else { 0 }];
+        let mut left = &model.mesh.indices[..];
+        for count in threes.iter().chain(&model.mesh.face_arities) {
+            let Some((corners, rest)) = left.split_at_checked(*count as usize) else { break };
+            left = rest;
+            let mut around = Vec::with_capacity(corners.len());
+            for corner in corners {
+                let place = places.get(*corner as usize);
+                around.push(
+                    *place.ok_or_else(|| AcousticsError::content(path, "vertices of polygons", format!("number {corner}")))?,
+                );
+            }
+            let cut = cutter.cut(&around).map_err(|found| AcousticsError::content(path, Cutter::EXPECTED, found))?;
+            mesh.triangles.extend(cut.into_iter().map(|t| Triangle { corners: t.map(|i| first + corners[i]), group }));
+        }
+        mesh.vertices.extend(places.iter().map(|place| place.to_array()));
+        mesh.within_limits().map_err(|found| AcousticsError::content(path, Mesh::EXPECTED, found))?;
     }
+    mesh.groups = groups.into_all();
     Ok(mesh)
 }
 

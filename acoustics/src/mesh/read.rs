@@ -24,6 +24,7 @@ impl Mesh {
             }
         };
         let mesh = read(path, &bytes(path)?)?;
+        mesh.within_limits().map_err(|found| AcousticsError::content(path, Self::EXPECTED, found))?;
         if mesh.triangles.is_empty() {
             let found = format!("{} vertices and no triangle", mesh.vertices.len());
             return Err(AcousticsError::content(path, "a mesh of triangles", found));

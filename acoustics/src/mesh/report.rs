@@ -56,9 +56,15 @@ impl Mesh {
             let mut sorted = welded;
             sorted.sort_unstable();
             let [a, b, c] = corners;
-            if normal(a, b, c).is_none() || sorted[0] == sorted[1] || sorted[1] == sorted[2] {
+            let apart = sorted[0] != sorted[1] && sorted[1] != sorted[2];
+            if !apart || normal(a, b, c).is_none() {
                 degenerate += 1;
-            } else if seen.insert(sorted, ()).is_some() {
+            }
+            if !apart {
+                continue;
+            }
+            // One without an area still joins its neighbours.
+            if seen.insert(sorted, ()).is_some() {
                 duplicate += 1;
             } else {
                 faces.push((welded, corners));
@@ -137,17 +143,23 @@ fn turned(faces: usize, edges: &HashMap<[u32; 2], Vec<(usize, bool)>>) -> (Vec<b
 }
 
 impl MeshReport {
+    /// What is said of a mesh that is as large as no room, with the unit that it may have.
+    #[must_use]
+    pub fn odd_size(&self) -> Option<String> {
+        let longest = self.size_m.into_iter().fold(0.0, f64::max);
+        let [x, y, z] = self.size_m;
+        if (LENGTHS_M[0]..=LENGTHS_M[1]).contains(&longest) {
+            return None;
+        }
+        let factor = [0.001, 0.01, 0.0254, 0.3048, 1000.0].into_iter().find(|f| (3.0..=60.0).contains(&(f * longest)));
+        let unit = factor.map_or(String::new(), |f| format!("; a scale of {f} makes it {:.1} m", f * longest));
+        Some(format!("the mesh is {x:.4} x {y:.4} x {z:.4} m, which no room is{unit}"))
+    }
+
     /// What should be looked at, a sentence each; nothing for a mesh that is closed, clean and as large as a room.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        let mut found = Vec::new();
-        let longest = self.size_m.into_iter().fold(0.0, f64::max);
-        let [x, y, z] = self.size_m;
-        if !(LENGTHS_M[0]..=LENGTHS_M[1]).contains(&longest) {
-            let factor = [0.001, 0.01, 0.0254, 0.3048, 1000.0].into_iter().find(|f| (3.0..=60.0).contains(&(f * longest)));
-            let unit = factor.map_or(String::new(), |f| format!("; a scale of {f} makes it {:.1} m", f * longest));
-            found.push(format!("the mesh is {x:.4} x {y:.4} x {z:.4} m, which no room is{unit}"));
-        }
+        let mut found: Vec<String> = self.odd_size().into_iter().collect();
         if self.open_edges > 0 {
             found.push(format!(
                 "{} edges, {:.2} m, have one triangle only: holes, or corners that do not meet",

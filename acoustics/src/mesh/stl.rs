@@ -1,6 +1,6 @@
 //! STL files, text and binary: triangles of one group.
 
-use super::{Mesh, Triangle};
+use super::{MAX_TRIANGLES, Mesh, Triangle};
 use crate::error::AcousticsError;
 use std::io::Cursor;
 use std::path::Path;
@@ -13,6 +13,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
         let count = count.ok_or_else(|| wrong(format!("{} bytes", bytes.len())))?;
         if bytes.len() as u64 != 84 + 50 * u64::from(count) {
             return Err(wrong(format!("{count} triangles in {} bytes", bytes.len())));
+        }
+        if count as usize > MAX_TRIANGLES {
+            return Err(AcousticsError::content(path, Mesh::EXPECTED, format!("{count} triangles")));
         }
     }
     let found = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| wrong(e.to_string()))?;

@@ -12,7 +12,7 @@ const BLOCK: usize = 16;
 
 /// Places and radii of all spheres, in blocks.
 pub(super) struct Listeners {
-    count: usize,
+    places: Vec<DVec3>,
     /// Single precision counts from here.
     origin: DVec3,
     blocks: Vec<Block>,
@@ -32,8 +32,10 @@ impl Listeners {
         let origin = room.centre();
         let empty = Block { x: [0.0; BLOCK], y: [0.0; BLOCK], z: [0.0; BLOCK], radius2: [-1.0; BLOCK] };
         let mut blocks = vec![empty; places.len().div_ceil(BLOCK)];
+        let mut exact = Vec::with_capacity(places.len());
         for (i, at) in places.iter().enumerate() {
             let at = place(&format!("listener {i}"), *at)?;
+            exact.push(at);
             let clear = room.surroundings(at.to_array())?.clearance_m;
             let radius = radius.min(clear).max(LEAST_RADIUS * radius);
             let block = &mut blocks[i / BLOCK];
@@ -41,11 +43,15 @@ impl Listeners {
             (block.x[i % BLOCK], block.y[i % BLOCK], block.z[i % BLOCK]) = (x, y, z);
             block.radius2[i % BLOCK] = (radius * radius) as f32;
         }
-        Ok(Self { count: places.len(), origin, blocks })
+        Ok(Self { places: exact, origin, blocks })
     }
 
     pub(super) fn count(&self) -> usize {
-        self.count
+        self.places.len()
+    }
+
+    pub(super) fn place(&self, listener: usize) -> DVec3 {
+        self.places[listener]
     }
 
     /// Calls for each sphere whose middle a ray passes on its next `length` metres, near enough: the listener's number, how far

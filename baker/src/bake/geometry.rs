@@ -296,7 +296,7 @@ fn listen(
         rays: options.rays,
         length_s: length_s.clamp(RAY_LENGTH_S.0, RAY_LENGTH_S.1),
         bin_s: 0.5 * grid.hop_s(),
-        image_order: options.order,
+        images: Some(&images),
         radius_m: None,
         air: options.air,
         seed: options.seed,

@@ -45,9 +45,9 @@ pub(crate) struct RoomArgs {
     /// a rule has the material of its own name
     #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule)]
     pub(crate) materials: Vec<(String, String)>,
-    /// Metres of the mesh's unit
-    #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = within(1e-6, 1e6))]
-    pub(crate) scale: f64,
+    /// Metres of the mesh's unit [default: 1; a mesh that is no room in metres is refused unless this is given]
+    #[arg(long, value_name = "M", value_parser = within(1e-6, 1e6))]
+    pub(crate) scale: Option<f64>,
     /// What the source sends where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file
     /// (FreeFieldDirectivityTF)
     #[arg(long, value_name = "PATTERN|FILE.sofa", default_value = "omni")]

@@ -48,7 +48,8 @@ impl Plan {
         DB::ErrorType: 'static,
     {
         for (area, panel) in area.split_evenly((panels.len().div_ceil(2), 2)).iter().zip(panels) {
-            let values = || panel.values.iter().filter_map(|v| v.1);
+            // A value that is no number has no colour.
+            let values = || panel.values.iter().filter_map(|v| v.1).filter(|v| v.is_finite());
             let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
             // Values that hardly differ are no pattern.
             let (low, high) = if low < high { (low, high) } else { (low - 0.5, high + 0.5) };
@@ -89,7 +90,7 @@ impl Plan {
         let half = 0.5 * self.spacing_m;
         chart.draw_series(panel.values.iter().map(|([x, y], value)| {
             let corners = [(x - half, y - half), (x + half, y + half)];
-            Rectangle::new(corners, value.map_or(NOTHING, &colour).filled())
+            Rectangle::new(corners, value.filter(|v| v.is_finite()).map_or(NOTHING, &colour).filled())
         }))?;
         let walls = self.outline.iter().map(|wall| PathElement::new(wall.map(|[x, y]| (x, y)), BLACK.stroke_width(2)));
         chart.draw_series(walls)?;

@@ -28,14 +28,29 @@ impl Biquad {
             let a = [sum + difference * cos + slope, -2.0 * (difference + sum * cos), sum + difference * cos - slope];
             (b, a)
         };
+        let plain = [1.0 + alpha, -2.0 * cos, 1.0 - alpha];
         let (b, a) = match filter.kind {
             EqKind::Peak => {
                 ([1.0 + alpha * root, -2.0 * cos, 1.0 - alpha * root], [1.0 + alpha / root, -2.0 * cos, 1.0 - alpha / root])
             }
             EqKind::LowShelf => shelf(1.0),
             EqKind::HighShelf => shelf(-1.0),
+            EqKind::LowPass => ([0.5 * (1.0 - cos), 1.0 - cos, 0.5 * (1.0 - cos)], plain),
+            EqKind::HighPass => ([0.5 * (1.0 + cos), -1.0 - cos, 0.5 * (1.0 + cos)], plain),
+            // 0 dB at its middle.
+            EqKind::BandPass => ([alpha, 0.0, -alpha], plain),
+            EqKind::Notch => ([1.0, -2.0 * cos, 1.0], plain),
+            EqKind::AllPass => ([1.0 - alpha, -2.0 * cos, 1.0 + alpha], plain),
         };
         Self { b: b.map(|b| b / a[0]), a: [a[1] / a[0], a[2] / a[0]], past: [0.0; 2] }
+    }
+
+    /// Level at a frequency as a share of the sample rate, dB.
+    pub(super) fn level_db(&self, share: f64) -> f64 {
+        let (sine, cosine) = (std::f64::consts::TAU * share).sin_cos();
+        let (sine2, cosine2) = (2.0 * sine * cosine, 2.0 * cosine * cosine - 1.0);
+        let energy = |[c0, c1, c2]: [f64; 3]| (c0 + c1 * cosine + c2 * cosine2).powi(2) + (c1 * sine + c2 * sine2).powi(2);
+        10.0 * (energy(self.b).max(1e-30) / energy([1.0, self.a[0], self.a[1]]).max(1e-30)).log10()
     }
 
     pub(super) fn next(&mut self, x: f64) -> f64 {

@@ -57,7 +57,7 @@ pub(super) fn parse(address: &str, object: u32) -> Option<Part> {
         return Some(Part::Ignored);
     }
     let (number, part) = after.strip_prefix("obj/")?.split_once('/')?;
-    if !matches(number.as_bytes(), object.to_string().as_bytes()) {
+    if !promenade_acoustics::fits(number, &object.to_string(), Some('?')) {
         return None;
     }
     Some(match part {
@@ -76,32 +76,6 @@ pub(super) fn parse(address: &str, object: u32) -> Option<Part> {
         "w" | "dref" | "name" => Part::Ignored,
         _ => return None,
     })
-}
-
-/// Whether a number fits a pattern of OSC: `*` any digits, `?` one.
-fn matches(pattern: &[u8], number: &[u8]) -> bool {
-    let (mut at, mut digit) = (0, 0);
-    // The last `*`, and the digit after what it stands for: a shorter or longer part of the number for any before it would
-    // change nothing.
-    let mut last = None;
-    while digit < number.len() {
-        match pattern.get(at) {
-            Some(b'*') => {
-                last = Some((at, digit));
-                at += 1;
-            }
-            Some(one) if *one == b'?' || *one == number[digit] => {
-                at += 1;
-                digit += 1;
-            }
-            _ => {
-                let Some((star, after)) = last else { return false };
-                last = Some((star, after + 1));
-                (at, digit) = (star + 1, after + 1);
-            }
-        }
-    }
-    pattern[at..].iter().all(|rest| *rest == b'*')
 }
 
 /// Polar to Cartesian coordinates: specification, section 8.

@@ -131,8 +131,9 @@ impl TrackLoader<'_> {
         let keyframes = match (&self.entry.path, &self.entry.poses) {
             (Some(name), None) => {
                 let file = self.folder.join(name);
-                let bytes =
-                    file::read(&file, MAX_FILE_BYTES).map_err(|e| format!("{}: cannot be read: {e}", file.display()))?;
+                let bytes = file::open(&file)
+                    .and_then(|mut file| promenade_paths::bytes_of(&mut file))
+                    .map_err(|e| format!("{}: cannot be read: {e}", file.display()))?;
                 let folder = file.parent().unwrap_or(Path::new(""));
                 let mut beside = |uri: &str| file::read(&folder.join(uri), MAX_FILE_BYTES);
                 let shown = file.display().to_string();

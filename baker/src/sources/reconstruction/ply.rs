@@ -4,8 +4,8 @@ use super::mesh::{Corner, Surface};
 use super::point::{GREY, HARMONIC, Point};
 use super::{MAX_POINTS, Place, PointOptions, Reconstruction};
 use crate::BakeError;
-use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use promenade_acoustics::{Ply, PlyError, PlyLimits};
 use promenade_core::glam::Vec3;
 use std::path::Path;
 
@@ -51,72 +51,15 @@ impl PropertyAccess for Vertex {
     }
 }
 
-/// Numbers of a polygon's vertices.
-struct Face(Vec<i64>);
-
-impl PropertyAccess for Face {
-    fn new() -> Self {
-        Self(Vec::new())
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !matches!(name, "vertex_indices" | "vertex_index") {
-            return PropertyAccessResult::Ignored;
-        }
-        self.0 = match property {
-            Property::ListUChar(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListUShort(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListShort(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListInt(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListUInt(v) => v.into_iter().map(i64::from).collect(),
-            _ => return PropertyAccessResult::UnsupportedType,
-        };
-        PropertyAccessResult::Set
-    }
-}
-
-/// What has no use here.
-struct Other;
-
-impl PropertyAccess for Other {
-    fn new() -> Self {
-        Self
-    }
-}
-
 pub(super) fn read(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<Place, BakeError> {
-    let damaged = |e: ParseError| BakeError::unreadable(path, "PLY file", e);
-    let mut reader = Reader::new(bytes);
-    let header = Parser::<Other>::new().read_header(&mut reader).map_err(damaged)?;
-    let mut vertices: Option<(Vec<Vertex>, bool)> = None;
-    let mut faces = Vec::new();
-    for (name, element) in &header.elements {
-        let wrong = |expected: String, found: String| BakeError::entry(path, format!("element {name}"), expected, found);
-        // Each has a property of a byte at least.
-        if element.count > bytes.len().min(MAX_POINTS) || (element.properties.is_empty() && element.count > 0) {
-            let found = format!("{} with {} properties", element.count, element.properties.len());
-            return Err(wrong(format!("at most {} with properties", bytes.len().min(MAX_POINTS)), found));
-        }
-        match name.as_str() {
-            "vertex" => {
-                let has = |names: [&str; 3]| names.iter().all(|n| element.properties.contains_key(*n));
-                if !has(["x", "y", "z"]) {
-                    return Err(wrong("properties x, y and z".to_owned(), names(element)));
-                }
-                let read = Parser::<Vertex>::new().read_payload_for_element(&mut reader, element, &header);
-                vertices = Some((read.map_err(damaged)?, has(SPLAT)));
-            }
-            "face" => {
-                faces = Parser::<Face>::new().read_payload_for_element(&mut reader, element, &header).map_err(damaged)?;
-            }
-            _ => {
-                Parser::<Other>::new().read_payload_for_element(&mut reader, element, &header).map_err(damaged)?;
-            }
-        }
-    }
-    let Some((vertices, splats)) = vertices else {
-        return Err(BakeError::content(path, "an element vertex", "none"));
+    let wrong = |e: PlyError| match e.place.strip_suffix(": ") {
+        Some(place) => BakeError::entry(path, place, e.expected, e.found),
+        None => BakeError::content(path, e.expected, e.found),
     };
+    let limits = PlyLimits { vertices: MAX_POINTS, faces: MAX_POINTS };
+    let ply = Ply::<Vertex>::read(bytes, limits).map_err(wrong)?;
+    let vertices = &ply.vertices;
+    let splats = SPLAT.iter().all(|name| ply.properties.iter().any(|property| property == name));
     let points = vertices
         .iter()
         .enumerate()
@@ -127,19 +70,17 @@ pub(super) fn read(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<
             })
         })
         .collect::<Result<Vec<Point>, _>>()?;
-    if !faces.is_empty() {
-        return surface(path, &points, &faces).map(Place::Surface);
+    let faces = ply.triangles(|vertex| vertex.position).map_err(wrong)?;
+    if ply.has_faces() {
+        let corner = |number: u32| points.get(number as usize).map(|p| Corner { position: p.position, colour: p.colour });
+        let corners = faces.iter().filter_map(|[a, b, c]| Some([corner(*a)?, corner(*b)?, corner(*c)?]));
+        return Ok(Place::Surface(Surface::new(corners.collect())));
     }
     let total = points.len();
     // Opacities of splats are logits.
     let solid = |v: &Vertex| !splats || 1.0 / (1.0 + (-v.opacity).exp()) >= f64::from(options.min_opacity);
-    let points: Vec<Point> = points.into_iter().zip(&vertices).filter(|(_, v)| solid(v)).map(|(p, _)| p).collect();
+    let points: Vec<Point> = points.into_iter().zip(vertices).filter(|(_, v)| solid(v)).map(|(p, _)| p).collect();
     Ok(Place::Points(Reconstruction { left_out: total - points.len(), points, cameras: Vec::new() }))
-}
-
-fn names(element: &ElementDef) -> String {
-    let names: Vec<&str> = element.properties.keys().take(8).map(String::as_str).collect();
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 fn point(vertex: &Vertex, splat: bool) -> Result<Point, String> {
@@ -152,25 +93,4 @@ fn point(vertex: &Vertex, splat: bool) -> Result<Point, String> {
     } else {
         Err(format!("{position} of colour {colour:?}"))
     }
-}
-
-/// Polygons as fans of triangles.
-fn surface(path: &Path, points: &[Point], faces: &[Face]) -> Result<Surface, BakeError> {
-    let mut triangles = Vec::with_capacity(faces.len());
-    for (index, Face(corners)) in faces.iter().enumerate() {
-        let corner = |number: i64| {
-            let point = usize::try_from(number).ok().and_then(|n| points.get(n)).ok_or_else(|| {
-                let expected = format!("vertices 0 to {}", points.len().saturating_sub(1));
-                BakeError::entry(path, format!("face {index}"), expected, number)
-            })?;
-            Ok::<Corner, BakeError>(Corner { position: point.position, colour: point.colour })
-        };
-        if corners.len() < 3 {
-            return Err(BakeError::entry(path, format!("face {index}"), "3 vertices or more", corners.len()));
-        }
-        for pair in corners[1..].windows(2) {
-            triangles.push([corner(corners[0])?, corner(pair[0])?, corner(pair[1])?]);
-        }
-    }
-    Ok(Surface::new(triangles))
 }

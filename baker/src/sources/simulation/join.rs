@@ -189,15 +189,60 @@ pub fn join(parts: &[PathBuf], output: &Path) -> Result<usize, BakeError> {
     if whole.len() != count {
         return Err(BakeError::argument("parts", format!("responses of {count} poses together"), whole.len()));
     }
-    std::fs::create_dir_all(output).map_err(FileError::write(output))?;
-    let mut responses = Vec::with_capacity(count);
-    for (path, about, entry) in whole.into_values() {
-        atomic::write(&output.join(&about.file), &sound(path, &about)?)?;
-        responses.push(entry);
+    // All of them are looked at before one is written: what is damaged is mostly known by then.
+    for (path, about, _) in whole.values() {
+        sound(path, about)?;
     }
     let (title, credit, licence, note) = head.unwrap_or_default();
+    let mut written = Written::begin(output)?;
+    let mut responses = Vec::with_capacity(count);
+    for (path, about, entry) in whole.into_values() {
+        written.add(&about.file, &sound(path, &about)?)?;
+        responses.push(entry);
+    }
     Manifest { title, credit, licence, note, responses }.write(output)?;
+    written.keep();
     Ok(count)
+}
+
+/// Files that are taken away again unless they are kept: all that were not there before.
+struct Written {
+    folder: PathBuf,
+    /// Folders that were made, the outermost first.
+    made: Vec<PathBuf>,
+    files: Vec<PathBuf>,
+}
+
+impl Written {
+    fn begin(folder: &Path) -> Result<Self, BakeError> {
+        let missing = folder.ancestors().take_while(|part| !part.as_os_str().is_empty() && !part.exists());
+        let mut made: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
+        made.reverse();
+        let written = Self { folder: folder.to_path_buf(), made, files: Vec::new() };
+        std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
+        Ok(written)
+    }
+
+    fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), BakeError> {
+        let path = self.folder.join(name);
+        if !path.exists() {
+            self.files.push(path.clone());
+        }
+        Ok(atomic::write(&path, bytes)?)
+    }
+
+    fn keep(&mut self) {
+        self.files.clear();
+        self.made.clear();
+    }
+}
+
+impl Drop for Written {
+    fn drop(&mut self) {
+        // What cannot be taken away stays; the error that led here is the one to tell.
+        self.files.iter().for_each(|file| drop(std::fs::remove_file(file)));
+        self.made.iter().rev().for_each(|folder| drop(std::fs::remove_dir(folder)));
+    }
 }
 
 /// What a part says of itself, checked but for its sounds.
@@ -251,4 +296,49 @@ fn bytes(folder: &Path, name: &str, most: u64) -> Result<Vec<u8>, BakeError> {
 
 fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Response;
+    use promenade_core::glam::Vec3;
+
+    #[test]
+    fn a_join_that_fails_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let poses: Vec<Pose> = (0..4).map(|i| Pose::from_ypr(Vec3::X * i as f32, 0.0, 0.0, 0.0)).collect();
+        let response = |i: usize| Response {
+            listener: poses[i],
+            source: Vec3::Y,
+            left: vec![0.5; 16],
+            right: vec![0.25; 16],
+            name: format!("pose-{i:05}"),
+        };
+        let parts: Vec<PartFolder> = [1, 2]
+            .map(|number| {
+                let part = PartFolder::new(folder.path(), RunKey::of(&[&1]), Part { number, of: 2 });
+                let mine = part.part.poses(&poses).into_iter().map(response).collect();
+                part.save(&Responses { sample_rate_hz: 8_000.0, responses: mine, ..Responses::default() }, &poses).unwrap();
+                part
+            })
+            .into();
+        let paths: Vec<PathBuf> = parts.iter().map(|part| part.path().to_path_buf()).collect();
+        let output = folder.path().join("deep/whole");
+        assert_eq!(join(&paths, &output).unwrap(), 4);
+        std::fs::remove_dir_all(folder.path().join("deep")).unwrap();
+        // A place for the manifest that nothing can be written to.
+        std::fs::create_dir_all(output.join(MANIFEST)).unwrap();
+        assert!(join(&paths, &output).is_err());
+        assert_eq!(std::fs::read_dir(&output).unwrap().count(), 1, "sounds of a join that failed");
+        std::fs::remove_dir_all(folder.path().join("deep")).unwrap();
+        // One sound is damaged.
+        let sound = std::fs::read_dir(&paths[1]).unwrap().flatten().map(|entry| entry.path());
+        let sound = sound.into_iter().find(|path| path.extension().is_some_and(|ending| ending == "wav")).unwrap();
+        let mut bytes = std::fs::read(&sound).unwrap();
+        *bytes.last_mut().unwrap() ^= 1;
+        std::fs::write(&sound, bytes).unwrap();
+        assert!(join(&paths, &output).is_err());
+        assert!(!folder.path().join("deep").exists(), "folders of a join that failed");
+    }
 }

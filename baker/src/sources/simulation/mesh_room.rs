@@ -96,7 +96,7 @@ pub fn simulate_mesh(
         length_s: length as f64 / rate,
         // Two bins are a hop.
         bin_s: 0.5 * tail.hop() as f64 / rate,
-        image_order: options.order,
+        images: Some(&images),
         radius_m: None,
         air: options.air,
         seed: options.seed,
@@ -169,7 +169,7 @@ fn natural_length_s(room: &Room, source: &Source, listeners: &[[f64; 3]], option
         rays: options.rays.min(PILOT_RAYS),
         length_s: 1.5 * LONGEST_BY_ITSELF_S,
         bin_s: 0.01,
-        image_order: 0,
+        images: None,
         radius_m: None,
         air: options.air,
         seed: options.seed,
