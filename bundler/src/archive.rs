@@ -3,7 +3,7 @@
 use crate::bundle::{self, BUILDS, Build, Profile};
 use crate::manifest::{self, Item};
 use crate::system::System;
-use crate::{licenses, readme};
+use crate::{licenses, readme, web};
 use anyhow::{Context, Result, bail};
 use std::fs::{self, File};
 use std::io::{BufWriter, Seek, Write};
@@ -29,7 +29,9 @@ pub(crate) fn archive(root: &Path, options: &[String]) -> Result<()> {
     let builds = BUILDS.into_iter().filter(|build| !(options.without_standalone && build.is_standalone())).collect::<Vec<_>>();
     // First, because it is quick and may find what must not be shipped.
     let written = written(root, system, &builds, target)?;
-    let (bundles, programs) = bundle::ship(&builds, Profile::Release, system, target)?;
+    let engine = web::web()?;
+    let (bundles, mut programs) = bundle::ship(&builds, Profile::Release, system, target)?;
+    programs.push(engine);
     let name = format!("promenade-{}-{triple}", env!("CARGO_PKG_VERSION"));
     let folder = bundle::target_folder()?.join("archives");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;

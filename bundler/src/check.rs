@@ -1,5 +1,6 @@
 //! Every test of the project, by one command.
 
+use crate::browser::Browser;
 use crate::bundle::{self, cargo, run};
 use crate::screen::Screen;
 use crate::sections::Sections;
@@ -46,8 +47,9 @@ fn all(sections: &mut Sections) -> Result<()> {
     let vst3 = bundles.join("Promenade.vst3");
     let tool = bundle::target_folder()?.join("debug").join(format!("promenade{}", std::env::consts::EXE_SUFFIX));
     // Neither keeps two processors busy by itself.
+    let measured = tool.clone();
     let checks = thread::spawn(move || {
-        let checks = [("pedalboard_check.py", &vst3), ("dawdreamer_check.py", &vst3), ("metrics_check.py", &tool)];
+        let checks = [("pedalboard_check.py", &vst3), ("dawdreamer_check.py", &vst3), ("metrics_check.py", &measured)];
         checks.map(|(check, of)| Command::new(&python).arg(Path::new("tests/python").join(check)).arg(of).output())
     });
     sections.run("lints", || run(built("clippy").args(["--all-targets", "--", "-D", "warnings"])))?;
@@ -61,6 +63,11 @@ fn all(sections: &mut Sections) -> Result<()> {
         }
         Ok(())
     })?;
+
+    let browser = sections.run("engine for browsers", Browser::prepare)?;
+    if let Some(browser) = &browser {
+        sections.run("pages in a browser", || browser.test(&tool))?;
+    }
 
     // Last, so that the log ends with the counts of cargo.
     let tests = || -> Result<Command> {
@@ -94,6 +101,9 @@ fn all(sections: &mut Sections) -> Result<()> {
         let threads = |name: &str| if name == "needs_screen" { &["--test-threads", "1"][..] } else { &[] };
         let needy = |name: &str| run(tests()?.args(["--tests", "--", "--ignored"]).args(threads(name)).arg(name));
         sections.run("tests with needs", || here.iter().try_for_each(|name| needy(name)))?;
+    }
+    if browser.is_none() {
+        println!("\nthe page was not tried in a browser");
     }
     if !missing.is_empty() {
         println!("\nnot run on this machine: {}", missing.join(", "));

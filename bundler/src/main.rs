@@ -1,11 +1,13 @@
 //! `cargo xtask`: makes the plugin's bundles and archives for users, installs for this user, and runs every test.
 
 mod archive;
+mod browser;
 mod bundle;
 mod check;
 mod install;
 mod licenses;
 mod manifest;
+mod packages;
 mod readme;
 mod screen;
 mod sections;
@@ -61,7 +63,13 @@ fn run() -> Result<()> {
         "install" => {
             let bundles = bundle::bundle(&[&["--release".to_owned()], &options[..]].concat())?;
             let program = bundle::program(&bundle::COMMAND_LINE, Profile::Release, System::here()?, None, &options)?;
-            install::install(&manifest::installed(&root, &bundles, &[program])?)
+            let mut programs = vec![program];
+            // Everything else works without it.
+            match web::web() {
+                Ok(engine) => programs.push(engine),
+                Err(error) => println!("`promenade web` will have no engine: {error:#}"),
+            }
+            install::install(&manifest::installed(&root, &bundles, &programs)?)
         }
         "web" if options.is_empty() => web::web().map(|_| ()),
         "archive" => archive::archive(&root, &options),

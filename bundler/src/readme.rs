@@ -24,6 +24,7 @@ pub(crate) fn readme(system: System, builds: &[Build]) -> String {
         ("presets/".to_owned(), "presets for VST3 hosts; CLAP hosts and the editor find them in the plugin"),
         ("scenes/".to_owned(), "places to be in; three more are built into the plugin"),
         (program("promenade"), "the command line: render, bake, measure, simulate, train"),
+        ("bin/promenade.wasm".to_owned(), "the engine of pages that the command line makes; it stays beside it"),
         ("examples/".to_owned(), "dry speech, and a camera path to walk along"),
         (
             "LICENSE-*, CREDITS.md, licenses/".to_owned(),

@@ -1,5 +1,6 @@
 //! A screen without a monitor, for the tests that open windows.
 
+use crate::packages;
 use anyhow::{Context, Result, bail};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -41,7 +42,7 @@ impl Screen {
             return Ok(None);
         }
         let missing = missing_packages();
-        if !missing.is_empty() && !install(&missing)? {
+        if !missing.is_empty() && !packages::install(&missing)? {
             let missing = missing.join(" ");
             if std::env::var_os("CI").is_some() {
                 bail!("packages are missing: {missing}");
@@ -84,22 +85,5 @@ fn missing_packages() -> Vec<&'static str> {
         let there = Command::new("Xvfb").arg("-help").output().is_ok();
         return if there { Vec::new() } else { PACKAGES.to_vec() };
     }
-    let installed = |package: &&str| {
-        let status = Command::new("dpkg-query").args(["--show", "--showformat", "${db:Status-Status}", package]).output();
-        status.is_ok_and(|out| out.stdout == b"installed")
-    };
-    PACKAGES.into_iter().filter(|package| !installed(package)).collect()
-}
-
-/// Installs packages where this user may; says whether it did.
-fn install(packages: &[&str]) -> Result<bool> {
-    let user = Command::new("id").arg("-u").output().context("cannot run id")?;
-    if user.stdout.trim_ascii() != b"0" || !Path::new("/usr/bin/apt-get").is_file() {
-        return Ok(false);
-    }
-    let apt = |args: &[&str]| {
-        let status = Command::new("apt-get").args(args).env("DEBIAN_FRONTEND", "noninteractive").stdout(Stdio::null()).status();
-        status.context("cannot run apt-get").map(|status| status.success())
-    };
-    Ok(apt(&["update"])? && apt(&[&["install", "--yes", "--no-install-recommends"], packages].concat())?)
+    packages::missing(&PACKAGES)
 }

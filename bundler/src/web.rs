@@ -79,6 +79,11 @@ fn relaxed(tree: &str) -> Option<&str> {
     tree.lines().find(|line| line.contains("relaxed-simd"))
 }
 
+/// Whether there is a standard library for the target, or what it is compiled from.
+pub(crate) fn has_library() -> bool {
+    library().is_ok()
+}
+
 /// The first standard library that is here, from the simplest to have.
 fn library() -> Result<Library> {
     let rustc = std::env::var_os("RUSTC").map_or_else(|| PathBuf::from("rustc"), PathBuf::from);

@@ -23,6 +23,7 @@ mod train;
 #[cfg(any(test, not(feature = "train")))]
 mod untrained;
 mod values;
+mod web;
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -49,6 +50,7 @@ pub(crate) use surface::{Shape, SurfaceArgs};
 pub(crate) use train::{MAX_THREADS, TrainArgs};
 #[cfg(not(feature = "train"))]
 pub(crate) use untrained::{Untrained, WITH_TRAINING};
+pub(crate) use web::WebArgs;
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.
 #[derive(Debug, Parser)]
@@ -111,6 +113,8 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     /// Ask listeners which sounds better, and say what they answered
     Study(StudyArgs),
+    /// Make a page on which scenes are walked and heard, in a folder for any web server or served on this machine
+    Web(WebArgs),
 }
 
 #[derive(Debug, Args)]
@@ -157,6 +161,9 @@ mod tests {
             "join a b -o c",
             "map a.obj --source 1,1,1 --grid 1 --height 1 -o b.png -o b.svg",
             "inspect a",
+            "web a b --dry c d --path e -o f",
+            "web a --serve",
+            "web a --serve 8080",
             "measure a --seconds 1",
             "capture from-responses a -o b",
             "capture import a --layout raf -o b",

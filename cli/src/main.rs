@@ -31,6 +31,7 @@ mod study;
 mod surface;
 #[cfg(feature = "train")]
 mod train;
+mod web;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -60,6 +61,7 @@ fn main() -> ExitCode {
         }
         args::Command::Eval(a) => eval::run(&a),
         args::Command::Study(a) => study::run(&a),
+        args::Command::Web(args) => web::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

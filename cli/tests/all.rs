@@ -12,3 +12,4 @@ mod study;
 mod surface;
 #[cfg(feature = "train")]
 mod train;
+mod web;

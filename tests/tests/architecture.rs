@@ -57,7 +57,22 @@ fn the_crates_depend_on_each_other_as_they_are_drawn() {
     }
     assert_eq!(
         ours("promenade"),
-        ["acoustics", "audio", "baker", "core", "fit", "fourier", "host", "judge", "metrics", "paths", "room", "sofa", "study"]
+        [
+            "acoustics",
+            "audio",
+            "baker",
+            "core",
+            "fit",
+            "fourier",
+            "host",
+            "judge",
+            "metrics",
+            "paths",
+            "room",
+            "sofa",
+            "study",
+            "web"
+        ]
     );
 }
 

@@ -68,6 +68,8 @@ pub extern "C" fn room(length: usize) -> *mut f64 {
         say(format!("expected at most {MOST_BYTES} bytes, found {length}"));
         return std::ptr::null_mut();
     }
+    // What was said before is about something else.
+    TEXT.with_borrow_mut(String::clear);
     LENGTH.with_borrow_mut(|l| *l = length);
     ROOM.with_borrow_mut(|room| {
         room.resize(length.div_ceil(8), 0.0);

@@ -12,5 +12,26 @@ macro_rules! files {
 /// Names in a site, with slashes, and contents of all files but the engine and what the user brings.
 #[must_use]
 pub fn files() -> &'static [(&'static str, &'static str)] {
-    files!["engine/engine.js", "engine/module.js", "engine/preparer.js", "engine/processor.js", "engine/settings.js"]
+    files![
+        "index.html",
+        "style.css",
+        "main.js",
+        "controls.js",
+        "figures.js",
+        "headset.js",
+        "listener.js",
+        "messages.js",
+        "orientation.js",
+        "output.js",
+        "path.js",
+        "site.js",
+        "stage.js",
+        "turns.js",
+        "voices.js",
+        "engine/engine.js",
+        "engine/module.js",
+        "engine/preparer.js",
+        "engine/processor.js",
+        "engine/settings.js",
+    ]
 }

@@ -81,7 +81,7 @@ export async function warmUp(context) {
 
 /**
  * One dry sound in one scene. Events: `entered` (a scene is played; detail has slot and latency in seconds), `report` (30 a second: peaks,
- * heard pose, poseDelay in seconds, tier), `died` (detail.text says why; `revive()` is the way back).
+ * heard pose, poseDelay in seconds, tier, answers of the live decoder so far), `died` (detail.text says why; `revive()` is the way back).
  */
 export class Engine extends EventTarget {
   /** Makes an engine in an audio context. Throws where the module or the audio thread cannot be had. */

@@ -29,6 +29,7 @@ const answers = {
     decoders.delete(name);
     if (description.live && !inline) decoders.set(name, made);
     else made.f.lighten();
+    made.f.room(0);
     const memory = made.f.memory.buffer.slice(0);
     return { description, anchors, images, memory };
   },

@@ -27,7 +27,7 @@ class PromenadeProcessor extends AudioWorkletProcessor {
     this.path = null;
     this.peaks = [0, 0];
     this.reported = 0;
-    this.scratch = [new Float32Array(1024), new Float32Array(1024)];
+    this.answers = 0;
     this.port.onmessage = ({ data }) => this.receive(data);
   }
 
@@ -104,7 +104,7 @@ class PromenadeProcessor extends AudioWorkletProcessor {
       const instance = this.slots.get(slot);
       if (instance) {
         instance.write(row);
-        instance.f.answer(stream);
+        this.answers += instance.f.answer(stream);
       }
     };
   }
@@ -254,6 +254,7 @@ class PromenadeProcessor extends AudioWorkletProcessor {
       this.reported = 0;
       const message = { kind: "report", peaks: this.peaks, frame: currentFrame };
       if (this.current) {
+        message.answers = this.answers;
         message.heard = this.current.heard();
         message.poseDelay = this.current.f.pose_delay() / sampleRate;
         message.tier = this.current.f.played_tier();

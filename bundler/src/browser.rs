@@ -1,0 +1,74 @@
+//! Tests of the page that `promenade web` makes, in Chromium.
+
+use crate::bundle::{run, target_folder};
+use crate::{packages, web};
+use anyhow::{Context, Result, bail};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Debian's packages: the browser, and what the engine is compiled with where rustup's toolchain has no standard library for it.
+const BROWSER: [&str; 1] = ["chromium"];
+const COMPILER: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-19"];
+/// The scripts, which are copied to where the packages of their lock file are installed.
+const SCRIPTS: &str = "tests/browser";
+/// What says for which lock file those were installed.
+const STAMP: &str = "package-lock.installed";
+
+/// What the tests need, if this machine has it.
+pub(crate) struct Browser {
+    engine: PathBuf,
+    scripts: PathBuf,
+}
+
+impl Browser {
+    /// Builds the engine and installs what is missing; none, with the reason printed, where that cannot be had.
+    ///
+    /// # Errors
+    /// In continuous integration, where nothing may be skipped; an engine that does not compile.
+    pub(crate) fn prepare() -> Result<Option<Self>> {
+        let wanted = if web::has_library() { BROWSER.to_vec() } else { [&BROWSER[..], &COMPILER].concat() };
+        let missing = packages::missing(&wanted);
+        if !missing.is_empty() && !packages::install(&missing)? {
+            return without(&format!("install for them: {}", missing.join(" ")));
+        }
+        let node = |program: &str| Command::new(program).arg("--version").output().is_ok_and(|out| out.status.success());
+        if !node("node") || !node("npm") {
+            return without("install for them: node npm");
+        }
+        let engine = web::web()?;
+        Ok(Some(Self { engine, scripts: scripts()? }))
+    }
+
+    /// Runs the tests with a build of the command line.
+    pub(crate) fn test(&self, program: &Path) -> Result<()> {
+        run(Command::new("node").arg(self.scripts.join("page_test.mjs")).arg(program).arg(&self.engine))
+    }
+}
+
+fn without(reason: &str) -> Result<Option<Browser>> {
+    if std::env::var_os("CI").is_some() {
+        bail!("tests of the page cannot run; {reason}");
+    }
+    println!("tests of the page are skipped; {reason}");
+    Ok(None)
+}
+
+/// The scripts with their packages, copied so that nothing is installed in the repository.
+fn scripts() -> Result<PathBuf> {
+    let folder = target_folder()?.join("browser");
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let context = || format!("cannot copy {SCRIPTS}");
+    for file in std::fs::read_dir(SCRIPTS).with_context(context)? {
+        let file = file.with_context(context)?;
+        if file.file_type().is_ok_and(|kind| kind.is_file()) {
+            std::fs::copy(file.path(), folder.join(file.file_name())).with_context(context)?;
+        }
+    }
+    let lock = std::fs::read(folder.join("package-lock.json")).with_context(context)?;
+    let stamp = folder.join(STAMP);
+    if !std::fs::read(&stamp).is_ok_and(|installed| installed == lock) {
+        run(Command::new("npm").args(["ci", "--no-audit", "--no-fund", "--ignore-scripts"]).current_dir(&folder))?;
+        std::fs::write(&stamp, lock).with_context(|| format!("cannot write {}", stamp.display()))?;
+    }
+    Ok(folder)
+}

@@ -1,0 +1,31 @@
+//! `promenade web`: scenes and dry sounds as a page that plays them, in a folder or served on this machine.
+
+pub(crate) mod engine;
+mod outline;
+mod server;
+mod site;
+
+use crate::args::WebArgs;
+use crate::report;
+use anyhow::{Result, ensure};
+use site::Site;
+
+pub(crate) fn run(args: &WebArgs) -> Result<()> {
+    let engine = engine::read(args.engine.as_deref())?;
+    let mut site = Site::new(engine);
+    args.scenes.iter().try_for_each(|file| site.add_scene(file))?;
+    args.dry.iter().try_for_each(|file| site.add_sound(file))?;
+    args.path.iter().try_for_each(|file| site.add_path(file))?;
+    args.head.iter().try_for_each(|file| site.add_head(file))?;
+    args.headphones.iter().try_for_each(|file| site.add_headphones(file))?;
+    let site = site.finish(args.title.as_deref());
+    if let Some(folder) = &args.output {
+        ensure!(!folder.is_file(), "{}: expected a folder to write, found a file", folder.display());
+        site.write(folder)?;
+        report::line(format_args!("{}: {} files, {:.1} MB", folder.display(), site.files().len(), site.bytes() as f64 / 1e6));
+    }
+    match args.serve {
+        Some(port) => server::serve(&site, port),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,37 @@
+// Plays scenes in an offline audio context of the page, with the page's own engine.
+
+/** Runs in the page: plays `input` in a scene and gives both ears and the latency, samples. */
+async function playInPage({ scene, input, rate, path, messages, settings, inline, reset }) {
+  const { Engine } = await import("/engine/engine.js");
+  const seconds = input.length / rate;
+  const context = new OfflineAudioContext({ numberOfChannels: 2, length: input.length * (reset ? 2 : 1), sampleRate: rate });
+  const engine = await Engine.create(context);
+  const entered = new Promise((resolve) => engine.addEventListener("entered", ({ detail }) => resolve(detail.latency)));
+  engine.output.connect(context.destination);
+  const bytes = await (await fetch(scene)).arrayBuffer();
+  const { description } = await engine.load(bytes, { inline });
+  const latency = Math.round((await entered) * rate);
+  engine.set(settings ?? {});
+  if (path) {
+    engine.setPath(path);
+    engine.walk();
+  }
+  const buffer = new AudioBuffer({ length: input.length, sampleRate: rate });
+  buffer.copyToChannel(Float32Array.from(input), 0);
+  const source = new AudioBufferSourceNode(context, { buffer, loop: Boolean(reset) });
+  source.connect(engine.input);
+  source.start();
+  await engine.tell({ kind: "set", values: [] });
+  if (reset) context.suspend(seconds).then(() => engine.reset()).then(() => context.resume());
+  for (const { at, sent, pose } of messages ?? []) {
+    context.suspend(at).then(async () => {
+      engine.pose(pose.slice(0, 3), pose.slice(3), sent);
+      await engine.tell({ kind: "set", values: [] });
+      context.resume();
+    });
+  }
+  const played = await context.startRendering();
+  return { ears: [0, 1].map((c) => Array.from(played.getChannelData(c))), latency, description };
+}
+
+export const play = (page, options) => page.evaluate(playInPage, { ...options, input: Array.from(options.input) });

@@ -1,0 +1,290 @@
+// The page of `promenade web` in Chromium: sound against `promenade render`, states and ways back, keyboard, headset.
+//
+//   node page_test.mjs PROMENADE ENGINE [NAME]
+//
+// PROMENADE is the program, ENGINE the module; NAME runs the tests whose names contain it.
+
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { play } from "./offline.mjs";
+import { differenceDb, noise, readWav, sideLinesDb, tone, writeWav } from "./sound.mjs";
+import { check, launch, open, run, runTests, serve, until } from "./steps.mjs";
+
+const [program, engine, only] = process.argv.slice(2);
+const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
+const folder = mkdtempSync(join(tmpdir(), "promenade-page-"));
+const site = join(folder, "site");
+const SCENES = ["presets/library/living-room.promenade", "presets/scenes/box.promenade", "presets/scenes/iosr-room-a.promenade"];
+const RATE = 48_000;
+
+/** A walk of some metres with turns, which fits all three scenes. */
+const keyframes = [
+  { t: 0, position: [1.2, 1.2, 1.5], ypr: [0, 0, 0] },
+  { t: 1.1, position: [2.2, 1.5, 1.5], ypr: [90, 5, 0] },
+  { t: 2.3, position: [2.6, 2.4, 1.6], ypr: [200, -5, 3] },
+  { t: 3, position: [2.0, 2.8, 1.5], ypr: [260, 0, 0] },
+];
+writeFileSync(join(folder, "walk.json"), JSON.stringify(keyframes));
+run(program, "web", ...SCENES.map((s) => join(root, s)), "--dry", join(root, "data/speech.wav"), "--path", join(folder, "walk.json"), "--title", "Test", "--engine", engine, "-o", site);
+const contents = JSON.parse(readFileSync(join(site, "site.json")));
+const rows = JSON.parse(readFileSync(join(site, contents.paths[0].file)));
+
+const server = await serve(site);
+const browser = await launch();
+/** One page for all that is played offline. */
+let bench = null;
+const benchPage = async () => (bench ??= await open(browser, server.address));
+
+const listening = async (options) => {
+  const page = await open(browser, server.address, options);
+  await page.click("#listen");
+  await until(page, "sound", () => document.documentElement.dataset.sound === "running");
+  return page;
+};
+const messages = (page) => page.locator("#messages").innerText();
+const heard = (page) =>
+  page.evaluate(() => new Promise((resolve) => promenade.voices.addEventListener("report", ({ detail }) => resolve(detail), { once: true })));
+
+/** The walk in the browser and by `render`, `difference` dB apart. */
+async function asRender(scene, tier) {
+  const input = noise(RATE * 3, 0.25);
+  const [dry, out] = [join(folder, "dry.wav"), join(folder, "out.wav")];
+  writeWav(dry, RATE, [input]);
+  run(program, "render", join(root, SCENES[scene]), dry, out, "--path", join(folder, "walk.json"), "--bits", "32f", "--block", 128, "--tier", tier);
+  const wanted = readWav(out).channels;
+  const settings = { tier };
+  const played = await play(await benchPage(), { scene: contents.scenes[scene].file, input, rate: RATE, path: rows, settings, inline: true });
+  const length = input.length - played.latency;
+  const db = differenceDb(wanted.map((c) => c.subarray(0, length)), played.ears.map((c) => c.slice(played.latency)));
+  check(db < -100, `${db.toFixed(1)} dB, expected less than -100`);
+  return `${db.toFixed(1)} dB`;
+}
+
+/** A turn of 90 degrees a second, as the pose at a time. */
+const turned = (start, t) => [...start, 0, 0, Math.sin((Math.PI / 4) * t), Math.cos((Math.PI / 4) * t)];
+
+const tests = {
+  "a walk in the living room is what render makes": () => asRender(0, "standard"),
+  "a walk in the decoded box is what render makes": () => asRender(1, "high"),
+  "a walk in measured Room A is what render makes": () => asRender(2, "standard"),
+
+  async "after a reset the second pass is the first"() {
+    const input = noise(375 * 128, 0.25);
+    const said = [];
+    for (const [scene, tier] of [[0, "standard"], [1, "high"], [2, "standard"]]) {
+      const { ears } = await play(await benchPage(), { scene: contents.scenes[scene].file, input, rate: RATE, path: rows, settings: { tier }, inline: true, reset: true });
+      const db = differenceDb(ears.map((c) => c.slice(0, input.length)), ears.map((c) => c.slice(input.length)));
+      check(db < -140, `scene ${scene}: ${db.toFixed(1)} dB`);
+      said.push(db <= -299 ? "equal" : `${db.toFixed(0)} dB`);
+    }
+    return said.join(", ");
+  },
+
+  async "a tone while turning by messages at 72 Hz is as clean as on the exact path"() {
+    const page = await benchPage();
+    const [scene, hz] = [contents.scenes[0].file, 1000];
+    const input = tone(hz, RATE, 4 * RATE, 0.25);
+    const start = [2, 1.5, 1.5];
+    const options = { scene, input, rate: RATE };
+    const path = Array.from({ length: 401 }, (_, i) => [i / 100, ...turned(start, i / 100)]);
+    // Sent evenly, and taken at the next block, as by a page.
+    const block = 128 / RATE;
+    const sent = Array.from({ length: 4 * 72 - 2 }, (_, i) => (i + 1) / 72);
+    const messages = sent.map((t) => ({ at: Math.ceil(t / block) * block, sent: t + 100, pose: turned(start, t) }));
+    const lines = async (of) => {
+      const { ears } = await play(page, { ...options, ...of });
+      return sideLinesDb(ears[0].slice(1.5 * RATE, 3.5 * RATE), RATE, hz, 40, 400);
+    };
+    const [exact, glided] = [await lines({ path }), await lines({ messages })];
+    const words = `${glided.toFixed(1)} dB, on the path ${exact.toFixed(1)} dB`;
+    check(glided < exact + 6, words);
+    return words;
+  },
+
+  async "the page plays, offline and by itself"() {
+    const page = await listening();
+    await until(page, "a level", () => !document.getElementById("figure-level").textContent.includes("silent"));
+    check(page.foreign.length === 0, `it asked ${page.foreign[0]}`);
+    check(page.errors.length === 0, page.errors[0]);
+    for (const cookie of await page.context().cookies()) throw new Error(`it left the cookie ${cookie.name}`);
+    await page.click("#path-play");
+    await until(page, "a walk", () => promenade.walk.along > 0.3);
+    await page.selectOption("#scene", "2");
+    await until(page, "another place", () => promenade.voices.voices[0].loaded.number === 2);
+    await page.close();
+  },
+
+  async "live tiers are decoded in a Worker"() {
+    const page = await listening();
+    await page.selectOption("#scene", "1");
+    await until(page, "the place", () => promenade.voices.voices[0].loaded.number === 1);
+    // A scene of one tier has nothing to choose.
+    if (await page.isVisible("#tier")) await page.selectOption("#tier", "high");
+    await page.waitForTimeout(300);
+    const asked = await page.evaluate(async () => {
+      const { engine } = promenade.voices.voices[0];
+      let answers = 0;
+      engine.addEventListener("report", ({ detail }) => (answers = Math.max(answers, detail.answers)));
+      promenade.listener.held.add("turn-left");
+      await new Promise((resolve) => setTimeout(resolve, 1000));
+      promenade.listener.held.clear();
+      return answers;
+    });
+    check((await heard(page)).tier === 2, "the tier is not high");
+    check(asked > 5, `${asked} answers while turning`);
+    await page.close();
+    return `${asked} answers`;
+  },
+
+  async "keys move the listener, and every control is reached by the keyboard"() {
+    const page = await listening();
+    await page.locator("#stage").focus();
+    const before = (await heard(page)).heard;
+    await page.keyboard.down("ArrowUp");
+    await page.waitForTimeout(400);
+    await page.keyboard.up("ArrowUp");
+    await page.keyboard.down("q");
+    await page.waitForTimeout(300);
+    await page.keyboard.up("q");
+    await page.waitForTimeout(400);
+    const after = (await heard(page)).heard;
+    check(after[0] - before[0] > 0.1, `walked ${after[0] - before[0]} m`);
+    check(Math.abs(after[5] - before[5]) > 0.1, "did not turn");
+    await page.evaluate(() => document.querySelectorAll("details").forEach((d) => (d.open = true)));
+    await page.evaluate(() => document.body.focus());
+    const wanted = await page.evaluate(() => {
+      const all = [...document.querySelectorAll("button, select, input, summary, canvas, a")];
+      const visible = all.filter((e) => !e.disabled && e.checkVisibility({ visibilityProperty: true }));
+      visible.forEach((e, i) => (e.dataset.stop = i));
+      const named = (e) => e.getAttribute("aria-label") || e.labels?.[0]?.textContent.trim() || e.textContent.trim();
+      const nameless = visible.filter((e) => !named(e)).map((e) => e.outerHTML.slice(0, 80));
+      return { count: visible.length, nameless };
+    });
+    check(wanted.nameless.length === 0, `no name: ${wanted.nameless[0]}`);
+    const reached = new Set();
+    for (let i = 0; i < wanted.count + 5; i++) {
+      await page.keyboard.press("Tab");
+      reached.add(await page.evaluate(() => document.activeElement.dataset.stop));
+    }
+    reached.delete(undefined);
+    check(reached.size === wanted.count, `${reached.size} of ${wanted.count} controls`);
+    await page.close();
+    return `${wanted.count} controls`;
+  },
+
+  async "a headset's turn arrives"() {
+    const script = { path: join(dirname(fileURLToPath(import.meta.url)), "node_modules/iwer/build/iwer.min.js") };
+    const page = await browser.newPage();
+    await page.addInitScript(script);
+    await page.addInitScript("globalThis.device = new IWER.XRDevice(IWER.metaQuest3); device.installRuntime({ forceInstall: true });");
+    await page.goto(server.address);
+    await page.waitForFunction(() => document.documentElement.dataset.ready);
+    await page.click("#listen");
+    await page.click("#headset");
+    await until(page, "a session", () => Boolean(promenade.headset.session));
+    await page.waitForTimeout(300);
+    const before = (await heard(page)).heard;
+    // A quarter to the left about the headset's vertical, and half a metre ahead of where it was.
+    await page.evaluate(() => {
+      device.quaternion.set(0, Math.SQRT1_2, 0, Math.SQRT1_2);
+      device.position.z -= 0.5;
+    });
+    await page.waitForTimeout(500);
+    const after = (await heard(page)).heard;
+    const turn = 2 * (Math.atan2(after[5], after[6]) - Math.atan2(before[5], before[6]));
+    check(Math.abs(turn - Math.PI / 2) < 0.02, `turned by ${turn} rad`);
+    const moved = Math.hypot(after[0] - before[0], after[1] - before[1]);
+    check(Math.abs(moved - 0.5) < 0.02, `moved by ${moved} m`);
+    await page.click("#headset");
+    await until(page, "the end", () => !promenade.headset.session);
+    await page.close();
+  },
+
+  async "a scene that is no scene is said, and the old one plays on"() {
+    const page = await listening();
+    await page.route("**/scenes/box*.promenade", (route) => route.fulfill({ body: "no scene" }));
+    await page.selectOption("#scene", "1");
+    await until(page, "a message", () => document.getElementById("messages").textContent.includes("cannot be played"));
+    const said = await messages(page);
+    check((await page.inputValue("#scene")) === "0", "the choice goes back");
+    await page.unroute("**/scenes/box*.promenade");
+    await page.selectOption("#scene", "2");
+    await until(page, "the way back", () => promenade.voices.voices[0].loaded.number === 2 && !document.querySelector('[data-name="scene"]'));
+    await page.close();
+    return said.split("\n")[0];
+  },
+
+  async "a refused microphone is said"() {
+    const page = await listening();
+    await page.evaluate(() => {
+      navigator.mediaDevices.getUserMedia = async () => {
+        throw new DOMException("Permission denied", "NotAllowedError");
+      };
+    });
+    await page.click("#microphone");
+    await until(page, "a message", () => document.getElementById("messages").textContent.includes("refused"));
+    await page.close();
+    const allowed = await listening({ permissions: ["microphone"] });
+    await allowed.click("#microphone");
+    await until(allowed, "the microphone", () => promenade.voices.voices[0].dry.kind === "microphone");
+    await allowed.close();
+  },
+
+  async "an engine that dies is said and starts again"() {
+    const page = await listening();
+    const kill = () =>
+      page.evaluate(() => {
+        // A memory that no engine has left behind: it traps at the first block.
+        const memory = new ArrayBuffer(8 << 20);
+        new Uint8Array(memory).fill(0xff);
+        promenade.voices.voices[0].engine.post({ kind: "memory", slot: "main", name: "broken", memory, rush: true, hear: true }, [memory]);
+      });
+    await kill();
+    await until(page, "a message", () => document.getElementById("messages").textContent.includes("engine has stopped"));
+    const said = await messages(page);
+    await page.click("text=Start it again");
+    await page.waitForTimeout(500);
+    await until(page, "sound again", () => !document.getElementById("figure-level").textContent.includes("silent"));
+    check((await heard(page)).heard, "nothing is played");
+    await page.close();
+    return said.split("\n")[0];
+  },
+
+  async "sound that is stopped, closed, at another rate or in the background has its message and way back"() {
+    const page = await listening();
+    await page.evaluate(() => promenade.output.context.suspend());
+    await until(page, "stopped", () => document.getElementById("messages").textContent.includes("stopped the sound"));
+    await page.click("text=Go on");
+    await until(page, "on", () => promenade.output.context.state === "running" && !document.querySelector('[data-name="output"]'));
+    await page.evaluate(() => promenade.output.context.close());
+    await until(page, "closed", () => document.getElementById("messages").textContent.includes("closed"));
+    await page.click("text=Start again");
+    await until(page, "anew", () => promenade.output.context.state === "running");
+    await page.selectOption("#rate", "96000");
+    await until(page, "another rate", () => promenade.output.context.sampleRate === 96_000 && document.getElementById("messages").textContent.includes("96.0 kHz"));
+    await until(page, "a level at it", () => !document.getElementById("figure-level").textContent.includes("silent"));
+    await page.evaluate(() => {
+      Object.defineProperty(document, "hidden", { value: true, configurable: true });
+      document.dispatchEvent(new Event("visibilitychange"));
+    });
+    check((await messages(page)).includes("background"), "the background is not told of");
+    await page.evaluate(() => {
+      Object.defineProperty(document, "hidden", { value: false, configurable: true });
+      document.dispatchEvent(new Event("visibilitychange"));
+    });
+    await until(page, "foreground", () => !document.querySelector('[data-name="background"]'));
+    await page.close();
+  },
+};
+
+let passed = false;
+try {
+  passed = await runTests(tests, only);
+} finally {
+  await browser.close();
+  server.stop();
+  rmSync(folder, { recursive: true });
+}
+process.exit(passed ? 0 : 1);

@@ -1,0 +1,336 @@
+// The page: opens the site, and connects controls, listener, stage and sounds.
+
+import { compile, warmUp, SETTINGS } from "./engine/engine.js";
+import { choices, slider, soundList, trims } from "./controls.js";
+import { Figures, place } from "./figures.js";
+import { Headset } from "./headset.js";
+import { Listener } from "./listener.js";
+import { Orientation, isHere } from "./orientation.js";
+import { Output } from "./output.js";
+import { PathWalk } from "./path.js";
+import { Site } from "./site.js";
+import { Stage } from "./stage.js";
+import { Voices } from "./voices.js";
+import { clear, say, show } from "./messages.js";
+
+const at = (id) => document.getElementById(id);
+/** Poses are sent for so long after the last move, seconds. */
+const AFTER_S = 0.3;
+
+at("no-modules").remove();
+
+const failed = (name, error, again) => show(name, `${error.message ?? error}.`.replace(/\.\.$/, "."), again && { action: ["Try again", again] });
+
+let site;
+try {
+  site = await Site.open();
+  if (site.scenes.length === 0) throw new Error("site.json names no scene");
+} catch (error) {
+  failed("site", error, () => location.reload());
+  throw error;
+}
+document.title = site.title ?? "Promenade";
+at("title").textContent = site.title ?? "Promenade";
+
+const canvas = at("stage");
+const stage = new Stage(canvas);
+if (stage.lost) show("picture", "This browser shows no picture of the place (WebGL is off); its sound plays all the same.", { calm: true });
+const listener = new Listener(stage, canvas, document.querySelector(".pad"));
+const figures = new Figures();
+const voices = new Voices(site);
+const output = new Output(voices);
+const walk = new PathWalk(site, voices, listener);
+let shown = null;
+let movedAt = -Infinity;
+
+const touch = () => (movedAt = performance.now() / 1000);
+
+// The place.
+
+async function showPlace() {
+  const voice = voices.voices.find((v) => v.loaded && (v.scene ?? voices.place) === voices.place) ?? voices.voices.find((v) => v.loaded);
+  if (!voice) return;
+  const { place: found, number } = voice.loaded;
+  const first = shown !== number;
+  shown = number;
+  const scene = site.scenes[number];
+  const outline = scene.outline ? await site.json(scene.outline).catch(() => []) : [];
+  const rows = await walk.rowsFor(scene);
+  stage.show(found, { outline, path: rows });
+  if (first) {
+    listener.enter(found.description);
+    walk.use(rows);
+    about(found.description, scene);
+  }
+  const { tiers } = found.description;
+  choices(at("tier"), tiers.map((t) => [t, { draft: "Draft: no room", standard: "Standard", high: "High: decoded live", reference: "Reference" }[t]]), voices.values.tier ?? "standard");
+  at("tier-row").hidden = tiers.length < 2;
+  at("head-row").hidden = site.heads.length === 0;
+  drawSounds();
+}
+
+function drawSounds() {
+  stage.sounds = voices.voices.flatMap((voice, i) => {
+    const emitter = voice.loaded?.place.description.emitter;
+    return emitter ? [{ position: emitter, name: voices.voices.length > 1 ? `${i + 1} ${voice.dry.name}` : voice.dry.name }] : [];
+  });
+}
+
+function about(description, scene) {
+  const lines = [scene.name === description.title ? description.title : `${scene.name}: ${description.title}`];
+  if (description.credit) lines.push(description.credit);
+  if (description.licence) lines.push(`Licence: ${description.licence}`);
+  if (description.head) lines.push(`Measured with the head ${description.head}`);
+  lines.push(...description.notes);
+  for (const sound of site.sounds) if (sound.credit) lines.push(`${sound.name}: ${sound.credit}`);
+  at("about").replaceChildren(...lines.filter(Boolean).map((text) => Object.assign(document.createElement("p"), { textContent: text })));
+}
+
+/** Runs something that may fail, with a message and a way back. */
+async function attempt(name, work) {
+  try {
+    await work();
+    clear(name);
+  } catch (error) {
+    failed(name, error, () => attempt(name, work));
+  }
+}
+
+choices(at("scene"), site.scenes.map((s, n) => [n, s.name]), 0);
+document.querySelector(".scene-choice").hidden = site.scenes.length < 2;
+at("scene").addEventListener("change", () => {
+  const before = voices.place;
+  voices.place = Number(at("scene").value);
+  walk.stop();
+  attempt("scene", async () => {
+    try {
+      await voices.reload();
+    } catch (error) {
+      voices.place = before;
+      at("scene").value = String(before);
+      throw error;
+    }
+  }).then(showPlace);
+});
+voices.addEventListener("loaded", () => attempt("scene", showPlace));
+
+// Sounds.
+
+const ofSite = (number) => (site.sounds[number] ? { kind: "site", number, ...site.sounds[number] } : { kind: "none", name: "nothing" });
+
+function listSounds() {
+  soundList(at("sounds"), voices.voices, site, {
+    dry: (voice, value) => {
+      if (value === "own") return;
+      voice.dry = value === "none" ? { kind: "none", name: "nothing" } : ofSite(Number(value));
+      attempt("sound", () => voices.plug(voice)).then(listSounds);
+    },
+    scene: (voice, number) => {
+      voice.scene = number;
+      attempt("scene", () => voices.load(voice));
+    },
+    level: (voice, level) => voices.setLevel(voice, level),
+    remove: (voice) => {
+      voices.remove(voice);
+      figures.forget(voice);
+      listSounds();
+    },
+  });
+  drawSounds();
+}
+
+at("add-sound").addEventListener("click", () =>
+  attempt("sound", async () => {
+    // The next scene that sounds from elsewhere, if there is one.
+    const free = site.scenes.findIndex((_, n) => !voices.voices.some((v) => (v.scene ?? voices.place) === n));
+    await voices.add(ofSite(voices.voices.length % Math.max(site.sounds.length, 1)), free < 0 ? null : free);
+    listSounds();
+  }),
+);
+
+/** The sound that a file or the microphone takes the place of: the last. */
+const lastVoice = () => voices.voices[voices.voices.length - 1];
+
+at("sound-file").addEventListener("change", async ({ target }) => {
+  const file = target.files[0];
+  target.value = "";
+  if (!file) return;
+  const voice = lastVoice();
+  const before = voice.dry;
+  voice.dry = { kind: "file", name: file.name, bytes: await file.arrayBuffer() };
+  try {
+    await output.ready;
+    await voices.plug(voice);
+    clear("sound");
+  } catch (error) {
+    voice.dry = before;
+    failed("sound", error);
+    await voices.plug(voice);
+  }
+  listSounds();
+});
+
+async function microphone() {
+  const button = at("microphone");
+  const playing = voices.voices.find((v) => v.dry.kind === "microphone");
+  if (playing) {
+    playing.dry.stream.getTracks().forEach((track) => track.stop());
+    playing.dry = ofSite(0);
+    button.setAttribute("aria-pressed", "false");
+    await attempt("sound", () => voices.plug(playing));
+    return listSounds();
+  }
+  if (!navigator.mediaDevices?.getUserMedia) {
+    return show("microphone", "Browsers lend a microphone to pages on https or on this machine only. The sounds of this page go on playing.");
+  }
+  try {
+    const plain = { echoCancellation: false, noiseSuppression: false, autoGainControl: false };
+    const stream = await navigator.mediaDevices.getUserMedia({ audio: plain });
+    const voice = lastVoice();
+    voice.dry = { kind: "microphone", name: "microphone", stream };
+    button.setAttribute("aria-pressed", "true");
+    clear("microphone");
+    await output.resume();
+    await attempt("sound", () => voices.plug(voice));
+    listSounds();
+  } catch (error) {
+    const why = { NotAllowedError: "The microphone was refused", NotFoundError: "There is no microphone" }[error.name] ?? `The microphone cannot be used: ${error.message}`;
+    show("microphone", `${why}. The sound that was playing goes on.`, { action: ["Ask again", microphone] });
+  }
+}
+at("microphone").addEventListener("click", microphone);
+
+// Hearing and changes.
+
+let secondEmitter = false;
+const change = (values) => {
+  voices.set(values);
+  if (values.stereoSpread > 0 && !secondEmitter) {
+    secondEmitter = voices.beside.secondEmitter = true;
+    attempt("scene", () => voices.reload());
+  }
+};
+at("trims-reset").addEventListener("click", trims(at("trims"), change));
+slider(at("volume"), SETTINGS.gain, "Volume", (value) => output.setVolume(value <= SETTINGS.gain.from ? 0 : 10 ** (value / 20)));
+at("tier").addEventListener("change", () => change({ tier: at("tier").value }));
+
+choices(at("head"), [["", "as the place was measured"], ...site.heads.map((h, n) => [n, h.name])], "");
+choices(at("headphones"), [["", "not corrected"], ...site.headphones.map((h, n) => [n, h.name])], "");
+const bytesOf = async (list, value) => (value === "" ? undefined : site.bytes(list[Number(value)].file));
+at("head").addEventListener("change", () =>
+  attempt("head", async () => {
+    voices.beside.head = await bytesOf(site.heads, at("head").value);
+    await voices.reload();
+  }),
+);
+async function useHeadphones(bytes) {
+  const before = voices.beside.headphones;
+  voices.beside.headphones = bytes;
+  try {
+    await voices.reload();
+  } catch (error) {
+    voices.beside.headphones = before;
+    at("headphones").value = "";
+    throw error;
+  }
+}
+at("headphones").addEventListener("change", () => attempt("headphones", async () => useHeadphones(await bytesOf(site.headphones, at("headphones").value))));
+at("headphones-file").addEventListener("change", async ({ target }) => {
+  const file = target.files[0];
+  target.value = "";
+  if (!file) return;
+  const bytes = await file.arrayBuffer();
+  await attempt("headphones", async () => {
+    await useHeadphones(bytes);
+    at("headphones").append(new Option(file.name, "own", false, true));
+  });
+});
+
+// The listener.
+
+listener.addEventListener("touched", () => {
+  touch();
+  if (walk.playing && !walk.ownHead) walk.stop();
+});
+listener.addEventListener("jump", () => {
+  walk.stop();
+  voices.jump(listener.pose);
+});
+at("home").addEventListener("click", () => listener.goHome());
+at("where").addEventListener("click", () => say(`You are ${place(listener.pose, stage.sounds[0]?.position)}`));
+for (const [id, eyes] of [["view-plan", false], ["view-eyes", true]]) {
+  at(id).addEventListener("click", () => {
+    stage.eyes = eyes;
+    at("view-plan").setAttribute("aria-pressed", String(!eyes));
+    at("view-eyes").setAttribute("aria-pressed", String(eyes));
+    canvas.setAttribute("aria-label", eyes ? "The place through your eyes" : "The place from above");
+  });
+}
+
+const orientationNow = new Orientation(listener, touch);
+at("orientation").hidden = !isHere();
+at("orientation").addEventListener("click", () =>
+  attempt("orientation", async () => {
+    if (orientationNow.on) orientationNow.stop();
+    else await orientationNow.start();
+    at("orientation").setAttribute("aria-pressed", String(orientationNow.on));
+  }),
+);
+
+const headset = new Headset(stage, listener);
+Headset.isHere().then((here) => (at("headset").hidden = !here));
+navigator.xr?.addEventListener("devicechange", async () => (at("headset").hidden = !(await Headset.isHere())));
+at("headset").addEventListener("click", () =>
+  attempt("headset", async () => {
+    if (headset.session) return headset.leave();
+    output.resume();
+    walk.stop();
+    await headset.enter((time) => send(time), () => (at("headset").textContent = "Enter with a headset"));
+    at("headset").textContent = "Leave the headset";
+  }),
+);
+
+// What is heard, drawn and shown.
+
+voices.addEventListener("report", ({ detail }) => {
+  figures.take(detail.voice, detail);
+  if (detail.voice === voices.voices[0] && detail.heard) walk.heard(detail.heard);
+});
+
+function send(time) {
+  if (walk.playing && !walk.ownHead) return;
+  voices.move(listener.pose, time);
+}
+
+let last = performance.now();
+let frames = 0;
+function frame(time) {
+  requestAnimationFrame(frame);
+  const seconds = Math.min(Math.max((time - last) / 1000, 0), 0.1);
+  last = time;
+  if (!headset.session) {
+    const before = JSON.stringify(listener.pose);
+    listener.advance(seconds);
+    if (JSON.stringify(listener.pose) !== before) touch();
+    if (time / 1000 - movedAt < AFTER_S) send(time / 1000);
+    stage.draw(listener.pose);
+  }
+  if (frames++ % 4 === 0) {
+    const engineLatency = output.latency;
+    figures.show({ context: output.started ? output.context : null, engineLatency, gain: output.volume, pose: listener.pose, emitter: stage.sounds[0]?.position });
+  }
+}
+requestAnimationFrame(frame);
+
+// The beginning.
+
+await voices.add(ofSite(0));
+listSounds();
+await attempt("engine", async () => {
+  await compile();
+  await output.open();
+});
+output.connectControls();
+// For whoever steers the page from outside, as its tests do.
+globalThis.promenade = { site, voices, listener, stage, output, walk, headset, warmUp };
+document.documentElement.dataset.ready = "true";
