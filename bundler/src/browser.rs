@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Debian's packages: the browser, and what the engine is compiled with where rustup's toolchain has no standard library for it.
+/// Debian's packages: the browser, and what the engine is compiled with where the toolchain has no standard library for it.
 const BROWSER: [&str; 1] = ["chromium"];
 const COMPILER: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-19"];
 /// The scripts, which are copied to where the packages of their lock file are installed.

@@ -18,18 +18,41 @@ const seconds = Number(given ?? 60);
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const folder = mkdtempSync(join(tmpdir(), "promenade-figures-"));
 const site = join(folder, "site");
-const SCENES = { "living room": ["presets/library/living-room.promenade", "standard"], "box, High": ["presets/scenes/box.promenade", "high"], "Room A": ["presets/scenes/iosr-room-a.promenade", "standard"] };
-run(program, "web", ...Object.values(SCENES).map(([s]) => join(root, s)), "--dry", join(root, "data/speech.wav"), "--path", join(root, "presets/paths/walk.json"), "--engine", engine, "-o", site);
+const SCENES = {
+  "living room": ["presets/library/living-room.promenade", "standard"],
+  "box, High": ["presets/scenes/box.promenade", "high"],
+  "Room A": ["presets/scenes/iosr-room-a.promenade", "standard"],
+};
+run(
+  program,
+  "web",
+  ...Object.values(SCENES).map(([s]) => join(root, s)),
+  "--dry",
+  join(root, "data/speech.wav"),
+  "--path",
+  join(root, "presets/paths/walk.json"),
+  "--engine",
+  engine,
+  "-o",
+  site,
+);
 const contents = JSON.parse(readFileSync(join(site, "site.json")));
 
 // Bytes.
-const own = readdirSync(site, { recursive: true }).filter((f) => statSync(join(site, f)).isFile() && !/^(scenes|sounds|paths)\//.test(f));
+const own = readdirSync(site, { recursive: true }).filter(
+  (f) => statSync(join(site, f)).isFile() && !/^(scenes|sounds|paths)\//.test(f),
+);
 const total = (pack) => own.reduce((sum, f) => sum + pack(readFileSync(join(site, f))).length, 0);
-console.log(`page and engine: ${total((b) => b)} bytes, gzip ${total((b) => gzipSync(b, { level: 9 }))}, brotli ${total((b) => brotliCompressSync(b))}`);
+console.log(
+  `page and engine: ${total((b) => b)} bytes, gzip ${total((b) => gzipSync(b, { level: 9 }))}, ` +
+    `brotli ${total((b) => brotliCompressSync(b))}`,
+);
 console.log(`engine alone: ${statSync(engine).size} bytes, gzip ${gzipSync(readFileSync(engine), { level: 9 }).length}`);
 
 // Cost of a block, processor time of this thread here and of the program there.
-const { Instance } = await import(`data:text/javascript,${encodeURIComponent(readFileSync(join(site, "engine/module.js"), "utf8"))}`);
+const { Instance } = await import(
+  `data:text/javascript,${encodeURIComponent(readFileSync(join(site, "engine/module.js"), "utf8"))}`
+);
 const module = new WebAssembly.Module(readFileSync(engine));
 const rows = Float64Array.from(JSON.parse(readFileSync(join(site, contents.paths[0].file))).flat());
 const RATE = 48_000;
@@ -40,7 +63,17 @@ const input = noise(128 * BLOCKS, 0.25);
 writeWav(dry, RATE, [input.subarray(0, 128 * 375)]);
 writeWav(long, RATE, [input]);
 const cpuOf = (...args) => {
-  const done = execFileSync("python3", ["-c", "import resource,subprocess,sys; subprocess.run(sys.argv[1:],check=True,stderr=subprocess.DEVNULL); print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime)", program, ...args.map(String)], { encoding: "utf8" });
+  const done = execFileSync(
+    "python3",
+    [
+      "-c",
+      "import resource as r,subprocess as s,sys; s.run(sys.argv[1:],check=True,stderr=s.DEVNULL); " +
+        "print(r.getrusage(r.RUSAGE_CHILDREN).ru_utime)",
+      program,
+      ...args.map(String),
+    ],
+    { encoding: "utf8" },
+  );
   return Number(done);
 };
 for (const [name, [scene, tier]] of Object.entries(SCENES)) {
@@ -60,16 +93,36 @@ for (const [name, [scene, tier]] of Object.entries(SCENES)) {
   const before = process.cpuUsage();
   run(BLOCKS);
   const here = process.cpuUsage(before).user / 1000 / BLOCKS;
-  const args = (wav) => ["render", join(root, scene), wav, join(folder, "out.wav"), "--path", join(root, "presets/paths/walk.json"), "--loop", "--block", 128, "--bits", "32f", "--tier", tier];
+  const args = (wav) => [
+    "render",
+    join(root, scene),
+    wav,
+    join(folder, "out.wav"),
+    "--path",
+    join(root, "presets/paths/walk.json"),
+    "--loop",
+    "--block",
+    128,
+    "--bits",
+    "32f",
+    "--tier",
+    tier,
+  ];
   const there = ((cpuOf(...args(long)) - cpuOf(...args(dry))) * 1000) / (BLOCKS - 375);
-  console.log(`${name}: a block of 128 (2.667 ms) takes ${here.toFixed(4)} ms, the program ${there.toFixed(4)} ms, ${(here / there).toFixed(2)} times as long`);
+  console.log(
+    `${name}: a block of 128 (2.667 ms) takes ${here.toFixed(4)} ms, the program ${there.toFixed(4)} ms, ` +
+      `${(here / there).toFixed(2)} times as long`,
+  );
 }
 
 const server = await serve(site);
 const browser = await launch();
 
 // From click to sound.
-for (const [name, wait] of [["cold", false], ["warm", true]]) {
+for (const [name, wait] of [
+  ["cold", false],
+  ["warm", true],
+]) {
   const times = [];
   for (let i = 0; i < 5; i++) {
     const context = await browser.newContext();
@@ -82,7 +135,8 @@ for (const [name, wait] of [["cold", false], ["warm", true]]) {
         globalThis.listens = true;
         clearInterval(timer);
         promenade.voices.addEventListener("report", ({ detail }) => {
-          if (globalThis.clicked && !globalThis.sounded && Math.max(...detail.peaks) > 1e-4) globalThis.sounded = performance.now();
+          if (globalThis.clicked && !globalThis.sounded && Math.max(...detail.peaks) > 1e-4)
+            globalThis.sounded = performance.now();
         });
       }, 1);
     });
@@ -113,7 +167,10 @@ while (Date.now() < end) {
   await page.selectOption("#scene", String(changes % 3));
 }
 const after = await stats();
-console.log(`interruptions over ${seconds} s with ${changes} changes of scene: ${after.underrunEvents - before.underrunEvents}, ${((after.underrunDuration - before.underrunDuration) * 1000).toFixed(0)} ms in all`);
+console.log(
+  `interruptions over ${seconds} s with ${changes} changes of scene: ${after.underrunEvents - before.underrunEvents}, ` +
+    `${((after.underrunDuration - before.underrunDuration) * 1000).toFixed(0)} ms in all`,
+);
 await browser.close();
 server.stop();
 rmSync(folder, { recursive: true });

@@ -4,7 +4,11 @@
 async function playInPage({ scene, input, rate, path, messages, settings, inline, reset }) {
   const { Engine } = await import("/engine/engine.js");
   const seconds = input.length / rate;
-  const context = new OfflineAudioContext({ numberOfChannels: 2, length: input.length * (reset ? 2 : 1), sampleRate: rate });
+  const context = new OfflineAudioContext({
+    numberOfChannels: 2,
+    length: input.length * (reset ? 2 : 1),
+    sampleRate: rate,
+  });
   const engine = await Engine.create(context);
   const entered = new Promise((resolve) => engine.addEventListener("entered", ({ detail }) => resolve(detail.latency)));
   engine.output.connect(context.destination);
@@ -22,7 +26,11 @@ async function playInPage({ scene, input, rate, path, messages, settings, inline
   source.connect(engine.input);
   source.start();
   await engine.tell({ kind: "set", values: [] });
-  if (reset) context.suspend(seconds).then(() => engine.reset()).then(() => context.resume());
+  if (reset)
+    context
+      .suspend(seconds)
+      .then(() => engine.reset())
+      .then(() => context.resume());
   for (const { at, sent, pose } of messages ?? []) {
     context.suspend(at).then(async () => {
       engine.pose(pose.slice(0, 3), pose.slice(3), sent);

@@ -16,7 +16,11 @@ const [program, engine, only] = process.argv.slice(2);
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const folder = mkdtempSync(join(tmpdir(), "promenade-page-"));
 const site = join(folder, "site");
-const SCENES = ["presets/library/living-room.promenade", "presets/scenes/box.promenade", "presets/scenes/iosr-room-a.promenade"];
+const SCENES = [
+  "presets/library/living-room.promenade",
+  "presets/scenes/box.promenade",
+  "presets/scenes/iosr-room-a.promenade",
+];
 const RATE = 48_000;
 
 /** A walk of some metres with turns, which fits all three scenes. */
@@ -27,7 +31,21 @@ const keyframes = [
   { t: 3, position: [2.0, 2.8, 1.5], ypr: [260, 0, 0] },
 ];
 writeFileSync(join(folder, "walk.json"), JSON.stringify(keyframes));
-run(program, "web", ...SCENES.map((s) => join(root, s)), "--dry", join(root, "data/speech.wav"), "--path", join(folder, "walk.json"), "--title", "Test", "--engine", engine, "-o", site);
+run(
+  program,
+  "web",
+  ...SCENES.map((s) => join(root, s)),
+  "--dry",
+  join(root, "data/speech.wav"),
+  "--path",
+  join(folder, "walk.json"),
+  "--title",
+  "Test",
+  "--engine",
+  engine,
+  "-o",
+  site,
+);
 const contents = JSON.parse(readFileSync(join(site, "site.json")));
 const rows = JSON.parse(readFileSync(join(site, contents.paths[0].file)));
 
@@ -45,19 +63,48 @@ const listening = async (options) => {
 };
 const messages = (page) => page.locator("#messages").innerText();
 const heard = (page) =>
-  page.evaluate(() => new Promise((resolve) => promenade.voices.addEventListener("report", ({ detail }) => resolve(detail), { once: true })));
+  page.evaluate(
+    () =>
+      new Promise((resolve) =>
+        promenade.voices.addEventListener("report", ({ detail }) => resolve(detail), { once: true }),
+      ),
+  );
 
 /** The walk in the browser and by `render`, `difference` dB apart. */
 async function asRender(scene, tier) {
   const input = noise(RATE * 3, 0.25);
   const [dry, out] = [join(folder, "dry.wav"), join(folder, "out.wav")];
   writeWav(dry, RATE, [input]);
-  run(program, "render", join(root, SCENES[scene]), dry, out, "--path", join(folder, "walk.json"), "--bits", "32f", "--block", 128, "--tier", tier);
+  run(
+    program,
+    "render",
+    join(root, SCENES[scene]),
+    dry,
+    out,
+    "--path",
+    join(folder, "walk.json"),
+    "--bits",
+    "32f",
+    "--block",
+    128,
+    "--tier",
+    tier,
+  );
   const wanted = readWav(out).channels;
   const settings = { tier };
-  const played = await play(await benchPage(), { scene: contents.scenes[scene].file, input, rate: RATE, path: rows, settings, inline: true });
+  const played = await play(await benchPage(), {
+    scene: contents.scenes[scene].file,
+    input,
+    rate: RATE,
+    path: rows,
+    settings,
+    inline: true,
+  });
   const length = input.length - played.latency;
-  const db = differenceDb(wanted.map((c) => c.subarray(0, length)), played.ears.map((c) => c.slice(played.latency)));
+  const db = differenceDb(
+    wanted.map((c) => c.subarray(0, length)),
+    played.ears.map((c) => c.slice(played.latency)),
+  );
   check(db < -100, `${db.toFixed(1)} dB, expected less than -100`);
   return `${db.toFixed(1)} dB`;
 }
@@ -73,9 +120,24 @@ const tests = {
   async "after a reset the second pass is the first"() {
     const input = noise(375 * 128, 0.25);
     const said = [];
-    for (const [scene, tier] of [[0, "standard"], [1, "high"], [2, "standard"]]) {
-      const { ears } = await play(await benchPage(), { scene: contents.scenes[scene].file, input, rate: RATE, path: rows, settings: { tier }, inline: true, reset: true });
-      const db = differenceDb(ears.map((c) => c.slice(0, input.length)), ears.map((c) => c.slice(input.length)));
+    for (const [scene, tier] of [
+      [0, "standard"],
+      [1, "high"],
+      [2, "standard"],
+    ]) {
+      const { ears } = await play(await benchPage(), {
+        scene: contents.scenes[scene].file,
+        input,
+        rate: RATE,
+        path: rows,
+        settings: { tier },
+        inline: true,
+        reset: true,
+      });
+      const db = differenceDb(
+        ears.map((c) => c.slice(0, input.length)),
+        ears.map((c) => c.slice(input.length)),
+      );
       check(db < -140, `scene ${scene}: ${db.toFixed(1)} dB`);
       said.push(db <= -299 ? "equal" : `${db.toFixed(0)} dB`);
     }
@@ -178,7 +240,9 @@ const tests = {
     const script = { path: join(dirname(fileURLToPath(import.meta.url)), "node_modules/iwer/build/iwer.min.js") };
     const page = await browser.newPage();
     await page.addInitScript(script);
-    await page.addInitScript("globalThis.device = new IWER.XRDevice(IWER.metaQuest3); device.installRuntime({ forceInstall: true });");
+    await page.addInitScript(
+      "globalThis.device = new IWER.XRDevice(IWER.metaQuest3); device.installRuntime({ forceInstall: true });",
+    );
     await page.goto(server.address);
     await page.waitForFunction(() => document.documentElement.dataset.ready);
     await page.click("#listen");
@@ -211,7 +275,11 @@ const tests = {
     check((await page.inputValue("#scene")) === "0", "the choice goes back");
     await page.unroute("**/scenes/box*.promenade");
     await page.selectOption("#scene", "2");
-    await until(page, "the way back", () => promenade.voices.voices[0].loaded.number === 2 && !document.querySelector('[data-name="scene"]'));
+    await until(
+      page,
+      "the way back",
+      () => promenade.voices.voices[0].loaded.number === 2 && !document.querySelector('[data-name="scene"]'),
+    );
     await page.close();
     return said.split("\n")[0];
   },
@@ -239,7 +307,10 @@ const tests = {
         // A memory that no engine has left behind: it traps at the first block.
         const memory = new ArrayBuffer(8 << 20);
         new Uint8Array(memory).fill(0xff);
-        promenade.voices.voices[0].engine.post({ kind: "memory", slot: "main", name: "broken", memory, rush: true, hear: true }, [memory]);
+        promenade.voices.voices[0].engine.post(
+          { kind: "memory", slot: "main", name: "broken", memory, rush: true, hear: true },
+          [memory],
+        );
       });
     await kill();
     await until(page, "a message", () => document.getElementById("messages").textContent.includes("engine has stopped"));
@@ -257,13 +328,23 @@ const tests = {
     await page.evaluate(() => promenade.output.context.suspend());
     await until(page, "stopped", () => document.getElementById("messages").textContent.includes("stopped the sound"));
     await page.click("text=Go on");
-    await until(page, "on", () => promenade.output.context.state === "running" && !document.querySelector('[data-name="output"]'));
+    await until(
+      page,
+      "on",
+      () => promenade.output.context.state === "running" && !document.querySelector('[data-name="output"]'),
+    );
     await page.evaluate(() => promenade.output.context.close());
     await until(page, "closed", () => document.getElementById("messages").textContent.includes("closed"));
     await page.click("text=Start again");
     await until(page, "anew", () => promenade.output.context.state === "running");
     await page.selectOption("#rate", "96000");
-    await until(page, "another rate", () => promenade.output.context.sampleRate === 96_000 && document.getElementById("messages").textContent.includes("96.0 kHz"));
+    await until(
+      page,
+      "another rate",
+      () =>
+        promenade.output.context.sampleRate === 96_000 &&
+        document.getElementById("messages").textContent.includes("96.0 kHz"),
+    );
     await until(page, "a level at it", () => !document.getElementById("figure-level").textContent.includes("silent"));
     await page.evaluate(() => {
       Object.defineProperty(document, "hidden", { value: true, configurable: true });

@@ -9,7 +9,15 @@ export function writeWav(file, rate, channels) {
   data.write("RIFF", 0);
   data.writeUInt32LE(data.length - 8, 4);
   data.write("WAVEfmt ", 8);
-  [[16, 4], [3, 2], [channels.length, 2], [rate, 4], [rate * 4 * channels.length, 4], [4 * channels.length, 2], [32, 2]].reduce((at, [value, bytes]) => {
+  [
+    [16, 4],
+    [3, 2],
+    [channels.length, 2],
+    [rate, 4],
+    [rate * 4 * channels.length, 4],
+    [4 * channels.length, 2],
+    [32, 2],
+  ].reduce((at, [value, bytes]) => {
     data.writeUIntLE(value, at, bytes);
     return at + bytes;
   }, 16);
@@ -25,12 +33,15 @@ export function readWav(file) {
   let [at, form, out] = [12, null, null];
   while (at + 8 <= data.length) {
     const [name, size] = [data.toString("latin1", at, at + 4), data.readUInt32LE(at + 4)];
-    if (name === "fmt ") form = { count: data.readUInt16LE(at + 10), rate: data.readUInt32LE(at + 12), bits: data.readUInt16LE(at + 22) };
+    if (name === "fmt ")
+      form = { count: data.readUInt16LE(at + 10), rate: data.readUInt32LE(at + 12), bits: data.readUInt16LE(at + 22) };
     if (name === "data") {
       const bytes = form.bits / 8;
       const frames = Math.floor(Math.min(size, data.length - at - 8) / bytes / form.count);
       const sample = (i) => (bytes === 4 ? data.readFloatLE(at + 8 + 4 * i) : data.readInt16LE(at + 8 + 2 * i) / 32768);
-      out = Array.from({ length: form.count }, (_, c) => Float32Array.from({ length: frames }, (_, i) => sample(i * form.count + c)));
+      out = Array.from({ length: form.count }, (_, c) =>
+        Float32Array.from({ length: frames }, (_, i) => sample(i * form.count + c)),
+      );
     }
     at += 8 + size + (size % 2);
   }
@@ -46,7 +57,8 @@ export function noise(length, gain) {
   });
 }
 
-export const tone = (hz, rate, length, gain) => Float32Array.from({ length }, (_, i) => gain * Math.sin((2 * Math.PI * hz * i) / rate));
+export const tone = (hz, rate, length, gain) =>
+  Float32Array.from({ length }, (_, i) => gain * Math.sin((2 * Math.PI * hz * i) / rate));
 
 /** Energy of the difference of two signals over that of the first, dB. */
 export function differenceDb(wanted, found) {
@@ -64,7 +76,8 @@ export function differenceDb(wanted, found) {
 /** Level of the strongest line `from` to `to` Hz beside a tone, against the tone, dB, from bins of a Blackman-Harris window. */
 export function sideLinesDb(signal, rate, hz, from, to) {
   const n = signal.length;
-  const window = (i) => [0.35875, -0.48829, 0.14128, -0.01168].reduce((sum, a, k) => sum + a * Math.cos((2 * Math.PI * k * i) / n), 0);
+  const window = (i) =>
+    [0.35875, -0.48829, 0.14128, -0.01168].reduce((sum, a, k) => sum + a * Math.cos((2 * Math.PI * k * i) / n), 0);
   const windowed = Float64Array.from(signal, (x, i) => x * window(i));
   const power = (f) => {
     let [re, im] = [0, 0];

@@ -17,10 +17,18 @@ const freePort = () =>
 /** Python's own server on a folder: it sends no header that helps. Gives its address and what ends it. */
 export async function serve(folder) {
   const port = await freePort();
-  const server = spawn("python3", ["-m", "http.server", String(port), "--bind", "127.0.0.1", "--directory", folder], { stdio: "ignore" });
+  const server = spawn("python3", ["-m", "http.server", String(port), "--bind", "127.0.0.1", "--directory", folder], {
+    stdio: "ignore",
+  });
   const address = `http://localhost:${port}/`;
   for (let i = 0; i < 100; i++) {
-    if (await fetch(address).then(() => true, () => false)) return { address, stop: () => server.kill() };
+    if (
+      await fetch(address).then(
+        () => true,
+        () => false,
+      )
+    )
+      return { address, stop: () => server.kill() };
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
   server.kill();

@@ -47,7 +47,11 @@ export function trims(box, changed) {
   const back = Object.entries(TRIMS).map(([name, title]) => {
     const label = document.createElement("label");
     label.className = "slider";
-    label.append(title, Object.assign(document.createElement("input"), { type: "range" }), document.createElement("output"));
+    label.append(
+      title,
+      Object.assign(document.createElement("input"), { type: "range" }),
+      document.createElement("output"),
+    );
     box.append(label);
     const put = slider(label.querySelector("input"), SETTINGS[name], title, (value) => changed({ [name]: value }));
     return () => {
@@ -77,7 +81,13 @@ export function soundList(list, voices, site, on) {
       choices(dry, [...own, ...kept, ["none", "nothing"]], chosen);
       dry.addEventListener("change", () => on.dry(voice, dry.value));
       item.append(dry);
-      const level = Object.assign(document.createElement("input"), { type: "range", min: -40, max: 12, step: 1, value: voice.level });
+      const level = Object.assign(document.createElement("input"), {
+        type: "range",
+        min: -40,
+        max: 12,
+        step: 1,
+        value: voice.level,
+      });
       level.style.width = "6rem";
       level.setAttribute("aria-label", `${title}: level`);
       const spoken = () => level.setAttribute("aria-valuetext", `${level.value} dB`);

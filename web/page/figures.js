@@ -66,6 +66,11 @@ export function place({ position, quaternion }, emitter) {
   const back = [-quaternion[0], -quaternion[1], -quaternion[2], quaternion[3]];
   const way = turn(back, minus(emitter, position));
   const azimuth = Math.round(degrees(Math.atan2(way[1], way[0])));
-  const side = Math.abs(azimuth) < 3 ? "ahead" : Math.abs(azimuth) > 177 ? "behind you" : `${Math.abs(azimuth)}° to the ${azimuth > 0 ? "left" : "right"}`;
+  const side =
+    Math.abs(azimuth) < 3
+      ? "ahead"
+      : Math.abs(azimuth) > 177
+        ? "behind you"
+        : `${Math.abs(azimuth)}° to the ${azimuth > 0 ? "left" : "right"}`;
   return `${length(way).toFixed(1)} m from the sound, ${side}`;
 }

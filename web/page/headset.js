@@ -40,7 +40,15 @@ export class Headset {
       const turned = orientation(pose.transform.orientation);
       first ??= { at, back: ofAngles(-angles(turned)[0], 0, 0) };
       const base = multiply(yaw, first.back);
-      listener.position = listener.within(add(origin, turn(base, at.map((v, i) => v - first.at[i]))));
+      listener.position = listener.within(
+        add(
+          origin,
+          turn(
+            base,
+            at.map((v, i) => v - first.at[i]),
+          ),
+        ),
+      );
       listener.head = multiply(base, turned);
       moved(time / 1000);
       this.draw(session, pose, origin, base, first.at);
@@ -68,7 +76,13 @@ export class Headset {
     // From our world to the headset's: to the origin, turned back, moved by where the headset was first, axes exchanged.
     const back = [-base[0], -base[1], -base[2], base[3]];
     const columns = [turn(back, [1, 0, 0]), turn(back, [0, 1, 0]), turn(back, [0, 0, 1])];
-    const at = add(turn(back, origin.map((v) => -v)), first);
+    const at = add(
+      turn(
+        back,
+        origin.map((v) => -v),
+      ),
+      first,
+    );
     const world = product(WORLD, [...columns.flatMap((c) => [...c, 0]), ...at, 1]);
     for (const view of pose.views) {
       const { x, y, width, height } = layer.getViewport(view);

@@ -15,8 +15,20 @@ const BEYOND = 1;
 const FREE = 6;
 
 const KEYS = {
-  ArrowUp: "forward", KeyW: "forward", ArrowDown: "back", KeyS: "back", ArrowLeft: "left", KeyA: "left", ArrowRight: "right", KeyD: "right",
-  KeyQ: "turn-left", KeyE: "turn-right", KeyR: "up", KeyF: "down", PageUp: "look-up", PageDown: "look-down",
+  ArrowUp: "forward",
+  KeyW: "forward",
+  ArrowDown: "back",
+  KeyS: "back",
+  ArrowLeft: "left",
+  KeyA: "left",
+  ArrowRight: "right",
+  KeyD: "right",
+  KeyQ: "turn-left",
+  KeyE: "turn-right",
+  KeyR: "up",
+  KeyF: "down",
+  PageUp: "look-up",
+  PageDown: "look-down",
 };
 
 export class Listener extends EventTarget {
@@ -39,7 +51,10 @@ export class Listener extends EventTarget {
     const [low, high] = description.bounds;
     const wide = length(minus(high, low)) > 0.1 ? BEYOND : FREE;
     const hull = [low, high, ...(description.emitter ? [description.emitter] : [])];
-    this.bounds = [0, 1, 2].map((axis) => [Math.min(...hull.map((p) => p[axis])) - wide, Math.max(...hull.map((p) => p[axis])) + wide]);
+    this.bounds = [0, 1, 2].map((axis) => [
+      Math.min(...hull.map((p) => p[axis])) - wide,
+      Math.max(...hull.map((p) => p[axis])) + wide,
+    ]);
     this.start = description.start;
     this.goHome();
   }
@@ -93,7 +108,8 @@ export class Listener extends EventTarget {
         button.setPointerCapture(event.pointerId);
         move(name, true);
       });
-      for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(end, () => move(name, false));
+      for (const end of ["pointerup", "pointercancel", "lostpointercapture"])
+        button.addEventListener(end, () => move(name, false));
       button.addEventListener("keydown", (event) => {
         if (event.code === "Space" || event.code === "Enter") move(name, true);
       });
@@ -127,10 +143,14 @@ export class Listener extends EventTarget {
       drag = null;
     });
     canvas.addEventListener("pointercancel", () => (drag = null));
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.stage.zoom = Math.max(0.3, Math.min(6, this.stage.zoom * Math.exp(-event.deltaY * 0.001)));
-    }, { passive: false });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        this.stage.zoom = Math.max(0.3, Math.min(6, this.stage.zoom * Math.exp(-event.deltaY * 0.001)));
+      },
+      { passive: false },
+    );
   }
 
   touched() {

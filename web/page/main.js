@@ -19,7 +19,8 @@ const AFTER_S = 0.3;
 
 at("no-modules").remove();
 
-const failed = (name, error, again) => show(name, `${error.message ?? error}.`.replace(/\.\.$/, "."), again && { action: ["Try again", again] });
+const failed = (name, error, again) =>
+  show(name, `${error.message ?? error}.`.replace(/\.\.$/, "."), again && { action: ["Try again", again] });
 
 let site;
 try {
@@ -34,7 +35,10 @@ at("title").textContent = site.title ?? "Promenade";
 
 const canvas = at("stage");
 const stage = new Stage(canvas);
-if (stage.lost) show("picture", "This browser shows no picture of the place (WebGL is off); its sound plays all the same.", { calm: true });
+if (stage.lost)
+  show("picture", "This browser shows no picture of the place (WebGL is off); its sound plays all the same.", {
+    calm: true,
+  });
 const listener = new Listener(stage, canvas, document.querySelector(".pad"));
 const figures = new Figures();
 const voices = new Voices(site);
@@ -48,7 +52,9 @@ const touch = () => (movedAt = performance.now() / 1000);
 // The place.
 
 async function showPlace() {
-  const voice = voices.voices.find((v) => v.loaded && (v.scene ?? voices.place) === voices.place) ?? voices.voices.find((v) => v.loaded);
+  const voice =
+    voices.voices.find((v) => v.loaded && (v.scene ?? voices.place) === voices.place) ??
+    voices.voices.find((v) => v.loaded);
   if (!voice) return;
   const { place: found, number } = voice.loaded;
   const first = shown !== number;
@@ -63,7 +69,14 @@ async function showPlace() {
     about(found.description, scene);
   }
   const { tiers } = found.description;
-  choices(at("tier"), tiers.map((t) => [t, { draft: "Draft: no room", standard: "Standard", high: "High: decoded live", reference: "Reference" }[t]]), voices.values.tier ?? "standard");
+  choices(
+    at("tier"),
+    tiers.map((t) => [
+      t,
+      { draft: "Draft: no room", standard: "Standard", high: "High: decoded live", reference: "Reference" }[t],
+    ]),
+    voices.values.tier ?? "standard",
+  );
   at("tier-row").hidden = tiers.length < 2;
   at("head-row").hidden = site.heads.length === 0;
   drawSounds();
@@ -72,7 +85,9 @@ async function showPlace() {
 function drawSounds() {
   stage.sounds = voices.voices.flatMap((voice, i) => {
     const emitter = voice.loaded?.place.description.emitter;
-    return emitter ? [{ position: emitter, name: voices.voices.length > 1 ? `${i + 1} ${voice.dry.name}` : voice.dry.name }] : [];
+    return emitter
+      ? [{ position: emitter, name: voices.voices.length > 1 ? `${i + 1} ${voice.dry.name}` : voice.dry.name }]
+      : [];
   });
 }
 
@@ -83,7 +98,9 @@ function about(description, scene) {
   if (description.head) lines.push(`Measured with the head ${description.head}`);
   lines.push(...description.notes);
   for (const sound of site.sounds) if (sound.credit) lines.push(`${sound.name}: ${sound.credit}`);
-  at("about").replaceChildren(...lines.filter(Boolean).map((text) => Object.assign(document.createElement("p"), { textContent: text })));
+  at("about").replaceChildren(
+    ...lines.filter(Boolean).map((text) => Object.assign(document.createElement("p"), { textContent: text })),
+  );
 }
 
 /** Runs something that may fail, with a message and a way back. */
@@ -96,7 +113,11 @@ async function attempt(name, work) {
   }
 }
 
-choices(at("scene"), site.scenes.map((s, n) => [n, s.name]), 0);
+choices(
+  at("scene"),
+  site.scenes.map((s, n) => [n, s.name]),
+  0,
+);
 document.querySelector(".scene-choice").hidden = site.scenes.length < 2;
 at("scene").addEventListener("change", () => {
   const before = voices.place;
@@ -116,7 +137,8 @@ voices.addEventListener("loaded", () => attempt("scene", showPlace));
 
 // Sounds.
 
-const ofSite = (number) => (site.sounds[number] ? { kind: "site", number, ...site.sounds[number] } : { kind: "none", name: "nothing" });
+const ofSite = (number) =>
+  site.sounds[number] ? { kind: "site", number, ...site.sounds[number] } : { kind: "none", name: "nothing" };
 
 function listSounds() {
   soundList(at("sounds"), voices.voices, site, {
@@ -181,7 +203,10 @@ async function microphone() {
     return listSounds();
   }
   if (!navigator.mediaDevices?.getUserMedia) {
-    return show("microphone", "Browsers lend a microphone to pages on https or on this machine only. The sounds of this page go on playing.");
+    return show(
+      "microphone",
+      "Browsers lend a microphone to pages on https or on this machine only. The sounds of this page go on playing.",
+    );
   }
   try {
     const plain = { echoCancellation: false, noiseSuppression: false, autoGainControl: false };
@@ -194,7 +219,9 @@ async function microphone() {
     await attempt("sound", () => voices.plug(voice));
     listSounds();
   } catch (error) {
-    const why = { NotAllowedError: "The microphone was refused", NotFoundError: "There is no microphone" }[error.name] ?? `The microphone cannot be used: ${error.message}`;
+    const why =
+      { NotAllowedError: "The microphone was refused", NotFoundError: "There is no microphone" }[error.name] ??
+      `The microphone cannot be used: ${error.message}`;
     show("microphone", `${why}. The sound that was playing goes on.`, { action: ["Ask again", microphone] });
   }
 }
@@ -211,7 +238,9 @@ const change = (values) => {
   }
 };
 at("trims-reset").addEventListener("click", trims(at("trims"), change));
-slider(at("volume"), SETTINGS.gain, "Volume", (value) => output.setVolume(value <= SETTINGS.gain.from ? 0 : 10 ** (value / 20)));
+slider(at("volume"), SETTINGS.gain, "Volume", (value) =>
+  output.setVolume(value <= SETTINGS.gain.from ? 0 : 10 ** (value / 20)),
+);
 at("tier").addEventListener("change", () => change({ tier: at("tier").value }));
 
 choices(at("head"), [["", "as the place was measured"], ...site.heads.map((h, n) => [n, h.name])], "");
@@ -234,7 +263,9 @@ async function useHeadphones(bytes) {
     throw error;
   }
 }
-at("headphones").addEventListener("change", () => attempt("headphones", async () => useHeadphones(await bytesOf(site.headphones, at("headphones").value))));
+at("headphones").addEventListener("change", () =>
+  attempt("headphones", async () => useHeadphones(await bytesOf(site.headphones, at("headphones").value))),
+);
 at("headphones-file").addEventListener("change", async ({ target }) => {
   const file = target.files[0];
   target.value = "";
@@ -258,7 +289,10 @@ listener.addEventListener("jump", () => {
 });
 at("home").addEventListener("click", () => listener.goHome());
 at("where").addEventListener("click", () => say(`You are ${place(listener.pose, stage.sounds[0]?.position)}`));
-for (const [id, eyes] of [["view-plan", false], ["view-eyes", true]]) {
+for (const [id, eyes] of [
+  ["view-plan", false],
+  ["view-eyes", true],
+]) {
   at(id).addEventListener("click", () => {
     stage.eyes = eyes;
     at("view-plan").setAttribute("aria-pressed", String(!eyes));
@@ -285,7 +319,10 @@ at("headset").addEventListener("click", () =>
     if (headset.session) return headset.leave();
     output.resume();
     walk.stop();
-    await headset.enter((time) => send(time), () => (at("headset").textContent = "Enter with a headset"));
+    await headset.enter(
+      (time) => send(time),
+      () => (at("headset").textContent = "Enter with a headset"),
+    );
     at("headset").textContent = "Leave the headset";
   }),
 );
@@ -317,7 +354,13 @@ function frame(time) {
   }
   if (frames++ % 4 === 0) {
     const engineLatency = output.latency;
-    figures.show({ context: output.started ? output.context : null, engineLatency, gain: output.volume, pose: listener.pose, emitter: stage.sounds[0]?.position });
+    figures.show({
+      context: output.started ? output.context : null,
+      engineLatency,
+      gain: output.volume,
+      pose: listener.pose,
+      emitter: stage.sounds[0]?.position,
+    });
   }
 }
 requestAnimationFrame(frame);

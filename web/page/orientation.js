@@ -16,7 +16,12 @@ export function headOf(alpha, beta, gamma, screen = 0) {
     q[axis] = Math.sin(angle / 2);
     return q;
   };
-  const device = [about(2, radians(alpha)), about(0, radians(beta)), about(1, radians(gamma)), about(2, radians(-screen))].reduce(multiply);
+  const device = [
+    about(2, radians(alpha)),
+    about(0, radians(beta)),
+    about(1, radians(gamma)),
+    about(2, radians(-screen)),
+  ].reduce(multiply);
   return multiply(device, HEAD_IN_DEVICE);
 }
 

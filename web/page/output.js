@@ -26,7 +26,8 @@ export class Output {
     const rate = Number(at("rate").value);
     const before = this.context;
     const context = new AudioContext({ latencyHint: "interactive", ...(rate ? { sampleRate: rate } : {}) });
-    if (!context.audioWorklet) throw new Error("This browser has no AudioWorklet, or the page was not opened from this machine or by https");
+    if (!context.audioWorklet)
+      throw new Error("This browser has no AudioWorklet, or the page was not opened from this machine or by https");
     this.context = context;
     context.onstatechange = () => context === this.context && this.changed();
     if (this.started) context.resume();
@@ -93,7 +94,9 @@ export class Output {
           try {
             await voice.engine.revive();
           } catch (error) {
-            show("died", `The sound engine does not start: ${error.message}.`, { action: ["Load the page anew", () => location.reload()] });
+            show("died", `The sound engine does not start: ${error.message}.`, {
+              action: ["Load the page anew", () => location.reload()],
+            });
           }
         },
       ],
@@ -115,7 +118,11 @@ export class Output {
   seen() {
     if (!this.started) return;
     if (document.hidden) {
-      show("background", "This page was in the background: the sound went on, and you stood still unless you walked a path.", { calm: true });
+      show(
+        "background",
+        "This page was in the background: the sound went on, and you stood still unless you walked a path.",
+        { calm: true },
+      );
     } else {
       setTimeout(() => !document.hidden && clear("background"), 5000);
       if (!this.paused && this.context.state !== "running") this.context.resume();
@@ -129,7 +136,9 @@ export class Output {
     const rate = probe.sampleRate;
     await probe.close();
     if (rate !== this.context.sampleRate) {
-      show("device", `The output now runs at ${(rate / 1000).toFixed(1)} kHz.`, { action: ["Play at that rate", () => this.again()] });
+      show("device", `The output now runs at ${(rate / 1000).toFixed(1)} kHz.`, {
+        action: ["Play at that rate", () => this.again()],
+      });
     }
   }
 }

@@ -7,9 +7,14 @@ const at = (id) => document.getElementById(id);
 export class PathWalk {
   constructor(site, voices, listener) {
     Object.assign(this, { site, voices, listener, rows: [], playing: false });
-    choices(at("path"), site.paths.map((p, n) => [n, p.name]), 0);
+    choices(
+      at("path"),
+      site.paths.map((p, n) => [n, p.name]),
+      0,
+    );
     at("path-play").addEventListener("click", () => (this.playing ? this.stop() : this.play()));
-    for (const id of ["path-loop", "path-head"]) at(id).addEventListener("change", () => this.playing && this.play(this.along));
+    for (const id of ["path-loop", "path-head"])
+      at(id).addEventListener("change", () => this.playing && this.play(this.along));
     at("path").addEventListener("change", async () => this.use(await this.rowsFor()));
     at("along").addEventListener("input", () => this.play(Number(at("along").value)));
   }

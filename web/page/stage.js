@@ -39,7 +39,15 @@ function palette() {
     const hex = style.getPropertyValue(name).trim().slice(1);
     return [0, 2, 4].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255).concat(alpha);
   };
-  return { stage: of("--stage"), ink: of("--ink"), soft: of("--soft", 0.55), line: of("--line"), accent: of("--accent"), sound: of("--level"), path: of("--warn", 0.9) };
+  return {
+    stage: of("--stage"),
+    ink: of("--ink"),
+    soft: of("--soft", 0.55),
+    line: of("--line"),
+    accent: of("--accent"),
+    sound: of("--level"),
+    path: of("--warn", 0.9),
+  };
 }
 
 export class Stage {
@@ -78,8 +86,14 @@ export class Stage {
     gl.attachShader(program, shader(gl.FRAGMENT_SHADER, FRAGMENT));
     gl.linkProgram(program);
     gl.useProgram(program);
-    this.uniforms = Object.fromEntries(["camera", "scale", "round"].map((name) => [name, gl.getUniformLocation(program, name)]));
-    [["place", 3, 0], ["colour", 4, 3], ["size", 1, 7]].forEach(([name, count, from]) => {
+    this.uniforms = Object.fromEntries(
+      ["camera", "scale", "round"].map((name) => [name, gl.getUniformLocation(program, name)]),
+    );
+    [
+      ["place", 3, 0],
+      ["colour", 4, 3],
+      ["size", 1, 7],
+    ].forEach(([name, count, from]) => {
       const at = gl.getAttribLocation(program, name);
       gl.enableVertexAttribArray(at);
       (this.attributes ??= {})[name] = [at, count, 4 * from];
@@ -106,7 +120,10 @@ export class Stage {
     const most = (axis) => Math.max(...points.map((p) => p[axis]));
     const low = [0, 1, 2].map(least);
     const high = [0, 1, 2].map(most);
-    this.floor = Math.min(low[2], place.description.start.position[2] - (outline.length + place.anchors.length > 12 ? 0 : 1.6));
+    this.floor = Math.min(
+      low[2],
+      place.description.start.position[2] - (outline.length + place.anchors.length > 12 ? 0 : 1.6),
+    );
     this.middle = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (this.floor + high[2]) / 2];
     this.half = [0, 1].map((axis) => Math.max(1.5, high[axis] - low[axis]) / 2 + 0.4).concat((high[2] - this.floor) / 2);
     this.reach = Math.max(this.half[0], this.half[1]);
@@ -117,7 +134,10 @@ export class Stage {
     const aspect = this.canvas.width / Math.max(this.canvas.height, 1);
     if (this.eyes) {
       const angle = aspect > 1 ? 1.25 : 1.6;
-      return product(perspective(angle, aspect), view(pose.position, turn(pose.quaternion, [1, 0, 0]), turn(pose.quaternion, [0, 0, 1])));
+      return product(
+        perspective(angle, aspect),
+        view(pose.position, turn(pose.quaternion, [1, 0, 0]), turn(pose.quaternion, [0, 0, 1])),
+      );
     }
     const { eye, forward, up } = this.above(aspect);
     return product(perspective(ANGLE, aspect), view(eye, forward, up));
@@ -211,7 +231,8 @@ export class Stage {
   paint(buffer, parts) {
     const { gl } = this;
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    for (const [at, count, from] of Object.values(this.attributes)) gl.vertexAttribPointer(at, count, gl.FLOAT, false, 4 * FLOATS, from);
+    for (const [at, count, from] of Object.values(this.attributes))
+      gl.vertexAttribPointer(at, count, gl.FLOAT, false, 4 * FLOATS, from);
     for (const [kind, first, count] of parts) {
       gl.uniform1f(this.uniforms.round, kind === "points" ? 1 : 0);
       gl.drawArrays({ points: gl.POINTS, lines: gl.LINES, triangles: gl.TRIANGLES }[kind], first, count);
@@ -235,7 +256,12 @@ export class Stage {
     if (this.outline.length === 0 && length(minus(bounds[1], bounds[0])) > 0.1) {
       const [a, b] = bounds;
       const corner = (x, y) => [x ? b[0] : a[0], y ? b[1] : a[1], floor];
-      [[0, 0, 1, 0], [1, 0, 1, 1], [1, 1, 0, 1], [0, 1, 0, 0]].forEach(([x, y, u, v]) => line(corner(x, y), corner(u, v), colours.soft));
+      [
+        [0, 0, 1, 0],
+        [1, 0, 1, 1],
+        [1, 1, 0, 1],
+        [0, 1, 0, 0],
+      ].forEach(([x, y, u, v]) => line(corner(x, y), corner(u, v), colours.soft));
     }
     for (let i = 1; i < this.path.length; i++) line(this.path[i - 1].slice(1, 4), this.path[i].slice(1, 4), colours.path);
     const points = [];
@@ -245,13 +271,19 @@ export class Stage {
     for (let i = 0; i < place.images.length; i += 4) {
       points.push([...place.images.slice(i, i + 3), ...colours.sound.slice(0, 3), 0.12 + 0.25 * place.images[i + 3], 0.08]);
     }
-    return [["lines", lines], ["points", points]];
+    return [
+      ["lines", lines],
+      ["points", points],
+    ];
   }
 
   movingShapes({ position, quaternion }, listener) {
     const { colours, floor } = this;
     const points = this.sounds.map((s) => [...s.position, ...colours.sound, Math.max(0.32, 0.05 * this.reach)]);
-    const lines = this.sounds.flatMap((s) => [[...s.position, ...colours.soft, 0], [s.position[0], s.position[1], floor, ...colours.soft, 0]]);
+    const lines = this.sounds.flatMap((s) => [
+      [...s.position, ...colours.soft, 0],
+      [s.position[0], s.position[1], floor, ...colours.soft, 0],
+    ]);
     const triangles = [];
     if (listener) {
       const size = Math.max(0.28, 0.06 * this.reach);
@@ -263,7 +295,11 @@ export class Stage {
       }
       lines.push([...position, ...colours.accent, 0], [position[0], position[1], floor, ...colours.accent, 0]);
     }
-    return [["lines", lines], ["points", points], ["triangles", triangles]];
+    return [
+      ["lines", lines],
+      ["points", points],
+      ["triangles", triangles],
+    ];
   }
 
   /** Puts the names of sounds where they are drawn. */
@@ -281,7 +317,8 @@ export class Stage {
       label.hidden = !at || Math.abs(at[0]) > 1 || Math.abs(at[1]) > 1;
       if (label.hidden) return;
       label.textContent = sound.name;
-      label.style.translate = `${((at[0] + 1) / 2) * this.canvas.clientWidth}px ${((1 - at[1]) / 2) * this.canvas.clientHeight}px`;
+      const { clientWidth, clientHeight } = this.canvas;
+      label.style.translate = `${((at[0] + 1) / 2) * clientWidth}px ${((1 - at[1]) / 2) * clientHeight}px`;
     });
   }
 }

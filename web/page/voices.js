@@ -2,7 +2,10 @@
 
 import { Engine } from "./engine/engine.js";
 
-/** One sound. `dry` is { kind: "site" | "file" | "microphone" | "none", name, ... }; `scene` the number of a scene, or null for the place's. */
+/**
+ * One sound. `dry` is { kind: "site" | "file" | "microphone" | "none", name, ... }; `scene` the number of a scene, or
+ * null for the place's.
+ */
 export class Voice {
   constructor(dry, scene = null) {
     Object.assign(this, { dry, scene, level: 0, engine: null, source: null, loaded: null });
@@ -62,7 +65,9 @@ export class Voices extends EventTarget {
     if (this.rows.length > 0) engine.setPath(this.rows);
     if (this.pose) engine.jump(this.pose.position, this.pose.quaternion);
     for (const kind of ["report", "died", "entered"]) {
-      engine.addEventListener(kind, ({ detail }) => this.dispatchEvent(new CustomEvent(kind, { detail: { ...detail, voice } })));
+      engine.addEventListener(kind, ({ detail }) =>
+        this.dispatchEvent(new CustomEvent(kind, { detail: { ...detail, voice } })),
+      );
     }
     await Promise.all([this.load(voice), this.plug(voice)]);
   }

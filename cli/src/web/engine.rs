@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 const MAGIC: &[u8] = b"\0asm\x01\0\0\0";
 /// An engine is about a megabyte.
 const MOST_BYTES: u64 = 1 << 26;
-/// Its places seen from the folder of this program: in an archive, and in cargo's target folder, whose tests are one folder further down.
+/// Its places seen from the folder of this program: in an archive, and in cargo's target folder, whose tests are one folder
+/// further down.
 const BESIDE: [&str; 3] = ["promenade.wasm", "../web/promenade.wasm", "../../web/promenade.wasm"];
 
 /// The engine of a file, or the one beside this program.
@@ -29,8 +30,8 @@ fn beside() -> Result<PathBuf> {
     let found = BESIDE.iter().map(|place| folder.join(place)).find(|path| path.is_file());
     let Some(found) = found else {
         bail!(
-            "the engine for browsers is not beside this program: {} is missing. Archives bring it; in a checkout \"cargo xtask web\" builds it; \
-             --engine names one that is elsewhere",
+            "the engine for browsers is not beside this program: {} is missing. Archives bring it; in a checkout \
+             \"cargo xtask web\" builds it; --engine names one that is elsewhere",
             folder.join(BESIDE[0]).display()
         )
     };

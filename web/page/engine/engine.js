@@ -80,8 +80,9 @@ export async function warmUp(context) {
 }
 
 /**
- * One dry sound in one scene. Events: `entered` (a scene is played; detail has slot and latency in seconds), `report` (30 a second: peaks,
- * heard pose, poseDelay in seconds, tier, answers of the live decoder so far), `died` (detail.text says why; `revive()` is the way back).
+ * One dry sound in one scene. Events: `entered` (a scene is played; detail has slot and latency in seconds), `report`
+ * (30 a second: peaks, heard pose, poseDelay in seconds, tier, answers of the live decoder so far), `died` (detail.text
+ * says why; `revive()` is the way back).
  */
 export class Engine extends EventTarget {
   /** Makes an engine in an audio context. Throws where the module or the audio thread cannot be had. */
@@ -162,9 +163,10 @@ export class Engine extends EventTarget {
   /**
    * Reads a scene and plays it, cross-fading from what was played over 50 ms.
    *
-   * `bytes` is a scene file (ArrayBuffer or Uint8Array, not changed). Options: `slot` keeps it beside scenes of other slots (by default
-   * they take each other's place), `hear: false` only makes it ready for `select`, `head` and `headphones` are bytes, `secondEmitter` makes
-   * the setting stereoSpread possible, `inline` decodes live tiers on the audio thread, for offline contexts.
+   * `bytes` is a scene file (ArrayBuffer or Uint8Array, not changed). Options: `slot` keeps it beside scenes of other
+   * slots (by default they take each other's place), `hear: false` only makes it ready for `select`, `head` and
+   * `headphones` are bytes, `secondEmitter` makes the setting stereoSpread possible, `inline` decodes live tiers on the
+   * audio thread, for offline contexts.
    *
    * Gives the scene's description and points once it is played. Throws with the reason where the bytes are no scene.
    */
@@ -200,7 +202,10 @@ export class Engine extends EventTarget {
     return scene;
   }
 
-  /** Hears another slot, cross-fading over 50 ms. `warm` names slots that are played silently, so that a change to them keeps their room. */
+  /**
+   * Hears another slot, cross-fading over 50 ms. `warm` names slots that are played silently, so that a change to
+   * them keeps their room.
+   */
   select(slot, warm = []) {
     if (!this.loaded.has(slot)) throw new Error(`nothing is loaded in slot "${slot}"`);
     this.post({ kind: "select", slot, warm });

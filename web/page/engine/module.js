@@ -1,4 +1,5 @@
-// The WebAssembly module's functions with names and types, for the audio thread and for Workers alike. Worklets have no TextDecoder.
+// The WebAssembly module's functions with names and types, for the audio thread and for Workers alike. Worklets have no
+// TextDecoder.
 
 const UTF8_PIECE = 4096;
 

@@ -1,7 +1,7 @@
 // A Web Worker that reads scenes and decodes poses, so that the audio thread does neither.
 //
-// A scene is read in an instance of the module here; its whole memory is then handed to the audio thread, where another instance goes on
-// with it. No shared memory is needed, so any static server will do.
+// A scene is read in an instance of the module here; its whole memory is then handed to the audio thread, where another
+// instance goes on with it. No shared memory is needed, so any static server will do.
 
 import { Instance } from "./module.js";
 

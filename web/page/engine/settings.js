@@ -1,4 +1,5 @@
-// Settings of the engine: number, range and unit of each. Decibels, degrees and names become what the module takes here and nowhere else.
+// Settings of the engine: number, range and unit of each. Decibels, degrees and names become what the module takes here
+// and nowhere else.
 
 const db = (value) => (value <= -60 ? 0 : 10 ** (value / 20));
 const same = (value) => value;
@@ -6,7 +7,10 @@ const flag = (value) => (value ? 1 : 0);
 
 export const TIERS = ["draft", "standard", "high", "reference"];
 
-/** By name: `id` of the module, `from` and `to` and `step` in the `unit` shown, `at` first, and `as` the module takes it. */
+/**
+ * By name: `id` of the module, `from` and `to` and `step` in the `unit` shown, `at` first, and `as` the module takes
+ * it.
+ */
 export const SETTINGS = {
   tier: { id: 0, at: "standard", as: (name) => Math.max(0, TIERS.indexOf(name)) },
   gain: { id: 1, from: -60, to: 12, step: 0.5, at: 0, unit: "dB", as: db },
