@@ -1,21 +1,21 @@
 // Figures of the page, for documents: cost of a block beside the program's, bytes, seconds from click to sound, interruptions.
 //
-//   node figures.mjs PROMENADE ENGINE [--seconds 60]
+//   node tests/browser/figures.mjs PROMENADE ENGINE BLOCK_COST [SECONDS]
 //
+// BLOCK_COST is the example of that name (cargo build --release -p promenade-web --example block_cost).
 // The machine's load is in all of them: run it on an idle one, and compare ratios.
 
-import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, gzipSync } from "node:zlib";
-import { noise, writeWav } from "./sound.mjs";
+import { noise } from "./sound.mjs";
 import { launch, open, run, serve, until } from "./steps.mjs";
 
-const [program, engine, , given] = process.argv.slice(2);
+const [program, engine, native, given] = process.argv.slice(2);
 const seconds = Number(given ?? 60);
-const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
+const root = process.cwd();
 const folder = mkdtempSync(join(tmpdir(), "promenade-figures-"));
 const site = join(folder, "site");
 const SCENES = {
@@ -57,25 +57,7 @@ const module = new WebAssembly.Module(readFileSync(engine));
 const rows = Float64Array.from(JSON.parse(readFileSync(join(site, contents.paths[0].file))).flat());
 const RATE = 48_000;
 const BLOCKS = 375 * 24;
-const dry = join(folder, "dry.wav");
-const long = join(folder, "long.wav");
 const input = noise(128 * BLOCKS, 0.25);
-writeWav(dry, RATE, [input.subarray(0, 128 * 375)]);
-writeWav(long, RATE, [input]);
-const cpuOf = (...args) => {
-  const done = execFileSync(
-    "python3",
-    [
-      "-c",
-      "import resource as r,subprocess as s,sys; s.run(sys.argv[1:],check=True,stderr=s.DEVNULL); " +
-        "print(r.getrusage(r.RUSAGE_CHILDREN).ru_utime)",
-      program,
-      ...args.map(String),
-    ],
-    { encoding: "utf8" },
-  );
-  return Number(done);
-};
 for (const [name, [scene, tier]] of Object.entries(SCENES)) {
   const instance = new Instance(module);
   instance.f.start(RATE);
@@ -83,34 +65,19 @@ for (const [name, [scene, tier]] of Object.entries(SCENES)) {
   instance.f.set(0, tier === "high" ? 2 : 1);
   instance.take("path", rows);
   instance.f.walk(0, 1, 1);
-  const run = (count) => {
+  const play = (count) => {
     for (let i = 0; i < count; i++) {
       instance.views().inputs[0].set(input.subarray(128 * i, 128 * (i + 1)));
       instance.f.process(1, 128);
     }
   };
-  run(2000);
+  play(2000);
   const before = process.cpuUsage();
-  run(BLOCKS);
+  play(BLOCKS);
   const here = process.cpuUsage(before).user / 1000 / BLOCKS;
-  const args = (wav) => [
-    "render",
-    join(root, scene),
-    wav,
-    join(folder, "out.wav"),
-    "--path",
-    join(root, "presets/paths/walk.json"),
-    "--loop",
-    "--block",
-    128,
-    "--bits",
-    "32f",
-    "--tier",
-    tier,
-  ];
-  const there = ((cpuOf(...args(long)) - cpuOf(...args(dry))) * 1000) / (BLOCKS - 375);
+  const there = Number(run(native, join(root, scene), tier, BLOCKS, join(site, contents.paths[0].file)));
   console.log(
-    `${name}: a block of 128 (2.667 ms) takes ${here.toFixed(4)} ms, the program ${there.toFixed(4)} ms, ` +
+    `${name}: a block of 128 (2.667 ms) takes ${here.toFixed(4)} ms, compiled for this machine ${there.toFixed(4)} ms, ` +
       `${(here / there).toFixed(2)} times as long`,
   );
 }

@@ -1,8 +1,8 @@
 // The page of `promenade web` in Chromium: sound against `promenade render`, states and ways back, keyboard, headset.
 //
-//   node page_test.mjs PROMENADE ENGINE [NAME]
+//   node tests/browser/page_test.mjs PROMENADE ENGINE [NAME]
 //
-// PROMENADE is the program, ENGINE the module; NAME runs the tests whose names contain it.
+// In the root of the repository. PROMENADE is the program, ENGINE the module; NAME runs the tests whose names contain it.
 
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -13,7 +13,7 @@ import { differenceDb, noise, readWav, sideLinesDb, tone, writeWav } from "./sou
 import { check, launch, open, run, runTests, serve, until } from "./steps.mjs";
 
 const [program, engine, only] = process.argv.slice(2);
-const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
+const root = process.cwd();
 const folder = mkdtempSync(join(tmpdir(), "promenade-page-"));
 const site = join(folder, "site");
 const SCENES = [

@@ -1,6 +1,6 @@
 // Draws the place: floor, outline, anchors, image sources, path, sounds and the listener, in WebGL.
 
-import { add, cross, length, minus, normal, ofAngles, perspective, product, project, times, turn, view } from "./turns.js";
+import { add, cross, length, minus, normal, perspective, product, project, times, turn, view } from "./turns.js";
 
 const VERTEX = `
 attribute vec3 place;
@@ -263,7 +263,8 @@ export class Stage {
         [0, 1, 0, 0],
       ].forEach(([x, y, u, v]) => line(corner(x, y), corner(u, v), colours.soft));
     }
-    for (let i = 1; i < this.path.length; i++) line(this.path[i - 1].slice(1, 4), this.path[i].slice(1, 4), colours.path);
+    const way = spline(this.path);
+    for (let i = 1; i < way.length; i++) line(way[i - 1], way[i], colours.path);
     const points = [];
     for (let i = 0; i < place.anchors.length; i += 6) {
       points.push([...place.anchors.slice(i, i + 3), ...place.anchors.slice(i + 3, i + 6), 0.9, 0.05]);
@@ -323,5 +324,26 @@ export class Stage {
   }
 }
 
-/** A level head that faces along a direction of the floor. */
-export const facing = (yaw) => ofAngles(yaw, 0, 0);
+/** Pieces of a path between two of its keyframes. */
+const PIECES = 12;
+
+/** Points of the spline that a path is walked on (Catmull and Rom 1974, for unequal times, as the engine has it). */
+function spline(rows) {
+  const points = rows.slice(0, 1).map((row) => row.slice(1, 4));
+  for (let i = 1; i < rows.length; i++) {
+    const [before, a, b, after] = [rows[Math.max(i - 2, 0)], rows[i - 1], rows[i], rows[Math.min(i + 1, rows.length - 1)]];
+    const span = b[0] - a[0];
+    const slope = (from, to, axis) => ((to[axis] - from[axis]) * span) / (to[0] - from[0]);
+    for (let piece = 1; piece <= PIECES; piece++) {
+      const u = piece / PIECES;
+      const [u2, u3] = [u * u, u * u * u];
+      const at = (axis) =>
+        a[axis] * (2 * u3 - 3 * u2 + 1) +
+        slope(before, b, axis) * (u3 - 2 * u2 + u) +
+        b[axis] * (3 * u2 - 2 * u3) +
+        slope(a, after, axis) * (u3 - u2);
+      points.push([at(1), at(2), at(3)]);
+    }
+  }
+  return points;
+}

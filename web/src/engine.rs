@@ -35,8 +35,8 @@ pub struct Engine {
     pub(crate) listener: Listener,
     mailboxes: Vec<SharedMailbox>,
     decoder: Option<(CloudDecoder, Decoded)>,
-    pub(crate) input: [Vec<f32>; 2],
-    pub(crate) ears: [Vec<f32>; 2],
+    input: [Vec<f32>; 2],
+    ears: [Vec<f32>; 2],
     /// Samples since the stream began.
     clock: u64,
 }
@@ -224,6 +224,17 @@ impl Engine {
             self.listener.glide.jump(pose);
             self.stream.jump();
         }
+    }
+
+    /// Where the samples of an input channel are written, 1024 at most.
+    pub fn input(&mut self, channel: usize) -> &mut [f32] {
+        &mut self.input[channel.min(1)]
+    }
+
+    /// Where the samples of an ear are read.
+    #[must_use]
+    pub fn ear(&self, ear: usize) -> &[f32] {
+        &self.ears[ear.min(1)]
     }
 
     /// Plays a block of `channels` (1 or 2) channels and `len` samples, at most 1024, from the inputs to the ears.

@@ -179,13 +179,13 @@ pub extern "C" fn jump(x: f32, y: f32, z: f32, qx: f32, qy: f32, qz: f32, qw: f3
 /// Where the samples of an input channel are written, 1024 at most.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn input(channel: usize) -> *mut f32 {
-    ENGINE.with_borrow_mut(|engine| engine.as_mut().map_or(std::ptr::null_mut(), |e| e.input[channel.min(1)].as_mut_ptr()))
+    ENGINE.with_borrow_mut(|engine| engine.as_mut().map_or(std::ptr::null_mut(), |e| e.input(channel).as_mut_ptr()))
 }
 
 /// Where the samples of an ear are read.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn ear(ear: usize) -> *const f32 {
-    ENGINE.with_borrow(|engine| engine.as_ref().map_or(std::ptr::null(), |e| e.ears[ear.min(1)].as_ptr()))
+    ENGINE.with_borrow(|engine| engine.as_ref().map_or(std::ptr::null(), |e| e.ear(ear).as_ptr()))
 }
 
 /// Plays a block.
