@@ -60,6 +60,18 @@ export function noise(length, gain) {
 export const tone = (hz, rate, length, gain) =>
   Float32Array.from({ length }, (_, i) => gain * Math.sin((2 * Math.PI * hz * i) / rate));
 
+/** A signal at three times its rate, by a windowed sinc. */
+export function threefold(samples) {
+  const reach = 24;
+  const kernel = (t) => (t === 0 ? 1 : (Math.sin(Math.PI * t) / (Math.PI * t)) * (0.5 + 0.5 * Math.cos((Math.PI * t) / reach)));
+  return Float32Array.from({ length: 3 * samples.length }, (_, i) => {
+    const at = i / 3;
+    let sum = 0;
+    for (let k = Math.ceil(at - reach); k <= at + reach; k++) sum += (samples[k] ?? 0) * kernel(at - k);
+    return sum;
+  });
+}
+
 /** Energy of the difference of two signals over that of the first, dB. */
 export function differenceDb(wanted, found) {
   let [difference, energy] = [0, 0];

@@ -111,7 +111,12 @@ export class Engine extends EventTarget {
 
   start() {
     const { context, module } = this;
-    this.node?.disconnect();
+    if (this.node) {
+      // What it still has to say is of the past.
+      this.node.port.onmessage = this.node.onprocessorerror = null;
+      this.node.port.close();
+      this.node.disconnect();
+    }
     this.node = new AudioWorkletNode(context, "promenade", {
       numberOfInputs: 1,
       numberOfOutputs: 1,
