@@ -2,13 +2,12 @@
 //
 //   node tests/browser/figures.mjs PROMENADE ENGINE BLOCK_COST [SECONDS]
 //
-// BLOCK_COST is the example of that name (cargo build --release -p promenade-web --example block_cost).
+// BLOCK_COST is the example of that name (cargo build --release -p promenade-web --example block_cost); "-" leaves costs out.
 // The machine's load is in all of them: run it on an idle one, and compare ratios.
 
 import { mkdtempSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
+import { join } from "node:path";
 import { brotliCompressSync, gzipSync } from "node:zlib";
 import { noise } from "./sound.mjs";
 import { launch, open, run, serve, until } from "./steps.mjs";
@@ -58,7 +57,7 @@ const rows = Float64Array.from(JSON.parse(readFileSync(join(site, contents.paths
 const RATE = 48_000;
 const BLOCKS = 375 * 24;
 const input = noise(128 * BLOCKS, 0.25);
-for (const [name, [scene, tier]] of Object.entries(SCENES)) {
+for (const [name, [scene, tier]] of native === "-" ? [] : Object.entries(SCENES)) {
   const instance = new Instance(module);
   instance.f.start(RATE);
   instance.take("load", readFileSync(join(root, scene)), 2);
