@@ -8,6 +8,8 @@ use std::process::Command;
 
 /// Debian's packages: the browser, and what the engine is compiled with where the toolchain has no standard library for it.
 const BROWSER: [&str; 1] = ["chromium"];
+/// Where browsers of that family are.
+const PROGRAMS: [&str; 3] = ["/usr/bin/chromium", "/usr/bin/google-chrome", "/usr/bin/chromium-browser"];
 const COMPILER: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-19"];
 /// The scripts, which are copied to where the packages of their lock file are installed.
 const SCRIPTS: &str = "tests/browser";
@@ -26,7 +28,17 @@ impl Browser {
     /// # Errors
     /// In continuous integration, where nothing may be skipped; an engine that does not compile.
     pub(crate) fn prepare() -> Result<Option<Self>> {
-        let wanted = if web::has_library() { BROWSER.to_vec() } else { [&BROWSER[..], &COMPILER].concat() };
+        if !cfg!(target_os = "linux") {
+            println!("pages are tested on Linux only");
+            return Ok(None);
+        }
+        let mut wanted = Vec::new();
+        if browser().is_none() {
+            wanted.extend(BROWSER);
+        }
+        if !web::has_library() {
+            wanted.extend(COMPILER);
+        }
         let missing = packages::missing(&wanted);
         if !missing.is_empty() && !packages::install(&missing)? {
             return without(&format!("install for them: {}", missing.join(" ")));
@@ -41,8 +53,15 @@ impl Browser {
 
     /// Runs the tests with a build of the command line.
     pub(crate) fn test(&self, program: &Path) -> Result<()> {
-        run(Command::new("node").arg(self.scripts.join("page_test.mjs")).arg(program).arg(&self.engine))
+        let mut node = Command::new("node");
+        node.arg(self.scripts.join("page_test.mjs")).arg(program).arg(&self.engine);
+        run(node.env("PROMENADE_CHROMIUM", browser().unwrap_or(PROGRAMS[0])))
     }
+}
+
+/// The first browser that is here.
+fn browser() -> Option<&'static str> {
+    PROGRAMS.into_iter().find(|program| Path::new(program).is_file())
 }
 
 fn without(reason: &str) -> Result<Option<Browser>> {

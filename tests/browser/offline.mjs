@@ -1,7 +1,7 @@
 // Plays scenes in an offline audio context of the page, with the page's own engine.
 
 /** Runs in the page: plays `input` in a scene and gives both ears and the latency, samples. */
-async function playInPage({ scene, input, rate, path, messages, settings, inline, reset }) {
+async function playInPage({ scene, input, rate, path, messages, settings, inline, reset, second }) {
   const { Engine } = await import("/engine/engine.js");
   const seconds = input.length / rate;
   const context = new OfflineAudioContext({
@@ -15,6 +15,10 @@ async function playInPage({ scene, input, rate, path, messages, settings, inline
   const bytes = await (await fetch(scene)).arrayBuffer();
   const { description } = await engine.load(bytes, { inline });
   const latency = Math.round((await entered) * rate);
+  if (second) {
+    await engine.load(await (await fetch(second.scene)).arrayBuffer(), { slot: "second", hear: false, inline });
+    engine.select("main", ["second"]);
+  }
   engine.set(settings ?? {});
   if (path) {
     engine.setPath(path);
@@ -31,6 +35,13 @@ async function playInPage({ scene, input, rate, path, messages, settings, inline
       .suspend(seconds)
       .then(() => engine.reset())
       .then(() => context.resume());
+  if (second) {
+    context.suspend(second.at).then(async () => {
+      engine.select("second", ["main"]);
+      await engine.tell({ kind: "set", values: [] });
+      context.resume();
+    });
+  }
   for (const { at, sent, pose } of messages ?? []) {
     context.suspend(at).then(async () => {
       engine.pose(pose.slice(0, 3), pose.slice(3), sent);

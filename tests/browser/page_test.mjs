@@ -147,6 +147,27 @@ const tests = {
     return said.join(", ");
   },
 
+  async "scenes side by side are changed while walking, without a gap"() {
+    const page = await benchPage();
+    const options = { input: noise(750 * 128, 0.25), rate: RATE, path: rows };
+    const [first, second] = [contents.scenes[0].file, contents.scenes[2].file];
+    const alone = await Promise.all([first, second].map((scene) => play(page, { ...options, scene })));
+    const at = 1;
+    const both = await play(page, { ...options, scene: first, second: { scene: second, at } });
+    const part = (ears, from, to) => ears.map((c) => c.slice(from * RATE, to * RATE));
+    const [before, after] = [
+      differenceDb(part(alone[0].ears, 0, at), part(both.ears, 0, at)),
+      differenceDb(part(alone[1].ears, at + 0.06, 2), part(both.ears, at + 0.06, 2)),
+    ];
+    check(before < -140 && after < -140, `${before.toFixed(0)} dB before, ${after.toFixed(0)} dB after`);
+    const quietest = Math.min(
+      ...Array.from({ length: 24 }, (_, i) =>
+        Math.max(...part(both.ears, at + i / 400, at + (i + 1) / 400)[0].map(Math.abs)),
+      ),
+    );
+    check(quietest > 1e-3, `a gap: ${quietest} within 2.5 ms`);
+  },
+
   async "a tone while turning by messages at 72 Hz is as clean as on the exact path"() {
     const page = await benchPage();
     const [scene, hz] = [contents.scenes[0].file, 1000];
