@@ -116,7 +116,7 @@ pub fn late_field(
     let mut sum = Sum::new(listeners.count(), tracer.bins);
     for (i, wave) in starts.chunks(AT_ONCE).enumerate() {
         let parts: Vec<Sum> = wave.par_iter().map(|start| tracer.trace(*start..(start + share).min(options.rays))).collect();
-        // In the order of the rays, so that rounding does not depend on who was first.
+        // In the order of the rays, so that rounding does not depend on which part was done first.
         parts.iter().for_each(|part| sum.add(part));
         done(((i + 1) * AT_ONCE).min(starts.len()) as f64 / starts.len() as f64);
     }

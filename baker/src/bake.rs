@@ -17,7 +17,7 @@ use crate::bake::direct::Direct;
 use crate::bake::kriging::{Site, weights};
 use crate::bake::layout::{LEVEL_Z, Layout};
 use crate::bake::log_transfer::{LogTransfer, align_phases, delay_trend};
-use crate::bake::mixing::{Hops, PER_NODE, Share, shares};
+use crate::bake::mixing::{Hops, PER_NODE, ResponseShare, shares};
 use crate::bake::room::Room;
 use crate::error::BakeError;
 use crate::sources::responses::{Response, Responses};
@@ -99,7 +99,7 @@ pub fn bake_responses(
     align_phases(&mut logs, &sites, &grid);
     let trend = delay_trend(&sites, &logs);
     let level = layout.is_level();
-    let baked: Vec<(Vec<f32>, Vec<Share>)> = (0..nodes.nodes())
+    let baked: Vec<(Vec<f32>, Vec<ResponseShare>)> = (0..nodes.nodes())
         .into_par_iter()
         .map(|index| {
             let (position, direction) = nodes.node(index);
@@ -108,16 +108,16 @@ pub fn bake_responses(
             // In the plane of a ring its neighbours say most; elsewhere all measurements have a say.
             let around = if level && direction.z.abs() < LEVEL_Z { near.clone() } else { weights(&sites, &node) };
             let log = LogTransfer::blend(&logs, &sites, &around, trend, &node);
-            let mix: Vec<Share> = near.iter().map(|(site, share)| (origins[*site], *share)).collect();
+            let mix: Vec<ResponseShare> = near.iter().map(|(site, share)| (origins[*site], *share)).collect();
             let late = log.late();
             (log.to_transfer(&room.shape, &grid, hops.gains(&mix, &late, &room)).to_row(), mix)
         })
         .collect();
-    let padded = |(_, mix): &(Vec<f32>, Vec<Share>)| {
+    let padded = |(_, mix): &(Vec<f32>, Vec<ResponseShare>)| {
         let none = std::iter::repeat((0, 0.0));
-        mix.iter().copied().chain(none).take(PER_NODE).collect::<Vec<Share>>()
+        mix.iter().copied().chain(none).take(PER_NODE).collect::<Vec<ResponseShare>>()
     };
-    let mixes: Vec<Share> = baked.iter().flat_map(padded).collect();
+    let mixes: Vec<ResponseShare> = baked.iter().flat_map(padded).collect();
     let numbers = mixes.iter().map(|(response, _)| *response as u32).collect();
     let node_shares = NodeShares::new(PER_NODE, numbers, mixes.iter().map(|(_, share)| *share as f32).collect());
     let table = baked.into_iter().flat_map(|(row, _)| row).collect();

@@ -3,7 +3,7 @@
 use crate::args::{EvalArgs, PosesArg};
 use crate::{plot, progress, report, scene};
 use anyhow::{Context, Result, bail};
-use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Figures, Heard, evaluate_each, overall};
+use promenade_baker::evaluate::{ClipPair, EvaluateOptions, Evaluation, Figure, Figures, evaluate_each, overall};
 use promenade_baker::player::Poses;
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeError, Capture, FileError, LoadOptions, Responses, Split, atomic};
@@ -106,7 +106,7 @@ fn plain(name: &str) -> String {
 }
 
 /// Writes one clip of one method, and the recording beside it.
-fn keep(folder: &Path, heard: &Heard<'_>, rate: f64) -> Result<(), BakeError> {
+fn keep(folder: &Path, heard: &ClipPair<'_>, rate: f64) -> Result<(), BakeError> {
     std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
     let rate = rate.round() as u32;
     let name = plain(&heard.clip.name);

@@ -174,7 +174,7 @@ impl DecodeWorker for Slow {
 }
 
 #[test]
-fn an_answer_that_comes_late_is_faded_to_without_allocation_or_a_step() {
+fn an_answer_that_comes_late_is_heard_without_allocation() {
     let scene = scene(CloudKind::SimpleSh, ConvMode::LookAhead, Projection::Diagonal);
     let decoder = CloudDecoder::new(&scene).unwrap();
     let slow = Slow { answer: decoder.blank(), decoder, due: None, delay: 3 };

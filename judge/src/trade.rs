@@ -138,10 +138,10 @@ pub fn tier_points(
     block: usize,
     wanted: &dyn Fn() -> bool,
 ) -> Result<Vec<TradePoint>, JudgeError> {
-    let best = Heard::of(&best(scene), wanted)?;
+    let best = Rendering::of(&best(scene), wanted)?;
     let mut points = Vec::new();
     for setting in tiers(scene) {
-        let heard = Heard::of(&setting, wanted)?;
+        let heard = Rendering::of(&setting, wanted)?;
         if let Some(cost) = costs(&[&setting], sample_rate_hz, block).into_iter().flatten().next() {
             points.push(TradePoint::new(&setting, true, &cost, &heard, &best)?);
         }
@@ -154,7 +154,13 @@ impl TradePoint {
     ///
     /// # Errors
     /// What is heard while walking cannot be compared.
-    pub fn new(setting: &Setting, offered: bool, cost: &TierCost, heard: &Heard, best: &Heard) -> Result<Self, JudgeError> {
+    pub fn new(
+        setting: &Setting,
+        offered: bool,
+        cost: &TierCost,
+        heard: &Rendering,
+        best: &Rendering,
+    ) -> Result<Self, JudgeError> {
         Ok(Self {
             name: setting.name.clone(),
             tier: setting.quality.tier,
@@ -171,7 +177,7 @@ impl TradePoint {
 }
 
 /// What one setting sounds like.
-pub struct Heard {
+pub struct Rendering {
     /// Measures and levels by ear and octave, dB, at each pose; a tier that plays the direct sound alone has no measures where
     /// that is hidden.
     poses: Vec<(Option<ResponseMeasures>, Vec<f64>)>,
@@ -179,7 +185,7 @@ pub struct Heard {
     to_truth: Option<MeanErrors>,
 }
 
-impl Heard {
+impl Rendering {
     /// Plays a setting at the scene's own rate, as long as that is `wanted`.
     ///
     /// # Errors
@@ -276,18 +282,18 @@ mod tests {
     #[test]
     fn a_tier_that_costs_less_errs_more_and_the_best_errs_nothing() {
         let scene = room_with_images(8_000.0, 0.2, 0.05, 4);
-        let best = Heard::of(&best(&scene), &|| true).unwrap();
+        let best = Rendering::of(&best(&scene), &|| true).unwrap();
         let tiers = tiers(&scene);
         let costs = costs(&tiers.iter().collect::<Vec<_>>(), 8_000.0, 256);
         let point = |n: usize| {
-            let heard = Heard::of(&tiers[n], &|| true).unwrap();
+            let heard = Rendering::of(&tiers[n], &|| true).unwrap();
             TradePoint::new(&tiers[n], true, &costs[n].unwrap(), &heard, &best).unwrap()
         };
         let (draft, standard) = (point(0), point(1));
         assert!(standard.error_jnds() < 1e-6 && standard.walking_db < 1e-6, "{standard:?}");
         assert!(draft.error_jnds() > 1.0 && draft.walking_db > 1.0, "{draft:?}");
         assert!(draft.real_time > 0.0 && standard.real_time > 0.0);
-        assert_eq!(Heard::of(&tiers[0], &|| false).err(), Some(JudgeError::Unwanted));
+        assert_eq!(Rendering::of(&tiers[0], &|| false).err(), Some(JudgeError::Unwanted));
     }
 
     #[test]
@@ -296,11 +302,11 @@ mod tests {
         let mut parts = room.parts().clone();
         parts.images.as_mut().unwrap().direct.fill(0.0);
         let hidden = Arc::new(Scene::new(parts).unwrap());
-        let [draft, best] = [tiers(&hidden).remove(0), best(&hidden)].map(|setting| Heard::of(&setting, &|| true).unwrap());
+        let [draft, best] = [tiers(&hidden).remove(0), best(&hidden)].map(|setting| Rendering::of(&setting, &|| true).unwrap());
         let errors = draft.errors(&best);
         assert!(errors.jnds() > 0.1 && errors.octaves_db <= SILENT_DB, "{errors:?}");
-        let silence = Heard { poses: vec![(None, vec![-200.0; 2]); POSES], ..best };
-        let other = Heard::of(&tiers(&room).remove(1), &|| true).unwrap();
+        let silence = Rendering { poses: vec![(None, vec![-200.0; 2]); POSES], ..best };
+        let other = Rendering::of(&tiers(&room).remove(1), &|| true).unwrap();
         let errors = silence.errors(&other);
         assert!((errors.octaves_db, errors.itd_s) == (SILENT_DB, 0.0) && errors.jnds().is_finite(), "{errors:?}");
     }

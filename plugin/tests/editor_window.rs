@@ -65,7 +65,7 @@ mod needs_screen {
             telemetry: Arc::clone(&telemetry),
             osc: Osc::new(Arc::clone(&params), Arc::default(), Arc::clone(&telemetry)),
             host_side: Arc::default(),
-            share: Arc::default(),
+            account: Arc::default(),
             repaint,
             plugin: Arc::downgrade(&plugin),
         });

@@ -85,12 +85,12 @@ fn note_places() {
 }
 
 /// What the search has come by so far.
-struct Found {
+struct Faults {
     folder: PathBuf,
     what: Vec<(String, PathBuf)>,
 }
 
-impl Found {
+impl Faults {
     /// Keeps an input, unless its fault is known already.
     fn add(&mut self, input: &Input, fault: String) {
         // Panics are known by their place, the rest by the words.
@@ -149,7 +149,7 @@ impl Search {
             }
             Ok(answer)
         };
-        let mut found = Found { folder: folder.clone(), what: Vec::new() };
+        let mut found = Faults { folder: folder.clone(), what: Vec::new() };
         let mut pool = [seeds, files(self.name, "whole")].concat();
         assert!(!pool.is_empty(), "{}: there is no seed", self.name);
         for seed in &pool {

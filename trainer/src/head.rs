@@ -51,14 +51,14 @@ pub(crate) struct LossGradient {
 }
 
 /// The render head that is trained.
-pub(crate) enum Head {
+pub(crate) enum RenderHead {
     /// The engine's, hop by hop.
     Streaming(Box<StreamingHead>),
     /// AV-Cloud's, clip by clip.
     Published(PublishedHead),
 }
 
-impl Head {
+impl RenderHead {
     /// Both ears' sound of clips, in order.
     pub(crate) fn render(
         &mut self,

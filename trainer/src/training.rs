@@ -3,7 +3,7 @@
 use crate::checkpoint::{Checkpoint, CurvePoint};
 use crate::head::published::PublishedHead;
 use crate::head::streaming::StreamingHead;
-use crate::head::{Example, Head, LossGradient, Prediction};
+use crate::head::{Example, LossGradient, Prediction, RenderHead};
 use crate::network::{Decoded, Graph};
 use crate::responses::{ClipResponses, clip_responses};
 use crate::scene::scene;
@@ -59,7 +59,7 @@ pub struct Trainer<'a> {
     setup: Setup,
     responses: Arc<ClipResponses>,
     device: Device,
-    head: Head,
+    head: RenderHead,
     weights: Arrays,
     optimiser: AdamW,
     curve: Vec<CurvePoint>,
@@ -114,11 +114,11 @@ impl<'a> Trainer<'a> {
                 let known = (&setup.grid, &setup.bands, &setup.tail);
                 let (network, loss) = (&settings.network, &settings.loss);
                 let head = StreamingHead::new(network, loss, &setup.queries, known, setup.emitter, threads);
-                Head::Streaming(Box::new(head))
+                RenderHead::Streaming(Box::new(head))
             }
             HeadKind::Sh | HeadKind::Full => {
                 let head = PublishedHead::new(&settings, setup.grid, setup.frames, threads);
-                Head::Published(head.map_err(|e| BakeError::Argument {
+                RenderHead::Published(head.map_err(|e| BakeError::Argument {
                     what: "clips of the capture",
                     expected: "clips that AV-Cloud's render head takes".to_owned(),
                     found: e.to_string(),
@@ -244,12 +244,12 @@ impl<'a> Trainer<'a> {
     /// heads.
     #[must_use]
     pub fn transfer(&mut self, pose: &Pose) -> Option<TransferFunction> {
-        if let Head::Published(_) = self.head {
+        if let RenderHead::Published(_) = self.head {
             return None;
         }
         let example = Example { dry: Vec::new(), pre_roll: 0, binaural: [&[], &[]], pose: *pose, response: None };
         let parts = self.decode(&Graph::new(&self.weights, &self.device), std::slice::from_ref(&example));
-        let Head::Streaming(head) = &self.head else { return None };
+        let RenderHead::Streaming(head) = &self.head else { return None };
         Some(head.transfer(pose, &predictions(&parts)[0], &self.weights))
     }
 
@@ -323,8 +323,8 @@ impl<'a> Trainer<'a> {
         let Decoded { mixture, difference, embedding } = graph.decode(&self.setup.cloud, &listeners, network, factors);
         let room = match &mut self.head {
             _ if network.taps == 0 => None,
-            Head::Streaming(_) => Some(graph.coefficients(&embedding)),
-            Head::Published(head) => {
+            RenderHead::Streaming(_) => Some(graph.coefficients(&embedding)),
+            RenderHead::Published(head) => {
                 let [batch, bins] = mixture.dims();
                 let magnitudes = TensorData::new(head.magnitudes(examples), [batch, self.setup.frames, bins]);
                 let masked = Tensor::<3>::from_data(magnitudes, &self.device) * mixture.clone().unsqueeze_dim::<3>(1);

@@ -18,12 +18,12 @@ const SAME_IMAGE_M: f64 = 1e-5;
 /// End of a sequence, or a beam that has left the room.
 const NOTHING: u32 = u32::MAX;
 
-/// An image that somebody may see.
+/// An image that is seen from some places.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) position: DVec3,
     pub(super) order: u32,
-    /// Where from it, is who may see it.
+    /// The directions, from its position, of the places that may see it.
     pub(super) cone: Cone,
 }
 
@@ -134,7 +134,7 @@ impl Node {
     }
 }
 
-/// Images that somebody may see, each once, by their order.
+/// Images that are seen from some places, each once, by their order.
 #[derive(Clone, Debug)]
 pub(super) struct Candidates {
     all: Vec<Candidate>,

@@ -23,12 +23,12 @@ const LARGEST_GAIN: f64 = 2.0;
 const LEAST_LEFT: f64 = 0.25;
 
 /// A response's share of a mix.
-pub(crate) type Share = (usize, f64);
+pub(crate) type ResponseShare = (usize, f64);
 
 /// Shares of the measurements around a node: their kriging weights as far as those are worth mentioning.
 ///
 /// A `level` node is looked for at the height of the measurements, since those of a ring say nothing of other heights.
-pub(crate) fn shares(sites: &[Site], node: &Site, level: bool) -> Vec<Share> {
+pub(crate) fn shares(sites: &[Site], node: &Site, level: bool) -> Vec<ResponseShare> {
     let across = Vec3::new(node.direction.x, node.direction.y, 0.0);
     let node = if level { Site { direction: across.normalize_or(Vec3::X), ..*node } } else { *node };
     let mut found = weights(sites, &node);
@@ -86,7 +86,7 @@ impl Hops {
     ///
     /// Responses of neighbours agree in the bass, and lose half their energy where they do not. The last tap's gains in the
     /// bass are those of all hops that follow, since they go on with them.
-    pub(crate) fn gains(&self, shares: &[Share], late: &[f64], room: &Room) -> Vec<f32> {
+    pub(crate) fn gains(&self, shares: &[ResponseShare], late: &[f64], room: &Room) -> Vec<f32> {
         let (taps, bands) = (room.shape.taps, &room.bands);
         let ears: [Vec<[Vec<f64>; 2]>; 2] =
             [0, 1].map(|ear| (1..taps + 1).map(|hop| self.energies(shares, ear, hop, room)).collect());
@@ -124,7 +124,7 @@ impl Hops {
     }
 
     /// Energy density per band that a hop of a mix should have, and the one it has.
-    fn energies(&self, shares: &[Share], ear: usize, hop: usize, room: &Room) -> [Vec<f64>; 2] {
+    fn energies(&self, shares: &[ResponseShare], ear: usize, hop: usize, room: &Room) -> [Vec<f64>; 2] {
         let spectra = || shares.iter().map(|(response, share)| (&self.spectra[*response][ear][hop], *share));
         let bins = spectra().map(|s| s.0.len()).min().unwrap_or(0);
         let (mut wanted, mut mixed) = (vec![0.0; bins], vec![Complex64::default(); bins]);

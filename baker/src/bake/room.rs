@@ -117,7 +117,7 @@ fn coherence(ears: [&[f32]; 2], start: i64, hops: usize, grid: &StftGrid, bands:
 const TRUSTED_SHARE: f64 = 0.85;
 
 /// What one response says by itself.
-pub(crate) struct Heard {
+pub(crate) struct ResponseParts {
     pub(crate) direct: Direct,
     /// Gain of the late part at the first hop after the taps, linear amplitude, `[ear][band]`.
     pub(crate) late: Vec<f64>,
@@ -156,7 +156,7 @@ impl Room {
         grid: &StftGrid,
         early_s: Option<f64>,
         seed: u64,
-    ) -> Result<(Self, Vec<Heard>), BakeError> {
+    ) -> Result<(Self, Vec<ResponseParts>), BakeError> {
         let analyser = Analyser::new(*grid);
         let bands = Bands::for_rate(grid.sample_rate_hz);
         let silent = |r: &Response| BakeError::unmeasurable(format!("response '{}'", r.name), "an ear is silent");
@@ -206,7 +206,7 @@ impl Room {
         let late = Late { grid, bands: &room.bands, tail: &room.tail, shape, top_hz };
         room.late_unit = late.unit(hops)?;
         let late = energies.iter().map(|e| late_gains(e, &above_noise, &room, grid));
-        let heard = late.zip(directs).map(|(late, direct)| Heard { direct, late }).collect();
+        let heard = late.zip(directs).map(|(late, direct)| ResponseParts { direct, late }).collect();
         Ok((room, heard))
     }
 }

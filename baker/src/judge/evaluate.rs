@@ -78,7 +78,7 @@ pub struct Evaluation {
 
 /// One method's prediction of one clip, beside the recording.
 #[derive(Clone, Copy, Debug)]
-pub struct Heard<'a> {
+pub struct ClipPair<'a> {
     /// Name of the method.
     pub method: &'a str,
     /// The clip.
@@ -107,7 +107,7 @@ pub fn evaluate_each(
     scene: &Arc<Scene>,
     capture: &Capture,
     options: &EvaluateOptions,
-    each: &mut dyn FnMut(Heard<'_>) -> Result<(), BakeError>,
+    each: &mut dyn FnMut(ClipPair<'_>) -> Result<(), BakeError>,
 ) -> Result<Evaluation, BakeError> {
     let tests: Vec<&Clip> = capture.split(Split::Test).collect();
     if tests.is_empty() {
@@ -136,7 +136,7 @@ pub fn evaluate_each(
             let predicted = [&predicted[0][..], &predicted[1][..]];
             // Clips of the published model end with their last whole hop.
             let recorded = capture.binaural(clip).map(|ear| &ear[..predicted[0].len()]);
-            each(Heard { method: method.name(), clip, predicted, recorded })?;
+            each(ClipPair { method: method.name(), clip, predicted, recorded })?;
             let pre_roll = (DIRECT_PRE_ROLL_S * capture.sample_rate_hz) as usize;
             let dry = capture.dry(clip, pre_roll);
             clips.push((clip.name.clone(), Figures::of(predicted, recorded, (&dry, pre_roll), capture.sample_rate_hz)));

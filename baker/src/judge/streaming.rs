@@ -18,7 +18,7 @@ use promenade_core::network::{Masks, Network};
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{AnchorCloud, Pose, Scene};
 use std::sync::Arc;
-use stream::{PoseMasks, Stream, name_of, single_frames};
+use stream::{Contender, PoseMasks, name_of, single_frames};
 
 /// Decodes of each pose that are timed.
 const DECODES: usize = 3;
@@ -133,21 +133,21 @@ pub fn compare_streams(
 }
 
 /// All streams of a scene; notes say what is left out.
-fn streams(scene: &Arc<Scene>, cloud: &AnchorCloud, notes: &mut Vec<String>) -> Result<Vec<Stream>, BakeError> {
+fn streams(scene: &Arc<Scene>, cloud: &AnchorCloud, notes: &mut Vec<String>) -> Result<Vec<Contender>, BakeError> {
     let (sizes, grid) = (cloud.model.sizes(), scene.grid());
     // A scene whose tier Reference looks ahead delays all its tiers: here each is measured by itself.
     let mut parts = scene.parts().clone();
     parts.cloud = Some(AnchorCloud { conv: ConvMode::Off, ..cloud.clone() });
     let alone = Arc::new(Scene::new(parts)?);
-    let mut streams = vec![Stream::dry()];
-    let masks = Stream::without_taps(scene, cloud, ConvMode::Off);
+    let mut streams = vec![Contender::dry()];
+    let masks = Contender::without_taps(scene, cloud, ConvMode::Off);
     let published = masks.is_ok();
     match masks {
         Ok(stream) => streams.push(stream),
         Err(why) => notes.push(format!("the published head cannot be streamed: {why}")),
     }
     for tier in alone.tiers() {
-        streams.push(Stream::tier(&alone, tier)?);
+        streams.push(Contender::tier(&alone, tier)?);
     }
     if sizes.frames == 0 {
         notes.push("the model has no time filter: there is nothing to project".to_owned());
@@ -158,16 +158,16 @@ fn streams(scene: &Arc<Scene>, cloud: &AnchorCloud, notes: &mut Vec<String>) -> 
     let used = [ConvMode::Causal, ConvMode::LookAhead].into_iter().filter(|_| sizes.conv);
     if sizes.frames == 0 {
         for conv in used {
-            streams.push(Stream::without_taps(scene, cloud, conv)?);
+            streams.push(Contender::without_taps(scene, cloud, conv)?);
         }
         return Ok(streams);
     }
     let most = if sizes.conv { ConvMode::LookAhead } else { ConvMode::Off };
     for conv in [ConvMode::Off].into_iter().chain(used) {
-        streams.push(Stream::with_taps(scene, cloud, Projection::Diagonal, conv)?);
+        streams.push(Contender::with_taps(scene, cloud, Projection::Diagonal, conv)?);
     }
     for projection in single_frames(sizes.frames, grid.hop_s(), cloud.projection) {
-        streams.push(Stream::with_taps(scene, cloud, projection, most)?);
+        streams.push(Contender::with_taps(scene, cloud, projection, most)?);
     }
     notes.push(format!("taps reach {} hops back, as in the scene; clips have {} frames", scene.shape().taps, sizes.frames));
     if cloud.conv != ConvMode::Off {

@@ -210,3 +210,70 @@ impl Decoded {
         [&mut t.mixture, &mut t.difference, &mut t.phase, std::slice::from_mut(&mut t.delay_s), &mut t.taps, &mut t.late, m, d]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TransferShape;
+
+    /// Answers with the place along x as every level, so many hops after it was asked.
+    struct Late {
+        answer: Decoded,
+        asked: Option<(usize, f32)>,
+        hops: usize,
+    }
+
+    impl DecodeWorker for Late {
+        fn blank(&self) -> Decoded {
+            self.answer.clone()
+        }
+
+        fn request(&mut self, pose: &Pose, _wait: bool) {
+            self.asked = Some((self.hops, pose.position.x));
+        }
+
+        fn take(&mut self) -> Option<&Decoded> {
+            let (left, level) = self.asked?;
+            self.asked = (left > 0).then(|| (left - 1, level));
+            if left > 0 {
+                return None;
+            }
+            self.answer.transfer.mixture.fill(level);
+            Some(&self.answer)
+        }
+    }
+
+    #[test]
+    fn an_answer_that_comes_late_is_faded_to_in_equal_steps() {
+        const HOPS: usize = 8;
+        let silent = Decoded { transfer: TransferShape { bins: 4, bands: 2, taps: 1 }.silent(), published: None };
+        let worker = Late { answer: silent.clone(), asked: None, hops: 3 };
+        let mut live = LiveDecoder {
+            worker: Box::new(worker),
+            hop_s: 0.005,
+            shown: silent.clone(),
+            from: silent.clone(),
+            to: silent.clone(),
+            first: silent,
+            done: 1,
+            hops: 1,
+            asked: None,
+            since: 0,
+            heard: true,
+        };
+        let params = LiveParams { rate_hz: (1.0 / (HOPS as f64 * 0.005)) as f32, wait: false };
+        let at = |x: f32| Pose { position: glam::Vec3::X * x, ..Pose::IDENTITY };
+        let mut levels = vec![0.0];
+        for hop in 0..60 {
+            // One step of the listener, there and back.
+            let pose = at(if (10..30).contains(&hop) { 1.0 } else { 0.0 });
+            live.follow(&pose, false, &params);
+            levels.push(live.transfer().mixture[0]);
+        }
+        let steps: Vec<f32> = levels.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step != 0.0).collect();
+        let (up, down) = steps.split_at(HOPS);
+        let step = 1.0 / HOPS as f32;
+        assert_eq!(down.len(), HOPS, "{steps:?}");
+        assert!(up.iter().all(|s| (s - step).abs() < 1e-6) && down.iter().all(|s| (s + step).abs() < 1e-6), "{steps:?}");
+    }
+}

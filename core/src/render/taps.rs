@@ -114,19 +114,19 @@ pub(crate) fn mix(
     }
     for (i, (response, share)) in shares.iter().enumerate() {
         let carrier = &carriers.hop(*response, hop)[blocks.clone()];
-        arch.dispatch(Share { carrier, share: *share, adds: i > 0, out });
+        arch.dispatch(AddShare { carrier, share: *share, adds: i > 0, out });
     }
 }
 
 /// Writes or adds a share of a carrier.
-struct Share<'a> {
+struct AddShare<'a> {
     carrier: &'a [EarBlocks],
     share: f32,
     adds: bool,
     out: &'a mut [EarBlocks],
 }
 
-impl WithSimd for Share<'_> {
+impl WithSimd for AddShare<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -52,20 +52,20 @@ impl IndexerImpl for Indexer {
 }
 
 /// What is said of the presets of one place.
-struct Receiver {
+struct PresetReceiver {
     template: Preset,
     /// Each with the ids of the plugins that it is for.
     presets: Vec<(Preset, Vec<String>)>,
     error: Option<String>,
 }
 
-impl Receiver {
+impl PresetReceiver {
     fn last(&mut self) -> Option<&mut Preset> {
         self.presets.last_mut().map(|(preset, _)| preset)
     }
 }
 
-impl MetadataReceiverImpl for Receiver {
+impl MetadataReceiverImpl for PresetReceiver {
     fn on_error(&mut self, _code: i32, message: Option<&CStr>) {
         self.error = Some(owned(message));
     }
@@ -164,7 +164,7 @@ fn list(
                 creators: Vec::new(),
                 is_factory,
             };
-            let mut receiver = Receiver { template, presets: Vec::new(), error: None };
+            let mut receiver = PresetReceiver { template, presets: Vec::new(), error: None };
             provider.get_metadata(location, &mut receiver);
             wrong.extend(receiver.error);
             let ours = receiver.presets.into_iter().filter(|(_, ids)| ids.iter().any(|id| id == plugin));

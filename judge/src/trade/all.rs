@@ -1,6 +1,6 @@
 //! A scene played with less and less of what it holds.
 
-use super::{Heard, TradePoint, best, costs, reduce, tiers};
+use super::{Rendering, TradePoint, best, costs, reduce, tiers};
 use crate::cost::Setting;
 use crate::error::JudgeError;
 use promenade_core::{LiveParams, Quality, Scene, Tier};
@@ -17,8 +17,8 @@ const DECODE_RATES_HZ: [f32; 4] = [5.0, 10.0, 20.0, 80.0];
 /// A setting that cannot be rendered, or whose responses cannot be measured.
 pub fn trade(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize) -> Result<Vec<TradePoint>, JudgeError> {
     let settings = settings(scene);
-    let best = Heard::of(&best(scene), &|| true)?;
-    let heard: Result<Vec<Heard>, _> = settings.par_iter().map(|(setting, _)| Heard::of(setting, &|| true)).collect();
+    let best = Rendering::of(&best(scene), &|| true)?;
+    let heard: Result<Vec<Rendering>, _> = settings.par_iter().map(|(setting, _)| Rendering::of(setting, &|| true)).collect();
     let costs = costs(&settings.iter().map(|(setting, _)| setting).collect::<Vec<_>>(), sample_rate_hz, block);
     let mut points = Vec::new();
     for (((setting, offered), heard), cost) in settings.iter().zip(heard?).zip(costs) {

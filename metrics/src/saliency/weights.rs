@@ -1,4 +1,4 @@
-//! Weights of pictures beside a sound: how much each of them matters to who hears it.
+//! Weights of pictures beside a sound: how much each of them matters to a listener.
 //!
 //! After Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics
 //! Forum 2017.

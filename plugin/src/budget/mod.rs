@@ -3,15 +3,15 @@
 //! An allocator off the audio threads looks at all instances some times a second and grants each what it may play ([`Grant`]),
 //! by how loud it is at the ears and what it costs. Without a limit nobody is asked and everything is played as it is set.
 
+mod account;
 mod allocator;
 mod grant;
 pub mod limit;
-mod share;
 mod spender;
 mod stop_watch;
 
+pub use account::Account;
 pub use grant::Grant;
-pub use share::Share;
 pub(crate) use spender::Spender;
 
 use crate::budget::limit::{ALLOCATION, limit_percent};
@@ -45,10 +45,10 @@ struct Allocation;
 impl Task for Allocation {
     fn run(&self) -> Option<Instant> {
         let percent = limit_percent()?;
-        let shares = members::shares();
-        let claims: Vec<_> = shares.iter().map(|share| share.claim()).collect();
-        for (share, grant) in shares.iter().zip(allocate(&claims, percent / 100.0)) {
-            share.give(grant);
+        let accounts = members::accounts();
+        let claims: Vec<_> = accounts.iter().map(|account| account.claim()).collect();
+        for (account, grant) in accounts.iter().zip(allocate(&claims, percent / 100.0)) {
+            account.give(grant);
         }
         Some(Instant::now() + PERIOD)
     }

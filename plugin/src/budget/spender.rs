@@ -3,7 +3,7 @@
 use super::allocator::USUAL_COSTS;
 use super::grant::Grant;
 use super::stop_watch::StopWatch;
-use super::{Share, join};
+use super::{Account, join};
 use crate::budget::limit::limit_percent;
 use crate::parameter::cast::{index, narrow};
 use crate::worker::TaskHandle;
@@ -25,7 +25,7 @@ const SILENCE: f32 = 1e-12;
 
 /// What one instance plays of itself, block by block. The audio thread owns it.
 pub(crate) struct Spender {
-    share: Arc<Share>,
+    account: Arc<Account>,
     task: Option<Arc<TaskHandle>>,
     /// What is played of this block.
     now: Grant,
@@ -52,9 +52,9 @@ pub(crate) struct Spender {
 
 impl Spender {
     /// Plays everything, and allocates nothing.
-    pub(crate) fn new(share: Arc<Share>) -> Self {
+    pub(crate) fn new(account: Arc<Account>) -> Self {
         Self {
-            share,
+            account,
             task: None,
             now: Grant::Full,
             level: 1.0,
@@ -94,7 +94,7 @@ impl Spender {
         leads: bool,
     ) -> Option<StopWatch> {
         self.limited = limit_percent().is_some() && !offline;
-        let held = if self.limited { self.share.held() } else { Grant::Full };
+        let held = if self.limited { self.account.held() } else { Grant::Full };
         if self.limited {
             self.power = mean_square(input);
             let quiet = self.power <= SILENCE;
@@ -188,7 +188,7 @@ impl Spender {
             (self.gain, self.gain_at_m) = (self.ears / self.input, away_m);
         }
         let expected = self.input * self.gain * (self.gain_at_m / away_m).powi(2);
-        self.share.note(if self.now == Grant::Nothing { expected } else { expected.max(self.ears) }, most);
+        self.account.note(if self.now == Grant::Nothing { expected } else { expected.max(self.ears) }, most);
         // A source that sleeps costs next to nothing: that is not what its grant takes.
         if self.input > SILENCE {
             let found = narrow(took.as_secs_f64() / length_s);
@@ -203,9 +203,9 @@ impl Spender {
 
     /// Takes in what a grant was found to take, over `times` of a time constant. Returns what it is now taken to take.
     fn learn(&self, grant: Grant, found: f32, times: f32) -> f32 {
-        let known = self.share.cost_of(grant);
+        let known = self.account.cost_of(grant);
         let cost = if known > 0.0 { known + (1.0 - (-times).exp()) * (found - known) } else { found };
-        self.share.note_cost(grant, cost);
+        self.account.note_cost(grant, cost);
         cost
     }
 }

@@ -5,7 +5,7 @@ use super::host::{Host, landed};
 use super::theme::Palette;
 use super::views::Views;
 use super::words::Word;
-use crate::budget::Share;
+use crate::budget::Account;
 use crate::history::History;
 use crate::history::user_state::UserState;
 use crate::library::lister::Listing;
@@ -45,7 +45,7 @@ pub struct Instance {
     /// What the host knows and offers beside parameters.
     pub host_side: Arc<HostSide>,
     /// What it has of the budget of processor time.
-    pub share: Arc<Share>,
+    pub account: Arc<Account>,
     /// There as long as the plugin is.
     pub plugin: Weak<()>,
 }

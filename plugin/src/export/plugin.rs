@@ -5,7 +5,7 @@ use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
 use crate::listener::clock::{BlockTime, Clock};
 use crate::listener::inbox::Inbox;
-use crate::listener::{Heard, ListenerSources};
+use crate::listener::{HeardPose, ListenerSources};
 use crate::osc::{Osc, Switch};
 use crate::playing::Playing;
 use crate::playing::loader::Loader;
@@ -78,12 +78,12 @@ impl Default for Promenade {
         let repaint = loader.repaint.clone();
         let host_side = Arc::new(HostSide::new(repaint.clone()));
         let alive = Arc::new(());
-        let share = Arc::default();
+        let account = Arc::default();
         Self {
             playing: Playing::new(Arc::clone(&loader)),
             listener: ListenerSources::new(inbox),
             osc: Switch::new(Arc::clone(&osc)),
-            spender: Spender::new(Arc::clone(&share)),
+            spender: Spender::new(Arc::clone(&account)),
             input: Input::default(),
             timing: Timing::default(),
             monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
@@ -94,7 +94,7 @@ impl Default for Promenade {
                 osc,
                 repaint,
                 host_side,
-                share,
+                account,
                 plugin: Arc::downgrade(&alive),
             },
             _alive: alive,
@@ -126,7 +126,7 @@ impl Promenade {
     }
 
     /// Renders a block in place, pose by pose. `None` before activation, or without two output channels.
-    fn render(&mut self, buffer: &mut Buffer, snapshot: &Snapshot, time: &BlockTime) -> Option<Heard> {
+    fn render(&mut self, buffer: &mut Buffer, snapshot: &Snapshot, time: &BlockTime) -> Option<HeardPose> {
         let total = buffer.samples();
         let walk = self.playing.walk.as_deref();
         let mut listener = self.listener.of_block(snapshot, walk, time, self.timing.sample_rate_hz);
@@ -174,7 +174,7 @@ impl Promenade {
     }
 
     /// How far the listener is from the emitter, metres; 1 where the scene knows none.
-    fn distance_m(&self, heard: &Heard, snapshot: &Snapshot) -> f32 {
+    fn distance_m(&self, heard: &HeardPose, snapshot: &Snapshot) -> f32 {
         let renderer = self.playing.spatializer().and_then(Spatializer::renderer);
         let emitter = renderer.and_then(|renderer| renderer.scene().emitter());
         emitter.map_or(1.0, |emitter| heard.pose.position.distance(emitter + snapshot.block.emitters.offset))
@@ -289,7 +289,7 @@ impl Plugin for Promenade {
         if let Some(Err(error)) = crate::playing::player::player().map(|player| player.set_rate(sample_rate_hz)) {
             nice_error!("{error}");
         }
-        members::join(&self.params, &self.instance.host_side, &self.instance.share);
+        members::join(&self.params, &self.instance.host_side, &self.instance.account);
         self.spender.activate();
         let output = Output::of_channels(layout.main_output_channels.map_or(0, NonZeroU32::get) as usize);
         self.playing.activate(sample_rate_hz, output, self.params.choices());

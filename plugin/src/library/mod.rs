@@ -26,7 +26,7 @@ pub const WALKS: &[&str] = &["csv", "glb", "gltf", "json"];
 const LARGEST_FILE: u64 = promenade_core::MAX_SCENE_BYTES as u64;
 
 /// A scene in memory and how to find it again.
-pub struct Found {
+pub struct LoadedScene {
     /// The scene.
     pub scene: Arc<Scene>,
     /// The scene's content.
@@ -176,11 +176,11 @@ pub(crate) fn read_limited(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// The slot is empty or its file is not a scene.
-pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryError> {
+pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<LoadedScene, LibraryError> {
     let path = file_in_slot(folders, SCENES, slot)?;
     let (scene, hash) = scene_at(&path)?;
     let key = SceneKey::to_file(&path, hash.clone(), scene.title().to_owned(), slot);
-    Ok(Found { scene, hash, key, note: String::new() })
+    Ok(LoadedScene { scene, hash, key, note: String::new() })
 }
 
 /// The scene a project names: in memory, where it was, where it was from home, by file name in the library, by content in the
@@ -190,12 +190,12 @@ pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<Found, LibraryErr
 ///
 /// # Errors
 /// The project names no scene, or there is no file with that content or that name, or it is not a scene.
-pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<Found, LibraryError> {
+pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, LibraryError> {
     if !wanted.is_some() {
         return Err(LibraryError::NoScene);
     }
     if let Some(scene) = cache::in_memory(&wanted.hash) {
-        return Ok(Found { scene, hash: wanted.hash.clone(), key: wanted.clone(), note: String::new() });
+        return Ok(LoadedScene { scene, hash: wanted.hash.clone(), key: wanted.clone(), note: String::new() });
     }
     let library = files(folders, SCENES);
     let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
@@ -222,7 +222,7 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<Found, Library
         // The project keeps asking for the scene it was made with, in case that comes back.
         key = wanted.clone();
     }
-    Ok(Found { scene, hash, key, note })
+    Ok(LoadedScene { scene, hash, key, note })
 }
 
 /// A name that a user gives to a file, without blanks around it, if it is one.

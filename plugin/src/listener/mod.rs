@@ -92,7 +92,7 @@ impl ListenerSources {
 
 /// The listener at the end of a block, as an editor shows it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Heard {
+pub(crate) struct HeardPose {
     /// The pose, from all sources.
     pub(crate) pose: Pose,
     /// What it comes from.
@@ -174,7 +174,7 @@ impl Listener<'_> {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn end(&mut self, samples: usize, end_s: f64) -> Heard {
+    pub(crate) fn end(&mut self, samples: usize, end_s: f64) -> HeardPose {
         let pose = self.publish(samples, end_s);
         let has_tracker = self.tracked.is_some();
         let (base, tracked) = match self.following {
@@ -183,7 +183,7 @@ impl Listener<'_> {
                 (self.sources.base(self.walk.is_some(), has_tracker), has_tracker && self.sources.tracking != Tracking::Off)
             }
         };
-        Heard { pose, base, tracked, leads: self.member.leads() }
+        HeardPose { pose, base, tracked, leads: self.member.leads() }
     }
 
     fn publish(&mut self, sample: usize, published_s: f64) -> Pose {

@@ -3,8 +3,8 @@
 //! A tracker, or a program gone wild, may send faster than anybody needs. All that has come is read at one go, and of the
 //! messages of one sender at one address only the newest is looked at.
 
+use super::input::Message;
 use super::packet;
-use super::receiver::Message;
 use std::cell::OnceCell;
 use std::collections::HashSet;
 use std::io::{self, ErrorKind};

@@ -1,7 +1,7 @@
 //! Every format turns the head the right way.
 
+use super::input::{Message, OscInput};
 use super::packet::encoded;
-use super::receiver::{Message, Receiver};
 use crate::listener::inbox::Inbox;
 use crate::project::osc_config::{Interface, OscConfig};
 use crate::project::params::PromenadeParams;
@@ -19,14 +19,14 @@ use std::sync::Arc;
 type Sent = (&'static str, Vec<f64>);
 
 struct Instance {
-    receiver: Arc<Receiver>,
+    receiver: Arc<OscInput>,
     inbox: Arc<Inbox>,
 }
 
 impl Instance {
     fn new(config: &OscConfig) -> Self {
         let inbox = Arc::<Inbox>::default();
-        let receiver = Receiver::new(Arc::new(PromenadeParams::default()), Arc::clone(&inbox));
+        let receiver = OscInput::new(Arc::new(PromenadeParams::default()), Arc::clone(&inbox));
         receiver.open(config);
         Self { receiver, inbox }
     }
@@ -284,7 +284,7 @@ fn the_origin_is_where_it_was_asked_for() {
 #[test]
 fn a_head_is_asked_for_by_its_file_and_from_networks_only_in_the_library() {
     let (params, inbox) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default());
-    let receiver = Receiver::new(Arc::clone(&params), inbox);
+    let receiver = OscInput::new(Arc::clone(&params), inbox);
     receiver.open(&OscConfig { interface: Interface::Any, ..OscConfig::default() });
     let hear = |ip: [u8; 4], arguments: Vec<OscType>| {
         let address = "/promenade/head";
@@ -307,7 +307,7 @@ fn a_head_is_asked_for_by_its_file_and_from_networks_only_in_the_library() {
 #[test]
 fn a_room_is_drawn_from_elsewhere_and_what_cannot_be_is_refused() {
     let (params, inbox) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default());
-    let receiver = Receiver::new(Arc::clone(&params), inbox);
+    let receiver = OscInput::new(Arc::clone(&params), inbox);
     receiver.open(&OscConfig::default());
     let hear = |part: &str, arguments: Vec<OscType>| {
         let address = format!("/promenade/room/{part}");

@@ -1,7 +1,7 @@
 //! Packets that nobody should send.
 
+use super::input::{Message, OscInput};
 use super::packet::{bundled, encoded, messages};
-use super::receiver::{Message, Receiver};
 use crate::listener::inbox::Inbox;
 use crate::parameter::Parameter;
 use crate::project::adm_config::AdmConfig;
@@ -73,7 +73,7 @@ fn packets_that_nobody_should_send_are_refused_or_obeyed() {
     let params = Arc::new(PromenadeParams::default());
     let instance = |(format, object): (TrackerFormat, u32)| {
         let inbox = Arc::<Inbox>::default();
-        let receiver = Receiver::new(Arc::clone(&params), Arc::clone(&inbox));
+        let receiver = OscInput::new(Arc::clone(&params), Arc::clone(&inbox));
         let custom = CustomTracker { address: "/custom".to_owned(), arguments: CustomArguments::ALL[0] };
         let adm = AdmConfig { object, ..AdmConfig::default() };
         receiver.open(&OscConfig { format, custom, adm, name: "Lead".to_owned(), ..OscConfig::default() });

@@ -7,11 +7,11 @@
 mod address;
 mod adm;
 mod batch;
+mod input;
 mod outlet;
 mod packet;
 mod permit;
 mod port;
-mod receiver;
 pub mod status;
 mod switch;
 mod value;
@@ -37,10 +37,10 @@ use crate::tracker::Recenter;
 use crate::tracker::format::TrackerFormat;
 use crate::worker::Task;
 use crate::worker::lock::lock;
+use input::OscInput;
 use outlet::Outlet;
 use permit::Permits;
 use port::Subscription;
-use receiver::Receiver;
 use std::io;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -49,7 +49,7 @@ use std::time::Instant;
 pub struct Osc {
     params: Arc<PromenadeParams>,
     telemetry: Arc<Telemetry>,
-    receiver: Arc<Receiver>,
+    receiver: Arc<OscInput>,
     permits: Permits,
     applied: Mutex<Applied>,
 }
@@ -92,7 +92,7 @@ impl Osc {
     fn with_permits(params: Arc<PromenadeParams>, inbox: Arc<Inbox>, telemetry: Arc<Telemetry>, permits: Permits) -> Arc<Self> {
         let host = Arc::downgrade(&params);
         params.remote.save_beside(move |parameter| host.upgrade().map_or(0.0, |params| params.hosted(parameter)));
-        let receiver = Receiver::new(Arc::clone(&params), inbox);
+        let receiver = OscInput::new(Arc::clone(&params), inbox);
         let osc = Arc::new(Self { params, telemetry, receiver, permits, applied: Mutex::default() });
         osc.params.osc.on_restore(&osc, Self::apply);
         osc

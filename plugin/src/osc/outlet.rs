@@ -1,6 +1,6 @@
 //! The listener's pose, sent to another instance or to a program that draws it.
 
-use super::receiver::Receiver;
+use super::input::OscInput;
 use super::status::Sending;
 use super::{address, packet};
 use crate::project::adm_config::AdmConfig;
@@ -30,7 +30,7 @@ pub(super) struct Outlet {
 /// What the sending thread knows of an instance.
 struct Feed {
     telemetry: Arc<Telemetry>,
-    receiver: Arc<Receiver>,
+    receiver: Arc<OscInput>,
     out: OscOut,
     adm: AdmConfig,
     address: String,
@@ -55,7 +55,7 @@ impl Outlet {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub(super) fn new(config: &OscConfig, telemetry: Arc<Telemetry>, receiver: Arc<Receiver>) -> io::Result<Self> {
+    pub(super) fn new(config: &OscConfig, telemetry: Arc<Telemetry>, receiver: Arc<OscInput>) -> io::Result<Self> {
         let now = Instant::now();
         let route =
             Route { state: Sending::Resolving, socket: None, due: now, last: None, resolver: None, asked: now, gone: false };

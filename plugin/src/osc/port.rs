@@ -1,7 +1,7 @@
 //! Sockets: one per port and process, shared by all instances that listen there, with a thread of its own.
 
 use super::batch::Batch;
-use super::receiver::Receiver;
+use super::input::OscInput;
 use super::status::{Listening, PortStatus};
 use crate::project::osc_config::Interface;
 use crate::worker::lock::lock;
@@ -32,14 +32,14 @@ struct Open {
 pub(super) struct Port {
     number: u16,
     ends: AtomicBool,
-    receivers: Mutex<Vec<(Interface, Arc<Receiver>)>>,
+    receivers: Mutex<Vec<(Interface, Arc<OscInput>)>>,
     state: Mutex<PortStatus>,
 }
 
 /// An instance's subscription to a port; the socket is closed with the last one.
 pub(super) struct Subscription {
     port: Arc<Port>,
-    receiver: Arc<Receiver>,
+    receiver: Arc<OscInput>,
 }
 
 impl Subscription {
@@ -50,7 +50,7 @@ impl Subscription {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub(super) fn new(number: u16, interface: Interface, receiver: Arc<Receiver>) -> io::Result<Self> {
+    pub(super) fn new(number: u16, interface: Interface, receiver: Arc<OscInput>) -> io::Result<Self> {
         let mut ports = lock(&PORTS);
         let port = match ports.iter().find(|open| open.port.number == number) {
             Some(open) => {

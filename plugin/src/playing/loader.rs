@@ -4,7 +4,7 @@ use crate::library::cache::{self, DrawnRoomError};
 use crate::library::error_chain::with_causes;
 use crate::library::factory::{self, FactoryScene};
 use crate::library::scene_key::SceneKey;
-use crate::library::{self, Found, LibraryError};
+use crate::library::{self, LibraryError, LoadedScene};
 use crate::parameter::choices::{Follow, SceneChoice};
 use crate::playing::output::{Output, Pairs};
 use crate::playing::shared_worker::SharedWorker;
@@ -407,7 +407,7 @@ impl Loader {
     }
 
     /// The scene heard with the project's head, or as it is where that cannot be, which is reported.
-    fn heard(&self, found: &Found, saved: &SavedHead) -> Arc<Scene> {
+    fn heard(&self, found: &LoadedScene, saved: &SavedHead) -> Arc<Scene> {
         let heard = match saved.head() {
             Ok(None) => {
                 // What went wrong when a file was read is still to be seen.
@@ -472,7 +472,7 @@ fn chooses_a_file<T>(result: &Result<T, LoadError>) -> bool {
     !matches!(result, Err(LoadError::Library(LibraryError::EmptySlot { .. } | LibraryError::NoScene)))
 }
 
-fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<Found, LoadError> {
+fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<LoadedScene, LoadError> {
     match scene {
         SceneChoice::RoomA => factory_scene(factory::ROOM_A, saved),
         SceneChoice::RoomB => factory_scene(factory::ROOM_B, saved),
@@ -482,10 +482,10 @@ fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<
 }
 
 /// A factory scene leaves the key as it is, so that going back to the library finds the same scene again.
-fn factory_scene(scene: FactoryScene, key: &SceneKey) -> Result<Found, LoadError> {
+fn factory_scene(scene: FactoryScene, key: &SceneKey) -> Result<LoadedScene, LoadError> {
     let read = cache::scene_from(scene.bytes);
     let (scene, hash) = read.map_err(|error| LoadError::Factory { id: scene.id, error })?;
-    Ok(Found { scene, hash, key: key.clone(), note: String::new() })
+    Ok(LoadedScene { scene, hash, key: key.clone(), note: String::new() })
 }
 
 fn head_in(path: &Path) -> Result<SavedHead, String> {

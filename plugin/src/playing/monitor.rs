@@ -1,6 +1,6 @@
 //! The audio thread's end of the telemetry: collects what an open editor shows.
 
-use crate::listener::Heard;
+use crate::listener::HeardPose;
 use crate::listener::clock::BlockTime;
 use crate::parameter::cast::narrow;
 use crate::playing::Playing;
@@ -52,7 +52,7 @@ impl Monitor {
         &mut self,
         snapshot: &Snapshot,
         time: &BlockTime,
-        heard: &Heard,
+        heard: &HeardPose,
         playing: &Playing,
         ears: [&[f32]; 2],
         took: Duration,

@@ -1,6 +1,6 @@
 //! The instances of a process: who shares a listener group, and who gets what of the budget.
 
-use crate::budget::{Grant, Share};
+use crate::budget::{Account, Grant};
 use crate::parameter::Parameter;
 use crate::parameter::choices::GroupChoice;
 use crate::project::params::PromenadeParams;
@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, Weak};
 struct Known {
     params: Weak<PromenadeParams>,
     side: Weak<HostSide>,
-    share: Weak<Share>,
+    account: Weak<Account>,
 }
 
 static ALL: Mutex<Vec<Known>> = Mutex::new(Vec::new());
@@ -28,18 +28,18 @@ pub struct Member {
 }
 
 /// Adds an instance, once.
-pub fn join(params: &Arc<PromenadeParams>, side: &Arc<HostSide>, share: &Arc<Share>) {
+pub fn join(params: &Arc<PromenadeParams>, side: &Arc<HostSide>, account: &Arc<Account>) {
     let mut all = lock(&ALL);
     all.retain(|known| known.params.strong_count() > 0);
     if !all.iter().any(|known| std::ptr::eq(known.params.as_ptr(), Arc::as_ptr(params))) {
         let (params, side) = (Arc::downgrade(params), Arc::downgrade(side));
-        all.push(Known { params, side, share: Arc::downgrade(share) });
+        all.push(Known { params, side, account: Arc::downgrade(account) });
     }
 }
 
 /// What all instances have of the budget.
-pub(crate) fn shares() -> Vec<Arc<Share>> {
-    lock(&ALL).iter().filter_map(|known| known.share.upgrade()).collect()
+pub(crate) fn accounts() -> Vec<Arc<Account>> {
+    lock(&ALL).iter().filter_map(|known| known.account.upgrade()).collect()
 }
 
 /// An instance that takes part in the budget.
@@ -56,9 +56,11 @@ pub struct Spending {
 /// Who gets what, in the order in which they came.
 #[must_use]
 pub fn spending() -> Vec<Spending> {
-    let alive = |known: &Known| Some((known.side.upgrade()?, known.share.upgrade()?));
+    let alive = |known: &Known| Some((known.side.upgrade()?, known.account.upgrade()?));
     let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
-    all.into_iter().map(|(side, share)| Spending { track: side.track(), grant: share.held(), cost: share.cost() }).collect()
+    all.into_iter()
+        .map(|(side, account)| Spending { track: side.track(), grant: account.held(), cost: account.cost() })
+        .collect()
 }
 
 /// The instances of a group, in the order in which they came.
@@ -82,9 +84,9 @@ mod tests {
             side.set_track(Track { name: name.to_owned(), colour: Some([1, 2, 3]) });
             params.remote.set(Parameter::Group, GroupChoice::D.to_index() as f32, 0.0);
             params.remote.set(Parameter::Lead, f32::from(u8::from(leads)), 0.0);
-            let share = Arc::default();
-            join(&params, &side, &share);
-            join(&params, &side, &share);
+            let account = Arc::default();
+            join(&params, &side, &account);
+            join(&params, &side, &account);
             (params, side)
         };
         let (first, second) = (instance("Violin", false), instance("Choir", true));

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 const PRE_ROLL_S: f64 = 0.25;
 
 /// Where the ears' responses come from.
-enum Hrtf {
+enum EarResponses {
     /// Responses without a room at the capture's rate: the direction that each is for, and both ears.
     Measured(Vec<(Vec3, [Vec<f32>; 2])>),
     /// A rigid sphere.
@@ -22,14 +22,14 @@ enum Hrtf {
 
 /// The dry sound over the distance, heard from the emitter's direction, with one gain for all clips.
 pub(super) struct DistanceAndHrtf {
-    hrtf: Hrtf,
+    hrtf: EarResponses,
     emitter: Vec3,
     pub(super) gain: f32,
 }
 
 impl DistanceAndHrtf {
     pub(super) fn new(capture: &Capture, emitter: Vec3, hrtf: Option<&Responses>) -> Result<Self, BakeError> {
-        let Some(set) = hrtf else { return Ok(Self { hrtf: Hrtf::Sphere, emitter, gain: 1.0 }) };
+        let Some(set) = hrtf else { return Ok(Self { hrtf: EarResponses::Sphere, emitter, gain: 1.0 }) };
         let (from, to) = (set.sample_rate_hz.round() as u32, capture.sample_rate_hz.round() as u32);
         let one = |r: &crate::Response| {
             let direction = r.listener.to_head(r.source).normalize_or_zero();
@@ -37,7 +37,7 @@ impl DistanceAndHrtf {
             Ok((direction, [ears.next().unwrap_or_default(), ears.next().unwrap_or_default()]))
         };
         let responses = set.responses.iter().map(one).collect::<Result<Vec<_>, BakeError>>()?;
-        Ok(Self { hrtf: Hrtf::Measured(responses), emitter, gain: 1.0 })
+        Ok(Self { hrtf: EarResponses::Measured(responses), emitter, gain: 1.0 })
     }
 }
 
@@ -58,11 +58,11 @@ impl Method for DistanceAndHrtf {
         let direction = seen.try_normalize().unwrap_or(Vec3::X);
         let dry: Vec<f32> = capture.dry(clip, before).iter().map(|v| gain * v).collect();
         let ears = match &self.hrtf {
-            Hrtf::Measured(all) => {
+            EarResponses::Measured(all) => {
                 let nearest = all.iter().max_by(|a, b| a.0.dot(direction).total_cmp(&b.0.dot(direction)));
                 nearest.map_or_else(|| [dry.clone(), dry.clone()], |(_, [l, r])| convolve(&dry, [l, r]))
             }
-            Hrtf::Sphere => shape(&dry, rate, |hz| [1.0, -1.0].map(|side| sphere(f64::from(side * direction.y), hz))),
+            EarResponses::Sphere => shape(&dry, rate, |hz| [1.0, -1.0].map(|side| sphere(f64::from(side * direction.y), hz))),
         };
         Ok(ears.map(|ear| {
             let mut ear = ear[before..].to_vec();

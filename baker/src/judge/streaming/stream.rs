@@ -21,7 +21,7 @@ pub(super) struct PoseMasks {
 }
 
 /// One row of the comparison.
-pub(super) struct Stream {
+pub(super) struct Contender {
     pub(super) name: String,
     kind: Kind,
 }
@@ -39,7 +39,7 @@ struct Published {
     taps: Option<(TapProjector, StreamTaps)>,
 }
 
-impl Stream {
+impl Contender {
     /// Both ears hear the dry sound.
     pub(super) fn dry() -> Self {
         Self { name: "source".to_owned(), kind: Kind::Dry }

@@ -49,7 +49,7 @@ pub(super) fn cameras(path: &Path) -> Result<Vec<Camera>, BakeError> {
 pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<(Vec<Point>, usize), BakeError> {
     let mut points = Vec::new();
     let mut left_out = 0;
-    let mut take = |place: &dyn Fn() -> String, found: Found| {
+    let mut take = |place: &dyn Fn() -> String, found: FilePoint| {
         // What does not fit is found to be infinite.
         let position = Vec3::from_array(found.position.map(|v| v as f32));
         if !position.is_finite() || !found.error_px.is_finite() {
@@ -72,7 +72,7 @@ pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Resul
 }
 
 /// A point as it is in the file.
-struct Found {
+struct FilePoint {
     position: [f64; 3],
     colour: [u8; 3],
     /// Below 0 where COLMAP has not computed it.
@@ -80,7 +80,7 @@ struct Found {
     track: u64,
 }
 
-type Take<'a> = dyn FnMut(&dyn Fn() -> String, Found) -> Result<(), BakeError> + 'a;
+type Take<'a> = dyn FnMut(&dyn Fn() -> String, FilePoint) -> Result<(), BakeError> + 'a;
 
 fn binary(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeError> {
     let mut rest = bytes;
@@ -106,7 +106,7 @@ fn binary(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeErro
         let float = |i: usize| f64::from_le_bytes(array(&point[i..]));
         let track = u64::from_le_bytes(array(&point[43..]));
         let (position, colour) = ([float(8), float(16), float(24)], [point[32], point[33], point[34]]);
-        take(&|| at.clone(), Found { position, colour, error_px: float(35), track })?;
+        take(&|| at.clone(), FilePoint { position, colour, error_px: float(35), track })?;
         let length = usize::try_from(track).ok().and_then(|n| n.checked_mul(TRACK_BYTES)).unwrap_or(usize::MAX);
         next(length, "a track")?;
     }
@@ -146,7 +146,7 @@ fn text(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeError>
     Ok(())
 }
 
-fn parse(line: &str) -> Option<Found> {
+fn parse(line: &str) -> Option<FilePoint> {
     let mut words = line.split_ascii_whitespace();
     words.next()?.parse::<u64>().ok()?;
     let mut float = || words.next()?.parse::<f64>().ok();
@@ -159,5 +159,5 @@ fn parse(line: &str) -> Option<Found> {
         id.parse::<u64>().ok()?;
         ids += 1;
     }
-    (ids % 2 == 0).then_some(Found { position, colour, error_px, track: ids / 2 })
+    (ids % 2 == 0).then_some(FilePoint { position, colour, error_px, track: ids / 2 })
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 /// One instance's share of the budget: the audio thread writes what it hears and takes, the allocator what it grants.
 #[derive(Debug)]
-pub struct Share {
+pub struct Account {
     /// Mean square at the ears, by its bits.
     loudness: AtomicU32,
     /// Processor time over sound's time by grant, by its bits; 0 before it was measured.
@@ -15,7 +15,7 @@ pub struct Share {
     most: AtomicU8,
 }
 
-impl Default for Share {
+impl Default for Account {
     fn default() -> Self {
         let full = Grant::default() as u8;
         Self {
@@ -27,7 +27,7 @@ impl Default for Share {
     }
 }
 
-impl Share {
+impl Account {
     /// What it may play.
     ///
     /// # Real-time

@@ -39,7 +39,7 @@ impl Message<'_> {
 }
 
 /// One instance's side of what comes in. The audio thread never touches it.
-pub(super) struct Receiver {
+pub(super) struct OscInput {
     params: Arc<PromenadeParams>,
     inbox: Arc<Inbox>,
     state: Mutex<State>,
@@ -59,7 +59,7 @@ struct State {
     counts: Counts,
 }
 
-impl Receiver {
+impl OscInput {
     pub(super) fn new(params: Arc<PromenadeParams>, inbox: Arc<Inbox>) -> Arc<Self> {
         let config = OscConfig::default();
         let state = State {
