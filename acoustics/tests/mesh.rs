@@ -185,7 +185,7 @@ fn small_files_ask_for_no_large_work() {
     for far in ["1e20", "-3e38", "2000000"] {
         let mesh = load("far.obj", format!("{corners}v {far} 0 0\nf 1 2 5\nf 2 3 4\n").as_bytes()).unwrap();
         let error = Room::new(&mesh, &[Material::even("", 0.1, 0.1)]).unwrap_err().to_string();
-        assert!(error.contains("vertex 4: expected coordinates within 1000 km"), "{error}");
+        assert!(error.contains("expected coordinates within 1000 km"), "{error}");
     }
 }
 

@@ -3,11 +3,12 @@
 //!
 //! States of the plugin and packets of Open Sound Control are searched where the plugin is tested.
 
-use promenade_acoustics::Mesh;
+use promenade_acoustics::{ImageOptions, Images, Material, Measures, Mesh, RayOptions, Room, Share, late_field};
 use promenade_baker::checkpoint::{self, ImportOptions as Checkpoint};
 use promenade_baker::reconstruction::{Place, PointOptions};
 use promenade_baker::simulation::directivity;
 use promenade_baker::{LoadOptions, Responses, read_head, sound};
+use promenade_core::headphones::Headphones;
 use promenade_core::{BlockParams, Scene, SceneCard, Spatializer, Tier};
 use promenade_paths::{ImportOptions, Summary, WriteFormat, alone};
 use promenade_testing::fuzz::{Counting, Input, Search};
@@ -146,6 +147,49 @@ fn shapes_of_rooms() {
         let _texts = report.warnings();
         assert!(mesh.bounds().iter().flatten().all(|x| x.is_finite()));
         assert!(mesh.section(1.0).iter().flatten().flatten().all(|x| x.is_finite()), "a section that is nowhere");
+        // What no room can be made of is refused here.
+        let materials = mesh.merge_groups(vec![Material::even("wall", 0.2, 0.3); mesh.groups.len()]);
+        if let Ok(room) = Room::new(&mesh, &materials) {
+            traced(&mesh, &room);
+        }
+        Ok(())
+    });
+}
+
+/// Sends a few rays through a room, whose middle may lie outside of it.
+fn traced(mesh: &Mesh, room: &Room) {
+    let [low, high] = mesh.bounds();
+    let at = |share: f64| [0, 1, 2].map(|axis| low[axis] + share * (high[axis] - low[axis]));
+    let (source, listener) = (at(0.4), at(0.6));
+    let images = Images::new(room, source, &ImageOptions { order: 2, beams: 64, exact_order: 1 }).unwrap();
+    let seen = images.seen_from(room, listener, Share::Specular).unwrap();
+    let options = RayOptions { rays: 64, length_s: 0.2, images: Some(&images), ..RayOptions::default() };
+    let late = late_field(room, source, &[listener], &options, |_| ()).unwrap();
+    let measures = Measures::new(listener, &seen, &late.echograms[0], None);
+    let values = [measures.level_db, measures.t20_s, measures.c50_db, measures.sti];
+    assert!(values.iter().flatten().all(|value| value.is_finite()) || listener == source, "{measures:?}");
+    room.encloses(source).unwrap();
+}
+
+#[test]
+fn texts_for_headphones() {
+    let texts = [
+        "Preamp: -6.2 dB\nFilter 1: ON LSC Fc 105 Hz Gain 5.5 dB Q 0.70\nFilter 2: ON PK Fc 2300 Hz Gain -4.1 dB BW Oct 0.5\n",
+        "Channel: L\nFilter: ON HPQ Fc 30 Hz Q 0.7\nChannel: R\nFilter  3: ON  None\nFilter: ON LS 6dB Fc 90 Hz Gain 4 dB\n",
+        "GraphicEQ: 20 0.0; 1000 -6; 20000 -6\n",
+    ];
+    let utf16 = texts[0].encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    let seeds = texts.iter().map(|text| text.as_bytes().to_vec()).chain([utf16]);
+    let seeds = seeds.enumerate().map(|(i, bytes)| Input::new(format!("{i}.txt"), bytes)).collect();
+    Search { name: "headphones", cases: 3000, most_bytes: FILE_BYTES }.run(seeds, |input, _| {
+        let headphones = Headphones::from_bytes(&input.bytes).map_err(text)?;
+        let kept = serde_json::to_string(&headphones).map_err(text)?;
+        assert!(serde_json::from_str::<Headphones>(&kept).is_ok(), "what is kept can be read");
+        let mut ears = [vec![0.0; 2000], vec![0.0; 2000]];
+        ears.iter_mut().for_each(|ear| ear[0] = 1e3);
+        let [left, right] = &mut ears;
+        headphones.filter(48_000.0).process([left, right]);
+        assert!(ears.iter().flatten().all(|x| x.abs() <= 1e6), "a sample beyond the bound");
         Ok(())
     });
 }

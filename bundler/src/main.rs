@@ -10,6 +10,7 @@ mod manifest;
 mod packages;
 mod readme;
 mod screen;
+mod search;
 mod sections;
 mod system;
 mod systems;
@@ -35,6 +36,8 @@ cargo xtask web
 cargo xtask systems [TARGET ...]
     compiles every crate for other systems, renders with the Windows plugins in Wine, and runs the engine's tests on an emulated
     ARM processor, as far as this machine has the tools
+cargo xtask search [MINUTES]
+    reads changed files of every kind for so much processor time, 60 minutes unless told, and names those that a reader does not survive
 cargo xtask test
     checks format and lints, bundles the plugin, runs every test in Rust and in Python";
 
@@ -74,6 +77,7 @@ fn run() -> Result<()> {
         "web" if options.is_empty() => web::web().map(|_| ()),
         "archive" => archive::archive(&root, &options),
         "systems" => systems::systems(&root, &options),
+        "search" => search::search(&options),
         "test" if options.is_empty() => check::test(),
         "" | "help" | "--help" => {
             println!("{USAGE}");
