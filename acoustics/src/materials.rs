@@ -73,8 +73,9 @@ impl Materials {
     }
 
     /// A material after its description: `ABSORPTION` or `ABSORPTION:SCATTERING`, each a name of the table, one number for all
-    /// octaves or seven for those from 125 Hz, with slashes between. Scattering is that of the table where it has one of the
-    /// same name, else [`SCATTERING`].
+    /// octaves or seven for those from 125 Hz, with slashes between. In a name `*` stands for any letters; the first that fits,
+    /// in the order of the alphabet, is taken. Scattering is that of the table where it has one of the same name, else
+    /// [`SCATTERING`].
     ///
     /// # Errors
     /// A name that is not there, with those it may have meant; numbers outside 0 to 1, or neither one nor seven.
@@ -122,6 +123,11 @@ fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Oct
     if let Some(entry) = table.get(&key(text)) {
         return Ok(entry.shares);
     }
+    if text.contains('*')
+        && let Some((_, entry)) = table.iter().find(|(name, _)| fits(&key(text), name))
+    {
+        return Ok(entry.shares);
+    }
     let numbers: Result<Vec<f32>, _> = text.split('/').map(|n| n.trim().parse()).collect();
     match numbers.as_deref() {
         Ok([one]) => Ok([*one; BANDS]),
@@ -162,6 +168,14 @@ fn likeness(found: &str, name: &str) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_star_takes_the_first_name_that_fits() {
+        let table = Materials::default();
+        let found = table.material("rockwool*").unwrap();
+        assert_eq!(found.absorption, table.material("rockwool_50mm_40kgm3").unwrap().absorption);
+        assert!(table.material("no_such*").is_err());
+    }
 
     #[test]
     fn the_table_holds_shares() {

@@ -13,6 +13,7 @@ use promenade_baker::simulation::{
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use promenade_fit::MaterialsBeside;
 use promenade_paths::ImportOptions;
 use std::fmt::Debug;
 use std::path::Path;
@@ -173,7 +174,8 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
         mesh.group_by_direction();
     }
     report::notes(&notes);
-    let materials = Materials::default().assign(&mesh.groups, &args.materials);
+    let rules = [&args.materials[..], &fitted(&args.mesh)?].concat();
+    let materials = Materials::default().assign(&mesh.groups, &rules);
     let materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
     let materials = mesh.merge_groups(materials);
     if materials.len() > MOST_MATERIALS {

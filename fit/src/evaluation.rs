@@ -3,8 +3,11 @@
 use crate::baselines::Baseline;
 use crate::error::FitError;
 use crate::figures::{Convention, Errors, Figures};
+use crate::foretell::Foretold;
 use crate::measurements::Measurements;
+use crate::quick::{QuickFit, quick_fit};
 use crate::random::Random;
+use crate::walls::Walls;
 use rayon::prelude::*;
 
 /// Which measurements are fitted to and which are held out.
@@ -67,6 +70,36 @@ pub fn baselines(set: &Measurements, figures: &[Figures], split: &Split, convent
             Row { name: baseline.name().to_owned(), errors: Errors::of(&pairs) }
         })
         .collect()
+}
+
+/// What a quick fit to the measurements of a split is off at the others.
+///
+/// # Errors
+/// As [`quick_fit`].
+pub fn quick_row(
+    walls: &Walls,
+    set: &Measurements,
+    figures: &[Figures],
+    split: &Split,
+    convention: Convention,
+    seed: u64,
+) -> Result<Row, FitError> {
+    let train = set.only(&split.train);
+    let fit = quick_fit(walls, &train, seed)?;
+    let test = set.only(&split.test);
+    let known: Vec<Figures> = split.test.iter().map(|i| figures[*i].clone()).collect();
+    Ok(Row { name: "quick fit".to_owned(), errors: errors(&fit, &train, &test, &known, convention) })
+}
+
+/// How far a fit to some measurements is off at others, the mean over draws of noise.
+#[must_use]
+pub fn errors(fit: &QuickFit, train: &Measurements, at: &Measurements, figures: &[Figures], convention: Convention) -> Errors {
+    let found: Vec<Option<Figures>> = match Foretold::new(fit, train) {
+        Some(foretold) => at.all.par_iter().map(|m| foretold.figures(m, convention)).collect(),
+        None => Vec::new(),
+    };
+    let pairs: Vec<(&Figures, &Figures)> = found.iter().zip(figures).filter_map(|(f, m)| Some((f.as_ref()?, m))).collect();
+    Errors::of(&pairs)
 }
 
 /// Rows of the same names, averaged over splits, in the order of the first.

@@ -1,0 +1,82 @@
+//! Energy over time at a place in a room of given surfaces, by octave.
+//!
+//! The direct sound and images up to an order at their own times, and what walls have scattered, and images of higher order, as their mean over
+//! the room ([`Histories`]): nothing is counted twice.
+
+use crate::histories::{Histories, Surface};
+use crate::walls::Path;
+use promenade_acoustics::SPEED_OF_SOUND_M_S;
+
+/// Reflections of images.
+pub(crate) const ORDER: u32 = 8;
+/// Length of a bin, seconds.
+pub(crate) const BIN_S: f64 = 0.004;
+
+/// What a source and six walls do in one octave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Octave {
+    /// Of each wall.
+    pub surfaces: [Surface; 6],
+    /// How the source's sound becomes less beside its axis: amplitudes of `exp(sharpness (cos - 1))`.
+    pub sharpness: f64,
+    /// Energy left after a metre of air is `exp(-air_per_m)`.
+    pub air_per_m: f64,
+}
+
+impl Octave {
+    /// Energy that is sent in a direction over that on the axis.
+    #[must_use]
+    pub fn sent(&self, cosine: f64) -> f64 {
+        (2.0 * self.sharpness * (cosine - 1.0)).exp()
+    }
+
+    /// Its mean over all directions.
+    #[must_use]
+    pub fn mean_sent(&self) -> f64 {
+        let k = 4.0 * self.sharpness;
+        if k < 1e-6 { 1.0 } else { (1.0 - (-k).exp()) / k }
+    }
+
+    /// Energy of a path where that of the direct sound at 1 m on the axis is 1.
+    #[must_use]
+    pub fn energy(&self, path: &Path, facing: Option<[f64; 3]>) -> f64 {
+        let walls: f64 = self
+            .surfaces
+            .iter()
+            .zip(path.hits)
+            .map(|(s, n)| ((1.0 - s.absorption) * (1.0 - s.scattering)).powi(i32::from(n)))
+            .product();
+        let cosine = facing.map_or(1.0, |f| f.iter().zip(path.departure).map(|(a, b)| a * b).sum());
+        let sent = if facing.is_some() { self.sent(cosine) } else { 1.0 };
+        sent * walls * (-self.air_per_m * path.length_m).exp() / path.length_m.powi(2)
+    }
+
+    /// Energies by bin from the direct sound on, of all walls' diffuse sound.
+    #[must_use]
+    pub fn diffuse(&self, histories: &Histories, facing: bool) -> Vec<f64> {
+        let [mut diffuse, _] = histories.energies(&self.surfaces, ORDER, self.air_per_m);
+        if facing {
+            diffuse.iter_mut().for_each(|e| *e *= self.mean_sent());
+        }
+        diffuse
+    }
+
+    /// Energies by bin at a place, from its direct sound on. The first of `paths` is the direct sound.
+    #[must_use]
+    pub fn at(&self, paths: &[Path], facing: Option<[f64; 3]>, diffuse: &[f64]) -> Vec<f64> {
+        let direct_s = paths.first().map_or(0.0, |p| p.length_m) / SPEED_OF_SOUND_M_S;
+        // Bins of the diffuse sound begin with the source, those of the place with the direct sound.
+        let shift = direct_s / BIN_S;
+        let (whole, fraction) = (shift as usize, shift.fract());
+        let from = |i: usize| diffuse.get(i).copied().unwrap_or(0.0);
+        let mut bins: Vec<f64> =
+            (0..diffuse.len()).map(|i| from(i + whole) * (1.0 - fraction) + from(i + whole + 1) * fraction).collect();
+        for path in paths {
+            let bin = ((path.length_m / SPEED_OF_SOUND_M_S - direct_s) / BIN_S) as usize;
+            if let Some(slot) = bins.get_mut(bin) {
+                *slot += self.energy(path, facing);
+            }
+        }
+        bins
+    }
+}

@@ -1,0 +1,47 @@
+//! Noise with the energy of diffuse sound.
+
+use crate::octaves::split;
+use crate::random::Random;
+use promenade_fourier::{signal, spectrum};
+
+/// A draw of noise in octaves, each of a mean power of 1, coloured within them as a chain colours it.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    octaves: Vec<Vec<f32>>,
+}
+
+impl Noise {
+    /// Draws `length` samples.
+    #[must_use]
+    pub fn new(chain: &[f64], length: usize, sample_rate_hz: f64, seed: u64) -> Self {
+        let mut random = Random::new(seed, 0x7461_696C);
+        let transform = (length + chain.len()).next_power_of_two();
+        let colour = spectrum(chain.iter().copied(), transform);
+        let mut bins = spectrum((0..length).map(|_| random.normal()), transform);
+        bins.iter_mut().zip(&colour).for_each(|(b, c)| *b *= c);
+        let noise: Vec<f32> = signal(bins, transform).into_iter().take(length).map(|v| v as f32).collect();
+        let mut octaves = split(&noise, sample_rate_hz);
+        for octave in &mut octaves {
+            let power = octave.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / length as f64;
+            let gain = power.max(1e-30).sqrt().recip() as f32;
+            octave.iter_mut().for_each(|v| *v *= gain);
+        }
+        Self { octaves }
+    }
+
+    /// Adds octave `number` to a signal from a sample on, with energies by bin of so many samples.
+    pub fn add(&self, number: usize, to: &mut [f32], from: usize, energies: &[f64], bin: f64) {
+        let amplitude = |i: usize| (energies.get(i).copied().unwrap_or(0.0) / bin).sqrt();
+        let noise = self.octaves[number].get(from..).unwrap_or_default();
+        for (i, (slot, v)) in to.iter_mut().skip(from).zip(noise).enumerate() {
+            // Straight lines between the middles of bins.
+            let at = (i as f64 / bin - 0.5).max(0.0);
+            let (below, fraction) = (at as usize, at.fract());
+            if below > energies.len() {
+                break;
+            }
+            let gain = amplitude(below) * (1.0 - fraction) + amplitude(below + 1) * fraction;
+            *slot += gain as f32 * v;
+        }
+    }
+}
