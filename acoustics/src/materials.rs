@@ -124,7 +124,7 @@ fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Oct
         return Ok(entry.shares);
     }
     if text.contains('*')
-        && let Some((_, entry)) = table.iter().find(|(name, _)| fits(&key(text), name))
+        && let Some((_, entry)) = table.iter().find(|(name, _)| fits(&key(text), name, None))
     {
         return Ok(entry.shares);
     }

@@ -170,6 +170,7 @@ mod tests {
             "eval a b",
             "study report a b --level 0.01",
             "fit a --evaluate --source 1,2,3 --uncertainty 0.1 --rate 16000",
+            "fit 1,2,3 a -o b.obj --changed c --materials x0=felt --emitter 1,1,1",
         ] {
             // A parser of another type than its field's panics here.
             assert!(Cli::try_parse_from(format!("promenade {line}").split(' ')).is_ok(), "{line}");

@@ -1,8 +1,9 @@
 //! Impulses at any times, coloured by bands, as one signal, and the way back from it to their derivatives.
 //!
-//! Each band's impulses are spread on a grid twice as fine as the samples by a Kaiser-Bessel kernel, whose transform is divided out: a
-//! Fourier transform of type 1 at times that lie on no grid (Dutt and Rokhlin 1993; Fessler and Sutton 2003, with beta = 2.34 J). Between the
-//! middles of bands amplitudes go along straight lines. A thousand impulses in 16 bands take less than a millisecond.
+//! Each band's impulses are spread on a grid twice as fine as the samples by a Kaiser-Bessel kernel, whose transform is
+//! divided out: a Fourier transform of type 1 at times that lie on no grid (Dutt and Rokhlin 1993; Fessler and Sutton 2003,
+//! with beta = 2.34 J). Between the middles of bands amplitudes go along straight lines. A thousand impulses in 16 bands take
+//! less than a millisecond.
 
 use crate::bands::{BANDS, Bands};
 use promenade_fourier::num_complex::Complex64;
@@ -173,8 +174,8 @@ impl BandSignal {
         sum
     }
 
-    /// Derivatives by amplitudes and by times (per second) of a number whose derivative by the real and imaginary parts of each bin is given
-    /// as a complex number.
+    /// Derivatives by amplitudes and by times (per second) of a number whose derivative by the real and imaginary parts of
+    /// each bin is given as a complex number.
     #[must_use]
     pub fn back(&self, of: &Impulses, by_bins: &[Complex64]) -> (Vec<[f64; BANDS]>, Vec<f64>) {
         let fine = 2 * self.length;

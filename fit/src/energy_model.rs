@@ -1,7 +1,7 @@
 //! Energy over time at a place in a room of given surfaces, by octave.
 //!
-//! The direct sound and images up to an order at their own times, and what walls have scattered, and images of higher order, as their mean over
-//! the room ([`Histories`]): nothing is counted twice.
+//! The direct sound and images up to an order at their own times, and what walls have scattered, and images of higher order,
+//! as their mean over the room ([`Histories`]): nothing is counted twice.
 
 use crate::histories::{Histories, Surface};
 use crate::walls::Path;

@@ -82,7 +82,8 @@ impl Early {
 }
 
 impl Foretold {
-    /// Of a quick fit and the measurements that it was made of; `None` of no measurements. Responses are as long as the longest of them.
+    /// Of a quick fit and the measurements that it was made of; `None` of no measurements. Responses are as long as the
+    /// longest of them.
     #[must_use]
     pub fn new(fit: &QuickFit, set: &Measurements) -> Option<Self> {
         let rate_hz = f64::from(set.sample_rate_hz);
@@ -132,7 +133,8 @@ impl Foretold {
         let lead = self.chain.lead as f64 / self.rate_hz;
         let direct_m = paths.first().map_or(0.0, |p| p.length_m);
         let offset = arrival - start / self.rate_hz + 8.0 / self.rate_hz;
-        // Where places and walls are not known to a wave's length, images that a symmetric box would add up in step are not in step.
+        // Where places and walls are not known to a wave's length, images that a symmetric box would add up in step are not in
+        // step.
         let mut random = Random::new(draw as u64, 0x696D_6167);
         let known_m = at.source.sd_m.hypot(at.microphone.sd_m);
         let mut time_s = |p: &Path| {

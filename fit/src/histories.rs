@@ -1,7 +1,7 @@
 //! One trace of rays, re-weighted for any absorption and scattering.
 //!
-//! The histories of rays (when each met which wall) are kept, so that the energy left after a time is a mean of products for whatever the
-//! walls take, without tracing again.
+//! The histories of rays (when each met which wall) are kept, so that the energy left after a time is a mean of products for
+//! whatever the walls take, without tracing again.
 
 use crate::random::Random;
 use crate::walls::Walls;
@@ -42,8 +42,8 @@ impl Histories {
         Self { rays, bin_s, bins, volume_m3: walls.volume_m3() }
     }
 
-    /// Energy by bin of all sound but what mirrors alone have sent on up to `order` times, as the mean over the room, for a source whose
-    /// direct sound has an energy of 1 at 1 m in the mean over directions; and of all sound.
+    /// Energy by bin of all sound but what mirrors alone have sent on up to `order` times, as the mean over the room, for a
+    /// source whose direct sound has an energy of 1 at 1 m in the mean over directions; and of all sound.
     #[must_use]
     pub fn energies(&self, surfaces: &[Surface], order: u32, air_per_m: f64) -> [Vec<f64>; 2] {
         let (mut diffuse, mut whole) = (vec![0.0; self.bins], vec![0.0; self.bins]);

@@ -1,6 +1,7 @@
 //! Small systems of linear equations.
 
-/// Solves a symmetric, positive system by Cholesky's decomposition, and gives the diagonal of its inverse; `None` if it is not positive.
+/// Solves a symmetric, positive system by Cholesky's decomposition, and gives the diagonal of its inverse; `None` if it is not
+/// positive.
 pub(crate) fn solve(matrix: &[Vec<f64>], right: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     let n = right.len();
     let mut lower = vec![vec![0.0; n]; n];

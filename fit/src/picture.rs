@@ -9,13 +9,15 @@ const SIZE: (f64, f64) = (220.0, 150.0);
 const MARGIN: (f64, f64) = (34.0, 28.0);
 const COLUMNS: usize = 3;
 
-/// A panel for each wall: absorption from 0 to 1 over octaves, bars of one standard error, hollow where the data do not determine it.
+/// A panel for each wall: absorption from 0 to 1 over octaves, bars of one standard error, hollow where the data do not
+/// determine it.
 #[must_use]
 pub fn absorption_svg(fit: &QuickFit) -> String {
     let rows = WALLS.len().div_ceil(COLUMNS);
     let (width, height) = (SIZE.0 * COLUMNS as f64, SIZE.1 * rows as f64);
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" font-family=\"sans-serif\" font-size=\"10\">\n\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         font-family=\"sans-serif\" font-size=\"10\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
     );
     for (w, name) in WALLS.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! The quick fit: absorption of each wall by octave from T20, EDT, C80 and level, in just noticeable differences.
 //!
-//! One trace of rays serves all of it ([`Histories`]). By octave the unknowns are absorption of six walls, scattering, and how much the source
-//! sends beside its axis; Gauss-Newton with derivatives by steps, damped (Levenberg 1944). Walls are held together by a prior: a factor of 2
-//! of one against their mean costs one difference.
+//! One trace of rays serves all of it ([`Histories`]). By octave the unknowns are absorption of six walls, scattering, and how
+//! much the source sends beside its axis; Gauss-Newton with derivatives by steps, damped (Levenberg 1944). Walls are held
+//! together by a prior: a factor of 2 of one against their mean costs one difference.
 
 use crate::energy_model::{BIN_S, ORDER, Octave};
 use crate::error::FitError;
@@ -21,12 +21,13 @@ const UNKNOWNS: usize = 8;
 const STEPS: usize = 12;
 /// What is assumed of scattering: logit of 0.2, and its standard deviation.
 const SCATTERING: (f64, f64) = (-1.4, 1.0);
-/// What is assumed of the sharpness of a source that faces somewhere, by octave: that of a small loudspeaker, and the standard deviation of its
-/// logarithm.
+/// What is assumed of the sharpness of a source that faces somewhere, by octave: that of a small loudspeaker, and the standard
+/// deviation of its logarithm.
 const SHARPNESS: ([f64; 8], f64) = ([0.03, 0.05, 0.1, 0.25, 0.5, 0.8, 1.2, 1.6], 0.8);
 /// Standard deviation of the mean logit of all walls: nothing is known.
 const ANY: f64 = 3.0;
-/// A logit that is known less than this much better than before is not determined by the data: share of the prior's standard deviation.
+/// A logit that is known less than this much better than before is not determined by the data: share of the prior's standard
+/// deviation.
 const UNDETERMINED: f64 = 0.7;
 /// No figure counts for more differences than this.
 const MOST_JND: f64 = 20.0;
@@ -57,8 +58,8 @@ pub struct OctaveFit {
     pub sharpness: Estimate,
     /// The source's energy on its axis at 1 m, dB.
     pub level_db: f64,
-    /// Energy of the measured late part over that of the model, between 80 and 250 ms, dB, and measured T20 over the model's: what surfaces
-    /// do not explain.
+    /// Energy of the measured late part over that of the model, between 80 and 250 ms, dB, and measured T20 over the model's:
+    /// what surfaces do not explain.
     pub residual_db: f64,
     /// See [`OctaveFit::residual_db`].
     pub residual_decay: f64,

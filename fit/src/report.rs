@@ -13,7 +13,8 @@ use std::fmt::Write;
 pub fn markdown(fit: &QuickFit, set: &Measurements, picture: &str) -> String {
     let [x, y, z] = fit.walls.size_m();
     let mut text = format!(
-        "# {}\n\nA box of {x:.3} x {y:.3} x {z:.3} m fitted to {} responses at {} Hz (quick fit). Lengths are as they were stated: \
+        "# {}\n\nA box of {x:.3} x {y:.3} x {z:.3} m fitted to {} responses at {} Hz (quick fit). \
+         Lengths are as they were stated: \
          geometry, positions and clocks were not fitted.\n\n![Absorption by wall]({picture})\n\n",
         set.title,
         set.all.len(),

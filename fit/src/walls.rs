@@ -117,7 +117,8 @@ impl Walls {
                 }
                 let unit = way.map(|w| w / length_m);
                 let side = odd.map(|o| if o { -1.0 } else { 1.0 });
-                // The image's place moves with the source as it or as its mirror, and with the walls as often as they mirror it.
+                // The image's place moves with the source as it or as its mirror, and with the walls as often as they mirror
+                // it.
                 let by_wall = std::array::from_fn(|w| {
                     let a = w / 2;
                     let n = f64::from(image.rooms[a]);

@@ -1,5 +1,6 @@
 //! Arguments of `promenade fit`.
 
+use super::simulate::parse_rule;
 use super::values::{parse_point, within};
 use clap::{Args, ValueEnum};
 use promenade_core::glam::Vec3;
@@ -8,25 +9,47 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
-    /// Measurements: a .sofa file, or a folder with measurements.json or laid out as R3VIVAL, Real Acoustic Fields, Hearing
-    /// Anything Anywhere or MeshRIR are
-    pub(crate) measurements: PathBuf,
-    /// Compare what can be foretold at places that are held out, and print it as a table with all baselines
-    #[arg(long, required = true)]
+    /// Room and measurements, or measurements alone to judge what needs no room. ROOM: length, width and height from a corner
+    /// at the origin, metres, X,Y,Z. MEASUREMENTS: a .sofa file, or a folder with measurements.json or laid out as R3VIVAL,
+    /// Real Acoustic Fields, Hearing Anything Anywhere or MeshRIR are
+    #[arg(value_name = "[ROOM] MEASUREMENTS", required = true, num_args = 1..=2)]
+    pub(crate) of: Vec<PathBuf>,
+    /// What to write: NAME.obj, with NAME.materials.json, NAME.report.md, NAME.report.json and NAME.report.svg beside it; or
+    /// NAME.promenade, a scene, with all of these beside it
+    #[arg(short, long, value_name = "NAME.obj|NAME.promenade", required_unless_present_any = ["evaluate", "changed"])]
+    pub(crate) output: Option<PathBuf>,
+    /// Head of a scene: free-field responses all around it
+    #[arg(long, value_name = "FILE.sofa")]
+    pub(crate) head: Option<PathBuf>,
+    /// Emitter of a scene, metres [default: the first measurement's source]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
+    pub(crate) emitter: Option<Vec3>,
+    /// Compare what is foretold at places that are held out, and print it as a table with all baselines
+    #[arg(long)]
     pub(crate) evaluate: bool,
+    /// Measurements of the same room with changed walls, which --materials says; what the fitted room foretells of them is
+    /// judged
+    #[arg(long, value_name = "MEASUREMENTS")]
+    pub(crate) changed: Option<PathBuf>,
+    /// Setting of the changed room, of a set with several
+    #[arg(long, value_name = "NAME", requires = "changed")]
+    pub(crate) changed_setting: Option<String>,
+    /// Walls that are changed (x0, x1, y0, y1, floor, ceiling), as in `simulate`
+    #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule)]
+    pub(crate) materials: Vec<(String, String)>,
     /// Whose definitions of loudness, C50, EDT and T60
     #[arg(long, value_enum, default_value_t = ConventionArg::AvDar)]
     pub(crate) convention: ConventionArg,
-    /// Places that are fitted to; the others are held out [default: a third of all]
+    /// Places that are fitted to in --evaluate; the others are held out [default: a third of all]
     #[arg(long, value_name = "N")]
     pub(crate) places: Option<usize>,
     /// Draws of the places that are fitted to
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(crate) splits: u32,
-    /// Seed of draws
+    /// Seed of draws and rays
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// As Markdown
+    /// Tables as Markdown
     #[arg(long)]
     pub(crate) markdown: bool,
     #[command(flatten)]

@@ -144,7 +144,7 @@ fn parse_walls(text: &str) -> Result<[Material; 6], String> {
     }
 }
 
-fn parse_rule(text: &str) -> Result<(String, String), String> {
+pub(super) fn parse_rule(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((pattern, material)) if !pattern.trim().is_empty() && !material.trim().is_empty() => {
             Ok((pattern.trim().to_owned(), material.trim().to_owned()))
