@@ -59,6 +59,16 @@ impl Pose {
         self.orientation.inverse() * (world - self.position)
     }
 
+    /// The pose at a share of the way to another, 0 to 1: places along the line between them, orientations along the shorter
+    /// arc.
+    #[must_use]
+    pub fn toward(&self, to: &Self, share: f32) -> Self {
+        Self {
+            position: self.position.lerp(to.position, share),
+            orientation: self.orientation.slerp(to.orientation, share).normalize(),
+        }
+    }
+
     /// Whether every component is finite, the position within [`Pose::FARTHEST_M`], and the orientation of unit length within
     /// 1e-3.
     #[must_use]

@@ -31,7 +31,7 @@ fn main() {
     let port = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a free port").port();
     let (params, inbox) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default());
     params.osc.restore(OscConfig { port, format: TrackerFormat::Sparta, ..OscConfig::default() });
-    let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Telemetry::new());
+    let osc = Osc::new(Arc::clone(&params), Arc::default(), Arc::clone(&inbox), Telemetry::new());
     params.remote.set(Parameter::Osc, 1.0, params.hosted(Parameter::Osc));
     osc.activate();
     while !matches!(osc.status().port.listening, Listening::At(_)) {

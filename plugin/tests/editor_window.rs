@@ -63,7 +63,7 @@ mod needs_screen {
             params: Arc::clone(&params),
             loader: Arc::clone(&loader),
             telemetry: Arc::clone(&telemetry),
-            osc: Osc::new(Arc::clone(&params), Arc::default(), Arc::clone(&telemetry)),
+            osc: Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::default(), Arc::clone(&telemetry)),
             host_side: Arc::default(),
             account: Arc::default(),
             repaint,

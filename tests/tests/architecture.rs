@@ -204,6 +204,27 @@ fn defined_in(files: &BTreeMap<Names, Source>, from: &[String], path: &[String],
     Some(here)
 }
 
+/// The shortest circles among what uses what, each once.
+fn circles_of(uses: &BTreeMap<Names, BTreeSet<Names>>) -> Vec<String> {
+    let mut circles = Vec::new();
+    for start in uses.keys() {
+        // The shortest way back.
+        let (mut ways, mut seen) = (vec![vec![start]], BTreeSet::new());
+        while !ways.is_empty() {
+            let further = ways.iter().flat_map(|way| uses[way[way.len() - 1]].iter().map(move |to| [&way[..], &[to]].concat()));
+            ways = further.filter(|way| seen.insert(way[way.len() - 1])).collect();
+            if let Some(circle) = ways.iter().find(|way| way[way.len() - 1] == start) {
+                // From its first module.
+                if circle.iter().all(|module| *module >= start) {
+                    circles.push(circle.iter().map(|m| m.join("::")).collect::<Vec<_>>().join(" -> "));
+                }
+                break;
+            }
+        }
+    }
+    circles
+}
+
 #[test]
 fn no_files_use_each_other_in_a_circle() {
     let mut circles = Vec::new();
@@ -217,23 +238,7 @@ fn no_files_use_each_other_in_a_circle() {
             (module.clone(), paths.filter(apart).collect::<BTreeSet<Names>>())
         };
         let uses: BTreeMap<Names, BTreeSet<Names>> = files.iter().map(uses).collect();
-        for start in uses.keys() {
-            // The shortest way back.
-            let (mut ways, mut seen) = (vec![vec![start]], BTreeSet::new());
-            while !ways.is_empty() {
-                let further =
-                    ways.iter().flat_map(|way| uses[way[way.len() - 1]].iter().map(move |to| [&way[..], &[to]].concat()));
-                ways = further.filter(|way| seen.insert(way[way.len() - 1])).collect();
-                if let Some(circle) = ways.iter().find(|way| way[way.len() - 1] == start) {
-                    // Each once, from its first module.
-                    if circle.iter().all(|module| *module >= start) {
-                        circles
-                            .push(format!("{name}: {}", circle.iter().map(|m| m.join("::")).collect::<Vec<_>>().join(" -> ")));
-                    }
-                    break;
-                }
-            }
-        }
+        circles.extend(circles_of(&uses).iter().map(|circle| format!("{name}: {circle}")));
     }
     assert!(circles.is_empty(), "{}", circles.join("\n"));
 }
@@ -247,4 +252,14 @@ fn the_plugin_is_divided_by_subject() {
     let mut names: Vec<String> = entries.map(|name| name.into_string().unwrap()).collect();
     names.sort();
     assert!(names.len() <= SUBJECTS, "{} entries at the root of plugin/src: {names:?}", names.len());
+    // Not even a subject's first file may use another that uses any file of the subject.
+    let files = sources::of_crate(&root().join("plugin"));
+    let mut uses: BTreeMap<Names, BTreeSet<Names>> = BTreeMap::new();
+    for (module, source) in files.iter().filter(|(module, _)| !module.is_empty()) {
+        let paths = source.paths.iter().filter_map(|(_, path)| defined_in(&files, module, path, 0));
+        let others = paths.filter(|other| !other.is_empty() && other[0] != module[0]).map(|other| vec![other[0].clone()]);
+        uses.entry(vec![module[0].clone()]).or_default().extend(others);
+    }
+    let circles = circles_of(&uses);
+    assert!(circles.is_empty(), "{}", circles.join("\n"));
 }

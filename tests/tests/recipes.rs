@@ -4,6 +4,7 @@ use promenade_tests::sources;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
@@ -50,4 +51,32 @@ fn a_property_of_materials_is_where_its_recipe_says() {
     assert!(reading.contains("acoustics/src/image.rs"), "{reading:?}");
     let missing: Vec<&String> = reading.difference(listed).collect();
     assert!(missing.is_empty(), "the recipe leaves out {missing:?}");
+}
+
+/// What names one thing of a kind is in the places that the recipe for another of that kind lists, files or folders.
+fn check(title: &str, words: &[&str]) {
+    let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(root()).output().expect("git runs");
+    assert!(listed.status.success(), "{}", String::from_utf8_lossy(&listed.stderr));
+    let names = String::from_utf8(listed.stdout).unwrap();
+    let apart = |name: &&str| !["", "CHANGELOG.md", "docs/recipes.md", "tests/tests/recipes.rs"].contains(name);
+    let holds = |name: &&str| {
+        let bytes = fs::read(root().join(name)).unwrap_or_default();
+        let text = String::from_utf8_lossy(&bytes);
+        words.iter().any(|word| text.contains(word))
+    };
+    let named: Vec<&str> = names.split('\0').filter(apart).filter(holds).collect();
+    assert!(named.len() > 2, "{words:?} are in {named:?} alone");
+    let places = &places()[title];
+    let missing: Vec<_> = named.iter().filter(|file| !places.iter().any(|place| file.starts_with(place.as_str()))).collect();
+    assert!(missing.is_empty(), "the recipe \"{title}\" leaves out {missing:?}");
+}
+
+#[test]
+fn a_parameter_is_where_its_recipe_says() {
+    check("Add a parameter", &["LowCut", "low_cut", "lowcut", "Low Cut"]);
+}
+
+#[test]
+fn a_tracker_format_is_where_its_recipe_says() {
+    check("Add a tracker format", &["Supperware", "SUPPERWARE"]);
 }

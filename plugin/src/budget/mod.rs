@@ -7,6 +7,7 @@ mod account;
 mod allocator;
 mod grant;
 pub mod limit;
+mod register;
 mod spender;
 mod stop_watch;
 
@@ -15,7 +16,6 @@ pub use grant::Grant;
 pub(crate) use spender::Spender;
 
 use crate::budget::limit::{ALLOCATION, limit_percent};
-use crate::telemetry::members;
 use crate::worker::lock::lock;
 use crate::worker::{ALLOCATOR, Task, TaskHandle};
 use allocator::allocate;
@@ -45,7 +45,7 @@ struct Allocation;
 impl Task for Allocation {
     fn run(&self) -> Option<Instant> {
         let percent = limit_percent()?;
-        let accounts = members::accounts();
+        let accounts = register::accounts();
         let claims: Vec<_> = accounts.iter().map(|account| account.claim()).collect();
         for (account, grant) in accounts.iter().zip(allocate(&claims, percent / 100.0)) {
             account.give(grant);

@@ -3,7 +3,7 @@
 use super::allocator::USUAL_COSTS;
 use super::grant::Grant;
 use super::stop_watch::StopWatch;
-use super::{Account, join};
+use super::{Account, join, register};
 use crate::budget::limit::limit_percent;
 use crate::parameter::cast::{index, narrow};
 use crate::worker::TaskHandle;
@@ -73,6 +73,7 @@ impl Spender {
 
     /// Starts what allocates, where it does not run yet.
     pub(crate) fn activate(&mut self) {
+        register::add(&self.account);
         if self.task.is_none() {
             match join() {
                 Ok(task) => self.task = Some(task),

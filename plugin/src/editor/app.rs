@@ -19,7 +19,7 @@ use crate::history::History;
 use crate::history::user_state::UserState;
 use crate::library::lister::Lister;
 use crate::parameter::cast::narrow;
-use crate::project::params::Choices;
+use crate::project::exchange::Choices;
 use crate::project::settings::{EditorSettings, Theme};
 use crate::project::walk::SavedWalk;
 use crate::telemetry::Frame;
@@ -281,7 +281,7 @@ impl NiceEguiApp for App {
         if std::mem::take(&mut ctx.selection.relist) {
             self.scenes.list();
         }
-        let choices = params.choices();
+        let choices = self.instance.loader.choices();
         if self.choices.replace(choices) != Some(choices) {
             ctx.refresh();
         }

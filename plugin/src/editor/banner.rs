@@ -9,9 +9,9 @@ use egui::{Color32, Frame, Margin, RichText, Ui};
 /// Shows a line for everything that is wrong; nothing when all is well.
 pub(super) fn show(ui: &mut Ui, ctx: &Ctx<'_>) {
     let palette = ctx.palette;
-    let params = ctx.params();
+    let from = &ctx.instance.loader.exchange;
     let [scene, walk, head, headphones] =
-        [&params.scene_report, &params.walk_report, &params.head_report, &params.headphones_report].map(|report| report.text());
+        [&from.scene_report, &from.walk_report, &from.head_report, &from.headphones_report].map(|report| report.text());
     // A scene that is played all the same has a remark, no error.
     let scene_colour = if ctx.scene.is_some() { palette.warn } else { palette.error };
     for (name, text, colour, what) in [

@@ -22,13 +22,13 @@ struct Notation {
 }
 
 fn notation(parameter: Parameter) -> Notation {
-    let (factor, unit, decimals, speed) = match parameter {
-        Parameter::X | Parameter::Y | Parameter::Z | Parameter::Ex | Parameter::Ey | Parameter::Ez => (1.0, " m", 2, 0.02),
-        Parameter::Yaw | Parameter::Pitch | Parameter::Roll | Parameter::Spread => (1.0, "°", 1, 0.5),
-        Parameter::Path | Parameter::Mix => (100.0, " %", 1, 0.25),
-        Parameter::Decay | Parameter::Width => (100.0, " %", 0, 0.5),
-        Parameter::Rate | Parameter::LowCut => (1.0, " Hz", 0, 0.5),
-        Parameter::Gain | Parameter::Direct | Parameter::Early | Parameter::Late | Parameter::Law => (1.0, " dB", 1, 0.1),
+    let (factor, unit, decimals, speed) = match parameter.unit() {
+        "m" => (1.0, " m", 2, 0.02),
+        "deg" => (1.0, "°", 1, 0.5),
+        "%" if matches!(parameter, Parameter::Path | Parameter::Mix) => (100.0, " %", 1, 0.25),
+        "%" => (100.0, " %", 0, 0.5),
+        "Hz" => (1.0, " Hz", 0, 0.5),
+        "dB" => (1.0, " dB", 1, 0.1),
         _ => (1.0, "", 0, 0.1),
     };
     Notation { factor, unit, decimals, speed }

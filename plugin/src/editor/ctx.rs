@@ -8,6 +8,7 @@ use super::words::Word;
 use crate::budget::Account;
 use crate::history::History;
 use crate::history::user_state::UserState;
+use crate::library::drawn_room::DrawnRoom;
 use crate::library::lister::Listing;
 use crate::library::scene_key::SceneKey;
 use crate::osc::Osc;
@@ -15,7 +16,6 @@ use crate::parameter::Parameter;
 use crate::parameter::cast::index;
 use crate::parameter::choices::SceneChoice;
 use crate::playing::loader::Loader;
-use crate::project::drawn_room::DrawnRoom;
 use crate::project::params::PromenadeParams;
 use crate::project::persisted::Persisted;
 use crate::project::settings::EditorSettings;
@@ -251,7 +251,7 @@ impl Ctx<'_> {
 
     /// Names the scene's file and keeps the path once the host has taken their slots.
     pub fn pay(&mut self) {
-        let choices = self.params().choices();
+        let choices = self.instance.loader.choices();
         if choices.walk_slot == 0
             && let Some(walk) = self.owed_walk.take()
             && self.params().saved_walk.get().0 != walk

@@ -3,7 +3,7 @@
 use super::ctx::Ctx;
 use super::theme::{Palette, faded};
 use super::words::Word;
-use crate::project::params::emitter_offset_of;
+use crate::listener::snapshot::emitter_offset_of;
 use egui::{Align2, Color32, CornerRadius, Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;

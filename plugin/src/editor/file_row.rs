@@ -6,6 +6,7 @@ use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, heading, note};
 use super::words::Word;
 use crate::history::user_state::UserState;
+use crate::project::exchange::Exchange;
 use crate::project::file_wish::FileWish;
 use crate::project::params::PromenadeParams;
 use egui::{Key, TextEdit, Ui, Vec2};
@@ -18,9 +19,9 @@ pub(super) struct FileOf {
     /// Goes back to what is heard without a file.
     none: Word,
     hint: &'static str,
-    wish: fn(&PromenadeParams) -> &FileWish,
+    wish: fn(&Exchange) -> &FileWish,
     /// What is heard with, by name; `None` without a file.
-    name: fn(&PromenadeParams) -> Option<String>,
+    name: fn(&PromenadeParams, &Exchange) -> Option<String>,
 }
 
 /// The head that is heard with: the scene's own, or the user's.
@@ -30,8 +31,8 @@ pub(super) const HEAD: FileOf = FileOf {
     choose: Word::UseHead,
     none: Word::OwnHead,
     hint: "Your own: a SOFA file",
-    wish: |params| &params.head_wish,
-    name: |params| params.head.get().0.is_some().then(|| params.head_name.text()),
+    wish: |exchange| &exchange.head_wish,
+    name: |params, exchange| params.head.get().0.is_some().then(|| exchange.head_name.text()),
 };
 
 /// What the listener's headphones need.
@@ -41,8 +42,8 @@ pub(super) const HEADPHONES: FileOf = FileOf {
     choose: Word::UseHeadphones,
     none: Word::NoHeadphones,
     hint: "AutoEq's text, or SOFA",
-    wish: |params| &params.headphones_wish,
-    name: |params| {
+    wish: |exchange| &exchange.headphones_wish,
+    name: |params, _| {
         let (saved, _) = params.headphones.get();
         saved.headphones.is_some().then(|| saved.name.chars().take(LONGEST_NAME).collect())
     },
@@ -74,7 +75,7 @@ impl FileRow {
     /// Shows it.
     pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         heading(ui, ctx.palette, self.of.heading);
-        let used = (self.of.name)(ctx.params());
+        let used = (self.of.name)(ctx.params(), &ctx.instance.loader.exchange);
         // In the field, because the window has no line to spare.
         let hint = used.as_deref().filter(|name| !name.is_empty()).unwrap_or(self.of.hint);
         ui.horizontal(|ui| {
@@ -110,13 +111,13 @@ impl FileRow {
     fn ask(&mut self, ctx: &Ctx<'_>, file: &str) {
         self.why_not = None;
         self.before = Some(UserState::of(ctx.params()));
-        (self.of.wish)(ctx.params()).ask(file);
+        (self.of.wish)(&ctx.instance.loader.exchange).ask(file);
         ctx.refresh();
     }
 
     /// Tells the host that the project has changed, as only an open editor can.
     fn tell(&mut self, ctx: &mut Ctx<'_>) {
-        let answered = (self.of.wish)(ctx.params()).answered();
+        let answered = (self.of.wish)(&ctx.instance.loader.exchange).answered();
         if self.told.replace(answered).is_some_and(|told| told != answered) {
             ctx.touch();
             if let Some(before) = self.before.take() {

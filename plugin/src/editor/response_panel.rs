@@ -7,8 +7,8 @@ use super::theme::{CONTROL, Palette, SPACE, faded};
 use super::widgets::segments;
 use super::words::Word;
 use crate::answers::response::{DECAY_FLOOR_DB, DECAY_POINTS, Listening, Response};
+use crate::listener::snapshot::{Snapshot, emitter_offset_of};
 use crate::parameter::cast::index;
-use crate::project::params::emitter_offset_of;
 use crate::telemetry::{FLOOR_DB, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 use promenade_core::Pose;
@@ -62,7 +62,7 @@ impl ResponsePanel {
         let (scene, rate_hz) = (ctx.scene?, ctx.instance.loader.sample_rate_hz()?);
         let heard = ctx.frame.pose;
         let pose = Pose { position: heard.position - emitter_offset_of(|parameter| ctx.value(parameter)), ..heard };
-        let block = ctx.params().snapshot().block;
+        let block = Snapshot::of(ctx.params()).block;
         let octave = self.band.checked_sub(1);
         ctx.views.response(Listening::new(scene, rate_hz, pose, block, octave))
     }

@@ -11,7 +11,7 @@ mod preset_discovery;
 mod preset_load;
 mod state;
 
-use crate::Promenade;
+use crate::export::plugin::Promenade;
 use crate::parameter::Parameter;
 use crate::telemetry::host_side::{HostSide, Introduction};
 use crate::worker::lock::lock;

@@ -5,6 +5,7 @@ use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
 use crate::listener::clock::{BlockTime, Clock};
 use crate::listener::inbox::Inbox;
+use crate::listener::snapshot::Snapshot;
 use crate::listener::{HeardPose, ListenerSources};
 use crate::osc::{Osc, Switch};
 use crate::playing::Playing;
@@ -12,7 +13,7 @@ use crate::playing::loader::Loader;
 use crate::playing::monitor::Monitor;
 use crate::playing::offline::OfflineDetector;
 use crate::playing::output::{LAYOUTS, Output};
-use crate::project::params::{PromenadeParams, Snapshot};
+use crate::project::params::PromenadeParams;
 use crate::telemetry::Telemetry;
 use crate::telemetry::host_side::{HostSide, Introduction};
 use crate::telemetry::members;
@@ -74,7 +75,7 @@ impl Default for Promenade {
         let params = Arc::new(PromenadeParams::default());
         let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
         let loader = Loader::new(Arc::clone(&params));
-        let osc = Osc::new(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry));
+        let osc = Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::clone(&inbox), Arc::clone(&telemetry));
         let repaint = loader.repaint.clone();
         let host_side = Arc::new(HostSide::new(repaint.clone()));
         let alive = Arc::new(());
@@ -113,7 +114,7 @@ impl Promenade {
 
     /// The parameters of a block; a missing scene passes the dry sound, and decodes are waited for offline.
     fn snapshot(&mut self, offline: bool) -> Snapshot {
-        let mut snapshot = self.params.snapshot();
+        let mut snapshot = Snapshot::of(&self.params);
         snapshot.block.live.wait = offline;
         if self.playing.dry {
             (snapshot.block.mix, snapshot.block.wet_solo) = (0.0, false);
@@ -292,7 +293,7 @@ impl Plugin for Promenade {
         members::join(&self.params, &self.instance.host_side, &self.instance.account);
         self.spender.activate();
         let output = Output::of_channels(layout.main_output_channels.map_or(0, NonZeroU32::get) as usize);
-        self.playing.activate(sample_rate_hz, output, self.params.choices());
+        self.playing.activate(sample_rate_hz, output, self.instance.loader.choices());
         self.osc.activate(&self.params);
         self.timing.latency = self.playing.spatializer().map_or(0, |s| samples(s.latency_samples()));
         context.set_latency_samples(self.timing.latency);
@@ -320,7 +321,7 @@ impl Plugin for Promenade {
         self.osc.follow(&self.params);
         let time = self.follow_transport(buffer, context.transport());
         let offline = self.timing.offline.advance(began, time.length_s);
-        self.playing.update(self.params.choices(), offline);
+        self.playing.update(self.instance.loader.choices(), offline);
         let mut snapshot = self.snapshot(offline);
         let wanted = snapshot.block.tier;
         let watch = self.spender.begin(&mut snapshot.block, ears(buffer), offline, snapshot.leads);

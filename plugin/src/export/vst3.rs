@@ -3,7 +3,7 @@
 //! The framework's own entry makes up arrangements of speakers for 4, 9 and 16 channels, and hosts that compare what they asked
 //! for with what they got refuse them.
 
-use crate::Promenade;
+use crate::export::plugin::Promenade;
 use crate::worker::lock::lock;
 use nice_plug::wrapper::setup_logger;
 use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{

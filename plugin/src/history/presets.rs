@@ -2,7 +2,7 @@
 
 mod file;
 
-use crate::library::{file_name_of, read_limited};
+use crate::library::file::{file_name_of, read_limited};
 pub use file::About;
 use nice_plug::plugin::PluginState;
 use std::io;

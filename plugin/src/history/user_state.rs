@@ -1,10 +1,10 @@
 //! What presets, undo and the A/B comparison restore: the parameters, the scene, the drawn room, the camera path and the head.
 
+use crate::library::drawn_room::DrawnRoom;
 use crate::library::scene_key::SceneKey;
 use crate::parameter::Parameter;
 use crate::parameter::cast::index;
 use crate::parameter::choices::SceneChoice;
-use crate::project::drawn_room::DrawnRoom;
 use crate::project::params::PromenadeParams;
 use crate::project::saved_head::SavedHead;
 use crate::project::state::saved_value;

@@ -1,7 +1,7 @@
 //! Scenes in memory, one copy per content and head in the whole process.
 
+use crate::library::drawn_room::DrawnRoom;
 use crate::library::factory;
-use crate::project::drawn_room::DrawnRoom;
 use crate::worker::lock::lock;
 use promenade_core::{AMBISONIC_CHANNELS, Carriers, Head, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
 use promenade_room::{Receiver, RoomError};

@@ -2,6 +2,7 @@
 
 use crate::library;
 use crate::library::factory::{self, FactoryScene};
+use crate::library::file;
 use crate::worker::Task;
 use crate::worker::lock::lock;
 use crate::worker::repaint::Repaint;
@@ -119,7 +120,7 @@ fn built_in(scene: &FactoryScene) -> Listed {
 /// Reads a file's description from its header.
 pub(crate) fn card_at(path: &Path) -> Result<SceneCard, String> {
     let read = |path: &Path| -> std::io::Result<Result<SceneCard, String>> {
-        let mut file = library::open(path)?;
+        let mut file = file::open(path)?;
         let mut header = Vec::new();
         file.by_ref().take(8).read_to_end(&mut header)?;
         let length = match SceneCard::head_len(&header) {

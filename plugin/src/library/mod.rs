@@ -1,17 +1,19 @@
 //! The user's own scenes and camera paths on disk, and the search for a scene that has moved.
 
 pub mod cache;
+pub mod drawn_room;
 pub mod error_chain;
 pub mod factory;
+pub(crate) mod file;
 pub mod lister;
 pub mod scene_key;
 pub mod slot_names;
 
 use cache::ContentHash;
+use file::{file_name_of, read_limited};
 use promenade_core::{Scene, SceneError};
 use scene_key::SceneKey;
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
@@ -145,33 +147,6 @@ pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
     read_limited(path, LARGEST_FILE)
 }
 
-/// Opens a regular file: opening a pipe would wait for its writer, and a device may have no end.
-pub(crate) fn open(path: &Path) -> io::Result<File> {
-    let about = std::fs::metadata(path)?;
-    if about.is_file() {
-        return File::open(path);
-    }
-    let found = if about.is_dir() { "a folder" } else { "a pipe, a socket or a device" };
-    Err(io::Error::new(io::ErrorKind::InvalidInput, format!("expected a regular file, found {found}")))
-}
-
-/// The bytes of a regular file of at most `largest` bytes.
-pub(crate) fn read_limited(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
-    let file = open(path)?;
-    let too_large = |length| {
-        let text = format!("the file has {length} bytes, expected at most {largest}");
-        io::Error::new(io::ErrorKind::FileTooLarge, text)
-    };
-    let length = file.metadata()?.len();
-    if length > largest {
-        return Err(too_large(length.to_string()));
-    }
-    let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
-    // The file may grow meanwhile, and files of the system's own report a length of 0.
-    file.take(largest.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > largest { Err(too_large(format!("more than {largest}"))) } else { Ok(bytes) }
-}
-
 /// The scene in a library slot.
 ///
 /// # Errors
@@ -223,13 +198,6 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, L
         key = wanted.clone();
     }
     Ok(LoadedScene { scene, hash, key, note })
-}
-
-/// A name that a user gives to a file, without blanks around it, if it is one.
-pub(crate) fn file_name_of(name: &str) -> Option<&str> {
-    let name = name.trim();
-    let is_one = Path::new(name).file_name().and_then(|n| n.to_str()) == Some(name);
-    (is_one && !name.starts_with('.') && !name.contains(['\\', ':', '\0'])).then_some(name)
 }
 
 /// Writes a scene with a title into the last of the folders, the library's own, as a new file of that name. Returns its path.

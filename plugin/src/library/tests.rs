@@ -109,7 +109,7 @@ fn bytes_are_counted_while_they_are_read() {
 #[test]
 fn a_saved_scene_is_listed_and_no_other_is_written_over() {
     let (_keep, path) = folder(&[]);
-    let room = crate::project::drawn_room::DrawnRoom::default();
+    let room = crate::library::drawn_room::DrawnRoom::default();
     let scene = cache::drawn(&room, None).unwrap();
     let folders = [path.join("elsewhere"), path.join("own")];
     let saved = save(&folders, " My room ", &scene).unwrap();

@@ -4,7 +4,6 @@
 //! Control instead.
 
 use crate::listener::pose_cell::PoseCell;
-use crate::listener::pose_sources::between;
 use crate::parameter::cast::narrow;
 use promenade_core::Pose;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -56,7 +55,7 @@ impl Group {
             if t_s <= time_s {
                 let Some((later_s, next)) = later else { return Some(pose) };
                 let share = narrow((time_s - t_s) / (later_s - t_s));
-                return Some(between(&pose, &next, share));
+                return Some(pose.toward(&next, share));
             }
             // A time that does not fall going back is from before the transport was moved.
             if later.is_some_and(|(later_s, _)| t_s >= later_s) {

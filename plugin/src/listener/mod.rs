@@ -5,14 +5,15 @@ pub mod group;
 pub mod inbox;
 pub mod pose_cell;
 pub mod pose_sources;
+pub mod snapshot;
 
 use crate::listener::clock::BlockTime;
 use crate::listener::group::{Following, Member};
 use crate::listener::inbox::Inbox;
-use crate::listener::pose_sources::{Base, Sources, between};
+use crate::listener::pose_sources::{Base, Sources};
+use crate::listener::snapshot::Snapshot;
 use crate::parameter::cast::narrow;
 use crate::parameter::choices::Tracking;
-use crate::project::params::Snapshot;
 use crate::project::walk::Walk;
 use promenade_core::Pose;
 use std::sync::Arc;
@@ -33,7 +34,7 @@ impl Glide {
     /// Audio thread; no allocation, lock or I/O.
     pub fn follow(&mut self, target: &Pose, past_s: f64) -> Pose {
         let next = match self.pose {
-            Some(from) => between(&from, target, narrow(1.0 - (-past_s / GLIDE_S).exp())),
+            Some(from) => from.toward(target, narrow(1.0 - (-past_s / GLIDE_S).exp())),
             None => *target,
         };
         self.pose = Some(next);

@@ -88,14 +88,6 @@ fn compose(outer: &Pose, inner: &Pose) -> Pose {
     }
 }
 
-/// The pose at a share of the way from one to another.
-pub(crate) fn between(from: &Pose, to: &Pose, share: f32) -> Pose {
-    Pose {
-        position: from.position.lerp(to.position, share),
-        orientation: from.orientation.slerp(to.orientation, share).normalize(),
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;

@@ -5,10 +5,12 @@
 
 use super::packet;
 use super::value::numbers;
+use crate::listener::snapshot::{emitter_offset_of, pose_of};
 use crate::parameter::Parameter;
 use crate::parameter::cast::narrow;
 use crate::project::adm_config::{AdmConfig, METRE_LIMITS};
-use crate::project::params::{PromenadeParams, emitter_offset_of, pose_of};
+use crate::project::exchange::Exchange;
+use crate::project::params::PromenadeParams;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType};
@@ -118,6 +120,7 @@ pub(super) struct AdmObject {
 /// The parameters that are changed and asked for.
 pub(super) struct Values<'a> {
     pub(super) params: &'a PromenadeParams,
+    pub(super) exchange: &'a Exchange,
     pub(super) config: AdmConfig,
 }
 
@@ -134,11 +137,11 @@ impl Values<'_> {
 
     /// A place in the scene's world as ADM-OSC writes it, for a distance of 1 in metres.
     fn written(&self, world: Vec3, metres: f32) -> Vec3 {
-        turned(self.params.frame.frame().from_world(world) / metres)
+        turned(self.exchange.frame.frame().from_world(world) / metres)
     }
 
     fn world(&self, written: Vec3, metres: f32) -> Vec3 {
-        self.params.frame.frame().to_world(turned_back(written) * metres)
+        self.exchange.frame.frame().to_world(turned_back(written) * metres)
     }
 }
 
@@ -152,14 +155,14 @@ impl AdmObject {
         let offset = values.offset();
         match self.told {
             Some((then, aed)) if then == offset => aed,
-            _ => polar(values.written(values.params.frame.frame().emitter + offset, self.metres(values.config))),
+            _ => polar(values.written(values.exchange.frame.frame().emitter + offset, self.metres(values.config))),
         }
     }
 
     /// Moves the object; returns whether it cannot go so far.
     fn place(&mut self, values: &Values, aed: [f32; 3]) -> bool {
         let world = values.world(cartesian(aed), self.metres(values.config));
-        let offset = world - values.params.frame.frame().emitter;
+        let offset = world - values.exchange.frame.frame().emitter;
         let mut clamped = false;
         for (parameter, value) in [Parameter::Ex, Parameter::Ey, Parameter::Ez].into_iter().zip(offset.to_array()) {
             clamped |= values.set(parameter, value);
@@ -252,7 +255,7 @@ impl AdmObject {
             }
             Part::ListenerYpr => {
                 let [yaw, pitch, roll] = [found[0], found[1], found[2]].map(|value| within(value, -180.0, 180.0));
-                let yaw = yaw + values.params.frame.frame().yaw.to_degrees();
+                let yaw = yaw + values.exchange.frame.frame().yaw.to_degrees();
                 values.set(Parameter::Yaw, (yaw + 180.0).rem_euclid(360.0) - 180.0);
                 clamped |= values.set(Parameter::Pitch, pitch);
                 values.set(Parameter::Roll, roll);
@@ -288,7 +291,7 @@ impl AdmObject {
     fn listener(&self, values: &Values, pose: &Pose) -> (Vec3, [f32; 3]) {
         let place = values.written(pose.position, self.metres(values.config));
         let (yaw, pitch, roll) = pose.ypr();
-        let yaw = (yaw - values.params.frame.frame().yaw).to_degrees();
+        let yaw = (yaw - values.exchange.frame.frame().yaw).to_degrees();
         (place, [(yaw + 180.0).rem_euclid(360.0) - 180.0, pitch.to_degrees(), roll.to_degrees()])
     }
 
@@ -316,12 +319,12 @@ mod tests {
     use super::*;
     use crate::project::scene_frame::SceneFrame;
 
-    fn params() -> PromenadeParams {
-        let params = PromenadeParams::default();
+    fn instance() -> (PromenadeParams, Exchange) {
+        let exchange = Exchange::default();
         let frame =
             SceneFrame { origin: Vec3::new(2.0, 1.0, 1.5), yaw: 90_f32.to_radians(), emitter: Vec3::new(2.0, 2.5, 1.5) };
-        params.frame.set_frame(frame);
-        params
+        exchange.frame.set_frame(frame);
+        (PromenadeParams::default(), exchange)
     }
 
     fn floats(values: &[f32]) -> Vec<OscType> {
@@ -340,10 +343,10 @@ mod tests {
 
     #[test]
     fn an_object_ahead_to_the_left_and_above_is_there() {
-        let params = params();
-        let values = Values { params: &params, config: AdmConfig { object: 1, metres: 4.0 } };
+        let (params, exchange) = instance();
+        let values = Values { params: &params, exchange: &exchange, config: AdmConfig { object: 1, metres: 4.0 } };
         let mut object = AdmObject::default();
-        let world = |values: &Values| values.offset() + values.params.frame.frame().emitter;
+        let world = |values: &Values| values.offset() + values.exchange.frame.frame().emitter;
         let near = |a: Vec3, b: [f32; 3]| assert!((a - Vec3::from(b)).length() < 1e-4, "{a} for {b:?}");
         // The scene's listener begins facing along y: ahead is +y, right is +x, left -x.
         for (part, told, at) in [
@@ -378,8 +381,8 @@ mod tests {
 
     #[test]
     fn gain_and_mute_are_the_output_gain() {
-        let params = params();
-        let values = Values { params: &params, config: AdmConfig { object: 1, ..AdmConfig::default() } };
+        let (params, exchange) = instance();
+        let values = Values { params: &params, exchange: &exchange, config: AdmConfig { object: 1, ..AdmConfig::default() } };
         let mut object = AdmObject::default();
         let gain = |params: &PromenadeParams| params.heard(Parameter::Gain);
         object.apply(&values, Part::Gain, &floats(&[0.5])).unwrap();
@@ -397,8 +400,8 @@ mod tests {
 
     #[test]
     fn the_listener_goes_there_and_back() {
-        let params = params();
-        let values = Values { params: &params, config: AdmConfig { object: 3, metres: 2.0 } };
+        let (params, exchange) = instance();
+        let values = Values { params: &params, exchange: &exchange, config: AdmConfig { object: 3, metres: 2.0 } };
         let mut object = AdmObject::default();
         object.apply(&values, Part::ListenerXyz, &floats(&[0.5, 0.5, 0.0])).unwrap();
         object.apply(&values, Part::ListenerYpr, &floats(&[-45.0, 30.0, 5.0])).unwrap();

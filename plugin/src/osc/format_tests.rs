@@ -3,6 +3,7 @@
 use super::input::{Message, OscInput};
 use super::packet::encoded;
 use crate::listener::inbox::Inbox;
+use crate::project::exchange::Exchange;
 use crate::project::osc_config::{Interface, OscConfig};
 use crate::project::params::PromenadeParams;
 use crate::tracker::Recenter;
@@ -26,7 +27,7 @@ struct Instance {
 impl Instance {
     fn new(config: &OscConfig) -> Self {
         let inbox = Arc::<Inbox>::default();
-        let receiver = OscInput::new(Arc::new(PromenadeParams::default()), Arc::clone(&inbox));
+        let receiver = OscInput::new(Arc::new(PromenadeParams::default()), Arc::default(), Arc::clone(&inbox));
         receiver.open(config);
         Self { receiver, inbox }
     }
@@ -283,14 +284,14 @@ fn the_origin_is_where_it_was_asked_for() {
 
 #[test]
 fn a_head_is_asked_for_by_its_file_and_from_networks_only_in_the_library() {
-    let (params, inbox) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default());
-    let receiver = OscInput::new(Arc::clone(&params), inbox);
+    let (exchange, inbox) = (Arc::<Exchange>::default(), Arc::<Inbox>::default());
+    let receiver = OscInput::new(Arc::new(PromenadeParams::default()), Arc::clone(&exchange), inbox);
     receiver.open(&OscConfig { interface: Interface::Any, ..OscConfig::default() });
     let hear = |ip: [u8; 4], arguments: Vec<OscType>| {
         let address = "/promenade/head";
         let (source, bytes) = ((ip, 9).into(), encoded(address, arguments));
         receiver.take(&Message { source, address, bytes: &bytes, arguments: OnceCell::new() });
-        params.head_wish.take()
+        exchange.head_wish.take()
     };
     let file = |name: &str| vec![OscType::String(name.to_owned())];
     assert_eq!(hear([127, 0, 0, 1], file("/home/me/mine.sofa")).as_deref(), Some("/home/me/mine.sofa"));
@@ -307,7 +308,7 @@ fn a_head_is_asked_for_by_its_file_and_from_networks_only_in_the_library() {
 #[test]
 fn a_room_is_drawn_from_elsewhere_and_what_cannot_be_is_refused() {
     let (params, inbox) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default());
-    let receiver = OscInput::new(Arc::clone(&params), inbox);
+    let receiver = OscInput::new(Arc::clone(&params), Arc::default(), inbox);
     receiver.open(&OscConfig::default());
     let hear = |part: &str, arguments: Vec<OscType>| {
         let address = format!("/promenade/room/{part}");
@@ -317,10 +318,10 @@ fn a_room_is_drawn_from_elsewhere_and_what_cannot_be_is_refused() {
     };
     let floats = |values: [f32; 3]| values.map(OscType::Float).to_vec();
     let texts = |name: &str| vec![OscType::String(name.to_owned()); 6];
-    let changes = params.choices().rooms;
+    let changes = params.room.changes();
     let room = hear("size", floats([4.0, 5.0, 1e9])).unwrap();
     assert_eq!(room.size, [4.0, 5.0, 200.0]);
-    assert_ne!(params.choices().rooms, changes, "the loader is not woken");
+    assert_ne!(params.room.changes(), changes, "the loader is not woken");
     let room = hear("emitter", floats([0.5, 100.0, 0.25])).unwrap();
     assert!(room.emitter[0] == 0.5 && room.holds(room.emitter.into()), "{:?}", room.emitter);
     assert_eq!(hear("materials", texts("carpet_thin")).unwrap().materials[5], "carpet_thin");

@@ -73,7 +73,7 @@ fn packets_that_nobody_should_send_are_refused_or_obeyed() {
     let params = Arc::new(PromenadeParams::default());
     let instance = |(format, object): (TrackerFormat, u32)| {
         let inbox = Arc::<Inbox>::default();
-        let receiver = OscInput::new(Arc::clone(&params), Arc::clone(&inbox));
+        let receiver = OscInput::new(Arc::clone(&params), Arc::default(), Arc::clone(&inbox));
         let custom = CustomTracker { address: "/custom".to_owned(), arguments: CustomArguments::ALL[0] };
         let adm = AdmConfig { object, ..AdmConfig::default() };
         receiver.open(&OscConfig { format, custom, adm, name: "Lead".to_owned(), ..OscConfig::default() });

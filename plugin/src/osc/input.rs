@@ -10,6 +10,7 @@ use crate::listener::inbox::Inbox;
 use crate::parameter::Parameter;
 use crate::parameter::cast::narrow;
 use crate::project::adm_config::AdmConfig;
+use crate::project::exchange::Exchange;
 use crate::project::osc_config::{Interface, OscConfig};
 use crate::project::params::PromenadeParams;
 use crate::tracker::Recenter;
@@ -41,6 +42,7 @@ impl Message<'_> {
 /// One instance's side of what comes in. The audio thread never touches it.
 pub(super) struct OscInput {
     params: Arc<PromenadeParams>,
+    exchange: Arc<Exchange>,
     inbox: Arc<Inbox>,
     state: Mutex<State>,
 }
@@ -60,7 +62,7 @@ struct State {
 }
 
 impl OscInput {
-    pub(super) fn new(params: Arc<PromenadeParams>, inbox: Arc<Inbox>) -> Arc<Self> {
+    pub(super) fn new(params: Arc<PromenadeParams>, exchange: Arc<Exchange>, inbox: Arc<Inbox>) -> Arc<Self> {
         let config = OscConfig::default();
         let state = State {
             open: false,
@@ -72,7 +74,7 @@ impl OscInput {
             adm: AdmObject::default(),
             counts: Counts::default(),
         };
-        Arc::new(Self { params, inbox, state: Mutex::new(state) })
+        Arc::new(Self { params, exchange, inbox, state: Mutex::new(state) })
     }
 
     /// Takes settings; the tracker's state stays, unless its format changes.
@@ -136,7 +138,7 @@ impl OscInput {
         let State { adm, config, counts, .. } = state;
         // Those of other objects are no concern of this one.
         let Some(part) = adm::parse(message.address, config.adm.object) else { return };
-        let values = Values { params: &self.params, config: config.adm };
+        let values = Values { params: &self.params, exchange: &self.exchange, config: config.adm };
         let result = match message.arguments() {
             Ok([]) => adm
                 .answer(&values, part)
@@ -153,7 +155,7 @@ impl OscInput {
     /// Listener and object as a packet of ADM-OSC.
     pub(super) fn adm_packet(&self, config: AdmConfig, pose: &Pose) -> Vec<u8> {
         let state = lock(&self.state);
-        state.adm.packet(&Values { params: &self.params, config }, pose)
+        state.adm.packet(&Values { params: &self.params, exchange: &self.exchange, config }, pose)
     }
 
     /// Changes a part of the drawn room, of one about the origin where there is none.
@@ -212,11 +214,11 @@ impl OscInput {
                 self.set(Parameter::Path, &[OscType::Double(share * 100.0)])
             }
             Verb::Head => {
-                self.params.head_wish.ask(file_of(arguments, source, "a SOFA file")?);
+                self.exchange.head_wish.ask(file_of(arguments, source, "a SOFA file")?);
                 Ok(false)
             }
             Verb::Headphones => {
-                self.params.headphones_wish.ask(file_of(arguments, source, "a file of headphones")?);
+                self.exchange.headphones_wish.ask(file_of(arguments, source, "a file of headphones")?);
                 Ok(false)
             }
             Verb::Budget => {

@@ -30,6 +30,7 @@ pub use status::{Counts, Listening, OscStatus, PortStatus, Sending};
 pub use switch::Switch;
 
 use crate::listener::inbox::Inbox;
+use crate::project::exchange::Exchange;
 use crate::project::osc_config::{Interface, OscConfig};
 use crate::project::params::PromenadeParams;
 use crate::telemetry::Telemetry;
@@ -85,14 +86,25 @@ impl Task for Osc {
 impl Osc {
     /// Opens nothing yet. Restored settings are taken at once, from the first activation on.
     #[must_use]
-    pub fn new(params: Arc<PromenadeParams>, inbox: Arc<Inbox>, telemetry: Arc<Telemetry>) -> Arc<Self> {
-        Self::with_permits(params, inbox, telemetry, Permits::of_this_machine())
+    pub fn new(
+        params: Arc<PromenadeParams>,
+        exchange: Arc<Exchange>,
+        inbox: Arc<Inbox>,
+        telemetry: Arc<Telemetry>,
+    ) -> Arc<Self> {
+        Self::with_permits(params, exchange, inbox, telemetry, Permits::of_this_machine())
     }
 
-    fn with_permits(params: Arc<PromenadeParams>, inbox: Arc<Inbox>, telemetry: Arc<Telemetry>, permits: Permits) -> Arc<Self> {
+    fn with_permits(
+        params: Arc<PromenadeParams>,
+        exchange: Arc<Exchange>,
+        inbox: Arc<Inbox>,
+        telemetry: Arc<Telemetry>,
+        permits: Permits,
+    ) -> Arc<Self> {
         let host = Arc::downgrade(&params);
         params.remote.save_beside(move |parameter| host.upgrade().map_or(0.0, |params| params.hosted(parameter)));
-        let receiver = OscInput::new(Arc::clone(&params), inbox);
+        let receiver = OscInput::new(Arc::clone(&params), exchange, inbox);
         let osc = Arc::new(Self { params, telemetry, receiver, permits, applied: Mutex::default() });
         osc.params.osc.on_restore(&osc, Self::apply);
         osc

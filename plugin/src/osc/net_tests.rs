@@ -44,7 +44,7 @@ impl Instance {
 
     fn with_permits(config: OscConfig, permits: Permits) -> Self {
         let (params, inbox, telemetry) = (Arc::new(PromenadeParams::default()), Arc::<Inbox>::default(), Telemetry::new());
-        let osc = Osc::with_permits(Arc::clone(&params), Arc::clone(&inbox), Arc::clone(&telemetry), permits);
+        let osc = Osc::with_permits(Arc::clone(&params), Arc::default(), Arc::clone(&inbox), Arc::clone(&telemetry), permits);
         params.osc.restore(config);
         osc.activate();
         Self { params, inbox, telemetry, osc }
@@ -167,7 +167,7 @@ fn a_port_of_another_program_is_said_to_be_and_taken_when_it_is_free() {
 fn nothing_is_open_before_activation_or_when_it_is_off() {
     let _alone = alone();
     let (params, port) = (Arc::new(PromenadeParams::default()), free_port());
-    let osc = Osc::new(Arc::clone(&params), Arc::default(), Telemetry::new());
+    let osc = Osc::new(Arc::clone(&params), Arc::default(), Arc::default(), Telemetry::new());
     let switch = |on| params.remote.set(Parameter::Osc, on, params.hosted(Parameter::Osc));
     switch(1.0);
     params.osc.restore(OscConfig { port, ..OscConfig::default() });

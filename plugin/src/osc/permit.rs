@@ -3,7 +3,7 @@
 //! A permit is a random word that is saved with the project. This machine keeps the hashes of those that its user has given, so
 //! that a project from elsewhere has none, and knowing the machine's file does not make one.
 
-use crate::library::read_limited;
+use crate::library::file::read_limited;
 use std::collections::hash_map::RandomState;
 use std::fs::{self, OpenOptions};
 use std::hash::BuildHasher;

@@ -27,7 +27,7 @@ impl Instance {
 
     /// What is played after a head has been asked for.
     fn asking(&self, file: &str) -> Arc<Scene> {
-        self.params.head_wish.ask(file);
+        self.loader.exchange.head_wish.ask(file);
         assert!(!self.loader.is_up_to_date(), "a wish wakes the loader");
         self.loader.refresh();
         self.loader.scene().unwrap()
@@ -55,7 +55,10 @@ fn a_head_is_read_once_kept_by_content_and_shared() {
     let instance = Instance::new();
     let own = instance.loader.scene().unwrap();
     let heard = instance.asking(&path.display().to_string());
-    assert_eq!((instance.params.head_report.text().as_str(), instance.params.head_name.text().as_str()), ("", "Sphere"));
+    assert_eq!(
+        (instance.loader.exchange.head_report.text().as_str(), instance.loader.exchange.head_name.text().as_str()),
+        ("", "Sphere")
+    );
     assert!((delay_s(&heard) - delay_s(&own)).abs() > 2e-5, "{} {}", delay_s(&heard), delay_s(&own));
     assert_eq!(heard.title(), own.title());
     // The project has what it needs.
@@ -63,9 +66,9 @@ fn a_head_is_read_once_kept_by_content_and_shared() {
     let other = Instance::new();
     other.params.head.restore(instance.params.head.get().0);
     assert!(Arc::ptr_eq(&other.loader.scene().unwrap(), &heard));
-    assert_eq!(other.params.head_name.text(), "Sphere");
+    assert_eq!(other.loader.exchange.head_name.text(), "Sphere");
     assert!(Arc::ptr_eq(&other.asking(""), &own), "the scene's own again");
-    assert_eq!((other.params.head_wish.answered(), other.params.head_name.text().as_str()), (1, ""));
+    assert_eq!((other.loader.exchange.head_wish.answered(), other.loader.exchange.head_name.text().as_str()), (1, ""));
 }
 
 #[test]
@@ -83,24 +86,24 @@ fn a_file_that_is_no_head_is_reported_and_the_scenes_own_plays() {
         (folder.path().display().to_string(), "expected a regular file, found a folder"),
     ] {
         assert!(Arc::ptr_eq(&instance.asking(&file), &own), "{file}");
-        let report = instance.params.head_report.text();
+        let report = instance.loader.exchange.head_report.text();
         assert!(report.contains(clue), "{report}");
         assert!(!instance.params.head.get().0.is_some());
     }
     // The file has been mended meanwhile.
     write_sofa(&folder.path().join("none.sofa"), 0.1);
     instance.asking(&folder.path().join("none.sofa").display().to_string());
-    assert_eq!(instance.params.head_report.text(), "");
+    assert_eq!(instance.loader.exchange.head_report.text(), "");
     let damaged = "x".repeat(40);
     instance.params.head.restore(damaged.into());
     assert!(Arc::ptr_eq(&instance.loader.scene().unwrap(), &own));
     assert!(
-        instance.params.head_report.text().contains("the project's head cannot be read"),
+        instance.loader.exchange.head_report.text().contains("the project's head cannot be read"),
         "{}",
-        instance.params.head_report.text()
+        instance.loader.exchange.head_report.text()
     );
     instance.params.head.restore(String::new().into());
-    assert_eq!(instance.params.head_report.text(), "");
+    assert_eq!(instance.loader.exchange.head_report.text(), "");
 }
 
 #[test]
@@ -113,9 +116,9 @@ fn undo_and_presets_restore_the_head() {
     let after = UserState::of(&instance.params);
     assert!(before != after);
     before.restore(&instance.params, |_, _| ());
-    assert_eq!(instance.params.head_name.text(), "");
+    assert_eq!(instance.loader.exchange.head_name.text(), "");
     after.restore(&instance.params, |_, _| ());
-    assert_eq!(instance.params.head_name.text(), "Sphere");
+    assert_eq!(instance.loader.exchange.head_name.text(), "Sphere");
     // A preset of before there were heads leaves the user's own.
     let old = nice_plug::plugin::PluginState { version: String::new(), params: [].into(), fields: [].into() };
     assert!(UserState::from_saved(old, &after) == after);

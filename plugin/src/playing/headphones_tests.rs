@@ -22,7 +22,7 @@ fn headphones_are_kept_by_content_and_what_cannot_be_read_changes_nothing() {
     assert!(loader.headphones.pop().unwrap().is_none(), "none at first");
     let before = UserState::of(&params);
     let ask = |file: &str| {
-        params.headphones_wish.ask(file);
+        loader.exchange.headphones_wish.ask(file);
         assert!(!loader.is_up_to_date(), "a wish wakes the loader");
         loader.refresh();
         loader.headphones.pop()
@@ -33,7 +33,7 @@ fn headphones_are_kept_by_content_and_what_cannot_be_read_changes_nothing() {
     assert!(UserState::of(&params) == before, "no part of presets and undo");
     for (name, clue) in [("broken.txt", "broken.txt: line 1: expected"), ("none.txt", "none.txt: cannot be read")] {
         assert!(ask(&file(name)).is_none(), "{name}: the filter stays");
-        assert!(params.headphones_report.text().contains(clue), "{}", params.headphones_report.text());
+        assert!(loader.exchange.headphones_report.text().contains(clue), "{}", loader.exchange.headphones_report.text());
         assert_eq!(params.headphones.get().0, kept);
     }
     loader.activate(96_000.0, Output::Binaural);
@@ -45,5 +45,5 @@ fn headphones_are_kept_by_content_and_what_cannot_be_read_changes_nothing() {
     drop(its_loader.headphones.pop());
     other.headphones.restore(serde_json::from_str(&serde_json::to_string(&kept).unwrap()).unwrap());
     assert!(its_loader.headphones.pop().unwrap().is_some());
-    assert!(ask("").unwrap().is_none() && params.headphones_report.text().is_empty());
+    assert!(ask("").unwrap().is_none() && loader.exchange.headphones_report.text().is_empty());
 }

@@ -1,15 +1,17 @@
 //! Finds, reads and prepares scenes and camera paths off the audio thread.
 
 use crate::library::cache::{self, DrawnRoomError};
+use crate::library::drawn_room::DrawnRoom;
 use crate::library::error_chain::with_causes;
 use crate::library::factory::{self, FactoryScene};
 use crate::library::scene_key::SceneKey;
 use crate::library::{self, LibraryError, LoadedScene};
+use crate::parameter::Parameter;
 use crate::parameter::choices::{Follow, SceneChoice};
 use crate::playing::output::{Output, Pairs};
 use crate::playing::shared_worker::SharedWorker;
-use crate::project::drawn_room::DrawnRoom;
-use crate::project::params::{Choices, PromenadeParams};
+use crate::project::exchange::{Choices, Exchange};
+use crate::project::params::PromenadeParams;
 use crate::project::saved_head::SavedHead;
 use crate::project::saved_headphones::SavedHeadphones;
 use crate::project::scene_frame::SceneFrame;
@@ -19,6 +21,7 @@ use crate::worker::Task;
 use crate::worker::lock::lock;
 use crate::worker::repaint::Repaint;
 use crossbeam_queue::ArrayQueue;
+use nice_plug::prelude::Enum;
 use nice_plug::{nice_error, nice_warn};
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
 use promenade_core::{Emitters, NotAmbisonicError, RenderError, Renderer, Scene, SceneError};
@@ -100,6 +103,8 @@ struct SceneRequest {
 /// One per instance. Every method but the queues' `pop` and `push` is for threads that may wait.
 pub struct Loader {
     params: Arc<PromenadeParams>,
+    /// What it is asked for and what it reports.
+    pub exchange: Arc<Exchange>,
     /// Bits of the host's sample rate, Hz; 0 before activation.
     sample_rate_bits: AtomicU64,
     /// What comes out of the instance.
@@ -142,6 +147,7 @@ impl Loader {
     pub fn new(params: Arc<PromenadeParams>) -> Arc<Self> {
         let loader = Arc::new(Self {
             params,
+            exchange: Arc::default(),
             sample_rate_bits: AtomicU64::new(0),
             output: Mutex::default(),
             last_scene: Mutex::new(None),
@@ -176,17 +182,17 @@ impl Loader {
 
     /// Tries again at the next refresh what failed.
     pub fn retry(&self) {
-        if !self.params.scene_report.text().is_empty() {
+        if !self.exchange.scene_report.text().is_empty() {
             *lock(&self.last_scene) = None;
         }
-        if !self.params.walk_report.text().is_empty() {
+        if !self.exchange.walk_report.text().is_empty() {
             *lock(&self.last_walk) = None;
         }
-        if !self.params.head_report.text().is_empty() {
-            self.params.head_wish.again();
+        if !self.exchange.head_report.text().is_empty() {
+            self.exchange.head_wish.again();
         }
-        if !self.params.headphones_report.text().is_empty() {
-            self.params.headphones_wish.again();
+        if !self.exchange.headphones_report.text().is_empty() {
+            self.exchange.headphones_wish.again();
         }
     }
 
@@ -200,7 +206,7 @@ impl Loader {
     /// Drops what the audio thread no longer needs, and loads what the parameters choose unless it is loaded.
     pub fn refresh(&self) {
         while self.retired.pop().is_some() {}
-        let choices = self.params.choices();
+        let choices = self.choices();
         self.refresh_head();
         self.read_headphones();
         self.refresh_headphones();
@@ -209,9 +215,18 @@ impl Loader {
         *lock(&self.loaded) = Some(choices);
     }
 
+    /// The choices of files as they are now.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn choices(&self) -> Choices {
+        self.exchange.choices(&self.params)
+    }
+
     /// Whether everything that the parameters choose now has been loaded, or could not be.
     pub fn is_up_to_date(&self) -> bool {
-        *lock(&self.loaded) == Some(self.params.choices())
+        *lock(&self.loaded) == Some(self.choices())
     }
 
     /// The scene that is played or about to be.
@@ -240,7 +255,7 @@ impl Loader {
         loop {
             let (saved, restores) = self.params.scene_key.get();
             let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
-            let Choices { scene, scene_slot, stereo, .. } = self.params.choices();
+            let Choices { scene, scene_slot, stereo, .. } = self.choices();
             let stereo = stereo || last.as_ref().is_some_and(|last| last.stereo);
             // A factory scene does not depend on the slot.
             let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
@@ -273,15 +288,15 @@ impl Loader {
                 static NONE_CHOSEN: Once = Once::new();
                 match &prepared {
                     // Hosts activate several times in a row: it has been said.
-                    _ if self.params.scene_report.text() == report => (),
+                    _ if self.exchange.scene_report.text() == report => (),
                     Prepared::Dry if !chosen => NONE_CHOSEN.call_once(|| nice_warn!("{report}")),
                     Prepared::Dry => nice_error!("{report}"),
                     Prepared::Scene(_) if !report.is_empty() => nice_warn!("{report}"),
                     Prepared::Scene(_) => (),
                 }
-                self.params.scene_report.set_text(report);
+                self.exchange.scene_report.set_text(report);
                 if let Some(scene) = &scene {
-                    self.params.frame.set_frame(SceneFrame::of(scene));
+                    self.exchange.frame.set_frame(SceneFrame::of(scene));
                 }
                 let mut current = lock(&self.current);
                 current.scene = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
@@ -316,7 +331,7 @@ impl Loader {
 
     /// Reads the head that has been asked for. The scene's own plays where it cannot be read.
     fn refresh_head(&self) {
-        let Some(name) = self.params.head_wish.take() else { return };
+        let Some(name) = self.exchange.head_wish.take() else { return };
         let (_, restores) = self.params.head.get();
         let read = if name.is_empty() { Ok(SavedHead::default()) } else { head_in(&library::place_of(&name)) };
         let (head, report) = match read {
@@ -328,15 +343,15 @@ impl Loader {
             if !report.is_empty() {
                 nice_error!("{report}");
             }
-            self.params.head_report.set_text(report);
-            self.params.head_wish.answer();
+            self.exchange.head_report.set_text(report);
+            self.exchange.head_wish.answer();
             self.repaint.request_repaint();
         }
     }
 
     /// Reads the headphones that have been asked for. Where they cannot be read, those that are there stay.
     fn read_headphones(&self) {
-        let Some(name) = self.params.headphones_wish.take() else { return };
+        let Some(name) = self.exchange.headphones_wish.take() else { return };
         let (_, restores) = self.params.headphones.get();
         let read = if name.is_empty() { Ok(SavedHeadphones::default()) } else { headphones_in(&library::place_of(&name)) };
         let report = match read {
@@ -352,8 +367,8 @@ impl Loader {
                 reason
             }
         };
-        self.params.headphones_report.set_text(report);
-        self.params.headphones_wish.answer();
+        self.exchange.headphones_report.set_text(report);
+        self.exchange.headphones_wish.answer();
         self.repaint.request_repaint();
     }
 
@@ -374,13 +389,13 @@ impl Loader {
 
     /// Takes the headphones of a state that the host has restored.
     fn restored_headphones(&self) {
-        self.params.headphones_report.set_text(String::new());
+        self.exchange.headphones_report.set_text(String::new());
         self.refresh_headphones();
     }
 
     /// Takes the head of a state that the host has restored.
     fn restored_head(&self) {
-        self.params.head_report.set_text(String::new());
+        self.exchange.head_report.set_text(String::new());
         self.refresh_scene();
     }
 
@@ -399,9 +414,9 @@ impl Loader {
             Ok(head) => (head, None),
             Err(error) => (None, Some(with_causes(&error))),
         };
-        self.params.head_name.set_text(head.as_ref().map_or_else(String::new, |head| head.name().to_owned()));
+        self.exchange.head_name.set_text(head.as_ref().map_or_else(String::new, |head| head.name().to_owned()));
         if head.is_some() || report.is_some() {
-            self.params.head_report.set_text(report.unwrap_or_default());
+            self.exchange.head_report.set_text(report.unwrap_or_default());
         }
         cache::drawn(room, head.as_ref())
     }
@@ -411,7 +426,7 @@ impl Loader {
         let heard = match saved.head() {
             Ok(None) => {
                 // What went wrong when a file was read is still to be seen.
-                self.params.head_name.set_text(String::new());
+                self.exchange.head_name.set_text(String::new());
                 return Arc::clone(&found.scene);
             }
             Ok(Some(head)) => {
@@ -422,8 +437,8 @@ impl Loader {
         };
         let (report, heard) = heard.map_or_else(|why| (why, None), |heard| (String::new(), Some(heard)));
         let (heard, name) = heard.unwrap_or_else(|| (Arc::clone(&found.scene), String::new()));
-        self.params.head_name.set_text(name);
-        self.params.head_report.set_text(report);
+        self.exchange.head_name.set_text(name);
+        self.exchange.head_report.set_text(report);
         heard
     }
 
@@ -431,7 +446,7 @@ impl Loader {
         let mut last = lock(&self.last_walk);
         loop {
             let (saved, restores) = self.params.saved_walk.get();
-            let request = (self.params.choices().walk_slot, saved);
+            let request = (self.choices().walk_slot, saved);
             if last.as_ref() == Some(&request) {
                 return;
             }
@@ -443,12 +458,12 @@ impl Loader {
             };
             if self.params.saved_walk.replace(file.clone(), restores) {
                 static NONE_CHOSEN: Once = Once::new();
-                if !chosen && self.params.snapshot().sources.follow != Follow::Off {
+                if !chosen && self.params.index(Parameter::Follow) != Follow::Off.to_index() {
                     NONE_CHOSEN.call_once(|| nice_warn!("{report}"));
                 } else if chosen && !report.is_empty() {
                     nice_error!("{report}");
                 }
-                self.params.walk_report.set_text(report);
+                self.exchange.walk_report.set_text(report);
                 lock(&self.current).walk = walk.as_ref().map_or_else(Weak::new, Arc::downgrade);
                 drop(self.walks.force_push(walk));
                 self.repaint.request_repaint();

@@ -14,7 +14,7 @@ pub mod shared_worker;
 
 use crate::playing::loader::{Loader, Prepared, Retired};
 use crate::playing::output::Output;
-use crate::project::params::Choices;
+use crate::project::exchange::Choices;
 use crate::project::walk::Walk;
 use crate::worker::{LOADER, TaskHandle};
 use nice_plug::nice_error;

@@ -2,9 +2,9 @@
 
 use crate::listener::HeardPose;
 use crate::listener::clock::BlockTime;
+use crate::listener::snapshot::Snapshot;
 use crate::parameter::cast::narrow;
 use crate::playing::Playing;
-use crate::project::params::Snapshot;
 use crate::telemetry::loudness::SoundWriter;
 use crate::telemetry::{Frame, Telemetry, raise};
 use crate::worker::repaint::Repaint;

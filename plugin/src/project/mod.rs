@@ -1,7 +1,7 @@
 //! What a project keeps: the parameters and everything that is saved beside them.
 
 pub mod adm_config;
-pub mod drawn_room;
+pub mod exchange;
 pub mod file_wish;
 pub mod osc_config;
 pub mod params;

@@ -1,26 +1,22 @@
-//! Everything that a host sets or saves, and the one place where it becomes metres, radians and linear gains.
+//! Everything that a host sets or saves, and nothing else.
 
 use crate::budget::limit::SavedLimit;
+use crate::library::drawn_room::DrawnRoom;
 use crate::library::scene_key::SceneKey;
 use crate::library::slot_names;
-use crate::listener::pose_sources::Sources;
 use crate::parameter::cast::index;
 use crate::parameter::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
 use crate::parameter::remote::Remote;
 use crate::parameter::{Parameter, SLOTS};
-use crate::project::drawn_room::DrawnRoom;
-use crate::project::file_wish::FileWish;
 use crate::project::osc_config::OscConfig;
-use crate::project::persisted::{Persisted, Report};
+use crate::project::persisted::Persisted;
 use crate::project::saved_head::SavedHead;
 use crate::project::saved_headphones::SavedHeadphones;
-use crate::project::scene_frame::PlayedFrame;
 use crate::project::settings::EditorSettings;
 use crate::project::state::StateVersion;
 use crate::project::walk::SavedWalk;
 use nice_plug::prelude::*;
-use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, EmitterParams, LiveParams, Pose, Trim};
+use promenade_core::LiveParams;
 
 /// The revision after which counting begins anew.
 pub const REVISIONS: i32 = 9_999;
@@ -129,22 +125,6 @@ pub struct PromenadeParams {
     /// How the editor was left.
     #[persist = "editor"]
     pub editor: Persisted<EditorSettings>,
-    /// What is wrong with the scene; no part of the state, nor is the next.
-    pub scene_report: Report,
-    /// What is wrong with the camera path.
-    pub walk_report: Report,
-    /// What is wrong with the head.
-    pub head_report: Report,
-    /// Name of the head that is heard; empty for the scene's own.
-    pub head_name: Report,
-    /// A head that has been asked for.
-    pub head_wish: FileWish,
-    /// What is wrong with the file of headphones.
-    pub headphones_report: Report,
-    /// Headphones that have been asked for.
-    pub headphones_wish: FileWish,
-    /// Where listener and emitter of the scene begin.
-    pub frame: PlayedFrame,
 }
 
 impl Default for PromenadeParams {
@@ -218,14 +198,6 @@ impl Default for PromenadeParams {
             remote: Remote::default(),
             budget: SavedLimit,
             editor: Persisted::default(),
-            scene_report: Report::default(),
-            walk_report: Report::default(),
-            head_report: Report::default(),
-            head_name: Report::default(),
-            head_wish: FileWish::default(),
-            headphones_report: Report::default(),
-            headphones_wish: FileWish::default(),
-            frame: PlayedFrame::default(),
         }
     }
 }
@@ -236,93 +208,11 @@ fn switched(text: &str) -> Option<bool> {
     if is(["on", "true", "1"]) { Some(true) } else { is(["off", "false", "0"]).then_some(false) }
 }
 
-/// The parameters of one block in core's units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Snapshot {
-    /// Where the listener's pose comes from.
-    pub sources: Sources,
-    /// The listener group, and whether this instance leads it.
-    pub group: Option<usize>,
-    /// Whether this instance leads its group.
-    pub leads: bool,
-    /// Tier, mix, gain, bypass, what is changed about the sound, and where it is played from.
-    pub block: BlockParams,
-}
-
-/// The choices of files; a change sends the loader to work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Choices {
-    /// Where the scene comes from.
-    pub scene: SceneChoice,
-    /// Scene file of the library, 0 for the project's own.
-    pub scene_slot: u32,
-    /// Camera path file of the library, 0 for the project's own.
-    pub walk_slot: u32,
-    /// Whether a stereo input's channels have emitters of their own.
-    pub stereo: bool,
-    /// How often a head has been asked for.
-    pub heads: u32,
-    /// How often headphones have been asked for.
-    pub headphones: u32,
-    /// How often the drawn room has changed.
-    pub rooms: u32,
-}
-
 impl PromenadeParams {
-    /// The parameters as they are now, in metres, radians and linear gains.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
-    pub fn snapshot(&self) -> Snapshot {
-        let value = |parameter| self.heard(parameter);
-        let group = GroupChoice::from_index(self.index(Parameter::Group)).number();
-        Snapshot {
-            sources: Sources {
-                knobs: pose_of(value),
-                follow: Follow::from_index(self.index(Parameter::Follow)),
-                path_share: f64::from(value(Parameter::Path)),
-                offset: value(Parameter::Offset) > 0.5,
-                tracking: Tracking::from_index(self.index(Parameter::Tracking)),
-            },
-            group,
-            leads: group.is_some() && value(Parameter::Lead) > 0.5,
-            block: BlockParams {
-                tier: TierChoice::from_index(self.index(Parameter::Tier)).into(),
-                mix: value(Parameter::Mix),
-                gain: 10_f32.powf(value(Parameter::Gain) / 20.0),
-                bypass: value(Parameter::Bypass) > 0.5,
-                live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
-                wet_solo: value(Parameter::WetSolo) > 0.5,
-                trim: trim_of(value),
-                emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
-            },
-        }
-    }
-
-    /// The choices of files as they are now.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
-    pub fn choices(&self) -> Choices {
-        let slot = |parameter| u32::try_from(self.index(parameter)).unwrap_or(0);
-        Choices {
-            scene: SceneChoice::from_index(self.index(Parameter::Scene)),
-            scene_slot: slot(Parameter::Slot),
-            walk_slot: slot(Parameter::Walk),
-            stereo: self.heard(Parameter::Spread) > 0.0,
-            heads: self.head_wish.asked(),
-            headphones: self.headphones_wish.asked(),
-            rooms: self.room.changes(),
-        }
-    }
-
     /// Whether the parameters choose the project's own scene, not a built-in one or a file of the library.
     #[must_use]
     pub fn chooses_own_scene(&self) -> bool {
-        let Choices { scene, scene_slot, .. } = self.choices();
-        scene == SceneChoice::Library && scene_slot == 0
+        SceneChoice::from_index(self.index(Parameter::Scene)) == SceneChoice::Library && self.index(Parameter::Slot) == 0
     }
 
     /// A parameter's plain value as the host has it.
@@ -353,45 +243,13 @@ impl PromenadeParams {
     }
 
     /// The index of a choice, or a slot's number.
-    fn index(&self, parameter: Parameter) -> usize {
+    pub(crate) fn index(&self, parameter: Parameter) -> usize {
         index(self.heard(parameter))
     }
 }
 
-/// The pose that position and angle parameters set, from their plain values.
-pub fn pose_of(value: impl Fn(Parameter) -> f32) -> Pose {
-    let position = Vec3::new(value(Parameter::X), value(Parameter::Y), value(Parameter::Z));
-    let radians = |parameter| value(parameter).to_radians();
-    Pose::from_ypr(position, radians(Parameter::Yaw), radians(Parameter::Pitch), radians(Parameter::Roll))
-}
-
-/// How far the emitter is moved from its place in the scene, metres, from the parameters' plain values.
-pub fn emitter_offset_of(value: impl Fn(Parameter) -> f32) -> Vec3 {
-    Vec3::new(value(Parameter::Ex), value(Parameter::Ey), value(Parameter::Ez))
-}
-
-/// What the parameters change about the scene's sound, from their plain values.
-///
-/// Values as near to neutral as hosts' fractions of a range come are neutral: then nothing of the sound changes.
-pub fn trim_of(value: impl Fn(Parameter) -> f32) -> Trim {
-    let near = |value: f32, neutral: f32| if (value - neutral).abs() < 1e-4 { neutral } else { value };
-    let gain = |parameter: Parameter| {
-        let db = near(value(parameter), 0.0);
-        if db <= parameter.limits().0 { 0.0 } else { 10_f32.powf(db / 20.0) }
-    };
-    Trim {
-        direct: gain(Parameter::Direct),
-        early: gain(Parameter::Early),
-        late: gain(Parameter::Late),
-        decay: near(value(Parameter::Decay), 1.0),
-        distance_law: near(value(Parameter::Law), USUAL_LAW_DB) / USUAL_LAW_DB,
-        width: near(value(Parameter::Width), 1.0),
-        low_cut_hz: value(Parameter::LowCut),
-    }
-}
-
 /// What sound in the open loses each time the distance doubles, dB.
-const USUAL_LAW_DB: f32 = 6.0;
+pub(crate) const USUAL_LAW_DB: f32 = 6.0;
 
 /// Does something with a parameter's field, whatever its type.
 macro_rules! with_param {
@@ -465,27 +323,6 @@ fn within(value: f32, range: FloatRange) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_defaults_stand_at_the_origin_at_unit_gain() {
-        let snapshot = PromenadeParams::default().snapshot();
-        assert_eq!(snapshot.sources.knobs, Pose::IDENTITY);
-        assert_eq!(snapshot.block, BlockParams::default());
-    }
-
-    #[test]
-    fn levels_are_gains_and_what_is_nearly_neutral_is_neutral() {
-        let usual = |parameter: Parameter| PromenadeParams::default().hosted(parameter);
-        assert_eq!(trim_of(|parameter| usual(parameter) + 1e-5), Trim { low_cut_hz: 1e-5, ..Trim::NEUTRAL });
-        let changed = trim_of(|parameter| match parameter {
-            Parameter::Early => -60.0,
-            Parameter::Late => 6.0,
-            Parameter::Law => 3.0,
-            other => usual(other),
-        });
-        assert_eq!((changed.early, changed.distance_law), (0.0, 0.5));
-        assert!((changed.late - 1.9953).abs() < 1e-3 && changed.direct == 1.0);
-    }
 
     #[test]
     fn a_value_is_kept_within_its_range() {

@@ -122,7 +122,7 @@ mod tests {
                 fields.keys().collect::<Vec<_>>(),
                 ["budget", "editor", "head", "headphones", "osc", "remote", "room", "scene", "version", "walk"]
             );
-            params.scene_report.text()
+            loader.exchange.scene_report.text()
         };
         params.scene_key.restore(SceneKey {
             title: "Hall".to_owned(),
@@ -137,13 +137,13 @@ mod tests {
             ..SceneKey::default()
         };
         params.scene_key.restore(changed);
-        let changed = params.scene_report.text();
+        let changed = loader.exchange.scene_report.text();
         assert!(changed.contains("has changed"), "{changed}");
         let empty = choose(Parameter::Slot, 64.0);
         assert!(empty.contains("slot 64 is empty"), "{empty}");
         assert_eq!(choose(Parameter::Scene, 0.0), "");
         choose(Parameter::Walk, 64.0);
-        assert!(params.walk_report.text().contains("slot 64 is empty"), "{}", params.walk_report.text());
+        assert!(loader.exchange.walk_report.text().contains("slot 64 is empty"), "{}", loader.exchange.walk_report.text());
     }
 
     #[test]

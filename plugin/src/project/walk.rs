@@ -61,7 +61,7 @@ impl SavedWalk {
     pub fn from_file(path: &Path) -> Result<(Self, Vec<String>), WalkError> {
         let name = path.display().to_string();
         let mut beside = |other: &str| library::bytes_of(&path.with_file_name(other));
-        let read = library::open(path).and_then(|mut file| promenade_paths::bytes_of(&mut file));
+        let read = library::file::open(path).and_then(|mut file| promenade_paths::bytes_of(&mut file));
         let bytes = read.map_err(|error| LibraryError::Io { path: path.to_owned(), error })?;
         let imported = promenade_paths::read(&name, &bytes, &ImportOptions::default(), &mut beside)?;
         Ok((Self::of(imported.path.keyframes()), imported.notes))

@@ -37,11 +37,6 @@ pub fn join(params: &Arc<PromenadeParams>, side: &Arc<HostSide>, account: &Arc<A
     }
 }
 
-/// What all instances have of the budget.
-pub(crate) fn accounts() -> Vec<Arc<Account>> {
-    lock(&ALL).iter().filter_map(|known| known.account.upgrade()).collect()
-}
-
 /// An instance that takes part in the budget.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spending {

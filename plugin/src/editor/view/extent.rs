@@ -1,7 +1,7 @@
 //! How far the place reaches.
 
 use super::super::ctx::Ctx;
-use crate::project::params::{emitter_offset_of, pose_of};
+use crate::listener::snapshot::{emitter_offset_of, pose_of};
 use promenade_core::glam::Vec3;
 
 /// The least that is shown along x and y, metres.

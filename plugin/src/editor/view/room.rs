@@ -6,7 +6,7 @@ use super::camera::Camera;
 use super::drag::{Handle, Target};
 use super::ground::edges;
 use super::layers::Layers;
-use crate::project::drawn_room::DrawnRoom;
+use crate::library::drawn_room::DrawnRoom;
 use egui::{Modifiers, Pos2, Rect, Stroke};
 use promenade_core::glam::Vec3;
 

@@ -1,9 +1,10 @@
 //! What a CLAP host's browser is told of presets: the factory's inside the plugin, the user's in their folder, and the
 //! library's scenes.
 
+use crate::export::plugin::Promenade;
 use crate::history::presets::{self, About, EXTENSION, Preset};
+use crate::library;
 use crate::library::lister;
-use crate::{Promenade, library};
 use clack_extensions::preset_discovery::factory::PresetDiscoveryFactory;
 use clack_extensions::preset_discovery::prelude::*;
 use clack_plugin::prelude::PluginError;

@@ -1,0 +1,113 @@
+//! The parameters of a block: the one place where they become metres, radians and linear gains.
+
+use crate::listener::pose_sources::Sources;
+use crate::parameter::Parameter;
+use crate::parameter::choices::{Follow, GroupChoice, TierChoice, Tracking};
+use crate::project::params::{PromenadeParams, USUAL_LAW_DB};
+use nice_plug::prelude::Enum;
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, EmitterParams, LiveParams, Pose, Trim};
+
+/// The parameters of one block in core's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snapshot {
+    /// Where the listener's pose comes from.
+    pub sources: Sources,
+    /// The listener group, and whether this instance leads it.
+    pub group: Option<usize>,
+    /// Whether this instance leads its group.
+    pub leads: bool,
+    /// Tier, mix, gain, bypass, what is changed about the sound, and where it is played from.
+    pub block: BlockParams,
+}
+
+impl Snapshot {
+    /// The parameters as they are now, in metres, radians and linear gains.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn of(params: &PromenadeParams) -> Self {
+        let value = |parameter| params.heard(parameter);
+        let group = GroupChoice::from_index(params.index(Parameter::Group)).number();
+        Self {
+            sources: Sources {
+                knobs: pose_of(value),
+                follow: Follow::from_index(params.index(Parameter::Follow)),
+                path_share: f64::from(value(Parameter::Path)),
+                offset: value(Parameter::Offset) > 0.5,
+                tracking: Tracking::from_index(params.index(Parameter::Tracking)),
+            },
+            group,
+            leads: group.is_some() && value(Parameter::Lead) > 0.5,
+            block: BlockParams {
+                tier: TierChoice::from_index(params.index(Parameter::Tier)).into(),
+                mix: value(Parameter::Mix),
+                gain: 10_f32.powf(value(Parameter::Gain) / 20.0),
+                bypass: value(Parameter::Bypass) > 0.5,
+                live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
+                wet_solo: value(Parameter::WetSolo) > 0.5,
+                trim: trim_of(value),
+                emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
+            },
+        }
+    }
+}
+
+/// The pose that position and angle parameters set, from their plain values.
+pub fn pose_of(value: impl Fn(Parameter) -> f32) -> Pose {
+    let position = Vec3::new(value(Parameter::X), value(Parameter::Y), value(Parameter::Z));
+    let radians = |parameter| value(parameter).to_radians();
+    Pose::from_ypr(position, radians(Parameter::Yaw), radians(Parameter::Pitch), radians(Parameter::Roll))
+}
+
+/// How far the emitter is moved from its place in the scene, metres, from the parameters' plain values.
+pub fn emitter_offset_of(value: impl Fn(Parameter) -> f32) -> Vec3 {
+    Vec3::new(value(Parameter::Ex), value(Parameter::Ey), value(Parameter::Ez))
+}
+
+/// What the parameters change about the scene's sound, from their plain values.
+///
+/// Values as near to neutral as hosts' fractions of a range come are neutral: then nothing of the sound changes.
+pub fn trim_of(value: impl Fn(Parameter) -> f32) -> Trim {
+    let near = |value: f32, neutral: f32| if (value - neutral).abs() < 1e-4 { neutral } else { value };
+    let gain = |parameter: Parameter| {
+        let db = near(value(parameter), 0.0);
+        if db <= parameter.limits().0 { 0.0 } else { 10_f32.powf(db / 20.0) }
+    };
+    Trim {
+        direct: gain(Parameter::Direct),
+        early: gain(Parameter::Early),
+        late: gain(Parameter::Late),
+        decay: near(value(Parameter::Decay), 1.0),
+        distance_law: near(value(Parameter::Law), USUAL_LAW_DB) / USUAL_LAW_DB,
+        width: near(value(Parameter::Width), 1.0),
+        low_cut_hz: value(Parameter::LowCut),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_stand_at_the_origin_at_unit_gain() {
+        let snapshot = Snapshot::of(&PromenadeParams::default());
+        assert_eq!(snapshot.sources.knobs, Pose::IDENTITY);
+        assert_eq!(snapshot.block, BlockParams::default());
+    }
+
+    #[test]
+    fn levels_are_gains_and_what_is_nearly_neutral_is_neutral() {
+        let usual = |parameter: Parameter| PromenadeParams::default().hosted(parameter);
+        assert_eq!(trim_of(|parameter| usual(parameter) + 1e-5), Trim { low_cut_hz: 1e-5, ..Trim::NEUTRAL });
+        let changed = trim_of(|parameter| match parameter {
+            Parameter::Early => -60.0,
+            Parameter::Late => 6.0,
+            Parameter::Law => 3.0,
+            other => usual(other),
+        });
+        assert_eq!((changed.early, changed.distance_law), (0.0, 0.5));
+        assert!((changed.late - 1.9953).abs() < 1e-3 && changed.direct == 1.0);
+    }
+}

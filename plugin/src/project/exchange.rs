@@ -1,0 +1,69 @@
+//! What goes between the loader and whoever asks it for something; no part of the project.
+
+use super::file_wish::FileWish;
+use super::params::PromenadeParams;
+use super::persisted::Report;
+use super::scene_frame::PlayedFrame;
+use crate::parameter::Parameter;
+use crate::parameter::choices::SceneChoice;
+use nice_plug::prelude::Enum;
+
+/// One instance's wishes to the loader, and the loader's reports.
+#[derive(Default)]
+pub struct Exchange {
+    /// What is wrong with the scene.
+    pub scene_report: Report,
+    /// What is wrong with the camera path.
+    pub walk_report: Report,
+    /// What is wrong with the head.
+    pub head_report: Report,
+    /// Name of the head that is heard; empty for the scene's own.
+    pub head_name: Report,
+    /// A head that has been asked for.
+    pub head_wish: FileWish,
+    /// What is wrong with the file of headphones.
+    pub headphones_report: Report,
+    /// Headphones that have been asked for.
+    pub headphones_wish: FileWish,
+    /// Where listener and emitter of the scene begin.
+    pub frame: PlayedFrame,
+}
+
+/// The choices of files; a change sends the loader to work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choices {
+    /// Where the scene comes from.
+    pub scene: SceneChoice,
+    /// Scene file of the library, 0 for the project's own.
+    pub scene_slot: u32,
+    /// Camera path file of the library, 0 for the project's own.
+    pub walk_slot: u32,
+    /// Whether a stereo input's channels have emitters of their own.
+    pub stereo: bool,
+    /// How often a head has been asked for.
+    pub heads: u32,
+    /// How often headphones have been asked for.
+    pub headphones: u32,
+    /// How often the drawn room has changed.
+    pub rooms: u32,
+}
+
+impl Exchange {
+    /// The choices of files as they are now.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn choices(&self, params: &PromenadeParams) -> Choices {
+        let slot = |parameter| u32::try_from(params.index(parameter)).unwrap_or(0);
+        Choices {
+            scene: SceneChoice::from_index(params.index(Parameter::Scene)),
+            scene_slot: slot(Parameter::Slot),
+            walk_slot: slot(Parameter::Walk),
+            stereo: params.heard(Parameter::Spread) > 0.0,
+            heads: self.head_wish.asked(),
+            headphones: self.headphones_wish.asked(),
+            rooms: params.room.changes(),
+        }
+    }
+}
