@@ -1,8 +1,11 @@
-//! `promenade map`: what a room sounds like over its plan, the sound that falls on what a camera sees, and how a mix stands out
-//! over time.
+//! `promenade map`: what a room sounds like over its plan, the sound that falls on what a camera sees, how a mix stands out
+//! over time,
+//! and what a renderer of pictures may spend where.
 
 mod camera;
 mod exr;
+mod mix;
+mod picture;
 mod saliency;
 
 use crate::args::{Map, MapArgs, RoomArgs};
@@ -36,8 +39,9 @@ const MEASURES: [(&str, &str, Take); 4] = [
 pub(crate) fn run(args: &MapArgs) -> Result<()> {
     match (&args.what, &args.room) {
         (Some(Map::Saliency(args)), _) => saliency::run(args),
+        (Some(Map::Mix(args)), _) => mix::run(args),
         (None, Some(of)) => room(args, of),
-        _ => bail!("expected a mesh of a room, or `saliency`"),
+        _ => bail!("expected a mesh of a room, `saliency` or `mix`"),
     }
 }
 

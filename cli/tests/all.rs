@@ -4,6 +4,7 @@ mod captures;
 mod commands;
 mod common;
 mod host;
+mod map_mix;
 mod paths;
 mod placement;
 mod response;

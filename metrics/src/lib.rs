@@ -1,4 +1,4 @@
-//! Measures of sound, one definition each: pure functions on slices, computed in double precision.
+//! Measures of sound, and of pictures beside it, one definition each: pure functions on slices, computed in double precision.
 //!
 //! Room measures ([`decay_time_s`], [`c50_db`], [`itd_s`], [`ild_db`]) act on impulse responses. Distances between a rendering
 //! and a recording act on running sound; papers define MAG and ENV differently, so each convention lives in a module of its own
@@ -20,6 +20,7 @@ mod interaural;
 mod line;
 mod octave;
 mod onset;
+mod picture;
 pub mod rwavs;
 mod saliency;
 mod spectrogram;
@@ -39,6 +40,7 @@ pub use interaural::{ild_db, itd_s, running_itd_s};
 pub use line::slope;
 pub use octave::{octave_of, smoothed_levels_db};
 pub use onset::onset;
+pub use picture::{PixelBudget, Plane, fused, loudness_of_pixels, picture_saliency};
 pub use saliency::{PictureBudget, SALIENCY_RATE_HZ, SALIENCY_STEP_S, picture_weights, saliency};
 pub use spectrogram::{LSD_EPS, Spectrogram, Window, lsd_db};
 pub use tail::tail_modulation_db;

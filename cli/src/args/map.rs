@@ -2,7 +2,7 @@
 
 use super::simulate::RoomArgs;
 use super::values::{parse_pixels, parse_pose, within};
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use promenade_core::Pose;
 use std::path::PathBuf;
 
@@ -56,6 +56,66 @@ pub(crate) struct MapArgs {
 pub(crate) enum Map {
     /// How much each moment of a mix stands out, and what a renderer of pictures may spend on each of its frames
     Saliency(SaliencyArgs),
+    /// What a renderer of pictures may spend on each pixel, by what draws the eye in a picture and what is heard in it
+    Mix(Box<MixMapArgs>),
+}
+
+/// By what samples are shared out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Strategy {
+    /// Each pixel the same
+    Uniform,
+    /// What draws the eye
+    Image,
+    /// The sound that falls on what is seen
+    Sound,
+    /// Both, by how much the moment of the mix stands out
+    Mix,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MixMapArgs {
+    #[command(flatten)]
+    pub(crate) room: RoomArgs,
+    /// A picture, for all of the sound, or a picture for each frame: .png, .jpg, or .exr in linear light
+    #[arg(value_name = "PICTURE", required = true)]
+    pub(crate) pictures: Vec<PathBuf>,
+    /// The mix that is heard, WAV or FLAC
+    #[arg(long, value_name = "MIX")]
+    pub(crate) sound: PathBuf,
+    /// Where the pictures were taken from; metres and degrees
+    #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
+    pub(crate) camera: Pose,
+    /// Horizontal angle of the pictures, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 90.0, value_parser = within(1.0_f32, 170.0))]
+    pub(crate) fov: f32,
+    /// Pictures a second
+    #[arg(long, value_name = "N", default_value_t = 25.0, value_parser = within(0.01, 240.0))]
+    pub(crate) fps: f64,
+    /// How long before it is heard a sound may raise its weight, seconds
+    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = within(0.02, 10.0))]
+    pub(crate) look_ahead: f64,
+    /// Samples per pixel that each picture has on average
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) samples: u32,
+    /// Samples per pixel where nothing stands out [default: half of --samples]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub(crate) least: Option<u32>,
+    /// By what samples are shared out; may be given more than once
+    #[arg(long, value_enum, default_value = "mix")]
+    pub(crate) strategy: Vec<Strategy>,
+    /// Rays of the sound
+    #[arg(long, value_name = "N", default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
+    pub(crate) rays: u32,
+    /// How long rays are followed, seconds
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = within(0.05_f64, 30.0))]
+    pub(crate) length: f64,
+    /// Seed of the rays
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Folder to write to: for each strategy and picture samples per pixel as .exr, and as .png to look at
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -15,12 +15,12 @@ use rayon::prelude::*;
 const RAYS: u32 = 8192;
 
 /// A picture's numbers, row by row from above.
-struct View {
+pub(super) struct View {
     size: [usize; 2],
     /// Metres; NaN where the room is open.
     distance_m: Vec<f32>,
     /// Sound that falls on what is seen, dB beside the direct sound at 1 m; NaN where there is none.
-    level_db: Vec<f32>,
+    pub(super) level_db: Vec<f32>,
 }
 
 /// Makes the pictures.
@@ -57,7 +57,7 @@ pub(super) fn run(args: &MapArgs, room: &Room, source: Source, camera: &Pose) ->
 
 impl View {
     /// What a camera at a pose sees, the horizontal angle of its picture in degrees.
-    fn new(intensity: &Intensity<'_>, camera: &Pose, size: [usize; 2], angle_deg: f32) -> Result<Self> {
+    pub(super) fn new(intensity: &Intensity<'_>, camera: &Pose, size: [usize; 2], angle_deg: f32) -> Result<Self> {
         let [width, height] = size;
         let from = camera.position.as_dvec3().to_array();
         let half = (0.5 * angle_deg.to_radians()).tan();

@@ -1,0 +1,9 @@
+//! Pictures: where they draw the eye, and what a renderer may spend on each pixel beside a sound.
+
+mod plane;
+mod samples;
+mod stands_out;
+
+pub use plane::Plane;
+pub use samples::{PixelBudget, fused, loudness_of_pixels};
+pub use stands_out::picture_saliency;
