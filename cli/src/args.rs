@@ -37,14 +37,14 @@ pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use fit::FitArgs;
 pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
-pub(crate) use map::{Map, MapArgs, SaliencyArgs};
+pub(crate) use map::{Map, MapArgs, MixMapArgs, SaliencyArgs, Strategy};
 pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
 pub(crate) use reconstruction::ReconstructionArgs;
 pub(crate) use render::{OutputFormat, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
-pub(crate) use study::{Study, StudyArgs, StudyReportArgs};
+pub(crate) use study::{Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudySiteArgs};
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
@@ -111,10 +111,10 @@ pub(crate) enum Command {
     Train(Untrained),
     /// Judge scenes on the recordings of captures, beside baselines
     Eval(EvalArgs),
-    /// Ask listeners which sounds better, and say what they answered
-    Study(StudyArgs),
     /// Make a page on which scenes are walked and heard, in a folder for any web server or served on this machine
     Web(WebArgs),
+    /// Make a page that asks listeners which sounds better, take their answers, and say what they answered
+    Study(Box<StudyArgs>),
 }
 
 #[derive(Debug, Args)]
@@ -160,6 +160,7 @@ mod tests {
             "simulate materials",
             "join a b -o c",
             "map a.obj --source 1,1,1 --grid 1 --height 1 -o b.png -o b.svg",
+            "map mix a.obj --source 1,1,1 --materials *=0.1 b.png c.png --sound d --camera 0,0,0,0,0,0 --strategy image --strategy mix -o e",
             "inspect a",
             "web a b --dry c d --path e -o f",
             "web a --serve",
@@ -168,6 +169,8 @@ mod tests {
             "capture from-responses a -o b",
             "capture import a --layout raf -o b",
             "eval a b",
+            "study a -o b",
+            "study serve a --answers b --listen 0.0.0.0:80",
             "study report a b --level 0.01",
             "fit a --evaluate --source 1,2,3 --uncertainty 0.1 --rate 16000",
             "fit 1,2,3 a -o b.obj --changed c --materials x0=felt --emitter 1,1,1",

@@ -1,0 +1,91 @@
+// What was answered: kept in this browser, downloaded, or posted.
+
+/** Columns, as the report reads them. */
+export const HEADER = [
+  "study",
+  "person",
+  "time",
+  "trial",
+  "method",
+  "item",
+  "a",
+  "b",
+  "x",
+  "answer",
+  "rating",
+  "role",
+  "seconds",
+  "headphones",
+];
+
+export class Answers {
+  constructor(study, person) {
+    this.place = `promenade-study/${study}/${person ?? ""}`;
+    this.study = study;
+    this.kept = this.read() ?? { person: null, rows: [], done: 0, headphones: "", consent: false };
+  }
+
+  read() {
+    try {
+      return JSON.parse(localStorage.getItem(this.place));
+    } catch {
+      return null;
+    }
+  }
+
+  /** Keeps what there is. A browser that keeps nothing loses the answers with the page, no more. */
+  save() {
+    try {
+      localStorage.setItem(this.place, JSON.stringify(this.kept));
+    } catch {
+      this.lost = true;
+    }
+  }
+
+  forget() {
+    try {
+      localStorage.removeItem(this.place);
+    } catch {
+      // It kept nothing.
+    }
+  }
+
+  /** Adds the rows of a trial; what they leave out is empty. */
+  add(trial, rows) {
+    const { person, headphones } = this.kept;
+    for (const row of rows) {
+      const whole = { study: this.study, person, time: new Date().toISOString(), trial, headphones, ...row };
+      this.kept.rows.push(HEADER.map((column) => String(whole[column] ?? "")));
+    }
+    this.kept.done = trial;
+    this.save();
+  }
+
+  get csv() {
+    const cell = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    return [HEADER, ...this.kept.rows].map((row) => row.map(cell).join(",")).join("\n") + "\n";
+  }
+
+  /** Sends all answers; those that come twice count once. Throws in words. */
+  async post(url) {
+    let answer;
+    try {
+      answer = await fetch(url, {
+        method: "POST",
+        headers: { "content-type": "application/json" },
+        body: JSON.stringify({ rows: this.kept.rows }),
+      });
+    } catch {
+      throw new Error("the server does not answer");
+    }
+    if (!answer.ok) throw new Error(`the server answers ${answer.status}: ${(await answer.text()).slice(0, 200)}`);
+  }
+
+  download() {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([this.csv], { type: "text/csv" }));
+    link.download = `${this.study}-${this.kept.person}.csv`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+  }
+}

@@ -1,0 +1,262 @@
+// One trial on the page. Each gives its rows once it is answered.
+
+import { FileDeck, LiveDeck } from "./deck.js";
+import { button, element, say, shortcuts, show } from "./parts.js";
+import { Walker } from "./walker.js";
+
+const WORDS = ["bad", "poor", "fair", "good", "excellent"];
+const QUESTIONS = {
+  paired: "Which of A and B is closer to the reference?",
+  abx: "Is X the same as A or as B?",
+  rating: "How close is each sound to the reference?",
+};
+/** Seconds for which a name is shown before its sound. */
+const CUE_S = 1.2;
+
+/** Runs a trial to its answer. */
+export async function run(context, trial) {
+  const question = trial.part.question ?? QUESTIONS[trial.method];
+  show(question, element("p", { className: "soft", role: "status" }, "Loading the sounds …"));
+  const { item, sounds } = trial;
+  const deck = item.dry ? await LiveDeck.open(context, sounds, item.dry) : await FileDeck.open(context, sounds);
+  const stage = new Stage(deck, trial, question);
+  const begun = context.currentTime;
+  try {
+    const rows = await VIEWS[trial.method](stage);
+    const seconds = (context.currentTime - begun).toFixed(1);
+    return rows.map((row) => ({ method: trial.method, item: item.name, seconds, ...row }));
+  } finally {
+    stage.close();
+  }
+}
+
+/** The sounds of a trial, their buttons, and the plan of a live one. */
+class Stage {
+  constructor(deck, trial, question) {
+    Object.assign(this, { deck, trial, question });
+    this.least = trial.part.listen_s ?? 2;
+    this.buttons = trial.sounds.map((sound, i) =>
+      button(sound.label, () => this.select(i), { "aria-pressed": "false" }),
+    );
+    this.over = element("input", { type: "checkbox" });
+    this.loop = element("input", { type: "checkbox", checked: true });
+    this.trouble = element("p", { className: "message", role: "alert", hidden: true });
+    deck.addEventListener("change", () => this.mark());
+    deck.addEventListener("trouble", ({ detail }) =>
+      Object.assign(this.trouble, { textContent: detail, hidden: false }),
+    );
+    if (deck.scene) {
+      this.walker = new Walker(deck.scene.description, (position, quaternion) => deck.pose(position, quaternion));
+      deck.jump(this.walker.position, this.walker.quaternion);
+    }
+    this.timer = setInterval(() => this.mark(), 100);
+  }
+
+  close() {
+    clearInterval(this.timer);
+    this.unlisten?.();
+    this.walker?.close();
+    this.deck.close();
+  }
+
+  select(index) {
+    this.deck.select(index, { over: this.over.checked, loop: this.loop.checked });
+    this.mark();
+  }
+
+  isHeard(index) {
+    return this.deck.seconds(index) >= this.deck.least(index, this.least);
+  }
+
+  /** Marks what is heard and what has been heard, and opens the answers when all has. */
+  mark() {
+    this.buttons.forEach((b, i) => {
+      b.setAttribute("aria-pressed", String(this.deck.current === i));
+      const heard = this.isHeard(i);
+      if (heard && !b.classList.contains("heard")) b.setAttribute("aria-label", `${b.textContent}, heard`);
+      b.classList.toggle("heard", heard);
+    });
+    const all = this.buttons.every((_, i) => this.isHeard(i));
+    if (all && !this.all) {
+      this.all = true;
+      say("You have heard every sound and can answer now.");
+    }
+    this.changed?.(this.all === true);
+  }
+
+  get controls() {
+    const stop = button("Pause", () => this.deck.stop());
+    return element("div", { className: "row sounds", role: "group", "aria-label": "Sounds" }, ...this.buttons, stop);
+  }
+
+  get options() {
+    if (this.deck.scene) return null;
+    const check = (input, text) => element("label", { className: "check" }, input, text);
+    return element(
+      "div",
+      { className: "row" },
+      check(this.loop, "Again and again"),
+      check(this.over, "From the beginning at each change"),
+    );
+  }
+
+  get hint() {
+    const hint = element(
+      "p",
+      { className: "soft" },
+      `Listen to every sound for at least ${this.least} seconds; then you can answer.`,
+    );
+    const before = this.changed;
+    this.changed = (all) => {
+      before?.(all);
+      hint.textContent = all
+        ? "You have heard every sound."
+        : `Listen to every sound for at least ${this.least} seconds; then you can answer.`;
+    };
+    return hint;
+  }
+}
+
+/** Waits for one of some buttons, which open once everything has been heard. */
+function choice(stage, labels, keys) {
+  return new Promise((resolve) => {
+    const made = labels.map((label, i) => button(label, () => resolve(i), { className: "go", disabled: true }));
+    stage.changed = (all) => made.forEach((b) => (b.disabled = !all));
+    const numbers = Object.fromEntries(stage.buttons.map((b, i) => [String(i + 1), b]));
+    stage.unlisten = shortcuts({ ...numbers, ...Object.fromEntries(keys.map((key, i) => [key, made[i]])) });
+    const hint = stage.hint;
+    const answers = element("div", { className: "row", role: "group", "aria-label": "Answer" }, ...made);
+    show(
+      stage.question,
+      stage.trouble,
+      stage.walker?.element,
+      stage.controls,
+      stage.options,
+      hint,
+      answers,
+      element(
+        "p",
+        { className: "soft" },
+        `Keys: 1 to ${stage.buttons.length} play, ${keys.map((k) => k.toUpperCase()).join(" and ")} answer.`,
+      ),
+    );
+    stage.mark();
+  });
+}
+
+/** Plays reference, A, reference, B or another order by itself, each for the same time. */
+async function sequence(stage, order, seconds) {
+  const { deck, trial } = stage;
+  const cue = element("div", { className: "card cue", "aria-live": "assertive" });
+  const begin = new Promise((resolve) => {
+    const go = button("Begin", resolve, { className: "go" });
+    const names = order.map((label) => (label === "R" ? "the reference" : label)).join(", ");
+    show(
+      stage.question,
+      stage.trouble,
+      element("p", {}, `You will hear ${names}, ${seconds} seconds each.`),
+      stage.walker?.element,
+      element("div", { className: "row" }, go),
+    );
+    go.focus();
+  });
+  await begin;
+  show(stage.question, stage.trouble, cue, stage.walker?.element);
+  const wait = (s) => new Promise((resolve) => setTimeout(resolve, 1000 * s));
+  for (const label of order) {
+    const name = label === "R" ? "Reference" : label;
+    const index = trial.sounds.findIndex((sound) => sound.label === name);
+    cue.textContent = name;
+    await wait(CUE_S);
+    deck.select(index, { over: true, loop: true });
+    await wait(seconds);
+    deck.stop();
+  }
+}
+
+const VIEWS = {
+  async paired(stage) {
+    const { part, sounds } = stage.trial;
+    const [a, b] = sounds.slice(-2);
+    const order = part.sequence ?? (stage.deck.scene || sounds.length === 2 ? null : ["R", "A", "R", "B"]);
+    if (order) await sequence(stage, order, part.seconds ?? 5);
+    if (order) {
+      // Everything has been heard; who wants to hear more may.
+      stage.isHeard = () => true;
+    }
+    const answer = (await choice(stage, ["A", "B"], ["a", "b"])) === 0 ? a : b;
+    return [{ a: a.name, b: b.name, answer: answer.name }];
+  },
+
+  async abx(stage) {
+    const [a, b, x] = stage.trial.sounds;
+    const answer = (await choice(stage, ["X is A", "X is B"], ["a", "b"])) === 0 ? a : b;
+    return [{ a: a.name, b: b.name, x: x.name, answer: answer.name }];
+  },
+
+  rating(stage) {
+    return new Promise((resolve) => {
+      const { sounds } = stage.trial;
+      const touched = new Set();
+      const done = button("Next", () => finish(), { className: "go", disabled: true });
+      const rated = sounds.map((sound, i) => ({ sound, i })).filter(({ sound }) => sound.role !== "open");
+      const sliders = rated.map(({ sound, i }) => {
+        const out = element("output", {}, "–");
+        const slider = element("input", {
+          type: "range",
+          min: "0",
+          max: "100",
+          step: "1",
+          value: "50",
+          "aria-label": `Rating of ${sound.label}`,
+        });
+        const take = () => {
+          touched.add(i);
+          out.textContent = slider.value;
+          const word = WORDS[Math.min(4, Math.floor(slider.value / 20))];
+          slider.setAttribute("aria-valuetext", `${slider.value}, ${word}`);
+          stage.mark();
+        };
+        slider.addEventListener("input", take);
+        slider.addEventListener("change", take);
+        // A rating of what is heard: who moves a slider hears its sound.
+        slider.addEventListener("pointerdown", () => stage.deck.current !== i && stage.select(i));
+        return { sound, slider, line: element("div", { className: "rating" }, stage.buttons[i], slider, out) };
+      });
+      const finish = () =>
+        resolve(
+          sliders.map(({ sound, slider }) => ({
+            a: sound.name,
+            rating: slider.value,
+            role: sound.role === "rated" ? "" : sound.role,
+          })),
+        );
+      stage.changed = (all) => (done.disabled = !all || touched.size < sliders.length);
+      const hint = stage.hint;
+      const open = stage.buttons.filter((_, i) => sounds[i].role === "open");
+      stage.unlisten = shortcuts(Object.fromEntries(stage.buttons.map((b, i) => [String(i + 1), b])));
+      const words = element(
+        "div",
+        { className: "words", "aria-hidden": "true" },
+        element("div", {}, ...WORDS.map((word) => element("span", {}, word))),
+      );
+      show(
+        stage.question,
+        stage.trouble,
+        stage.walker?.element,
+        element(
+          "div",
+          { className: "row sounds", role: "group", "aria-label": "Reference" },
+          ...open,
+          button("Pause", () => stage.deck.stop()),
+        ),
+        stage.options,
+        element("div", { className: "card sounds" }, words, ...sliders.map(({ line }) => line)),
+        hint,
+        element("p", { className: "soft" }, "Move every slider. One of the sounds is the reference itself."),
+        element("div", { className: "row" }, done),
+      );
+      stage.mark();
+    });
+  },
+};

@@ -1,0 +1,191 @@
+//! The server of a study, by requests.
+
+use promenade_audio::wav::{self, Format};
+use promenade_study::{HEADER, Server, Study, read, write_site};
+use serde_json::{Value, json};
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
+
+/// A site with a server, and its file of answers.
+struct Place {
+    folder: tempfile::TempDir,
+    address: SocketAddr,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["x.wav", "y.wav"] {
+            let tone: Vec<f32> = (0..16_000_u16).map(|i| 0.1 * (f32::from(i) * 0.3).sin()).collect();
+            wav::write(&at(name), &[tone], 16_000, Format::Pcm16).unwrap();
+        }
+        let study = json!({
+            "study": "rooms", "title": "Rooms", "post": true,
+            "parts": [{ "method": "paired", "items": [{ "name": "hall", "conditions": { "x": "x.wav", "y": "y.wav" } }] }],
+        });
+        std::fs::write(at("study.json"), study.to_string()).unwrap();
+        std::fs::write(at("secret.txt"), "secret").unwrap();
+        let study = Study::read(&at("study.json")).unwrap();
+        write_site(&study, &at("study.json"), &at("site"), None).unwrap();
+        let server = Server::new("127.0.0.1:0".parse().unwrap(), &at("site"), &at("answers.csv")).unwrap();
+        let address = server.address().unwrap();
+        std::thread::spawn(move || server.run());
+        Self { folder, address }
+    }
+
+    /// Status and body of the answer to these bytes.
+    fn raw(&self, bytes: &[u8]) -> (u32, String) {
+        let mut stream = TcpStream::connect(self.address).unwrap();
+        // A server that refuses may have stopped to read.
+        let _ = stream.write_all(bytes);
+        let mut said = Vec::new();
+        let _ = stream.read_to_end(&mut said);
+        let said = String::from_utf8_lossy(&said).into_owned();
+        let status = said.get(9..12).and_then(|s| s.parse().ok()).unwrap_or(0);
+        (status, said.split_once("\r\n\r\n").map(|(_, body)| body.to_owned()).unwrap_or_default())
+    }
+
+    fn get(&self, path: &str) -> (u32, String) {
+        self.raw(format!("GET {path} HTTP/1.1\r\nHost: x\r\n\r\n").as_bytes())
+    }
+
+    fn post(&self, path: &str, body: &str) -> (u32, String) {
+        let head = format!(
+            "POST {path} HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n",
+            body.len()
+        );
+        self.raw(format!("{head}{body}").as_bytes())
+    }
+
+    fn answers(&self) -> String {
+        std::fs::read_to_string(self.folder.path().join("answers.csv")).unwrap()
+    }
+}
+
+fn row(person: &str, answer: &str) -> Value {
+    json!(["rooms", person, "2026-01-01T00:00:00Z", "1", "paired", "hall", "x", "y", "", answer, "", "", "9.5", "passed"])
+}
+
+fn body(row: &Value) -> String {
+    json!({ "rows": [row] }).to_string()
+}
+
+#[test]
+fn a_thousand_answers_at_once_are_all_kept() {
+    let place = Place::new();
+    std::thread::scope(|scope| {
+        for person in 0..1000 {
+            let place = &place;
+            let post = move || {
+                let (status, said) =
+                    place.post("/answers", &body(&row(&format!("p{person}"), if person % 3 == 0 { "x" } else { "y" })));
+                assert_eq!((status, &*said), (200, "1 rows\n"), "{person}");
+            };
+            std::thread::Builder::new().stack_size(256 << 10).spawn_scoped(scope, post).unwrap();
+        }
+    });
+    let path = place.folder.path().join("answers.csv");
+    let material = read(&[&path]).unwrap();
+    assert_eq!((material.answers.list().len(), material.answers.persons(), material.answers.repeated), (1000, 1000, 0));
+    assert_eq!(place.answers().lines().count(), 1001);
+}
+
+#[test]
+fn the_site_is_shown_and_nothing_else() {
+    let place = Place::new();
+    let (status, page) = place.get("/");
+    assert!(status == 200 && page.starts_with("<!doctype html>"), "{status}");
+    assert_eq!(place.get("/index.html?person=a").0, 200);
+    let study: Value = serde_json::from_str(&place.get("/study.json").1).unwrap();
+    let file = study["parts"][0]["items"][0]["conditions"][0]["file"].as_str().unwrap().to_owned();
+    assert_eq!(place.get(&format!("/{file}")).0, 200);
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(place.folder.path().join("secret.txt"), place.folder.path().join("site/late.txt")).unwrap();
+    for path in [
+        "/../secret.txt",
+        "/..%2fsecret.txt",
+        "/%2e%2e/secret.txt",
+        "//secret.txt",
+        "/stimuli/../../secret.txt",
+        "/late.txt",
+        "/answers",
+        "/stimuli",
+        "/..\\secret.txt",
+        "/stimuli/../index.html",
+        "/answers.csv",
+    ] {
+        let (status, said) = place.get(path);
+        assert!(status == 404 && !said.contains("secret"), "{path}: {status} {said}");
+    }
+    assert_eq!(place.get("secret.txt").0, 400);
+}
+
+#[test]
+fn broken_and_huge_posts_change_nothing() {
+    let place = Place::new();
+    let head = HEADER.join(",") + "\n";
+    let good = row("p", "x");
+    let with = |column: usize, value: &str| {
+        let mut row = good.clone();
+        row[column] = json!(value);
+        body(&row)
+    };
+    let many = json!({ "rows": vec![&good; 20_001] }).to_string();
+    for (sent, status) in [
+        ("", 422),
+        ("{", 422),
+        ("[]", 422),
+        ("{\"rows\":[]}", 422),
+        ("{\"rows\":[[\"a\"]]}", 422),
+        ("{\"rows\":[[1]]}", 422),
+        (&*with(0, "others"), 422),
+        (&*with(1, "../p"), 422),
+        (&*with(1, &"p".repeat(65)), 422),
+        (&*with(3, "first"), 422),
+        (&*with(5, "attic"), 422),
+        (&*with(6, "z"), 422),
+        (&*with(9, "z"), 422),
+        (&*with(2, "=1+1"), 422),
+        (&*with(13, "a\nb"), 422),
+        (&*with(12, &"9".repeat(129)), 422),
+        (&*many, 422),
+    ] {
+        let (found, said) = place.post("/answers", sent);
+        assert_eq!(found, status, "{}: {said}", &sent[..sent.len().min(120)]);
+    }
+    for path in ["/answers/", "/study.json", "/../answers.csv", "/answers.csv", "/new.csv"] {
+        assert_eq!(place.post(path, &body(&good)).0, 404, "{path}");
+    }
+    let raw = |text: &str| place.raw(text.as_bytes()).0;
+    assert_eq!(raw("POST /answers HTTP/1.1\r\nContent-Type: application/json\r\nContent-Length: 99999999999\r\n\r\n"), 413);
+    assert_eq!(raw("POST /answers HTTP/1.1\r\nContent-Type: application/json\r\nContent-Length: -1\r\n\r\n"), 400);
+    assert_eq!(raw("POST /answers HTTP/1.1\r\nContent-Type: application/json\r\n\r\n"), 411);
+    assert_eq!(raw("POST /answers HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n"), 411);
+    assert_eq!(raw("POST /answers HTTP/1.1\r\nContent-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}"), 415);
+    assert_eq!(raw("PUT /answers HTTP/1.1\r\nContent-Length: 2\r\n\r\n{}"), 405);
+    assert_eq!(raw("DELETE /study.json HTTP/1.1\r\n\r\n"), 405);
+    assert_eq!(raw("nonsense\r\n\r\n"), 400);
+    assert_eq!(raw(&format!("GET / HTTP/1.1\r\nX: {}\r\n\r\n", "x".repeat(20_000))), 400);
+    assert_eq!(place.answers(), head, "nothing was written");
+    assert_eq!(place.post("/answers", &body(&good)).0, 200);
+    assert_eq!(place.answers().lines().count(), 2);
+}
+
+#[test]
+fn an_old_file_goes_on_and_another_is_left_alone() {
+    let place = Place::new();
+    assert_eq!(place.post("/answers", &body(&row("p", "x"))).0, 200);
+    let (site, answers) = (place.folder.path().join("site"), place.folder.path().join("answers.csv"));
+    let before = place.answers();
+    // Half a line, as a machine leaves that lost its power.
+    std::fs::write(&answers, format!("{before}rooms,q,")).unwrap();
+    let again = Server::new("127.0.0.1:0".parse().unwrap(), &site, &answers);
+    assert!(again.is_ok() && place.answers().ends_with("rooms,q,\n"));
+    let other = place.folder.path().join("secret.txt");
+    let refused = Server::new("127.0.0.1:0".parse().unwrap(), &site, &other).err().unwrap().to_string();
+    assert!(refused.contains("secret.txt"), "{refused}");
+    assert_eq!(std::fs::read_to_string(&other).unwrap(), "secret");
+    assert!(Server::new("127.0.0.1:0".parse().unwrap(), Path::new("/nowhere"), &answers).is_err());
+}
