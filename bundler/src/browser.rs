@@ -53,9 +53,11 @@ impl Browser {
 
     /// Runs the tests with a build of the command line.
     pub(crate) fn test(&self, program: &Path) -> Result<()> {
-        let mut node = Command::new("node");
-        node.arg(self.scripts.join("page_test.mjs")).arg(program).arg(&self.engine);
-        run(node.env("PROMENADE_CHROMIUM", browser().unwrap_or(PROGRAMS[0])))
+        ["page_test.mjs", "study_test.mjs"].iter().try_for_each(|script| {
+            let mut node = Command::new("node");
+            node.arg(self.scripts.join(script)).arg(program).arg(&self.engine);
+            run(node.env("PROMENADE_CHROMIUM", browser().unwrap_or(PROGRAMS[0])))
+        })
     }
 }
 

@@ -66,7 +66,7 @@ fn samples_are_shared_out_by_eye_and_ear_at_one_cost() {
     assert!(costs.len() == 4 && costs.iter().all(|cost| (cost / 20.0 - 1.0).abs() < 0.01), "{said}");
     let samples = |name: &str| -> Vec<f32> {
         let file = exr::prelude::read_first_flat_layer_from_file(format!("{out}/{name}.exr")).unwrap();
-        let channel = file.layer_data.channel_data.list.iter().find(|c| c.name.eq(&"samples".into())).unwrap();
+        let channel = file.layer_data.channel_data.list.iter().find(|c| c.name.to_string() == "samples").unwrap();
         channel.sample_data.values_as_f32().collect()
     };
     let mean = |of: &[f32], [x, y]: [usize; 2]| {

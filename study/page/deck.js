@@ -156,12 +156,6 @@ export class LiveDeck extends Deck {
       await deck.engine.revive();
       if (deck.current !== null) deck.hear(deck.current);
     });
-    // A scene is loaded once, whatever names it goes by.
-    deck.files = [...new Set(sounds.map((sound) => sound.file))];
-    for (const file of deck.files) {
-      const scene = await deck.engine.load(await bytes(file), { slot: file, hear: file === deck.files[0] });
-      deck.scene ??= scene;
-    }
     deck.gain = new GainNode(context, { gain: 0 });
     deck.straight = new GainNode(context, { gain: 1 });
     deck.anchor = new GainNode(context, { gain: 0 });
@@ -173,6 +167,12 @@ export class LiveDeck extends Deck {
     if (cut) {
       const filter = new ConvolverNode(context, { buffer: lowPass(context, cut), disableNormalization: true });
       deck.gain.connect(filter).connect(deck.anchor).connect(context.destination);
+    }
+    // Only what leads to the ears is run, and takes its scenes. One is loaded once, whatever names it goes by.
+    deck.files = [...new Set(sounds.map((sound) => sound.file))];
+    for (const file of deck.files) {
+      const scene = await deck.engine.load(await bytes(file), { slot: file, hear: file === deck.files[0] });
+      deck.scene ??= scene;
     }
     deck.source = new AudioBufferSourceNode(context, { buffer: await decoded(context, dry), loop: true });
     deck.source.connect(deck.engine.input);

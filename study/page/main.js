@@ -138,7 +138,8 @@ async function thank(study, answers) {
       await answers.post(study.post);
       state.textContent = "Your answers have been sent. You can close this page.";
     } catch (error) {
-      state.textContent = `Your answers could not be sent: ${error.message}. They are kept in this browser; ` +
+      state.textContent =
+        `Your answers could not be sent: ${error.message}. They are kept in this browser; ` +
         "send them again, or save them and send them by mail.";
       again.hidden = false;
     }

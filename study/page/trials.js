@@ -184,7 +184,7 @@ const VIEWS = {
       // Everything has been heard; who wants to hear more may.
       stage.isHeard = () => true;
     }
-    const answer = (await choice(stage, ["A", "B"], ["a", "b"])) === 0 ? a : b;
+    const answer = (await choice(stage, ["My answer: A", "My answer: B"], ["a", "b"])) === 0 ? a : b;
     return [{ a: a.name, b: b.name, answer: answer.name }];
   },
 
@@ -204,6 +204,7 @@ const VIEWS = {
         const out = element("output", {}, "–");
         const slider = element("input", {
           type: "range",
+          className: "untouched",
           min: "0",
           max: "100",
           step: "1",
@@ -212,6 +213,7 @@ const VIEWS = {
         });
         const take = () => {
           touched.add(i);
+          slider.classList.remove("untouched");
           out.textContent = slider.value;
           const word = WORDS[Math.min(4, Math.floor(slider.value / 20))];
           slider.setAttribute("aria-valuetext", `${slider.value}, ${word}`);

@@ -149,6 +149,7 @@ export class Walker {
     const [x, y] = this.within(this.velocity.map((v, i) => this.position[i] + v * seconds));
     this.position = [x, y, this.position[2]];
     this.yaw += ((this.held.has("turn-left") ? 1 : 0) - (this.held.has("turn-right") ? 1 : 0)) * TURN * seconds;
+    this.canvas.dataset.place = [x, y].map((v) => v.toFixed(2)).join(" ");
     this.moved(this.position, this.quaternion);
   }
 

@@ -40,7 +40,10 @@ fn the_crates_depend_on_each_other_as_they_are_drawn() {
         ("promenade-room", &["acoustics", "core", "fourier", "metrics"]),
         ("promenade-fourier", &[]),
         ("promenade-audio", &[]),
-        ("promenade-study", &["audio"]),
+        (
+            "promenade-study",
+            &["acoustics", "audio", "baker", "core", "fourier", "judge", "metrics", "paths", "room", "sofa", "web"],
+        ),
         ("promenade-metrics", &["fourier"]),
         ("promenade-judge", &["core", "fourier", "metrics"]),
         ("promenade-core", &["fourier"]),

@@ -1,0 +1,332 @@
+// The page of `promenade study` in Chromium: a study from its welcome to the report of its answers.
+//
+//   node tests/browser/study_test.mjs PROMENADE ENGINE [NAME]
+//
+// In the root of the repository. PROMENADE is the program, ENGINE the module; NAME runs the tests whose names contain it.
+// With PROMENADE_PICTURES each kind of page is photographed into that folder.
+
+import { spawn } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { tone, writeWav } from "./sound.mjs";
+import { check, launch, open, run, runTests } from "./steps.mjs";
+
+const [program, engine, only] = process.argv.slice(2);
+const pictures = process.env.PROMENADE_PICTURES;
+const root = process.cwd();
+const folder = mkdtempSync(join(tmpdir(), "promenade-study-"));
+const RATE = 48_000;
+
+[
+  ["reference", 220, 0.2],
+  ["near", 220, 0.1],
+  ["far", 660, 0.3],
+].forEach(([name, hz, gain]) => writeWav(join(folder, `${name}.wav`), RATE, [tone(hz, RATE, RATE, gain)]));
+const files = { name: "tones", reference: "reference.wav", conditions: { near: "near.wav", far: "far.wav" } };
+const scene = (name) => join(root, `presets/library/${name}.promenade`);
+const rooms = {
+  name: "rooms",
+  dry: "reference.wav",
+  reference: scene("living-room"),
+  conditions: { living: scene("living-room"), studio: scene("dry-studio") },
+};
+const quick = { listen_s: 0.2 };
+const study = {
+  study: "both",
+  title: "Which room is nearer?",
+  welcome: "You compare sounds.\n\nIt takes five minutes.",
+  consent: "I take part of my own will.",
+  seed: 5,
+  post: true,
+  parts: [
+    { method: "paired", title: "Pairs", intro: "The reference comes before each.", seconds: 0.3, items: [files] },
+    { method: "abx", repeats: 2, ...quick, items: [{ name: "tones", conditions: files.conditions }] },
+    { method: "rating", anchor: true, ...quick, items: [files] },
+    { method: "paired", ...quick, items: [rooms] },
+    { method: "rating", anchor: true, ...quick, items: [rooms] },
+  ],
+};
+/** Rows of a person: two pairs, two ABX, two times four ratings. */
+const ROWS = 2 + 2 + 8;
+
+/** Writes a study and starts its server; gives its address, its file of answers, and what ends it. */
+async function serve(made) {
+  const [file, site, answers] = ["json", "site", "csv"].map((kind) => join(folder, `${made.study}.${kind}`));
+  writeFileSync(file, JSON.stringify(made));
+  run(program, "study", file, "-o", site, "--engine", engine);
+  const server = spawn(program, ["study", "serve", site, "--answers", answers, "--listen", "127.0.0.1:0"]);
+  const port = await new Promise((resolve) => server.stdout.once("data", (said) => resolve(/:(\d+)\//.exec(said)[1])));
+  return { address: `http://localhost:${port}/`, answers, stop: () => server.kill() };
+}
+
+const browser = await launch();
+const server = await serve(study);
+/** What is sent to the ears is seen by an analyser too. */
+const listen = `{
+  const connect = AudioNode.prototype.connect;
+  AudioNode.prototype.connect = function (to, ...rest) {
+    if (to === this.context.destination && this.context instanceof AudioContext) {
+      globalThis.heard ??= new AnalyserNode(this.context, { fftSize: 32768 });
+      connect.call(this, globalThis.heard);
+    }
+    return connect.call(this, to, ...rest);
+  };
+}`;
+
+let photographs = 0;
+async function photograph(page, name) {
+  if (pictures) await page.screenshot({ path: join(pictures, `${++photographs}-${name}.png`), fullPage: true });
+}
+
+const heading = (page) => page.locator("h2").innerText();
+const click = (page, name) => page.getByRole("button", { name, exact: true }).click();
+
+async function begin(page) {
+  await page.getByRole("checkbox").check();
+  await click(page, "Begin");
+}
+
+/** The headphone check, answered rightly or always with the antiphase tone, as through loudspeakers. */
+async function screen(page, person, rightly) {
+  await page.waitForSelector("text=This study needs headphones");
+  await click(page, "Begin");
+  const trials = await page.evaluate(
+    async ([seed, name]) => {
+      const [{ screening }, { chance }] = await Promise.all([import("./headphones.js"), import("./random.js")]);
+      return screening(chance(`${seed}/headphones/${name}`));
+    },
+    [study.seed, person],
+  );
+  for (const [number, { soft, antiphase }] of trials.entries()) {
+    await page.waitForSelector(`text=${number + 1} of 6`);
+    await click(page, "Play");
+    if (number === 0) await photograph(page, "headphones");
+    await page.locator(`.sounds button:nth-child(${(rightly ? soft : antiphase) + 1}):enabled`).click();
+  }
+}
+
+/** Hears every sound of a trial by its key. */
+async function hearAll(page) {
+  await page.waitForSelector(".sounds button");
+  const count = await page.locator(".sounds button:not(:text-is('Pause'))").count();
+  for (let i = 0; i < count; i++) {
+    await page.keyboard.press(String(i + 1));
+    await page.waitForFunction((at) => document.querySelectorAll(".sounds button.heard").length > at, i);
+  }
+}
+
+async function pair(page, name, answer) {
+  if (await page.getByRole("button", { name: "Begin", exact: true }).count()) await click(page, "Begin");
+  await page.waitForSelector("text=Keys:", { timeout: 30_000 });
+  if (await page.locator("canvas").count()) await hearAll(page);
+  await page.waitForSelector("button.go:enabled");
+  await photograph(page, name);
+  await page.keyboard.press(answer);
+}
+
+async function rate(page, name) {
+  await page.waitForSelector("input[type=range]", { timeout: 30_000 });
+  await hearAll(page);
+  const sliders = page.locator("input[type=range]");
+  check(await page.getByRole("button", { name: "Next" }).isDisabled(), "a rating must be given");
+  for (let i = 0; i < (await sliders.count()); i++) {
+    await sliders.nth(i).focus();
+    for (let k = 0; k <= 5 * i; k++) await page.keyboard.press("ArrowRight");
+  }
+  await photograph(page, name);
+  await click(page, "Next");
+}
+
+/** A whole study of one person. */
+async function answer(page) {
+  const titled = (words) => page.waitForSelector(`h2:text("${words}")`);
+  await titled("Pairs");
+  await click(page, "Go on");
+  await titled("Which of A and B");
+  await pair(page, "paired", "a");
+  for (const place of [4, 5]) {
+    await page.waitForSelector(`text=${place - 2} of 6`);
+    await titled("Is X");
+    await hearAll(page);
+    await page.waitForSelector("button.go:enabled");
+    if (place === 4) await photograph(page, "abx");
+    await page.keyboard.press("b");
+  }
+  await titled("How close");
+  await rate(page, "rating");
+  await page.waitForSelector("text=5 of 6");
+  await titled("Which of A and B");
+  await pair(page, "live-paired", "b");
+  await page.waitForSelector("text=6 of 6");
+  await titled("How close");
+  await rate(page, "live-rating");
+  await titled("Thank you");
+}
+
+const lines = (file) => readFileSync(file, "utf8").trim().split("\n").slice(1);
+
+const tests = {
+  async "a study of files and of two scenes ends in answers that the report reads"() {
+    const page = await open(browser, `${server.address}?person=p1`, { script: listen });
+    await photograph(page, "welcome");
+    check(await page.getByRole("button", { name: "Begin" }).isDisabled(), "nobody begins without consent");
+    await begin(page);
+    await screen(page, "p1", true);
+    await answer(page);
+    await page.waitForSelector("text=have been sent");
+    await photograph(page, "thanks");
+    const rows = lines(server.answers);
+    check(rows.length === ROWS, `${rows.length} rows, expected ${ROWS}`);
+    check(
+      rows.every((row) => row.endsWith(",passed")),
+      "the headphone check is not in the rows",
+    );
+    const report = join(folder, "report.json");
+    run(program, "study", "report", server.answers, "--keep-all", "--json", report);
+    const said = JSON.parse(readFileSync(report));
+    const votes = said.paired.items.map(({ item, scores }) => [item, scores.reduce((a, b) => a + b)]);
+    check(JSON.stringify(votes) === '[["tones",1],["rooms",1]]', JSON.stringify(votes));
+    check(said.abx[0].trials === 2 && said.ratings.length === 3, JSON.stringify(said));
+    const rated = said.ratings[0].conditions.map((c) => c.condition).sort();
+    check(rated.join() === "Anchor,Reference,far,near", rated.join());
+    check(page.foreign.length + page.errors.length === 0, [...page.foreign, ...page.errors].join());
+    await page.close();
+    return `${rows.length} rows`;
+  },
+
+  async "who hears through loudspeakers is found out"() {
+    const page = await open(browser, `${server.address}?person=p2`);
+    await begin(page);
+    await screen(page, "p2", false);
+    await page.waitForSelector("text=You found the softest tone 0 times of 6");
+    await click(page, "Go on without");
+    await page.waitForSelector("h2:text('Pairs')");
+    const kept = await page.evaluate(() => JSON.parse(localStorage.getItem("promenade-study/both/p2")).headphones);
+    check(kept === "failed", kept);
+    await page.close();
+  },
+
+  async "scenes change without a gap while the listener walks"() {
+    const made = { ...study, study: "gap", headphones: false, parts: [study.parts[3]] };
+    const own = await serve(made);
+    const page = await open(browser, own.address, { script: listen });
+    await begin(page);
+    await page.waitForSelector(".sounds button", { timeout: 30_000 });
+    await page.keyboard.press("2");
+    await page.locator("canvas").focus();
+    await page.keyboard.down("ArrowUp");
+    await page.waitForTimeout(700);
+    const where = () => page.locator("canvas").getAttribute("data-place");
+    const before = await where();
+    await page.locator(".sounds button").nth(2).dispatchEvent("click");
+    await page.waitForTimeout(350);
+    const { quietest, steepest, loudest } = await page.evaluate(() => {
+      const samples = new Float32Array(32768);
+      globalThis.heard.getFloatTimeDomainData(samples);
+      // A tone of 220 Hz: windows of two of its periods, and its steepest slope.
+      const window = 436;
+      let [least, most, step] = [Infinity, 0, 0];
+      for (let at = 0; at + window <= samples.length; at += window / 2) {
+        const level = Math.hypot(...samples.subarray(at, at + window)) / Math.sqrt(window);
+        [least, most] = [Math.min(least, level), Math.max(most, level)];
+      }
+      for (let i = 1; i < samples.length; i++) step = Math.max(step, Math.abs(samples[i] - samples[i - 1]));
+      return { quietest: least, steepest: step, loudest: most };
+    });
+    await page.keyboard.up("ArrowUp");
+    const slope = steepest / (loudest * Math.SQRT2 * 2 * Math.sin((Math.PI * 220) / 48_000));
+    const gap = 20 * Math.log10(quietest / loudest);
+    check(quietest > 0 && gap > -20, `${gap.toFixed(1)} dB between the quietest and the loudest moment`);
+    check(slope < 1.5, `a slope ${slope.toFixed(2)} times that of the tone: a click`);
+    check(before !== (await where()), "the listener does not walk");
+    await page.close();
+    own.stop();
+    return `quietest ${gap.toFixed(1)} dB, slope ${slope.toFixed(2)} of the tone's`;
+  },
+
+  async "every control is reached by keys and has a name"() {
+    const made = { ...study, study: "keys", headphones: false, parts: [study.parts[4]] };
+    const own = await serve(made);
+    const page = await open(browser, own.address);
+    // Consent by keys alone.
+    await page.keyboard.press("Tab");
+    await page.keyboard.press("Space");
+    await page.keyboard.press("Tab");
+    await page.keyboard.press("Enter");
+    await page.waitForSelector("input[type=range]", { timeout: 30_000 });
+    await hearAll(page);
+    await page.evaluate(() => document.querySelector("h2").focus());
+    const reached = new Set();
+    for (let i = 0; i < 40; i++) {
+      await page.keyboard.press("Tab");
+      const at = await page.evaluate(() => {
+        const all = [...document.querySelectorAll("button, input, canvas")];
+        return all.indexOf(document.activeElement);
+      });
+      reached.add(at);
+    }
+    const nameless = await page.evaluate(
+      () =>
+        [...document.querySelectorAll("button, input, canvas")].filter(
+          (e) => !(e.getAttribute("aria-label") || e.textContent.trim() || e.closest("label")?.textContent.trim()),
+        ).length,
+    );
+    const controls = await page.locator("button:enabled, input, canvas").count();
+    reached.delete(-1);
+    check(reached.size === controls, `${reached.size} of ${controls} controls are reached`);
+    check(nameless === 0, `${nameless} controls have no name`);
+    await page.close();
+    own.stop();
+    return `${controls} controls`;
+  },
+
+  async "a study that is left goes on where it was, and answers wait for a server"() {
+    const made = { ...study, study: "left", headphones: false, parts: [study.parts[1]] };
+    const own = await serve(made);
+    const page = await open(browser, own.address);
+    await begin(page);
+    await hearAll(page);
+    await page.waitForSelector("button.go:enabled");
+    await page.keyboard.press("a");
+    await page.waitForSelector("text=2 of 2");
+    await page.reload();
+    await click(page, "Go on");
+    await page.waitForSelector("text=2 of 2");
+    await hearAll(page);
+    await page.waitForSelector("button.go:enabled");
+    await page.route("**/answers", (route) => route.abort());
+    await page.keyboard.press("a");
+    await page.waitForSelector("text=could not be sent");
+    check(lines(own.answers).length === 0, "nothing has been sent");
+    const [download] = await Promise.all([page.waitForEvent("download"), click(page, "Save my answers")]);
+    const saved = readFileSync(await download.path(), "utf8");
+    check(saved.trim().split("\n").length === 3, saved);
+    await page.unroute("**/answers");
+    await click(page, "Send again");
+    await page.waitForSelector("text=have been sent");
+    check(saved.includes(lines(own.answers).join("\n")), "what is saved is what is sent");
+    await page.close();
+    own.stop();
+  },
+
+  async "sounds that are missing are said, and can be tried again"() {
+    const made = { ...study, study: "missing", headphones: false, parts: [study.parts[1]] };
+    const own = await serve(made);
+    const page = await open(browser, own.address);
+    await page.route("**/stimuli/*", (route) => route.fulfill({ status: 503, body: "" }));
+    await begin(page);
+    await page.waitForSelector("text=the server answers 503");
+    await page.unroute("**/stimuli/*");
+    await click(page, "Try again");
+    await hearAll(page);
+    await page.close();
+    own.stop();
+  },
+};
+
+const passed = await runTests(tests, only);
+server.stop();
+await browser.close();
+rmSync(folder, { recursive: true });
+process.exit(passed ? 0 : 1);
