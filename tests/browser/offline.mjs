@@ -1,8 +1,15 @@
 // Plays scenes in an offline audio context of the page, with the page's own engine.
 
-/** Runs in the page: plays `input` in a scene and gives both ears and the latency, samples. */
-async function playInPage({ scene, input, rate, path, messages, settings, inline, reset, second }) {
+/** Runs in the page: plays `sound` (samples in base64, as they pass quickest) in a scene and gives both ears and the latency, samples. */
+async function playInPage({ scene, sound, rate, path, messages, settings, inline, reset, second }) {
   const { Engine } = await import("/engine/engine.js");
+  const input = new Float32Array(Uint8Array.from(atob(sound), (c) => c.charCodeAt(0)).buffer);
+  const text = (samples) => {
+    const bytes = new Uint8Array(samples.buffer);
+    let binary = "";
+    for (let i = 0; i < bytes.length; i += 32_768) binary += String.fromCharCode(...bytes.subarray(i, i + 32_768));
+    return btoa(binary);
+  };
   const seconds = input.length / rate;
   const context = new OfflineAudioContext({
     numberOfChannels: 2,
@@ -25,7 +32,7 @@ async function playInPage({ scene, input, rate, path, messages, settings, inline
     engine.walk();
   }
   const buffer = new AudioBuffer({ length: input.length, sampleRate: rate });
-  buffer.copyToChannel(Float32Array.from(input), 0);
+  buffer.copyToChannel(input, 0);
   const source = new AudioBufferSourceNode(context, { buffer, loop: Boolean(reset) });
   source.connect(engine.input);
   source.start();
@@ -50,7 +57,13 @@ async function playInPage({ scene, input, rate, path, messages, settings, inline
     });
   }
   const played = await context.startRendering();
-  return { ears: [0, 1].map((c) => Array.from(played.getChannelData(c))), latency, description };
+  return { ears: [0, 1].map((c) => text(played.getChannelData(c))), latency, description };
 }
 
-export const play = (page, options) => page.evaluate(playInPage, { ...options, input: Array.from(options.input) });
+/** Both ears of a scene that plays `input`. */
+export async function play(page, { input, ...options }) {
+  const sound = Buffer.from(input.buffer, input.byteOffset, input.byteLength).toString("base64");
+  const played = await page.evaluate(playInPage, { ...options, sound });
+  const samples = (text) => new Float32Array(Uint8Array.from(Buffer.from(text, "base64")).buffer);
+  return { ...played, ears: played.ears.map(samples) };
+}

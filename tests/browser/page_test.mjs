@@ -171,17 +171,17 @@ const tests = {
   async "a tone while turning by messages at 72 Hz is as clean as on the exact path"() {
     const page = await benchPage();
     const [scene, hz] = [contents.scenes[0].file, 1000];
-    const input = tone(hz, RATE, 4 * RATE, 0.25);
+    const input = tone(hz, RATE, 3 * RATE, 0.25);
     const start = [2, 1.5, 1.5];
     const options = { scene, input, rate: RATE };
-    const path = Array.from({ length: 401 }, (_, i) => [i / 100, ...turned(start, i / 100)]);
+    const path = Array.from({ length: 301 }, (_, i) => [i / 100, ...turned(start, i / 100)]);
     // Sent evenly, and taken at the next block, as by a page.
     const block = 128 / RATE;
-    const sent = Array.from({ length: 4 * 72 - 2 }, (_, i) => (i + 1) / 72);
+    const sent = Array.from({ length: 3 * 72 - 2 }, (_, i) => (i + 1) / 72);
     const messages = sent.map((t) => ({ at: Math.ceil(t / block) * block, sent: t + 100, pose: turned(start, t) }));
     const lines = async (of) => {
       const { ears } = await play(page, { ...options, ...of });
-      return sideLinesDb(ears[0].slice(1.5 * RATE, 3.5 * RATE), RATE, hz, 40, 400);
+      return sideLinesDb(ears[0].slice(1.5 * RATE, 2.5 * RATE), RATE, hz, 40, 400);
     };
     const [exact, glided] = [await lines({ path }), await lines({ messages })];
     const words = `${glided.toFixed(1)} dB, on the path ${exact.toFixed(1)} dB`;

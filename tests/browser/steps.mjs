@@ -83,13 +83,15 @@ export async function runTests(tests, only) {
   const counts = { passed: 0, failed: 0 };
   for (const [name, test] of Object.entries(tests)) {
     if (only && !name.includes(only)) continue;
+    const began = Date.now();
     try {
       const said = await test();
       counts.passed++;
-      console.log(`ok      ${name}${said ? `: ${said}` : ""}`);
+      const seconds = ((Date.now() - began) / 1000).toFixed(1);
+      console.log(`ok      ${name}${said ? `: ${said}` : ""} (${seconds} s)`);
     } catch (error) {
       counts.failed++;
-      console.log(`FAILED  ${name}: ${error.message}`);
+      console.log(`FAILED  ${name}: ${error.message.split("\n").slice(0, 4).join("\n")}`);
     }
   }
   console.log(`${counts.passed} passed, ${counts.failed} failed`);
