@@ -1,6 +1,9 @@
 // Plays scenes in an offline audio context of the page, with the page's own engine.
 
-/** Runs in the page: plays `sound` (samples in base64, as they pass quickest) in a scene and gives both ears and the latency, samples. */
+/**
+ * Runs in the page: plays `sound` (samples in base64, as they pass quickest) in a scene and gives both ears, as well in base64,
+ * and the latency, samples.
+ */
 async function playInPage({ scene, sound, rate, path, messages, settings, inline, reset, second }) {
   const { Engine } = await import("/engine/engine.js");
   const input = new Float32Array(Uint8Array.from(atob(sound), (c) => c.charCodeAt(0)).buffer);
