@@ -203,6 +203,19 @@ fn within(what: &str, room: &Room, mesh: &Mesh, at: Vec3) -> Result<()> {
     bail!("{what}: expected a place in the closed room, which lies from {low} to {high} m, found {}{nearest}", written(place));
 }
 
+/// Materials that a fit has left in a file beside the mesh, as rules that come after those of the command line.
+fn fitted(mesh: &Path) -> Result<Vec<(String, String)>> {
+    let beside = mesh.with_extension("materials.json");
+    if !beside.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = std::fs::read_to_string(&beside).with_context(|| format!("{}: cannot be read", beside.display()))?;
+    let found: MaterialsBeside =
+        serde_json::from_str(&text).with_context(|| format!("{}: expected materials by group", beside.display()))?;
+    report::note(format_args!("materials of {} where no rule says otherwise", report::file_name(&beside)));
+    Ok(found.materials.into_iter().collect())
+}
+
 /// The source: where it is, and what it sends where.
 pub(crate) fn source(args: &RoomArgs) -> Result<Source> {
     let directivity = match args.directivity.to_str().and_then(Directivity::named) {

@@ -1,9 +1,7 @@
 //! The measured room with changed walls.
 
 mod needs_shared {
-    use promenade_fit::{
-        Convention, LoadOptions, Measurements, Row, Split, Walls, all_figures, baselines, mean_rows, quick_row,
-    };
+    use promenade_fit::{Convention, LoadOptions, Measurements, Split, Walls, all_figures, baselines, quick_row};
     use promenade_testing::shared;
 
     fn load(setting: &str) -> Measurements {
