@@ -14,6 +14,8 @@ use crate::image::{Image, MAX_ORDER, Share};
 use crate::octave::Octaves;
 use crate::ray::Ray;
 use crate::room::Room;
+use crate::shoebox::Shoebox;
+use cone::Cone;
 use glam::DVec3;
 use tree::{Candidate, Candidates, Tree};
 
@@ -61,6 +63,17 @@ impl Images {
         tree.grow_exactly(room, options.exact_order.min(options.order));
         let all = Candidates::distinct(tree.grow_along(room, options));
         Ok(Self { source, directivity, order: options.order, all })
+    }
+
+    /// Those of a source in a box, which are known without a search. Whoever is in the box sees them.
+    ///
+    /// # Errors
+    /// As [`Shoebox::images`].
+    pub fn of_box(walls: &Shoebox, source: impl Into<Source>, order: u32) -> Result<Self, AcousticsError> {
+        let Source { position, directivity } = source.into();
+        let images = walls.images(position, order, Share::Whole)?.into_iter();
+        let seen = |i: Image| Candidate { position: i.position.into(), order: i.order, cone: Cone::EVERYWHERE };
+        Ok(Self { source: position.into(), directivity, order, all: Candidates::distinct(images.map(seen).collect()) })
     }
 
     /// Reflections that they have at most.

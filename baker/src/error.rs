@@ -5,6 +5,7 @@ use promenade_core::SceneError;
 use promenade_core::network::CloudError;
 use promenade_core::published::PublishedError;
 use promenade_paths::PathFileError;
+use promenade_room::RoomError;
 use promenade_sofa::SofaError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -26,6 +27,9 @@ pub enum BakeError {
         /// Line, column and reason.
         source: serde_json::Error,
     },
+    /// A room makes no scene.
+    #[error(transparent)]
+    Room(#[from] RoomError),
     /// A SOFA file cannot be read, or makes no head.
     #[error(transparent)]
     Sofa(#[from] SofaError),

@@ -5,10 +5,10 @@ mod scene;
 use crate::args::{ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{capture, path, progress, report};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Directivity, Entry, Materials, Mesh, MeshReport, Room, Source};
+use promenade_acoustics::{Air, Directivity, Entry, Material, Materials, Mesh, MeshReport, Room, Shoebox, Source};
 use promenade_baker::simulation::{
-    BoxOptions, BoxRoom, Hrtf, Inside, MeshOptions, Part, PartFolder, RunKey, Simulated, along, directivity, fit, grid,
-    random_inside, random_poses, simulate_box, simulate_mesh, turned,
+    Hrtf, Inside, MeshOptions, Part, PartFolder, RunKey, Simulated, along, directivity, fit, grid, random_inside, random_poses,
+    simulate_box, simulate_mesh, turned,
 };
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
@@ -281,57 +281,72 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
     if args.output.extension().is_some_and(|e| e == "promenade") {
         return scene::write_box(args);
     }
-    let absorption = args.materials.as_ref().map_or(args.absorption, |m| m.each_ref().map(|m| m.absorption));
-    let room = BoxRoom { size: args.size, absorption };
+    let walls = walls(args);
     let rate = args.rate.unwrap_or(RESPONSES_HZ);
-    let poses = poses(args, &room)?;
+    let poses = poses(args)?;
     let set = Responses::load(&args.run.head, &LoadOptions::default())?;
     let hrtf = Hrtf::new(&set, rate).with_context(|| format!("{}: makes no HRTF", args.run.head.display()))?;
-    let options = BoxOptions {
-        sample_rate_hz: rate,
+    let options = MeshOptions {
         order: args.order,
+        beams: 0,
+        rays: args.rays as usize,
         length_s: args.run.length,
+        air: Some(Air::default()),
         seed: args.run.seed,
         part: args.run.part.unwrap_or(Part::WHOLE),
     };
-    let run = BoxOptions { part: Part::WHOLE, ..options };
-    let part = part_folder(args.run.part, &args.output, &poses, &[&room, &args.emitter, &set, &run])?;
+    let run = MeshOptions { part: Part::WHOLE, ..options };
+    let part = part_folder(args.run.part, &args.output, &poses, &[&walls, &args.emitter, &set, &rate, &run])?;
     if part.as_ref().is_some_and(is_there) {
         return Ok(());
     }
-    let bar = progress::of_sound(options.part.poses(&poses).len() as f64);
-    let mut responses = simulate_box(&room, args.emitter, &hrtf, &poses, &options, |done| bar.at(done as f64))?;
+    let bar = progress::of_work();
+    let done = |share| bar.at(progress::SHARES * share);
+    let Simulated { mut responses, images, .. } = simulate_box(&walls, args.emitter, &hrtf, &poses, &options, done)?;
     drop(bar);
     responses.notes.push(format!(
-        "simulated by promenade {}: image sources up to order {}, tail with seed {}, head {} of {} directions",
+        "simulated by promenade {}: image sources up to order {}, {} rays with seed {}, head {} of {} directions",
         env!("CARGO_PKG_VERSION"),
         args.order,
+        args.rays,
         args.run.seed,
         set.title,
         hrtf.directions()
     ));
     let output = save(&responses, part.as_ref(), &args.output, &poses, (&args.clips, args.run.seed))?;
-    let times: Vec<String> = room.eyring_t60_s().iter().map(|t| format!("{t:.2}")).collect();
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
-    report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
+    after_eyring(&walls);
     report::line(format_args!(
-        "{}: {} responses of {:.2} s at {} Hz",
+        "{}: {} responses of {:.2} s at {} Hz from {images} images and {} rays",
         output.display(),
         responses.responses.len(),
         frames as f64 / f64::from(rate),
-        rate
+        rate,
+        args.rays
     ));
     Ok(())
 }
 
-fn poses(args: &SimulateBoxArgs, room: &BoxRoom) -> Result<Vec<Pose>> {
+/// The box, with what is known of its walls.
+fn walls(args: &SimulateBoxArgs) -> Shoebox {
+    let materials = args.materials.clone().unwrap_or_else(|| args.absorption.map(Material::absorbing));
+    Shoebox { size: args.size.as_dvec3().to_array(), materials }
+}
+
+/// Says how long a box rings.
+fn after_eyring(walls: &Shoebox) {
+    let times: Vec<String> = walls.eyring_t60_s(Some(Air::default())).iter().map(|t| format!("{t:.2}")).collect();
+    report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
+}
+
+fn poses(args: &SimulateBoxArgs) -> Result<Vec<Pose>> {
     let Some(file) = &args.run.path else {
         let count = args.run.poses.unwrap_or(100) as usize;
-        return Ok(random_poses(room, args.emitter, count, args.margin, args.run.seed)?);
+        return Ok(random_poses(args.size, args.emitter, count, args.margin, args.run.seed)?);
     };
     let poses = walk(file, args.run.poses)?;
     match args.fit {
-        Some(margin) => fit(&poses, room, margin).with_context(|| format!("{}: does not fit", file.display())),
+        Some(margin) => fit(&poses, args.size, margin).with_context(|| format!("{}: does not fit", file.display())),
         None => Ok(poses),
     }
 }

@@ -1,7 +1,7 @@
 //! Energy over time as time filters of a scene.
 
 use crate::receiver::Receiver;
-use promenade_acoustics::{BANDS, Echogram, octave_energy};
+use promenade_acoustics::{BANDS, Bin, Echogram, octave_energy};
 use promenade_core::glam::DVec3;
 use promenade_core::{TAP_LEAD_HOPS, TransferShape};
 use promenade_metrics::slope;
@@ -14,6 +14,8 @@ pub const SHORTEST_EARLY_S: f64 = 0.08;
 /// The late part's reverberation time is fitted to where less is still to come than this, dB of all energy: the end of T20 (ISO
 /// 3382-1).
 const FITTED_TO_DB: f64 = -25.0;
+/// The longest reverberation time, seconds: that of hard walls in air alone is longer than any room's.
+pub(crate) const LONGEST_T60_S: f64 = 60.0;
 /// The fall that it is fitted to at least, dB.
 const LEAST_FALL_DB: f64 = 10.0;
 
@@ -23,21 +25,6 @@ pub type HopEnergies = Vec<Vec<f64>>;
 /// How many hops after the direct sound, which arrives at `direct_s`, a time is.
 fn place(time_s: f64, direct_s: f64, hop_s: f64) -> f64 {
     (time_s - direct_s) / hop_s + TAP_LEAD_HOPS
-}
-
-/// An echogram as a head hears it that turns anywhere, as energy per hop after the direct sound, which arrives at `direct_s`,
-/// and band. What of a hop comes from one side has the head's level at its elevation; the rest comes from everywhere, where
-/// that is 1.
-#[must_use]
-pub fn hop_energies(echogram: &Echogram, direct_s: f64, head: &Receiver) -> HopEnergies {
-    let bands = &head.bands;
-    let of_hop = |(octaves, from): &([f64; BANDS], DVec3)| -> Vec<f64> {
-        let share = (from.length() / octaves.iter().sum::<f64>().max(1e-300)).min(1.0);
-        let heard = head.heard_from(from.normalize_or_zero().z);
-        let level = |(hz, heard): (&f32, f64)| octave_energy(octaves, f64::from(*hz)) * (1.0 - share + share * heard);
-        bands.centres_hz().iter().zip(heard).map(level).collect()
-    };
-    by_hop(echogram, direct_s, head.grid.hop_s()).iter().map(of_hop).collect()
 }
 
 /// Energy of all octaves together that arrives in a hop, and the sum of the directions that it comes from, each as long as its
@@ -50,18 +37,66 @@ pub struct Flow {
     pub from: DVec3,
 }
 
-/// Where the energy of an echogram comes from, by hop after the direct sound as [`hop_energies`] has them.
-#[must_use]
-pub fn hop_flows(echogram: &Echogram, direct_s: f64, hop_s: f64) -> Vec<Flow> {
-    let flow = |(octaves, from): ([f64; BANDS], DVec3)| Flow { energy: octaves.iter().sum(), from };
-    by_hop(echogram, direct_s, hop_s).into_iter().map(flow).collect()
+impl Flow {
+    /// Adds what arrives within a bin of an echogram.
+    pub fn add(&mut self, bin: &Bin) {
+        self.energy += bin.energy.iter().map(|e| f64::from(*e)).sum::<f64>();
+        self.from += DVec3::from(bin.from.map(|axis| axis.iter().map(|e| f64::from(*e)).sum()));
+    }
+
+    /// Where most of it comes from, a unit vector, and the share that does; `None` if as much comes from every side.
+    #[must_use]
+    pub fn side(&self) -> Option<(DVec3, f64)> {
+        let side = self.from.try_normalize()?;
+        Some((side, (self.from.length() / self.energy.max(f64::MIN_POSITIVE)).min(1.0)))
+    }
 }
 
-/// Adds what arrives at one time from one direction, a unit vector.
-pub fn add_flow(flows: &mut [Flow], [time_s, direct_s]: [f64; 2], hop_s: f64, direction: DVec3, energy: f64) {
-    if let Some(flow) = flows.get_mut(place(time_s, direct_s, hop_s).max(1.0) as usize) {
+/// Energy that an ear hears of sound of which a share comes from where the head has this level; the rest comes from everywhere,
+/// where that is 1.
+#[must_use]
+pub fn heard(share: f64, level: f64) -> f64 {
+    1.0 - share + share * level
+}
+
+/// What a place hears of a room besides direct sound and played images, by hop after the direct sound.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LateEnergies {
+    /// As a head hears them that turns anywhere.
+    pub energies: HopEnergies,
+    /// Without a head, and where they come from.
+    pub flows: Vec<Flow>,
+    /// When the direct sound arrives, seconds.
+    direct_s: f64,
+}
+
+impl LateEnergies {
+    /// Those of an echogram at a place where the direct sound arrives at `direct_s`.
+    #[must_use]
+    pub fn of(echogram: &Echogram, direct_s: f64, head: &Receiver) -> Self {
+        let found = by_hop(echogram, direct_s, head.grid.hop_s());
+        let flow = |(octaves, from): &([f64; BANDS], DVec3)| Flow { energy: octaves.iter().sum(), from: *from };
+        let flows: Vec<Flow> = found.iter().map(flow).collect();
+        let of_hop = |((octaves, _), flow): (&([f64; BANDS], DVec3), &Flow)| -> Vec<f64> {
+            let (side, share) = flow.side().unwrap_or_default();
+            let level = |(hz, level): (&f32, f64)| octave_energy(octaves, f64::from(*hz)) * heard(share, level);
+            head.bands.centres_hz().iter().zip(head.heard_from(side.z)).map(level).collect()
+        };
+        Self { energies: found.iter().zip(&flows).map(of_hop).collect(), flows, direct_s }
+    }
+
+    /// Adds what arrives at one time from one direction, a unit vector: energies by octave, without a head, and what the air
+    /// leaves of them at a frequency in Hz.
+    pub fn add(&mut self, time_s: f64, direction: DVec3, octaves: &[f64; BANDS], head: &Receiver, air: impl Fn(f64) -> f64) {
+        let hop = place(time_s, self.direct_s, head.grid.hop_s()).max(1.0) as usize;
+        let Some((bands, flow)) = self.energies.get_mut(hop).zip(self.flows.get_mut(hop)) else { return };
+        let energy: f64 = octaves.iter().sum();
         flow.energy += energy;
         flow.from += energy * direction;
+        let heard = head.bands.centres_hz().iter().zip(head.heard_from(direction.z));
+        for (sum, (hz, level)) in bands.iter_mut().zip(heard) {
+            *sum += level * (octave_energy(octaves, f64::from(*hz)) * air(f64::from(*hz)));
+        }
     }
 }
 
@@ -87,26 +122,17 @@ fn by_hop(echogram: &Echogram, direct_s: f64, hop_s: f64) -> Vec<([f64; BANDS], 
     found
 }
 
-/// Adds what arrives at one time from one elevation, whose sine is given: `energy` is that of a frequency in Hz, without a
-/// head.
-pub fn add_arrival(
-    energies: &mut HopEnergies,
-    [time_s, direct_s]: [f64; 2],
-    sine: f64,
-    head: &Receiver,
-    energy: impl Fn(f64) -> f64,
-) {
-    let hop = place(time_s, direct_s, head.grid.hop_s()).max(1.0) as usize;
-    let Some(bands) = energies.get_mut(hop) else { return };
-    let heard = head.bands.centres_hz().iter().zip(head.heard_from(sine));
-    bands.iter_mut().zip(heard).for_each(|(sum, (hz, heard))| *sum += heard * energy(f64::from(*hz)));
+/// Taps that cover half of a reverberation time, seconds, between [`SHORTEST_EARLY_S`] and [`LONGEST_EARLY_S`].
+#[must_use]
+pub fn early_taps(t60_s: f64, hop_s: f64) -> usize {
+    ((0.5 * t60_s).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S) / hop_s).round() as usize
 }
 
 /// Reverberation time of the late part by band, seconds: a straight line through the level, at all places together, over what
 /// T20 sees of it. `typical` where nothing is left to decay.
-#[must_use]
-pub fn decay_s(rest: &[HopEnergies], from: usize, hop_s: f64, typical: f64) -> Vec<f32> {
-    let hops = rest.iter().map(Vec::len).min().unwrap_or(0);
+pub(crate) fn decay_s(late: &[LateEnergies], from: usize, hop_s: f64, typical: f64) -> Vec<f32> {
+    let rest: Vec<&HopEnergies> = late.iter().map(|late| &late.energies).collect();
+    let hops = rest.iter().map(|hops| hops.len()).min().unwrap_or(0);
     let bands = rest.first().and_then(|hops| hops.first()).map_or(0, Vec::len);
     let time = |band: usize| {
         let energies: Vec<f64> = (0..hops).map(|hop| rest.iter().map(|h| h[hop][band]).sum::<f64>().max(1e-30)).collect();
@@ -128,7 +154,7 @@ pub fn decay_s(rest: &[HopEnergies], from: usize, hop_s: f64, typical: f64) -> V
         let db_per_s = if points.len() > 3 { slope(&points) } else { None };
         db_per_s.map(|s| -60.0 / s).filter(|t| t.is_finite() && *t > 0.0).unwrap_or(typical)
     };
-    (0..bands).map(|band| time(band).clamp(0.02, 100.0) as f32).collect()
+    (0..bands).map(|band| time(band).clamp(0.02, LONGEST_T60_S) as f32).collect()
 }
 
 /// Gains of taps and late part of one place in a row, linear amplitude, the same at both ears.
@@ -173,12 +199,16 @@ pub fn late_gain(energies: &[Vec<f64>], unit: &[Vec<f64>], band: usize, hops: Ra
 mod tests {
     use super::*;
 
+    fn late(energy: impl Fn(i32) -> f64) -> LateEnergies {
+        LateEnergies { energies: (0..400).map(|hop| vec![energy(hop); 2]).collect(), flows: Vec::new(), direct_s: 0.0 }
+    }
+
     #[test]
     fn silence_falls_along_no_line() {
         // As above a plane outdoors: some hops, and then nothing for ever.
-        let outdoors: HopEnergies = (0..400).map(|hop| vec![if hop < 3 { 1.0 } else { 0.0 }; 2]).collect();
+        let outdoors = late(|hop| if hop < 3 { 1.0 } else { 0.0 });
         assert_eq!(decay_s(&[outdoors], 8, 0.005, 0.3), [0.3; 2]);
-        let falling: HopEnergies = (0..400).map(|hop| vec![(-0.1 * f64::from(hop)).exp(); 2]).collect();
+        let falling = late(|hop| (-0.1 * f64::from(hop)).exp());
         let t60_s = 0.005 * 60.0 / (10.0 * 0.1 * std::f64::consts::LOG10_E);
         assert!(decay_s(&[falling], 8, 0.005, 0.3).iter().all(|t| (f64::from(*t) / t60_s - 1.0).abs() < 0.01));
     }

@@ -1,7 +1,7 @@
-//! From acoustics to scenes: energy over time as time filters, and box rooms as scenes of image sources.
+//! From acoustics to scenes: a room of any kind gives images, what is seen of them and late energies, and [`Surfaces`] makes
+//! the scene.
 //!
-//! Light enough to run in the plugin while a user draws a room. The baker makes its scenes of meshes with the same time
-//! filters.
+//! Light enough to run in the plugin while a user draws a room. The baker makes its scenes of meshes with the same maker.
 
 #![forbid(unsafe_code)]
 
@@ -9,11 +9,12 @@ mod error;
 mod late;
 mod receiver;
 mod shoebox_room;
+mod surfaces;
 
 pub use error::RoomError;
 pub use late::{
-    Flow, HopEnergies, LONGEST_EARLY_S, SHORTEST_EARLY_S, add_arrival, add_flow, decay_s, hop_energies, hop_flows, late_gain,
-    time_filters,
+    Flow, HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, heard, late_gain, time_filters,
 };
 pub use receiver::Receiver;
 pub use shoebox_room::{PLAYED_IMAGES, SIZES_M, SceneOptions, ShoeboxRoom};
+pub use surfaces::{LatePart, Level, Places, Played, PlayedImage, Surfaces, amplitude, energy_at, outline};

@@ -68,16 +68,22 @@ impl Receiver {
         Some(Self { rings: receiver.rings(), ..receiver })
     }
 
-    /// Hop of its short-time transform, seconds.
+    /// Its short-time Fourier grid.
     #[must_use]
-    pub fn hop_s(&self) -> f64 {
-        self.grid.hop_s()
+    pub fn grid(&self) -> &StftGrid {
+        &self.grid
     }
 
-    /// Its filters for image sources.
+    /// Bands of the time filters of its scenes.
     #[must_use]
-    pub fn ambisonic(&self) -> &AmbisonicHead {
-        &self.head
+    pub fn bands(&self) -> &Bands {
+        &self.bands
+    }
+
+    /// Above this frequency nothing is known of it, Hz.
+    #[must_use]
+    pub fn top_hz(&self) -> f32 {
+        self.top_hz
     }
 
     /// The same with whom to credit for it, and under which licence.

@@ -1,16 +1,12 @@
 //! Box rooms as scenes.
 
 use crate::error::RoomError;
-use crate::late::{HopEnergies, LONGEST_EARLY_S, SHORTEST_EARLY_S, decay_s, hop_energies, time_filters};
+use crate::late::{HopEnergies, LONGEST_T60_S, LateEnergies, early_taps};
 use crate::receiver::Receiver;
-use promenade_acoustics::{
-    Air, BoxImage, Echogram, Image, OCTAVES_HZ, ParticleOptions, SPEED_OF_SOUND_M_S, Share, Shoebox, box_images,
-};
+use crate::surfaces::{LatePart, Level, Places, Played, Surfaces, energy_at, outline};
+use promenade_acoustics::{Air, BoxImage, Echogram, ParticleOptions, SPEED_OF_SOUND_M_S, Share, Shoebox, box_images};
 use promenade_core::glam::{DVec3, Vec3};
-use promenade_core::{
-    Anchor, Axis, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts, TailModel,
-    TransferShape, late_share,
-};
+use promenade_core::{Axis, Pose, Provenance, Scene, StftGrid, TailModel, TransferShape, late_share};
 use std::f64::consts::LN_10;
 
 /// The least and the greatest length of a side, metres.
@@ -24,8 +20,6 @@ const NOISE_SEED: u64 = 48;
 const OFF_WALLS_M: f64 = 0.01;
 /// Reflections of the images among which the played ones are.
 const ORDER: u32 = 6;
-/// Images farther than this from the emitter are left to the late field, metres: scenes have none.
-const FARTHEST_M: f64 = 199.0;
 /// Cells of the late field in a cube.
 const CELLS: f64 = 12.0;
 /// Most cells along an axis.
@@ -35,12 +29,8 @@ const PARTICLES_A_SECOND: f64 = 2500.0;
 const PARTICLES: (f64, f64) = (1024.0, 8192.0);
 /// The longest that particles fly, seconds.
 const LONGEST_S: f64 = 3.0;
-/// The longest reverberation time, seconds: that of hard walls in air alone is longer than any room's.
-const LONGEST_T60_S: f64 = 60.0;
 /// Distance of places from walls, metres, where there is room for it.
 const MARGIN_M: f32 = 0.3;
-/// Metres between points of the outline.
-const OUTLINE_M: f32 = 0.25;
 
 /// A box in the world with an emitter.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,28 +56,19 @@ pub struct SceneOptions {
     pub recipe: String,
 }
 
-/// Cells of the late field.
-struct Cells {
-    counts: [usize; 3],
-    axes: [Axis; 3],
-    /// Their middles in the box, `[z][y][x]`.
-    middles: Vec<DVec3>,
-}
-
-impl Cells {
-    fn of(size: [f64; 3], corner: Vec3) -> Self {
-        let side = (size.iter().product::<f64>() / CELLS).cbrt();
-        let counts = size.map(|length| ((length / side).round() as usize).clamp(1, MOST_CELLS));
-        let step: [f64; 3] = std::array::from_fn(|a| size[a] / counts[a] as f64);
-        let axes = std::array::from_fn(|a| {
-            let first = corner[a] + 0.5 * step[a] as f32;
-            if counts[a] == 1 { Axis::single(first) } else { Axis::uniform(first, step[a] as f32, counts[a]) }
-        });
-        let [x, y, z] = counts;
-        let place = |i: usize| DVec3::new((i % x) as f64, (i / x % y) as f64, (i / x / y) as f64);
-        let middles = (0..x * y * z).map(|i| (place(i) + 0.5) * DVec3::from(step)).collect();
-        Self { counts, axes, middles }
-    }
+/// Cells of the late field along each axis, and their middles as places.
+fn cells(size: [f64; 3], corner: Vec3) -> ([usize; 3], Places) {
+    let side = (size.iter().product::<f64>() / CELLS).cbrt();
+    let counts = size.map(|length| ((length / side).round() as usize).clamp(1, MOST_CELLS));
+    let step: [f64; 3] = std::array::from_fn(|a| size[a] / counts[a] as f64);
+    let axes = std::array::from_fn(|a| {
+        let first = corner[a] + 0.5 * step[a] as f32;
+        if counts[a] == 1 { Axis::single(first) } else { Axis::uniform(first, step[a] as f32, counts[a]) }
+    });
+    let [x, y, z] = counts;
+    let place = |i: usize| DVec3::new((i % x) as f64, (i / x % y) as f64, (i / x / y) as f64);
+    let at = (0..x * y * z).map(|i| corner.as_dvec3() + (place(i) + 0.5) * DVec3::from(step)).collect();
+    (counts, Places { axes, at, nearest: (0..x * y * z).collect() })
 }
 
 impl ShoeboxRoom {
@@ -101,94 +82,75 @@ impl ShoeboxRoom {
     /// A side that is not finite or outside [`SIZES_M`], a share of a material outside 0 to 1, an emitter that is not in the
     /// room and off its walls.
     pub fn scene(&self, receiver: &Receiver, options: &SceneOptions) -> Result<Scene, RoomError> {
+        self.surfaces(receiver, options)?.scene(
+            receiver,
+            NOISE_SEED.wrapping_add(options.seed),
+            &Modelled { grid: receiver.grid },
+        )
+    }
+
+    /// What the room gives of itself.
+    ///
+    /// # Errors
+    /// As [`Self::scene`].
+    pub fn surfaces(&self, receiver: &Receiver, options: &SceneOptions) -> Result<Surfaces, RoomError> {
         let source = self.check()?;
         let walls = &self.walls;
         let air = Air::default();
-        let (grid, bands) = (receiver.grid, &receiver.bands);
-        let cells = Cells::of(walls.size, self.corner);
-        let images = self.played(source, &cells, options.images)?;
+        let hop_s = receiver.grid.hop_s();
+        let corner = self.corner.as_dvec3();
+        let (counts, places) = cells(walls.size, self.corner);
+        let emitter = corner + DVec3::from(source);
+        let mut images = walls.images(source, ORDER, Share::Specular)?;
+        images.iter_mut().for_each(|image| image.position = (DVec3::from(image.position) + corner).to_array());
+        let played = Played::strongest(&places, emitter, options.images, |_| &images);
         let longest = walls.eyring_t60_s(Some(air)).into_iter().fold(0.05, |a: f64, t| a.max(t.min(LONGEST_T60_S)));
-        let taps = ((0.5 * longest).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S) / grid.hop_s()).round() as usize;
-        let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
         let reach = DVec3::from(walls.size).length() / SPEED_OF_SOUND_M_S;
-        let length_s = (taps as f64 * grid.hop_s() + reach + 0.5 * longest).min(LONGEST_S.max(reach + 1.0));
+        let taps_s = early_taps(longest, hop_s) as f64 * hop_s;
+        let length_s = (taps_s + reach + 0.5 * longest).min(LONGEST_S.max(reach + 1.0));
         let rays = ParticleOptions {
             particles: (PARTICLES_A_SECOND / length_s).clamp(PARTICLES.0, PARTICLES.1) as usize,
             length_s,
-            bin_s: 0.5 * grid.hop_s(),
-            cells: cells.counts,
+            bin_s: 0.5 * hop_s,
+            cells: counts,
             air: Some(air),
             seed: options.seed,
         };
-        let direct = BoxImage { rooms: [0; 3] };
-        let held: Vec<BoxImage> = std::iter::once(direct).chain(images.iter().map(|(rooms, _)| *rooms)).collect();
+        // Images are numbered as their rooms are; the first is the emitter itself.
+        let rooms = box_images(ORDER);
+        let held: Vec<BoxImage> = std::iter::once(0).chain(played.images.iter().map(|i| i.index)).map(|i| rooms[i]).collect();
         let echograms = walls.late_field(source, &held, &rays)?;
-        let distance_s = |place: &DVec3| place.distance(source.into()) / SPEED_OF_SOUND_M_S;
-        let rest: Vec<HopEnergies> = echograms
-            .iter()
-            .zip(&cells.middles)
-            .map(|(echogram, place)| hop_energies(echogram, distance_s(place), receiver))
-            .collect();
-        let t60_s: Vec<f32> =
-            decay_s(&rest, taps + 1, grid.hop_s(), longest).into_iter().map(|t| t.min(LONGEST_T60_S as f32)).collect();
-        let tail = TailModel { seed: NOISE_SEED.wrapping_add(options.seed), t60_s, coherence: receiver.coherence.clone() };
-        let gain = level(&images, &echograms, &cells);
-        let hops = rest.iter().map(Vec::len).max().unwrap_or(0);
-        let unit = late_unit(&tail, taps, hops, grid.hop_s());
-        let rows = rest.iter().flat_map(|energies| {
-            let row = time_filters(energies, &unit, shape, gain);
-            [vec![0.0], row].concat()
-        });
-        let [yaw, pitch, roll] = [(); 3].map(|()| Axis::single(0.0));
-        let nodes = FieldGrid { position: cells.axes.clone(), facing: Facing::Head { yaw, pitch, roll } };
-        let reverberation = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(rows.collect()));
-        let field = receiver.direct(self.emitter, gain as f32);
-        let (Some(reverberation), Some(field)) = (reverberation, field) else {
-            return Err(RoomError::argument("table of the scene", "a row per node", "another number"));
+        let heard = places.at.iter().zip(&echograms);
+        let late = |(at, echogram): (&DVec3, &Echogram)| {
+            LateEnergies::of(echogram, at.distance(emitter) / SPEED_OF_SOUND_M_S, receiver)
         };
-        let here = |at: [f64; 3]| (DVec3::from(at) + self.corner.as_dvec3()).as_vec3();
-        let scaled = |image: &Image| {
-            let sine = |at: &DVec3| (DVec3::from(image.position) - *at).normalize_or_zero().z;
-            let levels = receiver.image_gains(cells.middles.iter().map(sine).sum::<f64>() / cells.middles.len() as f64);
-            let gains = std::array::from_fn(|b| gain as f32 * levels[b] * image.gains[b]);
-            ImageSource { position: here(image.position), gains }
-        };
-        let sources: Vec<ImageSource> = images.iter().map(|(_, image)| scaled(image)).collect();
-        let count = sources.len();
-        let sources = ImageSources {
-            images: sources,
-            air_db_per_m: OCTAVES_HZ.map(|hz| air.db_per_m(f64::from(hz)) as f32),
-            places: [self.emitter.x, self.emitter.y, self.emitter.z].map(Axis::single),
-            seen: vec![1.0; count],
-            direct: vec![1.0],
-            head: receiver.head.clone(),
-        };
-        let top = self.corner + Vec3::from_array(walls.size.map(|length| length as f32));
-        let inset = Vec3::splat(MARGIN_M).min(0.45 * (top - self.corner));
-        Ok(Scene::new(SceneParts {
+        let of_played = || played.images.iter().map(|image| (image.position, image.gains));
+        let energies = heard.clone().map(|(at, echogram)| energy_at(*at, of_played(), echogram)).collect();
+        let size = Vec3::from_array(walls.size.map(|length| length as f32));
+        let inset = Vec3::splat(MARGIN_M).min(0.45 * size);
+        let note = format!("{} image sources, {} particles, {} cells", played.images.len(), rays.particles, places.at.len());
+        Ok(Surfaces {
+            emitter: self.emitter,
+            direct: vec![1.0; places.at.len()],
+            open: true,
+            late: heard.map(late).collect(),
+            energies,
+            level: Level::OneMetre,
+            typical_t60_s: longest,
+            air: Some(air),
+            start_pose: self.start_pose(inset),
+            bounds: (self.corner + inset, self.corner + size - inset),
+            outline: outline(&self.edges(), self.emitter),
             provenance: Provenance {
                 title: options.title.clone(),
                 credit: receiver.credit.clone(),
                 licence: receiver.licence.clone(),
                 recipe: options.recipe.clone(),
-                notes: vec![format!("{count} image sources, {} particles, {} cells", rays.particles, cells.middles.len())],
+                notes: vec![note],
             },
-            grid,
-            bands: bands.clone(),
-            tail,
-            taps,
-            measured: None,
-            measured_head: None,
-            field: Some(field),
-            room: Some(reverberation),
-            images: (count > 0).then_some(sources),
-            cloud: None,
-            top_hz: receiver.top_hz,
-            start_pose: self.start_pose(inset),
-            bounds: (self.corner + inset, top - inset),
-            anchors: self.outline(),
-            held_out: Vec::new(),
-        })?)
+            places,
+            played,
+        })
     }
 
     /// Where the emitter is in the box, if everything is as it should be.
@@ -211,25 +173,6 @@ impl ShoeboxRoom {
         Ok(source.to_array())
     }
 
-    /// The images that are strongest at any cell's middle, the strongest first.
-    fn played(&self, source: [f64; 3], cells: &Cells, most: usize) -> Result<Vec<(BoxImage, Image)>, RoomError> {
-        let images = self.walls.images(source, ORDER, Share::Specular)?;
-        let score = |image: &Image| {
-            let near = cells.middles.iter().map(|at| at.distance_squared(image.position.into())).fold(f64::INFINITY, f64::min);
-            energy(&image.gains) / near.max(1e-4)
-        };
-        let near = |image: &Image| DVec3::from(image.position).distance(source.into()) <= FARTHEST_M;
-        let all = box_images(ORDER).into_iter().zip(images);
-        let mut scored: Vec<(f64, (BoxImage, Image))> = all
-            .filter(|(_, image)| image.order > 0 && near(image))
-            .map(|pair| (score(&pair.1), pair))
-            .filter(|(score, _)| *score > 0.0)
-            .collect();
-        scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.1.index.cmp(&b.1.1.index)));
-        scored.truncate(most);
-        Ok(scored.into_iter().map(|(_, pair)| pair).collect())
-    }
-
     /// Opposite the emitter, facing it.
     fn start_pose(&self, inset: Vec3) -> Pose {
         let size = Vec3::from_array(self.walls.size.map(|length| length as f32));
@@ -243,52 +186,43 @@ impl ShoeboxRoom {
         Pose::from_ypr(at, ahead.y.atan2(ahead.x), 0.0, 0.0)
     }
 
-    /// Points along the edges, and the emitter.
-    fn outline(&self) -> Vec<Anchor> {
+    /// The twelve edges, world.
+    fn edges(&self) -> Vec<[Vec3; 2]> {
         let size = Vec3::from_array(self.walls.size.map(|length| length as f32));
         let corner = |i: usize| self.corner + size * Vec3::from_array([0, 1, 2].map(|a| ((i >> a) & 1) as f32));
-        let step = OUTLINE_M.max(size.element_sum() / 200.0);
-        let edges = (0..8).flat_map(|i| (0..3).filter(move |a| (i >> a) & 1 == 0).map(move |a| (i, i | (1 << a))));
-        let points = edges.flat_map(|(a, b)| {
-            let (a, b) = (corner(a), corner(b));
-            let count = (a.distance(b) / step).ceil() as usize;
-            (0..=count).map(move |n| a.lerp(b, n as f32 / count as f32))
-        });
-        let grey = |position| Anchor { position, colour: Vec3::splat(0.6) };
-        let mut all: Vec<Anchor> = points.map(grey).collect();
-        all.push(Anchor { position: self.emitter, colour: Vec3::new(0.9, 0.5, 0.2) });
-        all
+        let along = |i: usize| (0..3).filter(move |a| (i >> a) & 1 == 0).map(move |a| [corner(i), corner(i | (1 << a))]);
+        (0..8).flat_map(along).collect()
     }
 }
 
-fn energy(gains: &[f32; 7]) -> f64 {
-    gains.iter().map(|g| f64::from(*g).powi(2)).sum()
+/// The late part as it is expected to be played, which takes no time: the seed stays, and both ears hear the room alike.
+struct Modelled {
+    grid: StftGrid,
 }
 
-/// The gain of the scene: 1 over the amplitude of the direct sound at 1 m with all that walls reflect, mean over the cells, at
-/// 1 kHz.
-fn level(images: &[(BoxImage, Image)], echograms: &[Echogram], cells: &Cells) -> f64 {
-    const BAND: usize = 3;
-    let reflected: f64 = cells
-        .middles
-        .iter()
-        .zip(echograms)
-        .map(|(at, echogram)| {
-            let of =
-                |image: &Image| f64::from(image.gains[BAND]).powi(2) / at.distance_squared(image.position.into()).max(0.06);
-            images.iter().map(|(_, image)| of(image)).sum::<f64>() + echogram.energy(BAND)
-        })
-        .sum();
-    (1.0 + reflected / cells.middles.len() as f64).sqrt().recip()
-}
+impl LatePart for Modelled {
+    type Error = RoomError;
 
-/// Energy per hop and band that the late part is expected to have at a gain of 1: it sets in over some hops and then decays.
-fn late_unit(tail: &TailModel, taps: usize, hops: usize, hop_s: f64) -> HopEnergies {
-    let first = taps + 1;
-    let at = |hop: usize, t60_s: f32| {
-        late_share(hop, taps) * (-6.0 * LN_10 * (hop as f64 - first as f64) * hop_s / f64::from(t60_s)).exp()
-    };
-    (0..hops.max(first + 1)).map(|hop| tail.t60_s.iter().map(|t| at(hop, *t)).collect()).collect()
+    /// It sets in over some hops and then decays.
+    fn unit(
+        &self,
+        tail: &mut TailModel,
+        shape: TransferShape,
+        late: &[LateEnergies],
+        _start: usize,
+    ) -> Result<HopEnergies, RoomError> {
+        let first = shape.taps + 1;
+        let hops = late.iter().map(|late| late.energies.len()).max().unwrap_or(0);
+        let at = |hop: usize, t60_s: f32| {
+            let hops_s = (hop as f64 - first as f64) * self.grid.hop_s();
+            late_share(hop, shape.taps) * (-6.0 * LN_10 * hops_s / f64::from(t60_s)).exp()
+        };
+        Ok((0..hops.max(first + 1)).map(|hop| tail.t60_s.iter().map(|t| at(hop, *t)).collect()).collect())
+    }
+
+    fn turned(&self, rows: Vec<Vec<f32>>, _late: &[LateEnergies], _shape: TransferShape) -> (Axis, Vec<Vec<Vec<f32>>>) {
+        (Axis::single(0.0), rows.into_iter().map(|row| vec![row]).collect())
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Which side a room's energy comes from, for a head that turns.
 
 use crate::sources::simulation::Hrtf;
+use promenade_core::TransferShape;
 use promenade_core::glam::Quat;
-use promenade_core::{Bands, TransferShape};
 use promenade_fourier::num_complex::Complex32;
-use promenade_room::{Flow, Receiver};
+use promenade_room::{Flow, Receiver, heard};
 use std::ops::Range;
 
 /// A third-octave about a band's centre: half of it, as a ratio.
@@ -19,12 +19,12 @@ pub(super) struct Sides<'a> {
 }
 
 impl<'a> Sides<'a> {
-    /// `head` is made of `hrtf`, and `bands` are those of the time filters.
-    pub(super) fn new(hrtf: &'a Hrtf, head: &'a Receiver, bands: &Bands) -> Self {
+    /// `head` is made of `hrtf`.
+    pub(super) fn new(hrtf: &'a Hrtf, head: &'a Receiver) -> Self {
         let last = hrtf.bins.count() - 1;
         let bin = |hz: f64| ((hz / hrtf.bins.hz(1)).round() as usize).clamp(1, last);
         let of_band = |hz: &f32| bin(f64::from(*hz) / HALF_BAND)..bin(f64::from(*hz) * HALF_BAND) + 1;
-        Self { hrtf, head, bins: bands.centres_hz().iter().map(of_band).collect() }
+        Self { hrtf, head, bins: head.bands().centres_hz().iter().map(of_band).collect() }
     }
 
     /// Gains of taps and late part, which are the same at both ears, as a head hears them that is turned by `yaw`, radians:
@@ -47,8 +47,7 @@ impl<'a> Sides<'a> {
 
     /// Amplitudes at both ears by band over those of the mean of all turns.
     fn ratios(&self, flow: &Flow, yaw: f32) -> [Vec<f32>; 2] {
-        let Some(from) = flow.from.try_normalize() else { return [(); 2].map(|()| vec![1.0; self.bins.len()]) };
-        let share = (flow.from.length() / flow.energy.max(f64::MIN_POSITIVE)).min(1.0);
+        let Some((from, share)) = flow.side() else { return [(); 2].map(|()| vec![1.0; self.bins.len()]) };
         let near = self.hrtf.near(Quat::from_rotation_z(-yaw) * from.as_vec3());
         let means: Vec<f64> = self.head.heard_from(from.z).collect();
         let mut spectrum = vec![Complex32::default(); self.hrtf.bins.count()];
@@ -58,9 +57,7 @@ impl<'a> Sides<'a> {
                 let energy: f64 = spectrum[bins.clone()].iter().map(|x| f64::from(x.norm_sqr())).sum();
                 energy / bins.len() as f64
             };
-            let ratio = |(bins, mean): (&Range<usize>, &f64)| {
-                ((1.0 - share + share * level(bins)) / (1.0 - share + share * mean)).sqrt() as f32
-            };
+            let ratio = |(bins, mean): (&Range<usize>, &f64)| (heard(share, level(bins)) / heard(share, *mean)).sqrt() as f32;
             self.bins.iter().zip(&means).map(ratio).collect()
         })
     }

@@ -15,7 +15,7 @@ mod poses;
 mod tail;
 mod walls;
 
-pub use box_room::{BoxOptions, BoxRoom, MAX_ORDER, simulate_box};
+pub use box_room::simulate_box;
 pub use directivity::directivity;
 pub use hrtf::Hrtf;
 pub use join::{PartFolder, RunKey, join};

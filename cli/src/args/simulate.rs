@@ -25,7 +25,7 @@ pub(crate) struct SimulateArgs {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Simulate {
-    /// A box room with six walls, by image sources and a statistical tail
+    /// A box room with six walls, by image sources and rays
     Box(Box<SimulateBoxArgs>),
     /// Print the table of materials
     Materials,
@@ -182,6 +182,9 @@ pub(crate) struct SimulateBoxArgs {
     /// Walls that an image source has met at most
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(0..=20))]
     pub(crate) order: u32,
+    /// Rays of the late field of responses
+    #[arg(long, value_name = "N", default_value_t = 32_768, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
+    pub(crate) rays: u32,
     /// Sample rate, hertz [default: 24000 of responses, 48000 of a scene]
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(8_000..=192_000))]
     pub(crate) rate: Option<u32>,

@@ -3,7 +3,7 @@
 use crate::args::{RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Material, Mesh, Room, Shoebox, Source};
+use promenade_acoustics::{Air, Mesh, Room, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, receiver};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_baker::{LoadOptions, Responses};
@@ -62,8 +62,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     let set = Responses::load(&run.head, &LoadOptions::default())?;
     let hrtf = Hrtf::new(&set, args.rate.unwrap_or(SCENE_HZ));
     let hrtf = hrtf.with_context(|| format!("{}: makes no HRTF", run.head.display()))?;
-    let materials = args.materials.clone().unwrap_or_else(|| args.absorption.map(Material::absorbing));
-    let walls = Shoebox { size: args.size.as_dvec3().to_array(), materials };
+    let walls = super::walls(args);
     let [x, y, z] = args.size.to_array();
     let names: Vec<&str> = walls.materials.iter().map(|m| m.name.as_str()).collect();
     let names = match &args.materials {
@@ -86,8 +85,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     };
     let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: args.emitter };
     let made = room.scene(&receiver(&hrtf)?, &options)?;
-    let times: Vec<String> = room.walls.eyring_t60_s(Some(Air::default())).iter().map(|t| format!("{t:.2}")).collect();
-    report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
+    super::after_eyring(&room.walls);
     written(&args.output, &made, began)
 }
 

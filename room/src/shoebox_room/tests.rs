@@ -1,6 +1,6 @@
 use super::*;
-use crate::late::add_arrival;
-use promenade_acoustics::Material;
+use promenade_acoustics::{Image, Material};
+use promenade_core::{ImageSource, Rows};
 
 fn receiver() -> Receiver {
     let bytes = include_bytes!("../../../presets/library/dry-studio.promenade");
@@ -26,19 +26,19 @@ fn a_scene_has_the_images_of_its_box() {
     let scene = room.scene(&receiver(), &options()).unwrap();
     let images = scene.images().unwrap();
     let source = (room.emitter - room.corner).as_dvec3();
+    let corner = room.corner.as_dvec3();
     let exact = room.walls.images(source.to_array(), 6, Share::Specular).unwrap();
     let middle = |gains: &[f32; 7]| gains[3];
     // One gain for all images, but for what the third order leaves of the head's levels.
-    let (receiver, cells) = (receiver(), Cells::of(room.walls.size, room.corner));
+    let (receiver, (_, places)) = (receiver(), cells(room.walls.size, room.corner));
     let levels = |image: &ImageSource| {
-        let at = image.position.as_dvec3() - room.corner.as_dvec3();
-        let sines = cells.middles.iter().map(|middle| (at - *middle).normalize().z);
-        receiver.image_gains(sines.sum::<f64>() / cells.middles.len() as f64)
+        let sines = places.at.iter().map(|at| (image.position.as_dvec3() - *at).normalize().z);
+        receiver.image_gains(sines.sum::<f64>() / places.at.len() as f64)
     };
     let mut gain = None;
     let mut first = 0;
     for image in &images.images {
-        let near = |e: &&Image| (DVec3::from(e.position) + room.corner.as_dvec3()).distance(image.position.as_dvec3());
+        let near = |e: &&Image| (DVec3::from(e.position) + corner).distance(image.position.as_dvec3());
         let of = exact.iter().min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
         let late_s = near(&of) / SPEED_OF_SOUND_M_S;
         assert!(late_s < 1e-6, "{late_s} s beside an image");
@@ -87,7 +87,8 @@ fn sound_of_the_late_field_has_the_heads_level_where_it_comes_from() {
     echogram.add(0.011, &energy, [0.0, 0.0, 1.0]);
     echogram.add(0.031, &energy, [0.6, 0.8, 0.0]);
     echogram.add(0.051, &energy, [0.0; 3]);
-    let heard = hop_energies(&echogram, 0.0, &receiver);
+    let late = LateEnergies::of(&echogram, 0.0, &receiver);
+    let heard = &late.energies;
     let hop = |time_s: f64| (time_s / receiver.grid.hop_s() + 0.25) as usize;
     let sum = |time_s: f64, band: usize| heard[hop(time_s)..=hop(time_s) + 1].iter().map(|e| e[band]).sum::<f64>();
     let mut apart = 0.0_f64;
@@ -101,9 +102,11 @@ fn sound_of_the_late_field_has_the_heads_level_where_it_comes_from() {
     }
     assert!(apart > 0.1, "{apart}");
     // An image that is not played is the same energy in one hop.
-    let mut one = vec![vec![0.0; receiver.bands.count()]; heard.len()];
-    add_arrival(&mut one, [0.031, 0.0], 0.0, &receiver, |_| 2.0);
-    assert!(one[hop(0.031)].iter().zip(&level).all(|(found, level)| (found / (2.0 * level) - 1.0).abs() < 1e-9));
+    let mut one = late.clone();
+    one.add(0.031, DVec3::X, &[2.0; 7], &receiver, |_| 1.0);
+    let (here, there) = (&one.energies[hop(0.031)], &heard[hop(0.031)]);
+    assert!(here.iter().zip(there).zip(&level).all(|((one, all), level)| ((one - all) / (2.0 * level) - 1.0).abs() < 1e-9));
+    assert_eq!(one.flows[hop(0.031)].energy - late.flows[hop(0.031)].energy, 14.0);
 }
 
 #[test]

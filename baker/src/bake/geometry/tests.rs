@@ -1,7 +1,7 @@
 use super::*;
 use crate::player::render_response;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
-use crate::sources::simulation::{MeshOptions, Part, simulate_mesh};
+use crate::sources::simulation::{MeshOptions, Part, simulate_box, simulate_mesh};
 use promenade_acoustics::{Directivity, Material, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
 use promenade_room::{SceneOptions, ShoeboxRoom};
@@ -191,6 +191,65 @@ fn a_box_without_its_mesh_is_heard_as_with_it() {
     assert!(level.abs() < 0.5 && c50.abs() < 0.5 && t20.abs() < 0.1, "level {level:+.2} dB, C50 {c50:+.2} dB, T20 {t20:+.3}");
 }
 
+/// Mean energy of all places about a frequency, over some hops after the direct sound.
+fn mean(late: &[LateEnergies], bands: &Bands, hz: f32, hops: std::ops::Range<usize>) -> f64 {
+    let near = |i: &usize| (bands.centres_hz()[*i] - hz).abs();
+    let band = (0..bands.count()).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
+    let one = |late: &LateEnergies| late.energies.iter().take(hops.end).skip(hops.start).map(|hop| hop[band]).sum::<f64>();
+    late.iter().map(one).sum::<f64>() / late.len() as f64
+}
+
+#[test]
+fn a_box_is_one_room_as_lengths_as_mesh_and_drawn() {
+    let mut walls = Shoebox { size: SIZE, materials: [(); 6].map(|()| Material::even("wall", 0.2, 0.4)) };
+    walls.materials[4].absorption = [0.1, 0.2, 0.3, 0.4, 0.5, 0.5, 0.5];
+    walls.materials[5].scattering = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7];
+    let mesh = walls.mesh().unwrap();
+    let (room, hrtf, air) = (Room::new(&mesh, &walls.materials).unwrap(), transparent(), Some(Air::default()));
+    let head = receiver(&hrtf).unwrap();
+    // All images are played, so that the rest is what walls scatter.
+    let with_air = GeometryOptions { order: 6, air, ..options(400, 30_000) };
+    let meshed = surfaces(&mesh, &room, &source(EMITTER), (&hrtf, &head), &with_air, |_| ()).unwrap();
+    let options = SceneOptions { images: 400, seed: 1, title: String::new(), recipe: String::new() };
+    let drawn = ShoeboxRoom { walls: walls.clone(), corner: Vec3::ZERO, emitter: EMITTER }.surfaces(&head, &options).unwrap();
+    let place = meshed.places.at[7];
+    let lengths = Images::of_box(&walls, source(EMITTER), 6).unwrap();
+    let lengths = lengths.seen_from(&room, place.to_array(), Share::Specular).unwrap();
+    assert_eq!((meshed.played.images.len(), drawn.played.images.len(), lengths.len()), (376, 376, 377));
+    for image in &drawn.played.images {
+        let nearest = |all: &mut dyn Iterator<Item = (DVec3, Octaves)>| {
+            let near = |at: &DVec3| at.distance(image.position);
+            all.min_by(|a, b| near(&a.0).total_cmp(&near(&b.0))).unwrap()
+        };
+        let of_mesh = nearest(&mut meshed.played.images.iter().map(|image| (image.position, image.gains)));
+        let of_lengths = nearest(&mut lengths.iter().map(|image| (image.position.into(), image.gains)));
+        for (position, gains) in [of_mesh, of_lengths] {
+            assert!(position.distance(image.position) / SPEED_OF_SOUND_M_S < 1e-6, "{position} for {}", image.position);
+            for (found, expected) in gains.iter().zip(image.gains) {
+                assert!((20.0 * (found / expected).log10()).abs() < 0.01, "{gains:?} for {:?}", image.gains);
+            }
+        }
+    }
+    let poses: Vec<Pose> = meshed.places.at.iter().map(|at| Pose { position: at.as_vec3(), ..Pose::IDENTITY }).collect();
+    let rays = MeshOptions { order: 6, beams: 0, rays: 30_000, length_s: Some(0.7), air, seed: 2, part: Part::WHOLE };
+    let simulated = simulate_box(&walls, EMITTER, &hrtf, &poses, &rays, |_| ()).unwrap();
+    // One place after another, which parts of a simulation sort.
+    let mut places = meshed.places.at.clone();
+    places.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let direct_s = |at: &DVec3| at.distance(EMITTER.as_dvec3()) / SPEED_OF_SOUND_M_S;
+    let late = simulated.late.echograms.iter().zip(&places).map(|(e, at)| LateEnergies::of(e, direct_s(at), &head));
+    let late: Vec<LateEnergies> = late.collect();
+    for (hops, within) in [(1..20, 0.5), (20..40, 0.5), (40..80, 0.5)] {
+        for hz in [250.0, 1000.0, 4000.0] {
+            let [drawn, meshed, lengths] =
+                [&drawn.late, &meshed.late, &late].map(|late| mean(late, head.bands(), hz, hops.clone()));
+            let off = [meshed, lengths].map(|other| 10.0 * (other / drawn).log10());
+            println!("hops {hops:?}, {hz} Hz: mesh {:+.2} dB, lengths {:+.2} dB of the drawn room's", off[0], off[1]);
+            assert!(off.iter().all(|db| db.abs() < within), "hops {hops:?}, {hz} Hz: {off:?} dB");
+        }
+    }
+}
+
 #[test]
 fn a_room_without_a_place_for_the_listener_is_refused() {
     let (mesh, room) = room(0.3, 0.1);
@@ -205,7 +264,7 @@ fn a_room_without_a_place_for_the_listener_is_refused() {
 #[test]
 fn the_outline_has_the_edges_of_walls_and_not_of_triangles() {
     let (mesh, _) = room(0.3, 0.2);
-    let points = outline(&mesh, EMITTER);
+    let points = outline(&edges(&mesh), EMITTER);
     let size = Vec3::from_array(SIZE.map(|length| length as f32));
     let (emitter, walls) = points.split_last().unwrap();
     assert_eq!(emitter.position, EMITTER);

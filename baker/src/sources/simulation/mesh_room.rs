@@ -18,6 +18,7 @@ use promenade_acoustics::{
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
+use promenade_room::{Flow, heard};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -77,6 +78,28 @@ pub fn simulate_mesh(
     options: &MeshOptions,
     done: impl Fn(f64) + Sync,
 ) -> Result<Simulated, BakeError> {
+    let images = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
+    let images = Images::new(room, source, &images)?;
+    simulate(&Surfaces { mesh, room, images }, source, hrtf, poses, options, done)
+}
+
+/// A room as it is heard: a mesh with what it was made into, and the images of a source.
+pub(super) struct Surfaces<'a> {
+    pub(super) mesh: &'a Mesh,
+    pub(super) room: &'a Room,
+    pub(super) images: Images,
+}
+
+/// As [`simulate_mesh`], with images that are known.
+pub(super) fn simulate(
+    surfaces: &Surfaces<'_>,
+    source: &Source,
+    hrtf: &Hrtf,
+    poses: &[Pose],
+    options: &MeshOptions,
+    done: impl Fn(f64) + Sync,
+) -> Result<Simulated, BakeError> {
+    let Surfaces { mesh, room, images } = surfaces;
     let emitter = Vec3::from_array(source.position.map(|c| c as f32));
     check(emitter, poses, options)?;
     let rate = hrtf.bins.sample_rate_hz;
@@ -88,15 +111,13 @@ pub fn simulate_mesh(
         None => natural_length_s(room, source, &in_metres(&distinct(poses)), options)?,
     };
     let length = (length_s * rate).ceil() as usize;
-    let images = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
-    let images = Images::new(room, source, &images)?;
     let tail = Tail::new(hrtf, length, options.seed);
     let rays = RayOptions {
         rays: options.rays,
         length_s: length as f64 / rate,
         // Two bins are a hop.
         bin_s: 0.5 * tail.hop() as f64 / rate,
-        images: Some(&images),
+        images: Some(images),
         radius_m: None,
         air: options.air,
         seed: options.seed,
@@ -236,8 +257,8 @@ struct Hops {
     /// Hops before are silent.
     first: usize,
     gains: Vec<Vec<f32>>,
-    /// Where most of a hop's energy comes from, world, as long as its share of it.
-    from: Vec<Vec3>,
+    /// Where a hop's energy comes from.
+    flows: Vec<Flow>,
 }
 
 impl Hops {
@@ -246,44 +267,34 @@ impl Hops {
         // Noise that lies about a hop begins a hop before it, and not before the direct sound.
         let first = (0..tail.hops()).find(|l| (*l as f64 - 1.0) * hop as f64 >= direct).unwrap_or(tail.hops());
         let mut variances = vec![[0.0; OCTAVES_HZ.len()]; tail.hops()];
-        let mut from = vec![Vec3::ZERO; tail.hops()];
-        let mut sums = vec![0.0; tail.hops()];
+        let mut flows = vec![Flow::default(); tail.hops()];
         for (i, bin) in echogram.bins.iter().enumerate() {
             let l = i.div_ceil(2).max(first);
             if l >= tail.hops() {
                 break;
             }
-            for (band, energy) in bin.energy.iter().enumerate() {
-                variances[l][band] += f64::from(*energy) / hop as f64;
-                from[l] += Vec3::from_array(std::array::from_fn(|axis| bin.from[axis][band]));
-                sums[l] += energy;
-            }
+            variances[l].iter_mut().zip(bin.energy).for_each(|(sum, energy)| *sum += f64::from(energy) / hop as f64);
+            flows[l].add(bin);
         }
-        for (from, sum) in from.iter_mut().zip(sums) {
-            *from = if sum > 0.0 { *from / sum } else { Vec3::ZERO };
-        }
-        Self { first, gains: variances.iter().map(|v| tail.gains(v)).collect(), from }
+        Self { first, gains: variances.iter().map(|v| tail.gains(v)).collect(), flows }
     }
 
     /// Standard deviations at both ears of a head: a part of the energy comes from one side and has the level of the head's
-    /// response there, the rest comes from everywhere, where that is 1.
+    /// response there, the rest comes from everywhere.
     fn at_ears(&self, pose: &Pose, hrtf: &Hrtf) -> Vec<[Vec<f32>; 2]> {
         let bins = self.gains.first().map_or(0, Vec::len);
         let step = (hrtf.bins.count() - 1) / (bins - 1).max(1);
         let mut spectrum = vec![Complex32::default(); hrtf.bins.count()];
-        let ears = |(gains, from): (&Vec<f32>, &Vec3)| {
-            let share = from.length().min(1.0);
-            let Some(direction) = (pose.orientation.inverse() * *from).try_normalize() else {
-                return [gains.clone(), gains.clone()];
-            };
-            let near = hrtf.near(direction);
+        let ears = |(gains, flow): (&Vec<f32>, &Flow)| {
+            let Some((side, share)) = flow.side() else { return [gains.clone(), gains.clone()] };
+            let near = hrtf.near(pose.orientation.inverse() * side.as_vec3());
             std::array::from_fn(|ear| {
                 near.spectrum(ear, &mut spectrum);
-                let one = |(k, g): (usize, &f32)| g * (1.0 - share + share * spectrum[k * step].norm_sqr()).sqrt();
-                gains.iter().enumerate().map(one).collect()
+                let level = |k: usize| f64::from(spectrum[k * step].norm_sqr());
+                gains.iter().enumerate().map(|(k, g)| g * heard(share, level(k)).sqrt() as f32).collect()
             })
         };
-        self.gains.iter().zip(&self.from).map(ears).collect()
+        self.gains.iter().zip(&self.flows).map(ears).collect()
     }
 }
 

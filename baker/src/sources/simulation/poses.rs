@@ -1,6 +1,5 @@
 //! Where heads are in a room.
 
-use super::box_room::BoxRoom;
 use crate::BakeError;
 use promenade_acoustics::{Mesh, Room};
 use promenade_core::glam::{Vec2, Vec3};
@@ -124,13 +123,13 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// Moves and scales poses together, so that the box around them touches the room's walls less a margin in metres, in one
-/// direction at least, and its middle is the room's. Orientations stay.
+/// Moves and scales poses together, so that the box around them touches the walls of a box room, from the origin to its size,
+/// less a margin in metres, in one direction at least, and its middle is the room's. Orientations stay.
 ///
 /// # Errors
 /// A margin below 0 or so wide that no room is left, or no poses.
-pub fn fit(poses: &[Pose], room: &BoxRoom, margin_m: f32) -> Result<Vec<Pose>, BakeError> {
-    let left = free(room, margin_m)?;
+pub fn fit(poses: &[Pose], size: Vec3, margin_m: f32) -> Result<Vec<Pose>, BakeError> {
+    let left = free(size, margin_m)?;
     let low = poses.iter().fold(Vec3::INFINITY, |a, p| a.min(p.position));
     let high = poses.iter().fold(Vec3::NEG_INFINITY, |a, p| a.max(p.position));
     if !(low.is_finite() && high.is_finite()) {
@@ -139,17 +138,17 @@ pub fn fit(poses: &[Pose], room: &BoxRoom, margin_m: f32) -> Result<Vec<Pose>, B
     let scale = (left / (high - low).max(Vec3::splat(1e-6))).min_element();
     // Poses on one spot have no size to scale.
     let scale = if (high - low).max_element() < 1e-5 { 1.0 } else { scale };
-    let place = |p: &Pose| Pose { position: 0.5 * room.size + scale * (p.position - 0.5 * (low + high)), ..*p };
+    let place = |p: &Pose| Pose { position: 0.5 * size + scale * (p.position - 0.5 * (low + high)), ..*p };
     Ok(poses.iter().map(place).collect())
 }
 
-/// Heads at random places of a room, a margin in metres off its walls and 0.5 m off the emitter, turned anywhere, with pitches
-/// within 30 and rolls within 15 degrees. The same each time for one seed.
+/// Heads at random places of a box room, from the origin to its size, a margin in metres off its walls and 0.5 m off the
+/// emitter, turned anywhere, with pitches within 30 and rolls within 15 degrees. The same each time for one seed.
 ///
 /// # Errors
 /// A margin below 0 or so wide that no place is left.
-pub fn random_poses(room: &BoxRoom, emitter: Vec3, count: usize, margin_m: f32, seed: u64) -> Result<Vec<Pose>, BakeError> {
-    let left = free(room, margin_m)?;
+pub fn random_poses(size: Vec3, emitter: Vec3, count: usize, margin_m: f32, seed: u64) -> Result<Vec<Pose>, BakeError> {
+    let left = free(size, margin_m)?;
     let mut random = Random::new(seed ^ 0x5EED_0F90_5E50);
     let mut poses = Vec::with_capacity(count);
     for _ in 0..count.saturating_mul(TRIES) {
@@ -176,12 +175,12 @@ fn turned_anywhere(position: Vec3, random: &mut Random) -> Pose {
 }
 
 /// Size of the room less its margins.
-fn free(room: &BoxRoom, margin_m: f32) -> Result<Vec3, BakeError> {
-    let left = room.size - Vec3::splat(2.0 * margin_m);
+fn free(size: Vec3, margin_m: f32) -> Result<Vec3, BakeError> {
+    let left = size - Vec3::splat(2.0 * margin_m);
     if margin_m >= 0.0 && left.min_element() > 0.0 {
         return Ok(left);
     }
-    let expected = format!("0 to less than half of the room's least size, {}", 0.5 * room.size.min_element());
+    let expected = format!("0 to less than half of the room's least size, {}", 0.5 * size.min_element());
     Err(BakeError::argument("margin", expected, margin_m))
 }
 
@@ -190,7 +189,7 @@ mod tests {
     use super::*;
     use promenade_core::Keyframe;
 
-    const ROOM: BoxRoom = BoxRoom { size: Vec3::new(6.0, 4.0, 3.0), absorption: [[0.2; 7]; 6] };
+    const SIZE: Vec3 = Vec3::new(6.0, 4.0, 3.0);
 
     #[test]
     fn a_walk_is_scaled_until_it_fits() {
@@ -198,32 +197,33 @@ mod tests {
         let path = CameraPath::new(vec![at(5.0, -100.0, 0.0), at(6.0, 0.0, 20.0), at(8.0, 100.0, 40.0)]).unwrap();
         let poses = along(&path, 7);
         assert_eq!((poses[0], poses[6]), (path.pose_at(5.0), path.pose_at(8.0)));
-        let fitted = fit(&poses, &ROOM, 0.5).unwrap();
+        let fitted = fit(&poses, SIZE, 0.5).unwrap();
         assert!((fitted[0].position - Vec3::new(0.5, 1.5, 1.5)).length() < 1e-4, "{}", fitted[0].position);
         assert!((fitted[6].position - Vec3::new(5.5, 2.5, 1.5)).length() < 1e-4);
         assert_eq!(fitted[3].orientation, poses[3].orientation);
         assert_eq!(along(&path, 1), [path.pose_at(5.0)]);
-        let still = fit(&poses[..1], &ROOM, 0.5).unwrap();
-        assert!((still[0].position - 0.5 * ROOM.size).length() < 1e-5);
+        let still = fit(&poses[..1], SIZE, 0.5).unwrap();
+        assert!((still[0].position - 0.5 * SIZE).length() < 1e-5);
         for margin in [-0.1, 1.5, f32::NAN] {
-            assert!(fit(&poses, &ROOM, margin).unwrap_err().to_string().contains("margin: expected 0 to less than half"));
+            assert!(fit(&poses, SIZE, margin).unwrap_err().to_string().contains("margin: expected 0 to less than half"));
         }
-        assert!(fit(&[], &ROOM, 0.5).is_err());
+        assert!(fit(&[], SIZE, 0.5).is_err());
     }
 
     #[test]
     fn random_heads_are_apart_from_walls_and_emitter() {
         let emitter = Vec3::new(3.0, 2.0, 1.5);
-        let poses = random_poses(&ROOM, emitter, 500, 0.6, 3).unwrap();
-        assert_eq!((poses.len(), &poses), (500, &random_poses(&ROOM, emitter, 500, 0.6, 3).unwrap()));
-        assert_ne!(poses, random_poses(&ROOM, emitter, 500, 0.6, 4).unwrap());
+        let poses = random_poses(SIZE, emitter, 500, 0.6, 3).unwrap();
+        assert_eq!((poses.len(), &poses), (500, &random_poses(SIZE, emitter, 500, 0.6, 3).unwrap()));
+        assert_ne!(poses, random_poses(SIZE, emitter, 500, 0.6, 4).unwrap());
         for p in &poses {
-            let wall = p.position.min(ROOM.size - p.position).min_element();
+            let wall = p.position.min(SIZE - p.position).min_element();
             assert!(wall >= 0.6 - 1e-5 && p.position.distance(emitter) >= 0.5 && p.ypr().1.abs() < 0.53, "{p:?}");
         }
         assert!(poses.iter().any(|p| p.ypr().0 > 2.0) && poses.iter().any(|p| p.ypr().0 < -2.0));
-        assert!(random_poses(&ROOM, emitter, 5, 1.4, 1).is_ok());
-        let small = BoxRoom { size: Vec3::splat(1.0), ..ROOM };
-        assert!(random_poses(&small, Vec3::splat(0.5), 5, 0.3, 1).unwrap_err().to_string().contains("0.5 m off the emitter"));
+        assert!(random_poses(SIZE, emitter, 5, 1.4, 1).is_ok());
+        assert!(
+            random_poses(Vec3::ONE, Vec3::splat(0.5), 5, 0.3, 1).unwrap_err().to_string().contains("0.5 m off the emitter")
+        );
     }
 }

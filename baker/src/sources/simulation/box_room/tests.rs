@@ -1,15 +1,40 @@
-use super::energy as energy_of;
 use super::*;
-use crate::sources::simulation::Hrtf;
+use crate::Response;
 use crate::sources::simulation::heads::{RATE, set, transparent, two_sided};
+use crate::sources::simulation::{Absorption, Part, SPEED_OF_SOUND_M_S};
+use promenade_acoustics::{Air, Image, Material, Share};
+use promenade_fourier::num_complex::Complex32;
 use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
 use std::f32::consts::PI;
 
-const ROOM: BoxRoom = BoxRoom { size: Vec3::new(7.0, 5.0, 3.0), absorption: [[0.3; 7]; 6] };
+const SIZE: Vec3 = Vec3::new(7.0, 5.0, 3.0);
 const EMITTER: Vec3 = Vec3::new(3.1, 2.3, 1.9);
 
-fn simulate(room: &BoxRoom, emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &BoxOptions) -> Vec<Response> {
-    simulate_box(room, emitter, hrtf, poses, options, |_| ()).unwrap_or_else(|e| panic!("{e}")).responses
+/// Walls of these absorptions that scatter the same share in all octaves.
+fn walls(absorption: [Absorption; 6], scattering: f32) -> Shoebox {
+    let material = |absorption| Material { absorption, ..Material::even("wall", 0.0, scattering) };
+    Shoebox { size: SIZE.as_dvec3().to_array(), materials: absorption.map(material) }
+}
+
+fn even(absorption: f32, scattering: f32) -> Shoebox {
+    walls([[absorption; 7]; 6], scattering)
+}
+
+/// Without air.
+fn options(order: u32, length_s: f32) -> MeshOptions {
+    MeshOptions { order, beams: 0, rays: 6000, length_s: Some(length_s), air: None, seed: 1, part: Part::WHOLE }
+}
+
+fn simulate(room: &Shoebox, emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &MeshOptions) -> Vec<Response> {
+    simulate_box(room, emitter, hrtf, poses, options, |_| ()).unwrap_or_else(|e| panic!("{e}")).responses.responses
+}
+
+fn images(room: &Shoebox, order: u32) -> Vec<Image> {
+    room.images(EMITTER.as_dvec3().to_array(), order, Share::Specular).unwrap()
+}
+
+fn way(image: &Image, listener: Vec3) -> f32 {
+    Vec3::from_array(image.position.map(|c| c as f32)).distance(listener)
 }
 
 fn at(x: f32, y: f32, z: f32) -> Pose {
@@ -34,10 +59,10 @@ fn smooth(samples: &[f32]) -> Vec<f32> {
 
 #[test]
 fn the_direct_sound_comes_after_its_way_at_its_level() {
-    let dead = BoxRoom { absorption: [[1.0; 7]; 6], ..ROOM };
+    let dead = even(1.0, 0.0);
     for pose in [at(1.0, 1.0, 1.0), at(3.1, 2.3, 0.9), at(6.9, 4.9, 2.9)] {
         let distance = pose.position.distance(EMITTER);
-        let response = &simulate(&dead, EMITTER, &transparent(), &[pose], &BoxOptions::default())[0];
+        let response = &simulate(&dead, EMITTER, &transparent(), &[pose], &options(6, 0.5))[0];
         assert_eq!(response.left, response.right);
         let level = 10.0 * power(&response.left, 1000.0).log10() + 20.0 * f64::from(distance).log10();
         assert!(level.abs() < 0.02, "{level} dB at {distance} m");
@@ -50,37 +75,14 @@ fn the_direct_sound_comes_after_its_way_at_its_level() {
 }
 
 #[test]
-fn images_are_where_mirrors_put_them_with_what_walls_leave() {
-    assert_eq!([0, 1, 2, 3, 6].map(|order| box_images(order).len()), [1, 7, 25, 63, 377]);
-    let mut absorption = [[0.0; 7]; 6];
-    for (wall, octaves) in absorption.iter_mut().enumerate() {
-        *octaves = [0.1 + 0.1 * wall as f32; 7];
-    }
-    let room = BoxRoom { absorption, ..ROOM };
-    let found = box_images(1);
-    // Walls at x = 0, x = 7, and so on: mirrors of the emitter, each with its own absorption.
-    for (wall, octaves) in absorption.iter().enumerate() {
-        let (axis, mut mirrored) = (wall / 2, EMITTER);
-        mirrored[axis] = if wall % 2 == 0 { -EMITTER[axis] } else { 2.0 * ROOM.size[axis] - EMITTER[axis] };
-        let image = found.iter().find(|i| position(i, EMITTER, ROOM.size).distance(mirrored) < 1e-4).unwrap();
-        assert!((energy_of(&room, image, 3) - f64::from(1.0 - octaves[3])).abs() < 1e-6, "wall {wall}");
-        assert_eq!(image.order(), 1);
-    }
-    // Every image is the mirror of another in the wall that it met last, with what that wall leaves.
-    let far = box_images(3).into_iter().find(|i| position(i, EMITTER, ROOM.size).abs_diff_eq(Vec3::new(17.1, 2.3, -1.9), 1e-4));
-    assert!((energy_of(&room, &far.unwrap(), 0) - 0.9 * 0.8 * 0.5).abs() < 1e-6, "floor, then far and near wall");
-}
-
-#[test]
 fn reflections_have_the_energy_of_their_images() {
-    let listener = at(1.0, 3.5, 1.2);
-    let options = BoxOptions { order: 2, length_s: Some(0.0235), ..BoxOptions::default() };
-    let response = &simulate(&ROOM, EMITTER, &transparent(), &[listener], &options)[0];
+    let (listener, room) = (at(1.0, 3.5, 1.2), even(0.3, 0.0));
+    let response = &simulate(&room, EMITTER, &transparent(), &[listener], &options(2, 0.0235))[0];
     let mut silent = response.left.clone();
-    for image in box_images(2) {
-        let distance = position(&image, EMITTER, ROOM.size).distance(listener.position);
+    for image in images(&room, 2) {
+        let distance = way(&image, listener.position);
         let arrival = distance / SPEED_OF_SOUND_M_S * RATE as f32;
-        let amplitude = (energy_of(&ROOM, &image, 3).sqrt() as f32) / distance;
+        let amplitude = image.gains[3] / distance;
         for (i, v) in silent.iter_mut().enumerate() {
             let t = PI * (i as f32 - arrival);
             *v -= amplitude * if t.abs() < 1e-3 { 1.0 } else { t.sin() / t };
@@ -91,31 +93,60 @@ fn reflections_have_the_energy_of_their_images() {
     assert!(left < -70.0, "what the images do not explain: {left} dB");
 }
 
-#[test]
-fn walls_take_by_octave() {
-    let mut absorption = [[1.0; 7]; 6];
-    absorption[4] = [0.1, 0.1, 0.1, 0.5, 0.9, 0.9, 0.9];
-    let room = BoxRoom { absorption, ..ROOM };
-    // Direct sound and floor only.
-    let options = BoxOptions { length_s: Some(0.08), ..BoxOptions::default() };
-    let listener = at(5.0, 2.3, 1.9);
-    let response = &simulate(&room, EMITTER, &transparent(), &[listener], &options)[0];
+/// Of a floor's reflection, all other walls being open, at a listener over it.
+fn floor_power(absorption: Absorption, scattering: f32, air: Option<Air>, hz: f64) -> f64 {
+    let mut room = even(1.0, 0.0);
+    room.materials[4] = Material { absorption, ..Material::even("floor", 0.0, scattering) };
+    let options = MeshOptions { air, ..options(6, 0.08) };
+    let response = &simulate(&room, EMITTER, &transparent(), &[at(5.0, 2.3, 1.9)], &options)[0];
     let way = EMITTER.distance(Vec3::new(5.0, 2.3, -1.9));
     let start = (way / SPEED_OF_SOUND_M_S * RATE as f32) as usize - 20;
-    for (hz, left) in [(250.0, 0.9), (1000.0, 0.5), (4000.0, 0.1)] {
-        let found = power(&response.left[start..start + 700], hz) * f64::from(way).powi(2);
+    power(&response.left[start..start + 60], hz) * f64::from(way).powi(2)
+}
+
+#[test]
+fn walls_take_by_octave() {
+    let absorption = [0.1, 0.1, 0.1, 0.5, 0.9, 0.9, 0.9];
+    for (hz, left) in [(1000.0, 0.5), (4000.0, 0.1)] {
+        let found = floor_power(absorption, 0.0, None, hz);
         assert!((10.0 * (found / left).log10()).abs() < 0.5, "{hz} Hz: {found} for {left}");
+    }
+}
+
+#[test]
+fn what_walls_scatter_is_no_reflection_and_is_not_lost() {
+    // A mirror keeps a tenth of what it kept: the rest comes from all of the floor, later and weaker at any moment.
+    let [mirror, rough] = [0.0, 0.9].map(|scattering| floor_power([0.2; 7], scattering, None, 2000.0));
+    let db = 10.0 * (rough / mirror).log10();
+    assert!((db + 10.0).abs() < 1.5, "{db} dB of the reflection are left");
+    let heard = |scattering: f32| {
+        let poses = [at(1.0, 1.0, 1.0), at(5.5, 1.5, 1.2), at(2.0, 4.0, 1.7), at(6.2, 4.1, 0.8)];
+        let options = MeshOptions { rays: 20_000, ..options(4, 0.4) };
+        let found = simulate(&even(0.3, scattering), EMITTER, &transparent(), &poses, &options);
+        found.iter().map(|r| energy(&r.left)).sum::<f64>()
+    };
+    let db = 10.0 * (heard(0.9) / heard(0.1)).log10();
+    assert!(db.abs() < 1.0, "the whole room is {db} dB louder where it scatters");
+}
+
+#[test]
+fn air_takes_high_tones() {
+    let air = Air { humidity_percent: 10.0, ..Air::default() };
+    let way = f64::from(EMITTER.distance(Vec3::new(5.0, 2.3, -1.9)));
+    for hz in [2000.0, 8000.0] {
+        let [without, with] = [None, Some(air)].map(|air| floor_power([0.1; 7], 0.0, air, hz));
+        let (found, expected) = (10.0 * (with / without).log10(), -way * air.db_per_m(hz));
+        assert!((found - expected).abs() < 0.05, "{hz} Hz: {found} dB of {expected}");
     }
 }
 
 #[test]
 fn the_room_decays_after_eyring() {
     for absorption in [0.15, 0.3, 0.5] {
-        let room = BoxRoom { absorption: [[absorption; 7]; 6], ..ROOM };
-        let eyring = f64::from(room.eyring_t60_s()[3]);
+        let room = even(absorption, 0.5);
+        let eyring = room.eyring_t60_s(None)[3];
         let poses = [at(1.0, 1.0, 1.0), at(5.5, 1.5, 1.2), at(2.0, 4.0, 1.7)];
-        let options = BoxOptions { length_s: Some((1.2 * eyring) as f32), ..BoxOptions::default() };
-        for response in simulate(&room, EMITTER, &transparent(), &poses, &options) {
+        for response in simulate(&room, EMITTER, &transparent(), &poses, &options(6, (1.2 * eyring) as f32)) {
             let t20 = decay_time_s(&response.left, f64::from(RATE), DecayRange::T20).unwrap();
             assert!((t20 / eyring - 1.0).abs() < 0.15, "{} s for {eyring} s, absorption {absorption}, {}", t20, response.name);
         }
@@ -124,14 +155,13 @@ fn the_room_decays_after_eyring() {
 
 #[test]
 fn late_energy_is_that_of_the_diffuse_field() {
-    let hrtf = two_sided();
+    let (hrtf, room) = (two_sided(), even(0.2, 0.5));
     let poses: Vec<Pose> = (1..7).map(|i| at(i as f32, 1.0 + 0.4 * i as f32, 1.3)).collect();
     let late = (0.1 * RATE as f32) as usize;
-    let decay = f64::from(ROOM.decay_per_s()[3]);
-    let density = 4.0 * std::f64::consts::PI * f64::from(SPEED_OF_SOUND_M_S / ROOM.volume_m3());
+    let decay = 6.0 * std::f64::consts::LN_10 / room.eyring_t60_s(None)[3];
+    let density = 4.0 * std::f64::consts::PI * f64::from(SPEED_OF_SOUND_M_S) / room.volume_m3();
     let expected = density / decay * (-0.1 * decay).exp();
-    let options = BoxOptions { length_s: Some(0.6), ..BoxOptions::default() };
-    let responses = simulate(&ROOM, EMITTER, &hrtf, &poses, &options);
+    let responses = simulate(&room, EMITTER, &hrtf, &poses, &options(6, 0.6));
     for ear in [|r: &Response| energy(&r.left[(0.1 * RATE as f32) as usize..]), |r: &Response| energy(&r.right[2400..])] {
         let mean = responses.iter().map(ear).sum::<f64>() / poses.len() as f64;
         assert!((10.0 * (mean / expected).log10()).abs() < 1.0, "{mean} for {expected}");
@@ -147,9 +177,8 @@ fn late_energy_is_that_of_the_diffuse_field() {
 fn the_near_ear_is_earlier_and_louder() {
     let hrtf = two_sided();
     // The emitter is to the left of one who looks along x from the right wall, and to the right of one who looks back.
-    let options = BoxOptions { length_s: Some(0.05), ..BoxOptions::default() };
     let back = Pose::from_ypr(Vec3::new(3.1, 1.0, 1.9), PI, 0.0, 0.0);
-    let responses = simulate(&ROOM, EMITTER, &hrtf, &[at(3.1, 1.0, 1.9), back], &options);
+    let responses = simulate(&even(0.3, 0.1), EMITTER, &hrtf, &[at(3.1, 1.0, 1.9), back], &options(6, 0.05));
     for (response, side) in responses.iter().zip([1.0, -1.0]) {
         let itd = itd_s(&response.left, &response.right, f64::from(RATE)).unwrap();
         let ild = ild_db(&response.left, &response.right).unwrap();
@@ -163,12 +192,12 @@ fn a_mirrored_room_swaps_the_ears() {
     let hrtf = two_sided();
     let mut absorption = [[0.2; 7]; 6];
     absorption[2] = [0.6; 7];
-    let room = BoxRoom { absorption, ..ROOM };
+    let room = walls(absorption, 0.0);
     absorption.swap(2, 3);
-    let mirrored = BoxRoom { absorption, ..ROOM };
-    let flip = |p: Vec3| Vec3::new(p.x, ROOM.size.y - p.y, p.z);
+    let mirrored = walls(absorption, 0.0);
+    let flip = |p: Vec3| Vec3::new(p.x, SIZE.y - p.y, p.z);
     // Before the tail, whose noise knows no mirror.
-    let options = BoxOptions { order: 5, length_s: Some(0.03), ..BoxOptions::default() };
+    let options = options(8, 0.03);
     let here = Pose::from_ypr(Vec3::new(1.2, 3.4, 1.6), 0.7, 0.2, 0.1);
     let there = Pose::from_ypr(flip(here.position), -0.7, 0.2, -0.1);
     let one = &simulate(&room, EMITTER, &hrtf, &[here], &options)[0];
@@ -183,12 +212,12 @@ fn a_mirrored_room_swaps_the_ears() {
 
 #[test]
 fn the_seed_is_the_noise_and_nothing_else() {
-    let options = BoxOptions { length_s: Some(0.2), ..BoxOptions::default() };
+    let (room, options) = (even(0.3, 0.0), options(6, 0.2));
     let poses = [at(1.0, 1.0, 1.0), at(1.0, 1.0, 1.0)];
     let hrtf = transparent();
-    let once = simulate(&ROOM, EMITTER, &hrtf, &poses, &options);
-    assert_eq!(once, simulate(&ROOM, EMITTER, &hrtf, &poses, &options));
-    let again = simulate(&ROOM, EMITTER, &hrtf, &poses, &BoxOptions { seed: 2, ..options });
+    let once = simulate(&room, EMITTER, &hrtf, &poses, &options);
+    assert_eq!(once, simulate(&room, EMITTER, &hrtf, &poses, &options));
+    let again = simulate(&room, EMITTER, &hrtf, &poses, &MeshOptions { seed: 2, ..options });
     assert_eq!(once[0].left[..700], again[0].left[..700], "images have no noise");
     assert_ne!(once[0].left, again[0].left);
     assert_ne!(once[0].left, once[1].left, "each pose has its own");
@@ -216,23 +245,22 @@ fn a_turn_of_the_head_has_no_steps() {
 #[test]
 fn what_cannot_be_is_an_error() {
     let hrtf = transparent();
-    let good = BoxOptions::default();
+    let (room, good) = (even(0.3, 0.1), options(6, 0.1));
     let inside = [at(1.0, 1.0, 1.0)];
-    let refused = |room: &BoxRoom, emitter, poses: &[Pose], options: &BoxOptions, says: &str| {
+    let refused = |room: &Shoebox, emitter, poses: &[Pose], options: &MeshOptions, says: &str| {
         let error = simulate_box(room, emitter, &hrtf, poses, options, |_| ()).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     };
     let outside = [at(1.0, 1.0, 1.0), at(1.0, -0.1, 1.0)];
     let beyond = "listener: expected inside the room, between 0,0,0 and [7, 5, 3], found pose 1 at";
-    refused(&ROOM, EMITTER, &outside, &good, beyond);
-    refused(&ROOM, EMITTER, &[at(f32::NAN, 1.0, 1.0)], &good, "pose 0");
-    refused(&ROOM, EMITTER, &[at(3.1, 2.3, 1.95)], &good, "at least 0.1 m from the emitter");
-    refused(&ROOM, Vec3::new(8.0, 1.0, 1.0), &inside, &good, "emitter: expected inside the room");
-    refused(&BoxRoom { absorption: [[1.1; 7]; 6], ..ROOM }, EMITTER, &inside, &good, "absorption: expected 0 to 1, found 1.1");
-    refused(&BoxRoom { size: Vec3::new(0.1, 5.0, 3.0), ..ROOM }, EMITTER, &inside, &good, "size of the room");
-    refused(&ROOM, EMITTER, &inside, &BoxOptions { order: 99, ..good }, "order of images: expected at most 20");
-    refused(&ROOM, EMITTER, &inside, &BoxOptions { length_s: Some(0.0), ..good }, "length of the responses");
-    refused(&ROOM, EMITTER, &inside, &BoxOptions { sample_rate_hz: 48_000, ..good }, "the HRTF's 24000 Hz");
+    refused(&room, EMITTER, &outside, &good, beyond);
+    refused(&room, EMITTER, &[at(f32::NAN, 1.0, 1.0)], &good, "pose 0");
+    refused(&room, EMITTER, &[at(3.1, 2.3, 1.95)], &good, "at least 0.1 m from the emitter");
+    refused(&room, Vec3::new(8.0, 1.0, 1.0), &inside, &good, "emitter: expected inside the room");
+    refused(&even(1.1, 0.1), EMITTER, &inside, &good, "absorption of wall: expected 0 to 1, found 1.1");
+    refused(&Shoebox { size: [0.1, 5.0, 3.0], ..room.clone() }, EMITTER, &inside, &good, "size of the room");
+    refused(&room, EMITTER, &inside, &MeshOptions { order: 99, ..good }, "order of images: expected at most 50");
+    refused(&room, EMITTER, &inside, &MeshOptions { length_s: Some(0.0), ..good }, "length of the responses");
     let silent = set(&[Vec3::X], |_| [vec![0.0; 8], vec![0.0; 8]]);
     assert!(Hrtf::new(&silent, RATE).unwrap_err().to_string().contains("responses with sound, found silence"));
     assert!(Hrtf::new(&set(&[], |_| [Vec::new(), Vec::new()]), RATE).is_err());

@@ -1,6 +1,6 @@
 use super::*;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
-use crate::sources::simulation::{BoxOptions, BoxRoom, Inside, grid, random_inside, simulate_box, turned};
+use crate::sources::simulation::{Inside, grid, random_inside, simulate_box, turned};
 use promenade_acoustics::{Directivity, Material, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
 
@@ -40,10 +40,11 @@ fn a_box_of_triangles_is_a_box() {
     let absorption = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
     let poses = [at(1.0, 1.0, 1.0), Pose::from_ypr(Vec3::new(5.2, 3.9, 1.4), 1.0, 0.2, 0.0)];
     let hrtf = two_sided();
-    let simulated = simulate(&room(SIZE, absorption, 0.0), EMITTER, &hrtf, &poses, &options(6, 0.03));
-    let walls = BoxRoom { size: SIZE, absorption: absorption.map(|a| [a; 7]) };
-    let exact = BoxOptions { length_s: Some(0.03), ..BoxOptions::default() };
-    let exact = simulate_box(&walls, EMITTER, &hrtf, &poses, &exact, |_| ()).unwrap();
+    let walls = Shoebox { size: SIZE.as_dvec3().to_array(), materials: absorption.map(|a| Material::even("wall", a, 0.3)) };
+    let options = MeshOptions { air: Some(Air::default()), ..options(6, 0.3) };
+    // Images, scattering and air, all of it.
+    let simulated = simulate(&room(SIZE, absorption, 0.3), EMITTER, &hrtf, &poses, &options);
+    let exact = simulate_box(&walls, EMITTER, &hrtf, &poses, &options, |_| ()).unwrap().responses;
     for (a, b) in simulated.responses.responses.iter().zip(&exact.responses) {
         assert_eq!((a.listener, &a.name), (b.listener, &b.name));
         for (a, b) in [(&a.left, &b.left), (&a.right, &b.right)] {
@@ -56,8 +57,7 @@ fn a_box_of_triangles_is_a_box() {
 
 #[test]
 fn a_room_that_scatters_decays_after_eyring_in_every_octave_alike() {
-    let walls = BoxRoom { size: SIZE, absorption: [[0.2; 7]; 6] };
-    let eyring = f64::from(walls.eyring_t60_s()[3]);
+    let eyring = room(SIZE, [0.2; 6], 0.5).1.eyring_t60_s(105.0, None)[3];
     let poses = [at(1.0, 1.0, 1.0), at(5.5, 1.5, 1.2)];
     let options = options(3, (1.2 * eyring) as f32);
     let simulated = simulate(&room(SIZE, [0.2; 6], 0.5), EMITTER, &transparent(), &poses, &options);

@@ -1,0 +1,286 @@
+//! Rooms of surfaces as scenes: what images and rays bring to some places, made into what is played.
+
+use crate::error::RoomError;
+use crate::late::{HopEnergies, LateEnergies, decay_s, early_taps, time_filters};
+use crate::receiver::Receiver;
+use promenade_acoustics::{Air, Echogram, Image, OCTAVES_HZ, Octaves};
+use promenade_core::glam::{DVec3, Vec3};
+use promenade_core::{
+    Anchor, Axis, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts, TailModel,
+    TransferShape,
+};
+use std::collections::BTreeMap;
+
+/// Images farther than this from the emitter are left to the late energies, metres: scenes have none.
+const FARTHEST_M: f64 = 199.0;
+/// The octave at 1 kHz, which levels are of.
+const LEVEL_BAND: usize = 3;
+/// An image is no louder than at the square root of this distance, square metres.
+const NEAREST_M2: f64 = 0.06;
+/// Metres between points of an outline at least, and points that it has at most.
+const OUTLINE_M: f32 = 0.25;
+const OUTLINE_POINTS: usize = 4000;
+
+/// Places of the listener in a room, and the table that they stand for.
+#[derive(Clone, Debug)]
+pub struct Places {
+    /// Nodes of the table, world, metres.
+    pub axes: [Axis; 3],
+    /// World, metres.
+    pub at: Vec<DVec3>,
+    /// For each node, `[z][y][x]`, the number of its place.
+    pub nearest: Vec<usize>,
+}
+
+/// An image that is played.
+#[derive(Clone, Debug)]
+pub struct PlayedImage {
+    /// [`Image::index`].
+    pub index: usize,
+    /// World, metres.
+    pub position: DVec3,
+    /// What is left of the amplitude where the source sends most to it.
+    pub gains: Octaves,
+}
+
+/// The images of a room that are played, the strongest first.
+#[derive(Clone, Debug)]
+pub struct Played {
+    /// At most as many as asked for.
+    pub images: Vec<PlayedImage>,
+    /// How much of each a place sees, 0 to 1, `[place][image]`.
+    seen: Vec<Vec<f32>>,
+}
+
+impl Played {
+    /// The images that are strongest at any place, at most so many; `seen_from` has those that a place sees, in the order of
+    /// their indices.
+    pub fn strongest<'a>(places: &Places, emitter: DVec3, most: usize, seen_from: impl Fn(usize) -> &'a [Image]) -> Self {
+        /// An image at all places: the largest share of any place's energy, the sum of its gains and the number of places; the
+        /// largest of what is sent to it anywhere, and the sum of that.
+        struct Found<'a> {
+            image: &'a Image,
+            score: f64,
+            sums: [f64; 7],
+            seen: f64,
+            most_sent: f32,
+            sent: f32,
+        }
+        let mut found: BTreeMap<usize, Found<'_>> = BTreeMap::new();
+        for (place, at) in places.at.iter().enumerate() {
+            let near = |image: &&Image| image.order > 0 && emitter.distance(image.position.into()) <= FARTHEST_M;
+            for image in seen_from(place).iter().filter(near) {
+                let entry = found.entry(image.index).or_insert(Found {
+                    image,
+                    score: 0.0,
+                    sums: [0.0; 7],
+                    seen: 0.0,
+                    most_sent: 0.0,
+                    sent: 0.0,
+                });
+                let sent = amplitude(&image.sent);
+                entry.most_sent = entry.most_sent.max(sent);
+                entry.sent += sent;
+                let energy: f64 = image.gains.iter().map(|g| f64::from(*g).powi(2)).sum();
+                entry.score = entry.score.max(energy / at.distance_squared(image.position.into()).max(1e-4));
+                entry.sums.iter_mut().zip(image.gains).for_each(|(s, g)| *s += f64::from(g));
+                entry.seen += 1.0;
+            }
+        }
+        let mut all: Vec<Found<'_>> = found.into_values().filter(|found| found.score > 0.0).collect();
+        all.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.image.index.cmp(&b.image.index)));
+        all.truncate(most);
+        // As strong as where the source sends most to it, and the mean of its colours.
+        let played = |f: Found<'_>| PlayedImage {
+            index: f.image.index,
+            position: f.image.position.into(),
+            gains: f.sums.map(|s| (s / f.seen * f64::from(f.most_sent) / (f64::from(f.sent) / f.seen)) as f32),
+        };
+        let images: Vec<PlayedImage> = all.into_iter().map(played).collect();
+        let seen = (0..places.at.len()).map(|place| images.iter().map(|image| share(seen_from(place), image)).collect());
+        let seen = seen.collect();
+        Self { images, seen }
+    }
+}
+
+/// How much of a played image is seen among those of a place: a surface of two materials reflects one more here and the other
+/// more there.
+fn share(seen: &[Image], played: &PlayedImage) -> f32 {
+    seen.binary_search_by_key(&played.index, |image| image.index).map_or(0.0, |found| {
+        let energy = |gains: &Octaves| gains.iter().map(|g| g * g).sum::<f32>();
+        (energy(&seen[found].gains) / energy(&played.gains).max(1e-12)).sqrt().min(1.0)
+    })
+}
+
+/// The root mean square over the octaves.
+#[must_use]
+pub fn amplitude(amplitudes: &Octaves) -> f32 {
+    (amplitudes.iter().map(|a| a * a).sum::<f32>() / amplitudes.len() as f32).sqrt()
+}
+
+/// What a gain of 1 is in a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// All sound at the loudest place.
+    LoudestPlace,
+    /// The direct sound at 1 m together with the mean of what walls reflect to the places.
+    OneMetre,
+}
+
+impl Level {
+    /// Gain of a scene whose places have these energies, as of [`energy_at`].
+    fn gain(self, energies: &[f64]) -> f64 {
+        let energy = match self {
+            Self::LoudestPlace => energies.iter().copied().fold(0.0, f64::max),
+            Self::OneMetre => 1.0 + energies.iter().sum::<f64>() / energies.len().max(1) as f64,
+        };
+        if energy > 0.0 { energy.sqrt().recip() } else { 1.0 }
+    }
+}
+
+/// Energy at 1 kHz that images and the rest bring to a place, over that of the direct sound at 1 m.
+pub fn energy_at(at: DVec3, images: impl Iterator<Item = (DVec3, Octaves)>, rest: &Echogram) -> f64 {
+    let of = |(position, gains): (DVec3, Octaves)| {
+        f64::from(gains[LEVEL_BAND]).powi(2) / at.distance_squared(position).max(NEAREST_M2)
+    };
+    images.map(of).sum::<f64>() + rest.energy(LEVEL_BAND)
+}
+
+/// How the noise of a room's late part is known and what a head's turns make of it.
+pub trait LatePart {
+    /// Why it is not known.
+    type Error: From<RoomError>;
+
+    /// Energy per hop and band that the late part has at a gain of 1, with the noise that `tail` names afterwards. `late` is
+    /// what the places hear, `start` the number of the one to start at.
+    ///
+    /// # Errors
+    /// As the implementation has them.
+    fn unit(
+        &self,
+        tail: &mut TailModel,
+        shape: TransferShape,
+        late: &[LateEnergies],
+        start: usize,
+    ) -> Result<HopEnergies, Self::Error>;
+
+    /// Turns of the head that are told apart, and the rows of each place for each of them; `rows` are those of a head that
+    /// turns anywhere.
+    fn turned(&self, rows: Vec<Vec<f32>>, late: &[LateEnergies], shape: TransferShape) -> (Axis, Vec<Vec<Vec<f32>>>);
+}
+
+/// What a room gives of itself. Places are the same, in the same order, everywhere.
+#[derive(Clone, Debug)]
+pub struct Surfaces {
+    /// World, metres.
+    pub emitter: Vec3,
+    /// Where it is heard.
+    pub places: Places,
+    /// Images with a place of their own.
+    pub played: Played,
+    /// How much of the direct sound each place sees, 0 to 1.
+    pub direct: Vec<f32>,
+    /// Whether all places see all of it, so that a scene needs no table of that.
+    pub open: bool,
+    /// All other sound at each place.
+    pub late: Vec<LateEnergies>,
+    /// Of each place, as of [`energy_at`].
+    pub energies: Vec<f64>,
+    /// What a gain of 1 is.
+    pub level: Level,
+    /// The longest reverberation time that is expected, seconds: taps cover half of it.
+    pub typical_t60_s: f64,
+    /// What the air takes of images and direct sound.
+    pub air: Option<Air>,
+    /// Where to start.
+    pub start_pose: Pose,
+    /// Corners of the box that the listener may be in, world, metres.
+    pub bounds: (Vec3, Vec3),
+    /// Points to be shown.
+    pub outline: Vec<Anchor>,
+    /// Where it comes from.
+    pub provenance: Provenance,
+}
+
+impl Surfaces {
+    /// The scene that is heard with a head. `seed` is that of its noise, if `noise` chooses no other.
+    ///
+    /// # Errors
+    /// What `noise` says; parts that make no scene.
+    pub fn scene<L: LatePart>(self, head: &Receiver, seed: u64, noise: &L) -> Result<Scene, L::Error> {
+        let (grid, bands) = (head.grid, head.bands.clone());
+        let taps = early_taps(self.typical_t60_s, grid.hop_s());
+        let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
+        let t60_s = decay_s(&self.late, taps + 1, grid.hop_s(), self.typical_t60_s);
+        let mut tail = TailModel { seed, t60_s, coherence: head.coherence.clone() };
+        let to_start = |i: &usize| self.places.at[*i].distance_squared(self.start_pose.position.as_dvec3());
+        let start = (0..self.places.at.len()).min_by(|a, b| to_start(a).total_cmp(&to_start(b))).unwrap_or(0);
+        let unit = noise.unit(&mut tail, shape, &self.late, start)?;
+        let gain = self.level.gain(&self.energies);
+        let rows = self.late.iter().map(|late| time_filters(&late.energies, &unit, shape, gain)).collect();
+        let (yaw, rows) = noise.turned(rows, &self.late, shape);
+        let mut table = Vec::new();
+        for row in self.places.nearest.iter().flat_map(|place| &rows[*place]) {
+            table.push(0.0);
+            table.extend_from_slice(row);
+        }
+        let facing = Facing::Head { yaw, pitch: Axis::single(0.0), roll: Axis::single(0.0) };
+        let nodes = FieldGrid { position: self.places.axes.clone(), facing };
+        let room = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(table));
+        let (Some(room), Some(field)) = (room, head.direct(self.emitter, gain as f32)) else {
+            return Err(RoomError::argument("table of the scene", "a row per node", "another number").into());
+        };
+        let images = self.images(head, gain);
+        let parts = SceneParts {
+            provenance: self.provenance,
+            taps,
+            field: Some(field),
+            room: Some(room),
+            images: (!images.images.is_empty()).then_some(images),
+            top_hz: head.top_hz,
+            start_pose: self.start_pose,
+            bounds: self.bounds,
+            anchors: self.outline,
+            ..SceneParts::new(grid, bands, tail)
+        };
+        Ok(Scene::new(parts).map_err(RoomError::from)?)
+    }
+
+    /// The images as they are played, each at the level of the head at its mean elevation.
+    fn images(&self, head: &Receiver, gain: f64) -> ImageSources {
+        let scaled = |image: &PlayedImage| {
+            let sines = self.places.at.iter().map(|at| (image.position.z - at.z) / image.position.distance(*at).max(1e-3));
+            let levels = head.image_gains(sines.sum::<f64>() / self.places.at.len() as f64);
+            let gains = std::array::from_fn(|b| gain as f32 * levels[b] * image.gains[b]);
+            ImageSource { position: image.position.as_vec3(), gains }
+        };
+        let (places, nodes) = if self.open {
+            (self.emitter.to_array().map(Axis::single), &[0][..])
+        } else {
+            (self.places.axes.clone(), &self.places.nearest[..])
+        };
+        ImageSources {
+            images: self.played.images.iter().map(scaled).collect(),
+            air_db_per_m: OCTAVES_HZ.map(|hz| self.air.map_or(0.0, |air| air.db_per_m(f64::from(hz)) as f32)),
+            places,
+            seen: nodes.iter().flat_map(|place| self.played.seen[*place].iter().copied()).collect(),
+            direct: nodes.iter().map(|place| self.direct[*place]).collect(),
+            head: head.head.clone(),
+        }
+    }
+}
+
+/// Points along lines, world, metres, and the emitter.
+#[must_use]
+pub fn outline(lines: &[[Vec3; 2]], emitter: Vec3) -> Vec<Anchor> {
+    let whole: f32 = lines.iter().map(|[a, b]| a.distance(*b)).sum();
+    let step = OUTLINE_M.max(whole / OUTLINE_POINTS as f32);
+    let points = lines.iter().flat_map(|[a, b]| {
+        let count = (a.distance(*b) / step).ceil().max(1.0) as usize;
+        (0..=count).map(move |i| a.lerp(*b, i as f32 / count as f32))
+    });
+    let grey = |position| Anchor { position, colour: Vec3::splat(0.6) };
+    let mut all: Vec<Anchor> = points.take(OUTLINE_POINTS).map(grey).collect();
+    all.push(Anchor { position: emitter, colour: Vec3::new(0.9, 0.5, 0.2) });
+    all
+}
