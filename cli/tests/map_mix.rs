@@ -26,10 +26,10 @@ fn samples_are_shared_out_by_eye_and_ear_at_one_cost() {
     encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
     // Silence, then noise for half a second.
     let mut mix = vec![0.0; 48_000];
-    for (sample, noise) in mix[24_000..32_000].iter_mut().zip(promenade_testing::Noise::new(1).take(8000)) {
+    for (sample, noise) in mix[24_000..32_000].iter_mut().zip(Noise::new(1).take(8000)) {
         *sample = 0.3 * noise;
     }
-    wav::write(std::path::Path::new(&sound), &[mix], 16_000, Format::Pcm16).unwrap();
+    wav::write(std::path::Path::new(&sound), 16_000, &[&mix], Format::Int16).unwrap();
     let line = |more: &[&str]| {
         let of = [
             "map",

@@ -44,7 +44,7 @@ pub enum SiteError {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: BakeError,
+        source: Box<BakeError>,
     },
     /// The study has live scenes, and there is no engine.
     #[error("the study plays scenes, which needs the engine as WebAssembly")]
@@ -200,7 +200,7 @@ impl Site<'_> {
         let scene = Arc::new(scene);
         let start = scene.start_pose();
         let render = || Player::new(&scene, f64::from(rate), None)?.render(dry, &mut |_| start);
-        let ears = render().map_err(|source| SiteError::Render { path: path.clone(), source })?;
+        let ears = render().map_err(|source| SiteError::Render { path: path.clone(), source: Box::new(source) })?;
         Ok((self.put(&path, &bytes, "promenade")?, Loudness::new(&ears, rate)))
     }
 }

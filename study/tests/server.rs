@@ -19,7 +19,7 @@ impl Place {
         let at = |name: &str| folder.path().join(name);
         for name in ["x.wav", "y.wav"] {
             let tone: Vec<f32> = (0..16_000_u16).map(|i| 0.1 * (f32::from(i) * 0.3).sin()).collect();
-            wav::write(&at(name), &[tone], 16_000, Format::Pcm16).unwrap();
+            wav::write(&at(name), 16_000, &[&tone], Format::Int16).unwrap();
         }
         let study = json!({
             "study": "rooms", "title": "Rooms", "post": true,

@@ -113,16 +113,14 @@ impl Engine {
                 Some(worker) => renderer.with_worker(Box::new(worker)),
                 None => renderer,
             };
-            renderer = inline(renderer);
-            second = second.map(inline);
+            (renderer, second) = (inline(renderer), second.map(inline));
         } else if let Some((decoder, _)) = &mut self.decoder {
             let mut by_mail = |renderer: Renderer| {
                 let mailbox = SharedMailbox::new(decoder, &scene.start_pose());
                 self.mailboxes.push(mailbox.clone());
                 renderer.with_worker(Box::new(Correspondent::new(mailbox)))
             };
-            renderer = by_mail(renderer);
-            second = second.map(by_mail);
+            (renderer, second) = (by_mail(renderer), second.map(by_mail));
         }
         self.params.live.wait = options.inline;
         let mut emitters = Emitters::from(renderer);

@@ -165,7 +165,6 @@ pub extern "C" fn stop() {
 
 /// Takes a pose, metres and a quaternion, sent at a time of the sender's clock, seconds.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-#[expect(clippy::too_many_arguments, reason = "numbers are what passes the border")]
 pub extern "C" fn glide(x: f32, y: f32, z: f32, qx: f32, qy: f32, qz: f32, qw: f32, sent_s: f64) {
     with(|engine| engine.take_pose(pose(x, y, z, qx, qy, qz, qw), sent_s));
 }

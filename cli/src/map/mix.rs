@@ -106,7 +106,7 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
 
 /// How loud each pixel is.
 fn heard(args: &MixMapArgs, size: [usize; 2]) -> Result<Plane> {
-    let (_, room) = simulate::room(&args.room)?;
+    let (_, room, _) = simulate::room(&args.room)?;
     let rays = RayOptions {
         rays: args.rays as usize,
         length_s: args.length,

@@ -59,7 +59,7 @@ fn both([absorption, scattering]: [f32; 2], images: usize, rays: usize, at: Vec3
     let options =
         MeshOptions { order: 4, beams: 4096, rays, length_s: Some(length_s + 0.1), air: None, seed: 1, part: Part::WHOLE };
     let truth = simulate_mesh(&mesh, &room, &source(EMITTER), &hrtf, &[pose], &options, |_| ()).unwrap();
-    let direct = (f64::from(at.distance(EMITTER) / SPEED_OF_SOUND_M_S) * f64::from(RATE)).round() as usize;
+    let direct = (f64::from(at.distance(EMITTER)) / SPEED_OF_SOUND_M_S * f64::from(RATE)).round() as usize;
     let left = truth.responses.responses[0].left[direct - LEAD..][..length].to_vec();
     [heard, left]
 }
@@ -118,7 +118,7 @@ fn the_ear_at_the_wall_that_swallows_hears_less_of_the_room() {
         let pose = Pose::from_ypr(position, yaw, 0.0, 0.0);
         let heard = render_response(&scene, pose, LEAD, length).unwrap();
         let made = simulate_mesh(&mesh, &room, &source(EMITTER), &hrtf, &[pose], &truth, |_| ()).unwrap();
-        let direct = (f64::from(position.distance(EMITTER) / SPEED_OF_SOUND_M_S) * f64::from(RATE)).round() as usize;
+        let direct = (f64::from(position.distance(EMITTER)) / SPEED_OF_SOUND_M_S * f64::from(RATE)).round() as usize;
         // From 30 ms after the direct sound on.
         let later = LEAD + 3 * RATE as usize / 100;
         let ild = |[left, right]: [&[f32]; 2]| 10.0 * (energy(left) / energy(right)).log10();
