@@ -8,7 +8,7 @@ mod common;
 
 use common::{L_LISTENERS, L_SOURCE, LISTENERS, SOURCE, bumpy, l_room, shoebox};
 use cpu_time::ThreadTime;
-use promenade_acoustics::{ImageOptions, Images, Material, Mesh, RayOptions, Room, Share, late_field};
+use promenade_acoustics::{ImageOptions, Images, Material, Mesh, RayOptions, Reflected, Room, late_field};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -47,16 +47,16 @@ fn main() {
             let (mut count, mut seen) = (0, 0);
             let s = best(|| {
                 let images = Images::new(room, source, &ImageOptions::default()).expect("images");
-                seen = images.seen_from(room, listener, Share::Whole).expect("a listener").len();
+                seen = images.seen_from(room, listener, Reflected::Whole).expect("a listener").len();
                 count = images.count();
             });
             println!("{name}, order 6, 8192 beams: {:.1} ms for {seen} of {count} images", 1e3 * s);
             let images = Images::new(room, source, &ImageOptions::default()).expect("images");
-            let s = best(|| drop(black_box(images.seen_from(room, listener, Share::Whole))));
+            let s = best(|| drop(black_box(images.seen_from(room, listener, Reflected::Whole))));
             println!("    of that each further listener: {:.2} ms", 1e3 * s);
         }
         let walls = shoebox(0.2, 0.3);
-        let s = best(|| drop(black_box(walls.images(SOURCE, 6, Share::Whole))));
+        let s = best(|| drop(black_box(walls.images(SOURCE, 6, Reflected::Whole))));
         println!("box, order 6, without beams: {:.3} ms", 1e3 * s);
         let options = RayOptions { rays: 8192, ..RayOptions::default() };
         let room = room(&shoebox(0.2, 0.3).mesh().expect("a box"));
@@ -69,7 +69,7 @@ fn main() {
     let began = Instant::now();
     let images = Images::new(&room, L_SOURCE, &ImageOptions::default()).expect("images");
     let seen =
-        listeners.iter().map(|l| images.seen_from(&room, *l, Share::Specular).map_or(0, |seen| seen.len())).sum::<usize>();
+        listeners.iter().map(|l| images.seen_from(&room, *l, Reflected::Specular).map_or(0, |seen| seen.len())).sum::<usize>();
     let options = RayOptions { rays: 65_536, ..RayOptions::default() };
     black_box(late_field(&room, L_SOURCE, &listeners, &options, |_| ()).expect("rays"));
     println!("500 places, 7 octaves, order 6, 65536 rays of 1 s: {:.1} s, {seen} images", began.elapsed().as_secs_f64());

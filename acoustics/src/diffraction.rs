@@ -37,11 +37,11 @@ struct Edge {
 
 /// The direct sound round one edge, as a listener hears it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Diffracted {
+pub struct DiffractionPath {
     /// Where it seems to come from, metres: behind the edge, as far away as its way is long.
     pub position: [f64; 3],
     /// Its way, metres.
-    pub way_m: f64,
+    pub path_m: f64,
     /// How much longer than the straight way that is, metres.
     pub detour_m: f64,
     /// Straight way to the source, metres.
@@ -50,7 +50,7 @@ pub struct Diffracted {
     pub sent: Octaves,
 }
 
-impl Diffracted {
+impl DiffractionPath {
     /// Amplitude against a source seen at 1 m on its axis, without air, at a frequency.
     #[must_use]
     pub fn amplitude(&self, hz: f64) -> f64 {
@@ -119,7 +119,7 @@ impl Edges {
         room: &Room,
         source: impl Into<Source>,
         listener: [f64; 3],
-    ) -> Result<Vec<Diffracted>, AcousticsError> {
+    ) -> Result<Vec<DiffractionPath>, AcousticsError> {
         let Source { position, directivity } = source.into();
         let (source, listener) = (place("source", position)?, place("listener", listener)?);
         let free = |from: DVec3, to: DVec3| {
@@ -133,14 +133,14 @@ impl Edges {
             if !free(source, beside) || !free(listener, beside) {
                 return None;
             }
-            let way_m = source.distance(at) + at.distance(listener);
+            let path_m = source.distance(at) + at.distance(listener);
             let direct_m = source.distance(listener);
-            let position = listener + (at - listener).try_normalize()? * way_m;
+            let position = listener + (at - listener).try_normalize()? * path_m;
             let sent = directivity.towards((at - source).to_array());
-            Some(Diffracted { position: position.to_array(), way_m, detour_m: way_m - direct_m, direct_m, sent })
+            Some(DiffractionPath { position: position.to_array(), path_m, detour_m: path_m - direct_m, direct_m, sent })
         };
-        let mut found: Vec<Diffracted> = self.all.iter().filter_map(around).collect();
-        found.sort_by(|a, b| a.way_m.total_cmp(&b.way_m));
+        let mut found: Vec<DiffractionPath> = self.all.iter().filter_map(around).collect();
+        found.sort_by(|a, b| a.path_m.total_cmp(&b.path_m));
         // A way through the common end of two edges is one.
         found.dedup_by(|a, b| DVec3::from(a.position).distance(b.position.into()) < self.off_m);
         Ok(found)

@@ -25,14 +25,14 @@ pub struct Image {
 
 /// What images have of the energy that walls reflect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Share {
+pub enum Reflected {
     /// All of it, as if nothing were scattered.
     Whole,
     /// What is not scattered; the rest is the rays'.
     Specular,
 }
 
-impl Share {
+impl Reflected {
     /// What a reflection leaves of the amplitude.
     pub(crate) fn gains(self, material: &crate::Material) -> Octaves {
         std::array::from_fn(|band| {

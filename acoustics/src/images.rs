@@ -10,7 +10,7 @@ mod tree;
 
 use crate::directivity::{Directivity, Source};
 use crate::error::{AcousticsError, place};
-use crate::image::{Image, MAX_ORDER, Share};
+use crate::image::{Image, MAX_ORDER, Reflected};
 use crate::octave::Octaves;
 use crate::ray::Ray;
 use crate::room::Room;
@@ -71,7 +71,7 @@ impl Images {
     /// As [`Shoebox::images`].
     pub fn of_box(walls: &Shoebox, source: impl Into<Source>, order: u32) -> Result<Self, AcousticsError> {
         let Source { position, directivity } = source.into();
-        let images = walls.images(position, order, Share::Whole)?.into_iter();
+        let images = walls.images(position, order, Reflected::Whole)?.into_iter();
         let seen = |i: Image| Candidate { position: i.position.into(), order: i.order, cone: Cone::EVERYWHERE };
         Ok(Self { source: position.into(), directivity, order, all: Candidates::distinct(images.map(seen).collect()) })
     }
@@ -97,7 +97,7 @@ impl Images {
     ///
     /// # Errors
     /// A listener that is not finite.
-    pub fn seen_from(&self, room: &Room, listener: [f64; 3], share: Share) -> Result<Vec<Image>, AcousticsError> {
+    pub fn seen_from(&self, room: &Room, listener: [f64; 3], share: Reflected) -> Result<Vec<Image>, AcousticsError> {
         let listener = place("listener", listener)?;
         let gains: Vec<Octaves> = room.materials().iter().map(|m| share.gains(m)).collect();
         let mut faces = Vec::new();

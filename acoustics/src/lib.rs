@@ -45,12 +45,12 @@ mod wildcard;
 
 pub use air::Air;
 #[cfg(feature = "meshes")]
-pub use diffraction::{Diffracted, Edges, barrier_db};
+pub use diffraction::{DiffractionPath, Edges, barrier_db};
 #[cfg(feature = "meshes")]
 pub use directivity::{Directivity, Source};
 pub use echogram::{Bin, Echogram};
 pub use error::AcousticsError;
-pub use image::{Image, MAX_ORDER, Share};
+pub use image::{Image, MAX_ORDER, Reflected};
 #[cfg(feature = "meshes")]
 pub use images::{ImageOptions, Images};
 #[cfg(feature = "meshes")]

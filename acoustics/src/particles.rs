@@ -73,7 +73,7 @@ impl Played {
 
 impl Shoebox {
     /// Energy over time in each cell, `[z][y][x]`, of all sound of a source but that of the `played` images of
-    /// [`Share::Specular`](crate::Share::Specular). The same input and seed give the same numbers.
+    /// [`Reflected::Specular`](crate::Reflected::Specular). The same input and seed give the same numbers.
     ///
     /// # Errors
     /// A box or a source as in [`Shoebox::images`], an option out of range.

@@ -42,9 +42,9 @@ pub struct RayOptions<'a> {
     pub length_s: f64,
     /// Length of a bin of the echograms, seconds.
     pub bin_s: f64,
-    /// What these images of the same source bring to a listener, of [`crate::Share::Specular`], is left to them, and nothing
-    /// else: what mirrors have sent on along ways that no image was found for stays with the rays. The direct sound is always
-    /// an image's.
+    /// What these images of the same source bring to a listener, of [`crate::Reflected::Specular`], is left to them,
+    /// and nothing else: what mirrors have sent on along ways that no image was found for stays with the rays. The direct
+    /// sound is always an image's.
     pub images: Option<&'a Images>,
     /// Radius of the listeners' spheres, metres; less where a wall is nearer. Without it a tenth of the side of a cube of the
     /// volume that the mesh lies in.

@@ -3,7 +3,7 @@
 use crate::air::Air;
 use crate::error::{AcousticsError, place};
 use crate::eyring;
-use crate::image::{Image, MAX_ORDER, Share};
+use crate::image::{Image, MAX_ORDER, Reflected};
 use crate::material::Material;
 #[cfg(feature = "meshes")]
 use crate::mesh::{Mesh, Triangle};
@@ -79,7 +79,7 @@ impl Shoebox {
     /// # Errors
     /// A size that is not finite and above 0, a share of a material outside 0 to 1, a source outside the box, an order above
     /// [`MAX_ORDER`].
-    pub fn images(&self, source: [f64; 3], order: u32, share: Share) -> Result<Vec<Image>, AcousticsError> {
+    pub fn images(&self, source: [f64; 3], order: u32, share: Reflected) -> Result<Vec<Image>, AcousticsError> {
         self.check()?;
         self.check_source(source)?;
         if order > MAX_ORDER {

@@ -1,7 +1,7 @@
 //! Rooms that nobody builds have no answers that are not numbers.
 
 use crate::common::{LISTENERS, SOURCE, bumpy, shoebox};
-use promenade_acoustics::{Image, ImageOptions, Images, Material, Mesh, Room, Share, Triangle};
+use promenade_acoustics::{Image, ImageOptions, Images, Material, Mesh, Reflected, Room, Triangle};
 
 fn few() -> ImageOptions {
     ImageOptions { order: 4, beams: 512, ..ImageOptions::default() }
@@ -12,7 +12,7 @@ fn wood() -> Vec<Material> {
 }
 
 fn sound(room: &Room, source: [f64; 3], listener: [f64; 3], options: &ImageOptions) -> Vec<Image> {
-    let seen = Images::new(room, source, options).unwrap().seen_from(room, listener, Share::Specular).unwrap();
+    let seen = Images::new(room, source, options).unwrap().seen_from(room, listener, Reflected::Specular).unwrap();
     for image in &seen {
         assert!(
             image.position.iter().all(|c| c.is_finite()) && image.gains.iter().all(|g| (0.0..=1.0).contains(g)),
@@ -101,10 +101,10 @@ fn what_is_no_room_is_refused() {
     refused(&bad, &with(0.1, 0.1), "triangle 7: expected corners among 8 vertices");
     for source in [[f64::NAN; 3], [0.0, f64::INFINITY, 0.0]] {
         assert!(Images::new(&whole, source, &few()).is_err());
-        assert!(Images::new(&whole, SOURCE, &few()).unwrap().seen_from(&whole, source, Share::Whole).is_err());
+        assert!(Images::new(&whole, SOURCE, &few()).unwrap().seen_from(&whole, source, Reflected::Whole).is_err());
     }
     assert!(Images::new(&whole, SOURCE, &ImageOptions { order: 51, ..few() }).is_err());
     assert!(Images::new(&whole, SOURCE, &ImageOptions { beams: 0, ..few() }).is_err());
-    assert!(shoebox(0.1, 0.1).images([8.0, 1.0, 1.0], 2, Share::Whole).is_err());
-    assert!(shoebox(1.1, 0.1).images(SOURCE, 2, Share::Whole).is_err());
+    assert!(shoebox(0.1, 0.1).images([8.0, 1.0, 1.0], 2, Reflected::Whole).is_err());
+    assert!(shoebox(1.1, 0.1).images(SOURCE, 2, Reflected::Whole).is_err());
 }

@@ -2,7 +2,7 @@
 
 use crate::common::{L_LISTENERS, L_SOURCE, LISTENERS, SOURCE, l_room, seen, shoebox};
 use glam::DVec3;
-use promenade_acoustics::{Directivity, Image, ImageOptions, Images, Material, Room, SPEED_OF_SOUND_M_S, Share, Source};
+use promenade_acoustics::{Directivity, Image, ImageOptions, Images, Material, Reflected, Room, SPEED_OF_SOUND_M_S, Source};
 
 fn room(mesh: &promenade_acoustics::Mesh, absorption: f32) -> Room {
     let materials: Vec<Material> = mesh.groups.iter().map(|g| Material::even(g, absorption, 0.0)).collect();
@@ -31,7 +31,7 @@ fn the_direct_path_is_the_line_between() {
         let (source, listener) = ([20.0, 30.0, 40.0], [20.0 + 0.6 * metres, 30.0, 40.0 + 0.8 * metres]);
         let room = room(&large, 1.0);
         let images = Images::new(&room, source, &ImageOptions { order: 0, beams: 1, exact_order: 0 }).unwrap();
-        let seen = images.seen_from(&room, listener, Share::Whole).unwrap();
+        let seen = images.seen_from(&room, listener, Reflected::Whole).unwrap();
         assert_eq!((seen.len(), seen[0].order, seen[0].gains), (1, 0, [1.0; 7]));
         let late = (distance(seen[0].position, listener) - metres) / SPEED_OF_SOUND_M_S;
         assert!(late.abs() < 1e-6, "{late} s at {metres} m");
@@ -46,7 +46,7 @@ fn images_have_what_the_source_sends_their_way() {
     let source = Source { position: SOURCE, directivity: directivity.clone() };
     let [all, same] = [source, SOURCE.into()].map(|source: Source| {
         let images = Images::new(&room, source, &ImageOptions { order: 2, ..ImageOptions::default() }).unwrap();
-        images.seen_from(&room, LISTENERS[0], Share::Whole).unwrap()
+        images.seen_from(&room, LISTENERS[0], Reflected::Whole).unwrap()
     });
     assert_eq!(all.len(), same.len());
     for (image, omni) in all.iter().zip(&same) {
@@ -64,13 +64,13 @@ fn images_have_what_the_source_sends_their_way() {
 
 #[test]
 fn beams_find_every_image_of_a_box_once() {
-    let exact = shoebox(0.3, 0.0).images(SOURCE, 6, Share::Whole).unwrap();
+    let exact = shoebox(0.3, 0.0).images(SOURCE, 6, Reflected::Whole).unwrap();
     assert_eq!(exact.len(), 377);
     let room = room(&shoebox(0.0, 0.0).mesh().unwrap(), 0.3);
     // None of them without a beam.
     let images = Images::new(&room, SOURCE, &ImageOptions { exact_order: 0, ..ImageOptions::default() }).unwrap();
     for listener in LISTENERS {
-        let seen = images.seen_from(&room, listener, Share::Whole).unwrap();
+        let seen = images.seen_from(&room, listener, Reflected::Whole).unwrap();
         for image in &seen {
             let same = exact.iter().filter(|e| distance(e.position, image.position) < 1e-6).count();
             assert_eq!(same, 1, "{image:?} is one of the box");
@@ -96,7 +96,7 @@ fn walls_of_a_box_leave_their_own_shares() {
     }
     let room = Room::new(&walls.mesh().unwrap(), &walls.materials).unwrap();
     let images = Images::new(&room, SOURCE, &ImageOptions { order: 3, ..ImageOptions::default() }).unwrap();
-    for share in [Share::Whole, Share::Specular] {
+    for share in [Reflected::Whole, Reflected::Specular] {
         let exact = walls.images(SOURCE, 3, share).unwrap();
         for image in images.seen_from(&room, LISTENERS[1], share).unwrap() {
             let same = exact.iter().find(|e| distance(e.position, image.position) < 1e-6).unwrap();
@@ -105,7 +105,7 @@ fn walls_of_a_box_leave_their_own_shares() {
             }
         }
     }
-    let specular = walls.images(SOURCE, 1, Share::Specular).unwrap();
+    let specular = walls.images(SOURCE, 1, Reflected::Specular).unwrap();
     let floor = specular.iter().find(|i| i.position[2] < 0.0).unwrap();
     assert!((floor.gains[2] - (0.48_f32 * 0.5).sqrt()).abs() < 1e-6 && floor.faces == [4]);
 }
@@ -118,7 +118,7 @@ fn corners_hide_and_show_what_they_should() {
     for listener in L_LISTENERS {
         let exact = seen(&mesh, L_SOURCE, listener, 6);
         assert!(exact.len() > 100, "{}", exact.len());
-        let found = images.seen_from(&room, listener, Share::Whole).unwrap();
+        let found = images.seen_from(&room, listener, Reflected::Whole).unwrap();
         let is = |i: &Image, e: &(u32, DVec3)| i.order == e.0 && e.1.distance(i.position.into()) < 1e-6;
         let wrong: Vec<&Image> = found.iter().filter(|i| !exact.iter().any(|e| is(i, e))).collect();
         assert!(wrong.is_empty(), "{} of {} from {listener:?}: {wrong:?}", wrong.len(), found.len());
@@ -141,7 +141,7 @@ fn source_and_listener_may_change_places() {
         let ways = |from: [f64; 3], to: [f64; 3]| {
             let images = Images::new(&room, from, &options).unwrap();
             let mut ways: Vec<(f64, f32)> = images
-                .seen_from(&room, to, Share::Whole)
+                .seen_from(&room, to, Reflected::Whole)
                 .unwrap()
                 .iter()
                 .map(|i| (distance(i.position, to), i.gains[2]))
@@ -161,6 +161,6 @@ fn source_and_listener_may_change_places() {
 fn full_absorption_leaves_the_direct_sound_alone() {
     let room = room(&shoebox(0.0, 0.0).mesh().unwrap(), 1.0);
     let seen = Images::new(&room, SOURCE, &ImageOptions::default()).unwrap();
-    let seen = seen.seen_from(&room, LISTENERS[0], Share::Whole).unwrap();
+    let seen = seen.seen_from(&room, LISTENERS[0], Reflected::Whole).unwrap();
     assert!((energy(&seen, LISTENERS[0]) * distance(SOURCE, LISTENERS[0]).powi(2) - 1.0).abs() < 1e-12);
 }

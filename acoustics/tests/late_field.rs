@@ -2,7 +2,7 @@
 
 use crate::common::{LISTENERS, SOURCE, bumpy, l_room, shoebox};
 use promenade_acoustics::{
-    BANDS, Directivity, ImageOptions, Images, LateField, Material, Measures, RayOptions, Room, SPEED_OF_SOUND_M_S, Share,
+    BANDS, Directivity, ImageOptions, Images, LateField, Material, Measures, RayOptions, Reflected, Room, SPEED_OF_SOUND_M_S,
     Source, late_field,
 };
 
@@ -78,7 +78,7 @@ fn rooms_decay_after_eyring_and_more_closely_after_kuttruff() {
 fn spheres_collect_the_energy_of_the_images() {
     // Of mirrors alone, the first 40 ms: order 12 is enough.
     let walls = shoebox(0.3, 0.0);
-    let images = walls.images(SOURCE, 14, Share::Whole).unwrap();
+    let images = walls.images(SOURCE, 14, Reflected::Whole).unwrap();
     let field = traced(&room(0.3, 0.0), &LISTENERS, &alone(60_000, 0.04));
     for (listener, echogram) in LISTENERS.iter().zip(&field.echograms) {
         let far = |i: &[f64; 3]| (0..3).map(|a| (i[a] - listener[a]).powi(2)).sum::<f64>();
@@ -103,7 +103,7 @@ fn images_and_rays_share_the_energy() {
     let found = Images::new(&room, SOURCE, &ImageOptions { order: 4, ..ImageOptions::default() }).unwrap();
     let options = RayOptions { images: Some(&found), ..alone(30_000, 0.6) };
     let rest = traced(&room, &LISTENERS, &options);
-    let images = walls.images(SOURCE, 4, Share::Specular).unwrap();
+    let images = walls.images(SOURCE, 4, Reflected::Specular).unwrap();
     let (mut of_whole, mut of_both) = (0.0, 0.0);
     for ((listener, whole), rest) in LISTENERS.iter().zip(&whole.echograms).zip(&rest.echograms) {
         of_whole += whole.energy(2);
@@ -126,7 +126,7 @@ fn a_scan_has_the_energy_of_the_flat_room() {
         let options = RayOptions { images: Some(&images), bin_s: 0.004, ..alone(16_384, 0.5) };
         let late = traced(&room, &LISTENERS, &options);
         let of = |(at, echogram): (&[f64; 3], &promenade_acoustics::Echogram)| {
-            Measures::new(*at, &images.seen_from(&room, *at, Share::Specular).unwrap(), echogram, None)
+            Measures::new(*at, &images.seen_from(&room, *at, Reflected::Specular).unwrap(), echogram, None)
         };
         LISTENERS.iter().zip(&late.echograms).map(of).collect()
     };
@@ -154,7 +154,7 @@ fn each_octave_is_scattered_by_its_own_share() {
     // What images of the first order lack is at the rays.
     let both = traced(&room, &LISTENERS, &options);
     let whole = traced(&room, &LISTENERS, &RayOptions { images: None, ..options });
-    let images = walls.images(SOURCE, 1, Share::Specular).unwrap();
+    let images = walls.images(SOURCE, 1, Reflected::Specular).unwrap();
     for band in [0, 3, 6] {
         let (mut with_images, mut alone) = (0.0, 0.0);
         for (i, listener) in LISTENERS.iter().enumerate() {

@@ -4,7 +4,7 @@
 /// Files that the repository does not hold.
 mod needs_shared {
     use glam::DVec3;
-    use promenade_acoustics::{Air, ImageOptions, Images, Material, Room, Share, Shoebox};
+    use promenade_acoustics::{Air, ImageOptions, Images, Material, Reflected, Room, Shoebox};
     use std::collections::HashMap;
     use std::path::PathBuf;
 
@@ -59,7 +59,7 @@ mod needs_shared {
             // Numbers are from 0 here and from 1 there.
             let [microphone, source] = ["mic", "src"].map(|column| number(row, column).unwrap() as usize + 1);
             let at = microphones[&microphone];
-            let seen = images[&source].seen_from(&room, at.to_array(), Share::Whole).unwrap();
+            let seen = images[&source].seen_from(&room, at.to_array(), Reflected::Whole).unwrap();
             assert_eq!(seen.len(), 7);
             let (mut echoes, mut direct) = ([f64::NAN; 6], f64::NAN);
             for image in seen {

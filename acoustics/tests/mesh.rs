@@ -239,7 +239,7 @@ fn only_regular_files_are_read() {
 /// Meshes of real rooms, which the repository may not hold.
 mod needs_shared {
     use super::*;
-    use promenade_acoustics::{ImageOptions, Images, Share};
+    use promenade_acoustics::{ImageOptions, Images, Reflected};
 
     #[test]
     #[ignore = "reads ../shared/data"]
@@ -259,7 +259,7 @@ mod needs_shared {
             let materials = Materials::default().assign(&mesh.groups, &rules).unwrap();
             let room = Room::new(&mesh, &materials).unwrap();
             let images = Images::new(&room, source, &ImageOptions::default()).unwrap();
-            let seen = images.seen_from(&room, listener, Share::Specular).unwrap();
+            let seen = images.seen_from(&room, listener, Reflected::Specular).unwrap();
             assert!(seen.len() > 100, "{name}: {}", seen.len());
         }
     }

@@ -1,7 +1,7 @@
 //! Images of a box against its modes.
 
 use glam::{DVec2, DVec3};
-use promenade_acoustics::{Material, SPEED_OF_SOUND_M_S, Share, Shoebox};
+use promenade_acoustics::{Material, Reflected, SPEED_OF_SOUND_M_S, Shoebox};
 use std::f64::consts::{PI, TAU};
 
 /// With rigid walls and damping in the medium, the sum over images is the sum over modes (Kuttruff, "Room Acoustics", section
@@ -12,7 +12,7 @@ fn images_of_a_box_have_the_energy_of_its_modes() {
     let t60_s = 0.25;
     let damping = 3.0 * std::f64::consts::LN_10 / t60_s;
     let walls = Shoebox { size, materials: [(); 6].map(|()| Material::even("rigid", 0.0, 0.0)) };
-    let images = walls.images(source, 50, Share::Whole).unwrap();
+    let images = walls.images(source, 50, Reflected::Whole).unwrap();
     let ways: Vec<f64> = images.iter().map(|i| DVec3::from(i.position).distance(listener.into())).collect();
     let modes = modes(size, source, listener, 2500.0);
     let volume: f64 = size.iter().product();

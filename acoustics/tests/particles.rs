@@ -2,7 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test helper may panic")]
 
-use promenade_acoustics::{Air, BoxImage, Echogram, Material, ParticleOptions, SPEED_OF_SOUND_M_S, Share, Shoebox, box_images};
+use promenade_acoustics::{
+    Air, BoxImage, Echogram, Material, ParticleOptions, Reflected, SPEED_OF_SOUND_M_S, Shoebox, box_images,
+};
 
 const SIZE: [f64; 3] = [7.0, 5.0, 3.0];
 const SOURCE: [f64; 3] = [3.1, 2.3, 1.9];
@@ -41,7 +43,7 @@ fn what_images_play_is_not_counted_and_all_else_is() {
     let [all, rest] = [&DIRECT[..], &images].map(|played| walls.late_field(SOURCE, played, &options(0.4)).unwrap());
     let total = |e: &[Echogram]| mean(e).iter().sum::<f64>();
     // The mean of the images over the box, by places that fill it.
-    let exact = walls.images(SOURCE, 3, Share::Specular).unwrap();
+    let exact = walls.images(SOURCE, 3, Reflected::Specular).unwrap();
     let steps = 24;
     let mut held = 0.0;
     for i in 0..steps * steps * steps {

@@ -3,7 +3,7 @@
 //!
 //! States of the plugin and packets of Open Sound Control are searched where the plugin is tested.
 
-use promenade_acoustics::{ImageOptions, Images, Material, Measures, Mesh, RayOptions, Room, Share, late_field};
+use promenade_acoustics::{ImageOptions, Images, Material, Measures, Mesh, RayOptions, Reflected, Room, late_field};
 use promenade_baker::checkpoint::{self, ImportOptions as Checkpoint};
 use promenade_baker::reconstruction::{Place, PointOptions};
 use promenade_baker::simulation::directivity;
@@ -162,7 +162,7 @@ fn traced(mesh: &Mesh, room: &Room) {
     let at = |share: f64| [0, 1, 2].map(|axis| low[axis] + share * (high[axis] - low[axis]));
     let (source, listener) = (at(0.4), at(0.6));
     let images = Images::new(room, source, &ImageOptions { order: 2, beams: 64, exact_order: 1 }).unwrap();
-    let seen = images.seen_from(room, listener, Share::Specular).unwrap();
+    let seen = images.seen_from(room, listener, Reflected::Specular).unwrap();
     let options = RayOptions { rays: 64, length_s: 0.2, images: Some(&images), ..RayOptions::default() };
     let late = late_field(room, source, &[listener], &options, |_| ()).unwrap();
     let measures = Measures::new(listener, &seen, &late.echograms[0], None);

@@ -37,7 +37,8 @@ cargo xtask systems [TARGET ...]
     compiles every crate for other systems, renders with the Windows plugins in Wine, and runs the engine's tests on an emulated
     ARM processor, as far as this machine has the tools
 cargo xtask search [MINUTES]
-    reads changed files of every kind for so much processor time, 60 minutes unless told, and names those that a reader does not survive
+    reads changed files of every kind for so much processor time, 60 minutes unless told, and names those that a reader does not
+    survive
 cargo xtask test
     checks format and lints, bundles the plugin, runs every test in Rust and in Python";
 

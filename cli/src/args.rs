@@ -160,7 +160,8 @@ mod tests {
             "simulate materials",
             "join a b -o c",
             "map a.obj --source 1,1,1 --grid 1 --height 1 -o b.png -o b.svg",
-            "map mix a.obj --source 1,1,1 --materials *=0.1 b.png c.png --sound d --camera 0,0,0,0,0,0 --strategy image --strategy mix -o e",
+            "map mix a.obj --source 1,1,1 --materials *=0.1 b.png c.png --sound d --camera 0,0,0,0,0,0 --strategy image \
+             --strategy mix -o e",
             "inspect a",
             "web a b --dry c d --path e -o f",
             "web a --serve",

@@ -5,7 +5,7 @@ use crate::{report, scene};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Material, Materials, Shoebox};
 use promenade_audio::atomic;
-use promenade_baker::geometry::receiver;
+use promenade_baker::geometry::scene_head;
 use promenade_baker::simulation::Hrtf;
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::glam::{DVec3, Vec3};
@@ -151,7 +151,7 @@ fn write_scene(args: &FitArgs, output: &Path, fit: &QuickFit, set: &Measurements
         title: format!("{}, fitted", set.title),
         recipe: format!("fit {} --head {} --seed {}", set.title, report::file_name(head), args.seed),
     };
-    let bytes = scene::write(output, &room.scene(&receiver(&hrtf)?, &options)?)?;
+    let bytes = scene::write(output, &room.scene(&scene_head(&hrtf)?, &options)?)?;
     report::line(format_args!("{}: {} kB", output.display(), bytes.div_ceil(1000)));
     Ok(())
 }

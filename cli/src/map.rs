@@ -12,7 +12,7 @@ use crate::args::{Map, MapArgs, RoomArgs};
 use crate::plot::{self, Panel, Plan};
 use crate::{progress, report, simulate};
 use anyhow::{Result, bail};
-use promenade_acoustics::{Air, Echogram, ImageOptions, Images, Measures, Mesh, RayOptions, Share, late_field};
+use promenade_acoustics::{Air, Echogram, ImageOptions, Images, Measures, Mesh, RayOptions, Reflected, late_field};
 use promenade_baker::atomic;
 use promenade_baker::simulation::{Inside, grid};
 use promenade_core::glam::Vec3;
@@ -84,7 +84,7 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
     let late = late_field(&room, &source, &listeners, &rays, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
     let measures = |(at, echogram): (&[f64; 3], &Echogram)| -> Result<Measures> {
-        Ok(Measures::new(*at, &images.seen_from(&room, *at, Share::Specular)?, echogram, air))
+        Ok(Measures::new(*at, &images.seen_from(&room, *at, Reflected::Specular)?, echogram, air))
     };
     let measured: Vec<Measures> = listeners.iter().zip(&late.echograms).map(measures).collect::<Result<_>>()?;
     if measured.iter().all(|m| m.t20_s.is_none()) {

@@ -6,7 +6,7 @@ use cpu_time::ThreadTime;
 use promenade_acoustics::{Materials, Shoebox};
 use promenade_core::glam::Vec3;
 use promenade_core::{Carriers, Renderer, Scene};
-use promenade_room::{Receiver, SceneOptions, ShoeboxRoom};
+use promenade_room::{SceneHead, SceneOptions, ShoeboxRoom};
 use std::sync::Arc;
 
 const RUNS: u32 = 10;
@@ -14,7 +14,7 @@ const RUNS: u32 = 10;
 fn main() {
     let began = ThreadTime::now();
     let bytes = include_bytes!("../../presets/library/dry-studio.promenade");
-    let receiver = Receiver::of_scene(&Scene::from_bytes(bytes).unwrap()).unwrap();
+    let head = SceneHead::of_scene(&Scene::from_bytes(bytes).unwrap()).unwrap();
     println!("the head, once: {:.1} ms", 1e3 * began.elapsed().as_secs_f64());
     let table = Materials::default();
     for (name, size, materials) in [
@@ -38,7 +38,7 @@ fn main() {
                 *sum += 1e3 * began.elapsed().as_secs_f64() / f64::from(RUNS);
                 began = ThreadTime::now();
             };
-            let scene = Arc::new(room.scene(&receiver, &options).unwrap());
+            let scene = Arc::new(room.scene(&head, &options).unwrap());
             lap(&mut ms[0]);
             let carriers = Arc::new(Carriers::new(&scene, 48_000.0));
             lap(&mut ms[1]);

@@ -1,6 +1,6 @@
 //! Energy over time as time filters of a scene.
 
-use crate::receiver::Receiver;
+use crate::scene_head::SceneHead;
 use promenade_acoustics::{BANDS, Bin, Echogram, octave_energy};
 use promenade_core::glam::DVec3;
 use promenade_core::{TAP_LEAD_HOPS, TransferShape};
@@ -30,14 +30,14 @@ fn place(time_s: f64, direct_s: f64, hop_s: f64) -> f64 {
 /// Energy of all octaves together that arrives in a hop, and the sum of the directions that it comes from, each as long as its
 /// energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Flow {
+pub struct EnergyVector {
     /// Without a head.
     pub energy: f64,
     /// World; as long as the energy where all of it comes from one direction.
     pub from: DVec3,
 }
 
-impl Flow {
+impl EnergyVector {
     /// Adds what arrives within a bin of an echogram.
     pub fn add(&mut self, bin: &Bin) {
         self.energy += bin.energy.iter().map(|e| f64::from(*e)).sum::<f64>();
@@ -65,7 +65,7 @@ pub struct LateEnergies {
     /// As a head hears them that turns anywhere.
     pub energies: HopEnergies,
     /// Without a head, and where they come from.
-    pub flows: Vec<Flow>,
+    pub vectors: Vec<EnergyVector>,
     /// When the direct sound arrives, seconds.
     direct_s: f64,
 }
@@ -73,26 +73,26 @@ pub struct LateEnergies {
 impl LateEnergies {
     /// Those of an echogram at a place where the direct sound arrives at `direct_s`.
     #[must_use]
-    pub fn of(echogram: &Echogram, direct_s: f64, head: &Receiver) -> Self {
+    pub fn of(echogram: &Echogram, direct_s: f64, head: &SceneHead) -> Self {
         let found = by_hop(echogram, direct_s, head.grid.hop_s());
-        let flow = |(octaves, from): &([f64; BANDS], DVec3)| Flow { energy: octaves.iter().sum(), from: *from };
-        let flows: Vec<Flow> = found.iter().map(flow).collect();
-        let of_hop = |((octaves, _), flow): (&([f64; BANDS], DVec3), &Flow)| -> Vec<f64> {
-            let (side, share) = flow.side().unwrap_or_default();
+        let vector = |(octaves, from): &([f64; BANDS], DVec3)| EnergyVector { energy: octaves.iter().sum(), from: *from };
+        let vectors: Vec<EnergyVector> = found.iter().map(vector).collect();
+        let of_hop = |((octaves, _), vector): (&([f64; BANDS], DVec3), &EnergyVector)| -> Vec<f64> {
+            let (side, share) = vector.side().unwrap_or_default();
             let level = |(hz, level): (&f32, f64)| octave_energy(octaves, f64::from(*hz)) * heard(share, level);
             head.bands.centres_hz().iter().zip(head.heard_from(side.z)).map(level).collect()
         };
-        Self { energies: found.iter().zip(&flows).map(of_hop).collect(), flows, direct_s }
+        Self { energies: found.iter().zip(&vectors).map(of_hop).collect(), vectors, direct_s }
     }
 
     /// Adds what arrives at one time from one direction, a unit vector: energies by octave, without a head, and what the air
     /// leaves of them at a frequency in Hz.
-    pub fn add(&mut self, time_s: f64, direction: DVec3, octaves: &[f64; BANDS], head: &Receiver, air: impl Fn(f64) -> f64) {
+    pub fn add(&mut self, time_s: f64, direction: DVec3, octaves: &[f64; BANDS], head: &SceneHead, air: impl Fn(f64) -> f64) {
         let hop = place(time_s, self.direct_s, head.grid.hop_s()).max(1.0) as usize;
-        let Some((bands, flow)) = self.energies.get_mut(hop).zip(self.flows.get_mut(hop)) else { return };
+        let Some((bands, vector)) = self.energies.get_mut(hop).zip(self.vectors.get_mut(hop)) else { return };
         let energy: f64 = octaves.iter().sum();
-        flow.energy += energy;
-        flow.from += energy * direction;
+        vector.energy += energy;
+        vector.from += energy * direction;
         let heard = head.bands.centres_hz().iter().zip(head.heard_from(direction.z));
         for (sum, (hz, level)) in bands.iter_mut().zip(heard) {
             *sum += level * (octave_energy(octaves, f64::from(*hz)) * air(f64::from(*hz)));
@@ -200,7 +200,7 @@ mod tests {
     use super::*;
 
     fn late(energy: impl Fn(i32) -> f64) -> LateEnergies {
-        LateEnergies { energies: (0..400).map(|hop| vec![energy(hop); 2]).collect(), flows: Vec::new(), direct_s: 0.0 }
+        LateEnergies { energies: (0..400).map(|hop| vec![energy(hop); 2]).collect(), vectors: Vec::new(), direct_s: 0.0 }
     }
 
     #[test]

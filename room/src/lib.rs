@@ -7,14 +7,14 @@
 
 mod error;
 mod late;
-mod receiver;
+mod scene_head;
 mod shoebox_room;
 mod surfaces;
 
 pub use error::RoomError;
 pub use late::{
-    Flow, HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, heard, late_gain, time_filters,
+    EnergyVector, HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, heard, late_gain, time_filters,
 };
-pub use receiver::Receiver;
+pub use scene_head::SceneHead;
 pub use shoebox_room::{PLAYED_IMAGES, SIZES_M, SceneOptions, ShoeboxRoom};
 pub use surfaces::{LatePart, Level, Places, Played, PlayedImage, Surfaces, amplitude, energy_at, outline};

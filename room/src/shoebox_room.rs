@@ -2,9 +2,9 @@
 
 use crate::error::RoomError;
 use crate::late::{HopEnergies, LONGEST_T60_S, LateEnergies, early_taps};
-use crate::receiver::Receiver;
+use crate::scene_head::SceneHead;
 use crate::surfaces::{LatePart, Level, Places, Played, Surfaces, energy_at, outline};
-use promenade_acoustics::{Air, BoxImage, Echogram, ParticleOptions, SPEED_OF_SOUND_M_S, Share, Shoebox, box_images};
+use promenade_acoustics::{Air, BoxImage, Echogram, ParticleOptions, Reflected, SPEED_OF_SOUND_M_S, Shoebox, box_images};
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{Axis, Pose, Provenance, Scene, StftGrid, TailModel, TransferShape, late_share};
 use std::f64::consts::LN_10;
@@ -81,27 +81,23 @@ impl ShoeboxRoom {
     /// # Errors
     /// A side that is not finite or outside [`SIZES_M`], a share of a material outside 0 to 1, an emitter that is not in the
     /// room and off its walls.
-    pub fn scene(&self, receiver: &Receiver, options: &SceneOptions) -> Result<Scene, RoomError> {
-        self.surfaces(receiver, options)?.scene(
-            receiver,
-            NOISE_SEED.wrapping_add(options.seed),
-            &Modelled { grid: receiver.grid },
-        )
+    pub fn scene(&self, head: &SceneHead, options: &SceneOptions) -> Result<Scene, RoomError> {
+        self.surfaces(head, options)?.scene(head, NOISE_SEED.wrapping_add(options.seed), &Modelled { grid: head.grid })
     }
 
     /// What the room gives of itself.
     ///
     /// # Errors
     /// As [`Self::scene`].
-    pub fn surfaces(&self, receiver: &Receiver, options: &SceneOptions) -> Result<Surfaces, RoomError> {
+    pub fn surfaces(&self, head: &SceneHead, options: &SceneOptions) -> Result<Surfaces, RoomError> {
         let source = self.check()?;
         let walls = &self.walls;
         let air = Air::default();
-        let hop_s = receiver.grid.hop_s();
+        let hop_s = head.grid.hop_s();
         let corner = self.corner.as_dvec3();
         let (counts, places) = cells(walls.size, self.corner);
         let emitter = corner + DVec3::from(source);
-        let mut images = walls.images(source, ORDER, Share::Specular)?;
+        let mut images = walls.images(source, ORDER, Reflected::Specular)?;
         images.iter_mut().for_each(|image| image.position = (DVec3::from(image.position) + corner).to_array());
         let played = Played::strongest(&places, emitter, options.images, |_| &images);
         let longest = walls.eyring_t60_s(Some(air)).into_iter().fold(0.05, |a: f64, t| a.max(t.min(LONGEST_T60_S)));
@@ -121,9 +117,8 @@ impl ShoeboxRoom {
         let held: Vec<BoxImage> = std::iter::once(0).chain(played.images.iter().map(|i| i.index)).map(|i| rooms[i]).collect();
         let echograms = walls.late_field(source, &held, &rays)?;
         let heard = places.at.iter().zip(&echograms);
-        let late = |(at, echogram): (&DVec3, &Echogram)| {
-            LateEnergies::of(echogram, at.distance(emitter) / SPEED_OF_SOUND_M_S, receiver)
-        };
+        let late =
+            |(at, echogram): (&DVec3, &Echogram)| LateEnergies::of(echogram, at.distance(emitter) / SPEED_OF_SOUND_M_S, head);
         let of_played = || played.images.iter().map(|image| (image.position, image.gains));
         let energies = heard.clone().map(|(at, echogram)| energy_at(*at, of_played(), echogram)).collect();
         let size = Vec3::from_array(walls.size.map(|length| length as f32));
@@ -143,8 +138,8 @@ impl ShoeboxRoom {
             outline: outline(&self.edges(), self.emitter),
             provenance: Provenance {
                 title: options.title.clone(),
-                credit: receiver.credit.clone(),
-                licence: receiver.licence.clone(),
+                credit: head.credit.clone(),
+                licence: head.licence.clone(),
                 recipe: options.recipe.clone(),
                 notes: vec![note],
             },

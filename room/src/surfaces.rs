@@ -2,7 +2,7 @@
 
 use crate::error::RoomError;
 use crate::late::{HopEnergies, LateEnergies, decay_s, early_taps, time_filters};
-use crate::receiver::Receiver;
+use crate::scene_head::SceneHead;
 use promenade_acoustics::{Air, Echogram, Image, OCTAVES_HZ, Octaves};
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{
@@ -58,7 +58,7 @@ impl Played {
     pub fn strongest<'a>(places: &Places, emitter: DVec3, most: usize, seen_from: impl Fn(usize) -> &'a [Image]) -> Self {
         /// An image at all places: the largest share of any place's energy, the sum of its gains and the number of places; the
         /// largest of what is sent to it anywhere, and the sum of that.
-        struct Found<'a> {
+        struct Candidate<'a> {
             image: &'a Image,
             score: f64,
             sums: [f64; 7],
@@ -66,11 +66,11 @@ impl Played {
             most_sent: f32,
             sent: f32,
         }
-        let mut found: BTreeMap<usize, Found<'_>> = BTreeMap::new();
+        let mut found: BTreeMap<usize, Candidate<'_>> = BTreeMap::new();
         for (place, at) in places.at.iter().enumerate() {
             let near = |image: &&Image| image.order > 0 && emitter.distance(image.position.into()) <= FARTHEST_M;
             for image in seen_from(place).iter().filter(near) {
-                let entry = found.entry(image.index).or_insert(Found {
+                let entry = found.entry(image.index).or_insert(Candidate {
                     image,
                     score: 0.0,
                     sums: [0.0; 7],
@@ -87,11 +87,11 @@ impl Played {
                 entry.seen += 1.0;
             }
         }
-        let mut all: Vec<Found<'_>> = found.into_values().filter(|found| found.score > 0.0).collect();
+        let mut all: Vec<Candidate<'_>> = found.into_values().filter(|found| found.score > 0.0).collect();
         all.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.image.index.cmp(&b.image.index)));
         all.truncate(most);
         // As strong as where the source sends most to it, and the mean of its colours.
-        let played = |f: Found<'_>| PlayedImage {
+        let played = |f: Candidate<'_>| PlayedImage {
             index: f.image.index,
             position: f.image.position.into(),
             gains: f.sums.map(|s| (s / f.seen * f64::from(f.most_sent) / (f64::from(f.sent) / f.seen)) as f32),
@@ -207,7 +207,7 @@ impl Surfaces {
     ///
     /// # Errors
     /// What `noise` says; parts that make no scene.
-    pub fn scene<L: LatePart>(self, head: &Receiver, seed: u64, noise: &L) -> Result<Scene, L::Error> {
+    pub fn scene<L: LatePart>(self, head: &SceneHead, seed: u64, noise: &L) -> Result<Scene, L::Error> {
         let (grid, bands) = (head.grid, head.bands.clone());
         let taps = early_taps(self.typical_t60_s, grid.hop_s());
         let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
@@ -247,7 +247,7 @@ impl Surfaces {
     }
 
     /// The images as they are played, each at the level of the head at its mean elevation.
-    fn images(&self, head: &Receiver, gain: f64) -> ImageSources {
+    fn images(&self, head: &SceneHead, gain: f64) -> ImageSources {
         let scaled = |image: &PlayedImage| {
             let sines = self.places.at.iter().map(|at| (image.position.z - at.z) / image.position.distance(*at).max(1e-3));
             let levels = head.image_gains(sines.sum::<f64>() / self.places.at.len() as f64);

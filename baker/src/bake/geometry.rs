@@ -14,15 +14,15 @@ use crate::sources::ambisonic::{ambisonic_head, head_responses};
 use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ};
 use half::f16;
 use promenade_acoustics::{
-    Air, Diffracted, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Room, SPEED_OF_SOUND_M_S, Share,
-    Source, late_field,
+    Air, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Reflected, Room,
+    SPEED_OF_SOUND_M_S, Source, late_field,
 };
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{
     Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneParts, StftGrid, TailModel, TransferShape,
 };
 use promenade_room::{
-    HopEnergies, LateEnergies, LatePart, Level, Places, Played, Receiver, Surfaces, amplitude, energy_at, outline,
+    HopEnergies, LateEnergies, LatePart, Level, Places, Played, SceneHead, Surfaces, amplitude, energy_at, outline,
 };
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -104,18 +104,18 @@ fn plan(mesh: &Mesh, inside: &Inside<'_>, options: &GeometryOptions) -> Result<P
 }
 
 /// What one place hears.
-struct Heard {
+struct Arrivals {
     at: DVec3,
     /// In the order of their indices.
     images: Vec<Image>,
     /// Ways of the direct sound round edges where it is hidden.
-    around: Vec<Diffracted>,
+    around: Vec<DiffractionPath>,
     echogram: Echogram,
     /// Seconds of the direct sound, seen or not.
     direct_s: f64,
 }
 
-impl Heard {
+impl Arrivals {
     /// What the emitter sends to this place where it is seen, over what it sends on its axis.
     fn direct(&self) -> Option<f32> {
         self.images.iter().find(|image| image.order == 0).map(|image| amplitude(&image.sent).min(1.0))
@@ -126,16 +126,16 @@ impl Heard {
 ///
 /// # Errors
 /// A head without sound in some direction.
-pub fn receiver(hrtf: &Hrtf) -> Result<Receiver, BakeError> {
+pub fn scene_head(hrtf: &Hrtf) -> Result<SceneHead, BakeError> {
     let rate = f64::from(hrtf.sample_rate_hz());
     let grid = StftGrid::four_hops(rate, (rate * WINDOW_S / 4.0).round());
     let bands = Bands::for_rate(rate);
     let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: 0 };
     let coherence = bands.centres_hz().iter().map(|hz| hrtf.coherence(f64::from(*hz))).collect();
-    let receiver = direct_field(hrtf, &grid, shape)
-        .and_then(|direct| Receiver::new(grid, bands, coherence, &direct, ambisonic_head(hrtf)));
-    let receiver = receiver.ok_or_else(|| BakeError::argument("head", "sound in all directions", "silence"))?;
-    Ok(receiver.with_credit(&hrtf.credit, &hrtf.licence))
+    let head = direct_field(hrtf, &grid, shape)
+        .and_then(|direct| SceneHead::new(grid, bands, coherence, &direct, ambisonic_head(hrtf)));
+    let head = head.ok_or_else(|| BakeError::argument("head", "sound in all directions", "silence"))?;
+    Ok(head.with_credit(&hrtf.credit, &hrtf.licence))
 }
 
 /// Bakes a scene of a room with an emitter, metres, heard with a head at the sample rate of its responses. `done` is told the
@@ -151,7 +151,7 @@ pub fn bake_geometry(
     options: &GeometryOptions,
     done: impl Fn(f64) + Sync,
 ) -> Result<Scene, BakeError> {
-    let head = receiver(hrtf)?;
+    let head = scene_head(hrtf)?;
     let surfaces = surfaces(mesh, room, source, (hrtf, &head), options, done)?;
     halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns })?)
 }
@@ -161,7 +161,7 @@ fn surfaces(
     mesh: &Mesh,
     room: &Room,
     source: &Source,
-    (hrtf, head): (&Hrtf, &Receiver),
+    (hrtf, head): (&Hrtf, &SceneHead),
     options: &GeometryOptions,
     done: impl Fn(f64) + Sync,
 ) -> Result<Surfaces, BakeError> {
@@ -174,7 +174,7 @@ fn surfaces(
     let played = Played::strongest(&places, source.position.into(), options.images, |place| &heard[place].images);
     let kept: BTreeSet<usize> = played.images.iter().map(|image| image.index).collect();
     let late = heard.par_iter().map(|h| left_over(h, &kept, head, options.air)).collect();
-    let energy = |h: &Heard| energy_at(h.at, h.images.iter().map(|image| (image.position.into(), image.gains)), &h.echogram);
+    let energy = |h: &Arrivals| energy_at(h.at, h.images.iter().map(|image| (image.position.into(), image.gains)), &h.echogram);
     let [x, y, z] = &places.axes;
     Ok(Surfaces {
         emitter,
@@ -218,7 +218,7 @@ fn notes(source: &Source, images: usize, places: usize, hrtf: &Hrtf, options: &G
 /// it is nearer to.
 struct Baked<'a> {
     hrtf: &'a Hrtf,
-    head: &'a Receiver,
+    head: &'a SceneHead,
     /// Of the head.
     turns: usize,
 }
@@ -245,7 +245,7 @@ impl LatePart for Baked<'_> {
         }
         let (yaw, sides) = (Axis::circle(-PI, self.turns), Sides::new(self.hrtf, self.head));
         let all = |(row, late): (Vec<f32>, &LateEnergies)| {
-            yaw.nodes().iter().map(|yaw| sides.turned(&row, &late.flows, *yaw, shape)).collect()
+            yaw.nodes().iter().map(|yaw| sides.turned(&row, &late.vectors, *yaw, shape)).collect()
         };
         let rows = rows.into_par_iter().zip(late).map(all).collect();
         (yaw, rows)
@@ -275,7 +275,7 @@ fn listen(
     length_s: f64,
     options: &GeometryOptions,
     done: impl Fn(f64) + Sync,
-) -> Result<Vec<Heard>, BakeError> {
+) -> Result<Vec<Arrivals>, BakeError> {
     let listeners: Vec<[f64; 3]> = places.iter().map(DVec3::to_array).collect();
     let search = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
     let images = Images::new(room, source, &search)?;
@@ -290,15 +290,15 @@ fn listen(
         seed: options.seed,
     };
     let late = late_field(room, source, &listeners, &rays, |share| done(0.9 * share))?;
-    let heard: Result<Vec<Heard>, BakeError> = listeners
+    let heard: Result<Vec<Arrivals>, BakeError> = listeners
         .par_iter()
         .zip(late.echograms)
         .map(|(at, echogram)| {
-            let images = images.seen_from(room, *at, Share::Specular)?;
+            let images = images.seen_from(room, *at, Reflected::Specular)?;
             let direct_s = DVec3::from(source.position).distance((*at).into()) / SPEED_OF_SOUND_M_S;
             let hidden = images.iter().all(|image| image.order > 0);
             let around = if hidden { edges.around(room, source, *at)? } else { Vec::new() };
-            Ok(Heard { at: (*at).into(), images, around, echogram, direct_s })
+            Ok(Arrivals { at: (*at).into(), images, around, echogram, direct_s })
         })
         .collect();
     done(1.0);
@@ -306,27 +306,27 @@ fn listen(
 }
 
 /// What played images do not have: rays, all other images, and what comes round edges.
-fn left_over(heard: &Heard, kept: &BTreeSet<usize>, head: &Receiver, air: Option<Air>) -> LateEnergies {
+fn left_over(heard: &Arrivals, kept: &BTreeSet<usize>, head: &SceneHead, air: Option<Air>) -> LateEnergies {
     let mut late = LateEnergies::of(&heard.echogram, heard.direct_s, head);
     let emitter_m = heard.direct_s * SPEED_OF_SOUND_M_S;
-    let mut add = |position: [f64; 3], way_m: f64, amplitudes: &Octaves| {
+    let mut add = |position: [f64; 3], path_m: f64, amplitudes: &Octaves| {
         let left = amplitudes.map(|a| f64::from(a).powi(2));
         let direction = (DVec3::from(position) - heard.at).normalize_or_zero();
-        let air = |hz: f64| 10.0_f64.powf(-0.1 * air.map_or(0.0, |air| air.db_per_m(hz) * way_m));
-        late.add(way_m / SPEED_OF_SOUND_M_S, direction, &left, head, air);
+        let air = |hz: f64| 10.0_f64.powf(-0.1 * air.map_or(0.0, |air| air.db_per_m(hz) * path_m));
+        late.add(path_m / SPEED_OF_SOUND_M_S, direction, &left, head, air);
     };
     for image in heard.images.iter().filter(|i| i.order > 0 && !kept.contains(&i.index)) {
         let way = heard.at.distance(image.position.into()).max(emitter_m);
         add(image.position, way, &image.gains.map(|g| g / way as f32));
     }
     for way in &heard.around {
-        add(way.position, way.way_m, &way.amplitudes());
+        add(way.position, way.path_m, &way.amplitudes());
     }
     late
 }
 
 /// The longest of the octaves' reverberation times, seconds, each a mean over all places that show one.
-fn typical_t60_s(heard: &[Heard]) -> f64 {
+fn typical_t60_s(heard: &[Arrivals]) -> f64 {
     let mean = |band: usize| {
         let times: Vec<f64> = heard.iter().filter_map(|h| h.echogram.t20_s(band)).collect();
         (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
@@ -358,8 +358,8 @@ fn direct_field(hrtf: &Hrtf, grid: &StftGrid, shape: TransferShape) -> Option<Fi
 }
 
 /// A pose that sees the emitter, at the place nearest to the middle of those that do.
-fn start_pose(heard: &[Heard], emitter: Vec3) -> Pose {
-    let at = |h: &Heard| h.at.as_vec3();
+fn start_pose(heard: &[Arrivals], emitter: Vec3) -> Pose {
+    let at = |h: &Arrivals| h.at.as_vec3();
     let middle = heard.iter().map(at).sum::<Vec3>() / heard.len() as f32;
     let seeing = heard.iter().filter(|h| h.direct().is_some()).map(at);
     let near = seeing.min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle))).unwrap_or_else(|| at(&heard[0]));

@@ -4,7 +4,7 @@ use crate::sources::simulation::Hrtf;
 use promenade_core::TransferShape;
 use promenade_core::glam::Quat;
 use promenade_fourier::num_complex::Complex32;
-use promenade_room::{Flow, Receiver, heard};
+use promenade_room::{EnergyVector, SceneHead, heard};
 use std::ops::Range;
 
 /// A third-octave about a band's centre: half of it, as a ratio.
@@ -13,14 +13,14 @@ const HALF_BAND: f64 = 1.122_462;
 /// A head in a room whose energy comes more from one side than from others.
 pub(super) struct Sides<'a> {
     hrtf: &'a Hrtf,
-    head: &'a Receiver,
+    head: &'a SceneHead,
     /// Bins of the head's responses that are of each band.
     bins: Vec<Range<usize>>,
 }
 
 impl<'a> Sides<'a> {
     /// `head` is made of `hrtf`.
-    pub(super) fn new(hrtf: &'a Hrtf, head: &'a Receiver) -> Self {
+    pub(super) fn new(hrtf: &'a Hrtf, head: &'a SceneHead) -> Self {
         let last = hrtf.bins.count() - 1;
         let bin = |hz: f64| ((hz / hrtf.bins.hz(1)).round() as usize).clamp(1, last);
         let of_band = |hz: &f32| bin(f64::from(*hz) / HALF_BAND)..bin(f64::from(*hz) * HALF_BAND) + 1;
@@ -30,15 +30,15 @@ impl<'a> Sides<'a> {
     /// Gains of taps and late part, which are the same at both ears, as a head hears them that is turned by `yaw`, radians:
     /// what of a hop comes from one side has the level of the ear's response there instead of its mean over all turns of the
     /// head.
-    pub(super) fn turned(&self, row: &[f32], flows: &[Flow], yaw: f32, shape: TransferShape) -> Vec<f32> {
-        let late = flows
-            .iter()
-            .skip(shape.taps + 1)
-            .fold(Flow::default(), |sum, flow| Flow { energy: sum.energy + flow.energy, from: sum.from + flow.from });
-        let hops = (1..=shape.taps).map(|hop| flows.get(hop).copied().unwrap_or_default()).chain([late]);
+    pub(super) fn turned(&self, row: &[f32], vectors: &[EnergyVector], yaw: f32, shape: TransferShape) -> Vec<f32> {
+        let late = vectors.iter().skip(shape.taps + 1).fold(EnergyVector::default(), |sum, vector| EnergyVector {
+            energy: sum.energy + vector.energy,
+            from: sum.from + vector.from,
+        });
+        let hops = (1..=shape.taps).map(|hop| vectors.get(hop).copied().unwrap_or_default()).chain([late]);
         let mut row = row.to_vec();
-        for (gains, flow) in row.chunks_exact_mut(shape.tap_len()).zip(hops) {
-            for (gain, ratio) in gains.iter_mut().zip(self.ratios(&flow, yaw).concat()) {
+        for (gains, vector) in row.chunks_exact_mut(shape.tap_len()).zip(hops) {
+            for (gain, ratio) in gains.iter_mut().zip(self.ratios(&vector, yaw).concat()) {
                 *gain *= ratio;
             }
         }
@@ -46,8 +46,8 @@ impl<'a> Sides<'a> {
     }
 
     /// Amplitudes at both ears by band over those of the mean of all turns.
-    fn ratios(&self, flow: &Flow, yaw: f32) -> [Vec<f32>; 2] {
-        let Some((from, share)) = flow.side() else { return [(); 2].map(|()| vec![1.0; self.bins.len()]) };
+    fn ratios(&self, vector: &EnergyVector, yaw: f32) -> [Vec<f32>; 2] {
+        let Some((from, share)) = vector.side() else { return [(); 2].map(|()| vec![1.0; self.bins.len()]) };
         let near = self.hrtf.near(Quat::from_rotation_z(-yaw) * from.as_vec3());
         let means: Vec<f64> = self.head.heard_from(from.z).collect();
         let mut spectrum = vec![Complex32::default(); self.hrtf.bins.count()];

@@ -4,7 +4,7 @@ use crate::args::{RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Air, Mesh, Room, Source};
-use promenade_baker::geometry::{GeometryOptions, bake_geometry, receiver};
+use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Scene;
@@ -84,7 +84,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
         ),
     };
     let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: args.emitter };
-    let made = room.scene(&receiver(&hrtf)?, &options)?;
+    let made = room.scene(&scene_head(&hrtf)?, &options)?;
     super::after_eyring(&room.walls);
     written(&args.output, &made, began)
 }

@@ -4,7 +4,7 @@ use crate::library::drawn_room::DrawnRoom;
 use crate::library::factory;
 use crate::worker::lock::lock;
 use promenade_core::{AMBISONIC_CHANNELS, Carriers, Head, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
-use promenade_room::{Receiver, RoomError};
+use promenade_room::{RoomError, SceneHead};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, Weak};
 use thiserror::Error;
@@ -126,9 +126,9 @@ pub fn ambisonic(scene: &Arc<Scene>, pair: usize) -> Result<Arc<Scene>, NotAmbis
 }
 
 /// Heads that rooms are heard with, the newest last; empty contents for the factory's.
-static RECEIVERS: Mutex<VecDeque<(ContentHash, Arc<Receiver>)>> = Mutex::new(VecDeque::new());
+static SCENE_HEADS: Mutex<VecDeque<(ContentHash, Arc<SceneHead>)>> = Mutex::new(VecDeque::new());
 /// As many are kept.
-const KEPT_RECEIVERS: usize = 2;
+const KEPT_SCENE_HEADS: usize = 2;
 /// Scenes of rooms by the contents of room and head.
 static ROOMS: LazyLock<Mutex<HashMap<[ContentHash; 2], Weak<Scene>>>> = LazyLock::new(Mutex::default);
 
@@ -146,7 +146,7 @@ pub enum DrawnRoomError {
     Head(#[from] NoHeadError),
     /// The scene whose head it is heard with has none of its own.
     #[error("factory scene {}: expected image sources with a head, found none", factory::STUDIO.id)]
-    NoReceiver,
+    NoSceneHead,
 }
 
 /// The scene of a drawn room heard with a head, or with the factory's, shared with every instance that plays the same.
@@ -159,29 +159,29 @@ pub fn drawn(room: &DrawnRoom, head: Option<&Head>) -> Result<Arc<Scene>, DrawnR
     if let Some(scene) = lock(&ROOMS).get(&contents).and_then(Weak::upgrade) {
         return Ok(scene);
     }
-    let scene = Arc::new(room.scene(&*receiver(head, head_hash)?).map_err(DrawnRoomError::Room)?);
+    let scene = Arc::new(room.scene(&*scene_head(head, head_hash)?).map_err(DrawnRoomError::Room)?);
     let mut rooms = lock(&ROOMS);
     rooms.retain(|_, held| held.strong_count() > 0);
     rooms.insert(contents, Arc::downgrade(&scene));
     Ok(scene)
 }
 
-fn receiver(head: Option<&Head>, hash: ContentHash) -> Result<Arc<Receiver>, DrawnRoomError> {
-    let mut held = lock(&RECEIVERS);
-    if let Some((_, receiver)) = held.iter().find(|(of, _)| *of == hash) {
-        return Ok(Arc::clone(receiver));
+fn scene_head(head: Option<&Head>, hash: ContentHash) -> Result<Arc<SceneHead>, DrawnRoomError> {
+    let mut held = lock(&SCENE_HEADS);
+    if let Some((_, scene_head)) = held.iter().find(|(of, _)| *of == hash) {
+        return Ok(Arc::clone(scene_head));
     }
     let studio = Scene::from_bytes(factory::STUDIO.bytes).map_err(DrawnRoomError::Factory)?;
     let studio = match head {
         Some(head) => studio.with_head(head)?,
         None => studio,
     };
-    let receiver = Arc::new(Receiver::of_scene(&studio).ok_or(DrawnRoomError::NoReceiver)?);
-    held.push_back((hash, Arc::clone(&receiver)));
-    if held.len() > KEPT_RECEIVERS {
+    let scene_head = Arc::new(SceneHead::of_scene(&studio).ok_or(DrawnRoomError::NoSceneHead)?);
+    held.push_back((hash, Arc::clone(&scene_head)));
+    if held.len() > KEPT_SCENE_HEADS {
         held.pop_front();
     }
-    Ok(receiver)
+    Ok(scene_head)
 }
 
 /// Lets tests that care about what is in memory run one at a time.

@@ -4,7 +4,7 @@ use crate::parameter::cast::narrow;
 use promenade_acoustics::{AcousticsError, Entry, Materials, Shoebox};
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;
-use promenade_room::{PLAYED_IMAGES, Receiver, RoomError, SIZES_M, SceneOptions, ShoeboxRoom};
+use promenade_room::{PLAYED_IMAGES, RoomError, SIZES_M, SceneHead, SceneOptions, ShoeboxRoom};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
@@ -143,13 +143,13 @@ impl DrawnRoom {
     ///
     /// # Real-time
     /// Not real-time safe: takes as long as a room's making.
-    pub fn scene(&self, receiver: &Receiver) -> Result<Scene, RoomError> {
+    pub fn scene(&self, head: &SceneHead) -> Result<Scene, RoomError> {
         let title = format!("Room of {}", self.lengths());
         let [x, y, z] = self.size;
         let [ex, ey, ez] = (Vec3::from_array(self.emitter) - Vec3::from_array(self.corner)).to_array();
         let recipe =
             format!("simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} --materials '{}'", self.materials.join(";"));
-        self.room()?.scene(receiver, &SceneOptions { images: PLAYED_IMAGES, seed: 1, title, recipe })
+        self.room()?.scene(head, &SceneOptions { images: PLAYED_IMAGES, seed: 1, title, recipe })
     }
 }
 

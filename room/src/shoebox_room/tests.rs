@@ -2,9 +2,9 @@ use super::*;
 use promenade_acoustics::{Image, Material};
 use promenade_core::{ImageSource, Rows};
 
-fn receiver() -> Receiver {
+fn head() -> SceneHead {
     let bytes = include_bytes!("../../../presets/library/dry-studio.promenade");
-    Receiver::of_scene(&Scene::from_bytes(bytes).unwrap()).unwrap()
+    SceneHead::of_scene(&Scene::from_bytes(bytes).unwrap()).unwrap()
 }
 
 fn room(absorption: f32, scattering: f32) -> ShoeboxRoom {
@@ -23,17 +23,17 @@ fn options() -> SceneOptions {
 #[test]
 fn a_scene_has_the_images_of_its_box() {
     let room = room(0.2, 0.1);
-    let scene = room.scene(&receiver(), &options()).unwrap();
+    let scene = room.scene(&head(), &options()).unwrap();
     let images = scene.images().unwrap();
     let source = (room.emitter - room.corner).as_dvec3();
     let corner = room.corner.as_dvec3();
-    let exact = room.walls.images(source.to_array(), 6, Share::Specular).unwrap();
+    let exact = room.walls.images(source.to_array(), 6, Reflected::Specular).unwrap();
     let middle = |gains: &[f32; 7]| gains[3];
     // One gain for all images, but for what the third order leaves of the head's levels.
-    let (receiver, (_, places)) = (receiver(), cells(room.walls.size, room.corner));
+    let (head, (_, places)) = (head(), cells(room.walls.size, room.corner));
     let levels = |image: &ImageSource| {
         let sines = places.at.iter().map(|at| (image.position.as_dvec3() - *at).normalize().z);
-        receiver.image_gains(sines.sum::<f64>() / places.at.len() as f64)
+        head.image_gains(sines.sum::<f64>() / places.at.len() as f64)
     };
     let mut gain = None;
     let mut first = 0;
@@ -57,22 +57,22 @@ fn a_scene_has_the_images_of_its_box() {
 
 #[test]
 fn the_head_of_any_scene_is_brought_to_one_level() {
-    let receiver = receiver();
-    let scene = room(0.2, 0.1).scene(&receiver, &options()).unwrap();
+    let head = head();
+    let scene = room(0.2, 0.1).scene(&head, &options()).unwrap();
     // A scene whose gain is known: that of its direct sound is that of its images.
-    let again = Receiver::of_scene(&scene).unwrap();
-    let direct = |r: &Receiver| r.direct(Vec3::ZERO, 1.0).unwrap();
-    let (Rows::Whole(a), Rows::Whole(b)) = (direct(&receiver).rows().clone(), direct(&again).rows().clone()) else { panic!() };
+    let again = SceneHead::of_scene(&scene).unwrap();
+    let direct = |r: &SceneHead| r.direct(Vec3::ZERO, 1.0).unwrap();
+    let (Rows::Whole(a), Rows::Whole(b)) = (direct(&head).rows().clone(), direct(&again).rows().clone()) else { panic!() };
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-3 * a.abs().max(0.01)));
     // Over all directions a head that is equalised for a diffuse field has a gain of 1; those far below are missing here.
-    let bin = (700.0 / receiver.grid.bin_hz(1)).round() as usize;
-    let row = receiver.shape.row_len();
+    let bin = (700.0 / head.grid.bin_hz(1)).round() as usize;
+    let row = head.shape.row_len();
     let rows = a.chunks_exact(row).enumerate();
     let (mut sum, mut weight) = (0.0, 0.0);
     for (node, row) in rows {
-        let z = receiver.nodes.node(node).1.z;
+        let z = head.nodes.node(node).1.z;
         let level = (1.0 - z * z).max(0.0).sqrt();
-        sum += level * row[bin].powi(2) * (1.0 + row[receiver.shape.bins + bin].powi(2));
+        sum += level * row[bin].powi(2) * (1.0 + row[head.shape.bins + bin].powi(2));
         weight += level;
     }
     let db = 10.0 * (sum / weight).log10();
@@ -81,19 +81,19 @@ fn the_head_of_any_scene_is_brought_to_one_level() {
 
 #[test]
 fn sound_of_the_late_field_has_the_heads_level_where_it_comes_from() {
-    let receiver = receiver();
+    let head = head();
     let mut echogram = Echogram { bin_s: 0.0025, bins: vec![promenade_acoustics::Bin::default(); 40] };
     let energy = [1.0; 7];
     echogram.add(0.011, &energy, [0.0, 0.0, 1.0]);
     echogram.add(0.031, &energy, [0.6, 0.8, 0.0]);
     echogram.add(0.051, &energy, [0.0; 3]);
-    let late = LateEnergies::of(&echogram, 0.0, &receiver);
+    let late = LateEnergies::of(&echogram, 0.0, &head);
     let heard = &late.energies;
-    let hop = |time_s: f64| (time_s / receiver.grid.hop_s() + 0.25) as usize;
+    let hop = |time_s: f64| (time_s / head.grid.hop_s() + 0.25) as usize;
     let sum = |time_s: f64, band: usize| heard[hop(time_s)..=hop(time_s) + 1].iter().map(|e| e[band]).sum::<f64>();
     let mut apart = 0.0_f64;
-    let [above, level]: [Vec<f64>; 2] = [1.0, 0.0].map(|sine| receiver.heard_from(sine).collect());
-    for band in 0..receiver.bands.count() {
+    let [above, level]: [Vec<f64>; 2] = [1.0, 0.0].map(|sine| head.heard_from(sine).collect());
+    for band in 0..head.bands.count() {
         let found = [0.010, 0.030, 0.050].map(|time_s| sum(time_s, band));
         for (found, want) in found.iter().zip([above[band], level[band], 1.0]) {
             assert!((found / want - 1.0).abs() < 1e-6, "band {band}: {found}, {want}");
@@ -103,19 +103,19 @@ fn sound_of_the_late_field_has_the_heads_level_where_it_comes_from() {
     assert!(apart > 0.1, "{apart}");
     // An image that is not played is the same energy in one hop.
     let mut one = late.clone();
-    one.add(0.031, DVec3::X, &[2.0; 7], &receiver, |_| 1.0);
+    one.add(0.031, DVec3::X, &[2.0; 7], &head, |_| 1.0);
     let (here, there) = (&one.energies[hop(0.031)], &heard[hop(0.031)]);
     assert!(here.iter().zip(there).zip(&level).all(|((one, all), level)| ((one - all) / (2.0 * level) - 1.0).abs() < 1e-9));
-    assert_eq!(one.flows[hop(0.031)].energy - late.flows[hop(0.031)].energy, 14.0);
+    assert_eq!(one.vectors[hop(0.031)].energy - late.vectors[hop(0.031)].energy, 14.0);
 }
 
 #[test]
 fn the_late_part_decays_after_eyring() {
-    let receiver = receiver();
-    let band = receiver.bands.centres_hz().iter().position(|hz| *hz > 950.0).unwrap();
+    let head = head();
+    let band = head.bands.centres_hz().iter().position(|hz| *hz > 950.0).unwrap();
     for absorption in [0.05, 0.1, 0.2, 0.4] {
         let room = room(absorption, 0.5);
-        let t60 = f64::from(room.scene(&receiver, &options()).unwrap().tail().t60_s[band]);
+        let t60 = f64::from(room.scene(&head, &options()).unwrap().tail().t60_s[band]);
         let eyring = room.walls.eyring_t60_s(Some(Air::default()))[3];
         println!("absorption {absorption}: {t60:.3} s, Eyring {eyring:.3} s: {:+.1} %", 100.0 * (t60 / eyring - 1.0));
         assert!((t60 / eyring - 1.0).abs() < 0.1, "{absorption}: {t60} s, Eyring {eyring} s");
@@ -124,11 +124,11 @@ fn the_late_part_decays_after_eyring() {
 
 #[test]
 fn extreme_rooms_make_scenes_and_impossible_ones_errors() {
-    let receiver = receiver();
+    let head = head();
     let with = |size: [f64; 3], absorption: f32, emitter: Vec3| {
         let mut room = room(absorption, 0.1);
         (room.walls.size, room.corner, room.emitter) = (size, Vec3::ZERO, emitter);
-        room.scene(&receiver, &options())
+        room.scene(&head, &options())
     };
     for (size, absorption) in
         [([0.5; 3], 0.1), ([1.0, 1.0, 2.0], 0.0), ([200.0; 3], 0.02), ([200.0, 0.5, 200.0], 0.0), ([6.0, 5.0, 3.0], 1.0)]
@@ -151,5 +151,5 @@ fn extreme_rooms_make_scenes_and_impossible_ones_errors() {
     }
     let error = with([5.0, 4.0, 3.0], 1.5, Vec3::ONE).unwrap_err().to_string();
     assert!(error.contains("absorption of wall: expected 0 to 1, found 1.5"), "{error}");
-    assert!(ShoeboxRoom { corner: Vec3::splat(f32::NAN), ..room(0.1, 0.1) }.scene(&receiver, &options()).is_err());
+    assert!(ShoeboxRoom { corner: Vec3::splat(f32::NAN), ..room(0.1, 0.1) }.scene(&head, &options()).is_err());
 }

@@ -159,11 +159,11 @@ fn a_box_without_its_mesh_is_heard_as_with_it() {
     let with_air = GeometryOptions { order: 6, air: Some(Air::default()), ..options(60, 20_000) };
     let baked = bake_geometry(&mesh, &room, &source(EMITTER), &hrtf, &with_air, |_| ()).unwrap();
     let drawn = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: EMITTER };
-    let receiver = receiver(&hrtf).unwrap();
+    let head = scene_head(&hrtf).unwrap();
     // Its noise is that of its seed, where a mesh's is chosen.
     let drawn = (1..=SEEDS).map(|seed| {
         let options = SceneOptions { images: 60, seed, title: String::new(), recipe: String::new() };
-        Arc::new(drawn.scene(&receiver, &options).unwrap())
+        Arc::new(drawn.scene(&head, &options).unwrap())
     });
     let (baked, drawn) = (Arc::new(baked), drawn.collect::<Vec<_>>());
     let rate = f64::from(RATE);
@@ -206,7 +206,7 @@ fn a_box_is_one_room_as_lengths_as_mesh_and_drawn() {
     walls.materials[5].scattering = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7];
     let mesh = walls.mesh().unwrap();
     let (room, hrtf, air) = (Room::new(&mesh, &walls.materials).unwrap(), transparent(), Some(Air::default()));
-    let head = receiver(&hrtf).unwrap();
+    let head = scene_head(&hrtf).unwrap();
     // All images are played, so that the rest is what walls scatter.
     let with_air = GeometryOptions { order: 6, air, ..options(400, 30_000) };
     let meshed = surfaces(&mesh, &room, &source(EMITTER), (&hrtf, &head), &with_air, |_| ()).unwrap();
@@ -214,7 +214,7 @@ fn a_box_is_one_room_as_lengths_as_mesh_and_drawn() {
     let drawn = ShoeboxRoom { walls: walls.clone(), corner: Vec3::ZERO, emitter: EMITTER }.surfaces(&head, &options).unwrap();
     let place = meshed.places.at[7];
     let lengths = Images::of_box(&walls, source(EMITTER), 6).unwrap();
-    let lengths = lengths.seen_from(&room, place.to_array(), Share::Specular).unwrap();
+    let lengths = lengths.seen_from(&room, place.to_array(), Reflected::Specular).unwrap();
     assert_eq!((meshed.played.images.len(), drawn.played.images.len(), lengths.len()), (376, 376, 377));
     for image in &drawn.played.images {
         let nearest = |all: &mut dyn Iterator<Item = (DVec3, Octaves)>| {

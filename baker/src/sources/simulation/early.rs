@@ -13,7 +13,7 @@ use std::sync::Arc;
 const LEAD: usize = 32;
 
 /// What a head hears of one place.
-pub(super) struct Heard<'a> {
+pub(super) struct Arriving<'a> {
     /// World metres.
     pub(super) position: Vec3,
     /// What walls and air leave of its amplitude, by bin.
@@ -32,7 +32,7 @@ impl<'a> Early<'a> {
     }
 
     /// Adds images to what a head hears: `1/r`, after `r` over the speed of sound.
-    pub(super) fn add<'b>(&self, pose: &Pose, images: impl IntoIterator<Item = Heard<'b>>, ears: &mut [Vec<f32>; 2]) {
+    pub(super) fn add<'b>(&self, pose: &Pose, images: impl IntoIterator<Item = Arriving<'b>>, ears: &mut [Vec<f32>; 2]) {
         let bins = self.hrtf.bins;
         let mut spectrum = self.inverse.make_input_vec();
         let mut piece = self.inverse.make_output_vec();

@@ -4,7 +4,7 @@
 //! of both (ISO 9613-1).
 
 use super::bins::Bins;
-use super::early::{Early, Heard};
+use super::early::{Arriving, Early};
 use super::hrtf::Hrtf;
 use super::part::{Part, distinct};
 use super::tail::Tail;
@@ -12,13 +12,13 @@ use super::walls::{filters, left};
 use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ, SPEED_OF_SOUND_M_S};
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{
-    Air, BANDS, Diffracted, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Room, Share,
-    Source, late_field, octave_energy,
+    Air, BANDS, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Reflected,
+    Room, Source, late_field, octave_energy,
 };
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
-use promenade_room::{Flow, heard};
+use promenade_room::{EnergyVector, heard};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -128,7 +128,7 @@ pub(super) fn simulate(
     let early = Early::new(hrtf);
     let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
     let of_place = |(place, echogram): (&Vec3, &Echogram)| -> Result<Vec<(usize, Response)>, BakeError> {
-        let seen = images.seen_from(room, place.as_dvec3().to_array(), Share::Specular)?;
+        let seen = images.seen_from(room, place.as_dvec3().to_array(), Reflected::Specular)?;
         let mut reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
         if !seen.iter().any(|image| image.order == 0) {
             let around = edges.around(room, source, place.as_dvec3().to_array())?;
@@ -140,7 +140,7 @@ pub(super) fn simulate(
         Ok(heads
             .map(|(index, pose)| {
                 let mut ears = [vec![0.0; length], vec![0.0; length]];
-                early.add(pose, reflected.iter().map(|(position, left)| Heard { position: *position, left }), &mut ears);
+                early.add(pose, reflected.iter().map(|(position, left)| Arriving { position: *position, left }), &mut ears);
                 let gains = hops.at_ears(pose, hrtf);
                 tail.add(index as u64, hops.first, |l| [&gains[l][0], &gains[l][1]], &mut ears);
                 let now = finished.fetch_add(1, Ordering::Relaxed) + 1;
@@ -244,10 +244,10 @@ impl<'a> Voice<'a> {
     }
 
     /// The direct sound round an edge.
-    fn around(&self, way: &Diffracted) -> (Vec3, Vec<Complex32>) {
-        let edge = self.bins.minimum_phase(|hz| (way.amplitude(hz) * way.way_m).ln());
+    fn around(&self, way: &DiffractionPath) -> (Vec3, Vec<Complex32>) {
+        let edge = self.bins.minimum_phase(|hz| (way.amplitude(hz) * way.path_m).ln());
         let air = self.filters.last().into_iter().flatten();
-        let taken = edge.iter().zip(air).map(|(edge, air)| (edge + air * way.way_m as f32).exp());
+        let taken = edge.iter().zip(air).map(|(edge, air)| (edge + air * way.path_m as f32).exp());
         (Vec3::from_array(way.position.map(|c| c as f32)), taken.collect())
     }
 }
@@ -258,7 +258,7 @@ struct Hops {
     first: usize,
     gains: Vec<Vec<f32>>,
     /// Where a hop's energy comes from.
-    flows: Vec<Flow>,
+    vectors: Vec<EnergyVector>,
 }
 
 impl Hops {
@@ -267,16 +267,16 @@ impl Hops {
         // Noise that lies about a hop begins a hop before it, and not before the direct sound.
         let first = (0..tail.hops()).find(|l| (*l as f64 - 1.0) * hop as f64 >= direct).unwrap_or(tail.hops());
         let mut variances = vec![[0.0; OCTAVES_HZ.len()]; tail.hops()];
-        let mut flows = vec![Flow::default(); tail.hops()];
+        let mut vectors = vec![EnergyVector::default(); tail.hops()];
         for (i, bin) in echogram.bins.iter().enumerate() {
             let l = i.div_ceil(2).max(first);
             if l >= tail.hops() {
                 break;
             }
             variances[l].iter_mut().zip(bin.energy).for_each(|(sum, energy)| *sum += f64::from(energy) / hop as f64);
-            flows[l].add(bin);
+            vectors[l].add(bin);
         }
-        Self { first, gains: variances.iter().map(|v| tail.gains(v)).collect(), flows }
+        Self { first, gains: variances.iter().map(|v| tail.gains(v)).collect(), vectors }
     }
 
     /// Standard deviations at both ears of a head: a part of the energy comes from one side and has the level of the head's
@@ -285,8 +285,8 @@ impl Hops {
         let bins = self.gains.first().map_or(0, Vec::len);
         let step = (hrtf.bins.count() - 1) / (bins - 1).max(1);
         let mut spectrum = vec![Complex32::default(); hrtf.bins.count()];
-        let ears = |(gains, flow): (&Vec<f32>, &Flow)| {
-            let Some((side, share)) = flow.side() else { return [gains.clone(), gains.clone()] };
+        let ears = |(gains, vector): (&Vec<f32>, &EnergyVector)| {
+            let Some((side, share)) = vector.side() else { return [gains.clone(), gains.clone()] };
             let near = hrtf.near(pose.orientation.inverse() * side.as_vec3());
             std::array::from_fn(|ear| {
                 near.spectrum(ear, &mut spectrum);
@@ -294,7 +294,7 @@ impl Hops {
                 gains.iter().enumerate().map(|(k, g)| g * heard(share, level(k)).sqrt() as f32).collect()
             })
         };
-        self.gains.iter().zip(&self.flows).map(ears).collect()
+        self.gains.iter().zip(&self.vectors).map(ears).collect()
     }
 }
 

@@ -2,7 +2,7 @@ use super::*;
 use crate::Response;
 use crate::sources::simulation::heads::{RATE, set, transparent, two_sided};
 use crate::sources::simulation::{Absorption, Part, SPEED_OF_SOUND_M_S};
-use promenade_acoustics::{Air, Image, Material, Share};
+use promenade_acoustics::{Air, Image, Material, Reflected};
 use promenade_fourier::num_complex::Complex32;
 use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
 use std::f32::consts::PI;
@@ -30,7 +30,7 @@ fn simulate(room: &Shoebox, emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options:
 }
 
 fn images(room: &Shoebox, order: u32) -> Vec<Image> {
-    room.images(EMITTER.as_dvec3().to_array(), order, Share::Specular).unwrap()
+    room.images(EMITTER.as_dvec3().to_array(), order, Reflected::Specular).unwrap()
 }
 
 fn way(image: &Image, listener: Vec3) -> f32 {

@@ -19,7 +19,7 @@ const TRUSTED: f64 = 0.42;
 /// A head as scenes of image sources have it: its filters for the direct sound by direction, for image sources in third-order
 /// Ambisonics, and the coherence of a diffuse field between its ears.
 #[derive(Clone, Debug)]
-pub struct Receiver {
+pub struct SceneHead {
     pub(crate) grid: StftGrid,
     pub(crate) bands: Bands,
     /// By band.
@@ -39,7 +39,7 @@ pub struct Receiver {
     rings: Vec<Vec<[f64; 2]>>,
 }
 
-impl Receiver {
+impl SceneHead {
     /// A head from its parts: the real coherence of a diffuse field between the ears by band, what it makes of the direct sound
     /// by direction at 1 m, and its filters for image sources of the same level. `None` if they do not fit together.
     #[must_use]
