@@ -71,10 +71,10 @@ export function check(holds, words) {
 /** Waits until something holds in the page. */
 export async function until(page, what, test, argument) {
   try {
-    await page.waitForFunction(test, argument, { timeout: 10_000 });
+    await page.waitForFunction(test, argument, { timeout: 30_000 });
   } catch {
     const messages = await page.locator("#messages").innerText();
-    throw new Error(`${what}: not within 10 s; messages: ${messages || "none"}`);
+    throw new Error(`${what}: not within 30 s; messages: ${messages || "none"}`);
   }
 }
 
