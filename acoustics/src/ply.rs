@@ -27,7 +27,16 @@ pub struct PlyError {
     pub found: String,
 }
 
+/// What is expected of a file that is cut short or no PLY file.
+const READABLE: &str = "a readable PLY file";
+
 impl PlyError {
+    /// Whether the file is damaged as a whole, rather than that it holds something else than what is needed.
+    #[must_use]
+    pub fn is_damage(&self) -> bool {
+        self.expected == READABLE
+    }
+
     fn of(place: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
         Self { place: place.into(), expected: expected.into(), found: found.to_string() }
     }
@@ -82,7 +91,7 @@ impl<V: PropertyAccess> Ply<V> {
     /// # Errors
     /// A file that is damaged, without vertices that have x, y and z, or with more elements than the limits or its bytes allow.
     pub fn read(bytes: &[u8], limits: PlyLimits) -> Result<Self, PlyError> {
-        let damaged = |e: ParseError| PlyError::of("", "a readable PLY file", e);
+        let damaged = |e: ParseError| PlyError::of("", READABLE, e);
         let mut reader = Reader::new(bytes);
         let header = Parser::<Other>::new().read_header(&mut reader).map_err(damaged)?;
         let mut vertices = None;

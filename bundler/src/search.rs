@@ -16,8 +16,8 @@ pub(crate) fn search(options: &[String]) -> Result<()> {
         _ => bail!("expected minutes of processor time alone"),
     };
     let each = (minutes / TARGETS).max(0.01).to_string();
-    let one_by_one = ["fuzz", "--", "--nocapture", "--test-threads", "1"];
+    let one_by_one = ["--", "--nocapture", "--test-threads", "1"];
     let mut tests = cargo("test");
-    tests.args(["--release", "-p", "promenade-baker", "--test", "all"]).args(one_by_one).env("PROMENADE_MINUTES", each);
+    tests.args(["--release", "-p", "promenade-baker", "--test", "fuzz"]).args(one_by_one).env("PROMENADE_MINUTES", each);
     run(&mut tests)
 }

@@ -54,6 +54,7 @@ impl PropertyAccess for Vertex {
 pub(super) fn read(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<Place, BakeError> {
     let wrong = |e: PlyError| match e.place.strip_suffix(": ") {
         Some(place) => BakeError::entry(path, place, e.expected, e.found),
+        None if e.is_damage() => BakeError::unreadable(path, "PLY file", e.found),
         None => BakeError::content(path, e.expected, e.found),
     };
     let limits = PlyLimits { vertices: MAX_POINTS, faces: MAX_POINTS };
