@@ -4,16 +4,30 @@ pub(crate) mod engine;
 mod outline;
 mod server;
 mod site;
+mod splats;
 
 use crate::args::WebArgs;
 use crate::report;
 use anyhow::{Result, ensure};
+use promenade_core::network::Placement;
+use promenade_paths::PlacementOptions;
 use site::Site;
 
 pub(crate) fn run(args: &WebArgs) -> Result<()> {
+    let (scenes, given) = (args.scenes.len(), args.splats.len());
+    ensure!(given <= scenes, "--splats: expected at most one file a scene, {scenes}, found {given}");
+    let options = args.placement.options();
+    ensure!(
+        given > 0 || options == PlacementOptions::default(),
+        "--up, --metres-per-unit, --origin: expected --splats, found none"
+    );
+    let placement = options.over(&Placement::IDENTITY, &[])?;
     let engine = engine::read(args.engine.as_deref())?;
     let mut site = Site::new(engine);
-    args.scenes.iter().try_for_each(|file| site.add_scene(file))?;
+    for (number, file) in args.scenes.iter().enumerate() {
+        let splats = args.splats.get(number).map(|file| site.add_splats(file, &placement)).transpose()?;
+        site.add_scene(file, splats)?;
+    }
     args.dry.iter().try_for_each(|file| site.add_sound(file))?;
     args.path.iter().try_for_each(|file| site.add_path(file))?;
     args.head.iter().try_for_each(|file| site.add_head(file))?;

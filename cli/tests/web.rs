@@ -59,6 +59,13 @@ fn what_makes_no_page_is_said() {
     assert!(web(&[SCENE, "--engine", &at("no.promenade")]).contains("expected the engine as a WebAssembly module"));
     assert!(web(&[SCENE, "--engine", &at("none.wasm")]).contains("none.wasm: cannot be read"));
     assert!(web(&[SCENE, "--engine", &engine, "--dry", &at("none.wav")]).contains("none.wav"));
+    let head = "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nend_header\n";
+    std::fs::write(at("cut.ply"), head).unwrap();
+    std::fs::write(at("odd.splat"), [0_u8; 33]).unwrap();
+    let splats = |file: &str| web(&[SCENE, "--engine", &engine, "--splats", &at(file)]);
+    assert!(splats("cut.ply").contains("cut.ply: expected splats with the property y, found none of this name"));
+    assert!(splats("odd.splat").contains("odd.splat: expected 32 bytes a splat, found 33 bytes"));
+    assert!(splats("no.promenade").contains("expected splats as .ply or .splat"));
     assert!(fails(&["web", SCENE, "--engine", &engine, "-o", &engine]).contains("expected a folder to write, found a file"));
     assert!(!folder.path().join("site").exists(), "nothing is left");
 }

@@ -287,6 +287,77 @@ const tests = {
     await page.close();
   },
 
+  async "splats are drawn from far to near, and a page without them asks for nothing of theirs"() {
+    // A wall of magenta 2 m ahead and one of green behind it, which stands last in the file and is turned by a placement.
+    const [magenta, green] = [
+      [230, 20, 200],
+      [20, 200, 40],
+    ];
+    const wall = (x, colour) =>
+      Array.from({ length: 100 }, (_, i) => [x, 0.3 + (i % 10) / 5, 0.6 + Math.floor(i / 10) / 5, ...colour]);
+    const names = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"];
+    names.push(...[0, 1, 2].map((i) => `scale_${i}`), ...[0, 1, 2, 3].map((i) => `rot_${i}`));
+    const rows = [...wall(3.2, magenta), ...wall(4.2, green)].map(([x, y, z, ...colour]) => {
+      const harmonics = colour.map((c) => (c / 255 - 0.5) / 0.28209479177387814);
+      // A world whose up is -y: its y is -z of the scene's, its z the scene's y.
+      return [x, -z, y, ...harmonics, 6, ...[0.02, 0.14, 0.14].map(Math.log), 1, 0, 0, 0];
+    });
+    const lines = [`element vertex ${rows.length}`, ...names.map((name) => `property float ${name}`)];
+    const head = ["ply", "format binary_little_endian 1.0", ...lines, "end_header", ""].join("\n");
+    const [file, place] = [join(folder, "walls.ply"), join(folder, "splats")];
+    writeFileSync(file, Buffer.concat([Buffer.from(head), Buffer.from(Float32Array.from(rows.flat()).buffer)]));
+    run(program, "web", join(root, SCENES[0]), "--splats", file, "--up", "0,-1,0", "--engine", engine, "-o", place);
+    const shown = await serve(place);
+    const small = { viewport: { width: 400, height: 480 } };
+    try {
+      const page = await open(browser, shown.address, small);
+      await until(page, "splats", () => promenade.stage.splats?.order);
+      await page.click("#view-eyes");
+      const seen = (position, yaw) =>
+        page.evaluate(
+          async ([position, yaw, colours]) => {
+            const { stage, listener } = promenade;
+            Object.assign(listener, { position, yaw });
+            const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
+            stage.draw(listener.pose);
+            do await frame();
+            while (stage.splats.sorting);
+            await frame();
+            stage.draw(listener.pose);
+            const { gl, canvas } = stage;
+            const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+            gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+            const count = (colour) => {
+              let found = 0;
+              for (let i = 0; i < pixels.length; i += 4)
+                found += colour.every((c, part) => Math.abs(pixels[i + part] - c) < 12) ? 1 : 0;
+              return (4 * found) / pixels.length;
+            };
+            return colours.map(count);
+          },
+          [position, yaw, [magenta, green]],
+        );
+      const ahead = await seen([1.2, 1.2, 1.5], 0);
+      if (process.env.PROMENADE_PICTURE) await page.screenshot({ path: process.env.PROMENADE_PICTURE });
+      const behind = await seen([5.2, 1.2, 1.5], Math.PI);
+      const away = await seen([1.2, 1.2, 1.5], Math.PI);
+      const words = [ahead, behind, away].map((shares) => shares.map((s) => s.toFixed(2)).join(" and ")).join(", ");
+      check(ahead[0] > 0.15 && ahead[1] < 0.01, `ahead, magenta and green: ${words}`);
+      check(behind[1] > 0.3 && behind[0] < 0.01, `from behind: ${words}`);
+      check(away[0] + away[1] === 0, `away: ${words}`);
+      check(page.errors.length === 0, page.errors[0]);
+      await page.close();
+      const plain = await open(browser, server.address, small);
+      await until(plain, "the place", () => promenade.stage.place);
+      const asked = await plain.evaluate(() => performance.getEntriesByType("resource").map((entry) => entry.name));
+      check(asked.length > 10 && !asked.some((url) => url.includes("splats")), "a page without splats asks for them");
+      await plain.close();
+      return words;
+    } finally {
+      shown.stop();
+    }
+  },
+
   async "a scene that is no scene is said, and the old one plays on"() {
     const page = await listening();
     await page.route("**/scenes/box*.promenade", (route) => route.fulfill({ body: "no scene" }));

@@ -67,6 +67,7 @@ async function showPlace() {
     listener.enter(found.description);
     walk.use(rows);
     about(found.description, scene);
+    attempt("splats", () => showSplats(scene));
   }
   const { tiers } = found.description;
   choices(
@@ -101,6 +102,17 @@ function about(description, scene) {
   at("about").replaceChildren(
     ...lines.filter(Boolean).map((text) => Object.assign(document.createElement("p"), { textContent: text })),
   );
+}
+
+/** Photographs of a scene, if the site has any; what draws them is fetched with the first. */
+async function showSplats(scene) {
+  stage.splats?.close();
+  stage.splats = null;
+  if (!scene.splats || stage.lost) return;
+  const { Splats } = await import("./splats.js");
+  const splats = await Splats.load(stage.gl, scene.splats);
+  if (site.scenes[shown] !== scene || stage.splats) splats.close();
+  else stage.splats = splats;
 }
 
 /** Runs something that may fail, with a message and a way back. */

@@ -1,4 +1,4 @@
-// Draws the place: floor, outline, anchors, image sources, path, sounds and the listener, in WebGL.
+// Draws the place: photographs as splats, floor, outline, anchors, image sources, path, sounds and the listener, in WebGL.
 
 import { add, cross, length, minus, normal, perspective, product, project, times, turn, view } from "./turns.js";
 
@@ -31,6 +31,8 @@ void main() {
 const STEEP = 1.05;
 const ANGLE = 0.7;
 const FLOATS = 8;
+/** Splats higher than this above the listener are left out of the plan, metres: ceilings would hide all else. */
+const ABOVE = 0.2;
 
 /** Colours of the page, as numbers. */
 function palette() {
@@ -59,6 +61,8 @@ export class Stage {
     this.sounds = [];
     this.path = [];
     this.labels = [];
+    /** What draws photographs, if there are any. */
+    this.splats = null;
     this.lost = false;
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
@@ -72,7 +76,7 @@ export class Stage {
 
   begin() {
     const options = { antialias: true, alpha: false, xrCompatible: false };
-    const gl = (this.gl = this.canvas.getContext("webgl", options));
+    const gl = (this.gl = this.canvas.getContext("webgl2", options) ?? this.canvas.getContext("webgl", options));
     this.lost = !gl;
     if (!gl) return;
     const shader = (kind, text) => {
@@ -81,7 +85,7 @@ export class Stage {
       gl.compileShader(made);
       return made;
     };
-    const program = gl.createProgram();
+    const program = (this.program = gl.createProgram());
     gl.attachShader(program, shader(gl.VERTEX_SHADER, VERTEX));
     gl.attachShader(program, shader(gl.FRAGMENT_SHADER, FRAGMENT));
     gl.linkProgram(program);
@@ -103,6 +107,7 @@ export class Stage {
     this.still = gl.createBuffer();
     this.moving = gl.createBuffer();
     this.dirty = true;
+    this.splats?.begin(gl);
   }
 
   /** Takes what stands still: a scene's description and points, edges of an outline, a path's rows. */
@@ -207,6 +212,10 @@ export class Stage {
       this.stillParts = this.upload(this.still, this.stillShapes());
       this.dirty = false;
       this.drawn = this.colours;
+    }
+    if (this.splats) {
+      this.splats.draw(camera, listener ? pose.position[2] + ABOVE : 1e9);
+      gl.useProgram(this.program);
     }
     gl.uniformMatrix4fv(this.uniforms.camera, false, camera);
     gl.uniform1f(this.uniforms.scale, height * (this.eyes ? 0.8 : 1.4));

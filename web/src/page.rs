@@ -25,6 +25,8 @@ pub fn files() -> &'static [(&'static str, &'static str)] {
         "output.js",
         "path.js",
         "site.js",
+        "splats.js",
+        "splats-sorter.js",
         "stage.js",
         "turns.js",
         "voices.js",

@@ -1,5 +1,6 @@
 //! Arguments of `promenade web`.
 
+use super::placement::PlacementArgs;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -20,6 +21,12 @@ pub(crate) struct WebArgs {
     /// Headphones to choose from: texts by AutoEq or SOFA files of headphone responses
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub(crate) headphones: Vec<PathBuf>,
+    /// Photographs of the scenes as 3D Gaussian splats, .ply or .splat: the first for the first scene, and so on
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub(crate) splats: Vec<PathBuf>,
+    /// Where the splats lie in the scenes
+    #[command(flatten)]
+    pub(crate) placement: PlacementArgs,
     /// Title of the page [default: that of the first scene]
     #[arg(long)]
     pub(crate) title: Option<String>,

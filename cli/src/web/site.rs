@@ -1,10 +1,10 @@
 //! The files of a page: its own, the engine, and what the user brings.
 
-use super::outline;
+use super::{outline, splats};
 use crate::{path, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::{atomic, file, read_head, read_headphones};
-use promenade_core::MAX_SCENE_BYTES;
+use promenade_core::{MAX_SCENE_BYTES, network::Placement};
 use promenade_paths::ImportOptions;
 use promenade_web::ENGINE_FILE;
 use serde_json::{Value, json};
@@ -28,8 +28,20 @@ impl Site {
         Self { files, lists: BTreeMap::new() }
     }
 
-    /// A scene, and the outline of the mesh beside it, where there is one of the same name.
-    pub(crate) fn add_scene(&mut self, from: &Path) -> Result<()> {
+    /// Splats for a scene; gives what the list of contents says of them.
+    pub(crate) fn add_splats(&mut self, from: &Path, placement: &Placement) -> Result<Value> {
+        let (bytes, kind) = splats::read(from)?;
+        let file = self.add("splats", from, kind, bytes);
+        let placement = json!({
+            "origin": placement.origin.to_array(),
+            "rotation": placement.rotation.inverse().to_array(),
+            "metres_per_unit": 1.0 / placement.units_per_metre,
+        });
+        Ok(json!({ "file": file, "placement": placement }))
+    }
+
+    /// A scene with its splats, and the outline of the mesh beside it, where there is one of the same name.
+    pub(crate) fn add_scene(&mut self, from: &Path, splats: Option<Value>) -> Result<()> {
         let read = scene::read(from)?;
         let bytes = file::read(from, MAX_SCENE_BYTES as u64).with_context(|| format!("{}: cannot be read", from.display()))?;
         let file = self.add("scenes", from, "promenade", bytes);
@@ -37,7 +49,11 @@ impl Site {
         let outline = if mesh.is_file() { outline::of(&mesh)? } else { None };
         let outline = outline.map(|edges| self.add("scenes", from, "outline.json", json!(edges).to_string().into_bytes()));
         let title = if read.title().is_empty() { stem(from) } else { read.title().to_owned() };
-        self.list("scenes", json!({ "name": title, "file": file, "outline": outline }));
+        let mut entry = json!({ "name": title, "file": file, "outline": outline });
+        if let Some(splats) = splats {
+            entry["splats"] = splats;
+        }
+        self.list("scenes", entry);
         Ok(())
     }
 
