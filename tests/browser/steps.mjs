@@ -53,7 +53,7 @@ export async function open(browser, address, options = {}) {
   page.on("pageerror", (error) => page.errors.push(error.message));
   if (options.script) await page.addInitScript(options.script);
   await page.goto(address);
-  await page.waitForFunction(() => document.documentElement.dataset.ready, null, { timeout: 20_000 });
+  await page.waitForFunction(() => document.documentElement.dataset.ready, null, { timeout: 60_000 });
   return page;
 }
 

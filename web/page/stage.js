@@ -192,10 +192,16 @@ export class Stage {
     if (this.lost || !this.place) return;
     this.resize();
     const { gl } = this;
+    const camera = this.camera(pose);
+    // What stands still is drawn four times a second only: a page that is listened to leaves the processor to the sound.
+    const seen = JSON.stringify([pose, [...camera], this.canvas.width, this.canvas.height, this.eyes]);
+    const still = seen === this.seen && !this.dirty && this.drawn === this.colours;
+    this.unchanged = still ? (this.unchanged + 1) % 15 : 0;
+    this.seen = seen;
+    if (this.unchanged) return;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     this.clear();
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    const camera = this.camera(pose);
     this.drawWith(camera, this.canvas.height, pose, !this.eyes);
     this.label(camera);
   }
