@@ -31,6 +31,9 @@ fn wrong<T>(expected: impl Into<String>, found: impl Into<String>) -> Result<T, 
     Err((expected.into(), found.into()))
 }
 
+/// Finds the layout of a file's bytes.
+type Reader = fn(&[u8]) -> Result<Layout, Wrong>;
+
 /// A file's bytes and its kind, `ply` or `splat`.
 ///
 /// # Errors
@@ -38,7 +41,7 @@ fn wrong<T>(expected: impl Into<String>, found: impl Into<String>) -> Result<T, 
 pub(super) fn read(path: &Path) -> Result<(Vec<u8>, &'static str)> {
     let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
     let say = |(expected, found): Wrong| anyhow!("{}: expected {expected}, found {found}", path.display());
-    let (kind, layout): (_, fn(&[u8]) -> Result<Layout, Wrong>) = match ending.as_str() {
+    let (kind, layout): (_, Reader) = match ending.as_str() {
         "ply" => ("ply", ply),
         "splat" => ("splat", splat),
         _ => return wrong("splats as .ply or .splat", format!("the ending {ending:?}")).map_err(say),
