@@ -28,6 +28,7 @@ mod error;
 mod format;
 mod gltf;
 mod json;
+mod limit;
 mod options;
 mod placement;
 mod read;
@@ -43,7 +44,8 @@ mod write;
 
 pub use error::PathFileError;
 pub use format::{Format, WriteFormat};
-pub use options::{Beside, ImportOptions, MAX_FILE_BYTES, alone};
+pub use limit::MAX_FILE_BYTES;
+pub use options::{Beside, ImportOptions, alone};
 pub use placement::{Origin, PlacementOptions};
 pub use promenade_core::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Pose};
 pub use read::{GLTF_TOLERANCE_M, GLTF_TOLERANCE_RAD, Imported, read};

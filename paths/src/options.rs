@@ -4,9 +4,6 @@ use crate::{Format, PathFileError, PlacementOptions};
 use glam::Vec3;
 use std::io;
 
-/// Bytes that a file may have that is read whole: COLMAP's list every point that every image sees.
-pub const MAX_FILE_BYTES: u64 = 1 << 30;
-
 /// Reads a file beside the one that is read, by the name that is written there.
 pub type Beside<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 

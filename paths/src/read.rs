@@ -1,6 +1,7 @@
 //! From the bytes of a file to a path.
 
-use crate::options::{Beside, ImportOptions, MAX_FILE_BYTES};
+use crate::limit::MAX_FILE_BYTES;
+use crate::options::{Beside, ImportOptions};
 use crate::placement::Frame;
 use crate::{Format, PathFileError, PlacementOptions, adm, colmap, csv, gltf, json, simplify, speed, transforms};
 use promenade_core::CameraPath;

@@ -1,6 +1,6 @@
 //! Sound files by their chunks, of which a path is in one and the rest may be any length.
 
-use crate::options::MAX_FILE_BYTES;
+use crate::limit::MAX_FILE_BYTES;
 use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
 
 /// Chunks of a file at most.

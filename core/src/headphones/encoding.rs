@@ -16,7 +16,7 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, HeadphonesError> {
         [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
         [letter, 0, ..] if *letter != 0 => wide(bytes, u16::from_le_bytes),
         [0, letter, ..] if *letter != 0 => wide(bytes, u16::from_be_bytes),
-        _ => match std::str::from_utf8(bytes) {
+        _ => match str::from_utf8(bytes) {
             Ok(text) => Ok(text.to_owned()),
             Err(e) => {
                 Err(refused("text", "letters in UTF-8 or UTF-16", format!("another byte after {} bytes", e.valid_up_to())))

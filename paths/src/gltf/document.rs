@@ -1,7 +1,8 @@
 //! A glTF file: its JSON and the bytes of its buffers.
 
 use crate::PathFileError;
-use crate::options::{Beside, MAX_FILE_BYTES};
+use crate::limit::MAX_FILE_BYTES;
+use crate::options::Beside;
 use crate::text::quoted;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
