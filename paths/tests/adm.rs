@@ -155,7 +155,7 @@ fn what_is_wrong_is_said_with_its_place() {
         (fails(&wave(b"RIFF", "<audio"), &none), "film.wav: chunk axml: expected XML of the Audio Definition Model"),
         (fails(&wave(b"RIFF", "<a/>"), &none), "expected an audioObject with a pack, found no object"),
         (fails(&of(""), &none), "expected an audioBlockFormat, found none"),
-        (fails(&of("<audioBlockFormat/>"), &none), "axml, line 8: expected positions azimuth and elevation, or X and Y"),
+        (fails(&of("<audioBlockFormat/>"), &none), "axml, line 10: expected positions azimuth and elevation, or X and Y"),
         (
             fails(&of(&polar("rtime=\"soon\"", "", [0.0; 3])), &none),
             "expected a time such as 00:00:01.50000, found rtime of \"soon\"",
