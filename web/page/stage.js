@@ -193,9 +193,9 @@ export class Stage {
     this.resize();
     const { gl } = this;
     const camera = this.camera(pose);
-    // What stands still is drawn four times a second only: a page that is listened to leaves the processor to the sound.
+    // What stands still is drawn four times a second only, but for splats, which are sorted meanwhile.
     const seen = JSON.stringify([pose, [...camera], this.canvas.width, this.canvas.height, this.eyes]);
-    const still = seen === this.seen && !this.dirty && this.drawn === this.colours;
+    const still = !this.splats && seen === this.seen && !this.dirty && this.drawn === this.colours;
     this.unchanged = still ? (this.unchanged + 1) % 15 : 0;
     this.seen = seen;
     if (this.unchanged) return;

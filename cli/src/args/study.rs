@@ -22,7 +22,7 @@ pub(crate) struct StudySiteArgs {
     /// Folder to write the site to
     #[arg(short, long, value_name = "SITE")]
     pub(crate) output: PathBuf,
-    /// The engine as WebAssembly, for live scenes [default: promenade.wasm beside this program, or in its folder web]
+    /// The engine as WebAssembly, for live scenes [default: promenade.wasm beside this program, or in ../web]
     #[arg(long, value_name = "FILE.wasm")]
     pub(crate) engine: Option<PathBuf>,
 }
