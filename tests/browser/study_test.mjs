@@ -117,7 +117,9 @@ async function hearAll(page) {
 }
 
 async function pair(page, name, answer) {
-  if (await page.getByRole("button", { name: "Begin", exact: true }).count()) await click(page, "Begin");
+  const begin = page.getByRole("button", { name: "Begin", exact: true });
+  await begin.or(page.getByText("Keys:")).first().waitFor({ timeout: 60_000 });
+  if (await begin.count()) await click(page, "Begin");
   await page.waitForSelector("text=Keys:", { timeout: 30_000 });
   if (await page.locator("canvas").count()) await hearAll(page);
   await page.waitForSelector("button.go:enabled");
