@@ -1,23 +1,10 @@
 // A plan on which the listener walks and turns: by keys, buttons, mouse and touch.
 
-const WALK = 1.4;
-const TURN = 1.6;
-const EASE_S = 0.12;
+import { EASE_S, KEYS, TURN, WALK } from "./walking.js";
+
 const DRAG = 0.01;
 /** A step and a turn of a button, metres and radians. */
 const STEP = 0.5;
-const KEYS = {
-  ArrowUp: "forward",
-  KeyW: "forward",
-  ArrowDown: "back",
-  KeyS: "back",
-  ArrowLeft: "left",
-  KeyA: "left",
-  ArrowRight: "right",
-  KeyD: "right",
-  KeyQ: "turn-left",
-  KeyE: "turn-right",
-};
 const BUTTONS = [
   ["turn-left", "Turn left"],
   ["forward", "Forward"],

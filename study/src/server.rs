@@ -209,7 +209,7 @@ fn answer(shared: &Shared, request: &Request, reader: &mut BufReader<&TcpStream>
             // Names of a site need no percents, and paths beyond it have no name here.
             let Some(file) = shared.files.get(name) else { return Response::text("404 Not Found", "there is no such file\n") };
             match std::fs::read(file) {
-                Ok(body) => Response { status: "200 OK", kind: kind_of(name), body },
+                Ok(body) => Response { status: "200 OK", kind: promenade_web::media_type(name), body },
                 Err(_) => Response::text("404 Not Found", "there is no such file\n"),
             }
         }
@@ -241,18 +241,5 @@ fn take(shared: &Shared, request: &Request, reader: &mut BufReader<&TcpStream>) 
         Ok(rows) => Response::text("200 OK", format!("{rows} rows\n")),
         Err(Refusal::Broken(why)) => Response::text("422 Unprocessable Content", format!("{why}\n")),
         Err(Refusal::Unwritten(why)) => Response::text("507 Insufficient Storage", format!("{why}\n")),
-    }
-}
-
-fn kind_of(name: &str) -> &'static str {
-    match name.rsplit('.').next().unwrap_or_default() {
-        "html" => "text/html; charset=utf-8",
-        "css" => "text/css; charset=utf-8",
-        "js" => "text/javascript; charset=utf-8",
-        "json" => "application/json",
-        "wasm" => "application/wasm",
-        "wav" => "audio/wav",
-        "flac" => "audio/flac",
-        _ => "application/octet-stream",
     }
 }

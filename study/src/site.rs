@@ -8,7 +8,7 @@ use promenade_audio::{FileError, atomic, file, sound};
 use promenade_baker::BakeError;
 use promenade_baker::player::Player;
 use promenade_core::{MAX_SCENE_BYTES, Scene};
-use promenade_web::{ENGINE_FILE, files as engine_files};
+use promenade_web::{ENGINE_FILE, files as web_files};
 use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -85,16 +85,14 @@ pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option
     let mut site = Site { from, to, names, rng, match_loudness: study.match_loudness, made: Made { live, ..Made::default() } };
     std::fs::create_dir_all(to.join("stimuli")).map_err(FileError::write(to))?;
     let parts = study.parts.iter().map(|part| site.part(part)).collect::<Result<Vec<_>, _>>()?;
-    for (name, contents) in FILES {
-        atomic::write(&to.join(name), contents.as_bytes())?;
+    let engine = if live { Some(engine.ok_or(SiteError::NoEngine)?) } else { None };
+    let of_web = |name: &str| name == "walking.js" || (live && name.starts_with("engine/"));
+    for (name, contents) in FILES.iter().chain(web_files().iter().filter(|(name, _)| of_web(name))) {
+        let path = to.join(name);
+        std::fs::create_dir_all(path.parent().unwrap_or(to)).map_err(FileError::write(&path))?;
+        atomic::write(&path, contents.as_bytes())?;
     }
-    if live {
-        let engine = engine.ok_or(SiteError::NoEngine)?;
-        for (name, contents) in engine_files().iter().filter(|(name, _)| name.starts_with("engine/")) {
-            let path = to.join(name);
-            std::fs::create_dir_all(path.parent().unwrap_or(to)).map_err(FileError::write(&path))?;
-            atomic::write(&path, contents.as_bytes())?;
-        }
+    if let Some(engine) = engine {
         atomic::write(&to.join(ENGINE_FILE), engine)?;
     }
     let page = json!({

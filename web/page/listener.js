@@ -1,13 +1,10 @@
 // The listener: keys, mouse, touch and buttons become a position and a turn of the head.
 
 import { add, angles, length, minus, ofAngles, times } from "./turns.js";
+import { EASE_S, KEYS as ON_THE_FLOOR, TURN, WALK } from "./walking.js";
 
-/** Metres and radians a second, and by how much Shift is faster. */
-const WALK = 1.4;
-const TURN = 1.6;
+/** By how much Shift is faster. */
 const FASTER = 2.5;
-/** Time in which a walk takes up, seconds. */
-const EASE_S = 0.12;
 /** Radians per pixel of a drag. */
 const DRAG = 0.006;
 /** How far beyond its bounds a place may be left, metres. */
@@ -15,16 +12,7 @@ const BEYOND = 1;
 const FREE = 6;
 
 const KEYS = {
-  ArrowUp: "forward",
-  KeyW: "forward",
-  ArrowDown: "back",
-  KeyS: "back",
-  ArrowLeft: "left",
-  KeyA: "left",
-  ArrowRight: "right",
-  KeyD: "right",
-  KeyQ: "turn-left",
-  KeyE: "turn-right",
+  ...ON_THE_FLOOR,
   KeyR: "up",
   KeyF: "down",
   PageUp: "look-up",

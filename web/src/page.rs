@@ -30,10 +30,28 @@ pub fn files() -> &'static [(&'static str, &'static str)] {
         "stage.js",
         "turns.js",
         "voices.js",
+        "walking.js",
         "engine/engine.js",
         "engine/module.js",
         "engine/preparer.js",
         "engine/processor.js",
         "engine/settings.js",
     ]
+}
+
+/// What a browser must know of a file of a site, by its name.
+#[must_use]
+pub fn media_type(name: &str) -> &'static str {
+    match name.rsplit('.').next().unwrap_or_default() {
+        "html" => "text/html; charset=utf-8",
+        "js" => "text/javascript; charset=utf-8",
+        "css" => "text/css; charset=utf-8",
+        "json" => "application/json",
+        "wasm" => "application/wasm",
+        "wav" => "audio/wav",
+        "flac" => "audio/flac",
+        "mp3" => "audio/mpeg",
+        "ogg" | "opus" => "audio/ogg",
+        _ => "application/octet-stream",
+    }
 }

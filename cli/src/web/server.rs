@@ -33,7 +33,7 @@ fn answer(site: &Site, request: Request) {
     let found = site.files().get(name).filter(|_| known && is_local(&request));
     let _ = match found {
         Some(bytes) => {
-            let headers = [("Content-Type", kind(name)), ("Cache-Control", "no-cache")];
+            let headers = [("Content-Type", promenade_web::media_type(name)), ("Cache-Control", "no-cache")];
             let headers = headers.into_iter().filter_map(|(name, value)| Header::from_bytes(name, value).ok());
             request.respond(headers.fold(Response::from_data(bytes.as_slice()), Response::with_header))
         }
@@ -46,20 +46,4 @@ fn is_local(request: &Request) -> bool {
     let host = request.headers().iter().find(|header| header.field.equiv("Host")).map(|header| header.value.as_str());
     let name = host.map(|host| host.rsplit_once(':').map_or(host, |(name, _)| name));
     matches!(name, Some("localhost" | "127.0.0.1"))
-}
-
-/// What a browser must know of a file.
-fn kind(name: &str) -> &'static str {
-    match name.rsplit('.').next().unwrap_or_default() {
-        "html" => "text/html; charset=utf-8",
-        "js" => "text/javascript; charset=utf-8",
-        "css" => "text/css; charset=utf-8",
-        "json" => "application/json",
-        "wasm" => "application/wasm",
-        "wav" => "audio/wav",
-        "flac" => "audio/flac",
-        "mp3" => "audio/mpeg",
-        "ogg" | "opus" => "audio/ogg",
-        _ => "application/octet-stream",
-    }
 }
