@@ -5,5 +5,5 @@ mod samples;
 mod stands_out;
 
 pub use plane::Plane;
-pub use samples::{PixelBudget, fused, loudness_of_pixels};
+pub use samples::{fused, loudness_of_pixels};
 pub use stands_out::picture_saliency;

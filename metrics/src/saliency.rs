@@ -6,7 +6,7 @@
 mod budget;
 mod weights;
 
-pub use budget::PictureBudget;
+pub use budget::SampleBudget;
 pub use weights::picture_weights;
 
 use crate::{MetricError, Spectrogram, Window};

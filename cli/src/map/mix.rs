@@ -9,7 +9,7 @@ use promenade_acoustics::{Air, Intensity, RayOptions};
 use promenade_baker::capture::mean;
 use promenade_baker::{FileError, atomic, resample, sound};
 use promenade_metrics::{
-    PixelBudget, Plane, SALIENCY_RATE_HZ, fused, loudness_of_pixels, picture_saliency, picture_weights, saliency,
+    Plane, SALIENCY_RATE_HZ, SampleBudget, fused, loudness_of_pixels, picture_saliency, picture_weights, saliency,
 };
 use std::path::Path;
 
@@ -80,8 +80,8 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
             };
             let even = spent.strategy == Strategy::Uniform;
             let least = if even { args.samples } else { args.least.unwrap_or(args.samples / 2) };
-            let budget = PixelBudget::new(&map, args.samples, least)?;
-            let samples = budget.spent_on(&map);
+            let budget = SampleBudget::of_pixels(&map, args.samples, least)?;
+            let samples = budget.spent_on_pixels(&map);
             // Nobody needs the same picture again for each moment.
             let moves = spent.strategy == Strategy::Mix || !(still || even);
             if moves || frame == 0 {
@@ -148,7 +148,7 @@ impl Spent {
         }
     }
 
-    fn count(&mut self, budget: PixelBudget, samples: &[u32]) {
+    fn count(&mut self, budget: SampleBudget, samples: &[u32]) {
         for (range, value) in [(&mut self.least, budget.least()), (&mut self.most, budget.most())] {
             *range = [range[0].min(value), range[1].max(value)];
         }

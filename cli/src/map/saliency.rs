@@ -6,7 +6,7 @@ use crate::{plot, report};
 use anyhow::{Context, Result, bail};
 use promenade_baker::capture::mean;
 use promenade_baker::{atomic, resample, sound};
-use promenade_metrics::{PictureBudget, SALIENCY_RATE_HZ, SALIENCY_STEP_S, picture_weights, saliency};
+use promenade_metrics::{SALIENCY_RATE_HZ, SALIENCY_STEP_S, SampleBudget, picture_weights, saliency};
 use serde_json::json;
 
 pub(super) fn run(args: &SaliencyArgs) -> Result<()> {
@@ -18,8 +18,9 @@ pub(super) fn run(args: &SaliencyArgs) -> Result<()> {
     let mono = resample::signal(&[mean(&mix.channels)], mix.sample_rate_hz, SALIENCY_RATE_HZ)?;
     let trace = saliency(&mono[0]).with_context(|| args.mix.display().to_string())?;
     let weights = picture_weights(&trace, args.look_ahead, args.fps, (seconds * args.fps).ceil() as usize);
-    let budget = PictureBudget::new(&weights, args.samples, args.least.unwrap_or(args.samples / 2)).context("--least")?;
-    let samples = budget.spent_on(&weights);
+    let budget =
+        SampleBudget::of_pictures(&weights, args.samples, args.least.unwrap_or(args.samples / 2)).context("--least")?;
+    let samples = budget.spent_on(weights.iter().copied());
     for path in &args.output {
         let bytes = if ending(path) == "svg" {
             curves(&trace, &weights, &samples, args.fps)?

@@ -2,7 +2,7 @@
 //! perception for selective rendering", Computer Graphics Forum 2017.
 
 use super::plane::Plane;
-use crate::MetricError;
+use crate::{MetricError, SampleBudget};
 
 /// Share of pixels that may be louder than 1: particles make single pixels much louder.
 const LOUDEST: f64 = 0.001;
@@ -34,14 +34,7 @@ pub fn fused(sound: &Plane, picture: &Plane, sound_weight: f64) -> Plane {
     sound.with(picture, |a, v| weight * a + (1.0 - weight) * v)
 }
 
-/// What the pixels of one picture cost, samples each.
-#[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub struct PixelBudget {
-    least: u32,
-    most: u32,
-}
-
-impl PixelBudget {
+impl SampleBudget {
     /// Whole numbers smin and smax for which all pixels together cost as much as with `mean` samples each (equation 3 of the
     /// paper, solved). smin is `least`, or the nearest to it with which the
     /// cost is off by at most half a percent.
@@ -50,7 +43,7 @@ impl PixelBudget {
     ///
     /// # Errors
     /// A least that is above the mean, or a mean of 0.
-    pub fn new(map: &Plane, mean: u32, least: u32) -> Result<Self, MetricError> {
+    pub fn of_pixels(map: &Plane, mean: u32, least: u32) -> Result<Self, MetricError> {
         if least > mean || mean == 0 {
             return Err(MetricError::Budget { mean, least });
         }
@@ -78,33 +71,15 @@ impl PixelBudget {
         Ok(best.1)
     }
 
-    /// What a pixel without weight costs.
-    #[must_use]
-    pub fn least(self) -> u32 {
-        self.least
-    }
-
-    /// What a pixel of weight 1 costs.
-    #[must_use]
-    pub fn most(self) -> u32 {
-        self.most
-    }
-
     /// Whole samples of each pixel: smin + (smax - smin) S, the rounding of each made good by the next on its way, which turns
     /// at the ends of rows.
     #[must_use]
-    pub fn spent_on(self, map: &Plane) -> Vec<u32> {
+    pub fn spent_on_pixels(self, map: &Plane) -> Vec<u32> {
+        let column = |y: usize, step: usize| if y.is_multiple_of(2) { step } else { map.width - 1 - step };
+        let way = || (0..map.height).flat_map(|y| (0..map.width).map(move |step| y * map.width + column(y, step)));
         let mut samples = vec![0; map.of.len()];
-        let mut owed = 0.0;
-        for y in 0..map.height {
-            for step in 0..map.width {
-                let x = if y % 2 == 0 { step } else { map.width - 1 - step };
-                let at = y * map.width + x;
-                owed += f64::from(self.least) + f64::from(self.most - self.least) * f64::from(map.of[at]);
-                let whole = owed.round().max(0.0);
-                owed -= whole;
-                samples[at] = whole as u32;
-            }
+        for (at, spent) in way().zip(self.spent_on(way().map(|at| f64::from(map.of[at])))) {
+            samples[at] = spent;
         }
         samples
     }
@@ -123,16 +98,16 @@ mod tests {
     fn any_map_costs_what_it_should() {
         let map = map();
         for (mean, least) in [(4, 1), (100, 50), (1690, 500), (7, 6)] {
-            let budget = PixelBudget::new(&map, mean, least).unwrap();
-            let samples = budget.spent_on(&map);
+            let budget = SampleBudget::of_pixels(&map, mean, least).unwrap();
+            let samples = budget.spent_on_pixels(&map);
             let cost = samples.iter().map(|n| f64::from(*n)).sum::<f64>() / samples.len() as f64;
             assert!((cost / f64::from(mean) - 1.0).abs() < 0.01, "{cost} of {mean}: {budget:?}");
             let off = |at: usize, of: u32| samples[at].abs_diff(of);
             assert!(off(0, budget.least()) <= 1 && samples[63] > samples[0], "{budget:?}");
         }
         let dark = Plane::new([2, 1], vec![0.0; 2]).unwrap();
-        assert_eq!(PixelBudget::new(&dark, 9, 1).unwrap().spent_on(&dark), [9, 9]);
-        assert!(PixelBudget::new(&map, 1, 2).is_err() && PixelBudget::new(&map, 0, 0).is_err());
+        assert_eq!(SampleBudget::of_pixels(&dark, 9, 1).unwrap().spent_on_pixels(&dark), [9, 9]);
+        assert!(SampleBudget::of_pixels(&map, 1, 2).is_err() && SampleBudget::of_pixels(&map, 0, 0).is_err());
     }
 
     #[test]

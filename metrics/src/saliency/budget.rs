@@ -1,18 +1,18 @@
-//! What a renderer of pictures may spend on each of them.
+//! What a renderer of pictures may spend on each of them, or on each of their pixels.
 //!
 //! After Harvey, Debattista, Bashford-Rogers and Chalmers, "Multi-modal perception for selective rendering", Computer Graphics
 //! Forum 2017.
 
 use crate::MetricError;
 
-/// What pictures cost, samples per pixel.
+/// What pictures or pixels cost, samples per pixel.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub struct PictureBudget {
-    least: u32,
-    most: u32,
+pub struct SampleBudget {
+    pub(crate) least: u32,
+    pub(crate) most: u32,
 }
 
-impl PictureBudget {
+impl SampleBudget {
     /// The most that a picture may cost so that all together cost as much as with `mean` each, where those of no weight cost
     /// the `least`.
     ///
@@ -20,7 +20,7 @@ impl PictureBudget {
     ///
     /// # Errors
     /// A least that is above the mean.
-    pub fn new(weights: &[f64], mean: u32, least: u32) -> Result<Self, MetricError> {
+    pub fn of_pictures(weights: &[f64], mean: u32, least: u32) -> Result<Self, MetricError> {
         if least > mean {
             return Err(MetricError::Budget { mean, least });
         }
@@ -28,29 +28,29 @@ impl PictureBudget {
         Ok(Self { least, most: (f64::from(least) + f64::from(mean - least) / weight).round() as u32 })
     }
 
-    /// What a picture without weight costs, samples per pixel.
+    /// What no weight costs, samples per pixel.
     #[must_use]
     pub fn least(self) -> u32 {
         self.least
     }
 
-    /// What a picture of weight 1 costs, samples per pixel.
+    /// What a weight of 1 costs, samples per pixel.
     #[must_use]
     pub fn most(self) -> u32 {
         self.most
     }
 
-    /// Whole samples of each picture, whose rounding is made good by the next.
+    /// Whole samples for each weight, whose rounding is made good by the next.
     #[must_use]
-    pub fn spent_on(self, weights: &[f64]) -> Vec<u32> {
+    pub fn spent_on(self, weights: impl IntoIterator<Item = f64>) -> Vec<u32> {
         let mut owed = 0.0;
-        let spend = |weight: &f64| {
+        let spend = |weight: f64| {
             owed += f64::from(self.least) + f64::from(self.most - self.least) * weight;
-            let samples = owed.round();
+            let samples = f64::max(owed.round(), 0.0);
             owed -= samples;
             samples as u32
         };
-        weights.iter().map(spend).collect()
+        weights.into_iter().map(spend).collect()
     }
 }
 
@@ -62,11 +62,11 @@ mod tests {
     fn all_pictures_together_cost_what_the_mean_costs() {
         let mut weights = vec![0.05; 250];
         weights[70..80].fill(1.0);
-        let budget = PictureBudget::new(&weights, 100, 20).unwrap();
-        let spent = budget.spent_on(&weights);
+        let budget = SampleBudget::of_pictures(&weights, 100, 20).unwrap();
+        let spent = budget.spent_on(weights.iter().copied());
         let total: u32 = spent.iter().sum();
         assert!(total.abs_diff(25_000) <= 150, "{total}: the most is a whole number");
         assert!(spent[75].abs_diff(budget.most()) <= 1 && spent[10] < 100 && budget.most() > 500, "{}", budget.most());
-        assert_eq!(PictureBudget::new(&weights, 100, 101), Err(MetricError::Budget { mean: 100, least: 101 }));
+        assert_eq!(SampleBudget::of_pictures(&weights, 100, 101), Err(MetricError::Budget { mean: 100, least: 101 }));
     }
 }
