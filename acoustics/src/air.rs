@@ -1,5 +1,6 @@
 //! What air absorbs.
 
+use crate::SPEED_OF_SOUND_M_S;
 use crate::octave::{OCTAVES_HZ, Octaves};
 
 /// The state of the air in a room.
@@ -19,7 +20,20 @@ impl Default for Air {
     }
 }
 
+/// Metres per second, of some air or of air at 20 degrees.
+#[must_use]
+pub fn speed_m_s(air: Option<Air>) -> f64 {
+    air.map_or(SPEED_OF_SOUND_M_S, |air| air.speed_m_s())
+}
+
 impl Air {
+    /// Metres per second: as the square root of the absolute temperature (ISO 9613-1:1993, annex A), from
+    /// [`SPEED_OF_SOUND_M_S`] at 20 degrees Celsius.
+    #[must_use]
+    pub fn speed_m_s(&self) -> f64 {
+        SPEED_OF_SOUND_M_S * ((self.temperature_c + 273.15) / 293.15).sqrt()
+    }
+
     /// Attenuation of a pure tone, decibels per metre (ISO 9613-1:1993, equations 3 to 5 and B.2, B.3).
     #[must_use]
     pub fn db_per_m(&self, hz: f64) -> f64 {

@@ -7,6 +7,7 @@ use crate::mesh::{Mesh, normal};
 use crate::octave::{OCTAVES_HZ, Octaves, octave_energy};
 use crate::room::{NOWHERE, Room};
 use glam::DVec3;
+use promenade_core::barrier_db;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
@@ -48,6 +49,8 @@ pub struct DiffractionPath {
     pub direct_m: f64,
     /// What the source sends to the edge, over what it sends on its axis: amplitudes by octave.
     pub sent: Octaves,
+    /// Ends of the edge.
+    pub edge: [[f64; 3]; 2],
 }
 
 impl DiffractionPath {
@@ -55,7 +58,7 @@ impl DiffractionPath {
     #[must_use]
     pub fn amplitude(&self, hz: f64) -> f64 {
         let sent = octave_energy(&self.sent.map(|a| f64::from(a).powi(2)), hz).sqrt();
-        sent * 10.0_f64.powf(-barrier_db(self.detour_m, hz) / 20.0) / self.direct_m
+        sent * 10.0_f64.powf(-barrier_db(self.detour_m, hz, SPEED_OF_SOUND_M_S) / 20.0) / self.direct_m
     }
 
     /// The same by octave.
@@ -63,16 +66,6 @@ impl DiffractionPath {
     pub fn amplitudes(&self) -> Octaves {
         OCTAVES_HZ.map(|hz| self.amplitude(hz.into()) as f32)
     }
-}
-
-/// What an edge takes of a sound whose way round it is this much longer than the straight one, dB: 5 at the border of the
-/// shadow, 13 for half a wavelength (Kurze and Anderson 1971, after Maekawa 1968).
-#[must_use]
-pub fn barrier_db(detour_m: f64, hz: f64) -> f64 {
-    let fresnel = 2.0 * detour_m.max(0.0) * hz / SPEED_OF_SOUND_M_S;
-    let root = (TAU * fresnel).sqrt();
-    let ratio = if root < 1e-6 { 1.0 } else { root / root.tanh() };
-    5.0 + 20.0 * ratio.log10()
 }
 
 impl Edges {
@@ -137,7 +130,14 @@ impl Edges {
             let direct_m = source.distance(listener);
             let position = listener + (at - listener).try_normalize()? * path_m;
             let sent = directivity.towards((at - source).to_array());
-            Some(DiffractionPath { position: position.to_array(), path_m, detour_m: path_m - direct_m, direct_m, sent })
+            Some(DiffractionPath {
+                position: position.to_array(),
+                path_m,
+                detour_m: path_m - direct_m,
+                direct_m,
+                sent,
+                edge: edge.ends(),
+            })
         };
         let mut found: Vec<DiffractionPath> = self.all.iter().filter_map(around).collect();
         found.sort_by(|a, b| a.path_m.total_cmp(&b.path_m));
@@ -179,6 +179,10 @@ impl Edge {
         let hidden = angle.max(other_angle) < self.open && (angle - other_angle).abs() > PI;
         let at = z + (other_z - z) * r / (r + other_r);
         (hidden && (0.0..=self.length).contains(&at)).then(|| self.start + at * self.along)
+    }
+
+    fn ends(&self) -> [[f64; 3]; 2] {
+        [self.start, self.start + self.length * self.along].map(|end| end.to_array())
     }
 
     /// Into the middle of the open space.

@@ -1,7 +1,6 @@
 //! Eyring's reverberation time.
 
-use crate::SPEED_OF_SOUND_M_S;
-use crate::air::Air;
+use crate::air::{Air, speed_m_s};
 use crate::material::Material;
 use crate::octave::BANDS;
 
@@ -13,10 +12,11 @@ pub(crate) fn t60_s<'a>(
     air: Option<Air>,
 ) -> [f64; BANDS] {
     let whole: f64 = surfaces.clone().map(|(area, _)| area).sum();
+    let speed = speed_m_s(air);
     let air = air.map_or([0.0; BANDS], |air| air.decay_per_m());
     std::array::from_fn(|band| {
         let taken = surfaces.clone().map(|(area, m)| area * f64::from(m.absorption[band])).sum::<f64>();
         let walls = -whole / (4.0 * volume_m3) * (1.0 - taken / whole).max(0.0).ln();
-        6.0 * std::f64::consts::LN_10 / (SPEED_OF_SOUND_M_S * (walls + f64::from(air[band])))
+        6.0 * std::f64::consts::LN_10 / (speed * (walls + f64::from(air[band])))
     })
 }

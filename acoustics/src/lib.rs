@@ -5,12 +5,14 @@
 //! Everything is in metres, seconds, hertz and linear factors of energy or amplitude, as each item says; axes are the caller's.
 //! Numbers by octave are [`Octaves`]. Directions and places are `[x, y, z]`.
 //!
-//! Sound travels on rays: only the direct sound goes round [`Edges`], one each, and there are no modes, so below Schroeder's
-//! frequency, some 200 Hz in a living room, a real room differs.
+//! Sound travels on rays, of which only the direct sound goes round [`Edges`], one each. Below Schroeder's frequency, some
+//! 200 Hz in a living room, the field is that of [`waves`], or of a box's modes ([`Shoebox::low_field`]).
 
 #![forbid(unsafe_code)]
 
+mod admittance;
 mod air;
+mod box_waves;
 #[cfg(feature = "meshes")]
 mod diffraction;
 #[cfg(feature = "meshes")]
@@ -24,6 +26,7 @@ mod images;
 #[cfg(feature = "meshes")]
 mod intensity;
 mod lattice;
+mod low_field;
 mod material;
 mod materials;
 mod measures;
@@ -38,14 +41,20 @@ mod ray;
 #[cfg(feature = "meshes")]
 mod rays;
 #[cfg(feature = "meshes")]
+mod reflections;
+#[cfg(feature = "meshes")]
 mod room;
 mod shoebox;
 mod surface;
+#[cfg(feature = "meshes")]
+mod waves;
 mod wildcard;
 
-pub use air::Air;
+pub use admittance::admittance;
+pub use air::{Air, speed_m_s};
+pub use box_waves::LowPlaces;
 #[cfg(feature = "meshes")]
-pub use diffraction::{DiffractionPath, Edges, barrier_db};
+pub use diffraction::{DiffractionPath, Edges};
 #[cfg(feature = "meshes")]
 pub use directivity::{Directivity, Source};
 pub use echogram::{Bin, Echogram};
@@ -56,6 +65,7 @@ pub use images::{ImageOptions, Images};
 #[cfg(feature = "meshes")]
 pub use intensity::{Intensity, Seen};
 pub use lattice::fibonacci;
+pub use low_field::{LowField, LowResponse};
 pub use material::{Material, SCATTERING};
 pub use materials::{Entry, Materials};
 pub use measures::Measures;
@@ -68,8 +78,12 @@ pub use ply::{Ply, PlyError, PlyLimits};
 #[cfg(feature = "meshes")]
 pub use rays::{LateField, RayOptions, late_field};
 #[cfg(feature = "meshes")]
+pub use reflections::{Met, reflections};
+#[cfg(feature = "meshes")]
 pub use room::{Room, Surroundings};
 pub use shoebox::{BoxImage, Shoebox, box_images};
+#[cfg(feature = "meshes")]
+pub use waves::{WaveOptions, waves};
 pub use wildcard::fits;
 
 /// Metres per second, of air at 20 degrees Celsius.

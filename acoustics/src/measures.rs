@@ -1,7 +1,6 @@
 //! What a place sounds like, in numbers, from its images and its echogram.
 
-use crate::SPEED_OF_SOUND_M_S;
-use crate::air::Air;
+use crate::air::{Air, speed_m_s};
 use crate::echogram::Echogram;
 use crate::image::Image;
 use crate::octave::{BANDS, Octaves};
@@ -20,7 +19,8 @@ const SHARED: [f64; BANDS - 1] = [0.085, 0.078, 0.065, 0.011, 0.047, 0.095];
 /// Measures of one place; those that it has none of are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures {
-    /// Energy of 500 Hz and 1 kHz, mean, dB, where the direct sound at 1 m has 0.
+    /// Energy of 500 Hz and 1 kHz, mean, dB, where the direct sound at 1 m has 0. None where nothing is heard, and where the
+    /// listener is so near to the source that the energy is beyond numbers.
     pub level_db: Option<f64>,
     /// T20, mean of 500 Hz and 1 kHz, seconds (ISO 3382-1).
     pub t20_s: Option<f64>,
@@ -42,7 +42,7 @@ impl Measures {
             .map(|image| {
                 let way = DVec3::from_array(image.position).distance(listener.into());
                 let left = |b: usize| f64::from(image.gains[b]).powi(2) / (way * way) * (-f64::from(decay[b]) * way).exp();
-                (way / SPEED_OF_SOUND_M_S, std::array::from_fn(|b| left(b) as f32))
+                (way / speed_m_s(air), std::array::from_fn(|b| left(b) as f32))
             })
             .collect();
         Self::of_arrivals(&arrivals, late)
@@ -58,7 +58,7 @@ impl Measures {
         let first = if first.is_finite() { first } else { sounding.map_or(0.0, |i| i as f64 * late.bin_s) };
         let level = middle(|b| Some(whole.energy(b)));
         Self {
-            level_db: level.filter(|e| *e > 0.0).map(|e| 10.0 * e.log10()),
+            level_db: level.filter(|e| *e > 0.0 && e.is_finite()).map(|e| 10.0 * e.log10()),
             t20_s: middle(|b| whole.t20_s(b)),
             c50_db: middle(|b| c50_db(arrivals, late, first + EARLY_S, b)),
             sti: sti(arrivals, late, first),

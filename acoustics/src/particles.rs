@@ -3,8 +3,7 @@
 //! A box needs no search for the next wall, and counting all particles at even times measures the density of energy everywhere
 //! at once (Schroeder 2011, "Physically based real-time auralization", chapter 5, with cells in the place of spheres).
 
-use crate::SPEED_OF_SOUND_M_S;
-use crate::air::Air;
+use crate::air::{Air, speed_m_s};
 use crate::echogram::{Echogram, LANES, Lanes};
 use crate::error::{AcousticsError, place};
 use crate::lattice::direction;
@@ -107,9 +106,9 @@ impl Shoebox {
         let decay = options.air.map_or([0.0; BANDS], |air| air.decay_per_m());
         // Within a volume, energy stays as long as sound takes through it: one at a level of 1 at 1 m has 4 pi in all.
         let volume = self.size.iter().product::<f64>() / cells as f64;
-        let level = 4.0 * std::f64::consts::PI / options.particles as f64 * SPEED_OF_SOUND_M_S * options.bin_s / volume;
+        let level = 4.0 * std::f64::consts::PI / options.particles as f64 * speed_m_s(options.air) * options.bin_s / volume;
         let left = |bin: usize, band: usize| {
-            let way = (bin as f64 + 0.5) * options.bin_s * SPEED_OF_SOUND_M_S;
+            let way = (bin as f64 + 0.5) * options.bin_s * speed_m_s(options.air);
             (level * (-f64::from(decay[band]) * way).exp()) as f32
         };
         Ok(flight.found.chunks(flight.bins).map(|bins| Echogram::new(options.bin_s, bins, left)).collect())
@@ -131,7 +130,7 @@ impl Flight<'_> {
     fn follow(&mut self, index: usize) {
         let options = self.options;
         let mut random = Random::stream(options.seed, index as u64);
-        let step = options.bin_s * SPEED_OF_SOUND_M_S;
+        let step = options.bin_s * speed_m_s(options.air);
         let per_metre = DVec3::from_array(options.cells.map(|n| n as f64)) / self.size;
         let (mut at, mut heading) = (self.source, direction(index, options.particles));
         let outward = heading.signum();

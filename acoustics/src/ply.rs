@@ -1,4 +1,4 @@
-//! PLY files, text and binary: vertices as a reader wants them, and polygons.
+//! PLY files, text and binary: vertices with the properties that a reader names, and polygons.
 
 use crate::mesh::Cutter;
 use glam::DVec3;

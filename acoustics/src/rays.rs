@@ -6,8 +6,7 @@
 
 mod listeners;
 
-use crate::SPEED_OF_SOUND_M_S;
-use crate::air::Air;
+use crate::air::{Air, speed_m_s};
 use crate::directivity::{Directivity, Source};
 use crate::echogram::{Echogram, LANES, Lanes};
 use crate::error::{AcousticsError, place};
@@ -222,7 +221,7 @@ impl Sum {
         let options = tracer.options;
         let decay = options.air.map_or([0.0; BANDS], |air| air.decay_per_m());
         let air = |bin: usize, band: usize| {
-            let way = (bin as f64 + 0.5) * options.bin_s * SPEED_OF_SOUND_M_S;
+            let way = (bin as f64 + 0.5) * options.bin_s * speed_m_s(options.air);
             (-f64::from(decay[band]) * way).exp() as f32
         };
         let shares = |lanes: [f64; LANES]| std::array::from_fn(|b| (lanes[b] / self.sent[b].max(f64::MIN_POSITIVE)) as f32);
@@ -279,7 +278,7 @@ impl<'a> Tracer<'a> {
         let mut energy = [0.0_f32; LANES];
         energy.iter_mut().zip(self.directivity.towards(ray.direction.to_array())).for_each(|(e, sent)| *e = sent * sent);
         add(&mut sum.sent, &energy.map(f64::from));
-        let reach = options.length_s * SPEED_OF_SOUND_M_S;
+        let reach = options.length_s * speed_m_s(options.air);
         // Sent out at the level of a direct sound of 1 at 1 m on the axis.
         let level = 4.0 * std::f64::consts::PI / options.rays as f64;
         let (mut way, mut order, mut mirrored) = (0.0, 0, true);
@@ -362,7 +361,7 @@ impl<'a> Tracer<'a> {
             if of.is_some_and(delivers) {
                 return;
             }
-            let bin = ((way + at) / SPEED_OF_SOUND_M_S / self.options.bin_s) as usize;
+            let bin = ((way + at) / speed_m_s(self.options.air) / self.options.bin_s) as usize;
             if bin < self.bins {
                 let from = (-ray.direction).as_vec3();
                 sum.bins[listener * self.bins + bin].collect(energy, (level / area_m2) as f32, from.to_array());

@@ -195,6 +195,27 @@ impl Room {
         self.centre
     }
 
+    /// Half of the room's lengths, metres.
+    pub(crate) fn half(&self) -> DVec3 {
+        self.half
+    }
+
+    /// The normal of a face, of unit length.
+    pub(crate) fn normal(&self, face: u32) -> DVec3 {
+        self.planes[self.plane(face) as usize].normal
+    }
+
+    /// Where faces square to an axis lie along it, and their areas; `square` is the least cosine.
+    pub(crate) fn square_faces(&self, axis: usize, square: f64) -> Vec<(f64, f64)> {
+        let of = |leaf: &Leaf| {
+            let normal = leaf.normal.as_dvec3();
+            let area = 0.5 * normal.length();
+            let at = f64::from(leaf.corner[axis]) + self.centre[axis];
+            (normal[axis].abs() > 2.0 * square * area).then_some((at, area))
+        };
+        self.leaves.iter().filter_map(of).collect()
+    }
+
     /// Of the box along the axes that the mesh lies in, cubic metres; a flat mesh has at least a hundredth of its diagonal's
     /// cube.
     #[must_use]
@@ -227,6 +248,16 @@ impl Room {
         Ok(Surroundings { clearance_m, enclosed: f64::from(count) / AROUND as f64 })
     }
 
+    /// Whether nothing lies between two places.
+    ///
+    /// # Errors
+    /// A place that is not finite.
+    pub fn sees(&self, from: [f64; 3], to: [f64; 3]) -> Result<bool, AcousticsError> {
+        let (from, way) = (place("place", from)?, place("place", to)? - DVec3::from(from));
+        let length = way.length();
+        Ok(length == 0.0 || self.cast(from, way / length, NOWHERE).is_none_or(|(_, far)| far >= length - self.skin()))
+    }
+
     /// Whether a place lies within a closed mesh: most ways from it to the outside cross an odd number of surfaces. Of a mesh
     /// with open edges it says nothing.
     ///
@@ -234,7 +265,7 @@ impl Room {
     /// A place that is not finite.
     pub fn encloses(&self, at: [f64; 3]) -> Result<bool, AcousticsError> {
         let at = place("place", at)?;
-        // No direction along axes, diagonals or edges that people like.
+        // Not along an axis, a diagonal or a usual edge.
         let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.371, 0.713, 0.197);
         let odd = |i: usize| {
             let way = turn * direction(i, VOTES);
@@ -329,7 +360,7 @@ impl Planes {
         let first = normal.to_array().into_iter().find(|c| c.abs() > SAME_PLANE);
         let normal = if first.is_some_and(|c| c < 0.0) { -normal } else { normal };
         let plane = Plane { normal, offset: normal.dot(point) };
-        // Moved by a number that is no round one, lest coordinates that people like lie on an edge between two cells.
+        // Moved by a number that is no round one, lest round coordinates lie on an edge between two cells.
         let cell = |v: f64| (v / SAME_PLANE + 0.371_93).floor() as i64;
         let [x, y, z] = normal.to_array().map(cell);
         let key = [x, y, z, cell(plane.offset / self.radius.max(f64::MIN_POSITIVE))];

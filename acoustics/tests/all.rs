@@ -9,3 +9,4 @@ mod measured_echoes;
 mod mesh;
 mod modes;
 mod particles;
+mod waves;

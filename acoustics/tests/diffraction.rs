@@ -1,7 +1,8 @@
 //! Sound round edges, against closed forms.
 
 use crate::common::l_room;
-use promenade_acoustics::{Edges, Material, Mesh, Room, Triangle, barrier_db};
+use promenade_acoustics::{Edges, Material, Mesh, Room, Triangle};
+use promenade_core::barrier_db;
 
 fn room(mesh: &Mesh) -> Room {
     Room::new(mesh, &[Material::even("wall", 0.1, 0.1)]).unwrap()
@@ -18,7 +19,7 @@ fn screen() -> Mesh {
 fn a_barrier_takes_what_maekawa_measured() {
     // Fresnel numbers of 0, 1 and 10.
     for (detours, expected) in [(0.0, 5.0), (1.0, 13.0), (10.0, 23.0)] {
-        let found = barrier_db(detours * 0.5 * 343.0 / 1000.0, 1000.0);
+        let found = barrier_db(detours * 0.5 * 343.0 / 1000.0, 1000.0, 343.0);
         assert!((found - expected).abs() < 0.2, "{found} for {expected} dB");
     }
 }

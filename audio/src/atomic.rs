@@ -49,7 +49,7 @@ impl Draft {
             partial_name.push(format!(".{}-{}{ENDING}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
             let partial = target.with_file_name(partial_name);
             let file = OpenOptions::new().write(true).create_new(true).open(&partial).map_err(FileError::write(target))?;
-            // Where the file system knows no locks, nothing is removed either.
+            // Where the file system has no locks, nothing is removed either.
             let _ = file.lock();
             // Another process may have removed it before it was locked.
             if partial.exists() {

@@ -68,7 +68,7 @@ fn an_abandoned_file_leaves_nothing() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
-/// A RIFF header for 16-bit samples, as wrong as the caller likes.
+/// A RIFF header for 16-bit samples, as wrong as the caller makes it.
 fn bytes(channels: u16, rate: u32, claimed: u32, data: &[u8]) -> Vec<u8> {
     let mut b = Vec::new();
     b.extend(b"RIFF");

@@ -1,6 +1,8 @@
 //! Field baking: measured binaural responses become a scene.
 
+pub(crate) mod carried;
 pub mod cloud_scene;
+mod corners;
 pub(crate) mod direct;
 pub mod field;
 pub mod geometry;
@@ -8,27 +10,30 @@ pub(crate) mod kriging;
 pub(crate) mod late_unit;
 pub(crate) mod layout;
 pub(crate) mod log_transfer;
-pub(crate) mod mixing;
+pub(crate) mod model;
 pub(crate) mod room;
 pub(crate) mod seed;
 mod sides;
 
-use crate::bake::direct::Direct;
-use crate::bake::kriging::{Site, weights};
+use crate::bake::carried::{carried, halved};
+use crate::bake::kriging::{Site, of_ring, weights};
 use crate::bake::layout::{LEVEL_Z, Layout};
 use crate::bake::log_transfer::{LogTransfer, align_phases, delay_trend};
-use crate::bake::mixing::{Hops, PER_NODE, ResponseShare, shares};
+use crate::bake::model::{Model, Modelled};
 use crate::bake::room::Room;
 use crate::error::BakeError;
 use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
 use promenade_core::{
-    Anchor, Axis, Field, FieldGrid, Head, HeldOut, MAX_SCENE_BYTES, MeasuredHead, NodeShares, Provenance, Rows, Scene,
-    SceneParts, StftGrid, glam,
+    Anchor, Field, FieldGrid, Head, HeldOut, MAX_SCENE_BYTES, MeasuredHead, Provenance, Rows, Scene, SceneParts, StftGrid,
+    TransferShape, glam,
 };
-use promenade_judge::response_measures;
+use promenade_judge::{response_levels_db, response_measures};
 use promenade_room::LONGEST_EARLY_S;
 use rayon::prelude::*;
+
+/// Of what a direct sound is at one place, this share of the variance is not what it is at others in the same direction.
+const PLACES_NUGGET: f64 = 0.03;
 
 /// Choices of a bake.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,15 +77,13 @@ pub fn bake_responses(
     let measured: Vec<&Response> = used.iter().map(|&i| &responses.responses[i]).collect();
     let grid = grid_for(responses.sample_rate_hz, options)?;
     let nodes = layout.nodes();
-    check_table(&nodes, Room::shape(&measured, &grid, options.early_s.unwrap_or(LONGEST_EARLY_S)).row_len())?;
+    check_size(&layout, &nodes, &measured, &grid)?;
     let gain = unit_gain(&measured);
     let (room, heard) = Room::of(&measured, &grid, options.early_s, options.seed)?;
     let mut notes = layout.notes.clone();
     let logs = heard.iter().zip(&layout.distances);
-    let logs = logs.map(|(h, distance)| LogTransfer::of(&h.direct, &h.late, f64::from(gain), f64::from(*distance)));
-    let mut logs: Vec<LogTransfer> = logs.collect();
-    let directs: Vec<&Direct> = heard.iter().map(|h| &h.direct).collect();
-    let hops = Hops::of(&directs, &layout.distances, &grid, &room, gain);
+    let mut logs: Vec<LogTransfer> =
+        logs.map(|(h, distance)| LogTransfer::of(&h.direct, f64::from(gain), f64::from(*distance))).collect();
 
     let mut sites = layout.sites.clone();
     // The response of each site.
@@ -96,42 +99,39 @@ pub fn bake_responses(
             }
         }
     }
-    align_phases(&mut logs, &sites, &grid);
-    let trend = delay_trend(&sites, &logs);
-    let level = layout.is_level();
-    let baked: Vec<(Vec<f32>, Vec<ResponseShare>)> = (0..nodes.nodes())
+    // The direct sound is what a direction makes of it, wherever it was measured.
+    let towards: Vec<Site> = sites.iter().map(|s| Site { position: Vec3::ZERO, ..*s }).collect();
+    align_phases(&mut logs, &towards, &grid);
+    let model = Model::of(options.head.as_ref(), &grid);
+    let models: Vec<Modelled> = towards.par_iter().map(|site| model.at(site.direction)).collect();
+    let trend = delay_trend(&models, &logs);
+    let (level, nugget) = (layout.is_level(), if layout.has_places() { PLACES_NUGGET } else { 1e-9 });
+    let shape = TransferShape { taps: 0, ..room.shape };
+    let rows: Vec<f32> = (0..nodes.nodes())
         .into_par_iter()
-        .map(|index| {
-            let (position, direction) = nodes.node(index);
-            let node = Site { direction, position };
-            let near = shares(&sites, &node, level);
+        .flat_map(|index| {
+            let node = Site { direction: nodes.node(index).1, position: Vec3::ZERO };
             // In the plane of a ring its neighbours say most; elsewhere all measurements have a say.
-            let around = if level && direction.z.abs() < LEVEL_Z { near.clone() } else { weights(&sites, &node) };
-            let log = LogTransfer::blend(&logs, &sites, &around, trend, &node);
-            let mix: Vec<ResponseShare> = near.iter().map(|(site, share)| (origins[*site], *share)).collect();
-            let late = log.late();
-            (log.to_transfer(&room.shape, &grid, hops.gains(&mix, &late, &room)).to_row(), mix)
+            let in_plane = level && node.direction.z.abs() < LEVEL_Z;
+            let around = if in_plane { of_ring(&towards, &node, nugget) } else { weights(&towards, &node, nugget) };
+            halved(
+                LogTransfer::blend(&logs, &models, &around, trend, &model.at(node.direction))
+                    .to_transfer(&shape, &grid)
+                    .to_row(),
+            )
         })
         .collect();
-    let padded = |(_, mix): &(Vec<f32>, Vec<ResponseShare>)| {
-        let none = std::iter::repeat((0, 0.0));
-        mix.iter().copied().chain(none).take(PER_NODE).collect::<Vec<ResponseShare>>()
-    };
-    let mixes: Vec<ResponseShare> = baked.iter().flat_map(padded).collect();
-    let numbers = mixes.iter().map(|(response, _)| *response as u32).collect();
-    let node_shares = NodeShares::new(PER_NODE, numbers, mixes.iter().map(|(_, share)| *share as f32).collect());
-    let table = baked.into_iter().flat_map(|(row, _)| row).collect();
+    let field = Field::new(nodes.clone(), shape, Rows::Whole(rows));
+    let field = field.ok_or_else(|| BakeError::argument("table of the scene", "a row for each node", "others"))?;
+    let carried = carried(&measured, &heard, &layout, (&sites, &origins), (&field, &grid), &room, gain);
     // What lies behind may be the mirror image of what was measured ahead, or the other way round.
     let mirrored = if layout.is_half() { Some(layout.sites.iter().map(|s| s.direction.x).sum::<f32>().signum()) } else { None };
     let measured_head = options
         .head
         .as_ref()
         .map(|head| MeasuredHead::of(head, &nodes, |d| mirrored.map_or(d, |side| Vec3::new(side * d.x.abs(), d.y, d.z))));
-    let field = Field::new(nodes.clone(), room.shape, Rows::Whole(table)).zip(node_shares);
-    let field = field.and_then(|(field, shares)| field.with_shares(shares));
-    let [x, y, z] = &nodes.position;
-    let bounds = (Vec3::new(x.start(), y.start(), z.start()), Vec3::new(x.end(), y.end(), z.end()));
-    let held_out = held_out(responses, &all, &held)?;
+    let bounds = layout.bounds();
+    let held_out = held_out(responses, &all, &held, gain)?;
     let ahead = |i: &usize| layout.sites[*i].direction.x;
     let start = (0..used.len()).max_by(|a, b| ahead(a).total_cmp(&ahead(b))).unwrap_or(0);
     let mut anchors: Vec<Anchor> = Vec::new();
@@ -150,9 +150,9 @@ pub fn bake_responses(
             notes,
         },
         taps: room.shape.taps,
-        measured: Some(hops.into_room()),
+        measured: Some(carried),
         measured_head,
-        field,
+        field: Some(field),
         top_hz: room.top_hz,
         start_pose: layout.poses[start],
         bounds,
@@ -172,17 +172,20 @@ fn grid_for(sample_rate_hz: f64, options: &BakeOptions) -> Result<StftGrid, Bake
     Ok(StftGrid::four_hops(sample_rate_hz, (sample_rate_hz * options.window_s / 4.0).round().max(4.0)))
 }
 
-/// Refuses a table that no scene may hold before any work is done for it.
-fn check_table(nodes: &FieldGrid, row_len: usize) -> Result<(), BakeError> {
-    let bytes = nodes.nodes().saturating_mul(row_len).saturating_mul(size_of::<f32>());
+/// Refuses what no scene may hold before any work is done for it.
+fn check_size(layout: &Layout, nodes: &FieldGrid, measured: &[&Response], grid: &StftGrid) -> Result<(), BakeError> {
+    let shape = TransferShape { taps: 0, ..Room::shape(measured, grid, LONGEST_EARLY_S) };
+    let table = nodes.nodes().saturating_mul(shape.row_len()).saturating_mul(size_of::<f32>());
+    let longest = measured.iter().map(|r| r.left.len()).max().unwrap_or(0);
+    let samples = longest.min((LONGEST_EARLY_S * grid.sample_rate_hz) as usize);
+    let responses = layout.sites.len().saturating_mul(2 * samples).saturating_mul(size_of::<f32>());
+    let bytes = table.saturating_add(responses);
     if bytes <= MAX_SCENE_BYTES {
         return Ok(());
     }
-    let [x, y, z] = nodes.position.each_ref().map(Axis::count);
-    let directions = nodes.nodes() / (x * y * z);
-    let expected = format!("at most {MAX_SCENE_BYTES} bytes (fewer positions or directions, or a shorter early part)");
-    let found = format!("{bytes} bytes for {x} x {y} x {z} positions and {directions} directions at each");
-    Err(BakeError::argument("table of the scene", expected, found))
+    let expected = format!("at most {MAX_SCENE_BYTES} bytes (fewer responses, or a lower sample rate)");
+    let found = format!("{bytes} bytes for {} responses and {} directions", layout.sites.len(), nodes.nodes());
+    Err(BakeError::argument("size of the scene", expected, found))
 }
 
 /// Gain that brings the loudest ear of all responses to unit energy: noise comes out no louder than it went in.
@@ -192,12 +195,15 @@ fn unit_gain(responses: &[&Response]) -> f32 {
     if loudest > 0.0 { loudest.sqrt().recip() as f32 } else { 1.0 }
 }
 
-fn held_out(responses: &Responses, layout: &Layout, held: &[bool]) -> Result<Vec<HeldOut>, BakeError> {
+fn held_out(responses: &Responses, layout: &Layout, held: &[bool], gain: f32) -> Result<Vec<HeldOut>, BakeError> {
     let mut out = Vec::new();
     for (i, r) in responses.responses.iter().enumerate().filter(|(i, _)| held[*i]) {
         let measured = response_measures(&r.left, &r.right, responses.sample_rate_hz)
             .map_err(|why| BakeError::unmeasurable(format!("response '{}'", r.name), why))?;
-        out.push(HeldOut { name: r.name.clone(), pose: layout.poses[i], measured });
+        let gain_db = 20.0 * f64::from(gain).log10();
+        let levels = response_levels_db(&r.left, &r.right, responses.sample_rate_hz);
+        let levels_db = levels.into_iter().map(|level| level + gain_db).collect();
+        out.push(HeldOut { name: r.name.clone(), pose: layout.poses[i], measured, levels_db });
     }
     Ok(out)
 }

@@ -9,8 +9,8 @@ mod signal;
 mod sources;
 
 pub use promenade_audio::{FileError, atomic, file, resample, sound, wav};
-pub use promenade_judge::{cost, random, trade};
-pub use promenade_sofa::{SofaError, read_head, read_headphones};
+pub use promenade_judge::{cost, trade};
+pub use promenade_sofa::{SofaError, read_head, read_headphones, read_measured};
 
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;

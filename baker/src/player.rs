@@ -94,7 +94,7 @@ impl Mix {
 
 /// Plays sound of one sample rate through a scene. Its output begins with its input: the latency is taken out.
 ///
-/// Clips and the tier Reference know only the scene's own rate: sound of another rate is converted there and back.
+/// Clips and the tier Reference have only the scene's own rate: sound of another rate is converted there and back.
 pub struct Player {
     engine: Engine,
     /// Rates of the sound and of the engine, samples per second.
@@ -151,7 +151,7 @@ impl Player {
     /// The same with what a user changes about the scene's sound.
     ///
     /// # Errors
-    /// A published model, which does not know the parts of its sound, follows the low cut alone in the tier Reference and
+    /// A published model, whose sound is not in parts, follows the low cut alone in the tier Reference and
     /// nothing clip by clip.
     pub fn with_trim(mut self, trim: Trim) -> Result<Self, BakeError> {
         let follows = match self.playing() {
@@ -173,7 +173,7 @@ impl Player {
     /// ([`promenade_core::EmitterParams`]); with 0 the mean of the channels has one emitter.
     ///
     /// # Errors
-    /// Clips, and a scene that does not know its emitter.
+    /// Clips, and a scene without its emitter's place.
     pub fn with_stereo_spread(mut self, degrees: f32) -> Result<Self, BakeError> {
         if degrees == 0.0 {
             return Ok(self);

@@ -175,7 +175,7 @@ fn a_recording_that_the_scene_made_has_no_error() {
     for figure in Figure::ALL {
         assert!(fitted.get(figure).is_none_or(|v| v < 1e-4), "{figure:?}: {fitted:?}");
     }
-    // The clip's pose and the path's are the same for who stands still.
+    // The clip's pose and the path's are the same for a listener who stands still.
     assert_eq!(mean(&plain), mean(&EvaluateOptions { poses: Poses::Fixed, ..plain }));
 }
 

@@ -1,11 +1,11 @@
 //! Responses from manifests and SOFA files, made here and measured by others.
 
 use promenade_baker::player::render_response;
-use promenade_baker::random::Random;
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeOptions, HoldOut, LoadOptions, Response, Responses, Side, bake_responses};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use promenade_core::random::Random;
 use promenade_metrics::{ild_db, itd_s};
 use std::path::Path;
 use std::sync::Arc;
@@ -184,6 +184,44 @@ fn responses_shorter_than_a_hop_are_baked() {
 }
 
 #[test]
+fn poses_at_uneven_angles_are_heard_as_they_were_measured() {
+    // Clicks with the delays of a head, and a room of its own in every direction.
+    let azimuths = [-80.0, -47.0, 0.0, 31.5, 110.0];
+    let rate = 16_000.0;
+    let ears = |azimuth: f32| {
+        [1.0, -1.0].map(|side| -> Vec<f32> {
+            let to_ear = side * azimuth.to_radians().sin();
+            let mut random = Random::new((azimuth + 200.0) as u64 * 3 + u64::from(side > 0.0));
+            let at = 40 - (4.0 * to_ear) as usize;
+            let decayed = |i: usize| 0.1 * random.normal() * 10.0_f32.powf(-3.0 * i as f32 / (0.3 * rate));
+            let mut ear: Vec<f32> = (0..4_000).map(decayed).collect();
+            ear[..100].fill(0.0);
+            (ear[at], ear[at + 1]) = (1.0 + 0.5 * to_ear, 0.3);
+            ear
+        })
+    };
+    let set = around(f64::from(rate), &azimuths, ears);
+    let scene = Arc::new(bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap());
+    let (lead, early) = (640, (0.05 * rate) as usize);
+    let mut gain = None;
+    for response in &set.responses {
+        let (azimuth, _) = response.direction_deg();
+        let heard = render_response(&scene, Pose::from_ypr(Vec3::ZERO, -azimuth.to_radians(), 0.0, 0.0), lead, 4_096).unwrap();
+        let wanted = [&response.left, &response.right];
+        // The arrival at the head's centre, to the sample, is where the rendering begins.
+        let at_lag = |lag: usize| {
+            let pairs = wanted.iter().zip(&heard).flat_map(|(w, h)| w[30..30 + early].iter().zip(&h[lag..]));
+            pairs.fold([0.0_f64; 3], |[a, b, c], (w, h)| [a + f64::from(w * h), b + f64::from(h * h), c + f64::from(w * w)])
+        };
+        let [cross, own, energy] = (lead - 30..lead + 30).map(at_lag).max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
+        // One gain is that of all poses.
+        let gain = *gain.get_or_insert(cross / own);
+        let error_db = 10.0 * ((energy - 2.0 * gain * cross + gain * gain * own) / energy).max(1e-12).log10();
+        assert!(error_db < -35.0, "{azimuth} degrees: {error_db} dB");
+    }
+}
+
+#[test]
 fn long_reverberation_is_baked_as_it_is() {
     let (rate, t60_s) = (8_000.0, 25.0);
     let decay = |seed: u64, length: usize| -> Vec<f32> {
@@ -204,23 +242,59 @@ fn long_reverberation_is_baked_as_it_is() {
 }
 
 #[test]
-fn a_table_larger_than_a_scene_is_refused_before_the_work() {
-    let responses = (0..508_u16).map(|i| {
+fn what_is_larger_than_a_scene_is_refused_before_the_work() {
+    let responses = (0..13_000_u16).map(|i| {
         let t = f32::from(i) * 0.05;
-        let position = Vec3::new(t, 3.0 * t.sin(), 0.7 * (0.3 * t).cos());
-        let listener = Pose::from_ypr(position, 7.3 * t, 0.1 * t.sin(), 0.0);
-        Response {
-            listener,
-            source: Vec3::new(10.0, 8.0, 1.0),
-            left: vec![1.0; 4800],
-            right: vec![0.5; 4800],
-            name: i.to_string(),
-        }
+        let ear = vec![1.0; if i == 0 { 12_000 } else { 1 }];
+        let listener = Pose::from_ypr(Vec3::new(t, 3.0 * t.sin(), 0.0), 7.3 * t, 0.1 * t.sin(), 0.0);
+        Response { listener, source: Vec3::new(10.0, 8.0, 1.0), left: ear.clone(), right: ear, name: i.to_string() }
     });
     let set = Responses { sample_rate_hz: 48_000.0, responses: responses.collect(), ..Responses::default() };
     let error = bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap_err().to_string();
-    for part in ["table of the scene: expected at most 1073741824 bytes", "bytes for 24 x 24 x ", "directions at each"] {
+    for part in ["size of the scene: expected at most 1073741824 bytes", "for 13000 responses and ", "directions"] {
         assert!(error.contains(part), "{error}");
+    }
+}
+
+#[test]
+fn a_walk_is_as_large_as_its_measurements_and_exact_at_each_of_them() {
+    let rate = 16_000.0;
+    let (mut random, source) = (Random::new(8), Vec3::new(1.0, 2.0, 1.5));
+    let mut response = |i: usize| {
+        let position = Vec3::new(2.0 + 3.0 * random.uniform(), 4.0 * random.uniform(), 1.5 + 0.2 * random.uniform());
+        let listener = Pose::from_ypr(position, 6.0 * random.uniform(), 0.3 * random.normal(), 0.0);
+        let side = listener.to_head(source).normalize().y;
+        let [left, right] = [1.0, -1.0].map(|ear| -> Vec<f32> {
+            let at = 40 - (4.0 * ear * side) as usize;
+            let decayed = |i: usize| 0.1 * random.normal() * 10.0_f32.powf(-3.0 * i as f32 / (0.3 * rate));
+            let mut samples: Vec<f32> = (0..4_000).map(decayed).collect();
+            samples[..100].fill(0.0);
+            samples[at] = 1.0 + 0.5 * ear * side;
+            samples
+        });
+        Response { listener, source, left, right, name: i.to_string() }
+    };
+    let responses: Vec<Response> = (0..60).map(&mut response).collect();
+    let set = Responses { sample_rate_hz: f64::from(rate), responses, ..Responses::default() };
+    let scene = Arc::new(bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap());
+    let bytes = scene.to_bytes().unwrap().len();
+    // Half floats of what is heard of the measurements, and the table of the direct sound.
+    let samples = 60 * 2 * (scene.shape().taps + 1) * scene.grid().hop;
+    assert!(bytes < 2 * samples + 2_300_000, "{bytes} bytes of {samples} samples");
+    let scene = Arc::new(promenade_core::Scene::from_bytes(&scene.to_bytes().unwrap()).unwrap());
+    let lead = 640;
+    let mut gain = None;
+    for response in set.responses.iter().step_by(7) {
+        let heard = render_response(&scene, response.listener, lead, 4_096).unwrap();
+        let wanted = [&response.left, &response.right];
+        let at_lag = |lag: usize| {
+            let pairs = wanted.iter().zip(&heard).flat_map(|(w, h)| w[30..830].iter().zip(&h[lag..]));
+            pairs.fold([0.0_f64; 3], |[a, b, c], (w, h)| [a + f64::from(w * h), b + f64::from(h * h), c + f64::from(w * w)])
+        };
+        let [cross, own, energy] = (lead - 30..lead + 30).map(at_lag).max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
+        let gain = *gain.get_or_insert(cross / own);
+        let error_db = 10.0 * ((energy - 2.0 * gain * cross + gain * gain * own) / energy).max(1e-12).log10();
+        assert!(error_db < -35.0, "{}: {error_db} dB", response.name);
     }
 }
 

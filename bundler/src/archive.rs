@@ -3,7 +3,7 @@
 use crate::bundle::{self, BUILDS, Build, Profile};
 use crate::manifest::{self, Item};
 use crate::system::System;
-use crate::{licenses, readme, web};
+use crate::{licenses, manual, readme, web};
 use anyhow::{Context, Result, bail};
 use std::fs::{self, File};
 use std::io::{BufWriter, Seek, Write};
@@ -61,7 +61,7 @@ fn parse(options: &[String]) -> Result<Options> {
 }
 
 /// The target that rustc builds for by itself.
-fn rustc_host() -> Result<String> {
+pub(crate) fn rustc_host() -> Result<String> {
     let out = Command::new("rustc").arg("-vV").output().context("cannot run rustc")?;
     let text = String::from_utf8(out.stdout).context("rustc does not write UTF-8")?;
     text.lines().find_map(|line| line.strip_prefix("host: ")).map(str::to_owned).context("rustc does not name its host")
@@ -70,11 +70,13 @@ fn rustc_host() -> Result<String> {
 /// The texts that are made for an archive, with their places in it.
 fn written(root: &Path, system: System, builds: &[Build], target: Option<&str>) -> Result<Vec<(String, Vec<u8>)>> {
     let dependencies = licenses::dependencies(root, builds, target)?;
-    Ok(vec![
+    let mut files = vec![
         ("README.txt".to_owned(), readme::readme(system, builds).into_bytes()),
         ("licenses/dependencies.txt".to_owned(), licenses::document(&dependencies).into_bytes()),
         ("licenses/rust-standard-library.html".to_owned(), standard_library()?),
-    ])
+    ];
+    files.extend(manual::manual(root)?.into_iter().map(|(name, bytes)| (format!("manual/{name}"), bytes)));
+    Ok(files)
 }
 
 /// The licences of Rust's own library, as the toolchain states them.

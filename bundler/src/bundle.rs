@@ -37,13 +37,24 @@ pub(crate) struct Build {
     program: Option<&'static str>,
 }
 
-/// The plugin by itself, because features that another package wants would come into it.
+/// The plugin by itself, because features of another package would come into it.
 const PLUGIN: Build = Build { package: "promenade-plugin", features: "", program: None };
 /// With training, which is one of the main things it is for.
 pub(crate) const COMMAND_LINE: Build = Build { package: "promenade", features: "train", program: Some("promenade") };
 const STANDALONE: Build = Build { package: "promenade-plugin", features: "standalone", program: Some("promenade-standalone") };
 /// All that is shipped. The standalone program comes last: with it the plugin's library is built again.
 pub(crate) const BUILDS: [Build; 3] = [PLUGIN, COMMAND_LINE, STANDALONE];
+
+/// Both processors of macOS in each binary, as a target.
+pub(crate) const UNIVERSAL: &str = "universal-apple-darwin";
+
+/// The targets that rustc knows of what is asked for; none: that of this machine.
+pub(crate) fn targets(asked: Option<&str>) -> Vec<&str> {
+    match asked {
+        Some(UNIVERSAL) => vec!["aarch64-apple-darwin", "x86_64-apple-darwin"],
+        asked => asked.into_iter().collect(),
+    }
+}
 
 impl Build {
     /// Whether it is the program that needs no host.
@@ -119,6 +130,9 @@ pub(crate) fn ship(
     system: System,
     target: Option<&str>,
 ) -> Result<(PathBuf, Vec<PathBuf>)> {
+    if target == Some(UNIVERSAL) {
+        return ship_universal(builds, profile, system);
+    }
     let mut options: Vec<String> = profile.option().map(str::to_owned).into_iter().collect();
     options.extend(target.map(|target| format!("--target={target}")));
     let mut bundles = PathBuf::new();
@@ -130,6 +144,43 @@ pub(crate) fn ship(
         }
     }
     Ok((bundles, programs))
+}
+
+/// [`ship`] for both processors of macOS, each binary of the two joined by Apple's `lipo`.
+fn ship_universal(builds: &[Build], profile: Profile, system: System) -> Result<(PathBuf, Vec<PathBuf>)> {
+    let folder = target_folder()?;
+    let options: Vec<String> = profile.option().map(str::to_owned).into_iter().collect();
+    let mut programs = Vec::new();
+    for build in builds {
+        let mut made = Vec::new();
+        for target in targets(Some(UNIVERSAL)) {
+            match build.program {
+                None => {
+                    let options = [&options[..], &[format!("--target={target}")]].concat();
+                    nice_plug_xtask::build(&[PLUGIN.package.to_owned()], &options)?;
+                }
+                Some(_) => made.push(program(build, profile, system, Some(target), &[])?),
+            }
+        }
+        match build.program {
+            // Before the standalone program, for which the library is built again.
+            None => {
+                for (bundle, _) in BUNDLES {
+                    remove(&folder.join("bundled").join(bundle))?;
+                }
+                nice_plug_xtask::bundle(&folder, PLUGIN.package, &options, true)?;
+            }
+            Some(name) => {
+                let joined = folder.join(UNIVERSAL).join(system.program(name));
+                fs::create_dir_all(folder.join(UNIVERSAL)).with_context(|| format!("cannot make {UNIVERSAL}"))?;
+                run(Command::new("lipo").args(["-create", "-output"]).arg(&joined).args(&made))?;
+                // Joining takes the signature off, and Apple's own processors run nothing unsigned.
+                run(Command::new("codesign").args(["--force", "--sign", "-"]).arg(&joined))?;
+                programs.push(joined);
+            }
+        }
+    }
+    Ok((folder.join("bundled"), programs))
 }
 
 /// Removes a file or a folder, if it is there.

@@ -38,8 +38,9 @@ fn all(sections: &mut Sections) -> Result<()> {
         cargo
     };
 
-    // Packages are downloaded while the compiler works.
+    // Packages are downloaded while the compiler works, and the engine for browsers keeps one processor busy at most.
     let python = thread::spawn(python_environment);
+    let browser = thread::spawn(Browser::prepare);
     sections.run("build", || run(built("build").args(["--lib", "--bins", "--tests"])))?;
     let python = sections.run("python environment", || python.join().map_err(|_| anyhow!("pip's thread has panicked"))?)?;
     let bundles = sections.run("bundles", || bundle::lay_out(&[]))?;
@@ -64,7 +65,8 @@ fn all(sections: &mut Sections) -> Result<()> {
         Ok(())
     })?;
 
-    let browser = sections.run("engine for browsers", Browser::prepare)?;
+    let browser = sections
+        .run("engine for browsers", || browser.join().map_err(|_| anyhow!("the thread of the engine has panicked"))?)?;
     if let Some(browser) = &browser {
         sections.run("pages in a browser", || browser.test(&tool))?;
     }

@@ -1,6 +1,6 @@
 //! Licences of the crates that a build links, with their texts.
 
-use crate::bundle::{Build, cargo};
+use crate::bundle::{self, Build, cargo};
 use anyhow::{Context, Result, bail};
 use cargo_metadata::{CargoOpt, MetadataCommand, Package};
 use spdx::{Expression, LicenseReq, Licensee, ParseMode};
@@ -69,7 +69,7 @@ pub(crate) fn dependencies(root: &Path, builds: &[Build], target: Option<&str>) 
     }
     let mut command = MetadataCommand::new();
     let mut options = vec!["--locked".to_owned()];
-    options.extend(target.map(|target| format!("--filter-platform={target}")));
+    options.extend(bundle::targets(target).iter().map(|target| format!("--filter-platform={target}")));
     let wanted = builds.iter().filter(|build| !build.features.is_empty());
     let features = wanted.map(|build| format!("{}/{}", build.package, build.features)).collect();
     command.current_dir(root).other_options(options).features(CargoOpt::SomeFeatures(features));
@@ -91,7 +91,7 @@ fn linked_by(root: &Path, build: &Build, target: Option<&str>) -> Result<BTreeSe
     let mut tree = cargo("tree");
     tree.current_dir(root).args(["--locked", "--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]);
     tree.args(["--package", build.package, "--features", build.features]);
-    if let Some(target) = target {
+    for target in bundle::targets(target) {
         tree.args(["--target", target]);
     }
     let out = tree.output().context("cannot run cargo tree")?;
@@ -225,7 +225,7 @@ pub(crate) fn document(dependencies: &[Dependency]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{bundle, root};
+    use crate::root;
 
     fn expression(text: &str) -> Expression {
         Expression::parse_mode(text, ParseMode::LAX).unwrap()

@@ -7,6 +7,8 @@ mod check;
 mod install;
 mod licenses;
 mod manifest;
+mod manual;
+mod package;
 mod packages;
 mod readme;
 mod screen;
@@ -31,6 +33,9 @@ cargo xtask install [other options of cargo build]
 cargo xtask archive [--target TARGET] [--without-standalone]
     builds all that users are given into one .zip in target/archives, with licences and how to install it;
     on Linux the standalone program needs the headers of ALSA and JACK
+cargo xtask package [--target TARGET]
+    packs the archive of a target for its system's own installer, with that system's tool: .deb (dpkg), .pkg (pkgbuild) or a
+    setup program (Inno Setup)
 cargo xtask web
     builds the engine that pages of `promenade web` play, into target/web
 cargo xtask systems [TARGET ...]
@@ -77,6 +82,7 @@ fn run() -> Result<()> {
         }
         "web" if options.is_empty() => web::web().map(|_| ()),
         "archive" => archive::archive(&root, &options),
+        "package" => package::package(&root, &options),
         "systems" => systems::systems(&root, &options),
         "search" => search::search(&options),
         "test" if options.is_empty() => check::test(),

@@ -9,26 +9,29 @@ use std::path::{Path, PathBuf};
 pub(crate) const BUNDLES: [(&str, Place); 2] = [("Promenade.clap", Place::Clap), ("Promenade.vst3", Place::Vst3)];
 
 /// Files of the repository by folder and ending, the folder they have in an archive, and where they are installed.
-const COLLECTIONS: [(&str, &str, &str, Option<Place>); 5] = [
+const COLLECTIONS: [(&str, &str, &str, Option<Place>); 6] = [
     ("presets/plugin", "vstpreset", "presets", Some(Place::Presets)),
     ("presets/library", "promenade", "scenes", Some(Place::Scenes)),
     ("presets/scenes", "promenade", "scenes", Some(Place::Scenes)),
     ("presets/paths", "json", "examples", None),
+    ("data", "flac", "examples", None),
     ("data", "wav", "examples", None),
 ];
 
 /// Scenes that the plugin has built in, so that a user's folder need not hold them.
-const BUILT_IN: [&str; 2] = ["iosr-room-a.promenade", "iosr-room-b.promenade"];
+const BUILT_IN: [&str; 3] = ["iosr-room-a.promenade", "iosr-room-b.promenade", "loft.promenade"];
 
-/// Texts of the repository, and their places in an archive. `CREDITS.md` says which licence is whose.
-const TEXTS: [(&str, &str); 8] = [
+/// Single files of the repository, and their places in an archive. `CREDITS.md` says which licence is whose.
+const FILES: [(&str, &str); 10] = [
     ("LICENSE-MIT", "LICENSE-MIT"),
     ("LICENSE-APACHE", "LICENSE-APACHE"),
     ("CREDITS.md", "CREDITS.md"),
     ("CHANGELOG.md", "CHANGELOG.md"),
+    ("presets/scenes/loft.promenade", "examples/loft.promenade"),
     ("presets/scenes/IoSR-LICENSE", "licenses/IoSR-LICENSE"),
     ("acoustics/data/LICENSE-pyroomacoustics", "licenses/LICENSE-pyroomacoustics"),
     ("plugin/assets/fonts/Inter-LICENSE", "licenses/Inter-LICENSE"),
+    ("data/phrase.copyright", "licenses/phrase.copyright"),
     ("data/speech.copyright", "licenses/speech.copyright"),
 ];
 
@@ -78,7 +81,7 @@ pub(crate) fn installed(root: &Path, bundles: &Path, programs: &[PathBuf]) -> Re
 pub(crate) fn archived(root: &Path, bundles: &Path, programs: &[PathBuf]) -> Result<Vec<Item>> {
     let mut items = installed(root, bundles, programs)?;
     items.extend(collections(root)?.into_iter().filter(|item| item.place.is_none()));
-    items.extend(TEXTS.map(|(from, to)| Item { from: root.join(from), to: to.to_owned(), place: None }));
+    items.extend(FILES.map(|(from, to)| Item { from: root.join(from), to: to.to_owned(), place: None }));
     // An archive whose licences or programs are missing must not leave the house.
     if let Some(missing) = items.iter().find(|item| !item.from.exists()) {
         bail!("{} is missing", missing.from.display());
@@ -124,7 +127,7 @@ mod tests {
         let credits = fs::read_to_string(root().join("CREDITS.md")).unwrap();
         for licence in licences {
             let (_, to) =
-                TEXTS.iter().find(|(from, _)| *from == licence).unwrap_or_else(|| panic!("{licence} is not archived"));
+                FILES.iter().find(|(from, _)| *from == licence).unwrap_or_else(|| panic!("{licence} is not archived"));
             assert!(credits.contains(to), "{licence} is not credited");
         }
     }

@@ -3,9 +3,6 @@
 use crate::bundle::Build;
 use crate::system::{Place, System};
 
-/// Where a first-time user reads on.
-const MANUAL: &str = "docs/ of the source repository";
-
 /// The text for the archive of a system.
 pub(crate) fn readme(system: System, builds: &[Build]) -> String {
     let standalone = builds.iter().any(Build::is_standalone);
@@ -25,11 +22,12 @@ pub(crate) fn readme(system: System, builds: &[Build]) -> String {
         ("scenes/".to_owned(), "places to be in; three more are built into the plugin"),
         (program("promenade"), "the command line: render, bake, measure, simulate, train"),
         ("bin/promenade.wasm".to_owned(), "the engine of pages that the command line makes; it stays beside it"),
-        ("examples/".to_owned(), "dry speech, and a camera path to walk along"),
+        ("examples/".to_owned(), "dry music and speech, and camera paths to walk along"),
         (
             "LICENSE-*, CREDITS.md, licenses/".to_owned(),
             "on which terms you may use and pass on all this, and whose work it is",
         ),
+        ("manual/index.html".to_owned(), "the manual, for a browser"),
         ("CHANGELOG.md".to_owned(), "what changed"),
     ];
     if standalone {
@@ -57,12 +55,16 @@ pub(crate) fn readme(system: System, builds: &[Build]) -> String {
         System::Windows => ".\\bin\\promenade.exe".to_owned(),
         _ => "./bin/promenade".to_owned(),
     };
-    lines.push(format!("  {tool} render scenes/living-room.promenade examples/speech.wav walk.wav --pose 2,3,1.5,-30,0,0"));
-    lines.extend(["".to_owned(), format!("The manual is in {MANUAL}; it begins with quick-start.md."), String::new()]);
+    lines.push(format!("  {tool} render examples/loft.promenade examples/phrase.flac walk.wav --path examples/loft.json"));
+    lines.extend([
+        "".to_owned(),
+        "The manual is manual/index.html; it begins with manual/quick-start.html.".to_owned(),
+        String::new(),
+    ]);
     lines.join(if system == System::Windows { "\r\n" } else { "\n" })
 }
 
-/// What a system wants before files from elsewhere are run.
+/// What a system asks for before files from elsewhere are run.
 fn before(system: System) -> &'static [&'static str] {
     match system {
         System::Linux => &[],

@@ -54,13 +54,13 @@ pub(crate) fn web() -> Result<PathBuf> {
 /// Runs the build; returns what it made.
 fn build(command: &mut Command, target: &Path) -> Result<PathBuf> {
     command.args(["--package", PACKAGE, "--lib", "--crate-type", "cdylib", "--profile", "web", "--target", TARGET]);
-    // What a sanitizer of this system wants does not hold for that one.
+    // A sanitizer's settings for this system do not hold for that one.
     command.env("CARGO_TARGET_DIR", target).env(FLAGS.0, FLAGS.1).env_remove("RTSAN_ENABLE");
     run(command)?;
     Ok(target.join(TARGET).join("web/promenade_web.wasm"))
 }
 
-/// Relaxed vector instructions give wrong sound: their products are rounded, or not, as the browser likes.
+/// Relaxed vector instructions give wrong sound: their products are rounded in some browsers and not in others.
 fn check_features() -> Result<()> {
     let mut tree = cargo("tree");
     tree.args(["--package", PACKAGE, "--target", TARGET, "--edges", "normal", "--prefix", "none", "--format", "{p} {f}"]);

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod air;
 mod anchors;
 mod bake;
 mod capture;
@@ -28,13 +29,14 @@ mod web;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
+pub(crate) use air::AirArgs;
 pub(crate) use anchors::AnchorsArgs;
-pub(crate) use bake::{BakeFieldArgs, BakeResponsesArgs, BakeSource, SideArg};
+pub(crate) use bake::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, NodesArg, SideArg};
 pub(crate) use capture::{
     CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs,
 };
 pub(crate) use eval::{EvalArgs, PosesArg};
-pub(crate) use fit::FitArgs;
+pub(crate) use fit::{FitArgs, Hold, Per, T20};
 pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
 pub(crate) use map::{Map, MapArgs, MixMapArgs, SaliencyArgs, Strategy};
@@ -119,8 +121,9 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct InspectArgs {
-    /// Scene file
-    pub(crate) scene: PathBuf,
+    /// Scene file; several are listed, a line for each
+    #[arg(required = true, value_name = "SCENE")]
+    pub(crate) scenes: Vec<PathBuf>,
     /// Measure what each tier costs and how far it is off, which takes seconds
     #[arg(long)]
     pub(crate) cost: bool,
@@ -162,6 +165,7 @@ mod tests {
             "map a.obj --source 1,1,1 --grid 1 --height 1 -o b.png -o b.svg",
             "map mix a.obj --source 1,1,1 --materials *=0.1 b.png c.png --sound d --camera 0,0,0,0,0,0 --strategy image \
              --strategy mix -o e",
+            "fit 6x4x3 --t20 .5,.5,.4,.4,-,.3,.3 --materials *=0.2",
             "inspect a",
             "web a b --dry c d --path e -o f",
             "web a --serve",
@@ -174,7 +178,9 @@ mod tests {
             "study serve a --answers b --listen 0.0.0.0:80",
             "study report a b --level 0.01",
             "fit a --evaluate --source 1,2,3 --uncertainty 0.1 --rate 16000",
-            "fit 1,2,3 a -o b.obj --changed c --materials x0=felt --emitter 1,1,1",
+            "fit a.obj b -o c.obj --hold walls,places --per wall --order 6 --scale 0.01",
+            "fit box a --changed b --alike y0,y1",
+            "fit 1,2,3 a --quick -o b.obj --changed c --materials x0=felt --emitter 1,1,1",
         ] {
             // A parser of another type than its field's panics here.
             assert!(Cli::try_parse_from(format!("promenade {line}").split(' ')).is_ok(), "{line}");

@@ -1,15 +1,18 @@
-//! `promenade bake`: measured responses become a scene, and a scene's anchor cloud a table.
+//! `promenade bake`: measured responses become a scene, a scene's anchor cloud a table, and a scene one that holds less.
 
-use crate::args::{BakeFieldArgs, BakeResponsesArgs, BakeSource, SideArg};
+use crate::args::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, NodesArg, SideArg};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
+use promenade_baker::trade::{Less, Nodes, reduced};
 use promenade_baker::{BakeOptions, HoldOut, Side, bake_responses, read_head};
+use promenade_core::{Provenance, Scene};
 
 pub(crate) fn run(source: &BakeSource) -> Result<()> {
     match source {
         BakeSource::Responses(args) => responses(args),
         BakeSource::Field(args) => field(args),
+        BakeSource::Less(args) => less(args),
     }
 }
 
@@ -67,6 +70,47 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
     let bytes = scene::write(&args.output, &baked)?;
     report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
     Ok(())
+}
+
+fn less(args: &BakeLessArgs) -> Result<()> {
+    let name = args.scene.display();
+    let scene = scene::read(&args.scene)?;
+    let kept = match (args.taps, args.images, args.half) {
+        (Some(taps), ..) => Less::Taps(taps),
+        (_, Some(images), _) => Less::Images(images),
+        (.., half) => Less::Half(match half.context("expected --taps, --images or --half, found none")? {
+            NodesArg::Directions => Nodes::Directions,
+            NodesArg::Elevations => Nodes::Elevations,
+            NodesArg::Places => Nodes::Places,
+        }),
+    };
+    let holds = || {
+        let images = scene.images().map_or(0, |all| all.images.len());
+        let nodes = scene.field().map_or(0, |field| field.grid().nodes());
+        format!("{} taps, {images} images, {nodes} nodes", scene.parts().taps)
+    };
+    let wanted = option(kept);
+    let reduced = reduced(&scene, kept)
+        .with_context(|| format!("{name}: expected a scene of which {wanted} leaves out a part, found {}", holds()))?;
+    let mut parts = reduced.parts().clone();
+    let Provenance { recipe, notes, .. } = &mut parts.provenance;
+    if !recipe.is_empty() {
+        notes.push(format!("reduced from a scene made by: {recipe}"));
+    }
+    *recipe = format!("promenade bake less {} {wanted}", report::file_name(&args.scene));
+    let reduced = Scene::new(parts).with_context(|| format!("{name}: cannot be reduced"))?;
+    let bytes = scene::write(&args.output, &reduced)?;
+    report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
+    Ok(())
+}
+
+/// The option of `bake less` that keeps this.
+pub(crate) fn option(kept: Less) -> String {
+    match kept {
+        Less::Taps(count) => format!("--taps {count}"),
+        Less::Images(count) => format!("--images {count}"),
+        Less::Half(nodes) => format!("--half {}", nodes.name()),
+    }
 }
 
 /// The command for the scene's provenance: what was chosen, without the places of files on this machine.

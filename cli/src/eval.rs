@@ -155,7 +155,7 @@ fn table(rows: impl Iterator<Item = (String, Figures, String)>, markdown: bool) 
     report::table(&cells, markdown)
 }
 
-/// What the methods with a star know.
+/// What the methods with a star are given.
 fn legend(e: &Evaluation) -> String {
     let all: Vec<String> = e.methods.iter().filter(|m| !m.note.is_empty()).map(|m| format!("{} {}", m.name, m.note)).collect();
     if all.is_empty() { String::new() } else { format!("\n* {}\n", all.join("; ")) }

@@ -3,23 +3,51 @@
 use crate::args::InspectArgs;
 use crate::measure::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::{report, scene};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use promenade_baker::trade::{TradePoint, tier_points};
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::Projection;
-use promenade_core::{AnchorCloud, Facing, Field, MeasuredRoom, Pose, Scene, StftGrid, Tier};
+use promenade_core::{AnchorCloud, Facing, Field, MeasuredRoom, Pose, Scene, Tier};
 use serde_json::json;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 pub(crate) fn run(args: &InspectArgs) -> Result<()> {
-    let scene = scene::read(&args.scene)?;
+    let [file] = &args.scenes[..] else { return list(args) };
+    let scene = scene::read(file)?;
     let measure = || tier_points(&scene, HOST_RATE_HZ, HOST_BLOCK, &|| true);
-    let costs = args.cost.then(measure).transpose().with_context(|| args.scene.display().to_string())?;
+    let costs = args.cost.then(measure).transpose().with_context(|| file.display().to_string())?;
     report::print(&if args.json {
         format!("{:#}\n", as_json(&scene, costs.as_deref()))
     } else {
         as_text(&scene, costs.as_deref().unwrap_or_default())
     })
+}
+
+/// A line for each scene, with how far up its data go: what was measured at 16 kHz has no more treble than that.
+fn list(args: &InspectArgs) -> Result<()> {
+    if args.cost {
+        bail!("--cost is for one scene, found {}", args.scenes.len());
+    }
+    let scenes = args.scenes.iter().map(|file| scene::read(file)).collect::<Result<Vec<_>>>()?;
+    if args.json {
+        let all = scenes.iter().map(|scene| as_json(scene, None)).collect::<Vec<_>>();
+        return report::print(&format!("{:#}\n", json!(all)));
+    }
+    let head = ["file", "data at", "known to", "decay", "tiers", "title"].map(str::to_owned).to_vec();
+    let row = |(file, scene): (&PathBuf, &Arc<Scene>)| {
+        vec![
+            report::file_name(file),
+            format!("{} kHz", scene.grid().sample_rate_hz / 1e3),
+            format!("{:.1} kHz", scene.top_hz() / 1e3),
+            format!("{:.2} s", scene.tail().longest_t60_s()),
+            tiers(scene).join(", "),
+            scene.title().to_owned(),
+        ]
+    };
+    let rows = std::iter::once(head).chain(args.scenes.iter().zip(&scenes).map(row)).collect::<Vec<_>>();
+    report::print(&report::table(&rows, false))
 }
 
 fn tiers(scene: &Scene) -> Vec<&'static str> {
@@ -83,8 +111,9 @@ pub(crate) fn projection(projection: Projection) -> String {
     }
 }
 
-fn responses_text(measured: &MeasuredRoom, grid: &StftGrid) -> String {
-    format!("{}, each {:.2} s long", measured.count(grid), grid.hop_s() * measured.hops as f64)
+fn responses_text(measured: &MeasuredRoom, scene: &Scene) -> String {
+    let seconds = scene.grid().hop_s() * measured.low_hops as f64;
+    format!("{}, each {seconds:.2} s long", measured.count(scene.bands()))
 }
 
 fn field_text(field: &Field) -> String {
@@ -156,7 +185,7 @@ fn as_text(scene: &Scene, costs: &[TradePoint]) -> String {
             "images",
             scene.images().map_or("none".to_owned(), |i| format!("{}, seen from {} places", i.images.len(), i.place_count())),
         ),
-        ("responses", scene.measured().map_or("none: noise carries the room".to_owned(), |m| responses_text(m, grid))),
+        ("responses", scene.measured().map_or("none: noise carries the room".to_owned(), |m| responses_text(m, scene))),
         ("anchors", scene.anchors().len().to_string()),
         ("held out", scene.held_out().len().to_string()),
         ("memory", format!("{} kB", scene.memory_bytes().div_ceil(1000))),

@@ -29,6 +29,7 @@ mod scene;
 mod simulate;
 mod study;
 mod surface;
+mod t20;
 #[cfg(feature = "train")]
 mod train;
 mod web;
@@ -49,7 +50,7 @@ fn main() -> ExitCode {
         args::Command::Simulate(args) => simulate::run(&args),
         args::Command::Join(args) => join::run(&args),
         args::Command::Map(args) => map::run(&args),
-        args::Command::Fit(a) => fit::run(&a),
+        args::Command::Fit(a) => a.t20.as_ref().map_or_else(|| fit::run(&a), |t20| t20::run(&a, t20)),
         args::Command::Inspect(a) => inspect::run(&a),
         args::Command::Measure(a) => measure::run(&a),
         args::Command::Capture { command } => capture::run(&command),

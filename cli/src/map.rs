@@ -12,7 +12,7 @@ use crate::args::{Map, MapArgs, RoomArgs};
 use crate::plot::{self, Panel, Plan};
 use crate::{progress, report, simulate};
 use anyhow::{Result, bail};
-use promenade_acoustics::{Air, Echogram, ImageOptions, Images, Measures, Mesh, RayOptions, Reflected, late_field};
+use promenade_acoustics::{Echogram, ImageOptions, Images, Measures, Mesh, RayOptions, Reflected, late_field};
 use promenade_baker::atomic;
 use promenade_baker::simulation::{Inside, grid};
 use promenade_core::glam::Vec3;
@@ -68,7 +68,7 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
     }
     let source = simulate::source(of)?;
     let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
-    let air = Some(Air::default());
+    let air = Some(args.air.air());
     let images = ImageOptions { order: args.order, beams: args.beams as usize, ..ImageOptions::default() };
     let images = Images::new(&room, &source, &images)?;
     let rays = RayOptions {

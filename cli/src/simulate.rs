@@ -2,7 +2,7 @@
 
 mod scene;
 
-use crate::args::{ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+use crate::args::{AirArgs, ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{capture, path, progress, report};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Air, Directivity, Entry, Material, Materials, Mesh, MeshReport, Room, Shoebox, Source};
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     match (&args.what, &args.room, &args.mesh, &args.run) {
         (Some(Simulate::Box(args)), ..) => box_room(args),
         (Some(Simulate::Materials), ..) => materials(),
-        (None, Some(room), Some(mesh), Some(run)) => mesh_room(room, mesh, run, &args.clips),
+        (None, Some(room), Some(mesh), Some(run)) => mesh_room(room, mesh, run, args.air, &args.clips),
         _ => bail!("expected a mesh of a room, `box` or `materials`"),
     }
 }
@@ -42,18 +42,18 @@ fn materials() -> Result<()> {
     report::print(&rows.map(row).collect::<String>())
 }
 
-fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &ClipArgs) -> Result<()> {
+fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air_args: AirArgs, clips: &ClipArgs) -> Result<()> {
     let began = Instant::now();
     let source = source(of)?;
     let (mesh, room, size) = room(of)?;
     let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
-    let air = Air::default();
+    let air = air_args.air();
     let eyring = room.eyring_t60_s(volume, Some(air));
     if args.output.extension().is_some_and(|e| e == "promenade") {
         if !clips.dry.is_empty() {
             bail!("{}: expected --dry for a capture, found a scene to write", args.output.display());
         }
-        return scene::write(&mesh, &room, &source, of, args, run);
+        return scene::write(&mesh, &room, &source, of, args, (run, air_args));
     }
     let inside = Inside::new(&mesh, &room, of.source, args.margin)?;
     let poses = mesh_poses(args, run, &inside)?;
@@ -67,6 +67,7 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
         rays: args.rays as usize,
         length_s: run.length,
         air: Some(air),
+        waves_hz: run.waves,
         seed: run.seed,
         part: run.part.unwrap_or(Part::WHOLE),
     };
@@ -80,7 +81,7 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
     let bar = progress::of_work();
     let simulated = simulate_mesh(&mesh, &room, &source, &hrtf, &poses, &options, |share| bar.at(progress::SHARES * share))?;
     drop(bar);
-    let Simulated { mut responses, late, images } = simulated;
+    let Simulated { mut responses, late, images, crossover_hz } = simulated;
     responses.title = title;
     responses.notes.push(format!(
         "simulated by promenade {}: image sources up to order {} of {} beams, {} rays with seed {}, head {} of {} directions",
@@ -92,6 +93,7 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, clips: &Clip
         set.title,
         hrtf.directions()
     ));
+    responses.notes.extend(crossover_hz.map(|hz| format!("below {hz:.0} Hz by waves")));
     let output = save(&responses, part.as_ref(), &args.output, &poses, (clips, run.seed))?;
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
     let silent = responses.responses.iter().filter(|r| r.left.iter().chain(&r.right).all(|v| *v == 0.0)).count();
@@ -291,7 +293,8 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
         beams: 0,
         rays: args.rays as usize,
         length_s: args.run.length,
-        air: Some(Air::default()),
+        air: Some(args.air.air()),
+        waves_hz: args.run.waves,
         seed: args.run.seed,
         part: args.run.part.unwrap_or(Part::WHOLE),
     };
@@ -315,7 +318,7 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
     ));
     let output = save(&responses, part.as_ref(), &args.output, &poses, (&args.clips, args.run.seed))?;
     let frames = responses.responses.first().map_or(0, |r| r.left.len());
-    after_eyring(&walls);
+    after_eyring(&walls, args.air.air());
     report::line(format_args!(
         "{}: {} responses of {:.2} s at {} Hz from {images} images and {} rays",
         output.display(),
@@ -334,8 +337,8 @@ fn walls(args: &SimulateBoxArgs) -> Shoebox {
 }
 
 /// Says how long a box rings.
-fn after_eyring(walls: &Shoebox) {
-    let times: Vec<String> = walls.eyring_t60_s(Some(Air::default())).iter().map(|t| format!("{t:.2}")).collect();
+fn after_eyring(walls: &Shoebox, air: Air) {
+    let times: Vec<String> = walls.eyring_t60_s(Some(air)).iter().map(|t| format!("{t:.2}")).collect();
     report::note(format_args!("reverberation times after Eyring, octaves from 125 Hz to 8 kHz: {} s", times.join(", ")));
 }
 

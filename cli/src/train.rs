@@ -21,6 +21,12 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         report::note(format_args!("{}: {note}", args.capture.display()));
     }
     let sets: Vec<AnchorSet> = args.anchors.iter().map(|file| AnchorSet::load(file)).collect::<Result<_, _>>()?;
+    let places: Vec<_> = capture.clips.iter().map(|clip| clip.pose.position).collect();
+    for (set, file) in sets.iter().zip(&args.anchors) {
+        if let Some(odd) = set.apart_from(&places) {
+            report::note(format_args!("{}: {odd}", file.display()));
+        }
+    }
     let mut settings = settings(args)?;
     let device = if args.gpu { gpu()? } else { Device::flex() };
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS));

@@ -3,6 +3,8 @@
 mod captures;
 mod commands;
 mod common;
+mod first_sound;
+mod fit;
 mod host;
 mod map_mix;
 mod paths;
@@ -11,6 +13,8 @@ mod response;
 mod simulate;
 mod study;
 mod surface;
+mod t20;
+mod trade;
 #[cfg(feature = "train")]
 mod train;
 mod web;

@@ -30,8 +30,8 @@ fn bakes_inspects_and_measures() {
     assert!(succeeds(&["inspect", &scene, "--cost"]).0.contains("% of a core, error"));
 
     let (table, _) = succeeds(&["measure", &scene]);
-    // A head, three poses, the means; a head and two tiers.
-    assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 5 + 3, "{table}");
+    // A head, three poses and the means, of figures and of levels; a head and two tiers.
+    assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 5 + 5 + 3, "{table}");
     let (markdown, _) = succeeds(&["measure", &scene, "--format", "markdown"]);
     assert!(markdown.starts_with("| held-out pose"), "{markdown}");
     let json = crate::common::json(&["measure", &scene, "--format", "json"]);

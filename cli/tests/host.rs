@@ -19,7 +19,7 @@ in_both_formats!(
 );
 
 const RATE: u32 = 48_000;
-const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-a.promenade");
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade");
 
 /// A folder with the plugin under a name that tells its format.
 struct Place {
@@ -65,7 +65,7 @@ impl Place {
         self.heard("host.wav")
     }
 
-    /// The rendering of the factory scene, as long as that of the host.
+    /// The rendering of the scene that a new instance plays, as long as that of the host.
     fn render(&self, input: &str, len: usize, options: &[&str]) -> [Vec<f32>; 2] {
         let out = self.text("render.wav");
         succeeds(&[&["render", SCENE, input, &out, "--bits", "32f"], options].concat());
@@ -104,7 +104,7 @@ fn a_preset_is_found_by_its_name<H: Host>() {
         let row = text.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{text}"));
         assert!(["(music)", "60 degrees to the left"].iter().all(|words| row.contains(words)), "{row}");
         let heard = place.host(&input, &["--preset", name]);
-        let set = place.host(&input, &["--set", "Yaw=-60 deg", "--set", "Dry/Wet=50 %"]);
+        let set = place.host(&input, &["--set", "Scene=IoSR room A", "--set", "Yaw=-60 deg", "--set", "Dry/Wet=50 %"]);
         assert!(difference_db(&heard, &set) < -120.0 && peak(&heard[0]) > 0.05);
     }
 }
@@ -141,12 +141,13 @@ fn a_camera_path_along_the_transport_sounds_as_it_is_rendered<H: Host>() {
 
     let heard = place.host(&input, &["--state", &place.text("walking.state"), "--block", "1000"]);
     let rendered = place.render(&input, heard[0].len(), &["--path", &place.text("walk.json")]);
+    // Delays of image sources show the last digits of a pose, which the host's clock decides.
     let difference = difference_db(&heard, &rendered);
-    assert!(difference < -120.0, "{difference} dB");
+    assert!(difference < -100.0, "{difference} dB");
     // Saved and restored once more, and told of real time.
     let options = ["--state", &place.text("walking.state"), "--save-state", &place.text("again.state"), "--realtime"];
-    assert!(difference_db(&place.host(&input, &options), &heard) < -120.0);
-    assert!(difference_db(&place.host(&input, &["--state", &place.text("again.state")]), &heard) < -120.0);
+    assert!(difference_db(&place.host(&input, &options), &heard) < -100.0);
+    assert!(difference_db(&place.host(&input, &["--state", &place.text("again.state")]), &heard) < -100.0);
 }
 
 fn automation_is_on_its_sample<H: Host>() {

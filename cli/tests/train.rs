@@ -2,10 +2,10 @@
 
 use promenade_baker::anchors::{AnchorOptions, AnchorSet, box_points};
 use promenade_baker::capture::{Clip, Split, Track};
-use promenade_baker::random::Random;
 use promenade_baker::{Capture, wav};
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
+use promenade_core::random::Random;
 use promenade_core::{CameraPath, Keyframe, Pose, Scene};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

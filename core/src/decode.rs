@@ -5,11 +5,12 @@ pub(crate) mod field;
 pub(crate) mod follow;
 pub(crate) mod live;
 pub(crate) mod readout;
+pub(crate) mod sites;
 
 use crate::{LiveParams, Pose, TransferFunction};
 
 pub use cloud::{CloudDecoder, InlineWorker};
-pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, NodeShares, Rows, SILENT_DB};
+pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
 pub use live::{DecodeWorker, Decoded, PublishedFrame};
 pub use readout::{MAX_LOG_COEFFICIENT, QueryValues, Readout};
 

@@ -19,7 +19,7 @@ pub struct EmitterParams {
     ///
     /// Each is the moved emitter turned by half of the angle about the vertical through the place where the scene starts, the
     /// left channel's counter-clockwise as seen from above. There they are the angle apart and as far as the one emitter; while
-    /// the listener walks they stay where they are. A scene that knows no emitter has no angle.
+    /// the listener walks they stay where they are. A scene without an emitter has no angle.
     pub spread: f32,
 }
 
@@ -57,6 +57,8 @@ pub struct Emitters {
     first: Renderer,
     second: Option<Box<Second>>,
     input: Vec<f32>,
+    /// Gain of both ears.
+    level: f32,
     /// Change of a share from one sample to the next.
     step: f32,
     fresh: bool,
@@ -65,7 +67,7 @@ pub struct Emitters {
 impl From<Renderer> for Emitters {
     fn from(first: Renderer) -> Self {
         let samples = FADE_S * first.grid().sample_rate_hz;
-        Self { first, second: None, input: vec![0.0; CHUNK], step: 1.0 / whole(samples).max(1) as f32, fresh: true }
+        Self { first, second: None, input: vec![0.0; CHUNK], level: 1.0, step: 1.0 / whole(samples).max(1) as f32, fresh: true }
     }
 }
 
@@ -86,6 +88,14 @@ impl Emitters {
         let ears = [vec![0.0; CHUNK], vec![0.0; CHUNK]];
         self.second = Some(Box::new(Second { renderer, share: 0.0, idle: 0, asleep: true, input: vec![0.0; CHUNK], ears }));
         self
+    }
+
+    /// The same at another level: a gain of all that it renders, from 0 on; what is no such number is taken as 1, which changes
+    /// nothing.
+    #[must_use]
+    pub fn with_level(self, gain: f32) -> Self {
+        let level = if gain.is_finite() && gain >= 0.0 { gain } else { 1.0 };
+        Self { level, ..self }
     }
 
     /// The renderer of the one emitter, or of the left channel's.
@@ -151,6 +161,9 @@ impl Emitters {
             let span = start..len.min(start + CHUNK);
             let ears = [&mut left[span.clone()], &mut right[span.clone()]];
             self.chunk([&first[span.clone()], &last[span]], ears, params, spread > 0.0, offsets, &mut |i| pose_at(start + i));
+        }
+        if self.level != 1.0 {
+            [left, right].into_iter().flat_map(|ear| &mut ear[..len]).for_each(|sample| *sample *= self.level);
         }
     }
 

@@ -180,6 +180,12 @@ impl Head {
         &self.name
     }
 
+    /// The same by another name.
+    #[must_use]
+    pub fn named(self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self }
+    }
+
     /// Whom to credit for the measurements.
     #[must_use]
     pub fn credit(&self) -> &str {

@@ -94,7 +94,7 @@ enum Correction {
     Levels(Box<[[f32; HEADPHONE_POINTS]; 2]>),
 }
 
-/// What a pair of headphones needs to sound neutral. It knows no sample rate.
+/// What a pair of headphones needs to sound neutral. It is for any sample rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "saved::Saved", into = "saved::Saved")]
 pub struct Headphones(Correction);

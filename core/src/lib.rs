@@ -1,7 +1,7 @@
 //! Promenade's engine: a listener's pose and a scene go in with a dry track, binaural stereo comes out.
 //!
 //! A [`Scene`] is read from bytes, a [`Renderer`] plays it at a host's sample rate, a [`Spatializer`] is what the audio thread
-//! owns. Nothing here knows a host, a thread, a file, a clock or a user interface.
+//! owns. Nothing here depends on a host, a thread, a file, a clock or a user interface.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable))]
@@ -34,8 +34,7 @@ mod trim;
 
 pub use bands::Bands;
 pub use decode::{
-    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, NodeShares, PublishedFrame, Rows,
-    SILENT_DB,
+    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, PublishedFrame, Rows, SILENT_DB,
 };
 pub use emitters::{EmitterParams, Emitters};
 pub use glam;
@@ -49,9 +48,10 @@ pub use render::late::late_share;
 pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, RenderParams, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
-    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, HeldOut, ImageSource, ImageSources, MAX_SCENE_BYTES, MeasuredHead,
-    MeasuredRoom, NoHeadError, NotAmbisonicError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError, SceneParts,
-    TailModel, TooCostly, ambisonic_dry,
+    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
+    HeldOut, ImageSource, ImageSources, MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, NoHeadError, NotAmbisonicError,
+    Provenance, ResponseMeasures, Scene, SceneCard, SceneError, SceneParts, Site, TailModel, TooCostly, Weather, ambisonic_dry,
+    barrier_db,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

@@ -3,7 +3,9 @@
 pub(crate) mod ambisonic;
 pub(crate) mod bass;
 pub(crate) mod carrier;
+pub(crate) mod carrier_set;
 pub(crate) mod carriers;
+pub(crate) mod crossover;
 pub(crate) mod decay;
 pub(crate) mod decay_curve;
 pub(crate) mod direct;
@@ -13,5 +15,7 @@ pub(crate) mod lanes;
 pub(crate) mod late;
 pub(crate) mod low;
 pub(crate) mod low_cut;
+pub(crate) mod meeting;
 pub(crate) mod phasor;
 pub(crate) mod taps;
+pub(crate) mod waves;

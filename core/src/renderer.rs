@@ -8,6 +8,7 @@ use crate::render::carriers::Carriers;
 use crate::render::head::RenderHead;
 use crate::render::images::ImageRenderer;
 use crate::render::low_cut::LowCut;
+use crate::render::waves::WaveBass;
 use crate::scene::{Cost, TooCostly};
 use crate::stft::{Spectrum, Stft};
 use crate::{DecodeWorker, NEAREST_M, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
@@ -92,6 +93,7 @@ pub struct Renderer {
     low_cut: LowCut,
     reference: Option<Reference>,
     images: Option<ImageRenderer>,
+    waves: Option<WaveBass>,
     /// Poses of the last hops: a frame is rendered with the pose at its centre.
     poses: VecDeque<Pose>,
     /// Sample of a hop at which the pose is asked for, so that the oldest of `poses` belongs to the centre of the newest frame.
@@ -130,6 +132,7 @@ impl Renderer {
         let grid = scene.grid().at_rate(sample_rate_hz);
         let shape = scene.shape();
         let images = carriers.images.as_ref().and_then(|filters| ImageRenderer::new(&scene, &grid, filters, &carriers.curve));
+        let waves = carriers.waves.as_ref().and_then(|filters| WaveBass::new(&scene, &grid, filters, &carriers.curve));
         let head = RenderHead::new(grid, scene.grid(), shape, scene.tail(), carriers);
         let spectrum = || vec![Complex32::default(); grid.bins()];
         let centre = grid.window_len() / 2;
@@ -147,6 +150,7 @@ impl Renderer {
             low_cut: LowCut::new(grid.sample_rate_hz),
             reference: Reference::new(&scene, &grid),
             images,
+            waves,
             poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
             pose_phase: grid.hop - centre % grid.hop,
             last: Pose::IDENTITY,
@@ -234,8 +238,9 @@ impl Renderer {
     #[must_use]
     pub fn tail_samples_with(&self, trim: &Trim) -> usize {
         let images = self.images.as_ref().map_or(0, ImageRenderer::tail_samples);
+        let waves = self.waves.as_ref().map_or(0, WaveBass::tail_samples);
         let late_s = f64::from(self.scene.tail().longest_t60_s()) * f64::from(trim.bounded().decay);
-        images.max(self.head.filter_hops() * self.grid.hop) + whole(late_s * self.grid.sample_rate_hz)
+        images.max(waves).max(self.head.filter_hops() * self.grid.hop) + whole(late_s * self.grid.sample_rate_hz)
     }
 
     /// Bytes of this instance, without the shared scene.
@@ -243,7 +248,8 @@ impl Renderer {
     pub fn memory_bytes(&self) -> usize {
         let reference = self.reference.as_ref().map_or(0, Reference::memory_bytes);
         let images = self.images.as_ref().map_or(0, ImageRenderer::memory_bytes);
-        reference + images + self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
+        let waves = self.waves.as_ref().map_or(0, WaveBass::memory_bytes);
+        reference + images + waves + self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
     }
 
     /// Takes the next pose at once instead of following to it; what sounds goes on.
@@ -268,6 +274,9 @@ impl Renderer {
         }
         if let Some(images) = &mut self.images {
             images.reset();
+        }
+        if let Some(waves) = &mut self.waves {
+            waves.reset();
         }
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.filled = 0;
@@ -373,6 +382,9 @@ impl Renderer {
             reference.note_input(self.stft.newest());
         }
         let trim = Trim { direct: self.trim.direct * self.distance_gain(&self.poses[0]), ..self.trim };
+        if let Some(waves) = &mut self.waves {
+            waves.take(self.stft.newest(), &before, &trim);
+        }
         // What is given out with a frame is that of the frame before, nearly: its images belong to the pose of that time.
         let newest: &[f32] = self.stft.newest();
         if let Some(images) = &mut self.images {
@@ -391,6 +403,9 @@ impl Renderer {
         }
         if let Some(images) = &mut self.images {
             images.add_to(&mut self.ready);
+        }
+        if let Some(waves) = &self.waves {
+            waves.add_to(&mut self.ready);
         }
         if let Some(reference) = &mut self.reference {
             let frame = self.follower.decoded().and_then(|d| d.published.as_ref());

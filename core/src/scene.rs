@@ -1,8 +1,10 @@
 //! A place as it is played: an immutable value, read from and written to one file.
 
 mod ambisonics;
+mod bass_field;
 mod card;
 mod check;
+mod corners;
 mod cost;
 mod error;
 mod format;
@@ -10,6 +12,8 @@ mod head;
 mod image_sources;
 mod manifest;
 mod measured;
+mod older;
+mod weather;
 
 use crate::network::{CloudEmitter, CloudModel};
 use crate::number::single;
@@ -19,14 +23,19 @@ use error::value;
 use glam::Vec3;
 
 pub use ambisonics::{NotAmbisonicError, ambisonic_dry};
+pub(crate) use bass_field::Shares as BassShares;
+pub use bass_field::{BASS_SIGNALS, BassEars, BassField};
 pub use card::SceneCard;
+pub use corners::{Corners, DiffractionEdge, barrier_db};
+pub(crate) use corners::{MOST_EDGES, Round};
 pub(crate) use cost::Cost;
 pub use cost::TooCostly;
 pub use error::SceneError;
 pub use head::{MeasuredHead, NoHeadError};
 pub use image_sources::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSource, ImageSources};
 pub use manifest::MAX_SCENE_BYTES;
-pub use measured::MeasuredRoom;
+pub use measured::{MeasuredRoom, Site};
+pub use weather::Weather;
 
 /// What the time filters of all poses share.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,6 +74,9 @@ pub struct HeldOut {
     pub pose: Pose,
     /// Measures of the response.
     pub measured: ResponseMeasures,
+    /// Its energy over both ears where the scene has the level of its measurements, dB: of the whole band, then of the octaves
+    /// from 125 Hz on that its rate has; empty where it is not known.
+    pub levels_db: Vec<f64>,
 }
 
 /// Measures of a binaural room response: direction, decay and clarity. T20, EDT and C50 are means over both ears.
@@ -131,7 +143,8 @@ pub struct SceneParts {
     pub tail: TailModel,
     /// Explicit time-filter taps, one per hop after the direct sound.
     pub taps: usize,
-    /// Measured responses that carry the time filters; without them noise does.
+    /// Measured responses that carry the time filters, and where they were measured; without them noise does. With them the
+    /// rows of `field` have no taps.
     pub measured: Option<MeasuredRoom>,
     /// The head that the responses were measured with, where it is known.
     pub measured_head: Option<MeasuredHead>,
@@ -142,6 +155,10 @@ pub struct SceneParts {
     pub room: Option<Field>,
     /// Early reflections with a place of their own.
     pub images: Option<ImageSources>,
+    /// How the emitter is seen round corners, where geometry has it; without it as the image sources' places have it.
+    pub corners: Option<Corners>,
+    /// The bass, where waves have it: in every tier, below what all else plays.
+    pub bass: Option<BassField>,
     /// Anchor cloud with its decoder: the tiers High and, with convolution layers, Reference.
     pub cloud: Option<AnchorCloud>,
     /// Above this frequency the data say nothing, Hz: masks and filters are held from here for faster host rates.
@@ -150,6 +167,8 @@ pub struct SceneParts {
     pub start_pose: Pose,
     /// Corners of the box of listener positions that the scene was made for, metres; equal when there is one position.
     pub bounds: (Vec3, Vec3),
+    /// The air that it was computed for.
+    pub weather: Weather,
     /// Points of the place, for display.
     pub anchors: Vec<Anchor>,
     /// Measurements kept for judging the scene.
@@ -173,9 +192,12 @@ impl SceneParts {
             field: None,
             room: None,
             images: None,
+            corners: None,
+            bass: None,
             cloud: None,
             start_pose: Pose::IDENTITY,
             bounds: (Vec3::ZERO, Vec3::ZERO),
+            weather: Weather::default(),
             anchors: Vec::new(),
             held_out: Vec::new(),
         }
@@ -317,6 +339,18 @@ impl Scene {
         self.parts.images.as_ref()
     }
 
+    /// How the emitter is seen round corners.
+    #[must_use]
+    pub fn corners(&self) -> Option<&Corners> {
+        self.parts.corners.as_ref()
+    }
+
+    /// The bass, where waves have it.
+    #[must_use]
+    pub fn bass(&self) -> Option<&BassField> {
+        self.parts.bass.as_ref()
+    }
+
     /// Anchor cloud with its decoder.
     #[must_use]
     pub fn cloud(&self) -> Option<&AnchorCloud> {
@@ -340,6 +374,12 @@ impl Scene {
     #[must_use]
     pub fn start_pose(&self) -> Pose {
         self.parts.start_pose
+    }
+
+    /// The air that it was computed for.
+    #[must_use]
+    pub fn weather(&self) -> Weather {
+        self.parts.weather
     }
 
     /// Anchor cloud.
@@ -391,6 +431,8 @@ impl Scene {
             + p.measured.as_ref().map_or(0, MeasuredRoom::memory_bytes)
             + [&p.field, &p.room].into_iter().flatten().map(Field::memory_bytes).sum::<usize>()
             + p.images.as_ref().map_or(0, ImageSources::memory_bytes)
+            + p.corners.as_ref().map_or(0, Corners::memory_bytes)
+            + p.bass.as_ref().map_or(0, BassField::memory_bytes)
             + p.cloud.as_ref().map_or(0, |c| c.model.memory_bytes())
             + p.anchors.len() * size_of::<Anchor>()
             + p.held_out.len() * size_of::<HeldOut>()

@@ -74,7 +74,7 @@ impl Stft {
         for ((f, x), w) in self.frame[start..end].iter_mut().zip(&self.input).zip(&self.window) {
             *f = x * w;
         }
-        // The lengths are fixed at construction, so the only error the transform knows cannot occur.
+        // The lengths are fixed at construction, so the transform's only error cannot occur.
         let done = self.forward.process_with_scratch(&mut self.frame, spectrum, &mut self.scratch);
         debug_assert!(done.is_ok());
         self.input.copy_within(self.grid.hop.., 0);

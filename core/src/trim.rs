@@ -31,7 +31,7 @@ pub struct Trim {
     /// Reverberation time as a multiple of the scene's, 0.5 to 2.
     pub decay: f32,
     /// Exponent of the distance that the direct sound falls by, 0 to 2: 1 as in the scene, 6 dB each time it doubles; 0 not at
-    /// all. Where the scene starts, and in a scene that knows no emitter, it changes nothing.
+    /// all. Where the scene starts, and in a scene without an emitter, it changes nothing.
     pub distance_law: f32,
     /// Level of the difference between the ears in the room's sound, 0 (both ears hear the same) to 2; the direct sound stays.
     pub width: f32,
@@ -50,7 +50,7 @@ impl Trim {
     pub const NEUTRAL: Self =
         Self { direct: 1.0, early: 1.0, late: 1.0, decay: 1.0, distance_law: 1.0, width: 1.0, low_cut_hz: 0.0 };
 
-    /// Whether only the low cut may differ from [`Trim::NEUTRAL`]: the one thing that a model which does not know its parts can
+    /// Whether only the low cut may differ from [`Trim::NEUTRAL`]: the one thing that a model whose sound is not in parts can
     /// follow.
     #[must_use]
     pub fn leaves_parts(&self) -> bool {

@@ -21,6 +21,7 @@ mod scene_file;
 mod sound;
 mod stereo;
 mod trim;
+mod waves;
 
 /// Aborts a test that allocates where it must not.
 #[global_allocator]

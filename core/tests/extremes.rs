@@ -1,7 +1,7 @@
 //! Extremes: whatever comes in, sound goes out, and nothing of what was broken stays.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{Bands, BlockParams, Carriers, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer, Tier};
+use promenade_core::{Bands, BlockParams, Carriers, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer, Tier, Trim};
 use promenade_testing::hostile::{
     Input, LOUDEST, Walk, block, is_output, is_sound, one_transfer, room_of_anchors, scenes, settings, wild,
 };
@@ -158,6 +158,23 @@ fn masks_of_nothing_are_silent_and_masks_of_a_million_end() {
     assert!(loud.iter().flatten().all(|x| is_output(*x)));
     assert_eq!(peak(&loud[0]), LOUDEST);
     assert!(loud.iter().all(|ear| ear[25_000..].iter().all(|x| *x == 0.0)), "and falls silent");
+}
+
+#[test]
+fn a_room_that_falls_within_a_hop_begins_no_louder_than_30_db_over_its_level() {
+    let click = [&[1.0][..], &[0.0; 4_000]].concat();
+    let level = |t60_s: f32, decay: f32| {
+        let mut s = spatializer(&one_transfer(RATE, 1e-3, 8, t60_s), RATE);
+        let params = BlockParams { trim: Trim { decay, ..Trim::default() }, ..BlockParams::default() };
+        peak(&render(&mut s, &click, &[512], &params, |_| Pose::IDENTITY)[0])
+    };
+    let longest = level(0.1, 1.0);
+    for t60_s in [0.07, 0.02, 0.01, 2e-3, 1e-3] {
+        for decay in [0.5, 1.0, 2.0] {
+            let times = level(t60_s, decay) / longest;
+            assert!(times < 31.6, "a room of {t60_s} s, its decay times {decay}: {times} times a room of 0.1 s");
+        }
+    }
 }
 
 #[test]

@@ -41,7 +41,7 @@ fn plays() {
     }
 }
 
-/// Whether loops over bins run as they did when the limits were counted; valgrind knows nothing wider.
+/// Whether loops over bins run as they did when the limits were counted; valgrind runs nothing wider.
 fn has_avx2() -> bool {
     #[cfg(target_arch = "x86_64")]
     return std::arch::is_x86_feature_detected!("avx2");

@@ -71,3 +71,23 @@ fn a_host_of_another_rate_hears_the_same_below_the_highest_frequency() {
         assert!(db.abs() < 0.3, "{rate}: {db} dB");
     }
 }
+
+#[test]
+fn between_two_measurements_the_energy_is_the_mean_of_theirs() {
+    let (scene, _) = room_of_responses(16_000.0);
+    let hop = scene.grid().hop;
+    let energy = |degrees: f32| {
+        let (ears, origin) = response(&scene, 16_000.0, degrees.to_radians());
+        let within = origin + hop..origin + TAPS * hop;
+        ears.map(|ear| ear[within.clone()].iter().map(|v| v * v).sum::<f32>())
+    };
+    let ends = [energy(90.0), energy(-90.0)];
+    for (degrees, share) in [(0.0, 0.5), (45.0, 0.85)] {
+        for (ear, found) in energy(degrees).into_iter().enumerate() {
+            let wanted = share * ends[0][ear] + (1.0 - share) * ends[1][ear];
+            // Noise has nothing in common: without gains half of it would be lost.
+            let db = 10.0 * (found / wanted).log10();
+            assert!(db.abs() < 0.7, "{degrees} degrees, ear {ear}: {db} dB");
+        }
+    }
+}

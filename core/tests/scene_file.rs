@@ -3,8 +3,8 @@
 use promenade_core::glam::Vec3;
 use promenade_core::head::HEAD_BANDS;
 use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, MeasuredHead, MeasuredRoom, NodeShares, Pose, Provenance, Rows, Scene, SceneCard,
-    SceneError, SceneParts, StftGrid, TailModel, Tier, TransferShape,
+    Axis, Bands, Facing, Field, FieldGrid, MeasuredHead, MeasuredRoom, Pose, Provenance, Rows, Scene, SceneCard, SceneError,
+    SceneParts, Site, StftGrid, TailModel, Tier, TransferShape,
 };
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images};
@@ -19,18 +19,32 @@ fn small() -> SceneParts {
         position: [Axis::single(0.0), Axis::single(0.0), Axis::single(0.0)],
         facing: Facing::Emitter { position: Vec3::X, elevation: Axis::single(0.0), azimuth: Axis::circle(0.0, 2) },
     };
-    let rows = vec![0.25; nodes.nodes() * shape.row_len()];
-    let shares = NodeShares::new(2, vec![1, 0, 0, 0], vec![0.75, 0.25, 1.0, 0.0]).unwrap();
+    let direct = TransferShape { taps: 0, ..shape };
+    let rows = vec![0.25; nodes.nodes() * direct.row_len()];
+    let measured = MeasuredRoom {
+        sites: vec![
+            Site { direction: Vec3::X, position: Vec3::ZERO, response: 1 },
+            Site { direction: Vec3::Y, position: Vec3::ONE, response: 0 },
+            Site { direction: Vec3::NEG_X, position: Vec3::ZERO, response: 1 },
+        ],
+        samples: noise(3, 2 * 2 * 5 * grid.hop),
+        low: noise(4, 2 * 2 * MeasuredRoom::low_len(6, &grid, 5)),
+        low_step: 5,
+        low_hops: 6,
+        late: vec![0.1; 2 * shape.tap_len()],
+        late_before: vec![0.5; 2 * shape.tap_len()],
+        gains: vec![1.0; shape.tap_len()],
+    };
     SceneParts {
         provenance: Provenance { title: "Small \"room\"".into(), notes: vec!["a note".into()], ..Provenance::default() },
         taps: 4,
-        measured: Some(MeasuredRoom { samples: noise(3, 2 * 2 * 6 * grid.hop), hops: 6 }),
+        measured: Some(measured),
         measured_head: Some(MeasuredHead {
             name: "A head".into(),
             around_db: std::array::from_fn(|band| band as f32),
             diffuse_db: [[0.5; HEAD_BANDS], [-0.5; HEAD_BANDS]],
         }),
-        field: Field::new(nodes, shape, Rows::Whole(rows)).and_then(|f| f.with_shares(shares)),
+        field: Field::new(nodes, direct, Rows::Whole(rows)),
         bounds: (Vec3::ZERO, Vec3::ONE),
         top_hz: 3_500.0,
         start_pose: Pose::from_ypr(Vec3::ONE, 1.0, 0.5, -0.25),
@@ -97,7 +111,7 @@ fn what_is_written_is_read() {
 #[test]
 fn one_transfer_function_is_heard_at_every_pose() {
     let SceneParts { grid, bands, tail, top_hz, field, .. } = small();
-    let mut transfer = field.unwrap().shape().silent();
+    let mut transfer = TransferShape { taps: 4, ..field.unwrap().shape() }.silent();
     transfer.mixture.fill(0.5);
     transfer.taps.iter_mut().zip(noise(1, 24)).for_each(|(t, v)| *t = v.abs());
     let scene = Scene::of_transfer(&transfer, grid, bands.clone(), tail.clone(), top_hz).unwrap();

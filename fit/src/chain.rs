@@ -2,7 +2,7 @@
 
 use crate::bands::Bands;
 use crate::measurements::{Clock, Measurement, Measurements};
-use crate::octaves::split;
+use crate::octaves::{FITTED_HZ, split};
 use promenade_acoustics::SPEED_OF_SOUND_M_S;
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{signal, spectrum};
@@ -12,6 +12,8 @@ use promenade_metrics::onset;
 const WINDOW_S: (f64, f64, f64) = (0.001, 0.004, 0.0015);
 /// Direct sounds are searched this far about the first loud sample, seconds.
 const SEARCH_S: f64 = 0.001;
+/// Octaves above have their levels in the window, hertz.
+const RESOLVED_HZ: f64 = 400.0;
 /// Levels are not moved by more than this, dB.
 const MOST_DB: f64 = 20.0;
 /// Points between samples where a direct sound may lie.
@@ -81,19 +83,20 @@ impl Chain {
         Some(Self { response, lead: before, arrivals_s, delay_s, known })
     }
 
-    /// The same with other energies by octave: its window is too short for the lowest, where walls have answered before they
-    /// have passed.
+    /// The same with other energies in the lowest octaves: its window is too short for them, where walls have answered before
+    /// they have passed.
     #[must_use]
     pub fn with_levels(&self, levels_db: &[f64], sample_rate_hz: f64) -> Self {
         let length = (4 * self.response.len()).next_power_of_two();
         let before = length / 4;
         let as_f32: Vec<f32> = self.response.iter().map(|v| *v as f32).collect();
         let own = split(&as_f32, sample_rate_hz);
-        let gains_db: Vec<f64> = own
-            .iter()
-            .zip(levels_db)
-            .map(|(x, level)| level - 10.0 * x.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().max(1e-30).log10())
-            .collect();
+        let gain = |(o, (x, level)): (usize, (&Vec<f32>, &f64))| {
+            let of_window = FITTED_HZ[o] > RESOLVED_HZ;
+            let own = 10.0 * x.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().max(1e-30).log10();
+            if of_window { 0.0 } else { level - own }
+        };
+        let gains_db: Vec<f64> = own.iter().zip(levels_db).enumerate().map(gain).collect();
         let bands = Bands::new(sample_rate_hz);
         let by_band = bands.from_octaves(&gains_db);
         let mut bins = spectrum(std::iter::repeat_n(0.0, before).chain(self.response.iter().copied()), length);

@@ -3,7 +3,9 @@
 use crate::baselines::Baseline;
 use crate::error::FitError;
 use crate::figures::{Convention, Errors, Figures};
+use crate::flat_room::FlatRoom;
 use crate::foretell::Foretold;
+use crate::full_fit::{FullOptions, full_fit};
 use crate::measurements::Measurements;
 use crate::quick::{QuickFit, quick_fit};
 use crate::random::Random;
@@ -60,6 +62,10 @@ pub fn all_figures(set: &Measurements, convention: Convention) -> Vec<Figures> {
 pub fn baselines(set: &Measurements, figures: &[Figures], split: &Split, convention: Convention) -> Vec<Row> {
     let train = set.only(&split.train);
     let known: Vec<Figures> = split.train.iter().map(|i| figures[*i].clone()).collect();
+    let held: Vec<Figures> = split.test.iter().map(|i| figures[*i].clone()).collect();
+    let tail = Foretold::without_room(&train)
+        .map_or_else(|| Errors::of(&[]), |tail| foretold_errors(&tail, &set.only(&split.test), &held, convention));
+    let tail = Row { name: "tail without images".to_owned(), errors: tail };
     Baseline::ALL
         .iter()
         .map(|baseline| {
@@ -69,6 +75,7 @@ pub fn baselines(set: &Measurements, figures: &[Figures], split: &Split, convent
                 predicted.iter().zip(&split.test).filter_map(|(p, i)| Some((p.as_ref()?, &figures[*i]))).collect();
             Row { name: baseline.name().to_owned(), errors: Errors::of(&pairs) }
         })
+        .chain([tail])
         .collect()
 }
 
@@ -91,15 +98,45 @@ pub fn quick_row(
     Ok(Row { name: "quick fit".to_owned(), errors: errors(&fit, &train, &test, &known, convention) })
 }
 
+/// What a full fit to the measurements of a split is off at the others. `each` is told the share of the work that is done.
+///
+/// # Errors
+/// As [`full_fit`].
+pub fn full_row(
+    room: &FlatRoom,
+    set: &Measurements,
+    figures: &[Figures],
+    split: &Split,
+    convention: Convention,
+    options: &FullOptions,
+    each: &mut dyn FnMut(f64),
+) -> Result<Row, FitError> {
+    let train = set.only(&split.train);
+    let fit = full_fit(room, &train, options, None, &mut |_, share| {
+        each(share);
+        Ok(())
+    })?;
+    let test = set.only(&split.test);
+    let known: Vec<Figures> = split.test.iter().map(|i| figures[*i].clone()).collect();
+    let errors = foretold_errors(&Foretold::of_full(&fit, &train), &test, &known, convention);
+    Ok(Row { name: "full fit".to_owned(), errors })
+}
+
+/// How far what is foretold is off at measurements, the mean over draws of noise.
+#[must_use]
+pub fn foretold_errors(foretold: &Foretold, at: &Measurements, figures: &[Figures], convention: Convention) -> Errors {
+    let found: Vec<Option<Figures>> = at.all.par_iter().map(|m| foretold.figures(m, convention)).collect();
+    let pairs: Vec<(&Figures, &Figures)> = found.iter().zip(figures).filter_map(|(f, m)| Some((f.as_ref()?, m))).collect();
+    Errors::of(&pairs)
+}
+
 /// How far a fit to some measurements is off at others, the mean over draws of noise.
 #[must_use]
 pub fn errors(fit: &QuickFit, train: &Measurements, at: &Measurements, figures: &[Figures], convention: Convention) -> Errors {
-    let found: Vec<Option<Figures>> = match Foretold::new(fit, train) {
-        Some(foretold) => at.all.par_iter().map(|m| foretold.figures(m, convention)).collect(),
-        None => Vec::new(),
-    };
-    let pairs: Vec<(&Figures, &Figures)> = found.iter().zip(figures).filter_map(|(f, m)| Some((f.as_ref()?, m))).collect();
-    Errors::of(&pairs)
+    match Foretold::new(fit, train) {
+        Some(foretold) => foretold_errors(&foretold, at, figures, convention),
+        None => Errors::of(&[]),
+    }
 }
 
 /// Rows of the same names, averaged over splits, in the order of the first.

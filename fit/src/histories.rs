@@ -3,20 +3,25 @@
 //! The histories of rays (when each met which wall) are kept, so that the energy left after a time is a mean of products for
 //! whatever the walls take, without tracing again.
 
+use crate::error::FitError;
+use crate::flat_room::{FlatRoom, Form};
 use crate::random::Random;
 use crate::walls::Walls;
-use promenade_acoustics::SPEED_OF_SOUND_M_S;
+use promenade_acoustics::{Material, Met, Room, SPEED_OF_SOUND_M_S, reflections};
 
 /// Rays of a trace.
 const RAYS: usize = 768;
 /// Share of reflections that are scattered while tracing. Directions depend little on it as long as there is some.
 const SCATTERED: f64 = 0.3;
 
+/// Number of the surface of what is lost.
+const LOST: u16 = u16::MAX;
+
 /// When rays met walls.
 #[derive(Clone, Debug)]
 pub struct Histories {
     /// Of each ray the times in bins and walls of its reflections.
-    rays: Vec<Vec<(f32, u8)>>,
+    rays: Vec<Vec<(f32, u16)>>,
     /// Length of a bin, seconds.
     pub bin_s: f64,
     /// Bins of the energies.
@@ -42,6 +47,30 @@ impl Histories {
         Self { rays, bin_s, bins, volume_m3: walls.volume_m3() }
     }
 
+    /// Traces rays in any room of flat walls: surfaces are its own. What leaves through an opening is lost.
+    ///
+    /// # Errors
+    /// A mesh that is none, a source that is not finite.
+    pub fn of_room(room: &FlatRoom, source_m: [f64; 3], bin_s: f64, length_s: f64, seed: u64) -> Result<Self, FitError> {
+        let mesh = match &room.form {
+            Form::Box(walls) => return Ok(Self::of_box(walls, source_m, bin_s, length_s, seed)),
+            Form::Mesh(mesh) => mesh,
+        };
+        let bins = (length_s / bin_s).ceil() as usize;
+        let ready = Room::new(mesh, &vec![Material::even("", 0.1, 0.1); mesh.groups.len()])?;
+        let met = reflections(&ready, source_m, RAYS, length_s * SPEED_OF_SOUND_M_S, SCATTERED, seed)?;
+        let at = |m: &Met| ((m.way_m / SPEED_OF_SOUND_M_S / bin_s) as f32, m.group.map_or(LOST, |g| g as u16));
+        let rays = met.iter().map(|ray| ray.iter().map(at).collect()).collect();
+        Ok(Self { rays, bin_s, bins, volume_m3: room.volume_m3() })
+    }
+
+    /// The same rays for the first bins alone.
+    #[must_use]
+    pub(crate) fn first(&self, bins: usize) -> Self {
+        let until = |ray: &Vec<(f32, u16)>| ray.iter().copied().take_while(|(at, _)| *at < bins as f32).collect();
+        Self { rays: self.rays.iter().map(until).collect(), bins, ..*self }
+    }
+
     /// Energy by bin of all sound but what mirrors alone have sent on up to `order` times, as the mean over the room, for a
     /// source whose direct sound has an energy of 1 at 1 m in the mean over directions; and of all sound.
     #[must_use]
@@ -60,7 +89,10 @@ impl Histories {
             for (at, wall) in ray {
                 // A bin belongs to what holds in its middle.
                 count((at + 0.5) as usize, left, mirrored, hits);
-                let surface = surfaces[usize::from(*wall)];
+                let Some(surface) = surfaces.get(usize::from(*wall)) else {
+                    left = 0.0;
+                    break;
+                };
                 left *= 1.0 - surface.absorption;
                 mirrored *= 1.0 - surface.scattering;
                 hits += 1;
@@ -78,7 +110,7 @@ impl Histories {
     }
 }
 
-fn trace(walls: &Walls, source_m: [f64; 3], bin_s: f64, bins: usize, random: &mut Random) -> Vec<(f32, u8)> {
+fn trace(walls: &Walls, source_m: [f64; 3], bin_s: f64, bins: usize, random: &mut Random) -> Vec<(f32, u16)> {
     let mut heading = sphere(random);
     let mut at = source_m;
     let (mut time, mut hits) = (0.0, Vec::new());
@@ -98,7 +130,7 @@ fn trace(walls: &Walls, source_m: [f64; 3], bin_s: f64, bins: usize, random: &mu
         if !time.is_finite() || time >= bins as f64 {
             return hits;
         }
-        hits.push((time as f32, wall as u8));
+        hits.push((time as f32, wall as u16));
         let axis = wall / 2;
         for (a, coordinate) in at.iter_mut().enumerate() {
             *coordinate = (*coordinate + nearest * heading[a]).clamp(walls.low_m[a], walls.high_m[a]);

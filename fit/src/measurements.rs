@@ -90,6 +90,8 @@ impl Default for LoadOptions {
     }
 }
 
+/// Responses that a full fit takes at least.
+pub const LEAST_RESPONSES: usize = 3;
 /// Samples of all responses of a set together, at most: 1 GiB of `f32`.
 const MOST_SAMPLES: usize = 1 << 28;
 

@@ -4,15 +4,21 @@
 //! much the source sends beside its axis; Gauss-Newton with derivatives by steps, damped (Levenberg 1944). Walls are held
 //! together by a prior: a factor of 2 of one against their mean costs one difference.
 
+mod finish;
+
+pub use finish::quick_fit;
+
 use crate::energy_model::{BIN_S, ORDER, Octave};
 use crate::error::FitError;
+use crate::estimate::Estimate;
 use crate::histories::{Histories, Surface};
 use crate::linear::solve;
 use crate::measurements::Measurements;
-use crate::octaves::{FITTED_HZ, JND, binned, measures, octaves_at, split};
-use crate::walls::{Path, Walls};
+use crate::octaves::{self, FITTED_HZ, JND, measures, octaves_at};
+use crate::picture::Curve;
+use crate::residual::Residual;
+use crate::walls::{Path, WALLS, Walls};
 use promenade_acoustics::{Air, SPEED_OF_SOUND_M_S};
-use promenade_metrics::onset;
 use rayon::prelude::*;
 
 /// Unknowns of an octave: a logit for each wall, scattering's, and the logarithm of the sharpness.
@@ -33,19 +39,6 @@ const UNDETERMINED: f64 = 0.7;
 const MOST_JND: f64 = 20.0;
 /// The least and greatest energy of images that the early residual makes of theirs.
 const EARLY: (f64, f64) = (0.1, 4.0);
-/// Bins before the direct sound that belong to it: octave filters ring before it.
-const LEAD_S: f64 = 0.002;
-
-/// A number with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// The number.
-    pub value: f64,
-    /// Its standard error.
-    pub error: f64,
-    /// Whether the data say so, and not what was assumed before.
-    pub determined: bool,
-}
 
 /// The fit of one octave.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,18 +84,27 @@ pub struct QuickFit {
     pub facing: bool,
     /// The trace that it was made with.
     pub histories: Histories,
+    /// What surfaces do not explain.
+    pub residual: Residual,
 }
 
 impl QuickFit {
     /// The same room with another absorption of a wall, by octave from 125 Hz.
     #[must_use]
-    pub fn with_absorption(&self, wall: usize, absorption: &[f32; 7]) -> Self {
+    pub fn with_absorption(&self, wall: usize, absorption: &promenade_acoustics::Octaves) -> Self {
         let mut changed = self.clone();
         for (number, octave) in changed.octaves.iter_mut().enumerate() {
             let value = f64::from(absorption[number.saturating_sub(1)]);
             octave.absorption[wall] = Estimate { value, error: 0.0, determined: true };
         }
         changed
+    }
+
+    /// Absorption by wall in the octaves from 125 Hz.
+    #[must_use]
+    pub fn curves(&self) -> Vec<Curve> {
+        let points = |w: usize| self.octaves.iter().zip(FITTED_HZ).skip(1).map(|(o, hz)| (hz, o.absorption[w])).collect();
+        WALLS.iter().enumerate().map(|(w, name)| Curve { name: (*name).to_owned(), points: points(w) }).collect()
     }
 
     /// Octaves that could not be fitted, hertz.
@@ -137,11 +139,8 @@ struct Seen {
     facing: Option<[f64; 3]>,
 }
 
-/// Fits a box to measurements. The same input makes the same fit.
-///
-/// # Errors
-/// A box that is none, or a source or a microphone outside of it.
-pub fn quick_fit(walls: &Walls, set: &Measurements, seed: u64) -> Result<QuickFit, FitError> {
+/// The fit without its residual.
+fn of_surfaces(walls: &Walls, set: &Measurements, seed: u64) -> Result<QuickFit, FitError> {
     walls.check()?;
     let rate = f64::from(set.sample_rate_hz);
     for one in &set.all {
@@ -168,18 +167,13 @@ pub fn quick_fit(walls: &Walls, set: &Measurements, seed: u64) -> Result<QuickFi
             facing: m.source.facing.filter(|_| facing),
         })
         .collect();
-    let bin = (BIN_S * rate).round() as usize;
     // By place, then by octave.
     let heard: Vec<Vec<Heard>> = set
         .all
         .par_iter()
         .map(|m| {
-            let start = onset(&m.samples).unwrap_or(0).saturating_sub((LEAD_S * rate) as usize);
-            let of = |x: &Vec<f32>| {
-                let bins = binned(x, start, bin);
-                Heard { measured: measures(&bins, BIN_S), late: late(&bins) }
-            };
-            split(&m.samples, rate).iter().map(of).collect()
+            let of = |(bins, measured): (Vec<f64>, _)| Heard { measured, late: late(&bins) };
+            octaves::heard(&m.samples, rate, BIN_S).into_iter().map(of).collect()
         })
         .collect();
     let octaves = (0..octaves_at(rate))
@@ -189,7 +183,7 @@ pub fn quick_fit(walls: &Walls, set: &Measurements, seed: u64) -> Result<QuickFi
             Octaves { histories: &histories, seen: &seen, heard, number: octave, facing }.fit()
         })
         .collect();
-    Ok(QuickFit { walls: *walls, octaves, facing, histories })
+    Ok(QuickFit { walls: *walls, octaves, facing, histories, residual: Residual::default() })
 }
 
 /// Energy between 80 and 250 ms.

@@ -1,10 +1,11 @@
 //! What a fit says of itself, as Markdown and as JSON.
 
+use crate::estimate::Estimate;
 use crate::evaluation::Row;
 use crate::figures::Errors;
 use crate::measurements::Measurements;
 use crate::octaves::FITTED_HZ;
-use crate::quick::{Estimate, QuickFit};
+use crate::quick::QuickFit;
 use crate::walls::WALLS;
 use std::fmt::Write;
 

@@ -1,6 +1,6 @@
 //! Noise with the energy of diffuse sound.
 
-use crate::octaves::split;
+use crate::octaves::{octaves_at, share};
 use crate::random::Random;
 use promenade_fourier::{signal, spectrum};
 
@@ -14,17 +14,21 @@ impl Noise {
     /// Draws `length` samples.
     #[must_use]
     pub fn new(chain: &[f64], length: usize, sample_rate_hz: f64, seed: u64) -> Self {
-        let mut random = Random::new(seed, 0x7461_696C);
         let transform = (length + chain.len()).next_power_of_two();
         let colour = spectrum(chain.iter().copied(), transform);
-        let mut bins = spectrum((0..length).map(|_| random.normal()), transform);
-        bins.iter_mut().zip(&colour).for_each(|(b, c)| *b *= c);
-        let noise: Vec<f32> = signal(bins, transform).into_iter().take(length).map(|v| v as f32).collect();
-        let mut octaves = split(&noise, sample_rate_hz);
-        for octave in &mut octaves {
+        let mut octaves = Vec::with_capacity(octaves_at(sample_rate_hz));
+        for number in 0..octaves_at(sample_rate_hz) {
+            // Each has noise of its own: where two overlap, one noise would add up in step.
+            let mut random = Random::new(seed, 0x7461_696C + number as u64);
+            let mut bins = spectrum((0..length).map(|_| random.normal()), transform);
+            bins.iter_mut().zip(&colour).enumerate().for_each(|(k, (b, c))| {
+                *b *= c * share(number, k as f64 * sample_rate_hz / transform as f64, sample_rate_hz);
+            });
+            let mut octave: Vec<f32> = signal(bins, transform).into_iter().take(length).map(|v| v as f32).collect();
             let power = octave.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / length as f64;
             let gain = power.max(1e-30).sqrt().recip() as f32;
             octave.iter_mut().for_each(|v| *v *= gain);
+            octaves.push(octave);
         }
         Self { octaves }
     }

@@ -1,7 +1,12 @@
-//! A fitted box as files that other commands read: a mesh, and its materials beside it.
+//! A fitted room as files that other commands read: a mesh, and its materials beside it.
 
+use crate::error::FitError;
+use crate::flat_room::{FlatRoom, Form};
+use crate::full_fit::FullFit;
+use crate::histories::Surface;
 use crate::quick::QuickFit;
 use crate::walls::{WALLS, Walls};
+use promenade_acoustics::Mesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,19 +22,74 @@ pub struct MaterialsBeside {
 }
 
 impl MaterialsBeside {
-    /// Of a fit.
+    /// Of a quick fit.
     #[must_use]
     pub fn of(fit: &QuickFit, made: &str) -> Self {
-        let octaves = fit.octaves.get(1..).unwrap_or_default();
-        let shares = |of: &dyn Fn(usize) -> f64| {
-            let last = octaves.len().saturating_sub(1);
-            (0..7).map(|o| format!("{:.4}", of(o.min(last)))).collect::<Vec<String>>().join("/")
+        let last = fit.octaves.len().saturating_sub(1);
+        let octaves = (1..=7).map(|o| fit.octaves[o.min(last)].octave(o).surfaces.to_vec());
+        Self::of_octaves(&WALLS, &octaves.collect::<Vec<_>>(), made)
+    }
+
+    /// Of a full fit, for the groups of [`full_mesh`].
+    #[must_use]
+    pub fn of_full(fit: &FullFit, made: &str) -> Self {
+        let octaves: Vec<Vec<Surface>> = (1..=7).map(|o| fit.octave(o)).collect();
+        let Some(own) = &fit.voxels else { return Self::of_octaves(&fit.room.surfaces, &octaves, made) };
+        let (mut names, mut all) = (Vec::new(), vec![Vec::new(); 7]);
+        for (name, materials) in fit.room.surfaces.iter().zip(own.materials(fit.room.surfaces.len()).1) {
+            for (number, absorption) in materials.iter().enumerate() {
+                names.push(piece(name, number));
+                let bands = fit.bands.to_octaves(absorption);
+                for (o, to) in all.iter_mut().enumerate() {
+                    let scattering = octaves[o].first().map_or(0.0, |s| s.scattering);
+                    to.push(Surface { absorption: bands[o + 1].clamp(0.0, 1.0), scattering });
+                }
+            }
+        }
+        Self::of_octaves(&names, &all, made)
+    }
+
+    fn of_octaves<N: AsRef<str>>(names: &[N], octaves: &[Vec<Surface>], made: &str) -> Self {
+        let shares = |of: &dyn Fn(&Vec<Surface>) -> f64| {
+            octaves.iter().map(|o| format!("{:.4}", of(o))).collect::<Vec<String>>().join("/")
         };
-        let wall = |(w, name): (usize, &&str)| {
-            let absorption = shares(&|o| octaves[o].absorption[w].value);
-            ((*name).to_owned(), format!("{absorption}:{}", shares(&|o| octaves[o].scattering.value)))
+        let surface = |(s, name): (usize, &N)| {
+            let (absorption, scattering) = (shares(&|o| o[s].absorption), shares(&|o| o[s].scattering));
+            (name.as_ref().to_owned(), format!("{absorption}:{scattering}"))
         };
-        Self { made: made.to_owned(), materials: WALLS.iter().enumerate().map(wall).collect() }
+        Self { made: made.to_owned(), materials: names.iter().enumerate().map(surface).collect() }
+    }
+}
+
+/// The group of pieces of a surface that are of one of its materials.
+fn piece(surface: &str, number: usize) -> String {
+    format!("{surface}.{}", number + 1)
+}
+
+/// The mesh of a full fit: a group for each surface, or for each material of its pieces, `x0.1`.
+///
+/// # Errors
+/// A box without a volume.
+pub fn full_mesh(fit: &FullFit) -> Result<Mesh, FitError> {
+    let Some(own) = &fit.voxels else { return fit.room.mesh() };
+    let (of, _) = own.materials(fit.room.surfaces.len());
+    Ok(own.voxels.mesh(|p| piece(&fit.room.surfaces[own.voxels.patches[p].surface], of[p])))
+}
+
+/// [`full_mesh`] as a text in the format OBJ, metres.
+///
+/// # Errors
+/// A box without a volume.
+pub fn full_obj(fit: &FullFit) -> Result<String, FitError> {
+    if fit.voxels.is_some() { Ok(full_mesh(fit)?.to_obj()) } else { Ok(room_obj(&fit.room)) }
+}
+
+/// A room as a text in the format OBJ, metres, a group for each surface.
+#[must_use]
+pub fn room_obj(room: &FlatRoom) -> String {
+    match &room.form {
+        Form::Box(walls) => box_obj(walls),
+        Form::Mesh(mesh) => mesh.to_obj(),
     }
 }
 

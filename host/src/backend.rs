@@ -42,6 +42,9 @@ pub(crate) trait Backend {
 
     fn latency(&mut self) -> Result<usize, HostError>;
 
+    /// How often the plugin has asked for another activation.
+    fn restarts(&self) -> usize;
+
     fn tail(&mut self) -> Option<usize>;
 
     /// Whether the last block's status lets a host stop playing it while its input is silent; `None` where the format has no

@@ -60,7 +60,7 @@ fn host_info() -> Result<HostInfo, std::ffi::NulError> {
 /// Loads a CLAP library.
 pub(crate) fn load(path: &Path) -> Result<PluginEntry, HostError> {
     #[expect(unsafe_code, reason = "loading a shared library runs its code")]
-    // SAFETY: whoever names a plugin to a host wants its code to run.
+    // SAFETY: the caller names the plugin whose code is to run.
     let entry = unsafe { PluginEntry::load(path) }.map_err(|e| HostError::load(path, e))?;
     stay(path);
     Ok(entry)
@@ -327,9 +327,13 @@ impl Backend for ClapPlugin {
         if Requests::take(&self.requests.restart) {
             self.restart(self.setup)?;
         }
-        // Who has no such extension has no latency.
+        // A plugin without this extension has no latency.
         let Ok(latency) = self.extension::<PluginLatency>("latency") else { return Ok(0) };
         Ok(latency.get(&self.instance.plugin_handle()) as usize)
+    }
+
+    fn restarts(&self) -> usize {
+        self.requests.restarts.load(Ordering::Acquire)
     }
 
     fn tail(&mut self) -> Option<usize> {

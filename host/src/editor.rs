@@ -11,9 +11,32 @@ pub struct EditorSize {
     pub height: u32,
 }
 
+/// What a host says of an editor between making and showing it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EditorStep {
+    /// The scale of logical to physical pixels.
+    Scale,
+    /// Asks for the size, and gives that very size.
+    Size,
+    /// Puts it into the host's window.
+    Parent,
+}
+
+/// How an editor is opened. VST3 has the steps in an order of its own, and no time between them.
+pub struct Opening<'a> {
+    /// Number of the host's window, which must outlive the editor and be at least as big.
+    pub window: u32,
+    /// Logical to physical pixels. A plugin that has its own idea of it keeps to that.
+    pub scale: f64,
+    /// The steps in their order; [`EditorStep::Parent`] is one of them.
+    pub steps: &'a [EditorStep],
+    /// Called between any two calls of the plugin.
+    pub pause: &'a mut dyn FnMut(),
+}
+
 /// A plugin's own window inside one of the host's, on X11.
 ///
-/// While it is open [`Instance::serve`](crate::Instance::serve) wants to be called some thirty times a second. All methods
+/// While it is open [`Instance::serve`](crate::Instance::serve) is to be called some thirty times a second. All methods
 /// belong to the thread that opened the instance. The editor closes with the instance.
 pub trait Editor {
     /// Opens the editor inside a window, at a scale of logical to physical pixels; returns its size. A plugin that has its own
@@ -21,7 +44,15 @@ pub trait Editor {
     ///
     /// # Errors
     /// It is open already, or the plugin refuses the window.
-    fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, HostError>;
+    fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, HostError> {
+        self.open_by(Opening { window, scale, steps: &[EditorStep::Scale, EditorStep::Parent], pause: &mut || () })
+    }
+
+    /// Opens the editor as some host does, step by step; returns its size.
+    ///
+    /// # Errors
+    /// It is open already, or the plugin refuses a step.
+    fn open_by(&mut self, opening: Opening<'_>) -> Result<EditorSize, HostError>;
 
     /// Whether it is open.
     fn is_open(&self) -> bool;
@@ -29,7 +60,7 @@ pub trait Editor {
     /// The size as it is.
     ///
     /// # Errors
-    /// It is not open, or the plugin does not know.
+    /// It is not open, or the plugin does not say.
     fn size(&mut self) -> Result<EditorSize, HostError>;
 
     /// Whether the user may drag its border.
@@ -53,7 +84,7 @@ pub trait Editor {
     /// Hides it and keeps it open.
     ///
     /// # Errors
-    /// It is not open, the plugin refuses, or it is VST3, which knows no hiding.
+    /// It is not open, the plugin refuses, or it is VST3, which has no hiding.
     fn hide(&mut self) -> Result<(), HostError>;
 
     /// Closes it; nothing happens where it is closed.

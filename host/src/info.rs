@@ -23,7 +23,7 @@ impl fmt::Display for Format {
 /// A plugin as its bundle lists it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PluginInfo {
-    /// The name by which hosts know it: a CLAP id, or a VST3 class id in hexadecimal digits.
+    /// Its name for hosts: a CLAP id, or a VST3 class id in hexadecimal digits.
     pub id: String,
     /// Name.
     pub name: String,

@@ -205,8 +205,14 @@ impl Instance {
         self.plugin.latency()
     }
 
-    /// How long the plugin sounds on after its input, samples, as it reports; `None` for ever. A VST3 plugin is asked when it
-    /// is activated only, which may be before it knows.
+    /// How often the plugin has asked to be activated again since it was opened. VST3 plugins ask for several things at once,
+    /// and those between two calls of [`Instance::latency`] count once.
+    #[must_use]
+    pub fn restarts(&self) -> usize {
+        self.plugin.restarts()
+    }
+
+    /// How long the plugin sounds on after its input, samples, as it reports; `None` for ever.
     pub fn tail(&mut self) -> Option<usize> {
         self.plugin.tail()
     }
@@ -254,8 +260,8 @@ impl Instance {
         self.relist()
     }
 
-    /// Does what the plugin has asked for on the main thread. [`Instance::process`] does so after each block by itself; who has
-    /// an editor open does it some thirty times a second.
+    /// Does what the plugin has asked for on the main thread. [`Instance::process`] does so after each block by itself; with an
+    /// editor open, call it some thirty times a second.
     ///
     /// # Errors
     /// The plugin does not start again.
@@ -279,7 +285,7 @@ impl Instance {
     /// Marks a parameter in the plugin's editor.
     ///
     /// # Errors
-    /// There is no such parameter, or the plugin or its format knows no marks.
+    /// There is no such parameter, or the plugin or its format has no marks.
     pub fn mark(&mut self, id: u32, mark: &Mark) -> Result<(), HostError> {
         self.numbered(id)?;
         self.plugin.mark(id, mark)

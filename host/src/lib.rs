@@ -52,7 +52,7 @@ pub use automation::{AUTOMATION_STEP, Lane, Point};
 pub use automation_file::{AutomationError, AutomationFile, MAX_AUTOMATION_BYTES};
 pub use bounce::{Bounce, bounce};
 pub use bundle::Bundle;
-pub use editor::{Editor, EditorSize};
+pub use editor::{Editor, EditorSize, EditorStep, Opening};
 pub use error::HostError;
 pub use info::{Format, PluginInfo};
 pub use instance::Instance;

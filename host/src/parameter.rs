@@ -5,7 +5,7 @@ use crate::HostError;
 /// A parameter as a plugin lists it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// The number by which hosts know it.
+    /// Its number for hosts.
     pub id: u32,
     /// Name.
     pub name: String,
@@ -21,11 +21,11 @@ pub struct Parameter {
     pub automatable: bool,
     /// The module that it belongs to, with `/` between modules within modules; empty for none, and in VST3.
     pub module: String,
-    /// Whether its greatest value is its least again, as an angle's. VST3 knows no such thing.
+    /// Whether its greatest value is its least again, as an angle's. VST3 has no such thing.
     pub periodic: bool,
-    /// The plugin's own least value; VST3 knows none and has 0.
+    /// The plugin's own least value; VST3 has none: 0.
     pub(crate) least: f64,
-    /// The plugin's own greatest value; VST3 knows none and has 1.
+    /// The plugin's own greatest value; VST3 has none: 1.
     pub(crate) greatest: f64,
 }
 

@@ -54,6 +54,8 @@ pub(crate) struct Vst3Plugin {
     setup: Setup,
     buffers: AudioBuffers,
     tempo: f64,
+    /// How often it has asked for another activation because of its latency.
+    restarts: usize,
 }
 
 impl Vst3Plugin {
@@ -70,6 +72,7 @@ impl Vst3Plugin {
             setup,
             buffers: AudioBuffers::new(0, 0, 0, setup.rate),
             tempo: setup.tempo.unwrap_or(USUAL_TEMPO),
+            restarts: 0,
         };
         opened.arrange()?;
         opened.start()?;
@@ -113,10 +116,11 @@ impl Vst3Plugin {
         self.serve_requests()
     }
 
-    /// Reads again what the plugin reports as changed, with a restart where the format wants one.
+    /// Reads again what the plugin reports as changed, with a restart where the format needs one.
     fn serve_requests(&mut self) -> Result<(), HostError> {
-        let served = self.plugin.service_host_requests();
-        served.map(drop).map_err(|e| self.failed("start again", e))
+        let flags = self.plugin.service_host_requests().map_err(|e| self.failed("start again", e))?;
+        self.restarts += usize::from(flags.latency_changed());
+        Ok(())
     }
 
     /// The value of a text, asked of a controller that is made when the first text comes.
@@ -260,6 +264,10 @@ impl Backend for Vst3Plugin {
     fn latency(&mut self) -> Result<usize, HostError> {
         self.serve_requests()?;
         Ok(self.plugin.latency_samples() as usize)
+    }
+
+    fn restarts(&self) -> usize {
+        self.restarts
     }
 
     fn tail(&mut self) -> Option<usize> {

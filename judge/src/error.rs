@@ -22,7 +22,7 @@ pub enum JudgeError {
     /// What is heard while walking cannot be compared.
     #[error("noise that is heard while walking cannot be compared")]
     Walk(#[source] MetricError),
-    /// Nobody wants the figures any more.
+    /// The figures are no longer asked for.
     #[error("given up")]
     Unwanted,
 }

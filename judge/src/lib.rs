@@ -13,7 +13,8 @@ mod stream;
 pub mod trade;
 
 pub use error::JudgeError;
-pub use measures::{Comparison, MeanErrors, RESPONSE_S, Unmeasurable, response_measures, response_s};
+pub use measures::{
+    Comparison, MeanErrors, RESPONSE_S, Unmeasurable, mean_level_errors_db, response_levels_db, response_measures, response_s,
+};
 pub use poses::{noise, poses_within, walk};
-pub use promenade_core::random;
 pub use stream::{Ears, Stream};

@@ -1,7 +1,10 @@
 //! The measures of a binaural room response, and their errors over poses.
 
-use promenade_core::{ResponseMeasures, Scene};
+use promenade_core::{OCTAVES_HZ, ResponseMeasures, Scene};
+use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::spectrum;
 use promenade_metrics::{DecayRange, MetricError, c50_db, decay_time_s, ild_db, itd_s};
+use std::f64::consts::SQRT_2;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
@@ -34,6 +37,32 @@ pub fn response_measures(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Re
     })
 }
 
+/// Energy of a response over both ears, dB: of the whole band, then of each octave from 125 Hz on whose upper edge the rate
+/// has.
+#[must_use]
+pub fn response_levels_db(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Vec<f64> {
+    let length = left.len().max(right.len()).next_power_of_two().max(2);
+    let spectra = [left, right].map(|ear| spectrum(ear.iter().map(|v| f64::from(*v)), length));
+    let energy = |from_hz: f64, to_hz: f64| -> f64 {
+        let place = |hz: f64| ((hz * length as f64 / sample_rate_hz).ceil() as usize).min(length / 2 + 1);
+        let energy = |x: &[Complex64]| x[place(from_hz)..place(to_hz)].iter().map(Complex64::norm_sqr).sum::<f64>();
+        2.0 * spectra.iter().map(|ear| energy(ear)).sum::<f64>() / length as f64
+    };
+    let octaves = OCTAVES_HZ.iter().map(|hz| (f64::from(*hz) / SQRT_2, f64::from(*hz) * SQRT_2));
+    let octaves = octaves.filter(|(_, high)| *high < 0.5 * sample_rate_hz);
+    let bands = std::iter::once((0.0, sample_rate_hz)).chain(octaves);
+    bands.map(|(low, high)| 10.0 * energy(low, high).max(1e-30).log10()).collect()
+}
+
+/// Mean absolute errors of the levels over comparisons, dB, as [`response_levels_db`]; empty where none has any.
+#[must_use]
+pub fn mean_level_errors_db(comparisons: &[Comparison]) -> Vec<f64> {
+    let known: Vec<&[Vec<f64>; 2]> = comparisons.iter().map(|c| &c.levels_db).filter(|l| !l[0].is_empty()).collect();
+    let bands = known.iter().map(|[a, b]| a.len().min(b.len())).min().unwrap_or(0);
+    let mean = |band: usize| known.iter().map(|[a, b]| (b[band] - a[band]).abs()).sum::<f64>() / known.len() as f64;
+    (0..bands).map(mean).collect()
+}
+
 /// The length of response in which a scene's decays can be measured, seconds: one and a half times the longest reverberation
 /// time.
 #[must_use]
@@ -50,6 +79,8 @@ pub struct Comparison {
     pub measured: ResponseMeasures,
     /// The same of the rendered response.
     pub rendered: ResponseMeasures,
+    /// Levels of both as [`response_levels_db`] has them; empty where they are not known.
+    pub levels_db: [Vec<f64>; 2],
 }
 
 /// Mean absolute errors over poses.
@@ -88,7 +119,7 @@ impl MeanErrors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use promenade_core::random::Random;
 
     #[test]
     fn mirrors_when_the_ears_are_swapped() {
@@ -103,6 +134,23 @@ mod tests {
         assert!((a.itd_s + b.itd_s).abs() < 1e-12 && (a.ild_db + b.ild_db).abs() < 1e-12);
         assert!((a.ild_db - 6.02).abs() < 0.01);
         assert_eq!((a.t20_s, a.edt_s, a.c50_db), (b.t20_s, b.edt_s, b.c50_db));
+    }
+
+    #[test]
+    fn levels_are_those_of_octaves_and_add_up_over_both_ears() {
+        let tone =
+            |hz: f32| (0..48_000).map(|i| (std::f32::consts::TAU * hz * i as f32 / 48_000.0).sin()).collect::<Vec<f32>>();
+        let (left, right) = (tone(250.0), tone(4_000.0));
+        let levels = response_levels_db(&left, &right, 48_000.0);
+        // Of each a power of a half for a second.
+        let one = 10.0 * 24_000.0_f64.log10();
+        assert_eq!(levels.len(), 8);
+        assert!((levels[0] - one - 3.01).abs() < 0.05, "{levels:?}");
+        for (band, level) in levels[1..].iter().enumerate() {
+            let expected = if band == 1 || band == 5 { (level - one).abs() < 0.1 } else { *level < one - 20.0 };
+            assert!(expected, "octave {band}: {level}");
+        }
+        assert_eq!(response_levels_db(&left, &right, 16_000.0).len(), 7, "no octave beyond the rate");
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Poses, a walk and a sound that are the same on every machine.
 
-use crate::random::Random;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use promenade_core::random::Random;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Highest pitch of a random pose up and down, radians.

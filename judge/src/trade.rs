@@ -6,7 +6,9 @@ mod all;
 mod reduce;
 
 #[cfg(feature = "rayon")]
-pub use all::trade;
+pub use all::{trade, trade_beside};
+#[cfg(feature = "rayon")]
+pub use reduce::reduced;
 
 use crate::cost::{Setting, TierCost, setting_costs};
 use crate::error::JudgeError;
@@ -59,6 +61,54 @@ impl TradeErrors {
     }
 }
 
+/// The nodes of a scene's tables that are thinned together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nodes {
+    /// Azimuths or yaws.
+    Directions,
+    /// Elevations, or pitches and rolls.
+    Elevations,
+    /// Places along x, y and z.
+    Places,
+}
+
+impl Nodes {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Directions, Self::Elevations, Self::Places];
+
+    /// What they are called.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Directions => "directions",
+            Self::Elevations => "elevations",
+            Self::Places => "places",
+        }
+    }
+}
+
+/// What of a scene is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Less {
+    /// The first taps; the late part begins where they end, as much louder as it has decayed until its old beginning.
+    Taps(usize),
+    /// The first images, which are the strongest.
+    Images(usize),
+    /// Every second of these nodes.
+    Half(Nodes),
+}
+
+/// How a setting is had.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// The scene plays it as it is, in its tier.
+    Tier,
+    /// By so many decodes a second.
+    Decodes(f32),
+    /// By a scene that holds less.
+    Less(Less),
+}
+
 /// One setting of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TradePoint {
@@ -66,8 +116,8 @@ pub struct TradePoint {
     pub name: String,
     /// The tier.
     pub tier: Tier,
-    /// Whether the scene offers it as it is: a tier of its own.
-    pub offered: bool,
+    /// How it is had.
+    pub way: Way,
     /// Processor seconds per second of audio of one core, walking and turning.
     pub real_time: f64,
     /// The same over that of a bare short-time transform.
@@ -143,7 +193,7 @@ pub fn tier_points(
     for setting in tiers(scene) {
         let heard = Rendering::of(&setting, wanted)?;
         if let Some(cost) = costs(&[&setting], sample_rate_hz, block).into_iter().flatten().next() {
-            points.push(TradePoint::new(&setting, true, &cost, &heard, &best)?);
+            points.push(TradePoint::new(&setting, Way::Tier, &cost, &heard, &best)?);
         }
     }
     Ok(points)
@@ -154,17 +204,11 @@ impl TradePoint {
     ///
     /// # Errors
     /// What is heard while walking cannot be compared.
-    pub fn new(
-        setting: &Setting,
-        offered: bool,
-        cost: &TierCost,
-        heard: &Rendering,
-        best: &Rendering,
-    ) -> Result<Self, JudgeError> {
+    pub fn new(setting: &Setting, way: Way, cost: &TierCost, heard: &Rendering, best: &Rendering) -> Result<Self, JudgeError> {
         Ok(Self {
             name: setting.name.clone(),
             tier: setting.quality.tier,
-            offered,
+            way,
             real_time: cost.real_time,
             times_stft: cost.times_stft,
             memory_bytes: setting.scene.memory_bytes(),
@@ -189,7 +233,7 @@ impl Rendering {
     /// Plays a setting at the scene's own rate, as long as that is `wanted`.
     ///
     /// # Errors
-    /// It cannot be rendered, its responses cannot be measured, or nobody wants them any more.
+    /// It cannot be rendered, its responses cannot be measured, or they are no longer asked for.
     pub fn of(setting: &Setting, wanted: &dyn Fn() -> bool) -> Result<Self, JudgeError> {
         let scene = &setting.scene;
         let rate = scene.grid().sample_rate_hz;
@@ -219,6 +263,7 @@ impl Rendering {
                 name: held.name.clone(),
                 measured: held.measured,
                 rendered,
+                levels_db: Default::default(),
             }));
         }
         let start = scene.start_pose();
@@ -287,7 +332,7 @@ mod tests {
         let costs = costs(&tiers.iter().collect::<Vec<_>>(), 8_000.0, 256);
         let point = |n: usize| {
             let heard = Rendering::of(&tiers[n], &|| true).unwrap();
-            TradePoint::new(&tiers[n], true, &costs[n].unwrap(), &heard, &best).unwrap()
+            TradePoint::new(&tiers[n], Way::Tier, &costs[n].unwrap(), &heard, &best).unwrap()
         };
         let (draft, standard) = (point(0), point(1));
         assert!(standard.error_jnds() < 1e-6 && standard.walking_db < 1e-6, "{standard:?}");

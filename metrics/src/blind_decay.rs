@@ -28,7 +28,7 @@ const LONGEST_S: f64 = 5.0;
 /// same offsets.
 ///
 /// It takes the sound's own decays for the room's: it cannot tell a room that is drier than what is played in it, is too long
-/// for sound that dies away slowly, and knows nothing of bands. Two sounds with the same source compare better than either
+/// for sound that dies away slowly, and has no bands. Two sounds with the same source compare better than either
 /// alone is known. It is not the learnt estimator of published RTE figures.
 #[must_use]
 pub fn blind_decay_time_s(signal: &[f32], guide: &[f32], sample_rate_hz: f64) -> Option<f64> {

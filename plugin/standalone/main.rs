@@ -10,7 +10,8 @@ use std::process::ExitCode;
 const HELP: &str = "\
 Promenade without a host.
 
-  --play FILE.wav    play a file (WAV, one or two channels) in place of the live input, over and over
+  --play FILE        play a file (WAV or FLAC, one or two channels) in place of the live input, over and over
+  --walk FILE        walk along a camera path with the file, from its start
   --once             stop at the end of the file
 
 Sound card and window:
@@ -19,7 +20,7 @@ Sound card and window:
 fn main() -> ExitCode {
     let player = player::set_up();
     let mut rest = Vec::new();
-    let mut file = None;
+    let (mut file, mut walk) = (None, None);
     let mut args = std::env::args();
     rest.extend(args.next());
     while let Some(arg) = args.next() {
@@ -27,7 +28,11 @@ fn main() -> ExitCode {
             (_, Some(path)) => file = Some(path.to_owned()),
             ("--play", _) => match args.next() {
                 Some(path) => file = Some(path),
-                None => return refuse("--play: expected a WAV file, found nothing"),
+                None => return refuse("--play: expected a WAV or FLAC file, found nothing"),
+            },
+            ("--walk", _) => match args.next() {
+                Some(path) => walk = Some(path),
+                None => return refuse("--walk: expected a camera path, found nothing"),
             },
             ("--once", _) => player.once.set(true),
             ("--help" | "-h", _) => {
@@ -39,6 +44,11 @@ fn main() -> ExitCode {
     }
     if let Some(file) = file
         && let Err(error) = player.open(Path::new(&file))
+    {
+        return refuse(&with_causes(&error));
+    }
+    if let Some(walk) = walk
+        && let Err(error) = player.follow(Path::new(&walk))
     {
         return refuse(&with_causes(&error));
     }

@@ -137,6 +137,8 @@ def make(template):
     files = {}
     for name, (uses, sentence, changes) in PRESETS.items():
         preset = json.loads(json.dumps(state))
+        # A new instance plays the loft as its own scene; presets name what they play.
+        preset["params"]["scene"], preset["fields"]["scene"] = {"string": "iosr-room-a"}, "{}"
         for key, value in changes.items():
             if key == "path":
                 walk = {"keyframes": value, "speed": 1.0, "looping": True, "slot": 0}

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a bench may panic")]
 
 use cpu_time::ThreadTime;
-use promenade_acoustics::{Materials, Shoebox};
+use promenade_acoustics::{Air, Materials, Shoebox};
 use promenade_core::glam::Vec3;
 use promenade_core::{Carriers, Renderer, Scene};
 use promenade_room::{SceneHead, SceneOptions, ShoeboxRoom};
@@ -30,7 +30,14 @@ fn main() {
         let walls = Shoebox { size, materials: materials.map(|name| table.material(name).unwrap()) };
         let emitter = 0.3 * Vec3::from_array(size.map(|length| length as f32));
         let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter };
-        let options = SceneOptions { images: 60, seed: 1, title: name.to_owned(), recipe: String::new() };
+        let options = SceneOptions {
+            images: 60,
+            air: Air::default(),
+            waves_hz: None,
+            seed: 1,
+            title: name.to_owned(),
+            recipe: String::new(),
+        };
         let mut ms = [0.0; 3];
         for _ in 0..RUNS {
             let mut began = ThreadTime::now();

@@ -5,16 +5,20 @@
 
 #![forbid(unsafe_code)]
 
+mod bass;
 mod error;
 mod late;
+mod reverberation;
 mod scene_head;
 mod shoebox_room;
 mod surfaces;
 
+pub use bass::{CROSSOVERS_HZ, RoomBass, bass_axis, bass_places, crossover_hz, whole_hz};
 pub use error::RoomError;
 pub use late::{
     EnergyVector, HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, heard, late_gain, time_filters,
 };
+pub use reverberation::{Matched, Missed, Some7, T20_S, factored, match_t20, measured_t20_s, t20_s};
 pub use scene_head::SceneHead;
 pub use shoebox_room::{PLAYED_IMAGES, SIZES_M, SceneOptions, ShoeboxRoom};
 pub use surfaces::{LatePart, Level, Places, Played, PlayedImage, Surfaces, amplitude, energy_at, outline};

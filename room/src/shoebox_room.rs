@@ -1,10 +1,11 @@
 //! Box rooms as scenes.
 
+use crate::bass::{CROSSOVERS_HZ, RoomBass, bass_axis, bass_places, crossover_hz, whole_hz};
 use crate::error::RoomError;
 use crate::late::{HopEnergies, LONGEST_T60_S, LateEnergies, early_taps};
 use crate::scene_head::SceneHead;
 use crate::surfaces::{LatePart, Level, Places, Played, Surfaces, energy_at, outline};
-use promenade_acoustics::{Air, BoxImage, Echogram, ParticleOptions, Reflected, SPEED_OF_SOUND_M_S, Shoebox, box_images};
+use promenade_acoustics::{Air, BoxImage, Echogram, LowPlaces, ParticleOptions, Reflected, Shoebox, box_images};
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{Axis, Pose, Provenance, Scene, StftGrid, TailModel, TransferShape, late_share};
 use std::f64::consts::LN_10;
@@ -29,6 +30,13 @@ const PARTICLES_A_SECOND: f64 = 2500.0;
 const PARTICLES: (f64, f64) = (1024.0, 8192.0);
 /// The longest that particles fly, seconds.
 const LONGEST_S: f64 = 3.0;
+/// Length of the bass, seconds.
+const SHORTEST_BASS_S: f64 = 0.15;
+const LONGEST_BASS_S: f64 = 3.0;
+/// Its places keep this far from the walls, metres.
+const BASS_OFF_WALLS_M: f32 = 0.12;
+/// The most that it takes, as [`Shoebox::low_field_cost`] counts: some 50 ms.
+const MOST_BASS: f64 = 2.5e7;
 /// Distance of places from walls, metres, where there is room for it.
 const MARGIN_M: f32 = 0.3;
 
@@ -48,6 +56,11 @@ pub struct ShoeboxRoom {
 pub struct SceneOptions {
     /// Image sources that are played, at most; the strongest are.
     pub images: usize,
+    /// The air.
+    pub air: Air,
+    /// Below this frequency, Hz, the sum over modes is in the place of images and particles; 0 for none. Without it as high as
+    /// the room's size asks for and time allows.
+    pub waves_hz: Option<f64>,
     /// Seed of scattering and noise.
     pub seed: u64,
     /// Name shown to the user.
@@ -92,7 +105,7 @@ impl ShoeboxRoom {
     pub fn surfaces(&self, head: &SceneHead, options: &SceneOptions) -> Result<Surfaces, RoomError> {
         let source = self.check()?;
         let walls = &self.walls;
-        let air = Air::default();
+        let air = options.air;
         let hop_s = head.grid.hop_s();
         let corner = self.corner.as_dvec3();
         let (counts, places) = cells(walls.size, self.corner);
@@ -101,7 +114,7 @@ impl ShoeboxRoom {
         images.iter_mut().for_each(|image| image.position = (DVec3::from(image.position) + corner).to_array());
         let played = Played::strongest(&places, emitter, options.images, |_| &images);
         let longest = walls.eyring_t60_s(Some(air)).into_iter().fold(0.05, |a: f64, t| a.max(t.min(LONGEST_T60_S)));
-        let reach = DVec3::from(walls.size).length() / SPEED_OF_SOUND_M_S;
+        let reach = DVec3::from(walls.size).length() / air.speed_m_s();
         let taps_s = early_taps(longest, hop_s) as f64 * hop_s;
         let length_s = (taps_s + reach + 0.5 * longest).min(LONGEST_S.max(reach + 1.0));
         let rays = ParticleOptions {
@@ -118,17 +131,21 @@ impl ShoeboxRoom {
         let echograms = walls.late_field(source, &held, &rays)?;
         let heard = places.at.iter().zip(&echograms);
         let late =
-            |(at, echogram): (&DVec3, &Echogram)| LateEnergies::of(echogram, at.distance(emitter) / SPEED_OF_SOUND_M_S, head);
+            |(at, echogram): (&DVec3, &Echogram)| LateEnergies::of(echogram, at.distance(emitter) / air.speed_m_s(), head);
         let of_played = || played.images.iter().map(|image| (image.position, image.gains));
         let energies = heard.clone().map(|(at, echogram)| energy_at(*at, of_played(), echogram)).collect();
         let size = Vec3::from_array(walls.size.map(|length| length as f32));
         let inset = Vec3::splat(MARGIN_M).min(0.45 * size);
+        let bass = self.bass(source, longest, options)?;
+        let low = bass.as_ref().map(|bass| format!("waves below {:.0} Hz", bass.crossover_hz));
         let note = format!("{} image sources, {} particles, {} cells", played.images.len(), rays.particles, places.at.len());
         Ok(Surfaces {
             emitter: self.emitter,
             direct: vec![1.0; places.at.len()],
             open: true,
             late: heard.map(late).collect(),
+            corners: None,
+            bass,
             energies,
             level: Level::OneMetre,
             typical_t60_s: longest,
@@ -141,11 +158,46 @@ impl ShoeboxRoom {
                 credit: head.credit.clone(),
                 licence: head.licence.clone(),
                 recipe: options.recipe.clone(),
-                notes: vec![note],
+                notes: [note].into_iter().chain(low).collect(),
             },
             places,
             played,
         })
+    }
+
+    /// The bass by the sum over modes, where it takes little time.
+    fn bass(&self, source: [f64; 3], longest_s: f64, options: &SceneOptions) -> Result<Option<RoomBass>, RoomError> {
+        let (walls, speed_m_s) = (&self.walls, options.air.speed_m_s());
+        let [t60_s, ..] = walls.eyring_t60_s(None);
+        let length_s = (1.1 * t60_s.min(longest_s)).clamp(SHORTEST_BASS_S, LONGEST_BASS_S);
+        let size = Vec3::from_array(walls.size.map(|length| length as f32));
+        let by_itself = || crossover_hz(walls.volume_m3(), t60_s.min(LONGEST_BASS_S));
+        let Some(mut crossover_hz) = options.waves_hz.map_or_else(by_itself, |hz| (hz > 0.0).then_some(hz)) else {
+            return Ok(None);
+        };
+        loop {
+            let off = Vec3::splat(BASS_OFF_WALLS_M).min(0.2 * size);
+            let axes = [0, 1, 2].map(|axis| bass_axis(off[axis], size[axis] - off[axis], crossover_hz, axis == 2));
+            let coordinates = axes.each_ref().map(|axis| axis.nodes().iter().map(|at| f64::from(*at)).collect());
+            let places = LowPlaces { axes: coordinates, top_hz: whole_hz(crossover_hz), length_s, speed_m_s };
+            if options.waves_hz.is_none() && walls.low_field_cost(&places) > MOST_BASS {
+                crossover_hz *= 0.9;
+                if crossover_hz < CROSSOVERS_HZ.0 {
+                    return Ok(None);
+                }
+                continue;
+            }
+            let mut field = walls.low_field(source, &places)?;
+            let at: Vec<[f64; 3]> = bass_places(&axes).iter().map(DVec3::to_array).collect();
+            field.without_direct(source, &at, speed_m_s);
+            let moved = |(axis, by): (&Axis, f32)| {
+                Axis::new(axis.nodes().iter().map(|at| at + by).collect(), false).unwrap_or_else(|| axis.clone())
+            };
+            let [x, y, z] = &axes;
+            let by = self.corner;
+            let axes = [moved((x, by.x)), moved((y, by.y)), moved((z, by.z))];
+            return Ok(Some(RoomBass { crossover_hz, axes, field }));
+        }
     }
 
     /// Where the emitter is in the box, if everything is as it should be.

@@ -1,20 +1,20 @@
 //! Rooms of surfaces as scenes: what images and rays bring to some places, made into what is played.
 
+use crate::bass::RoomBass;
 use crate::error::RoomError;
 use crate::late::{HopEnergies, LateEnergies, decay_s, early_taps, time_filters};
 use crate::scene_head::SceneHead;
-use promenade_acoustics::{Air, Echogram, Image, OCTAVES_HZ, Octaves};
+use promenade_acoustics::{Air, BANDS, Echogram, Image, OCTAVES_HZ, Octaves};
 use promenade_core::glam::{DVec3, Vec3};
+use promenade_core::octave::KILOHERTZ;
 use promenade_core::{
-    Anchor, Axis, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts, TailModel,
-    TransferShape,
+    Anchor, Axis, Corners, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts,
+    TailModel, TransferShape, Weather,
 };
 use std::collections::BTreeMap;
 
 /// Images farther than this from the emitter are left to the late energies, metres: scenes have none.
 const FARTHEST_M: f64 = 199.0;
-/// The octave at 1 kHz, which levels are of.
-const LEVEL_BAND: usize = 3;
 /// An image is no louder than at the square root of this distance, square metres.
 const NEAREST_M2: f64 = 0.06;
 /// Metres between points of an outline at least, and points that it has at most.
@@ -61,7 +61,7 @@ impl Played {
         struct Candidate<'a> {
             image: &'a Image,
             score: f64,
-            sums: [f64; 7],
+            sums: [f64; BANDS],
             seen: f64,
             most_sent: f32,
             sent: f32,
@@ -73,7 +73,7 @@ impl Played {
                 let entry = found.entry(image.index).or_insert(Candidate {
                     image,
                     score: 0.0,
-                    sums: [0.0; 7],
+                    sums: [0.0; BANDS],
                     seen: 0.0,
                     most_sent: 0.0,
                     sent: 0.0,
@@ -141,9 +141,9 @@ impl Level {
 /// Energy at 1 kHz that images and the rest bring to a place, over that of the direct sound at 1 m.
 pub fn energy_at(at: DVec3, images: impl Iterator<Item = (DVec3, Octaves)>, rest: &Echogram) -> f64 {
     let of = |(position, gains): (DVec3, Octaves)| {
-        f64::from(gains[LEVEL_BAND]).powi(2) / at.distance_squared(position).max(NEAREST_M2)
+        f64::from(gains[KILOHERTZ]).powi(2) / at.distance_squared(position).max(NEAREST_M2)
     };
-    images.map(of).sum::<f64>() + rest.energy(LEVEL_BAND)
+    images.map(of).sum::<f64>() + rest.energy(KILOHERTZ)
 }
 
 /// How the noise of a room's late part is known and what a head's turns make of it.
@@ -184,6 +184,10 @@ pub struct Surfaces {
     pub open: bool,
     /// All other sound at each place.
     pub late: Vec<LateEnergies>,
+    /// How the emitter is seen round corners, if anything hides it; the edges' gains are what is sent to them.
+    pub corners: Option<Corners>,
+    /// The bass by waves, which then plays below its crossover in the place of all else.
+    pub bass: Option<RoomBass>,
     /// Of each place, as of [`energy_at`].
     pub energies: Vec<f64>,
     /// What a gain of 1 is.
@@ -230,20 +234,33 @@ impl Surfaces {
         let (Some(room), Some(field)) = (room, head.direct(self.emitter, gain as f32)) else {
             return Err(RoomError::argument("table of the scene", "a row per node", "another number").into());
         };
-        let images = self.images(head, gain);
+        let (images, corners) = (self.images(head, gain), self.corners(head, gain));
         let parts = SceneParts {
             provenance: self.provenance,
             taps,
             field: Some(field),
             room: Some(room),
             images: (!images.images.is_empty()).then_some(images),
+            corners,
+            bass: self.bass.as_ref().map(|bass| bass.scene(gain)),
             top_hz: head.top_hz,
             start_pose: self.start_pose,
             bounds: self.bounds,
+            weather: self.air.map_or_else(Weather::default, weather),
             anchors: self.outline,
             ..SceneParts::new(grid, bands, tail)
         };
         Ok(Scene::new(parts).map_err(RoomError::from)?)
+    }
+
+    /// Corners as they are played, at the level of the head ahead.
+    fn corners(&self, head: &SceneHead, gain: f64) -> Option<Corners> {
+        let mut corners = self.corners.clone()?;
+        let levels = head.image_gains(0.0);
+        for edge in &mut corners.edges {
+            edge.gains.iter_mut().zip(levels).for_each(|(g, level)| *g *= gain as f32 * level);
+        }
+        Some(corners)
     }
 
     /// The images as they are played, each at the level of the head at its mean elevation.
@@ -268,6 +285,11 @@ impl Surfaces {
             head: head.head.clone(),
         }
     }
+}
+
+/// Air as a scene keeps it.
+fn weather(Air { temperature_c, humidity_percent, pressure_kpa }: Air) -> Weather {
+    Weather { temperature_c, humidity_percent, pressure_kpa }
 }
 
 /// Points along lines, world, metres, and the emitter.

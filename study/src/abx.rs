@@ -1,6 +1,6 @@
 //! Figures of ABX trials.
 
-use crate::answers::{Answer, Trial, distinct};
+use crate::answers::{Answer, Trial, grouped};
 use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF};
 
 /// How often X was told.
@@ -41,20 +41,19 @@ pub fn abx(answers: &[Answer]) -> Vec<Abx> {
             _ => None,
         })
         .collect();
-    let mut pairs: Vec<&[String; 2]> = trials.iter().map(|(_, between, _)| *between).collect();
-    pairs.sort();
-    pairs.dedup();
+    let mut pairs = grouped(trials.into_iter(), |(_, between, _)| *between);
+    pairs.sort_by_key(|(pair, _)| *pair);
+    let of = |item: &str, pair: &[String; 2], trials: &[(&str, &[String; 2], bool)]| {
+        let [all, right] = [false, true].map(|right| trials.iter().filter(|trial| trial.2 || !right).count());
+        let [all, right] = [all, right].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+        Abx::new(item, pair, all, right)
+    };
     let mut found = Vec::new();
-    for pair in pairs {
-        let of_pair: Vec<_> = trials.iter().filter(|(_, between, _)| *between == pair).collect();
-        let items = distinct(of_pair.iter().map(|(item, ..)| *item));
-        let count = |item: Option<&str>, right: bool| {
-            let of = of_pair.iter().filter(|t| item.is_none_or(|item| t.0 == item) && (t.2 || !right)).count();
-            u32::try_from(of).unwrap_or(u32::MAX)
-        };
-        found.extend(items.iter().map(|item| Abx::new(item, pair, count(Some(item), false), count(Some(item), true))));
+    for (pair, trials) in pairs {
+        let items = grouped(trials.iter().copied(), |(item, ..)| *item);
+        found.extend(items.iter().map(|(item, trials)| of(item, pair, trials)));
         if items.len() > 1 {
-            found.push(Abx::new("all", pair, count(None, false), count(None, true)));
+            found.push(of("all", pair, &trials));
         }
     }
     found

@@ -1,6 +1,7 @@
 //! Answers, one a line.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 
 /// Columns of a file of answers.
 pub const HEADER: [&str; 14] =
@@ -165,6 +166,20 @@ impl Answers {
 pub(crate) fn distinct<'a>(values: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut seen = std::collections::HashSet::new();
     values.filter(|value| seen.insert(*value)).map(str::to_owned).collect()
+}
+
+/// Lists of what has one key, in the order in which the keys first come.
+pub(crate) fn grouped<K: Copy + Eq + Hash, T>(all: impl Iterator<Item = T>, key: impl Fn(&T) -> K) -> Vec<(K, Vec<T>)> {
+    let (mut groups, mut places) = (Vec::new(), HashMap::new());
+    for one in all {
+        let key = key(&one);
+        let place = *places.entry(key).or_insert_with(|| {
+            groups.push((key, Vec::new()));
+            groups.len() - 1
+        });
+        groups[place].1.push(one);
+    }
+    groups
 }
 
 #[cfg(test)]

@@ -1,10 +1,13 @@
 //! Figures of paired comparisons.
 
 use crate::agreement::{Agreement, consistency};
-use crate::answers::{Answer, Trial, distinct};
+use crate::answers::{Answer, Trial, distinct, grouped};
 use crate::bradley_terry::Strengths;
 use crate::preferences::{Preferences, PreferencesError};
-use crate::range::LeastDifference;
+use crate::range::{LeastDifference, LeastDifferences};
+
+/// Cells of all persons' tables together: 256 MiB.
+const MOST_CELLS: usize = 1 << 26;
 
 /// What judges said of one item's conditions, or of those of all items.
 #[derive(Clone, Debug)]
@@ -35,12 +38,12 @@ pub struct Paired {
 }
 
 impl PairedItem {
-    fn new(name: String, votes: Preferences, persons: &[Preferences], level: f64) -> Self {
+    fn new(name: String, votes: Preferences, persons: &[Preferences], least: &mut LeastDifferences) -> Self {
         let zetas: Vec<f64> = persons.iter().filter_map(consistency).collect();
         Self {
             agreement: Agreement::new(&votes),
             consistency: (!zetas.is_empty()).then(|| (zetas.iter().sum::<f64>() / zetas.len() as f64, zetas.len())),
-            least: LeastDifference::new(votes.names().len(), votes.judges(), level),
+            least: least.of(votes.names().len(), votes.judges()),
             strengths: Strengths::new(&votes, persons),
             name,
             votes,
@@ -62,55 +65,55 @@ pub fn paired(tables: &[(String, Preferences)], answers: &[Answer], level: f64) 
             _ => None,
         })
         .collect();
-    for item in distinct(of_pairs.iter().map(|(answer, ..)| &*answer.item)) {
-        let here: Vec<_> = of_pairs.iter().filter(|(answer, ..)| answer.item == item).collect();
+    let mut cells = 0_usize;
+    for (item, here) in grouped(of_pairs.iter().copied(), |(answer, ..)| &*answer.item) {
         let mut names = distinct(here.iter().flat_map(|(_, better, worse)| [*better, *worse]));
         names.sort();
         let mut votes = Preferences::new(names)?;
-        let mut persons: Vec<(String, Preferences)> = Vec::new();
-        let empty = votes.clone();
-        for (answer, better, worse) in here {
-            // Both names are in the table that was made of them.
-            let (Some(i), Some(j)) = (votes.index(better), votes.index(worse)) else { continue };
-            let person = format!("{}\n{}", answer.study, answer.person);
-            let at = persons.iter().position(|(name, _)| *name == person).unwrap_or_else(|| {
-                persons.push((person, empty.clone()));
-                persons.len() - 1
-            });
+        // Both names are in the table that was made of them.
+        for (i, j) in
+            here.iter().filter_map(|(_, better, worse)| votes.index(better).zip(votes.index(worse))).collect::<Vec<_>>()
+        {
             votes.add(i, j, 1)?;
-            persons[at].1.add(i, j, 1)?;
         }
-        items.push((item, votes, persons.into_iter().map(|(_, votes)| votes).collect()));
+        let persons = of_persons(&votes, &here, &mut cells)?;
+        items.push((item.to_owned(), votes, persons));
     }
     let tables: Vec<&Preferences> = items.iter().map(|(_, votes, _)| votes).collect();
     let pooled = if tables.len() > 1 { Preferences::pooled(&tables) } else { None };
-    let by_person = pooled.as_ref().map(|sum| of_persons(sum, &of_pairs)).transpose()?;
+    let by_person = pooled.as_ref().map(|sum| of_persons(sum, &of_pairs, &mut cells)).transpose()?;
+    let mut least = LeastDifferences::new(level);
     let all = pooled.map(|sum| {
         // Persons tell nothing of votes that tables hold.
         let whole = items.iter().all(|(_, _, persons)| !persons.is_empty());
-        PairedItem::new("all".to_owned(), sum, by_person.filter(|_| whole).as_deref().unwrap_or_default(), level)
+        PairedItem::new("all".to_owned(), sum, by_person.filter(|_| whole).as_deref().unwrap_or_default(), &mut least)
     });
     let items: Vec<PairedItem> =
-        items.into_iter().map(|(name, votes, persons)| PairedItem::new(name, votes, &persons, level)).collect();
+        items.into_iter().map(|(name, votes, persons)| PairedItem::new(name, votes, &persons, &mut least)).collect();
     let means = means(&items).filter(|_| all.is_some());
     Ok((!items.is_empty()).then_some(Paired { items, all, means }))
 }
 
-/// The votes of each person over all items.
-fn of_persons(of: &Preferences, answers: &[(&Answer, &str, &str)]) -> Result<Vec<Preferences>, PreferencesError> {
-    let mut persons: Vec<((&str, &str), Preferences)> = Vec::new();
-    let empty = Preferences::new(of.names().to_vec())?;
-    for (answer, better, worse) in answers {
-        let key = (&*answer.study, &*answer.person);
-        let at = persons.iter().position(|(name, _)| *name == key).unwrap_or_else(|| {
-            persons.push((key, empty.clone()));
-            persons.len() - 1
-        });
-        if let (Some(i), Some(j)) = (of.index(better), of.index(worse)) {
-            persons[at].1.add(i, j, 1)?;
-        }
+/// The votes of each person. `cells` counts those of all persons' tables.
+fn of_persons(
+    of: &Preferences,
+    answers: &[(&Answer, &str, &str)],
+    cells: &mut usize,
+) -> Result<Vec<Preferences>, PreferencesError> {
+    let persons = grouped(answers.iter(), |(answer, ..)| (&*answer.study, &*answer.person));
+    *cells += persons.len() * of.names().len().pow(2);
+    if *cells > MOST_CELLS {
+        let found = format!("{} persons who compare {} conditions", persons.len(), of.names().len());
+        return Err(PreferencesError { expected: "tables of persons with at most 67108864 cells in all", found });
     }
-    Ok(persons.into_iter().map(|(_, votes)| votes).collect())
+    let votes = |(_, answers): (_, Vec<&(&Answer, &str, &str)>)| {
+        let mut votes = Preferences::new(of.names().to_vec())?;
+        for (i, j) in answers.iter().filter_map(|(_, better, worse)| of.index(better).zip(of.index(worse))) {
+            votes.add(i, j, 1)?;
+        }
+        Ok(votes)
+    };
+    persons.into_iter().map(votes).collect()
 }
 
 fn means(items: &[PairedItem]) -> Option<(f64, f64, Option<f64>)> {

@@ -1,8 +1,9 @@
 //! How far two scores must lie apart to differ: the range of all scores where each vote is a coin's.
 
 use statrs::distribution::{Binomial, Continuous, ContinuousCDF, Discrete, Normal};
+use std::collections::HashMap;
 
-/// Most steps of the exact distribution: beyond it the normal one is near enough.
+/// Most steps of the exact distributions of a report: beyond it the normal one is near enough.
 const MOST_STEPS: usize = 400_000_000;
 
 /// The least difference of two scores that is significant.
@@ -17,13 +18,26 @@ pub struct LeastDifference {
     pub chance: Option<f64>,
 }
 
-impl LeastDifference {
-    /// For conditions that were judged pair by pair, each pair this often (a fraction where pairs were judged unequally often),
-    /// at a level such as 0.05.
-    pub fn new(conditions: usize, judges: f64, level: f64) -> Self {
-        let bound = 0.5 * studentized(conditions, level) * (judges * conditions as f64).sqrt() + 0.25;
+/// The least significant differences of a report's tables, at a level such as 0.05.
+pub(crate) struct LeastDifferences {
+    level: f64,
+    /// Studentized ranges by the number of conditions.
+    known: HashMap<usize, f64>,
+    steps_left: usize,
+}
+
+impl LeastDifferences {
+    pub(crate) fn new(level: f64) -> Self {
+        Self { level, known: HashMap::new(), steps_left: MOST_STEPS }
+    }
+
+    /// For conditions that were judged pair by pair, each pair this often (a fraction where pairs were judged unequally often).
+    pub(crate) fn of(&mut self, conditions: usize, judges: f64) -> LeastDifference {
+        let level = self.level;
+        let range = *self.known.entry(conditions).or_insert_with(|| studentized(conditions, level));
+        let bound = 0.5 * range * (judges * conditions as f64).sqrt() + 0.25;
         let whole = (judges.fract() == 0.0).then_some(judges as u32);
-        if let Some(ranges) = whole.and_then(|judges| exact_ranges(conditions, judges)) {
+        if let Some(ranges) = whole.and_then(|judges| exact_ranges(conditions, judges, &mut self.steps_left)) {
             let mut beyond = 0.0;
             let mut least = ranges.len();
             while least > 0 && beyond + ranges[least - 1] <= level {
@@ -34,22 +48,20 @@ impl LeastDifference {
             while ranges.get(least) == Some(&0.0) {
                 least += 1;
             }
-            return Self { bound, least: u32::try_from(least).unwrap_or(u32::MAX), chance: Some(beyond) };
+            return LeastDifference { bound, least: u32::try_from(least).unwrap_or(u32::MAX), chance: Some(beyond) };
         }
-        Self { bound, least: bound.floor() as u32 + 1, chance: None }
+        LeastDifference { bound, least: bound.floor() as u32 + 1, chance: None }
     }
 }
 
-/// Chance of each range of scores, exact; none where that takes too long.
-fn exact_ranges(conditions: usize, judges: u32) -> Option<Vec<f64>> {
+/// Chance of each range of scores, exact; none where that takes longer than what is left.
+fn exact_ranges(conditions: usize, judges: u32, steps_left: &mut usize) -> Option<Vec<f64>> {
     let side = (conditions - 1).checked_mul(judges as usize)?.checked_add(1)?;
     // The last score follows from the others.
     let free = conditions - 1;
     let states = side.checked_pow(u32::try_from(free).ok()?)?;
     let pairs = conditions * free / 2;
-    if states.checked_mul(pairs)?.checked_mul(judges as usize + 1)? > MOST_STEPS {
-        return None;
-    }
+    *steps_left = steps_left.checked_sub(states.checked_mul(pairs)?.checked_mul(judges as usize + 1)?)?;
     let stride: Vec<usize> = (0..free).map(|i| side.pow(u32::try_from(i).unwrap_or(0))).collect();
     let coin = Binomial::new(0.5, u64::from(judges)).ok()?;
     let chance: Vec<f64> = (0..=u64::from(judges)).map(|k| coin.pmf(k)).collect();
@@ -129,13 +141,14 @@ mod tests {
     #[test]
     fn few_conditions_are_exact() {
         // Two conditions: the sign test. |2k - 10| >= 8 has a chance of 2 (1 + 10) / 1024.
-        let two = LeastDifference::new(2, 10.0, 0.05);
+        let mut of = LeastDifferences::new(0.05);
+        let two = of.of(2, 10.0);
         assert_eq!(two.least, 8);
         assert!((two.chance.unwrap() - 22.0 / 1024.0).abs() < 1e-12);
-        let many = LeastDifference::new(12, 28.0, 0.05);
+        let many = of.of(12, 28.0);
         assert!(many.chance.is_none() && f64::from(many.least) > many.bound, "{many:?}");
         // Both ways agree, but for the steps of whole votes.
-        let exact = LeastDifference::new(3, 100.0, 0.05);
+        let exact = of.of(3, 100.0);
         assert!(exact.chance.is_some() && (f64::from(exact.least) - exact.bound).abs() < 1.5, "{exact:?}");
     }
 

@@ -1,10 +1,13 @@
 //! Figures of ratings, after Recommendation ITU-R BS.1534-3.
 
-use crate::answers::{Answer, Trial, distinct};
+use crate::answers::{Answer, Trial, grouped};
 use fastrand::Rng;
 
-/// Draws of persons for an interval.
+/// Draws of persons for an interval, where those of all conditions are no more than this many ratings together ...
 const DRAWS: usize = 2000;
+const MOST_DRAWN: usize = 50_000_000;
+/// ... and as few as this at least.
+const FEWEST_DRAWS: usize = 200;
 /// A hidden reference that is rated less is not heard as one.
 const LEAST_REFERENCE: f64 = 90.0;
 /// Share of its references above which a person's ratings are left out.
@@ -21,7 +24,8 @@ pub struct RatedCondition {
     pub ratings: Vec<f64>,
     /// Quartiles: 25, 50 and 75 %.
     pub quartiles: [f64; 3],
-    /// 95 % confidence interval of the median, from 2000 draws of as many persons; none with fewer than 3 persons.
+    /// 95 % confidence interval of the median, from 2000 draws of as many persons (fewer, 200 at least, of more than 25,000
+    /// ratings); none with fewer than 3 persons.
     pub interval: Option<[f64; 2]>,
     /// Mean.
     pub mean: f64,
@@ -60,19 +64,16 @@ pub fn ratings(answers: &[Answer], keep_all: bool) -> (Vec<Ratings>, Vec<String>
             _ => None,
         })
         .collect();
-    let mut persons: Vec<(&str, &str)> = all.iter().map(|r| r.person).collect();
-    persons.sort_unstable();
-    persons.dedup();
-    let missed = |person: &(&str, &str)| {
-        let references: Vec<f64> = all.iter().filter(|r| r.reference && r.person == *person).map(|r| r.rating).collect();
-        let low = references.iter().filter(|rating| **rating < LEAST_REFERENCE).count();
+    let missed = |(_, references): &(_, Vec<&Rated<'_>>)| {
+        let low = references.iter().filter(|r| r.rating < LEAST_REFERENCE).count();
         low as f64 > MOST_MISSED * references.len() as f64
     };
-    let out: Vec<(&str, &str)> = if keep_all { Vec::new() } else { persons.into_iter().filter(missed).collect() };
-    let kept: Vec<&Rated<'_>> = all.iter().filter(|r| !out.contains(&r.person)).collect();
-    let items = distinct(kept.iter().map(|r| r.item));
-    let mut found: Vec<Ratings> =
-        items.iter().map(|item| of_item(item, &kept.iter().copied().filter(|r| r.item == item).collect::<Vec<_>>())).collect();
+    let persons = grouped(all.iter().filter(|r| r.reference && !keep_all), |r| r.person);
+    let mut out: Vec<(&str, &str)> = persons.into_iter().filter(missed).map(|(person, _)| person).collect();
+    out.sort_unstable();
+    let kept: Vec<&Rated<'_>> = all.iter().filter(|r| out.binary_search(&r.person).is_err()).collect();
+    let items = grouped(kept.iter().copied(), |r| r.item);
+    let mut found: Vec<Ratings> = items.iter().map(|(item, rated)| of_item(item, rated)).collect();
     if items.len() > 1 {
         found.push(of_item("all", &kept));
     }
@@ -80,47 +81,46 @@ pub fn ratings(answers: &[Answer], keep_all: bool) -> (Vec<Ratings>, Vec<String>
 }
 
 fn of_item(item: &str, rated: &[&Rated<'_>]) -> Ratings {
-    let condition = |name: &String| {
-        let of: Vec<&Rated<'_>> = rated.iter().copied().filter(|r| r.of == *name).collect();
+    let condition = |(name, of): (&str, Vec<&Rated<'_>>)| {
         let mut ratings: Vec<f64> = of.iter().map(|r| r.rating).collect();
         ratings.sort_by(f64::total_cmp);
         RatedCondition {
-            name: name.clone(),
+            name: name.to_owned(),
             reference: of.iter().any(|r| r.reference),
             quartiles: [0.25, 0.5, 0.75].map(|share| quantile(&ratings, share)),
-            interval: interval(&of),
+            interval: interval(&of, (MOST_DRAWN / rated.len()).clamp(FEWEST_DRAWS, DRAWS)),
             mean: ratings.iter().sum::<f64>() / ratings.len() as f64,
             ratings,
         }
     };
-    let mut conditions: Vec<RatedCondition> = distinct(rated.iter().map(|r| r.of)).iter().map(condition).collect();
+    let mut conditions: Vec<RatedCondition> = grouped(rated.iter().copied(), |r| r.of).into_iter().map(condition).collect();
     conditions.sort_by(|a, b| b.quartiles[1].total_cmp(&a.quartiles[1]).then_with(|| a.name.cmp(&b.name)));
     Ratings { item: item.to_owned(), conditions }
 }
 
 /// Persons are drawn, not ratings: those of one person hang together.
-fn interval(rated: &[&Rated<'_>]) -> Option<[f64; 2]> {
-    let mut persons: Vec<((&str, &str), Vec<f64>)> = Vec::new();
-    for r in rated {
-        match persons.iter_mut().find(|(person, _)| *person == r.person) {
-            Some((_, ratings)) => ratings.push(r.rating),
-            None => persons.push((r.person, vec![r.rating])),
-        }
-    }
+fn interval(rated: &[&Rated<'_>], draws: usize) -> Option<[f64; 2]> {
+    let persons = grouped(rated.iter(), |r| r.person);
     if persons.len() < 3 {
         return None;
     }
     let mut rng = Rng::with_seed(1);
-    let mut medians: Vec<f64> = (0..DRAWS)
+    let mut medians: Vec<f64> = (0..draws)
         .map(|_| {
             let drawn = (0..persons.len()).flat_map(|_| &persons[rng.usize(0..persons.len())].1);
-            let mut ratings: Vec<f64> = drawn.copied().collect();
-            ratings.sort_by(f64::total_cmp);
-            quantile(&ratings, 0.5)
+            median(drawn.map(|r| r.rating).collect())
         })
         .collect();
     medians.sort_by(f64::total_cmp);
     Some([0.025, 0.975].map(|share| quantile(&medians, share)))
+}
+
+/// As [`quantile`] has it, of values in any order; NaN of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
+    let (_, below, above) = values.select_nth_unstable_by(last / 2, f64::total_cmp);
+    let above = above.iter().copied().min_by(f64::total_cmp).filter(|_| last % 2 == 1);
+    above.map_or(*below, |above| *below + (above - *below) * 0.5)
 }
 
 /// A value below which this share of rising values lies, interpolated; NaN of none.

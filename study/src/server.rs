@@ -145,7 +145,7 @@ fn serve(shared: &Shared, stream: TcpStream) {
         body.len()
     );
     let mut writer = &stream;
-    // Who does not wait for an answer gets none.
+    // A client that has gone gets no answer.
     let sent = writer.write_all(head.as_bytes()).and_then(|()| if with_body { writer.write_all(&body) } else { Ok(()) });
     if sent.is_ok() {
         let _ = stream.shutdown(std::net::Shutdown::Write);

@@ -1,6 +1,6 @@
 //! Files of answers and of preference tables.
 
-use crate::answers::{Answer, Answers, HEADER};
+use crate::answers::{Answer, Answers, HEADER, distinct};
 use crate::preferences::Preferences;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use promenade_audio::FileError;
@@ -10,6 +10,10 @@ use std::path::Path;
 const MOST_BYTES: u64 = 256 << 20;
 /// Most preference tables of a file.
 const MOST_TABLES: usize = 1000;
+/// Most answers of all files.
+const MOST_ANSWERS: usize = 200_000;
+/// Most things that are listened to.
+const MOST_ITEMS: usize = 1000;
 
 /// What files hold together.
 #[derive(Clone, Debug, Default)]
@@ -25,7 +29,8 @@ pub struct Material {
 /// last column `Score` is checked; the cells of a condition against itself may hold anything but a number.
 ///
 /// # Errors
-/// A file that cannot be read, is larger than 256 MiB or has a line that is none of those.
+/// A file that cannot be read, is larger than 256 MiB or has a line that is none of those; more than 200,000 answers or 1000
+/// items in all.
 pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Material, FileError> {
     let mut material = Material::default();
     for path in paths {
@@ -36,6 +41,10 @@ pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Material, FileError> {
         }
         let bytes = std::fs::read(path).map_err(FileError::read(path))?;
         add(&mut material, path, &bytes)?;
+        let items = distinct(material.answers.list().iter().map(|answer| &*answer.item)).len();
+        if items > MOST_ITEMS {
+            return Err(content(path, "at most 1000 items", items.to_string()));
+        }
     }
     Ok(material)
 }
@@ -62,6 +71,9 @@ fn add(material: &mut Material, path: &Path, bytes: &[u8]) -> Result<(), FileErr
             // Files put one after the other have their heads within.
             if !record.iter().eq(HEADER) {
                 let answer = Answer::parse(&record.iter().collect::<Vec<_>>());
+                if material.answers.list().len() == MOST_ANSWERS {
+                    return Err(entry(path, &record, "at most 200000 answers", "another".into()));
+                }
                 material.answers.add(answer.map_err(|(expected, found)| entry(path, &record, &expected, found))?);
             }
         }

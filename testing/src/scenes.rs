@@ -7,8 +7,8 @@ use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, Axis, Bands, BlockParams, Facing, Field, FieldGrid, ImageSource,
-    ImageSources, MeasuredRoom, NodeShares, Pose, Provenance, Renderer, Rows, Scene, SceneParts, Spatializer, StftGrid,
-    TailModel, TransferShape,
+    ImageSources, MeasuredRoom, Pose, Provenance, Renderer, Rows, Scene, SceneParts, Site, Spatializer, StftGrid, TailModel,
+    TransferShape,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -98,23 +98,34 @@ pub fn room_of_responses(rate: f64) -> (Arc<Scene>, Vec<f32>) {
     let grid = StftGrid::four_hops(rate, rate / 200.0);
     let bands = Bands::for_rate(rate);
     let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: RESPONSE_TAPS };
-    let mut transfer = shape.silent();
-    transfer.taps.fill(1.0);
+    let direct = TransferShape { taps: 0, ..shape };
     let nodes = FieldGrid {
         position: [Axis::single(0.0), Axis::single(0.0), Axis::single(0.0)],
         facing: Facing::Emitter { position: Vec3::X, elevation: Axis::single(0.0), azimuth: Axis::circle(-0.5 * PI, 2) },
     };
     let samples: Vec<f32> = crate::noise(5, 2 * 2 * RESPONSE_HOPS * grid.hop).iter().map(|v| 0.1 * v).collect();
-    let rows = vec![transfer.to_row(); 2].concat();
-    let shares = NodeShares::new(1, vec![0, 1], vec![1.0, 1.0]).unwrap();
-    let field = Field::new(nodes, shape, Rows::Whole(rows)).and_then(|field| field.with_shares(shares));
+    let ears = || samples.chunks_exact(RESPONSE_HOPS * grid.hop);
+    let low_step = MeasuredRoom::step_of(&grid);
+    let measured = MeasuredRoom {
+        sites: [-1.0, 1.0]
+            .map(|side| Site { direction: Vec3::new(0.0, side, 0.0), position: Vec3::ZERO, response: u32::from(side > 0.0) })
+            .to_vec(),
+        samples: ears().flat_map(|ear| &ear[..(RESPONSE_TAPS + 1) * grid.hop]).copied().collect(),
+        low: ears().flat_map(|ear| MeasuredRoom::bass_of(ear, low_step, &grid, RESPONSE_HOPS)).collect(),
+        low_step,
+        low_hops: RESPONSE_HOPS,
+        late: vec![0.0; 2 * shape.tap_len()],
+        late_before: Vec::new(),
+        gains: vec![1.0; shape.tap_len()],
+    };
+    let field = Field::new(nodes, direct, Rows::Whole(vec![direct.silent().to_row(); 2].concat()));
     let parts = room(rate, 0.5, 0.0).parts().clone();
     let scene = Scene::new(SceneParts {
         grid,
         tail: TailModel { seed: 1, t60_s: vec![0.5; bands.count()], coherence: vec![0.0; bands.count()] },
         bands,
         taps: RESPONSE_TAPS,
-        measured: Some(MeasuredRoom { samples: samples.clone(), hops: RESPONSE_HOPS }),
+        measured: Some(measured),
         field,
         ..parts
     });

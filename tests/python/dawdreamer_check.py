@@ -84,8 +84,8 @@ def check_automation(path):
 
 
 def check_blocks(path):
-    """Automation that changes every 512 samples sounds the same in all blocks that divide them."""
-    steps = 0.5 + 0.3 * np.sin(np.arange(SAMPLES) // 512 * 0.2)
+    """Automation that jumps every so many times 512 samples sounds the same in all blocks that divide them; lines glide over a block."""
+    steps = 0.5 + 0.3 * np.sign(np.sin(np.arange(SAMPLES) // 512 * 0.2 + 0.1))
     renderings = {block: Session(path, block).automate("Yaw", steps).render() for block in (512, 128, 32, 1)}
     still = Session(path, 512).render()
     assert difference_db(renderings[512], still) > -40, "the automation moves nothing"

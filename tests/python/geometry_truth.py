@@ -2,10 +2,10 @@
 """Compares scenes of image sources with the responses of their room, and listens for clicks while walking.
 
     geometry_truth.py PROMENADE HEAD.sofa [--room living-room | classroom | FILE.obj --source X,Y,Z --materials RULES]
-                      [--poses 50] [--seeds 1] [--images 60] [--rays 65536] [--scene 'OPTIONS OF SIMULATE'] [--each]
+                      [--within X,Y,X,Y] [--poses 50] [--seeds 1] [--images 60] [--rays 65536] [--scene 'OPTIONS OF SIMULATE'] [--each]
 
 PROMENADE is the program. Poses at random places, between the nodes that the scene knows and at least 1 m off the emitter, looking
-anywhere: an impulse through the scene against `promenade simulate --path` there. Prints means (and largest values) over the poses of the
+anywhere, `--within` two corners of the plan if told: an impulse through the scene against `promenade simulate --path` there. Prints means (and largest values) over the poses of the
 magnitudes of differences, above 20 Hz, in:
 
   itd us, ild dB, t20 %, c50 dB   lag of the ears' largest correlation below 1.5 kHz in the first 10 ms after the onset; ratio of energies;
@@ -61,11 +61,20 @@ def corners(mesh):
     return points.min(axis=0), points.max(axis=0)
 
 
-def random_poses(mesh, source, count):
-    low, high = corners(mesh)
+def plan(args):
+    """Lower and upper corner of where poses are."""
+    if args.within:
+        x, y, *upper = (float(c) for c in args.within.split(","))
+        return np.array([x, y]), np.array(upper)
+    low, high = corners(args.mesh)
+    return low[:2] + MARGIN_M, high[:2] - MARGIN_M
+
+
+def random_poses(args, source, count):
+    low, high = plan(args)
     chance, poses = random.Random(4), []
     while len(poses) < count:
-        place = [chance.uniform(low[a] + MARGIN_M, high[a] - MARGIN_M) for a in range(2)] + [chance.uniform(*HEIGHTS)]
+        place = [chance.uniform(low[a], high[a]) for a in range(2)] + [chance.uniform(*HEIGHTS)]
         if math.dist(place, source) >= NEAREST_M:
             poses.append({"t": len(poses), "position": place, "ypr": [chance.uniform(-180, 180), 0, 0]})
     return poses
@@ -198,9 +207,9 @@ def thirds(mine, truth):
 
 
 def walk(args, folder, scene):
-    low, high = corners(args.mesh)
+    low, high = plan(args)
     height = 1.5
-    start, end = np.array([*(low[:2] + 0.8), height]), np.array([*(high[:2] - 0.8), height])
+    start, end = np.array([*(low + 0.2), height]), np.array([*(high - 0.2), height])
     duration = np.linalg.norm(end - start)
     steps = int(20 * duration)
     lines = ["t,x,y,z,yaw,pitch,roll"]
@@ -232,6 +241,7 @@ def main():
     parser.add_argument("--room", default="living-room")
     parser.add_argument("--source")
     parser.add_argument("--materials", default="")
+    parser.add_argument("--within", help="corners of the plan that poses lie between, metres")
     parser.add_argument("--poses", type=int, default=50)
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--images", type=int, default=60)
@@ -245,7 +255,7 @@ def main():
     args.mesh = mesh
     rules = ["--materials", materials] if materials else []
     args.simulate = [args.promenade, "simulate", mesh, "--source", source, *rules, "--head", args.head, "--rays", args.rays]
-    args.at = random_poses(mesh, [float(c) for c in source.split(",")], args.poses)
+    args.at = random_poses(args, [float(c) for c in source.split(",")], args.poses)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "poses.json").write_text(json.dumps(args.at))

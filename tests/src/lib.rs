@@ -5,6 +5,7 @@
 
 pub mod bundle;
 mod library;
+pub mod listener;
 pub mod memory;
 mod played;
 pub mod screen;

@@ -1,4 +1,4 @@
-//! Promenade in a host, as tests want it: parameters by the plugin's own ids, states as JSON, and a failed call a failed test.
+//! Promenade in a host, for tests: parameters by the plugin's own ids, states as JSON, and a failed call a failed test.
 
 use crate::bundle;
 use promenade_host::{Bundle, Format, Instance, Setup};
@@ -9,7 +9,7 @@ use std::path::Path;
 /// A parameter as a host lists it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knob {
-    /// The number by which the host knows it.
+    /// Its number for the host.
     pub host_id: u32,
     /// Name.
     pub name: String,
@@ -89,7 +89,7 @@ pub trait Host: Sized + From<Instance> + BorrowMut<Instance> {
         self.instance().latency().expect("the plugin has a latency")
     }
 
-    /// The reported tail, samples. (A VST3 plugin is asked only before there is one.)
+    /// The reported tail, samples.
     fn tail(&mut self) -> usize {
         self.instance().tail().expect("the tail ends")
     }

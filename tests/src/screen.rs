@@ -116,8 +116,13 @@ impl Screen {
 
     /// Presses and releases a key by its number on the keyboard.
     pub fn key(&self, code: u8) {
-        self.fake(KEY_PRESS_EVENT, code, 0, 0);
-        self.fake(KEY_RELEASE_EVENT, code, 0, 0);
+        self.chord(&[code]);
+    }
+
+    /// Presses keys one after the other and releases them from the last to the first.
+    pub fn chord(&self, codes: &[u8]) {
+        codes.iter().for_each(|code| self.fake(KEY_PRESS_EVENT, *code, 0, 0));
+        codes.iter().rev().for_each(|code| self.fake(KEY_RELEASE_EVENT, *code, 0, 0));
     }
 }
 

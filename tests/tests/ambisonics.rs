@@ -103,21 +103,27 @@ fn a_turn_of_the_head_turns_the_field<H: Host>() {
 
 fn what_has_no_field_passes_the_dry_sound_from_the_sides<H: Host>() {
     let (left, right) = (noise(4_000), noise(8_000)[4_000..].to_vec());
-    let sides = |host: &mut H| {
+    let sides = |host: &mut H, at_unity: bool| {
         let field = heard(host, 4, [&left, &right]);
         let len = field[0].len();
         for (channel, sign) in [1.0, -1.0].into_iter().enumerate() {
-            let off = |n: usize| (field[channel][n] - 0.5 * (left[n] + sign * right[n])).abs();
+            let dry = |n: usize| 0.5 * (left[n] + sign * right[n]);
+            let sum = |of: &dyn Fn(usize) -> f32| (0..len).map(of).sum::<f32>();
+            // At the scene's level, as the scene would be heard.
+            let gain = sum(&|n| field[channel][n] * dry(n)) / sum(&|n| dry(n).powi(2));
+            assert!(if at_unity { (gain - 1.0).abs() < 1e-6 } else { (0.1..2.0).contains(&gain) }, "{channel}: gain {gain}");
+            let off = |n: usize| (field[channel][n] - gain * dry(n)).abs();
             assert!(len > 2_000 && (0..len).all(|n| off(n) < 1e-6), "{channel}: not from the sides");
         }
         assert!(field[2..].iter().flatten().all(|x| x.abs() < 1e-6), "from elsewhere");
     };
     // A measured room has a head in it.
     let mut host = H::open(setup(4));
-    sides(&mut host);
+    set(&mut host, "scene", "IoSR room A");
+    sides(&mut host, false);
     let mut host = in_a_room::<H>(4);
     host.set("bypass", 1.0);
-    sides(&mut host);
+    sides(&mut host, true);
     // Ears are as they were.
     let mut host = in_a_room::<H>(2);
     assert_eq!(host.instance().main_output(), "stereo");

@@ -52,7 +52,7 @@ fn the_crates_depend_on_each_other_as_they_are_drawn() {
         ("promenade-web", &["core", "fourier"]),
         ("promenade-plugin", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
         ("promenade-baker", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
-        ("promenade-fit", &["acoustics", "audio", "core", "fourier", "metrics", "sofa"]),
+        ("promenade-fit", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "sofa"]),
         ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
     ];
     for (of, needs) in table {

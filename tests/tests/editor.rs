@@ -2,9 +2,9 @@
 //!
 //! `cargo xtask test` brings a screen and runs them.
 
-use promenade_host::{EditKind, Editor, EditorSize};
+use promenade_host::{EditKind, Editor, EditorSize, EditorStep, Opening};
 use promenade_tests::screen::{Picture, Screen, wait_until};
-use promenade_tests::signal::noise;
+use promenade_tests::signal::{Noise, noise};
 use promenade_tests::{Format, Host, Setup, edit_state, host_id, in_both_formats, in_library};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -12,6 +12,8 @@ use std::time::Duration;
 
 /// A pleasant while for a window to come up on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// The same on a machine that others keep busy, which nothing but a failure waits for.
+const GREAT_PATIENCE: Duration = Duration::from_secs(120);
 /// An editor that shows something has more colours than this; a blank one has one.
 const COLOURS: usize = 40;
 
@@ -180,13 +182,72 @@ fn an_editor_is_drawn_without_any_sound<H: Host>() {
     let mut host = H::open(Setup::default());
     for opening in 0..times {
         open(&mut host, &screen, 1.0);
-        let shown = wait_until(PATIENCE, || {
+        let shown = wait_until(GREAT_PATIENCE, || {
             host.instance().serve().expect("the plugin is served");
             screen.picture().colours(COLOURS) == COLOURS
         });
         assert!(shown, "opening {opening} is blank");
         editor(&mut host).close().expect("the editor closes");
     }
+}
+
+/// Hosts that are busy or slow: 0 to 500 ms between any two calls, in any order that the format allows. What is seen then is
+/// what is seen of an editor that was opened at once. `PROMENADE_EDITOR_OPENINGS` is how often it is opened.
+fn a_host_that_pauses_gets_the_same_picture<H: Host>() {
+    let times = std::env::var("PROMENADE_EDITOR_OPENINGS").ok().and_then(|text| text.parse().ok()).unwrap_or(4);
+    let longest_ms = std::env::var("PROMENADE_EDITOR_PAUSE_MS").ok().and_then(|text| text.parse().ok()).unwrap_or(500.0_f32);
+    let screen = Screen::new(1400, 900);
+    let mut host = H::open(Setup::default());
+    let mut random = Noise::new(31);
+    let mut draw = move |most: f32| (0.5 + 0.5 * random.value()) * most;
+    let look = |host: &mut H| {
+        host.instance().serve().expect("the plugin is served");
+        std::thread::sleep(Duration::from_millis(60));
+        screen.picture()
+    };
+    // Figures are worked out in the background while the first editor is open.
+    open(&mut host, &screen, 1.0);
+    let (mut wanted, mut same) = (screen.picture(), 0);
+    let settled = wait_until(GREAT_PATIENCE, || {
+        let now = look(&mut host);
+        same = if now == wanted { same + 1 } else { 0 };
+        wanted = now;
+        same > 40 && wanted.colours(COLOURS) == COLOURS
+    });
+    assert!(settled, "an editor that is opened at once does not come to rest");
+    editor(&mut host).close().expect("the editor closes");
+    let all = [EditorStep::Scale, EditorStep::Size, EditorStep::Parent];
+    for opening in 0..times {
+        let mut steps = all;
+        let (from, with) = (draw(2.99) as usize, draw(2.99) as usize);
+        steps.swap(from, with);
+        steps.rotate_left(draw(2.99) as usize);
+        let mut pauses = Vec::new();
+        let mut pause = || {
+            let ms = draw(longest_ms);
+            pauses.push(ms as u32);
+            std::thread::sleep(Duration::from_secs_f32(ms / 1000.0));
+        };
+        let how = Opening { window: screen.window(), scale: 1.0, steps: &steps, pause: &mut pause };
+        let size = editor(&mut host).open_by(how).expect("the editor opens");
+        assert_eq!((size.width, size.height), (wanted.width, wanted.height));
+        let mut picture = screen.picture();
+        let mut others = usize::MAX;
+        let seen = wait_until(GREAT_PATIENCE, || {
+            picture = look(&mut host);
+            others = picture.rgb.chunks_exact(3).zip(wanted.rgb.chunks_exact(3)).filter(|(a, b)| a != b).count();
+            // The level of a mark that blinks, or a figure that is measured again.
+            others * 100 < picture.rgb.len() / 3
+        });
+        if !seen {
+            wanted.keep("opened-at-once");
+            picture.keep("opened-slowly");
+        }
+        let how = format!("opening {opening}, {steps:?}, pauses of {pauses:?} ms");
+        assert!(seen, "{how}: {} colours, {others} of {} pixels differ", picture.colours(COLOURS), picture.rgb.len() / 3);
+        editor(&mut host).close().expect("the editor closes");
+    }
+    println!("{times} openings, none blank");
 }
 
 /// Resident memory and open files of this process: pages of 4096 bytes, and a count.
@@ -308,6 +369,7 @@ mod needs_screen {
     in_both_formats!(
         #[ignore = "needs a screen"]
         a_drag_writes_automation,
+        a_host_that_pauses_gets_the_same_picture,
         an_editor_is_drawn_without_any_sound,
         an_editor_that_is_left_open_ends_with_its_plugin,
         opening_and_closing_leaves_nothing_behind,
@@ -425,6 +487,41 @@ mod needs_screen {
             let state = serde_json::from_slice(&edit_state(&state, "editor", &settings)).unwrap();
             assert!(host.load(&edit_state(&state, "room", &json!({}))));
             open(&mut host, &screen, 1.0);
+            drawn(&mut host, &screen).keep(name);
+        }
+    }
+
+    /// Times that a project has typed for its room, in a wide window and in the smallest: the walls come to absorb as much as
+    /// that takes, and the project says so.
+    #[test]
+    #[ignore = "needs a screen"]
+    fn the_walls_of_a_drawn_room_follow_its_reverberation_times() {
+        let screen = Screen::new(1400, 900);
+        let times = json!({ "t20_s": [0.5, 0.5, 0.4, null, 0.45, 0.4, 9.0] });
+        for (name, settings) in [
+            ("room-times", json!({ "view": "top", "tab": "Room" })),
+            ("room-times-smallest", json!({ "tab": "Room", "width": 720.0, "height": 480.0 })),
+        ] {
+            let mut host = <promenade_tests::ClapHost as Host>::open(Setup::default());
+            let mut state = host.state();
+            state["params"]["scene"] = json!({ "string": "library" });
+            let state = serde_json::from_slice(&edit_state(&state, "editor", &settings)).unwrap();
+            assert!(host.load(&edit_state(&state, "room", &times)));
+            open(&mut host, &screen, 1.0);
+            let input = noise(512);
+            let mut factors = Value::Null;
+            let follows = |factors: &Value| factors[2].as_f64().is_some_and(|f| f > 1.3);
+            assert!(
+                wait_until(PATIENCE, || {
+                    play(&mut host, &input);
+                    let room = host.state()["fields"]["room"].as_str().map(str::to_owned).unwrap_or_default();
+                    factors = serde_json::from_str::<Value>(&room).unwrap_or_default()["factors"].clone();
+                    follows(&factors)
+                }),
+                "{factors}"
+            );
+            assert_eq!(factors[3], 1.0, "nothing was typed there");
+            assert!(factors[6].as_f64().unwrap() < 0.01, "{factors}");
             drawn(&mut host, &screen).keep(name);
         }
     }

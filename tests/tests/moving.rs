@@ -3,14 +3,16 @@
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer};
 use promenade_host::{Lane, Point, bounce};
-use promenade_tests::signal::{difference_db, noise, peak};
+use promenade_tests::signal::{difference_db, noise, peak, sine};
 use promenade_tests::{Host, Setup, in_both_formats};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 in_both_formats!(
     long_blocks_move_as_finely_as_short_ones,
     odd_blocks_move_as_even_ones,
-    steps_turn_the_listener_as_in_the_engine
+    steps_turn_the_listener_as_in_the_engine,
+    one_value_a_block_makes_no_stairs,
 );
 
 /// Far below what can be heard; the blocks make no difference to the bit.
@@ -71,7 +73,7 @@ fn steps_turn_the_listener_as_in_the_engine<H: Host>() {
     let signal = noise(LEN);
     let heard = bounce(host.instance(), &[&signal, &signal], &lanes, 0).unwrap();
 
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-a.promenade");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade");
     let scene = Arc::new(Scene::from_bytes(&std::fs::read(scene).unwrap()).unwrap());
     let mut engine = Spatializer::new(rate);
     engine.install(Box::new(Renderer::new(scene, rate).unwrap()));
@@ -88,4 +90,45 @@ fn steps_turn_the_listener_as_in_the_engine<H: Host>() {
     assert!(peak(&wanted[0]) > 0.01);
     let difference = difference_db(&wanted, &heard);
     assert!(difference < -120.0, "{difference} dB from the engine by itself");
+}
+
+/// Power of the lines that stairs of a block make beside a tone, over that of the tone, dB.
+fn lines_db(signal: &[f32], tone_hz: f64, apart_hz: f64) -> f64 {
+    const FRAME: usize = 16_384;
+    let power = |frame: &[f32], hz: f64| {
+        let turned = frame.iter().enumerate().map(|(i, sample)| {
+            let window = 0.5 - 0.5 * (TAU * i as f64 / FRAME as f64).cos();
+            let (sin, cos) = (TAU * hz * i as f64 / 48_000.0).sin_cos();
+            (f64::from(*sample) * window * cos, f64::from(*sample) * window * sin)
+        });
+        let (re, im) = turned.fold((0.0, 0.0), |(re, im), (x, y)| (re + x, im + y));
+        re * re + im * im
+    };
+    let frames = signal.chunks_exact(FRAME).skip(1);
+    let (tone, lines) = frames.fold((0.0, 0.0), |(tone, lines), frame| {
+        let beside = power(frame, tone_hz - apart_hz) + power(frame, tone_hz + apart_hz);
+        (tone + power(frame, tone_hz), lines + beside)
+    });
+    10.0 * (lines / tone).log10()
+}
+
+/// The left ear of a head that turns at 45 degrees a second before a tone, with a value every `every` samples.
+fn turning<H: Host>(every: usize) -> Vec<f32> {
+    let mut host = H::open(Setup { block: 1024, ..Setup::default() });
+    let tone = sine(1000.0, 48_000.0, 96 * 1024);
+    let mut heard = Vec::new();
+    for (number, block) in tone.chunks(1024).enumerate() {
+        for offset in (0..1024).step_by(every) {
+            let seconds = (number * 1024 + offset) as f64 / 48_000.0;
+            host.set_at("yaw", 0.25 + 45.0 / 360.0 * seconds, offset);
+        }
+        heard.extend_from_slice(&host.process(&[block, block])[0]);
+    }
+    heard
+}
+
+fn one_value_a_block_makes_no_stairs<H: Host>() {
+    let [fine, once] = [32, 1024].map(|every| lines_db(&turning::<H>(every), 1000.0, 48_000.0 / 1024.0));
+    println!("{fine:.1} dB with a value every 32 samples, {once:.1} dB with one every 1024");
+    assert!(once < fine + 6.0, "{once:.1} dB beside the tone, {fine:.1} dB with a value every 32 samples");
 }

@@ -2,11 +2,14 @@
 //! own.
 
 use promenade_host::{Preset, PresetPlace};
+use promenade_tests::listener::{POSE, choose, pose_of};
 use promenade_tests::signal::{difference_db, noise};
-use promenade_tests::{ClapHost, Host, Setup, Vst3, in_library, render};
+use promenade_tests::{ClapHost, Host, Setup, Vst3, in_both_formats, in_library, render};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
+
+in_both_formats!(a_preset_keeps_its_pose_where_the_host_had_chosen_a_scene);
 
 const PRESETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets");
 
@@ -164,5 +167,54 @@ fn a_preset_that_cannot_be_loaded_says_why_and_changes_nothing() {
         assert_eq!(host.save(), before);
         let found = ClapHost::bundle().preset(&ClapHost::bundle().plugins()[0], "office, at the DOOR").unwrap_err().to_string();
         assert!(found.contains("did you mean \"Office, at the door\"?"), "{found}");
+    });
+}
+
+/// A preset in Steinberg's format, of a state as JSON: head, state, and a list of the one chunk.
+fn preset(like: &[u8], state: &Value) -> Vec<u8> {
+    const HEAD: usize = 48;
+    let state = state.to_string();
+    let list = u64::try_from(HEAD + state.len()).unwrap();
+    let mut bytes = [&like[..40], &list.to_le_bytes(), state.as_bytes(), b"List", &1_u32.to_le_bytes(), b"Comp"].concat();
+    bytes.extend(u64::try_from(HEAD).unwrap().to_le_bytes());
+    bytes.extend(u64::try_from(state.len()).unwrap().to_le_bytes());
+    bytes
+}
+
+fn unnamed() -> Preset {
+    let (name, folder, description) = Default::default();
+    let (key, features, creators) = Default::default();
+    Preset { name, place: PresetPlace::Plugin, key, folder, description, features, creators, is_factory: false }
+}
+
+/// The host chooses a scene, whose listener goes to where it begins; a preset puts him elsewhere in another scene, be it where
+/// a listener is whom nobody has put anywhere.
+fn a_preset_keeps_its_pose_where_the_host_had_chosen_a_scene<H: Host>() {
+    in_library(fill, |home| {
+        let listed: Vec<_> = files(home, "promenade").into_iter().map(|(_, name)| name).collect();
+        let corridor = 1 + listed.iter().position(|name| name == "corridor").unwrap();
+        let like = fs::read(users(home).join("Club, at the bar.vstpreset")).unwrap();
+        let start = like.windows(10).position(|w| w == b"{\"version\"").unwrap();
+        let mut club: Value = serde_json::Deserializer::from_slice(&like[start..]).into_iter().next().unwrap().unwrap();
+        for (name, pose) in [("bar", [2.0, 2.0, 1.5, -53.7, 0.0, 0.0]), ("origin", [0.0; 6])] {
+            for (id, value) in POSE.into_iter().zip(pose) {
+                club["params"][id] = json!({ "f32": value });
+            }
+            let file = home.join(name).with_extension("vstpreset");
+            fs::write(&file, preset(&like, &club)).unwrap();
+            let mut host = H::open(Setup::default());
+            choose(&mut host, u8::try_from(corridor).unwrap());
+            assert!(pose_of(&mut host).iter().any(|value| value.abs() > 1.0), "the corridor begins at the origin");
+            let place = PresetPlace::File(file);
+            let known = Preset { place, ..unnamed() };
+            host.instance().load_preset(&known).unwrap();
+            // Whatever is read in the background has been read by then.
+            host.instance().settle().unwrap();
+            host.process(&[&[0.0; 64], &[0.0; 64]]);
+            let title = field(&host.state(), "scene")["title"].as_str().unwrap_or_default().to_owned();
+            assert!(title.starts_with("Club"), "{name}: {title}");
+            let is = pose_of(&mut host);
+            assert!(is.iter().zip(&pose).all(|(is, was)| (is - was).abs() < 2e-3), "{name}: {is:?} for {pose:?}");
+        }
     });
 }

@@ -5,9 +5,9 @@
 
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split, Track};
-use promenade_baker::random::Random;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
+use promenade_core::random::Random;
 use promenade_core::{CameraPath, Keyframe, Pose};
 use promenade_trainer::{Device, HeadKind, NetworkSettings, TrainSettings, Trainer};
 use std::time::Instant;

@@ -15,7 +15,7 @@ use promenade_core::{AnchorCloud, Pose, Provenance, Scene, SceneError, ScenePart
 /// far as a stream can.
 ///
 /// # Errors
-/// Weights that are not finite or do not fit together, and networks with parts left out that the engine does not know.
+/// Weights that are not finite or do not fit together, and networks with parts left out that the engine does not have.
 pub(crate) fn scene(
     setup: &Setup,
     settings: &TrainSettings,

@@ -49,7 +49,7 @@ pub struct NetworkSettings {
     /// Whether anchors have colours.
     pub colour: bool,
     /// Whether the mixture mask is read off the anchors' audio embeddings by the attention, instead of off the queries'
-    /// embedding; without them there is no scene, since the engine knows only the former.
+    /// embedding; without them there is no scene, since the engine has only the former.
     pub audio_embedding: bool,
     /// Whether the ears have masks of their own.
     pub two_masks: bool,

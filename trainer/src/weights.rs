@@ -2,8 +2,8 @@
 
 use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
 use crate::setup::Setup;
-use promenade_baker::random::Random;
 use promenade_core::network::{CONV_LAYERS, DELAY_SHAPES, Tensor};
+use promenade_core::random::Random;
 use std::collections::BTreeMap;
 
 /// The array of what the head adds to a sphere's delay, milliseconds.

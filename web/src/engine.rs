@@ -281,7 +281,7 @@ impl Engine {
         Tier::ALL.iter().position(|t| *t == played).unwrap_or(0)
     }
 
-    /// The pose that a stream (0, or 1 for the second emitter) wants decoded, once.
+    /// The pose that a stream (0, or 1 for the second emitter) is to decode, once.
     pub fn asked(&mut self, stream: usize) -> Option<Pose> {
         self.mailboxes.get(stream).and_then(SharedMailbox::asked)
     }

@@ -227,7 +227,7 @@ pub extern "C" fn played_tier() -> usize {
     with(|engine| engine.played_tier())
 }
 
-/// Where the pose is that a stream wants decoded, or null.
+/// Where the pose is that a stream is to decode, or null.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn asked(stream: usize) -> *const f32 {
     with(|engine| engine.asked(stream)).map_or(std::ptr::null(), |pose| place(numbers(&pose, 0.0)))

@@ -19,8 +19,10 @@ const OTHER_CLOCK_S: f64 = 0.5;
 /// Share of a new interval in the mean, and what is left of the worst lateness with each message.
 const INTERVAL_SHARE: f64 = 0.1;
 const LATENESS_KEPT: f64 = 0.998;
-/// Delay beyond interval and lateness, as a share of the interval: who stands still for want of a pose jerks.
+/// Delay beyond interval and lateness, as a share of the interval: standing still until the next pose comes would jerk.
 const MARGIN: f64 = 0.05;
+/// Share of the interval that lies between two poses at least.
+const LEAST_SHARE: f64 = 0.25;
 /// By how much clocks may run apart, and the delay may change, in time by time.
 const DRIFT: f64 = 2e-4;
 const WARP: f64 = 0.01;
@@ -100,13 +102,17 @@ impl Glide {
         let most = if goes_on { WARP * gap } else { f64::INFINITY };
         self.delay += (wanted - self.delay).clamp(-most, most);
         let here = self.pose_at(now);
-        let last_at = self.waiting.back().map_or(now, |last| last.at);
-        if last_at < now {
-            // It stood still until now.
+        let mut at = sent + self.origin + self.delay;
+        // What is due together would leap: the newest pose is where the listener is.
+        let least = LEAST_SHARE * self.interval;
+        while self.waiting.back().is_some_and(|last| last.at > now && last.at > at - least) {
+            self.waiting.pop_back();
+        }
+        if self.waiting.back().is_none_or(|last| last.at <= now) {
             self.jump(here);
             self.waiting[0].at = now;
+            at = at.max(now + self.interval);
         }
-        let at = (sent + self.origin + self.delay).max(last_at.max(now) + 1.0);
         self.waiting.push_back(Timed { at, pose });
         if self.waiting.len() > WAITING {
             self.waiting.pop_front();
@@ -207,6 +213,30 @@ mod tests {
                 assert!((step_s * RATE / 128.0 - 1.0).abs() < 0.02, "block {block}: {} times as fast", step_s * RATE / 128.0);
             }
         }
+    }
+
+    #[test]
+    fn messages_that_come_late_and_together_make_no_leap() {
+        let mut glide = Glide::new(turned(0.0), RATE);
+        let (mut sent, mut last, mut steepest) = (0, 0.0_f32, 0.0_f32);
+        for block in 0..1_500_u64 {
+            let start = block * 128;
+            glide.forget_before(start);
+            // Messages of .25 s arrive at its end.
+            let held = (144..162).contains(&sent) && start < 162 * 48_000 / 72;
+            while !held && sent as f64 / 72.0 * RATE <= start as f64 {
+                glide.take(turned(sent as f64 / 72.0), sent as f64 / 72.0, start);
+                sent += 1;
+            }
+            for i in 0..128 {
+                let x = glide.pose_at((start + i) as f64).position.x;
+                steepest = steepest.max(x - last);
+                last = x;
+            }
+        }
+        let times = f64::from(steepest) * RATE;
+        assert!(times < 25.0, "{times} times the speed of the turn");
+        assert!((f64::from(last) - 4.0).abs() < 0.15, "it is at {last} s");
     }
 
     #[test]

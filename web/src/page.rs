@@ -39,7 +39,7 @@ pub fn files() -> &'static [(&'static str, &'static str)] {
     ]
 }
 
-/// What a browser must know of a file of a site, by its name.
+/// The media type of a file of a site, by its name.
 #[must_use]
 pub fn media_type(name: &str) -> &'static str {
     match name.rsplit('.').next().unwrap_or_default() {

@@ -1,10 +1,9 @@
-//! Rooms around points: the surfaces of a place that is known by points on its walls, as reconstructions from pictures know it.
+//! Rooms around points: the surfaces of a place that is given by points on its walls, as by reconstructions from pictures.
 
 use super::{Mesh, Triangle};
 use crate::error::AcousticsError;
 use glam::DVec2;
-use parry3d::math::Vector;
-use parry3d::transformation::try_convex_hull;
+use quickhull::ConvexTriangleMesh;
 
 /// Points that a room is made of, at least.
 const LEAST_POINTS: usize = 100;
@@ -95,11 +94,16 @@ impl Mesh {
         // In whole cells, so that a wall's points lie in a plane.
         let cells: std::collections::BTreeSet<[i64; 3]> =
             points.iter().filter(inside).map(|p| p.map(|x| nearest(x / cell_m))).collect();
-        let cells: Vec<Vector> = cells.into_iter().map(|c| Vector::new(c[0] as f32, c[1] as f32, c[2] as f32)).collect();
-        let (vertices, triangles) = try_convex_hull(&cells)
+        let cells: Vec<_> = cells.into_iter().map(|c| c.map(|x| x as f32).into()).collect();
+        // Every step takes one more of the points into the hull.
+        let hull = ConvexTriangleMesh::try_from_points(&cells, Some(cells.len()))
             .map_err(|error| AcousticsError::argument("points", "those of a room", format!("no hull: {error}")))?;
+        let (vertices, triangles) = hull.into_parts();
+        if triangles.len() < 4 {
+            return Err(AcousticsError::argument("points", "those of a room", "none that enclose anything"));
+        }
         let mut mesh = Self {
-            vertices: vertices.iter().map(|v| [v.x, v.y, v.z].map(|x| f64::from(x) * cell_m)).collect(),
+            vertices: vertices.iter().map(|v| v.to_array().map(|x| f64::from(x) * cell_m)).collect(),
             ..Self::default()
         };
         // Until they are grouped by direction.

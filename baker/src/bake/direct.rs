@@ -55,12 +55,6 @@ impl Direct {
         });
         Some(Self { arrival: window.arrival, gain: [left.gain, right.gain], excess, delay_s, rest })
     }
-
-    /// One hop of the response without the direct sound, of the ear given: hop `l` is what tap `l` of the render head covers.
-    pub(crate) fn hop(&self, grid: &StftGrid, ear: usize, hop: usize) -> impl Iterator<Item = f64> {
-        let start = self.arrival - grid.lead() as i64 + (hop * grid.hop) as i64;
-        (start..start + grid.hop as i64).map(move |i| at(&self.rest[ear], i))
-    }
 }
 
 fn samples(grid: &StftGrid, seconds: f64) -> i64 {

@@ -6,7 +6,7 @@
 mod basis;
 mod refine;
 
-use crate::bake::field::basis::{Shapes, levels_db};
+use crate::bake::field::basis::levels_db;
 use crate::bake::field::refine::{Coordinates, Lines, Span};
 use crate::error::BakeError;
 use promenade_core::decode::CloudDecoder;
@@ -15,6 +15,8 @@ use promenade_core::{Facing, Field, FieldGrid, LowRank, Pose, Rows, Scene, Trans
 use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
+
+pub(super) use crate::bake::field::basis::Shapes;
 
 /// Poses that the common shapes are found from.
 const SHAPE_POSES: usize = 500;

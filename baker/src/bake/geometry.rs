@@ -3,7 +3,9 @@
 //! The strongest images are played as they are. What the rest of them and the scattered rays bring is energy, by hop and band,
 //! that noise carries; together they have all of the room's energy at every place.
 
+use crate::bake::corners::corners;
 use crate::bake::direct::Direct;
+use crate::bake::field::Shapes;
 use crate::bake::late_unit::Late;
 use crate::bake::log_transfer::LogTransfer;
 use crate::bake::seed::truest_seed;
@@ -11,18 +13,21 @@ use crate::bake::sides::Sides;
 use crate::error::BakeError;
 use crate::signal::spectrum::Analyser;
 use crate::sources::ambisonic::{ambisonic_head, head_responses};
-use crate::sources::simulation::{Hrtf, Inside, OCTAVES_HZ};
+use crate::sources::simulation::{Bass, Hrtf, Inside, OCTAVES_HZ};
 use half::f16;
 use promenade_acoustics::{
-    Air, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Reflected, Room,
-    SPEED_OF_SOUND_M_S, Source, late_field,
+    Air, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Reflected, Room, Source,
+    late_field, speed_m_s,
 };
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, SceneParts, StftGrid, TailModel, TransferShape,
+    Axis, Bands, Basis, BassField, Facing, Field, FieldGrid, LowRank, Pose, Provenance, Rows, Scene, SceneParts, StftGrid,
+    TailModel, TransferShape,
 };
+use promenade_fourier::num_complex::Complex32;
 use promenade_room::{
-    HopEnergies, LateEnergies, LatePart, Level, Places, Played, SceneHead, Surfaces, amplitude, energy_at, outline,
+    CROSSOVERS_HZ, HopEnergies, LateEnergies, LatePart, Level, Places, Played, RoomBass, SceneHead, Surfaces, amplitude,
+    bass_axis, bass_places, energy_at, outline,
 };
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,6 +43,17 @@ const WINDOW_S: f64 = 0.020;
 const MOST_PLACES: usize = 4096;
 /// Reverberation time of a room in which nothing decays in sight, seconds.
 const UNKNOWN_T60_S: f64 = 0.3;
+/// Places of the bass keep this far from surfaces, metres, and beyond walls its slopes are followed so far.
+const BASS_OFF_WALLS_M: f32 = 0.12;
+const BEYOND_WALLS_M: f64 = 0.3;
+/// Values that the bass of a scene has at most.
+const MOST_BASS_VALUES: f64 = 5e5;
+/// What common shapes leave of time filters, root mean square, as a share of each one's mean. In the loft 32 shapes are within
+/// 0.1 dB of the energy of each band at each ear, root mean square.
+const SHAPES_ERROR: f64 = 0.04;
+/// A head is the same on both sides up to this share of its energy, and this interaural delay, seconds.
+const MIRRORED_ERROR: f32 = 1e-5;
+const MIRRORED_S: f32 = 5e-7;
 /// The longest and shortest time that rays are followed, seconds.
 const RAY_LENGTH_S: (f64, f64) = (0.3, 8.0);
 
@@ -63,6 +79,9 @@ pub struct GeometryOptions {
     pub margin_m: f32,
     /// What the air takes; nothing without it.
     pub air: Option<Air>,
+    /// Below this frequency, Hz, waves are in the place of images and rays; 0 for none. Without it as high as the room's size
+    /// asks for, and time and the size of the file allow.
+    pub waves_hz: Option<f64>,
     /// Seed of rays and noise.
     pub seed: u64,
     /// Name shown to the user.
@@ -173,7 +192,12 @@ fn surfaces(
     let heard = listen(mesh, room, source, &places.at, head.grid().hop_s(), longest, options, done)?;
     let played = Played::strongest(&places, source.position.into(), options.images, |place| &heard[place].images);
     let kept: BTreeSet<usize> = played.images.iter().map(|image| image.index).collect();
-    let late = heard.par_iter().map(|h| left_over(h, &kept, head, options.air)).collect();
+    // What is hidden is played as images are.
+    let hidden = !played.images.is_empty() && heard.iter().any(|h| h.direct().is_none());
+    let corners = hidden.then(|| corners(mesh, room, source, places.axes[2].start())).transpose()?;
+    let late = heard.par_iter().map(|h| left_over(h, &kept, corners.is_some(), head, options.air)).collect();
+    let bass = bass(mesh, room, source, options)?;
+    let notes = notes(source, played.images.len(), places.at.len(), hrtf, options, bass.as_ref());
     let energy = |h: &Arrivals| energy_at(h.at, h.images.iter().map(|image| (image.position.into(), image.gains)), &h.echogram);
     let [x, y, z] = &places.axes;
     Ok(Surfaces {
@@ -181,6 +205,8 @@ fn surfaces(
         direct: heard.iter().map(|h| h.direct().unwrap_or(0.0)).collect(),
         open: false,
         late,
+        corners,
+        bass,
         energies: heard.iter().map(energy).collect(),
         level: Level::LoudestPlace,
         typical_t60_s: typical_t60_s(&heard),
@@ -193,14 +219,71 @@ fn surfaces(
             credit: hrtf.credit.clone(),
             licence: hrtf.licence.clone(),
             recipe: options.recipe.clone(),
-            notes: notes(source, played.images.len(), places.at.len(), hrtf, options),
+            notes,
         },
         places,
         played,
     })
 }
 
-fn notes(source: &Source, images: usize, places: usize, hrtf: &Hrtf, options: &GeometryOptions) -> Vec<String> {
+/// The bass by waves, on a table of its own at the height of the ears.
+fn bass(mesh: &Mesh, room: &Room, source: &Source, options: &GeometryOptions) -> Result<Option<RoomBass>, BakeError> {
+    let Some(mut bass) = Bass::of(mesh, room, source, options.waves_hz)? else { return Ok(None) };
+    let [low, high] = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
+    let margin = BASS_OFF_WALLS_M.min(options.margin_m);
+    let table = |hz: f64| {
+        let axis = |a: usize| bass_axis(low[a] + margin, high[a] - margin, hz, false);
+        [axis(0), axis(1), Axis::single(low.z + options.height_m)]
+    };
+    let values = |hz: f64| {
+        let count: usize = table(hz).iter().map(Axis::count).product();
+        4.0 * count as f64 * 5.0 * hz * bass.t60_s
+    };
+    let mut hz = bass.crossover_hz;
+    while options.waves_hz.is_none() && values(hz) > MOST_BASS_VALUES && 0.95 * hz >= CROSSOVERS_HZ.0 {
+        hz *= 0.95;
+    }
+    // What is too large for a file even as low as that stays with images and rays.
+    if options.waves_hz.is_none() && values(hz) > MOST_BASS_VALUES {
+        return Ok(None);
+    }
+    bass.crossover_hz = hz;
+    let axes = table(bass.crossover_hz);
+    let emitter = Vec3::from_array(source.position.map(|c| c as f32));
+    let inside = Inside::new(mesh, room, emitter, 0.5 * margin)?;
+    let at = bass_places(&axes);
+    let held: Vec<usize> = (0..at.len()).filter(|i| inside.encloses(at[*i].as_vec3())).collect();
+    if held.is_empty() {
+        return Ok(None);
+    }
+    let places: Vec<[f64; 3]> = held.iter().map(|i| at[*i].to_array()).collect();
+    let mut field = bass.field(room, source, &places, bass.t60_s, options.air, |_| ())?;
+    field.without_direct(source.position, &places, speed_m_s(options.air));
+    // Beyond walls the table has what the nearest place has, as far as its slope says.
+    let near = |i: usize| {
+        let far = |n: &usize| at[held[*n]].distance_squared(at[i]);
+        let nearest = (0..held.len()).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0);
+        let mut response = field.places[nearest].clone();
+        let away = at[i] - at[held[nearest]];
+        let away = away * (BEYOND_WALLS_M / away.length().max(1e-9)).min(1.0);
+        for (slope, along) in response.gradient.iter().zip(away.to_array()) {
+            response.pressure.iter_mut().zip(slope).for_each(|(p, s)| *p += along as f32 * s);
+        }
+        response
+    };
+    let places = (0..at.len()).map(near).collect();
+    field.places = places;
+    Ok(Some(RoomBass { crossover_hz: bass.crossover_hz, axes, field }))
+}
+
+fn notes(
+    source: &Source,
+    images: usize,
+    places: usize,
+    hrtf: &Hrtf,
+    options: &GeometryOptions,
+    bass: Option<&RoomBass>,
+) -> Vec<String> {
     let made = format!(
         "{images} image sources of order {} at most, {} rays, {places} places {} m apart, head of {} directions",
         options.order,
@@ -210,8 +293,12 @@ fn notes(source: &Source, images: usize, places: usize, hrtf: &Hrtf, options: &G
     );
     let colour = "the emitter sends more in some directions than in others: the direct sound has its level in each, and the \
         colour of its axis";
+    let low = bass.map(|bass| {
+        let count: usize = bass.axes.iter().map(Axis::count).product();
+        format!("waves below {:.0} Hz at {count} places", bass.crossover_hz)
+    });
     let directive = (!source.directivity.is_omni()).then(|| colour.to_owned());
-    [made].into_iter().chain(directive).collect()
+    [made].into_iter().chain(low).chain(directive).collect()
 }
 
 /// The late part as the engine plays it, with the draw of noise that suits the room, and each side of the room at the ear that
@@ -252,16 +339,48 @@ impl LatePart for Baked<'_> {
     }
 }
 
-/// The scene with tables of half precision, of which its file takes half the bytes: 0.004 dB, and 0.004 rad of phases up to 8.
+/// The scene as its file has it: tables of half precision, 0.004 dB, and 0.004 rad of phases up to 8; time filters as few
+/// shapes where that takes fewer bytes.
 fn halved(scene: &Scene) -> Result<Scene, BakeError> {
-    let halved = |table: &Option<Field>| {
-        let table = table.as_ref()?;
-        let Rows::Whole(rows) = table.rows() else { return Some(table.clone()) };
-        let rows = rows.iter().map(|v| f16::from_f32(*v).to_f32()).collect();
-        Field::new(table.grid().clone(), table.shape(), Rows::Whole(rows))
+    let direct = |table: &Field| {
+        let Rows::Whole(rows) = table.rows() else { return None };
+        Field::new(table.grid().clone(), table.shape(), Rows::Whole(all_halved(rows)))
     };
     let parts = scene.parts();
-    Ok(Scene::new(SceneParts { field: halved(&parts.field), room: halved(&parts.room), ..parts.clone() })?)
+    let bass = parts.bass.as_ref().map(|bass| BassField { samples: all_halved(&bass.samples), ..bass.clone() });
+    let room = parts.room.as_ref().and_then(|room| few_shapes(room).or_else(|| direct(room)));
+    Ok(Scene::new(SceneParts { field: parts.field.as_ref().and_then(direct), room, bass, ..parts.clone() })?)
+}
+
+fn all_halved(values: &[f32]) -> Vec<f32> {
+    values.iter().map(|v| f16::from_f32(*v).to_f32()).collect()
+}
+
+/// A table of time filters as coefficients of common shapes, in half precision; `None` where whole rows are smaller.
+fn few_shapes(room: &Field) -> Option<Field> {
+    let Rows::Whole(rows) = room.rows() else { return None };
+    let gains: Vec<&[f32]> = rows.chunks_exact(room.shape().row_len()).map(|row| &row[1..]).collect();
+    // Late hops are as true as early ones, so that all are told by their own mean.
+    let mut means = vec![0.0_f32; gains.first()?.len()];
+    for row in &gains {
+        means.iter_mut().zip(*row).for_each(|(mean, gain)| *mean += gain / gains.len() as f32);
+    }
+    let relative = |row: &&[f32]| row.iter().zip(&means).map(|(gain, mean)| gain / mean.max(f32::MIN_POSITIVE)).collect();
+    let relative: Vec<Vec<f32>> = gains.iter().map(relative).collect();
+    let shapes = Shapes::of(&relative, SHAPES_ERROR);
+    if shapes.rank() == 0 || shapes.values() + gains.len() * shapes.rank() >= rows.len() {
+        return None;
+    }
+    let coefficients: Vec<f32> = relative.iter().flat_map(|row| shapes.coefficients(row)).collect();
+    let basis = shapes.into_basis();
+    let scaled = |values: &[f32]| -> Vec<f32> { values.iter().zip(means.iter().cycle()).map(|(v, mean)| v * mean).collect() };
+    // Shapes have unit length, and their values would be below what half precision tells.
+    let largest = coefficients.iter().fold(f32::MIN_POSITIVE, |most, c| most.max(c.abs()));
+    let larger: Vec<f32> = basis.shapes.iter().map(|v| v * largest).collect();
+    let taps = Basis { mean: all_halved(&scaled(&basis.mean)), shapes: all_halved(&scaled(&larger)) };
+    let smaller: Vec<f32> = coefficients.iter().map(|c| c / largest).collect();
+    let low = LowRank { levels: Basis::default(), taps, coefficients: all_halved(&smaller) };
+    Field::new(room.grid().clone(), room.shape(), Rows::LowRank(low))
 }
 
 /// Images and echograms of all places.
@@ -295,7 +414,7 @@ fn listen(
         .zip(late.echograms)
         .map(|(at, echogram)| {
             let images = images.seen_from(room, *at, Reflected::Specular)?;
-            let direct_s = DVec3::from(source.position).distance((*at).into()) / SPEED_OF_SOUND_M_S;
+            let direct_s = DVec3::from(source.position).distance((*at).into()) / speed_m_s(options.air);
             let hidden = images.iter().all(|image| image.order > 0);
             let around = if hidden { edges.around(room, source, *at)? } else { Vec::new() };
             Ok(Arrivals { at: (*at).into(), images, around, echogram, direct_s })
@@ -306,20 +425,22 @@ fn listen(
 }
 
 /// What played images do not have: rays, all other images, and what comes round edges.
-fn left_over(heard: &Arrivals, kept: &BTreeSet<usize>, head: &SceneHead, air: Option<Air>) -> LateEnergies {
+fn left_over(heard: &Arrivals, kept: &BTreeSet<usize>, cornered: bool, head: &SceneHead, air: Option<Air>) -> LateEnergies {
     let mut late = LateEnergies::of(&heard.echogram, heard.direct_s, head);
-    let emitter_m = heard.direct_s * SPEED_OF_SOUND_M_S;
+    let emitter_m = heard.direct_s * speed_m_s(air);
+    let speed = speed_m_s(air);
     let mut add = |position: [f64; 3], path_m: f64, amplitudes: &Octaves| {
         let left = amplitudes.map(|a| f64::from(a).powi(2));
         let direction = (DVec3::from(position) - heard.at).normalize_or_zero();
         let air = |hz: f64| 10.0_f64.powf(-0.1 * air.map_or(0.0, |air| air.db_per_m(hz) * path_m));
-        late.add(path_m / SPEED_OF_SOUND_M_S, direction, &left, head, air);
+        late.add(path_m / speed, direction, &left, head, air);
     };
     for image in heard.images.iter().filter(|i| i.order > 0 && !kept.contains(&i.index)) {
         let way = heard.at.distance(image.position.into()).max(emitter_m);
         add(image.position, way, &image.gains.map(|g| g / way as f32));
     }
-    for way in &heard.around {
+    // The shortest way round an edge is heard by itself.
+    for way in heard.around.iter().skip(usize::from(cornered)) {
         add(way.position, way.path_m, &way.amplitudes());
     }
     late
@@ -350,11 +471,31 @@ fn direct_field(hrtf: &Hrtf, grid: &StftGrid, shape: TransferShape) -> Option<Fi
             let whole: Vec<f64> = ear.iter().map(|v| f64::from(*v)).collect();
             gain.iter_mut().zip(analyser.spectrum(&whole)).for_each(|(g, x)| *g = x.norm());
         }
-        let transfer = LogTransfer::of(&direct, &[], 1.0, 1.0).to_transfer(&shape, grid, Vec::new());
+        let transfer = LogTransfer::of(&direct, 1.0, 1.0).to_transfer(&shape, grid);
         Some(promenade_core::TransferFunction { late: silent.clone(), ..transfer }.to_row())
     };
     let rows: Option<Vec<Vec<f32>>> = (0..nodes.nodes()).into_par_iter().map(row).collect();
-    Field::new(nodes, shape, Rows::Whole(rows?.concat()))
+    let field = Field::new(nodes, shape, Rows::Whole(rows?.concat()))?;
+    // A head that is the same on both sides needs half of its directions in a file.
+    let mirrored = field.mirrored().filter(|mirrored| alike(&field, mirrored));
+    Some(mirrored.unwrap_or(field))
+}
+
+/// Whether two tables sound the same, but for what half precision takes.
+fn alike(one: &Field, other: &Field) -> bool {
+    let (Rows::Whole(a), Rows::Whole(b)) = (one.rows(), other.rows()) else { return false };
+    let (bins, len) = (one.shape().bins, one.shape().row_len());
+    let ears = |row: &[f32]| -> Vec<Complex32> {
+        let ear = |sign: f32, phase: usize| {
+            (0..bins).map(move |k| Complex32::from_polar(row[k] * (1.0 + sign * row[bins + k]), row[phase + k]))
+        };
+        ear(-1.0, 2 * bins).chain(ear(1.0, 3 * bins)).collect()
+    };
+    let pairs = || a.chunks_exact(len).zip(b.chunks_exact(len));
+    let energy: f32 = pairs().flat_map(|(a, _)| ears(a)).map(|x| x.norm_sqr()).sum();
+    let error: f32 = pairs().flat_map(|(a, b)| ears(a).into_iter().zip(ears(b))).map(|(a, b)| (a - b).norm_sqr()).sum();
+    let late_s = pairs().map(|(a, b)| (a[4 * bins] - b[4 * bins]).abs()).fold(0.0, f32::max);
+    error < MIRRORED_ERROR * energy && late_s < MIRRORED_S
 }
 
 /// A pose that sees the emitter, at the place nearest to the middle of those that do.

@@ -30,11 +30,29 @@ impl Site {
     }
 }
 
+/// Measurements that a node of a ring is interpolated from, at most, ...
+const PER_NODE: usize = 4;
+/// ... as far as their weights are above this share.
+const SMALLEST_SHARE: f64 = 0.1;
+
+/// The measurements of a ring around a node of its plane, with weights that sum to 1.
+pub(crate) fn of_ring(sites: &[Site], node: &Site, nugget: f64) -> Vec<(usize, f64)> {
+    let mut found = weights(sites, node, nugget);
+    found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    found.truncate(PER_NODE);
+    let sum: f64 = found.iter().map(|s| s.1.max(0.0)).sum();
+    found.retain(|s| s.1 > SMALLEST_SHARE * sum);
+    let sum: f64 = found.iter().map(|s| s.1).sum();
+    found.iter_mut().for_each(|s| s.1 /= sum);
+    found
+}
+
 /// Weights of measurements at a node, by ordinary kriging: they sum to 1 and pick out a measurement made at the node itself.
 ///
 /// Covariance: Matern with smoothness 3/2 (Rasmussen and Williams 2006, equation 4.17), over the chord between directions and
-/// the distance between positions. At most 48 measurements take part, the nearest that do not crowd together.
-pub(crate) fn weights(sites: &[Site], node: &Site) -> Vec<(usize, f64)> {
+/// the distance between positions. At most 48 measurements take part, the nearest that do not crowd together. `nugget` is the
+/// part of a measurement's variance that it shares with no other.
+pub(crate) fn weights(sites: &[Site], node: &Site, nugget: f64) -> Vec<(usize, f64)> {
     let mut order: Vec<usize> = (0..sites.len()).collect();
     order.sort_by(|&a, &b| sites[a].distance(node).total_cmp(&sites[b].distance(node)).then(a.cmp(&b)));
     // Of measurements that crowd together far from the node one says as much as all of them, and keeps the system well
@@ -57,8 +75,8 @@ pub(crate) fn weights(sites: &[Site], node: &Site) -> Vec<(usize, f64)> {
     let system = DMatrix::from_fn(n + 1, n + 1, |i, j| match (i == n, j == n) {
         (true, true) => 0.0,
         (true, false) | (false, true) => 1.0,
-        // The small term keeps measurements at one and the same site from making the system singular.
-        (false, false) => covariance(sites[near[i]].distance(&sites[near[j]])) + if i == j { 1e-9 } else { 0.0 },
+        // A small nugget keeps measurements at one and the same site from making the system singular.
+        (false, false) => covariance(sites[near[i]].distance(&sites[near[j]])) + if i == j { nugget } else { 0.0 },
     });
     let right = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { covariance(sites[near[i]].distance(node)) });
     match system.lu().solve(&right) {
@@ -83,7 +101,7 @@ mod tests {
     #[test]
     fn a_measurement_at_the_node_takes_all_the_weight() {
         let sites = ring(19);
-        for (index, weight) in weights(&sites, &sites[7]) {
+        for (index, weight) in weights(&sites, &sites[7], 1e-9) {
             assert!((weight - if index == 7 { 1.0 } else { 0.0 }).abs() < 1e-6);
         }
     }
@@ -92,7 +110,7 @@ mod tests {
     fn far_from_a_dense_ring_no_weight_is_wild() {
         let sites = ring(360);
         let pole = Site { direction: Vec3::Z, position: Vec3::ZERO };
-        for (_, weight) in weights(&sites, &pole) {
+        for (_, weight) in weights(&sites, &pole, 1e-9) {
             assert!((-0.05..0.5).contains(&weight), "{weight}");
         }
     }
@@ -102,7 +120,7 @@ mod tests {
         let sites = ring(36);
         let a = 0.05_f32;
         let node = Site { direction: Vec3::new(a.cos(), a.sin(), 0.0), position: Vec3::ZERO };
-        let w = weights(&sites, &node);
+        let w = weights(&sites, &node, 1e-9);
         assert!((w.iter().map(|(_, v)| v).sum::<f64>() - 1.0).abs() < 1e-9);
         let value: f64 = w.iter().map(|&(i, v)| v * f64::from(sites[i].direction.y)).sum();
         assert!((value - f64::from(a.sin())).abs() < 2e-3, "{value}");

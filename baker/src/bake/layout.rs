@@ -14,8 +14,15 @@ const FINEST_STEP: f32 = 2.5 * std::f32::consts::PI / 180.0;
 const COARSEST_STEP: f32 = 15.0 * std::f32::consts::PI / 180.0;
 /// Directions lower and higher than this, as the vertical part of a unit vector, lie at the height of the head (2 degrees).
 pub(crate) const LEVEL_Z: f32 = 0.035;
-/// Positions along one axis of a field, at most.
-const MOST_POSITIONS: usize = 24;
+/// Directions higher and lower than this, as the vertical part of a unit vector, have no azimuth.
+const ALMOST_UP: f32 = 0.9999;
+/// Angles closer than this are one, radians.
+const SAME_ANGLE: f32 = 1e-3;
+/// Measured azimuths and elevations that are nodes, at most; where there are more, nodes are evenly spaced.
+const MOST_AZIMUTHS: usize = 144;
+const MOST_ELEVATIONS: usize = 48;
+/// The densest directions of a field where several places were measured, radians.
+const PLACES_STEP: f32 = 7.5 * std::f32::consts::PI / 180.0;
 
 /// Measurements as listener poses around one emitter.
 #[derive(Clone, Debug)]
@@ -92,32 +99,51 @@ impl Layout {
         }
     }
 
-    /// Nodes for a field: as dense as the measurements where they are dense, over all directions.
+    /// Nodes for a field of the direct sound: every measured direction, and between them as dense as the measurements are where
+    /// they are dense, over all directions. Where several places were measured, directions are those of a head alone, and need
+    /// no more than [`PLACES_STEP`].
     pub(crate) fn nodes(&self) -> FieldGrid {
         let pi = std::f32::consts::PI;
-        let level = self.is_level();
-        // Nodes between the measurements of a ring, since the gains of a mix do not follow a straight line from one to the
-        // next.
-        let density = if level { 2.0 } else { 1.0 };
-        let spacing = self.direction_spacing().min(COARSEST_STEP * density) / density;
-        let spacing = spacing.max(FINEST_STEP);
-        let azimuths = count(2.0 * pi / spacing).max(4);
-        let elevations = if level { 3 } else { count(pi / spacing).max(4) + 1 };
-        let axis = |pick: fn(Vec3) -> f32| {
-            let values = self.sites.iter().map(|s| pick(s.position));
-            let (low, high) = values.fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
-            let spacing = median_spacing(self.sites.iter().map(|s| s.position)).max(0.05);
-            let steps = if high - low < SAME_PLACE_M { 0 } else { count((high - low) / spacing).clamp(1, MOST_POSITIONS - 1) };
-            if steps == 0 { Axis::single(low) } else { Axis::uniform(low, (high - low) / steps as f32, steps + 1) }
-        };
-        FieldGrid {
-            position: [axis(|p| p.x), axis(|p| p.y), axis(|p| p.z)],
-            facing: Facing::Emitter {
-                position: self.emitter,
-                elevation: Axis::uniform(-pi / 2.0, pi / (elevations - 1) as f32, elevations),
-                azimuth: Axis::circle(-pi, azimuths),
-            },
+        let (level, places) = (self.is_level(), self.has_places());
+        let finest = if places { PLACES_STEP } else { FINEST_STEP };
+        // Twice as dense along a ring: levels of neighbours are blended by their logarithms from node to node.
+        let density = if level && !places { 2.0 } else { 1.0 };
+        let spacing = (self.direction_spacing() / density).clamp(finest, COARSEST_STEP);
+        let directions = self.heard_directions();
+        let (mut azimuths, mut elevations): (Vec<f32>, Vec<f32>) = (
+            directions.iter().filter(|d| d.z.abs() < ALMOST_UP).map(|d| d.y.atan2(d.x)).collect(),
+            directions.iter().map(|d| d.z.clamp(-1.0, 1.0).asin()).collect(),
+        );
+        if places {
+            // As far as they are measured, no closer than the step.
+            thinned(&mut azimuths, 0.9 * spacing);
+            thinned(&mut elevations, 0.9 * spacing);
         }
+        let first = self.sites.first().map_or(Vec3::ZERO, |s| s.position);
+        let elevation = if level { Axis::uniform(-pi / 2.0, pi / 2.0, 3) } else { elevation_axis(elevations, spacing) };
+        FieldGrid {
+            position: first.to_array().map(Axis::single),
+            facing: Facing::Emitter { position: self.emitter, elevation, azimuth: azimuth_axis(azimuths, spacing) },
+        }
+    }
+
+    /// Whether responses were measured in more than one place.
+    pub(crate) fn has_places(&self) -> bool {
+        self.sites.iter().any(|s| s.position.distance(self.sites[0].position) > SAME_PLACE_M)
+    }
+
+    /// Corners of the box around all positions.
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        let positions = || self.sites.iter().map(|s| s.position);
+        (positions().fold(Vec3::MAX, Vec3::min), positions().fold(Vec3::MIN, Vec3::max))
+    }
+
+    /// Directions of all sites, with their mirror images where one half space was measured.
+    fn heard_directions(&self) -> Vec<Vec3> {
+        let half = self.is_half();
+        let seen = self.sites.iter().map(|s| s.direction);
+        let mirrored = seen.clone().filter(|_| half).map(|d| d * Vec3::new(-1.0, 1.0, 1.0));
+        seen.chain(mirrored).collect()
     }
 
     /// Median distance from a direction to the nearest other one heard in the same place. Other places see the emitter a little
@@ -145,6 +171,57 @@ impl Layout {
         let ahead = |s: &Site| s.direction.x > 0.2;
         self.sites.iter().any(behind) != self.sites.iter().any(ahead)
     }
+}
+
+/// A full circle with nodes at these angles, radians, and between them no farther apart than `spacing`.
+fn azimuth_axis(mut angles: Vec<f32>, spacing: f32) -> Axis {
+    let turn = 2.0 * std::f32::consts::PI;
+    distinct(&mut angles);
+    if angles.len() > 1 && turn - (angles[angles.len() - 1] - angles[0]) < SAME_ANGLE {
+        angles.pop();
+    }
+    let measured = angles.first().filter(|_| angles.len() <= MOST_AZIMUTHS).map(|first| first + turn);
+    let between = measured.and_then(|end| {
+        angles.push(end);
+        let mut nodes = filled(&angles, spacing);
+        nodes.pop();
+        Axis::new(nodes, true)
+    });
+    let even = || Axis::circle(-std::f32::consts::PI, count(turn / spacing));
+    between.filter(|axis| axis.count() >= 4).unwrap_or_else(even)
+}
+
+/// All elevations, with nodes at these, radians, and between them no farther apart than `spacing`.
+fn elevation_axis(mut angles: Vec<f32>, spacing: f32) -> Axis {
+    let up = 0.5 * std::f32::consts::PI;
+    angles.extend([-up, up]);
+    distinct(&mut angles);
+    let steps = count(2.0 * up / spacing).max(4);
+    let even = || Axis::uniform(-up, 2.0 * up / steps as f32, steps + 1);
+    if angles.len() > MOST_ELEVATIONS { even() } else { Axis::new(filled(&angles, spacing), false).unwrap_or_else(even) }
+}
+
+/// Sorts angles, and leaves out those that are the same as the one before.
+fn distinct(angles: &mut Vec<f32>) {
+    angles.sort_by(f32::total_cmp);
+    angles.dedup_by(|angle, before| *angle - *before < SAME_ANGLE);
+}
+
+/// Sorts angles, and leaves out those that lie within `step` of the one before.
+fn thinned(angles: &mut Vec<f32>, step: f32) {
+    angles.sort_by(f32::total_cmp);
+    angles.dedup_by(|angle, before| *angle - *before < step);
+}
+
+/// Rising angles with others between them, evenly spaced in each interval, so that none is much wider than `spacing`.
+fn filled(angles: &[f32], spacing: f32) -> Vec<f32> {
+    let mut nodes = Vec::new();
+    for pair in angles.windows(2) {
+        let steps = ((pair[1] - pair[0]) / spacing - 0.1).ceil().max(1.0);
+        nodes.extend((0..count(steps)).map(|i| pair[0] + (pair[1] - pair[0]) * i as f32 / steps));
+    }
+    nodes.extend(angles.last());
+    nodes
 }
 
 fn count(x: f32) -> usize {
@@ -189,6 +266,36 @@ mod tests {
         let set = Responses { sample_rate_hz: 48_000.0, responses: (0..4 * 36).map(turned).collect(), ..Responses::default() };
         let nodes = Layout::of(&set).unwrap().nodes();
         let Facing::Emitter { elevation, azimuth, .. } = &nodes.facing else { panic!("an emitter") };
-        assert_eq!((azimuth.count(), elevation.count()), (36, 19), "directions 10 degrees apart, not all at the head's height");
+        assert!((34..=180).contains(&azimuth.count()) && elevation.count() >= 19, "directions 10 degrees apart, not all level");
+    }
+
+    #[test]
+    fn every_measured_direction_is_a_node() {
+        // A room of loudspeakers: rings at uneven angles, and one above.
+        let layers: [(f32, &[f32]); 4] = [
+            (0.0, &[0.0, 30.0, 47.0, 110.0, 180.0, -30.0, -47.0]),
+            (40.0, &[0.0, 45.5, -110.0]),
+            (-26.0, &[0.0]),
+            (90.0, &[0.0]),
+        ];
+        let source = |azimuth: f32, elevation: f32| {
+            let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+            2.0 * Vec3::new(e.cos() * a.cos(), e.cos() * a.sin(), e.sin())
+        };
+        let response = |source| {
+            let name = String::new();
+            Response { listener: Pose::IDENTITY, source, left: vec![1.0], right: vec![1.0], name }
+        };
+        let all = layers.iter().flat_map(|(elevation, azimuths)| azimuths.iter().map(|a| response(source(*a, *elevation))));
+        let set = Responses { sample_rate_hz: 48_000.0, responses: all.collect(), ..Responses::default() };
+        let layout = Layout::of(&set).unwrap();
+        let nodes = layout.nodes();
+        for site in &layout.sites {
+            let nearest = (0..nodes.nodes()).map(|i| nodes.node(i).1.distance(site.direction)).fold(f32::MAX, f32::min);
+            assert!(nearest < 1e-3, "{:?}: {nearest}", site.direction);
+        }
+        let Facing::Emitter { azimuth, .. } = &nodes.facing else { panic!("an emitter") };
+        let gaps = azimuth.nodes().windows(2).map(|w| w[1] - w[0]);
+        assert!(gaps.fold(0.0, f32::max) < 1.2 * COARSEST_STEP, "{azimuth:?}");
     }
 }

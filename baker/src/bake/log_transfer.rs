@@ -2,12 +2,12 @@
 
 use crate::bake::direct::{Direct, phase_start, set_ears};
 use crate::bake::kriging::Site;
+use crate::bake::model::Modelled;
 use promenade_core::{StftGrid, TransferFunction, TransferShape};
 use promenade_fourier::{NO_GAIN, floored_log, minimum_phase};
 use std::f64::consts::TAU;
 
-/// What is interpolated of a measurement: log gains of the direct sound at a distance of 1 m, its phase and delay, and log
-/// gains of the late part.
+/// What is interpolated of a measurement: log gains of the direct sound at a distance of 1 m, its phase and delay.
 ///
 /// Gains of measurements a few degrees apart differ by factors, and delays by sums; complex spectra that differ in delay would
 /// cancel.
@@ -17,45 +17,49 @@ pub(crate) struct LogTransfer {
     /// Phase beyond minimum phase and delay, radians.
     excess: [Vec<f64>; 2],
     delay_s: f64,
-    late: Vec<f64>,
 }
 
 impl LogTransfer {
-    /// Takes a direct sound and gains of the late part, `[ear][band]`, both times `gain`, measured at a distance.
-    pub(crate) fn of(direct: &Direct, late: &[f64], gain: f64, distance_m: f64) -> Self {
+    /// Takes a direct sound times `gain`, measured at a distance.
+    pub(crate) fn of(direct: &Direct, gain: f64, distance_m: f64) -> Self {
         let log = |g: f64| g.max(NO_GAIN).ln();
         Self {
             direct: direct.gain.each_ref().map(|ear| ear.iter().map(|g| log(gain * distance_m * g)).collect()),
             excess: direct.excess.clone(),
             delay_s: direct.delay_s,
-            late: late.iter().map(|g| log(gain * g)).collect(),
         }
     }
 
-    pub(crate) fn blend(measured: &[Self], sites: &[Site], weights: &[(usize, f64)], trend: f64, node: &Site) -> Self {
-        let sum = |pick: &dyn Fn(&Self) -> &Vec<f64>| {
-            let mut out = vec![0.0; pick(&measured[0]).len()];
+    /// Interpolates what measurements are beyond a model of their directions, `models`, whose delays are `trend` times as long,
+    /// and adds the model of the node's.
+    pub(crate) fn blend<'a>(
+        measured: &'a [Self],
+        models: &'a [Modelled],
+        weights: &[(usize, f64)],
+        trend: f64,
+        node: &Modelled,
+    ) -> Self {
+        let sum = |pick: &dyn Fn(usize) -> &'a Vec<f64>| {
+            let mut out = vec![0.0; pick(0).len()];
             for &(i, w) in weights {
-                out.iter_mut().zip(pick(&measured[i])).for_each(|(o, v)| *o += w * v);
+                out.iter_mut().zip(pick(i)).for_each(|(o, v)| *o += w * v);
             }
             out
         };
-        let off_trend: f64 = weights.iter().map(|&(i, w)| w * (measured[i].delay_s - trend * lateral(&sites[i]))).sum();
+        let direct = |ear: usize| -> Vec<f64> {
+            let (own, model) = (sum(&|i| &measured[i].direct[ear]), sum(&|i| &models[i].logs[ear]));
+            own.iter().zip(model).zip(&node.logs[ear]).map(|((own, model), node)| own - model + node).collect()
+        };
+        let off_trend: f64 = weights.iter().map(|&(i, w)| w * (measured[i].delay_s - trend * models[i].delay_s)).sum();
         Self {
-            direct: [sum(&|r| &r.direct[0]), sum(&|r| &r.direct[1])],
-            excess: [sum(&|r| &r.excess[0]), sum(&|r| &r.excess[1])],
-            delay_s: off_trend + trend * lateral(node),
-            late: sum(&|r| &r.late),
+            direct: [direct(0), direct(1)],
+            excess: [sum(&|i| &measured[i].excess[0]), sum(&|i| &measured[i].excess[1])],
+            delay_s: off_trend + trend * node.delay_s,
         }
     }
 
-    /// Gains of the late part, linear amplitude, `[ear][band]`.
-    pub(crate) fn late(&self) -> Vec<f64> {
-        self.late.iter().map(|log| linear(*log)).collect()
-    }
-
-    /// The transfer function on a grid, with `taps` for its time filters.
-    pub(crate) fn to_transfer(&self, shape: &TransferShape, grid: &StftGrid, taps: Vec<f32>) -> TransferFunction {
+    /// The transfer function on a grid, without time filters.
+    pub(crate) fn to_transfer(&self, shape: &TransferShape, grid: &StftGrid) -> TransferFunction {
         let mut out = shape.silent();
         let gains = self.direct.each_ref().map(|ear| ear.iter().map(|log| linear(*log)).collect::<Vec<f64>>());
         for (k, (left, right)) in gains[0].iter().zip(&gains[1]).enumerate() {
@@ -66,8 +70,6 @@ impl LogTransfer {
         });
         out.phase = phases.collect();
         out.delay_s = self.delay_s as f32;
-        out.taps = taps;
-        out.late = self.late().iter().map(|g| *g as f32).collect();
         out
     }
 }
@@ -101,16 +103,10 @@ pub(crate) fn align_phases(measured: &mut [LogTransfer], sites: &[Site], grid: &
     }
 }
 
-/// How the interaural delay of a rigid sphere varies with the angle towards the left ear (Woodworth 1938): asin(y) + y for the
-/// component y of the direction towards the left, so that the delay is negative on the left.
-fn lateral(site: &Site) -> f64 {
-    let y = f64::from(site.direction.y).clamp(-1.0, 1.0);
-    y.asin() + y
-}
-
-/// Delay per unit of [`lateral`], seconds, by least squares: the measured head's radius over the speed of sound, negated.
-pub(crate) fn delay_trend(sites: &[Site], measured: &[LogTransfer]) -> f64 {
-    let pairs = || sites.iter().map(lateral).zip(measured.iter().map(|r| r.delay_s));
+/// Size of the measured head over the model's, by its delays: least squares.
+pub(crate) fn delay_trend(models: &[Modelled], measured: &[LogTransfer]) -> f64 {
+    let pairs = || models.iter().map(|m| m.delay_s).zip(measured.iter().map(|r| r.delay_s));
     let square: f64 = pairs().map(|(x, _)| x * x).sum();
-    if square > 0.1 { pairs().map(|(x, d)| x * d).sum::<f64>() / square } else { -0.09 / 343.0 }
+    // A tenth of a millisecond at one measurement says what the size is.
+    if square > 1e-8 { pairs().map(|(x, d)| x * d).sum::<f64>() / square } else { 1.0 }
 }

@@ -129,8 +129,6 @@ pub(crate) struct Room {
     pub(crate) tail: TailModel,
     pub(crate) shape: TransferShape,
     pub(crate) top_hz: f32,
-    /// Highest frequency of the bass, which has no late part but rings on as it was measured, Hz.
-    pub(crate) low_hz: f64,
     /// Hops in which the bass is heard, those of direct sound and taps among them.
     pub(crate) low_hops: usize,
     /// Energy density per hop and band that the late part has at each ear at unit gain.
@@ -202,7 +200,7 @@ impl Room {
         let low_hops = low_hops.clamp(taps + 1, (taps + 1).max((LONGEST_LOW_S / grid.hop_s()) as usize));
         let tail = TailModel { seed, t60_s: t60, coherence };
         let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
-        let mut room = Self { bands, tail, shape, top_hz, low_hz, low_hops, late_unit: Default::default() };
+        let mut room = Self { bands, tail, shape, top_hz, low_hops, late_unit: Default::default() };
         let late = Late { grid, bands: &room.bands, tail: &room.tail, shape, top_hz };
         room.late_unit = late.unit(hops)?;
         let late = energies.iter().map(|e| late_gains(e, &above_noise, &room, grid));

@@ -92,7 +92,7 @@ mod tests {
         let energy = |hop: usize| 1e6_f64.powf(-(hop as f64) * grid.hop_s() / f64::from(t60_s));
         let energies: Vec<Vec<f64>> = (0..70).map(|hop| vec![energy(hop); bands.count()]).collect();
         let wanted = decays_db(&energies, &bands);
-        // Seeds that the choice does not know.
+        // Seeds that the choice was not made with.
         let others: Vec<f64> = (1..=8).map(|seed| error(seed, &late, &energies, &wanted).unwrap()).collect();
         let chosen = truest_seed(0, &late, &energies).unwrap();
         let found = error(chosen, &late, &energies, &wanted).unwrap();

@@ -38,7 +38,7 @@ pub struct EvaluateOptions {
 trait Method {
     /// Name in tables and files.
     fn name(&self) -> &'static str;
-    /// What it knows of the recording that it predicts, besides the listener's pose and the dry sound.
+    /// What of the predicted recording it is given, besides the listener's pose and the dry sound.
     fn note(&self) -> &'static str {
         ""
     }
@@ -51,7 +51,7 @@ trait Method {
 pub struct MethodResult {
     /// Name in tables and files; the scene's is "scene".
     pub name: String,
-    /// What the method knows of the recording that it predicts; empty where it knows nothing.
+    /// What of the predicted recording the method is given; empty where nothing is.
     pub note: String,
     /// Figures of each test clip, by its name.
     pub clips: Vec<(String, Figures)>,

@@ -3,10 +3,10 @@
 use crate::error::BakeError;
 use crate::player::render_response;
 use promenade_core::{HeldOut, Scene};
-use promenade_judge::response_measures;
+use promenade_judge::{response_levels_db, response_measures};
 use std::sync::Arc;
 
-pub use promenade_judge::{Comparison, MeanErrors, RESPONSE_S, response_s};
+pub use promenade_judge::{Comparison, MeanErrors, RESPONSE_S, mean_level_errors_db, response_s};
 
 /// Renders responses of some seconds at all held-out poses of a scene and compares them with the measurements.
 ///
@@ -20,7 +20,9 @@ pub fn compare_held_out(scene: &Arc<Scene>, response_s: f64) -> Result<Vec<Compa
         let [left, right] = render_response(scene, held.pose, lead, len)?;
         let rendered = response_measures(&left, &right, rate)
             .map_err(|why| BakeError::unmeasurable(format!("held-out pose {}", held.name), why))?;
-        Ok(Comparison { name: held.name.clone(), measured: held.measured, rendered })
+        let levels_db = (!held.levels_db.is_empty()).then(|| response_levels_db(&left, &right, rate));
+        let levels_db = [held.levels_db.clone(), levels_db.unwrap_or_default()];
+        Ok(Comparison { name: held.name.clone(), measured: held.measured, rendered, levels_db })
     };
     scene.held_out().iter().map(one).collect()
 }

@@ -1,7 +1,7 @@
 //! A dry sound of one or two channels, read as it is played or held in memory.
 
 use promenade_audio::wav::{self, Wav, WavReader};
-use promenade_audio::{FileError, resample};
+use promenade_audio::{FileError, resample, sound};
 use std::path::{Path, PathBuf};
 
 /// A dry sound of one or two channels.
@@ -15,21 +15,27 @@ enum Kind {
 }
 
 impl Source {
-    /// Opens a WAV file, converted to a rate where that is given and not the file's own.
+    /// Opens a WAV file, or a FLAC file, which is read whole; converted to a rate where that is given and not the file's own.
     ///
     /// # Errors
-    /// No readable WAV file, or one of more than two channels.
+    /// No readable WAV or FLAC file, or one of more than two channels.
     pub fn open(path: &Path, rate_hz: Option<u32>) -> Result<Self, FileError> {
-        let reader = WavReader::open(path)?;
-        if reader.channels() > 2 {
-            return Err(FileError::content(path, "1 or 2 channels", reader.channels().to_string()));
-        }
-        match rate_hz.filter(|&rate_hz| rate_hz != reader.sample_rate_hz()) {
-            None => Ok(Self(Kind::File { path: path.to_path_buf(), reader })),
-            Some(rate_hz) => {
-                let Wav { sample_rate_hz, channels } = wav::read(path)?;
-                Ok(Self::held(resample::signal(&channels, sample_rate_hz, rate_hz)?, rate_hz))
+        let few = |channels: usize| {
+            let many = || FileError::content(path, "1 or 2 channels", channels.to_string());
+            (channels <= 2).then_some(()).ok_or_else(many)
+        };
+        if !sound::is_flac(path) {
+            let reader = WavReader::open(path)?;
+            few(usize::from(reader.channels()))?;
+            if rate_hz.is_none_or(|rate_hz| rate_hz == reader.sample_rate_hz()) {
+                return Ok(Self(Kind::File { path: path.to_path_buf(), reader }));
             }
+        }
+        let Wav { sample_rate_hz, channels } = sound::read(path)?;
+        few(channels.len())?;
+        match rate_hz.filter(|&rate_hz| rate_hz != sample_rate_hz) {
+            None => Ok(Self::held(channels, sample_rate_hz)),
+            Some(rate_hz) => Ok(Self::held(resample::signal(&channels, sample_rate_hz, rate_hz)?, rate_hz)),
         }
     }
 

@@ -87,7 +87,7 @@ pub struct AmbisonicResponses {
     pub normalisation: Normalisation,
     /// The responses.
     pub responses: Vec<AmbisonicResponse>,
-    /// What the user should know about the loading.
+    /// Notes to the user about the loading.
     pub notes: Vec<String>,
     /// What they were loaded from, for errors.
     pub path: PathBuf,

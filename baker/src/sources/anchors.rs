@@ -109,6 +109,31 @@ impl AnchorSet {
         Ok((Self { placement, positions: clusters.centres, features, neighbours: options.neighbours }, report))
     }
 
+    /// What is odd about anchors for listeners at these places of the scene, metres, for the user: more than half of these lie
+    /// farther than 1 m outside of the box around the anchors.
+    #[must_use]
+    pub fn apart_from(&self, places: &[Vec3]) -> Option<String> {
+        let bounds = |all: &mut dyn Iterator<Item = Vec3>| {
+            all.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+        };
+        let (low, high) = bounds(&mut self.positions.iter().map(|p| self.placement.to_scene(*p)));
+        let outside = |p: &&Vec3| p.cmplt(low - 1.0).any() || p.cmpgt(high + 1.0).any();
+        let count = places.iter().filter(outside).count();
+        let text = |p: Vec3| format!("{:.1}, {:.1}, {:.1}", p.x, p.y, p.z);
+        (2 * count > places.len()).then(|| {
+            let (from, to) = bounds(&mut places.iter().copied());
+            format!(
+                "{count} of {} poses lie outside of the anchors: these reach from {} to {} m, the poses from {} to {} m (of \
+                 another place, or in another unit or axes?)",
+                places.len(),
+                text(low),
+                text(high),
+                text(from),
+                text(to)
+            )
+        })
+    }
+
     /// Checks what a file or another program states.
     fn check(&self) -> Result<(), (&'static str, String, String)> {
         let count = self.positions.len();

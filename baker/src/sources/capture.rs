@@ -52,7 +52,7 @@ pub struct Capture {
     pub tracks: Vec<Track>,
     /// The parts of the recordings that are used; none is silent or clipped.
     pub clips: Vec<Clip>,
-    /// What the user should know: what was left out, what was assumed.
+    /// Notes to the user: what was left out, what was assumed.
     pub notes: Vec<String>,
 }
 

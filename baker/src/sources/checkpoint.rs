@@ -49,7 +49,7 @@ pub struct Imported {
     pub model: CloudModel,
     /// The transform that the model's masks belong to.
     pub grid: StftGrid,
-    /// What the user should know: values that were assumed, weights that do nothing, features that look wrong.
+    /// Notes to the user: values that were assumed, weights that do nothing, features that look wrong.
     pub notes: Vec<String>,
 }
 

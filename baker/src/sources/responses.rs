@@ -73,7 +73,7 @@ pub struct Responses {
     pub sample_rate_hz: f64,
     /// The responses, all of the same length; no two share listener and source.
     pub responses: Vec<Response>,
-    /// What the user should know about the loading, such as repeated measurements that were left out.
+    /// Notes to the user about the loading, such as repeated measurements that were left out.
     pub notes: Vec<String>,
     /// What the data set has responses for, by their names, where it says so.
     pub splits: BTreeMap<String, Split>,

@@ -9,6 +9,7 @@ mod early;
 pub(crate) mod heads;
 mod hrtf;
 mod join;
+mod low;
 mod mesh_room;
 mod part;
 mod poses;
@@ -24,6 +25,8 @@ pub use part::Part;
 pub use poses::{Inside, along, fit, grid, random_inside, random_poses, scene_spacing_m, turned};
 pub use promenade_acoustics::OCTAVES_HZ;
 pub use promenade_core::network::SPEED_OF_SOUND_M_S;
+
+pub(crate) use low::Bass;
 
 /// Shares of the energy that a wall absorbs, by octave.
 pub type Absorption = promenade_acoustics::Octaves;

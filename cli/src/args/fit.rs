@@ -5,19 +5,49 @@ use super::values::{parse_point, within};
 use clap::{Args, ValueEnum};
 use promenade_core::glam::Vec3;
 use promenade_fit::{Convention, LoadOptions};
+use promenade_room::Some7;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
     /// Room and measurements, or measurements alone to judge what needs no room. ROOM: length, width and height from a corner
-    /// at the origin, metres, X,Y,Z. MEASUREMENTS: a .sofa file, or a folder with measurements.json or laid out as R3VIVAL,
-    /// Real Acoustic Fields, Hearing Anything Anywhere or MeshRIR are
+    /// at the origin, metres, X,Y,Z; a mesh of flat walls, .obj, .stl, .ply, .glb or .gltf; or the word `box`, of which all six
+    /// walls are searched, as without a room [a folder of that name is ./box]. MEASUREMENTS: a .sofa file, or a folder with
+    /// measurements.json or laid out as R3VIVAL, Real Acoustic Fields, Hearing Anything Anywhere or MeshRIR are
     #[arg(value_name = "[ROOM] MEASUREMENTS", required = true, num_args = 1..=2)]
     pub(crate) of: Vec<PathBuf>,
-    /// What to write: NAME.obj, with NAME.materials.json, NAME.report.md, NAME.report.json and NAME.report.svg beside it; or
-    /// NAME.promenade, a scene, with all of these beside it
-    #[arg(short, long, value_name = "NAME.obj|NAME.promenade", required_unless_present_any = ["evaluate", "changed"])]
+    /// What to write: NAME.obj, with NAME.materials.json, NAME.report.md, NAME.report.json and NAME.report.svg, and of a full
+    /// fit NAME.report.plan.svg, beside it; or NAME.promenade, a scene, with all of these beside it
+    #[arg(short, long, value_name = "NAME.obj|NAME.promenade", required_unless_present_any = ["evaluate", "changed", "t20"])]
     pub(crate) output: Option<PathBuf>,
+    /// The quick fit: surfaces of a box alone, from T20, EDT, C80 and level by octave, in a second. Without it walls, places,
+    /// clocks, surfaces, scattering and source are sought in the responses themselves, which takes minutes; a fit that was
+    /// stopped goes on from NAME.fit-state
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// What stays as it is stated: walls, places, source (which then sends the same everywhere)
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', conflicts_with = "quick")]
+    pub(crate) hold: Vec<Hold>,
+    /// What of a mesh has a material of its own: each of its groups, or each flat wall
+    #[arg(long, value_enum, default_value_t = Per::Material, conflicts_with = "quick")]
+    pub(crate) per: Per,
+    /// Reflections of images in a full fit
+    #[arg(long, default_value_t = 8, conflicts_with = "quick", value_parser = clap::value_parser!(u32).range(1..=20))]
+    pub(crate) order: u32,
+    /// Metres of the mesh's unit [default: 1; a mesh that is no room in metres is refused unless this is given]
+    #[arg(long, value_name = "M", value_parser = within(1e-6, 1e6))]
+    pub(crate) scale: Option<f64>,
+    /// Reverberation times that the room's walls are given, with ROOM alone: T20 in seconds in seven octaves from 125 Hz, `-`
+    /// for one that stays as it is, or a measured response. --materials says what the walls are made of; they all come to
+    /// absorb more or less in the same proportion [without: 0.1 everywhere]
+    #[arg(
+        long,
+        value_name = "S,S,S,S,S,S,S|FILE.wav|FILE.sofa",
+        value_parser = parse_t20,
+        allow_hyphen_values = true,
+        conflicts_with_all = ["evaluate", "changed"]
+    )]
+    pub(crate) t20: Option<T20>,
     /// Head of a scene: free-field responses all around it
     #[arg(long, value_name = "FILE.sofa")]
     pub(crate) head: Option<PathBuf>,
@@ -34,9 +64,13 @@ pub(crate) struct FitArgs {
     /// Setting of the changed room, of a set with several
     #[arg(long, value_name = "NAME", requires = "changed")]
     pub(crate) changed_setting: Option<String>,
-    /// Walls that are changed (x0, x1, y0, y1, floor, ceiling), as in `simulate`
+    /// Walls that are changed (of a box x0, x1, y0, y1, floor, ceiling; of a mesh its groups), as in `simulate`
     #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule)]
     pub(crate) materials: Vec<(String, String)>,
+    /// Walls or groups that differ between MEASUREMENTS and --changed, and are alike before and alike after: what they absorb
+    /// then is found from the reverberation of both, and printed as rules for --materials. Needs a full fit
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "changed", conflicts_with_all = ["quick", "materials"])]
+    pub(crate) alike: Vec<String>,
     /// Whose definitions of loudness, C50, EDT and T60
     #[arg(long, value_enum, default_value_t = ConventionArg::AvDar)]
     pub(crate) convention: ConventionArg,
@@ -54,6 +88,48 @@ pub(crate) struct FitArgs {
     pub(crate) markdown: bool,
     #[command(flatten)]
     pub(crate) set: MeasurementArgs,
+}
+
+/// What stays as it is stated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Hold {
+    /// Walls
+    Walls,
+    /// Sources, microphones and their clocks' offsets within what is known of them
+    Places,
+    /// What the source sends where
+    Source,
+}
+
+/// What has a material of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Per {
+    /// Each group of a mesh, each wall of a box
+    Material,
+    /// Each flat wall
+    Wall,
+}
+
+/// Where reverberation times come from.
+#[derive(Clone, Debug)]
+pub(crate) enum T20 {
+    /// By octave, seconds.
+    Typed(Some7),
+    /// A measured response.
+    File(PathBuf),
+}
+
+fn parse_t20(text: &str) -> Result<T20, String> {
+    if [".wav", ".sofa"].iter().any(|end| text.to_lowercase().ends_with(end)) {
+        return Ok(T20::File(text.into()));
+    }
+    let time = |part: &str| match part.trim() {
+        "-" => Ok(None),
+        part => part.parse().map(Some).map_err(|_| format!("expected seconds or `-`, found {part:?}")),
+    };
+    let times: Vec<Option<f64>> = text.split(',').map(time).collect::<Result<_, _>>()?;
+    let count = times.len();
+    times.try_into().map(T20::Typed).map_err(|_| format!("expected seven times or a file .wav or .sofa, found {count}"))
 }
 
 /// What files of measurements do not say.

@@ -1,5 +1,6 @@
 //! Arguments of `promenade map`.
 
+use super::air::AirArgs;
 use super::simulate::RoomArgs;
 use super::values::{parse_pixels, parse_pose, within};
 use clap::{Args, Subcommand, ValueEnum};
@@ -37,6 +38,8 @@ pub(crate) struct MapArgs {
     /// Seed of the rays
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) air: AirArgs,
     /// What a camera there sees, coloured by the sound that falls on it, instead of a plan; metres and degrees
     #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["grid", "height", "margin", "order", "beams"])]
@@ -113,6 +116,8 @@ pub(crate) struct MixMapArgs {
     /// Seed of the rays
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) air: AirArgs,
     /// Folder to write to: for each strategy and picture samples per pixel as .exr, and as .png to look at
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,

@@ -25,6 +25,9 @@ pub(crate) struct MeasureArgs {
     /// What the scene costs and how far it is off in each tier, and with fewer taps, images, nodes and decodes
     #[arg(long, conflicts_with_all = ["response", "input", "poses", "seconds"])]
     pub(crate) trade: bool,
+    /// Scene to whose best the errors are, in place of this one's: the one of which this holds a part
+    #[arg(long, value_name = "SCENE", requires = "trade")]
+    pub(crate) beside: Option<PathBuf>,
     /// Also a plot of it, SVG or PNG by the name
     #[arg(long, value_name = "FILE", requires = "trade")]
     pub(crate) plot: Option<PathBuf>,

@@ -21,7 +21,7 @@ pub(crate) enum OutputFormat {
 pub(crate) struct RenderArgs {
     /// Scene file
     pub(crate) scene: PathBuf,
-    /// Dry WAV file, mono or stereo
+    /// Dry sound, WAV or FLAC, mono or stereo
     pub(crate) input: PathBuf,
     /// WAV file to write
     pub(crate) output: PathBuf,

@@ -1,5 +1,6 @@
 //! Arguments of `promenade simulate`.
 
+use super::air::AirArgs;
 use super::capture::ClipArgs;
 use super::values::{parse_absorption, parse_facing, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
@@ -19,6 +20,8 @@ pub(crate) struct SimulateArgs {
     pub(crate) mesh: Option<SimulateMeshArgs>,
     #[command(flatten)]
     pub(crate) run: Option<RunArgs>,
+    #[command(flatten)]
+    pub(crate) air: AirArgs,
     #[command(flatten)]
     pub(crate) clips: ClipArgs,
 }
@@ -72,6 +75,10 @@ pub(crate) struct RunArgs {
     /// Length of the responses, seconds [default: the longest reverberation time, at most 4]
     #[arg(long, value_name = "S", value_parser = within(0.001, MAX_LENGTH_S))]
     pub(crate) length: Option<f32>,
+    /// Below this frequency, Hz, the wave equation is in the place of images and rays, 0 for none [default: where a room's
+    /// modes lie apart, 60 to 250 Hz, none in large or open ones]
+    #[arg(long, value_name = "HZ", value_parser = within(0.0, 500.0))]
+    pub(crate) waves: Option<f64>,
     /// Seed of rays, noise and random poses, and with --dry of stretches and split
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -171,6 +178,8 @@ pub(crate) struct SimulateBoxArgs {
     pub(crate) materials: Option<[Material; 6]>,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+    #[command(flatten)]
+    pub(crate) air: AirArgs,
     #[command(flatten)]
     pub(crate) clips: ClipArgs,
     /// Scale and move the walk so that it fills the room up to this margin, metres; without it, it is in the room's coordinates

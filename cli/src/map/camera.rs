@@ -5,7 +5,7 @@ use crate::args::MapArgs;
 use crate::plot;
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_acoustics::{Air, Intensity, RayOptions, Room, Source};
+use promenade_acoustics::{Intensity, RayOptions, Room, Source};
 use promenade_baker::atomic;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -28,7 +28,7 @@ pub(super) fn run(args: &MapArgs, room: &Room, source: Source, camera: &Pose) ->
     let rays = RayOptions {
         rays: args.rays.unwrap_or(RAYS) as usize,
         length_s: args.length,
-        air: Some(Air::default()),
+        air: Some(args.air.air()),
         seed: args.seed,
         ..RayOptions::default()
     };

@@ -5,7 +5,7 @@ use super::{exr, picture};
 use crate::args::{MixMapArgs, Strategy};
 use crate::{plot, progress, report, simulate};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Intensity, RayOptions};
+use promenade_acoustics::{Intensity, RayOptions};
 use promenade_baker::capture::mean;
 use promenade_baker::{FileError, atomic, resample, sound};
 use promenade_metrics::{
@@ -110,7 +110,7 @@ fn heard(args: &MixMapArgs, size: [usize; 2]) -> Result<Plane> {
     let rays = RayOptions {
         rays: args.rays as usize,
         length_s: args.length,
-        air: Some(Air::default()),
+        air: Some(args.air.air()),
         seed: args.seed,
         ..RayOptions::default()
     };

@@ -5,8 +5,8 @@ use crate::args::{MeasureArgs, TableForm};
 use crate::report;
 use anyhow::{Context, Result, anyhow};
 use promenade_baker::cost::{TierCost, tier_costs};
-use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out, response_s};
-use promenade_core::{ResponseMeasures, Scene};
+use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out, mean_level_errors_db, response_s};
+use promenade_core::{OCTAVES_HZ, ResponseMeasures, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
@@ -22,7 +22,10 @@ pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Re
     let costs = tier_costs(scene, HOST_RATE_HZ, HOST_BLOCK, COST_S);
     let markdown = args.format == TableForm::Markdown;
     Ok(Part {
-        text: as_table(&comparisons, &mean, markdown) + "\n" + &cost_table(&costs, markdown),
+        text: as_table(&comparisons, &mean, markdown)
+            + "\n"
+            + &level_table(&comparisons, markdown)
+            + &cost_table(&costs, markdown),
         json: as_json(&comparisons, &mean, &costs),
     })
 }
@@ -61,6 +64,24 @@ fn as_table(comparisons: &[Comparison], mean: &MeanErrors, markdown: bool) -> St
     report::table(&rows, markdown)
 }
 
+/// Errors of the level over both ears, of the whole band and by octave; nothing where levels are not known.
+fn level_table(comparisons: &[Comparison], markdown: bool) -> String {
+    let mean = mean_level_errors_db(comparisons);
+    if mean.is_empty() {
+        return String::new();
+    }
+    let octaves = OCTAVES_HZ.iter().map(|hz| format!("{hz} Hz"));
+    let head = ["level, error in dB".to_owned(), "all".to_owned()].into_iter().chain(octaves).take(1 + mean.len());
+    let mut rows = vec![head.collect::<Vec<String>>()];
+    for c in comparisons.iter().filter(|c| !c.levels_db[0].is_empty()) {
+        let [measured, rendered] = &c.levels_db;
+        let errors = measured.iter().zip(rendered).map(|(m, r)| format!("{:+.2}", r - m));
+        rows.push(std::iter::once(c.name.clone()).chain(errors).collect());
+    }
+    rows.push(std::iter::once("mean magnitude".to_owned()).chain(mean.iter().map(|e| format!("{e:.2}"))).collect());
+    report::table(&rows, markdown) + "\n"
+}
+
 /// A measure that has no value is shown as a dash.
 fn or_dash(text: Option<String>) -> String {
     text.unwrap_or_else(|| "-".to_owned())
@@ -81,7 +102,10 @@ fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) ->
         costs.iter().map(|c| json!({ "tier": c.tier.name(), "real_time": c.real_time, "times_stft": c.times_stft })).collect();
     let poses: Vec<Value> = comparisons
         .iter()
-        .map(|c| json!({ "name": c.name, "measured": measures(&c.measured), "rendered": measures(&c.rendered) }))
+        .map(|c| {
+            let [measured, rendered] = [&c.measured, &c.rendered].map(measures);
+            json!({ "name": c.name, "measured": measured, "rendered": rendered, "levels_db": c.levels_db })
+        })
         .collect();
     json!({
         "poses": poses,
@@ -92,6 +116,7 @@ fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) ->
             "t20_percent": mean.t20.map(|e| 100.0 * e),
             "edt_percent": mean.edt.map(|e| 100.0 * e),
             "c50_db": mean.c50_db,
+            "level_db": mean_level_errors_db(comparisons),
         },
     })
 }

@@ -1,9 +1,9 @@
 //! `promenade simulate ROOM -o SCENE.promenade` and `simulate box ... -o SCENE.promenade`: scenes of image sources.
 
-use crate::args::{RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
+use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Mesh, Room, Source};
+use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_baker::{LoadOptions, Responses};
@@ -19,7 +19,7 @@ pub(super) fn write(
     source: &Source,
     of: &RoomArgs,
     args: &SimulateMeshArgs,
-    run: &RunArgs,
+    (run, air): (&RunArgs, AirArgs),
 ) -> Result<()> {
     let began = Instant::now();
     let places = run.path.is_some() || !args.at.is_empty() || run.poses.is_some() || args.turns.is_some();
@@ -39,10 +39,11 @@ pub(super) fn write(
         spacing_m: args.grid.unwrap_or_else(|| scene_spacing_m(mesh)),
         height_m: args.height,
         margin_m: args.margin,
-        air: Some(Air::default()),
+        air: Some(air.air()),
+        waves_hz: run.waves,
         seed: run.seed,
         title: args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh)),
-        recipe: recipe(of, args, run),
+        recipe: recipe(of, args, run, air),
     };
     let bar = progress::of_work();
     let baked = bake_geometry(mesh, room, source, &hrtf, &options, |share| bar.at(progress::SHARES * share))?;
@@ -75,17 +76,21 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     let [ex, ey, ez] = args.emitter.to_array();
     let options = SceneOptions {
         images: PLAYED_IMAGES,
+        air: args.air.air(),
+        waves_hz: run.waves,
         seed: run.seed,
         title: args.title.clone().unwrap_or_else(|| format!("Room of {x} x {y} x {z} m")),
         recipe: format!(
-            "simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} {names} --head {} --seed {}",
+            "simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} {names} --head {} --seed {}{}{}",
             report::file_name(&run.head),
-            run.seed
+            run.seed,
+            args.air,
+            waves(run)
         ),
     };
     let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: args.emitter };
     let made = room.scene(&scene_head(&hrtf)?, &options)?;
-    super::after_eyring(&room.walls);
+    super::after_eyring(&room.walls, args.air.air());
     written(&args.output, &made, began)
 }
 
@@ -102,8 +107,13 @@ fn written(output: &Path, made: &Scene, began: Instant) -> Result<()> {
     Ok(())
 }
 
+/// The option of waves, as far as it was given.
+fn waves(run: &RunArgs) -> String {
+    run.waves.map_or(String::new(), |hz| format!(" --waves {hz}"))
+}
+
 /// The command that makes the scene, without its folders.
-fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> String {
+fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: AirArgs) -> String {
     let [x, y, z] = of.source.to_array();
     let materials: Vec<String> = of.materials.iter().map(|(pattern, material)| format!("{pattern}={material}")).collect();
     let directivity = if of.directivity.as_os_str() == "omni" {
@@ -113,7 +123,7 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> String {
     };
     format!(
         "simulate {} --source {x},{y},{z}{directivity} --materials '{}' --head {} --order {} --images {} --head-turns {} \
-         --rays {} --rate {} --seed {}",
+         --rays {} --rate {} --seed {}{}{}",
         report::file_name(&of.mesh),
         materials.join(","),
         report::file_name(&run.head),
@@ -122,6 +132,8 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs) -> String {
         args.head_turns,
         args.rays,
         args.rate,
-        run.seed
+        run.seed,
+        air,
+        waves(run)
     )
 }

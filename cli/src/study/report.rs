@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// Everything that answers say.
-struct Found {
+struct Results {
     level: f64,
     persons: usize,
     paired: Option<Paired>,
@@ -23,7 +23,7 @@ pub(super) fn run(args: &StudyReportArgs) -> Result<()> {
     let material = read(&args.answers)?;
     let answers: &Answers = &material.answers;
     let (ratings, left_out) = ratings(answers.list(), args.keep_all);
-    let found = Found {
+    let found = Results {
         level: args.level,
         persons: answers.persons(),
         paired: paired(&material.tables, answers.list(), args.level)?,
@@ -63,7 +63,7 @@ fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
     cells.map(str::to_owned).to_vec()
 }
 
-impl Found {
+impl Results {
     fn text(&self, markdown: bool) -> String {
         let mut text = String::new();
         let mut table = |title: &str, rows: &[Vec<String>], after: &str| {

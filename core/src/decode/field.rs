@@ -2,17 +2,16 @@
 
 mod axis;
 mod decoder;
+pub(crate) mod mirrored;
 mod rows;
-mod shares;
 
 use crate::{Pose, TransferFunction, TransferShape};
 use glam::Vec3;
 use std::ops::Range;
 
 pub use axis::Axis;
-pub(crate) use decoder::FieldDecoder;
+pub(crate) use decoder::{FieldDecoder, heard};
 pub use rows::{Basis, LowRank, Rows, SILENT_DB};
-pub use shares::NodeShares;
 
 /// The closest distance to the emitter at which the direct sound still grows, metres.
 pub const NEAREST_M: f32 = 0.25;
@@ -126,14 +125,17 @@ impl FieldGrid {
 #[derive(Clone, Debug)]
 pub(crate) struct Cell {
     corners: Vec<(u32, f32)>,
-    /// The same with weights that change smoothly from node to node, for what is carried by responses.
-    room: Vec<(u32, f32)>,
     /// Gain of the direct sound at the listener's distance, 1 at 1 m.
     direct_gain: f32,
     scratch: Vec<f32>,
 }
 
 impl Cell {
+    /// Gain of the direct sound at the listener's distance.
+    pub(crate) fn direct_gain(&self) -> f32 {
+        self.direct_gain
+    }
+
     /// Weakens the direct sound.
     pub(crate) fn dim(&mut self, gain: f32) {
         self.direct_gain *= gain;
@@ -146,17 +148,6 @@ struct Line {
     count: usize,
     linear: ([(usize, f32); 4], usize),
     cubic: ([(usize, f32); 4], usize),
-}
-
-impl Line {
-    /// The same nodes with weights that stand still at each: neighbouring responses are unlike, and a corner in their mix would
-    /// be heard as a modulation while the listener turns.
-    fn smooth(mut self) -> Self {
-        let fraction = self.linear.0[1].1;
-        let share = fraction * fraction * (3.0 - 2.0 * fraction);
-        (self.linear.0[0].1, self.linear.0[1].1) = (1.0 - share, share);
-        self
-    }
 }
 
 /// Adds `weight` times the product of linear interpolation along all axes but `curved`, which has a cubic. There is room for
@@ -194,26 +185,13 @@ pub struct Field {
     grid: FieldGrid,
     shape: TransferShape,
     rows: Rows,
-    shares: Option<NodeShares>,
 }
 
 impl Field {
     /// Takes the transfer functions of all nodes; `None` if their number does not fit the grid and the shape.
     #[must_use]
     pub fn new(grid: FieldGrid, shape: TransferShape, rows: Rows) -> Option<Self> {
-        rows.fit(grid.nodes(), &shape).then_some(Self { grid, shape, rows, shares: None })
-    }
-
-    /// Adds what carries the time filters at each node; `None` if there is not one for each.
-    #[must_use]
-    pub fn with_shares(self, shares: NodeShares) -> Option<Self> {
-        (shares.nodes() == self.grid.nodes()).then_some(Self { shares: Some(shares), ..self })
-    }
-
-    /// What carries the time filters at each node, where responses do.
-    #[must_use]
-    pub fn shares(&self) -> Option<&NodeShares> {
-        self.shares.as_ref()
+        rows.fit(grid.nodes(), &shape).then_some(Self { grid, shape, rows })
     }
 
     /// The nodes.
@@ -261,12 +239,7 @@ impl Field {
 
     /// Room to work in, for the other methods.
     pub(crate) fn cell(&self) -> Cell {
-        Cell {
-            corners: Vec::with_capacity(MOST_CORNERS),
-            room: Vec::with_capacity(MOST_CORNERS),
-            direct_gain: 0.0,
-            scratch: self.rows.scratch(),
-        }
+        Cell { corners: Vec::with_capacity(MOST_CORNERS), direct_gain: 0.0, scratch: self.rows.scratch() }
     }
 
     /// Finds the nodes around a pose.
@@ -305,10 +278,6 @@ impl Field {
         for axis in (0..MOST_AXES).filter(|axis| curved[*axis]) {
             add_corners(&lines, Some(axis), 1.0, &mut cell.corners);
         }
-        cell.room.clear();
-        if self.shares.is_some() {
-            add_corners(&lines.map(|line| line.map(Line::smooth)), None, 1.0, &mut cell.room);
-        }
     }
 
     /// Masks, phase and delay of the direct sound in a cell.
@@ -317,15 +286,11 @@ impl Field {
         for m in &mut out.mixture {
             *m *= cell.direct_gain;
         }
-        if let Some(shares) = &self.shares {
-            out.shares = shares.at(&cell.room, cell.direct_gain);
-        }
     }
 
     /// Time-filter gains of some taps in a cell; the tap after the last explicit one is the late part.
     pub(crate) fn taps(&self, cell: &mut Cell, taps: Range<usize>, out: &mut TransferFunction) {
-        let corners = if self.shares.is_some() { &cell.room } else { &cell.corners };
-        self.rows.taps(&self.shape, corners, taps, &mut cell.scratch, out);
+        self.rows.taps(&self.shape, &cell.corners, taps, &mut cell.scratch, out);
     }
 }
 

@@ -5,7 +5,7 @@ use crate::number::single;
 use crate::render::carrier::{EarSpectra, band_places, hop_carriers, per_bin};
 use crate::render::head::DELAYED_TAPS;
 use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
-use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_lead, late_power};
+use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain, late_lead};
 use crate::stft::Stft;
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
 use promenade_fourier::RealToComplex;
@@ -103,7 +103,7 @@ impl ClipRender {
             .flat_map(|(set, hops)| hop_carriers(grid, grid, bands, tail, *set, *hops))
             .collect();
         let decay: Vec<f64> = tail.t60_s.iter().map(|t| 10.0_f64.powf(-3.0 * grid.hop_s() / f64::from(*t))).collect();
-        let late = |hop| decay.iter().map(|d| Late::carrier_gain() * single(d.powi(late_power(hop, taps)))).collect();
+        let late = |hop| decay.iter().map(|d| Late::carrier_gain() * single(late_gain(*d, 1.0, hop, taps))).collect();
         let forward = promenade_fourier::forward(grid.n_fft);
         Self {
             arch: Arch::new(),

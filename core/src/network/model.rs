@@ -152,7 +152,7 @@ pub enum CloudError {
         /// Names of the weights.
         missing: Vec<String>,
     },
-    /// Weights that the network does not know.
+    /// Weights that the network does not have.
     #[error("the model '{kind}' has no place for {}", unknown.join(", "))]
     Unknown {
         /// The kind of network.

@@ -55,7 +55,7 @@ impl HannFrames {
         for ((f, x), w) in self.frame.iter_mut().zip(samples).zip(&self.window) {
             *f = x * w;
         }
-        // The lengths are fixed at construction, so the only error the transform knows cannot occur.
+        // The lengths are fixed at construction, so the transform's only error cannot occur.
         let done = self.forward.process_with_scratch(&mut self.frame, spectrum, &mut self.scratch);
         debug_assert!(done.is_ok());
     }

@@ -1,6 +1,6 @@
 //! The bass of a measured direct sound, which lasts longer than the hop that the rest of it fits into.
 
-use crate::render::carriers::CarrierSet;
+use crate::render::carrier_set::CarrierSet;
 use crate::render::lanes::{Accumulate, Block, EarBlocks};
 use crate::render::taps::mix;
 use pulp::Arch;

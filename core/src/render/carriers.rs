@@ -1,16 +1,20 @@
 //! Carriers of a whole scene, shared by its renderers.
 
 use crate::bands::{BandPlace, Bands};
+use crate::decode::sites::Sites;
 use crate::number::{single, whole};
 use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
+use crate::render::carrier_set::CarrierSet;
 use crate::render::decay_curve::DecayCurve;
 use crate::render::direct::TAKES_OVER_FROM;
 use crate::render::images::ImageFilters;
-use crate::render::lanes::{EarBlocks, LANES, blocks_for};
+use crate::render::lanes::LANES;
 use crate::render::late::LATE_HOPS;
+use crate::render::meeting::Meeting;
+use crate::render::waves::BassFilters;
 use crate::scene::MeasuredRoom;
-use crate::{Facing, NEAREST_M, Scene, Shares, StftGrid, TailModel};
-use promenade_fourier::num_complex::Complex32;
+use crate::{Scene, StftGrid, TailModel};
+use promenade_fourier::num_complex::{Complex32, Complex64};
 use std::sync::Arc;
 
 /// From this share of the highest frequency on, the level of that noise is measured.
@@ -43,6 +47,8 @@ pub struct Carriers {
     pub(crate) curve: Arc<DecayCurve>,
     /// Filters of the image sources.
     pub(crate) images: Option<Arc<ImageFilters>>,
+    /// The bass that waves have.
+    pub(crate) waves: Option<Arc<BassFilters>>,
 }
 
 /// Hops of measured responses that are heard besides the taps.
@@ -53,72 +59,8 @@ pub(crate) struct MeasuredCarriers {
     pub(crate) low: CarrierSet,
     /// The bass of the direct sound after its first hop, at a distance of 1 m.
     pub(crate) bass: CarrierSet,
-}
-
-/// Spectra of hops in blocks of bins.
-pub(crate) struct CarrierSet {
-    hops: usize,
-    blocks: usize,
-    /// `[response][hop][block]`
-    spectra: Vec<EarBlocks>,
-}
-
-impl CarrierSet {
-    /// Packs spectra, `[response][hop]`, of `bins` bins or of as many as the spectra have.
-    pub(crate) fn pack(spectra: impl Iterator<Item = EarSpectra>, hops: usize, bins: usize) -> Self {
-        let blocks = blocks_for(bins);
-        let mut packed = Vec::new();
-        for ears in spectra {
-            let start = packed.len();
-            packed.resize(start + blocks, EarBlocks::default());
-            for (ear, spectrum) in ears.iter().enumerate() {
-                for (k, x) in spectrum.iter().take(bins).enumerate() {
-                    let block = &mut packed[start + k / LANES].ears[ear];
-                    block.re[k % LANES] = x.re;
-                    block.im[k % LANES] = x.im;
-                }
-            }
-        }
-        Self { hops, blocks, spectra: packed }
-    }
-
-    /// Hops of each response.
-    pub(crate) fn hops(&self) -> usize {
-        self.hops
-    }
-
-    /// Blocks of each hop.
-    pub(crate) fn blocks(&self) -> usize {
-        self.blocks
-    }
-
-    /// One hop of a response, block by block.
-    pub(crate) fn hop(&self, response: u32, hop: usize) -> &[EarBlocks] {
-        let start = (response as usize * self.hops + hop) * self.blocks;
-        &self.spectra[start..start + self.blocks]
-    }
-
-    /// Energy of one hop of carriers, each with its share, by band.
-    fn carried(&self, hop: usize, shares: &Shares, places: &[BandPlace]) -> Vec<f64> {
-        let bands = places.iter().map(|place| place.band + 2).max().unwrap_or(0);
-        let (mut sums, mut weights) = (vec![0.0; bands], vec![1e-9; bands]);
-        for (response, share) in shares.entries() {
-            let blocks = self.hop(*response, hop);
-            for (k, place) in places.iter().enumerate() {
-                let block = &blocks[k / LANES];
-                let power: f32 = block.ears.iter().map(|ear| ear.re[k % LANES].powi(2) + ear.im[k % LANES].powi(2)).sum();
-                for (band, weight) in [(place.band, 1.0 - place.fraction), (place.band + 1, place.fraction)] {
-                    sums[band] += f64::from(0.5 * share * weight * power);
-                    weights[band] += f64::from(share * weight);
-                }
-            }
-        }
-        sums.iter().zip(weights).map(|(sum, weight)| sum / weight).collect()
-    }
-
-    fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.spectra)
-    }
+    /// Energies of mixes.
+    pub(crate) meeting: Meeting,
 }
 
 impl Carriers {
@@ -132,13 +74,17 @@ impl Carriers {
         let (grid, scene_grid, taps) = (scene.grid().at_rate(sample_rate_hz), scene.grid(), scene.shape().taps);
         let noise = Self::of_noise(&grid, scene_grid, taps, scene.bands(), scene.tail(), scene.top_hz());
         let images = scene.images().map(|images| Arc::new(ImageFilters::new(images, &grid)));
+        let waves = scene.bass().map(|bass| Arc::new(BassFilters::new(bass, scene.weather().speed_m_s(), &grid)));
         let carriers = match scene.measured() {
-            Some(room) => noise.carrying(room, &distances(scene, room), &grid, scene_grid, taps),
+            Some(room) => noise.carrying(room, scene, &grid),
             None => noise,
         };
-        let curve =
-            Arc::new(DecayCurve::of_scene(scene, &grid, |hop, shares| carriers.taps.carried(hop, shares, &carriers.places)));
-        Self { curve, images, ..carriers }
+        let curve = DecayCurve::of_scene(scene, &grid, |hop, shares| match &carriers.measured {
+            Some(measured) => measured.meeting.energy(hop, shares.entries()),
+            None => carriers.taps.carried(hop, shares, &carriers.places),
+        });
+        let curve = Arc::new(curve);
+        Self { curve, images, waves, ..carriers }
     }
 
     /// Noise for explicit `taps` on a host grid.
@@ -166,20 +112,25 @@ impl Carriers {
             measured: None,
             curve: Arc::new(DecayCurve::exponential(tail, grid.hop_s(), taps)),
             images: None,
+            waves: None,
         }
     }
 
     /// Puts responses in the place of the taps' noise, which is left above the data's highest frequency.
-    fn carrying(mut self, room: &MeasuredRoom, distances: &[f32], grid: &StftGrid, scene_grid: &StftGrid, taps: usize) -> Self {
+    fn carrying(mut self, room: &MeasuredRoom, scene: &Scene, grid: &StftGrid) -> Self {
+        let (scene_grid, taps, bands) = (scene.grid(), scene.shape().taps, scene.bands());
         let shaper = Shaper::new(scene_grid);
+        let (count, hops) = (room.count(bands), room.hops(bands, scene_grid));
+        let distances = scene.emitter().map_or_else(|| vec![1.0; count], |emitter| room.distances(emitter, count));
         let spectra = |response: usize, hop: usize| -> EarSpectra {
-            [0, 1].map(|ear| shaper.spectrum_at(grid, room.hop(scene_grid, response, ear, hop)))
+            [0, 1].map(|ear| shaper.spectrum_at(grid, room.hop(scene_grid, hops, response, ear, hop)))
         };
-        let count = room.count(scene_grid);
         let all = |hops: std::ops::Range<usize>| (0..count).flat_map(move |r| hops.clone().map(move |hop| (r, hop)));
         let (bins, top_hz) = (grid.bins(), f64::from(self.top_hz));
-        let low = all(taps + 1..room.hops).map(|(r, hop)| spectra(r, hop));
-        let low = CarrierSet::pack(low, room.hops - taps - 1, LANES.min(bins));
+        let low_hops = room.low_hops.saturating_sub(taps + 1);
+        let low = all(taps + 1..taps + 1 + low_hops)
+            .map(|(r, hop)| [0, 1].map(|ear| low_spectrum(room, scene_grid, grid, r, ear, hop)));
+        let low = CarrierSet::pack(low, low_hops, LANES.min(bins));
         let first = all(0..1).map(|(r, hop)| {
             let mut ears = spectra(r, hop);
             ears.iter_mut().for_each(|ear| fade_out(ear, grid, top_hz));
@@ -204,7 +155,11 @@ impl Carriers {
         self.taps = CarrierSet::pack(carried, taps, bins);
         let bass_hops = whole(((BASS_END_S + LOW_PASS_S) / scene_grid.hop_s()).ceil()).min(taps + 1);
         let bass = distances.iter().enumerate().flat_map(|(r, distance)| {
-            let ears = [0, 1].map(|ear| bass_of(room, scene_grid, r, ear, bass_hops));
+            let ears = [0, 1].map(|ear| {
+                let samples: Vec<f32> =
+                    (0..hops.min(bass_hops)).flat_map(|hop| room.hop(scene_grid, hops, r, ear, hop)).copied().collect();
+                bass_of(&samples, scene_grid, bass_hops)
+            });
             let hop = |hop: usize| {
                 ears.each_ref().map(|ear| {
                     let scaled: Vec<f32> = ear[hop * scene_grid.hop..][..scene_grid.hop].iter().map(|v| v * distance).collect();
@@ -214,47 +169,60 @@ impl Carriers {
             (0..bass_hops).map(hop).collect::<Vec<_>>()
         });
         let bass = CarrierSet::pack(bass, bass_hops, whole(BASS_BELOW_HZ / grid.bin_hz(1)).clamp(1, bins));
-        self.measured = Some(MeasuredCarriers { first, low, bass });
+        let meeting = Meeting::new(&self.taps, &low, &self.places, bands, Sites::new(&room.sites).pairs(), &room.late_before);
+        self.measured = Some(MeasuredCarriers { first, low, bass, meeting });
         self
     }
 
     /// Bytes in memory.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let measured =
-            self.measured.as_ref().map_or(0, |m| m.first.memory_bytes() + m.low.memory_bytes() + m.bass.memory_bytes());
+        let measured = self
+            .measured
+            .as_ref()
+            .map_or(0, |m| m.first.memory_bytes() + m.low.memory_bytes() + m.bass.memory_bytes() + m.meeting.memory_bytes());
         let images = self.images.as_ref().map_or(0, |i| i.memory_bytes());
-        self.taps.memory_bytes() + self.late.memory_bytes() + measured + images + self.places.len() * size_of::<BandPlace>()
+        let waves = self.waves.as_ref().map_or(0, |waves| waves.memory_bytes());
+        self.taps.memory_bytes()
+            + self.late.memory_bytes()
+            + measured
+            + images
+            + waves
+            + self.places.len() * size_of::<BandPlace>()
     }
 }
 
-/// Distance from the emitter at which each response was measured, metres: that of the node where its share is largest. 1 where
-/// fields know no emitter, as the direct sound of theirs has no distance either.
-fn distances(scene: &Scene, room: &MeasuredRoom) -> Vec<f32> {
-    let mut found = vec![(0.0, 1.0); room.count(scene.grid())];
-    if let Some(field) = scene.field()
-        && let (Some(shares), Facing::Emitter { position, .. }) = (field.shares(), &field.grid().facing)
-    {
-        let entries = shares.responses().iter().zip(shares.weights()).enumerate();
-        for (i, (response, share)) in entries {
-            let best = &mut found[*response as usize];
-            if *share > best.0 {
-                let (listener, _) = field.grid().node(i / shares.per_node());
-                *best = (*share, listener.distance(*position).max(NEAREST_M));
-            }
-        }
-    }
-    found.into_iter().map(|(_, distance)| distance).collect()
+/// Spectrum of the bass of one hop of a response at a host's lowest bins.
+fn low_spectrum(
+    room: &MeasuredRoom,
+    scene_grid: &StftGrid,
+    grid: &StftGrid,
+    response: usize,
+    ear: usize,
+    hop: usize,
+) -> Vec<Complex32> {
+    let per_sample = std::f64::consts::TAU / scene_grid.sample_rate_hz;
+    (0..LANES.min(grid.bins()))
+        .map(|k| {
+            let turn = per_sample * grid.bin_hz(k);
+            let samples = room.low_hop(scene_grid, response, ear, hop);
+            let sum: Complex64 =
+                samples.map(|(at, x)| Complex64::from_polar(f64::from(x), turn * (scene_grid.lead() as f64 - at as f64))).sum();
+            let sum = sum * room.low_step as f64;
+            Complex32::new(single(sum.re), single(sum.im))
+        })
+        .collect()
 }
 
-/// What sounds in one ear of a response below some 200 Hz after its first hop, `hops` hops long with the first.
+/// What sounds in one ear of a response below some 200 Hz after its first hop, `hops` hops long with the first, of the samples
+/// of as many hops.
 ///
 /// Low sound outlasts a hop, whose cut would leave the direct sound thin. What follows soon cannot be told from it, by the ear
 /// neither.
-fn bass_of(room: &MeasuredRoom, grid: &StftGrid, response: usize, ear: usize, hops: usize) -> Vec<f32> {
+fn bass_of(samples: &[f32], grid: &StftGrid, hops: usize) -> Vec<f32> {
     let second = |i: usize| i as f64 / grid.sample_rate_hz;
     let along = |i: usize| ((second(i) - BASS_WHOLE_S) / (BASS_END_S - BASS_WHOLE_S)).clamp(0.0, 1.0);
-    let rest = (0..room.hops.min(hops)).flat_map(|hop| room.hop(grid, response, ear, hop)).enumerate().map(|(i, v)| {
+    let rest = samples.iter().enumerate().map(|(i, v)| {
         let heard = if i < grid.hop { 0.0 } else { 0.5 + 0.5 * (std::f64::consts::PI * along(i)).cos() };
         f64::from(*v) * heard
     });

@@ -1,4 +1,4 @@
-//! A room's decay as the user wants it, longer or shorter than the scene's.
+//! A room's decay made longer or shorter than the scene's.
 
 use crate::bands::BandPlace;
 use crate::number::{exponent, single};
@@ -58,9 +58,9 @@ impl Decay {
         &self.stated_bins
     }
 
-    /// What is left after one hop in each band.
-    pub(crate) fn wanted(&self) -> &[f64] {
-        &self.wanted
+    /// What is left after one hop in each band of a room as the scene has it, and by how much more is wanted.
+    pub(crate) fn hops(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.stated.iter().copied().zip(self.ratio.iter().copied())
     }
 
     /// By how much more than in the scene that is, per bin, in whole blocks.

@@ -1,10 +1,9 @@
 //! How a room's sound dies away where its scene starts, band by band: what a longer or shorter decay is a stretch of.
 
-use crate::decode::Field;
-use crate::network::SPEED_OF_SOUND_M_S;
+use crate::decode::field::heard;
 use crate::number::{single, whole};
 use crate::octave::nearest_octave;
-use crate::render::late::{late_lead, late_power, late_share};
+use crate::render::late::{late_gain, late_lead, late_share};
 use crate::{Bands, NEAREST_M, Scene, Shares, StftGrid, TAP_LEAD_HOPS, TailModel};
 
 /// Less energy than that is none.
@@ -37,10 +36,9 @@ impl DecayCurve {
     pub(crate) fn of_scene(scene: &Scene, grid: &StftGrid, carried: impl Fn(usize, &Shares) -> Vec<f64>) -> Self {
         let (parts, pose) = (scene.parts(), scene.start_pose());
         let (taps, bands) = (parts.taps, parts.bands.count());
-        let Some(field) = parts.room.as_ref().or(parts.field.as_ref()) else {
+        let Some(heard) = heard(scene, &pose) else {
             return Self::exponential(&parts.tail, grid.hop_s(), taps);
         };
-        let heard = Field::decode(field, &pose);
         let power =
             |gains: &[f32], band: usize| 0.5 * (f64::from(gains[band]).powi(2) + f64::from(gains[bands + band]).powi(2));
         let mut energy = vec![0.0; (taps + 1) * bands];
@@ -49,7 +47,7 @@ impl DecayCurve {
             (0..bands).for_each(|band| energy[hop * bands + band] = power(gains, band) * carried.get(band).unwrap_or(&0.0));
         }
         if let Some((images, emitter)) = parts.images.as_ref().zip(scene.emitter()).filter(|_| taps > 0) {
-            let hop_m = grid.hop_s() * f64::from(SPEED_OF_SOUND_M_S);
+            let hop_m = grid.hop_s() * f64::from(scene.weather().speed_m_s());
             let mut seen = vec![0.0; images.images.len()];
             images.seen_at(pose.position, &mut seen);
             for (image, seen) in images.images.iter().zip(seen).filter(|(image, _)| image.position != emitter) {
@@ -73,7 +71,7 @@ impl DecayCurve {
             let lead = late_lead(taps);
             for begun in 0..lead {
                 let at = taps - lead + begun;
-                energy[at * bands + band] += late_share(at + 1, taps) * late * hop.powi(late_power(begun, taps));
+                energy[at * bands + band] += late_share(at + 1, taps) * late * late_gain(hop.sqrt(), 1.0, begun, taps).powi(2);
             }
             for hop in (0..taps).rev() {
                 energy[hop * bands + band] += energy[(hop + 1) * bands + band];

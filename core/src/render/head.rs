@@ -7,7 +7,7 @@ use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
 use crate::render::direct::DirectFilter;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
-use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_lead, late_power};
+use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain, late_lead};
 use crate::render::low::Low;
 use crate::render::taps::{Taps, mix};
 use crate::transfer::Shares;
@@ -44,8 +44,10 @@ pub(crate) struct RenderHead {
     decay: Decay,
     /// Explicit taps that are early reflections.
     early_taps: usize,
-    /// Gains of one late hop, both ears.
+    /// Gains of one late hop, of a tap and of the bass after the taps, both ears.
     late_gains: Vec<f32>,
+    tap_gains: Vec<f32>,
+    low_gains: Vec<f32>,
     /// The newest input spectra, `[block][slot]`, one more than there are taps.
     input: Vec<Block>,
     /// The newest spectra of the late network.
@@ -88,6 +90,8 @@ impl RenderHead {
             decay,
             early_taps: whole(EARLY_S / grid.hop_s() - TAP_LEAD_HOPS).min(shape.taps),
             late_gains: vec![0.0; shape.tap_len()],
+            tap_gains: vec![0.0; shape.tap_len()],
+            low_gains: vec![1.0; shape.tap_len()],
             input: vec![Block::default(); blocks * (shape.taps + 1)],
             tail: vec![Block::default(); blocks * LATE_HOPS],
             slots: vec![0; shape.taps],
@@ -139,8 +143,11 @@ impl RenderHead {
             self.update_tap(tf, hop, 0..self.quick_blocks);
         }
         // The bass goes on with the gains of the last tap.
-        let last =
-            tf.taps.rchunks_exact(len).next().filter(|_| self.carriers.measured.is_some() && change.filters != Hops::default());
+        let last = tf.taps.rchunks_exact(len).next().filter(|_| change.filters != Hops::default());
+        if let Some((last, measured)) = last.zip(self.carriers.measured.as_ref()) {
+            self.low_gains.copy_from_slice(last);
+            measured.meeting.apply(measured.meeting.low_row(), tf.shares.entries(), &tf.late, &mut self.low_gains);
+        }
         for hop in change.filters.iter() {
             if hop < taps {
                 self.update_tap(tf, hop, self.quick_blocks..self.direct_sum.len());
@@ -148,7 +155,7 @@ impl RenderHead {
                 self.update_late(tf, hop - taps);
             } else if let Some(measured) = &self.carriers.measured {
                 let hop = hop - taps - LATE_HOPS;
-                let gains = last.map_or([[1.0; LANES]; 2], |last| self.taps.lowest_of(self.decay.gains(last, taps + 1 + hop)));
+                let gains = self.taps.lowest_of(self.decay.gains(&self.low_gains, taps + 1 + hop));
                 self.low.set(hop, &measured.low, tf.shares.entries(), &gains);
             }
         }
@@ -156,7 +163,11 @@ impl RenderHead {
 
     /// Brings some blocks of bins of a tap to the pose.
     fn update_tap(&mut self, tf: &TransferFunction, hop: usize, blocks: Range<usize>) {
-        let gains = self.decay.gains(&tf.taps[hop * self.shape.tap_len()..(hop + 1) * self.shape.tap_len()], hop + 1);
+        self.tap_gains.copy_from_slice(&tf.taps[hop * self.shape.tap_len()..(hop + 1) * self.shape.tap_len()]);
+        if let Some(measured) = &self.carriers.measured {
+            measured.meeting.apply(hop, tf.shares.entries(), &tf.late, &mut self.tap_gains);
+        }
+        let gains = self.decay.gains(&self.tap_gains, hop + 1);
         self.taps.set(hop, &self.carriers.taps, tf.shares.entries(), gains, blocks.clone());
         if hop < DELAYED_TAPS && self.carriers.measured.is_none() {
             self.taps.turn(hop, self.direct.turn(), blocks);
@@ -165,11 +176,10 @@ impl RenderHead {
 
     fn update_late(&mut self, tf: &TransferFunction, hop: usize) {
         // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
-        let power = late_power(hop, self.shape.taps);
         self.late_gains.copy_from_slice(self.decay.gains(&tf.late, self.shape.taps + 1));
         for gains in self.late_gains.chunks_exact_mut(self.shape.bands) {
-            for (gain, decay) in gains.iter_mut().zip(self.decay.wanted()) {
-                *gain = Late::carrier_gain() * *gain * single(decay.powi(power));
+            for (gain, (decay, ratio)) in gains.iter_mut().zip(self.decay.hops()) {
+                *gain = Late::carrier_gain() * *gain * single(late_gain(decay, ratio, hop, self.shape.taps));
             }
         }
         let blocks = 0..self.direct_sum.len();

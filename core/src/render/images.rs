@@ -11,11 +11,10 @@ mod voice;
 mod wall;
 
 use crate::decode::NEAREST_M;
-use crate::network::SPEED_OF_SOUND_M_S;
 use crate::number::{single, whole};
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
-use crate::scene::ImageSources;
+use crate::scene::{ImageSources, MOST_EDGES, Round, barrier_db};
 use crate::{Pose, Scene, StftGrid, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
@@ -49,6 +48,14 @@ impl ImageFilters {
     }
 }
 
+/// The emitter round an edge, as it sounds.
+#[derive(Clone, Copy, Default)]
+struct RoundVoice {
+    heard: Option<Round>,
+    now: Moment,
+    weights: Weights,
+}
+
 /// The image sources of a scene, for one stream.
 pub(crate) struct ImageRenderer {
     arch: Arch,
@@ -70,6 +77,7 @@ pub(crate) struct ImageRenderer {
     /// Images whose walls are still those of an older pose.
     stale: usize,
     now: Vec<Moment>,
+    round: [RoundVoice; MOST_EDGES],
     seen: Vec<f32>,
     /// The pose and the number of images that were played last.
     played: Option<(Pose, usize)>,
@@ -92,7 +100,7 @@ impl ImageRenderer {
         curve: &Arc<DecayCurve>,
     ) -> Option<Self> {
         let (images, emitter) = (scene.images()?, scene.emitter()?);
-        let per_m = grid.sample_rate_hz / f64::from(SPEED_OF_SOUND_M_S);
+        let per_m = grid.sample_rate_hz / f64::from(scene.weather().speed_m_s());
         let head = &filters.head;
         // What is given out with a hop has passed that hop already, and the head's filters begin early.
         let base = (grid.latency_samples() - grid.hop) as f64 - head.lead;
@@ -115,6 +123,7 @@ impl ImageRenderer {
             refreshed: 0,
             stale: 0,
             now: vec![Moment::default(); count],
+            round: [RoundVoice::default(); MOST_EDGES],
             seen: vec![0.0; count],
             played: None,
             levels: Levels::new(scene, curve, grid),
@@ -154,7 +163,10 @@ impl ImageRenderer {
             if moves {
                 let way = pose.to_head(image.position);
                 let distance = way.length();
-                let seen = if i < heard { self.seen[i] } else { 0.0 };
+                let mut seen = if i < heard { self.seen[i] } else { 0.0 };
+                if let Some(corners) = scene.corners().filter(|_| image.position == self.emitter) {
+                    seen = corners.direct_at(pose.position);
+                }
                 let after = (f64::from(distance) - direct) * self.per_m;
                 // In Ambisonics the emitter itself is among them.
                 let level = if image.position == self.emitter { trim.direct } else { self.levels.gain(after) };
@@ -172,8 +184,64 @@ impl ImageRenderer {
                 self.arch.dispatch(voice);
             }
         }
+        self.take_round(pose, moves, fresh, trim);
         if self.sounds {
             self.bus.finish(self.arch);
+        }
+    }
+
+    /// Takes the same hop as it comes round edges where the emitter is hidden.
+    fn take_round(&mut self, pose: &Pose, moves: bool, fresh: bool, trim: &Trim) {
+        let scene = Arc::clone(&self.scene);
+        let Some(corners) = scene.corners() else { return };
+        if moves {
+            self.assign(corners.round_at(pose.position));
+        }
+        let direct = pose.position.distance(self.emitter);
+        let speed = f64::from(scene.weather().speed_m_s());
+        for voice in &mut self.round {
+            let mut to = voice.now;
+            if moves {
+                to.gain = 0.0;
+                if let Some(round) = voice.heard.filter(|round| round.weight > 0.0) {
+                    let way = corners.way(round.edge, self.emitter, pose.position);
+                    to.gain = round.weight / direct.max(NEAREST_M) * trim.direct;
+                    let delay = self.base + f64::from(way.detour_m) * self.per_m;
+                    to.delay = delay.clamp((AFTER + 2) as f64, self.longest);
+                    to.direction = harmonics(pose.to_head(way.bend).normalize_or_zero());
+                    let gains = &corners.edges[round.edge].gains;
+                    let log_gains = std::array::from_fn(|given| {
+                        let gain = gains[given.min(gains.len() - 1)].max(1e-5).ln();
+                        let db = barrier_db(way.detour_m.into(), GIVEN_HZ[given].into(), speed);
+                        gain - way.length_m * self.air[given] - single(db * std::f64::consts::LN_10 / 20.0)
+                    });
+                    voice.weights = self.filters.walls.weights(&log_gains);
+                }
+            }
+            let from = if fresh { to } else { voice.now };
+            voice.now = to;
+            if self.sounds && (from.gain > 0.0 || to.gain > 0.0) {
+                let weights = &voice.weights;
+                let voice = Voice { line: &self.line, weights, from, to, scratch: &mut self.scratch, bus: &mut self.bus };
+                self.arch.dispatch(voice);
+            }
+        }
+    }
+
+    /// Gives each edge that is heard a voice, the one that it had.
+    fn assign(&mut self, found: [Option<Round>; MOST_EDGES]) {
+        let named = |edge: usize| found.iter().flatten().any(|round| round.edge == edge);
+        for voice in &mut self.round {
+            if let Some(heard) = &mut voice.heard {
+                heard.weight = 0.0;
+            }
+        }
+        for round in found.into_iter().flatten() {
+            let own = self.round.iter().position(|voice| voice.heard.is_some_and(|heard| heard.edge == round.edge));
+            let free = || self.round.iter().position(|voice| voice.heard.is_none_or(|heard| !named(heard.edge)));
+            if let Some(slot) = own.or_else(free) {
+                self.round[slot].heard = Some(round);
+            }
         }
     }
 
@@ -217,6 +285,7 @@ impl ImageRenderer {
         self.convolver.reset();
         self.quiet_hops = usize::MAX / 2;
         self.played = None;
+        self.round = [RoundVoice::default(); MOST_EDGES];
         (self.refreshed, self.stale, self.sounds) = (0, 0, false);
     }
 

@@ -1,6 +1,6 @@
 //! The bass of measured rooms: the lowest bins ring on as they were measured.
 
-use crate::render::carriers::CarrierSet;
+use crate::render::carrier_set::CarrierSet;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, write_slot};
 use crate::render::taps::mix;
 use promenade_fourier::num_complex::Complex32;

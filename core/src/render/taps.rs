@@ -1,7 +1,7 @@
 //! Time filters: carriers, mixed and coloured by gains per band.
 
 use crate::bands::BandPlace;
-use crate::render::carriers::CarrierSet;
+use crate::render::carrier_set::CarrierSet;
 use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for};
 use pulp::{Arch, WithSimd};
 use std::ops::Range;

@@ -1,6 +1,6 @@
 //! A scene heard by Ambisonic microphones in the place of the head.
 
-use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSource, ImageSources, Scene, SceneParts};
+use super::{AMBISONIC_CHANNELS, AmbisonicHead, BassEars, BassField, ImageSource, ImageSources, Scene, SceneParts};
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{degree, harmonics};
 use crate::number::single;
@@ -41,9 +41,10 @@ impl Scene {
     /// along the axes of the listener's head. All pairs rendered alike are the sound field in third order; its first channels
     /// are a lower one.
     ///
-    /// The emitter and its images sound from their directions, with the amplitude of their distance. What noise carries comes
-    /// from everywhere alike: each channel has its own noise, with the energy that the ears hear over what the scene's head
-    /// makes of such a field. The head's levels by octave that image sources bring along stay.
+    /// The bass of waves is heard in first order. The emitter and its images sound from their directions, with the amplitude of
+    /// their distance. What noise carries comes from everywhere alike: each channel has its own noise, with the energy that the
+    /// ears hear over what the scene's head makes of such a field. The head's levels by octave that image sources bring along
+    /// stay.
     ///
     /// # Errors
     /// A scene without image sources.
@@ -59,8 +60,8 @@ impl Scene {
         let (Some(images), Some(field), Some(room)) = (&parts.images, &parts.field, &parts.room) else {
             return Err(NotAmbisonicError);
         };
-        let (Facing::Emitter { position: emitter, .. }, Rows::Whole(direct), Rows::Whole(filters)) =
-            (&field.grid().facing, field.rows(), room.rows())
+        let (Facing::Emitter { position: emitter, .. }, Rows::Whole(direct), Some(filters)) =
+            (&field.grid().facing, field.rows(), room.rows().whole(&room.shape()))
         else {
             return Err(NotAmbisonicError);
         };
@@ -73,7 +74,7 @@ impl Scene {
             head: one_pair(pair, weights),
             ..images.clone()
         };
-        let filters = diffuse(filters, room, &parts.bands, &images.head, weights);
+        let filters = diffuse(&filters, room, &parts.bands, &images.head, weights);
         // Both tables are of the shapes they had.
         let (Some(field), Some(room)) = (silent(field), Field::new(room.grid().clone(), room.shape(), Rows::Whole(filters)))
         else {
@@ -90,6 +91,7 @@ impl Scene {
                 field: Some(field),
                 room: Some(room),
                 images: Some(with_emitter),
+                bass: parts.bass.as_ref().map(|bass| BassField { ears: BassEars::Pair(pair), ..bass.clone() }),
                 cloud: None,
                 measured_head: None,
                 held_out: Vec::new(),

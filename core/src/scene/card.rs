@@ -19,6 +19,8 @@ pub struct SceneCard {
     pub provenance: Provenance,
     /// The tiers that it has.
     pub tiers: Vec<Tier>,
+    /// The rate that it was measured, simulated or trained at, hertz: above half of it it knows nothing.
+    pub sample_rate_hz: f64,
     /// Number of measurements kept for judging it.
     pub held_out: usize,
 }
@@ -64,6 +66,6 @@ impl SceneCard {
             Tier::Reference => m.cloud.as_ref().is_some_and(convolves),
         };
         let tiers = Tier::ALL.into_iter().filter(has).collect();
-        Ok(Self { provenance: m.provenance(), tiers, held_out: m.held_out.len() })
+        Ok(Self { provenance: m.provenance(), tiers, sample_rate_hz: m.grid.sample_rate_hz, held_out: m.held_out.len() })
     }
 }

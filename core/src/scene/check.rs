@@ -2,9 +2,12 @@
 
 use super::cost::Cost;
 use super::error::{SceneError, value};
-use super::{AMBISONIC_CHANNELS, AnchorCloud, ImageSources, MeasuredRoom, SceneParts};
+use super::{
+    AMBISONIC_CHANNELS, AnchorCloud, BASS_SIGNALS, BassField, Corners, DiffractionEdge, ImageSources, MeasuredRoom, SceneParts,
+    Weather,
+};
 use crate::decode::field::{Field, FieldGrid};
-use crate::number::whole;
+use crate::number::{single, whole};
 use crate::published::{ConvMode, Projection};
 use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{StftGrid, TransferShape};
@@ -17,9 +20,15 @@ const MAX_BINS: usize = 1 << 15;
 pub(super) const MAX_BANDS: usize = 512;
 pub(super) const MAX_HOPS: usize = 4096;
 const MAX_HELD_OUT: usize = 65_536;
+pub(super) const MAX_SITES: usize = 65_536;
 pub(super) const MAX_IMAGES: usize = 1024;
 /// How far images may be from the emitter, metres: the delay line is as long as that.
 const FARTHEST_IMAGE_M: f32 = 200.0;
+/// Edges that are heard round.
+const MAX_EDGES: usize = 4096;
+/// Where waves may end, Hz, and how long they sound, seconds.
+const CROSSOVERS_HZ: (f64, f64) = (20.0, 1_000.0);
+const LONGEST_BASS_S: f64 = 20.0;
 /// The longest filters of a head, seconds.
 const LONGEST_HEAD_S: f64 = 0.1;
 
@@ -62,19 +71,40 @@ fn check_field(field: &Field, shape: TransferShape) -> Result<(), SceneError> {
 }
 
 fn check_room(room: &Field, parts: &SceneParts, shape: TransferShape) -> Result<(), SceneError> {
-    if parts.field.is_none() || parts.measured.is_some() || room.shares().is_some() {
+    if parts.field.is_none() || parts.measured.is_some() {
         return Err(value("room of its own", "beside a field, without measured responses", "another scene"));
     }
     check_field(room, TransferShape { bins: 0, ..shape })
 }
 
-fn check_measured(measured: &MeasuredRoom, grid: &StftGrid, shape: TransferShape) -> Result<(), SceneError> {
-    limit("hops of the responses", measured.hops, shape.taps + 1, MAX_HOPS)?;
-    let (found, one) = (measured.samples.len(), measured.response_len(grid));
-    if found == 0 || !found.is_multiple_of(one) {
-        return Err(value("samples of the responses", format!("a multiple of {one}"), found));
+fn check_measured(measured: &MeasuredRoom, parts: &SceneParts) -> Result<(), SceneError> {
+    let (grid, taps, bands) = (&parts.grid, parts.taps, parts.bands.count());
+    parts.field.as_ref().and_then(Field::emitter).ok_or_else(|| value("responses", "with an emitter", "none"))?;
+    limit("hops of the responses", measured.low_hops, taps + 1, MAX_HOPS)?;
+    limit("sites of responses", measured.sites.len(), 1, MAX_SITES)?;
+    let count = measured.late.len() / (2 * bands);
+    limit("responses", count, 1, measured.sites.len())?;
+    let step = measured.low_step;
+    limit("step of the responses' bass", step, 1, grid.hop)?;
+    let fits = |what: &str, found: usize, wanted: usize| limit(what, found, wanted, wanted);
+    fits("gains of the responses' late part", measured.late.len(), 2 * bands * count)?;
+    fits("gains of the responses", measured.gains.len(), 2 * bands)?;
+    fits("samples of the responses", measured.samples.len(), 2 * count * (taps + 1) * grid.hop)?;
+    let low = MeasuredRoom::low_len(measured.low_hops, grid, step);
+    fits("samples of the responses' bass", measured.low.len(), 2 * count * low)?;
+    let before = measured.late_before.len() / (2 * bands);
+    limit("taps that the late part begins before", before, 0, taps)?;
+    fits("energies of the late part", measured.late_before.len(), 2 * bands * before)?;
+    for site in &measured.sites {
+        limit("number of a response", whole(site.response.into()), 0, count - 1)?;
+        in_range("length of a direction", &[site.direction.length()], 0.99, 1.01)?;
+        in_range("position of a response", &site.position.to_array(), -1e6, 1e6)?;
     }
-    in_range("responses", &measured.samples, -1e6, 1e6)
+    in_range("responses", &measured.samples, -1e6, 1e6)?;
+    in_range("bass of the responses", &measured.low, -1e6, 1e6)?;
+    in_range("late part of the responses", &measured.late, 0.0, 1e6)?;
+    in_range("energies of the late part", &measured.late_before, 0.0, 1e12)?;
+    in_range("gains of the responses", &measured.gains, 0.0, 1e6)
 }
 
 fn check_images(images: &ImageSources, emitter: Option<Vec3>) -> Result<(), SceneError> {
@@ -101,19 +131,37 @@ fn check_images(images: &ImageSources, emitter: Option<Vec3>) -> Result<(), Scen
     in_range("filters of the head", &head.filters, -1e3, 1e3)
 }
 
-/// Nodes name responses that there are.
-fn check_shares(parts: &SceneParts) -> Result<(), SceneError> {
-    let shares = parts.field.as_ref().and_then(Field::shares);
-    match (&parts.measured, shares) {
-        (None, None) => Ok(()),
-        (Some(measured), Some(shares)) => {
-            let count = measured.count(&parts.grid);
-            let most = shares.responses().iter().copied().max().unwrap_or(0);
-            limit("number of a response", whole(f64::from(most)), 0, count - 1)?;
-            in_range("shares of responses", shares.weights(), 0.0, 1.0)
-        }
-        _ => Err(value("responses", "with shares of them at the nodes of a field", "one without the other")),
+fn check_corners(corners: &Corners, images: Option<&ImageSources>) -> Result<(), SceneError> {
+    images.ok_or_else(|| value("corners", "with image sources", "none"))?;
+    let places = corners.place_count();
+    limit("places of corners", places, 1, MAX_NODES)?;
+    limit("number of what is seen of the emitter round corners", corners.direct.len(), places, places)?;
+    limit("number of edges by place", corners.round.len(), places, places)?;
+    limit("number of edges", corners.edges.len(), 0, MAX_EDGES)?;
+    in_range("what is seen of the emitter round corners", &corners.direct, 0.0, 1.0)?;
+    in_range("number of an edge", &corners.round, Corners::NO_EDGE, single(corners.edges.len() as f64) - 1.0)?;
+    for DiffractionEdge { ends, gains } in &corners.edges {
+        in_range("gain of an edge", gains, 0.0, 1e3)?;
+        ends.iter().try_for_each(|end| in_range("end of an edge", &end.to_array(), -1e6, 1e6))?;
     }
+    Ok(())
+}
+
+fn check_bass(bass: &BassField, emitter: Option<Vec3>) -> Result<(), SceneError> {
+    emitter.ok_or_else(|| value("bass of waves", "with an emitter", "none"))?;
+    if !(CROSSOVERS_HZ.0..=CROSSOVERS_HZ.1).contains(&bass.crossover_hz) {
+        let expected = format!("{} to {} Hz", CROSSOVERS_HZ.0, CROSSOVERS_HZ.1);
+        return Err(value("crossover", expected, bass.crossover_hz));
+    }
+    if !(2.0..=20.0).contains(&(bass.rate_hz / bass.crossover_hz)) {
+        return Err(value("rate of the bass", "2 to 20 times its crossover", bass.rate_hz));
+    }
+    limit("places of the bass", bass.place_count(), 1, MAX_NODES)?;
+    limit("samples of the bass", bass.len(), 1, whole(LONGEST_BASS_S * bass.rate_hz))?;
+    let count = BASS_SIGNALS * bass.place_count() * bass.len();
+    limit("values of the bass", bass.samples.len(), count, count)?;
+    in_range("direct sound of the bass", &[bass.direct], 0.0, 1e6)?;
+    in_range("bass", &bass.samples, -1e6, 1e6)
 }
 
 fn check_cloud(cloud: &AnchorCloud, grid: &StftGrid, shape: TransferShape) -> Result<(), SceneError> {
@@ -155,7 +203,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     }
     if let Some(field) = &parts.field {
         // Time filters are in one table.
-        let taps = if parts.room.is_some() { 0 } else { shape.taps };
+        let taps = if parts.room.is_some() || parts.measured.is_some() { 0 } else { shape.taps };
         check_field(field, TransferShape { taps, ..shape })?;
     }
     if let Some(room) = &parts.room {
@@ -164,13 +212,18 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     if let Some(images) = &parts.images {
         check_images(images, parts.field.as_ref().and_then(Field::emitter))?;
     }
+    if let Some(corners) = &parts.corners {
+        check_corners(corners, parts.images.as_ref())?;
+    }
+    if let Some(bass) = &parts.bass {
+        check_bass(bass, parts.field.as_ref().and_then(Field::emitter))?;
+    }
     if let Some(cloud) = &parts.cloud {
         check_cloud(cloud, &parts.grid, shape)?;
     }
     if let Some(measured) = &parts.measured {
-        check_measured(measured, &parts.grid, shape)?;
+        check_measured(measured, parts)?;
     }
-    check_shares(parts)?;
     for levels in parts.measured_head.iter().flat_map(|h| [&h.around_db, &h.diffuse_db[0], &h.diffuse_db[1]]) {
         in_range("levels of the measured head", levels, -200.0, 200.0)?;
     }
@@ -190,6 +243,14 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     }
     if !low.cmple(high).all() {
         return Err(value("bounds", "the lower corner first", format!("{low} and {high}")));
+    }
+    let Weather { temperature_c, humidity_percent, pressure_kpa } = parts.weather;
+    for (what, value, low, high) in [
+        ("temperature", temperature_c, -50.0, 60.0),
+        ("humidity", humidity_percent, 0.0, 100.0),
+        ("pressure", pressure_kpa, 10.0, 200.0),
+    ] {
+        in_range(what, &[single(value)], low, high)?;
     }
     for a in &parts.anchors {
         in_range("anchor position", &a.position.to_array(), -1e6, 1e6)?;

@@ -1,7 +1,7 @@
 //! What playing a scene takes, from its sizes, before anything is allocated.
 
-use super::{AMBISONIC_CHANNELS, ImageSources, SceneParts};
-use crate::network::{CONV_LAYERS, CloudSizes, SPEED_OF_SOUND_M_S};
+use super::{AMBISONIC_CHANNELS, BassField, ImageSources, SceneParts};
+use crate::network::{CONV_LAYERS, CloudSizes};
 use crate::published::ConvMode;
 use crate::render::lanes::LANES;
 use crate::render::late::LATE_HOPS;
@@ -20,6 +20,10 @@ const SPECTRUM: f64 = 8.0;
 /// Multiplications per bin and hop of a frame that a tap takes with its share of following the listener, and the late part.
 const TAP_WORK: f64 = 24.0;
 const LATE_WORK: f64 = 200.0;
+/// Metres per second, in the coldest air.
+const SLOWEST_M_S: f64 = 299.0;
+/// Responses that each is compared with.
+const PAIRS: f64 = 24.0;
 /// Multiplications of an image for a sample.
 const IMAGE_WORK: f64 = 40.0;
 /// Hops of the late part's delay lines, with those that it is coloured with.
@@ -68,6 +72,9 @@ impl Cost {
         if let (Some(images), Some(emitter)) = (&parts.images, parts.field.as_ref().and_then(Field::emitter)) {
             cost.images(images, emitter, grid);
         }
+        if let Some(bass) = &parts.bass {
+            cost.bass(bass, grid);
+        }
         if let Some(cloud) = &parts.cloud {
             cost.cloud(&cloud.model.sizes(), &parts.shape());
             if cloud.conv != ConvMode::Off && *grid == parts.grid {
@@ -84,12 +91,20 @@ impl Cost {
     /// Image sources: a delay line of six signals, kept twice, and a head of sixteen channels.
     fn images(&mut self, images: &ImageSources, emitter: Vec3, grid: &StftGrid) {
         let rate = grid.sample_rate_hz;
-        let longest_s = f64::from(images.longest_m(emitter)) / f64::from(SPEED_OF_SOUND_M_S) + grid.n_fft as f64 / rate;
+        let longest_s = f64::from(images.longest_m(emitter)) / SLOWEST_M_S + grid.n_fft as f64 / rate;
         let head = images.head.len() as f64 * rate / images.head.sample_rate_hz + grid.hop as f64;
         let channels = AMBISONIC_CHANNELS as f64;
         self.memory += 12.0 * 4.0 * longest_s * rate + channels * head * (EARS + SPECTRUM);
         self.preparation += 8.0 * channels * head * images.head.len() as f64;
         self.per_second += IMAGE_WORK * images.images.len() as f64 * rate + 4.0 * channels * transform(grid) / grid.hop_s();
+    }
+
+    /// Responses at a low rate, twice the one that they are kept at: both ears as they are and as they were, and their mix.
+    fn bass(&mut self, bass: &BassField, grid: &StftGrid) {
+        let (length, rate) = (2.0 * bass.len() as f64, 2.0 * bass.rate_hz);
+        self.memory += 8.0 * bass.samples.len() as f64 + 24.0 * length + 16.0 * grid.hop as f64;
+        self.preparation += 200.0 * bass.samples.len() as f64;
+        self.per_second += 4.0 * length * rate + 64.0 * length / grid.hop_s() + 40.0 * grid.sample_rate_hz;
     }
 
     /// The streaming render head and its carriers.
@@ -98,12 +113,17 @@ impl Cost {
         let (responses, low) = parts
             .measured
             .as_ref()
-            .map_or((0.0, 0.0), |room| (room.count(&parts.grid) as f64, room.hops.saturating_sub(parts.taps + 1) as f64));
+            .map_or((0.0, 0.0), |room| (room.count(&parts.bands) as f64, room.low_hops.saturating_sub(parts.taps + 1) as f64));
         let low_bins = bins.min(LANES as f64);
         let responses_hops = responses * (parts.taps + 1) as f64;
         self.memory += EARS * (bins * (2.0 * noise_hops + responses_hops) + low_bins * low * (responses + 1.0));
         self.memory += bins * (EARS * (noise_hops + 8.0) + SPECTRUM * (parts.taps as f64 + LATE_RING));
         self.memory += 32.0 * grid.n_fft as f64;
+        // What each two responses have in common.
+        let pairs = responses * responses.min(PAIRS);
+        let hops = (parts.taps + 1) as f64 + low;
+        self.memory += (4.0 * responses + pairs) * (parts.taps + 2) as f64 * parts.shape().tap_len() as f64;
+        self.preparation += 6.0 * pairs * hops * bins;
         // Levels of noise are set in turns; hops are transformed at the host's rate.
         self.preparation += 40.0 * noise_hops * transform(&parts.grid);
         self.preparation += 4.0 * (noise_hops + responses_hops + responses * low) * transform(grid);

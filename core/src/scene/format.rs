@@ -1,18 +1,20 @@
 //! The `.promenade` file: safetensors with a JSON manifest in its metadata.
 
-use super::check::{MAX_BANDS, MAX_HOPS, MAX_IMAGES, check_grid, check_nodes, limit};
+use super::check::{MAX_BANDS, MAX_HOPS, MAX_IMAGES, MAX_SITES, check_grid, check_nodes, limit};
 use super::error::{SceneError, value};
-use super::manifest::{MAX_SCENE_BYTES, Manifest, ManifestCloud, ManifestField, ManifestImages, VERSION};
-use super::{
-    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, ImageSource, ImageSources, MeasuredHead, MeasuredRoom, SceneParts,
-    TailModel,
+use super::manifest::{
+    MAX_SCENE_BYTES, Manifest, ManifestBass, ManifestCloud, ManifestCorners, ManifestField, ManifestImages, VERSION,
 };
-use crate::decode::field::{Basis, LowRank, NodeShares, Rows};
+use super::older::OlderRoom;
+use super::{
+    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
+    ImageSource, ImageSources, MeasuredHead, MeasuredRoom, SceneParts, Site, TailModel, Weather,
+};
+use crate::decode::field::{Basis, LowRank, Rows, mirrored};
 use crate::head::HEAD_BANDS;
 use crate::network::{CloudModel, CloudParts, Tensor};
 use crate::number::{single, whole};
 use crate::octave::{OCTAVES, Octaves};
-use crate::transfer::MOST_SHARES;
 use crate::{Bands, Field, StftGrid, TransferShape};
 use glam::Vec3;
 use half::f16;
@@ -26,6 +28,8 @@ const CHECKSUM: &str = "crc32";
 /// Names of the two tables of transfer functions.
 const FIELD: &str = "field";
 const ROOM: &str = "room";
+/// Numbers of a site of a response: direction, position, number of the response.
+const SITE: usize = 7;
 /// Prefix of the anchor cloud's weights, before the published names.
 const WEIGHTS: &str = "cloud.weights.";
 
@@ -57,7 +61,6 @@ fn entry<'a>(name: impl Into<Cow<'static, str>>, shape: &[usize], values: impl I
 }
 
 pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
-    let low_rank = |field: &Field| matches!(field.rows(), Rows::LowRank(_));
     let manifest = Manifest {
         version: u64::from(VERSION),
         title: parts.provenance.title.clone(),
@@ -71,11 +74,18 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         top_hz: parts.top_hz,
         start: (&parts.start_pose).into(),
         bounds: [parts.bounds.0.to_array(), parts.bounds.1.to_array()],
-        measured_hops: parts.measured.as_ref().map(|m| m.hops),
+        weather: (parts.weather != Weather::default()).then(|| {
+            let Weather { temperature_c, humidity_percent, pressure_kpa } = parts.weather;
+            [temperature_c, humidity_percent, pressure_kpa]
+        }),
+        measured_hops: parts.measured.as_ref().map(|m| m.low_hops),
+        measured_low_step: parts.measured.as_ref().map(|m| m.low_step),
         measured_head: parts.measured_head.as_ref().map(|h| h.name.clone()),
-        field: parts.field.as_ref().map(|f| ManifestField::of(f.grid(), low_rank(f))),
-        room: parts.room.as_ref().map(|f| ManifestField::of(f.grid(), low_rank(f))),
+        field: parts.field.as_ref().map(ManifestField::of),
+        room: parts.room.as_ref().map(ManifestField::of),
         images: parts.images.as_ref().map(ManifestImages::of),
+        corners: parts.corners.as_ref().map(ManifestCorners::of),
+        bass: parts.bass.as_ref().map(ManifestBass::of),
         cloud: parts.cloud.as_ref().map(ManifestCloud::of),
         held_out: parts.held_out.iter().map(Into::into).collect(),
     };
@@ -89,8 +99,7 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         entry("tail.t60_s", &[parts.tail.t60_s.len()], &parts.tail.t60_s),
     ];
     if let Some(measured) = &parts.measured {
-        let shape = [measured.count(&parts.grid), 2, measured.hops * parts.grid.hop];
-        entries.push(entry("measured.responses", &shape, &measured.samples));
+        measured_entries(measured, parts, &mut entries);
     }
     if let Some(head) = &parts.measured_head {
         let [left, right] = &head.diffuse_db;
@@ -104,6 +113,13 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
     }
     if let Some(images) = &parts.images {
         image_entries(images, &mut entries);
+    }
+    if let Some(corners) = &parts.corners {
+        corner_entries(corners, &mut entries);
+    }
+    if let Some(bass) = &parts.bass {
+        let shape = [bass.place_count(), BASS_SIGNALS, bass.len()];
+        entries.push(entry("bass.responses", &shape, &bass.samples).halved());
     }
     if let Some(cloud) = &parts.cloud {
         cloud_entries(&cloud.model, &mut entries);
@@ -132,28 +148,44 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
 fn field_entries<'a>(table: &str, field: &'a Field, entries: &mut Vec<Entry<'a>>) {
     let name = |part: &str| format!("{table}.{part}");
     let nodes = field.grid().nodes();
-    if let Some(shares) = field.shares() {
-        // A number of a response is exact as f32 up to 2^24.
-        let responses: Vec<f32> = shares.responses().iter().map(|r| single(f64::from(*r))).collect();
-        entries.push(entry(name("responses"), &[nodes, shares.per_node()], responses));
-        entries.push(entry(name("shares"), &[nodes, shares.per_node()], shares.weights()));
-    }
     match field.rows() {
         Rows::Whole(rows) => {
-            let rows = entry(name("rows"), &[nodes, field.shape().row_len()], rows);
+            let half = mirrored::half(field);
+            let nodes = if half.is_some() { mirrored::half_nodes(field.grid()).unwrap_or(nodes) } else { nodes };
+            let rows = entry(name("rows"), &[nodes, field.shape().row_len()], half.map_or(Cow::from(rows), Cow::from));
             // Fields that hold everything keep the form that older versions read.
             let shape = field.shape();
             entries.push(if shape.taps == 0 || shape.bins == 0 { rows.halved() } else { rows });
         }
         Rows::LowRank(low) => {
             let ranks = [low.levels.rank(), low.taps.rank()];
-            entries.push(entry(name("coefficients"), &[nodes, ranks[0] + ranks[1]], &low.coefficients));
-            entries.push(entry(name("levels.mean"), &[low.levels.mean.len()], &low.levels.mean));
-            entries.push(entry(name("levels.shapes"), &[ranks[0], low.levels.mean.len()], &low.levels.shapes));
-            entries.push(entry(name("taps.mean"), &[low.taps.mean.len()], &low.taps.mean));
-            entries.push(entry(name("taps.shapes"), &[ranks[1], low.taps.mean.len()], &low.taps.shapes));
+            let [levels, taps] = [low.levels.mean.len(), low.taps.mean.len()];
+            let parts = [
+                entry(name("coefficients"), &[nodes, ranks[0] + ranks[1]], &low.coefficients),
+                entry(name("levels.mean"), &[levels], &low.levels.mean),
+                entry(name("levels.shapes"), &[ranks[0], levels], &low.levels.shapes),
+                entry(name("taps.mean"), &[taps], &low.taps.mean),
+                entry(name("taps.shapes"), &[ranks[1], taps], &low.taps.shapes),
+            ];
+            // Tables of a scene's first form keep whole floats.
+            entries.extend(parts.into_iter().map(|part| if levels == 0 { part.halved() } else { part }));
         }
     }
+}
+
+fn measured_entries<'a>(measured: &'a MeasuredRoom, parts: &SceneParts, entries: &mut Vec<Entry<'a>>) {
+    let (bands, count) = (parts.bands.count(), measured.count(&parts.bands));
+    // A number of a response is exact as f32 up to 2^24.
+    let site =
+        |s: &Site| [s.direction.to_array(), s.position.to_array()].concat().into_iter().chain([single(s.response.into())]);
+    let sites: Vec<f32> = measured.sites.iter().flat_map(site).collect();
+    let low = measured.low.len() / (2 * count).max(1);
+    entries.push(entry("measured.sites", &[measured.sites.len(), SITE], sites));
+    entries.push(entry("measured.responses", &[count, 2, (parts.taps + 1) * parts.grid.hop], &measured.samples).halved());
+    entries.push(entry("measured.low", &[count, 2, low], &measured.low).halved());
+    entries.push(entry("measured.late", &[count, 2, bands], &measured.late));
+    entries.push(entry("measured.late_before", &[measured.late_before.len() / (2 * bands), 2, bands], &measured.late_before));
+    entries.push(entry("measured.gains", &[2, bands], &measured.gains));
 }
 
 fn image_entries<'a>(images: &'a ImageSources, entries: &mut Vec<Entry<'a>>) {
@@ -165,6 +197,16 @@ fn image_entries<'a>(images: &'a ImageSources, entries: &mut Vec<Entry<'a>>) {
     entries.push(entry("images.head", &[AMBISONIC_CHANNELS, 2, images.head.len()], &images.head.filters));
     entries.push(entry("images.position", &[count, 3], positions));
     entries.push(entry("images.seen", &[places, count], &images.seen));
+}
+
+fn corner_entries<'a>(corners: &'a Corners, entries: &mut Vec<Entry<'a>>) {
+    let places = corners.place_count();
+    let ends: Vec<f32> = corners.edges.iter().flat_map(|edge| edge.ends).flat_map(|end| end.to_array()).collect();
+    let gains: Vec<f32> = corners.edges.iter().flat_map(|edge| edge.gains).collect();
+    entries.push(entry("corners.direct", &[places], &corners.direct).halved());
+    entries.push(entry("corners.edges", &[corners.edges.len(), 2, 3], ends));
+    entries.push(entry("corners.gains", &[corners.edges.len(), OCTAVES], gains));
+    entries.push(entry("corners.round", &[places], &corners.round).halved());
 }
 
 fn cloud_entries<'a>(cloud: &'a CloudModel, entries: &mut Vec<Entry<'a>>) {
@@ -242,7 +284,7 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
     limit("bands", band_count, 2, MAX_BANDS)?;
     limit("taps", m.taps, 0, MAX_HOPS)?;
     let shape = TransferShape { bins: grid.bins(), bands: band_count, taps: m.taps };
-    let field_taps = if m.room.is_some() { 0 } else { m.taps };
+    let field_taps = if m.room.is_some() || m.measured_low_step.is_some() { 0 } else { m.taps };
     let positions = floats(tensors, "anchors.position", &[None, Some(3)])?;
     let colours = floats(tensors, "anchors.colour", &[Some(positions.len() / 3), Some(3)])?;
     let anchors = positions
@@ -250,26 +292,45 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
         .zip(colours.chunks_exact(3))
         .map(|(p, c)| Anchor { position: Vec3::from_slice(p), colour: Vec3::from_slice(c) })
         .collect();
+    let provenance = m.provenance();
+    let bands = rising(centres, "band centres")?;
+    let mut field = m.field.map(|f| read_field(FIELD, f, TransferShape { taps: field_taps, ..shape }, tensors)).transpose()?;
+    let measured = match (m.measured_hops, m.measured_low_step) {
+        (Some(hops), Some(step)) => Some(read_measured(hops, step, m.taps, &bands, &grid, tensors)?),
+        (Some(hops), None) => {
+            let (measured, direct) = read_older(hops, field.take(), &bands, &grid, tensors)?;
+            field = Some(direct);
+            Some(measured)
+        }
+        (None, _) => None,
+    };
     Ok(SceneParts {
-        provenance: m.provenance(),
+        provenance,
         tail: TailModel {
             seed: m.seed,
             t60_s: floats(tensors, "tail.t60_s", &[Some(band_count)])?,
             coherence: floats(tensors, "tail.coherence", &[Some(band_count)])?,
         },
         grid,
-        bands: rising(centres, "band centres")?,
+        bands,
         taps: m.taps,
         top_hz: m.top_hz,
         start_pose: (&m.start).into(),
         bounds: (m.bounds[0].into(), m.bounds[1].into()),
+        weather: m.weather.map_or_else(Weather::default, |[temperature_c, humidity_percent, pressure_kpa]| Weather {
+            temperature_c,
+            humidity_percent,
+            pressure_kpa,
+        }),
         anchors,
         held_out: m.held_out.iter().map(Into::into).collect(),
         measured_head: m.measured_head.map(|name| read_head(name, tensors)).transpose()?,
-        field: m.field.map(|f| read_field(FIELD, f, TransferShape { taps: field_taps, ..shape }, tensors)).transpose()?,
+        field,
         room: m.room.map(|f| read_field(ROOM, f, TransferShape { bins: 0, ..shape }, tensors)).transpose()?,
         images: m.images.map(|i| read_images(i, tensors)).transpose()?,
-        measured: m.measured_hops.map(|hops| read_measured(hops, &grid, tensors)).transpose()?,
+        corners: m.corners.map(|c| read_corners(c, tensors)).transpose()?,
+        bass: m.bass.map(|b| read_bass(b, tensors)).transpose()?,
+        measured,
         cloud: m.cloud.map(|c| read_cloud(&c, tensors)).transpose()?,
     })
 }
@@ -280,7 +341,7 @@ fn rising(centres: Vec<f32>, what: &str) -> Result<Bands, SceneError> {
 }
 
 fn read_field(table: &str, m: ManifestField, shape: TransferShape, tensors: &SafeTensors<'_>) -> Result<Field, SceneError> {
-    let low_rank = m.low_rank;
+    let (low_rank, is_mirrored) = (m.low_rank, m.mirrored);
     let grid =
         m.grid().ok_or_else(|| value(&format!("axis of the {table}"), "rising positions, angles within one turn", "others"))?;
     let name = |part: &str| format!("{table}.{part}");
@@ -295,20 +356,15 @@ fn read_field(table: &str, m: ManifestField, shape: TransferShape, tensors: &Saf
         let taps = basis(&name("taps.mean"), &name("taps.shapes"), shape.tap_len() * (shape.taps + 1))?;
         let coefficients = floats(tensors, &name("coefficients"), &[Some(nodes), Some(levels.rank() + taps.rank())])?;
         Rows::LowRank(LowRank { levels, taps, coefficients })
+    } else if is_mirrored {
+        let none = || value(&format!("azimuths of the {table}"), "an even circle from behind, of a mirrored table", "others");
+        let nodes = mirrored::half_nodes(&grid).ok_or_else(none)?;
+        let half = floats(tensors, &name("rows"), &[Some(nodes), Some(shape.row_len())])?;
+        Rows::Whole(mirrored::whole(&half, &grid, shape).ok_or_else(none)?)
     } else {
         Rows::Whole(floats(tensors, &name("rows"), &[Some(nodes), Some(shape.row_len())])?)
     };
-    let field = Field::new(grid, shape, rows).ok_or_else(|| value(table, "a row per node", "another number"))?;
-    if tensors.tensor(&name("shares")).is_err() {
-        return Ok(field);
-    }
-    let weights = floats(tensors, &name("shares"), &[Some(nodes), None])?;
-    let per_node = weights.len() / nodes;
-    let responses = floats(tensors, &name("responses"), &[Some(nodes), Some(per_node)])?;
-    let number = |r: &f32| u32::try_from(whole(f64::from(*r))).unwrap_or(u32::MAX);
-    let shares = NodeShares::new(per_node, responses.iter().map(number).collect(), weights);
-    let field = shares.and_then(|shares| field.with_shares(shares));
-    field.ok_or_else(|| value("shares of responses", format!("1 to {MOST_SHARES} per node"), per_node))
+    Field::new(grid, shape, rows).ok_or_else(|| value(table, "a row per node", "another number"))
 }
 
 fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSources, SceneError> {
@@ -328,10 +384,83 @@ fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSour
     Ok(ImageSources { images, air_db_per_m, places, seen, direct, head: AmbisonicHead { sample_rate_hz, lead, filters } })
 }
 
-fn read_measured(hops: usize, grid: &StftGrid, tensors: &SafeTensors<'_>) -> Result<MeasuredRoom, SceneError> {
-    limit("hops of the responses", hops, 1, MAX_HOPS)?;
-    let samples = floats(tensors, "measured.responses", &[None, Some(2), Some(hops * grid.hop)])?;
-    Ok(MeasuredRoom { samples, hops })
+fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners, SceneError> {
+    let places = m.places().ok_or_else(|| value("axis of the places of corners", "rising positions", "others"))?;
+    let count = places.iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
+    let direct = floats(tensors, "corners.direct", &[Some(count)])?;
+    let round = floats(tensors, "corners.round", &[Some(count)])?;
+    let ends = floats(tensors, "corners.edges", &[None, Some(2), Some(3)])?;
+    let ends = ends.as_chunks::<6>().0;
+    let gains = floats(tensors, "corners.gains", &[Some(ends.len()), Some(OCTAVES)])?;
+    let edge = |(ends, gains): (&[f32; 6], &Octaves)| DiffractionEdge {
+        ends: [Vec3::from_slice(&ends[..3]), Vec3::from_slice(&ends[3..])],
+        gains: *gains,
+    };
+    let edges = ends.iter().zip(gains.as_chunks::<OCTAVES>().0).map(edge).collect();
+    Ok(Corners { places, direct, round, edges })
+}
+
+fn read_bass(m: ManifestBass, tensors: &SafeTensors<'_>) -> Result<BassField, SceneError> {
+    let (crossover_hz, rate_hz, direct) = (m.crossover_hz, m.rate_hz, m.direct);
+    let places = m.places().ok_or_else(|| value("axis of the places of the bass", "rising positions", "others"))?;
+    let count = places.iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
+    let samples = floats(tensors, "bass.responses", &[Some(count), Some(BASS_SIGNALS), None])?;
+    Ok(BassField { crossover_hz, rate_hz, places, direct, samples, ears: BassEars::Head })
+}
+
+fn read_measured(
+    low_hops: usize,
+    low_step: usize,
+    taps: usize,
+    bands: &Bands,
+    grid: &StftGrid,
+    tensors: &SafeTensors<'_>,
+) -> Result<MeasuredRoom, SceneError> {
+    limit("hops of the responses", low_hops, 1, MAX_HOPS)?;
+    limit("step of the responses' bass", low_step, 1, grid.hop)?;
+    let of_ears = Some(bands.count());
+    let late = floats(tensors, "measured.late", &[None, Some(2), of_ears])?;
+    let count = late.len() / (2 * bands.count());
+    let sites = floats(tensors, "measured.sites", &[None, Some(SITE)])?;
+    limit("sites of responses", sites.len() / SITE, 1, MAX_SITES)?;
+    let site = |s: &[f32]| Site {
+        direction: Vec3::from_slice(s),
+        position: Vec3::from_slice(&s[3..]),
+        response: u32::try_from(whole(s[6].into())).unwrap_or(u32::MAX),
+    };
+    let low = Some(MeasuredRoom::low_len(low_hops, grid, low_step));
+    Ok(MeasuredRoom {
+        sites: sites.chunks_exact(SITE).map(site).collect(),
+        samples: floats(tensors, "measured.responses", &[Some(count), Some(2), Some((taps + 1) * grid.hop)])?,
+        low: floats(tensors, "measured.low", &[Some(count), Some(2), low])?,
+        low_step,
+        low_hops,
+        late,
+        late_before: floats(tensors, "measured.late_before", &[None, Some(2), of_ears])?,
+        gains: floats(tensors, "measured.gains", &[Some(2), of_ears])?,
+    })
+}
+
+/// Measurements of a file whose field says at each node which of them are heard there, and the field without that.
+fn read_older(
+    hops: usize,
+    field: Option<Field>,
+    bands: &Bands,
+    grid: &StftGrid,
+    tensors: &SafeTensors<'_>,
+) -> Result<(MeasuredRoom, Field), SceneError> {
+    let wrong = || value("responses", "with shares of them at the nodes of a field", "others");
+    let field = field.ok_or_else(wrong)?;
+    limit("hops of the responses", hops, field.shape().taps + 1, MAX_HOPS)?;
+    let nodes = field.grid().nodes();
+    let shares = floats(tensors, "field.shares", &[Some(nodes), None])?;
+    let room = OlderRoom {
+        samples: floats(tensors, "measured.responses", &[None, Some(2), Some(hops * grid.hop)])?,
+        hops,
+        responses: floats(tensors, "field.responses", &[Some(nodes), Some(shares.len() / nodes)])?,
+        shares,
+    };
+    room.converted(&field, bands, grid).ok_or_else(wrong)
 }
 
 fn read_head(name: String, tensors: &SafeTensors<'_>) -> Result<MeasuredHead, SceneError> {

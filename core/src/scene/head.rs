@@ -1,6 +1,6 @@
 //! A scene heard with another head than the one that it was measured with.
 
-use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSources, Scene, SceneParts};
+use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSources, MeasuredRoom, Scene, SceneParts};
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{HEAD_BANDS, Head, Incidence, at_hz, lag_s, low_pass_power};
 use crate::number::single;
@@ -94,16 +94,16 @@ impl Scene {
             change.apply(rows, directions);
         }
         let changed = Field::new(field.grid().clone(), change.shape, Rows::Whole(rows));
-        let changed = changed.and_then(|changed| match field.shares() {
-            Some(shares) => changed.with_shares(shares.clone()),
-            None => Some(changed),
-        });
         // Of the same shape as before, so that it fits.
         let field = changed.unwrap_or_else(|| field.clone());
         let images =
             parts.images.as_ref().map(|images| ImageSources { head: ambisonic_head(head, &images.head), ..images.clone() });
         let room = parts.room.as_ref().map(|room| change.room_of(room));
-        Ok(Self { parts: SceneParts { field: Some(field), room, images, ..parts.clone() } })
+        let measured = parts.measured.as_ref().map(|measured| {
+            let gains = measured.gains.iter().zip(&change.room).map(|(old, new)| old * new).collect();
+            MeasuredRoom { gains, ..measured.clone() }
+        });
+        Ok(Self { parts: SceneParts { field: Some(field), room, images, measured, ..parts.clone() } })
     }
 }
 
@@ -131,9 +131,15 @@ fn ambisonic_head(head: &Head, old: &AmbisonicHead) -> AmbisonicHead {
 fn around(nodes: &FieldGrid) -> Vec<(Vec3, f32)> {
     let positions: usize = nodes.position.iter().map(crate::Axis::count).product();
     let count = nodes.nodes() / positions.max(1);
-    let directions = (0..count).map(|i| nodes.node(i).1);
     let level = |d: &Vec3| (d.x * d.x + d.y * d.y).sqrt();
-    let mut around: Vec<(Vec3, f32)> = directions.map(|d| (d, level(&d))).collect();
+    let share = |i: usize| match &nodes.facing {
+        Facing::Emitter { elevation, azimuth, .. } => {
+            azimuth.share(i % azimuth.count()) * elevation.share(i / azimuth.count() % elevation.count())
+        }
+        Facing::Head { .. } => 1.0,
+    };
+    let directions = (0..count).map(|i| (nodes.node(i).1, share(i)));
+    let mut around: Vec<(Vec3, f32)> = directions.map(|(d, share)| (d, share * level(&d))).collect();
     if around.iter().all(|(_, weight)| *weight < 1e-3) {
         around.iter_mut().for_each(|(_, weight)| *weight = 1.0);
     }
@@ -190,8 +196,9 @@ impl Change<'_> {
 
     /// A table of time filters, changed.
     fn room_of(&self, room: &Field) -> Field {
-        let Rows::Whole(rows) = room.rows() else { return room.clone() };
-        let (mut rows, shape) = (rows.clone(), room.shape());
+        let shape = room.shape();
+        let Some(rows) = room.rows().whole(&shape) else { return room.clone() };
+        let mut rows = rows.into_owned();
         for row in rows.chunks_exact_mut(shape.row_len()) {
             self.time_filters(&mut row[shape.direct_len()..]);
         }

@@ -79,7 +79,7 @@ impl ImageSources {
     /// How much of the emitter itself a listener sees, 0 to 1.
     #[must_use]
     pub fn direct_at(&self, position: Vec3) -> f32 {
-        self.corners(position).map(|(place, weight)| weight * self.direct[place]).sum()
+        Axis::places_around(&self.places, position).map(|(place, weight)| weight * self.direct[place]).sum()
     }
 
     /// How much longer the way to an image can be than that to the emitter, metres, wherever the listener is.
@@ -91,19 +91,9 @@ impl ImageSources {
     pub(crate) fn seen_at(&self, position: Vec3, out: &mut [f32]) {
         out.fill(0.0);
         let count = self.images.len();
-        for (place, weight) in self.corners(position) {
+        for (place, weight) in Axis::places_around(&self.places, position) {
             out.iter_mut().zip(&self.seen[place * count..][..count]).for_each(|(o, s)| *o += weight * s);
         }
-    }
-
-    /// Places around a position with their weights.
-    fn corners(&self, position: Vec3) -> impl Iterator<Item = (usize, f32)> {
-        let [x, y, z] = [0, 1, 2].map(|axis| self.places[axis].linear(position[axis]));
-        let [nx, ny] = [0, 1].map(|axis| self.places[axis].count());
-        let pairs = |(nodes, count): ([(usize, f32); 4], usize)| nodes.into_iter().take(count);
-        pairs(z).flat_map(move |(k, wz)| {
-            pairs(y).flat_map(move |(j, wy)| pairs(x).map(move |(i, wx)| ((k * ny + j) * nx + i, wx * wy * wz)))
-        })
     }
 
     /// Bytes in memory.

@@ -1,11 +1,11 @@
 //! The manifest's own types, apart from the scene's: the file is a boundary.
 
-use super::{AnchorCloud, ImageSources, Provenance};
-use crate::decode::field::{Axis, Facing, FieldGrid};
+use super::{AnchorCloud, BassField, Corners, ImageSources, Provenance};
+use crate::decode::field::{Axis, Facing, FieldGrid, Rows, mirrored};
 use crate::network::{CloudEmitter, CloudKind, DELAY_SHAPES, Placement, PoseConvention};
 use crate::octave::Octaves;
 use crate::published::{ConvMode, Projection};
-use crate::{HeldOut, Pose, ResponseMeasures, StftGrid};
+use crate::{Field, HeldOut, Pose, ResponseMeasures, StftGrid};
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -30,9 +30,16 @@ pub(super) struct Manifest {
     pub(super) start: ManifestPose,
     /// Corners of the box of listener positions.
     pub(super) bounds: [[f32; 3]; 2],
+    /// Degrees Celsius, relative humidity in per cent, kilopascals; absent where they are 20, 50 and 101.325.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) weather: Option<[f64; 3]>,
     /// Hops of each measured response; absent in scenes that have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) measured_hops: Option<usize>,
+    /// Samples from one of the responses' bass to the next; absent where nodes of the field name their responses, as older
+    /// versions wrote it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) measured_low_step: Option<usize>,
     /// Name of the head that the responses were measured with; absent where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) measured_head: Option<String>,
@@ -43,6 +50,12 @@ pub(super) struct Manifest {
     /// Absent in scenes without image sources.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) images: Option<ManifestImages>,
+    /// Absent where nothing hides the emitter, or nothing more is known of it than of images.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) corners: Option<ManifestCorners>,
+    /// Absent in scenes whose bass is like their rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) bass: Option<ManifestBass>,
     pub(super) cloud: Option<ManifestCloud>,
     pub(super) held_out: Vec<ManifestHeldOut>,
 }
@@ -50,7 +63,7 @@ pub(super) struct Manifest {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ManifestGrid {
-    sample_rate_hz: f64,
+    pub(super) sample_rate_hz: f64,
     n_fft: usize,
     hop: usize,
 }
@@ -75,6 +88,9 @@ pub(super) struct ManifestField {
     position: [ManifestAxis; 3],
     facing: ManifestFacing,
     pub(super) low_rank: bool,
+    /// Whether azimuths on the left are missing, since they are the right ones mirrored.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) mirrored: bool,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -84,6 +100,21 @@ pub(super) struct ManifestImages {
     pub(super) air_db_per_m: Octaves,
     pub(super) head_rate_hz: f64,
     pub(super) head_lead: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestCorners {
+    places: [ManifestAxis; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ManifestBass {
+    places: [ManifestAxis; 3],
+    pub(super) crossover_hz: f64,
+    pub(super) rate_hz: f64,
+    pub(super) direct: f32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -101,7 +132,7 @@ pub(super) struct ManifestCloud {
     conv: String,
     /// Row of the time filter that its taps are; without one they are the averages of its diagonals.
     row: Option<usize>,
-    /// Absent in files of scenes that know of none.
+    /// Absent in files of scenes without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     emitter: Option<ManifestEmitter>,
 }
@@ -134,6 +165,9 @@ pub(super) struct ManifestHeldOut {
     t20_s: Option<f64>,
     edt_s: Option<f64>,
     c50_db: Option<f64>,
+    /// Absent in older files.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    levels_db: Vec<f64>,
 }
 
 impl ManifestAxis {
@@ -159,8 +193,38 @@ impl ManifestImages {
     }
 }
 
+impl ManifestCorners {
+    pub(super) fn of(corners: &Corners) -> Self {
+        Self { places: corners.places.each_ref().map(Into::into) }
+    }
+
+    /// The places; `None` where an axis does not rise.
+    pub(super) fn places(self) -> Option<[Axis; 3]> {
+        let [x, y, z] = self.places.map(ManifestAxis::axis);
+        Some([x?, y?, z?])
+    }
+}
+
+impl ManifestBass {
+    pub(super) fn of(bass: &BassField) -> Self {
+        Self {
+            places: bass.places.each_ref().map(Into::into),
+            crossover_hz: bass.crossover_hz,
+            rate_hz: bass.rate_hz,
+            direct: bass.direct,
+        }
+    }
+
+    /// The places; `None` where an axis does not rise.
+    pub(super) fn places(self) -> Option<[Axis; 3]> {
+        let [x, y, z] = self.places.map(ManifestAxis::axis);
+        Some([x?, y?, z?])
+    }
+}
+
 impl ManifestField {
-    pub(super) fn of(grid: &FieldGrid, low_rank: bool) -> Self {
+    pub(super) fn of(field: &Field) -> Self {
+        let (grid, low_rank) = (field.grid(), matches!(field.rows(), Rows::LowRank(_)));
         let [x, y, z] = &grid.position;
         let facing = match &grid.facing {
             Facing::Emitter { position, elevation, azimuth } => {
@@ -170,7 +234,7 @@ impl ManifestField {
                 ManifestFacing::Head { yaw: yaw.into(), pitch: pitch.into(), roll: roll.into() }
             }
         };
-        Self { position: [x.into(), y.into(), z.into()], facing, low_rank }
+        Self { position: [x.into(), y.into(), z.into()], facing, low_rank, mirrored: mirrored::half(field).is_some() }
     }
 
     /// The grid; `None` where an axis does not rise.
@@ -300,6 +364,7 @@ impl From<&HeldOut> for ManifestHeldOut {
             t20_s: m.t20_s,
             edt_s: m.edt_s,
             c50_db: m.c50_db,
+            levels_db: h.levels_db.clone(),
         }
     }
 }
@@ -307,6 +372,6 @@ impl From<&HeldOut> for ManifestHeldOut {
 impl From<&ManifestHeldOut> for HeldOut {
     fn from(h: &ManifestHeldOut) -> Self {
         let measured = ResponseMeasures { itd_s: h.itd_s, ild_db: h.ild_db, t20_s: h.t20_s, edt_s: h.edt_s, c50_db: h.c50_db };
-        Self { name: h.name.clone(), pose: (&h.pose).into(), measured }
+        Self { name: h.name.clone(), pose: (&h.pose).into(), measured, levels_db: h.levels_db.clone() }
     }
 }

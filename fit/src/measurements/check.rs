@@ -11,6 +11,11 @@ const FARTHEST_M: f64 = 500.0;
 const EARLY_S: f64 = 1e-3;
 /// A direct sound this much later than its way may be the delay of a chain that is the same for all responses.
 const SPREAD_S: f64 = 2e-3;
+/// Pieces of a response, seconds, and from when on one as loud as the direct sound is none of its echoes.
+const PIECE_S: f64 = 0.005;
+const SECOND_S: f64 = 0.03;
+/// Energy of such a piece over that of the direct sound, and over the median of those about it.
+const SECOND: (f64, f64) = (0.25, 10.0);
 /// Decay below its loudest piece that a response should show at its end, dB.
 const DECAYED_DB: f64 = 30.0;
 
@@ -50,7 +55,38 @@ impl Measurements {
         }
         self.note_ends();
         self.note_times();
+        self.note_second_sounds();
         Ok(())
+    }
+
+    /// Responses in which something as loud as the direct sound comes later than a room's echo can.
+    fn note_second_sounds(&mut self) {
+        let rate = f64::from(self.sample_rate_hz);
+        let piece = (PIECE_S * rate) as usize;
+        let second = |one: &super::Measurement| -> Option<f64> {
+            let start = onset(&one.samples)?.saturating_sub(piece / 5);
+            let energies: Vec<f64> =
+                one.samples[start..].chunks(piece).map(|c| c.iter().map(|v| f64::from(*v).powi(2)).sum()).collect();
+            let about = |i: usize| {
+                let near = i.saturating_sub(5)..(i + 6).min(energies.len());
+                let mut others: Vec<f64> = near.filter(|j| j.abs_diff(i) > 1).map(|j| energies[j]).collect();
+                others.sort_by(f64::total_cmp);
+                others.get(others.len() / 2).copied().unwrap_or(0.0)
+            };
+            let from = (SECOND_S / PIECE_S) as usize;
+            let loud = |i: &usize| energies[*i] > SECOND.0 * energies[0] && energies[*i] > SECOND.1 * about(*i);
+            (from..energies.len()).find(loud).map(|i| i as f64 * PIECE_S)
+        };
+        let found: Vec<(f64, &str)> = self.all.iter().filter_map(|m| Some((second(m)?, m.name.as_str()))).collect();
+        if let Some((later_s, name)) = found.first() {
+            self.notes.push(format!(
+                "a second sound as loud as the direct one comes in {} of {} responses ({name}, {:.0} ms later, first): two \
+                 sources, or two measurements, in one response, or a direct way that is blocked",
+                found.len(),
+                self.all.len(),
+                1e3 * later_s
+            ));
+        }
     }
 
     /// Responses that end before they have decayed.

@@ -1,9 +1,10 @@
 //! R3VIVAL (Amengual Gari et al. 2023): a room whose walls are changed, loudspeakers about an array.
 
 use super::heads::unit;
-use super::{Clock, LoadOptions, Measurement, Measurements, Place};
+use super::{Clock, LoadOptions, MOST_SAMPLES, Measurement, Measurements, Place};
 use crate::error::FitError;
 use promenade_audio::{FileError, sound};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -20,16 +21,14 @@ const SD_M: f64 = 0.05;
 pub(super) fn load(folder: &Path, options: &LoadOptions) -> Result<Measurements, FitError> {
     let table = folder.join(POSITIONS);
     let text = fs::read_to_string(&table).map_err(FileError::read(&table))?;
-    let mut settings: Vec<&str> = Vec::new();
-    let (mut all, mut rate, mut without) = (Vec::new(), 0, 0);
+    let mut settings = BTreeSet::new();
+    let (mut all, mut rate, mut without, mut samples) = (Vec::new(), 0, 0, 0);
     for (number, line) in text.lines().enumerate().skip(1) {
         let fields: Vec<&str> = line.split(',').collect();
         let [name, setting, _, _, _, _, x, y, z, _] = fields[..] else {
             return Err(FitError::entry(&table, format!("line {}", number + 1), "10 fields", fields.len()));
         };
-        if !settings.contains(&setting) {
-            settings.push(setting);
-        }
+        settings.insert(setting);
         if options.setting.as_deref() != Some(setting) {
             continue;
         }
@@ -45,6 +44,10 @@ pub(super) fn load(folder: &Path, options: &LoadOptions) -> Result<Measurements,
             return Err(FitError::content(&file, format!("a channel number of 1 to {}", wav.channels.len()), channel));
         }
         rate = wav.sample_rate_hz;
+        samples += wav.frames();
+        if samples > MOST_SAMPLES {
+            return Err(FitError::content(&table, format!("at most {MOST_SAMPLES} samples of all responses"), "more"));
+        }
         let facing = unit(std::array::from_fn(|a| ARRAY_M[a] - at_m[a]));
         all.push(Measurement {
             name: name.trim_end_matches(".flac").to_owned(),
@@ -56,7 +59,11 @@ pub(super) fn load(folder: &Path, options: &LoadOptions) -> Result<Measurements,
     }
     if all.is_empty() {
         let found = options.setting.as_deref().unwrap_or("none chosen").to_owned();
-        return Err(FitError::content(&table, format!("one of its settings: {}", settings.join(", ")), found));
+        return Err(FitError::content(
+            &table,
+            format!("one of its settings: {}", settings.into_iter().collect::<Vec<_>>().join(", ")),
+            found,
+        ));
     }
     let notes = vec![format!(
         "R3VIVAL, setting {}: {without} sources without a stated place are left out",

@@ -2,7 +2,7 @@
 
 use super::ClapPlugin;
 use crate::HostError;
-use crate::editor::{Editor, EditorSize};
+use crate::editor::{Editor, EditorSize, EditorStep, Opening};
 use clack_extensions::gui::{GuiApiType, GuiConfiguration, GuiSize, PluginGui, Window};
 
 const EMBEDDED: GuiConfiguration<'static> = GuiConfiguration { api_type: GuiApiType::X11, is_floating: false };
@@ -32,32 +32,51 @@ impl ClapPlugin {
         self.extension::<PluginGui>("editor")
     }
 
+    /// Takes the steps from making an editor to showing it.
+    fn show_by(&mut self, gui: PluginGui, Opening { window, scale, steps, pause }: Opening<'_>) -> Result<(), HostError> {
+        for step in steps {
+            pause();
+            let handle = self.instance.plugin_handle();
+            let done = match step {
+                EditorStep::Scale => {
+                    // Who declines has its own idea of the scale.
+                    let _ = gui.set_scale(&handle, scale);
+                    Ok(())
+                }
+                EditorStep::Size => gui.get_size(&handle).map_or(Ok(()), |size| {
+                    pause();
+                    gui.set_size(&handle, size)
+                }),
+                #[expect(unsafe_code, reason = "a window is only a number")]
+                // SAFETY: the caller keeps the window until the editor is closed, as `Opening` asks.
+                EditorStep::Parent => unsafe { gui.set_parent(&handle, Window::from_x11_handle(window.into())) },
+            };
+            done.map_err(|e| self.failed("open its editor", e))?;
+        }
+        pause();
+        let shown = gui.show(&self.instance.plugin_handle());
+        shown.map_err(|e| self.failed("show its editor", e))
+    }
+
     fn open_gui(&mut self) -> Result<PluginGui, HostError> {
         if self.editor_open { self.gui() } else { Err(self.failed("use its editor", "it is not open")) }
     }
 }
 
 impl Editor for ClapPlugin {
-    fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, HostError> {
+    fn open_by(&mut self, opening: Opening<'_>) -> Result<EditorSize, HostError> {
         if self.editor_open {
             return Err(self.failed("open its editor", "it is open already"));
         }
         let gui = self.gui()?;
         gui.create(&self.instance.plugin_handle(), EMBEDDED).map_err(|e| self.failed("make its editor", e))?;
         self.editor_open = true;
-        // Who declines has its own idea of the scale.
-        let _ = gui.set_scale(&self.instance.plugin_handle(), scale);
-        #[expect(unsafe_code, reason = "a window is only a number")]
-        // SAFETY: the caller keeps the window until the editor is closed, as `Editor::open` asks.
-        let inside = unsafe { gui.set_parent(&self.instance.plugin_handle(), Window::from_x11_handle(window.into())) };
-        let shown = inside.and_then(|()| gui.show(&self.instance.plugin_handle()));
-        match shown {
-            Ok(()) => self.size(),
-            Err(error) => {
-                self.destroy_editor();
-                Err(self.failed("open its editor", error))
-            }
+        let shown = self.show_by(gui, opening);
+        if shown.is_err() {
+            self.destroy_editor();
         }
+        shown?;
+        self.size()
     }
 
     fn is_open(&self) -> bool {

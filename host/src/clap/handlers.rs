@@ -14,7 +14,7 @@ use clack_extensions::track_info::{HostTrackInfo, HostTrackInfoImpl, TrackInfo, 
 use clack_host::prelude::*;
 use clack_host::utils::Color;
 use std::ffi::CStr;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, ThreadId};
 
@@ -29,6 +29,8 @@ pub(crate) struct Requests {
     pub(crate) callback: AtomicBool,
     /// That it be activated again.
     pub(crate) restart: AtomicBool,
+    /// How often it has asked for that.
+    pub(crate) restarts: AtomicUsize,
     /// Whether it is being activated.
     pub(crate) activating: AtomicBool,
     /// Whether it said that its latency has changed while it was not being activated, which the format forbids.
@@ -39,7 +41,7 @@ pub(crate) struct Requests {
     /// Width in the lower half, height in the upper; 0 for none.
     resize: AtomicU64,
     pub(crate) preset: Reported,
-    /// For good, as who reads it wants it; tracks change rarely.
+    /// Kept for good, since the plugin may hold a reference; tracks change rarely.
     track: Mutex<Option<&'static Track>>,
     chosen: Mutex<Vec<(u32, MenuAction)>>,
 }
@@ -73,6 +75,7 @@ impl Requests {
             editors,
             callback: no(),
             restart: no(),
+            restarts: AtomicUsize::new(0),
             activating: no(),
             untimely: no(),
             flush: no(),
@@ -137,6 +140,7 @@ impl HostHandlers for Handlers {
 impl SharedHandler<'_> for Shared {
     /// It is done when somebody asks for the latency: in the middle of a rendering it would cut the sound.
     fn request_restart(&self) {
+        self.0.restarts.fetch_add(1, Ordering::AcqRel);
         self.0.restart.store(true, Ordering::Release);
     }
 

@@ -129,7 +129,7 @@ pub(crate) fn of(entry: &PluginEntry, path: &Path, plugin: &str) -> Result<(Vec<
     Ok((all, wrong))
 }
 
-/// What one provider knows.
+/// What one provider declares.
 fn list(
     entry: &PluginEntry,
     info: &HostInfo,

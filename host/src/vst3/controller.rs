@@ -1,4 +1,4 @@
-//! Values of texts, which VST3's edit controllers know and vst3-host does not hand on.
+//! Values of texts, which VST3's edit controllers have and vst3-host does not hand on.
 //!
 //! They are asked of a second instance of the same class that is never activated, made in the library that the first has
 //! loaded.

@@ -2,7 +2,7 @@
 
 use super::Vst3Plugin;
 use crate::HostError;
-use crate::editor::{Editor, EditorSize};
+use crate::editor::{Editor, EditorSize, Opening};
 
 /// The editor of a plugin that has one, where there is X11.
 pub(crate) fn of(plugin: &mut Vst3Plugin) -> Option<&mut dyn Editor> {
@@ -27,12 +27,14 @@ impl Vst3Plugin {
 }
 
 impl Editor for Vst3Plugin {
-    fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, HostError> {
+    fn open_by(&mut self, Opening { window, scale, pause, .. }: Opening<'_>) -> Result<EditorSize, HostError> {
         #[expect(clippy::cast_possible_truncation, reason = "a factor near 1")]
         let scale = scale as f32;
         // Who declines has its own idea of the scale; before it is open, it is only remembered.
         self.plugin.set_editor_scale_factor(scale).map_err(|e| self.failed("open its editor", e))?;
+        pause();
         self.attach(window)?;
+        pause();
         self.size()
     }
 

@@ -15,7 +15,7 @@ pub(crate) struct Module(ManuallyDrop<Library>);
 impl Module {
     pub(crate) fn open(bundle: &Path) -> Result<Self, String> {
         let binary = get_vst3_binary_path(bundle).map_err(|e| e.to_string())?;
-        // SAFETY: whoever names a plugin to a host wants its code to run.
+        // SAFETY: the caller names the plugin whose code is to run.
         let library = unsafe { Library::new(binary) }.map_err(|e| e.to_string())?;
         Ok(Self(ManuallyDrop::new(library)))
     }

@@ -1,6 +1,6 @@
 //! A scene played with less and less of what it holds.
 
-use super::{Rendering, TradePoint, best, costs, reduce, tiers};
+use super::{Rendering, TradePoint, Way, best, costs, reduce, tiers};
 use crate::cost::Setting;
 use crate::error::JudgeError;
 use promenade_core::{LiveParams, Quality, Scene, Tier};
@@ -16,15 +16,29 @@ const DECODE_RATES_HZ: [f32; 4] = [5.0, 10.0, 20.0, 80.0];
 /// # Errors
 /// A setting that cannot be rendered, or whose responses cannot be measured.
 pub fn trade(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize) -> Result<Vec<TradePoint>, JudgeError> {
+    trade_beside(scene, scene, sample_rate_hz, block)
+}
+
+/// [`trade`] with the errors to the best of another scene that is heard at the same rate and places, such as the one of which
+/// this is a part.
+///
+/// # Errors
+/// As [`trade`].
+pub fn trade_beside(
+    scene: &Arc<Scene>,
+    other: &Arc<Scene>,
+    sample_rate_hz: f64,
+    block: usize,
+) -> Result<Vec<TradePoint>, JudgeError> {
     let settings = settings(scene);
-    let best = Rendering::of(&best(scene), &|| true)?;
+    let best = Rendering::of(&best(other), &|| true)?;
     let heard: Result<Vec<Rendering>, _> = settings.par_iter().map(|(setting, _)| Rendering::of(setting, &|| true)).collect();
     let costs = costs(&settings.iter().map(|(setting, _)| setting).collect::<Vec<_>>(), sample_rate_hz, block);
     let mut points = Vec::new();
-    for (((setting, offered), heard), cost) in settings.iter().zip(heard?).zip(costs) {
+    for (((setting, way), heard), cost) in settings.iter().zip(heard?).zip(costs) {
         // A tier that only the scene's own rate has costs nothing at another.
         let Some(cost) = cost else { continue };
-        points.push(TradePoint::new(setting, *offered, &cost, &heard, &best)?);
+        points.push(TradePoint::new(setting, *way, &cost, &heard, &best)?);
     }
     points.sort_by(|a, b| a.real_time.total_cmp(&b.real_time));
     for i in 0..points.len() {
@@ -36,31 +50,32 @@ pub fn trade(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize) -> Result<Ve
     Ok(points)
 }
 
-/// Every setting, and whether the scene offers it as it is.
-fn settings(scene: &Arc<Scene>) -> Vec<(Setting, bool)> {
-    let mut out: Vec<(Setting, bool)> = Vec::new();
+/// Every setting, and how it is had.
+fn settings(scene: &Arc<Scene>) -> Vec<(Setting, Way)> {
+    let mut out: Vec<(Setting, Way)> = Vec::new();
     for setting in tiers(scene) {
         let tier = setting.quality.tier;
-        out.push((setting, true));
+        out.push((setting, Way::Tier));
         if tier >= Tier::High {
             for rate_hz in DECODE_RATES_HZ {
                 let name = format!("{}, {rate_hz} decodes/s", tier.name());
                 let live = LiveParams { rate_hz, ..LiveParams::default() };
-                out.push((Setting { name, scene: Arc::clone(scene), quality: Quality { tier, live } }, false));
+                out.push((Setting { name, scene: Arc::clone(scene), quality: Quality { tier, live } }, Way::Decodes(rate_hz)));
             }
         }
     }
     // What is left out is left out of the best tier that plays it at every hop.
     let tier = scene.played_tier(Tier::Standard);
-    for (what, reduced) in reduce::all(scene) {
-        let name = format!("{}, {what}", tier.name());
-        out.push((Setting { name, scene: Arc::new(reduced), quality: tier.into() }, false));
+    for (less, reduced) in reduce::all(scene) {
+        let name = format!("{}, {}", tier.name(), reduce::words(less, scene));
+        out.push((Setting { name, scene: Arc::new(reduced), quality: tier.into() }, Way::Less(less)));
     }
     out
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Less;
     use super::*;
     use promenade_testing::scenes::room_with_images;
 
@@ -71,7 +86,8 @@ mod tests {
         assert!(points.windows(2).all(|pair| pair[0].real_time <= pair[1].real_time));
         let get = |name: &str| points.iter().find(|p| p.name == name).unwrap_or_else(|| panic!("{name} in {points:?}"));
         let (draft, standard) = (get("draft"), get("standard"));
-        assert!(draft.offered && standard.offered && !get("standard, 6 of 24 taps").offered);
+        assert!([draft, standard].iter().all(|point| point.way == Way::Tier));
+        assert_eq!(get("standard, 6 of 24 taps").way, Way::Less(Less::Taps(6)));
         assert!(standard.error_jnds() < 1e-6 && standard.walking_db < 1e-6, "{standard:?}");
         assert!(draft.error_jnds() > 1.0 && draft.walking_db > 1.0, "{draft:?}");
         for p in &points {

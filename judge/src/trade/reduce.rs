@@ -1,47 +1,57 @@
 //! Scenes that hold less.
 
-use promenade_core::{
-    Axis, Basis, Facing, Field, FieldGrid, ImageSources, LowRank, NodeShares, Rows, Scene, SceneParts, TransferShape,
-};
+use super::{Less, Nodes};
+use promenade_core::{Axis, Basis, Facing, Field, FieldGrid, ImageSources, LowRank, Rows, Scene, SceneParts, TransferShape};
 
 /// Shares of the taps and of the images that are kept.
 const KEPT: [f64; 3] = [0.25, 0.5, 0.75];
 /// The most by which the late part rises when it begins earlier, dB.
 const MOST_RISE_DB: f32 = 60.0;
 
-/// A scene with fewer taps, fewer images, and half of the nodes along each axis, as far as it has them; what each keeps.
-pub(super) fn all(scene: &Scene) -> Vec<(String, Scene)> {
+/// All that can be left out of a scene, a quarter, half and three quarters of the taps and images and half of each kind of
+/// node, as far as it has them; with the scenes that are left.
+pub(super) fn all(scene: &Scene) -> Vec<(Less, Scene)> {
     let parts = scene.parts();
-    let mut out = Vec::new();
-    let mut keep = |what: String, parts: Option<SceneParts>| {
-        // What does not fit together any more is not a setting.
-        out.extend(parts.and_then(|parts| Scene::new(parts).ok()).map(|scene| (what, scene)));
-    };
-    for share in KEPT {
-        let taps = (share * parts.taps as f64).round() as usize;
-        if taps > 0 && taps < parts.taps {
-            keep(format!("{taps} of {} taps", parts.taps), with_taps(parts, taps));
-        }
+    let count = |share: f64, all: usize| (share * all as f64).round() as usize;
+    let taps = KEPT.into_iter().map(|share| count(share, parts.taps)).filter(|taps| *taps > 0).map(Less::Taps);
+    let all_images = parts.images.as_ref().map_or(0, |images| images.images.len());
+    let images = [0.0].into_iter().chain(KEPT).map(|share| Less::Images(count(share, all_images)));
+    let nodes = Nodes::ALL.into_iter().map(Less::Half);
+    // What does not fit together any more is not a setting.
+    taps.chain(images).chain(nodes).filter_map(|less| Some((less, reduced(scene, less)?))).collect()
+}
+
+/// What is kept, in words.
+pub(super) fn words(less: Less, of: &Scene) -> String {
+    let parts = of.parts();
+    match less {
+        Less::Taps(taps) => format!("{taps} of {} taps", parts.taps),
+        Less::Images(count) => format!("{count} of {} images", parts.images.as_ref().map_or(0, |all| all.images.len())),
+        Less::Half(nodes) => format!("half of the {}", nodes.name()),
     }
-    if let Some(images) = &parts.images {
-        let all = images.images.len();
-        for share in [0.0].into_iter().chain(KEPT) {
-            let count = (share * all as f64).round() as usize;
-            if count < all {
-                let images = (count > 0).then(|| fewer_images(images, count));
-                keep(format!("{count} of {all} images"), Some(SceneParts { images, ..parts.clone() }));
+}
+
+/// A scene that keeps less of what it holds; `None` where there is nothing to leave out.
+#[must_use]
+pub fn reduced(scene: &Scene, less: Less) -> Option<Scene> {
+    let parts = scene.parts();
+    let kept = match less {
+        Less::Taps(taps) => (taps > 0 && taps < parts.taps).then(|| with_taps(parts, taps))??,
+        Less::Images(count) => {
+            let images = parts.images.as_ref().filter(|all| count < all.images.len())?;
+            SceneParts { images: (count > 0).then(|| fewer_images(images, count)), ..parts.clone() }
+        }
+        Less::Half(nodes) => {
+            let thin = |field: &Field| thinned(field, nodes);
+            let (field, room) = (parts.field.as_ref().and_then(thin), parts.room.as_ref().and_then(thin));
+            if field.is_none() && room.is_none() {
+                return None;
             }
-        }
-    }
-    for axis in ["directions", "elevations", "places"] {
-        let thin = |field: &Field| thinned(field, axis);
-        let (field, room) = (parts.field.as_ref().and_then(thin), parts.room.as_ref().and_then(thin));
-        if field.is_some() || room.is_some() {
             let (field, room) = (field.or_else(|| parts.field.clone()), room.or_else(|| parts.room.clone()));
-            keep(format!("half of the {axis}"), Some(SceneParts { field, room, ..parts.clone() }));
+            SceneParts { field, room, ..parts.clone() }
         }
-    }
-    out
+    };
+    Scene::new(kept).ok()
 }
 
 /// The first taps only; the late part begins where they end, as much louder as it has decayed until its old beginning.
@@ -68,14 +78,14 @@ fn with_taps(parts: &SceneParts, taps: usize) -> Option<SceneParts> {
                 Rows::LowRank(LowRank { taps: Basis { mean: row(&low.taps.mean, 0), shapes }, ..low.clone() })
             }
         };
-        let cut = Field::new(field.grid().clone(), shape, rows)?;
-        field.shares().cloned().map_or(Some(cut.clone()), |shares| cut.with_shares(shares))
+        Field::new(field.grid().clone(), shape, rows)
     };
     let field = parts.field.as_ref().map(cut);
     let room = parts.room.as_ref().map(cut);
     // A table that could not be cut is no scene.
     let (field, room) = (field.map_or(Some(None), |f| f.map(Some))?, room.map_or(Some(None), |f| f.map(Some))?);
-    Some(SceneParts { taps, field, room, ..parts.clone() })
+    let measured = parts.measured.as_ref().map(|m| m.with_taps(taps, &parts.bands, &parts.grid, &rise));
+    Some(SceneParts { taps, field, room, measured, ..parts.clone() })
 }
 
 fn fewer_images(images: &ImageSources, count: usize) -> ImageSources {
@@ -84,8 +94,8 @@ fn fewer_images(images: &ImageSources, count: usize) -> ImageSources {
 }
 
 /// Every second node along the axes of a kind; `None` where there are no nodes to spare.
-fn thinned(field: &Field, kind: &str) -> Option<Field> {
-    let half = |axis: &Axis, of: &str| -> (Axis, Vec<usize>) {
+fn thinned(field: &Field, kind: Nodes) -> Option<Field> {
+    let half = |axis: &Axis, of: Nodes| -> (Axis, Vec<usize>) {
         let count = axis.count();
         let all = || (axis.clone(), (0..count).collect());
         // Both ends stay, and a circle stays even.
@@ -98,16 +108,16 @@ fn thinned(field: &Field, kind: &str) -> Option<Field> {
         let nodes = kept.iter().map(|i| axis.nodes()[*i]).collect();
         Axis::new(nodes, axis.is_circle()).map_or_else(all, |axis| (axis, kept))
     };
-    let [x, y, z] = field.grid().position.each_ref().map(|axis| half(axis, "places"));
+    let [x, y, z] = field.grid().position.each_ref().map(|axis| half(axis, Nodes::Places));
     let (facing, directions) = match &field.grid().facing {
         Facing::Emitter { position, elevation, azimuth } => {
-            let (elevation, e) = half(elevation, "elevations");
-            let (azimuth, a) = half(azimuth, "directions");
+            let (elevation, e) = half(elevation, Nodes::Elevations);
+            let (azimuth, a) = half(azimuth, Nodes::Directions);
             (Facing::Emitter { position: *position, elevation, azimuth }, vec![e, a])
         }
         Facing::Head { yaw, pitch, roll } => {
             let ((yaw, a), (pitch, b), (roll, c)) =
-                (half(yaw, "directions"), half(pitch, "elevations"), half(roll, "elevations"));
+                (half(yaw, Nodes::Directions), half(pitch, Nodes::Elevations), half(roll, Nodes::Elevations));
             (Facing::Head { yaw, pitch, roll }, vec![a, b, c])
         }
     };
@@ -130,11 +140,7 @@ fn thinned(field: &Field, kind: &str) -> Option<Field> {
             Rows::LowRank(LowRank { coefficients, ..low.clone() })
         }
     };
-    let thin = Field::new(grid, field.shape(), rows)?;
-    let Some(shares) = field.shares() else { return Some(thin) };
-    let per_node = shares.per_node();
-    let responses = nodes.iter().flat_map(|n| &shares.responses()[n * per_node..][..per_node]).copied().collect();
-    thin.with_shares(NodeShares::new(per_node, responses, select(shares.weights(), per_node))?)
+    Field::new(grid, field.shape(), rows)
 }
 
 #[cfg(test)]
@@ -146,13 +152,16 @@ mod tests {
     fn what_is_left_out_is_named_and_the_rest_stays() {
         let scene = room_with_images(16_000.0, 0.5, 0.05, 8);
         let found = all(&scene);
-        let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
+        let names: Vec<String> = found.iter().map(|(less, _)| words(*less, &scene)).collect();
         for name in
             ["6 of 24 taps", "18 of 24 taps", "0 of 8 images", "4 of 8 images", "half of the directions", "half of the places"]
         {
-            assert!(names.contains(&name), "{name} in {names:?}");
+            assert!(names.iter().any(|found| found == name), "{name} in {names:?}");
         }
-        let get = |name: &str| &found.iter().find(|(n, _)| n == name).unwrap().1;
+        let get = |name: &str| &found[names.iter().position(|found| found == name).unwrap()].1;
+        for nothing in [Less::Taps(24), Less::Taps(0), Less::Images(8)] {
+            assert!(reduced(&scene, nothing).is_none(), "{nothing:?}");
+        }
         assert_eq!(get("4 of 8 images").images().unwrap().images, scene.images().unwrap().images[..4]);
         assert_eq!(get("0 of 8 images").images(), None);
         // A node that stays says what it said.

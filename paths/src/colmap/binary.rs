@@ -10,11 +10,11 @@ const LEAST_BYTES: usize = 4 + 7 * 8 + 4 + 1 + 8;
 const POINT_BYTES: usize = 24;
 
 /// What is left of the file.
-struct Rest<'a> {
-    file: &'a str,
+pub(super) struct Rest<'a> {
+    pub(super) file: &'a str,
     /// Its whole length.
-    length: usize,
-    bytes: &'a [u8],
+    pub(super) length: usize,
+    pub(super) bytes: &'a [u8],
 }
 
 impl<'a> Rest<'a> {
@@ -27,13 +27,13 @@ impl<'a> Rest<'a> {
         Ok(taken)
     }
 
-    fn array<const N: usize>(&mut self, what: &str) -> Result<[u8; N], PathFileError> {
+    pub(super) fn array<const N: usize>(&mut self, what: &str) -> Result<[u8; N], PathFileError> {
         let mut array = [0; N];
         array.copy_from_slice(self.take(N, what)?);
         Ok(array)
     }
 
-    fn place(&self) -> String {
+    pub(super) fn place(&self) -> String {
         format!("byte {}", self.length - self.bytes.len())
     }
 }

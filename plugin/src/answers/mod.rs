@@ -1,5 +1,6 @@
-//! What an open editor asks of a scene, and who answers while it waits.
+//! What an open editor asks of a scene, and the threads that compute the answers.
 
 pub mod response;
+pub mod reverberation;
 pub mod settled;
 pub mod tier_figures;

@@ -13,7 +13,7 @@ pub trait Question: Send + Sync {
     /// A question is answered when it has not changed for so long.
     const REST: Duration;
 
-    /// Whether the answer is the same but for what nobody sees.
+    /// Whether the answer is the same but for differences that no picture shows.
     fn is_like(&self, other: &Self) -> bool;
     /// Finds the answer, as long as it is `wanted`.
     fn answer(&self, wanted: &dyn Fn() -> bool) -> Option<Self::Answer>;

@@ -1,4 +1,4 @@
-//! Who gets what: the step that takes off most error for its cost, again and again.
+//! The share of each instance: the step that takes off most error for its cost, again and again.
 
 use super::Grant;
 

@@ -82,8 +82,8 @@ impl Spender {
         }
     }
 
-    /// Chooses what is played of a block of input, and sets it so. Who leads others or is bypassed does not wait; offline there
-    /// is no budget. Returns what measures the block's time, where there is a limit.
+    /// Chooses what is played of a block of input, and sets it so. An instance that leads others or is bypassed does
+    /// not wait; offline there is no budget. Returns what measures the block's time, where there is a limit.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. Wakes a thread when a sound begins.
@@ -190,7 +190,7 @@ impl Spender {
         }
         let expected = self.input * self.gain * (self.gain_at_m / away_m).powi(2);
         self.account.note(if self.now == Grant::Nothing { expected } else { expected.max(self.ears) }, most);
-        // A source that sleeps costs next to nothing: that is not what its grant takes.
+        // A silent source costs next to nothing: that is not what its grant takes.
         if self.input > SILENCE {
             let found = narrow(took.as_secs_f64() / length_s);
             let cost = self.learn(self.now, found, length / COST_S);

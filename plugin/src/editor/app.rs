@@ -6,7 +6,7 @@ use super::estimate::estimate;
 use super::file_row::{FileRow, HEAD};
 use super::geometry::Geometry;
 use super::gesture::Gestures;
-use super::host::Host;
+use super::host::{Host, landed};
 use super::meter::Meters;
 use super::panel::Panel;
 use super::pump::Pump;
@@ -14,7 +14,7 @@ use super::scenes::Scenes;
 use super::theme::{Palette, dress, set_fonts};
 use super::view::View;
 use super::views::Views;
-use super::{banner, header, side};
+use super::{banner, header, mapping, side};
 use crate::history::History;
 use crate::history::user_state::UserState;
 use crate::library::lister::Lister;
@@ -57,9 +57,10 @@ const USUAL_HZ: f64 = 48_000.0;
 /// A window narrower than this is narrow, points.
 const NARROW: f32 = 880.0;
 
-/// Hosts have taken a value by this time after it was set, seconds: until then a change looks as if it were none, and is not
-/// recorded.
+/// Until hosts have taken a value, a change looks as if it were none: it is recorded when they have, this long after it was
+/// made at least, and at most, seconds. Busy ones take some time, and those that play nothing take none.
 const LANDING_S: f64 = 0.25;
+const LONGEST_LANDING_S: f64 = 3.0;
 
 /// How often it is looked whether the host has taken a slot.
 const OWED_REST: Duration = Duration::from_millis(30);
@@ -177,6 +178,7 @@ impl NiceEguiApp for App {
         egui_ctx.options_mut(|options| options.zoom_with_keyboard = false);
         let size = frame.baseview_window().size();
         self.geometry.resized(size.physical.into(), size.scale_factor);
+        mapping::map(frame.baseview_window());
         self.gui = Some(gui);
         self.task = LOADER
             .add(self.instance.loader.clone())
@@ -289,17 +291,20 @@ impl NiceEguiApp for App {
         if let Some(rest_s) = [rest_s, self.meters.rest_s()].into_iter().flatten().min_by(f64::total_cmp) {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
         }
-        if self.owed.is_some() || self.owed_walk.is_some() {
+        if self.owed.is_some() || self.owed_walk.is_some() || self.instance.loader.exchange.restoring.is_on() {
             ui.ctx().request_repaint_after(OWED_REST);
         }
         if now_s < OPENING_S {
             ui.ctx().request_repaint_after(OPENING_REST);
         }
         if self.before.is_some() && self.gestures.are_over() && !ui.input(|input| input.pointer.any_down()) {
-            let left_s = self.acted_s + LANDING_S - now_s;
-            if left_s > 0.0 {
-                ui.ctx().request_repaint_after(Duration::from_secs_f64(left_s));
+            let past_s = now_s - self.acted_s;
+            let has = |parameter, value| params.hosted(parameter) == landed(&params, parameter, value);
+            if past_s < LANDING_S || !self.gestures.have_landed(has) && past_s < LONGEST_LANDING_S {
+                let rest_s = (LANDING_S - past_s).max(OWED_REST.as_secs_f64());
+                ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
             } else if let Some(before) = self.before.take() {
+                self.gestures.forget_sent();
                 self.history.record(before, &UserState::of(&params));
             }
         }
@@ -325,6 +330,7 @@ impl Drop for App {
         self.instance.telemetry.watched.set(false);
         drop(self.views.take());
         self.instance.loader.attention.watched.set(false);
+        self.instance.loader.exchange.restoring.set(false);
         self.geometry.closed();
         if let Some(gui) = self.gui.take() {
             let host = Host { params: &self.instance.params, setter: gui.param_setter(), plugin: &self.instance.plugin };

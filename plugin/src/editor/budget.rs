@@ -1,4 +1,4 @@
-//! The budget of processor time: its limit, and who gets what of it.
+//! The budget of processor time: its limit, and the share of each instance.
 
 use super::ctx::Ctx;
 use super::theme::{CONTROL, Palette};

@@ -42,7 +42,7 @@ pub struct Instance {
     pub osc: Arc<Osc>,
     /// Asks for the next picture, from any thread.
     pub repaint: Repaint,
-    /// What the host knows and offers beside parameters.
+    /// What the host states and offers beside parameters.
     pub host_side: Arc<HostSide>,
     /// What it has of the budget of processor time.
     pub account: Arc<Account>,
@@ -177,8 +177,12 @@ impl Ctx<'_> {
         for parameter in Parameter::ALL {
             let params = &self.instance.params;
             if let Some(value) = params.remote.pending(parameter, params.hosted(parameter)) {
-                params.remote.announce(parameter, landed(params, parameter, value));
-                self.gestures.nudge(&self.host, parameter, value, self.now_s);
+                let landed = landed(params, parameter, value);
+                params.remote.announce(parameter, landed);
+                // Hosts round: one that has it as nearly as it can is told no more, or the gesture would never end.
+                if landed != params.hosted(parameter) {
+                    self.gestures.nudge(&self.host, parameter, value, self.now_s);
+                }
             }
         }
     }
@@ -232,6 +236,7 @@ impl Ctx<'_> {
 
     /// Restores a state, as gestures of its own.
     pub fn restore(&mut self, state: &UserState) {
+        self.instance.loader.exchange.restoring.set(true);
         let mut set = Vec::new();
         state.restore(&self.instance.params, |parameter, value| set.push((parameter, value)));
         for (parameter, value) in set {
@@ -259,10 +264,14 @@ impl Ctx<'_> {
             self.params().saved_walk.supersede(walk);
             self.touch();
         }
+        if self.owed.is_none() && self.instance.loader.is_up_to_date() {
+            self.instance.loader.exchange.restoring.set(false);
+        }
         let taken = choices.scene_slot;
         let Some(Owed { key, before, .. }) = self.owed.take_if(|owed| owed.slot == taken) else { return };
         let held = &self.instance.params.scene_key;
         if held.get().0 != key {
+            self.instance.loader.exchange.opened.set(before.is_some());
             // The loader may be about to write the former key back.
             held.supersede(key);
             self.touch();

@@ -1,4 +1,4 @@
-//! Level and time between the ears, and where the emitter is as the head sees it.
+//! Level and time between the ears, and where the emitter is from the head.
 
 use super::ctx::Ctx;
 use super::theme::{Palette, faded};
@@ -13,7 +13,7 @@ const MOST_DB: f32 = 24.0;
 /// Ends of the gauge of time, microseconds.
 const MOST_US: f32 = 900.0;
 
-/// Azimuth, positive to the left, and elevation of a point as a head sees it, degrees; and its distance, metres.
+/// Azimuth, positive to the left, and elevation of a point from a head, degrees; and its distance, metres.
 #[must_use]
 pub(super) fn seen_from(pose: &Pose, world: Vec3) -> (f32, f32, f32) {
     let head = pose.to_head(world);

@@ -91,6 +91,10 @@ impl FileRow {
                 self.why_not = self.chooser.ask(ctx, self.of.kind, place, named).err();
             }
         });
+        // The field cuts names, of which those of one data base begin alike.
+        if let Some(name) = used.as_deref().filter(|name| !name.is_empty() && self.of.heading == Word::Head) {
+            note(ui, ctx.palette, name);
+        }
         if used.is_some() && button(ui, ctx.palette, self.of.none).clicked() {
             self.ask(ctx, "");
         }

@@ -31,11 +31,15 @@ struct Open {
 
 /// The gestures that are going on.
 #[derive(Debug)]
-pub struct Gestures([Option<Open>; Parameter::ALL.len()]);
+pub struct Gestures {
+    open: [Option<Open>; Parameter::ALL.len()],
+    /// Values that the host was sent and may not have taken yet.
+    sent: [Option<f32>; Parameter::ALL.len()],
+}
 
 impl Default for Gestures {
     fn default() -> Self {
-        Self([const { None }; Parameter::ALL.len()])
+        Self { open: [const { None }; Parameter::ALL.len()], sent: [None; Parameter::ALL.len()] }
     }
 }
 
@@ -43,7 +47,7 @@ impl Gestures {
     /// The value that the user has set and the host may not have taken yet.
     #[must_use]
     pub fn value(&self, parameter: Parameter) -> Option<f32> {
-        self.0[parameter as usize].map(|open| open.value)
+        self.open[parameter as usize].map(|open| open.value)
     }
 
     /// Sets a value while the pointer is down; to be called each frame, moved or not, until it is released.
@@ -58,17 +62,18 @@ impl Gestures {
 
     /// Sets a value at once.
     pub fn set(&mut self, host: &dyn Automation, parameter: Parameter, value: f32) {
-        if self.0[parameter as usize].is_some() {
+        if self.open[parameter as usize].is_some() {
             self.move_to(host, parameter, value, Until::Released(false));
         } else {
             host.begin(parameter);
             host.set(parameter, value);
             host.end(parameter);
+            self.sent[parameter as usize] = Some(value);
         }
     }
 
     fn move_to(&mut self, host: &dyn Automation, parameter: Parameter, value: f32, until: Until) {
-        let place = &mut self.0[parameter as usize];
+        let place = &mut self.open[parameter as usize];
         let moved = match place {
             Some(open) => open.value != value,
             None => {
@@ -78,6 +83,7 @@ impl Gestures {
         };
         if moved {
             host.set(parameter, value);
+            self.sent[parameter as usize] = Some(value);
         }
         *place = Some(Open { value, until });
     }
@@ -85,7 +91,7 @@ impl Gestures {
     /// Ends what was not held in this frame or has rested. Seconds until the next is to end, if one rests.
     pub fn end_frame(&mut self, host: &dyn Automation, now_s: f64) -> Option<f64> {
         let mut next: Option<f64> = None;
-        for (parameter, place) in Parameter::ALL.into_iter().zip(&mut self.0) {
+        for (parameter, place) in Parameter::ALL.into_iter().zip(&mut self.open) {
             let Some(open) = place else { continue };
             let over = match &mut open.until {
                 Until::Released(held) => !std::mem::take(held),
@@ -106,12 +112,25 @@ impl Gestures {
     /// Whether none is going on.
     #[must_use]
     pub fn are_over(&self) -> bool {
-        self.0.iter().all(Option::is_none)
+        self.open.iter().all(Option::is_none)
+    }
+
+    /// Whether the host has taken all values that it was sent; `has` says whether it has one.
+    pub fn have_landed(&mut self, has: impl Fn(Parameter, f32) -> bool) -> bool {
+        for (parameter, sent) in Parameter::ALL.into_iter().zip(&mut self.sent) {
+            *sent = sent.filter(|value| !has(parameter, *value));
+        }
+        self.sent.iter().all(Option::is_none)
+    }
+
+    /// Waits for no value any more that the host was sent.
+    pub fn forget_sent(&mut self) {
+        self.sent.fill(None);
     }
 
     /// Ends all of them.
     pub fn close(&mut self, host: &dyn Automation) {
-        for (parameter, place) in Parameter::ALL.into_iter().zip(&mut self.0) {
+        for (parameter, place) in Parameter::ALL.into_iter().zip(&mut self.open) {
             if place.take().is_some() {
                 host.end(parameter);
             }
@@ -181,6 +200,21 @@ mod tests {
         gestures.set(&log, Parameter::Tier, 3.0);
         gestures.end_frame(&log, 0.0);
         assert_eq!(log.take(), "+tier tier=1 tier=3 -tier");
+    }
+
+    #[test]
+    fn values_have_landed_once_the_host_has_all_of_them() {
+        let (log, mut gestures) = (Log::default(), Gestures::default());
+        assert!(gestures.have_landed(|_, _| false), "none was sent");
+        gestures.set(&log, Parameter::Slot, 2.0);
+        gestures.hold(&log, Parameter::X, 1.0);
+        gestures.hold(&log, Parameter::X, 1.5);
+        assert!(!gestures.have_landed(|parameter, value| parameter == Parameter::X && value == 1.5));
+        assert!(gestures.have_landed(|parameter, value| parameter == Parameter::Slot && value == 2.0));
+        gestures.nudge(&log, Parameter::Yaw, 5.0, 0.0);
+        assert!(!gestures.have_landed(|_, _| false));
+        gestures.forget_sent();
+        assert!(gestures.have_landed(|_, _| false));
     }
 
     #[test]

@@ -38,6 +38,21 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
                 zoom(ui, ctx);
                 ui.add_space(4.0);
                 toggle(ui, ctx, Parameter::Bypass, Word::Bypass);
+                ui.add_space(4.0);
+                // From right to left.
+                for (name, b) in [(Word::B, true), (Word::A, false)] {
+                    if tab(ui, palette, name, ctx.history.is_b() == b).clicked() && ctx.history.is_b() != b {
+                        ctx.compare();
+                    }
+                }
+                ui.add_space(4.0);
+                let (undo, redo) = ctx.history.can();
+                if ui.add_enabled_ui(redo, |ui| button(ui, palette, Word::Redo)).inner.clicked() {
+                    ctx.redo();
+                }
+                if ui.add_enabled_ui(undo, |ui| button(ui, palette, Word::Undo)).inner.clicked() {
+                    ctx.undo();
+                }
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| state(ui, ctx));
             });
         });

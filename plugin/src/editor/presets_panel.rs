@@ -1,9 +1,9 @@
-//! Presets, undo and the comparison of two settings.
+//! Presets, and copies for the comparison of two settings.
 
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
-use super::widgets::{button, field, labelled, note, outcome, tab};
+use super::widgets::{button, field, labelled, note, outcome};
 use super::words::Word;
 use crate::history::presets::{self, About, Preset};
 use crate::history::user_state::UserState;
@@ -96,23 +96,9 @@ impl PresetsPanel {
 
     fn side(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         labelled(ui, ctx.palette, Word::Compare, |ui| {
-            for (name, b) in [(Word::A, false), (Word::B, true)] {
-                if tab(ui, ctx.palette, name, ctx.history.is_b() == b).clicked() && ctx.history.is_b() != b {
-                    ctx.compare();
-                }
-            }
             let copy = if ctx.history.is_b() { Word::CopyToA } else { Word::CopyToB };
             if button(ui, ctx.palette, copy).clicked() {
                 ctx.history.copy(UserState::of(ctx.params()));
-            }
-        });
-        labelled(ui, ctx.palette, Word::Changes, |ui| {
-            let (undo, redo) = ctx.history.can();
-            if ui.add_enabled_ui(undo, |ui| button(ui, ctx.palette, Word::Undo)).inner.clicked() {
-                ctx.undo();
-            }
-            if ui.add_enabled_ui(redo, |ui| button(ui, ctx.palette, Word::Redo)).inner.clicked() {
-                ctx.redo();
             }
         });
         labelled(ui, ctx.palette, Word::SaveAs, |ui| {

@@ -2,6 +2,7 @@
 
 use super::ctx::Ctx;
 use super::panel::Panel;
+use super::t20::T20Part;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome};
 use super::words::Word;
@@ -22,15 +23,16 @@ const WALLS: [Word; 6] = [Word::BackWall, Word::FrontWall, Word::RightWall, Word
 /// Octaves whose reverberation times are shown, Hz.
 const OCTAVES: [(f32, Word); 4] =
     [(125.0, Word::Octave125), (500.0, Word::Octave500), (2000.0, Word::Octave2k), (8000.0, Word::Octave8k)];
-/// Least widths of the columns: lengths, materials twice, figures; and where that does not fit, lengths, materials, figures.
+/// Least widths of the columns: lengths, materials twice, times, figures; and where that does not fit, materials once.
 /// Points.
-const WIDE: [f32; 4] = [120.0, 180.0, 180.0, 152.0];
-const NARROW: [f32; 3] = [112.0, 180.0, 128.0];
+const WIDE: [f32; 5] = [112.0, 168.0, 168.0, 176.0, 128.0];
+const NARROW: [f32; 4] = [112.0, 180.0, 176.0, 128.0];
 
 /// Draws a room and saves it.
 #[derive(Default)]
 pub(super) struct RoomPanel {
     title: String,
+    t20: T20Part,
     /// What was done last, or what went wrong.
     outcome: Option<Result<String, String>>,
 }
@@ -40,6 +42,7 @@ pub(super) struct RoomPanel {
 enum Part {
     Lengths,
     Walls(Range<usize>),
+    Times,
     Figures,
 }
 
@@ -58,20 +61,27 @@ impl Panel for RoomPanel {
         };
         let mut show = |ui: &mut Ui, part: Part| {
             // Six lines fit into the lowest drawer.
-            ui.spacing_mut().item_spacing.y = if matches!(&part, Part::Walls(walls) if walls.len() > 3) { 1.0 } else { SPACE };
+            ui.spacing_mut().item_spacing.y =
+                if matches!(&part, Part::Times) || matches!(&part, Part::Walls(walls) if walls.len() > 3) {
+                    1.0
+                } else {
+                    SPACE
+                };
             match part {
                 Part::Lengths => lengths(ui, ctx, &room),
                 Part::Walls(walls) => walls.for_each(|wall| material(ui, ctx, &room, wall)),
+                Part::Times => self.t20.show(ui, ctx, &room),
                 Part::Figures => self.save(ui, ctx),
             }
         };
         if fits(ui.available_width(), WIDE) {
             columns(ui, WIDE, |ui, column| {
-                show(ui, [Part::Lengths, Part::Walls(0..3), Part::Walls(3..6), Part::Figures][column].clone());
+                let parts = [Part::Lengths, Part::Walls(0..3), Part::Walls(3..6), Part::Times, Part::Figures];
+                show(ui, parts[column].clone());
             });
         } else {
             columns(ui, NARROW, |ui, column| {
-                show(ui, [Part::Lengths, Part::Walls(0..6), Part::Figures][column].clone());
+                show(ui, [Part::Lengths, Part::Walls(0..6), Part::Times, Part::Figures][column].clone());
             });
         }
     }

@@ -3,7 +3,7 @@
 use super::chooser::{Chooser, FileKind, Place};
 use super::ctx::{Ctx, Owed};
 use super::theme::{Palette, ROUND, SPACE, faded};
-use super::widgets::{button, field, focus_ring, heading, note};
+use super::widgets::{button, field, focus_ring, heading, note, switch};
 use super::words::Word;
 use crate::history::user_state::UserState;
 use crate::library;
@@ -15,7 +15,7 @@ use crate::worker::{LISTER, TaskHandle};
 use egui::{Align, CornerRadius, Frame, Layout, Margin, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, WidgetInfo, vec2};
 use nice_plug::nice_error;
 use nice_plug::prelude::Enum;
-use promenade_core::{Scene, Tier};
+use promenade_core::{Scene, SceneCard, Tier};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -50,6 +50,7 @@ const LEAST_ABOUT: f32 = 156.0;
 /// What a line of the list chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pick {
+    Loft,
     Factory(usize),
     Slot(usize),
     Room,
@@ -142,20 +143,26 @@ impl Scenes {
             }
         });
         match self.files.take() {
-            Some(Ok(key)) => open(ctx, key),
+            Some(Ok(key)) => {
+                keep_level(ctx);
+                open(ctx, key);
+            }
             Some(Err(why)) => self.why_not = Some(why),
             None => (),
         }
         if let Some(why) = &self.why_not {
             note(ui, ctx.palette, why);
         }
+        matching(ui, ctx);
         ui.add_space(SPACE);
     }
 
     fn lines(&self, ui: &mut Ui, ctx: &mut Ctx<'_>, listing: &Listing) {
         let wanted = self.search.trim().to_lowercase();
         let chosen = chosen(ctx);
+        let loft = listing.loft.iter().map(|listed| (Pick::Loft, listed));
         let factory = listing.factory.iter().enumerate().map(|(index, listed)| (Pick::Factory(index), listed));
+        let factory = loft.chain(factory);
         let library = listing.scenes.iter().enumerate().map(|(index, listed)| (Pick::Slot(index + 1), listed));
         let mut clicked = None;
         let saved = ctx.params().scene_key.get().0;
@@ -186,9 +193,11 @@ impl Scenes {
         }
         if clicked.is_some() {
             *ctx.owed = None;
+            keep_level(ctx);
         }
         match clicked {
             Some(Pick::Room) => ctx.choose_room(),
+            Some(Pick::Loft) => open(ctx, SceneKey::loft()),
             Some(Pick::Factory(index)) => ctx.set(Parameter::Scene, index as f32),
             Some(Pick::Slot(slot)) => {
                 // The slot first: the scene that was chosen before is not read again in between.
@@ -212,6 +221,31 @@ fn scene_file(path: &Path) -> Result<SceneKey, String> {
     Ok(SceneKey::to_file(path, String::new(), card.provenance.title, 0))
 }
 
+/// Whether scenes are played as loud as each other, and what that does to the one that is heard.
+fn matching(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    let on = ctx.settings.matches;
+    ui.horizontal(|ui| {
+        if switch(ui, ctx.palette, Word::MatchLevels, on).clicked() {
+            ctx.settings.matches = !on;
+            if on {
+                ctx.keep(&ctx.instance.params.matching, |matching| matching.level_cb = None);
+            }
+        }
+        let change_cb = ctx.params().matching.get().0.change_cb(ctx.instance.loader.level_cb());
+        if change_cb != 0 {
+            note(ui, ctx.palette, format!("{:+.1} dB", f64::from(change_cb) / 10.0));
+        }
+    });
+}
+
+/// Has the next scenes played as loud as the one that is heard now, where that is wanted.
+fn keep_level(ctx: &Ctx<'_>) {
+    let now_cb = ctx.instance.loader.level_cb();
+    if ctx.settings.matches {
+        ctx.keep(&ctx.instance.params.matching, |matching| matching.level_cb = matching.level_cb.or(now_cb));
+    }
+}
+
 /// Plays a scene file as the project's own.
 fn open(ctx: &mut Ctx<'_>, key: SceneKey) {
     *ctx.owed = Some(Owed { slot: 0, key, before: Some(UserState::of(ctx.params())) });
@@ -226,6 +260,8 @@ fn chosen(ctx: &Ctx<'_>) -> Pick {
     let scene = ctx.index(Parameter::Scene);
     if ctx.drawn_room().is_some() {
         Pick::Room
+    } else if ctx.params().chooses_own_scene() && ctx.params().scene_key.get().0.is_loft() {
+        Pick::Loft
     } else if scene == SceneChoice::Library.to_index() {
         Pick::Slot(ctx.index(Parameter::Slot))
     } else {
@@ -302,7 +338,7 @@ fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -
         None => ("reading".to_owned(), palette.soft),
         Some(Err(_)) => ("cannot be read".to_owned(), palette.error),
         Some(Ok(_)) if beyond => (format!("beyond slot {SLOTS}"), palette.warn),
-        Some(Ok(card)) => (format!("{}  {}", size(listed.bytes), card.provenance.licence), palette.soft),
+        Some(Ok(card)) => (line_of(card, listed.bytes), palette.soft),
     };
     let inside = rect.shrink2(vec2(10.0, 0.0));
     let tiers = if matches!(listed.card, Some(Ok(_))) { TIER_MARKS } else { 0.0 };
@@ -319,6 +355,20 @@ fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -
     response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, !beyond, on, listed.title()));
     response.on_hover_ui(|ui| tooltip(ui, palette, listed)).clicked() && !on && !beyond
 }
+
+/// What a line says of a scene. What knows no treble says so first, since lines are cut.
+fn line_of(card: &SceneCard, bytes: u64) -> String {
+    let dull = if card.sample_rate_hz < FULL_BAND_HZ { format!("{}  ", at_rate(card)) } else { String::new() };
+    format!("{dull}{}  {}", size(bytes), card.provenance.licence)
+}
+
+/// The rate of a scene's data, in words.
+fn at_rate(card: &SceneCard) -> String {
+    format!("at {} kHz", card.sample_rate_hz / 1e3)
+}
+
+/// Data at lower rates lack treble that is heard, hertz.
+const FULL_BAND_HZ: f64 = 32_000.0;
 
 /// Room for the four marks of tiers, points.
 const TIER_MARKS: f32 = 44.0;
@@ -337,6 +387,7 @@ fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
                 palette,
                 format!("Qualities: {tiers}. {}, {} measurements to be judged by", size(listed.bytes), card.held_out),
             );
+            note(ui, palette, format!("Measured or made {}: there is no more treble than that", at_rate(card)));
         }
         Some(Err(error)) => {
             ui.label(RichText::new(error).font(Palette::caption()).color(palette.error));

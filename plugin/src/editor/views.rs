@@ -1,6 +1,7 @@
 //! What an open editor has worked out in the background: the response of what is heard, figures of the tiers, loudness.
 
 use crate::answers::response::{Listening, Response};
+use crate::answers::reverberation::Wanted;
 use crate::answers::settled::{Question, Settled};
 use crate::answers::tier_figures::{Figures, Judged};
 use crate::telemetry::loudness::{Loudness, LoudnessMeter, SoundQueue};
@@ -8,6 +9,7 @@ use crate::worker::repaint::Repaint;
 use crate::worker::{JUDGE, METER, RESPONDER, TaskHandle, Worker};
 use nice_plug::nice_error;
 use promenade_core::Scene;
+use promenade_room::Matched;
 use std::sync::Arc;
 
 /// Questions of one kind and the worker that answers them.
@@ -43,6 +45,7 @@ impl<Q: Question> Drop for Asker<Q> {
 pub struct Views {
     response: Asker<Listening>,
     tiers: Asker<Judged>,
+    reverberation: Asker<Wanted>,
     loudness: Option<(Arc<LoudnessMeter>, TaskHandle)>,
 }
 
@@ -55,6 +58,7 @@ impl Views {
         Self {
             response: Asker::new(repaint, &RESPONDER),
             tiers: Asker::new(repaint, &JUDGE),
+            reverberation: Asker::new(repaint, &JUDGE),
             loudness: task.ok().map(|task| (meter, task)),
         }
     }
@@ -64,6 +68,13 @@ impl Views {
         self.response.ask(listening);
         let fresh = self.response.settled.is_fresh();
         self.response.settled.newest().map(|(_, response)| (response, fresh))
+    }
+
+    /// How much the walls of a room have to absorb, once that is known.
+    pub(super) fn reverberation(&self, wanted: Wanted) -> Option<Arc<Result<Matched, String>>> {
+        self.reverberation.ask(wanted);
+        let fresh = self.reverberation.settled.is_fresh();
+        self.reverberation.settled.newest().filter(|_| fresh).map(|(_, found)| found)
     }
 
     /// Asks for figures of a scene's tiers.

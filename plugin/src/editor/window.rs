@@ -13,11 +13,12 @@ use nice_plug::editor::{
 use nice_plug::nice_warn;
 use nice_plug::prelude::{TrackColor, TrackInfo};
 use nice_plug_egui::{EguiEditorHandle, EguiEditorState, EguiNiceSettings, RepaintNotifier, baseview, create_egui_editor};
-use std::error::Error;
+use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
+use thiserror::Error;
 
 /// A window's thread is not waited for longer.
 const LONGEST_END: Duration = Duration::from_secs(5);
@@ -44,6 +45,7 @@ impl PromenadeEditor {
 impl Editor for PromenadeEditor {
     type Handle = PromenadeHandle;
 
+    /// Opens the window, or with `wait_for_parent` notes how to: before it is to be shown there is none.
     fn spawn(
         &self,
         parent: Option<ParentWindowHandle>,
@@ -51,21 +53,33 @@ impl Editor for PromenadeEditor {
         fallback_scale_factor: Option<f64>,
         gui_context: GuiContext,
         host: Option<HostMethods>,
-    ) -> Result<SpawnedEditor<Self::Handle>, Box<dyn Error>> {
+    ) -> Result<SpawnedEditor<Self::Handle>, Box<dyn std::error::Error>> {
         let EditorSettings { width, height, zoom, .. } = self.settings();
-        let state = EguiEditorState::from_size(LogicalSize::new(width, height), zoom);
-        let settings = EguiNiceSettings::new()
-            .with_tile("Promenade")
-            .with_resize_hint(self.resize_hint())
-            .with_repaint_poll_interval(Duration::from_millis(16));
-        let (thread, ended) = channel();
-        let app = App::new(self.instance.clone(), Arc::clone(&self.geometry), thread);
-        // The framework's editor lives only as long as this call: window and handle own all that it made.
-        let editor = create_egui_editor(state, RepaintNotifier::new(), settings, app).ok_or("no editor")?;
-        let SpawnedEditor { handle, window } =
-            editor.spawn(parent, wait_for_parent, fallback_scale_factor, gui_context, host)?;
-        let handle = PromenadeHandle { inner: handle, geometry: Arc::clone(&self.geometry), shown: AtomicBool::new(false) };
-        Ok(SpawnedEditor { handle, window: PromenadeWindow { window: Some(window), ended } })
+        // What was noted of a window that was never shown.
+        self.geometry.closed();
+        let (instance, geometry, hint) = (self.instance.clone(), Arc::clone(&self.geometry), self.resize_hint());
+        let notifier = RepaintNotifier::new();
+        let theirs = notifier.clone();
+        let open = move |parent: Option<ParentWindowHandle>, scale: Option<f64>| {
+            let state = EguiEditorState::from_size(LogicalSize::new(width, height), zoom);
+            let settings = EguiNiceSettings::new()
+                .with_tile("Promenade")
+                .with_resize_hint(hint)
+                .with_repaint_poll_interval(Duration::from_millis(16));
+            let (thread, ended) = channel();
+            let app = App::new(instance, geometry, thread);
+            // The framework's editor lives only as long as this call: window and handle own all that it made.
+            let editor = create_egui_editor(state, theirs, settings, app).ok_or("no editor")?;
+            let SpawnedEditor { handle, window } = editor.spawn(parent, false, scale, gui_context, host)?;
+            Ok(Opened { handle, window: Some(window), ended })
+        };
+        let stage = if wait_for_parent {
+            Stage::Waiting(Waiting { open: Box::new(open), parent, scale: fallback_scale_factor, size: None })
+        } else {
+            Stage::Open(open(parent, fallback_scale_factor)?)
+        };
+        let handle = PromenadeHandle { geometry: Arc::clone(&self.geometry), hint, notifier, shown: AtomicBool::new(false) };
+        Ok(SpawnedEditor { handle, window: PromenadeWindow { stage: RefCell::new(stage) } })
     }
 
     fn track_info_updated(&self, info: TrackInfo) {
@@ -91,23 +105,68 @@ impl Editor for PromenadeEditor {
     }
 }
 
-/// The window of an open editor. When it is dropped its thread has ended.
+/// Opens a window inside another one, at a scale.
+type Open = dyn FnOnce(Option<ParentWindowHandle>, Option<f64>) -> Result<Opened, Box<dyn std::error::Error>>;
+
+/// Why an editor cannot do what its host asks for.
+#[derive(Debug, Error)]
+pub enum EditorError {
+    /// The window library says why.
+    #[error(transparent)]
+    Window(#[from] baseview::Error),
+    /// The window cannot be opened.
+    #[error("the editor's window cannot be opened: {0}")]
+    Open(String),
+    /// There is no window any more.
+    #[error("the editor's window is gone")]
+    Gone,
+}
+
+/// The window of an editor, from the time on that it is shown.
+///
+/// The window library asks the screen for the time of a picture, and waits for the answer before it asks again. An answer to a
+/// window that is not on the screen never comes: what a host does slowly, between making an editor and showing it, left the
+/// window blank for good. So it is made when it is shown, and is on the screen from its beginning on ([`App`]'s `build`).
+pub struct PromenadeWindow {
+    stage: RefCell<Stage>,
+}
+
+enum Stage {
+    Waiting(Waiting),
+    Open(Opened),
+    /// It could not be opened, or has ended.
+    Gone,
+}
+
+/// What the host has said of a window before it is shown.
+struct Waiting {
+    open: Box<Open>,
+    parent: Option<ParentWindowHandle>,
+    scale: Option<f64>,
+    size: Option<NativeSize<u32>>,
+}
+
+/// A window that is there. When it is dropped its thread has ended.
 ///
 /// The window library asks the thread for an answer after it has told it to end, and goes its way when none comes. What the
 /// thread still had to do then ran beside the next window's beginning, or the end of the process.
-pub struct PromenadeWindow {
+struct Opened {
+    handle: EguiEditorHandle,
     window: Option<baseview::Window>,
     /// Disconnected when the thread has ended.
     ended: Receiver<()>,
 }
 
-impl PromenadeWindow {
-    fn with(&self, done: impl FnOnce(&baseview::Window) -> Result<(), baseview::Error>) -> Result<(), baseview::Error> {
-        self.window.as_ref().map_or(Ok(()), done)
+impl Opened {
+    fn with(
+        &self,
+        done: impl FnOnce(&EguiEditorHandle, &baseview::Window) -> Result<(), baseview::Error>,
+    ) -> Result<(), EditorError> {
+        self.window.as_ref().map_or(Err(EditorError::Gone), |window| done(&self.handle, window).map_err(EditorError::from))
     }
 }
 
-impl Drop for PromenadeWindow {
+impl Drop for Opened {
     fn drop(&mut self) {
         drop(self.window.take());
         if self.ended.recv_timeout(LONGEST_END) == Err(RecvTimeoutError::Timeout) {
@@ -116,53 +175,118 @@ impl Drop for PromenadeWindow {
     }
 }
 
-/// An open editor.
+impl PromenadeWindow {
+    /// Does something to a window that is there, or notes it for one that is not.
+    fn with(
+        &self,
+        note: impl FnOnce(&mut Waiting),
+        done: impl FnOnce(&EguiEditorHandle, &baseview::Window) -> Result<(), baseview::Error>,
+    ) -> Result<(), EditorError> {
+        match &mut *self.stage.borrow_mut() {
+            Stage::Waiting(waiting) => {
+                note(waiting);
+                Ok(())
+            }
+            Stage::Open(opened) => opened.with(done),
+            Stage::Gone => Err(EditorError::Gone),
+        }
+    }
+
+    /// Opens what waits, as it was noted.
+    fn open(&self) -> Result<(), EditorError> {
+        let stage = std::mem::replace(&mut *self.stage.borrow_mut(), Stage::Gone);
+        let opened = match stage {
+            Stage::Waiting(Waiting { open, parent, scale, size }) => {
+                let opened = open(parent, scale).map_err(|error| EditorError::Open(error.to_string()))?;
+                if let Some(size) = size {
+                    opened.with(|handle, window| handle.set_size(size, window))?;
+                }
+                opened
+            }
+            Stage::Open(opened) => opened,
+            Stage::Gone => return Err(EditorError::Gone),
+        };
+        *self.stage.borrow_mut() = Stage::Open(opened);
+        Ok(())
+    }
+}
+
+/// An editor that its host holds.
 pub struct PromenadeHandle {
-    inner: EguiEditorHandle,
     geometry: Arc<Geometry>,
+    hint: ResizeHint,
+    notifier: RepaintNotifier,
     /// Whether the window was brought up: before, no picture may be asked for.
     shown: AtomicBool,
 }
 
+impl PromenadeHandle {
+    fn repaint(&self) {
+        if self.shown.load(Ordering::Acquire) {
+            self.notifier.request_repaint();
+        }
+    }
+}
+
 impl EditorHandle for PromenadeHandle {
     type Window = PromenadeWindow;
-    type Error = baseview::Error;
+    type Error = EditorError;
 
-    fn run_until_closed(mut window: Self::Window) -> Result<(), Self::Error> {
-        window.window.take().map_or(Ok(()), baseview::Window::run_until_closed)
+    fn run_until_closed(window: Self::Window) -> Result<(), Self::Error> {
+        window.open()?;
+        let Stage::Open(mut opened) = window.stage.into_inner() else { return Err(EditorError::Gone) };
+        opened.window.take().map_or(Ok(()), baseview::Window::run_until_closed).map_err(EditorError::from)
     }
 
     fn set_parent(&self, parent: ParentWindowHandle, window: &Self::Window) -> Result<(), Self::Error> {
-        window.with(|window| self.inner.set_parent(parent, window))
+        window.with(|waiting| waiting.parent = Some(parent), |handle, window| handle.set_parent(parent, window))
     }
 
     fn show(&self, window: &Self::Window) -> Result<(), Self::Error> {
-        let shown = window.with(|window| self.inner.show(window));
+        window.open()?;
+        let shown = window.with(|_| (), |handle, window| handle.show(window));
         self.shown.store(true, Ordering::Release);
         shown
     }
 
     fn hide(&self, window: &Self::Window) -> Result<(), Self::Error> {
-        window.with(|window| self.inner.hide(window))
+        window.with(|_| (), |handle, window| handle.hide(window))
     }
 
     fn set_size(&self, new_size: NativeSize<u32>, window: &Self::Window) -> Result<(), Self::Error> {
-        window.with(|window| self.inner.set_size(new_size, window))
+        if let Stage::Waiting(_) = &*window.stage.borrow() {
+            // Hosts may ask for it before there is a window.
+            self.geometry.held().open = Some((new_size.width, new_size.height));
+        }
+        window.with(|waiting| waiting.size = Some(new_size), |handle, window| handle.set_size(new_size, window))
     }
 
     fn host_main_thread_callback(&self, window: &Self::Window) {
-        if let Some(window) = &window.window {
-            self.inner.host_main_thread_callback(window);
+        let called = window.with(
+            |_| (),
+            |handle, window| {
+                handle.host_main_thread_callback(window);
+                Ok(())
+            },
+        );
+        if let Err(error) = called {
+            nice_warn!("{error}");
         }
     }
 
     fn adjust_size(&self, new_size: NativeSize<u32>, window: &Self::Window) -> Option<NativeSize<u32>> {
-        window.window.as_ref().and_then(|window| self.inner.adjust_size(new_size, window))
+        match &*window.stage.borrow() {
+            Stage::Open(Opened { handle, window: Some(window), .. }) => handle.adjust_size(new_size, window),
+            _ => Some(self.hint.adjust_size(new_size, new_size, self.geometry.held().scale.unwrap_or(1.0))),
+        }
     }
 
     fn set_fallback_scale_factor(&self, scale_factor: f64, window: &Self::Window) -> Result<(), Self::Error> {
         self.geometry.held().scale = Some(scale_factor);
-        window.with(|window| self.inner.set_fallback_scale_factor(scale_factor, window))
+        window.with(
+            |waiting| waiting.scale = Some(scale_factor),
+            |handle, window| handle.set_fallback_scale_factor(scale_factor, window),
+        )
     }
 
     /// Keys that a text field needs are kept from the host's own shortcuts.
@@ -171,20 +295,14 @@ impl EditorHandle for PromenadeHandle {
     }
 
     fn state_changed(&self) {
-        if self.shown.load(Ordering::Acquire) {
-            self.inner.state_changed();
-        }
+        self.repaint();
     }
 
-    fn param_value_changed(&self, id: &str, normalized_value: f32) {
-        if self.shown.load(Ordering::Acquire) {
-            self.inner.param_value_changed(id, normalized_value);
-        }
+    fn param_value_changed(&self, _id: &str, _normalized_value: f32) {
+        self.repaint();
     }
 
-    fn param_modulation_changed(&self, id: &str, modulation_offset: f32) {
-        if self.shown.load(Ordering::Acquire) {
-            self.inner.param_modulation_changed(id, modulation_offset);
-        }
+    fn param_modulation_changed(&self, _id: &str, _modulation_offset: f32) {
+        self.repaint();
     }
 }

@@ -17,6 +17,14 @@ table! {
         UsualValue = ("Usual value", "The value that a new instance starts with"),
         /// Top line.
         Bypass = ("Bypass", "Plays the track without the room, delayed as much as with it"),
+        /// Top line.
+        Undo = ("Undo", "Takes the last change back (Ctrl Z)"),
+        /// Top line.
+        Redo = ("Redo", "Makes the change again that was taken back last (Ctrl Shift Z)"),
+        /// Top line.
+        A = ("A", "The first of both settings"),
+        /// Top line.
+        B = ("B", "The second of both settings; it begins as a copy of the first"),
         /// List of scenes.
         Folder = ("Folder", "Shows where files of your own rooms and camera paths belong"),
         /// List of scenes.
@@ -27,6 +35,9 @@ table! {
         Open = ("Show", "Opens the folder in the system's file manager"),
         /// List of scenes.
         OpenScene = ("Open", "Plays a scene file from anywhere: one to choose, or the one that is named at Folder"),
+        /// List of scenes.
+        MatchLevels = ("Same loudness", "Plays a scene that is chosen here as loud as the one before it, and the project keeps \
+            that; off, each is as loud as it is"),
         /// List of scenes.
         Playing = ("Playing", "Who made the room that is heard, under which licence, and what its file holds"),
         /// View.
@@ -190,6 +201,32 @@ table! {
         /// Room.
         Octave8k = ("8 kHz", "Time in which the late treble falls by 60 dB; air takes most of it in a large room"),
         /// Room.
+        T20At125 = ("T 125", "T20 around 125 Hz, seconds: type what was measured, and the walls absorb more or less for it. \
+            In brackets: what is heard; 0 leaves it to the materials"),
+        /// Room.
+        T20At250 = ("T 250", "T20 around 250 Hz, seconds: type what was measured, and the walls absorb more or less for it. \
+            In brackets: what is heard; 0 leaves it to the materials"),
+        /// Room.
+        T20At500 = ("T 500", "T20 around 500 Hz, seconds: type what was measured, and the walls absorb more or less for it. \
+            In brackets: what is heard; 0 leaves it to the materials"),
+        /// Room.
+        T20At1k = ("T 1k", "T20 around 1 kHz, seconds: type what was measured, and the walls absorb more or less for it. \
+            In brackets: what is heard; 0 leaves it to the materials"),
+        /// Room.
+        T20At2k = ("T 2k", "T20 around 2 kHz, seconds: type what was measured, and the walls absorb more or less for it. \
+            In brackets: what is heard; 0 leaves it to the materials"),
+        /// Room.
+        T20At4k = ("T 4k", "T20 around 4 kHz, seconds: type what was measured, and the walls absorb more or less for it. \
+            In brackets: what is heard; 0 leaves it to the materials"),
+        /// Room.
+        T20At8k = ("T 8k", "T20 around 8 kHz, seconds: type what was measured, and the walls absorb more or less for it. \
+            In brackets: what is heard; 0 leaves it to the materials"),
+        /// Room.
+        OpenResponse = ("Response", "Takes the times of one measured response, WAV or SOFA: the file that is named beside, or \
+            one to choose"),
+        /// Room.
+        AsMaterials = ("Clear", "Takes the times back: the walls absorb what their materials do"),
+        /// Room.
         SaveScene = ("Save as scene", "Writes the room as a file of this name into the library's own folder, for other \
             projects and programs"),
         /// Drawer.
@@ -275,23 +312,13 @@ table! {
         /// Open Sound Control.
         Lead = ("Lead the group", "The others of the group hear from where this instance's listener is"),
         /// Drawer.
-        Presets = ("Presets", "Settings to begin with, of the factory and your own; undo; comparing two settings"),
+        Presets = ("Presets", "Settings to begin with, of the factory and your own; copies of the two that are compared"),
         /// Presets.
-        Compare = ("Compare", "Two settings to switch between while listening"),
-        /// Presets.
-        A = ("A", "The first of both settings"),
-        /// Presets.
-        B = ("B", "The second of both settings; it begins as a copy of the first"),
+        Compare = ("Compare", "A and B at the top are two settings to switch between while listening"),
         /// Presets.
         CopyToB = ("Copy A to B", "Makes the second setting like the one that is heard"),
         /// Presets.
         CopyToA = ("Copy B to A", "Makes the first setting like the one that is heard"),
-        /// Presets.
-        Changes = ("Changes", "Steps back and forth through what you have changed here"),
-        /// Presets.
-        Undo = ("Undo", "Takes the last change back (Ctrl Z)"),
-        /// Presets.
-        Redo = ("Redo", "Makes the change again that was taken back last (Ctrl Shift Z)"),
         /// Presets.
         SaveAs = ("Save as", "Keeps all settings as a preset of your own under this name"),
         /// Presets.
@@ -394,7 +421,7 @@ mod tests {
     use super::*;
     use std::collections::HashSet;
 
-    /// Words of the code that mean nothing to who does not read it.
+    /// Words of the code that mean nothing outside of it.
     const UNKNOWN: [&str; 7] = ["knob", "decod", "ears panel", "tier", "mask", "anchor", "baked"];
 
     /// Whether a text tells more than the name that it belongs to.

@@ -1,28 +1,32 @@
 //! The CLAP entry: the framework's plugin, with what the framework lacks put beside it.
 //!
-//! The framework's own entry knows nothing of presets, of Ambisonics, of a host's menus and marks, and of angles that go round.
+//! The framework's own entry has no presets, no Ambisonics, none of a host's menus and marks, and no angles that go round.
+//! It has no tail before the first block, and asks for another activation when it learns the latency in the first one.
 //! Its editor takes the host's part of the extension for granted: opened in a host without it, it takes the host down.
+//!
+//! Hosts get a plugin of ours, [`Hosted`], whose functions are the framework's but for those that are changed here. The
+//! framework finds its part by `plugin_data`, which is the same in both.
 
 mod ambisonic;
 mod context_menu;
+mod latency;
 mod param_indication;
 mod params;
 mod preset_discovery;
 mod preset_load;
 mod state;
+mod tail;
 
 use crate::export::plugin::Promenade;
 use crate::parameter::Parameter;
-use crate::telemetry::host_side::{HostSide, Introduction};
-use crate::worker::lock::lock;
+use crate::telemetry::host_side::{HostCalls, HostSide};
 use nice_plug::wrapper::clap::{
     CLAP_PLUGIN_FACTORY_ID, CLAP_VERSION, PluginDescriptor, Wrapper, clap_host, clap_plugin, clap_plugin_descriptor,
     clap_plugin_entry, clap_plugin_factory,
 };
 use nice_plug::wrapper::setup_logger;
-use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char, c_void};
-use std::sync::{Arc, LazyLock, Mutex, OnceLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 /// Name of the editor's extension, the plugin's and the host's.
 const EDITOR: &CStr = c"clap.gui";
@@ -41,15 +45,14 @@ static FACTORY: clap_plugin_factory = clap_plugin_factory {
 
 static DESCRIPTOR: LazyLock<PluginDescriptor> = LazyLock::new(PluginDescriptor::for_plugin::<Promenade>);
 
-/// What is known of each plugin that is alive, by its address.
-static KNOWN: Mutex<BTreeMap<usize, Known>> = Mutex::new(BTreeMap::new());
-
-/// What is known of a plugin.
-#[derive(Clone)]
-struct Known {
-    /// The address of its host.
-    host: usize,
-    host_side: Option<Arc<HostSide>>,
+/// A plugin as hosts hold it.
+#[repr(C)]
+struct Hosted {
+    /// First, so that a pointer to it is one to the whole.
+    plugin: clap_plugin,
+    host: *const clap_host,
+    /// What the instance shows of its host; none only if the framework made the plugin elsewhere.
+    side: Option<Arc<HostSide>>,
 }
 
 type GetExtension = unsafe extern "C" fn(*const clap_plugin, *const c_char) -> *const c_void;
@@ -60,6 +63,7 @@ static THEIRS: OnceLock<Theirs> = OnceLock::new();
 
 #[derive(Clone, Copy)]
 struct Theirs {
+    init: unsafe extern "C" fn(*const clap_plugin) -> bool,
     get_extension: GetExtension,
     on_main_thread: Call,
     destroy: Call,
@@ -104,35 +108,51 @@ unsafe extern "C" fn create_plugin(
     }
     // SAFETY: the host is alive. The plugin's `destroy` takes this reference back.
     let wrapper = Arc::into_raw(unsafe { Wrapper::<Promenade>::new(host) });
+    let side = HostSide::newborn();
     // SAFETY: the wrapper is alive, and nobody else knows it yet.
-    let plugin = unsafe { &mut *(*wrapper).clap_plugin.as_ptr() };
-    if let (Some(get_extension), Some(on_main_thread), Some(destroy)) =
-        (plugin.get_extension, plugin.on_main_thread, plugin.destroy)
+    let theirs = unsafe { *(*wrapper).clap_plugin.as_ptr() };
+    if let (Some(init), Some(get_extension), Some(on_main_thread), Some(destroy)) =
+        (theirs.init, theirs.get_extension, theirs.on_main_thread, theirs.destroy)
     {
-        THEIRS.get_or_init(|| Theirs { get_extension, on_main_thread, destroy });
-        let introduction = Introduction::default();
-        // SAFETY: as above.
-        unsafe { &*wrapper }.task_executor.lock()(introduction.clone());
-        let host_side = introduction.answered();
-        let host = host.expose_provenance();
-        if let Some(side) = &host_side {
-            side.connect(move || ask(host, |host| host.request_callback), move || ask(host, |host| host.request_restart));
-        }
-        lock(&KNOWN).insert((&raw const *plugin).addr(), Known { host, host_side });
-        plugin.get_extension = Some(get_fitting_extension);
-        plugin.on_main_thread = Some(serve_on_main_thread);
-        plugin.destroy = Some(forget_and_destroy);
+        THEIRS.get_or_init(|| Theirs { init, get_extension, on_main_thread, destroy });
     }
-    plugin
+    let plugin = clap_plugin {
+        init: Some(connect_and_init),
+        get_extension: Some(get_fitting_extension),
+        on_main_thread: Some(serve_on_main_thread),
+        destroy: Some(forget_and_destroy),
+        ..theirs
+    };
+    Box::into_raw(Box::new(Hosted { plugin, host, side })).cast()
 }
 
-/// Asks a host for what any thread may ask for.
+/// The whole of a plugin.
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+fn hosted<'a>(plugin: *const clap_plugin) -> Option<&'a Hosted> {
+    // SAFETY: hosts have got all of their plugins from here, and call none that they have destroyed.
+    unsafe { plugin.cast::<Hosted>().as_ref() }
+}
+
+/// Connects the instance with its host, whose extensions may be asked for from now on.
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe extern "C" fn connect_and_init(plugin: *const clap_plugin) -> bool {
+    if let Some(Hosted { host, side: Some(side), .. }) = hosted(plugin) {
+        let host = host.expose_provenance();
+        let calls =
+            HostCalls { latency_changed: Box::new(latency::changed(plugin)), tail_changed: Box::new(tail::changed(plugin)) };
+        side.connect(move || wake(host), calls);
+    }
+    // SAFETY: the plugin is the framework's.
+    THEIRS.get().is_some_and(|theirs| unsafe { (theirs.init)(plugin) })
+}
+
+/// Asks a host for a call on its main thread, on any thread.
 #[expect(unsafe_code, reason = "the host is asked through its table of functions")]
-fn ask(host: usize, request: fn(&clap_host) -> Option<unsafe extern "C" fn(*const clap_host)>) {
+fn wake(host: usize) {
     let host = std::ptr::with_exposed_provenance::<clap_host>(host);
     // SAFETY: hosts outlive their plugins, and a plugin that is gone asks for nothing.
     unsafe {
-        if let Some(request) = request(&*host) {
+        if let Some(request) = (*host).request_callback {
             request(host);
         }
     }
@@ -164,6 +184,12 @@ unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *cons
         return (&raw const ambisonic::EXTENSION).cast();
     }
     let amended = |table: Option<*const c_void>| table.unwrap_or_default();
+    if name == tail::ID {
+        return (&raw const tail::EXTENSION).cast();
+    }
+    if name == latency::ID {
+        return (&raw const latency::EXTENSION).cast();
+    }
     if name == params::ID {
         return amended(params::extension(plugin).map(|table| std::ptr::from_ref(table).cast()));
     }
@@ -193,7 +219,7 @@ fn framework_extension<T>(plugin: *const clap_plugin, id: &CStr) -> Option<&'sta
 
 /// What an instance shows of its host.
 fn host_side(plugin: *const clap_plugin) -> Option<Arc<HostSide>> {
-    lock(&KNOWN).get(&plugin.addr())?.host_side.clone()
+    hosted(plugin)?.side.clone()
 }
 
 /// The number by which hosts know a parameter, as the framework makes it of the id.
@@ -210,8 +236,7 @@ fn parameter_of(id: u32) -> Option<Parameter> {
 /// A plugin's host, and the first of its extensions by these names, whose table of functions is `T`.
 #[expect(unsafe_code, reason = "the host is asked through its table of functions")]
 fn host_extension<T>(plugin: *const clap_plugin, ids: &[&CStr]) -> Option<(*const clap_host, &'static T)> {
-    let host = lock(&KNOWN).get(&plugin.addr())?.host;
-    let host = std::ptr::with_exposed_provenance::<clap_host>(host);
+    let host = hosted(plugin)?.host;
     // SAFETY: hosts outlive their plugins, and so do their tables of functions.
     let get_extension = unsafe { (*host).get_extension }?;
     // SAFETY: as above; extensions are asked for after `init` only, so that the host may be asked as well.
@@ -221,11 +246,13 @@ fn host_extension<T>(plugin: *const clap_plugin, ids: &[&CStr]) -> Option<(*cons
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn forget_and_destroy(plugin: *const clap_plugin) {
-    if let Some(side) = lock(&KNOWN).remove(&plugin.addr()).and_then(|known| known.host_side) {
+    if let Some(side) = host_side(plugin) {
         side.disconnect();
     }
     if let Some(theirs) = THEIRS.get() {
         // SAFETY: the plugin is the framework's and is destroyed once.
         unsafe { (theirs.destroy)(plugin) };
     }
+    // SAFETY: `create_plugin` has made it, and the host holds it no longer.
+    drop(unsafe { Box::from_raw(plugin.cast_mut().cast::<Hosted>()) });
 }

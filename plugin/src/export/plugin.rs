@@ -5,17 +5,20 @@ use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
 use crate::listener::clock::{BlockTime, Clock};
 use crate::listener::inbox::Inbox;
+use crate::listener::ramp::{self, Ramps};
 use crate::listener::snapshot::Snapshot;
 use crate::listener::{HeardPose, ListenerSources};
 use crate::osc::{Osc, Switch};
+use crate::parameter::cast::narrow;
 use crate::playing::Playing;
 use crate::playing::loader::Loader;
 use crate::playing::monitor::Monitor;
 use crate::playing::offline::OfflineDetector;
 use crate::playing::output::{LAYOUTS, Output};
 use crate::project::params::PromenadeParams;
+use crate::project::walk::SavedWalk;
 use crate::telemetry::Telemetry;
-use crate::telemetry::host_side::{HostSide, Introduction};
+use crate::telemetry::host_side::HostSide;
 use crate::telemetry::members;
 use nice_plug::prelude::*;
 use nice_plug::util::permit_alloc;
@@ -43,6 +46,7 @@ pub struct Promenade {
     input: Input,
     timing: Timing,
     monitor: Monitor,
+    ramps: Ramps,
 }
 
 /// The time of blocks, and whether they are rendered offline.
@@ -53,6 +57,8 @@ struct Timing {
     offline: OfflineDetector,
     /// The latency that was reported to the host, samples.
     latency: u32,
+    /// How often an activation has asked for another one.
+    asked: u32,
     /// Samples since the input was last heard, or since the start.
     quiet: usize,
 }
@@ -69,15 +75,33 @@ struct Input {
     playhead: crate::playing::player::Playhead,
 }
 
+/// The camera path that the standalone program was started with.
+#[cfg(feature = "standalone")]
+fn opening_walk() -> Option<&'static SavedWalk> {
+    crate::playing::player::player()?.walk()
+}
+
+#[cfg(not(feature = "standalone"))]
+fn opening_walk() -> Option<&'static SavedWalk> {
+    None
+}
+
 impl Default for Promenade {
     /// Hosts build plugins to list them: no file, thread or large buffer here.
     fn default() -> Self {
-        let params = Arc::new(PromenadeParams::default());
+        let params = Arc::new(PromenadeParams::beginning_on(opening_walk()));
         let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
         let loader = Loader::new(Arc::clone(&params));
         let osc = Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::clone(&inbox), Arc::clone(&telemetry));
         let repaint = loader.repaint.clone();
         let host_side = Arc::new(HostSide::new(repaint.clone()));
+        host_side.introduce();
+        let theirs = Arc::downgrade(&loader);
+        host_side.prepare_by(move |rate_hz| {
+            let loader = theirs.upgrade().filter(|_| rate_hz.is_finite() && rate_hz >= 1.0)?;
+            loader.activate(rate_hz, loader.output());
+            loader.delays().map(|delays| delays.map(samples))
+        });
         let alive = Arc::new(());
         let account = Arc::default();
         Self {
@@ -87,6 +111,7 @@ impl Default for Promenade {
             spender: Spender::new(Arc::clone(&account)),
             input: Input::default(),
             timing: Timing::default(),
+            ramps: Ramps::default(),
             monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
             instance: Instance {
                 params: Arc::clone(&params),
@@ -112,12 +137,13 @@ impl Promenade {
         self.timing.clock.advance(position_s, playing, buffer.samples(), self.timing.sample_rate_hz)
     }
 
-    /// The parameters of a block; a missing scene passes the dry sound, and decodes are waited for offline.
+    /// The parameters of a block; a missing scene passes the dry sound at its level, and decodes are waited for offline.
     fn snapshot(&mut self, offline: bool) -> Snapshot {
         let mut snapshot = Snapshot::of(&self.params);
         snapshot.block.live.wait = offline;
-        if self.playing.dry {
+        if let Some(gain) = self.playing.dry {
             (snapshot.block.mix, snapshot.block.wet_solo) = (0.0, false);
+            snapshot.block.gain *= gain;
         }
         if !self.playing.is_binaural() {
             // Width is what both ears differ by.
@@ -127,10 +153,17 @@ impl Promenade {
     }
 
     /// Renders a block in place, pose by pose. `None` before activation, or without two output channels.
-    fn render(&mut self, buffer: &mut Buffer, snapshot: &Snapshot, time: &BlockTime) -> Option<HeardPose> {
+    /// Where the block's values are moved to over the block, `from` has those that it begins with.
+    fn render(
+        &mut self,
+        buffer: &mut Buffer,
+        snapshot: &Snapshot,
+        from: Option<&Snapshot>,
+        time: &BlockTime,
+    ) -> Option<HeardPose> {
         let total = buffer.samples();
         let walk = self.playing.walk.as_deref();
-        let mut listener = self.listener.of_block(snapshot, walk, time, self.timing.sample_rate_hz);
+        let mut listener = self.listener.of_block(snapshot, from, walk, time, self.timing.sample_rate_hz);
         let is_binaural = self.playing.is_binaural();
         let (spatializers, outputs) = (&mut self.playing.spatializers, buffer.as_slice());
         if outputs.len() < 2 {
@@ -151,8 +184,11 @@ impl Promenade {
         self.spender.fade_in(outputs, self.timing.sample_rate_hz);
         // One pass for both ears, unless a host breaks its own promise on the block size.
         let longest = if is_binaural { self.input.longest() } else { self.input.longest().min(STRETCH) };
+        let longest = if from.is_some() { longest.min(ramp::STRETCH) } else { longest };
         for start in (0..total).step_by(longest) {
             let span = start..total.min(start + longest);
+            let share = narrow(span.end as f64 / total as f64);
+            let block = from.map_or(snapshot.block, |from| ramp::at(&from.block, &snapshot.block, share));
             let channels = self.input.channels;
             let (input, nowhere) = self.input.copied(outputs, span.clone());
             self.monitor.measure_input(input);
@@ -164,7 +200,7 @@ impl Promenade {
                     [last] => [&mut last[span.clone()], &mut *nowhere],
                     [] => continue,
                 };
-                spatializer.process(&input[..channels], pair, &snapshot.block, |i| listener.pose(start + i));
+                spatializer.process(&input[..channels], pair, &block, |i| listener.pose(start + i));
             }
             if let (true, [left, right]) = (is_binaural, &mut *outputs) {
                 self.playing.headphones.process([&mut left[span.clone()], &mut right[span]], !snapshot.block.bypass);
@@ -174,7 +210,7 @@ impl Promenade {
         Some(listener.end(total, time.end_s()))
     }
 
-    /// How far the listener is from the emitter, metres; 1 where the scene knows none.
+    /// How far the listener is from the emitter, metres; 1 where the scene has none.
     fn distance_m(&self, heard: &HeardPose, snapshot: &Snapshot) -> f32 {
         let renderer = self.playing.spatializer().and_then(Spatializer::renderer);
         let emitter = renderer.and_then(|renderer| renderer.scene().emitter());
@@ -184,26 +220,32 @@ impl Promenade {
     /// Reports latency and tail, and that nothing sounds any more.
     ///
     /// Only CLAP has a status for the latter; to VST3 it would mean that there is no tail.
-    fn report(&mut self, silent: bool, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
-        let Some(spatializer) = self.playing.spatializer() else { return ProcessStatus::Normal };
-        let latency = samples(spatializer.latency_samples());
+    fn report(&mut self, silent: bool, snapshot: &Snapshot, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
+        let Some((latency, tail)) = self.delays(snapshot) else { return ProcessStatus::Normal };
+        let host = &self.instance.host_side;
+        host.change_tail(tail);
         if latency != self.timing.latency {
             self.timing.latency = latency;
-            if context.plugin_api() == PluginApi::Clap {
-                // There the latency changes with an activation only. The framework knows, but tells a host outside of one that
-                // deactivates meanwhile.
-                permit_alloc(|| self.instance.host_side.request_restart());
-            } else {
-                context.set_latency_samples(latency);
+            if context.plugin_api() != PluginApi::Clap {
+                // There hosts ask for it whenever they are told; CLAP's changes with an activation only.
+                host.set_latency(latency);
             }
+            permit_alloc(|| context.request_restart());
         }
-        let tail = latency.saturating_add(samples(spatializer.tail_samples()));
         // A leader's pose, an editor's picture and a pose that is sent go on in silence.
         let needed = self.listener.member.leads() || self.instance.telemetry.is_followed();
         if silent && !needed && samples(self.timing.quiet) > tail && context.plugin_api() == PluginApi::Clap {
             return ProcessStatus::Normal;
         }
         ProcessStatus::Tail(tail)
+    }
+
+    /// Samples by which the sound is late, and for which it goes on after its input.
+    fn delays(&self, snapshot: &Snapshot) -> Option<(u32, u32)> {
+        let spatializer = self.playing.spatializer()?;
+        let latency = samples(spatializer.latency_samples());
+        let tail = spatializer.renderer().map_or(0, |renderer| renderer.tail_samples_with(&snapshot.block.trim));
+        Some((latency, latency.saturating_add(samples(tail))))
     }
 }
 
@@ -256,15 +298,10 @@ impl Plugin for Promenade {
 
     type Editor = PromenadeEditor;
     type SysExMessage = ();
-    type BackgroundTask = Introduction;
+    type BackgroundTask = ();
 
     fn params(&self) -> Arc<dyn Params> {
         Arc::new(InModules(Arc::clone(&self.params)))
-    }
-
-    fn task_executor(&mut self) -> TaskExecutor<Self> {
-        let host_side = Arc::clone(&self.instance.host_side);
-        Box::new(move |introduction| introduction.answer(&host_side))
     }
 
     fn editor(&mut self, _async_executor: AsyncExecutor<Self>) -> Option<PromenadeEditor> {
@@ -272,6 +309,7 @@ impl Plugin for Promenade {
     }
 
     fn filter_state(state: &mut PluginState) {
+        crate::project::state::keep_former_scene(state);
         crate::project::state::migrate(state);
     }
 
@@ -295,14 +333,23 @@ impl Plugin for Promenade {
         let output = Output::of_channels(layout.main_output_channels.map_or(0, NonZeroU32::get) as usize);
         self.playing.activate(sample_rate_hz, output, self.instance.loader.choices());
         self.osc.activate(&self.params);
-        self.timing.latency = self.playing.spatializer().map_or(0, |s| samples(s.latency_samples()));
-        context.set_latency_samples(self.timing.latency);
+        // Hosts ask for both after an activation, before there is any block.
+        let (latency, tail) = self.delays(&Snapshot::of(&self.params)).unwrap_or_default();
+        self.timing.latency = latency;
+        self.instance.host_side.set_latency(latency);
+        self.instance.host_side.set_tail(tail);
+        if self.instance.host_side.is_mistaken() {
+            self.timing.asked += 1;
+            // Any other number makes the framework ask the host for another activation; what the host reads is ours.
+            context.set_latency_samples(self.timing.asked);
+        }
         true
     }
 
     fn reset(&mut self) {
         self.playing.reset();
         self.listener.glide.jump();
+        self.ramps = Ramps::default();
         self.timing.quiet = 0;
         self.timing.clock = Clock::default();
     }
@@ -325,16 +372,18 @@ impl Plugin for Promenade {
         let mut snapshot = self.snapshot(offline);
         let wanted = snapshot.block.tier;
         let watch = self.spender.begin(&mut snapshot.block, ears(buffer), offline, snapshot.leads);
-        let Some(heard) = self.render(buffer, &snapshot, &time) else {
+        let from = self.ramps.follow(&snapshot, buffer.samples(), time.moved, self.timing.sample_rate_hz);
+        let Some(heard) = self.render(buffer, &snapshot, from.as_ref(), &time) else {
             return ProcessStatus::Error("not activated, or less than two output channels");
         };
         if let Some(watch) = &watch {
             let away_m = self.distance_m(&heard, &snapshot);
             self.spender.end(watch, ears(buffer), away_m, wanted, time.length_s);
         }
+        self.playing.fade(buffer.as_slice());
         self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());
         let silent = ears(buffer).into_iter().flatten().all(|sample| *sample == 0.0);
-        self.report(silent, context)
+        self.report(silent, &snapshot, context)
     }
 }
 

@@ -1,13 +1,15 @@
-//! The VST3 entry: the framework's plugin, whose Ambisonic outputs are called what they are.
+//! The VST3 entry: the framework's plugin, whose Ambisonic outputs are called what they are, and whose tail and latency are
+//! known when hosts ask.
 //!
 //! The framework's own entry makes up arrangements of speakers for 4, 9 and 16 channels, and hosts that compare what they asked
-//! for with what they got refuse them.
+//! for with what they got refuse them. Its tail is what the last block said: none before the first, and none in silence.
 
 use crate::export::plugin::Promenade;
+use crate::telemetry::host_side::HostSide;
 use crate::worker::lock::lock;
 use nice_plug::wrapper::setup_logger;
 use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{
-    BusDirection, BusDirections_, IAudioProcessor, IAudioProcessorVtbl, SpeakerArr, SpeakerArrangement,
+    BusDirection, BusDirections_, IAudioProcessor, IAudioProcessorVtbl, ProcessSetup, SpeakerArr, SpeakerArrangement,
 };
 use nice_plug::wrapper::vst3::vst3::Steinberg::{
     FIDString, FUnknown, IPluginFactory, IPluginFactory2, IPluginFactory2Trait, IPluginFactory3, IPluginFactory3Trait,
@@ -17,7 +19,7 @@ use nice_plug::wrapper::vst3::vst3::{Class, ComWrapper};
 use nice_plug::wrapper::vst3::{PluginInfo, Wrapper};
 use std::collections::BTreeMap;
 use std::ffi::c_void;
-use std::sync::{Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 /// Makes the only plugin.
 struct Factory(PluginInfo);
@@ -60,8 +62,9 @@ impl IPluginFactoryTrait for Factory {
             return kInvalidArgument;
         }
         let plugin = ComWrapper::new(Wrapper::<Promenade>::new());
+        let side = HostSide::newborn();
         if let Some(processor) = plugin.as_com_ref::<IAudioProcessor>() {
-            name_ambisonics(processor.as_ptr());
+            amend(processor.as_ptr(), side.as_ref());
         }
         let Some(unknown) = plugin.as_com_ref::<FUnknown>() else { return kInvalidArgument };
         // SAFETY: the plugin is alive; the host hands over an interface's number and room for the plugin, which has a reference
@@ -90,21 +93,66 @@ impl IPluginFactory3Trait for Factory {
 
 /// The framework's table of functions and ours, the same for all instances.
 static TABLES: OnceLock<[IAudioProcessorVtbl; 2]> = OnceLock::new();
-/// The arrangement of the main output that a host has asked each plugin for, by the plugin's address, and got.
-static ASKED: Mutex<BTreeMap<usize, SpeakerArrangement>> = Mutex::new(BTreeMap::new());
+/// What is known of each plugin, by its address.
+static KNOWN: Mutex<BTreeMap<usize, Known>> = Mutex::new(BTreeMap::new());
 
-/// Lets a new plugin name its Ambisonic outputs.
+/// What is known of a plugin.
+#[derive(Default)]
+struct Known {
+    /// The arrangement of the main output that a host has asked for, and got.
+    asked: Option<SpeakerArrangement>,
+    side: Weak<HostSide>,
+}
+
+/// Lets a new plugin name its Ambisonic outputs, its tail and its latency.
 #[expect(unsafe_code, reason = "the framework's table of functions is changed")]
-fn name_ambisonics(processor: *mut IAudioProcessor) {
-    // Another may have been there before.
-    lock(&ASKED).remove(&processor.addr());
+fn amend(processor: *mut IAudioProcessor, side: Option<&Arc<HostSide>>) {
+    // Another may have been there before, and those that are gone need not be known.
+    let mut known = lock(&KNOWN);
+    known.retain(|_, known| known.side.strong_count() > 0);
+    known.insert(processor.addr(), Known { asked: None, side: side.map_or_else(Weak::new, Arc::downgrade) });
+    drop(known);
     // SAFETY: the plugin is alive and nobody else knows it yet; tables live as long as the library.
     unsafe {
         let theirs = *(*processor).vtbl;
-        let ours =
-            IAudioProcessorVtbl { setBusArrangements: set_bus_arrangements, getBusArrangement: get_bus_arrangement, ..theirs };
+        let ours = IAudioProcessorVtbl {
+            setBusArrangements: set_bus_arrangements,
+            getBusArrangement: get_bus_arrangement,
+            getTailSamples: get_tail_samples,
+            getLatencySamples: get_latency_samples,
+            setupProcessing: setup_processing,
+            ..theirs
+        };
         (*processor).vtbl = &raw const TABLES.get_or_init(|| [theirs, ours])[1];
     }
+}
+
+/// What an instance shows of its host.
+fn side_of(processor: *mut IAudioProcessor) -> Option<Arc<HostSide>> {
+    lock(&KNOWN).get(&processor.addr())?.side.upgrade()
+}
+
+#[expect(unsafe_code, reason = "the signature is VST3's")]
+unsafe extern "system" fn get_tail_samples(this: *mut IAudioProcessor) -> u32 {
+    side_of(this).map_or(0, |side| side.tail())
+}
+
+#[expect(unsafe_code, reason = "the signature is VST3's")]
+unsafe extern "system" fn get_latency_samples(this: *mut IAudioProcessor) -> u32 {
+    side_of(this).map_or(0, |side| side.tell_latency())
+}
+
+/// Hosts may ask for latency and tail from here on, before any activation.
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *mut ProcessSetup) -> tresult {
+    let Some([theirs, _]) = TABLES.get() else { return kInvalidArgument };
+    // SAFETY: the plugin is the framework's, and the host's argument is handed on.
+    let result = unsafe { (theirs.setupProcessing)(this, setup) };
+    // SAFETY: the host hands over a setup or none.
+    if let (Some(setup), Some(side)) = (unsafe { setup.as_ref() }.filter(|_| result == kResultOk), side_of(this)) {
+        side.prepare(setup.sampleRate);
+    }
+    result
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
@@ -120,7 +168,7 @@ unsafe extern "system" fn set_bus_arrangements(
     let result = unsafe { (theirs.setBusArrangements)(this, inputs, input_count, outputs, output_count) };
     // SAFETY: there is one for each output.
     if let Some(output) = unsafe { outputs.as_ref() }.filter(|_| result == kResultOk && output_count > 0) {
-        lock(&ASKED).insert(this.addr(), *output);
+        lock(&KNOWN).entry(this.addr()).or_default().asked = Some(*output);
     }
     result
 }
@@ -139,7 +187,8 @@ unsafe extern "system" fn get_bus_arrangement(
     // SAFETY: the framework has filled it in.
     if let Some(arr) = unsafe { arr.as_mut() }.filter(|_| result == kResultOk && is_output) {
         let count = arr.count_ones();
-        let asked = lock(&ASKED).get(&this.addr()).copied().filter(|asked| asked.count_ones() == count);
+        let asked = lock(&KNOWN).get(&this.addr()).and_then(|known| known.asked);
+        let asked = asked.filter(|asked| asked.count_ones() == count);
         // As the format calls them, where no host has asked for other names.
         *arr = asked.unwrap_or(match count {
             4 => SpeakerArr::kAmbi1stOrderACN,

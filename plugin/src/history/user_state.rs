@@ -2,9 +2,11 @@
 
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::scene_key::SceneKey;
+use crate::listener::snapshot::values_of;
 use crate::parameter::Parameter;
 use crate::parameter::cast::index;
 use crate::parameter::choices::SceneChoice;
+use crate::project::matching::Matching;
 use crate::project::params::PromenadeParams;
 use crate::project::saved_head::SavedHead;
 use crate::project::state::saved_value;
@@ -13,7 +15,6 @@ use nice_plug::params::persist::{deserialize_field, serialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
 use nice_plug::prelude::Enum;
 use promenade_core::Pose;
-use promenade_core::glam::Vec3;
 
 /// Everything that a user sets for the sound, as it was at one time.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,7 @@ pub struct UserState {
     walk: SavedWalk,
     head: SavedHead,
     room: Option<DrawnRoom>,
+    matching: Matching,
 }
 
 impl UserState {
@@ -35,6 +37,7 @@ impl UserState {
             walk: params.saved_walk.get().0,
             head: params.head.get().0,
             room: params.room.get().0,
+            matching: params.matching.get().0,
         }
     }
 
@@ -61,6 +64,9 @@ impl UserState {
         if let Some(head) = field("head").filter(|_| has_head).and_then(|json| deserialize_field(json).ok()) {
             state.head = head;
         }
+        if let Some(matching) = field("matching").and_then(|json| deserialize_field(json).ok()) {
+            state.matching = matching;
+        }
         if let Some(room) = field("room").and_then(|json| deserialize_field(json).ok()) {
             state.room = room;
         }
@@ -82,14 +88,9 @@ impl UserState {
     /// The same in a scene file, where the scene's makers let the listener begin.
     #[must_use]
     pub fn in_scene(mut self, scene: SceneKey, start: Pose) -> Self {
-        let (yaw, pitch, roll) = start.ypr();
-        let Vec3 { x, y, z } = start.position;
-        let place = [(Parameter::X, x), (Parameter::Y, y), (Parameter::Z, z)];
-        let head = [(Parameter::Yaw, yaw), (Parameter::Pitch, pitch), (Parameter::Roll, roll)];
-        let head = head.map(|(parameter, radians)| (parameter, radians.to_degrees()));
         let own = [(Parameter::Scene, SceneChoice::Library.to_index() as f32), (Parameter::Slot, 0.0)];
-        for (parameter, value) in place.into_iter().chain(head).chain(own) {
-            self.values[parameter as usize] = parameter.clamp(value);
+        for (parameter, value) in values_of(&start).into_iter().chain(own) {
+            self.values[parameter as usize] = value;
         }
         (self.scene, self.room) = (scene, None);
         self
@@ -109,6 +110,7 @@ impl UserState {
             ("walk", serialize_field(&self.walk)?),
             ("head", serialize_field(&self.head)?),
             ("room", serialize_field(&self.room)?),
+            ("matching", serialize_field(&self.matching)?),
         ];
         saved.fields.extend(fields.map(|(name, json)| (name.to_owned(), json)));
         Ok(())
@@ -118,6 +120,9 @@ impl UserState {
     ///
     /// Scene and path go first, so that the choices by slot find what they belong to.
     pub fn restore(&self, params: &PromenadeParams, mut set: impl FnMut(Parameter, f32)) {
+        if params.matching.get().0 != self.matching {
+            params.matching.supersede(self.matching);
+        }
         if params.scene_key.get().0 != self.scene {
             params.scene_key.restore(self.scene.clone());
         }

@@ -1,10 +1,10 @@
 //! A box room that the user draws, as a project keeps it.
 
 use crate::parameter::cast::narrow;
-use promenade_acoustics::{AcousticsError, Entry, Materials, Shoebox};
+use promenade_acoustics::{AcousticsError, Air, BANDS, Entry, Material, Materials, Shoebox};
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;
-use promenade_room::{PLAYED_IMAGES, RoomError, SIZES_M, SceneHead, SceneOptions, ShoeboxRoom};
+use promenade_room::{PLAYED_IMAGES, RoomError, SIZES_M, SceneHead, SceneOptions, ShoeboxRoom, Some7, factored};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
@@ -29,6 +29,20 @@ pub struct DrawnRoom {
     /// Materials as [`Materials::material`] reads them, of the walls at the least and the greatest x and y, of floor and
     /// ceiling.
     pub materials: [String; 6],
+    /// Reverberation times that the walls are to have, T20 by octave from 125 Hz, seconds.
+    #[serde(skip_serializing_if = "is_unset")]
+    pub t20_s: [Option<f32>; BANDS],
+    /// How much more or less the walls absorb for that, as [`factored`] has it; 1 is as their materials do.
+    #[serde(skip_serializing_if = "is_one")]
+    pub factors: [f32; BANDS],
+}
+
+fn is_unset(t20_s: &[Option<f32>; BANDS]) -> bool {
+    t20_s.iter().all(Option::is_none)
+}
+
+fn is_one(factors: &[f32; BANDS]) -> bool {
+    *factors == [1.0; BANDS]
 }
 
 impl Default for DrawnRoom {
@@ -40,6 +54,8 @@ impl Default for DrawnRoom {
             corner: (-LISTENER_M).to_array(),
             emitter: (Vec3::new(4.2, 2.9, 1.3) - LISTENER_M).to_array(),
             materials: materials.map(str::to_owned),
+            t20_s: [None; BANDS],
+            factors: [1.0; BANDS],
         }
     }
 }
@@ -114,17 +130,35 @@ impl DrawnRoom {
         at.cmpge(low).all() && at.cmple(high).all()
     }
 
-    /// The room with its walls.
+    /// The walls as their materials make them.
     ///
     /// # Errors
     /// A material that the table has not.
-    fn room(&self) -> Result<ShoeboxRoom, AcousticsError> {
+    fn named(&self) -> Result<Shoebox, AcousticsError> {
         let mut materials = Vec::with_capacity(self.materials.len());
         for name in &self.materials {
             materials.push(TABLE.material(name)?);
         }
         let materials = materials.try_into().unwrap_or_else(|_| unreachable!("as many materials as names"));
-        let walls = Shoebox { size: self.size.map(f64::from), materials };
+        Ok(Shoebox { size: self.size.map(f64::from), materials })
+    }
+
+    /// The walls as their materials make them, and the times that they are to have, if there are any.
+    #[must_use]
+    pub fn wanted(&self) -> Option<(Shoebox, Some7)> {
+        let t20_s = self.t20_s.map(|t| t.map(f64::from));
+        t20_s.iter().any(Option::is_some).then_some(t20_s).zip(self.named().ok()).map(|(t20_s, walls)| (walls, t20_s))
+    }
+
+    /// The room with its walls as they are heard.
+    ///
+    /// # Errors
+    /// A material that the table has not.
+    fn room(&self) -> Result<ShoeboxRoom, AcousticsError> {
+        let named = self.named()?;
+        // A state from a file may hold anything.
+        let factors = self.factors.map(|f| if f.is_finite() { f64::from(f).clamp(1e-3, 1e3) } else { 1.0 });
+        let walls = Shoebox { materials: named.materials.each_ref().map(|m| factored(m, &factors)), ..named };
         Ok(ShoeboxRoom { walls, corner: self.corner.into(), emitter: self.emitter.into() })
     }
 
@@ -147,10 +181,21 @@ impl DrawnRoom {
         let title = format!("Room of {}", self.lengths());
         let [x, y, z] = self.size;
         let [ex, ey, ez] = (Vec3::from_array(self.emitter) - Vec3::from_array(self.corner)).to_array();
-        let recipe =
-            format!("simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} --materials '{}'", self.materials.join(";"));
-        self.room()?.scene(head, &SceneOptions { images: PLAYED_IMAGES, seed: 1, title, recipe })
+        let room = self.room()?;
+        let materials = if is_one(&self.factors) {
+            self.materials.join(";")
+        } else {
+            room.walls.materials.each_ref().map(described).join(";")
+        };
+        let recipe = format!("simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} --materials '{materials}'");
+        room.scene(head, &SceneOptions { images: PLAYED_IMAGES, air: Air::default(), waves_hz: None, seed: 1, title, recipe })
     }
+}
+
+/// A material as [`Materials::material`] reads it.
+fn described(material: &Material) -> String {
+    let all = |shares: &[f32]| shares.iter().map(|s| format!("{s:.4}")).collect::<Vec<_>>().join("/");
+    format!("{}:{}", all(&material.absorption), all(&material.scattering))
 }
 
 /// A length that a room can have.
@@ -187,6 +232,22 @@ mod tests {
         assert_eq!(serde_json::from_str::<DrawnRoom>(&json).unwrap(), room);
         let later: DrawnRoom = serde_json::from_str(r#"{"size": [3.0, 4.0, 5.0], "shape": "round"}"#).unwrap();
         assert_eq!((later.size, later.materials), ([3.0, 4.0, 5.0], DrawnRoom::default().materials));
+    }
+
+    #[test]
+    fn typed_times_change_what_walls_absorb_and_not_what_they_are_made_of() {
+        let mut room = DrawnRoom::default();
+        assert_eq!(room.wanted(), None);
+        let named = room.room().unwrap().walls;
+        (room.t20_s[2], room.factors[2]) = (Some(0.4), 2.0);
+        let (walls, t20_s) = room.wanted().unwrap();
+        assert_eq!((&walls, t20_s[3]), (&named, None));
+        let heard = room.room().unwrap().walls;
+        for (named, heard) in named.materials.iter().zip(&heard.materials) {
+            assert!(heard.absorption[2] > named.absorption[2] && heard.absorption[3] == named.absorption[3]);
+        }
+        room.factors[2] = f32::NAN;
+        assert_eq!(room.room().unwrap().walls, named, "as a damaged state may have it");
     }
 
     #[test]

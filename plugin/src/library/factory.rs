@@ -9,6 +9,18 @@ pub struct FactoryScene {
     pub bytes: &'static [u8],
 }
 
+/// A loft at 48 kHz, in which reflections keep their place while one walks: what a new instance plays. A project names it as it
+/// names a file, by its content ([`LOFT_HASH`]), so that its choice of scenes is that of earlier versions.
+pub const LOFT: FactoryScene = FactoryScene {
+    id: "loft",
+    bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade")),
+};
+
+/// BLAKE3 of [`LOFT`]. Projects name the loft by it: another loft would be a scene beside this one, not in its place.
+pub const LOFT_HASH: &str = "090f28b1ee624915198ae0a99e820f09da483975cfd7d69a9701ddfd7e291f40";
+/// Title of [`LOFT`].
+pub const LOFT_TITLE: &str = "Loft, round a corner";
+
 /// A dry studio by image sources, whose head drawn rooms are heard with.
 pub const STUDIO: FactoryScene = FactoryScene {
     id: "dry-studio",
@@ -26,3 +38,17 @@ pub const ROOM_B: FactoryScene = FactoryScene {
     id: "iosr-room-b",
     bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-b.promenade")),
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::cache::content_hash;
+    use promenade_core::SceneCard;
+
+    #[test]
+    fn projects_that_name_the_loft_still_find_it() {
+        assert_eq!(content_hash(LOFT.bytes), LOFT_HASH, "a project that was saved with the loft would not find it");
+        let card = SceneCard::from_head(LOFT.bytes).unwrap();
+        assert_eq!((card.provenance.title.as_str(), card.sample_rate_hz), (LOFT_TITLE, 48_000.0));
+    }
+}

@@ -44,7 +44,9 @@ impl Listed {
 /// The scenes and camera paths that can be chosen.
 #[derive(Clone, Debug, Default)]
 pub struct Listing {
-    /// The built-in scenes, in the order of [`crate::parameter::choices::SceneChoice`].
+    /// The loft that is built in, which a project names as it names a file.
+    pub loft: Option<Listed>,
+    /// The other built-in scenes, in the order of [`crate::parameter::choices::SceneChoice`].
     pub factory: Vec<Listed>,
     /// The library's scenes; the first is in slot 1.
     pub scenes: Vec<Listed>,
@@ -83,6 +85,7 @@ impl Lister {
         let old = self.newest();
         let known = |path: &Path| old.scenes.iter().find(|listed| listed.path == path);
         let mut listing = Listing {
+            loft: Some(built_in(&factory::LOFT)),
             factory: [factory::ROOM_A, factory::ROOM_B].iter().map(built_in).collect(),
             walks: library::files(&folders, library::WALKS),
             scenes: Vec::new(),

@@ -5,6 +5,7 @@ pub mod drawn_room;
 pub mod error_chain;
 pub mod factory;
 pub(crate) mod file;
+pub mod level;
 pub mod lister;
 pub mod scene_key;
 pub mod slot_names;
@@ -94,12 +95,29 @@ pub enum LibraryError {
     },
 }
 
-/// The folders that hold the user's files: those of `PROMENADE_SCENES`, then `promenade/scenes` in the user's data folder.
+/// Folders where an installer for all users of a system puts scenes, whether they are there or not.
+#[must_use]
+pub fn installed_folders() -> Vec<PathBuf> {
+    let roots: Vec<PathBuf> = if cfg!(target_os = "macos") {
+        vec!["/Library/Application Support".into()]
+    } else if cfg!(windows) {
+        std::env::var_os("PROGRAMDATA").map(PathBuf::from).into_iter().collect()
+    } else {
+        // The XDG Base Directory Specification's.
+        let named = std::env::var_os("XDG_DATA_DIRS").filter(|named| !named.is_empty());
+        std::env::split_paths(&named.unwrap_or_else(|| "/usr/local/share:/usr/share".into())).collect()
+    };
+    roots.into_iter().filter(|root| root.is_absolute()).map(|root| root.join("promenade").join("scenes")).collect()
+}
+
+/// The folders that hold the user's files: those of `PROMENADE_SCENES`, those of an installer for all users where it has made
+/// them, then `promenade/scenes` in the user's data folder.
 #[must_use]
 pub fn folders() -> Vec<PathBuf> {
     let named = std::env::var_os(FOLDERS_VARIABLE).unwrap_or_default();
     let named = std::env::split_paths(&named).filter(|path| path.is_absolute()).collect::<Vec<_>>();
-    named.into_iter().chain(dirs::data_dir().map(|data| data.join("promenade").join("scenes"))).collect()
+    let installed = installed_folders().into_iter().filter(|folder| folder.is_dir());
+    named.into_iter().chain(installed).chain(dirs::data_dir().map(|data| data.join("promenade").join("scenes"))).collect()
 }
 
 /// The place of a file that a user names: as it is, or in the library's own folder where the name has no folder.
@@ -158,8 +176,8 @@ pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<LoadedScene, Libr
     Ok(LoadedScene { scene, hash, key, note: String::new() })
 }
 
-/// The scene a project names: in memory, where it was, where it was from home, by file name in the library, by content in the
-/// library.
+/// The scene a project names: in memory, built in, where it was, where it was from home, by file name in the library, by
+/// content in the library.
 ///
 /// A file with the right name and other content is used only when no file has the right content, and is reported.
 ///
@@ -171,6 +189,11 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, L
     }
     if let Some(scene) = cache::in_memory(&wanted.hash) {
         return Ok(LoadedScene { scene, hash: wanted.hash.clone(), key: wanted.clone(), note: String::new() });
+    }
+    if wanted.is_loft() {
+        let (scene, hash) = cache::scene_from(factory::LOFT.bytes)
+            .map_err(|error| LibraryError::NoSceneFile { path: factory::LOFT.id.into(), error })?;
+        return Ok(LoadedScene { scene, hash, key: wanted.clone(), note: String::new() });
     }
     let library = files(folders, SCENES);
     let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
@@ -193,6 +216,7 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, L
         String::new()
     };
     let mut key = SceneKey::to_file(path, hash.clone(), scene.title().to_owned(), wanted.slot);
+    key.level_cb = wanted.level_cb;
     if changed {
         // The project keeps asking for the scene it was made with, in case that comes back.
         key = wanted.clone();

@@ -1,5 +1,6 @@
 //! The key by which a project finds its scene again.
 
+use super::factory::{LOFT_HASH, LOFT_TITLE};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -19,16 +20,32 @@ pub struct SceneKey {
     pub from_home: PathBuf,
     /// The library slot the scene was chosen by, 0 for none.
     pub slot: u32,
+    /// How loud the scene is, tenths of a decibel over the dry sound, which passes at this level where the scene is missing;
+    /// `None` where it was never heard.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level_cb: Option<i32>,
 }
 
 impl SceneKey {
+    /// The key of the loft that is built in.
+    #[must_use]
+    pub fn loft() -> Self {
+        Self { hash: LOFT_HASH.to_owned(), title: LOFT_TITLE.to_owned(), ..Self::default() }
+    }
+
+    /// Whether it names the loft that is built in.
+    #[must_use]
+    pub fn is_loft(&self) -> bool {
+        self.hash == LOFT_HASH
+    }
+
     /// The key of a file with the content of a hash.
     #[must_use]
     pub fn to_file(path: &Path, hash: String, title: String, slot: u32) -> Self {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let from_home =
             dirs::home_dir().and_then(|home| absolute.strip_prefix(home).ok().map(with_slashes)).unwrap_or_default();
-        Self { hash, title, absolute, from_home, slot }
+        Self { hash, title, absolute, from_home, slot, level_cb: None }
     }
 
     /// Whether it names a scene.

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Groups in a process.
 pub const GROUPS: usize = 4;
-/// Poses that a group remembers; leaders publish one a hop.
+/// Poses that a group keeps; leaders publish one a hop.
 const POSES: usize = 256;
 /// A follower that is further than this behind or ahead of the leader's time, seconds, takes its newest pose: their times do
 /// not belong together.

@@ -5,6 +5,7 @@ pub mod group;
 pub mod inbox;
 pub mod pose_cell;
 pub mod pose_sources;
+pub(crate) mod ramp;
 pub mod snapshot;
 
 use crate::listener::clock::BlockTime;
@@ -61,13 +62,15 @@ impl ListenerSources {
         Self { inbox, ..Self::default() }
     }
 
-    /// The listener of a block, which leads or follows its group.
+    /// The listener of a block, which leads or follows its group. Where there are values from which the block's own are moved
+    /// to, `from` has them.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn of_block<'a>(
         &'a mut self,
         snapshot: &Snapshot,
+        from: Option<&Snapshot>,
         walk: Option<&'a Walk>,
         time: &BlockTime,
         sample_rate_hz: f64,
@@ -79,6 +82,8 @@ impl ListenerSources {
         let group = snapshot.group.filter(|_| !leads);
         Listener {
             sources: snapshot.sources,
+            from: from.map(|from| from.sources),
+            length_s: time.length_s,
             walk,
             tracked: self.inbox.tracked(),
             glide: &mut self.glide,
@@ -108,6 +113,10 @@ pub(crate) struct HeardPose {
 pub struct Listener<'a> {
     /// The sources besides the group.
     pub sources: Sources,
+    /// The same at the first sample, from which they move there over the block; none where they are so from the beginning.
+    pub from: Option<Sources>,
+    /// Length of the block, seconds.
+    pub length_s: f64,
     /// The camera path, if there is one.
     pub walk: Option<&'a Walk>,
     /// The tracker's newest pose, if there is one.
@@ -187,11 +196,22 @@ impl Listener<'_> {
         HeardPose { pose, base, tracked, leads: self.member.leads() }
     }
 
+    /// The sources at a sample of the block.
+    fn sources_at(&self, sample: usize) -> Sources {
+        let Some(from) = &self.from else { return self.sources };
+        let share = (sample as f64 * self.sample_s / self.length_s.max(self.sample_s)).min(1.0);
+        Sources {
+            knobs: from.knobs.toward(&self.sources.knobs, narrow(share)),
+            path_share: from.path_share + share * (self.sources.path_share - from.path_share),
+            ..self.sources
+        }
+    }
+
     fn publish(&mut self, sample: usize, published_s: f64) -> Pose {
         let time_s = self.time_s(sample);
         let pose = self.following.as_ref().and_then(|f| f.pose(time_s)).unwrap_or_else(|| {
             let tracked = self.tracked.map(|target| self.smoothed(&target, sample));
-            self.sources.pose(self.walk, tracked.as_ref(), time_s)
+            self.sources_at(sample).pose(self.walk, tracked.as_ref(), time_s)
         });
         self.member.publish(published_s, &pose);
         pose

@@ -61,6 +61,23 @@ pub fn pose_of(value: impl Fn(Parameter) -> f32) -> Pose {
     Pose::from_ypr(position, radians(Parameter::Yaw), radians(Parameter::Pitch), radians(Parameter::Roll))
 }
 
+/// The position and angle parameters with the plain values that set a pose, within their limits.
+#[must_use]
+pub fn values_of(pose: &Pose) -> [(Parameter, f32); 6] {
+    let (yaw, pitch, roll) = pose.ypr();
+    let [yaw, pitch, roll] = [yaw, pitch, roll].map(f32::to_degrees);
+    let Vec3 { x, y, z } = pose.position;
+    let values = [
+        (Parameter::X, x),
+        (Parameter::Y, y),
+        (Parameter::Z, z),
+        (Parameter::Yaw, yaw),
+        (Parameter::Pitch, pitch),
+        (Parameter::Roll, roll),
+    ];
+    values.map(|(parameter, value)| (parameter, parameter.clamp(value)))
+}
+
 /// How far the emitter is moved from its place in the scene, metres, from the parameters' plain values.
 pub fn emitter_offset_of(value: impl Fn(Parameter) -> f32) -> Vec3 {
     Vec3::new(value(Parameter::Ex), value(Parameter::Ey), value(Parameter::Ez))

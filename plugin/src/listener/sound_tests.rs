@@ -36,6 +36,8 @@ fn turned(smooth: bool) -> Vec<f32> {
                 offset: false,
                 tracking: Tracking::Head,
             },
+            from: None,
+            length_s: BLOCK as f64 / RATE,
             walk: None,
             tracked: Some(tracked),
             glide: &mut glide,

@@ -25,7 +25,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// A message that has come in; its arguments are read when the first instance wants them.
+/// A message that has come in; its arguments are read when the first instance needs them.
 pub(super) struct Message<'a> {
     pub(super) source: SocketAddr,
     pub(super) address: &'a str,

@@ -27,7 +27,7 @@ pub(super) struct Outlet {
     _sending: TaskHandle,
 }
 
-/// What the sending thread knows of an instance.
+/// What the sending thread holds of an instance.
 struct Feed {
     telemetry: Arc<Telemetry>,
     receiver: Arc<OscInput>,

@@ -1,7 +1,7 @@
 //! Packets taken apart, with bounds on everything that a hostile one could make large.
 //!
 //! The parser of messages recurses into bundles and drops nested arrays by recursion, and would end the host with a packet that
-//! nests thousands of them. Bundles are therefore taken apart here, and messages looked at before the parser sees them.
+//! nests thousands of them. Bundles are therefore taken apart here, and messages are checked before they are parsed.
 
 use rosc::{OscBundle, OscMessage, OscPacket, OscType, encoder};
 

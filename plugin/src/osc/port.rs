@@ -45,7 +45,7 @@ pub(super) struct Subscription {
 impl Subscription {
     /// Subscribes to a port, which is opened if it is not.
     ///
-    /// The socket is as wide as the widest that is asked for; the receiver of an instance that wants this machine only ignores
+    /// The socket is as wide as the widest that is asked for; the receiver of an instance for this machine only ignores
     /// the rest.
     ///
     /// # Errors

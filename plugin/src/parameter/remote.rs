@@ -34,17 +34,21 @@ type Hosted = Box<dyn Fn(Parameter) -> f32 + Send + Sync>;
 pub struct Remote {
     values: [Override; Parameter::ALL.len()],
     hosted: OnceLock<Hosted>,
+    /// How often a host has restored a state.
+    restores: AtomicU64,
 }
 
 impl Default for Remote {
     fn default() -> Self {
         let none = |_| Override { word: AtomicU64::new(NONE), announced: AtomicU32::new(UNANNOUNCED) };
-        Self { values: std::array::from_fn(none), hosted: OnceLock::new() }
+        Self { values: std::array::from_fn(none), hosted: OnceLock::new(), restores: AtomicU64::new(0) }
     }
 }
 
 impl PersistentField<'_, BTreeMap<String, f32>> for Remote {
     fn set(&self, _restored: BTreeMap<String, f32>) {
+        // First, so that what changes now is known to come with a state.
+        self.restores.fetch_add(1, Ordering::AcqRel);
         Parameter::ALL.into_iter().for_each(|parameter| self.clear(parameter));
     }
 
@@ -65,6 +69,11 @@ impl Remote {
     pub fn save_beside(&self, hosted: impl Fn(Parameter) -> f32 + Send + Sync + 'static) {
         // A second one would mean two hosts of one instance, which the constructor rules out.
         drop(self.hosted.set(Box::new(hosted)));
+    }
+
+    /// How often a host has restored a state.
+    pub fn restores(&self) -> u64 {
+        self.restores.load(Ordering::Acquire)
     }
 
     /// Sets a plain value, while the host's is `hosted`. A value that is not finite is ignored.

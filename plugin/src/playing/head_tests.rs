@@ -57,7 +57,7 @@ fn a_head_is_read_once_kept_by_content_and_shared() {
     let heard = instance.asking(&path.display().to_string());
     assert_eq!(
         (instance.loader.exchange.head_report.text().as_str(), instance.loader.exchange.head_name.text().as_str()),
-        ("", "Sphere")
+        ("", "Sphere, mine")
     );
     assert!((delay_s(&heard) - delay_s(&own)).abs() > 2e-5, "{} {}", delay_s(&heard), delay_s(&own));
     assert_eq!(heard.title(), own.title());
@@ -66,7 +66,7 @@ fn a_head_is_read_once_kept_by_content_and_shared() {
     let other = Instance::new();
     other.params.head.restore(instance.params.head.get().0);
     assert!(Arc::ptr_eq(&other.loader.scene().unwrap(), &heard));
-    assert_eq!(other.loader.exchange.head_name.text(), "Sphere");
+    assert_eq!(other.loader.exchange.head_name.text(), "Sphere, mine");
     assert!(Arc::ptr_eq(&other.asking(""), &own), "the scene's own again");
     assert_eq!((other.loader.exchange.head_wish.answered(), other.loader.exchange.head_name.text().as_str()), (1, ""));
 }
@@ -118,7 +118,7 @@ fn undo_and_presets_restore_the_head() {
     before.restore(&instance.params, |_, _| ());
     assert_eq!(instance.loader.exchange.head_name.text(), "");
     after.restore(&instance.params, |_, _| ());
-    assert_eq!(instance.loader.exchange.head_name.text(), "Sphere");
+    assert_eq!(instance.loader.exchange.head_name.text(), "Sphere, mine");
     // A preset of before there were heads leaves the user's own.
     let old = nice_plug::plugin::PluginState { version: String::new(), params: [].into(), fields: [].into() };
     assert!(UserState::from_saved(old, &after) == after);

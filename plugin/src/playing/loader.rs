@@ -5,12 +5,15 @@ use crate::library::drawn_room::DrawnRoom;
 use crate::library::error_chain::with_causes;
 use crate::library::factory::{self, FactoryScene};
 use crate::library::scene_key::SceneKey;
-use crate::library::{self, LibraryError, LoadedScene};
+use crate::library::{self, LibraryError, LoadedScene, level};
 use crate::parameter::Parameter;
+use crate::parameter::cast::{index, narrow};
 use crate::parameter::choices::{Follow, SceneChoice};
 use crate::playing::output::{Output, Pairs};
 use crate::playing::shared_worker::SharedWorker;
+use crate::playing::start_pose;
 use crate::project::exchange::{Choices, Exchange};
+use crate::project::matching::Matching;
 use crate::project::params::PromenadeParams;
 use crate::project::saved_head::SavedHead;
 use crate::project::saved_headphones::SavedHeadphones;
@@ -24,7 +27,7 @@ use crossbeam_queue::ArrayQueue;
 use nice_plug::prelude::Enum;
 use nice_plug::{nice_error, nice_warn};
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
-use promenade_core::{Emitters, NotAmbisonicError, RenderError, Renderer, Scene, SceneError};
+use promenade_core::{Emitters, NotAmbisonicError, RenderError, Renderer, Scene, SceneError, Trim};
 use promenade_sofa::SofaError;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -39,8 +42,8 @@ const RETIRED_CAPACITY: usize = 16;
 pub enum Prepared {
     /// This scene, at the host's sample rate.
     Scene(Pairs),
-    /// The dry sound, because the scene cannot be loaded.
-    Dry,
+    /// The dry sound at a gain, the level of the scene that cannot be loaded.
+    Dry(f32),
 }
 
 /// What the audio thread no longer needs and must not drop itself.
@@ -94,10 +97,43 @@ struct SceneRequest {
     saved: SceneKey,
     room: Option<DrawnRoom>,
     head: SavedHead,
+    matching: Matching,
     /// Whether there is a second emitter: from the time on that one is first needed.
     stereo: bool,
     output: Output,
     sample_rate_bits: u64,
+}
+
+/// A request that was served, and how often the host had restored parts of a state by then.
+struct Served {
+    request: SceneRequest,
+    restored: u64,
+    /// Level of the scene that came of it, as [`level::level_cb`] has it.
+    level_cb: Option<i32>,
+}
+
+impl Served {
+    /// Whether what came of it serves another request: the same, or one for a level at which the scene is played already.
+    fn serves(&mut self, other: &SceneRequest) -> bool {
+        let [old, new] = [self.request.matching, other.matching];
+        self.request.matching = new;
+        let serves = self.request == *other && old.gain(self.level_cb) == new.gain(self.level_cb);
+        if !serves {
+            self.request.matching = old;
+        }
+        serves
+    }
+}
+
+/// A scene that was found.
+struct Found {
+    /// As it is heard.
+    scene: Arc<Scene>,
+    /// A remark for the user.
+    note: String,
+    key: SceneKey,
+    /// Its level, as [`level::level_cb`] has it; `None` for a drawn room, which changes while it is heard.
+    level_cb: Option<i32>,
 }
 
 /// One per instance. Every method but the queues' `pop` and `push` is for threads that may wait.
@@ -109,7 +145,7 @@ pub struct Loader {
     sample_rate_bits: AtomicU64,
     /// What comes out of the instance.
     output: Mutex<Output>,
-    last_scene: Mutex<Option<SceneRequest>>,
+    last_scene: Mutex<Option<Served>>,
     /// The headphones that were made a filter of last, and the bits of its sample rate.
     last_headphones: Mutex<Option<(Option<Headphones>, u64)>>,
     /// The slot and the path that were loaded last.
@@ -136,9 +172,12 @@ pub struct Loader {
 #[derive(Default)]
 struct Current {
     scene: Weak<Scene>,
+    /// Samples by which it is late, for which it sounds on beyond that with its own decay, and how many of these are its decay.
+    delays: Option<[usize; 3]>,
     /// The same where something else is played that was made of it: Ambisonics.
     held: Option<Arc<Scene>>,
     walk: Weak<Walk>,
+    level_cb: Option<i32>,
 }
 
 impl Loader {
@@ -165,6 +204,7 @@ impl Loader {
         // A host that restores a state and bounces at once hears the restored scene from the first sample.
         loader.params.scene_key.on_restore(&loader, Self::refresh_scene);
         loader.params.room.on_restore(&loader, Self::refresh_scene);
+        loader.params.matching.on_restore(&loader, Self::refresh_scene);
         loader.params.head.on_restore(&loader, Self::restored_head);
         loader.params.headphones.on_restore(&loader, Self::restored_headphones);
         loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
@@ -229,9 +269,23 @@ impl Loader {
         *lock(&self.loaded) == Some(self.choices())
     }
 
+    /// Samples by which what is played or about to be is late, and for which it sounds on, latency included.
+    pub fn delays(&self) -> Option<[usize; 2]> {
+        let [latency, tail, decay] = lock(&self.current).delays?;
+        let longer = f64::from(self.params.heard(Parameter::Decay)) - 1.0;
+        let tail = index(narrow(tail as f64 + longer * decay as f64));
+        Some([latency, latency + tail])
+    }
+
     /// The scene that is played or about to be.
     pub fn scene(&self) -> Option<Arc<Scene>> {
         lock(&self.current).scene.upgrade()
+    }
+
+    /// Level of the scene that is played or about to be, as it is by itself: tenths of a decibel over the dry sound. `None`
+    /// without a scene, and of a drawn room.
+    pub fn level_cb(&self) -> Option<i32> {
+        lock(&self.current).level_cb
     }
 
     /// The camera path that is ready, followed or not.
@@ -253,35 +307,46 @@ impl Loader {
     fn refresh_scene(&self) {
         let mut last = lock(&self.last_scene);
         loop {
+            let restored = self.params.restores();
             let (saved, restores) = self.params.scene_key.get();
             let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
             let Choices { scene, scene_slot, stereo, .. } = self.choices();
-            let stereo = stereo || last.as_ref().is_some_and(|last| last.stereo);
+            let stereo = stereo || last.as_ref().is_some_and(|last| last.request.stereo);
             // A factory scene does not depend on the slot.
             let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
             let (head, _) = self.params.head.get();
             // A drawn room is the project's own scene.
             let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
             let output = self.output();
-            let request = SceneRequest { scene, slot, saved, room, head, stereo, output, sample_rate_bits };
-            if sample_rate_bits == 0 || last.as_ref() == Some(&request) {
+            let matching = self.params.matching.get().0;
+            let request = SceneRequest { scene, slot, saved, room, head, matching, stereo, output, sample_rate_bits };
+            if sample_rate_bits == 0 || last.as_mut().is_some_and(|last| last.serves(&request)) {
                 return;
             }
-            let result = self.found(&request).and_then(|(scene, note, key)| {
+            let before = self.scene();
+            let result = self.found(&request).and_then(|found| {
                 let sample_rate_hz = f64::from_bits(sample_rate_bits);
+                let gain = matching.gain(found.level_cb);
+                let emitters =
+                    |scene: &Arc<Scene>| Ok::<_, LoadError>(self.emitters(scene, sample_rate_hz, stereo)?.with_level(gain));
                 let pairs = match output {
-                    Output::Binaural => Pairs::from_iter([self.emitters(&scene, sample_rate_hz, stereo)?]),
+                    Output::Binaural => Pairs::from_iter([emitters(&found.scene)?]),
                     Output::Ambisonic(_) => {
-                        let pair = |pair| self.emitters(&cache::ambisonic(&scene, pair)?, sample_rate_hz, stereo);
+                        let pair = |pair| emitters(&cache::ambisonic(&found.scene, pair)?);
                         (0..output.pairs()).map(pair).collect::<Result<_, _>>()?
                     }
                 };
-                Ok((scene, pairs, note, key))
+                Ok((found, pairs))
             });
             let chosen = chooses_a_file(&result);
-            let (scene, prepared, report, key) = match result {
-                Ok((scene, pairs, note, key)) => (Some(scene), Prepared::Scene(pairs), note, key),
-                Err(error) => (None, Prepared::Dry, with_causes(&error), request.saved.clone()),
+            let (scene, prepared, report, key, level_cb) = match result {
+                Ok((Found { scene, note, key, level_cb }, pairs)) => (Some(scene), Prepared::Scene(pairs), note, key, level_cb),
+                Err(error) => {
+                    let level_cb = request.saved.level_cb.filter(|_| request.room.is_none());
+                    let level_cb = level_cb.map(|level_cb| level_cb + matching.change_cb(Some(level_cb)));
+                    let gain = level_cb.map_or(1.0, level::gain_of);
+                    (None, Prepared::Dry(gain), with_causes(&error), request.saved.clone(), None)
+                }
             };
             // A state that was restored meanwhile wants another scene: begin again.
             if self.params.scene_key.replace(key.clone(), restores) {
@@ -289,25 +354,47 @@ impl Loader {
                 match &prepared {
                     // Hosts activate several times in a row: it has been said.
                     _ if self.exchange.scene_report.text() == report => (),
-                    Prepared::Dry if !chosen => NONE_CHOSEN.call_once(|| nice_warn!("{report}")),
-                    Prepared::Dry => nice_error!("{report}"),
+                    Prepared::Dry(_) if !chosen => NONE_CHOSEN.call_once(|| nice_warn!("{report}")),
+                    Prepared::Dry(_) => nice_error!("{report}"),
                     Prepared::Scene(_) if !report.is_empty() => nice_warn!("{report}"),
                     Prepared::Scene(_) => (),
                 }
                 self.exchange.scene_report.set_text(report);
                 if let Some(scene) = &scene {
                     self.exchange.frame.set_frame(SceneFrame::of(scene));
+                    if self.is_chosen(&request, restored, last.as_ref()) {
+                        let before = before.map(|scene| scene.start_pose());
+                        start_pose::begin(&self.params, before.as_ref(), &scene.start_pose());
+                    }
+                    self.exchange.opened.set(false);
                 }
                 let mut current = lock(&self.current);
+                if let (Prepared::Scene(pairs), Some(scene)) = (&prepared, &scene) {
+                    let decay = f64::from(scene.tail().longest_t60_s()) * f64::from_bits(sample_rate_bits);
+                    current.delays = pairs
+                        .first()
+                        .map(Emitters::first)
+                        .map(|first| [first.latency_samples(), first.tail_samples_with(&Trim::NEUTRAL), index(narrow(decay))]);
+                }
+                current.level_cb = level_cb;
                 current.scene = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
                 current.held = scene.filter(|_| output != Output::Binaural);
                 drop(current);
                 drop(self.scenes.force_push(prepared));
                 self.repaint.request_repaint();
-                *last = Some(SceneRequest { saved: key, ..request });
+                *last = Some(Served { request: SceneRequest { saved: key, ..request }, restored, level_cb });
                 return;
             }
         }
+    }
+
+    /// Whether a scene was chosen for itself: by its parameters or as a file, not with a state that says where the listener is.
+    fn is_chosen(&self, request: &SceneRequest, restored: u64, last: Option<&Served>) -> bool {
+        let SceneRequest { scene, slot, saved, room, .. } = request;
+        let chosen = |last: &Served| last.restored == restored && (last.request.scene, last.request.slot) != (*scene, *slot);
+        let by_slot = *slot != 0 && *slot != saved.slot;
+        let is_new = by_slot || last.is_some_and(chosen) || self.exchange.opened.is_on();
+        is_new && room.is_none() && !self.exchange.restoring.is_on()
     }
 
     /// What renders a scene.
@@ -399,13 +486,22 @@ impl Loader {
         self.refresh_scene();
     }
 
-    /// The scene that is asked for, heard with the project's head, a remark and the scene's key.
-    fn found(&self, request: &SceneRequest) -> Result<(Arc<Scene>, String, SceneKey), LoadError> {
+    /// The scene that is asked for, heard with the project's head.
+    fn found(&self, request: &SceneRequest) -> Result<Found, LoadError> {
+        let saved = &request.saved;
         if let Some(room) = &request.room {
-            return Ok((self.drawn(room, &request.head)?, String::new(), request.saved.clone()));
+            let scene = self.drawn(room, &request.head)?;
+            return Ok(Found { scene, note: String::new(), key: saved.clone(), level_cb: None });
         }
-        let found = find_scene(request)?;
-        Ok((self.heard(&found, &request.head), found.note, found.key))
+        let mut found = find_scene(request)?;
+        let level_cb = if request.scene == SceneChoice::Library {
+            let known = found.key.level_cb;
+            found.key.level_cb = known.or_else(|| level::level_of(&found.scene, &found.hash));
+            found.key.level_cb
+        } else {
+            level::level_of(&found.scene, &found.hash)
+        };
+        Ok(Found { scene: self.heard(&found, &request.head), note: found.note, key: found.key, level_cb })
     }
 
     /// The drawn room heard with the project's head, or with the factory's where that cannot be, which is reported.
@@ -504,7 +600,11 @@ fn factory_scene(scene: FactoryScene, key: &SceneKey) -> Result<LoadedScene, Loa
 }
 
 fn head_in(path: &Path) -> Result<SavedHead, String> {
-    read_in(path, promenade_sofa::read_head).map(|head| SavedHead::of(&head))
+    let head = read_in(path, promenade_sofa::read_head)?;
+    // All heads of a data base may have its name.
+    let file = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let name = if head.name().contains(&file) { head.name().to_owned() } else { format!("{}, {file}", head.name()) };
+    Ok(SavedHead::of(&head.named(&name)))
 }
 
 fn headphones_in(path: &Path) -> Result<SavedHeadphones, String> {

@@ -1,5 +1,6 @@
 //! What is played: the scene and the camera path, as the audio thread takes them over from the loader.
 
+mod gap;
 #[cfg(test)]
 mod head_tests;
 #[cfg(test)]
@@ -11,9 +12,11 @@ pub mod output;
 #[cfg(feature = "standalone")]
 pub mod player;
 pub mod shared_worker;
+mod start_pose;
 
+use crate::playing::gap::Gap;
 use crate::playing::loader::{Loader, Prepared, Retired};
-use crate::playing::output::Output;
+use crate::playing::output::{Output, Pairs};
 use crate::project::exchange::Choices;
 use crate::project::walk::Walk;
 use crate::worker::{LOADER, TaskHandle};
@@ -39,8 +42,13 @@ pub(crate) struct Playing {
     pub(crate) walk: Option<Arc<Walk>>,
     /// What the listener's headphones need, last of all.
     pub(crate) headphones: HeadphoneStage,
-    /// Whether the scene that is chosen is missing, so that the dry sound passes.
-    pub(crate) dry: bool,
+    /// The gain at which the dry sound passes, because the scene that is chosen is missing.
+    pub(crate) dry: Option<f32>,
+    /// The silence before a scene of another latency, and that scene.
+    gap: Gap,
+    next: Option<Pairs>,
+    /// Whether something was played since the last activation or reset.
+    began: bool,
     /// What could not be handed back yet, because the loader has fallen behind.
     held: Option<Retired>,
     /// The choices that the loader was last woken for.
@@ -57,7 +65,10 @@ impl Playing {
             spatializers: Vec::new(),
             walk: None,
             headphones: HeadphoneStage::default(),
-            dry: false,
+            dry: None,
+            gap: Gap::default(),
+            began: false,
+            next: None,
             held: None,
             choices: None,
         }
@@ -75,18 +86,52 @@ impl Playing {
             self.task = task.inspect_err(|error| nice_error!("no thread to load scenes while playing: {error}")).ok();
         }
         self.loader.activate(sample_rate_hz, output);
-        match self.loader.scenes.pop() {
+        let waiting = self.next.take().filter(|pairs| pairs.count() == self.spatializers.len());
+        match self.loader.scenes.pop().or(waiting.map(Prepared::Scene)) {
             Some(Prepared::Scene(pairs)) => {
                 pairs.install(&mut self.spatializers);
-                self.dry = false;
+                self.dry = None;
             }
-            Some(Prepared::Dry) => self.dry = true,
+            Some(Prepared::Dry(gain)) => self.dry = Some(gain),
             None => (),
         }
+        self.gap.begin(self.latency());
+        self.began = false;
         if let Some(filter) = self.loader.headphones.pop() {
             drop(self.headphones.install(filter, sample_rate_hz));
         }
-        self.receive();
+        self.receive(false);
+    }
+
+    fn latency(&self) -> usize {
+        self.spatializer().map_or(0, Spatializer::latency_samples)
+    }
+
+    /// Fades what was rendered of a block around a change of the latency, and changes the scene in the silence.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn fade(&mut self, outputs: &mut [&mut [f32]]) {
+        let rate_hz = self.spatializer().map_or(0.0, Spatializer::sample_rate_hz);
+        self.gap.fade(outputs, rate_hz);
+        self.began = true;
+        if self.gap.is_silent() {
+            self.change_in_silence();
+        }
+    }
+
+    /// Puts the next scene in the place of the old one; does nothing while what was played before is not handed back.
+    fn change_in_silence(&mut self) {
+        let Some(next) = self.next.take() else {
+            self.gap.wait();
+            return;
+        };
+        // Without a past a scene plays at once.
+        self.spatializers.iter_mut().for_each(Spatializer::reset);
+        match next.swap_into(&mut self.spatializers) {
+            Ok(()) => self.gap.wait(),
+            Err(next) => self.next = Some(next),
+        }
     }
 
     /// What renders the scene, or the first two channels of it.
@@ -106,7 +151,9 @@ impl Playing {
     /// Audio thread without `wait`: no allocation, lock or I/O. With it, as long as loading takes.
     pub(crate) fn update(&mut self, choices: Choices, wait: bool) {
         let changed = self.choices != Some(choices);
-        let hands_back = self.receive();
+        // A rendering begins with its scene.
+        let gaps = self.began || !wait;
+        let hands_back = self.receive(gaps);
         // Also for choices that were made before the host was found to render offline.
         let behind = wait && !self.loader.is_up_to_date();
         let Some(task) = self.task.as_ref().filter(|_| changed || hands_back || behind) else { return };
@@ -118,7 +165,7 @@ impl Playing {
                 task.schedule();
                 std::thread::sleep(POLL);
             }
-            self.receive();
+            self.receive(gaps);
         }
     }
 
@@ -129,16 +176,23 @@ impl Playing {
     pub(crate) fn reset(&mut self) {
         // A reset ends a running fade, so that the newest scene can be taken; the second ends the fade to it.
         self.spatializers.iter_mut().for_each(Spatializer::reset);
-        self.receive();
+        self.receive(false);
+        if self.next.is_some() {
+            self.change_in_silence();
+        }
         self.spatializers.iter_mut().for_each(Spatializer::reset);
         self.headphones.reset();
+        self.gap.begin(self.latency());
+        self.began = false;
     }
 
-    /// Begins the cross-fade to what the loader has ready. Returns whether the loader has something to drop.
-    fn receive(&mut self) -> bool {
+    /// Begins the cross-fade to what the loader has ready, or with `gaps` a silence where the latency is another one. Returns
+    /// whether the loader has something to drop.
+    fn receive(&mut self, gaps: bool) -> bool {
         if self.spatializers.is_empty() {
             return false;
         }
+        let latency = self.latency();
         // While something is held nothing new is taken, so that its place is free.
         let (retired, held) = (&self.loader.retired, &mut self.held);
         let mut hands_back = false;
@@ -155,13 +209,23 @@ impl Playing {
         if held.is_none()
             && let Some(prepared) = self.loader.scenes.pop()
         {
-            self.dry = matches!(prepared, Prepared::Dry);
-            if let Prepared::Scene(pairs) = prepared
-                && let Err(pairs) = pairs.swap_into(&mut self.spatializers)
-                // A fade is running: it stays in the queue, unless the loader has a newer one by then.
-                && let Err(prepared) = self.loader.scenes.push(Prepared::Scene(pairs))
-            {
-                *held = retire(Retired::Scene(prepared));
+            self.dry = if let Prepared::Dry(gain) = &prepared { Some(*gain) } else { None };
+            let apart = |pairs: &Pairs| pairs.first().is_some_and(|next| next.first().latency_samples() != latency);
+            match prepared {
+                Prepared::Dry(_) => (),
+                Prepared::Scene(pairs) if self.next.is_some() || (gaps && apart(&pairs)) => {
+                    self.gap.open();
+                    let old = self.next.replace(pairs);
+                    *held = old.and_then(|old| retire(Retired::Scene(Prepared::Scene(old))));
+                }
+                Prepared::Scene(pairs) => {
+                    if let Err(pairs) = pairs.swap_into(&mut self.spatializers)
+                        // A fade is running: it stays in the queue, unless the loader has a newer one by then.
+                        && let Err(prepared) = self.loader.scenes.push(Prepared::Scene(pairs))
+                    {
+                        *held = retire(Retired::Scene(prepared));
+                    }
+                }
             }
         }
         if held.is_none()

@@ -68,7 +68,7 @@ impl Monitor {
         raise(&mut frame.output_peak, ears.map(peak));
         (frame.transport_s, frame.playing) = (time.start_s, time.playing);
         (frame.pose, frame.base, frame.tracked, frame.leads) = (heard.pose, heard.base, heard.tracked, heard.leads);
-        (frame.dry, frame.offline) = (playing.dry, snapshot.block.live.wait);
+        (frame.dry, frame.offline) = (playing.dry.is_some(), snapshot.block.live.wait);
         if let Some(renderer) = playing.spatializer().and_then(Spatializer::renderer) {
             frame.tier = renderer.played_tier(snapshot.block.tier);
             frame.show(renderer);

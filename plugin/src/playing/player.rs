@@ -1,11 +1,12 @@
 //! The standalone program's dry track: a file that is played in place of the live input.
 
 use crate::parameter::cast::{narrow, whole};
+use crate::project::walk::{SavedWalk, WalkError};
 use crate::worker::flag::Flag;
 use crate::worker::lock::lock;
 use crossbeam_queue::ArrayQueue;
-use promenade_audio::wav::{self, Wav};
-use promenade_audio::{FileError, resample};
+use promenade_audio::wav::Wav;
+use promenade_audio::{FileError, resample, sound};
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, OnceLock};
@@ -38,6 +39,7 @@ pub struct Track {
 pub struct Player {
     /// The file as it is on disk.
     source: Mutex<Option<Wav>>,
+    walk: OnceLock<SavedWalk>,
     sample_rate_hz: AtomicU32,
     fresh: ArrayQueue<Box<Track>>,
     retired: ArrayQueue<Box<Track>>,
@@ -51,6 +53,7 @@ impl Player {
     fn new() -> Self {
         Self {
             source: Mutex::new(None),
+            walk: OnceLock::new(),
             sample_rate_hz: AtomicU32::new(0),
             fresh: ArrayQueue::new(1),
             retired: ArrayQueue::new(4),
@@ -59,12 +62,12 @@ impl Player {
         }
     }
 
-    /// Reads a WAV file of one or two channels and plays it from its start.
+    /// Reads a WAV or FLAC file of one or two channels and plays it from its start.
     ///
     /// # Errors
     /// The file cannot be read, has more than two channels, or is longer than an hour of stereo at 48 kHz.
     pub fn open(&self, path: &Path) -> Result<(), FileError> {
-        let wav = wav::read_limited(path, LONGEST)?;
+        let wav = sound::read_limited(path, LONGEST)?;
         if wav.channels.len() > 2 {
             return Err(FileError::content(path, "one or two channels", wav.channels.len().to_string()));
         }
@@ -72,6 +75,23 @@ impl Player {
         self.prepare()?;
         self.playing.set(true);
         Ok(())
+    }
+
+    /// Reads a camera path, along which an instance that is made from now on begins to walk, with the file.
+    ///
+    /// # Errors
+    /// The file cannot be read or holds no camera path.
+    pub fn follow(&self, path: &Path) -> Result<(), WalkError> {
+        let (walk, _) = SavedWalk::from_file(path)?;
+        walk.to_walk()?;
+        self.walk.get_or_init(|| walk);
+        Ok(())
+    }
+
+    /// The camera path that an instance begins with.
+    #[must_use]
+    pub fn walk(&self) -> Option<&SavedWalk> {
+        self.walk.get()
     }
 
     /// Takes the sound card's rate, and makes the file ready for it.
@@ -145,7 +165,7 @@ impl Playhead {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use promenade_audio::wav::Format;
+    use promenade_audio::wav::{self, Format};
     use std::path::PathBuf;
 
     fn ramp_file(folder: &Path, frames: u16) -> PathBuf {
@@ -193,6 +213,23 @@ mod tests {
         let mut playhead = Playhead::default();
         let (out, _) = block(&mut playhead, &player, 12_000);
         assert!((out[11_000] * 65_536.0 - 22_000.0).abs() < 5.0);
+    }
+
+    #[test]
+    fn an_instance_walks_along_the_path_that_it_is_started_with() {
+        use crate::parameter::Parameter;
+        use crate::parameter::choices::Follow;
+        use crate::project::params::PromenadeParams;
+        use nice_plug::prelude::Enum;
+        let player = Player::new();
+        let still = PromenadeParams::beginning_on(player.walk());
+        assert_eq!(still.index(Parameter::Follow), Follow::Off.to_index());
+        player.follow(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/paths/loft.json"))).unwrap();
+        let walking = PromenadeParams::beginning_on(player.walk());
+        assert_eq!(walking.index(Parameter::Follow), Follow::Transport.to_index());
+        assert!(walking.saved_walk.get().0.keyframes.len() > 10);
+        let error = player.follow(Path::new("no/such.json")).unwrap_err().to_string();
+        assert!(error.contains("such.json"), "{error}");
     }
 
     #[test]

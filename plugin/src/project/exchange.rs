@@ -6,6 +6,7 @@ use super::persisted::Report;
 use super::scene_frame::PlayedFrame;
 use crate::parameter::Parameter;
 use crate::parameter::choices::SceneChoice;
+use crate::worker::flag::Flag;
 use nice_plug::prelude::Enum;
 
 /// One instance's wishes to the loader, and the loader's reports.
@@ -27,6 +28,10 @@ pub struct Exchange {
     pub headphones_wish: FileWish,
     /// Where listener and emitter of the scene begin.
     pub frame: PlayedFrame,
+    /// A scene file was opened: the listener begins where it lets it, unless somebody has moved it.
+    pub opened: Flag,
+    /// A whole state is being restored, with a place of its own for the listener.
+    pub restoring: Flag,
 }
 
 /// The choices of files; a change sends the loader to work.
@@ -46,6 +51,8 @@ pub struct Choices {
     pub headphones: u32,
     /// How often the drawn room has changed.
     pub rooms: u32,
+    /// How often the level of scenes has changed.
+    pub levels: u32,
 }
 
 impl Exchange {
@@ -64,6 +71,7 @@ impl Exchange {
             heads: self.head_wish.asked(),
             headphones: self.headphones_wish.asked(),
             rooms: params.room.changes(),
+            levels: params.matching.changes(),
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::parameter::cast::index;
 use crate::parameter::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
 use crate::parameter::remote::Remote;
 use crate::parameter::{Parameter, SLOTS};
+use crate::project::matching::Matching;
 use crate::project::osc_config::OscConfig;
 use crate::project::persisted::Persisted;
 use crate::project::saved_head::SavedHead;
@@ -112,6 +113,9 @@ pub struct PromenadeParams {
     /// The room that the user has drawn, the project's own scene where there is one.
     #[persist = "room"]
     pub room: Persisted<Option<DrawnRoom>>,
+    /// At which level scenes are played.
+    #[persist = "matching"]
+    pub matching: Persisted<Matching>,
     /// How Open Sound Control is set up.
     #[persist = "osc"]
     pub osc: Persisted<OscConfig>,
@@ -129,6 +133,14 @@ pub struct PromenadeParams {
 
 impl Default for PromenadeParams {
     fn default() -> Self {
+        Self::beginning_on(None)
+    }
+}
+
+impl PromenadeParams {
+    /// Defaults; with a camera path, defaults that follow it along the transport.
+    #[must_use]
+    pub fn beginning_on(walk: Option<&SavedWalk>) -> Self {
         use Parameter::{
             Decay, Direct, Early, Ex, Ey, Ez, Gain, Late, Law, LowCut, Mix, Path, Pitch, Rate, Roll, Spread, Width, X, Y, Yaw,
             Z,
@@ -161,7 +173,7 @@ impl Default for PromenadeParams {
             pitch: degrees("Pitch", Pitch),
             roll: degrees("Roll", Roll),
             path: percent("Path Position", 0.0, Path),
-            follow: EnumParam::new("Follow Path", Follow::Off),
+            follow: EnumParam::new("Follow Path", if walk.is_some() { Follow::Transport } else { Follow::Off }),
             offset: switch("Path Offset"),
             tracking: EnumParam::new("Head Tracking", Tracking::Head),
             ex: metres("Emitter Offset X", Ex),
@@ -183,17 +195,18 @@ impl Default for PromenadeParams {
             low_cut: float("Low Cut", 0.0, LowCut, " Hz", 1),
             wet_solo: switch("Wet Solo"),
             bypass: switch("Bypass").make_bypass(),
-            scene: EnumParam::new("Scene", SceneChoice::RoomA),
+            scene: EnumParam::new("Scene", SceneChoice::Library),
             slot: slot("Library Scene", slot_names::Kind::Scene),
             walk: slot("Library Path", slot_names::Kind::Walk),
             osc_on: switch("Open Sound Control"),
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
             state_version: StateVersion,
-            scene_key: Persisted::default(),
-            saved_walk: Persisted::default(),
+            scene_key: Persisted::new(SceneKey::loft()),
+            saved_walk: Persisted::new(walk.cloned().unwrap_or_default()),
             head: Persisted::default(),
             headphones: Persisted::default(),
             room: Persisted::default(),
+            matching: Persisted::default(),
             osc: Persisted::default(),
             remote: Remote::default(),
             budget: SavedLimit,
@@ -213,6 +226,14 @@ impl PromenadeParams {
     #[must_use]
     pub fn chooses_own_scene(&self) -> bool {
         SceneChoice::from_index(self.index(Parameter::Scene)) == SceneChoice::Library && self.index(Parameter::Slot) == 0
+    }
+
+    /// How often a host has restored the parts of a state that say what is played and where the listener is. They come one
+    /// after the other: a scene that changes between two of them was not chosen for itself.
+    #[must_use]
+    pub fn restores(&self) -> u64 {
+        let Self { scene_key, room, head, matching, remote, .. } = self;
+        scene_key.restores() + room.restores() + head.restores() + matching.restores() + remote.restores()
     }
 
     /// A parameter's plain value as the host has it.

@@ -16,11 +16,18 @@ pub struct Persisted<T> {
     on_restore: OnceLock<Box<dyn Fn() + Send + Sync>>,
 }
 
+impl<T: Default> Persisted<T> {
+    /// A value that no host has restored yet.
+    pub fn new(value: T) -> Self {
+        Self { value: RwLock::new(value), ..Self::default() }
+    }
+}
+
 impl<T: Clone> Persisted<T> {
     /// The value, and the number of times a host has restored it.
     pub fn get(&self) -> (T, u64) {
         let value = self.value.read().unwrap_or_else(PoisonError::into_inner);
-        (value.clone(), self.restores.load(Ordering::Acquire))
+        (value.clone(), self.restores())
     }
 
     /// Replaces the value, unless the host has restored it since [`Persisted::get`] returned `restores`. Returns whether it was
@@ -35,7 +42,7 @@ impl<T: Clone> Persisted<T> {
         current
     }
 
-    /// Replaces the value also for whoever is about to replace what it was, without the hook.
+    /// Replaces the value, also for threads that are about to replace the old one, without the hook.
     pub fn supersede(&self, value: T) {
         let mut held = self.value.write().unwrap_or_else(PoisonError::into_inner);
         *held = value;
@@ -65,6 +72,11 @@ impl<T: Clone> Persisted<T> {
 }
 
 impl<T> Persisted<T> {
+    /// How often a host has restored the value.
+    pub fn restores(&self) -> u64 {
+        self.restores.load(Ordering::Acquire)
+    }
+
     /// How often the value has been replaced or restored.
     ///
     /// # Real-time

@@ -38,7 +38,7 @@ impl SceneFrame {
     }
 }
 
-/// The frame of the scene that is played, from the loader to whoever asks.
+/// The frame of the scene that is played, from the loader to those that ask.
 #[derive(Default)]
 pub struct PlayedFrame(Mutex<SceneFrame>);
 

@@ -42,6 +42,8 @@ pub struct EditorSettings {
     pub scenes: bool,
     /// Whether the drawer under the view is open.
     pub drawer: bool,
+    /// Whether a scene that is chosen in the list is played as loud as the one before it.
+    pub matches: bool,
     /// Title of the drawer's tab.
     pub tab: String,
 }
@@ -63,6 +65,7 @@ impl Default for EditorSettings {
             view: View::default(),
             scenes: true,
             drawer: true,
+            matches: true,
             tab: String::new(),
         }
     }

@@ -15,8 +15,14 @@ const OSC_FIELD: &str = "osc";
 const REMOTE_FIELD: &str = "remote";
 /// Key of the room that the user has drawn.
 const ROOM_FIELD: &str = "room";
+/// Key of the level that scenes are played at.
+const MATCHING_FIELD: &str = "matching";
 /// Key of the user's own head.
 const HEAD_FIELD: &str = "head";
+/// Key of the library scene of the project.
+const SCENE_FIELD: &str = "scene";
+/// The scene of a new instance before the loft was built in.
+const FORMER_SCENE: &str = "iosr-room-a";
 /// The version of the states that this plugin writes.
 pub const VERSION: u32 = 3;
 
@@ -56,6 +62,8 @@ pub fn migrate(state: &mut PluginState) {
     state.fields.entry(HEAD_FIELD.to_owned()).or_insert_with(|| "\"\"".to_owned());
     // States of before rooms could be drawn have none: the scene that they name is played.
     state.fields.entry(ROOM_FIELD.to_owned()).or_insert_with(|| "null".to_owned());
+    // States of before levels were matched play each scene as loud as it is.
+    state.fields.entry(MATCHING_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
     // What was heard when the project was saved; without this field nothing would forget what has come since.
     let remote = state.fields.insert(REMOTE_FIELD.to_owned(), "{}".to_owned());
     let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();
@@ -69,6 +77,12 @@ pub fn migrate(state: &mut PluginState) {
         ParamValue::I32(_) => !is_choice(id),
         ParamValue::Bool(_) | ParamValue::String(_) => true,
     });
+}
+
+/// Has a project without a scene play what it was saved with: the scene of a new instance before the loft was built in.
+pub fn keep_former_scene(state: &mut PluginState) {
+    state.params.entry(Parameter::Scene.id().to_owned()).or_insert_with(|| ParamValue::String(FORMER_SCENE.to_owned()));
+    state.fields.entry(SCENE_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
 }
 
 /// A plain value as a state has it.
@@ -120,7 +134,7 @@ mod tests {
             let fields = params.serialize_fields();
             assert_eq!(
                 fields.keys().collect::<Vec<_>>(),
-                ["budget", "editor", "head", "headphones", "osc", "remote", "room", "scene", "version", "walk"]
+                ["budget", "editor", "head", "headphones", "matching", "osc", "remote", "room", "scene", "version", "walk"]
             );
             loader.exchange.scene_report.text()
         };

@@ -1,12 +1,14 @@
-//! What a host knows and offers of an instance beside its parameters: the track that it is on, marks of mappings and
-//! automation, and its own menu of a parameter. It goes between the host's main thread and the editor, never to the audio
-//! thread.
+//! What a host states and offers of an instance beside its parameters: the track that it is on, marks of mappings and
+//! automation, and its own menu of a parameter. That goes between the host's main thread and the editor, never to the audio
+//! thread. What hosts are told of an instance besides is here too: its latency and its tail, which any thread may read.
 
 use crate::parameter::Parameter;
 use crate::worker::lock::lock;
 use crate::worker::repaint::Repaint;
+use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 /// Red, green and blue.
 pub type Colour = [u8; 3];
@@ -101,8 +103,32 @@ pub enum MenuRequest {
 pub struct HostSide {
     state: Mutex<State>,
     repaint: Repaint,
-    /// Has the host activate the plugin again.
-    restart: OnceLock<Box<dyn Fn() + Send + Sync>>,
+    /// Samples by which the sound is late, since the last activation.
+    latency: AtomicU32,
+    /// The latency that the host was last told, and one more; 0 before.
+    told: AtomicU32,
+    /// Samples for which it sounds on after its input.
+    tail: AtomicU32,
+    /// How the host is called; not at all where it is not connected.
+    calls: OnceLock<HostCalls>,
+    /// Loads what is chosen for a sample rate, Hz, and finds its latency and tail, samples.
+    prepare: OnceLock<Prepare>,
+}
+
+/// From a sample rate, Hz, to latency and tail, samples.
+type Prepare = Box<dyn Fn(f64) -> Option<[u32; 2]> + Send + Sync>;
+
+/// How a host is called beside what the framework does.
+pub struct HostCalls {
+    /// Says that the latency is another one; main thread, while the plugin is activated.
+    pub latency_changed: Box<dyn Fn() + Send + Sync>,
+    /// Says that the tail is another one; audio thread.
+    pub tail_changed: Box<dyn Fn() + Send + Sync>,
+}
+
+thread_local! {
+    /// That of the plugin which was made last on this thread.
+    static NEWBORN: RefCell<Weak<HostSide>> = const { RefCell::new(Weak::new()) };
 }
 
 #[derive(Default)]
@@ -119,7 +145,87 @@ impl HostSide {
     /// Nothing is known yet; `repaint` is asked for a picture whenever something is.
     #[must_use]
     pub fn new(repaint: Repaint) -> Self {
-        Self { state: Mutex::default(), repaint, restart: OnceLock::new() }
+        Self { repaint, ..Self::default() }
+    }
+
+    /// Leaves it for [`HostSide::newborn`].
+    pub(crate) fn introduce(self: &Arc<Self>) {
+        NEWBORN.set(Arc::downgrade(self));
+    }
+
+    /// That of the plugin which this thread has just made: the framework's wrappers make theirs where they are, and lead to
+    /// it in no other way.
+    #[must_use]
+    pub fn newborn() -> Option<Arc<Self>> {
+        NEWBORN.take().upgrade()
+    }
+
+    /// Samples by which the sound is late, as of the last activation.
+    #[must_use]
+    pub fn latency(&self) -> u32 {
+        self.latency.load(Ordering::Acquire)
+    }
+
+    /// Takes over the latency at an activation, and tells the host where it is another one. Main thread.
+    pub fn set_latency(&self, samples: u32) {
+        if self.latency.swap(samples, Ordering::AcqRel) != samples
+            && let Some(calls) = self.calls.get()
+        {
+            (calls.latency_changed)();
+        }
+    }
+
+    /// The latency for a host that asks for it, and keeps what it is told.
+    #[must_use]
+    pub fn tell_latency(&self) -> u32 {
+        let latency = self.latency();
+        // One more, so that 0 stands for none.
+        self.told.store(latency.saturating_add(1), Ordering::Release);
+        latency
+    }
+
+    /// Whether the host was told another latency than there is.
+    #[must_use]
+    pub fn is_mistaken(&self) -> bool {
+        let told = self.told.load(Ordering::Acquire);
+        told != 0 && told != self.latency().saturating_add(1)
+    }
+
+    /// How latency and tail are found before an activation, once.
+    pub(crate) fn prepare_by(&self, prepare: impl Fn(f64) -> Option<[u32; 2]> + Send + Sync + 'static) {
+        let _first = self.prepare.set(Box::new(prepare));
+    }
+
+    /// Finds latency and tail at the sample rate of the next activation, Hz: hosts may ask before it. Main thread; loads files.
+    pub fn prepare(&self, sample_rate_hz: f64) {
+        let found = self.prepare.get().and_then(|prepare| prepare(sample_rate_hz));
+        if let Some([latency, tail]) = found {
+            self.latency.store(latency, Ordering::Release);
+            self.set_tail(tail);
+        }
+    }
+
+    /// Samples for which the plugin sounds on after its input, latency included: as of the last activation or block.
+    #[must_use]
+    pub fn tail(&self) -> u32 {
+        self.tail.load(Ordering::Acquire)
+    }
+
+    /// Takes over the tail at an activation. Main thread.
+    pub fn set_tail(&self, samples: u32) {
+        self.tail.store(samples, Ordering::Release);
+    }
+
+    /// Takes over the tail with a block, and tells the host where it is another one.
+    ///
+    /// # Real-time
+    /// Audio thread; nothing but the host's own call.
+    pub fn change_tail(&self, samples: u32) {
+        if self.tail.swap(samples, Ordering::AcqRel) != samples
+            && let Some(calls) = self.calls.get()
+        {
+            (calls.tail_changed)();
+        }
     }
 
     /// The track.
@@ -146,21 +252,10 @@ impl HostSide {
         self.repaint.request_repaint();
     }
 
-    /// Connects the host, once: `wake` has it call on its main thread soon, `restart` has it activate the plugin again; any
-    /// thread may call them.
-    pub fn connect(&self, wake: impl Fn() + Send + Sync + 'static, restart: impl Fn() + Send + Sync + 'static) {
+    /// Connects the host, once: `wake` has it call on its main thread soon, and any thread may call it.
+    pub fn connect(&self, wake: impl Fn() + Send + Sync + 'static, calls: HostCalls) {
         lock(&self.state).wake = Some(Arc::new(wake));
-        let _first = self.restart.set(Box::new(restart));
-    }
-
-    /// Has the host activate the plugin again; does nothing where nobody answers.
-    ///
-    /// # Real-time
-    /// Audio thread; nothing but the host's own call.
-    pub fn request_restart(&self) {
-        if let Some(restart) = self.restart.get() {
-            restart();
-        }
+        let _first = self.calls.set(calls);
     }
 
     /// Nobody answers any more.
@@ -202,27 +297,9 @@ impl HostSide {
     }
 }
 
-/// Asks an instance for its part of it: the framework leads from what a host holds to the plugin by its tasks alone.
-#[derive(Clone, Default)]
-pub struct Introduction(Arc<OnceLock<Arc<HostSide>>>);
-
-impl Introduction {
-    /// The instance's answer.
-    pub(crate) fn answer(&self, side: &Arc<HostSide>) {
-        self.0.get_or_init(|| Arc::clone(side));
-    }
-
-    /// What was answered.
-    #[must_use]
-    pub fn answered(&self) -> Option<Arc<HostSide>> {
-        self.0.get().cloned()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::atomic::{AtomicU32, Ordering};
 
     #[test]
     fn a_menu_is_asked_for_on_the_main_thread_and_answered_for_its_parameter() {
@@ -231,17 +308,10 @@ mod tests {
         assert_eq!(side.take_requests(), [], "nobody answers");
         let woken = Arc::new(AtomicU32::new(0));
         let counted = Arc::clone(&woken);
-        let restarts = Arc::new(AtomicU32::new(0));
-        let restarted = Arc::clone(&restarts);
-        side.request_restart();
         let wake = move || {
             counted.fetch_add(1, Ordering::Relaxed);
         };
-        side.connect(wake, move || {
-            restarted.fetch_add(1, Ordering::Relaxed);
-        });
-        side.request_restart();
-        assert_eq!(restarts.load(Ordering::Relaxed), 1);
+        side.connect(wake, HostCalls { latency_changed: Box::new(|| ()), tail_changed: Box::new(|| ()) });
         side.ask(MenuRequest::Show(Parameter::Gain, [3, 4]));
         assert_eq!(
             (side.take_requests(), woken.load(Ordering::Relaxed)),
@@ -254,6 +324,28 @@ mod tests {
         side.disconnect();
         side.ask(MenuRequest::Perform(Parameter::Gain, 1));
         assert_eq!((side.take_requests(), woken.load(Ordering::Relaxed)), (vec![MenuRequest::Show(Parameter::Mix, [0, 0])], 2));
+    }
+
+    #[test]
+    fn latency_and_tail_are_told_when_they_change() {
+        let told = Arc::new([AtomicU32::new(0), AtomicU32::new(0)]);
+        let count = |which: usize| {
+            let told = Arc::clone(&told);
+            Box::new(move || {
+                told[which].fetch_add(1, Ordering::Relaxed);
+            })
+        };
+        let side = Arc::new(HostSide::default());
+        side.connect(|| (), HostCalls { latency_changed: count(0), tail_changed: count(1) });
+        for (latency, tail) in [(780, 40_000), (780, 40_000), (900, 50_000)] {
+            side.set_latency(latency);
+            side.change_tail(tail);
+            assert_eq!((side.latency(), side.tail()), (latency, tail));
+        }
+        assert_eq!([0, 1].map(|which: usize| told[which].load(Ordering::Relaxed)), [2, 2]);
+        side.introduce();
+        assert!(HostSide::newborn().is_some_and(|newborn| Arc::ptr_eq(&newborn, &side)));
+        assert!(HostSide::newborn().is_none(), "it is born once");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The instances of a process: who shares a listener group, and who gets what of the budget.
+//! The instances of a process: which of them share a listener group, and the share of the budget of each.
 
 use crate::budget::{Account, Grant};
 use crate::parameter::Parameter;
@@ -48,7 +48,7 @@ pub struct Spending {
     pub cost: f32,
 }
 
-/// Who gets what, in the order in which they came.
+/// The share of each, in the order in which they came.
 #[must_use]
 pub fn spending() -> Vec<Spending> {
     let alive = |known: &Known| Some((known.side.upgrade()?, known.account.upgrade()?));

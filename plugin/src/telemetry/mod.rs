@@ -188,7 +188,7 @@ pub struct Telemetry {
     pub watched: Flag,
     /// Whether the pose is sent to others.
     pub sent: Flag,
-    /// Whether the editor shows the time of the transport, so that it wants pictures while that runs.
+    /// Whether the editor shows the time of the transport, so that it is drawn while that runs.
     pub shows_time: Flag,
     fresh: ArrayQueue<Box<Frame>>,
     spare: ArrayQueue<Box<Frame>>,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Asks for the next picture, from any thread; whoever shows pictures looks now and then whether one was asked for.
+/// Asks for the next picture, from any thread; the window checks at each frame whether one was asked for.
 ///
 /// The window library's own notifier would keep a request that was made while no window was open, and make it before the next
 /// window is on the screen: it then waits for ever for the answer, and the window stays blank.

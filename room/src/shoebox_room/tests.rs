@@ -1,5 +1,5 @@
 use super::*;
-use promenade_acoustics::{Image, Material};
+use promenade_acoustics::{Air, Image, Material, SPEED_OF_SOUND_M_S};
 use promenade_core::{ImageSource, Rows};
 
 fn head() -> SceneHead {
@@ -17,7 +17,14 @@ fn room(absorption: f32, scattering: f32) -> ShoeboxRoom {
 }
 
 fn options() -> SceneOptions {
-    SceneOptions { images: 60, seed: 1, title: "Room".to_owned(), recipe: String::new() }
+    SceneOptions {
+        images: 60,
+        air: Air::default(),
+        waves_hz: Some(0.0),
+        seed: 1,
+        title: "Room".to_owned(),
+        recipe: String::new(),
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Changes of bytes that know nothing of what they mean.
+//! Changes of bytes without regard to what they mean.
 
 use fastrand::Rng;
 

@@ -77,7 +77,7 @@ impl Worker {
     }
 }
 
-/// The clip itself: this head does not know what was before.
+/// The clip itself: this head has no memory of what was before.
 fn clip<'a>(example: &'a Example<'_>) -> &'a [f32] {
     &example.dry[example.pre_roll..]
 }
@@ -153,7 +153,7 @@ impl PublishedHead {
     }
 }
 
-/// What has been given the sizes it wants.
+/// What has been given the sizes that it expects.
 ///
 /// # Panics
 /// If it has not: lengths of clips, masks and weights were fixed when the training began.

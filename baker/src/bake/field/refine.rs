@@ -3,8 +3,8 @@
 use crate::bake::field::Decoders;
 use crate::bake::field::basis::{Shapes, levels_db};
 use promenade_core::glam::Vec3;
+use promenade_core::random::Random;
 use promenade_core::{Axis, Pose};
-use promenade_judge::random::Random;
 use std::collections::HashMap;
 use std::f32::consts::TAU;
 

@@ -2,9 +2,10 @@ use super::*;
 use crate::player::render_response;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
 use crate::sources::simulation::{MeshOptions, Part, simulate_box, simulate_mesh};
-use promenade_acoustics::{Directivity, Material, Shoebox};
+use promenade_acoustics::{Directivity, Material, SPEED_OF_SOUND_M_S, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
 use promenade_room::{SceneOptions, ShoeboxRoom};
+use std::path::Path;
 use std::sync::Arc;
 
 const SIZE: [f64; 3] = [7.0, 5.0, 3.0];
@@ -38,6 +39,7 @@ fn options(images: usize, rays: usize) -> GeometryOptions {
         height_m: 1.5,
         margin_m: 0.4,
         air: None,
+        waves_hz: Some(0.0),
         seed: 1,
         title: "Box".to_owned(),
         recipe: String::new(),
@@ -56,8 +58,16 @@ fn both([absorption, scattering]: [f32; 2], images: usize, rays: usize, at: Vec3
     let pose = Pose { position: at, ..Pose::IDENTITY };
     let length = (f64::from(length_s) * f64::from(RATE)) as usize;
     let [heard, _] = render_response(&Arc::new(scene), pose, LEAD, length).unwrap();
-    let options =
-        MeshOptions { order: 4, beams: 4096, rays, length_s: Some(length_s + 0.1), air: None, seed: 1, part: Part::WHOLE };
+    let options = MeshOptions {
+        order: 4,
+        beams: 4096,
+        rays,
+        length_s: Some(length_s + 0.1),
+        air: None,
+        waves_hz: Some(0.0),
+        seed: 1,
+        part: Part::WHOLE,
+    };
     let truth = simulate_mesh(&mesh, &room, &source(EMITTER), &hrtf, &[pose], &options, |_| ()).unwrap();
     let direct = (f64::from(at.distance(EMITTER)) / SPEED_OF_SOUND_M_S * f64::from(RATE)).round() as usize;
     let left = truth.responses.responses[0].left[direct - LEAD..][..length].to_vec();
@@ -113,7 +123,16 @@ fn the_ear_at_the_wall_that_swallows_hears_less_of_the_room() {
     let scene = Arc::new(bake_geometry(&mesh, &room, &source(EMITTER), &hrtf, &options(4, 20_000), |_| ()).unwrap());
     let position = Vec3::new(0.8, 2.5, 1.5);
     let length = RATE as usize / 4;
-    let truth = MeshOptions { order: 4, beams: 4096, rays: 20_000, length_s: Some(0.4), air: None, seed: 1, part: Part::WHOLE };
+    let truth = MeshOptions {
+        order: 4,
+        beams: 4096,
+        rays: 20_000,
+        length_s: Some(0.4),
+        air: None,
+        waves_hz: Some(0.0),
+        seed: 1,
+        part: Part::WHOLE,
+    };
     for (yaw, name) in [(0.5 * PI, "left"), (-0.5 * PI, "right"), (0.0, "neither")] {
         let pose = Pose::from_ypr(position, yaw, 0.0, 0.0);
         let heard = render_response(&scene, pose, LEAD, length).unwrap();
@@ -162,7 +181,14 @@ fn a_box_without_its_mesh_is_heard_as_with_it() {
     let head = scene_head(&hrtf).unwrap();
     // Its noise is that of its seed, where a mesh's is chosen.
     let drawn = (1..=SEEDS).map(|seed| {
-        let options = SceneOptions { images: 60, seed, title: String::new(), recipe: String::new() };
+        let options = SceneOptions {
+            images: 60,
+            air: Air::default(),
+            waves_hz: Some(0.0),
+            seed,
+            title: String::new(),
+            recipe: String::new(),
+        };
         Arc::new(drawn.scene(&head, &options).unwrap())
     });
     let (baked, drawn) = (Arc::new(baked), drawn.collect::<Vec<_>>());
@@ -210,7 +236,14 @@ fn a_box_is_one_room_as_lengths_as_mesh_and_drawn() {
     // All images are played, so that the rest is what walls scatter.
     let with_air = GeometryOptions { order: 6, air, ..options(400, 30_000) };
     let meshed = surfaces(&mesh, &room, &source(EMITTER), (&hrtf, &head), &with_air, |_| ()).unwrap();
-    let options = SceneOptions { images: 400, seed: 1, title: String::new(), recipe: String::new() };
+    let options = SceneOptions {
+        images: 400,
+        air: Air::default(),
+        waves_hz: Some(0.0),
+        seed: 1,
+        title: String::new(),
+        recipe: String::new(),
+    };
     let drawn = ShoeboxRoom { walls: walls.clone(), corner: Vec3::ZERO, emitter: EMITTER }.surfaces(&head, &options).unwrap();
     let place = meshed.places.at[7];
     let lengths = Images::of_box(&walls, source(EMITTER), 6).unwrap();
@@ -231,7 +264,16 @@ fn a_box_is_one_room_as_lengths_as_mesh_and_drawn() {
         }
     }
     let poses: Vec<Pose> = meshed.places.at.iter().map(|at| Pose { position: at.as_vec3(), ..Pose::IDENTITY }).collect();
-    let rays = MeshOptions { order: 6, beams: 0, rays: 30_000, length_s: Some(0.7), air, seed: 2, part: Part::WHOLE };
+    let rays = MeshOptions {
+        order: 6,
+        beams: 0,
+        rays: 30_000,
+        length_s: Some(0.7),
+        air,
+        waves_hz: Some(0.0),
+        seed: 2,
+        part: Part::WHOLE,
+    };
     let simulated = simulate_box(&walls, EMITTER, &hrtf, &poses, &rays, |_| ()).unwrap();
     // One place after another, which parts of a simulation sort.
     let mut places = meshed.places.at.clone();
@@ -273,4 +315,58 @@ fn the_outline_has_the_edges_of_walls_and_not_of_triangles() {
     // Twelve edges, a point every 25 cm.
     let expected = 4.0 * (size.x + size.y + size.z) / 0.25 + 12.0;
     assert!((walls.len() as f32 - expected).abs() < 2.0, "{} points, not {expected}", walls.len());
+}
+
+#[test]
+fn the_emitter_fades_at_the_border_of_the_geometry_and_is_heard_round_the_corner() {
+    // An L whose walls swallow nearly all: what arrives is the direct sound, or what comes round the corner at (5, 4.5).
+    let loft = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/library/l-shaped-loft.obj");
+    let mesh = Mesh::load(&loft).unwrap();
+    let walls: Vec<Material> = mesh.groups.iter().map(|_| Material::even("open", 0.98, 0.0)).collect();
+    let room = Room::new(&mesh, &walls).unwrap();
+    let emitter = Vec3::new(2.4, 7.6, 1.5);
+    let hrtf = transparent();
+    let options = GeometryOptions { height_m: 1.5, head_turns: 1, ..options(4, 500) };
+    let scene = Arc::new(bake_geometry(&mesh, &room, &source(emitter), &hrtf, &options, |_| ()).unwrap());
+    let bytes = scene.to_bytes().unwrap();
+    let again = Scene::from_bytes(&bytes).unwrap();
+    assert!(again.corners().is_some() && again.corners() == scene.corners() && again.to_bytes().unwrap() == bytes);
+    let truth = MeshOptions {
+        order: 1,
+        beams: 1024,
+        rays: 500,
+        length_s: Some(0.1),
+        air: None,
+        waves_hz: Some(0.0),
+        seed: 1,
+        part: Part::WHOLE,
+    };
+    let (lead, length) = (LEAD + 48, 512);
+    // The border of its shadow is at x = 5 + 2.6 * 1.9 / 3.1 = 6.59 m.
+    let mut gains = Vec::new();
+    for x in [5.6, 6.3, 6.75, 7.2, 8.0, 10.0] {
+        let pose = Pose::from_ypr(Vec3::new(x, 2.6, 1.5), 0.3, 0.0, 0.0);
+        let heard = render_response(&scene, pose, lead, length).unwrap();
+        let made = simulate_mesh(&mesh, &room, &source(emitter), &hrtf, &[pose], &truth, |_| ()).unwrap();
+        let direct_m = pose.position.distance(emitter);
+        let corner = Vec3::new(5.0, 4.5, 1.5);
+        let way_m = emitter.distance(corner) + corner.distance(pose.position);
+        let detour_m = if x < 6.59 { 0.0 } else { way_m - direct_m };
+        let samples = |metres: f32| f64::from(metres) / SPEED_OF_SOUND_M_S * f64::from(RATE);
+        // Within 0.6 ms of the arrival, before the floor's reflection, what it has and when.
+        let part = |x: &[f32], arrival: f64| {
+            let from = (arrival - 0.0006 * f64::from(RATE)).round();
+            let part = &x[from as usize..][..(0.0012 * f64::from(RATE)) as usize];
+            let at = part.iter().enumerate().map(|(i, v)| i as f64 * f64::from(*v).powi(2)).sum::<f64>();
+            (energy(part), at / energy(part) + from - arrival)
+        };
+        let (ear, at) = part(&heard[0], lead as f64 + samples(detour_m));
+        let (truth, truth_at) = part(&made.responses.responses[0].left, samples(direct_m + detour_m));
+        gains.push((x, 10.0 * (ear / truth).log10(), (at - truth_at) / f64::from(RATE)));
+    }
+    // Against the place where the emitter is seen.
+    let seen = gains[0].1;
+    for (x, gain, late_s) in gains {
+        assert!((gain - seen).abs() < 1.0 && late_s.abs() < 20e-6, "x = {x}: {:.2} dB, {late_s} s", gain - seen);
+    }
 }

@@ -1,4 +1,4 @@
-//! Baselines that know the training recordings: the nearest one itself, and what it did to its dry sound.
+//! Baselines made of the training recordings: the nearest one itself, and what it did to its dry sound.
 
 use super::Method;
 use crate::player::Ears;

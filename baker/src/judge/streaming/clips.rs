@@ -30,7 +30,7 @@ impl Clips {
         let lengths = player.clip_samples();
         // A second, as in training, or the nearest length that is taken.
         let length = (grid.sample_rate_hz.round() as usize).clamp(*lengths.start(), *lengths.end());
-        // Reflected at its ends, a clip's first and last frames hold what no stream knows; convolution carries it further.
+        // Reflected at its ends, a clip's first and last frames hold what no stream has; convolution carries it further.
         let edge = (EDGE_HOPS * grid.hop).max(grid.n_fft + CONV_HOPS * grid.hop);
         let (samples, least) = (player.out_samples(), 2 * edge + grid.n_fft);
         if samples < least {

@@ -60,7 +60,7 @@ fn energy(ears: &Ears) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use promenade_judge::random::Random;
+    use promenade_core::random::Random;
 
     const GRID: StftGrid = StftGrid { sample_rate_hz: 8000.0, n_fft: 128, hop: 32 };
 

@@ -1,7 +1,7 @@
 //! Sound that is the same on every machine.
 
+use promenade_core::random::Random;
 use promenade_core::{AnchorCloud, StftGrid};
-use promenade_judge::random::Random;
 use std::f32::consts::{PI, TAU};
 
 /// From one burst or click to the next, seconds.

@@ -4,7 +4,7 @@ use super::ears::Frame;
 use super::*;
 use crate::LoadOptions;
 use promenade_core::head::harmonics;
-use promenade_judge::random::Random;
+use promenade_core::random::Random;
 use promenade_metrics::{DecayRange, c50_db, decay_time_s, ild_db, itd_s};
 use std::collections::HashMap;
 

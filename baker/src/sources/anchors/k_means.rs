@@ -1,7 +1,7 @@
 //! Clusters of points: Lloyd's k-means from a k-means++ start.
 
 use promenade_core::glam::{DVec3, Vec3};
-use promenade_judge::random::Random;
+use promenade_core::random::Random;
 
 const MAX_ITERATIONS: usize = 300;
 /// Squared movement of all centres together below which they stand still, of the mean variance of the coordinates.

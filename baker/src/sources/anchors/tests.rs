@@ -1,6 +1,6 @@
 use super::*;
 use promenade_core::glam::Quat;
-use promenade_judge::random::Random;
+use promenade_core::random::Random;
 use std::io::Read;
 
 fn cloud(count: usize, seed: u64) -> Vec<Point> {
@@ -34,6 +34,18 @@ fn the_edge_is_in_metres_of_the_scene() {
     assert!(one.positions.iter().zip(&two.positions).all(|(a, b)| (2.0 * *a).distance(*b) < 1e-5));
     assert!((report.spread_m - of_two.spread_m).abs() < 1e-5 && report.extent_m == of_two.extent_m);
     assert_eq!(report.extent_m, (Vec3::splat(-1.0), Vec3::splat(3.0)));
+}
+
+#[test]
+fn anchors_of_another_place_are_said_to_be() {
+    let (set, _) = AnchorSet::from_points(&cloud(3000, 1), Placement::IDENTITY, &FEW).unwrap();
+    let walk: Vec<Vec3> = (0..10).map(|i| Vec3::new(0.3 * i as f32, 1.0, 0.5)).collect();
+    assert_eq!(set.apart_from(&walk), None);
+    let millimetres: Vec<Vec3> = walk.iter().map(|p| 1000.0 * *p).collect();
+    let odd = set.apart_from(&millimetres).unwrap();
+    assert!(odd.contains("10 of 10 poses lie outside") && odd.contains("to 2700.0, 1000.0, 500.0 m"), "{odd}");
+    let placed = AnchorSet { placement: Placement { units_per_metre: 1000.0, ..Placement::IDENTITY }, ..set };
+    assert!(placed.apart_from(&walk).is_some(), "a placement of another unit");
 }
 
 #[test]

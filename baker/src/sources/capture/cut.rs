@@ -1,7 +1,7 @@
 //! Cutting tracks into clips, and clips into those to learn from and those to judge by.
 
 use super::Split;
-use promenade_judge::random::Random;
+use promenade_core::random::Random;
 
 /// Which clips are for testing.
 #[derive(Clone, Copy, Debug, PartialEq)]

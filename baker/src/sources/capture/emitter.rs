@@ -307,9 +307,9 @@ mod tests {
     use super::*;
     use crate::signal::convolve::shape;
     use crate::sources::capture::{Clip, Track};
+    use promenade_core::random::Random;
     use promenade_core::{CameraPath, Keyframe};
     use promenade_fourier::num_complex::Complex32;
-    use promenade_judge::random::Random;
 
     const RATE: f64 = 16_000.0;
     const EMITTER: Vec3 = Vec3::new(2.5, 1.5, 1.8);

@@ -5,8 +5,8 @@ use super::{Capture, Clip, Split, SplitRule, Track, level_dbfs};
 use crate::bake::layout::Layout;
 use crate::signal::convolve::convolve;
 use crate::{BakeError, Responses, resample};
+use promenade_core::random::Random;
 use promenade_core::{CameraPath, Keyframe};
-use promenade_judge::random::Random;
 use std::collections::HashMap;
 
 /// Stretches that are tried for each response before a quiet one is taken.

@@ -143,8 +143,8 @@ mod tests {
     use super::*;
     use crate::signal::convolve::convolve;
     use crate::sources::capture::{Clip, Track};
+    use promenade_core::random::Random;
     use promenade_core::{CameraPath, Keyframe, Pose};
-    use promenade_judge::random::Random;
 
     const RATE: f64 = 16_000.0;
 

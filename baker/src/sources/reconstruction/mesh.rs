@@ -4,7 +4,7 @@ use super::point::{GREY, Point};
 use super::{MAX_POINTS, file};
 use crate::BakeError;
 use promenade_core::glam::Vec3;
-use promenade_judge::random::Random;
+use promenade_core::random::Random;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

@@ -1,6 +1,5 @@
 //! The direct sound and the images, through the head.
 
-use super::SPEED_OF_SOUND_M_S;
 use super::hrtf::Hrtf;
 use super::tail::ends_real;
 use promenade_core::Pose;
@@ -23,12 +22,14 @@ pub(super) struct Arriving<'a> {
 /// Filters and delays of images.
 pub(super) struct Early<'a> {
     hrtf: &'a Hrtf,
+    speed_m_s: f32,
     inverse: Arc<dyn ComplexToReal<f32>>,
 }
 
 impl<'a> Early<'a> {
-    pub(super) fn new(hrtf: &'a Hrtf) -> Self {
-        Self { hrtf, inverse: promenade_fourier::inverse(hrtf.bins.n_fft) }
+    /// At a speed of sound in metres per second.
+    pub(super) fn new(hrtf: &'a Hrtf, speed_m_s: f32) -> Self {
+        Self { hrtf, speed_m_s, inverse: promenade_fourier::inverse(hrtf.bins.n_fft) }
     }
 
     /// Adds images to what a head hears: `1/r`, after `r` over the speed of sound.
@@ -42,7 +43,7 @@ impl<'a> Early<'a> {
             let distance = to_head.length();
             let near = self.hrtf.near(to_head / distance);
             for (ear, out) in ears.iter_mut().enumerate() {
-                let arrival = f64::from(distance / SPEED_OF_SOUND_M_S) * bins.sample_rate_hz + f64::from(near.delay(ear));
+                let arrival = f64::from(distance / self.speed_m_s) * bins.sample_rate_hz + f64::from(near.delay(ear));
                 let start = arrival.floor() - LEAD as f64;
                 if start >= out.len() as f64 {
                     continue;

@@ -6,14 +6,15 @@
 use super::bins::Bins;
 use super::early::{Arriving, Early};
 use super::hrtf::Hrtf;
+use super::low::{Bass, Joiner};
 use super::part::{Part, distinct};
 use super::tail::Tail;
 use super::walls::{filters, left};
-use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ, SPEED_OF_SOUND_M_S};
+use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ};
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{
     Air, BANDS, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Reflected,
-    Room, Source, late_field, octave_energy,
+    Room, Source, late_field, octave_energy, speed_m_s,
 };
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -43,6 +44,9 @@ pub struct MeshOptions {
     pub length_s: Option<f32>,
     /// What the air takes; nothing without it.
     pub air: Option<Air>,
+    /// Below this frequency, Hz, waves are in the place of images and rays; 0 for none. Without it as high as the room's size
+    /// asks for and time allows.
+    pub waves_hz: Option<f64>,
     /// Seed of rays and noise.
     pub seed: u64,
     /// The share of the places that is computed: what it has is bit for bit what the whole has there.
@@ -58,12 +62,14 @@ pub struct Simulated {
     pub late: LateField,
     /// Images that all listeners together may see.
     pub images: usize,
+    /// Below this frequency the bass is that of waves, Hz.
+    pub crossover_hz: Option<f64>,
 }
 
 /// Binaural responses of a source in a room for heads at `poses`, at the sample rate of the HRTF.
 ///
 /// The direct sound of the source at 1 m on its axis has the level of the HRTF, 0 dB in a diffuse field, and arrives after
-/// distance over [`SPEED_OF_SOUND_M_S`]; sample 0 is when the emitter sounds. `mesh` is what `room` was made of. `done` is told
+/// distance over the speed of sound; sample 0 is when the emitter sounds. `mesh` is what `room` was made of. `done` is told
 /// the share of the work that is, 0 to 1. The same input and seed give the same samples on any number of threads.
 ///
 /// # Errors
@@ -123,18 +129,24 @@ pub(super) fn simulate(
         seed: options.seed,
     };
     let late = late_field(room, source, &listeners, &rays, |share| done(0.5 * share))?;
+    let bass = Bass::of(mesh, room, source, options.waves_hz)?;
+    let low = bass
+        .map(|bass| bass.field(room, source, &listeners, length as f64 / rate, options.air, |share| done(0.5 + 0.2 * share)));
+    let low = low.transpose()?;
+    let joiner = bass.map(|bass| Joiner::new(bass.crossover_hz, length, rate));
+    let begun = if bass.is_some() { 0.7 } else { 0.5 };
     let voice = Voice::new(mesh, room, hrtf, options.air);
     let edges = Edges::of(mesh);
-    let early = Early::new(hrtf);
+    let early = Early::new(hrtf, speed_m_s(options.air) as f32);
     let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
-    let of_place = |(place, echogram): (&Vec3, &Echogram)| -> Result<Vec<(usize, Response)>, BakeError> {
+    let of_place = |(at, (place, echogram)): (usize, (&Vec3, &Echogram))| -> Result<Vec<(usize, Response)>, BakeError> {
         let seen = images.seen_from(room, place.as_dvec3().to_array(), Reflected::Specular)?;
         let mut reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
         if !seen.iter().any(|image| image.order == 0) {
             let around = edges.around(room, source, place.as_dvec3().to_array())?;
             reflected.extend(around.iter().map(|way| voice.around(way)));
         }
-        let direct = place.distance(emitter) / SPEED_OF_SOUND_M_S * rate as f32;
+        let direct = place.distance(emitter) / speed_m_s(options.air) as f32 * rate as f32;
         let hops = Hops::new(echogram, &tail, f64::from(direct));
         let heads = poses.iter().enumerate().filter(|(_, pose)| pose.position == *place);
         Ok(heads
@@ -144,13 +156,17 @@ pub(super) fn simulate(
                 let gains = hops.at_ears(pose, hrtf);
                 tail.add(index as u64, hops.first, |l| [&gains[l][0], &gains[l][1]], &mut ears);
                 let now = finished.fetch_add(1, Ordering::Relaxed) + 1;
-                done(0.5 + 0.5 * now as f64 / count as f64);
+                if let (Some(joiner), Some(low)) = (&joiner, &low) {
+                    joiner.join(&mut ears, low, at, pose.orientation * Vec3::Y);
+                }
+                done(begun + (1.0 - begun) * now as f64 / count as f64);
                 let [left, right] = ears;
                 (index, Response { listener: *pose, source: emitter, left, right, name: format!("pose-{index:05}") })
             })
             .collect())
     };
-    let made: Result<Vec<Vec<(usize, Response)>>, BakeError> = places.par_iter().zip(&late.echograms).map(of_place).collect();
+    let made: Result<Vec<Vec<(usize, Response)>>, BakeError> =
+        places.par_iter().zip(&late.echograms).enumerate().map(of_place).collect();
     let mut responses: Vec<(usize, Response)> = made?.into_iter().flatten().collect();
     responses.sort_by_key(|(index, _)| *index);
     let responses = Responses {
@@ -161,7 +177,7 @@ pub(super) fn simulate(
         responses: responses.into_iter().map(|(_, response)| response).collect(),
         ..Responses::default()
     };
-    Ok(Simulated { responses, images: images.count(), late })
+    Ok(Simulated { responses, images: images.count(), crossover_hz: bass.map(|bass| bass.crossover_hz), late })
 }
 
 fn check(emitter: Vec3, poses: &[Pose], options: &MeshOptions) -> Result<(), BakeError> {

@@ -3,8 +3,8 @@
 use crate::BakeError;
 use promenade_acoustics::{Mesh, Room};
 use promenade_core::glam::{Vec2, Vec3};
+use promenade_core::random::Random;
 use promenade_core::{CameraPath, Pose};
-use promenade_judge::random::Random;
 
 /// Least distance of a random head from the emitter, metres.
 const FROM_EMITTER_M: f32 = 0.5;
@@ -117,9 +117,13 @@ impl<'a> Inside<'a> {
     /// Whether a head may be at a place.
     #[must_use]
     pub fn holds(&self, at: Vec3) -> bool {
+        at.distance(self.emitter) >= FROM_EMITTER_M && self.encloses(at)
+    }
+
+    /// The same, however near to the emitter.
+    pub(crate) fn encloses(&self, at: Vec3) -> bool {
         let lies = self.room.surroundings(at.as_dvec3().to_array());
-        at.distance(self.emitter) >= FROM_EMITTER_M
-            && lies.is_ok_and(|s| s.clearance_m >= f64::from(self.margin_m) && s.enclosed >= self.enclosed)
+        lies.is_ok_and(|s| s.clearance_m >= f64::from(self.margin_m) && s.enclosed >= self.enclosed)
     }
 }
 

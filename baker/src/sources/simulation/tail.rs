@@ -1,17 +1,17 @@
 //! What comes after the images: noise with a given energy over time.
 
 use super::hrtf::Hrtf;
-use promenade_acoustics::octave_energy;
+use promenade_acoustics::{BANDS, octave_energy};
+use promenade_core::random::Random;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
-use promenade_judge::random::Random;
 use std::sync::Arc;
 
 /// Length of the frames in which noise is shaped, seconds, about.
 const FRAME_S: f64 = 0.008;
 
 /// Energy a sample by octave, about each hop of half a frame.
-pub(super) type Variance = [f64; 7];
+pub(super) type Variance = [f64; BANDS];
 
 /// Noise at both ears with the diffuse field's coherence between them.
 pub(super) struct Tail {

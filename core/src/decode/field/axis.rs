@@ -1,5 +1,6 @@
 //! Positions of a field's nodes along one coordinate.
 
+use glam::Vec3;
 use std::f32::consts::TAU;
 
 /// Rising positions along one coordinate of a field, evenly spaced or not.
@@ -50,6 +51,21 @@ impl Axis {
         &self.nodes
     }
 
+    /// Mean distance from a position to its neighbours, over that of all positions: 1 where they are evenly spaced.
+    pub(crate) fn share(&self, index: usize) -> f32 {
+        let (count, n) = (self.count(), &self.nodes);
+        if count < 2 {
+            return 1.0;
+        }
+        let turn = if self.circle { TAU } else { 0.0 };
+        let below = if index > 0 { Some(n[index] - n[index - 1]) } else { self.circle.then(|| n[0] + turn - n[count - 1]) };
+        let above = if index + 1 < count { Some(n[index + 1] - n[index]) } else { self.circle.then(|| n[0] + turn - n[index]) };
+        let gaps = below.into_iter().chain(above);
+        let (sum, number) = gaps.fold((0.0, 0.0), |(sum, number), gap| (sum + gap, number + 1.0));
+        let whole = if self.circle { TAU / count as f32 } else { (n[count - 1] - n[0]) / (count - 1) as f32 };
+        sum / (number * whole)
+    }
+
     /// Whether the last position neighbours the first.
     #[must_use]
     pub fn is_circle(&self) -> bool {
@@ -73,6 +89,16 @@ impl Axis {
     pub fn linear(&self, value: f32) -> ([(usize, f32); 4], usize) {
         let (low, high, fraction) = self.around(value);
         ([(low, 1.0 - fraction), (high, fraction), (0, 0.0), (0, 0.0)], if fraction > 0.0 { 2 } else { 1 })
+    }
+
+    /// The places `[z][y][x]` around a position among those of three axes, with weights that sum to 1.
+    pub(crate) fn places_around(axes: &[Self; 3], position: Vec3) -> impl Iterator<Item = (usize, f32)> + use<> {
+        let [x, y, z] = [0, 1, 2].map(|axis| axes[axis].linear(position[axis]));
+        let [nx, ny] = [0, 1].map(|axis| axes[axis].count());
+        let pairs = |(nodes, count): ([(usize, f32); 4], usize)| nodes.into_iter().take(count);
+        pairs(z).flat_map(move |(k, wz)| {
+            pairs(y).flat_map(move |(j, wy)| pairs(x).map(move |(i, wx)| ((k * ny + j) * nx + i, wx * wy * wz)))
+        })
     }
 
     /// The two nodes around a value and the weight of the second.
@@ -168,6 +194,18 @@ mod tests {
         assert_eq!(axis.around(0.0), (1, 2, 0.0));
         assert_eq!((axis.around(-9.0), axis.around(9.0)), ((0, 0, 0.0), (2, 2, 0.0)));
         assert_eq!(axis.around(f32::NAN).2, 0.0);
+    }
+
+    #[test]
+    fn a_position_stands_for_its_share_of_the_axis() {
+        let line = Axis::new(vec![0.0, 1.0, 4.0], false).unwrap();
+        assert_eq!([0, 1, 2].map(|i| line.share(i)), [0.5, 1.0, 1.5]);
+        let circle = Axis::new(vec![0.0, 0.5 * std::f32::consts::PI, std::f32::consts::PI], true).unwrap();
+        for (index, share) in [1.125, 0.75, 1.125].into_iter().enumerate() {
+            assert!((circle.share(index) - share).abs() < 1e-5, "{index}");
+        }
+        assert_eq!(Axis::uniform(-1.0, 0.5, 5).share(0), 1.0);
+        assert_eq!(Axis::single(2.0).share(0), 1.0);
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! Follows poses through a field.
 
 use crate::decode::field::{Cell, Field};
+use crate::decode::sites::Sites;
 use crate::decode::{Change, Decoder};
 use crate::number::single;
-use crate::{LiveParams, Pose, Scene, TransferFunction};
+use crate::{LiveParams, MeasuredRoom, NEAREST_M, Pose, Scene, TransferFunction};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -13,7 +14,9 @@ pub(crate) struct FieldDecoder {
     cell: Cell,
     /// The place in the scene's room, where its time filters have a table of their own.
     room: Option<Cell>,
-    /// What air takes of the direct sound, where the scene knows it.
+    /// The scene's measurements, which carry its time filters then.
+    measured: Option<Sites>,
+    /// What air takes of the direct sound, where the scene states it.
     air: Option<Air>,
     pose: Pose,
     transfer: TransferFunction,
@@ -22,11 +25,48 @@ pub(crate) struct FieldDecoder {
 impl FieldDecoder {
     /// `None` where the scene has no field.
     pub(crate) fn new(scene: &Arc<Scene>) -> Option<Self> {
-        let (cell, transfer) = (scene.field()?.cell(), scene.shape().silent());
+        let (cell, mut transfer) = (scene.field()?.cell(), scene.shape().silent());
+        let measured = scene.measured().map(|measured| Sites::new(&measured.sites));
+        if let Some(measured) = scene.measured() {
+            set_taps(measured, &mut transfer);
+        }
         let room = scene.parts().room.as_ref().map(Field::cell);
         let air = Air::new(scene);
-        Some(Self { scene: Arc::clone(scene), cell, room, air, pose: Pose::IDENTITY, transfer })
+        Some(Self { scene: Arc::clone(scene), cell, room, measured, air, pose: Pose::IDENTITY, transfer })
     }
+}
+
+/// The transfer function at a pose by the tables of a scene.
+pub(crate) fn heard(scene: &Scene, pose: &Pose) -> Option<TransferFunction> {
+    let field = scene.field()?;
+    let Some(measured) = scene.measured() else { return Some(scene.parts().room.as_ref().unwrap_or(field).decode(pose)) };
+    let (direct, mut transfer) = (field.decode(pose), scene.shape().silent());
+    set_taps(measured, &mut transfer);
+    transfer = TransferFunction { mixture: direct.mixture, difference: direct.difference, ..transfer };
+    (transfer.phase, transfer.delay_s) = (direct.phase, direct.delay_s);
+    let emitter = field.emitter()?;
+    let gain = 1.0 / pose.position.distance(emitter).max(NEAREST_M);
+    mix_at(&Sites::new(&measured.sites), measured, pose, emitter, gain, &mut transfer);
+    Some(transfer)
+}
+
+/// Gains of taps that measured responses carry.
+fn set_taps(measured: &MeasuredRoom, transfer: &mut TransferFunction) {
+    transfer.taps.chunks_exact_mut(measured.gains.len().max(1)).for_each(|gains| gains.copy_from_slice(&measured.gains));
+}
+
+/// Sets what is heard of the measurements around a pose.
+fn mix_at(
+    sites: &Sites,
+    measured: &MeasuredRoom,
+    pose: &Pose,
+    emitter: Vec3,
+    direct_gain: f32,
+    transfer: &mut TransferFunction,
+) {
+    let direction = pose.to_head(emitter).normalize_or(Vec3::X);
+    transfer.shares = sites.at(direction, pose.position, direct_gain);
+    measured.late_of(transfer.shares.entries(), &mut transfer.late);
 }
 
 /// Steps of distance that the air's gains are made for, nepers: whole ones, so that they depend on where the listener is and
@@ -69,12 +109,16 @@ impl Decoder for FieldDecoder {
         self.pose = *pose;
         field.locate(pose, &mut self.cell);
         if let Some(images) = self.scene.images() {
-            self.cell.dim(images.direct_at(pose.position));
+            let seen = self.scene.corners().map(|corners| corners.direct_at(pose.position));
+            self.cell.dim(seen.unwrap_or_else(|| images.direct_at(pose.position)));
         }
         if let (Some(room), Some(cell)) = (&self.scene.parts().room, &mut self.room) {
             room.locate(pose, cell);
         }
         field.masks(&mut self.cell, &mut self.transfer);
+        if let (Some(sites), Some(measured), Some(emitter)) = (&self.measured, self.scene.measured(), field.emitter()) {
+            mix_at(sites, measured, pose, emitter, self.cell.direct_gain(), &mut self.transfer);
+        }
         if let Some(air) = &mut self.air {
             air.apply(pose, &mut self.transfer.mixture);
         }
@@ -83,6 +127,9 @@ impl Decoder for FieldDecoder {
 
     fn update_filters(&mut self, change: &Change) {
         let parts = self.scene.parts();
+        if parts.measured.is_some() {
+            return;
+        }
         let (field, cell) = match (&parts.room, &mut self.room, &parts.field) {
             (Some(room), Some(cell), _) => (room, cell),
             (_, _, Some(field)) => (field, &mut self.cell),

@@ -3,6 +3,7 @@
 use crate::render::lanes::WeightedSum;
 use crate::{TransferFunction, TransferShape};
 use pulp::Arch;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Level that stands for silence in rows of [`LowRank`], dB.
@@ -38,7 +39,7 @@ impl Basis {
 
     fn expand(&self, coefficients: &[f32], range: Range<usize>, out: &mut [f32]) {
         out.copy_from_slice(&self.mean[range.clone()]);
-        for (c, shape) in coefficients.iter().zip(self.shapes.chunks_exact(self.mean.len())) {
+        for (c, shape) in coefficients.iter().zip(self.shapes.chunks_exact(self.mean.len().max(1))) {
             out.iter_mut().zip(&shape[range.clone()]).for_each(|(o, s)| *o += c * s);
         }
     }
@@ -65,6 +66,27 @@ impl LowRank {
 }
 
 impl Rows {
+    /// The rows of [`TransferFunction::to_row`], worked out where there are coefficients of time filters alone; `None` for
+    /// coefficients of levels.
+    pub(crate) fn whole(&self, shape: &TransferShape) -> Option<Cow<'_, [f32]>> {
+        let low = match self {
+            Self::Whole(rows) => return Some(rows.into()),
+            Self::LowRank(low) if shape.bins == 0 => low,
+            Self::LowRank(_) => return None,
+        };
+        let (rank, len) = (low.taps.rank(), low.taps.mean.len());
+        let mut rows = Vec::with_capacity(low.coefficients.len() / rank.max(1) * shape.row_len());
+        for coefficients in low.coefficients.chunks_exact(rank.max(1)) {
+            // No delay.
+            rows.push(0.0);
+            let from = rows.len();
+            rows.resize(from + len, 0.0);
+            low.taps.expand(coefficients, 0..len, &mut rows[from..]);
+            rows[from..].iter_mut().for_each(|v| *v = v.max(0.0));
+        }
+        Some(rows.into())
+    }
+
     /// Whether the rows fit a number of nodes and a shape.
     pub(super) fn fit(&self, nodes: usize, shape: &TransferShape) -> bool {
         let basis =

@@ -148,7 +148,7 @@ impl Exact {
                 let gain = f64::from(tf.mixture[k]) * (1.0 + sign * f64::from(tf.difference[k]));
                 *out = Complex64::cis(tf.phase[ear * bins + k].into()) * turn(k) * gain * self.inputs[newest][k];
             }
-            let carrier = |set: &crate::render::carriers::CarrierSet, hop: usize, k: usize| {
+            let carrier = |set: &crate::render::carrier_set::CarrierSet, hop: usize, k: usize| {
                 let block = &set.hop(0, hop)[k / LANES].ears[ear];
                 Complex64::new(block.re[k % LANES].into(), block.im[k % LANES].into())
             };

@@ -25,7 +25,7 @@ pub(crate) struct Projected {
     pub(crate) scale: f32,
 }
 
-/// From above: x goes up, y to the left, as the head sees it when it faces x.
+/// From above: x goes up, y to the left, as for a head that faces x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plan {
     /// What is in the middle, metres along x and y.

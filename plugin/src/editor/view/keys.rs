@@ -3,6 +3,7 @@
 use super::super::ctx::Ctx;
 use super::camera::Camera;
 use super::drag::wrapped;
+use crate::listener::snapshot::values_of;
 use crate::parameter::Parameter;
 use egui::{Event, EventFilter, Key, Response, Ui};
 use promenade_core::glam::{Vec2 as Flat, Vec3};
@@ -75,11 +76,7 @@ fn direction(key: Key, ahead: Flat, left: Flat) -> Vec3 {
 /// Moves the knobs to the pose where the scene starts.
 pub(in crate::editor) fn reset(ctx: &mut Ctx<'_>) {
     let start = ctx.scene.map(|scene| scene.start_pose()).unwrap_or_default();
-    let (yaw, pitch, roll) = start.ypr();
-    let [x, y, z] = start.position.to_array();
-    let degrees = [(Parameter::Yaw, yaw), (Parameter::Pitch, pitch), (Parameter::Roll, roll)]
-        .map(|(parameter, angle)| (parameter, angle.to_degrees()));
-    for (parameter, value) in [(Parameter::X, x), (Parameter::Y, y), (Parameter::Z, z)].into_iter().chain(degrees) {
+    for (parameter, value) in values_of(&start) {
         ctx.set(parameter, value);
     }
 }
@@ -92,7 +89,7 @@ mod tests {
     fn arrows_move_as_the_window_shows_it() {
         let (ahead, left) = (Flat::NEG_X, Flat::NEG_X.rotate(Flat::Y));
         assert_eq!(direction(Key::ArrowUp, ahead, left), Vec3::NEG_X);
-        // Who looks along negative x has negative y on the left.
+        // Along negative x, negative y is on the left.
         assert_eq!(direction(Key::ArrowLeft, ahead, left), Vec3::NEG_Y);
         assert_eq!(direction(Key::PageUp, ahead, left), Vec3::Z);
         assert_eq!(direction(Key::Tab, ahead, left), Vec3::ZERO);

@@ -1,4 +1,4 @@
-//! Which Ambisonics a CLAP host gets: `clap.ambisonic` and the ports' type, of which the framework knows neither.
+//! Which Ambisonics a CLAP host gets: `clap.ambisonic` and the ports' type, neither of which the framework has.
 
 use super::framework_extension;
 use crate::playing::output::Output;

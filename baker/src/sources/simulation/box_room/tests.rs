@@ -22,7 +22,16 @@ fn even(absorption: f32, scattering: f32) -> Shoebox {
 
 /// Without air.
 fn options(order: u32, length_s: f32) -> MeshOptions {
-    MeshOptions { order, beams: 0, rays: 6000, length_s: Some(length_s), air: None, seed: 1, part: Part::WHOLE }
+    MeshOptions {
+        order,
+        beams: 0,
+        rays: 6000,
+        length_s: Some(length_s),
+        air: None,
+        waves_hz: Some(0.0),
+        seed: 1,
+        part: Part::WHOLE,
+    }
 }
 
 fn simulate(room: &Shoebox, emitter: Vec3, hrtf: &Hrtf, poses: &[Pose], options: &MeshOptions) -> Vec<Response> {
@@ -203,7 +212,7 @@ fn a_mirrored_room_swaps_the_ears() {
     absorption.swap(2, 3);
     let mirrored = walls(absorption, 0.0);
     let flip = |p: Vec3| Vec3::new(p.x, SIZE.y - p.y, p.z);
-    // Before the tail, whose noise knows no mirror.
+    // Before the tail, whose noise is not mirrored.
     let options = options(8, 0.03);
     let here = Pose::from_ypr(Vec3::new(1.2, 3.4, 1.6), 0.7, 0.2, 0.1);
     let there = Pose::from_ypr(flip(here.position), -0.7, 0.2, -0.1);

@@ -1,6 +1,6 @@
 use super::*;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
-use crate::sources::simulation::{Inside, grid, random_inside, simulate_box, turned};
+use crate::sources::simulation::{Inside, SPEED_OF_SOUND_M_S, grid, random_inside, simulate_box, turned};
 use promenade_acoustics::{Directivity, Material, Shoebox};
 use promenade_metrics::{DecayRange, decay_time_s};
 
@@ -12,7 +12,16 @@ fn source(at: Vec3) -> Source {
 }
 
 fn options(order: u32, length_s: f32) -> MeshOptions {
-    MeshOptions { order, beams: 8192, rays: 6000, length_s: Some(length_s), air: None, seed: 1, part: Part::WHOLE }
+    MeshOptions {
+        order,
+        beams: 8192,
+        rays: 6000,
+        length_s: Some(length_s),
+        air: None,
+        waves_hz: Some(0.0),
+        seed: 1,
+        part: Part::WHOLE,
+    }
 }
 
 fn room(size: Vec3, absorption: [f32; 6], scattering: f32) -> (Mesh, Room) {

@@ -1,0 +1,134 @@
+//! The bass of a room by waves, for responses and scenes.
+
+use crate::BakeError;
+use promenade_acoustics::{Air, LowField, Mesh, Room, SPEED_OF_SOUND_M_S, Source, WaveOptions, fibonacci, speed_m_s, waves};
+use promenade_core::glam::Vec3;
+use promenade_fourier::num_complex::{Complex32, Complex64};
+use promenade_fourier::{signal, spectrum};
+use promenade_room::{CROSSOVERS_HZ, crossover_hz, whole_hz};
+use std::f64::consts::TAU;
+
+/// The most that waves may take: values in cells and time steps, some 10 s of two cores.
+const MOST_WORK: f64 = 6e9;
+/// Length of the bass, seconds.
+const LENGTHS_S: (f64, f64) = (0.2, 4.0);
+/// Share of the directions from the source in which there is a surface, in a room of a bass of its own.
+const ENCLOSED: f64 = 0.8;
+/// How much more a source may send in one direction than in another, amplitude, to be the same in all in long waves.
+const EVEN: f32 = 2.0;
+/// Directions that it is looked at in.
+const LOOKED: usize = 64;
+/// An ear lies so far from the head's centre in long waves, metres (Kuhn 1977: half as far again as it is).
+const EAR_M: f64 = 0.131;
+
+/// How far up waves go in a room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bass {
+    pub(crate) crossover_hz: f64,
+    /// Reverberation time of the octave of 125 Hz, within the lengths that are computed, seconds.
+    pub(crate) t60_s: f64,
+    /// Amplitude of the source, root mean square over all directions.
+    level: f32,
+}
+
+impl Bass {
+    /// Of a room; none where waves are not asked for (0 Hz), or by itself in one that is open, so large that its modes overlap
+    /// from 60 Hz on, or whose source sends more to one side.
+    pub(crate) fn of(mesh: &Mesh, room: &Room, source: &Source, wanted_hz: Option<f64>) -> Result<Option<Self>, BakeError> {
+        if wanted_hz == Some(0.0) {
+            return Ok(None);
+        }
+        let sent: Vec<f32> = (0..LOOKED).map(|i| source.directivity.towards(fibonacci(i, LOOKED))[0]).collect();
+        let (least, most) = sent.iter().fold((f32::INFINITY, 0.0_f32), |(a, b), s| (a.min(*s), b.max(*s)));
+        let level = (sent.iter().map(|s| s * s).sum::<f32>() / LOOKED as f32).sqrt();
+        let volume = mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume());
+        let [t60_s, ..] = room.eyring_t60_s(volume, None);
+        let t60_s = t60_s.clamp(LENGTHS_S.0, LENGTHS_S.1);
+        let by_itself = || -> Result<Option<f64>, BakeError> {
+            let enclosed = room.surroundings(source.position)?.enclosed;
+            Ok(crossover_hz(volume, t60_s).filter(|_| enclosed >= ENCLOSED && most <= EVEN * least))
+        };
+        let mut crossover = match wanted_hz {
+            Some(hz) => Some(hz),
+            None => by_itself()?,
+        };
+        while let Some(hz) =
+            crossover.filter(|hz| wanted_hz.is_none() && options(*hz, t60_s, SPEED_OF_SOUND_M_S).cost(room) > MOST_WORK)
+        {
+            crossover = Some(0.9 * hz).filter(|hz| *hz >= CROSSOVERS_HZ.0);
+        }
+        Ok(crossover.map(|crossover_hz| Self { crossover_hz, t60_s, level }))
+    }
+
+    /// What places hear.
+    pub(crate) fn field(
+        &self,
+        room: &Room,
+        source: &Source,
+        places: &[[f64; 3]],
+        length_s: f64,
+        air: Option<Air>,
+        done: impl Fn(f64),
+    ) -> Result<LowField, BakeError> {
+        let mut field = waves(room, source.position, places, &options(self.crossover_hz, length_s, speed_m_s(air)), done)?;
+        for place in &mut field.places {
+            place.pressure.iter_mut().chain(place.gradient.iter_mut().flatten()).for_each(|v| *v *= self.level);
+        }
+        Ok(field)
+    }
+}
+
+fn options(crossover_hz: f64, length_s: f64, speed_m_s: f64) -> WaveOptions {
+    WaveOptions { top_hz: whole_hz(crossover_hz), length_s, speed_m_s, cells_a_wave: 0.0 }
+}
+
+/// Puts waves below a crossover in the place of what responses have there: both shares are real and add up to 1.
+pub(crate) struct Joiner {
+    crossover_hz: f64,
+    n_fft: usize,
+    rate_hz: f64,
+}
+
+impl Joiner {
+    /// For responses of some length at a rate.
+    pub(crate) fn new(crossover_hz: f64, length: usize, rate_hz: f64) -> Self {
+        // As much silence as the crossover rings.
+        let n_fft = (length + (rate_hz / 10.0) as usize).next_power_of_two();
+        Self { crossover_hz, n_fft, rate_hz }
+    }
+
+    /// Joins both ears of a head whose left lies along `left`, a unit vector, at a place of a field.
+    pub(crate) fn join(&self, ears: &mut [Vec<f32>; 2], field: &LowField, place: usize, left: Vec3) {
+        let heard = &field.places[place];
+        for (ear, side) in ears.iter_mut().zip([1.0, -1.0]) {
+            let slope = |i: usize| -> f64 {
+                left.to_array().iter().zip(&heard.gradient).map(|(along, g)| f64::from(along * g[i])).sum()
+            };
+            let low: Vec<f64> =
+                heard.pressure.iter().enumerate().map(|(i, p)| f64::from(*p) + side * EAR_M * slope(i)).collect();
+            let mut bins = spectrum(ear.iter().copied(), self.n_fft);
+            for (k, bin) in bins.iter_mut().enumerate() {
+                let hz = k as f64 * self.rate_hz / self.n_fft as f64;
+                let share = 1.0 / (1.0 + (hz / self.crossover_hz).powi(4));
+                let wave = if hz < 0.5 * field.rate_hz && share > 1e-3 {
+                    // As loud to both ears in a diffuse field as it is.
+                    let number = TAU * hz / SPEED_OF_SOUND_M_S * EAR_M;
+                    at(&low, TAU * hz / field.rate_hz) / (1.0 + number * number / 3.0).sqrt()
+                } else {
+                    Complex64::default()
+                };
+                let joined = Complex64::new(f64::from(bin.re), f64::from(bin.im)) * (1.0 - share) + wave * share;
+                *bin = Complex32::new(joined.re as f32, joined.im as f32);
+            }
+            let joined = signal(bins, self.n_fft);
+            ear.iter_mut().zip(joined).for_each(|(ear, joined)| *ear = joined);
+        }
+    }
+}
+
+/// A signal's spectrum at an angle per sample.
+fn at(signal: &[f64], angle: f64) -> Complex64 {
+    let step = Complex64::cis(-angle);
+    // Horner's rule, from the last sample on.
+    signal.iter().rev().fold(Complex64::default(), |sum, x| sum * step + x)
+}

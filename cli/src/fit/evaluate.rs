@@ -1,0 +1,131 @@
+//! What fits and baselines foretell, as tables.
+
+use super::room::{self, Stated};
+use super::{Fitted, full};
+use crate::args::FitArgs;
+use crate::{progress, report};
+use anyhow::{Context, Result, bail};
+use promenade_acoustics::{Material, Materials};
+use promenade_fit::{
+    Alike, FITTED_HZ, Foretold, Form, Measurements, Row, Split, WALLS, all_figures, baselines, errors, foretold_errors,
+    full_row, mean_rows, octave_t20_s, quick_row, table,
+};
+use std::path::Path;
+
+/// Judges what is foretold at places that are held out.
+pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, set: &Measurements) -> Result<()> {
+    let convention = args.convention.into();
+    let count = set.all.len();
+    let places = args.places.unwrap_or(count.div_ceil(3));
+    let figures = all_figures(set, convention);
+    let mut tables: Vec<Vec<Row>> = Vec::new();
+    let bar = progress::of_work();
+    for i in 0..u64::from(args.splits) {
+        let split = Split::drawn(count, places, args.seed.wrapping_add(i))?;
+        let mut rows = baselines(set, &figures, &split, convention);
+        if let Some(stated) = room {
+            // One that is searched is searched in the places that are fitted to.
+            let room = &stated.room(&set.only(&split.train))?;
+            if matches!(room.form, Form::Box(_)) {
+                rows.push(quick_row(&room::of_box(room)?, set, &figures, &split, convention, args.seed)?);
+            }
+            if !args.quick {
+                let mut each = |share: f64| bar.at(progress::SHARES * (i as f64 + share) / f64::from(args.splits));
+                rows.push(full_row(room, set, &figures, &split, convention, &full::options(args), &mut each)?);
+            }
+        }
+        tables.push(rows);
+    }
+    drop(bar);
+    report::line(format_args!(
+        "{}: fitted to {places} of {count} places, judged at the others, {} draws, {} Hz, {}",
+        set.title,
+        args.splits,
+        set.sample_rate_hz,
+        convention.name()
+    ));
+    report::print(&report::table(&table(&mean_rows(&tables)), args.markdown))
+}
+
+/// Judges a fitted room with other materials on measurements of the changed room.
+pub(super) fn changed(args: &FitArgs, path: &Path, fit: &Fitted, set: &Measurements) -> Result<()> {
+    let mut options = args.set.options();
+    options.setting.clone_from(&args.changed_setting);
+    let judge = Measurements::load(path, &options)?;
+    report::notes(&judge.notes);
+    if !args.alike.is_empty() {
+        return alike(args, fit, set, &judge);
+    }
+    let convention = args.convention.into();
+    let figures = all_figures(&judge, convention);
+    let row = |name: &str, errors| Row { name: name.to_owned(), errors };
+    let rows = match fit {
+        Fitted::Quick(fit) => {
+            let mut other = fit.clone();
+            for (wall, material) in materials(&WALLS.map(str::to_owned), &args.materials)? {
+                *other = other.with_absorption(wall, &material.absorption);
+            }
+            let of = |fit| errors(fit, set, &judge, &figures, convention);
+            [row("unchanged", of(fit)), row("changed", of(&other))]
+        }
+        Fitted::Full(fit) => {
+            let mut other = fit.clone();
+            for (surface, material) in materials(&fit.room.surfaces, &args.materials)? {
+                *other = other.with_absorption(surface, &material.absorption);
+            }
+            let of = |fit| foretold_errors(&Foretold::of_full(fit, set), &judge, &figures, convention);
+            [row("unchanged", of(fit)), row("changed", of(&other))]
+        }
+    };
+    report::line(format_args!("{}: foretold of {}, {}", judge.title, set.title, convention.name()));
+    report::print(&report::table(&table(&rows), args.markdown))
+}
+
+/// What surfaces absorb that were changed together.
+fn alike(args: &FitArgs, fit: &Fitted, before: &Measurements, after: &Measurements) -> Result<()> {
+    let Fitted::Full(fit) = fit else { bail!("--alike: expected a full fit, found --quick") };
+    let number = |name: &String| {
+        let names = &fit.room.surfaces;
+        names
+            .iter()
+            .position(|s| s == name)
+            .with_context(|| format!("--alike: expected some of {}, found {name}", names.join(", ")))
+    };
+    let surfaces: Vec<usize> = args.alike.iter().map(number).collect::<Result<_>>()?;
+    let found = Alike::of(fit, &surfaces, before, after);
+    let (first, second) = (octave_t20_s(before), octave_t20_s(after));
+    // From 125 Hz on, as materials have it.
+    let octaves = 1..first.len();
+    let row = |name: &str, of: &dyn Fn(usize) -> String| -> Vec<String> {
+        std::iter::once(name.to_owned()).chain(octaves.clone().map(of)).collect()
+    };
+    let share = |a: Option<f64>| a.map_or("-".to_owned(), |a| format!("{a:.3}"));
+    let rows = [
+        row("octave, Hz", &|o| format!("{}", FITTED_HZ[o])),
+        row("T20 before, s", &|o| format!("{:.3}", first[o])),
+        row("T20 after, s", &|o| format!("{:.3}", second[o])),
+        row("absorption before", &|o| share(found.before[o])),
+        row("absorption after", &|o| share(found.after[o])),
+    ];
+    report::print(&report::table(&rows, args.markdown))?;
+    for (name, all) in [("before", &found.before), ("after", &found.after)] {
+        // An octave that is not known is as the nearest that is.
+        let known: Vec<(usize, f64)> = all.iter().enumerate().skip(1).filter_map(|(o, a)| Some((o, (*a)?))).collect();
+        let nearest = |o: usize| known.iter().min_by_key(|k| k.0.abs_diff(o)).map_or(0.0, |k| k.1);
+        let octaves: Vec<String> = (1..=7).map(|o| format!("{:.3}", nearest(o))).collect();
+        let rules: Vec<String> = args.alike.iter().map(|surface| format!("{surface}={}", octaves.join("/"))).collect();
+        report::line(format_args!("{name}: --materials '{}'", rules.join(",")));
+    }
+    Ok(())
+}
+
+/// The surfaces that rules name, with what they are made of then.
+fn materials(surfaces: &[String], rules: &[(String, String)]) -> Result<Vec<(usize, Material)>> {
+    // What no rule names is of a material that is not taken.
+    let all: Vec<(String, String)> = [rules, &[("*".to_owned(), "0.5".to_owned())]].concat();
+    let materials = Materials::default().assign(surfaces, &all)?;
+    let named = |surface: &str| {
+        rules.iter().any(|rule| Materials::default().assign(&[surface.to_owned()], std::slice::from_ref(rule)).is_ok())
+    };
+    Ok(materials.into_iter().enumerate().filter(|(s, _)| named(&surfaces[*s])).collect())
+}

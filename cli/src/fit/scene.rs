@@ -1,0 +1,114 @@
+//! Scenes of fitted rooms.
+
+use crate::args::FitArgs;
+use crate::{progress, report, scene};
+use anyhow::{Context, Result, bail};
+use promenade_acoustics::{Air, Material, Materials, Room, Shoebox, Source};
+use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
+use promenade_baker::simulation::{Hrtf, scene_spacing_m};
+use promenade_baker::{LoadOptions, Responses};
+use promenade_core::glam::{DVec3, Vec3};
+use promenade_fit::{FullFit, MaterialsBeside, Measurements, QuickFit};
+use promenade_room::{PLAYED_IMAGES, SceneOptions, ShoeboxRoom};
+use std::path::Path;
+
+/// Sample rate of a scene, hertz.
+const SCENE_HZ: u32 = 48_000;
+/// Images that are played, turns of the head that are stored, beams, and rays.
+const IMAGES: usize = 60;
+const HEAD_TURNS: usize = 6;
+const BEAMS: usize = 8192;
+const RAYS: usize = 32_768;
+/// Height of the listener over the floor, and distance from surfaces, metres.
+const HEIGHT_M: f32 = 1.5;
+const MARGIN_M: f32 = 0.3;
+
+fn head(args: &FitArgs, output: &Path) -> Result<Hrtf> {
+    let Some(head) = &args.head else { bail!("{}: expected --head for a scene", output.display()) };
+    let responses = Responses::load(head, &LoadOptions::default())?;
+    Hrtf::new(&responses, SCENE_HZ).with_context(|| format!("{}: makes no HRTF", head.display()))
+}
+
+fn materials(groups: &[String], beside: &MaterialsBeside) -> Result<Vec<Material>> {
+    let table = Materials::default();
+    Ok(groups.iter().map(|name| table.material(&beside.materials[name])).collect::<Result<_, _>>()?)
+}
+
+fn recipe(args: &FitArgs, set: &Measurements) -> String {
+    let head = args.head.as_deref().map(report::file_name).unwrap_or_default();
+    format!("fit {} --head {head} --seed {}", set.title, args.seed)
+}
+
+/// A box as the editor makes it.
+pub(super) fn of_box(
+    args: &FitArgs,
+    output: &Path,
+    fit: &QuickFit,
+    set: &Measurements,
+    beside: &MaterialsBeside,
+) -> Result<()> {
+    let hrtf = head(args, output)?;
+    let Ok(materials) = materials(&promenade_fit::WALLS.map(str::to_owned), beside)?.try_into() else {
+        bail!("expected six walls")
+    };
+    let source = set.all.first().map_or(Vec3::ZERO, |m| DVec3::from(m.source.at_m).as_vec3());
+    let room = ShoeboxRoom {
+        walls: Shoebox { size: fit.walls.size_m(), materials },
+        corner: DVec3::from(fit.walls.low_m).as_vec3(),
+        emitter: args.emitter.unwrap_or(source),
+    };
+    let options = SceneOptions {
+        images: PLAYED_IMAGES,
+        air: Air::default(),
+        waves_hz: None,
+        seed: args.seed,
+        title: format!("{}, fitted", set.title),
+        recipe: recipe(args, set),
+    };
+    let bytes = scene::write(output, &room.scene(&scene_head(&hrtf)?, &options)?)?;
+    report::line(format_args!("{}: {} kB", output.display(), bytes.div_ceil(1000)));
+    Ok(())
+}
+
+/// Any room, with the source as it was found.
+pub(super) fn of_room(
+    args: &FitArgs,
+    output: &Path,
+    fit: &FullFit,
+    set: &Measurements,
+    beside: &MaterialsBeside,
+) -> Result<()> {
+    let hrtf = head(args, output)?;
+    let mesh = fit.room.mesh()?;
+    let room = Room::new(&mesh, &materials(&mesh.groups, beside)?)?;
+    let (found, facing) = match (fit.places.first(), set.all.first()) {
+        (Some(found), Some(m)) => (found.source_m, m.source.facing),
+        _ => bail!("expected a measurement"),
+    };
+    let position = args.emitter.map_or(found, |e| e.as_dvec3().to_array());
+    let [x, y, z] = facing.unwrap_or([1.0, 0.0, 0.0]);
+    let directivity = fit.directivity()?.turned(y.atan2(x), z.atan2(x.hypot(y)));
+    let options = GeometryOptions {
+        images: IMAGES,
+        head_turns: HEAD_TURNS,
+        order: args.order,
+        beams: BEAMS,
+        rays: RAYS,
+        spacing_m: scene_spacing_m(&mesh),
+        height_m: HEIGHT_M,
+        margin_m: MARGIN_M,
+        air: Some(Air::default()),
+        waves_hz: None,
+        seed: args.seed,
+        title: format!("{}, fitted", set.title),
+        recipe: recipe(args, set),
+    };
+    let bar = progress::of_work();
+    let baked = bake_geometry(&mesh, &room, &Source { position, directivity }, &hrtf, &options, |share| {
+        bar.at(progress::SHARES * share);
+    })?;
+    drop(bar);
+    let bytes = scene::write(output, &baked)?;
+    report::line(format_args!("{}: {} kB", output.display(), bytes.div_ceil(1000)));
+    Ok(())
+}

@@ -1,0 +1,472 @@
+//! The bass of a room as waves have it: the lower half of the dry sound through responses at a low rate.
+//!
+//! The low half is taken at about ten times the crossover, heard through one response for each ear that is mixed anew when the
+//! listener moves, and brought back. All of it fits into the latency of the frames.
+
+use crate::decode::NEAREST_M;
+use crate::number::{single, whole};
+use crate::octave::OCTAVES_HZ;
+use crate::render::crossover::Crossover;
+use crate::render::decay_curve::DecayCurve;
+use crate::scene::{BASS_SIGNALS, BassEars, BassField};
+use crate::{EARLY_S, Pose, Scene, StftGrid, Trim};
+use glam::Vec3;
+use promenade_fourier::num_complex::Complex32;
+use promenade_fourier::{forward, inverse};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Samples a second that the low half is heard at, times the crossover, at least.
+const RATE: f64 = 10.0;
+/// Half the length of the filters between both rates, samples of the low one.
+const REACH: usize = 4;
+/// Shape of their window (Kaiser): 70 dB.
+const KAISER: f64 = 6.76;
+/// An ear lies so far from the head's centre, metres: half as far again as it is, since waves go round the head (Kuhn 1977).
+const EAR_M: f32 = 0.131;
+/// Time over which a response goes from early to late, seconds.
+const BORDER_S: f64 = 0.005;
+/// Velocities are not made below here, Hz.
+const VELOCITY_FROM_HZ: f64 = 15.0;
+/// Signals of a place where it is heard in Ambisonics: pressure, slopes, and the velocity's.
+const WITH_VELOCITY: usize = 7;
+
+/// What all renderers of a scene's bass share at one rate.
+pub(crate) struct BassFilters {
+    /// Samples of the host for one of the low half.
+    every: usize,
+    rate_hz: f64,
+    length: usize,
+    signals: usize,
+    /// `[place][signal][sample]`
+    samples: Vec<f32>,
+    /// Between both rates: the sum over it is 1.
+    window: Vec<f32>,
+    speed_m_s: f32,
+}
+
+impl BassFilters {
+    pub(crate) fn new(bass: &BassField, speed_m_s: f32, grid: &StftGrid) -> Self {
+        let host_hz = grid.sample_rate_hz;
+        // The filters between both rates fit into the latency.
+        let most = grid.latency_samples().saturating_sub(grid.hop) / (2 * REACH + 1);
+        let every = whole((host_hz / (RATE * bass.crossover_hz)).floor()).min(most).max(1);
+        let rate_hz = host_hz / every as f64;
+        let signals = if bass.ears == BassEars::Head { BASS_SIGNALS } else { WITH_VELOCITY };
+        let length = whole((bass.len() as f64 * rate_hz / bass.rate_hz).ceil()).max(1);
+        let resampler = Resampler::new(bass.len(), rate_hz / bass.rate_hz);
+        let mut samples = Vec::with_capacity(bass.place_count() * signals * length);
+        for place in bass.samples.chunks_exact((BASS_SIGNALS * bass.len()).max(1)) {
+            for signal in 0..signals {
+                // Of a wave from somewhere the velocity is the slope's integral, times the speed of sound.
+                let (from, velocity) = if signal < BASS_SIGNALS { (signal, false) } else { (signal - 3, true) };
+                let one = &place[from * bass.len()..][..bass.len()];
+                samples.extend(resampler.resample(one, length, |share| {
+                    let number = TAU * share * bass.rate_hz / f64::from(speed_m_s);
+                    match (bass.ears, velocity) {
+                        // As loud to both ears in a diffuse field as it is.
+                        (BassEars::Head, _) => {
+                            let ear = number * f64::from(EAR_M);
+                            Complex32::new(single((1.0 + ear * ear / 3.0).sqrt().recip()), 0.0)
+                        }
+                        (_, false) => Complex32::new(1.0, 0.0),
+                        (_, true) if share * bass.rate_hz < VELOCITY_FROM_HZ => Complex32::default(),
+                        (_, true) => Complex32::new(0.0, -single(number.recip())),
+                    }
+                }));
+            }
+        }
+        Self { every, rate_hz, length, signals, samples, window: window(every), speed_m_s }
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.samples) + size_of_val(&*self.window)
+    }
+}
+
+/// A windowed sinc between both rates, `2 * REACH * every + 1` samples.
+fn window(every: usize) -> Vec<f32> {
+    let reach = (REACH * every) as f64;
+    let bessel = |x: f64| {
+        let (mut sum, mut term) = (1.0, 1.0);
+        for n in 1..24 {
+            term *= (0.5 * x / f64::from(n)).powi(2);
+            sum += term;
+        }
+        sum
+    };
+    let at = |i: usize| {
+        let t = i as f64 - reach;
+        let x = PI * t / every as f64;
+        let sinc = if t == 0.0 { 1.0 } else { x.sin() / x };
+        sinc * bessel(KAISER * (1.0 - (t / (reach + 1.0)).powi(2)).max(0.0).sqrt())
+    };
+    let all: Vec<f64> = (0..2 * REACH * every + 1).map(at).collect();
+    let sum: f64 = all.iter().sum();
+    all.iter().map(|v| single(v / sum)).collect()
+}
+
+/// Takes signals of one length to another rate by their transforms.
+struct Resampler {
+    n: usize,
+    to: usize,
+}
+
+impl Resampler {
+    /// For signals of `length` samples; of the lengths of transforms that will do the one is taken whose ratio is nearest.
+    fn new(length: usize, ratio: f64) -> Self {
+        let off = |n: usize| {
+            let to = n as f64 * ratio / 2.0;
+            ((to - to.round()) / to).abs()
+        };
+        let shortest = length + 64;
+        let all = (shortest..shortest + 256).filter(|n| n.is_multiple_of(2));
+        let n = all.min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(shortest);
+        Self { n, to: 2 * whole((n as f64 * ratio / 2.0).round()).max(1) }
+    }
+
+    /// `filter` is asked at frequencies, shares of the signal's rate.
+    fn resample(&self, signal: &[f32], length: usize, filter: impl Fn(f64) -> Complex32) -> Vec<f32> {
+        let (forward, inverse) = (forward(self.n), inverse(self.to));
+        let mut time = forward.make_input_vec();
+        time[..signal.len()].copy_from_slice(signal);
+        let mut bins = forward.make_output_vec();
+        let mut to = inverse.make_input_vec();
+        let mut out = inverse.make_output_vec();
+        let scale = single((self.to as f64).recip());
+        let done = forward.process(&mut time, &mut bins);
+        debug_assert!(done.is_ok());
+        let both = to.len().min(bins.len()) - 1;
+        for (k, (to, bin)) in to.iter_mut().zip(&bins).enumerate().take(both).skip(1) {
+            *to = *bin * filter(k as f64 / self.n as f64) * scale;
+        }
+        let done = inverse.process(&mut to, &mut out);
+        debug_assert!(done.is_ok());
+        out.resize(length, 0.0);
+        out
+    }
+}
+
+/// The newest samples of a stream, so kept that as many as wanted lie one after the other, the newest first.
+struct Newest {
+    samples: Vec<f32>,
+    length: usize,
+    at: usize,
+}
+
+impl Newest {
+    fn new(length: usize) -> Self {
+        Self { samples: vec![0.0; 2 * length], length, at: 0 }
+    }
+
+    fn push(&mut self, x: f32) {
+        self.at = if self.at == 0 { self.length - 1 } else { self.at - 1 };
+        self.samples[self.at] = x;
+        self.samples[self.at + self.length] = x;
+    }
+
+    fn all(&self) -> &[f32] {
+        &self.samples[self.at..self.at + self.length]
+    }
+
+    fn reset(&mut self) {
+        self.samples.fill(0.0);
+    }
+}
+
+/// Sum of products; what lies beyond the shorter is left out.
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let (a, a_rest) = a[..a.len().min(b.len())].as_chunks::<8>();
+    let (b, b_rest) = b.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..8 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let b_rest = b.get(a.len()).map_or(b_rest, |chunk| &chunk[..]);
+    sums.iter().sum::<f32>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f32>()
+}
+
+/// The bass of a scene, for one stream.
+pub(crate) struct WaveBass {
+    scene: Arc<Scene>,
+    emitter: Vec3,
+    filters: Arc<BassFilters>,
+    curve: Arc<DecayCurve>,
+    hop: f64,
+    crossover: Crossover,
+    /// The low half at the host's rate, and how many samples are missing to the next of the low rate.
+    fine: Newest,
+    missing: usize,
+    low: Newest,
+    /// What both ears hear at the low rate.
+    heard: [Newest; 2],
+    /// Samples of the low rate by which a response's first comes after what was taken in, beside the filters' own.
+    wait: f64,
+    /// Of both ears, as they are and as they were.
+    now: [Vec<f32>; 2],
+    before: [Vec<f32>; 2],
+    mixed: Vec<f32>,
+    gains: Vec<f32>,
+    /// The pose and trim that `now` is of, and the decay that `gains` are of.
+    set: Option<(Pose, Trim)>,
+    decayed: Option<(f32, f32, f32)>,
+    /// The bass of the newest hop.
+    out: [Vec<f32>; 2],
+    quiet_hops: usize,
+    longest_hops: usize,
+}
+
+impl WaveBass {
+    /// `None` for a scene without. `filters` and `curve` are the scene's at the grid's rate.
+    pub(crate) fn new(
+        scene: &Arc<Scene>,
+        grid: &StftGrid,
+        filters: &Arc<BassFilters>,
+        curve: &Arc<DecayCurve>,
+    ) -> Option<Self> {
+        let (bass, emitter) = (scene.bass()?, scene.emitter()?);
+        let every = filters.every;
+        let delay = grid.latency_samples().saturating_sub(grid.hop) as f64;
+        let wait = (delay / every as f64 - 2.0 * REACH as f64).max(0.0);
+        let taps = filters.length + whole(wait.ceil()) + 2;
+        let ears = || [vec![0.0; taps], vec![0.0; taps]];
+        Some(Self {
+            scene: Arc::clone(scene),
+            emitter,
+            curve: Arc::clone(curve),
+            hop: grid.hop as f64,
+            crossover: Crossover::new(bass.crossover_hz, grid.sample_rate_hz),
+            fine: Newest::new(filters.window.len()),
+            missing: every,
+            low: Newest::new(taps),
+            heard: [(); 2].map(|()| Newest::new(2 * REACH + 2)),
+            wait,
+            now: ears(),
+            before: ears(),
+            mixed: vec![0.0; filters.length],
+            gains: vec![1.0; filters.length],
+            set: None,
+            decayed: None,
+            out: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
+            quiet_hops: usize::MAX / 2,
+            longest_hops: (taps + 4 * REACH) * every / grid.hop + 2,
+            filters: Arc::clone(filters),
+        })
+    }
+
+    /// Takes a hop of dry sound while the listener moves to `pose` over it, and leaves its upper half.
+    pub(crate) fn take(&mut self, hop: &mut [f32], pose: &Pose, trim: &Trim) {
+        self.quiet_hops = if hop.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_hops.saturating_add(1) };
+        if self.quiet_hops > self.longest_hops {
+            if self.quiet_hops == self.longest_hops + 1 {
+                self.silence();
+            }
+            self.out.iter_mut().for_each(|out| out.fill(0.0));
+            return;
+        }
+        let moves = self.set != Some((*pose, *trim));
+        if moves {
+            let fresh = self.set.is_none();
+            std::mem::swap(&mut self.now, &mut self.before);
+            self.mix(pose, trim);
+            if fresh {
+                for (before, now) in self.before.iter_mut().zip(&self.now) {
+                    before.copy_from_slice(now);
+                }
+            }
+            self.set = Some((*pose, *trim));
+        }
+        let filters = Arc::clone(&self.filters);
+        let (every, count) = (filters.every, hop.len() as f32);
+        for (i, x) in hop.iter_mut().enumerate() {
+            let [low, high] = self.crossover.split(f64::from(*x));
+            *x = single(high);
+            self.fine.push(single(low));
+            self.missing -= 1;
+            if self.missing == 0 {
+                self.missing = every;
+                self.low.push(dot(&filters.window, self.fine.all()));
+                let along = (i + 1) as f32 / count;
+                let along = along * along * (3.0 - 2.0 * along);
+                for ((heard, now), before) in self.heard.iter_mut().zip(&self.now).zip(&self.before) {
+                    let new = dot(now, self.low.all());
+                    let old = if moves { dot(before, self.low.all()) } else { new };
+                    heard.push(old + along * (new - old));
+                }
+            }
+            // Samples since the newest of the low rate.
+            let since = every - self.missing;
+            for (out, heard) in self.out.iter_mut().zip(&self.heard) {
+                let phases = filters.window.iter().skip(since % every).step_by(every);
+                let sum: f32 = phases.zip(heard.all()).map(|(w, x)| w * x).sum();
+                out[i] = sum * every as f32;
+            }
+        }
+    }
+
+    /// Adds what the ears hear of the hop that was taken last, which is `latency - hop` samples later than it came in.
+    pub(crate) fn add_to(&self, ears: &mut [Vec<f32>; 2]) {
+        for (ear, out) in ears.iter_mut().zip(&self.out) {
+            ear.iter_mut().zip(out).for_each(|(ear, out)| *ear += out);
+        }
+    }
+
+    /// Mixes what both ears hear at a pose.
+    fn mix(&mut self, pose: &Pose, trim: &Trim) {
+        let scene = Arc::clone(&self.scene);
+        let Some(bass) = scene.bass() else { return };
+        let filters = Arc::clone(&self.filters);
+        let away = pose.position.distance(self.emitter);
+        let travels = f64::from(away / filters.speed_m_s) * filters.rate_hz;
+        self.set_gains(bass, trim, travels);
+        let axes = Vec3::AXES.map(|axis| pose.orientation.inverse() * axis);
+        for ear in 0..2 {
+            self.mixed.fill(0.0);
+            for shares in bass.shares(pose.position) {
+                let mut signals = [0.0; WITH_VELOCITY];
+                self.ear_shares(bass.ears, ear, &shares, &axes, trim.width, &mut signals);
+                for (signal, share) in signals.iter().enumerate().take(filters.signals).filter(|(_, share)| **share != 0.0) {
+                    let start = (shares.place * filters.signals + signal) * filters.length;
+                    let one = &filters.samples[start..start + filters.length];
+                    self.mixed.iter_mut().zip(one).for_each(|(m, x)| *m += share * x);
+                }
+            }
+            self.mixed.iter_mut().zip(&self.gains).for_each(|(m, g)| *m *= g);
+            let out = &mut self.now[ear];
+            move_earlier(&self.mixed, travels - self.wait, out);
+            // The direct sound, as late at an ear as it is for a head in long waves.
+            let towards = pose.to_head(self.emitter) / away.max(1e-6);
+            let (level, later_m) = match (bass.ears, ear) {
+                (BassEars::Head, 0) => (1.0, -EAR_M * towards.y),
+                (BassEars::Head, _) => (1.0, EAR_M * towards.y),
+                (BassEars::Pair(0), 0) => (1.0, 0.0),
+                (BassEars::Pair(0), _) => (towards.y, 0.0),
+                (BassEars::Pair(1), 0) => (towards.z, 0.0),
+                (BassEars::Pair(1), _) => (towards.x, 0.0),
+                (BassEars::Pair(_), _) => (0.0, 0.0),
+            };
+            let level = level * trim.direct * bass.direct / away.max(NEAREST_M);
+            let at = self.wait + f64::from(later_m / filters.speed_m_s) * filters.rate_hz;
+            add_impulse(out, at, level);
+        }
+    }
+
+    /// Shares of a place's signals in what an ear hears; `axes` are the world's, as the head has them.
+    fn ear_shares(
+        &self,
+        ears: BassEars,
+        ear: usize,
+        shares: &crate::scene::BassShares,
+        axes: &[Vec3; 3],
+        width: f32,
+        out: &mut [f32; WITH_VELOCITY],
+    ) {
+        // A slope along the head's axis to the left is the mix of the world's that this axis is of.
+        let mut velocity = |along: usize| {
+            for axis in 0..3 {
+                out[4 + axis] = shares.straight * axes[axis][along];
+            }
+        };
+        match (ears, ear) {
+            (BassEars::Head, _) => {
+                let side = width * if ear == 0 { EAR_M } else { -EAR_M };
+                for (signal, out) in out.iter_mut().enumerate().take(BASS_SIGNALS) {
+                    let slope: f32 = (0..3).map(|axis| axes[axis].y * shares.of[1 + axis][signal]).sum();
+                    *out = shares.of[0][signal] + side * slope;
+                }
+            }
+            (BassEars::Pair(0), 0) => out[..BASS_SIGNALS].copy_from_slice(&shares.of[0]),
+            (BassEars::Pair(0), _) => velocity(1),
+            (BassEars::Pair(1), 0) => velocity(2),
+            (BassEars::Pair(1), _) => velocity(0),
+            (BassEars::Pair(_), _) => {}
+        }
+    }
+
+    /// Sets the gains of a response's samples: early and late, and the decay.
+    fn set_gains(&mut self, bass: &BassField, trim: &Trim, travels: f64) {
+        let plain = trim.early == 1.0 && trim.late == 1.0 && trim.decay == 1.0;
+        let wanted = (trim.early, trim.late, trim.decay);
+        if plain && self.decayed != Some(wanted) {
+            self.gains.fill(1.0);
+        }
+        if !plain {
+            let octave = f64::from(OCTAVES_HZ[0]).min(bass.crossover_hz);
+            let hop_samples = self.hop / self.filters.every as f64;
+            for (i, gain) in self.gains.iter_mut().enumerate() {
+                let after = (i as f64 - travels).max(0.0);
+                let border = ((after / self.filters.rate_hz - EARLY_S) / BORDER_S + 0.5).clamp(0.0, 1.0);
+                let times = f64::from(trim.decay);
+                let decay = if times == 1.0 {
+                    0.0
+                } else {
+                    self.curve.log_gain_at(self.scene.bands(), single(octave), after / hop_samples, times)
+                };
+                *gain = (trim.early + single(border) * (trim.late - trim.early)) * single(decay.exp());
+            }
+        }
+        self.decayed = Some(wanted);
+    }
+
+    /// Samples for which it sounds on after the input has ended.
+    pub(crate) fn tail_samples(&self) -> usize {
+        (self.now[0].len() + 4 * REACH) * self.filters.every
+    }
+
+    fn silence(&mut self) {
+        self.crossover.reset();
+        self.fine.reset();
+        self.low.reset();
+        self.heard.iter_mut().for_each(Newest::reset);
+    }
+
+    /// Forgets the past.
+    pub(crate) fn reset(&mut self) {
+        self.silence();
+        self.missing = self.filters.every;
+        self.set = None;
+        self.quiet_hops = usize::MAX / 2;
+        self.out.iter_mut().for_each(|out| out.fill(0.0));
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let taps = self.now[0].len();
+        4 * (4 * taps + 2 * taps + self.mixed.len() + self.gains.len() + 2 * self.fine.length) + self.out[0].len() * 8
+    }
+}
+
+/// Weights of the four samples about a place that lies so far from the second to the third (Lagrange).
+fn cubic(t: f32) -> [f32; 4] {
+    [
+        -t * (t - 1.0) * (t - 2.0) / 6.0,
+        (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+        -(t + 1.0) * t * (t - 2.0) / 2.0,
+        (t + 1.0) * t * (t - 1.0) / 6.0,
+    ]
+}
+
+/// Puts samples into `out`, moved earlier by so many samples.
+fn move_earlier(samples: &[f32], earlier: f64, out: &mut [f32]) {
+    let base = earlier.floor();
+    let weights = cubic(single(earlier - base));
+    let at = |i: f64| if i >= 0.0 { samples.get(whole(i)).copied().unwrap_or(0.0) } else { 0.0 };
+    for (n, out) in out.iter_mut().enumerate() {
+        let first = base + n as f64 - 1.0;
+        *out = weights.iter().enumerate().map(|(k, w)| w * at(first + k as f64)).sum();
+    }
+}
+
+/// Adds an impulse between samples, by Lagrange's cubic; one before the first is at the first.
+fn add_impulse(out: &mut [f32], at: f64, level: f32) {
+    let at = at.max(1.0);
+    let base = at.floor();
+    let weights = cubic(single(at - base));
+    let first = whole(base) - 1;
+    for (k, weight) in weights.iter().enumerate() {
+        if let Some(out) = out.get_mut(first + k) {
+            *out += level * weight;
+        }
+    }
+}

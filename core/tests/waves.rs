@@ -1,0 +1,158 @@
+//! Scenes whose bass waves have.
+
+use assert_no_alloc::assert_no_alloc;
+use promenade_core::glam::Vec3;
+use promenade_core::{
+    Axis, BassEars, BassField, BlockParams, Facing, Field, FieldGrid, Pose, Renderer, Rows, Scene, SceneParts, Spatializer,
+    Trim,
+};
+use promenade_fourier::num_complex::Complex64;
+use promenade_testing::scenes::room;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+const SPEED_M_S: f64 = 343.0;
+const CROSSOVER_HZ: f64 = 180.0;
+/// Where the room's one reflection comes from, and how strong it is.
+const IMAGE: Vec3 = Vec3::new(3.0, 4.0, -0.5);
+const STRENGTH: f32 = 0.8;
+/// An ear, as long waves have it.
+const EAR_M: f64 = 0.131;
+
+/// A room of direct sound, with a reflection below the crossover if there are waves.
+fn scene(rate: f64, waves: bool) -> Arc<Scene> {
+    let parts = room(rate, 0.5, 0.0).parts().clone();
+    let mut transfer = parts.shape().silent();
+    transfer.mixture.fill(1.0);
+    let nodes = FieldGrid {
+        position: [(); 3].map(|()| Axis::single(0.0)),
+        facing: Facing::Emitter { position: Vec3::ZERO, elevation: Axis::single(0.0), azimuth: Axis::single(0.0) },
+    };
+    let field = Field::new(nodes, parts.shape(), Rows::Whole(transfer.to_row()));
+    let places = [Axis::uniform(0.9, 0.5, 5), Axis::uniform(-0.6, 0.5, 4), Axis::single(0.1)];
+    let rate_hz = 5.0 * CROSSOVER_HZ;
+    let pressure = |at: Vec3| -> Vec<f32> {
+        let away = f64::from(at.distance(IMAGE));
+        let sinc = |n: usize| {
+            let x = PI * (n as f64 - away / SPEED_M_S * rate_hz);
+            if x.abs() < 1e-9 { 1.0 } else { x.sin() / x * (0.5 + 0.5 * (x / 60.0).clamp(-PI, PI).cos()) }
+        };
+        (0..200).map(|n| (f64::from(STRENGTH) / away * sinc(n)) as f32).collect()
+    };
+    let signals = |at: Vec3| -> Vec<f32> {
+        let slope = |axis: Vec3| -> Vec<f32> {
+            let [high, low] = [0.01, -0.01].map(|step| pressure(at + step * axis));
+            high.iter().zip(low).map(|(high, low)| (high - low) / 0.02).collect()
+        };
+        [pressure(at), slope(Vec3::X), slope(Vec3::Y), slope(Vec3::Z)].concat()
+    };
+    let samples = places[1].nodes().iter().flat_map(|y| places[0].nodes().iter().map(|x| Vec3::new(*x, *y, 0.1)));
+    let samples = samples.flat_map(signals).collect();
+    let bass = BassField { crossover_hz: CROSSOVER_HZ, rate_hz, places, direct: 1.0, samples, ears: BassEars::Head };
+    Arc::new(Scene::new(SceneParts { field, bass: waves.then_some(bass), ..parts }).unwrap())
+}
+
+/// What both ears hear of an impulse.
+fn response(scene: &Arc<Scene>, rate: f64, pose: Pose, trim: Trim) -> [Vec<f32>; 2] {
+    let mut engine = Spatializer::new(rate);
+    let renderer = Renderer::new(Arc::clone(scene), rate).unwrap();
+    let latency = renderer.latency_samples();
+    engine.install(Box::new(renderer));
+    let length = latency + (0.7 * rate) as usize;
+    let mut input = vec![0.0; length];
+    input[(0.1 * rate) as usize] = 1.0;
+    let mut out = [vec![0.0; length], vec![0.0; length]];
+    let [left, right] = &mut out;
+    assert_no_alloc(|| engine.process(&[&input], [left, right], &BlockParams { trim, ..BlockParams::default() }, |_| pose));
+    out.map(|ear| ear[latency..].to_vec())
+}
+
+fn at(signal: &[f32], rate: f64, hz: f64) -> Complex64 {
+    signal.iter().enumerate().map(|(n, x)| Complex64::cis(-TAU * hz * n as f64 / rate) * f64::from(*x)).sum()
+}
+
+#[test]
+fn direct_sound_is_flat_across_the_crossover_at_every_rate() {
+    for rate in [44_100.0, 48_000.0, 96_000.0] {
+        let pose = Pose::from_ypr(Vec3::new(1.8, 0.0, 0.0), std::f32::consts::PI, 0.0, 0.0);
+        let plain = response(&scene(rate, false), rate, pose, Trim::NEUTRAL);
+        // Early and late sound off: what is left is the direct sound's.
+        let trim = Trim { early: 0.0, late: 0.0, ..Trim::NEUTRAL };
+        let with = response(&scene(rate, true), rate, pose, trim);
+        for n in 14..=33 {
+            let hz = 10.0_f64.powf(f64::from(n) / 10.0);
+            let db = 20.0 * (at(&with[0], rate, hz).norm() / at(&plain[0], rate, hz).norm()).log10();
+            assert!(db.abs() < 0.25, "{db} dB at {hz} Hz, {rate}");
+        }
+    }
+}
+
+#[test]
+fn reflections_of_the_bass_arrive_from_where_they_come() {
+    let rate = 48_000.0;
+    let direct = scene(rate, false);
+    let waves = scene(rate, true);
+    for (position, yaw) in
+        [(Vec3::new(1.7, 0.3, 0.1), 0.0_f32), (Vec3::new(2.23, -0.41, 0.1), 1.3), (Vec3::new(1.4, 0.4, 0.2), -2.6)]
+    {
+        let pose = Pose::from_ypr(position, yaw, 0.0, 0.0);
+        let heard = response(&waves, rate, pose, Trim::NEUTRAL);
+        let alone = response(&waves, rate, pose, Trim { early: 0.0, late: 0.0, ..Trim::NEUTRAL });
+        let plain = response(&direct, rate, pose, Trim::NEUTRAL);
+        let (away, ahead) = (f64::from(position.distance(IMAGE)), f64::from(position.length()));
+        let lateral = f64::from(pose.to_head(IMAGE).y) / away;
+        for hz in [35.0, 60.0, 90.0, 130.0, 180.0] {
+            let k = TAU * hz / SPEED_M_S;
+            for (ear, side) in [(0, 1.0), (1, -1.0)] {
+                let reflected = (at(&heard[ear], rate, hz) - at(&alone[ear], rate, hz)) / at(&plain[ear], rate, hz);
+                // Half of a crossover over the all-pass of both halves is real.
+                let allpass = at(
+                    &response(
+                        &waves,
+                        rate,
+                        Pose::from_ypr(Vec3::new(1.8, 0.0, 0.0), std::f32::consts::PI, 0.0, 0.0),
+                        Trim { early: 0.0, late: 0.0, ..Trim::NEUTRAL },
+                    )[0],
+                    rate,
+                    hz,
+                ) / at(
+                    &response(
+                        &direct,
+                        rate,
+                        Pose::from_ypr(Vec3::new(1.8, 0.0, 0.0), std::f32::consts::PI, 0.0, 0.0),
+                        Trim::NEUTRAL,
+                    )[0],
+                    rate,
+                    hz,
+                );
+                let share = 1.0 / (1.0 + (hz / CROSSOVER_HZ).powi(4));
+                let ear = Complex64::new(1.0, side * k * EAR_M * lateral) / (1.0 + (k * EAR_M).powi(2) / 3.0).sqrt();
+                let wave = Complex64::cis(-k * (away - ahead)) * f64::from(STRENGTH) * ahead / away;
+                let wanted = wave * ear * share * allpass;
+                let off = (reflected - wanted).norm() / wave.norm();
+                assert!(off < 0.09, "{hz} Hz at {position}, ear {side}: {reflected} for {wanted}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_walk_is_smooth_and_silence_ends_in_exact_zeros() {
+    let rate = 48_000.0;
+    let scene = scene(rate, true);
+    let mut engine = Spatializer::new(rate);
+    engine.install(Box::new(Renderer::new(Arc::clone(&scene), rate).unwrap()));
+    let length = 96_000;
+    // A tone below the crossover, under which a step would stand out.
+    let input: Vec<f32> =
+        (0..length).map(|n| if n < 60_000 { (TAU * 60.0 * n as f64 / rate).sin() as f32 } else { 0.0 }).collect();
+    let mut out = [vec![0.0; length], vec![0.0; length]];
+    let [left, right] = &mut out;
+    let pose = |n: usize| Pose::from_ypr(Vec3::new(1.0 + n as f32 / 48_000.0, 0.2, 0.1), n as f32 / 30_000.0, 0.0, 0.0);
+    assert_no_alloc(|| engine.process(&[&input], [left, right], &BlockParams::default(), pose));
+    // Second differences of a tone that moves are as small as its own.
+    let own = (TAU * 60.0 / rate).powi(2) as f32;
+    let most = out[0][10_000..58_000].windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).fold(0.0, f32::max);
+    assert!(most < 4.0 * own, "{most} for {own}");
+    assert!(out.iter().all(|ear| ear[90_000..].iter().all(|x| *x == 0.0)));
+}

@@ -1,0 +1,105 @@
+//! Measured sets that nobody should have made: an error or something that can be used, in bounded memory, and never a panic.
+
+use promenade_audio::wav;
+use promenade_fit::{Convention, LoadOptions, Measurements, Saved, all_figures};
+use promenade_testing::fuzz::{Counting, Input, Search};
+use promenade_testing::noise;
+use std::fs;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// What a file of some kilobytes and the sounds beside it may take at a time, bytes.
+const FILE_BYTES: usize = 64 << 20;
+
+/// An array of NumPy.
+fn npy(shape: &str, values: &[f32]) -> Vec<u8> {
+    let mut head = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
+    while (10 + head.len() + 1) % 64 != 0 {
+        head.push(' ');
+    }
+    head.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend(u16::try_from(head.len()).unwrap().to_le_bytes());
+    bytes.extend(head.as_bytes());
+    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+/// A second of a room that dies away.
+fn response(seed: u64) -> Vec<f32> {
+    let mut samples = vec![0.0; 2400];
+    for (i, x) in noise(seed, 2000).into_iter().enumerate() {
+        samples[200 + i] = x * (-(i as f32) / 200.0).exp();
+    }
+    samples
+}
+
+#[test]
+fn measured_sets() {
+    let manifest = r#"{ "title": "Room", "sd_m": 0.01, "clock": "known", "responses": [
+        { "file": "a.wav", "source": { "at": [1.0, 2.0, 1.5] }, "microphone": { "at": [3.0, 2.5, 1.2], "sd_m": 0.02 } },
+        { "file": "a.wav", "channel": 1, "clock": "free", "source": { "at": [1.0, 2.0, 1.5], "facing": [1, 0, 0] },
+          "microphone": { "at": [2.0, 1.5, 1.2] } } ] }"#;
+    let table = "file,setting,a,b,c,d,x,y,z,e\na.wav,000,1,2,3,4,1.5,2.5,1.2,9\na.wav,111,1,2,3,4,1.5,nan,1.2,9\n";
+    let whole = [
+        Input::new("measurements.json", manifest),
+        Input::new("pos_mic.npy", npy("(1, 3)", &[3.0, 2.5, 1.2])),
+        Input::new("pos_src.npy", npy("(1, 3)", &[1.0, 2.0, 1.5])),
+        Input::new("ir_0.npy", npy("(1, 2400)", &response(1))),
+        Input::new("RIRs.npy", npy("(2, 2400)", &[response(2), response(3)].concat())),
+        Input::new("xyzs.npy", npy("(2, 3)", &[3.0, 2.5, 1.2, 2.0, 1.5, 1.2])),
+        Input::new("positions_derived.csv", table),
+    ];
+    let layouts: [&[&str]; 4] = [
+        &["measurements.json", "a.wav"],
+        &["pos_mic.npy", "pos_src.npy", "ir_0.npy"],
+        &["RIRs.npy", "xyzs.npy"],
+        &["positions_derived.csv", "RIRs_flac24"],
+    ];
+    let options = LoadOptions {
+        source_m: Some([0.5, 0.5, 1.0]),
+        setting: Some("000".into()),
+        channel: Some(1),
+        ..LoadOptions::default()
+    };
+    let kept = tempfile::tempdir().unwrap();
+    for input in &whole {
+        fs::write(kept.path().join(&input.name), &input.bytes).unwrap();
+    }
+    let sound = kept.path().join("a.wav");
+    wav::write(&sound, 24_000, &[&response(4)], wav::Format::Float32).unwrap();
+    Search { name: "measurements", cases: 2000, most_bytes: FILE_BYTES }.run(whole.to_vec(), |input, path| {
+        let folder = path.parent().unwrap();
+        let beside = layouts.iter().find(|layout| layout.contains(&&*input.name)).unwrap();
+        let beside: Vec<_> = beside.iter().map(|name| folder.join(name)).filter(|other| other != path).collect();
+        for other in &beside {
+            if other.ends_with("RIRs_flac24") {
+                fs::create_dir_all(other).unwrap();
+                fs::copy(&sound, other.join("a.wav")).unwrap();
+            } else {
+                fs::copy(kept.path().join(other.file_name().unwrap()), other).unwrap();
+            }
+        }
+        let set = Measurements::load(folder, &options);
+        for other in &beside {
+            let _gone = if other.is_dir() { fs::remove_dir_all(other) } else { fs::remove_file(other) };
+        }
+        let set = set.map_err(|error| error.to_string())?;
+        assert!(set.all.iter().all(|one| one.samples.iter().all(|x| x.is_finite())), "samples that are no numbers");
+        assert_eq!(all_figures(&set, Convention::AvDar).len(), set.all.len());
+        Ok(())
+    });
+}
+
+#[test]
+fn states_of_fits() {
+    let mut state = b"PROMFIT1".to_vec();
+    state.extend([7_u64, 3, 3, 2, 1, 1].iter().flat_map(|n| n.to_le_bytes()));
+    state.extend((0..6 + 2 + 3).flat_map(|n| f64::from(n).to_le_bytes()));
+    Search { name: "fit", cases: 3000, most_bytes: FILE_BYTES }.run(vec![Input::new("fit.state", state)], |input, _| {
+        let saved = Saved::from_bytes(&input.bytes).map_err(|error| error.to_string())?;
+        assert_eq!(Saved::from_bytes(&saved.to_bytes()).map_err(|error| error.to_string())?.rounds(), saved.rounds());
+        Ok(())
+    });
+}

@@ -1,0 +1,167 @@
+//! Values that a host sends once a block, drawn out over the block.
+//!
+//! Hosts that read automation at the start of each block make stairs of a line, and stairs are heard: lines beside a tone while
+//! the head turns. Events that come more often need nothing, as poses are read once a hop anyway.
+
+use super::pose_sources::Sources;
+use super::snapshot::Snapshot;
+use crate::parameter::cast::narrow;
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, EmitterParams, Trim};
+
+/// Changes that are nearer to each other, and shorter blocks, are taken as they come, samples.
+const FINE: usize = 64;
+/// Samples after which a block's settings move on.
+pub(crate) const STRETCH: usize = 64;
+/// What turns faster is no line of automation but a step, radians a second.
+const FASTEST_TURN: f32 = 300.0 * std::f32::consts::PI / 180.0;
+/// What moves faster is a step, metres a second.
+const FASTEST_M: f32 = 10.0;
+/// A gain that changes by more in a block is a step: 3 dB.
+const LARGEST_GAIN: f32 = 1.413;
+/// So is a share that does.
+const LARGEST_SHARE: f32 = 0.1;
+/// So is a place on the camera path.
+const LARGEST_PLACE: f64 = 0.02;
+
+/// The values of one instance from block to block. The audio thread owns it.
+#[derive(Default)]
+pub(crate) struct Ramps {
+    last: Option<Snapshot>,
+    /// Samples since values last changed.
+    since: usize,
+}
+
+impl Ramps {
+    /// The values from which a block of `len` samples moves to its own; none where it has its own from the beginning. With
+    /// `jumps` the transport was moved to it.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn follow(&mut self, now: &Snapshot, len: usize, jumps: bool, sample_rate_hz: f64) -> Option<Snapshot> {
+        let Some(last) = self.last.replace(*now) else {
+            self.since = len;
+            return None;
+        };
+        let changed = parts(&last) != parts(now);
+        let since = if changed { std::mem::take(&mut self.since) } else { 0 };
+        self.since = self.since.saturating_add(len);
+        if jumps || len <= FINE || since <= FINE {
+            return None;
+        }
+        let start = beginning(&last, now, narrow(len as f64 / sample_rate_hz));
+        (parts(&start) != parts(now)).then_some(start)
+    }
+}
+
+/// What is drawn out.
+fn parts(values: &Snapshot) -> (Sources, f32, f32, Trim, EmitterParams) {
+    let BlockParams { mix, gain, trim, emitters, .. } = values.block;
+    (values.sources, mix, gain, trim, emitters)
+}
+
+/// The new values, but where they are a small step away from the last ones, those.
+fn beginning(last: &Snapshot, now: &Snapshot, length_s: f32) -> Snapshot {
+    let mut start = *now;
+    let (reach, turn) = (FASTEST_M * length_s, FASTEST_TURN * length_s);
+    let is_near = |a: Vec3, b: Vec3| a.distance(b) <= reach;
+    let (from, to) = (&last.sources, &now.sources);
+    if is_near(from.knobs.position, to.knobs.position) && from.knobs.orientation.angle_between(to.knobs.orientation) <= turn {
+        start.sources.knobs = from.knobs;
+    }
+    if (from.path_share - to.path_share).abs() <= LARGEST_PLACE {
+        start.sources.path_share = from.path_share;
+    }
+    let (from, to) = (&last.block, &now.block);
+    let share = |from: f32, to: f32| if (from - to).abs() <= LARGEST_SHARE { from } else { to };
+    let gain = |from: f32, to: f32| {
+        let is_small = from > 0.0 && to > 0.0 && (from / to).max(to / from) <= LARGEST_GAIN;
+        if is_small { from } else { to }
+    };
+    if is_near(from.emitters.offset, to.emitters.offset) && (from.emitters.spread - to.emitters.spread).abs() <= turn {
+        start.block.emitters = from.emitters;
+    }
+    start.block.mix = share(from.mix, to.mix);
+    start.block.gain = gain(from.gain, to.gain);
+    start.block.trim = Trim {
+        direct: gain(from.trim.direct, to.trim.direct),
+        early: gain(from.trim.early, to.trim.early),
+        late: gain(from.trim.late, to.trim.late),
+        decay: share(from.trim.decay, to.trim.decay),
+        distance_law: share(from.trim.distance_law, to.trim.distance_law),
+        width: share(from.trim.width, to.trim.width),
+        ..to.trim
+    };
+    start
+}
+
+/// The settings at a share of the way through a block, 0 to 1.
+pub(crate) fn at(from: &BlockParams, to: &BlockParams, share: f32) -> BlockParams {
+    let mid = |from: f32, to: f32| from + share * (to - from);
+    BlockParams {
+        mix: mid(from.mix, to.mix),
+        gain: mid(from.gain, to.gain),
+        trim: Trim {
+            direct: mid(from.trim.direct, to.trim.direct),
+            early: mid(from.trim.early, to.trim.early),
+            late: mid(from.trim.late, to.trim.late),
+            decay: mid(from.trim.decay, to.trim.decay),
+            distance_law: mid(from.trim.distance_law, to.trim.distance_law),
+            width: mid(from.trim.width, to.trim.width),
+            ..to.trim
+        },
+        emitters: EmitterParams {
+            offset: from.emitters.offset.lerp(to.emitters.offset, share),
+            spread: mid(from.emitters.spread, to.emitters.spread),
+        },
+        ..*to
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::project::params::PromenadeParams;
+    use promenade_core::Pose;
+
+    const RATE_HZ: f64 = 48_000.0;
+
+    /// Values with the head turned, degrees, and a gain, dB.
+    fn values(yaw_deg: f32, gain_db: f32) -> Snapshot {
+        let mut values = Snapshot::of(&PromenadeParams::default());
+        values.sources.knobs = Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0);
+        values.block.gain = 10_f32.powf(gain_db / 20.0);
+        values
+    }
+
+    /// Whether each block of values begins with those of the block before.
+    fn drawn_out(blocks: &[(Snapshot, usize)]) -> Vec<bool> {
+        let mut ramps = Ramps::default();
+        blocks.iter().map(|(values, len)| ramps.follow(values, *len, false, RATE_HZ).is_some()).collect()
+    }
+
+    #[test]
+    fn once_a_block_is_drawn_out_and_what_comes_often_or_is_a_step_is_not() {
+        let line = [0.0, 1.0, 2.0, 2.0, 3.0].map(|yaw| (values(yaw, 0.0), 1024));
+        assert_eq!(drawn_out(&line), [false, true, true, false, true]);
+        let fine = [0.0, 0.03, 0.06].map(|yaw| (values(yaw, 0.0), 32));
+        // A long block that ends a line of fine ones is its last point.
+        assert_eq!(drawn_out(&[&fine[..], &[(values(0.09, 0.0), 1024)]].concat()), [false; 4]);
+        assert_eq!(drawn_out(&[0.0, 45.0].map(|yaw| (values(yaw, 0.0), 1024))), [false; 2]);
+        assert_eq!(drawn_out(&[0.0, -6.0].map(|gain| (values(0.0, gain), 1024))), [false; 2]);
+        assert_eq!(drawn_out(&[0.0, -1.0].map(|gain| (values(0.0, gain), 1024))), [false, true]);
+        let mut ramps = Ramps::default();
+        assert!(ramps.follow(&values(0.0, 0.0), 1024, false, RATE_HZ).is_none());
+        assert!(ramps.follow(&values(1.0, 0.0), 1024, true, RATE_HZ).is_none(), "the transport was moved");
+    }
+
+    #[test]
+    fn a_small_turn_is_drawn_out_beside_a_large_gain() {
+        let start = beginning(&values(0.0, 0.0), &values(1.0, -20.0), 0.02);
+        assert_eq!((start.sources.knobs, start.block.gain), (values(0.0, 0.0).sources.knobs, values(0.0, -20.0).block.gain));
+        let (from, to) = (values(0.0, 0.0).block, values(0.0, -2.0).block);
+        assert_eq!((at(&from, &to, 0.0), at(&from, &to, 1.0).mix), (from, to.mix));
+        let middle = at(&from, &to, 0.5).gain;
+        assert!(middle < from.gain && middle > to.gain);
+    }
+}
