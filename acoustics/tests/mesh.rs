@@ -1,7 +1,8 @@
 //! Meshes from files, and what is said of them.
 
 use crate::common::{l_room, shoebox};
-use promenade_acoustics::{Material, Materials, Mesh, Room, Triangle};
+use cpu_time::ThreadTime;
+use promenade_acoustics::{AcousticsError, Material, Materials, Mesh, Room, Triangle};
 use std::path::PathBuf;
 
 fn written(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
@@ -154,36 +155,64 @@ fn instances(nodes: usize, triangles: usize) -> Vec<u8> {
     [&head, json.as_bytes(), &word(corners.len()), b"BIN\0", &corners].concat()
 }
 
-#[test]
-fn small_files_ask_for_no_large_work() {
+/// Corners of a wall, in words of OBJ.
+const CORNERS: &str = "v 0 0 0\nv 5 0 0\nv 5 4 1\nv 0 4 0\n";
+
+/// The mesh in a file of these bytes.
+fn loaded(name: &str, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
     let folder = tempfile::tempdir().unwrap();
-    let load = |name: &str, bytes: &[u8]| Mesh::load(&written(&folder, name, bytes));
-    assert_eq!(load("few.glb", &instances(20, 5)).unwrap().triangles.len(), 100);
-    let error = load("many.glb", &instances(3000, 1000)).unwrap_err().to_string();
-    assert!(error.contains("many.glb: expected a mesh of at most 2000000 triangles"), "{error}");
+    Mesh::load(&written(&folder, name, bytes))
+}
 
-    // Groups and materials by the ten thousand, each of its own name.
-    let corners = "v 0 0 0\nv 5 0 0\nv 5 4 1\nv 0 4 0\n";
+/// What `work` gives, which may take so much of a processor as a search lets a small file take.
+fn in_ten_seconds<T>(work: impl FnOnce() -> T) -> T {
+    let began = ThreadTime::now();
+    let result = work();
+    let took_s = began.elapsed().as_secs_f64();
+    assert!(took_s < 10.0, "{took_s:.1} s of processor time");
+    result
+}
+
+#[test]
+fn nodes_that_share_a_mesh_ask_for_no_large_work() {
+    in_ten_seconds(|| {
+        assert_eq!(loaded("few.glb", &instances(20, 5)).unwrap().triangles.len(), 100);
+        let error = loaded("many.glb", &instances(3000, 1000)).unwrap_err().to_string();
+        assert!(error.contains("many.glb: expected a mesh of at most 2000000 triangles"), "{error}");
+    });
+}
+
+#[test]
+fn groups_and_materials_by_the_ten_thousand_ask_for_no_large_work() {
     let groups: String = (0..20_000).map(|i| format!("g group{i}\nf 1 2 3\nf 1 3 4\n")).collect();
-    let mesh = load("groups.obj", format!("{corners}{groups}").as_bytes()).unwrap();
-    assert_eq!((mesh.groups.len(), mesh.triangles.len()), (20_000, 40_000));
+    in_ten_seconds(|| {
+        let mut mesh = loaded("groups.obj", format!("{CORNERS}{groups}").as_bytes()).unwrap();
+        assert_eq!((mesh.groups.len(), mesh.triangles.len()), (20_000, 40_000));
+        let all = vec![Material::even("", 0.1, 0.1); 20_000];
+        assert_eq!((mesh.merge_groups(all).len(), &mesh.groups[..]), (1, &["group0".to_owned()][..]));
+    });
     let materials: String = (0..100_000).map(|i| format!("usemtl material{i}\n")).collect();
-    let mesh = load("materials.obj", format!("{corners}{materials}f 1 2 3\n").as_bytes()).unwrap();
+    let mesh = in_ten_seconds(|| loaded("materials.obj", format!("{CORNERS}{materials}f 1 2 3\n").as_bytes()).unwrap());
     assert_eq!(mesh.groups, ["material99999"]);
-    let mut mesh = load("groups.obj", format!("{corners}{groups}").as_bytes()).unwrap();
-    let all = vec![Material::even("", 0.1, 0.1); 20_000];
-    assert_eq!((mesh.merge_groups(all).len(), &mesh.groups[..]), (1, &["group0".to_owned()][..]));
+}
 
-    // Equal triangles are one, and nearly equal ones no chain of boxes in boxes.
-    let equal = load("equal.obj", format!("{corners}{}", "f 1 2 3\n".repeat(200_000)).as_bytes()).unwrap();
-    let room = Room::new(&equal, &[Material::even("", 0.1, 0.1)]).unwrap();
-    assert!(room.surroundings([2.5, 1.5, 3.0]).unwrap().enclosed > 0.0);
+#[test]
+fn equal_and_nearly_equal_triangles_ask_for_no_large_work() {
+    // Equal ones are one, and nearly equal ones no chain of boxes in boxes.
+    let equal = format!("{CORNERS}{}", "f 1 2 3\n".repeat(200_000));
     let fan: String = (0..100_000).map(|i| format!("v {} {} 0\nf 1 {} {}\n", 5 + i, 4 + i % 7, i + 5, 2)).collect();
-    let fan = load("fan.obj", format!("{corners}{fan}").as_bytes()).unwrap();
-    Room::new(&fan, &[Material::even("", 0.1, 0.1)]).unwrap();
+    let wall = [Material::even("", 0.1, 0.1)];
+    in_ten_seconds(|| {
+        let room = Room::new(&loaded("equal.obj", equal.as_bytes()).unwrap(), &wall).unwrap();
+        assert!(room.surroundings([2.5, 1.5, 3.0]).unwrap().enclosed > 0.0);
+        Room::new(&loaded("fan.obj", format!("{CORNERS}{fan}").as_bytes()).unwrap(), &wall).unwrap();
+    });
+}
 
+#[test]
+fn places_beyond_any_room_are_refused() {
     for far in ["1e20", "-3e38", "2000000"] {
-        let mesh = load("far.obj", format!("{corners}v {far} 0 0\nf 1 2 5\nf 2 3 4\n").as_bytes()).unwrap();
+        let mesh = loaded("far.obj", format!("{CORNERS}v {far} 0 0\nf 1 2 5\nf 2 3 4\n").as_bytes()).unwrap();
         let error = Room::new(&mesh, &[Material::even("", 0.1, 0.1)]).unwrap_err().to_string();
         assert!(error.contains("expected coordinates within 1000 km"), "{error}");
     }

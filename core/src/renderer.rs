@@ -132,7 +132,7 @@ impl Renderer {
         let grid = scene.grid().at_rate(sample_rate_hz);
         let shape = scene.shape();
         let images = carriers.images.as_ref().and_then(|filters| ImageRenderer::new(&scene, &grid, filters, &carriers.curve));
-        let waves = carriers.waves.as_ref().and_then(|filters| WaveBass::new(&scene, &grid, filters, &carriers.curve));
+        let waves = carriers.waves.as_ref().and_then(|filters| WaveBass::new(&scene, &grid, filters));
         let head = RenderHead::new(grid, scene.grid(), shape, scene.tail(), carriers);
         let spectrum = || vec![Complex32::default(); grid.bins()];
         let centre = grid.window_len() / 2;

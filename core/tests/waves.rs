@@ -7,6 +7,7 @@ use promenade_core::{
     Trim,
 };
 use promenade_fourier::num_complex::Complex64;
+use promenade_metrics::{DecayRange, decay_time_s};
 use promenade_testing::scenes::room;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -19,8 +20,24 @@ const STRENGTH: f32 = 0.8;
 /// An ear, as long waves have it.
 const EAR_M: f64 = 0.131;
 
+/// Samples a second of the waves' responses.
+const RATE_HZ: f64 = 5.0 * CROSSOVER_HZ;
+
 /// A room of direct sound, with a reflection below the crossover if there are waves.
 fn scene(rate: f64, waves: bool) -> Arc<Scene> {
+    let reflection = |at: Vec3| -> Vec<f32> {
+        let away = f64::from(at.distance(IMAGE));
+        let sinc = |n: usize| {
+            let x = PI * (n as f64 - away / SPEED_M_S * RATE_HZ);
+            if x.abs() < 1e-9 { 1.0 } else { x.sin() / x * (0.5 + 0.5 * (x / 60.0).clamp(-PI, PI).cos()) }
+        };
+        (0..200).map(|n| (f64::from(STRENGTH) / away * sinc(n)) as f32).collect()
+    };
+    scene_of(rate, waves.then_some(&reflection))
+}
+
+/// A room of direct sound and noise of 0.5 s that is silent, with what waves have at places below the crossover.
+fn scene_of(rate: f64, pressure: Option<&dyn Fn(Vec3) -> Vec<f32>>) -> Arc<Scene> {
     let parts = room(rate, 0.5, 0.0).parts().clone();
     let mut transfer = parts.shape().silent();
     transfer.mixture.fill(1.0);
@@ -30,26 +47,20 @@ fn scene(rate: f64, waves: bool) -> Arc<Scene> {
     };
     let field = Field::new(nodes, parts.shape(), Rows::Whole(transfer.to_row()));
     let places = [Axis::uniform(0.9, 0.5, 5), Axis::uniform(-0.6, 0.5, 4), Axis::single(0.1)];
-    let rate_hz = 5.0 * CROSSOVER_HZ;
-    let pressure = |at: Vec3| -> Vec<f32> {
-        let away = f64::from(at.distance(IMAGE));
-        let sinc = |n: usize| {
-            let x = PI * (n as f64 - away / SPEED_M_S * rate_hz);
-            if x.abs() < 1e-9 { 1.0 } else { x.sin() / x * (0.5 + 0.5 * (x / 60.0).clamp(-PI, PI).cos()) }
-        };
-        (0..200).map(|n| (f64::from(STRENGTH) / away * sinc(n)) as f32).collect()
-    };
-    let signals = |at: Vec3| -> Vec<f32> {
+    let signals = |pressure: &dyn Fn(Vec3) -> Vec<f32>, at: Vec3| -> Vec<f32> {
         let slope = |axis: Vec3| -> Vec<f32> {
             let [high, low] = [0.01, -0.01].map(|step| pressure(at + step * axis));
             high.iter().zip(low).map(|(high, low)| (high - low) / 0.02).collect()
         };
         [pressure(at), slope(Vec3::X), slope(Vec3::Y), slope(Vec3::Z)].concat()
     };
-    let samples = places[1].nodes().iter().flat_map(|y| places[0].nodes().iter().map(|x| Vec3::new(*x, *y, 0.1)));
-    let samples = samples.flat_map(signals).collect();
-    let bass = BassField { crossover_hz: CROSSOVER_HZ, rate_hz, places, direct: 1.0, samples, ears: BassEars::Head };
-    Arc::new(Scene::new(SceneParts { field, bass: waves.then_some(bass), ..parts }).unwrap())
+    let bass = pressure.map(|pressure| {
+        let at = places[1].nodes().iter().flat_map(|y| places[0].nodes().iter().map(|x| Vec3::new(*x, *y, 0.1)));
+        let samples = at.flat_map(|at| signals(pressure, at)).collect();
+        let (crossover_hz, rate_hz) = (CROSSOVER_HZ, RATE_HZ);
+        BassField { crossover_hz, rate_hz, places: places.clone(), direct: 1.0, samples, ears: BassEars::Head }
+    });
+    Arc::new(Scene::new(SceneParts { field, bass, ..parts }).unwrap())
 }
 
 /// What both ears hear of an impulse.
@@ -58,9 +69,10 @@ fn response(scene: &Arc<Scene>, rate: f64, pose: Pose, trim: Trim) -> [Vec<f32>;
     let renderer = Renderer::new(Arc::clone(scene), rate).unwrap();
     let latency = renderer.latency_samples();
     engine.install(Box::new(renderer));
-    let length = latency + (0.7 * rate) as usize;
+    let length = latency + (3.1 * rate) as usize;
     let mut input = vec![0.0; length];
-    input[(0.1 * rate) as usize] = 1.0;
+    // Trims have glided to their values by then.
+    input[(0.5 * rate) as usize] = 1.0;
     let mut out = [vec![0.0; length], vec![0.0; length]];
     let [left, right] = &mut out;
     assert_no_alloc(|| engine.process(&[&input], [left, right], &BlockParams { trim, ..BlockParams::default() }, |_| pose));
@@ -133,6 +145,35 @@ fn reflections_of_the_bass_arrive_from_where_they_come() {
                 assert!(off < 0.09, "{hz} Hz at {position}, ear {side}: {reflected} for {wanted}");
             }
         }
+    }
+}
+
+#[test]
+fn waves_ring_as_many_times_as_long_by_their_own_decay() {
+    // Modes that ring for 1 s in a room whose noise takes 0.5.
+    let (rate, t60_s) = (48_000.0, 1.0);
+    let modes = |at: Vec3| -> Vec<f32> {
+        let travels = f64::from(at.length()) / SPEED_M_S * RATE_HZ;
+        let sample = |n: usize| {
+            let after_s = (n as f64 - travels) / RATE_HZ;
+            let rings: f64 = [52.0, 71.0, 88.0, 103.0].iter().map(|hz| (TAU * hz * after_s + f64::from(at.x) * hz).sin()).sum();
+            // As slow as the rate can have it.
+            let begins = (after_s / 0.02).clamp(0.0, 1.0).powi(2);
+            (0.1 * begins * rings * 10.0_f64.powf(-3.0 * after_s / t60_s)) as f32
+        };
+        (0..(1.2 * t60_s * RATE_HZ) as usize).map(sample).collect()
+    };
+    let scene = scene_of(rate, Some(&modes));
+    let pose = Pose::from_ypr(Vec3::new(1.7, 0.3, 0.1), 0.4, 0.0, 0.0);
+    let t20 = |times: f32| {
+        let ears = response(&scene, rate, pose, Trim { direct: 0.0, decay: times, ..Trim::NEUTRAL });
+        ears.map(|ear| decay_time_s(&ear, rate, DecayRange::T20).unwrap()).iter().sum::<f64>() / 2.0
+    };
+    let plain = t20(1.0);
+    for times in [0.5_f32, 0.8, 1.25, 2.0] {
+        let found = t20(times) / plain;
+        println!("{plain:.3} s, {times} times: {found:.3}");
+        assert!((found / f64::from(times) - 1.0).abs() < 0.06, "{found} times as long instead of {times}");
     }
 }
 

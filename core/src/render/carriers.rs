@@ -74,7 +74,8 @@ impl Carriers {
         let (grid, scene_grid, taps) = (scene.grid().at_rate(sample_rate_hz), scene.grid(), scene.shape().taps);
         let noise = Self::of_noise(&grid, scene_grid, taps, scene.bands(), scene.tail(), scene.top_hz());
         let images = scene.images().map(|images| Arc::new(ImageFilters::new(images, &grid)));
-        let waves = scene.bass().map(|bass| Arc::new(BassFilters::new(bass, scene.weather().speed_m_s(), &grid)));
+        let waves = scene.bass().zip(scene.emitter());
+        let waves = waves.map(|(bass, at)| Arc::new(BassFilters::new(bass, at, scene.weather().speed_m_s(), &grid)));
         let carriers = match scene.measured() {
             Some(room) => noise.carrying(room, scene, &grid),
             None => noise,

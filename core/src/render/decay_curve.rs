@@ -12,6 +12,8 @@ const NOTHING: f64 = 1e-24;
 /// The end of T20 (ISO 3382-1), 25 dB, and 10 dB, natural logarithms of energies.
 const T20_END: f64 = 2.5 * std::f64::consts::LN_10;
 const LEAST_FALL: f64 = std::f64::consts::LN_10;
+/// Quarters of a response in which its end does not yet bend what is still to come.
+const WHOLE_OF_4: usize = 3;
 
 /// Energy that is still to come, by time after the direct sound (Schroeder 1965: backward integration).
 #[derive(Debug)]
@@ -80,6 +82,31 @@ impl DecayCurve {
         Self { levels: energy.into_iter().map(|energy| single(energy.ln())).collect(), slopes }
     }
 
+    /// That of responses in one band, from the mean of their energies by sample after the direct sound: a hop is a sample.
+    ///
+    /// They may end before they are silent: what they lack is an exponential's, as they fall from 5 to 25 dB.
+    pub(crate) fn of_samples(energies: &[f64]) -> Self {
+        let to_come = |beyond: f64| {
+            let sums = energies.iter().rev().scan(beyond, |sum, energy| {
+                *sum += energy;
+                Some(sum.max(NOTHING).ln())
+            });
+            let mut levels: Vec<f64> = sums.collect();
+            levels.reverse();
+            levels
+        };
+        let cut = to_come(0.0);
+        let last = cut.len().saturating_sub(1);
+        let falls = |by: f64| cut.iter().position(|level| *level < cut[0] - by).unwrap_or(last);
+        let (from, to) = (falls(0.2 * T20_END), falls(T20_END).min(WHOLE_OF_4 * cut.len() / 4));
+        let slope = if to > from { (cut[to] - cut[from]) / (to - from) as f64 } else { NOTHING.ln() };
+        let end = &energies[energies.len() - energies.len().div_ceil(16)..];
+        let middle = end.iter().sum::<f64>() / end.len().max(1) as f64;
+        let beyond = middle * (0.5 * slope * end.len() as f64).exp() / (1.0 - slope.exp()).max(NOTHING);
+        let levels = to_come(beyond).into_iter().map(single).collect();
+        Self { levels, slopes: vec![single(slope)] }
+    }
+
     /// Natural logarithm of the energy that is still to come some hops after the direct sound.
     fn level(&self, band: usize, hops: f64) -> f64 {
         let bands = self.slopes.len();
@@ -130,4 +157,20 @@ impl DecayCurve {
 /// What a hop takes of the energy, natural logarithm, by band.
 fn slopes(tail: &TailModel, hop_s: f64) -> Vec<f32> {
     tail.t60_s.iter().map(|t60_s| single(-6.0 * std::f64::consts::LN_10 * hop_s / f64::from(*t60_s))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_exponential_of_samples_is_made_as_many_times_as_long() {
+        // 60 dB in 1000 samples, of which 1100 are known.
+        let slope = -6.0 * std::f64::consts::LN_10 / 1000.0;
+        let curve = DecayCurve::of_samples(&(0..1100).map(|i| (slope * f64::from(i)).exp()).collect::<Vec<_>>());
+        for (after, times) in [(100.0, 0.5), (300.0, 2.0), (800.0, 1.5), (1300.0, 2.0)] {
+            let (found, wanted) = (curve.log_gain(0, after, times), 0.5 * slope * after * (1.0 / times - 1.0));
+            assert!((found - wanted).abs() < 0.03, "{after} samples, {times} times: {found} for {wanted}");
+        }
+    }
 }

@@ -5,7 +5,6 @@
 
 use crate::decode::NEAREST_M;
 use crate::number::{single, whole};
-use crate::octave::OCTAVES_HZ;
 use crate::render::crossover::Crossover;
 use crate::render::decay_curve::DecayCurve;
 use crate::scene::{BASS_SIGNALS, BassEars, BassField};
@@ -43,10 +42,12 @@ pub(crate) struct BassFilters {
     /// Between both rates: the sum over it is 1.
     window: Vec<f32>,
     speed_m_s: f32,
+    /// How it dies away, by sample of the scene's: its modes ring as long as the walls let them, noise as its band does.
+    curve: DecayCurve,
 }
 
 impl BassFilters {
-    pub(crate) fn new(bass: &BassField, speed_m_s: f32, grid: &StftGrid) -> Self {
+    pub(crate) fn new(bass: &BassField, emitter: Vec3, speed_m_s: f32, grid: &StftGrid) -> Self {
         let host_hz = grid.sample_rate_hz;
         // The filters between both rates fit into the latency.
         let most = grid.latency_samples().saturating_sub(grid.hop) / (2 * REACH + 1);
@@ -76,7 +77,14 @@ impl BassFilters {
                 }));
             }
         }
-        Self { every, rate_hz, length, signals, samples, window: window(every), speed_m_s }
+        let mut energies = vec![0.0; bass.len()];
+        for (place, responses) in bass.positions().zip(bass.samples.chunks_exact((BASS_SIGNALS * bass.len()).max(1))) {
+            let travels = whole((f64::from(place.distance(emitter) / speed_m_s) * bass.rate_hz).round()).min(bass.len());
+            let pressure = &responses[travels..bass.len()];
+            energies.iter_mut().zip(pressure).for_each(|(energy, p)| *energy += f64::from(*p).powi(2));
+        }
+        let curve = DecayCurve::of_samples(&energies);
+        Self { every, rate_hz, length, signals, samples, window: window(every), speed_m_s, curve }
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
@@ -193,8 +201,6 @@ pub(crate) struct WaveBass {
     scene: Arc<Scene>,
     emitter: Vec3,
     filters: Arc<BassFilters>,
-    curve: Arc<DecayCurve>,
-    hop: f64,
     crossover: Crossover,
     /// The low half at the host's rate, and how many samples are missing to the next of the low rate.
     fine: Newest,
@@ -219,13 +225,8 @@ pub(crate) struct WaveBass {
 }
 
 impl WaveBass {
-    /// `None` for a scene without. `filters` and `curve` are the scene's at the grid's rate.
-    pub(crate) fn new(
-        scene: &Arc<Scene>,
-        grid: &StftGrid,
-        filters: &Arc<BassFilters>,
-        curve: &Arc<DecayCurve>,
-    ) -> Option<Self> {
+    /// `None` for a scene without. `filters` are the scene's at the grid's rate.
+    pub(crate) fn new(scene: &Arc<Scene>, grid: &StftGrid, filters: &Arc<BassFilters>) -> Option<Self> {
         let (bass, emitter) = (scene.bass()?, scene.emitter()?);
         let every = filters.every;
         let delay = grid.latency_samples().saturating_sub(grid.hop) as f64;
@@ -235,8 +236,6 @@ impl WaveBass {
         Some(Self {
             scene: Arc::clone(scene),
             emitter,
-            curve: Arc::clone(curve),
-            hop: grid.hop as f64,
             crossover: Crossover::new(bass.crossover_hz, grid.sample_rate_hz),
             fine: Newest::new(filters.window.len()),
             missing: every,
@@ -393,17 +392,11 @@ impl WaveBass {
             self.gains.fill(1.0);
         }
         if !plain {
-            let octave = f64::from(OCTAVES_HZ[0]).min(bass.crossover_hz);
-            let hop_samples = self.hop / self.filters.every as f64;
             for (i, gain) in self.gains.iter_mut().enumerate() {
-                let after = (i as f64 - travels).max(0.0);
-                let border = ((after / self.filters.rate_hz - EARLY_S) / BORDER_S + 0.5).clamp(0.0, 1.0);
+                let after_s = (i as f64 - travels).max(0.0) / self.filters.rate_hz;
+                let border = ((after_s - EARLY_S) / BORDER_S + 0.5).clamp(0.0, 1.0);
                 let times = f64::from(trim.decay);
-                let decay = if times == 1.0 {
-                    0.0
-                } else {
-                    self.curve.log_gain_at(self.scene.bands(), single(octave), after / hop_samples, times)
-                };
+                let decay = if times == 1.0 { 0.0 } else { self.filters.curve.log_gain(0, after_s * bass.rate_hz, times) };
                 *gain = (trim.early + single(border) * (trim.late - trim.early)) * single(decay.exp());
             }
         }
