@@ -125,8 +125,7 @@ def main():
         mesh, scene, plan = (args.folder / f"{name}{end}" for end in (".obj", ".promenade", ".png"))
         mesh.write_text(obj(faces))
         place = ["--source", ",".join(map(str, source))]
-        # Without waves: what makes their decay longer knows the noise's decay and not theirs.
-        run([args.promenade, "simulate", mesh, *place, "--head", args.head, "--rays", 65536, "--waves", 0, "--seed", SEED, "--title", title, "--credit", CREDIT, "--licence", LICENCE, *options, "-o", scene])
+        run([args.promenade, "simulate", mesh, *place, "--head", args.head, "--rays", 65536, "--seed", SEED, "--title", title, "--credit", CREDIT, "--licence", LICENCE, *options, "-o", scene])
         longest = max(max(corner[:2]) for _, corners in faces for corner in corners)
         figures = run([args.promenade, "map", mesh, *place, "--rays", 16384, "--length", 8, "--grid", longest / 20, "--seed", SEED, "-o", plan])
         values = [median(figures, measure) for measure in ("T20", "C50", "STI")]
