@@ -3,11 +3,13 @@
 mod echoes;
 mod evaluate;
 mod full;
+mod pieces;
 mod room;
 mod scene;
 
 pub(crate) use room::walls;
 
+use pieces::Pieces;
 use room::Stated;
 
 use crate::args::FitArgs;
@@ -15,8 +17,8 @@ use crate::report;
 use anyhow::{Result, bail};
 use promenade_audio::atomic;
 use promenade_fit::{
-    FlatRoom, FullFit, MaterialsBeside, Measurements, QuickFit, absorption_svg, box_obj, full_json, full_markdown, json,
-    markdown, plan_svg, quick_fit, room_obj,
+    FlatRoom, Foretold, FullFit, MaterialsBeside, Measurements, QuickFit, absorption_svg, box_obj, decays_svg, full_json,
+    full_markdown, full_obj, json, markdown, plan_svg, quick_fit,
 };
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -36,19 +38,20 @@ pub(crate) fn run(args: &FitArgs) -> Result<()> {
     if let Some(output) = &args.output {
         ending(output)?;
     }
+    let pieces = Pieces::of(args)?;
     if echoes::has(path) {
         return echoes::run(args, path);
     }
     let set = Measurements::load(path, &args.set.options())?;
     report::notes(&set.notes);
     if args.evaluate {
-        evaluate::held_out(args, room.as_ref(), &set)?;
+        evaluate::held_out(args, room.as_ref(), pieces.as_ref(), &set)?;
     }
     if args.output.is_none() && args.changed.is_none() {
         return Ok(());
     }
     let room = room.unwrap_or(Stated::Nothing).room(&set)?;
-    let fit = fitted(args, &room, &set)?;
+    let fit = fitted(args, &room, pieces.as_ref(), &set)?;
     if let Some(output) = &args.output {
         write(args, output, &room, &fit, &set)?;
     }
@@ -65,12 +68,12 @@ fn ending(output: &Path) -> Result<()> {
     Ok(())
 }
 
-fn fitted(args: &FitArgs, room: &FlatRoom, set: &Measurements) -> Result<Fitted> {
+fn fitted(args: &FitArgs, room: &FlatRoom, pieces: Option<&Pieces>, set: &Measurements) -> Result<Fitted> {
     let began = Instant::now();
     let fit = if args.quick {
         Fitted::Quick(Box::new(quick_fit(&room::of_box(room)?, set, args.seed)?))
     } else {
-        Fitted::Full(Box::new(full::fit(args, room, set)?))
+        Fitted::Full(Box::new(full::fit(args, room, pieces, set)?))
     };
     report::line(format_args!("{}: fitted in {:.1} s", set.title, began.elapsed().as_secs_f64()));
     match &fit {
@@ -83,6 +86,7 @@ fn fitted(args: &FitArgs, room: &FlatRoom, set: &Measurements) -> Result<Fitted>
             for hz in &fit.missing_hz {
                 report::note(format_args!("no reverberation is known of the octave about {hz} Hz"));
             }
+            pieces::say(fit);
             let open = fit.undetermined();
             if !open.is_empty() {
                 report::note(format_args!("not determined by these data: {}", open.join(", ")));
@@ -97,20 +101,24 @@ fn write(args: &FitArgs, output: &Path, stated: &FlatRoom, fit: &Fitted, set: &M
     let svg = output.with_extension("report.svg");
     let picture = report::file_name(&svg);
     let plan = output.with_extension("report.plan.svg");
-    let (beside, mesh, text, numbers, drawn) = match fit {
+    let decays = output.with_extension("report.decays.svg");
+    let decay = report::file_name(&decays);
+    let (beside, mesh, text, numbers, drawn, foretold) = match fit {
         Fitted::Quick(fit) => (
             MaterialsBeside::of(fit, &made),
             box_obj(&fit.walls),
-            markdown(fit, set, &picture),
+            markdown(fit, set, [&picture, &decay]),
             json(fit, set),
             absorption_svg(&fit.curves()),
+            Foretold::new(fit, set),
         ),
         Fitted::Full(fit) => (
             MaterialsBeside::of_full(fit, &made),
-            room_obj(&fit.room),
-            full_markdown(fit, set, &picture, &report::file_name(&plan)),
+            full_obj(fit)?,
+            full_markdown(fit, set, [&picture, &report::file_name(&plan), &decay]),
             full_json(fit, set),
             absorption_svg(&fit.curves()),
+            Some(Foretold::of_full(fit, set)),
         ),
     };
     let mut files: Vec<(PathBuf, String)> = vec![
@@ -120,6 +128,9 @@ fn write(args: &FitArgs, output: &Path, stated: &FlatRoom, fit: &Fitted, set: &M
         (output.with_extension("report.json"), serde_json::to_string_pretty(&numbers)? + "\n"),
         (svg, drawn),
     ];
+    if let Some(foretold) = foretold {
+        files.push((decays, decays_svg(&foretold, set)));
+    }
     if let Fitted::Full(fit) = fit {
         files.push((plan, plan_svg(stated, fit, set)?));
     }

@@ -19,6 +19,7 @@ mod join;
 mod map;
 mod measure;
 mod path;
+mod picture;
 mod plot;
 mod progress;
 mod reconstruction;

@@ -5,7 +5,6 @@
 mod camera;
 mod exr;
 mod mix;
-mod picture;
 mod saliency;
 
 use crate::args::{Map, MapArgs, RoomArgs};

@@ -5,6 +5,7 @@ mod commands;
 mod common;
 mod first_sound;
 mod fit;
+mod fit_heard;
 mod host;
 mod map_mix;
 mod paths;

@@ -5,7 +5,7 @@ use crate::error::FitError;
 use crate::figures::{Convention, Errors, Figures};
 use crate::flat_room::FlatRoom;
 use crate::foretell::Foretold;
-use crate::full_fit::{FullOptions, full_fit};
+use crate::full_fit::{FullFit, FullOptions, full_fit};
 use crate::measurements::Measurements;
 use crate::quick::{QuickFit, quick_fit};
 use crate::random::Random;
@@ -116,10 +116,23 @@ pub fn full_row(
         each(share);
         Ok(())
     })?;
+    Ok(fit_row("full fit", &fit, set, figures, split, convention))
+}
+
+/// What a full fit that was made of the measurements of a split is off at the others.
+#[must_use]
+pub fn fit_row(
+    name: &str,
+    fit: &FullFit,
+    set: &Measurements,
+    figures: &[Figures],
+    split: &Split,
+    convention: Convention,
+) -> Row {
     let test = set.only(&split.test);
     let known: Vec<Figures> = split.test.iter().map(|i| figures[*i].clone()).collect();
-    let errors = foretold_errors(&Foretold::of_full(&fit, &train), &test, &known, convention);
-    Ok(Row { name: "full fit".to_owned(), errors })
+    let errors = foretold_errors(&Foretold::of_full(fit, &set.only(&split.train)), &test, &known, convention);
+    Row { name: name.to_owned(), errors }
 }
 
 /// How far what is foretold is off at measurements, the mean over draws of noise.

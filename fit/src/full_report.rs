@@ -43,9 +43,9 @@ fn row(name: &str, values: impl Iterator<Item = String>) -> Vec<String> {
 }
 
 /// Walls and places with how far they moved, estimates by surface and band, what is left, and what is not determined, beside
-/// pictures of absorption and of the plan.
+/// pictures of absorption, of the plan and of decays.
 #[must_use]
-pub fn full_markdown(fit: &FullFit, set: &Measurements, picture: &str, plan: &str) -> String {
+pub fn full_markdown(fit: &FullFit, set: &Measurements, [picture, plan, decays]: [&str; 3]) -> String {
     let form = match &fit.room.form {
         Form::Box(walls) => {
             let [x, y, z] = walls.size_m();
@@ -55,7 +55,8 @@ pub fn full_markdown(fit: &FullFit, set: &Measurements, picture: &str, plan: &st
     };
     let mut text = format!(
         "# {}\n\n{form} fitted to {} responses at {} Hz: walls, places, clocks, surfaces, scattering and source.\n\n\
-         ![Absorption by surface]({picture})\n\n![The plan that was found over the stated one]({plan})\n\n",
+         ![Absorption by surface]({picture})\n\n![The plan that was found over the stated one]({plan})\n\n\
+         ![Decays by octave]({decays})\n\n",
         set.title,
         set.all.len(),
         set.sample_rate_hz

@@ -43,6 +43,8 @@ pub(crate) struct Guess {
     /// Mean and standard deviation of each feature.
     scale: Vec<(f64, f64)>,
     middle: PerBand,
+    /// Parts of the places that were learnt from, in order: of each copy every fifth is left out.
+    parts: Vec<u64>,
     /// How far guesses were off at places that were left out, of logits; infinite where none were.
     pub(crate) off: PerBand,
 }
@@ -123,7 +125,7 @@ impl Guess {
         if examples.len() < FEWEST || parts.len() < 2 {
             return None;
         }
-        let copy_of = |part: u64| parts.binary_search(&part).unwrap_or(0) % COPIES;
+        let copy_of = |part: u64| copy_without(&parts, part).unwrap_or(0);
         let count = examples.len() as f64;
         let scale: Vec<(f64, f64)> = (0..inputs)
             .map(|i| {
@@ -163,7 +165,7 @@ impl Guess {
             let weights: f64 = copies.iter().map(|c| c.2[b]).sum();
             if weights > 0.0 { (copies.iter().map(|c| c.1[b]).sum::<f64>() / weights).sqrt().max(LEAST) } else { f64::INFINITY }
         });
-        Some(Self { networks: copies.into_iter().map(|c| c.0).collect(), scale, middle, off })
+        Some(Self { networks: copies.into_iter().map(|c| c.0).collect(), scale, middle, off, parts })
     }
 
     /// Moves all copies against derivatives of something by what they say of features; `weight` is that of what was known
@@ -182,6 +184,14 @@ impl Guess {
         });
     }
 
+    /// What a copy says that has not learnt from a part of the places; of a part that none has learnt from, the mean over all.
+    pub(crate) fn without(&self, features: &[f64], part: u64) -> PerBand {
+        let Some(copy) = copy_without(&self.parts, part) else { return self.of(features).0 };
+        let network = &self.networks[copy];
+        let own = network.value(&network.hidden(&scaled(&self.scale, features)));
+        std::array::from_fn(|b| self.middle[b] + own[b])
+    }
+
     /// The mean over all copies, and the standard deviation of a guess: what copies differ by, and how far they were off.
     pub(crate) fn of(&self, features: &[f64]) -> (PerBand, PerBand) {
         let own = scaled(&self.scale, features);
@@ -192,6 +202,11 @@ impl Guess {
         let sd = std::array::from_fn(|b| (self.off[b].powi(2) + spread(b)).sqrt());
         (std::array::from_fn(|b| self.middle[b] + mean[b]), sd)
     }
+}
+
+/// The copy that is learnt without a part.
+fn copy_without(parts: &[u64], part: u64) -> Option<usize> {
+    parts.binary_search(&part).ok().map(|i| i % COPIES)
 }
 
 /// Features beyond what was learnt from count as the ends of it.

@@ -69,6 +69,26 @@ impl Raster {
         Ok(Self { size, channels, values })
     }
 
+    /// The same of another size, by means over what comes to lie in one place, or the nearest.
+    #[must_use]
+    pub fn resized(&self, size: [usize; 2]) -> Self {
+        let [wide, high] = size.map(|side| side.max(1));
+        let range = |to: usize, sides: usize, of: usize| {
+            let first = to * of / sides;
+            first..((to + 1) * of / sides).max(first + 1)
+        };
+        let mut values = Vec::with_capacity(wide * high * self.channels);
+        for (y, x) in (0..high).flat_map(|y| (0..wide).map(move |x| (y, x))) {
+            let (rows, columns) = (range(y, high, self.size[1]), range(x, wide, self.size[0]));
+            let count = (rows.len() * columns.len()) as f32;
+            for c in 0..self.channels {
+                let places = rows.clone().flat_map(|r| columns.clone().map(move |k| r * self.size[0] + k));
+                values.push(places.map(|p| self.values[p * self.channels + c]).sum::<f32>() / count);
+            }
+        }
+        Self { size: [wide, high], channels: self.channels, values }
+    }
+
     /// The numbers at a place from 0 to 1 across and down.
     fn at(&self, [x, y]: [f64; 2]) -> &[f32] {
         let [x, y] = [(x, self.size[0]), (y, self.size[1])].map(|(v, n)| ((v * n as f64) as usize).min(n - 1));
@@ -306,5 +326,8 @@ mod tests {
         assert!(left.iter().all(|v| (v - left[0]).abs() < 1e-9) && (left[0] - right[0]).abs() > 5.0, "{left:?} {right:?}");
         assert_eq!(looks.iter().flatten().next().unwrap().len(), COMPONENTS + 6);
         assert!(Raster::new([2, 2], 3, vec![0.0; 11]).is_err());
+        let small = Raster::new([4, 1], 1, vec![1.0, 3.0, 5.0, 9.0]).unwrap();
+        assert_eq!(small.resized([2, 2]).values, [2.0, 7.0, 2.0, 7.0]);
+        assert_eq!(small.resized([8, 1]).values, [1.0, 1.0, 3.0, 3.0, 5.0, 5.0, 9.0, 9.0]);
     }
 }

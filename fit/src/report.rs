@@ -11,12 +11,13 @@ use std::fmt::Write;
 
 /// Estimates by wall and octave, what is left, and what is not determined.
 #[must_use]
-pub fn markdown(fit: &QuickFit, set: &Measurements, picture: &str) -> String {
+pub fn markdown(fit: &QuickFit, set: &Measurements, [picture, decays]: [&str; 2]) -> String {
     let [x, y, z] = fit.walls.size_m();
     let mut text = format!(
         "# {}\n\nA box of {x:.3} x {y:.3} x {z:.3} m fitted to {} responses at {} Hz (quick fit). \
          Lengths are as they were stated: \
-         geometry, positions and clocks were not fitted.\n\n![Absorption by wall]({picture})\n\n",
+         geometry, positions and clocks were not fitted.\n\n![Absorption by wall]({picture})\n\n\
+         ![Decays by octave]({decays})\n\n",
         set.title,
         set.all.len(),
         set.sample_rate_hz

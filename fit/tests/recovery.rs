@@ -8,7 +8,7 @@ use promenade_fit::{
     Bands, FlatRoom, Form, FullFit, FullOptions, Measurements, Saved, Walls, full_fit, octave_t20_s, search_box,
 };
 use std::time::Instant;
-use truth::{RATE, Truth, absorption};
+use truth::{PANEL, RATE, Truth, absorption};
 
 const SIZE: [f64; 3] = [6.1, 4.7, 2.9];
 const SOURCE: [f64; 3] = [1.3, 1.9, 1.4];
@@ -169,6 +169,32 @@ fn figures_of_a_box() {
         if wanted("lengths") {
             let wrong = [SIZE[0] * 1.1, SIZE[1] * 1.08, SIZE[2] * 1.1];
             run("lengths 8 to 10 % wrong, 3 cm", wrong, &measured(0.03, 0.004), &FullOptions::default());
+        }
+    }
+}
+
+#[test]
+#[ignore = "long: figures"]
+fn figures_of_changed_walls() {
+    let truth = Truth::new(SIZE, SOURCE);
+    let microphones = truth.microphones(12);
+    for (name, sd_m, offset_s, geometry) in
+        [("exact places", 0.0, 0.0, false), ("3 cm, free clocks, lengths sought", 0.03, 0.004, true)]
+    {
+        let before = truth.measured(&microphones, sd_m, offset_s);
+        let fit = fitted(SIZE, &before, &FullOptions { geometry, source: false, ..FullOptions::default() });
+        let was = octave_t20_s(&before);
+        println!("{name}: |d absorption| {:.3}", absorption_off(&fit));
+        for walls in [&[0][..], &[3], &[5], &[1, 2], &[0, 4], &[2, 5]] {
+            let panels = std::array::from_fn(|w| walls.contains(&w));
+            let measured = octave_t20_s(&Truth { panels, ..Truth::new(SIZE, SOURCE) }.measured(&microphones, 0.0, 0.0));
+            let changed = walls.iter().fold(fit.clone(), |fit, w| fit.with_absorption(*w, &PANEL));
+            let off = |t: &dyn Fn(usize) -> f64| -> String {
+                let all: Vec<f64> = (1..7).map(|o| 100.0 * (t(o) / measured[o] - 1.0)).collect();
+                let each = all.iter().map(|v| format!("{v:+.1}")).collect::<Vec<_>>().join(" ");
+                format!("{:.1} % ({each})", mean(all.iter().map(|v| v.abs())))
+            };
+            println!("  panels on {walls:?}: {}; unchanged {}", off(&|o| changed.t20_s(o)), off(&|o| was[o]));
         }
     }
 }

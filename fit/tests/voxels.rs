@@ -161,10 +161,12 @@ fn surfaces_that_no_sound_has_met_are_guessed_from_those_that_look_alike() {
         "{} pieces, {count} touched: off by {told:.3}; others {without:.3}, with pictures {with:.3}",
         own.absorption.len()
     );
-    println!("met and shown: {:.3}; left {:.3} of {:.3}", off(&seeing, touched), seeing.left, whole.left);
+    let met = off(&seeing, touched);
+    println!("met and shown: {met:.3}; left {:.3} of {:.3}", seeing.left, whole.left);
     assert!((20..own.absorption.len() / 2).contains(&count), "{count} of {}", own.absorption.len());
     assert!(without > 0.17, "what no sound has met is not known without pictures: {without}");
     assert!(with < 0.13 && with < 0.65 * without, "{with} {without}");
+    assert!(met <= told, "pictures do not pull at what sound tells: {met} {told}");
     assert!(seeing.left < 0.9 * whole.left);
     // Written for other commands: pieces in groups of their surface.
     let mesh = full_mesh(&seeing).unwrap();

@@ -15,6 +15,8 @@ use crate::sources::file::ending;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
+use promenade_paths::colmap::Lens;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Points that a reconstruction may have.
@@ -120,7 +122,11 @@ impl Reconstruction {
         Err(BakeError::argument("distance", "places that lie apart", format!("{units} units between them")))
     }
 
-    fn position(&self, landmark: &Landmark) -> Result<Vec3, BakeError> {
+    /// Where a landmark is, the reconstruction's units.
+    ///
+    /// # Errors
+    /// A camera's name that no image has, or several.
+    pub fn position(&self, landmark: &Landmark) -> Result<Vec3, BakeError> {
         let name = match landmark {
             Landmark::Point(point) => return Ok(*point),
             Landmark::Camera(name) => name,
@@ -140,6 +146,14 @@ impl Reconstruction {
     /// As [`Place::load`].
     pub fn load_cameras(folder: &Path) -> Result<Vec<Camera>, BakeError> {
         colmap::cameras(&colmap::images(folder)?)
+    }
+
+    /// Reads the lenses of a COLMAP model by the ids of their cameras, for photographs.
+    ///
+    /// # Errors
+    /// As [`Place::load`]; lenses of a kind that is not known.
+    pub fn load_lenses(folder: &Path) -> Result<BTreeMap<u32, Lens>, BakeError> {
+        colmap::lenses(folder)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Arguments of `promenade fit`.
 
+use super::pictures::PictureArgs;
 use super::simulate::parse_rule;
 use super::values::{parse_point, within};
 use clap::{Args, ValueEnum};
@@ -28,9 +29,14 @@ pub(crate) struct FitArgs {
     /// What stays as it is stated: walls, places, source (which then sends the same everywhere)
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', conflicts_with = "quick")]
     pub(crate) hold: Vec<Hold>,
-    /// What of a mesh has a material of its own: each of its groups, or each flat wall
+    /// What has a material of its own
     #[arg(long, value_enum, default_value_t = Per::Material, conflicts_with = "quick")]
     pub(crate) per: Per,
+    /// Edge of voxels at most, metres, with --per voxels [default: 0.25]
+    #[arg(long, value_name = "METRES", value_parser = within(0.01, 100.0))]
+    pub(crate) voxel: Option<f64>,
+    #[command(flatten)]
+    pub(crate) looks: PictureArgs,
     /// Reflections of images in a full fit
     #[arg(long, default_value_t = 8, conflicts_with = "quick", value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) order: u32,
@@ -108,6 +114,8 @@ pub(crate) enum Per {
     Material,
     /// Each flat wall
     Wall,
+    /// Each piece of a surface that lies in one voxel, after whole surfaces are fitted
+    Voxels,
 }
 
 /// Where reverberation times come from.

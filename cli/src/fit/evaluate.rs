@@ -1,5 +1,6 @@
 //! What fits and baselines foretell, as tables.
 
+use super::pieces::Pieces;
 use super::room::{self, Stated};
 use super::{Fitted, full};
 use crate::args::FitArgs;
@@ -7,13 +8,13 @@ use crate::{progress, report};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Material, Materials};
 use promenade_fit::{
-    Alike, FITTED_HZ, Foretold, Form, Measurements, Row, Split, WALLS, all_figures, baselines, errors, foretold_errors,
-    full_row, mean_rows, octave_t20_s, quick_row, table,
+    Alike, FITTED_HZ, Foretold, Form, Measurements, Row, Split, WALLS, all_figures, baselines, errors, fit_row,
+    foretold_errors, full_fit, mean_rows, octave_t20_s, quick_row, table,
 };
 use std::path::Path;
 
 /// Judges what is foretold at places that are held out.
-pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, set: &Measurements) -> Result<()> {
+pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, pieces: Option<&Pieces>, set: &Measurements) -> Result<()> {
     let convention = args.convention.into();
     let count = set.all.len();
     let places = args.places.unwrap_or(count.div_ceil(3));
@@ -30,8 +31,18 @@ pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, set: &Measurements
                 rows.push(quick_row(&room::of_box(room)?, set, &figures, &split, convention, args.seed)?);
             }
             if !args.quick {
-                let mut each = |share: f64| bar.at(progress::SHARES * (i as f64 + share) / f64::from(args.splits));
-                rows.push(full_row(room, set, &figures, &split, convention, &full::options(args), &mut each)?);
+                let each = |share: f64| bar.at(progress::SHARES * (i as f64 + share) / f64::from(args.splits));
+                let whole = if pieces.is_some() { full::WHOLE } else { 1.0 };
+                let train = set.only(&split.train);
+                let fit = full_fit(room, &train, &full::options(args), None, &mut |_, share| {
+                    each(whole * share);
+                    Ok(())
+                })?;
+                rows.push(fit_row("full fit", &fit, set, &figures, &split, convention));
+                if let Some(pieces) = pieces {
+                    let fit = pieces.fit(&fit, &train, args.seed, &mut |share| each(whole + (1.0 - whole) * share))?;
+                    rows.push(fit_row("full fit in voxels", &fit, set, &figures, &split, convention));
+                }
             }
         }
         tables.push(rows);

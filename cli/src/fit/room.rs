@@ -83,7 +83,7 @@ fn mesh(path: &Path, args: &FitArgs) -> Result<FlatRoom> {
     report::notes(&notes);
     let room = FlatRoom::of_mesh(mesh).with_context(|| format!("{}: cannot be fitted", path.display()))?;
     Ok(match args.per {
-        Per::Material => room,
+        Per::Material | Per::Voxels => room,
         Per::Wall => room.per_wall(),
     })
 }

@@ -8,7 +8,7 @@ use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_baker::{LoadOptions, Responses};
 use promenade_core::glam::{DVec3, Vec3};
-use promenade_fit::{FullFit, MaterialsBeside, Measurements, QuickFit};
+use promenade_fit::{FullFit, MaterialsBeside, Measurements, QuickFit, full_mesh};
 use promenade_room::{PLAYED_IMAGES, SceneOptions, ShoeboxRoom};
 use std::path::Path;
 
@@ -79,7 +79,7 @@ pub(super) fn of_room(
     beside: &MaterialsBeside,
 ) -> Result<()> {
     let hrtf = head(args, output)?;
-    let mesh = fit.room.mesh()?;
+    let mesh = full_mesh(fit)?;
     let room = Room::new(&mesh, &materials(&mesh.groups, beside)?)?;
     let (found, facing) = match (fit.places.first(), set.all.first()) {
         (Some(found), Some(m)) => (found.source_m, m.source.facing),

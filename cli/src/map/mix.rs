@@ -1,9 +1,9 @@
 //! What a renderer of pictures may spend on each pixel, by eye and ear.
 
 use super::camera::View;
-use super::{exr, picture};
+use super::exr;
 use crate::args::{MixMapArgs, Strategy};
-use crate::{plot, progress, report, simulate};
+use crate::{picture, plot, progress, report, simulate};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Intensity, RayOptions};
 use promenade_baker::capture::mean;

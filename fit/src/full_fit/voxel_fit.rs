@@ -303,7 +303,7 @@ impl<'a> Pieces<'a> {
         x.extend(&self.of_whole[self.whole.u.scattering(0)..]);
         let shown = looks.iter().flatten().count();
         let part = if shown > 0 { 0.45 } else { 0.9 };
-        self.descend(&mut field, &mut x, None, &mut |share| each(part * share));
+        self.descend(&mut field, &mut x, None, &[], &mut |share| each(part * share));
         let mut learnt = None;
         if shown > 0 {
             let errors = self.errors(&x, &field, &field.sd);
@@ -313,22 +313,40 @@ impl<'a> Pieces<'a> {
                 let shares = std::array::from_fn(|b| sd[b].powi(-2) / (sd[b].powi(-2) + table[b].powi(-2)));
                 let mut own = Learnt { guess, looks, whole: field.mean.clone(), shares };
                 field.mean = own.means();
-                for p in (0..patches).filter(|p| looks[*p].is_some()) {
+                let mut held = vec![false; patches * BANDS];
+                for (p, look) in looks.iter().enumerate() {
+                    let Some(look) = look else { continue };
                     field.sd[p] = std::array::from_fn(|b| (sd[b].powi(-2) + table[b].powi(-2)).sqrt().recip());
-                    // What sound says nothing of begins there.
-                    for b in (0..BANDS).filter(|b| !errors[p][*b].1) {
-                        x[p * BANDS + b] = field.mean[p][b];
+                    let other = own.guess.without(look, self.part(p));
+                    for b in 0..BANDS {
+                        let (error, told) = errors[p][b];
+                        let number = p * BANDS + b;
+                        held[number] = told;
+                        // What sound tells of counts by its standard error, beside a guess that has not seen it; what it says
+                        // nothing of begins at the guess.
+                        let mean =
+                            if told { shares[b] * other[b] + (1.0 - shares[b]) * own.whole[p][b] } else { field.mean[p][b] };
+                        let trust = if told { error.powi(2) / (error.powi(2) + sd[b].powi(2)) } else { 1.0 };
+                        x[number] += trust * (mean - x[number]);
                     }
                 }
-                self.descend(&mut field, &mut x, Some(&mut own), &mut |share| each(part * (1.0 + share)));
+                self.descend(&mut field, &mut x, Some(&mut own), &held, &mut |share| each(part * (1.0 + share)));
                 learnt = Some(own.guess);
             }
         }
         self.result(&x, &field, &table, learnt.as_ref(), looks, shown)
     }
 
-    /// Steps about a field.
-    fn descend(&self, field: &mut Field, x: &mut [f64], mut learnt: Option<&mut Learnt<'_>>, each: &mut dyn FnMut(f64)) {
+    /// Steps about a field; numbers that are `held` stay.
+    fn descend(
+        &self,
+        field: &mut Field,
+        x: &mut [f64],
+        mut learnt: Option<&mut Learnt<'_>>,
+        held: &[bool],
+        each: &mut dyn FnMut(f64),
+    ) {
+        let hold = |by: &mut [f64]| by.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(by, _)| *by = 0.0);
         let places = self.model.u.places;
         let numbers = self.voxels.patches.len() * BANDS;
         let slopes = self.tie.slopes(&self.whole, &self.means(x), &self.chain_db);
@@ -353,15 +371,19 @@ impl<'a> Pieces<'a> {
             self.tie.add(&slopes, &self.whole, &means, weight, &mut by_means);
             self.by_pieces(x, &means, &by_means, &mut by);
             let rate = RATES.0 * (RATES.1 / RATES.0).powf(step as f64 / STEPS as f64);
+            hold(&mut by);
             if let Some(learnt) = &mut learnt {
                 learnt.step(&by, weight, SLOWER * rate);
             }
             field.add(&self.voxels, x, weight, &mut by);
+            hold(&mut by);
             adam.step(&mut x[..numbers], &by, &vec![rate; numbers]);
             if let Some(learnt) = &learnt {
                 // Numbers move with their means.
-                for ((own, mean), slots) in learnt.means().into_iter().zip(&mut field.mean).zip(x.chunks_mut(BANDS)) {
-                    (0..BANDS).for_each(|b| slots[b] += own[b] - mean[b]);
+                for (p, (own, mean)) in learnt.means().into_iter().zip(&mut field.mean).enumerate() {
+                    for b in (0..BANDS).filter(|b| !held[p * BANDS + b]) {
+                        x[p * BANDS + b] += own[b] - mean[b];
+                    }
                     *mean = own;
                 }
             }
@@ -469,13 +491,15 @@ impl<'a> Pieces<'a> {
         })
     }
 
+    /// The place of a piece that is left out as one.
+    fn part(&self, piece: usize) -> u64 {
+        let patch = &self.voxels.patches[piece];
+        let cell = |a: usize| ((patch.centre_m[a] / PART_M).floor() as i64).cast_unsigned() & 0xFFFF;
+        (patch.wall as u64) << 48 | cell(0) << 32 | cell(1) << 16 | cell(2)
+    }
+
     /// Guesses from the looks of pieces that sound tells of.
     fn learnt(&self, looks: &[Option<Vec<f64>>], x: &[f64], errors: &[[(f64, bool); BANDS]], table: &PerBand) -> Option<Guess> {
-        let part = |p: usize| {
-            let patch = &self.voxels.patches[p];
-            let cell = |a: usize| ((patch.centre_m[a] / PART_M).floor() as i64).cast_unsigned() & 0xFFFF;
-            (patch.wall as u64) << 48 | cell(0) << 32 | cell(1) << 16 | cell(2)
-        };
         let examples: Vec<Example<'_>> = looks
             .iter()
             .enumerate()
@@ -486,7 +510,7 @@ impl<'a> Pieces<'a> {
                 });
                 let value = std::array::from_fn(|b| x[p * BANDS + b]);
                 let some = weight.iter().any(|w| *w > 0.0);
-                look.as_ref().filter(|_| some).map(|features| Example { features, value, weight, part: part(p) })
+                look.as_ref().filter(|_| some).map(|features| Example { features, value, weight, part: self.part(p) })
             })
             .collect();
         Guess::learn(&examples, self.seed)

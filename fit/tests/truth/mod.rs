@@ -25,7 +25,12 @@ pub(crate) struct Truth {
     pub(crate) scattered: bool,
     /// Noise below the loudest sample, dB.
     pub(crate) noise_db: f64,
+    /// Walls that are covered by [`PANEL`].
+    pub(crate) panels: [bool; 6],
 }
+
+/// Absorption of panels in seven octaves from 125 Hz.
+pub(crate) const PANEL: [f32; 7] = [0.2, 0.4, 0.65, 0.8, 0.75, 0.7, 0.65];
 
 fn hz(node: usize) -> f64 {
     60.0 * (8000.0_f64 / 60.0).powf(node as f64 / (NODES - 1) as f64)
@@ -49,7 +54,18 @@ fn air_db(hz: f64) -> f64 {
 
 impl Truth {
     pub(crate) fn new(size: [f64; 3], source: [f64; 3]) -> Self {
-        Self { size, source, facing: None, order: 22, length_s: 0.8, scattered: true, noise_db: -200.0 }
+        Self { size, source, facing: None, order: 22, length_s: 0.8, scattered: true, noise_db: -200.0, panels: [false; 6] }
+    }
+
+    /// Absorption of a wall, or of panels before it.
+    fn absorption(&self, wall: usize, hz: f64) -> f64 {
+        if !self.panels[wall] {
+            return absorption(wall, hz);
+        }
+        let at = (hz / 125.0).log2().clamp(0.0, 6.0);
+        let below = (at as usize).min(5);
+        let share = at - below as f64;
+        f64::from(PANEL[below]) * (1.0 - share) + f64::from(PANEL[below + 1]) * share
     }
 
     /// Scattering of all walls.
@@ -63,7 +79,7 @@ impl Truth {
     }
 
     fn specular(&self, wall: usize, hz: f64) -> f64 {
-        (1.0 - absorption(wall, hz)) * (1.0 - self.scattering(hz))
+        (1.0 - self.absorption(wall, hz)) * (1.0 - self.scattering(hz))
     }
 
     /// Chain: a converter's edge, and a resonance.
@@ -212,7 +228,7 @@ impl Truth {
                     (0..3).for_each(|a| at[a] = (at[a] + near * d[a]).clamp(0.0, self.size[a]));
                     let axis = wall / 2;
                     at[axis] = if wall % 2 == 0 { 0.0 } else { self.size[axis] };
-                    energy *= 1.0 - absorption(wall, f);
+                    energy *= 1.0 - self.absorption(wall, f);
                     if random.uniform() < s {
                         mirrored = false;
                         let mut n = sphere(&mut random);

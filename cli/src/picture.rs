@@ -12,9 +12,9 @@ const MOST_PIXELS: u32 = 1 << 26;
 const MOST_SIDE: u32 = 1 << 16;
 
 /// Red, green and blue, 0 to 1.
-pub(super) fn read(path: &Path) -> Result<[Plane; 3]> {
+pub(crate) fn read(path: &Path) -> Result<[Plane; 3]> {
     let file = BufReader::new(File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?);
-    if super::ending(path) == "exr" { linear(path, file) } else { coded(path, file) }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) { linear(path, file) } else { coded(path, file) }
 }
 
 fn checked(path: &Path, width: u32, height: u32) -> Result<[usize; 2]> {
