@@ -11,6 +11,8 @@ pub(crate) mod late_unit;
 pub(crate) mod layout;
 pub(crate) mod log_transfer;
 pub(crate) mod model;
+mod model_head;
+mod reflections;
 pub(crate) mod room;
 pub(crate) mod seed;
 mod sides;
@@ -20,6 +22,8 @@ use crate::bake::kriging::{Site, of_ring, weights};
 use crate::bake::layout::{LEVEL_Z, Layout};
 use crate::bake::log_transfer::{LogTransfer, align_phases, delay_trend};
 use crate::bake::model::{Model, Modelled};
+use crate::bake::model_head::model_head;
+use crate::bake::reflections::Reflections;
 use crate::bake::room::Room;
 use crate::error::BakeError;
 use crate::sources::responses::{Response, Responses};
@@ -102,7 +106,7 @@ pub fn bake_responses(
     // The direct sound is what a direction makes of it, wherever it was measured.
     let towards: Vec<Site> = sites.iter().map(|s| Site { position: Vec3::ZERO, ..*s }).collect();
     align_phases(&mut logs, &towards, &grid);
-    let model = Model::of(options.head.as_ref(), &grid);
+    let model = options.head.as_ref().map_or_else(|| Model::instead(model_head(), &grid), |head| Model::of(head, &grid));
     let models: Vec<Modelled> = towards.par_iter().map(|site| model.at(site.direction)).collect();
     let trend = delay_trend(&models, &logs);
     let (level, nugget) = (layout.is_level(), if layout.has_places() { PLACES_NUGGET } else { 1e-9 });
@@ -123,7 +127,14 @@ pub fn bake_responses(
         .collect();
     let field = Field::new(nodes.clone(), shape, Rows::Whole(rows));
     let field = field.ok_or_else(|| BakeError::argument("table of the scene", "a row for each node", "others"))?;
-    let carried = carried(&measured, &heard, &layout, (&sites, &origins), (&field, &grid), &room, gain);
+    let head = options.head.as_ref().unwrap_or_else(|| model_head());
+    let lifted = responses.room.map(|walls| Reflections::of(&walls, (&measured, &heard), &layout, head, (&grid, &room), gain));
+    let lifted = lifted.transpose()?.flatten();
+    if let Some(lifted) = &lifted {
+        notes.push(format!("{} early reflections are played from where a box has them", lifted.images.images.len()));
+    }
+    let played = lifted.as_ref().map(|lifted| &lifted.played[..]);
+    let carried = carried(&measured, &heard, &layout, (&sites, &origins), (&field, &grid), (&room, played), gain);
     // What lies behind may be the mirror image of what was measured ahead, or the other way round.
     let mirrored = if layout.is_half() { Some(layout.sites.iter().map(|s| s.direction.x).sum::<f32>().signum()) } else { None };
     let measured_head = options
@@ -153,6 +164,7 @@ pub fn bake_responses(
         measured: Some(carried),
         measured_head,
         field: Some(field),
+        images: lifted.map(|lifted| lifted.images),
         top_hz: room.top_hz,
         start_pose: layout.poses[start],
         bounds,

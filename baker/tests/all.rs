@@ -8,6 +8,7 @@ mod evaluation;
 mod factory_scenes;
 mod field;
 mod manifests;
+mod reflections;
 mod responses;
 mod sofa;
 mod streaming;

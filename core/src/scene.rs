@@ -13,6 +13,7 @@ mod image_sources;
 mod manifest;
 mod measured;
 mod older;
+mod turning_room;
 mod weather;
 
 use crate::network::{CloudEmitter, CloudModel};
@@ -35,6 +36,7 @@ pub use head::{MeasuredHead, NoHeadError};
 pub use image_sources::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSource, ImageSources};
 pub use manifest::MAX_SCENE_BYTES;
 pub use measured::{MeasuredRoom, Site};
+pub use turning_room::{Mover, TurningRoom};
 pub use weather::Weather;
 
 /// What the time filters of all poses share.

@@ -283,6 +283,7 @@ impl Surfaces {
             seen: nodes.iter().flat_map(|place| self.played.seen[*place].iter().copied()).collect(),
             direct: nodes.iter().map(|place| self.direct[*place]).collect(),
             head: head.head.clone(),
+            turning: None,
         }
     }
 }

@@ -15,14 +15,15 @@ use std::f64::consts::TAU;
 /// Taps before which the late part is not heard yet: the hops of its noise.
 const LATE_BEFORE: usize = 8;
 
-/// The responses, each times `gain`; `sites` are those of the layout and after them the mirror images of `origins`.
+/// The responses, each times `gain` and without `reflections`, of each response from its first hop on; `sites` are those of
+/// the layout and after them the mirror images of `origins`.
 pub(crate) fn carried(
     measured: &[&Response],
     heard: &[ResponseParts],
     layout: &Layout,
     (sites, origins): (&[Site], &[usize]),
     (field, grid): (&Field, &StftGrid),
-    room: &Room,
+    (room, reflections): (&Room, Option<&[[Vec<f32>; 2]]>),
     gain: f32,
 ) -> MeasuredRoom {
     let (taps, bands) = (room.shape.taps, room.bands.count());
@@ -35,6 +36,10 @@ pub(crate) fn carried(
             let start = heard[response].direct.arrival - grid.lead() as i64;
             let whole = (0..room.low_hops * grid.hop).map(|i| gain * at(samples, start + i as i64) as f32);
             let mut whole: Vec<f32> = whole.collect();
+            if let Some(played) = reflections {
+                // Image sources play it.
+                whole.iter_mut().zip(&played[response][ear]).for_each(|(x, played)| *x -= played);
+            }
             let low = MeasuredRoom::bass_of(&whole, low_step, grid, room.low_hops);
             whole.resize((taps + 1) * grid.hop, 0.0);
             let played = played(&field.decode(&layout.poses[response]), ear, grid);

@@ -35,6 +35,8 @@ pub(crate) struct Layout {
     pub(crate) sites: Vec<Site>,
     /// Distance from listener to emitter of each response, metres.
     pub(crate) distances: Vec<f32>,
+    /// Whether the room turns with the head: sources were measured around one listener.
+    pub(crate) turns: bool,
     /// What was assumed, in words.
     pub(crate) notes: Vec<String>,
 }
@@ -56,6 +58,7 @@ impl Layout {
             let found = format!("both in one place in '{}'", all[i].name);
             return Err(BakeError::argument("responses", "a distance between listener and source", found));
         }
+        let turns = sources > 1 && listeners == 1;
         let (emitter, poses): (Vec3, Vec<Pose>) = match (sources, listeners) {
             (0, _) => return Err(BakeError::argument("responses", "at least one", "none")),
             (1, _) => (all[0].source, all.iter().map(|r| r.listener).collect()),
@@ -85,7 +88,7 @@ impl Layout {
             .zip(&poses)
             .map(|((v, d), pose)| Site { direction: *v / *d, position: if stays { Vec3::ZERO } else { pose.position } })
             .collect();
-        Ok(Self { emitter, poses, sites, distances, notes })
+        Ok(Self { emitter, poses, sites, distances, turns, notes })
     }
 
     /// The same around fewer responses, by number.
@@ -95,6 +98,7 @@ impl Layout {
             poses: used.iter().map(|&i| self.poses[i]).collect(),
             sites: used.iter().map(|&i| self.sites[i]).collect(),
             distances: used.iter().map(|&i| self.distances[i]).collect(),
+            turns: self.turns,
             notes: self.notes.clone(),
         }
     }

@@ -6,14 +6,17 @@ use promenade_core::{Head, StftGrid};
 use promenade_fourier::minimum_phase_log;
 use promenade_fourier::num_complex::Complex64;
 
-/// Radius of a head over the speed of sound, seconds.
-const RADIUS_S: f64 = 0.09 / 343.0;
+/// Up to the first of these frequencies levels are taken relative to a head that stands in for the measured one, from the second
+/// on as they are, Hz: pinnae differ.
+const ALIKE_HZ: (f64, f64) = (2_500.0, 6_000.0);
 /// Nepers of a decibel.
 const NEPERS_PER_DB: f64 = std::f64::consts::LN_10 / 20.0;
 
 /// A model head on a grid.
 pub(crate) struct Model<'a> {
-    head: Option<&'a Head>,
+    head: &'a Head,
+    /// How much of the logarithms of its gains counts, by bin.
+    shares: Vec<f64>,
     grid: &'a StftGrid,
 }
 
@@ -25,20 +28,24 @@ pub(crate) struct Modelled {
 }
 
 impl<'a> Model<'a> {
-    /// Of the head that responses were measured with; where it is not known, of a rigid sphere, whose delays alone count.
-    pub(crate) fn of(head: Option<&'a Head>, grid: &'a StftGrid) -> Self {
-        Self { head, grid }
+    /// Of the head that responses were measured with.
+    pub(crate) fn of(head: &'a Head, grid: &'a StftGrid) -> Self {
+        Self { head, shares: vec![1.0; grid.bins()], grid }
+    }
+
+    /// Of a head that stands in for the one they were measured with.
+    pub(crate) fn instead(head: &'a Head, grid: &'a StftGrid) -> Self {
+        let share = |k: usize| {
+            let along = (grid.bin_hz(k).max(1.0) / ALIKE_HZ.0).ln() / (ALIKE_HZ.1 / ALIKE_HZ.0).ln();
+            0.5 + 0.5 * (std::f64::consts::PI * along.clamp(0.0, 1.0)).cos()
+        };
+        Self { head, shares: (0..grid.bins()).map(share).collect(), grid }
     }
 
     /// Towards a direction of unit length.
     pub(crate) fn at(&self, direction: Vec3) -> Modelled {
         let bins = self.grid.bins();
-        let Some(head) = self.head else {
-            // Woodworth 1938.
-            let y = f64::from(direction.y).clamp(-1.0, 1.0);
-            return Modelled { logs: [vec![0.0; bins], vec![0.0; bins]], delay_s: -RADIUS_S * (y.asin() + y) };
-        };
-        let ears = head.ears(direction);
+        let ears = self.head.ears(direction);
         let hz = |k: usize| self.grid.bin_hz(k);
         let logs = ears
             .levels_db
@@ -50,19 +57,28 @@ impl<'a> Model<'a> {
             let weighed: Complex64 = l.exp() * r.exp().conj();
             (hz(k), low_pass_power(hz(k)) * weighed)
         });
-        Modelled { delay_s: f64::from(ears.itd_s()) - lag_s(cross), logs }
+        let delay_s = f64::from(ears.itd_s()) - lag_s(cross);
+        let counted = logs.map(|logs| logs.iter().zip(&self.shares).map(|(log, share)| share * log).collect());
+        Modelled { delay_s, logs: counted }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bake::model_head::model_head;
 
     #[test]
     fn the_far_ear_is_later() {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
-        let [left, ahead] = [Vec3::Y, Vec3::X].map(|d| Model::of(None, &grid).at(d));
-        assert!((-800e-6..-600e-6).contains(&left.delay_s), "{}", left.delay_s);
-        assert!(ahead.delay_s.abs() < 1e-9, "{}", ahead.delay_s);
+        let [left, ahead] = [Vec3::Y, Vec3::X].map(|d| Model::instead(model_head(), &grid).at(d));
+        assert!((-800e-6..-500e-6).contains(&left.delay_s), "{}", left.delay_s);
+        assert!(ahead.delay_s.abs() < 30e-6, "{}", ahead.delay_s);
+        let shade = |hz: f64| {
+            let k = (hz / grid.bin_hz(1)).round() as usize;
+            left.logs[0][k] - left.logs[1][k]
+        };
+        assert!(shade(2_000.0) > 0.8, "the near ear is louder: {} nepers", shade(2_000.0));
+        assert!(shade(6_100.0).abs() < 1e-9 && shade(10_000.0).abs() < 1e-9, "pinnae are the measured head's own");
     }
 }

@@ -12,12 +12,14 @@ mod names;
 mod pattern;
 pub(crate) mod save;
 mod sofa;
+mod walls;
 
 pub use describe::{Describe, describe};
 pub use folder::{FolderLayout, FolderOptions, load_folder};
 pub use hold_out::HoldOut;
 pub use promenade_sofa::Side;
 pub(crate) use promenade_sofa::{About, Recorded};
+pub use walls::Walls;
 
 use crate::BakeError;
 use crate::sources::Split;
@@ -77,6 +79,8 @@ pub struct Responses {
     pub notes: Vec<String>,
     /// What the data set has responses for, by their names, where it says so.
     pub splits: BTreeMap<String, Split>,
+    /// The room that they were measured in, where it is a box whose lengths are known.
+    pub room: Option<Walls>,
 }
 
 /// What a folder of WAV files must have beside them.

@@ -158,10 +158,11 @@ impl ImageRenderer {
         }
         self.refresh(images, pose, fresh);
         let direct = f64::from(pose.position.distance(self.emitter));
+        let outlook = images.outlook(pose, self.emitter);
         for (i, ((image, now), weights)) in images.images.iter().zip(&mut self.now).zip(&self.weights).enumerate() {
             let mut to = *now;
             if moves {
-                let way = pose.to_head(image.position);
+                let way = outlook.pose.to_head(images.place(i, &outlook));
                 let distance = way.length();
                 let mut seen = if i < heard { self.seen[i] } else { 0.0 };
                 if let Some(corners) = scene.corners().filter(|_| image.position == self.emitter) {
@@ -258,11 +259,12 @@ impl ImageRenderer {
         let count = self.weights.len();
         let now = if all { count } else { REFRESHED.min(self.stale) };
         self.stale -= now.min(self.stale);
+        let outlook = images.outlook(pose, self.emitter);
         for _ in 0..now {
             let i = self.refreshed;
             self.refreshed = (i + 1) % count;
             let image = &images.images[i];
-            let distance = pose.position.distance(image.position);
+            let distance = outlook.pose.position.distance(images.place(i, &outlook));
             let after = f64::from(distance - pose.position.distance(self.emitter)) * self.per_m;
             let log_gains = std::array::from_fn(|given| {
                 let octave = given.min(image.gains.len() - 1);

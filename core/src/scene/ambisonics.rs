@@ -60,6 +60,9 @@ impl Scene {
         let (Some(images), Some(field), Some(room)) = (&parts.images, &parts.field, &parts.room) else {
             return Err(NotAmbisonicError);
         };
+        if images.turning.is_some() {
+            return Err(NotAmbisonicError);
+        }
         let (Facing::Emitter { position: emitter, .. }, Rows::Whole(direct), Some(filters)) =
             (&field.grid().facing, field.rows(), room.rows().whole(&room.shape()))
         else {

@@ -4,7 +4,7 @@ use super::cost::Cost;
 use super::error::{SceneError, value};
 use super::{
     AMBISONIC_CHANNELS, AnchorCloud, BASS_SIGNALS, BassField, Corners, DiffractionEdge, ImageSources, MeasuredRoom, SceneParts,
-    Weather,
+    TurningRoom, Weather,
 };
 use crate::decode::field::{Field, FieldGrid};
 use crate::number::{single, whole};
@@ -113,6 +113,10 @@ fn check_images(images: &ImageSources, emitter: Option<Vec3>) -> Result<(), Scen
     limit("number of images", count, 1, MAX_IMAGES)?;
     limit("number of what is seen of images", images.seen.len(), count * places, count * places)?;
     limit("number of what is seen of the emitter", images.direct.len(), places, places)?;
+    if let Some(room) = &images.turning {
+        check_turning(room, count)?;
+    }
+    let emitter = images.emitter(emitter);
     for image in &images.images {
         in_range("position of an image", &image.position.to_array(), -1e6, 1e6)?;
         in_range("distance of an image from the emitter", &[image.position.distance(emitter)], 0.0, FARTHEST_IMAGE_M)?;
@@ -129,6 +133,16 @@ fn check_images(images: &ImageSources, emitter: Option<Vec3>) -> Result<(), Scen
     limit("values of the head", head.filters.len(), 2 * AMBISONIC_CHANNELS * head.len(), 2 * AMBISONIC_CHANNELS * head.len())?;
     limit("lead of the head", head.lead, 0, whole(2e-3 * head.sample_rate_hz))?;
     in_range("filters of the head", &head.filters, -1e3, 1e3)
+}
+
+fn check_turning(room: &TurningRoom, images: usize) -> Result<(), SceneError> {
+    limit("number of mirrors of images", room.mirrors.len(), images, images)?;
+    let turn = room.listener.orientation.length();
+    in_range("orientation of the head in its room", &[turn], 0.99, 1.01)?;
+    in_range("position of the head in its room", &room.listener.position.to_array(), -1e6, 1e6)?;
+    in_range("place of the head", &room.centre.to_array(), -1e6, 1e6)?;
+    in_range("side of what was measured", &[room.side], -1.0, 1.0)?;
+    room.mirrors.iter().try_for_each(|mirror| in_range("mirror of an image", &mirror.to_array(), -1.0, 1.0))
 }
 
 fn check_corners(corners: &Corners, images: Option<&ImageSources>) -> Result<(), SceneError> {

@@ -197,6 +197,10 @@ fn image_entries<'a>(images: &'a ImageSources, entries: &mut Vec<Entry<'a>>) {
     entries.push(entry("images.head", &[AMBISONIC_CHANNELS, 2, images.head.len()], &images.head.filters));
     entries.push(entry("images.position", &[count, 3], positions));
     entries.push(entry("images.seen", &[places, count], &images.seen));
+    if let Some(room) = &images.turning {
+        let mirrors: Vec<f32> = room.mirrors.iter().flat_map(Vec3::to_array).collect();
+        entries.push(entry("images.mirrors", &[count, 3], mirrors).halved());
+    }
 }
 
 fn corner_entries<'a>(corners: &'a Corners, entries: &mut Vec<Entry<'a>>) {
@@ -376,12 +380,18 @@ fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSour
     let image = |(p, gains): (&[f32], &Octaves)| ImageSource { position: Vec3::from_slice(p), gains: *gains };
     let images = position.chunks_exact(3).zip(gains).map(image).collect();
     let (air_db_per_m, sample_rate_hz, lead) = (m.air_db_per_m, m.head_rate_hz, m.head_lead);
+    let mut turning = m.turning();
+    if let Some(room) = &mut turning {
+        let mirrors = floats(tensors, "images.mirrors", &[Some(count), Some(3)])?;
+        room.mirrors = mirrors.chunks_exact(3).map(Vec3::from_slice).collect();
+    }
     let filters = floats(tensors, "images.head", &[Some(AMBISONIC_CHANNELS), Some(2), None])?;
     let places = m.places().ok_or_else(|| value("axis of the images' places", "rising positions", "others"))?;
     let place_count = places.iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
     let seen = floats(tensors, "images.seen", &[Some(place_count), Some(count)])?;
     let direct = floats(tensors, "images.direct", &[Some(place_count)])?;
-    Ok(ImageSources { images, air_db_per_m, places, seen, direct, head: AmbisonicHead { sample_rate_hz, lead, filters } })
+    let head = AmbisonicHead { sample_rate_hz, lead, filters };
+    Ok(ImageSources { images, air_db_per_m, places, seen, direct, head, turning })
 }
 
 fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners, SceneError> {

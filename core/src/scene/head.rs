@@ -96,8 +96,7 @@ impl Scene {
         let changed = Field::new(field.grid().clone(), change.shape, Rows::Whole(rows));
         // Of the same shape as before, so that it fits.
         let field = changed.unwrap_or_else(|| field.clone());
-        let images =
-            parts.images.as_ref().map(|images| ImageSources { head: ambisonic_head(head, &images.head), ..images.clone() });
+        let images = parts.images.as_ref().map(|images| ImageSources { head: images.head.of_other(head), ..images.clone() });
         let room = parts.room.as_ref().map(|room| change.room_of(room));
         let measured = parts.measured.as_ref().map(|measured| {
             let gains = measured.gains.iter().zip(&change.room).map(|(old, new)| old * new).collect();
@@ -107,24 +106,37 @@ impl Scene {
     }
 }
 
-/// A head for image sources, of the rate, lead and length of another.
-fn ambisonic_head(head: &Head, old: &AmbisonicHead) -> AmbisonicHead {
-    let (length, n_fft) = (old.len(), (2 * old.len()).next_power_of_two().max(256));
-    let [rise, fall] = [old.lead / 4, length / 8];
-    let ramp = |i: usize, of: usize| single((0.5 * std::f64::consts::PI * (i as f64 + 0.5) / of as f64).sin().powi(2));
-    let impulse = |mut spectrum: Vec<Complex32>| -> Vec<f32> {
-        for (k, x) in spectrum.iter_mut().enumerate() {
-            let turn = Complex64::from_polar(1.0, -TAU * (k * old.lead) as f64 / n_fft as f64);
-            *x *= Complex32::new(single(turn.re), single(turn.im));
-        }
-        let mut time = signal(spectrum, n_fft);
-        time.truncate(length);
-        time.iter_mut().take(rise).enumerate().for_each(|(i, v)| *v *= ramp(i, rise));
-        time.iter_mut().rev().take(fall).enumerate().for_each(|(i, v)| *v *= ramp(i, fall));
-        time
-    };
-    let filters = head.ambisonic(AMBISONIC_CHANNELS.isqrt() - 1, Incidence::Horizontal, n_fft, old.sample_rate_hz);
-    AmbisonicHead { filters: filters.into_iter().flatten().flat_map(impulse).collect(), ..old.clone() }
+impl AmbisonicHead {
+    /// A head as image sources are heard with: `length` samples at a rate, of which `lead` come before the sound is at the
+    /// head's centre.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates, and takes a good part of a second.
+    #[must_use]
+    pub fn of(head: &Head, sample_rate_hz: f64, lead: usize, length: usize) -> Self {
+        let n_fft = (2 * length).next_power_of_two().max(256);
+        let [rise, fall] = [lead / 4, length / 8];
+        let ramp = |i: usize, of: usize| single((0.5 * std::f64::consts::PI * (i as f64 + 0.5) / of as f64).sin().powi(2));
+        let impulse = |mut spectrum: Vec<Complex32>| -> Vec<f32> {
+            for (k, x) in spectrum.iter_mut().enumerate() {
+                let turn = Complex64::from_polar(1.0, -TAU * (k * lead) as f64 / n_fft as f64);
+                *x *= Complex32::new(single(turn.re), single(turn.im));
+            }
+            let mut time = signal(spectrum, n_fft);
+            time.truncate(length);
+            time.iter_mut().take(rise).enumerate().for_each(|(i, v)| *v *= ramp(i, rise));
+            time.iter_mut().rev().take(fall).enumerate().for_each(|(i, v)| *v *= ramp(i, fall));
+            time
+        };
+        let filters = head.ambisonic(AMBISONIC_CHANNELS.isqrt() - 1, Incidence::Horizontal, n_fft, sample_rate_hz);
+        let filters = filters.into_iter().flatten().flat_map(impulse).collect();
+        Self { sample_rate_hz, lead, filters }
+    }
+
+    /// Another head, of this one's rate, lead and length.
+    fn of_other(&self, head: &Head) -> Self {
+        Self::of(head, self.sample_rate_hz, self.lead, self.len())
+    }
 }
 
 /// Directions of the nodes at one position, each with the share of the sphere that it stands for.

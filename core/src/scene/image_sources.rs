@@ -1,7 +1,8 @@
 //! The image sources of a scene.
 
+use super::turning_room::{Outlook, TurningRoom};
 use crate::octave::{OCTAVES, OCTAVES_HZ, Octaves};
-use crate::{Axis, number::whole};
+use crate::{Axis, Pose, number::whole};
 use glam::Vec3;
 
 /// Channels of third-order Ambisonics, in which image sources are added up.
@@ -33,6 +34,8 @@ pub struct ImageSources {
     pub direct: Vec<f32>,
     /// The head that hears them.
     pub head: AmbisonicHead,
+    /// How they lie in a room that turns with the head; without it they keep their place in the world.
+    pub turning: Option<TurningRoom>,
 }
 
 /// A head in third-order Ambisonics: what both ears hear of each channel (ACN, N3D), axes forward, left and up.
@@ -82,9 +85,35 @@ impl ImageSources {
         Axis::places_around(&self.places, position).map(|(place, weight)| weight * self.direct[place]).sum()
     }
 
+    /// Where the emitter is in the space that the images' positions are stated in.
+    pub(crate) fn emitter(&self, emitter: Vec3) -> Vec3 {
+        self.turning.as_ref().map_or(emitter, |room| room.reference(emitter))
+    }
+
     /// How much longer the way to an image can be than that to the emitter, metres, wherever the listener is.
     pub(crate) fn longest_m(&self, emitter: Vec3) -> f32 {
-        self.images.iter().map(|image| image.position.distance(emitter)).fold(0.0, f32::max)
+        let from = self.emitter(emitter);
+        let longest = self.images.iter().map(|image| image.position.distance(from)).fold(0.0, f32::max);
+        longest + self.turning.as_ref().map_or(0.0, |room| room.beyond_m(emitter))
+    }
+
+    /// Where an image is seen from a head, metres, head axes.
+    #[must_use]
+    pub fn seen_from_head(&self, image: usize, pose: &Pose, emitter: Vec3) -> Vec3 {
+        let outlook = self.outlook(pose, emitter);
+        outlook.pose.to_head(self.place(image, &outlook))
+    }
+
+    /// A pose as the images are seen from.
+    pub(crate) fn outlook(&self, pose: &Pose, emitter: Vec3) -> Outlook {
+        self.turning.as_ref().map_or(Outlook { pose: *pose, shift: Vec3::ZERO }, |room| room.outlook(pose, emitter))
+    }
+
+    /// Where an image is for a pose.
+    pub(crate) fn place(&self, image: usize, outlook: &Outlook) -> Vec3 {
+        let position = self.images.get(image).map_or(Vec3::ZERO, |image| image.position);
+        let mirror = self.turning.as_ref().and_then(|room| room.mirrors.get(image));
+        mirror.map_or(position, |mirror| position + *mirror * outlook.shift)
     }
 
     /// How much of each of the first images a listener sees, 0 to 1.
@@ -117,6 +146,7 @@ mod tests {
             seen: vec![1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0],
             direct: vec![1.0, 1.0, 0.0, 0.0],
             head,
+            turning: None,
         };
         let mut seen = [0.0; 2];
         images.seen_at(Vec3::new(0.25, 0.0, 9.0), &mut seen);

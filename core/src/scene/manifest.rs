@@ -1,6 +1,6 @@
 //! The manifest's own types, apart from the scene's: the file is a boundary.
 
-use super::{AnchorCloud, BassField, Corners, ImageSources, Provenance};
+use super::{AnchorCloud, BassField, Corners, ImageSources, Mover, Provenance, TurningRoom};
 use crate::decode::field::{Axis, Facing, FieldGrid, Rows, mirrored};
 use crate::network::{CloudEmitter, CloudKind, DELAY_SHAPES, Placement, PoseConvention};
 use crate::octave::Octaves;
@@ -100,6 +100,18 @@ pub(super) struct ManifestImages {
     pub(super) air_db_per_m: Octaves,
     pub(super) head_rate_hz: f64,
     pub(super) head_lead: usize,
+    /// Absent where images keep their place in the world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    turning: Option<ManifestTurning>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ManifestTurning {
+    listener: ManifestPose,
+    centre: [f32; 3],
+    source_moves: bool,
+    side: f32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -183,7 +195,24 @@ impl ManifestImages {
             air_db_per_m: images.air_db_per_m,
             head_rate_hz: images.head.sample_rate_hz,
             head_lead: images.head.lead,
+            turning: images.turning.as_ref().map(|room| ManifestTurning {
+                listener: (&room.listener).into(),
+                centre: room.centre.to_array(),
+                source_moves: room.moves == Mover::Source,
+                side: room.side,
+            }),
         }
+    }
+
+    /// The room that turns, still without its mirrors.
+    pub(super) fn turning(&self) -> Option<TurningRoom> {
+        self.turning.as_ref().map(|room| TurningRoom {
+            listener: (&room.listener).into(),
+            centre: Vec3::from_array(room.centre),
+            moves: if room.source_moves { Mover::Source } else { Mover::Listener },
+            side: room.side,
+            mirrors: Vec::new(),
+        })
     }
 
     /// The places; `None` where an axis does not rise.

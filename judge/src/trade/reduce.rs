@@ -1,7 +1,9 @@
 //! Scenes that hold less.
 
 use super::{Less, Nodes};
-use promenade_core::{Axis, Basis, Facing, Field, FieldGrid, ImageSources, LowRank, Rows, Scene, SceneParts, TransferShape};
+use promenade_core::{
+    Axis, Basis, Facing, Field, FieldGrid, ImageSources, LowRank, Rows, Scene, SceneParts, TransferShape, TurningRoom,
+};
 
 /// Shares of the taps and of the images that are kept.
 const KEPT: [f64; 3] = [0.25, 0.5, 0.75];
@@ -90,7 +92,8 @@ fn with_taps(parts: &SceneParts, taps: usize) -> Option<SceneParts> {
 
 fn fewer_images(images: &ImageSources, count: usize) -> ImageSources {
     let seen = images.seen.chunks_exact(images.images.len()).flat_map(|place| &place[..count]).copied().collect();
-    ImageSources { images: images.images[..count].to_vec(), seen, ..images.clone() }
+    let turning = images.turning.clone().map(|room| TurningRoom { mirrors: room.mirrors[..count].to_vec(), ..room });
+    ImageSources { images: images.images[..count].to_vec(), seen, turning, ..images.clone() }
 }
 
 /// Every second node along the axes of a kind; `None` where there are no nodes to spare.

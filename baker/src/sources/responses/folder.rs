@@ -101,6 +101,7 @@ pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, 
         responses,
         notes,
         splits,
+        room: None,
     };
     check::finish(folder, &mut set, true)?;
     Ok(set)

@@ -2,12 +2,12 @@
 
 use super::check;
 use super::pattern::{Field, Pattern};
-use super::{LoadOptions, Response, Responses, Side};
+use super::{LoadOptions, Response, Responses, Side, Walls};
 use crate::sources::Split;
 use crate::sources::file;
 use crate::{BakeError, wav};
-use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use promenade_core::{Mover, Pose};
 use promenade_sofa::{About, Recorded};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -44,6 +44,38 @@ struct Manifest {
     distance_m: Option<f32>,
     /// Metres of a unit of the lengths in file names.
     length_unit_m: Option<f32>,
+    /// The room, where it is a box.
+    room: Option<BoxRoom>,
+}
+
+/// A box along the axes of the world.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoxRoom {
+    /// Lengths along x, y and z, metres.
+    size: [f32; 3],
+    /// The corner of least coordinates.
+    #[serde(default)]
+    corner: [f32; 3],
+    /// What moves while the listener walks, where sources lie around one listener.
+    moves: Option<Moves>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Moves {
+    Listener,
+    Source,
+}
+
+impl BoxRoom {
+    fn walls(self) -> Walls {
+        let moves = self.moves.map(|moves| match moves {
+            Moves::Listener => Mover::Listener,
+            Moves::Source => Mover::Source,
+        });
+        Walls { corner: Vec3::from_array(self.corner), size: Vec3::from_array(self.size), moves }
+    }
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
@@ -75,8 +107,9 @@ struct Entry {
 /// Responses of two ears.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, BakeError> {
     let mut splits = BTreeMap::new();
-    let mut responses = Vec::new();
+    let (mut responses, mut room) = (Vec::new(), None);
     let about = each(path, options, |manifest, file, recorded, split| {
+        room = manifest.room.map(BoxRoom::walls);
         if let Some(split) = split
             && splits.insert(recorded.name.clone(), split).is_some_and(|other| other != split)
         {
@@ -85,7 +118,7 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, Bake
         responses.push(binaural(path, file, manifest.channels, recorded)?);
         Ok(())
     })?;
-    Ok(Responses { splits, ..Responses::of(about, responses) })
+    Ok(Responses { splits, room, ..Responses::of(about, responses) })
 }
 
 /// Responses whose channels are those of an Ambisonic microphone.
