@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 /// Walls that an image has met, at most.
 const ORDER: u32 = 3;
-/// When images come after the direct sound at the earliest and at the latest, seconds. What comes earlier is the direct sound's.
+/// When images come after the direct sound at the earliest and at the latest, seconds. What comes earlier belongs to it.
 const COMES_S: Range<f64> = 0.0025..0.040;
 /// Length of what they are fitted to, seconds after the direct sound.
 const FITTED_S: f64 = 0.050;
