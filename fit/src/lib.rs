@@ -32,6 +32,8 @@ mod looks;
 mod loss;
 mod measurements;
 mod octaves;
+#[cfg(feature = "onnx")]
+mod onnx;
 mod picture;
 mod plan;
 mod quick;
@@ -70,6 +72,8 @@ pub use histories::{Histories, Surface};
 pub use looks::{Pictures, Raster, View};
 pub use measurements::{Clock, Echoes, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place, dechorate_echoes};
 pub use octaves::FITTED_HZ;
+#[cfg(feature = "onnx")]
+pub use onnx::Network;
 pub use picture::{Curve, absorption_svg};
 pub use plan::plan_svg;
 pub use quick::{OctaveFit, QuickFit, quick_fit};

@@ -16,6 +16,10 @@ pub(crate) struct PictureArgs {
     /// Photographs of the COLMAP model, under their names there
     #[arg(long, value_name = "FOLDER", requires = "pictures")]
     pub(crate) photos: Option<PathBuf>,
+    /// Network in the format ONNX, which says what pieces look like in place of colour and texture: 1 x 3 x rows x columns to
+    /// 1 x numbers x rows x columns, or to 1 x tokens x numbers (DINO-v2). Only in builds with the feature `onnx`
+    #[arg(long, value_name = "FILE.onnx", requires = "photos")]
+    pub(crate) network: Option<PathBuf>,
     /// Where a place of the reconstruction is in the room, metres, three times or more, instead of --up, --metres-per-unit and
     /// --origin: an image's name, which stands for its camera's place, or X,Y,Z in the reconstruction's world, = and X,Y,Z
     #[arg(long, value_name = "PLACE=X,Y,Z", value_parser = parse_known, requires = "pictures", allow_hyphen_values = true)]
@@ -27,8 +31,8 @@ pub(crate) struct PictureArgs {
     /// Metres of one unit of the reconstruction [default: 1]
     #[arg(long, value_name = "M", value_parser = parse_metres_per_unit, requires = "pictures")]
     metres_per_unit: Option<f64>,
-    /// The room's origin: first or centroid of the cameras, where the first looks along x, keep for the reconstruction's own, or
-    /// X,Y,Z in its world [default: first]. A mesh that `surface` made is met by the options that it was made with
+    /// The room's origin: first or centroid of the cameras, where the first looks along x, keep for the reconstruction's own,
+    /// or X,Y,Z in its world [default: first]. A mesh that `surface` made is met by the options that it was made with
     #[arg(long, value_parser = parse_origin, requires = "pictures", allow_hyphen_values = true)]
     origin: Option<Origin>,
     /// Two places and the metres between them, instead of the metres of a unit: names of images or X,Y,Z in the

@@ -19,6 +19,10 @@ const SHAPE: f64 = 0.01;
 /// A share of cameras within the room below which it is doubted that these are its pictures.
 const INSIDE: f64 = 0.5;
 
+/// What makes a build that reads networks.
+#[cfg(not(feature = "onnx"))]
+const WITH_NETWORKS: &str = "cargo build --release -p promenade --features onnx";
+
 /// What pieces are made, and what is known of their looks.
 pub(super) struct Pieces {
     edge_m: f64,
@@ -101,10 +105,13 @@ fn pictures(folder: &Path, args: &PictureArgs) -> Result<Pictures> {
     let place = Reconstruction::load(folder, &PointOptions::default())?;
     let placement = placement(&place, args, &mut notes).with_context(what)?;
     let points = place.points.iter().map(|p| (p.position, p.colour)).collect();
-    let views = match &args.photos {
+    let mut views = match &args.photos {
         Some(photos) => views(&place, folder, photos, &mut notes)?,
         None => Vec::new(),
     };
+    if let Some(network) = &args.network {
+        look(&mut views, network)?;
+    }
     report::notes(&notes);
     Ok(Pictures { views, points, placement })
 }
@@ -126,6 +133,21 @@ fn placement(place: &Reconstruction, args: &PictureArgs, notes: &mut Vec<String>
         options.metres_per_unit = Some(place.metres_per_unit([&from, &to], metres)?);
     }
     Ok(place.place(&options, notes)?)
+}
+
+/// Gives each photograph what a network makes of it.
+#[cfg(feature = "onnx")]
+fn look(views: &mut [View], network: &Path) -> Result<()> {
+    let network = promenade_fit::Network::load(network)?;
+    for view in views {
+        view.made = Some(network.of(&view.photo)?);
+    }
+    Ok(())
+}
+
+#[cfg(not(feature = "onnx"))]
+fn look(_: &mut [View], network: &Path) -> Result<()> {
+    bail!("{}: this build reads no networks; one that does is made by: {WITH_NETWORKS}", network.display())
 }
 
 /// The photographs that are there, evenly chosen among too many.
