@@ -11,7 +11,7 @@ pub(crate) mod late_unit;
 pub(crate) mod layout;
 pub(crate) mod log_transfer;
 pub(crate) mod model;
-mod model_head;
+pub(crate) mod model_head;
 mod reflections;
 pub(crate) mod room;
 pub(crate) mod seed;

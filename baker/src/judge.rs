@@ -1,5 +1,6 @@
 //! How well a scene sounds and what it costs.
 
 pub mod evaluate;
+pub mod listener;
 pub mod measure;
 pub mod streaming;

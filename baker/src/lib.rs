@@ -14,7 +14,7 @@ pub use promenade_sofa::{SofaError, read_head, read_headphones, read_measured};
 
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;
-pub use judge::{evaluate, measure, streaming};
+pub use judge::{evaluate, listener, measure, streaming};
 pub use sources::Split;
 pub use sources::capture::{Capture, Clip, Track};
 pub use sources::responses::{HoldOut, LoadOptions, Response, Responses, Side, Walls};

@@ -7,6 +7,7 @@ mod conventions;
 mod evaluation;
 mod factory_scenes;
 mod field;
+mod listener;
 mod manifests;
 mod reflections;
 mod responses;

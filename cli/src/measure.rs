@@ -2,6 +2,7 @@
 //! response.
 
 mod held_out;
+mod listener;
 mod response;
 mod streams;
 mod trade;
@@ -48,16 +49,20 @@ fn whole_scene(path: &Path, args: &MeasureArgs) -> Result<()> {
     }
     let held_out = held_out.then(|| held_out::measure(&scene, path, args)).transpose()?;
     let cloud = cloud.map(|c| streams::measure(&scene, c, path, args)).transpose()?;
+    let listened = args.listener.as_ref().map(|set| listener::measure(&scene, set, args)).transpose()?;
     report::print(&match args.format {
         TableForm::Json => {
             let mut whole = held_out.map_or_else(|| json!({}), |p| p.json);
             if let Some(cloud) = cloud {
                 whole["cloud"] = cloud.json;
             }
+            if let Some(listened) = listened {
+                whole["listener"] = listened.json;
+            }
             format!("{whole:#}\n")
         }
         TableForm::Text | TableForm::Markdown => {
-            held_out.into_iter().chain(cloud).map(|p| p.text).collect::<Vec<_>>().join("\n")
+            held_out.into_iter().chain(cloud).chain(listened).map(|p| p.text).collect::<Vec<_>>().join("\n")
         }
     })
 }

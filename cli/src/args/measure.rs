@@ -22,6 +22,13 @@ pub(crate) struct MeasureArgs {
     /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it, 6
     #[arg(long, value_name = "N", conflicts_with = "response", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) poses: Option<u32>,
+    /// Responses that the scene was baked and held out from (folder with a responses.json, manifest or SOFA file): also how far
+    /// off a listener points who knows their head
+    #[arg(long, value_name = "RESPONSES", conflicts_with_all = ["response", "trade"])]
+    pub(crate) listener: Option<PathBuf>,
+    /// Folder of the WAV files that their manifest names
+    #[arg(long, value_name = "DIR", requires = "listener")]
+    pub(crate) root: Option<PathBuf>,
     /// What the scene costs and how far it is off in each tier, and with fewer taps, images, nodes and decodes
     #[arg(long, conflicts_with_all = ["response", "input", "poses", "seconds"])]
     pub(crate) trade: bool,
