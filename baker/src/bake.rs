@@ -6,6 +6,7 @@ mod corners;
 pub(crate) mod direct;
 pub mod field;
 pub mod geometry;
+mod halved;
 pub(crate) mod kriging;
 pub(crate) mod late_unit;
 pub(crate) mod layout;

@@ -386,7 +386,7 @@ fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSour
         room.mirrors = mirrors.chunks_exact(3).map(Vec3::from_slice).collect();
     }
     let filters = floats(tensors, "images.head", &[Some(AMBISONIC_CHANNELS), Some(2), None])?;
-    let places = m.places().ok_or_else(|| value("axis of the images' places", "rising positions", "others"))?;
+    let places = m.places.axes().ok_or_else(|| value("axis of the images' places", "rising positions", "others"))?;
     let place_count = places.iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
     let seen = floats(tensors, "images.seen", &[Some(place_count), Some(count)])?;
     let direct = floats(tensors, "images.direct", &[Some(place_count)])?;
@@ -395,7 +395,7 @@ fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSour
 }
 
 fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners, SceneError> {
-    let places = m.places().ok_or_else(|| value("axis of the places of corners", "rising positions", "others"))?;
+    let places = m.places.axes().ok_or_else(|| value("axis of the places of corners", "rising positions", "others"))?;
     let count = places.iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
     let direct = floats(tensors, "corners.direct", &[Some(count)])?;
     let round = floats(tensors, "corners.round", &[Some(count)])?;
@@ -412,7 +412,7 @@ fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners
 
 fn read_bass(m: ManifestBass, tensors: &SafeTensors<'_>) -> Result<BassField, SceneError> {
     let (crossover_hz, rate_hz, direct) = (m.crossover_hz, m.rate_hz, m.direct);
-    let places = m.places().ok_or_else(|| value("axis of the places of the bass", "rising positions", "others"))?;
+    let places = m.places.axes().ok_or_else(|| value("axis of the places of the bass", "rising positions", "others"))?;
     let count = places.iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
     let samples = floats(tensors, "bass.responses", &[Some(count), Some(BASS_SIGNALS), None])?;
     Ok(BassField { crossover_hz, rate_hz, places, direct, samples, ears: BassEars::Head })

@@ -75,6 +75,11 @@ pub(super) struct ManifestAxis {
     circle: bool,
 }
 
+/// Places of a table, along x, y and z.
+#[derive(Serialize, Deserialize)]
+#[serde(transparent)]
+pub(super) struct ManifestPlaces([ManifestAxis; 3]);
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 enum ManifestFacing {
@@ -96,7 +101,7 @@ pub(super) struct ManifestField {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ManifestImages {
-    places: [ManifestAxis; 3],
+    pub(super) places: ManifestPlaces,
     pub(super) air_db_per_m: Octaves,
     pub(super) head_rate_hz: f64,
     pub(super) head_lead: usize,
@@ -117,13 +122,13 @@ struct ManifestTurning {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ManifestCorners {
-    places: [ManifestAxis; 3],
+    pub(super) places: ManifestPlaces,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ManifestBass {
-    places: [ManifestAxis; 3],
+    pub(super) places: ManifestPlaces,
     pub(super) crossover_hz: f64,
     pub(super) rate_hz: f64,
     pub(super) direct: f32,
@@ -191,7 +196,7 @@ impl ManifestAxis {
 impl ManifestImages {
     pub(super) fn of(images: &ImageSources) -> Self {
         Self {
-            places: images.places.each_ref().map(Into::into),
+            places: ManifestPlaces::of(&images.places),
             air_db_per_m: images.air_db_per_m,
             head_rate_hz: images.head.sample_rate_hz,
             head_lead: images.head.lead,
@@ -214,40 +219,22 @@ impl ManifestImages {
             mirrors: Vec::new(),
         })
     }
-
-    /// The places; `None` where an axis does not rise.
-    pub(super) fn places(self) -> Option<[Axis; 3]> {
-        let [x, y, z] = self.places.map(ManifestAxis::axis);
-        Some([x?, y?, z?])
-    }
 }
 
 impl ManifestCorners {
     pub(super) fn of(corners: &Corners) -> Self {
-        Self { places: corners.places.each_ref().map(Into::into) }
-    }
-
-    /// The places; `None` where an axis does not rise.
-    pub(super) fn places(self) -> Option<[Axis; 3]> {
-        let [x, y, z] = self.places.map(ManifestAxis::axis);
-        Some([x?, y?, z?])
+        Self { places: ManifestPlaces::of(&corners.places) }
     }
 }
 
 impl ManifestBass {
     pub(super) fn of(bass: &BassField) -> Self {
         Self {
-            places: bass.places.each_ref().map(Into::into),
+            places: ManifestPlaces::of(&bass.places),
             crossover_hz: bass.crossover_hz,
             rate_hz: bass.rate_hz,
             direct: bass.direct,
         }
-    }
-
-    /// The places; `None` where an axis does not rise.
-    pub(super) fn places(self) -> Option<[Axis; 3]> {
-        let [x, y, z] = self.places.map(ManifestAxis::axis);
-        Some([x?, y?, z?])
     }
 }
 
@@ -359,6 +346,18 @@ impl From<&StftGrid> for ManifestGrid {
 impl From<&ManifestGrid> for StftGrid {
     fn from(g: &ManifestGrid) -> Self {
         Self { sample_rate_hz: g.sample_rate_hz, n_fft: g.n_fft, hop: g.hop }
+    }
+}
+
+impl ManifestPlaces {
+    fn of(axes: &[Axis; 3]) -> Self {
+        Self(axes.each_ref().map(Into::into))
+    }
+
+    /// The axes; `None` where one does not rise.
+    pub(super) fn axes(self) -> Option<[Axis; 3]> {
+        let [x, y, z] = self.0.map(ManifestAxis::axis);
+        Some([x?, y?, z?])
     }
 }
 
