@@ -136,10 +136,6 @@ pub(crate) fn decay_s(late: &[LateEnergies], from: usize, hop_s: f64, typical: f
     let bands = rest.first().and_then(|hops| hops.first()).map_or(0, Vec::len);
     let time = |band: usize| {
         let energies: Vec<f64> = (0..hops).map(|hop| rest.iter().map(|h| h[hop][band]).sum::<f64>().max(1e-30)).collect();
-        // Silence falls along no line.
-        if energies.iter().skip(from).all(|energy| *energy <= 1e-30) {
-            return typical;
-        }
         let nearly_gone = energies.iter().sum::<f64>() * 10.0_f64.powf(0.1 * FITTED_TO_DB);
         let mut left = 0.0;
         let last = energies.iter().rposition(|energy| {
