@@ -354,46 +354,6 @@ fn what_osc_sets_is_told_to_the_host<H: Host>() {
     assert!(arrived, "{}", host.value("gain"));
 }
 
-/// Undo takes back the pose that came with a scene which the host has chosen, however the host rounds what it is told.
-fn undo_takes_back_the_pose_of_a_scene_that_the_host_chooses<H: Host>() {
-    // Control and Z, as X servers number them.
-    const UNDO: [u8; 2] = [37, 52];
-    let screen = Screen::new(1400, 900);
-    let input = noise(512);
-    let mut host = H::open(Setup::default());
-    open(&mut host, &screen, 1.0);
-    drawn(&mut host, &screen);
-    let pose = |host: &mut H| ["x", "y", "z", "yaw"].map(|id| host.value(id));
-    let near = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3);
-    // Long enough that each of a scene's values has reached the host.
-    let rests = |host: &mut H| {
-        let (mut last, mut still) = (pose(host), 0);
-        wait_until(GREAT_PATIENCE, || {
-            play(host, &input);
-            let now = pose(host);
-            still = if now == last { still + 1 } else { 0 };
-            last = now;
-            still > 100
-        })
-    };
-    assert!(rests(&mut host), "the host is told of poses for ever");
-    let before = pose(&mut host);
-    host.set("scene", 0.5);
-    let follows = wait_until(GREAT_PATIENCE, || {
-        play(&mut host, &input);
-        !near(pose(&mut host), before)
-    });
-    assert!(follows && rests(&mut host), "no pose comes with the scene: {before:?}");
-    let with_scene = pose(&mut host);
-    screen.point(300, 300);
-    let back = wait_until(GREAT_PATIENCE, || {
-        screen.chord(&UNDO);
-        (0..20).for_each(|_| play(&mut host, &input));
-        near(pose(&mut host), before)
-    });
-    assert!(back, "undo leaves {:?} of {with_scene:?}, {before:?} before", pose(&mut host));
-}
-
 /// The framework's editor takes hosts for granted that have their part of the extension, and takes others down.
 #[test]
 fn a_host_without_editors_is_offered_none() {
@@ -414,7 +374,6 @@ mod needs_screen {
         an_editor_that_is_left_open_ends_with_its_plugin,
         opening_and_closing_leaves_nothing_behind,
         the_window_is_resized_and_scaled,
-        undo_takes_back_the_pose_of_a_scene_that_the_host_chooses,
         what_osc_sets_is_told_to_the_host,
     );
 
