@@ -1,7 +1,7 @@
 //! The bass of a room: where it ends, how close places lie, and as a scene has it.
 
 use promenade_acoustics::{LowField, SPEED_OF_SOUND_M_S};
-use promenade_core::glam::{DVec3, Vec3};
+use promenade_core::glam::DVec3;
 use promenade_core::{Axis, BassEars, BassField};
 
 /// The lowest and the highest crossover, Hz.
@@ -52,9 +52,7 @@ pub fn bass_axis(low: f32, high: f32, crossover_hz: f64, height: bool) -> Axis {
 /// Places of a table in the order `[z][y][x]`.
 #[must_use]
 pub fn bass_places(axes: &[Axis; 3]) -> Vec<DVec3> {
-    let [x, y, z] = axes.each_ref().map(Axis::nodes);
-    let all = z.iter().flat_map(|z| y.iter().flat_map(move |y| x.iter().map(move |x| Vec3::new(*x, *y, *z))));
-    all.map(|at| at.as_dvec3()).collect()
+    BassField::places_of(axes).map(|at| at.as_dvec3()).collect()
 }
 
 impl RoomBass {

@@ -78,7 +78,9 @@ impl BassFilters {
             }
         }
         let mut energies = vec![0.0; bass.len()];
-        for (place, responses) in bass.positions().zip(bass.samples.chunks_exact((BASS_SIGNALS * bass.len()).max(1))) {
+        for (place, responses) in
+            BassField::places_of(&bass.places).zip(bass.samples.chunks_exact((BASS_SIGNALS * bass.len()).max(1)))
+        {
             let travels = whole((f64::from(place.distance(emitter) / speed_m_s) * bass.rate_hz).round()).min(bass.len());
             let pressure = &responses[travels..bass.len()];
             energies.iter_mut().zip(pressure).for_each(|(energy, p)| *energy += f64::from(*p).powi(2));

@@ -68,9 +68,9 @@ impl BassField {
         self.places.iter().map(Axis::count).product()
     }
 
-    /// Positions of the places, metres, in the order of the samples.
-    pub(crate) fn positions(&self) -> impl Iterator<Item = Vec3> {
-        let [x, y, z] = self.places.each_ref().map(Axis::nodes);
+    /// Positions of a table's places along x, y and z, metres, in the order `[z][y][x]`.
+    pub fn places_of(axes: &[Axis; 3]) -> impl Iterator<Item = Vec3> {
+        let [x, y, z] = axes.each_ref().map(Axis::nodes);
         z.iter().flat_map(move |z| y.iter().flat_map(move |y| x.iter().map(move |x| Vec3::new(*x, *y, *z))))
     }
 
