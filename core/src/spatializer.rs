@@ -328,24 +328,28 @@ impl Spatializer {
         // Without a scene nothing is rendered: the dry sound takes the place of the rendered one.
         let stand_in = |played: &Option<Box<Emitters>>| if played.is_some() { 0.0 } else { 1.0 };
         let (stand_in, old_stand_in) = (stand_in(&self.active), stand_in(&self.fading));
+        let back = |delay: usize| (self.now + size - delay) % size;
+        let (mut at, mut old_at) = (back(delay), back(old_delay));
+        // A remainder for every sample would cost as much as the rest of the loop.
+        let next = |at: usize| if at + 1 == size { 0 } else { at + 1 };
         for i in 0..n {
             let (wet_gain, dry_gain) = (self.wet_gain.next(), self.dry_gain.next());
             let [left_in, right_in] = [finite(first[i]), finite(second[i])];
             let dry = self.dry.map(|[of_left, of_right]| of_left * left_in + of_right * right_in);
             self.past[self.now] = Moment { dry, wet_gain, dry_gain };
-            let heard = |delay: usize, wet: &[Vec<f32>; 2], stand_in: f32| {
-                let m = &self.past[(self.now + size - delay) % size];
+            let heard = |at: usize, wet: &[Vec<f32>; 2], stand_in: f32| {
+                let m = &self.past[at];
                 let dry_gain = m.dry_gain + stand_in * m.wet_gain;
                 [wet[0][i] * m.wet_gain + m.dry[0] * dry_gain, wet[1][i] * m.wet_gain + m.dry[1] * dry_gain]
             };
-            let mut out = heard(delay, &self.wet, stand_in);
+            let mut out = heard(at, &self.wet, stand_in);
             if fading {
-                let old = heard(old_delay, &self.old, old_stand_in);
+                let old = heard(old_at, &self.old, old_stand_in);
                 let share = ((self.fade + i) as f32 / self.fade_len as f32).min(1.0);
                 out = [old[0] + share * (out[0] - old[0]), old[1] + share * (out[1] - old[1])];
             }
             [left[i], right[i]] = out.map(bounded);
-            self.now = (self.now + 1) % size;
+            (self.now, at, old_at) = (next(self.now), next(at), next(old_at));
         }
         if fading {
             self.fade += n;

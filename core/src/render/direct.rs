@@ -4,6 +4,7 @@ use crate::number::{single, whole};
 use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for};
 use crate::render::phasor::Phasors;
 use crate::{StftGrid, TransferFunction};
+use promenade_fourier::num_complex::Complex64;
 use pulp::{Arch, WithSimd};
 use std::ops::Range;
 
@@ -192,18 +193,23 @@ impl WithSimd for Delayed<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let unit = |k: usize| {
-            let (s, c) = (self.turn_per_bin * k as f64).sin_cos();
-            (single(c), single(s))
-        };
-        let steps: [(f32, f32); LANES] = std::array::from_fn(unit);
+        // By recurrence in double precision: after thousands of bins still exact in single.
+        let turn_by = |bins: usize| Complex64::cis(self.turn_per_bin * bins as f64);
+        let (one, block_turn) = (turn_by(1), turn_by(LANES));
+        let mut next = Complex64::ONE;
+        let steps: [(f32, f32); LANES] = std::array::from_fn(|_| {
+            let step = (single(next.re), single(next.im));
+            next *= one;
+            step
+        });
+        let mut base = Complex64::ONE;
         let [left, right] = self.ears.each_ref().map(|[re, im]| {
             let (re, im) = (re.as_chunks::<LANES>().0, im.as_chunks::<LANES>().0);
             re.iter().zip(im)
         });
-        let blocks = self.out.iter_mut().zip(self.turn).enumerate();
-        for ((b, (block, turn)), ((lr, li), (rr, ri))) in blocks.zip(left.zip(right)) {
-            let (base_re, base_im) = unit(b * LANES);
+        for ((block, turn), ((lr, li), (rr, ri))) in self.out.iter_mut().zip(self.turn).zip(left.zip(right)) {
+            let (base_re, base_im) = (single(base.re), single(base.im));
+            base *= block_turn;
             let [left, right] = &mut block.ears;
             for i in 0..LANES {
                 let (c, s) = steps[i];

@@ -321,6 +321,15 @@ impl WithSimd for Mix<'_> {
         // What this ear hears of its own sum, and of the other ear's.
         let (own, other) = (0.5 + 0.5 * gains.width, 0.5 - 0.5 * gains.width);
         let add = |out: &mut [Complex32], sums: &[EarBlocks], gain: f32| {
+            if other == 0.0 {
+                for (chunk, sum) in out.chunks_mut(LANES).zip(sums) {
+                    let a = &sum.ears[ear];
+                    for (i, x) in chunk.iter_mut().enumerate() {
+                        *x += Complex32::new(gain * a.re[i], gain * a.im[i]);
+                    }
+                }
+                return;
+            }
             for (chunk, sum) in out.chunks_mut(LANES).zip(sums) {
                 let (a, b) = (&sum.ears[ear], &sum.ears[1 - ear]);
                 for (i, x) in chunk.iter_mut().enumerate() {

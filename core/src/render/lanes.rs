@@ -2,7 +2,8 @@
 //! time on.
 
 use promenade_fourier::num_complex::Complex32;
-use pulp::{Arch, WithSimd};
+use crate::simd::{all, load, times_plus};
+use pulp::{Arch, Simd, WithSimd};
 
 pub(crate) use crate::simd::LANES;
 
@@ -63,24 +64,71 @@ impl WithSimd for Accumulate<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { slots, ring_len, ring, filter, hops, first, sums, .. } = self;
         if slots.is_empty() {
             return;
         }
         for ((sum, history), taps) in sums.iter_mut().zip(ring.chunks_exact(ring_len)).zip(filter.chunks_exact(hops)) {
-            let mut acc = *sum;
-            for (&slot, h) in slots.iter().zip(&taps[first..]) {
-                let x = &history[slot];
-                for (a, h) in acc.ears.iter_mut().zip(&h.ears) {
-                    for i in 0..LANES {
-                        a.re[i] += h.re[i] * x.re[i] - h.im[i] * x.im[i];
-                        a.im[i] += h.re[i] * x.im[i] + h.im[i] * x.re[i];
+            for v in 0..LANES / S::F32_LANES {
+                // Products with the input's real and its imaginary part have sums of their own: four chains of additions would
+                // wait for each other, eight do not.
+                let zero = simd.splat_f32s(0.0);
+                let (mut by_re, mut by_im) = ([zero; 4], [zero; 4]);
+                for (&slot, h) in slots.iter().zip(&taps[first..]) {
+                    let x = &history[slot];
+                    let (re, im) = (part::<S>(&x.re, v), part::<S>(&x.im, v));
+                    let h = h.parts::<S>(v);
+                    for i in 0..4 {
+                        by_re[i] = simd.mul_add_e_f32s(h[i], re, by_re[i]);
+                        by_im[i] = simd.mul_add_e_f32s(h[i], im, by_im[i]);
                     }
                 }
+                let before = sum.parts::<S>(v);
+                for ear in 0..2 {
+                    let (re, im) = (2 * ear, 2 * ear + 1);
+                    let sum = &mut sum.ears[ear];
+                    put::<S>(&mut sum.re, v, simd.add_f32s(before[re], simd.sub_f32s(by_re[re], by_im[im])));
+                    put::<S>(&mut sum.im, v, simd.add_f32s(before[im], simd.add_f32s(by_re[im], by_im[re])));
+                }
             }
-            *sum = acc;
         }
+    }
+}
+
+/// One vector of a row of numbers of a block.
+#[inline(always)]
+pub(crate) fn part<S: Simd>(row: &[f32; LANES], vector: usize) -> S::f32s {
+    S::as_simd_f32s(row).0[vector]
+}
+
+/// Sets one vector of a row of numbers of a block.
+#[inline(always)]
+pub(crate) fn put<S: Simd>(row: &mut [f32; LANES], vector: usize, value: S::f32s) {
+    S::as_mut_simd_f32s(row).0[vector] = value;
+}
+
+impl EarBlocks {
+    /// One vector of each row: real and imaginary parts of the left ear, then of the right.
+    #[inline(always)]
+    pub(crate) fn parts<S: Simd>(&self, vector: usize) -> [S::f32s; 4] {
+        let [left, right] = &self.ears;
+        [
+            part::<S>(&left.re, vector),
+            part::<S>(&left.im, vector),
+            part::<S>(&right.re, vector),
+            part::<S>(&right.im, vector),
+        ]
+    }
+
+    /// Sets one vector of each row, in the same order.
+    #[inline(always)]
+    pub(crate) fn put_parts<S: Simd>(&mut self, vector: usize, parts: [S::f32s; 4]) {
+        let [left, right] = &mut self.ears;
+        put::<S>(&mut left.re, vector, parts[0]);
+        put::<S>(&mut left.im, vector, parts[1]);
+        put::<S>(&mut right.re, vector, parts[2]);
+        put::<S>(&mut right.im, vector, parts[3]);
     }
 }
 
@@ -95,19 +143,40 @@ pub(crate) struct WeightedSum<'a> {
     pub(crate) out: &'a mut [f32],
 }
 
+impl WeightedSum<'_> {
+    /// Sums some vectors from a place of the rows on, in registers.
+    #[inline(always)]
+    fn vectors<S: Simd, const V: usize>(&mut self, simd: S, at: usize) {
+        let len = V * S::F32_LANES;
+        let mut sums = all::<S, V>(simd, 0.0);
+        for &(corner, weight) in self.corners {
+            let start = corner as usize * self.row_len + self.offset + at;
+            let row = load::<S, V>(simd, &self.rows[start..start + len]);
+            sums = times_plus(simd, all(simd, weight), row, sums);
+        }
+        let out = S::as_mut_simd_f32s(&mut self.out[at..at + len]).0;
+        out[..V].copy_from_slice(&sums);
+    }
+}
+
 impl WithSimd for WeightedSum<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        for (i, &(corner, weight)) in self.corners.iter().enumerate() {
-            let start = corner as usize * self.row_len + self.offset;
-            let row = &self.rows[start..start + self.out.len()];
-            if i == 0 {
-                self.out.iter_mut().zip(row).for_each(|(o, r)| *o = weight * r);
-            } else {
-                self.out.iter_mut().zip(row).for_each(|(o, r)| *o += weight * r);
-            }
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let (len, lanes) = (self.out.len(), S::F32_LANES);
+        let mut at = 0;
+        while at + 4 * lanes <= len {
+            self.vectors::<S, 4>(simd, at);
+            at += 4 * lanes;
+        }
+        while at + lanes <= len {
+            self.vectors::<S, 1>(simd, at);
+            at += lanes;
+        }
+        for i in at..len {
+            let value = |&(corner, weight): &(u32, f32)| weight * self.rows[corner as usize * self.row_len + self.offset + i];
+            self.out[i] = self.corners.iter().map(value).sum();
         }
     }
 }

@@ -2,38 +2,63 @@
 
 use crate::bands::BandPlace;
 use crate::render::carrier_set::CarrierSet;
-use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for};
-use pulp::{Arch, WithSimd};
+use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for, part};
+use crate::simd::{times, times_plus};
+use crate::transfer::MOST_SHARES;
+use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
 /// A run of hops, each a mix of carriers per ear times a gain per bin.
 pub(crate) struct Taps {
     arch: Arch,
     hops: usize,
-    /// Bins of each interval between two bands.
-    intervals: Vec<Range<usize>>,
-    fractions: Vec<f32>,
-    /// Gains per bin of the hop that is being set, left and right.
-    gains: [Vec<f32>; 2],
-    /// The mix of the hop that is being set.
-    mixed: Vec<EarBlocks>,
+    hats: Hats,
     filters: Vec<EarBlocks>,
+}
+
+/// How much each band's gain weighs at each bin: a hat from its lower neighbour to its upper.
+struct Hats {
+    /// Bands that reach into each block: `bands[first[block]..first[block + 1]]`.
+    first: Vec<usize>,
+    bands: Vec<usize>,
+    /// Of each of these, the weights in the block.
+    weights: Vec<[f32; LANES]>,
+    /// Number of bands.
+    count: usize,
+}
+
+impl Hats {
+    fn new(places: &[BandPlace], count: usize) -> Self {
+        let mut hats = Self { first: vec![0], bands: Vec::new(), weights: Vec::new(), count };
+        for block in places.chunks(LANES) {
+            let from = block.first().map_or(0, |place| place.band);
+            let to = block.last().map_or(0, |place| place.band + 2);
+            for band in from..to.min(count) {
+                hats.bands.push(band);
+                hats.weights.push(std::array::from_fn(|i| match block.get(i) {
+                    Some(place) if place.band == band => 1.0 - place.fraction,
+                    Some(place) if place.band + 1 == band => place.fraction,
+                    _ => 0.0,
+                }));
+            }
+            hats.first.push(hats.bands.len());
+        }
+        hats
+    }
+
+    /// Bands that reach into a block, with their weights there.
+    #[inline(always)]
+    fn of(&self, block: usize) -> impl Iterator<Item = (&usize, &[f32; LANES])> {
+        let range = self.first[block]..self.first[block + 1];
+        self.bands[range.clone()].iter().zip(&self.weights[range])
+    }
 }
 
 impl Taps {
     /// For a number of hops, and where every bin lies among `bands` bands.
     pub(crate) fn new(hops: usize, places: &[BandPlace], bands: usize) -> Self {
-        let blocks = blocks_for(places.len());
-        let start = |band: usize| places.partition_point(|p| p.band < band);
-        Self {
-            arch: Arch::new(),
-            hops,
-            intervals: (0..bands - 1).map(|b| start(b)..start(b + 1)).collect(),
-            fractions: places.iter().map(|p| p.fraction).collect(),
-            gains: [vec![0.0; blocks * LANES], vec![0.0; blocks * LANES]],
-            mixed: vec![EarBlocks::default(); blocks],
-            filters: vec![EarBlocks::default(); blocks * hops],
-        }
+        let filters = vec![EarBlocks::default(); blocks_for(places.len()) * hops];
+        Self { arch: Arch::new(), hops, hats: Hats::new(places, bands), filters }
     }
 
     /// The filters as `[block][hop]`.
@@ -50,37 +75,15 @@ impl Taps {
         band_gains: &[f32],
         blocks: Range<usize>,
     ) {
-        let part = |response: u32| &carriers.hop(response, hop)[blocks.clone()];
-        let arch = self.arch;
-        match *shares {
-            [(one, share)] => {
-                let pair = [part(one); 2];
-                arch.dispatch(Coloured { taps: self, hop, pair, shares: [share, 0.0], band_gains, blocks });
-            }
-            [(one, share), (other, rest)] => {
-                let pair = [part(one), part(other)];
-                arch.dispatch(Coloured { taps: self, hop, pair, shares: [share, rest], band_gains, blocks });
-            }
-            _ => {
-                let mut mixed = std::mem::take(&mut self.mixed);
-                let part = &mut mixed[blocks.clone()];
-                mix(arch, carriers, hop, blocks.clone(), shares, part);
-                let pair = [&*part; 2];
-                arch.dispatch(Coloured { taps: self, hop, pair, shares: [1.0, 0.0], band_gains, blocks });
-                self.mixed = mixed;
-            }
-        }
+        let mixture = Mixture::new(carriers, hop, shares, &blocks);
+        self.arch.dispatch(Coloured { taps: self, hop, mixture: mixture.parts(), band_gains, blocks });
     }
 
     /// Gains of the lowest bins, both ears, from gains per band, left then right.
     pub(crate) fn lowest_of(&self, band_gains: &[f32]) -> [[f32; LANES]; 2] {
-        let bands = self.intervals.len() + 1;
-        let band = |i: usize| self.intervals.iter().position(|range| range.contains(&i)).unwrap_or(0);
         [0, 1].map(|ear| {
-            std::array::from_fn(|i| {
-                let pair = &band_gains[ear * bands + band(i)..];
-                pair[0] + self.fractions.get(i).unwrap_or(&0.0) * (pair[1] - pair[0])
-            })
+            let gains = &band_gains[ear * self.hats.count..];
+            std::array::from_fn(|i| self.hats.of(0).map(|(band, weights)| weights[i] * gains[*band]).sum())
         })
     }
 
@@ -96,8 +99,40 @@ impl Taps {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        (self.filters.len() + self.mixed.len()) * size_of::<EarBlocks>()
+        self.filters.len() * size_of::<EarBlocks>() + size_of_val(&*self.hats.weights)
     }
+}
+
+/// Some blocks of one hop of carriers, each with its share.
+struct Mixture<'a> {
+    parts: [(&'a [EarBlocks], f32); MOST_SHARES],
+    count: usize,
+}
+
+impl<'a> Mixture<'a> {
+    fn new(carriers: &'a CarrierSet, hop: usize, shares: &[(u32, f32)], blocks: &Range<usize>) -> Self {
+        let mut parts: [(&[EarBlocks], f32); MOST_SHARES] = [(&[], 0.0); MOST_SHARES];
+        for (part, (response, share)) in parts.iter_mut().zip(shares) {
+            *part = (&carriers.hop(*response, hop)[blocks.clone()], *share);
+        }
+        Self { parts, count: shares.len().min(MOST_SHARES) }
+    }
+
+    fn parts(&self) -> &[(&'a [EarBlocks], f32)] {
+        &self.parts[..self.count]
+    }
+}
+
+/// One vector of a mix in one block.
+#[inline(always)]
+fn mixed<S: Simd>(simd: S, mixture: &[(&[EarBlocks], f32)], block: usize, vector: usize) -> [S::f32s; 4] {
+    let mut sums = [simd.splat_f32s(0.0); 4];
+    for (carrier, share) in mixture {
+        let share = simd.splat_f32s(*share);
+        let carrier = carrier[block].parts::<S>(vector);
+        sums = times_plus(simd, [share; 4], carrier, sums);
+    }
+    sums
 }
 
 /// Mixes some blocks of one hop of carriers, each with its share.
@@ -109,47 +144,32 @@ pub(crate) fn mix(
     shares: &[(u32, f32)],
     out: &mut [EarBlocks],
 ) {
-    if shares.is_empty() {
-        out.fill(EarBlocks::default());
-    }
-    for (i, (response, share)) in shares.iter().enumerate() {
-        let carrier = &carriers.hop(*response, hop)[blocks.clone()];
-        arch.dispatch(AddShare { carrier, share: *share, adds: i > 0, out });
-    }
+    arch.dispatch(Mixed { mixture: Mixture::new(carriers, hop, shares, &blocks).parts(), out });
 }
 
-/// Writes or adds a share of a carrier.
-struct AddShare<'a> {
-    carrier: &'a [EarBlocks],
-    share: f32,
-    adds: bool,
+struct Mixed<'a> {
+    mixture: &'a [(&'a [EarBlocks], f32)],
     out: &'a mut [EarBlocks],
 }
 
-impl WithSimd for AddShare<'_> {
+impl WithSimd for Mixed<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { carrier, share, adds, out } = self;
-        let old = if adds { 1.0 } else { 0.0 };
-        for (out, carrier) in out.iter_mut().zip(carrier) {
-            for (out, carrier) in out.ears.iter_mut().zip(&carrier.ears) {
-                for i in 0..LANES {
-                    out.re[i] = old * out.re[i] + share * carrier.re[i];
-                    out.im[i] = old * out.im[i] + share * carrier.im[i];
-                }
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (block, out) in self.out.iter_mut().enumerate() {
+            for vector in 0..LANES / S::F32_LANES {
+                out.put_parts::<S>(vector, mixed(simd, self.mixture, block, vector));
             }
         }
     }
 }
 
-/// Sets one hop from two carriers, of which the second may have no share.
+/// Sets some blocks of one hop to a mix times a gain per bin.
 struct Coloured<'a> {
     taps: &'a mut Taps,
     hop: usize,
-    pair: [&'a [EarBlocks]; 2],
-    shares: [f32; 2],
+    mixture: &'a [(&'a [EarBlocks], f32)],
     band_gains: &'a [f32],
     blocks: Range<usize>,
 }
@@ -158,47 +178,20 @@ impl WithSimd for Coloured<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { taps, hop, pair, shares, band_gains, blocks } = self;
-        let bins = blocks.start * LANES..blocks.end * LANES;
-        let bands = taps.intervals.len() + 1;
-        for (gains, bands) in taps.gains.iter_mut().zip(band_gains.chunks_exact(bands)) {
-            for (interval, pair) in taps.intervals.iter().zip(bands.windows(2)) {
-                let (low, step) = (pair[0], pair[1] - pair[0]);
-                let interval = interval.start.max(bins.start)..interval.end.min(bins.end);
-                if interval.is_empty() {
-                    continue;
-                }
-                let fractions = &taps.fractions[interval.clone()];
-                for (g, f) in gains[interval].iter_mut().zip(fractions) {
-                    *g = low + f * step;
-                }
-            }
-        }
-        let [left, right] = &taps.gains;
-        let gains = left[bins.clone()].as_chunks::<LANES>().0.iter().zip(right[bins].as_chunks::<LANES>().0);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { taps, hop, mixture, band_gains, blocks } = self;
+        let (of_left, of_right) = band_gains.split_at(taps.hats.count);
         let filters = taps.filters[blocks.start * taps.hops..].iter_mut().skip(hop).step_by(taps.hops);
-        let rows = gains.zip(filters).zip(pair[0].iter().zip(pair[1]));
-        let [share, rest] = shares;
-        if rest == 0.0 {
-            for (((left, right), filter), (one, _)) in rows {
-                for ((filter, one), gains) in filter.ears.iter_mut().zip(&one.ears).zip([left, right]) {
-                    for (i, gain) in gains.iter().enumerate() {
-                        let gain = share * gain;
-                        filter.re[i] = gain * one.re[i];
-                        filter.im[i] = gain * one.im[i];
-                    }
+        for ((block, filter), i) in blocks.zip(filters).zip(0..) {
+            for vector in 0..LANES / S::F32_LANES {
+                let (mut left, mut right) = (simd.splat_f32s(0.0), simd.splat_f32s(0.0));
+                for (band, weights) in taps.hats.of(block) {
+                    let weights = part::<S>(weights, vector);
+                    left = simd.mul_add_e_f32s(simd.splat_f32s(of_left[*band]), weights, left);
+                    right = simd.mul_add_e_f32s(simd.splat_f32s(of_right[*band]), weights, right);
                 }
-            }
-            return;
-        }
-        for (((left, right), filter), (one, other)) in rows {
-            let ears = filter.ears.iter_mut().zip(one.ears.iter().zip(&other.ears)).zip([left, right]);
-            for ((filter, (one, other)), gains) in ears {
-                for (i, gain) in gains.iter().enumerate() {
-                    filter.re[i] = gain * (share * one.re[i] + rest * other.re[i]);
-                    filter.im[i] = gain * (share * one.im[i] + rest * other.im[i]);
-                }
+                let mixed = mixed(simd, mixture, i, vector);
+                filter.put_parts::<S>(vector, times(simd, [left, left, right, right], mixed));
             }
         }
     }
