@@ -15,7 +15,7 @@ const BLOCKS: usize = 60;
 const WARM_UP: usize = 20;
 /// What is played, and instructions of its median and worst block in the tests' profile on x86-64.
 const LIMITS: [(&str, u64, u64); 3] =
-    [("draft", 852_217, 1_219_763), ("standard", 2_831_168, 4_172_702), ("images", 7_678_466, 11_452_431)];
+    [("draft", 389_359, 543_994), ("standard", 718_572, 1_040_269), ("images", 4_787_408, 7_149_645)];
 /// A compiler's next version may take so much more.
 const MARGIN: f64 = 1.10;
 

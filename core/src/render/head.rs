@@ -9,6 +9,7 @@ use crate::render::direct::DirectFilter;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
 use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain, late_lead};
 use crate::render::low::Low;
+use crate::render::meeting::Mixture;
 use crate::render::taps::{Taps, mix};
 use crate::transfer::Shares;
 use crate::{EARLY_S, StftGrid, TAP_LEAD_HOPS, TailModel, TransferFunction, TransferShape, Trim};
@@ -48,6 +49,8 @@ pub(crate) struct RenderHead {
     late_gains: Vec<f32>,
     tap_gains: Vec<f32>,
     low_gains: Vec<f32>,
+    /// How much of a mix of responses is left as it is, by ear and band.
+    plain: Vec<f32>,
     /// The newest input spectra, `[block][slot]`, one more than there are taps.
     input: Vec<Block>,
     /// The newest spectra of the late network.
@@ -92,6 +95,7 @@ impl RenderHead {
             late_gains: vec![0.0; shape.tap_len()],
             tap_gains: vec![0.0; shape.tap_len()],
             low_gains: vec![1.0; shape.tap_len()],
+            plain: vec![0.0; shape.tap_len()],
             input: vec![Block::default(); blocks * (shape.taps + 1)],
             tail: vec![Block::default(); blocks * LATE_HOPS],
             slots: vec![0; shape.taps],
@@ -138,19 +142,25 @@ impl RenderHead {
         if let Some(measured) = self.carriers.measured.as_ref().filter(|_| !room) {
             self.bass.set(&measured.bass, tf.shares.entries(), tf.shares.direct_gain);
         }
+        if *change == (Change { direct: change.direct, ..Change::default() }) {
+            return;
+        }
         let (taps, len) = (self.shape.taps, self.shape.tap_len());
+        let carriers = Arc::clone(&self.carriers);
+        let mut plain = std::mem::take(&mut self.plain);
+        let mixture = carriers.measured.as_ref().map(|m| m.meeting.mixture(tf.shares.entries(), &mut plain));
         for hop in change.quick.iter().flat_map(|hops| hops.iter()) {
-            self.update_tap(tf, hop, 0..self.quick_blocks);
+            self.update_tap(tf, mixture.as_ref(), hop, 0..self.quick_blocks);
         }
         // The bass goes on with the gains of the last tap.
         let last = tf.taps.rchunks_exact(len).next().filter(|_| change.filters != Hops::default());
-        if let Some((last, measured)) = last.zip(self.carriers.measured.as_ref()) {
+        if let Some((last, mixture)) = last.zip(mixture.as_ref()) {
             self.low_gains.copy_from_slice(last);
-            measured.meeting.apply(measured.meeting.low_row(), tf.shares.entries(), &tf.late, &mut self.low_gains);
+            mixture.apply(self.arch, taps, &tf.late, &mut self.low_gains);
         }
         for hop in change.filters.iter() {
             if hop < taps {
-                self.update_tap(tf, hop, self.quick_blocks..self.direct_sum.len());
+                self.update_tap(tf, mixture.as_ref(), hop, self.quick_blocks..self.direct_sum.len());
             } else if hop < taps + LATE_HOPS {
                 self.update_late(tf, hop - taps);
             } else if let Some(measured) = &self.carriers.measured {
@@ -159,13 +169,14 @@ impl RenderHead {
                 self.low.set(hop, &measured.low, tf.shares.entries(), &gains);
             }
         }
+        self.plain = plain;
     }
 
     /// Brings some blocks of bins of a tap to the pose.
-    fn update_tap(&mut self, tf: &TransferFunction, hop: usize, blocks: Range<usize>) {
+    fn update_tap(&mut self, tf: &TransferFunction, mixture: Option<&Mixture<'_>>, hop: usize, blocks: Range<usize>) {
         self.tap_gains.copy_from_slice(&tf.taps[hop * self.shape.tap_len()..(hop + 1) * self.shape.tap_len()]);
-        if let Some(measured) = &self.carriers.measured {
-            measured.meeting.apply(hop, tf.shares.entries(), &tf.late, &mut self.tap_gains);
+        if let Some(mixture) = mixture {
+            mixture.apply(self.arch, hop, &tf.late, &mut self.tap_gains);
         }
         let gains = self.decay.gains(&self.tap_gains, hop + 1);
         self.taps.set(hop, &self.carriers.taps, tf.shares.entries(), gains, blocks.clone());
@@ -312,41 +323,60 @@ struct Mix<'a> {
     out: &'a mut [Complex32],
 }
 
+impl Mix<'_> {
+    /// Sets a block of what comes out: direct sound, room and, where it has a sum of its own, what comes later.
+    #[inline(always)]
+    fn block(&self, block: usize, out: &mut [Complex32]) {
+        let Self { ear, direct, room, late, gains, .. } = self;
+        let mut sum = scaled(&direct[block].ears[*ear], gains.direct);
+        // What this ear hears of its own sum, and of the other ear's.
+        let (own, other) = (0.5 + 0.5 * gains.width, 0.5 - 0.5 * gains.width);
+        add(&mut sum, &room[block], *ear, [own * gains.early, other * gains.early]);
+        if let Some(late) = late {
+            add(&mut sum, &late[block], *ear, [own * gains.late, other * gains.late]);
+        }
+        for (i, x) in out.iter_mut().enumerate() {
+            *x = Complex32::new(sum.re[i], sum.im[i]);
+        }
+    }
+}
+
+#[inline(always)]
+fn scaled(block: &Block, gain: f32) -> Block {
+    let mut out = *block;
+    for i in 0..LANES {
+        out.re[i] *= gain;
+        out.im[i] *= gain;
+    }
+    out
+}
+
+/// Adds some of an ear's sound and of the other's, which mostly has no share.
+#[inline(always)]
+fn add(sum: &mut Block, ears: &EarBlocks, ear: usize, [own, other]: [f32; 2]) {
+    for (ear, gain) in [(ear, own), (1 - ear, other)] {
+        if gain != 0.0 {
+            let part = &ears.ears[ear];
+            for i in 0..LANES {
+                sum.re[i] += gain * part.re[i];
+                sum.im[i] += gain * part.im[i];
+            }
+        }
+    }
+}
+
 impl WithSimd for Mix<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { ear, direct, room, late, gains, out } = self;
-        // What this ear hears of its own sum, and of the other ear's.
-        let (own, other) = (0.5 + 0.5 * gains.width, 0.5 - 0.5 * gains.width);
-        let add = |out: &mut [Complex32], sums: &[EarBlocks], gain: f32| {
-            if other == 0.0 {
-                for (chunk, sum) in out.chunks_mut(LANES).zip(sums) {
-                    let a = &sum.ears[ear];
-                    for (i, x) in chunk.iter_mut().enumerate() {
-                        *x += Complex32::new(gain * a.re[i], gain * a.im[i]);
-                    }
-                }
-                return;
-            }
-            for (chunk, sum) in out.chunks_mut(LANES).zip(sums) {
-                let (a, b) = (&sum.ears[ear], &sum.ears[1 - ear]);
-                for (i, x) in chunk.iter_mut().enumerate() {
-                    let room = Complex32::new(own * a.re[i] + other * b.re[i], own * a.im[i] + other * b.im[i]);
-                    *x += room * gain;
-                }
-            }
-        };
-        for (chunk, direct) in out.chunks_mut(LANES).zip(direct) {
-            let d = &direct.ears[ear];
-            for (i, x) in chunk.iter_mut().enumerate() {
-                *x = Complex32::new(gains.direct * d.re[i], gains.direct * d.im[i]);
-            }
+    fn with_simd<S: pulp::Simd>(mut self, _simd: S) {
+        let out = std::mem::take(&mut self.out);
+        let (whole, rest) = out.as_chunks_mut::<LANES>();
+        for (block, out) in whole.iter_mut().enumerate() {
+            self.block(block, out);
         }
-        add(out, room, gains.early);
-        if let Some(late) = late {
-            add(out, late, gains.late);
+        if !rest.is_empty() {
+            self.block(whole.len(), rest);
         }
     }
 }

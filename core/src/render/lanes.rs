@@ -1,8 +1,8 @@
 //! Spectra in blocks of as many bins as the widest vector has lanes, and the sums over taps that the render head spends its
 //! time on.
 
-use promenade_fourier::num_complex::Complex32;
 use crate::simd::{all, load, times_plus};
+use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
 
 pub(crate) use crate::simd::LANES;
@@ -113,12 +113,7 @@ impl EarBlocks {
     #[inline(always)]
     pub(crate) fn parts<S: Simd>(&self, vector: usize) -> [S::f32s; 4] {
         let [left, right] = &self.ears;
-        [
-            part::<S>(&left.re, vector),
-            part::<S>(&left.im, vector),
-            part::<S>(&right.re, vector),
-            part::<S>(&right.im, vector),
-        ]
+        [part::<S>(&left.re, vector), part::<S>(&left.im, vector), part::<S>(&right.re, vector), part::<S>(&right.im, vector)]
     }
 
     /// Sets one vector of each row, in the same order.

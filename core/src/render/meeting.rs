@@ -6,6 +6,7 @@ use crate::number::whole;
 use crate::render::carrier_set::CarrierSet;
 use crate::render::lanes::{EarBlocks, LANES};
 use crate::transfer::MOST_SHARES;
+use pulp::{Arch, WithSimd};
 
 /// Hops to either side over which energies are averaged for a gain: gains that differ wildly from hop to hop would be heard as
 /// a modulation of tones while the listener turns (-50 dB instead of -66).
@@ -25,11 +26,13 @@ const KEPT: (f32, f32) = (0.6, 0.85);
 /// Pairs of the responses of a mix, at most.
 const MOST_PAIRS: usize = MOST_SHARES * (MOST_SHARES - 1) / 2;
 
-/// What is mixed: responses with their shares, and the likeness of each with those before it.
-#[derive(Clone, Copy)]
-struct Parts<'a> {
+/// What is mixed at a pose: responses with their shares, and the likeness of each with those before it.
+pub(crate) struct Mixture<'a> {
+    meeting: &'a Meeting,
     shares: &'a [(u32, f32)],
-    likenesses: &'a [&'a [i8]],
+    likenesses: [&'a [i8]; MOST_PAIRS],
+    /// How much of the mix is left as it is, `[ear][band]`.
+    plain: &'a [f32],
 }
 
 /// Energies that a mix should have, and those it has.
@@ -40,6 +43,7 @@ struct Energies {
 
 impl Energies {
     /// The gain that brings one to the other.
+    #[inline(always)]
     fn gain(&self, i: usize) -> f32 {
         let (wanted, found) = (self.wanted[i], self.found[i]);
         // What is silent needs none.
@@ -151,11 +155,6 @@ impl Meeting {
         values
     }
 
-    /// The row of all hops after the taps.
-    pub(crate) fn low_row(&self) -> usize {
-        self.taps
-    }
-
     /// Energy by band, mean of both ears, of a tap of a mix.
     pub(crate) fn energy(&self, tap: usize, shares: &[(u32, f32)]) -> Vec<f64> {
         let at = |response: u32, i: usize| f64::from(self.of(response)[tap * self.row_len() + i]);
@@ -163,79 +162,33 @@ impl Meeting {
         (0..self.bands).map(band).collect()
     }
 
-    /// Multiplies gains, `[ear][band]`, of a tap (or of [`Meeting::low_row`]) by those that bring a mix to the mean energy of
-    /// its parts, less what the late part of amplitudes `late`, `[ear][band]`, plays there already.
+    /// What is mixed at a pose; `plain` is room for a value of each ear and band.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn apply(&self, row: usize, shares: &[(u32, f32)], late: &[f32], gains: &mut [f32]) {
-        let mixed = shares.len() > 1;
-        let before = (row + self.late_before.len() / self.row_len()).checked_sub(self.taps).filter(|_| row < self.taps);
-        let before = before.map(|i| &self.late_before[i * self.row_len()..][..self.row_len()]);
-        if !mixed && before.is_none() {
-            return;
-        }
+    pub(crate) fn mixture<'a>(&'a self, shares: &'a [(u32, f32)], plain: &'a mut [f32]) -> Mixture<'a> {
         let mut likenesses: [&[i8]; MOST_PAIRS] = [&[]; MOST_PAIRS];
-        let mut count = 0;
-        for (i, (a, _)) in shares.iter().enumerate() {
-            for (b, _) in &shares[..i] {
-                likenesses[count] = self.likeness_of(*a, *b);
-                count += 1;
-            }
+        let pairs = shares.iter().enumerate().flat_map(|(i, (a, _))| shares[..i].iter().map(move |(b, _)| (*a, *b)));
+        for (likeness, (a, b)) in likenesses.iter_mut().zip(pairs) {
+            *likeness = self.likeness_of(a, b);
         }
-        let mix = Parts { shares, likenesses: &likenesses[..count] };
-        let (at, whole_at) = (row * self.row_len(), (self.taps + 1) * self.row_len());
-        for (chunk, gains) in gains.chunks_mut(LANES).enumerate() {
-            let first = chunk * LANES;
-            let energies = self.energies(at + first, gains.len(), mix);
-            // Of the whole length, where the mix may be left as it is.
-            let plain = |i: usize| self.plain[(first + i) % self.bands];
-            let all =
-                (mixed && (0..gains.len()).any(|i| plain(i) > 0.0)).then(|| self.energies(whole_at + first, gains.len(), mix));
-            for (i, gain) in gains.iter_mut().enumerate() {
-                let wanted = energies.wanted[i];
-                let mut factor = if mixed { energies.gain(i) } else { 1.0 };
-                if let Some(all) = &all {
-                    let kept = ((all.found[i] / all.wanted[i].max(1e-30) - KEPT.0) / (KEPT.1 - KEPT.0)).clamp(0.0, 1.0);
-                    factor += kept * plain(i) * (1.0 - factor);
-                }
-                if let Some(before) = before
-                    && wanted > 0.0
-                    && (first + i) % self.bands >= self.low_bands
-                {
-                    let late = late[first + i];
-                    factor *= (1.0 - late * late * before[first + i] / wanted).max(LEAST_LEFT).sqrt();
-                }
-                *gain *= factor;
-            }
-        }
-    }
-
-    /// Energies that a mix should have from a place of the tables on, and those it has.
-    fn energies(&self, at: usize, count: usize, mix: Parts<'_>) -> Energies {
-        let len = self.response_len();
-        let mut out = Energies { wanted: [0.0; LANES], found: [0.0; LANES] };
-        let mut roots = [[0.0_f32; LANES]; MOST_SHARES];
-        let mut pair = 0;
-        for (i, (response, share)) in mix.shares.iter().enumerate() {
-            let energies = &self.energies[whole((*response).into()) * len + at..][..count];
-            let (others, rest) = roots.split_at_mut(i);
-            let own = &mut rest[0];
-            for (k, energy) in energies.iter().enumerate() {
-                own[k] = share * energy.sqrt();
-                out.wanted[k] += share * energy;
-                out.found[k] += own[k] * own[k];
-            }
-            for other in others {
-                if let Some(likeness) = mix.likenesses[pair].get(at..at + count) {
-                    for (k, likeness) in likeness.iter().enumerate() {
-                        out.found[k] += own[k] * other[k] * (2.0 / 127.0) * f32::from(*likeness);
+        plain.fill(0.0);
+        if shares.len() > 1 {
+            let whole_at = (self.taps + 1) * self.row_len();
+            let all = Mixture { meeting: self, shares, likenesses, plain: &[] };
+            for (chunk, plain) in plain.chunks_mut(LANES).enumerate() {
+                let first = chunk * LANES;
+                let stated = |i: usize| self.plain[(first + i) % self.bands];
+                if (0..plain.len()).any(|i| stated(i) > 0.0) {
+                    let Energies { wanted, found } = all.energies(whole_at + first, plain.len());
+                    for (i, plain) in plain.iter_mut().enumerate() {
+                        let kept = ((found[i] / wanted[i].max(1e-30) - KEPT.0) / (KEPT.1 - KEPT.0)).clamp(0.0, 1.0);
+                        *plain = kept * stated(i);
                     }
                 }
-                pair += 1;
             }
         }
-        out
+        Mixture { meeting: self, shares, likenesses, plain }
     }
 
     /// Likeness of two responses; nothing where they were not expected to be mixed.
@@ -246,6 +199,88 @@ impl Meeting {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         4 * (self.energies.len() + self.late_before.len()) + size_of_val(&*self.pairs) + self.likeness.len()
+    }
+}
+
+impl Mixture<'_> {
+    /// Multiplies gains, `[ear][band]`, of a tap (or, after the last, of all hops to come) by those that bring a mix to the mean energy of
+    /// its parts, less what the late part of amplitudes `late`, `[ear][band]`, plays there already.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn apply(&self, arch: Arch, row: usize, late: &[f32], gains: &mut [f32]) {
+        let Meeting { taps, late_before, .. } = self.meeting;
+        let row_len = self.meeting.row_len();
+        let before = (row + late_before.len() / row_len).checked_sub(*taps).filter(|_| row < *taps);
+        let before = before.map(|i| &late_before[i * row_len..][..row_len]);
+        if self.shares.len() > 1 || before.is_some() {
+            arch.dispatch(Apply { mixture: self, at: row * row_len, before, late, gains });
+        }
+    }
+
+    /// Energies that the mix should have from a place of the tables on, and those it has.
+    #[inline(always)]
+    fn energies(&self, at: usize, count: usize) -> Energies {
+        let len = self.meeting.response_len();
+        let mut out = Energies { wanted: [0.0; LANES], found: [0.0; LANES] };
+        let mut roots = [[0.0_f32; LANES]; MOST_SHARES];
+        let mut pair = 0;
+        for (i, (response, share)) in self.shares.iter().enumerate() {
+            let energies = &self.meeting.energies[whole((*response).into()) * len + at..][..count];
+            let (others, rest) = roots.split_at_mut(i);
+            let own = &mut rest[0];
+            for (k, energy) in energies.iter().enumerate() {
+                own[k] = share * energy.sqrt();
+                out.wanted[k] += share * energy;
+                out.found[k] += own[k] * own[k];
+            }
+            for other in others {
+                if let Some(likeness) = self.likenesses[pair].get(at..at + count) {
+                    for (k, likeness) in likeness.iter().enumerate() {
+                        out.found[k] += own[k] * other[k] * (2.0 / 127.0) * f32::from(*likeness);
+                    }
+                }
+                pair += 1;
+            }
+        }
+        out
+    }
+}
+
+struct Apply<'a> {
+    mixture: &'a Mixture<'a>,
+    /// Place of the row in the tables.
+    at: usize,
+    before: Option<&'a [f32]>,
+    late: &'a [f32],
+    gains: &'a mut [f32],
+}
+
+impl WithSimd for Apply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self { mixture, at, before, late, gains } = self;
+        let Meeting { bands, low_bands, .. } = mixture.meeting;
+        let mixed = mixture.shares.len() > 1;
+        for (chunk, gains) in gains.chunks_mut(LANES).enumerate() {
+            let first = chunk * LANES;
+            let energies = mixture.energies(at + first, gains.len());
+            for (i, gain) in gains.iter_mut().enumerate() {
+                let wanted = energies.wanted[i];
+                let mut factor = if mixed { energies.gain(i) } else { 1.0 };
+                factor += mixture.plain[first + i] * (1.0 - factor);
+                if let Some(before) = before
+                    && wanted > 0.0
+                    && (first + i) % bands >= *low_bands
+                {
+                    let late = late[first + i];
+                    factor *= (1.0 - late * late * before[first + i] / wanted).max(LEAST_LEFT).sqrt();
+                }
+                *gain *= factor;
+            }
+        }
     }
 }
 
