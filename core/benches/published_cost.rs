@@ -5,7 +5,6 @@
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;
-use promenade_core::StftGrid;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::gradient::PublishedAdjoint;
 use promenade_core::network::{CloudKind, Listener, Masks, Network};
@@ -13,10 +12,12 @@ use promenade_core::published::{
     ClipRenderer, ConvMode, ConvWeights, FrameMasks, Projection, PublishedClip, PublishedInput, PublishedOptions,
     PublishedStream, TapProjector,
 };
+use promenade_core::{AnchorCloud, Bands, LiveParams, Pose, Quality, Renderer, Scene, SceneParts, StftGrid, TailModel, Tier};
 use promenade_testing::clouds::{PUBLISHED, Sizes, model};
 use promenade_testing::{Noise, noise};
 use pulp::Arch;
 use std::hint::black_box;
+use std::sync::Arc;
 
 const GRID: StftGrid = StftGrid { sample_rate_hz: 22_050.0, n_fft: 512, hop: 127 };
 const LISTENER: Listener = Listener { centre: Vec3::new(0.3, -0.2, 1.1), camera_to_world: Mat3::IDENTITY };
@@ -60,6 +61,32 @@ fn main() {
         clip(name, kind, sizes, &input);
     }
     training(&input);
+    at_hosts();
+}
+
+/// The tier Reference with a listener who stands still, at the model's rate and at hosts'.
+fn at_hosts() {
+    println!("| tier Reference for 1 s, at | latency ms | cost |");
+    println!("|---|---|---|");
+    let bands = Bands::for_rate(GRID.sample_rate_hz);
+    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
+    let model = model(CloudKind::SimpleSh, PUBLISHED);
+    let cloud = AnchorCloud { model, conv: ConvMode::LookAhead, projection: Projection::Diagonal, emitter: None };
+    let parts = SceneParts { taps: 32, cloud: Some(cloud), top_hz: 10_000.0, ..SceneParts::new(GRID, bands, tail) };
+    let scene = Arc::new(Scene::new(parts).unwrap());
+    let quality = Quality { tier: Tier::Reference, live: LiveParams { wait: true, ..LiveParams::default() } };
+    for rate in [22_050, 44_100, 48_000, 96_000_u32] {
+        let mut renderer = Renderer::for_tier(&scene, f64::from(rate), Tier::Reference).unwrap();
+        let input = noise(7, rate as usize);
+        let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
+        let cost = median_ms(21, || {
+            let [left, right] = &mut out;
+            renderer.process(&input, [left, right], quality, &mut |_| Pose::IDENTITY);
+            black_box(&out);
+        });
+        let latency_ms = 1e3 * renderer.latency_samples() as f64 / f64::from(rate);
+        println!("| {rate} Hz | {latency_ms:.1} | {cost:.1} |");
+    }
 }
 
 /// A step of training the head on a clip: its sound, and the derivatives by all that it was rendered with.

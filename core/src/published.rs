@@ -3,6 +3,7 @@
 
 pub(crate) mod clip;
 pub(crate) mod conv;
+pub(crate) mod converted;
 pub(crate) mod error;
 pub(crate) mod frames;
 pub(crate) mod hann;

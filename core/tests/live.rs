@@ -121,6 +121,70 @@ fn the_tier_reference_is_the_published_head_as_a_stream() {
     }
 }
 
+/// A sound between its samples, by a windowed sinc function.
+fn between(sound: &[f32], at: f64) -> f64 {
+    const REACH: usize = 150;
+    let first = at.floor() as usize - REACH;
+    let weight = |i: usize| {
+        let x = std::f64::consts::PI * (at - i as f64);
+        let window = (0.5 * x / (REACH + 1) as f64).cos().powi(2);
+        if x.abs() < 1e-9 { 1.0 } else { window * x.sin() / x }
+    };
+    (first..=first + 2 * REACH + 1).map(|i| f64::from(sound[i]) * weight(i)).sum()
+}
+
+#[test]
+fn the_tier_reference_sounds_at_every_rate_as_at_the_models() {
+    // A second of noise below 0.7 of the model's band, which the slowest host still has: its bins are whole numbers of hertz.
+    let count = RATE as usize;
+    let mut spectrum = promenade_fourier::spectrum(noise(9, count), count);
+    spectrum.truncate((0.35 * RATE) as usize);
+    let at_rate = |rate: f64| -> Vec<f32> {
+        let gain = (rate / RATE) as f32;
+        promenade_fourier::signal(spectrum.clone(), rate as usize).into_iter().map(|x: f32| gain * x).collect()
+    };
+    for (kind, conv) in CloudKind::PUBLISHED.into_iter().zip([ConvMode::LookAhead, ConvMode::Causal, ConvMode::LookAhead]) {
+        let scene = scene(kind, conv, Projection::Diagonal);
+        let heard = |rate: f64| {
+            let mut s = spatializer(&scene, rate);
+            let out = render(&mut s, &at_rate(rate), &[512], &params(Tier::Reference), |_| Pose::IDENTITY);
+            (out, s.latency_samples())
+        };
+        let (own, own_latency) = heard(RATE);
+        let peak = own.iter().flatten().fold(0.0_f32, |a, x| a.max(x.abs()));
+        for rate in [16_000.0, 44_100.0, 48_000.0, 96_000.0] {
+            let (out, latency) = heard(rate);
+            assert!((latency as f64) < 0.2 * rate, "{latency} samples at {rate}");
+            let mut worst = 0.0_f64;
+            // From where nothing is heard of the beginning any more.
+            for i in (0.4 * rate) as usize..(0.75 * rate) as usize {
+                let time = i as f64 / rate;
+                for (out, own) in out.iter().zip(&own) {
+                    let wanted = between(own, time * RATE + own_latency as f64);
+                    worst = worst.max((f64::from(out[i + latency]) - wanted).abs() / f64::from(peak));
+                }
+            }
+            println!("{kind:?} {conv:?} at {rate} Hz: {latency} samples late, error over peak {worst:.2e}");
+            let most = if rate < RATE { 1e-3 } else { 1e-5 };
+            assert!(worst < most, "{kind:?} at {rate}: {worst}");
+        }
+    }
+}
+
+#[test]
+fn what_the_model_has_no_band_for_does_not_alias_into_it() {
+    let scene = scene(CloudKind::Full, ConvMode::LookAhead, Projection::Diagonal);
+    for hz in [12_500.0, 15_000.0, 20_000.0] {
+        let tone: Vec<f32> = (0..48_000).map(|i| (std::f64::consts::TAU * hz * f64::from(i) / 48_000.0).sin() as f32).collect();
+        let mut s = spatializer(&scene, 48_000.0);
+        let out = render(&mut s, &tone, &[512], &params(Tier::Reference), |_| Pose::IDENTITY);
+        // The tone begins and ends at once, which is heard in every band.
+        let loudest = out.iter().flat_map(|ear| &ear[20_000..46_000]).fold(0.0_f32, |a, x| a.max(x.abs()));
+        println!("{hz} Hz: {:.1} dB", 20.0 * loudest.log10());
+        assert!(20.0 * loudest.log10() < -90.0, "{hz} Hz");
+    }
+}
+
 #[test]
 fn what_a_scene_lacks_is_played_as_what_it_has() {
     let cloud = scene(CloudKind::Sh, ConvMode::Causal, Projection::Diagonal);
@@ -129,7 +193,8 @@ fn what_a_scene_lacks_is_played_as_what_it_has() {
         Renderer::new(Arc::clone(scene), rate).unwrap().with_worker(Box::new(InlineWorker::new(scene).unwrap()))
     };
     assert_eq!(renderer(&cloud, RATE).played_tier(Tier::Reference), Tier::Reference);
-    assert_eq!(renderer(&cloud, 48_000.0).played_tier(Tier::Reference), Tier::High, "its layers know one rate only");
+    assert_eq!(renderer(&cloud, 48_000.0).played_tier(Tier::Reference), Tier::Reference);
+    assert_eq!(renderer(&cloud, 47_999.0).played_tier(Tier::Reference), Tier::High, "no whole number of samples in a block");
     let off = scene(CloudKind::Sh, ConvMode::Off, Projection::Diagonal);
     assert_eq!(off.played_tier(Tier::Reference), Tier::High);
     assert!(renderer(&off, RATE).latency_samples() < renderer(&cloud, RATE).latency_samples());
@@ -175,11 +240,15 @@ impl DecodeWorker for Slow {
 
 #[test]
 fn an_answer_that_comes_late_is_heard_without_allocation() {
+    [RATE, 48_000.0].into_iter().for_each(late_answers_are_heard);
+}
+
+fn late_answers_are_heard(rate: f64) {
     let scene = scene(CloudKind::SimpleSh, ConvMode::LookAhead, Projection::Diagonal);
     let decoder = CloudDecoder::new(&scene).unwrap();
     let slow = Slow { answer: decoder.blank(), decoder, due: None, delay: 3 };
-    let mut s = Spatializer::new(RATE);
-    s.install(Box::new(Renderer::new(Arc::clone(&scene), RATE).unwrap().with_worker(Box::new(slow))));
+    let mut s = Spatializer::new(rate);
+    s.install(Box::new(Renderer::new(Arc::clone(&scene), rate).unwrap().with_worker(Box::new(slow))));
     let tone: Vec<f32> = (0..33_075).map(|i| 0.5 * (std::f32::consts::TAU * 1000.0 * i as f32 / RATE as f32).sin()).collect();
     let mut out = [vec![0.0; tone.len()], vec![0.0; tone.len()]];
     let live = LiveParams { rate_hz: 40.0, wait: false };

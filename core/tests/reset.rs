@@ -11,12 +11,16 @@ const RATE: f64 = 16_000.0;
 /// Plays a walk, resets in the middle of a hop and plays it again. `twice` comes from a spatializer that has played something
 /// else too.
 fn check(name: &str, scene: &Arc<Scene>, params: &BlockParams) {
+    check_at(RATE, name, scene, params);
+}
+
+fn check_at(rate: f64, name: &str, scene: &Arc<Scene>, params: &BlockParams) {
     let emitters = || {
-        let first = full_renderer(scene, RATE);
+        let first = full_renderer(scene, rate);
         let second = first.another().unwrap();
         Emitters::from(first).with_second(second)
     };
-    let mut s = Spatializer::new(RATE);
+    let mut s = Spatializer::new(rate);
     s.install(Box::new(emitters()));
     let input = noise(3, 20_000);
     let once = render(&mut s, &input, &[128], params, walk(RATE));
@@ -51,6 +55,7 @@ fn what_is_played_after_a_reset_is_what_was_played_before() {
     check("table, trimmed", &clouds, &trimmed);
     check("cloud", &clouds, &params(Tier::High));
     check("published head", &clouds, &params(Tier::Reference));
+    check_at(22_050.0, "published head at another rate", &clouds, &params(Tier::Reference));
     check("images", &room_with_images(RATE, 0.4, 0.1, 12), &params(Tier::Standard));
     check("images, trimmed", &room_with_images(RATE, 0.4, 0.1, 12), &trimmed);
     check("responses", &room_of_responses(RATE).0, &params(Tier::Standard));

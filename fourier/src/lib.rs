@@ -1,4 +1,4 @@
-//! Fourier transforms: plans, and whole signals by one call.
+//! Fourier transforms: plans, whole signals by one call, and conversion between sample rates by them.
 //!
 //! A planner is generic, and a crate that makes one compiles all algorithms of the library again. Here they are compiled once,
 //! for single and for double precision.
@@ -7,9 +7,11 @@ pub use realfft::{ComplexToReal, FftNum, RealToComplex, num_complex};
 pub use rustfft::Fft;
 
 mod minimum_phase;
+mod rate;
 mod whole;
 
 pub use minimum_phase::{NO_GAIN, floored_log, minimum_phase, minimum_phase_log};
+pub use rate::RateConverter;
 pub use whole::{Fourier, signal, spectrum};
 
 use realfft::RealFftPlanner;

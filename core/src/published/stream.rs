@@ -194,6 +194,11 @@ impl PublishedStream {
         })
     }
 
+    /// The grid that the model was trained on.
+    pub(crate) fn grid(&self) -> &StftGrid {
+        &self.grid
+    }
+
     /// Samples by which a stream lags behind, where a hop of input is collected before its output sounds. What one call gives
     /// out lags a hop less behind what it is given.
     #[must_use]

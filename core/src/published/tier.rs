@@ -1,12 +1,22 @@
 //! The tier Reference: the published render head beside the streaming one.
 
 use crate::decode::live::PublishedFrame;
+use crate::published::converted::ConvertedStream;
 use crate::published::{ConvMode, FrameMasks, PublishedStream};
+use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{Scene, StftGrid};
+
+/// The published head at a host's rate.
+enum Stream {
+    /// The model's own.
+    Own(Box<PublishedStream>),
+    /// Any other.
+    Converted(Box<ConvertedStream>),
+}
 
 /// A [`PublishedStream`] and what it takes to fade between it and the other tiers, which are delayed to match.
 pub(crate) struct Reference {
-    stream: PublishedStream,
+    stream: Stream,
     input: Vec<f32>,
     out: [Vec<f32>; 2],
     /// The other tiers' newest samples, as many as they are early.
@@ -17,12 +27,21 @@ pub(crate) struct Reference {
 }
 
 impl Reference {
-    /// `None` where the scene has no such tier, or not at this rate: the convolution layers know only the grid that they were
-    /// trained on.
+    /// `None` where the scene has no such tier; at rates other than the model's, where they cannot be converted within the longest
+    /// latency. The convolution layers know only the grid that they were trained on.
     pub(crate) fn new(scene: &Scene, grid: &StftGrid) -> Option<Self> {
-        let cloud = scene.cloud().filter(|c| c.conv != ConvMode::Off && grid == scene.grid())?;
-        let stream = PublishedStream::new(&cloud.model, *grid, cloud.stream_options(scene.shape().taps)).ok()?;
-        let early = stream.latency_samples().saturating_sub(grid.latency_samples());
+        let cloud = scene.cloud().filter(|c| c.conv != ConvMode::Off)?;
+        let stream = PublishedStream::new(&cloud.model, *scene.grid(), cloud.stream_options(scene.shape().taps)).ok()?;
+        let stream = if grid == scene.grid() {
+            Stream::Own(Box::new(stream))
+        } else {
+            Stream::Converted(Box::new(ConvertedStream::new(stream, grid)?))
+        };
+        let latency = stream.latency_samples();
+        if latency as f64 > LONGEST_LATENCY_S * grid.sample_rate_hz {
+            return None;
+        }
+        let early = latency.saturating_sub(grid.latency_samples());
         let pair = |len: usize| [vec![0.0; len], vec![0.0; len]];
         Some(Self { stream, input: vec![0.0; grid.hop], out: pair(grid.hop), early: pair(early), at: 0, share: 0.0 })
     }
@@ -78,5 +97,35 @@ impl Reference {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         self.stream.memory_bytes() + 8 * (self.early[0].len() + self.input.len())
+    }
+}
+
+impl Stream {
+    fn latency_samples(&self) -> usize {
+        match self {
+            Self::Own(stream) => stream.latency_samples(),
+            Self::Converted(stream) => stream.latency_samples(),
+        }
+    }
+
+    fn hop(&mut self, input: &[f32], frame: FrameMasks<'_>, out: [&mut [f32]; 2]) {
+        match self {
+            Self::Own(stream) => stream.hop(input, frame, out),
+            Self::Converted(stream) => stream.hop(input, frame, out),
+        }
+    }
+
+    fn reset(&mut self) {
+        match self {
+            Self::Own(stream) => stream.reset(),
+            Self::Converted(stream) => stream.reset(),
+        }
+    }
+
+    fn memory_bytes(&self) -> usize {
+        match self {
+            Self::Own(stream) => stream.memory_bytes(),
+            Self::Converted(stream) => stream.memory_bytes(),
+        }
     }
 }
