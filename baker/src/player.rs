@@ -94,7 +94,8 @@ impl Mix {
 
 /// Plays sound of one sample rate through a scene. Its output begins with its input: the latency is taken out.
 ///
-/// Clips and the tier Reference have only the scene's own rate: sound of another rate is converted there and back.
+/// Clips have only the scene's own rate: sound of another rate is converted there and back, as for the tier Reference at rates
+/// that a stream does not convert.
 pub struct Player {
     engine: Engine,
     /// Rates of the sound and of the engine, samples per second.
@@ -125,9 +126,14 @@ impl Player {
                     let has: Vec<_> = scene.tiers().map(Tier::name).collect();
                     return Err(BakeError::argument("tier", has.join(" or "), tier.name()));
                 }
-                let played_hz = if tier == Tier::Reference { own_hz } else { rate_hz };
-                let stream = Stream::new(scene, played_hz, &BlockParams { tier, ..BlockParams::default() })
-                    .map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?;
+                let at = |hz: f64| {
+                    let stream = Stream::new(scene, hz, &BlockParams { tier, ..BlockParams::default() });
+                    Ok((stream.map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?, hz))
+                };
+                let (stream, played_hz) = match at(rate_hz)? {
+                    (stream, _) if stream.renderer().played_tier(tier) != tier => at(own_hz)?,
+                    playable => playable,
+                };
                 (Engine::Stream(Box::new(stream)), played_hz)
             }
             Playing::Clip => {
