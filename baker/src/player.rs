@@ -127,13 +127,13 @@ impl Player {
                     return Err(BakeError::argument("tier", has.join(" or "), tier.name()));
                 }
                 let at = |hz: f64| {
-                    let stream = Stream::new(scene, hz, &BlockParams { tier, ..BlockParams::default() });
-                    Ok((stream.map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?, hz))
+                    Stream::new(scene, hz, &BlockParams { tier, ..BlockParams::default() })
+                        .map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))
                 };
-                let (stream, played_hz) = match at(rate_hz)? {
-                    (stream, _) if stream.renderer().played_tier(tier) != tier => at(own_hz)?,
-                    playable => playable,
-                };
+                let (mut stream, mut played_hz) = (at(rate_hz)?, rate_hz);
+                if stream.renderer().played_tier(tier) != tier {
+                    (stream, played_hz) = (at(own_hz)?, own_hz);
+                }
                 (Engine::Stream(Box::new(stream)), played_hz)
             }
             Playing::Clip => {
