@@ -47,12 +47,12 @@ pub(crate) struct ClipResponse {
 /// The responses of a capture's clips by the clips' names, of those whose direct sound stands out.
 pub(crate) type ClipResponses = HashMap<String, Arc<ClipResponse>>;
 
-/// Finds the responses of all clips.
+/// Finds the responses of clips of a capture.
 #[must_use]
-pub(crate) fn clip_responses(capture: &Capture, grid: &StftGrid, bands: &Bands) -> ClipResponses {
+pub(crate) fn clip_responses(capture: &Capture, clips: &[Clip], grid: &StftGrid, bands: &Bands) -> ClipResponses {
     let cutter = Cutter::new(grid, bands);
     let one = |clip: &Clip| Some((clip.name.clone(), Arc::new(cutter.response(capture, clip)?)));
-    capture.clips.par_iter().filter_map(one).collect()
+    clips.par_iter().filter_map(one).collect()
 }
 
 /// Reverberation time per band, seconds: the median of the clips' and ears', each by the line through the levels of its hops;
@@ -225,7 +225,7 @@ mod tests {
         }
         let capture = Capture { sample_rate_hz: RATE, tracks, clips, ..Capture::default() };
         let (grid, bands) = (crate::setup::grid(RATE), Bands::for_rate(RATE));
-        let responses = clip_responses(&capture, &grid, &bands);
+        let responses = clip_responses(&capture, &capture.clips, &grid, &bands);
         assert_eq!(responses.len(), 4);
         for response in responses.values() {
             assert!((response.late - 104).abs() <= 2, "late by {}", response.late);

@@ -123,7 +123,7 @@ pub struct TrainSettings {
     pub decay: f32,
     /// Largest norm of a step's gradient.
     pub clip_norm: f32,
-    /// Seconds along the path by which poses are shifted at random (pi-AVAS, section 3.3); 0 for none.
+    /// Seconds along the path by which clips, pose and sound, are shifted at random (pi-AVAS, section 3.3); 0 for none.
     pub shift_s: f32,
     /// Seed of weights, order and carriers.
     pub seed: u64,

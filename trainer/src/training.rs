@@ -23,6 +23,8 @@ use std::sync::Arc;
 
 /// Seconds of dry sound before a clip whose reverberation reaches into it.
 const PRE_ROLL_S: f64 = 0.5;
+/// Shifts of a clip along its path, where clips are shifted: few enough that each one's response is found before training begins.
+const SHIFTS: usize = 8;
 /// Share of the steps over which the learning rate rises.
 const WARM_UP: f32 = 0.05;
 /// The learning rate at the end, as a share of the highest.
@@ -55,6 +57,8 @@ pub struct Scores {
 /// A training under way.
 pub struct Trainer<'a> {
     capture: &'a Capture,
+    /// The training clips, each with what it may be shifted to.
+    clips: Vec<Vec<Clip>>,
     settings: TrainSettings,
     setup: Setup,
     responses: Arc<ClipResponses>,
@@ -128,6 +132,7 @@ impl<'a> Trainer<'a> {
         Ok(Self {
             fingerprint: fingerprint(capture, &setup),
             responses,
+            clips: shifted_clips(capture, &settings),
             capture,
             settings,
             setup,
@@ -260,7 +265,7 @@ impl<'a> Trainer<'a> {
         let mut sum = Scores::default();
         let mut count = 0.0;
         for clips in clips.chunks(self.settings.batch.max(1)) {
-            let examples: Vec<_> = clips.iter().map(|c| self.example(c, 0.0)).collect();
+            let examples: Vec<_> = clips.iter().map(|c| self.example(c)).collect();
             for ([left, right], example) in self.render(&examples).iter().zip(&examples) {
                 // AV-Cloud's heads end with the last whole hop.
                 let (got, want) = ([&left[..], &right[..]], example.binaural.map(|ear| &ear[..left.len()]));
@@ -282,30 +287,30 @@ impl<'a> Trainer<'a> {
         self.head.render(examples, &predictions, &self.weights)
     }
 
-    /// A clip as an example, its pose shifted along the path.
+    /// A clip as an example.
     #[must_use]
-    pub fn example(&self, clip: &Clip, shift_s: f64) -> Example<'a> {
+    pub fn example(&self, clip: &Clip) -> Example<'a> {
         let pre_roll = (PRE_ROLL_S * self.capture.sample_rate_hz) as usize;
-        let pose = if shift_s == 0.0 { clip.pose } else { self.capture.pose_near(clip, shift_s) };
         let response = self.responses.get(&clip.name).cloned();
         // The engine has no sound that travels: the dry sound is as late as the direct sound is in the recording.
         let late = response.as_ref().map_or(0, |r| r.late);
         let mut dry = self.capture.dry(clip, pre_roll.saturating_add_signed(late as isize));
         dry.resize(pre_roll + clip.len, 0.0);
-        Example { dry, pre_roll, binaural: self.capture.binaural(clip), pose, response }
+        Example { dry, pre_roll, binaural: self.capture.binaural(clip), pose: clip.pose, response }
     }
 
-    /// The clips of a step: all of the capture's in an order that the seed and the epoch give, then all in another.
+    /// The clips of a step, each shifted along the path at random: all of the capture's in an order that the seed and the epoch
+    /// give, then all in another.
     fn batch(&self, step: usize) -> Vec<Example<'a>> {
-        let clips: Vec<&Clip> = self.capture.split(Split::Train).collect();
-        let batch = self.settings.batch.min(clips.len()).max(1);
-        let per_epoch = clips.len() / batch;
+        let count = self.clips.len();
+        let batch = self.settings.batch.min(count).max(1);
+        let per_epoch = count / batch;
         let (epoch, at) = (step / per_epoch, step % per_epoch);
         let seed = self.settings.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        let order = Random::new(seed.wrapping_add(epoch as u64)).order(clips.len());
+        let order = Random::new(seed.wrapping_add(epoch as u64)).order(count);
         let mut shifts = Random::new(seed ^ (step as u64).wrapping_mul(0xD134_2543_DE82_EF95));
-        let shift = |shifts: &mut Random| f64::from(self.settings.shift_s * (2.0 * shifts.uniform() - 1.0));
-        order[at * batch..(at + 1) * batch].iter().map(|i| self.example(clips[*i], shift(&mut shifts))).collect()
+        let mut pick = |shifted: &[Clip]| (shifts.uniform() * shifted.len() as f32) as usize % shifted.len();
+        order[at * batch..(at + 1) * batch].iter().map(|i| self.example(&self.clips[*i][pick(&self.clips[*i])])).collect()
     }
 
     fn rate(&self, step: usize) -> f32 {
@@ -339,11 +344,25 @@ impl<'a> Trainer<'a> {
     }
 }
 
-/// The responses of a capture's clips, for the head that learns from them.
+/// The training clips, each shifted along its path by [`SHIFTS`] times that lie evenly within what the settings allow, or as it
+/// is where they allow none.
+fn shifted_clips(capture: &Capture, settings: &TrainSettings) -> Vec<Vec<Clip>> {
+    let most = f64::from(settings.shift_s) * capture.sample_rate_hz;
+    let count = if most > 0.0 { SHIFTS } else { 1 };
+    let samples = |i: usize| (most * ((2 * i + 1) as f64 / count as f64 - 1.0)).round() as isize;
+    let of = |clip: &Clip| (0..count).map(|i| capture.shifted(clip, samples(i))).collect();
+    capture.split(Split::Train).map(of).collect()
+}
+
+/// The responses of a capture's clips and of what they are shifted to, for the head that learns from them.
 pub(crate) fn responses(capture: &Capture, settings: &TrainSettings) -> Arc<ClipResponses> {
-    let grid = grid(capture.sample_rate_hz);
+    let (rate, grid) = (capture.sample_rate_hz, grid(capture.sample_rate_hz));
     Arc::new(match settings.network.head {
-        HeadKind::Taps => clip_responses(capture, &grid, &Bands::for_rate(capture.sample_rate_hz)),
+        HeadKind::Taps => {
+            let shifted = shifted_clips(capture, settings).into_iter().flatten();
+            let clips: Vec<Clip> = capture.split(Split::Test).cloned().chain(shifted).collect();
+            clip_responses(capture, &clips, &grid, &Bands::for_rate(rate))
+        }
         HeadKind::Sh | HeadKind::Full => ClipResponses::new(),
     })
 }

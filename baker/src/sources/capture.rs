@@ -151,14 +151,28 @@ impl Capture {
         (clip.start as f64 + 0.5 * clip.len as f64) / self.sample_rate_hz
     }
 
-    /// The listener `shift_s` seconds after the clip's middle (before it where negative), along the track's path and no further
-    /// than its ends: the augmentation of pi-AVAS (section 3.3), which shifts by up to 1 s.
+    /// The clip of the same length that begins so many samples later, earlier where negative, with what the ears heard then and
+    /// the listener of its own middle: the augmentation of pi-AVAS (section 3.3), which shifts by up to 1 s.
+    ///
+    /// It stays within its track and reaches into no clip for testing that it does not reach into already; where nothing can be
+    /// learnt from it, as where it is silent, it is the clip itself.
     ///
     /// # Panics
     /// When the clip is not one of this capture.
     #[must_use]
-    pub fn pose_near(&self, clip: &Clip, shift_s: f64) -> Pose {
-        self.tracks[clip.track].path.pose_at(self.middle_s(clip) + shift_s)
+    pub fn shifted(&self, clip: &Clip, samples: isize) -> Clip {
+        let tests = || self.split(Split::Test).filter(|test| test.track == clip.track);
+        let end = clip.start + clip.len;
+        let low = tests().map(|test| test.start + test.len).filter(|end| *end <= clip.start).max().unwrap_or(0);
+        let high = tests().map(|test| test.start).filter(|start| *start >= end).min();
+        let latest = high.unwrap_or(self.tracks[clip.track].dry.len()) - clip.len;
+        let start = clip.start.saturating_add_signed(samples).clamp(low, latest);
+        let shifted = Clip { name: format!("{}@{start}", clip.name), start, ..clip.clone() };
+        if start == clip.start || !sift::is_useful(self, &shifted) {
+            return clip.clone();
+        }
+        let pose = self.tracks[clip.track].path.pose_at(self.middle_s(&shifted));
+        Clip { pose, ..shifted }
     }
 }
 

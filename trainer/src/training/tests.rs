@@ -135,6 +135,26 @@ fn every_gradient_is_the_derivative() {
 }
 
 #[test]
+fn shifted_clips_are_heard_where_they_are_heard() {
+    let capture = capture();
+    let trainer = trainer(&capture, TrainSettings { shift_s: 0.1, ..settings() });
+    let track = &capture.tracks[0];
+    let mut shifted = 0;
+    for step in 0..30 {
+        for example in trainer.batch(step) {
+            let of = |clip: &&Clip| capture.binaural(clip)[0].as_ptr() == example.binaural[0].as_ptr();
+            let clip = trainer.clips.iter().flatten().find(of).expect("a stretch of the recording");
+            let heard_at = track.path.pose_at(capture.middle_s(clip));
+            assert!(example.pose.position.distance(heard_at.position) < 1e-5, "{}", clip.name);
+            assert!(example.pose.orientation.dot(heard_at.orientation).abs() > 1.0 - 1e-5, "{}", clip.name);
+            assert_eq!(example.dry[example.pre_roll..].len(), clip.len);
+            shifted += usize::from(clip.start % clip.len != 0);
+        }
+    }
+    assert!(shifted > 20, "{shifted} of 90 clips were shifted");
+}
+
+#[test]
 fn the_scene_plays_what_was_trained() {
     let capture = capture();
     let mut trainer = trainer(&capture, settings());
@@ -150,7 +170,7 @@ fn the_scene_plays_what_was_trained() {
         let trained = trainer.transfer(&clip.pose).unwrap().to_row();
         let worst = decoded.transfer.to_row().iter().zip(&trained).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst < 1e-4, "transfer functions differ by {worst}");
-        let example = trainer.example(clip, 0.0);
+        let example = trainer.example(clip);
         let rendered = trainer.render(std::slice::from_ref(&example)).remove(0);
         let mut renderer = Renderer::for_tier(&scene, RATE, Tier::High).unwrap();
         let latency = renderer.latency_samples();
@@ -191,7 +211,7 @@ fn a_model_with_the_published_head_renders_clips_as_it_was_trained() {
         for clip in capture.split(Split::Test) {
             let listener = model.listener(&clip.pose);
             decoder.decode(&listener, &mut masks);
-            let example = trainer.example(clip, 0.0);
+            let example = trainer.example(clip);
             let rendered = trainer.render(std::slice::from_ref(&example)).remove(0);
             let mut out = rendered.clone().map(|ear| vec![0.0; ear.len()]);
             let [left, right] = &mut out;

@@ -16,7 +16,7 @@ pub(super) fn sift(capture: &mut Capture, first_dry: &[usize]) {
         match useless(capture, &clip, first_dry.get(clip.track).copied().unwrap_or(0)) {
             Some(why) => left_out.entry(why).or_default().push(clip.name),
             None => {
-                clip.pose = capture.pose_near(&clip, 0.0);
+                clip.pose = capture.tracks[clip.track].path.pose_at(capture.middle_s(&clip));
                 kept.push(clip);
             }
         }
@@ -25,6 +25,11 @@ pub(super) fn sift(capture: &mut Capture, first_dry: &[usize]) {
     for (why, names) in left_out {
         capture.notes.push(format!("{} clips left out, {why}: {}", names.len(), names.join(", ")));
     }
+}
+
+/// Whether something can be learnt from a clip.
+pub(super) fn is_useful(capture: &Capture, clip: &Clip) -> bool {
+    useless(capture, clip, 0).is_none()
 }
 
 /// Why a clip is of no use.
