@@ -7,7 +7,6 @@
 use crate::admittance::admittance;
 use crate::error::AcousticsError;
 use crate::low_field::{FADE, LowField, LowResponse, RATE, response, share, transform_len};
-use crate::octave::octave_energy;
 use crate::shoebox::Shoebox;
 use promenade_fourier::num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
@@ -90,6 +89,14 @@ impl Ends {
         (1.0 + square) * (0.5 * self.length) + (1.0 - square) * twice / (4.0 * number) + share * sin * sin / number
     }
 
+    /// A mode and its slope where `e^(i number at)` is this.
+    fn turned(&self, number: Complex64, turn: Complex64) -> Sloped {
+        let back = turn.inv();
+        let (cos, sin) = (0.5 * (turn + back), (turn - back) * Complex64::new(0.0, -0.5));
+        let share = self.low / number;
+        [cos + share * sin, (share * cos - sin) * number]
+    }
+
     /// What a plane source at `from` makes along the axis where waves have this number: `g'' + number^2 g = -delta`. Returns
     /// what the waves from either end are times, below the source and above.
     fn strengths(&self, number: Complex64, from: f64) -> [Complex64; 2] {
@@ -108,6 +115,27 @@ impl Ends {
         let [value, slope] = self.flipped().mode(number, self.length - at);
         [value, -slope]
     }
+}
+
+/// A pair of modes, and the wave along the closed axis.
+struct Wave {
+    /// Numbers of the mode along the second and the first axis.
+    m: usize,
+    l: usize,
+    number: Complex64,
+    /// What the wave from either end is times.
+    strengths: [Complex64; 2],
+    /// `e^(i number step)` and its inverse, where places lie evenly.
+    step: Option<[Complex64; 2]>,
+    /// `e^(i number distance)` from the wall.
+    turn: Complex64,
+}
+
+/// Distance of places that lie evenly, but for rounding, metres.
+fn even_step(places: &[f64]) -> Option<f64> {
+    let (first, last) = (places.first()?, places.last()?);
+    let step = (last - first) / (places.len() - 1).max(1) as f64;
+    places.iter().zip(0..).all(|(at, n)| (at - first - f64::from(n) * step).abs() < 1e-5).then_some(step)
 }
 
 /// The sum over pairs of modes that some fulfil, at all places: `[place][pressure, x, y, z]`.
@@ -149,23 +177,41 @@ impl Sums<'_> {
             strides
         };
         let from = self.source[c];
+        let [lower, upper] = [ends, ends.flipped()];
+        let step_m = even_step(&coordinates[c]);
         let mut waves = Vec::new();
         for (m, second) in pair[1].numbers.iter().enumerate() {
             for (l, first) in pair[0].numbers.iter().enumerate().filter(|(l, _)| counts(*l, m)) {
                 let number = (square - first * first - second * second).sqrt();
-                waves.push((m, l, number, ends.strengths(number, from)));
+                let strengths = ends.strengths(number, from).map(|strength| strength * (4.0 * PI));
+                let step = step_m.map(|step_m| (Complex64::i() * number * step_m).exp());
+                waves.push(Wave {
+                    m,
+                    l,
+                    number,
+                    strengths,
+                    step: step.map(|step| [step, step.inv()]),
+                    turn: Complex64::default(),
+                });
             }
         }
+        let mut partial = vec![[Complex64::default(); 3]; pair[1].numbers.len() * na];
         for (k, at) in coordinates[c].iter().enumerate() {
             // Value, and slopes along the first and the closed axis, by mode of the second axis and place along the first.
-            let mut partial = vec![[Complex64::default(); 3]; pair[1].numbers.len() * na];
-            for (m, l, number, [below, above]) in &waves {
-                let [value, slope] = if *at < from {
-                    ends.mode(*number, *at).map(|value| value * below)
-                } else {
-                    ends.upper(*number, *at).map(|value| value * above)
+            partial.fill([Complex64::default(); 3]);
+            // Below the source waves are followed from the lower wall, above it towards the upper.
+            let above = *at >= from;
+            let first = k == 0 || (above && coordinates[c][k - 1] < from);
+            for wave in &mut waves {
+                let from_wall = if above { ends.length - at } else { *at };
+                wave.turn = match wave.step {
+                    Some(step) if !first => wave.turn * step[usize::from(above)],
+                    _ => (Complex64::i() * wave.number * from_wall).exp(),
                 };
-                for (sum, mode) in partial[m * na..][..na].iter_mut().zip(&pair[0].at[*l]) {
+                let [value, slope] = if above { upper } else { lower }.turned(wave.number, wave.turn);
+                let strength = wave.strengths[usize::from(above)];
+                let (value, slope) = (value * strength, if above { -slope } else { slope } * strength);
+                for (sum, mode) in partial[wave.m * na..][..na].iter_mut().zip(&pair[0].at[wave.l]) {
                     sum[0] += mode[0] * value;
                     sum[1] += mode[1] * value;
                     sum[2] += mode[0] * slope;
@@ -177,10 +223,10 @@ impl Sums<'_> {
                     for (m, modes) in pair[1].at.iter().enumerate() {
                         let [value, along_a, along_c] = partial[m * na + i];
                         let [mode, slope] = modes[j];
-                        place[0] += value * mode * (4.0 * PI);
-                        place[1 + a] += along_a * mode * (4.0 * PI);
-                        place[1 + b] += value * slope * (4.0 * PI);
-                        place[1 + c] += along_c * mode * (4.0 * PI);
+                        place[0] += value * mode;
+                        place[1 + a] += along_a * mode;
+                        place[1 + b] += value * slope;
+                        place[1 + c] += along_c * mode;
                     }
                 }
             }
@@ -262,9 +308,7 @@ impl Shoebox {
         let walls = |hz: f64| -> [Ends; 3] {
             let wave = Complex64::new(0.0, TAU * hz / places.speed_m_s);
             std::array::from_fn(|axis| {
-                let of = |wall: usize| {
-                    wave * admittance(octave_energy(&self.materials[wall].absorption.map(f64::from), hz.max(1.0)))
-                };
+                let of = |wall: usize| wave * admittance(self.materials[wall].absorbed(hz.max(1.0)));
                 Ends { length: self.size[axis], low: of(2 * axis), high: of(2 * axis + 1) }
             })
         };

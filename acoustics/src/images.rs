@@ -17,7 +17,7 @@ use crate::room::Room;
 use crate::shoebox::Shoebox;
 use cone::Cone;
 use glam::DVec3;
-use tree::{Candidate, Candidates, Tree};
+use tree::{Candidate, Candidates, SAME_IMAGE_M, Tree};
 
 /// How images are searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,13 +100,19 @@ impl Images {
     pub fn seen_from(&self, room: &Room, listener: [f64; 3], share: Reflected) -> Result<Vec<Image>, AcousticsError> {
         let listener = place("listener", listener)?;
         let gains: Vec<Octaves> = room.materials().iter().map(|m| share.gains(m)).collect();
+        let near = 4.0 * room.skin().max(SAME_IMAGE_M);
         let mut faces = Vec::new();
-        let mut seen = Vec::new();
+        let mut seen: Vec<Image> = Vec::new();
         for (index, candidate) in self.all.iter().enumerate() {
             if !candidate.cone.holds(listener - candidate.position) {
                 continue;
             }
             let Some(towards) = reached(room, listener, candidate, self.source, &mut faces) else { continue };
+            // Of walls that are nearly flat or square, images lie about each other that the same way leads to.
+            let same = |other: &&Image| candidate.position.distance_squared(other.position.into()) < near * near;
+            if seen.iter().rev().take_while(|other| other.order == candidate.order).any(|other| same(&other)) {
+                continue;
+            }
             let sent = self.directivity.towards((-towards).to_array());
             let mut left = sent;
             for face in &faces {
@@ -134,7 +140,8 @@ fn reached(room: &Room, listener: DVec3, image: &Candidate, source: DVec3, faces
     if left <= 0.0 {
         return (image.order == 0).then_some(DVec3::ZERO);
     }
-    let near = room.skin();
+    // As far as images lie apart that are taken for one.
+    let near = room.skin().max(SAME_IMAGE_M);
     let mut ray = Ray::new(listener, way / left);
     for _ in 0..image.order {
         let hit = ray.cast(room).filter(|hit| hit.distance <= left + near)?;

@@ -12,6 +12,7 @@
 
 mod admittance;
 mod air;
+mod bands;
 mod box_waves;
 #[cfg(feature = "meshes")]
 mod diffraction;
@@ -70,7 +71,7 @@ pub use material::{Material, SCATTERING};
 pub use materials::{Entry, Materials};
 pub use measures::Measures;
 #[cfg(feature = "meshes")]
-pub use mesh::{FoundBox, Mesh, MeshReport, Triangle};
+pub use mesh::{Flattened, FoundBox, Mesh, MeshReport, Sights, Triangle};
 pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_place};
 pub use particles::ParticleOptions;
 #[cfg(feature = "meshes")]

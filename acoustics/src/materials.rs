@@ -2,8 +2,12 @@
 //!
 //! Absorption and scattering by octave are those of the table in the Python package pyroomacoustics 0.10.1
 //! (`data/materials.json`, MIT licence beside it), which has them from M. Vorlaender, "Auralization", Springer 2008, appendix.
-//! Where it ends below 8 kHz, its last value holds.
+//! Where it ends below 8 kHz, its last value holds. Other tables are read from files.
 
+#[cfg(feature = "meshes")]
+mod table;
+
+use crate::bands::Shares;
 use crate::error::AcousticsError;
 use crate::material::{Material, SCATTERING};
 use crate::octave::{BANDS, Octaves};
@@ -28,6 +32,8 @@ pub struct Entry {
     pub description: String,
     /// Shares, 0 to 1.
     pub shares: Octaves,
+    /// That at 63 Hz, where it is known.
+    pub share_63: Option<f32>,
 }
 
 #[derive(Deserialize)]
@@ -56,7 +62,7 @@ fn rows(classes: BTreeMap<String, BTreeMap<String, Row>>) -> BTreeMap<String, En
     let entry = |(name, row): (String, Row)| {
         let last = row.coeffs.len() - 1;
         let shares = std::array::from_fn(|band| row.coeffs[band.min(last)]);
-        (name, Entry { description: row.description, shares })
+        (name, Entry { description: row.description, shares, share_63: None })
     };
     classes.into_values().flatten().map(entry).collect()
 }
@@ -72,24 +78,25 @@ impl Materials {
         self.scattering.iter().map(|(name, entry)| (name.as_str(), entry))
     }
 
-    /// A material after its description: `ABSORPTION` or `ABSORPTION:SCATTERING`, each a name of the table, one number for all
-    /// octaves or seven for those from 125 Hz, with slashes between. In a name `*` stands for any letters; the first that fits,
-    /// in the order of the alphabet, is taken. Scattering is that of the table where it has one of the same name, else
+    /// A material after its description: `ABSORPTION` or `ABSORPTION:SCATTERING`, each a name of the table or numbers with
+    /// slashes between: one for all octaves, seven for those from 125 Hz, eight for those from 63 Hz, or thirds, 21 from 100 Hz
+    /// or 24 from 50 Hz to 10 kHz or 31 from 20 Hz to 20 kHz. In a name `*` stands for any letters; the first that fits, in the
+    /// order of the alphabet, is taken. Scattering is that of the table where it has one of the same name, else
     /// [`SCATTERING`].
     ///
     /// # Errors
-    /// A name that is not there, with those it may have meant; numbers outside 0 to 1, or neither one nor seven.
+    /// A name that is not there, with those it may have meant; numbers outside 0 to 1, or of another count.
     pub fn material(&self, description: &str) -> Result<Material, AcousticsError> {
         let (absorption, scattering) = match description.split_once(':') {
             Some((absorption, scattering)) => (absorption, Some(scattering)),
             None => (description, None),
         };
         let scattering = match scattering {
-            Some(scattering) => shares("scattering", scattering, &self.scattering)?,
+            Some(scattering) => shares("scattering", scattering, &self.scattering)?.octaves,
             None => self.scattering.get(&key(absorption)).map_or([SCATTERING; BANDS], |entry| entry.shares),
         };
-        let absorption = shares("material", absorption, &self.absorption)?;
-        let material = Material::new(description, absorption, scattering);
+        let Shares { octaves, low } = shares("material", absorption, &self.absorption)?;
+        let material = Material { absorption_63: low, ..Material::new(description, octaves, scattering) };
         material.check()?;
         Ok(material)
     }
@@ -119,22 +126,22 @@ fn key(name: &str) -> String {
     name.trim().to_lowercase().replace([' ', '-'], "_")
 }
 
-fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Octaves, AcousticsError> {
+fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Shares, AcousticsError> {
+    let of = |entry: &Entry| Shares { octaves: entry.shares, low: entry.share_63 };
     if let Some(entry) = table.get(&key(text)) {
-        return Ok(entry.shares);
+        return Ok(of(entry));
     }
     if text.contains('*')
         && let Some((_, entry)) = table.iter().find(|(name, _)| fits(&key(text), name, None))
     {
-        return Ok(entry.shares);
+        return Ok(of(entry));
     }
     let numbers: Result<Vec<f32>, _> = text.split('/').map(|n| n.trim().parse()).collect();
     match numbers.as_deref() {
-        Ok([one]) => Ok([*one; BANDS]),
-        Ok(numbers) if numbers.len() == BANDS => Ok(std::array::from_fn(|i| numbers[i])),
-        Ok(numbers) => {
-            Err(AcousticsError::argument(what, "1 number or 7 with slashes between", format!("{} in {text:?}", numbers.len())))
-        }
+        Ok(numbers) => Shares::of_row(numbers).ok_or_else(|| {
+            let expected = "1 number, 7 or 8 octaves, or 21, 24 or 31 thirds, with slashes between";
+            AcousticsError::argument(what, expected, format!("{} in {text:?}", numbers.len()))
+        }),
         Err(_) => {
             let mut names: Vec<(f64, &String)> = table.keys().map(|name| (likeness(&key(text), name), name)).collect();
             names.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -195,14 +202,17 @@ mod tests {
         assert_eq!(table.material("Hard Surface").unwrap().absorption[0], 0.02);
         assert_eq!(table.material("0.3:0.5").unwrap().scattering, [0.5; 7]);
         let material = table.material("0/.1/.2/.3/.4/.5/.6:classroom_tables").unwrap();
-        assert_eq!((material.absorption[6], material.scattering[2]), (0.6, 0.4));
+        assert_eq!((material.absorption[6], material.scattering[2], material.absorption_63), (0.6, 0.4, None));
+        let material = table.material(".9/0/.1/.2/.3/.4/.5/.6").unwrap();
+        assert_eq!((material.absorption[6], material.absorption_63), (0.6, Some(0.9)));
         for (wrong, says) in [
             ("carpett", "perhaps carpet_"),
             ("brick", "brickwork"),
             ("mat_scene09_concrete", "unpainted_concrete, concrete_floor, or numbers"),
             ("Curtain-Heavy.003", "perhaps curtain"),
             ("oak_wood_01", "wood"),
-            ("0.1/0.2", "1 number or 7 with slashes between, found 2"),
+            ("0.1/0.2", "21, 24 or 31 thirds, with slashes between, found 2"),
+            ("1.2/0/0/0/0/0/0/0", "absorption at 63 Hz of 1.2/0/0/0/0/0/0/0: expected 0 to 1, found 1.2"),
             ("1.2", "expected 0 to 1, found 1.2"),
             ("0.1:smooth", "scattering: expected a name of the table"),
         ] {

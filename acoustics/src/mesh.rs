@@ -1,18 +1,26 @@
 //! The shape of a room.
 
+mod ac3d;
 mod enclose;
 mod file;
+mod flatten;
+mod free_space;
 mod gltf;
 mod names;
+mod nets;
 mod obj;
+mod patches;
 mod ply;
 mod polygon;
 mod read;
 mod report;
 mod section;
 mod stl;
+mod welded;
 
 pub use enclose::FoundBox;
+pub use flatten::Flattened;
+pub use free_space::Sights;
 pub use report::MeshReport;
 
 pub(crate) use polygon::Cutter;
@@ -68,11 +76,13 @@ impl Mesh {
 
     /// Makes groups of the same material one, with the name of the first. Returns the materials of the groups that are left.
     pub fn merge_groups(&mut self, materials: Vec<Material>) -> Vec<Material> {
-        let mut found: HashMap<[u32; 2 * BANDS], u32> = HashMap::new();
+        let mut found: HashMap<[u32; 2 * BANDS + 1], u32> = HashMap::new();
         let (mut kept, mut names, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
         for (material, name) in materials.into_iter().zip(std::mem::take(&mut self.groups)) {
             let shares = material.absorption.iter().chain(&material.scattering).map(|share| share.to_bits());
-            let mut key = [0; 2 * BANDS];
+            // Of no share, all bits.
+            let shares = shares.chain([material.absorption_63.map_or(u32::MAX, f32::to_bits)]);
+            let mut key = [0; 2 * BANDS + 1];
             key.iter_mut().zip(shares).for_each(|(key, share)| *key = share);
             numbers.push(*found.entry(key).or_insert_with(|| {
                 kept.push(material);

@@ -67,7 +67,7 @@ pub fn waves(
     let at = place("source", source)?;
     let too_near = || AcousticsError::argument("source", "in the air of the room, off its surfaces", at);
     let cells = Cells::new(room, at, options.step_m()).ok_or_else(too_near)?;
-    let walls: Vec<Wall> = room.materials().iter().map(|m| Wall::of(&m.absorption)).collect();
+    let walls: Vec<Wall> = room.materials().iter().map(Wall::of).collect();
     let mut stencil = Stencil::new(room, &cells, &walls, options.speed_m_s);
     let probe = |at: glam::DVec3| {
         let nearest = cells.nearest(room, at).filter(|index| cells.inside[*index])?;

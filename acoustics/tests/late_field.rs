@@ -1,6 +1,7 @@
 //! The energy of rays, against theory.
 
 use crate::common::{LISTENERS, SOURCE, bumpy, l_room, shoebox};
+use glam::DVec3;
 use promenade_acoustics::{
     BANDS, Directivity, ImageOptions, Images, LateField, Material, Measures, RayOptions, Reflected, Room, SPEED_OF_SOUND_M_S,
     Source, late_field,
@@ -119,27 +120,64 @@ fn images_and_rays_share_the_energy() {
 #[test]
 fn a_scan_has_the_energy_of_the_flat_room() {
     // As a scan has walls: 43,200 triangles, moved by up to 5 mm, and nearly as many planes.
-    let materials = [Material::even("wall", 0.2, 0.1)];
-    let measured = |bump: f64, order: u32| -> Vec<Measures> {
-        let room = Room::new(&bumpy([7.0, 5.0, 3.0], 60, bump), &materials).unwrap();
-        let images = Images::new(&room, SOURCE, &ImageOptions { order, ..ImageOptions::default() }).unwrap();
-        let options = RayOptions { images: Some(&images), bin_s: 0.004, ..alone(16_384, 0.5) };
-        let late = traced(&room, &LISTENERS, &options);
-        let of = |(at, echogram): (&[f64; 3], &promenade_acoustics::Echogram)| {
-            Measures::new(*at, &images.seen_from(&room, *at, Reflected::Specular).unwrap(), echogram, None)
-        };
-        LISTENERS.iter().zip(&late.echograms).map(of).collect()
-    };
-    let flat = measured(0.0, 6);
+    let flat = scanned(0.0, false, 6).0;
     for order in [0, 2, 6] {
-        let mut worst = [0.0_f64; 2];
-        for (scan, flat) in measured(0.005, order).iter().zip(&flat) {
-            let off = [scan.level_db.unwrap() - flat.level_db.unwrap(), scan.c50_db.unwrap() - flat.c50_db.unwrap()];
-            worst.iter_mut().zip(off).for_each(|(worst, off)| *worst = if off.abs() > worst.abs() { off } else { *worst });
-        }
+        let worst = worst(&scanned(0.005, false, order).0, &flat);
         println!("order {order}: level off by {:.2} dB, C50 by {:.2} dB at most", worst[0], worst[1]);
         assert!(worst.iter().all(|off| off.abs() < 0.5), "order {order}: {worst:?}");
     }
+}
+
+#[test]
+fn a_scan_that_is_flattened_is_the_flat_room() {
+    let (flat, first) = scanned(0.0, false, 6);
+    assert!(first.iter().all(|images| images.len() == 7), "the source and six walls");
+    for bump in [0.001, 0.005, 0.020] {
+        let (found, images) = scanned(bump, true, 6);
+        let worst = worst(&found, &flat);
+        println!("{bump} m: level off by {:.2} dB, C50 by {:.2} dB at most", worst[0], worst[1]);
+        assert!(worst.iter().all(|off| off.abs() < 0.5), "{bump}: {worst:?}");
+        for (found, wanted) in images.iter().zip(&first) {
+            assert_eq!(found.len(), wanted.len(), "{bump}");
+            for image in wanted {
+                let near = found.iter().map(|other| other.distance(*image)).fold(f64::INFINITY, f64::min);
+                // The walls' mean is half of the noise inside.
+                assert!(near < 1.5 * bump + 1e-9, "{bump}: {near} m from {image}");
+            }
+        }
+    }
+}
+
+/// A room whose walls are 43,200 triangles, moved by up to `bump` metres, perhaps flattened: what is measured in it, and the
+/// places of the images up to first order.
+fn scanned(bump: f64, flatten: bool, order: u32) -> (Vec<Measures>, Vec<Vec<DVec3>>) {
+    let mut mesh = bumpy([7.0, 5.0, 3.0], 60, bump);
+    if flatten {
+        let done = mesh.flatten(None).unwrap();
+        println!("{done}");
+        assert_eq!(done.planes, 6);
+    }
+    let room = Room::new(&mesh, &[Material::even("wall", 0.2, 0.1)]).unwrap();
+    let images = Images::new(&room, SOURCE, &ImageOptions { order, ..ImageOptions::default() }).unwrap();
+    let options = RayOptions { images: Some(&images), bin_s: 0.004, ..alone(16_384, 0.5) };
+    let late = traced(&room, &LISTENERS, &options);
+    let seen = |at: &[f64; 3]| images.seen_from(&room, *at, Reflected::Specular).unwrap();
+    let measures = LISTENERS.iter().zip(&late.echograms).map(|(at, echogram)| Measures::new(*at, &seen(at), echogram, None));
+    let early = |at: &[f64; 3]| {
+        let early = seen(at).into_iter().filter(|image| image.order <= 1);
+        early.map(|image| DVec3::from(image.position)).collect()
+    };
+    (measures.collect(), LISTENERS.iter().map(early).collect())
+}
+
+/// How far level and C50 are off at the worst of all places, dB.
+fn worst(found: &[Measures], wanted: &[Measures]) -> [f64; 2] {
+    let mut worst = [0.0_f64; 2];
+    for (found, wanted) in found.iter().zip(wanted) {
+        let off = [found.level_db.unwrap() - wanted.level_db.unwrap(), found.c50_db.unwrap() - wanted.c50_db.unwrap()];
+        worst.iter_mut().zip(off).for_each(|(worst, off)| *worst = if off.abs() > worst.abs() { off } else { *worst });
+    }
+    worst
 }
 
 #[test]

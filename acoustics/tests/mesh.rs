@@ -68,6 +68,93 @@ fn gltf_files_are_turned_upright() {
     assert_eq!(mesh.bounds(), [[1.0, 0.0, 0.0], [3.0, 0.0, 3.0]]);
 }
 
+/// A box of 4 x 3 x 2.5 m, y up, as RAVEN has rooms: an object with a place and a turn, within the world.
+const AC: &str = "AC3Db\nMATERIAL \"mat_floor\" rgb 1 1 1  amb 0.2 0.2 0.2  emis 0 0 0  spec 0.2 0.2 0.2  shi 10  trans 0\n\
+    MATERIAL \"brick wall\" rgb 1 1 1 amb 0 0 0 emis 0 0 0 spec 0 0 0 shi 0 trans 0\nOBJECT world\nkids 2\n\
+    OBJECT poly\nname \"shell\"\ndata 12\nOBJECT poly\n!\nloc 1 0 0\nrot 0 0 -1 0 1 0 1 0 0\ntexture \"none.png\"\nnumvert 6\n\
+    0 0 0\n3 0 0\n3 0 4\n0 0 4\n0 2.5 0\n3 2.5 0\nnumsurf 3\nSURF 0x10\nmat 0\nrefs 4\n0 0 0\n1 1 0\n2 1 1\n3 0 1\n\
+    SURF 0X30\nmat 1\nrefs 4\n0 0 0\n1 0 0\n5 0 0\n4 0 0\nSURF 0x22\nmat 1\nrefs 2\n0 0 0\n5 0 0\nkids 1\n\
+    OBJECT poly\nname \"shelf\"\nloc 0 1 0\nnumvert 3\n0 0 0\n1 0 0\n0 0 1\nnumsurf 1\nSURF 0x0\nrefs 3\n0 0 0\n1 0 0\n2 0 0\n\
+    kids 0\nOBJECT poly\nkids 0\n";
+
+#[test]
+fn rooms_of_raven_are_turned_upright_and_name_their_materials() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = Mesh::load(&written(&folder, "room.ac", AC.as_bytes())).unwrap();
+    assert_eq!(mesh.groups, ["mat_floor", "brick wall", "shelf"]);
+    assert_eq!(mesh.triangles.iter().map(|t| t.group).collect::<Vec<_>>(), [0, 0, 1, 1, 2]);
+    // x along the turned object's -z, y along its -z's turn, and up is z.
+    assert_eq!(mesh.bounds(), [[1.0, 0.0, 0.0], [5.0, 3.0, 2.5]]);
+    let shelf = mesh.triangles[4].corners.map(|c| mesh.vertices[c as usize]);
+    assert_eq!(shelf, [[1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [2.0, 0.0, 1.0]]);
+    for end in 0..AC.len() {
+        let _ = Mesh::load(&written(&folder, "cut.ac", &AC.as_bytes()[..end]));
+    }
+    let refused = |text: String, says: &str| {
+        let error = Mesh::load(&written(&folder, "bad.ac", text.as_bytes())).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    };
+    refused("solid a\n".into(), "line 1: AC3D and a letter");
+    refused(AC.replace("\n3 0 1\n", "\n9 0 1\n"), "a corner among 6 vertices");
+    refused(AC.replace("numvert 6", "numvert 99999999"), "three coordinates");
+    refused("AC3Db\n".to_owned() + &"OBJECT group\nkids 1\n".repeat(100), "at most 64 deep");
+}
+
+#[test]
+fn small_surfaces_scatter_by_their_size() {
+    // A wall, and a table top of 1.2 x 0.6 m in two triangles, at a mean free path of 3 m.
+    let mut mesh = shoebox(0.1, 0.1).mesh().unwrap();
+    let first = mesh.vertices.len() as u32;
+    mesh.vertices.extend([[2.0, 2.0, 0.7], [3.2, 2.0, 0.7], [3.2, 2.6, 0.7], [2.0, 2.6, 0.7]]);
+    for corners in [[0, 1, 2], [0, 2, 3]] {
+        mesh.triangles.push(Triangle { corners: corners.map(|c: u32| c + first), group: 0 });
+    }
+    let materials: Vec<Material> = mesh.groups.iter().map(|_| Material::even("wall", 0.1, 0.1)).collect();
+    let found = mesh.scatter_by_size(&materials, 3.0, 343.0);
+    assert_eq!(found.len(), mesh.groups.len());
+    let of = |triangle: usize| &found[mesh.triangles[triangle].group as usize].scattering;
+    let (wall, table) = (of(0), of(mesh.triangles.len() - 1));
+    assert!(wall[1..].iter().all(|s| *s == 0.1), "{wall:?}");
+    assert_eq!(of(mesh.triangles.len() - 2), table);
+    // f_w is 2858 Hz and f_l 715 Hz.
+    for (band, mirrored) in [(1, 250.0 / 2858.0 * 250.0 / 715.0), (3, 1000.0 / 2858.0), (6, 1.0)] {
+        assert!((f64::from(table[band]) - (1.0 - 0.9 * mirrored)).abs() < 0.012, "{table:?}");
+    }
+}
+
+#[test]
+fn tables_of_materials_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut table = Materials::default();
+    let rows = "Material,property,description,63,125,250,500,1000,2000,4000,8000 Hz\n\
+        Brickwork,absorption,\"bricks, painted\",0.3,0.1,0.2,0.2,0.2,0.2,0.2,0.25\nbrickwork,scattering,,,0.5,,,,,,\n";
+    assert_eq!(table.add_table(&written(&folder, "own.csv", rows.as_bytes())).unwrap(), 1);
+    let brick = table.material("brickwork").unwrap();
+    assert_eq!((brick.absorption[0], brick.absorption[6], brick.absorption_63), (0.1, 0.25, Some(0.3)));
+    assert_eq!(brick.scattering, [0.5; 7]);
+    // As the database BRAS has them: thirds from 20 Hz to 20 kHz.
+    let line = |of: &dyn Fn(i32) -> f64| (-17..14).map(|n| format!("{:.4}", of(n))).collect::<Vec<_>>().join(",");
+    let thirds =
+        [line(&|n| 1000.0 * (f64::from(n) / 3.0).exp2()), line(&|n| 0.02 * f64::from(n + 17)), line(&|_| 0.2)].join("\n");
+    table.add_table(&written(&folder, "mat_CR2_concrete.csv", thirds.as_bytes())).unwrap();
+    let concrete = table.material("mat_CR2_concrete").unwrap();
+    assert!((concrete.absorption[3] - 0.34).abs() < 1e-4 && (concrete.absorption_63.unwrap() - 0.1).abs() < 1e-4);
+    assert!(concrete.scattering.iter().all(|s| (*s - 0.2).abs() < 1e-6));
+    for (text, says) in [
+        ("", "found an empty file"),
+        ("name,about\na,b\n", "shares in columns of frequencies"),
+        ("what,125\na,0.1\n", "a column called material"),
+        ("material,125\na,1.5\n", "row 2: a share from 0 to 1 at 125 Hz, found \"1.5\""),
+        ("material,property,125\na,colour,0.5\n", "row 2: absorption or scattering, found \"colour\""),
+        ("material,property,125\na,scattering,0.5\n", "a row of absorption"),
+        ("125,250\n", "a line of absorption"),
+        ("material,125\n,0.5\n", "row 2: the name of a material"),
+    ] {
+        let error = table.add_table(&written(&folder, "bad.csv", text.as_bytes())).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
 #[test]
 fn files_that_are_no_mesh_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -75,7 +162,7 @@ fn files_that_are_no_mesh_are_refused() {
         let error = Mesh::load(&written(&folder, name, bytes)).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains(says), "{error}");
     };
-    refused("room.blend", b"x", "a file ending in .obj, .stl, .ply, .glb or .gltf, found the ending \"blend\"");
+    refused("room.blend", b"x", "a file ending in .obj, .stl, .ply, .glb, .gltf or .ac, found the ending \"blend\"");
     refused("empty.obj", b"v 0 0 0\n", "expected a mesh of triangles");
     refused("bad.obj", b"v 0 0 0\nf 1 2 3\n", "");
     refused("bad.stl", &[7; 100], "triangles in 100 bytes");

@@ -1,7 +1,7 @@
 //! `promenade anchors`: the surfaces of a place become the anchors of a model.
 
 use crate::args::AnchorsArgs;
-use crate::reconstruction::points_of;
+use crate::reconstruction::{Found, points_of};
 use crate::report;
 use anyhow::{Context, Result, bail};
 use promenade_baker::anchors::{AnchorOptions, AnchorSet, WALL_COLOURS, box_points};
@@ -12,7 +12,10 @@ pub(crate) fn run(args: &AnchorsArgs) -> Result<()> {
     let options = AnchorOptions { count: args.count, neighbours: args.neighbours, voxel_m: args.voxel, seed: args.seed };
     let mut notes = Vec::new();
     let (points, placement, what) = match (&args.source, args.size) {
-        (Some(source), _) => points_of(source, &args.world, args.voxel, args.seed, &mut notes)?,
+        (Some(source), _) => {
+            let Found { points, placement, what, .. } = points_of(source, &args.world, args.voxel, args.seed, &mut notes)?;
+            (points, placement, what)
+        }
         (None, Some(size)) => {
             if args.world.placement.options() != PlacementOptions::default() || args.world.distance.is_some() {
                 bail!("expected a file for the options of its placement, found a box, which is in metres and upright");

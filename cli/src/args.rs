@@ -47,7 +47,9 @@ pub(crate) use pictures::PictureArgs;
 pub(crate) use reconstruction::ReconstructionArgs;
 pub(crate) use render::{OutputFormat, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-pub(crate) use simulate::{JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+pub(crate) use simulate::{
+    JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering,
+};
 pub(crate) use study::{Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudySiteArgs};
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]

@@ -2,19 +2,29 @@
 
 use crate::args::ReconstructionArgs;
 use anyhow::{Context, Result, anyhow};
-use promenade_baker::reconstruction::{Place, Point, PointOptions, Reconstruction};
+use promenade_baker::reconstruction::{Camera, Place, Point, PointOptions, Reconstruction};
 use promenade_core::network::Placement;
 use std::path::Path;
 
-/// Points, their placement and what they are of, in words. The surface of a mesh is sampled for cells of an edge, metres, with
-/// a seed.
+/// What a reconstruction holds, and where.
+pub(crate) struct Found {
+    pub(crate) points: Vec<Point>,
+    pub(crate) cameras: Vec<Camera>,
+    /// Numbers of cameras and of the points that they see; none where that is not known.
+    pub(crate) sights: Vec<[u32; 2]>,
+    pub(crate) placement: Placement,
+    /// What the points are of, in words.
+    pub(crate) what: String,
+}
+
+/// Points, cameras and their placement. The surface of a mesh is sampled for cells of an edge, metres, with a seed.
 pub(crate) fn points_of(
     source: &Path,
     args: &ReconstructionArgs,
     cell_m: f32,
     seed: u64,
     notes: &mut Vec<String>,
-) -> Result<(Vec<Point>, Placement, String)> {
+) -> Result<Found> {
     let options = PointOptions {
         min_track: args.min_track,
         max_error_px: args.max_error.unwrap_or(f64::INFINITY),
@@ -27,6 +37,8 @@ pub(crate) fn points_of(
     };
     if let Some(cameras) = &args.cameras {
         place.cameras = Reconstruction::load_cameras(cameras)?;
+        // They are numbers of the cameras before.
+        place.sights.clear();
     }
     let mut placement = args.placement.options();
     if let Some(([from, to], metres)) = args.landmarks().map_err(|e| anyhow!("--distance: {e}"))? {
@@ -47,5 +59,5 @@ pub(crate) fn points_of(
             points
         }
     };
-    Ok((points, placement, what))
+    Ok(Found { points, cameras: place.cameras, sights: place.sights, placement, what })
 }

@@ -2,10 +2,14 @@
 
 mod scene;
 
-use crate::args::{AirArgs, ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
+use crate::args::{
+    AirArgs, ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering,
+};
 use crate::{capture, path, progress, report};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Directivity, Entry, Material, Materials, Mesh, MeshReport, Room, Shoebox, Source};
+use promenade_acoustics::{
+    Air, Directivity, Entry, Material, Materials, Mesh, MeshReport, Room, SPEED_OF_SOUND_M_S, Shoebox, Source,
+};
 use promenade_baker::simulation::{
     Hrtf, Inside, MeshOptions, Part, PartFolder, RunKey, Simulated, along, directivity, fit, grid, random_inside, random_poses,
     simulate_box, simulate_mesh, turned,
@@ -16,7 +20,7 @@ use promenade_core::glam::Vec3;
 use promenade_fit::MaterialsBeside;
 use promenade_paths::ImportOptions;
 use std::fmt::Debug;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Sample rate of a box's responses unless told, hertz.
@@ -175,10 +179,20 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
         notes.push(format!("all triangles are of {only:?}: they are sorted into floor, ceiling and wall by where they look"));
         mesh.group_by_direction();
     }
+    if args.flatten != Some(0.0)
+        && let Some(done) = mesh.flatten(args.flatten)
+    {
+        notes.push(done.to_string());
+    }
     report::notes(&notes);
     let rules = [&args.materials[..], &fitted(&args.mesh)?].concat();
-    let materials = Materials::default().assign(&mesh.groups, &rules);
-    let materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
+    let materials = table(&args.material_table)?.assign(&mesh.groups, &rules);
+    let mut materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
+    if args.scattering_by_size == SizeScattering::ChristensenRindel {
+        let [x, y, z] = size.size_m;
+        let free_path = 4.0 * size.volume_m3.unwrap_or(x * y * z) / size.area_m2.max(f64::MIN_POSITIVE);
+        materials = mesh.scatter_by_size(&materials, free_path, SPEED_OF_SOUND_M_S);
+    }
     let materials = mesh.merge_groups(materials);
     if materials.len() > MOST_MATERIALS {
         bail!("{}: expected at most {MOST_MATERIALS} materials that differ, found {}", args.mesh.display(), materials.len());
@@ -188,6 +202,28 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
         within("--source", &room, &mesh, args.source)?;
     }
     Ok((mesh, room, size))
+}
+
+/// The built-in table with those of files before it.
+fn table(files: &[PathBuf]) -> Result<Materials> {
+    let mut table = Materials::default();
+    for file in files {
+        let mut all = vec![file.clone()];
+        if file.is_dir() {
+            let entries = std::fs::read_dir(file).with_context(|| format!("{}: cannot be read", file.display()))?;
+            let entries = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<PathBuf>>>()?;
+            all = entries.into_iter().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"))).collect();
+            // Which of two of the same name holds does not depend on the folder's order.
+            all.sort();
+        }
+        let counts = all.iter().map(|path| table.add_table(path)).collect::<Result<Vec<usize>, _>>()?;
+        let count = counts.into_iter().sum::<usize>();
+        if count == 0 {
+            bail!("{}: expected tables that end in .csv, found none", file.display());
+        }
+        report::note(format_args!("{count} materials of {}", report::file_name(file)));
+    }
+    Ok(table)
 }
 
 /// Refuses a place outside of a closed room, where nothing is heard of what is inside.

@@ -1,11 +1,13 @@
 //! `promenade surface`: a reconstruction becomes a room's mesh.
 
 use crate::args::{Shape, SurfaceArgs};
-use crate::reconstruction::points_of;
-use crate::report;
+use crate::reconstruction::{Found, points_of};
+use crate::{path, report};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::Mesh;
+use promenade_acoustics::{Material, Mesh, Room, Sights};
 use promenade_baker::atomic;
+use promenade_baker::simulation::along;
+use promenade_paths::ImportOptions;
 
 /// A wall with a smaller share of the points is pointed out.
 const FEW: f64 = 0.01;
@@ -14,19 +16,39 @@ const WALLS: [&str; 6] = ["back", "front", "right", "left", "floor", "ceiling"];
 /// Seed of a mesh's points.
 const SEED: u64 = 1;
 
+/// Facets of free space lie on one plane within this share of a cell.
+const FLAT: f64 = 0.8;
+/// Places of a walk for each of its keyframes.
+const BETWEEN: usize = 8;
+/// Edges of cells unless told, metres: of a hull, and of free space.
+const CELLS_M: [f32; 2] = [0.25, 0.1];
+
 pub(crate) fn run(args: &SurfaceArgs) -> Result<()> {
     if args.output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("obj")) {
         bail!("{}: expected a file ending in .obj", args.output.display());
     }
-    if !(args.cell > 0.0 && args.cell.is_finite()) {
-        bail!("--cell: expected more than 0 m, found {}", args.cell);
+    let cell = args.cell.unwrap_or(CELLS_M[usize::from(args.shape == Shape::Free)]);
+    if !(cell > 0.0 && cell.is_finite()) {
+        bail!("--cell: expected more than 0 m, found {cell}");
     }
     let mut notes = Vec::new();
-    let (points, placement, what) = points_of(&args.source, &args.world, args.cell, SEED, &mut notes)?;
+    let Found { points, cameras, sights, placement, what } = points_of(&args.source, &args.world, cell, SEED, &mut notes)?;
     let points: Vec<[f64; 3]> = points.iter().map(|p| placement.to_scene(p.position).as_dvec3().to_array()).collect();
+    let eyes: Vec<[f64; 3]> =
+        cameras.iter().map(|camera| placement.to_scene(camera.centre().as_vec3()).as_dvec3().to_array()).collect();
+    let walk = match &args.path {
+        None => Vec::new(),
+        Some(file) => {
+            let walk = path::read(file, &ImportOptions::default())?;
+            notes.extend(walk.notes);
+            let count = BETWEEN * walk.path.keyframes().len();
+            along(&walk.path, count).iter().map(|pose| pose.position.as_dvec3().to_array()).collect()
+        }
+    };
+    let held = [&eyes[..], &walk].concat();
     let mesh = match args.shape {
         Shape::Box => {
-            let found = Mesh::box_around(&points).with_context(|| what.clone())?;
+            let found = Mesh::box_around(&points, &held).with_context(|| what.clone())?;
             let [length, width, height] = found.size_m;
             notes.push(format!(
                 "{length:.2} x {width:.2} x {height:.2} m, turned by {:.1} degrees",
@@ -39,8 +61,10 @@ pub(crate) fn run(args: &SurfaceArgs) -> Result<()> {
             }
             found.mesh
         }
-        Shape::Hull => Mesh::hull_around(&points, args.cell.into()).with_context(|| what.clone())?,
+        Shape::Hull => Mesh::hull_around(&points, &held, cell.into()).with_context(|| what.clone())?,
+        Shape::Free => free(&points, &eyes, &sights, &walk, cell.into(), &mut notes).with_context(|| what.clone())?,
     };
+    said_of(&mesh, &eyes, &walk, &mut notes)?;
     atomic::write(&args.output, mesh.to_obj().as_bytes())?;
     report::notes(&notes);
     report::line(format_args!(
@@ -50,5 +74,57 @@ pub(crate) fn run(args: &SurfaceArgs) -> Result<()> {
         points.len(),
         mesh.groups.join(", ")
     ));
+    Ok(())
+}
+
+/// The surface of the space that is seen to be free, with planes where it is about flat.
+fn free(
+    points: &[[f64; 3]],
+    eyes: &[[f64; 3]],
+    sights: &[[u32; 2]],
+    walk: &[[f64; 3]],
+    cell_m: f64,
+    notes: &mut Vec<String>,
+) -> Result<Mesh> {
+    // Without cameras a walk, else the middle, is where the points are seen from.
+    let middle = [middle(points)];
+    let (eyes, held) = match (eyes, walk) {
+        ([], []) => {
+            notes.push("no camera and no --path say where the points are seen from: their middle is taken".to_owned());
+            (&middle[..], walk)
+        }
+        ([], walk) => (walk, &[][..]),
+        _ => (eyes, walk),
+    };
+    let mut mesh = Mesh::around_free_space(&Sights { points, eyes, lines: sights, held }, cell_m)?;
+    notes.extend(mesh.flatten(Some(FLAT * cell_m)).map(|done| done.to_string()));
+    mesh.group_by_direction();
+    Ok(mesh)
+}
+
+/// The median along each axis.
+fn middle(points: &[[f64; 3]]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let mut all: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    })
+}
+
+/// Says which cameras and places of a walk are in the room, and how large it is.
+fn said_of(mesh: &Mesh, eyes: &[[f64; 3]], walk: &[[f64; 3]], notes: &mut Vec<String>) -> Result<()> {
+    let size = mesh.report();
+    if let Some(volume) = size.volume_m3 {
+        notes.push(format!("{volume:.1} m3, {:.1} m2", size.area_m2));
+    }
+    let room = Room::new(mesh, &vec![Material::even("", 0.1, 0.1); mesh.groups.len()])?;
+    for (what, places) in [("cameras", eyes), ("places of the walk", walk)].into_iter().filter(|(_, places)| !places.is_empty())
+    {
+        let mut inside = 0;
+        for place in places {
+            inside += usize::from(room.encloses(*place)?);
+        }
+        notes.push(format!("{inside} of {} {what} are inside", places.len()));
+    }
     Ok(())
 }

@@ -9,7 +9,7 @@ use std::path::Path;
 fn model(place: &Place) -> String {
     let folder = place.path("model");
     std::fs::create_dir(&folder).unwrap();
-    let images = "1 1 0 0 0 0 0 0 1 00001.jpg\n\n2 1 0 0 0 0 0 -2 1 00002.jpg\n\n";
+    let images = "1 1 0 0 0 0 0 0 1 00001.jpg\n\n2 1 0 0 0 0 0 -1 1 00002.jpg\n\n";
     std::fs::write(folder.join("images.txt"), images).unwrap();
     let mut points = String::new();
     let mut number = 0;
@@ -36,11 +36,11 @@ fn model(place: &Place) -> String {
 fn a_reconstruction_becomes_a_room_in_metres_with_named_walls() {
     let place = Place::new();
     let (model, room) = (model(&place), place.text("room.obj"));
-    for (shape, groups) in [("box", 6), ("hull", 3)] {
-        let scaled = ["--distance", "00001.jpg", "00002.jpg", "4", "--cell", "0.2"];
+    for (shape, groups) in [("box", 6), ("hull", 3), ("free", 3)] {
+        let scaled = ["--distance", "00001.jpg", "00002.jpg", "2", "--cell", "0.2"];
         let (_, said) = succeeds(&[&["surface", &model, "-o", &room, "--shape", shape], &scaled[..]].concat());
-        assert!(said.contains("around 2400 points"), "{said}");
-        assert!(shape == "hull" || said.contains("points on the walls: back"), "{said}");
+        assert!(said.contains("around 2400 points") && said.contains("2 of 2 cameras are inside"), "{said}");
+        assert!(shape != "box" || said.contains("points on the walls: back"), "{said}");
         let mesh = Mesh::load(Path::new(&room)).unwrap();
         assert_eq!(mesh.groups.len(), groups, "{:?}", mesh.groups);
         let [low, high] = mesh.bounds();

@@ -265,7 +265,7 @@ mod tests {
     fn camera(at: DVec3) -> Image {
         let to_camera = promenade_core::glam::DMat3::from_cols(DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y);
         let rotation = DQuat::from_mat3(&to_camera);
-        Image { name: "a".to_owned(), camera: 1, rotation, translation: -(rotation * at) }
+        Image { id: 0, name: "a".to_owned(), camera: 1, rotation, translation: -(rotation * at) }
     }
 
     fn pictures(made: Option<Raster>) -> (FlatRoom, Voxels, Pictures) {

@@ -21,6 +21,8 @@ use promenade_core::network::Placement;
 /// An image as COLMAP keeps it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
+    /// Number by which points say that they are seen in it.
+    pub id: u32,
     /// Name, relative to the folder of the images.
     pub name: String,
     /// Id of the camera that took it.
@@ -166,7 +168,7 @@ fn cameras(images: &[Image]) -> String {
 }
 
 /// A rotation and a translation in COLMAP's order, checked.
-fn image(file: &str, place: &str, name: String, camera: u32, pose: [f64; 7]) -> Result<Image, PathFileError> {
+fn image(file: &str, place: &str, name: String, [id, camera]: [u32; 2], pose: [f64; 7]) -> Result<Image, PathFileError> {
     let [w, x, y, z, tx, ty, tz] = pose;
     let rotation = crate::waypoint::unit([w, x, y, z])
         .map_err(|length| PathFileError::at(file, place, "a unit quaternion", format!("one of length {length}")))?;
@@ -174,7 +176,7 @@ fn image(file: &str, place: &str, name: String, camera: u32, pose: [f64; 7]) -> 
     if !translation.is_finite() {
         return Err(PathFileError::at(file, place, "a finite translation", translation.to_string()));
     }
-    let image = Image { name, camera, rotation, translation };
+    let image = Image { id, name, camera, rotation, translation };
     if !image.head().is_valid() {
         let expected = format!("a camera within {:e} units of the origin", Pose::FARTHEST_M);
         return Err(PathFileError::at(file, place, expected, format!("one at {}", image.centre())));

@@ -91,7 +91,7 @@ fn image(file: &str, index: usize, frame: &Frame) -> Result<Image, PathFileError
     }
     let camera_to_world = DMat3::from_cols(axes.x_axis, -axes.y_axis, -axes.z_axis);
     let rotation = DQuat::from_mat3(&camera_to_world).normalize().inverse();
-    Ok(Image { name, camera: 1, rotation, translation: -(rotation * position) })
+    Ok(Image { id: 0, name, camera: 1, rotation, translation: -(rotation * position) })
 }
 
 #[cfg(test)]

@@ -82,14 +82,15 @@ impl Display for Missed {
 /// absorb twice or half as much as each other go on doing so, and none absorbs more than all. 1 leaves an octave as it is.
 #[must_use]
 pub fn factored(material: &Material, factors: &[f64; BANDS]) -> Material {
-    let absorption = std::array::from_fn(|b| {
-        let share = f64::from(material.absorption[b]);
-        if factors[b] == 1.0 {
-            return material.absorption[b];
+    let multiplied = |share: f32, factor: f64| {
+        if factor == 1.0 {
+            return share;
         }
-        (1.0 - (1.0 - share.clamp(SHARES.0, SHARES.1)).powf(factors[b])) as f32
-    });
-    Material { absorption, ..material.clone() }
+        (1.0 - (1.0 - f64::from(share).clamp(SHARES.0, SHARES.1)).powf(factor)) as f32
+    };
+    let absorption = std::array::from_fn(|b| multiplied(material.absorption[b], factors[b]));
+    let absorption_63 = material.absorption_63.map(|share| multiplied(share, factors[0]));
+    Material { absorption, absorption_63, ..material.clone() }
 }
 
 fn changed(walls: &Shoebox, factors: &[f64; BANDS]) -> Shoebox {

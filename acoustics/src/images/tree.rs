@@ -14,7 +14,7 @@ const MOST_EXACT: usize = 16_384;
 /// A beam's half angle, times the radius of a circle of its share of the sphere; 1.4 leaves no gap between beams.
 const OVERLAP: f64 = 1.4;
 /// Images nearer to each other than this, metres, are one. On flat walls they differ by rounding only.
-const SAME_IMAGE_M: f64 = 1e-5;
+pub(super) const SAME_IMAGE_M: f64 = 1e-5;
 /// End of a sequence, or a beam that has left the room.
 const NOTHING: u32 = u32::MAX;
 
@@ -138,8 +138,8 @@ impl Node {
 #[derive(Clone, Debug)]
 pub(super) struct Candidates {
     all: Vec<Candidate>,
-    /// By the cell that each lies in, and its order.
-    numbers: FxHashMap<[i64; 4], usize>,
+    /// By the cell that they lie in, and their order.
+    numbers: FxHashMap<[i64; 4], Vec<usize>>,
 }
 
 impl Candidates {
@@ -151,14 +151,15 @@ impl Candidates {
                 found.all[same].cone = found.all[same].cone.with(&candidate.cone);
                 continue;
             }
-            found.numbers.insert(key(cell(candidate.position, 0.0), candidate.order), found.all.len());
+            let cell = key(cell(candidate.position, 0.0), candidate.order);
+            found.numbers.entry(cell).or_default().push(found.all.len());
             found.all.push(candidate);
         }
         let mut order: Vec<usize> = (0..found.all.len()).collect();
         order.sort_by_key(|i| found.all[*i].order);
         let mut moved = vec![0; order.len()];
         order.iter().enumerate().for_each(|(to, from)| moved[*from] = to);
-        found.numbers.values_mut().for_each(|number| *number = moved[*number]);
+        found.numbers.values_mut().flatten().for_each(|number| *number = moved[*number]);
         found.all = order.iter().map(|i| found.all[*i]).collect();
         found
     }
@@ -174,11 +175,13 @@ impl Candidates {
 
     fn number(&self, order: u32, position: DVec3) -> Option<usize> {
         let (low, high) = (cell(position, -0.25), cell(position, 0.25));
-        // What lies within a quarter of a cell is in one of the cells of the corners.
-        (0..8).find_map(|corner| {
-            let at = std::array::from_fn(|a| if (corner >> a) & 1 == 0 { low[a] } else { high[a] });
-            self.numbers.get(&key(at, order)).copied()
-        })
+        let near = |number: &&usize| self.all[**number].position.distance_squared(position) <= SAME_IMAGE_M * SAME_IMAGE_M;
+        let in_cell = |at: [i64; 3]| self.numbers.get(&key(at, order))?.iter().find(near).copied();
+        // Nearly always it is one cell; what lies within a quarter of a cell is in one of the cells of the corners.
+        if low == high {
+            return in_cell(low);
+        }
+        (0..8).find_map(|corner| in_cell(std::array::from_fn(|a| if (corner >> a) & 1 == 0 { low[a] } else { high[a] })))
     }
 }
 

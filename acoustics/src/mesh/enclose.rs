@@ -13,6 +13,8 @@ const OUTSIDE: f64 = 0.02;
 const OUTER: f64 = 0.25;
 /// Half of the thickness of a wall of points, as a share of the room's length across it.
 const HALF_WALL: f64 = 0.01;
+/// Walls are no nearer than this to a place that they hold, metres.
+const AWAY_M: f64 = 0.3;
 /// Steps in which the walls' direction is looked for, in a quarter of a turn.
 const TURNS: usize = 180;
 
@@ -31,28 +33,36 @@ pub struct FoundBox {
 }
 
 impl Mesh {
-    /// The upright box on whose walls the most points lie, z up.
+    /// The upright box on whose walls the most points lie, z up, of those that hold some places, as of cameras.
     ///
-    /// Its direction is the one in which the points, but the outermost 2 % on each side, fill the smallest rectangle. Each wall
-    /// is then where most points lie in the outer quarter on its side.
+    /// Its direction is the one in which the points, but the outermost 2 % on each side, and the places fill the smallest
+    /// rectangle. Each wall is then where most points lie in the outer quarter on its side, and 0.3 m off the places.
     ///
     /// # Errors
     /// Fewer than 100 points, one that is not finite, or points that enclose nothing.
-    pub fn box_around(points: &[[f64; 3]]) -> Result<FoundBox, AcousticsError> {
-        check(points)?;
-        let turned = |turn: f64| {
+    pub fn box_around(points: &[[f64; 3]], held: &[[f64; 3]]) -> Result<FoundBox, AcousticsError> {
+        check(points, held)?;
+        let turned = |points: &[[f64; 3]], turn: f64| {
             let axis = DVec2::from_angle(turn);
             let along = points.iter().map(|p| axis.dot(DVec2::new(p[0], p[1]))).collect::<Vec<_>>();
             let across = points.iter().map(|p| axis.perp_dot(DVec2::new(p[0], p[1]))).collect::<Vec<_>>();
             [along, across]
         };
-        let area = |turn: f64| turned(turn).map(range).iter().map(|[low, high]| high - low).product::<f64>();
+        let area = |turn: f64| -> f64 {
+            let [points, held] = [turned(points, turn), turned(held, turn)];
+            let lengths = points.into_iter().zip(&held).map(|(points, held)| {
+                let [low, high] = with(range(points), held);
+                high - low
+            });
+            lengths.product()
+        };
         let step = std::f64::consts::FRAC_PI_2 / TURNS as f64;
         let coarse = least((0..TURNS).map(|i| i as f64 * step), area);
         let turn = least((-10..=10).map(|i| coarse + 0.1 * step * f64::from(i)), area).rem_euclid(std::f64::consts::FRAC_PI_2);
-        let [along, across] = turned(turn);
-        let heights = points.iter().map(|p| p[2]).collect::<Vec<_>>();
-        let walls = [along, across, heights].map(|values| walls(&values));
+        let heights = |points: &[[f64; 3]]| points.iter().map(|p| p[2]).collect::<Vec<_>>();
+        let ([along, across], [held_along, held_across]) = (turned(points, turn), turned(held, turn));
+        let walls = [(along, held_along), (across, held_across), (heights(points), heights(held))]
+            .map(|(values, held)| walls(&values, &held));
         let size_m = walls.map(|[low, high]| high.0 - low.0);
         if size_m.iter().any(|length| *length <= 0.0) {
             return Err(AcousticsError::argument("points", "those of a room", format!("a box of {size_m:?} m")));
@@ -80,20 +90,23 @@ impl Mesh {
     }
 
     /// The convex hull of points in cells of an edge, metres, with groups `floor`, `ceiling` and `wall` by direction, z up. The
-    /// outermost 2 % on each side are left out.
+    /// outermost 2 % on each side are left out. It holds some places, as of cameras, and a cell and 0.3 m about them.
     ///
     /// # Errors
     /// As [`Mesh::box_around`]; a cell that is not above 0.
-    pub fn hull_around(points: &[[f64; 3]], cell_m: f64) -> Result<Self, AcousticsError> {
-        check(points)?;
+    pub fn hull_around(points: &[[f64; 3]], held: &[[f64; 3]], cell_m: f64) -> Result<Self, AcousticsError> {
+        check(points, held)?;
         if !(cell_m > 0.0 && cell_m.is_finite()) {
             return Err(AcousticsError::argument("cell", "above 0 m", cell_m));
         }
         let ranges = [0, 1, 2].map(|axis| range(points.iter().map(|p| p[axis]).collect()));
         let inside = |p: &&[f64; 3]| p.iter().zip(&ranges).all(|(x, [low, high])| (low..=high).contains(&x));
         // In whole cells, so that a wall's points lie in a plane.
+        let away = AWAY_M + cell_m;
+        let corner = |p: &[f64; 3], i: usize| [0, 1, 2].map(|axis| p[axis] + if i >> axis & 1 == 0 { -away } else { away });
+        let about: Vec<[f64; 3]> = held.iter().flat_map(|p| (0..8).map(move |i| corner(p, i))).collect();
         let cells: std::collections::BTreeSet<[i64; 3]> =
-            points.iter().filter(inside).map(|p| p.map(|x| nearest(x / cell_m))).collect();
+            points.iter().filter(inside).chain(&about).map(|p| p.map(|x| nearest(x / cell_m))).collect();
         let cells: Vec<_> = cells.into_iter().map(|c| c.map(|x| x as f32).into()).collect();
         // Every step takes one more of the points into the hull.
         let hull = ConvexTriangleMesh::try_from_points(&cells, Some(cells.len()))
@@ -113,11 +126,11 @@ impl Mesh {
     }
 }
 
-fn check(points: &[[f64; 3]]) -> Result<(), AcousticsError> {
+pub(super) fn check(points: &[[f64; 3]], held: &[[f64; 3]]) -> Result<(), AcousticsError> {
     if points.len() < LEAST_POINTS {
         return Err(AcousticsError::argument("points", format!("{LEAST_POINTS} or more"), points.len()));
     }
-    match points.iter().flatten().find(|x| !x.is_finite() || x.abs() > 1e6) {
+    match points.iter().chain(held).flatten().find(|x| !x.is_finite() || x.abs() > 1e6) {
         Some(x) => Err(AcousticsError::argument("points", "coordinates within 1000 km", *x)),
         None => Ok(()),
     }
@@ -141,13 +154,21 @@ fn least(values: impl Iterator<Item = f64>, measure: impl Fn(f64) -> f64) -> f64
     values.map(|value| (measure(value), value)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, value)| value)
 }
 
+/// A range that holds these values too.
+fn with(range: [f64; 2], held: &[f64]) -> [f64; 2] {
+    held.iter().fold(range, |[low, high], value| [low.min(*value), high.max(*value)])
+}
+
 /// Both walls across an axis: where they are, and the share of all points on each.
-fn walls(values: &[f64]) -> [(f64, f64); 2] {
+fn walls(values: &[f64], held: &[f64]) -> [(f64, f64); 2] {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let [low, high] = range(sorted.clone());
+    let [low, high] = with(range(sorted.clone()), held);
     let length = high - low;
     let half = HALF_WALL * length;
+    // As far as a wall may reach inwards.
+    let [first, last] = with([f64::INFINITY, f64::NEG_INFINITY], held);
+    let inner = [first - AWAY_M, last + AWAY_M];
     let found = |from: f64, to: f64| {
         let between = |a: f64, b: f64| sorted.partition_point(|x| *x < a)..sorted.partition_point(|x| *x <= b);
         let count = |at: f64| between(at - half, at + half).len();
@@ -158,9 +179,10 @@ fn walls(values: &[f64]) -> [(f64, f64); 2] {
         let median = sorted.get(on.start + on.len() / 2).copied().unwrap_or(most);
         (median, on.len() as f64 / sorted.len() as f64)
     };
-    let low_wall = found(low - half, low + OUTER * length);
-    let high_wall = found(high - OUTER * length, high + half);
-    [low_wall, high_wall]
+    let low_wall = found((low - half).min(inner[0]), (low + OUTER * length).min(inner[0]));
+    let high_wall = found((high - OUTER * length).max(inner[1]), (high + half).max(inner[1]));
+    // Half a wall of points may lie nearer.
+    [(low_wall.0.min(inner[0]), low_wall.1), (high_wall.0.max(inner[1]), high_wall.1)]
 }
 
 #[cfg(test)]
@@ -194,7 +216,7 @@ mod tests {
     #[test]
     fn a_box_is_found_in_the_points_of_its_walls() {
         for turn in [0.0, 0.3, 1.2] {
-            let found = Mesh::box_around(&scanned([7.0, 4.5, 2.8], turn)).unwrap();
+            let found = Mesh::box_around(&scanned([7.0, 4.5, 2.8], turn), &[]).unwrap();
             // Either side may be the length.
             let quarter = std::f64::consts::FRAC_PI_2;
             let apart = (found.turn_rad - turn + 0.5 * quarter).rem_euclid(quarter) - 0.5 * quarter;
@@ -210,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_hull_holds_the_room_and_has_a_floor() {
-        let hull = Mesh::hull_around(&scanned([7.0, 4.5, 2.8], 0.0), 0.25).unwrap();
+        let hull = Mesh::hull_around(&scanned([7.0, 4.5, 2.8], 0.0), &[], 0.25).unwrap();
         let [low, high] = hull.bounds();
         for (axis, size) in [7.0, 4.5, 2.8].into_iter().enumerate() {
             assert!((high[axis] - low[axis] - size).abs() < 0.3, "{low:?} {high:?}");
@@ -224,11 +246,26 @@ mod tests {
     }
 
     #[test]
+    fn rooms_hold_the_places_that_they_were_seen_from() {
+        // Of a corner, photographs from where no points are.
+        let points: Vec<[f64; 3]> = scanned([4.0, 4.0, 2.4], 0.4).into_iter().filter(|p| p[0] < 0.3).collect();
+        let held: Vec<[f64; 3]> =
+            (0..20).map(|i| [2.0 + 0.05 * f64::from(i), 0.1 * f64::from(i), 0.07 * f64::from(i)]).collect();
+        let boxed = Mesh::box_around(&points, &held).unwrap();
+        let hull = Mesh::hull_around(&points, &held, 0.25).unwrap();
+        for mesh in [&boxed.mesh, &hull] {
+            let room = crate::Room::new(mesh, &vec![crate::Material::even("", 0.1, 0.1); mesh.groups.len()]).unwrap();
+            assert!(held.iter().all(|at| room.encloses(*at).unwrap() && room.surroundings(*at).unwrap().clearance_m > 0.2));
+        }
+        assert!(boxed.on_wall.iter().any(|share| *share < 0.01), "{:?}", boxed.on_wall);
+    }
+
+    #[test]
     fn what_encloses_nothing_is_refused() {
-        let refused = |points: &[[f64; 3]]| Mesh::box_around(points).unwrap_err().to_string();
+        let refused = |points: &[[f64; 3]]| Mesh::box_around(points, &[]).unwrap_err().to_string();
         assert!(refused(&[[0.0; 3]; 5]).contains("100 or more"));
         assert!(refused(&[[0.0, 0.0, f64::NAN]; 200]).contains("NaN"));
         assert!(refused(&[[1.0, 2.0, 3.0]; 200]).contains("those of a room"));
-        assert!(Mesh::hull_around(&[[1.0, 2.0, 3.0]; 200], 0.2).is_err());
+        assert!(Mesh::hull_around(&[[1.0, 2.0, 3.0]; 200], &[], 0.2).is_err());
     }
 }

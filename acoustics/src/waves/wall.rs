@@ -1,7 +1,7 @@
 //! Walls by waves: their admittance over frequency.
 
 use crate::admittance::{absorbed, admittance};
-use crate::octave::{BANDS, Octaves, octave_energy};
+use crate::material::Material;
 use std::f64::consts::TAU;
 
 /// Branches of a wall, where they resonate, Hz, and how sharply.
@@ -43,10 +43,9 @@ impl Branch {
 }
 
 impl Wall {
-    /// A wall whose octaves take these shares.
-    pub(super) fn of(absorption: &Octaves) -> Self {
-        let energies: [f64; BANDS] = absorption.map(f64::from);
-        let wanted = FITTED_HZ.map(|hz| octave_energy(&energies, hz));
+    /// A wall that takes what a material's octaves do.
+    pub(super) fn of(material: &Material) -> Self {
+        let wanted = FITTED_HZ.map(|hz| material.absorbed(hz));
         let (least, most) = wanted.iter().fold((1.0_f64, 0.0_f64), |(a, b), w| (a.min(*w), b.max(*w)));
         if most - least < 1e-3 {
             return Self { still: admittance(0.5 * (least + most)), branches: Vec::new() };
@@ -101,14 +100,16 @@ mod tests {
 
     #[test]
     fn walls_take_what_their_octaves_say() {
-        let even = Wall::of(&[0.3; BANDS]);
+        let even = Wall::of(&Material::even("", 0.3, 0.1));
         assert!(even.branches.is_empty());
-        // A curtain and a panel.
-        for absorption in [[0.06, 0.1, 0.38, 0.63, 0.7, 0.73, 0.73], [0.4, 0.25, 0.12, 0.08, 0.08, 0.08, 0.08]] {
-            let wall = Wall::of(&absorption);
+        // A curtain, a panel, and both as they are known at 63 Hz.
+        let [curtain, panel] = [[0.06, 0.1, 0.38, 0.63, 0.7, 0.73, 0.73], [0.4, 0.25, 0.12, 0.08, 0.08, 0.08, 0.08]];
+        for (absorption, absorption_63) in [(curtain, None), (panel, None), (curtain, Some(0.04)), (panel, Some(0.6))] {
+            let material = Material { absorption_63, ..Material::absorbing(absorption) };
+            let wall = Wall::of(&material);
             for hz in [40.0, 63.0, 125.0, 177.0, 250.0] {
                 let [real, imaginary] = wall.at(hz);
-                let (found, wanted) = (absorbed(real, imaginary), octave_energy(&absorption.map(f64::from), hz));
+                let (found, wanted) = (absorbed(real, imaginary), material.absorbed(hz));
                 let most = if hz < 60.0 { 0.3 } else { 0.2 };
                 assert!((found / wanted - 1.0).abs() < most, "{found} for {wanted} at {hz} Hz");
             }

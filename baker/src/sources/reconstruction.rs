@@ -16,7 +16,7 @@ use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
 use promenade_paths::colmap::Lens;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 /// Points that a reconstruction may have.
@@ -29,6 +29,8 @@ pub struct Reconstruction {
     pub points: Vec<Point>,
     /// Cameras by name; none in a cloud of points. [`Camera::head`] is the pose of each in the reconstruction's world.
     pub cameras: Vec<Camera>,
+    /// Numbers of cameras and of the points that they see; none where that is not known.
+    pub sights: Vec<[u32; 2]>,
     /// Points that the options have left out.
     pub left_out: usize,
 }
@@ -97,8 +99,11 @@ impl Reconstruction {
     /// As [`Place::load`].
     pub fn load(folder: &Path, options: &PointOptions) -> Result<Self, BakeError> {
         let model = colmap::model(folder)?;
-        let (points, left_out) = colmap::points(&model.points, &file::bytes(&model.points)?, options)?;
-        Ok(Self { points, cameras: colmap::cameras(&model.images)?, left_out })
+        let colmap::Good { points, sights, left_out } = colmap::points(&model.points, &file::bytes(&model.points)?, options)?;
+        let cameras = colmap::cameras(&model.images)?;
+        let numbers: HashMap<u32, u32> = cameras.iter().map(|camera| camera.id).zip(0..).collect();
+        let sights = sights.iter().filter_map(|[image, point]| Some([*numbers.get(image)?, *point])).collect();
+        Ok(Self { points, cameras, sights, left_out })
     }
 
     /// Where the reconstruction lies in the scene's world, which is where a path of its cameras lies with the same options;

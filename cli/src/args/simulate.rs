@@ -3,7 +3,7 @@
 use super::air::AirArgs;
 use super::capture::ClipArgs;
 use super::values::{parse_absorption, parse_facing, parse_part, parse_point, within};
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
 use promenade_core::glam::Vec3;
@@ -34,23 +34,44 @@ pub(crate) enum Simulate {
     Materials,
 }
 
+/// How size scatters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SizeScattering {
+    /// Not at all
+    None,
+    /// C. L. Christensen and J. H. Rindel, Forum Acusticum 2005, at the mean free path
+    ChristensenRindel,
+}
+
 /// A mesh, its materials and its source.
 #[derive(Debug, Args)]
 pub(crate) struct RoomArgs {
-    /// Mesh of the room, metres, z up: .obj, .stl, .ply, .glb or .gltf
+    /// Mesh of the room, metres, z up: .obj, .stl, .ply, .glb, .gltf or .ac
     #[arg(value_name = "ROOM")]
     pub(crate) mesh: PathBuf,
     /// Where the sound comes from, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) source: Vec3,
     /// Materials of the mesh's groups, the first that fits: PATTERN=ABSORPTION[:SCATTERING], each a name of the table, 1 number
-    /// or 7 with slashes between, in the octaves from 125 Hz to 8 kHz; `*` in a pattern stands for any letters. A group without
-    /// a rule has the material of its own name
+    /// or more with slashes between: 7 octaves from 125 Hz to 8 kHz, 8 from 63 Hz, or 21, 24 or 31 thirds from 100, 50 or 20
+    /// Hz; `*` in a pattern stands for any letters. A group without a rule has the material of its own name
     #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule)]
     pub(crate) materials: Vec<(String, String)>,
+    /// Table of materials that goes before the built-in one, or a folder of tables; may be given more than once. Columns
+    /// `material`, `property` (absorption or scattering) and frequencies; or one material as lines of frequencies, absorption
+    /// and scattering
+    #[arg(long, value_name = "FILE.csv|FOLDER")]
+    pub(crate) material_table: Vec<PathBuf>,
+    /// How surfaces that are small beside the wave scatter more than their material does
+    #[arg(long, value_enum, default_value_t = SizeScattering::None, value_name = "SOURCE")]
+    pub(crate) scattering_by_size: SizeScattering,
     /// Metres of the mesh's unit [default: 1; a mesh that is no room in metres is refused unless this is given]
     #[arg(long, value_name = "M", value_parser = within(1e-6, 1e6))]
     pub(crate) scale: Option<f64>,
+    /// Facets whose corners lie within so many metres of a common plane are put onto it, 0 for none [default: four times the
+    /// noise of a mesh of more than 500 planes, if it has any]
+    #[arg(long, value_name = "M", value_parser = within(0.0, 1.0))]
+    pub(crate) flatten: Option<f64>,
     /// What the source sends where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file
     /// (FreeFieldDirectivityTF)
     #[arg(long, value_name = "PATTERN|FILE.sofa", default_value = "omni")]

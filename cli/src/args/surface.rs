@@ -11,6 +11,8 @@ pub(crate) enum Shape {
     Box,
     /// The convex hull
     Hull,
+    /// The space that sight lines from cameras to their points cross, closed where nothing was seen
+    Free,
 }
 
 #[derive(Debug, Args)]
@@ -23,9 +25,13 @@ pub(crate) struct SurfaceArgs {
     /// What to make of the points
     #[arg(long, value_enum, default_value_t = Shape::Box)]
     pub(crate) shape: Shape,
-    /// Edge of the cells that a hull's corners lie in, and of a mesh's sampling, metres
-    #[arg(long, value_name = "M", default_value_t = 0.25)]
-    pub(crate) cell: f32,
+    /// Edge of the cells that a hull's corners lie in, of the space that is free, and of a mesh's sampling, metres [default:
+    /// 0.25, of free space 0.1]
+    #[arg(long, value_name = "M")]
+    pub(crate) cell: Option<f32>,
+    /// Walk of a listener that the room holds besides all cameras, any form of camera path, in the room's coordinates
+    #[arg(long, value_name = "WALK")]
+    pub(crate) path: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) world: ReconstructionArgs,
 }

@@ -1,6 +1,6 @@
 //! `promenade simulate ROOM -o SCENE.promenade` and `simulate box ... -o SCENE.promenade`: scenes of image sources.
 
-use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
+use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering};
 use crate::{progress, report, scene};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Mesh, Room, Source};
@@ -121,8 +121,15 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: AirArgs) -
     } else {
         format!(" --directivity {} --facing {},{}", report::file_name(&of.directivity), of.facing[0], of.facing[1])
     };
+    let tables: String =
+        of.material_table.iter().map(|table| format!(" --material-table {}", report::file_name(table))).collect();
+    let scattering = match of.scattering_by_size {
+        SizeScattering::None => "",
+        SizeScattering::ChristensenRindel => " --scattering-by-size christensen-rindel",
+    };
+    let flatten = of.flatten.map_or(String::new(), |within| format!(" --flatten {within}"));
     format!(
-        "simulate {} --source {x},{y},{z}{directivity} --materials '{}' --head {} --order {} --images {} --head-turns {} \
+        "simulate {} --source {x},{y},{z}{directivity} --materials '{}'{tables}{scattering}{flatten} --head {} --order {} --images {} --head-turns {} \
          --rays {} --rate {} --seed {}{}{}",
         report::file_name(&of.mesh),
         materials.join(","),

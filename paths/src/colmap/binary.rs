@@ -49,7 +49,7 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError
     let mut images = Vec::with_capacity(count);
     for _ in 0..count {
         let start = rest.place();
-        rest.take(4, "an image's id")?;
+        let id = u32::from_le_bytes(rest.array("an image's id")?);
         let mut pose = [0.0; 7];
         for value in &mut pose {
             *value = f64::from_le_bytes(rest.array("a pose")?);
@@ -62,7 +62,7 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError
         let points = u64::from_le_bytes(rest.array("the count of points")?);
         let length = usize::try_from(points).ok().and_then(|n| n.checked_mul(POINT_BYTES)).unwrap_or(usize::MAX);
         rest.take(length, "points")?;
-        images.push(image(file, &format!("image {name} at {start}"), name.clone(), camera, pose)?);
+        images.push(image(file, &format!("image {name} at {start}"), name.clone(), [id, camera], pose)?);
     }
     if !rest.bytes.is_empty() {
         let found = format!("{} bytes more", rest.bytes.len());

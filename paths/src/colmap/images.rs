@@ -56,8 +56,7 @@ fn parse(file: &str, line: u64, text: &str) -> Result<Image, PathFileError> {
         *slot = word().ok_or_else(|| wrong(quoted(text)))?;
     }
     let id = |word: &str| word.parse::<u32>().map_err(|_| wrong(format!("{} in place of an id", quoted(word))));
-    id(words[0])?;
-    let camera = id(words[8])?;
+    let ids = [id(words[0])?, id(words[8])?];
     let mut pose = [0.0; 7];
     for ((value, word), name) in pose.iter_mut().zip(&words[1..8]).zip(NAMES) {
         *value = number(file, line, name, word)?;
@@ -65,7 +64,7 @@ fn parse(file: &str, line: u64, text: &str) -> Result<Image, PathFileError> {
     if rest.is_empty() {
         return Err(wrong("no name".to_owned()));
     }
-    image(file, &place, rest.to_owned(), camera, pose)
+    image(file, &place, rest.to_owned(), ids, pose)
 }
 
 #[cfg(test)]

@@ -54,8 +54,13 @@ mod tests {
     use glam::{DQuat, DVec3};
 
     fn times(names: &[&str], fps: Option<f64>) -> (Vec<f64>, String) {
-        let image =
-            |name: &&str| Image { name: (*name).to_owned(), camera: 1, rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
+        let image = |name: &&str| Image {
+            id: 0,
+            name: (*name).to_owned(),
+            camera: 1,
+            rotation: DQuat::IDENTITY,
+            translation: DVec3::ZERO,
+        };
         let images: Vec<Image> = names.iter().map(image).collect();
         let mut notes = Vec::new();
         (of("images.txt", &images, fps, &mut notes).unwrap(), notes.join("; "))

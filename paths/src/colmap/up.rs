@@ -48,6 +48,7 @@ mod tests {
         let tilt = DQuat::from_rotation_arc(DVec3::Z, up);
         let head_to_camera = DMat3::from_cols(DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y);
         let image = |ypr: &[f64; 3]| Image {
+            id: 0,
             name: String::new(),
             camera: 1,
             rotation: DQuat::from_mat3(&(head_to_camera * DMat3::from_quat((tilt * from_degrees(*ypr)).inverse()))),

@@ -53,10 +53,18 @@ pub(super) fn cameras(path: &Path) -> Result<Vec<Camera>, BakeError> {
     Ok(colmap::images(&name, &file::bytes(path)?)?)
 }
 
-/// The points that are good enough, and how many are not.
-pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<(Vec<Point>, usize), BakeError> {
-    let mut points = Vec::new();
-    let mut left_out = 0;
+/// The points that are good enough.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Good {
+    pub(super) points: Vec<Point>,
+    /// Ids of images and numbers of the points that are seen in them.
+    pub(super) sights: Vec<[u32; 2]>,
+    /// How many points are not good enough.
+    pub(super) left_out: usize,
+}
+
+pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<Good, BakeError> {
+    let Good { mut points, mut sights, mut left_out } = Good::default();
     let mut take = |place: &dyn Fn() -> String, found: FilePoint| {
         // What does not fit is found to be infinite.
         let position = Vec3::from_array(found.position.map(|v| v as f32));
@@ -64,9 +72,10 @@ pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Resul
             let what = format!("{:?} with error {}", found.position, found.error_px);
             return Err(BakeError::entry(path, place(), "a point with a finite position and error", what));
         }
-        if found.error_px > options.max_error_px || found.track < u64::from(options.min_track) {
+        if found.error_px > options.max_error_px || (found.seen.len() as u64) < u64::from(options.min_track) {
             left_out += 1;
         } else {
+            sights.extend(found.seen.iter().map(|image| [*image, points.len() as u32]));
             points.push(Point { position, colour: found.colour.map(|c| f32::from(c) / 255.0) });
         }
         Ok(())
@@ -76,7 +85,7 @@ pub(super) fn points(path: &Path, bytes: &[u8], options: &PointOptions) -> Resul
     } else {
         binary(path, bytes, &mut take)?;
     }
-    Ok((points, left_out))
+    Ok(Good { points, sights, left_out })
 }
 
 /// A point as it is in the file.
@@ -85,7 +94,8 @@ struct FilePoint {
     colour: [u8; 3],
     /// Below 0 where COLMAP has not computed it.
     error_px: f64,
-    track: u64,
+    /// Ids of the images that it is seen in.
+    seen: Vec<u32>,
 }
 
 type Take<'a> = dyn FnMut(&dyn Fn() -> String, FilePoint) -> Result<(), BakeError> + 'a;
@@ -114,9 +124,10 @@ fn binary(path: &Path, bytes: &[u8], take: &mut Take<'_>) -> Result<(), BakeErro
         let float = |i: usize| f64::from_le_bytes(array(&point[i..]));
         let track = u64::from_le_bytes(array(&point[43..]));
         let (position, colour) = ([float(8), float(16), float(24)], [point[32], point[33], point[34]]);
-        take(&|| at.clone(), FilePoint { position, colour, error_px: float(35), track })?;
         let length = usize::try_from(track).ok().and_then(|n| n.checked_mul(TRACK_BYTES)).unwrap_or(usize::MAX);
-        next(length, "a track")?;
+        let (_, track) = next(length, "a track")?;
+        let seen = track.as_chunks::<TRACK_BYTES>().0.iter().map(|view| u32::from_le_bytes(array(view))).collect();
+        take(&|| at.clone(), FilePoint { position, colour, error_px: float(35), seen })?;
     }
     if rest.is_empty() {
         return Ok(());
@@ -162,10 +173,10 @@ fn parse(line: &str) -> Option<FilePoint> {
     let mut level = || words.next()?.parse::<u8>().ok();
     let colour = [level()?, level()?, level()?];
     let error_px = words.next()?.parse::<f64>().ok()?;
-    let mut ids = 0;
-    for id in words {
-        id.parse::<u64>().ok()?;
-        ids += 1;
+    let mut seen = Vec::new();
+    while let Some(image) = words.next() {
+        seen.push(image.parse().ok()?);
+        words.next()?.parse::<u64>().ok()?;
     }
-    (ids % 2 == 0).then_some(FilePoint { position, colour, error_px, track: ids / 2 })
+    Some(FilePoint { position, colour, error_px, seen })
 }

@@ -81,7 +81,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<
     // Opacities of splats are logits.
     let solid = |v: &Vertex| !splats || 1.0 / (1.0 + (-v.opacity).exp()) >= f64::from(options.min_opacity);
     let points: Vec<Point> = points.into_iter().zip(vertices).filter(|(_, v)| solid(v)).map(|(p, _)| p).collect();
-    Ok(Place::Points(Reconstruction { left_out: total - points.len(), points, cameras: Vec::new() }))
+    Ok(Place::Points(Reconstruction { left_out: total - points.len(), points, ..Reconstruction::default() }))
 }
 
 fn point(vertex: &Vertex, splat: bool) -> Result<Point, String> {

@@ -24,7 +24,9 @@ const TEXT_POINTS: &str = "# 3D point list\n0 1 -2 3.5 255 0 0 0.5 1 10 2 11\n\n
 const IMAGES: &str = "1 1 0 0 0 0 0 0 1 a_01.jpg\n\n2 0.7071067811865476 0 -0.7071067811865476 0 2 0.5 -1 1 a_02.jpg\n\n";
 
 fn points(name: &str, bytes: &[u8], options: &PointOptions) -> Result<(Vec<Point>, usize), String> {
-    colmap::points(Path::new(name), bytes, options).map_err(|e| e.to_string())
+    let good = colmap::points(Path::new(name), bytes, options).map_err(|e| e.to_string())?;
+    assert!(good.sights.iter().all(|[_, point]| (*point as usize) < good.points.len()));
+    Ok((good.points, good.left_out))
 }
 
 #[test]
