@@ -1,6 +1,7 @@
 //! The shape of a room.
 
 mod ac3d;
+mod dxf;
 mod enclose;
 mod file;
 mod flatten;
@@ -15,6 +16,7 @@ mod polygon;
 mod read;
 mod report;
 mod section;
+mod simplify;
 mod stl;
 mod welded;
 

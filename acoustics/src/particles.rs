@@ -155,7 +155,7 @@ impl Flight<'_> {
                         let last = options.cells[a] - 1;
                         sum * options.cells[a] + (place[a] as usize).min(last)
                     });
-                    self.found[cell * self.bins + bin].collect(&energy, 1.0, [0.0; 3]);
+                    self.found[cell * self.bins + bin].collect(&energy, 1.0, (-heading).as_vec3().to_array());
                 }
                 bin += 1;
                 rest += step;

@@ -18,6 +18,8 @@ const SEED: u64 = 1;
 
 /// Facets of free space lie on one plane within this share of a cell.
 const FLAT: f64 = 0.8;
+/// Triangles become fewer as long as the surface moves by no more than this share of a cell.
+const EVEN: f64 = 0.1;
 /// Places of a walk for each of its keyframes.
 const BETWEEN: usize = 8;
 /// Edges of cells unless told, metres: of a hull, and of free space.
@@ -98,6 +100,9 @@ fn free(
     };
     let mut mesh = Mesh::around_free_space(&Sights { points, eyes, lines: sights, held }, cell_m)?;
     notes.extend(mesh.flatten(Some(FLAT * cell_m)).map(|done| done.to_string()));
+    let facets = mesh.triangles.len();
+    mesh.simplify(EVEN * cell_m);
+    notes.push(format!("{} triangles of {facets} say the same to {:.0} mm", mesh.triangles.len(), 1000.0 * EVEN * cell_m));
     mesh.group_by_direction();
     Ok(mesh)
 }

@@ -1,7 +1,8 @@
 //! Energy over time as time filters of a scene.
 
+use crate::energy_vector::{EnergyVector, heard};
 use crate::scene_head::SceneHead;
-use promenade_acoustics::{BANDS, Bin, Echogram, octave_energy};
+use promenade_acoustics::{BANDS, Echogram, octave_energy};
 use promenade_core::glam::DVec3;
 use promenade_core::{TAP_LEAD_HOPS, TransferShape};
 use promenade_metrics::slope;
@@ -25,38 +26,6 @@ pub type HopEnergies = Vec<Vec<f64>>;
 /// How many hops after the direct sound, which arrives at `direct_s`, a time is.
 fn place(time_s: f64, direct_s: f64, hop_s: f64) -> f64 {
     (time_s - direct_s) / hop_s + TAP_LEAD_HOPS
-}
-
-/// Energy of all octaves together that arrives in a hop, and the sum of the directions that it comes from, each as long as its
-/// energy.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EnergyVector {
-    /// Without a head.
-    pub energy: f64,
-    /// World; as long as the energy where all of it comes from one direction.
-    pub from: DVec3,
-}
-
-impl EnergyVector {
-    /// Adds what arrives within a bin of an echogram.
-    pub fn add(&mut self, bin: &Bin) {
-        self.energy += bin.energy.iter().map(|e| f64::from(*e)).sum::<f64>();
-        self.from += DVec3::from(bin.from.map(|axis| axis.iter().map(|e| f64::from(*e)).sum()));
-    }
-
-    /// Where most of it comes from, a unit vector, and the share that does; `None` if as much comes from every side.
-    #[must_use]
-    pub fn side(&self) -> Option<(DVec3, f64)> {
-        let side = self.from.try_normalize()?;
-        Some((side, (self.from.length() / self.energy.max(f64::MIN_POSITIVE)).min(1.0)))
-    }
-}
-
-/// Energy that an ear hears of sound of which a share comes from where the head has this level; the rest comes from everywhere,
-/// where that is 1.
-#[must_use]
-pub fn heard(share: f64, level: f64) -> f64 {
-    1.0 - share + share * level
 }
 
 /// What a place hears of a room besides direct sound and played images, by hop after the direct sound.
@@ -170,6 +139,29 @@ pub fn time_filters(energies: &[Vec<f64>], unit: &[Vec<f64>], shape: TransferSha
     let ear: Vec<f32> = (0..shape.bands).map(late).collect();
     row.extend([&ear[..], &ear[..]].concat());
     leave_to_late(&mut row, unit, shape);
+    row
+}
+
+/// Gains of taps and late part, which are the same at both ears, times amplitudes of both ears by band that are asked for by the
+/// side that each hop's energy comes from.
+#[must_use]
+pub fn sided(
+    row: &[f32],
+    vectors: &[EnergyVector],
+    shape: TransferShape,
+    ears: impl Fn(&EnergyVector) -> [Vec<f32>; 2],
+) -> Vec<f32> {
+    let late = vectors.iter().skip(shape.taps + 1).fold(EnergyVector::default(), |sum, vector| EnergyVector {
+        energy: sum.energy + vector.energy,
+        from: sum.from + vector.from,
+    });
+    let hops = (1..=shape.taps).map(|hop| vectors.get(hop).copied().unwrap_or_default()).chain([late]);
+    let mut row = row.to_vec();
+    for (gains, vector) in row.chunks_exact_mut(shape.tap_len()).zip(hops) {
+        for (gain, ratio) in gains.iter_mut().zip(ears(&vector).iter().flatten()) {
+            *gain *= ratio;
+        }
+    }
     row
 }
 

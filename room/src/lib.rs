@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod bass;
+mod energy_vector;
 mod error;
 mod late;
 mod reverberation;
@@ -14,10 +15,9 @@ mod shoebox_room;
 mod surfaces;
 
 pub use bass::{CROSSOVERS_HZ, RoomBass, bass_axis, bass_places, crossover_hz, whole_hz};
+pub use energy_vector::{EnergyVector, heard};
 pub use error::RoomError;
-pub use late::{
-    EnergyVector, HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, heard, late_gain, time_filters,
-};
+pub use late::{HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, late_gain, sided, time_filters};
 pub use reverberation::{Matched, Missed, Some7, T20_S, factored, match_t20, measured_t20_s, t20_s};
 pub use scene_head::SceneHead;
 pub use shoebox_room::{PLAYED_IMAGES, SIZES_M, SceneOptions, ShoeboxRoom};

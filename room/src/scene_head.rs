@@ -1,5 +1,6 @@
 //! The head that a room is heard with.
 
+use crate::energy_vector::{EnergyVector, heard};
 use promenade_acoustics::{BANDS, OCTAVES_HZ, Octaves};
 use promenade_core::glam::{DVec2, Vec3};
 use promenade_core::head::harmonics;
@@ -37,6 +38,8 @@ pub struct SceneHead {
     scale: f32,
     /// `[elevation][band][direct sound, image source]`: see [`Self::rings`].
     rings: Vec<Vec<[f64; 2]>>,
+    /// `[node][band][ear]`: energy of the direct sound from there at each ear, where a diffuse field has 1.
+    ears: Vec<Vec<[f64; 2]>>,
 }
 
 impl SceneHead {
@@ -64,8 +67,9 @@ impl SceneHead {
             rows: rows.clone(),
             scale: 1.0,
             rings: Vec::new(),
+            ears: Vec::new(),
         };
-        Some(Self { rings: receiver.rings(), ..receiver })
+        Some(Self { rings: receiver.rings(), ears: receiver.ears(), ..receiver })
     }
 
     /// Its short-time Fourier grid.
@@ -108,7 +112,9 @@ impl SceneHead {
         let scale = images / direct;
         let mut rings = receiver.rings.clone();
         rings.iter_mut().flatten().for_each(|[direct, _]| *direct *= scale);
-        scale.is_finite().then_some(Self { scale: scale.sqrt() as f32, rings, ..receiver })
+        let mut ears = receiver.ears.clone();
+        ears.iter_mut().flatten().flatten().for_each(|ear| *ear *= scale);
+        scale.is_finite().then_some(Self { scale: scale.sqrt() as f32, rings, ears, ..receiver })
     }
 
     /// Energy that an ear hears of sound from all sides of each elevation of the nodes, mean of both ears, by band, where it is
@@ -126,6 +132,49 @@ impl SceneHead {
             (0..self.bands.count()).map(|band| [mean(band, 0), mean(band, 1)]).collect()
         };
         self.energies(&hz).chunks(azimuth.count()).map(of_ring).collect()
+    }
+
+    /// As the field says.
+    fn ears(&self) -> Vec<Vec<[f64; 2]>> {
+        let in_band = |i: usize| 2.0_f64.powf(((i as f64 + 0.5) / IN_BAND as f64 - 0.5) / 3.0);
+        let bin = |hz: f64| ((hz / self.grid.bin_hz(1)).round() as usize).clamp(1, self.shape.bins - 1);
+        let of_row = |row: &[f32]| {
+            let of_band = |hz: &f32| {
+                let mut sums = [0.0; 2];
+                for bin in (0..IN_BAND).map(|i| bin(f64::from(*hz) * in_band(i))) {
+                    let (mixture, difference) = (f64::from(row[bin]), f64::from(row[self.shape.bins + bin]));
+                    for (sum, sign) in sums.iter_mut().zip([-1.0, 1.0]) {
+                        *sum += (mixture * (1.0 + sign * difference)).powi(2) / IN_BAND as f64;
+                    }
+                }
+                sums
+            };
+            self.bands.centres_hz().iter().map(of_band).collect()
+        };
+        self.rows.chunks_exact(self.shape.row_len()).map(of_row).collect()
+    }
+
+    /// Amplitudes at both ears by band, over those of the mean of all turns of a head, of energy of which a share comes from one
+    /// side, where the head is turned by `yaw`, radians.
+    #[must_use]
+    pub fn sides(&self, vector: &EnergyVector, yaw: f32) -> [Vec<f32>; 2] {
+        let even = || [(); 2].map(|()| vec![1.0; self.bands.count()]);
+        let (Some((from, share)), Facing::Emitter { elevation, azimuth, .. }) = (vector.side(), &self.nodes.facing) else {
+            return even();
+        };
+        let [up, around] =
+            [elevation.linear(from.z.clamp(-1.0, 1.0).asin() as f32), azimuth.linear(from.y.atan2(from.x) as f32 - yaw)];
+        let pairs = |(nodes, count): ([(usize, f32); 4], usize)| nodes.into_iter().take(count);
+        let near: Vec<(usize, f64)> =
+            pairs(up).flat_map(|(i, a)| pairs(around).map(move |(j, b)| (i * azimuth.count() + j, f64::from(a * b)))).collect();
+        let means: Vec<f64> = self.heard_from(from.z).collect();
+        [0, 1].map(|ear| {
+            let ratio = |(band, mean): (usize, &f64)| {
+                let level: f64 = near.iter().map(|(node, weight)| weight * self.ears[*node][band][ear]).sum();
+                (heard(share, level) / heard(share, *mean)).sqrt() as f32
+            };
+            means.iter().enumerate().map(ratio).collect()
+        })
     }
 
     /// As [`Self::rings`], at an elevation whose sine is given.

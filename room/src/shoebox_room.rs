@@ -2,12 +2,13 @@
 
 use crate::bass::{CROSSOVERS_HZ, RoomBass, bass_axis, bass_places, crossover_hz, whole_hz};
 use crate::error::RoomError;
-use crate::late::{HopEnergies, LONGEST_T60_S, LateEnergies, early_taps};
+use crate::late::{HopEnergies, LONGEST_T60_S, LateEnergies, early_taps, sided};
 use crate::scene_head::SceneHead;
 use crate::surfaces::{LatePart, Level, Places, Played, Surfaces, energy_at, outline};
 use promenade_acoustics::{Air, BoxImage, Echogram, LowPlaces, ParticleOptions, Reflected, Shoebox, box_images};
 use promenade_core::glam::{DVec3, Vec3};
-use promenade_core::{Axis, Pose, Provenance, Scene, StftGrid, TailModel, TransferShape, late_share};
+use promenade_core::{Axis, Pose, Provenance, Scene, TailModel, TransferShape, late_share};
+use std::f32::consts::PI;
 use std::f64::consts::LN_10;
 
 /// The least and the greatest length of a side, metres.
@@ -95,7 +96,7 @@ impl ShoeboxRoom {
     /// A side that is not finite or outside [`SIZES_M`], a share of a material outside 0 to 1, an emitter that is not in the
     /// room and off its walls.
     pub fn scene(&self, head: &SceneHead, options: &SceneOptions) -> Result<Scene, RoomError> {
-        self.surfaces(head, options)?.scene(head, NOISE_SEED.wrapping_add(options.seed), &Modelled { grid: head.grid })
+        self.surfaces(head, options)?.scene(head, NOISE_SEED.wrapping_add(options.seed), &Modelled { head })
     }
 
     /// What the room gives of itself.
@@ -242,12 +243,15 @@ impl ShoeboxRoom {
     }
 }
 
-/// The late part as it is expected to be played, which takes no time: the seed stays, and both ears hear the room alike.
-struct Modelled {
-    grid: StftGrid,
+/// Turns of the head that are told apart in what comes from one side.
+const TURNS: usize = 6;
+
+/// The late part as it is expected to be played, which takes no time: the seed stays.
+struct Modelled<'a> {
+    head: &'a SceneHead,
 }
 
-impl LatePart for Modelled {
+impl LatePart for Modelled<'_> {
     type Error = RoomError;
 
     /// It sets in over some hops and then decays.
@@ -261,14 +265,20 @@ impl LatePart for Modelled {
         let first = shape.taps + 1;
         let hops = late.iter().map(|late| late.energies.len()).max().unwrap_or(0);
         let at = |hop: usize, t60_s: f32| {
-            let hops_s = (hop as f64 - first as f64) * self.grid.hop_s();
+            let hops_s = (hop as f64 - first as f64) * self.head.grid.hop_s();
             late_share(hop, shape.taps) * (-6.0 * LN_10 * hops_s / f64::from(t60_s)).exp()
         };
         Ok((0..hops.max(first + 1)).map(|hop| tail.t60_s.iter().map(|t| at(hop, *t)).collect()).collect())
     }
 
-    fn turned(&self, rows: Vec<Vec<f32>>, _late: &[LateEnergies], _shape: TransferShape) -> (Axis, Vec<Vec<Vec<f32>>>) {
-        (Axis::single(0.0), rows.into_iter().map(|row| vec![row]).collect())
+    fn turned(&self, rows: Vec<Vec<f32>>, late: &[LateEnergies], shape: TransferShape) -> (Axis, Vec<Vec<Vec<f32>>>) {
+        let yaw = Axis::circle(-PI, TURNS);
+        let all = |(row, late): (Vec<f32>, &LateEnergies)| {
+            let turned = |yaw: &f32| sided(&row, &late.vectors, shape, |vector| self.head.sides(vector, *yaw));
+            yaw.nodes().iter().map(turned).collect()
+        };
+        let rows = rows.into_iter().zip(late).map(all).collect();
+        (yaw, rows)
     }
 }
 

@@ -143,7 +143,7 @@ impl Welded {
 }
 
 /// Sums over corners, weighted with areas, which a plane is fitted to.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Moments {
     area: f64,
     first: DVec3,
@@ -152,6 +152,8 @@ struct Moments {
 }
 
 impl Moments {
+    const NONE: Self = Self { area: 0.0, first: DVec3::ZERO, second: DMat3::ZERO, normal: DVec3::ZERO };
+
     fn add(&mut self, places: [DVec3; 3], area: DVec3) {
         let weight = area.length() / 3.0;
         for place in places {
@@ -264,7 +266,7 @@ impl<'a> Growth<'a> {
     }
 
     fn moments(&self, triangles: &[usize]) -> Moments {
-        let mut sum = Moments::default();
+        let mut sum = Moments::NONE;
         triangles.iter().for_each(|t| sum.add(self.corners(*t), self.areas[*t]));
         sum
     }
@@ -301,7 +303,7 @@ impl<'a> Growth<'a> {
         let mut taken = rustc_hash::FxHashSet::default();
         taken.insert(seed);
         let mut region = vec![seed];
-        let mut sum = Moments::default();
+        let mut sum = Moments::NONE;
         sum.add(self.corners(seed), self.areas[seed]);
         let (mut at, mut fitted) = (0, 3 * LEAST_FACETS);
         while let Some(triangle) = region.get(at).copied() {
@@ -340,7 +342,7 @@ impl<'a> Growth<'a> {
                     && normal.dot(point - middle).abs() < self.within_m
             });
             let number = same.unwrap_or_else(|| {
-                kept.push(Moments::default());
+                kept.push(Moments::NONE);
                 kept.len() - 1
             });
             kept[number] = kept[number].with(&own);

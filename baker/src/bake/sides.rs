@@ -4,7 +4,7 @@ use crate::sources::simulation::Hrtf;
 use promenade_core::TransferShape;
 use promenade_core::glam::Quat;
 use promenade_fourier::num_complex::Complex32;
-use promenade_room::{EnergyVector, SceneHead, heard};
+use promenade_room::{EnergyVector, SceneHead, heard, sided};
 use std::ops::Range;
 
 /// A third-octave about a band's centre: half of it, as a ratio.
@@ -31,18 +31,7 @@ impl<'a> Sides<'a> {
     /// what of a hop comes from one side has the level of the ear's response there instead of its mean over all turns of the
     /// head.
     pub(super) fn turned(&self, row: &[f32], vectors: &[EnergyVector], yaw: f32, shape: TransferShape) -> Vec<f32> {
-        let late = vectors.iter().skip(shape.taps + 1).fold(EnergyVector::default(), |sum, vector| EnergyVector {
-            energy: sum.energy + vector.energy,
-            from: sum.from + vector.from,
-        });
-        let hops = (1..=shape.taps).map(|hop| vectors.get(hop).copied().unwrap_or_default()).chain([late]);
-        let mut row = row.to_vec();
-        for (gains, vector) in row.chunks_exact_mut(shape.tap_len()).zip(hops) {
-            for (gain, ratio) in gains.iter_mut().zip(self.ratios(&vector, yaw).concat()) {
-                *gain *= ratio;
-            }
-        }
-        row
+        sided(row, vectors, shape, |vector| self.ratios(vector, yaw))
     }
 
     /// Amplitudes at both ears by band over those of the mean of all turns.

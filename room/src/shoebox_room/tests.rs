@@ -1,6 +1,6 @@
 use super::*;
 use promenade_acoustics::{Air, Image, Material, SPEED_OF_SOUND_M_S};
-use promenade_core::{ImageSource, Rows};
+use promenade_core::{Facing, ImageSource, Rows};
 
 fn head() -> SceneHead {
     let bytes = include_bytes!("../../../presets/library/dry-studio.promenade");
@@ -159,4 +159,35 @@ fn extreme_rooms_make_scenes_and_impossible_ones_errors() {
     let error = with([5.0, 4.0, 3.0], 1.5, Vec3::ONE).unwrap_err().to_string();
     assert!(error.contains("absorption of wall: expected 0 to 1, found 1.5"), "{error}");
     assert!(ShoeboxRoom { corner: Vec3::splat(f32::NAN), ..room(0.1, 0.1) }.scene(&head, &options()).is_err());
+}
+
+#[test]
+fn the_late_sound_comes_from_the_hard_wall() {
+    // All walls but the left one, y at its greatest, absorb; scattered, so that images have little of it.
+    let mut room = room(0.7, 0.9);
+    room.walls.materials[3] = Material::even("hard", 0.02, 0.9);
+    let scene = room.scene(&head(), &options()).unwrap();
+    let field = scene.room().unwrap();
+    let Facing::Head { yaw, .. } = &field.grid().facing else { panic!() };
+    assert_eq!(yaw.count(), 6);
+    let Rows::Whole(table) = field.rows() else { panic!() };
+    let (shape, row) = (field.shape(), field.shape().row_len());
+    let at = |node: usize, tap: usize, ear: usize| -> f32 {
+        let gains = &table[node * row + row - shape.tap_len() * (shape.taps + 1)..][tap * shape.tap_len()..][..shape.tap_len()];
+        // From about 1 kHz on.
+        gains[ear * shape.bands..][shape.bands / 2..shape.bands - 4].iter().map(|g| g * g).sum()
+    };
+    let (mut ahead, mut behind, mut sums) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+    for place in 0..table.len() / row / 6 {
+        for tap in 3..12 {
+            for ear in 0..2 {
+                ahead[ear] += at(place * 6 + 3, tap, ear);
+                behind[ear] += at(place * 6, tap, ear);
+                sums[ear] += (0..6).map(|turn| at(place * 6 + turn, tap, ear)).sum::<f32>();
+            }
+        }
+    }
+    let db = |ears: [f32; 2]| 10.0 * (ears[0] / ears[1]).log10();
+    assert!(yaw.nodes()[3].abs() < 1e-5 && db(ahead) > 1.0 && db(behind) < -1.0, "{} and {} dB", db(ahead), db(behind));
+    assert!(db(sums).abs() < 0.3, "{} dB over all turns", db(sums));
 }
