@@ -4,7 +4,7 @@
 //! Morse and K. U. Ingard, *Theoretical Acoustics*, section 9.5). Near the source such a sum converges slowly, so that the same
 //! sum for hard walls and sound that dies away within the room is taken off, and added as what it is: a few images.
 
-use crate::admittance::admittance;
+use crate::admittance::quick_admittance;
 use crate::error::AcousticsError;
 use crate::low_field::{FADE, LowField, LowResponse, RATE, response, share, transform_len};
 use crate::shoebox::Shoebox;
@@ -57,7 +57,7 @@ impl Ends {
     fn root(&self, mut number: Complex64) -> Complex64 {
         let (sum, product) = (self.low + self.high, self.low * self.high);
         for _ in 0..12 {
-            let (sin, cos) = ((number * self.length).sin(), (number * self.length).cos());
+            let (sin, cos) = sin_cos(number * self.length);
             let value = (number * number - product) * sin - number * sum * cos;
             let slope = 2.0 * number * sin + (number * number - product) * cos * self.length - sum * cos
                 + number * sum * sin * self.length;
@@ -67,7 +67,7 @@ impl Ends {
                 break;
             }
             number -= step;
-            if step.norm() < 1e-12 * (1.0 + number.norm()) {
+            if step.norm_sqr() < 1e-22 * (1.0 + number.norm_sqr()) {
                 break;
             }
         }
@@ -76,7 +76,7 @@ impl Ends {
 
     /// A mode and its slope.
     fn mode(&self, number: Complex64, at: f64) -> Sloped {
-        let (sin, cos) = ((number * at).sin(), (number * at).cos());
+        let (sin, cos) = sin_cos(number * at);
         let share = self.low / number;
         [cos + share * sin, (share * cos - sin) * number]
     }
@@ -84,17 +84,10 @@ impl Ends {
     /// Integral of a mode's square.
     fn norm(&self, number: Complex64) -> Complex64 {
         let share = self.low / number;
-        let (sin, twice) = ((number * self.length).sin(), (2.0 * number * self.length).sin());
+        let (sin, cos) = sin_cos(number * self.length);
+        let twice = 2.0 * sin * cos;
         let square = share * share;
         (1.0 + square) * (0.5 * self.length) + (1.0 - square) * twice / (4.0 * number) + share * sin * sin / number
-    }
-
-    /// A mode and its slope where `e^(i number at)` is this.
-    fn turned(&self, number: Complex64, turn: Complex64) -> Sloped {
-        let back = turn.inv();
-        let (cos, sin) = (0.5 * (turn + back), (turn - back) * Complex64::new(0.0, -0.5));
-        let share = self.low / number;
-        [cos + share * sin, (share * cos - sin) * number]
     }
 
     /// What a plane source at `from` makes along the axis where waves have this number: `g'' + number^2 g = -delta`. Returns
@@ -125,10 +118,31 @@ struct Wave {
     number: Complex64,
     /// What the wave from either end is times.
     strengths: [Complex64; 2],
+    /// `[share of the sine]` in the wave from either wall, over its cosine's.
+    shares: [Complex64; 2],
     /// `e^(i number step)` and its inverse, where places lie evenly.
     step: Option<[Complex64; 2]>,
-    /// `e^(i number distance)` from the wall.
-    turn: Complex64,
+    /// `e^(i number distance)` from the wall, and its inverse.
+    turn: [Complex64; 2],
+}
+
+impl Wave {
+    /// The wave from the wall where it is as far from it as `turn` says, and its slope, away from the wall.
+    fn at(&self, wall: usize) -> Sloped {
+        let [turn, back] = self.turn;
+        let (cos, sin) = (0.5 * (turn + back), (turn - back) * Complex64::new(0.0, -0.5));
+        [cos + self.shares[wall] * sin, (self.shares[wall] * cos - sin) * self.number]
+    }
+}
+
+/// Sine and cosine of a complex number.
+fn sin_cos(z: Complex64) -> (Complex64, Complex64) {
+    let (sin, cos) = z.re.sin_cos();
+    let grown = z.im.exp();
+    let shrunk = grown.recip();
+    // Of small numbers the difference has no digits left.
+    let (cosh, sinh) = (0.5 * (grown + shrunk), if z.im.abs() < 0.1 { z.im.sinh() } else { 0.5 * (grown - shrunk) });
+    (Complex64::new(sin * cosh, cos * sinh), Complex64::new(cos * cosh, -sin * sinh))
 }
 
 /// Distance of places that lie evenly, but for rounding, metres.
@@ -177,13 +191,13 @@ impl Sums<'_> {
             strides
         };
         let from = self.source[c];
-        let [lower, upper] = [ends, ends.flipped()];
         let step_m = even_step(&coordinates[c]);
         let mut waves = Vec::new();
         for (m, second) in pair[1].numbers.iter().enumerate() {
             for (l, first) in pair[0].numbers.iter().enumerate().filter(|(l, _)| counts(*l, m)) {
                 let number = (square - first * first - second * second).sqrt();
                 let strengths = ends.strengths(number, from).map(|strength| strength * (4.0 * PI));
+                let shares = [ends.low / number, ends.high / number];
                 let step = step_m.map(|step_m| (Complex64::i() * number * step_m).exp());
                 waves.push(Wave {
                     m,
@@ -191,7 +205,8 @@ impl Sums<'_> {
                     number,
                     strengths,
                     step: step.map(|step| [step, step.inv()]),
-                    turn: Complex64::default(),
+                    shares,
+                    turn: Default::default(),
                 });
             }
         }
@@ -204,11 +219,16 @@ impl Sums<'_> {
             let first = k == 0 || (above && coordinates[c][k - 1] < from);
             for wave in &mut waves {
                 let from_wall = if above { ends.length - at } else { *at };
+                let [turn, back] = wave.turn;
                 wave.turn = match wave.step {
-                    Some(step) if !first => wave.turn * step[usize::from(above)],
-                    _ => (Complex64::i() * wave.number * from_wall).exp(),
+                    Some([step, unstep]) if !first && above => [turn * unstep, back * step],
+                    Some([step, unstep]) if !first => [turn * step, back * unstep],
+                    _ => {
+                        let turn = (Complex64::i() * wave.number * from_wall).exp();
+                        [turn, turn.inv()]
+                    }
                 };
-                let [value, slope] = if above { upper } else { lower }.turned(wave.number, wave.turn);
+                let [value, slope] = wave.at(usize::from(above));
                 let strength = wave.strengths[usize::from(above)];
                 let (value, slope) = (value * strength, if above { -slope } else { slope } * strength);
                 for (sum, mode) in partial[wave.m * na..][..na].iter_mut().zip(&pair[0].at[wave.l]) {
@@ -308,7 +328,7 @@ impl Shoebox {
         let walls = |hz: f64| -> [Ends; 3] {
             let wave = Complex64::new(0.0, TAU * hz / places.speed_m_s);
             std::array::from_fn(|axis| {
-                let of = |wall: usize| wave * admittance(self.materials[wall].absorbed(hz.max(1.0)));
+                let of = |wall: usize| wave * quick_admittance(self.materials[wall].absorbed(hz.max(1.0)));
                 Ends { length: self.size[axis], low: of(2 * axis), high: of(2 * axis + 1) }
             })
         };

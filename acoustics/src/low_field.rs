@@ -41,13 +41,18 @@ impl LowField {
         for (heard, place) in self.places.iter_mut().zip(places) {
             let away = DVec3::from(*place) - DVec3::from(source);
             let distance = away.length().max(NEAREST_M);
-            let wave = |hz: f64| {
-                let number = Complex64::new(0.0, TAU * hz / speed_m_s);
-                ((-number * distance).exp() / distance, -(number + 1.0 / distance) / distance)
-            };
+            let number = |hz: f64| Complex64::new(0.0, TAU * hz / speed_m_s);
+            // The wave at each frequency of the transform, from that of the one before.
+            let n = transform_len(heard.pressure.len());
+            let step = (-number(self.rate_hz / n as f64) * distance).exp();
+            let waves: Vec<Complex64> =
+                std::iter::successors(Some(Complex64::from(distance.recip())), |wave| Some(wave * step))
+                    .take(n / 2 + 1)
+                    .collect();
+            let wave = |hz: f64| waves[((hz * n as f64 / self.rate_hz).round() as usize).min(n / 2)];
             let free = |of: &dyn Fn(f64) -> Complex64| response(heard.pressure.len(), self.rate_hz, self.top_hz, of);
-            let pressure = free(&|hz| wave(hz).0);
-            let slope = free(&|hz| wave(hz).0 * wave(hz).1);
+            let pressure = free(&wave);
+            let slope = free(&|hz| -wave(hz) * (number(hz) + 1.0 / distance) / distance);
             heard.pressure.iter_mut().zip(&pressure).for_each(|(h, f)| *h -= f);
             for (gradient, along) in heard.gradient.iter_mut().zip(away.to_array()) {
                 gradient.iter_mut().zip(&slope).for_each(|(h, f)| *h -= along as f32 * f);

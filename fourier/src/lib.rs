@@ -16,6 +16,7 @@ pub use whole::{Fourier, signal, spectrum};
 
 use realfft::RealFftPlanner;
 use rustfft::FftPlanner;
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// A transform of `length` real samples to `length / 2 + 1` bins, unscaled. Making one allocates, using it does not.
@@ -46,15 +47,37 @@ pub trait Sample: FftNum {
     fn inverse(length: usize) -> Arc<dyn ComplexToReal<Self>>;
 }
 
+/// A plan and its length.
+type Last<T> = Option<(usize, Arc<T>)>;
+
+/// The last plan of this thread if it is of this length, else a new one, which is kept: who transforms many signals of one
+/// length need not hand a plan around.
+fn kept<T: ?Sized>(last: &mut Last<T>, length: usize, plan: impl FnOnce() -> Arc<T>) -> Arc<T> {
+    match last {
+        Some((of, plan)) if *of == length => Arc::clone(plan),
+        _ => {
+            let plan = plan();
+            *last = Some((length, Arc::clone(&plan)));
+            plan
+        }
+    }
+}
+
 macro_rules! sample {
     ($($float:ty),+) => {$(
         impl Sample for $float {
             fn forward(length: usize) -> Arc<dyn RealToComplex<Self>> {
-                RealFftPlanner::new().plan_fft_forward(length)
+                thread_local! {
+                    static LAST: RefCell<Last<dyn RealToComplex<$float>>> = const { RefCell::new(None) };
+                }
+                LAST.with_borrow_mut(|last| kept(last, length, || RealFftPlanner::new().plan_fft_forward(length)))
             }
 
             fn inverse(length: usize) -> Arc<dyn ComplexToReal<Self>> {
-                RealFftPlanner::new().plan_fft_inverse(length)
+                thread_local! {
+                    static LAST: RefCell<Last<dyn ComplexToReal<$float>>> = const { RefCell::new(None) };
+                }
+                LAST.with_borrow_mut(|last| kept(last, length, || RealFftPlanner::new().plan_fft_inverse(length)))
             }
         }
     )+};
