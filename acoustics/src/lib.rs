@@ -71,7 +71,7 @@ pub use material::{Material, SCATTERING};
 pub use materials::{Entry, Materials};
 pub use measures::Measures;
 #[cfg(feature = "meshes")]
-pub use mesh::{Flattened, FoundBox, Mesh, MeshReport, Sights, Triangle};
+pub use mesh::{Flattened, Floor, FoundBox, Mesh, MeshReport, Sights, Triangle};
 pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_place};
 pub use particles::ParticleOptions;
 #[cfg(feature = "meshes")]

@@ -5,6 +5,7 @@ mod dxf;
 mod enclose;
 mod file;
 mod flatten;
+mod floor;
 mod free_space;
 mod gltf;
 mod names;
@@ -22,6 +23,7 @@ mod welded;
 
 pub use enclose::FoundBox;
 pub use flatten::Flattened;
+pub use floor::Floor;
 pub use free_space::Sights;
 pub use report::MeshReport;
 

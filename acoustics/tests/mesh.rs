@@ -2,7 +2,9 @@
 
 use crate::common::{l_room, shoebox};
 use cpu_time::ThreadTime;
-use promenade_acoustics::{AcousticsError, Material, Materials, Mesh, Room, Triangle};
+use glam::DVec3;
+use promenade_acoustics::{AcousticsError, Material, Materials, Mesh, Room, Sights, Triangle};
+use promenade_core::random::Random;
 use std::path::PathBuf;
 
 fn written(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
@@ -130,6 +132,65 @@ fn faces_of_drawings_are_in_groups_by_layer() {
         let error = Mesh::load(&written(&folder, "bad.dxf", wrong.as_bytes())).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     }
+}
+
+/// Points on the triangles of a mesh, about as many on each square metre, with some noise, and a table's in the middle.
+fn scanned(mesh: &Mesh, per_m2: f64) -> Vec<[f64; 3]> {
+    let mut random = Random::stream(5, 0);
+    let mut points = Vec::new();
+    for t in &mesh.triangles {
+        let [a, b, c] = t.corners.map(|c| DVec3::from(mesh.vertices[c as usize]));
+        let area = 0.5 * (b - a).cross(c - a).length();
+        for _ in 0..(area * per_m2) as usize {
+            let (u, v) = (random.uniform_f64(), random.uniform_f64());
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let noise = DVec3::new(random.uniform_f64(), random.uniform_f64(), random.uniform_f64()) - 0.5;
+            points.push((a + u * (b - a) + v * (c - a) + 0.02 * noise).to_array());
+        }
+    }
+    points
+}
+
+#[test]
+fn the_free_space_of_an_l_shaped_room_is_l_shaped() {
+    let mesh = l_room();
+    let room = Room::new(&mesh, &[Material::even("", 0.1, 0.1)]).unwrap();
+    let points = scanned(&mesh, 60.0);
+    // A walk through both arms; the ceiling of one is not seen.
+    let eyes: Vec<[f64; 3]> = (0..12)
+        .map(|i| if i < 6 { [1.5, 5.2 - 0.7 * f64::from(i), 1.5] } else { [1.5 + 0.6 * f64::from(i - 5), 1.5, 1.5] })
+        .collect();
+    let unseen = |p: &[f64; 3]| p[2] > 2.6 && p[0] > 3.5;
+    let seen: Vec<[f64; 3]> = points.iter().copied().filter(|p| !unseen(p)).collect();
+    let mut lines = Vec::new();
+    for (e, eye) in eyes.iter().enumerate() {
+        for (p, point) in seen.iter().enumerate() {
+            let near = DVec3::from(*eye).lerp((*point).into(), 0.98).to_array();
+            if (e + p) % 3 == 0 && room.sees(*eye, near).unwrap() {
+                lines.push([e as u32, p as u32]);
+            }
+        }
+    }
+    for lines in [&lines[..], &[]] {
+        let sights = Sights { points: &seen, eyes: &eyes, lines, held: &[] };
+        let mut found = Mesh::around_free_space(&sights, 0.12).unwrap();
+        let done = found.flatten(Some(0.09)).unwrap();
+        found.simplify(0.03);
+        let report = found.report();
+        let volume = report.volume_m3.unwrap();
+        println!("{} lines: {volume:.1} m3, {} triangles; {done}", lines.len(), found.triangles.len());
+        assert!((volume / (27.0 * 2.7) - 1.0).abs() < 0.12, "{volume} m3");
+        let inside = Room::new(&found, &vec![Material::even("", 0.1, 0.1); found.groups.len()]).unwrap();
+        assert!(eyes.iter().all(|eye| inside.encloses(*eye).unwrap()));
+        assert!(!inside.encloses([4.5, 4.5, 1.3]).unwrap(), "what is outside of the L is no part of the room");
+        assert!(done.area_share > 0.7 && found.triangles.len() < 4000, "{done}");
+        let [low, high] = found.bounds();
+        assert!(low[2].abs() < 0.1 && (high[0] - 6.0).abs() < 0.15, "{low:?} {high:?}");
+    }
+    let none = Sights { points: &seen, eyes: &[], lines: &[], held: &[] };
+    assert!(Mesh::around_free_space(&none, 0.12).unwrap_err().to_string().contains("places that points are seen from"));
+    let one = Sights { points: &seen, eyes: &eyes, lines: &[], held: &[] };
+    assert!(Mesh::around_free_space(&one, 1e-3).unwrap_err().to_string().contains("6000000 in all"));
 }
 
 #[test]

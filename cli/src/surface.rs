@@ -4,9 +4,11 @@ use crate::args::{Shape, SurfaceArgs};
 use crate::reconstruction::{Found, points_of};
 use crate::{path, report};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Material, Mesh, Room, Sights};
+use promenade_acoustics::{Floor, Material, Mesh, Room, Sights};
 use promenade_baker::atomic;
 use promenade_baker::simulation::along;
+use promenade_core::glam::Vec3;
+use promenade_core::network::Placement;
 use promenade_paths::ImportOptions;
 
 /// A wall with a smaller share of the points is pointed out.
@@ -19,9 +21,11 @@ const SEED: u64 = 1;
 /// Facets of free space lie on one plane within this share of a cell.
 const FLAT: f64 = 0.8;
 /// Triangles become fewer as long as the surface moves by no more than this share of a cell.
-const EVEN: f64 = 0.1;
+const EVEN: f64 = 0.25;
 /// Places of a walk for each of its keyframes.
 const BETWEEN: usize = 8;
+/// Cells of free space unless told, about.
+const MOST_CELLS: f64 = 5e5;
 /// Edges of cells unless told, metres: of a hull, and of free space.
 const CELLS_M: [f32; 2] = [0.25, 0.1];
 
@@ -47,6 +51,7 @@ pub(crate) fn run(args: &SurfaceArgs) -> Result<()> {
             along(&walk.path, count).iter().map(|pose| pose.position.as_dvec3().to_array()).collect()
         }
     };
+    notes.push(floor(&points, &placement));
     let held = [&eyes[..], &walk].concat();
     let mesh = match args.shape {
         Shape::Box => {
@@ -64,7 +69,11 @@ pub(crate) fn run(args: &SurfaceArgs) -> Result<()> {
             found.mesh
         }
         Shape::Hull => Mesh::hull_around(&points, &held, cell.into()).with_context(|| what.clone())?,
-        Shape::Free => free(&points, &eyes, &sights, &walk, cell.into(), &mut notes).with_context(|| what.clone())?,
+        Shape::Free => {
+            let cell = args.cell.unwrap_or_else(|| free_cell(&points, &held));
+            notes.push(format!("cells of {cell:.2} m"));
+            free(&points, &eyes, &sights, &walk, cell.into(), &mut notes).with_context(|| what.clone())?
+        }
     };
     said_of(&mesh, &eyes, &walk, &mut notes)?;
     atomic::write(&args.output, mesh.to_obj().as_bytes())?;
@@ -77,6 +86,40 @@ pub(crate) fn run(args: &SurfaceArgs) -> Result<()> {
         mesh.groups.join(", ")
     ));
     Ok(())
+}
+
+/// Where the floor is, and what up would be were it level.
+fn floor(points: &[[f64; 3]], placement: &Placement) -> String {
+    let Some(Floor { normal, height_m, share }) = Mesh::floor_of(points) else {
+        return "no floor was found: no plane that is about level has 2 % of the points".to_owned();
+    };
+    let up = Vec3::from_array(normal.map(|c| c as f32));
+    let up = placement.to_foreign(up) - placement.to_foreign(Vec3::ZERO);
+    let up = up.normalize_or_zero();
+    format!(
+        "floor: {:.0} % of the points lie on a plane at {height_m:.2} m, {:.1} degrees off level; --up {:.4},{:.4},{:.4} makes it level",
+        100.0 * share,
+        normal[2].clamp(-1.0, 1.0).acos().to_degrees(),
+        up.x,
+        up.y,
+        up.z
+    )
+}
+
+/// The edge of cells of free space, unless told: that of [`CELLS_M`], or as large as [`MOST_CELLS`] ask for.
+fn free_cell(points: &[[f64; 3]], held: &[[f64; 3]]) -> f32 {
+    let volume: f64 = [0, 1, 2]
+        .map(|axis| {
+            let mut all: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+            all.sort_by(f64::total_cmp);
+            let out = all.len() / 50;
+            let ends = [all.get(out), all.get(all.len().saturating_sub(1 + out))].map(|end| end.copied().unwrap_or(0.0));
+            let [low, high] = held.iter().fold(ends, |[low, high], p| [low.min(p[axis]), high.max(p[axis])]);
+            high - low
+        })
+        .iter()
+        .product();
+    CELLS_M[1].max((volume / MOST_CELLS).cbrt() as f32)
 }
 
 /// The surface of the space that is seen to be free, with planes where it is about flat.
