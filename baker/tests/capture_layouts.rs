@@ -56,6 +56,51 @@ fn rwavs(folder: &Path) -> (Vec<f32>, [Vec<f32>; 2]) {
 }
 
 #[test]
+fn frames_of_their_own_poses_have_the_emitter_of_position_json() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("7");
+    let (dry, ears) = (noise(1, 24_000), [noise(2, 24_000), noise(3, 24_000)]);
+    // As recorded, twice as loud in one ear.
+    let loud: Vec<f32> = ears[0].iter().map(|x| 2.0 * x).collect();
+    sound(folder.join("source_syn.wav"), &[&dry]);
+    sound(folder.join("binaural_syn.wav"), &[&loud, &ears[1]]);
+    let frames = |numbers: &[u32]| {
+        let frame = |n: &u32| {
+            format!(r#"{{"file_path":"frames/{n:05}.png","camera_to_world":[1,0,0,{n}, 0,0,-1,2, 0,1,0,3, 0,0,0,1]}}"#)
+        };
+        format!(r#"{{"camera_path":[{}],"fps":24}}"#, numbers.iter().map(frame).collect::<Vec<_>>().join(","))
+    };
+    text(&folder.join("transforms_scale_train.json"), frames(&[1, 3]));
+    text(&folder.join("transforms_scale_val.json"), frames(&[2]));
+    let options = ImportCapture { sample_rate_hz: Some(RATE), ..ImportCapture::default() };
+    assert_eq!(import_rwavs(&folder, &options).unwrap().emitter, None);
+    text(&place.path().join("position.json"), r#"{"6":{"source_position":[0,0]},"7":{"source_position":[0.5,-1.5],"x":1}}"#);
+    let capture = import_rwavs(&folder, &options).unwrap();
+    // The cameras' own height.
+    near(capture.emitter.unwrap(), Vec3::new(0.5, -1.5, 3.0));
+    let notes = capture.notes.join("\n");
+    assert!(notes.contains("the unit of the poses is not in the data") && notes.contains("mean height"), "{notes}");
+    let peak = |x: &[f32]| x.iter().fold(0.0_f32, |peak, x| peak.max(x.abs()));
+    let [left, right] = &capture.tracks[0].binaural;
+    assert!((peak(left) - 1.0).abs() < 1e-6 && (peak(&capture.tracks[0].dry) - 1.0).abs() < 1e-6);
+    assert!((right[100] / left[100] - ears[1][100] / loud[100]).abs() < 1e-4, "ears keep their ratio");
+    let known = ImportCapture { emitter: Some(Vec3::ONE), ..options.clone() };
+    assert_eq!(import_rwavs(&folder, &known).unwrap().emitter, Some(Vec3::ONE));
+    let scaled = PlacementOptions { metres_per_unit: Some(2.0), ..PlacementOptions::default() };
+    let capture = import_rwavs(&folder, &ImportCapture { placement: scaled, ..options.clone() }).unwrap();
+    near(capture.emitter.unwrap(), Vec3::new(1.0, -3.0, 6.0));
+    assert!(!capture.notes.join("\n").contains("the unit of the poses"));
+    for (json, clue) in [
+        (r#"{"6":{"source_position":[0,0]}}"#, "expected a scene of the folder's name, found 6"),
+        (r#"{"7":{"source_position":[0]}}"#, "expected a source_position of 2 or 3 numbers, found 1"),
+    ] {
+        text(&place.path().join("position.json"), json);
+        let error = import_rwavs(&folder, &options).unwrap_err().to_string();
+        assert!(error.contains("position.json") && error.contains(clue), "{error}");
+    }
+}
+
+#[test]
 fn a_second_a_frame() {
     let folder = tempfile::tempdir().unwrap();
     let (dry, ears) = rwavs(folder.path());

@@ -19,7 +19,7 @@ const SQUARE: f64 = 0.01;
 struct Document {
     frames: Option<Vec<Frame>>,
     camera_path: Option<Vec<Frame>>,
-    /// Of a camera path that was drawn: frames a second.
+    /// Of a camera path that was drawn: frames a second. Of pictures it says nothing: tools write their default there.
     fps: Option<f64>,
 }
 
@@ -40,7 +40,6 @@ enum Matrix {
 pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Track, PathFileError> {
     let document: Document =
         serde_json::from_str(text::of(file, bytes)?).map_err(|source| PathFileError::Json { file: file.to_owned(), source })?;
-    let drawn = document.frames.is_none();
     let Some(frames) = document.frames.or(document.camera_path) else {
         let expected = "an array of keyframes, or an object with \"frames\" or a \"camera_path\"";
         return Err(PathFileError::content(file, expected, "an object with neither"));
@@ -51,7 +50,11 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<
     let images = frames.iter().enumerate().map(|(index, frame)| image(file, index, frame)).collect::<Result<_, _>>()?;
     let images = colmap::sorted(file, images)?;
     let mut notes = Vec::new();
+    let drawn = frames.iter().all(|frame| frame.file_path.is_none());
     let fps = options.fps.or(document.fps.filter(|fps| drawn && (1e-6..=1e6).contains(fps)));
+    if let (Some(ignored), None, false) = (document.fps, options.fps, drawn) {
+        notes.push(format!("the file's {ignored} frames a second are not taken for the rate of its pictures"));
+    }
     let times = colmap::times::of(file, &images, fps, &mut notes)?;
     if options.placement.up.is_none() {
         notes.push("up is the file's z; the option up says otherwise".to_owned());
@@ -139,6 +142,11 @@ mod tests {
         let whole = format!(r#"{{"camera_path":[{{"file_path":"frames/00001.png","camera_to_world":{flat}}}]}}"#);
         let rows = import(&frames(&[("frames/00001.png", ROWS)]), &ImportOptions::default()).unwrap().path;
         assert_eq!(import(&whole, &ImportOptions::default()).unwrap().path, rows);
+        let frame = |n: u32| format!(r#"{{"file_path":"frames/{n:05}.png","camera_to_world":{flat}}}"#);
+        let walk = format!(r#"{{"camera_path":[{},{}],"fps":24,"seconds":25.6}}"#, frame(1), frame(615));
+        let walk = import(&walk, &ImportOptions::default()).unwrap();
+        assert_eq!(walk.path.keyframes()[1].t_s, 614.0, "a picture a second, whatever a viewer would play");
+        assert!(walk.notes.iter().any(|n| n.contains("24 frames a second are not taken")), "{:?}", walk.notes);
         let bare = format!(r#"{{"camera_to_world":{flat},"fov":50,"aspect":1}}"#);
         let drawn = format!(r#"{{"camera_type":"perspective","camera_path":[{bare},{bare},{bare}],"fps":24,"seconds":1}}"#);
         let times: Vec<f64> =

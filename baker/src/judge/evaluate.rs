@@ -17,6 +17,8 @@ use std::sync::Arc;
 
 /// Training clips that levels are fitted on, spread over all.
 const FIT_CLIPS: usize = 64;
+/// Emitters farther from each other than this, metres, are two.
+const ANOTHER_EMITTER_M: f32 = 0.1;
 
 /// How a scene is evaluated.
 #[derive(Clone, Debug, Default)]
@@ -115,6 +117,15 @@ pub fn evaluate_each(
         return Err(BakeError::argument("capture", "at least one clip for testing", found));
     }
     let mut notes = Vec::new();
+    if let (Some(own), Some(heard)) = (scene.emitter(), capture.emitter)
+        && own.distance(heard) > ANOTHER_EMITTER_M
+    {
+        let [own_at, heard_at] = [own, heard].map(|p| format!("{:.2}, {:.2}, {:.2}", p.x, p.y, p.z));
+        let apart = own.distance(heard);
+        notes.push(format!(
+            "the scene's emitter, at {own_at}, is {apart:.2} m from the capture's, at {heard_at}: the scene is judged by another emitter's sound"
+        ));
+    }
     let player = Player::new(scene, capture.sample_rate_hz, options.playing)?;
     let playing = player.playing();
     let mut method = SceneMethod { player, poses: options.poses, gain: 1.0 };

@@ -83,12 +83,12 @@ impl ImportCapture {
         Ok(capture)
     }
 
-    /// Takes heads from the data's world into the capture's; `up` is the layout's.
-    pub(super) fn place<Name>(&self, up: Vec3, heads: &mut BTreeMap<Name, Pose>) -> Result<(), BakeError> {
+    /// Takes heads from the data's world into the capture's, and says where the one lies in the other; `up` is the layout's.
+    pub(super) fn place<Name>(&self, up: Vec3, heads: &mut BTreeMap<Name, Pose>) -> Result<Placement, BakeError> {
         let options = PlacementOptions { up: self.placement.up.or(Some(up)), ..self.placement };
         let placement = options.over(&Placement::IDENTITY, &heads.values().copied().collect::<Vec<_>>())?;
         heads.values_mut().for_each(|head| *head = placement.pose(head));
-        Ok(())
+        Ok(placement)
     }
 }
 

@@ -8,7 +8,7 @@ use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::{CameraPath, Keyframe, Pose};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The rate that publications use, samples per second.
 const RATE_HZ: u32 = 22_050;
@@ -17,6 +17,13 @@ const RATE_HZ: u32 = 22_050;
 #[derive(Deserialize)]
 struct Transforms {
     camera_path: Vec<Frame>,
+}
+
+/// `position.json`, beside the scenes' folders, by the folders' names.
+#[derive(Deserialize)]
+struct Source {
+    /// In the world of the frames' own poses; of two numbers the height is not known.
+    source_position: Vec<f32>,
 }
 
 #[derive(Deserialize)]
@@ -33,13 +40,15 @@ enum Matrix {
     Rows(Vec<Vec<f32>>),
 }
 
-/// Imports one scene's folder: `binaural_syn_re.wav`, `source_syn_re.wav`, the frames of `transforms_scale_train.json` and
+/// Imports one scene's folder: `binaural_syn_re.wav`, `source_syn_re.wav` (or both without `_re`, as they were recorded: then
+/// each is brought to full scale, as the published loaders do), the frames of `transforms_scale_train.json` and
 /// `transforms_scale_val.json`, and their poses in `gs_cameras.json`.
 ///
 /// Frame i, counted from 1, is the second from i - 1 to i, and its pose is that second's middle. Frames without a pose or
 /// beyond the sound are left out with a note. Up is that of the first camera, y down, unless the options give another: give
 /// what was given to `promenade import`. Where there is no `gs_cameras.json`, the frames' own `camera_to_world` is taken: x
-/// right, y up, z backward, in a world with z up.
+/// right, y up, z backward, in a world with z up. That is the world of `position.json`, in the folder or beside it, which says
+/// where the sound comes from; the height is the cameras' mean where it has two numbers. The unit is not known.
 ///
 /// # Errors
 /// Missing or damaged files, cameras that are no rotations, no frame that is left. Checked against layouts that were made by
@@ -68,15 +77,44 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
         for (name, pose) in cameras(&given)? {
             poses.insert(number(&given, &name)?, pose);
         }
-        notes.push("poses are those of gs_cameras.json; scale and up of a reconstruction are not in the data".to_owned());
+        notes.push("poses are those of gs_cameras.json; up of a reconstruction is not in the data".to_owned());
         (poses, Vec3::NEG_Y)
     } else {
         notes.push("poses are the frames' own: axes of OpenGL, z up".to_owned());
         (own, Vec3::Z)
     };
-    options.place(up, &mut poses)?;
-    let mut dry = mean(&channels(&folder.join("source_syn_re.wav"), rate_hz)?);
-    let [mut left, mut right] = ears(&folder.join("binaural_syn_re.wav"), rate_hz)?;
+    let level = poses.values().map(|pose| pose.position.z).sum::<f32>() / poses.len().max(1) as f32;
+    let placement = options.place(up, &mut poses)?;
+    if options.placement.metres_per_unit.is_none() {
+        let doubt = "delays and distances are right only if it is; the option metres-per-unit says otherwise";
+        notes.push(format!("the unit of the poses is not in the data: one is taken as a metre, and {doubt}"));
+    }
+    let mut emitter = options.emitter;
+    if let (None, Some((path, source))) = (emitter, source(folder)?) {
+        if has_cameras {
+            notes.push(format!("{} is not read: gs_cameras.json has a world of its own", path.display()));
+        } else {
+            let place = match source[..] {
+                [x, y] => Vec3::new(x, y, level),
+                [x, y, z] => Vec3::new(x, y, z),
+                _ => return Err(BakeError::content(&path, "a source_position of 2 or 3 numbers", source.len())),
+            };
+            emitter = Some(placement.to_scene(place));
+            let height = if source.len() == 2 { ", at the cameras' mean height" } else { "" };
+            notes.push(format!("the emitter is that of {}{height}", path.display()));
+        }
+    }
+    let options = &ImportCapture { emitter, ..options.clone() };
+    let (dry_file, dry_raw) = either(folder, "source_syn");
+    let (ears_file, ears_raw) = either(folder, "binaural_syn");
+    let mut dry = mean(&channels(&dry_file, rate_hz)?);
+    let [mut left, mut right] = ears(&ears_file, rate_hz)?;
+    if dry_raw {
+        to_full_scale(&mut [&mut dry]);
+    }
+    if ears_raw {
+        to_full_scale(&mut [&mut left, &mut right]);
+    }
     let len = dry.len().min(left.len());
     let apart = dry.len().abs_diff(left.len()) as f64 / f64::from(rate_hz);
     if apart > 0.0 {
@@ -110,6 +148,36 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
     [&mut dry, &mut left, &mut right].into_iter().for_each(|x| x.truncate(len));
     let track = Track { name: "walk".to_owned(), dry, binaural: [left, right], path };
     options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
+}
+
+/// A sound file as the published preparation leaves it or, where that is not there, as it was recorded; whether it is the latter.
+fn either(folder: &Path, name: &str) -> (PathBuf, bool) {
+    let [prepared, raw] = ["_re.wav", ".wav"].map(|ending| folder.join(format!("{name}{ending}")));
+    if !prepared.exists() && raw.exists() { (raw, true) } else { (prepared, false) }
+}
+
+fn to_full_scale(channels: &mut [&mut Vec<f32>]) {
+    let peak = channels.iter().flat_map(|channel| channel.iter()).fold(0.0_f32, |peak, x| peak.max(x.abs()));
+    if peak > 0.0 {
+        channels.iter_mut().flat_map(|channel| channel.iter_mut()).for_each(|x| *x /= peak);
+    }
+}
+
+/// Where the sound of a folder's scene comes from, and the file that says it.
+fn source(folder: &Path) -> Result<Option<(PathBuf, Vec<f32>)>, BakeError> {
+    let whole = folder.canonicalize().map_err(BakeError::read(folder))?;
+    let files = [Some(&*whole), whole.parent()].into_iter().flatten().map(|place| place.join("position.json"));
+    let Some(path) = files.into_iter().find(|path| path.exists()) else { return Ok(None) };
+    let mut scenes = file::json::<BTreeMap<String, Source>>(&path, MAX_BYTES)?;
+    let name = whole.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    match scenes.remove(&name) {
+        Some(source) if source.source_position.iter().all(|x| x.is_finite()) => Ok(Some((path, source.source_position))),
+        Some(_) => Err(BakeError::entry(&path, name, "finite numbers", "others")),
+        None => {
+            let known: Vec<String> = scenes.into_keys().collect();
+            Err(BakeError::entry(&path, name, "a scene of the folder's name", known.join(", ")))
+        }
+    }
 }
 
 /// The number of a frame, from 1, from a name such as `frames/00001.png`.
