@@ -187,6 +187,10 @@ fn what_cannot_be_evaluated_says_so() {
     let high = EvaluateOptions { playing: Some(Playing::Stream(Tier::High)), ..EvaluateOptions::default() };
     let error = evaluate(&scene, &capture, &high).unwrap_err().to_string();
     assert!(error.contains("tier: expected draft or standard, found high"), "{error}");
+    let notes = |capture: &Capture| evaluate(&scene, capture, &EvaluateOptions::default()).unwrap().notes.join("; ");
+    assert!(!notes(&capture).contains("another emitter"), "{}", notes(&capture));
+    capture.emitter = capture.emitter.map(|emitter| emitter + Vec3::new(0.0, 1.5, 0.0));
+    assert!(notes(&capture).contains("is 1.50 m from the capture's"), "{}", notes(&capture));
     capture.emitter = None;
     capture.clips.iter_mut().for_each(|c| c.split = Split::Test);
     let all = EvaluateOptions { baselines: true, ..EvaluateOptions::default() };
