@@ -1,5 +1,6 @@
 //! The bass by waves, beside the modes of a box.
 
+use crate::common::{L_SOURCE, l_room};
 use promenade_acoustics::{LowField, LowPlaces, LowResponse, Material, Room, Shoebox, WaveOptions, waves};
 use promenade_fourier::{forward, signal};
 
@@ -173,4 +174,24 @@ fn over_a_floor_there_is_the_source_and_its_image() {
     let db = |energy: f32| 10.0 * (energy / before).log10();
     println!("without the source {:.1} dB, without its image {:.1} dB", db(reflected), db(energy(&found)));
     assert!(db(reflected) > -9.0 && db(energy(&found)) < -9.0);
+}
+
+#[test]
+fn an_l_shaped_room_is_that_of_cells_of_a_quarter() {
+    let room = Room::new(&l_room(), &[Material::even("wall", 0.15, 0.0)]).unwrap();
+    // The last is round the corner.
+    let places = [[2.1, 2.2, 1.4], [0.9, 1.1, 1.7], [5.1, 1.4, 1.6]];
+    let of = |cells_a_wave: f64| {
+        let options = WaveOptions { top_hz: 200.0, length_s: 1.2, speed_m_s: SPEED_M_S, cells_a_wave };
+        waves(&room, L_SOURCE, &places, &options, |_| ()).unwrap()
+    };
+    let (coarse, fine) = (of(0.0), of(24.0));
+    for (found, wanted) in coarse.places.iter().zip(&fine.places) {
+        let ((a, step), (b, _)) = (spectrum(wanted, fine.rate_hz), spectrum(found, coarse.rate_hz));
+        let thirds: Vec<f64> = thirds_db(&a, step).iter().zip(thirds_db(&b, step)).map(|(a, b)| b - a).collect();
+        let rms = (thirds.iter().map(|d| d * d).sum::<f64>() / thirds.len() as f64).sqrt();
+        let (decay, r) = (t20_s(found, coarse.rate_hz) / t20_s(wanted, fine.rate_hz) - 1.0, correlation(&a, &b, step));
+        println!("L-room: {rms:.2} dB rms, r {r:.4}, decay {:+.1} %, {thirds:.1?}", 100.0 * decay);
+        assert!(rms < 1.0 && decay.abs() < 0.05 && r > 0.95, "{thirds:.1?}");
+    }
 }

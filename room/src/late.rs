@@ -142,8 +142,8 @@ pub fn time_filters(energies: &[Vec<f64>], unit: &[Vec<f64>], shape: TransferSha
     row
 }
 
-/// Gains of taps and late part, which are the same at both ears, times amplitudes of both ears by band that are asked for by the
-/// side that each hop's energy comes from.
+/// Gains of taps and late part, which are the same at both ears, times amplitudes of both ears by band that are asked for by
+/// the side that each hop's energy comes from.
 #[must_use]
 pub fn sided(
     row: &[f32],

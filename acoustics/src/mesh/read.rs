@@ -7,8 +7,8 @@ use std::path::Path;
 
 impl Mesh {
     /// Reads a mesh after its ending: `.obj`, `.stl`, `.ply`, `.glb`, `.gltf`, `.ac` or `.dxf`. Groups are the materials of the
-    /// file, else its objects or layers, else one that is called `surface`. Coordinates are the file's, except those of glTF and AC3D, whose y axis
-    /// is up and is turned to z.
+    /// file, else its objects or layers, else one that is called `surface`. Coordinates are the file's, except those of glTF
+    /// and AC3D, whose y axis is up and is turned to z.
     ///
     /// # Errors
     /// A file that cannot be read, is damaged, of another kind, or holds no triangles.

@@ -129,8 +129,8 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: AirArgs) -
     };
     let flatten = of.flatten.map_or(String::new(), |within| format!(" --flatten {within}"));
     format!(
-        "simulate {} --source {x},{y},{z}{directivity} --materials '{}'{tables}{scattering}{flatten} --head {} --order {} --images {} --head-turns {} \
-         --rays {} --rate {} --seed {}{}{}",
+        "simulate {} --source {x},{y},{z}{directivity} --materials '{}'{tables}{scattering}{flatten} --head {} --order {} \
+         --images {} --head-turns {} --rays {} --rate {} --seed {}{}{}",
         report::file_name(&of.mesh),
         materials.join(","),
         report::file_name(&run.head),
