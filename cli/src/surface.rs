@@ -97,8 +97,8 @@ fn floor(points: &[[f64; 3]], placement: &Placement) -> String {
     let up = placement.to_foreign(up) - placement.to_foreign(Vec3::ZERO);
     let up = up.normalize_or_zero();
     format!(
-        "floor: {:.0} % of the points lie on a plane at {height_m:.2} m, {:.1} degrees off level; --up {:.4},{:.4},{:.4} makes it \
-         level",
+        "floor: {:.0} % of the points lie on a plane at {height_m:.2} m, {:.1} degrees off level; --up {:.4},{:.4},{:.4} makes \
+         it level",
         100.0 * share,
         normal[2].clamp(-1.0, 1.0).acos().to_degrees(),
         up.x,

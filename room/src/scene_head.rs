@@ -154,8 +154,8 @@ impl SceneHead {
         self.rows.chunks_exact(self.shape.row_len()).map(of_row).collect()
     }
 
-    /// Amplitudes at both ears by band, over those of the mean of all turns of a head, of energy of which a share comes from one
-    /// side, where the head is turned by `yaw`, radians.
+    /// Amplitudes at both ears by band, over those of the mean of all turns of a head, of energy of which a share comes from
+    /// one side, where the head is turned by `yaw`, radians.
     #[must_use]
     pub fn sides(&self, vector: &EnergyVector, yaw: f32) -> [Vec<f32>; 2] {
         let even = || [(); 2].map(|()| vec![1.0; self.bands.count()]);

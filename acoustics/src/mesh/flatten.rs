@@ -67,8 +67,8 @@ impl fmt::Display for Flattened {
 
 impl Mesh {
     /// Puts facets that lie about a plane onto it. Corners may be `within_m` off, metres; without it four times the noise of
-    /// the mesh, which is how far corners lie off their neighbours' mean, and nothing is done to a mesh of few planes or without
-    /// noise. Returns what was done, if anything.
+    /// the mesh, which is how far corners lie off their neighbours' mean, and nothing is done to a mesh of few planes or
+    /// without noise. Returns what was done, if anything.
     pub fn flatten(&mut self, within_m: Option<f64>) -> Option<Flattened> {
         let welded = Welded::new(self);
         let within_m = match within_m {
