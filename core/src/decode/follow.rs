@@ -12,6 +12,9 @@ const REFRESH_HOPS: usize = 16;
 const QUICK_HOPS: usize = 8;
 /// ... but the first, which are the loudest, follow at every hop.
 const EARLY_TAPS: usize = 12;
+/// Both where measured responses carry them: their interference moves, and its steps are heard beside a tone that it makes faint.
+const MEASURED_QUICK_HOPS: usize = 4;
+const MEASURED_EARLY_TAPS: usize = 24;
 
 /// The decoders of one stream.
 pub(crate) struct Follower {
@@ -24,6 +27,9 @@ pub(crate) struct Follower {
     /// Hops of the render head's time filters, and explicit taps among them.
     filter_hops: usize,
     taps: usize,
+    /// Hops over which taps are taken in at low frequencies, and those of them that follow at every hop.
+    quick_hops: usize,
+    early_taps: usize,
     /// Shares of the time filters that still have to follow, and the next of them.
     stale_shares: usize,
     share: usize,
@@ -32,7 +38,12 @@ pub(crate) struct Follower {
 impl Follower {
     pub(crate) fn new(scene: &Arc<Scene>, filter_hops: usize) -> Self {
         let (field, silent) = (FieldDecoder::new(scene), scene.shape().silent());
-        Self { field, live: None, silent, is_live: false, filter_hops, taps: scene.shape().taps, stale_shares: 0, share: 0 }
+        let taps = scene.shape().taps;
+        let measured = scene.measured().is_some();
+        let quick_hops = if measured { MEASURED_QUICK_HOPS } else { QUICK_HOPS };
+        let early_taps = if measured { MEASURED_EARLY_TAPS } else { EARLY_TAPS }.min(taps);
+        let is_live = false;
+        Self { field, live: None, silent, is_live, filter_hops, taps, quick_hops, early_taps, stale_shares: 0, share: 0 }
     }
 
     /// Gives the stream a live decoder for the tiers that need one.
@@ -96,8 +107,8 @@ impl Follower {
             // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in
             // one.
             change.filters = Hops { first: share, end: self.filter_hops, step: REFRESH_HOPS };
-            let early = EARLY_TAPS.min(self.taps);
-            change.quick = [Hops::all(early), Hops { first: early + share % QUICK_HOPS, end: self.taps, step: QUICK_HOPS }];
+            let (early, step) = (self.early_taps, self.quick_hops);
+            change.quick = [Hops::all(early), Hops { first: early + share % step, end: self.taps, step }];
         }
         decoder.update_filters(&change);
         change
