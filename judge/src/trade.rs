@@ -3,6 +3,8 @@
 #[cfg(feature = "rayon")]
 mod all;
 #[cfg(feature = "rayon")]
+mod heard;
+#[cfg(feature = "rayon")]
 mod reduce;
 
 #[cfg(feature = "rayon")]
@@ -20,11 +22,13 @@ use promenade_fourier::spectrum;
 use promenade_metrics::{MetricError, lsd_db, rwavs};
 use std::sync::Arc;
 
-/// Differences that are just noticed: T20 and C50 after ISO 3382-1:2009, annex A, as levels (strength); ITD after Klumpp and
-/// Eady (1956), ILD after Mills (1960).
-const JND_T20: f64 = 0.05;
-const JND_DB: f64 = 1.0;
-const JND_ITD_S: f64 = 20e-6;
+/// Differences that are just noticed, of decay times as a share: these, C50 and levels (strength) after ISO 3382-1:2009, annex A;
+/// ITD after Klumpp and Eady (1956), ILD after Mills (1960).
+pub const JND_DECAY: f64 = 0.05;
+/// Of levels between the ears or of a third-octave (Lindau 2008), and of clarity, dB.
+pub const JND_DB: f64 = 1.0;
+/// Of a delay between the ears, seconds.
+pub const JND_ITD_S: f64 = 20e-6;
 /// Clarity of a response that has nothing after 50 ms, and of all that are clearer, dB.
 const CLEAREST_DB: f64 = 20.0;
 /// Silence is so much below what is heard, dB.
@@ -57,7 +61,7 @@ impl TradeErrors {
     #[must_use]
     pub fn jnds(&self) -> f64 {
         let dbs = [self.ild_db, self.c50_db, self.octaves_db].map(|db| db / JND_DB);
-        root_mean_square(dbs.into_iter().chain([self.itd_s / JND_ITD_S]).chain(self.t20.map(|t| t / JND_T20)))
+        root_mean_square(dbs.into_iter().chain([self.itd_s / JND_ITD_S]).chain(self.t20.map(|t| t / JND_DECAY)))
     }
 }
 
@@ -130,6 +134,9 @@ pub struct TradePoint {
     pub walking_db: f64,
     /// Against the measurements that the scene was not baked from, where it has any.
     pub to_truth: Option<MeanErrors>,
+    /// How far beside the best someone points who knows it, lateral angle, degrees, mean over turns of the head; `None` where it
+    /// was not asked for, or nobody knows where the emitter is.
+    pub heard_off_deg: Option<f64>,
     /// Whether another setting costs no more and errs no more, standing and walking.
     pub dominated: bool,
 }
@@ -147,7 +154,7 @@ impl TradePoint {
 #[must_use]
 pub fn truth_jnds(errors: &MeanErrors) -> f64 {
     let dbs = [Some(errors.ild_db), errors.c50_db].into_iter().flatten().map(|db| db / JND_DB);
-    root_mean_square(dbs.chain([errors.itd_s / JND_ITD_S]).chain(errors.t20.map(|t| t / JND_T20)))
+    root_mean_square(dbs.chain([errors.itd_s / JND_ITD_S]).chain(errors.t20.map(|t| t / JND_DECAY)))
 }
 
 fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
@@ -215,6 +222,7 @@ impl TradePoint {
             to_best: heard.errors(best),
             walking_db: heard.walking_db(best)?,
             to_truth: heard.to_truth,
+            heard_off_deg: None,
             dominated: false,
         })
     }

@@ -24,6 +24,7 @@ mod onset;
 mod picture;
 pub mod rwavs;
 mod saliency;
+mod similarity;
 mod spectrogram;
 mod tail;
 #[cfg(test)]
@@ -44,6 +45,7 @@ pub use octave::{octave_of, smoothed_levels_db};
 pub use onset::onset;
 pub use picture::{Plane, fused, loudness_of_pixels, picture_saliency};
 pub use saliency::{SALIENCY_RATE_HZ, SALIENCY_STEP_S, SampleBudget, picture_weights, saliency};
+pub use similarity::binaural_similarity;
 pub use spectrogram::{LSD_EPS, Spectrogram, Window, lsd_db};
 pub use tail::tail_modulation_db;
 pub use tone::{Cleanliness, tone_cleanliness};

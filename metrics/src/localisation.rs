@@ -15,6 +15,8 @@ const DELAY_S: f64 = 32.5e-6;
 const DELAY_GROWTH: f64 = 0.095;
 /// Standard deviations of the noise: of a delay in such thresholds, of a level difference and of a band's level, dB.
 const NOISE: [f64; 3] = [0.569, 1.0, 10.4];
+/// Cues between the ears, which come before the levels.
+const CUES_BETWEEN: usize = 2;
 /// Width of the prior, degrees of elevation.
 const PRIOR_DEG: f64 = 69.0;
 /// Bands, Hz, one equivalent rectangular bandwidth apart (Glasberg and Moore 1990), and the highest as a share of the rate.
@@ -47,6 +49,20 @@ impl Cues {
             values.extend(band_levels_db(ear, sample_rate_hz).into_iter().map(|level| level / NOISE[2]));
         }
         Ok(Self { values })
+    }
+
+    /// Mean level of all bands of both ears, dB.
+    #[must_use]
+    pub fn level_db(&self) -> f64 {
+        let levels = self.values.get(CUES_BETWEEN..).unwrap_or(&[]);
+        NOISE[2] * levels.iter().sum::<f64>() / levels.len().max(1) as f64
+    }
+
+    /// The same heard louder.
+    #[must_use]
+    pub fn raised(mut self, db: f64) -> Self {
+        self.values.iter_mut().skip(CUES_BETWEEN).for_each(|level| *level += db / NOISE[2]);
+        self
     }
 
     /// Numbers in it: how long draws of noise must be.

@@ -6,6 +6,7 @@ use crate::report;
 use anyhow::{Context, Result, anyhow};
 use promenade_baker::cost::{TierCost, tier_costs};
 use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out, mean_level_errors_db, response_s};
+use promenade_baker::trade::{JND_DB, JND_DECAY, JND_ITD_S};
 use promenade_core::{OCTAVES_HZ, ResponseMeasures, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -61,6 +62,9 @@ fn as_table(comparisons: &[Comparison], mean: &MeanErrors, markdown: bool) -> St
         none(),
         or_dash(mean.c50_db.map(|e| format!("{e:.2}"))),
     ]);
+    let (db, percent) = (format!("{JND_DB:.2}"), format!("{:.1}", 100.0 * JND_DECAY));
+    let noticed = [format!("{:.0}", 1e6 * JND_ITD_S), db.clone(), percent.clone(), percent, db];
+    rows.push(std::iter::once("just noticeable".to_owned()).chain(noticed.into_iter().flat_map(|jnd| [none(), jnd])).collect());
     report::table(&rows, markdown)
 }
 
@@ -79,6 +83,7 @@ fn level_table(comparisons: &[Comparison], markdown: bool) -> String {
         rows.push(std::iter::once(c.name.clone()).chain(errors).collect());
     }
     rows.push(std::iter::once("mean magnitude".to_owned()).chain(mean.iter().map(|e| format!("{e:.2}"))).collect());
+    rows.push(std::iter::once("just noticeable".to_owned()).chain(mean.iter().map(|_| format!("{JND_DB:.2}"))).collect());
     report::table(&rows, markdown) + "\n"
 }
 
@@ -117,6 +122,14 @@ fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) ->
             "edt_percent": mean.edt.map(|e| 100.0 * e),
             "c50_db": mean.c50_db,
             "level_db": mean_level_errors_db(comparisons),
+        },
+        "just_noticeable": {
+            "itd_us": 1e6 * JND_ITD_S,
+            "ild_db": JND_DB,
+            "t20_percent": 100.0 * JND_DECAY,
+            "edt_percent": 100.0 * JND_DECAY,
+            "c50_db": JND_DB,
+            "level_db": JND_DB,
         },
     })
 }

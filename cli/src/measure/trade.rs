@@ -127,6 +127,7 @@ fn table(points: &[TradePoint], markdown: bool) -> String {
         "C50 dB",
         "octaves dB",
         "walking dB",
+        "heard off, degrees",
         "JND",
     ];
     if truth {
@@ -147,6 +148,7 @@ fn table(points: &[TradePoint], markdown: bool) -> String {
             format!("{:.2}", e.c50_db),
             format!("{:.2}", e.octaves_db),
             format!("{:.2}", p.walking_db),
+            p.heard_off_deg.map_or_else(|| "-".to_owned(), |off| format!("{off:.1}")),
             format!("{:.2}", e.jnds()),
         ];
         if truth {
@@ -186,6 +188,7 @@ fn as_json(points: &[TradePoint], chosen: Option<&TradePoint>, path: &Path) -> V
                 "c50_db": t.c50_db,
                 "jnd": truth_jnds(t),
             })),
+            "heard_off_deg": p.heard_off_deg,
             "dominated": p.dominated,
         })
     };

@@ -1,5 +1,6 @@
 //! A scene played with less and less of what it holds.
 
+use super::heard::Turned;
 use super::{Rendering, TradePoint, Way, best, costs, reduce, tiers};
 use crate::cost::Setting;
 use crate::error::JudgeError;
@@ -31,14 +32,18 @@ pub fn trade_beside(
     block: usize,
 ) -> Result<Vec<TradePoint>, JudgeError> {
     let settings = settings(scene);
-    let best = Rendering::of(&best(other), &|| true)?;
-    let heard: Result<Vec<Rendering>, _> = settings.par_iter().map(|(setting, _)| Rendering::of(setting, &|| true)).collect();
+    let best = best(other);
+    let best_turned = Turned::of(&best)?;
+    let best = Rendering::of(&best, &|| true)?;
+    let all = settings.par_iter().map(|(setting, _)| Ok((Rendering::of(setting, &|| true)?, Turned::of(setting)?)));
+    let heard: Result<Vec<_>, JudgeError> = all.collect();
     let costs = costs(&settings.iter().map(|(setting, _)| setting).collect::<Vec<_>>(), sample_rate_hz, block);
     let mut points = Vec::new();
-    for (((setting, way), heard), cost) in settings.iter().zip(heard?).zip(costs) {
+    for (((setting, way), (heard, turned)), cost) in settings.iter().zip(heard?).zip(costs) {
         // A tier that only the scene's own rate has costs nothing at another.
         let Some(cost) = cost else { continue };
-        points.push(TradePoint::new(setting, *way, &cost, &heard, &best)?);
+        let heard_off_deg = turned.zip(best_turned.as_ref()).map(|(turned, best)| turned.off_deg(best));
+        points.push(TradePoint { heard_off_deg, ..TradePoint::new(setting, *way, &cost, &heard, &best)? });
     }
     points.sort_by(|a, b| a.real_time.total_cmp(&b.real_time));
     for i in 0..points.len() {
@@ -83,6 +88,8 @@ mod tests {
     fn what_costs_less_errs_more_and_the_scene_itself_errs_nothing() {
         let scene = room_with_images(8_000.0, 0.2, 0.05, 4);
         let points = trade(&scene, 8_000.0, 256).unwrap();
+        let off = |name: &str| points.iter().find(|p| p.name == name).and_then(|p| p.heard_off_deg).unwrap();
+        assert!(off("standard") < 0.5 && off("standard, half of the directions") > 2.0 * off("standard"), "{points:?}");
         assert!(points.windows(2).all(|pair| pair[0].real_time <= pair[1].real_time));
         let get = |name: &str| points.iter().find(|p| p.name == name).unwrap_or_else(|| panic!("{name} in {points:?}"));
         let (draft, standard) = (get("draft"), get("standard"));
