@@ -9,6 +9,11 @@ use promenade_fourier::num_complex::Complex64;
 /// Up to the first of these frequencies levels are taken relative to a head that stands in for the measured one, from the
 /// second on as they are, Hz: pinnae differ.
 const ALIKE_HZ: (f64, f64) = (2_500.0, 6_000.0);
+/// Where neighbouring directions are closer than this, radians, delays are taken relative to a sphere's: between them it is as
+/// near as a head that stands in for the measured one, and smoother.
+const DENSE: f32 = 12.0 * std::f32::consts::PI / 180.0;
+/// Its radius over the speed of sound, seconds.
+const SPHERE_S: f64 = 0.0875 / 343.0;
 /// Nepers of a decibel.
 const NEPERS_PER_DB: f64 = std::f64::consts::LN_10 / 20.0;
 
@@ -17,6 +22,8 @@ pub(crate) struct Model<'a> {
     head: &'a Head,
     /// How much of the logarithms of its gains counts, by bin.
     shares: Vec<f64>,
+    /// Whether delays are a sphere's.
+    sphere: bool,
     grid: &'a StftGrid,
 }
 
@@ -30,16 +37,16 @@ pub(crate) struct Modelled {
 impl<'a> Model<'a> {
     /// Of the head that responses were measured with.
     pub(crate) fn of(head: &'a Head, grid: &'a StftGrid) -> Self {
-        Self { head, shares: vec![1.0; grid.bins()], grid }
+        Self { head, shares: vec![1.0; grid.bins()], sphere: false, grid }
     }
 
-    /// Of a head that stands in for the one they were measured with.
-    pub(crate) fn instead(head: &'a Head, grid: &'a StftGrid) -> Self {
+    /// Of a head that stands in for the one they were measured with, in directions so far apart, radians.
+    pub(crate) fn instead(head: &'a Head, grid: &'a StftGrid, spacing: f32) -> Self {
         let share = |k: usize| {
             let along = (grid.bin_hz(k).max(1.0) / ALIKE_HZ.0).ln() / (ALIKE_HZ.1 / ALIKE_HZ.0).ln();
             0.5 + 0.5 * (std::f64::consts::PI * along.clamp(0.0, 1.0)).cos()
         };
-        Self { head, shares: (0..grid.bins()).map(share).collect(), grid }
+        Self { head, shares: (0..grid.bins()).map(share).collect(), sphere: spacing < DENSE, grid }
     }
 
     /// Towards a direction of unit length.
@@ -57,10 +64,16 @@ impl<'a> Model<'a> {
             let weighed: Complex64 = l.exp() * r.exp().conj();
             (hz(k), low_pass_power(hz(k)) * weighed)
         });
-        let delay_s = f64::from(ears.itd_s()) - lag_s(cross);
+        let delay_s = if self.sphere { sphere_s(direction) } else { f64::from(ears.itd_s()) - lag_s(cross) };
         let counted = logs.map(|logs| logs.iter().zip(&self.shares).map(|(log, share)| share * log).collect());
         Modelled { delay_s, logs: counted }
     }
+}
+
+/// The interaural delay of a rigid sphere (Woodworth 1938), seconds, positive when the left ear is later.
+fn sphere_s(direction: Vec3) -> f64 {
+    let left = f64::from(direction.y).clamp(-1.0, 1.0);
+    -SPHERE_S * (left.asin() + left)
 }
 
 #[cfg(test)]
@@ -71,7 +84,8 @@ mod tests {
     #[test]
     fn the_far_ear_is_later() {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
-        let [left, ahead] = [Vec3::Y, Vec3::X].map(|d| Model::instead(model_head(), &grid).at(d));
+        let [left, ahead] = [Vec3::Y, Vec3::X].map(|d| Model::instead(model_head(), &grid, 0.5).at(d));
+        assert!((Model::instead(model_head(), &grid, 0.1).at(Vec3::Y).delay_s + 656e-6).abs() < 1e-6, "a sphere's");
         assert!((-800e-6..-500e-6).contains(&left.delay_s), "{}", left.delay_s);
         assert!(ahead.delay_s.abs() < 30e-6, "{}", ahead.delay_s);
         let shade = |hz: f64| {
