@@ -6,6 +6,7 @@ mod corners;
 pub(crate) mod direct;
 pub mod field;
 pub mod geometry;
+pub(crate) mod grains;
 mod halved;
 pub(crate) mod kriging;
 pub(crate) mod late_unit;
@@ -13,7 +14,7 @@ pub(crate) mod layout;
 pub(crate) mod log_transfer;
 pub(crate) mod model;
 pub(crate) mod model_head;
-mod reflections;
+pub(crate) mod reflections;
 pub(crate) mod room;
 pub(crate) mod seed;
 mod sides;
@@ -107,7 +108,10 @@ pub fn bake_responses(
     // The direct sound is what a direction makes of it, wherever it was measured.
     let towards: Vec<Site> = sites.iter().map(|s| Site { position: Vec3::ZERO, ..*s }).collect();
     align_phases(&mut logs, &towards, &grid);
-    let model = options.head.as_ref().map_or_else(|| Model::instead(model_head(), &grid), |head| Model::of(head, &grid));
+    let model = options
+        .head
+        .as_ref()
+        .map_or_else(|| Model::instead(model_head(), &grid, layout.direction_spacing()), |head| Model::of(head, &grid));
     let models: Vec<Modelled> = towards.par_iter().map(|site| model.at(site.direction)).collect();
     let trend = delay_trend(&models, &logs);
     let (level, nugget) = (layout.is_level(), if layout.has_places() { PLACES_NUGGET } else { 1e-9 });
@@ -129,13 +133,14 @@ pub fn bake_responses(
     let field = Field::new(nodes.clone(), shape, Rows::Whole(rows));
     let field = field.ok_or_else(|| BakeError::argument("table of the scene", "a row for each node", "others"))?;
     let head = options.head.as_ref().unwrap_or_else(|| model_head());
-    let lifted = responses.room.map(|walls| Reflections::of(&walls, (&measured, &heard), &layout, head, (&grid, &room), gain));
+    let lifted = responses.room.map(|walls| Reflections::of(&walls, (&measured, &heard), &layout, head, &grid, gain));
     let lifted = lifted.transpose()?.flatten();
     if let Some(lifted) = &lifted {
-        notes.push(format!("{} early reflections are played from where a box has them", lifted.images.images.len()));
+        let count = lifted.images.images.len();
+        notes.push(format!("away from where responses were measured, {count} early reflections come from a box's images"));
     }
-    let played = lifted.as_ref().map(|lifted| &lifted.played[..]);
-    let carried = carried(&measured, &heard, &layout, (&sites, &origins), (&field, &grid), (&room, played), gain);
+    let (images, lost) = lifted.map(|lifted| (lifted.images, lifted.lifted)).unzip();
+    let carried = carried(&measured, &heard, &layout, (&sites, &origins), (&field, &grid), (&room, lost.as_deref()), gain);
     // What lies behind may be the mirror image of what was measured ahead, or the other way round.
     let mirrored = if layout.is_half() { Some(layout.sites.iter().map(|s| s.direction.x).sum::<f32>().signum()) } else { None };
     let measured_head = options
@@ -165,7 +170,7 @@ pub fn bake_responses(
         measured: Some(carried),
         measured_head,
         field: Some(field),
-        images: lifted.map(|lifted| lifted.images),
+        images,
         top_hz: room.top_hz,
         start_pose: layout.poses[start],
         bounds,

@@ -129,11 +129,19 @@ fn a_source_of_a_room_with_lengths_is_walked_round_and_a_measured_pose_stays_exa
     for (i, response) in measured.iter().enumerate().step_by(5) {
         let missed = [&plain, &room].map(|scene| missed_db(scene, turned[i], response));
         println!("{i}: missed {missed:.1?} dB");
-        assert!(missed[1] < -40.0, "{i}: {missed:?} dB");
+        assert!(missed[1] < -55.0, "{i}: {missed:?} dB");
     }
-    assert!(after < 0.75 * before, "{before} dB before, {after} dB");
+    assert!(after < 0.7 * before, "{before} dB before, {after} dB");
     let back = Scene::from_bytes(&room.to_bytes().unwrap()).unwrap();
     assert_eq!(back, *room);
+    // Of its height alone.
+    let high = Walls { size: Vec3::new(f32::INFINITY, f32::INFINITY, SIZE.z), ..walls(None).unwrap() };
+    let high = bake(measured, Some(high));
+    let images = high.images().unwrap();
+    assert!(images.images.iter().all(|image| image.position.distance(source.with_z(image.position.z)) < 1e-3));
+    let of_height = off_db(&high, &truth);
+    println!("walking: {of_height:.2} dB with the height alone");
+    assert!(of_height < 0.92 * before, "{before} dB before, {of_height} dB");
 }
 
 #[test]
@@ -151,7 +159,7 @@ fn a_room_measured_with_sources_around_a_listener_turns_with_the_head() {
     let room = bake(measured.clone(), walls(None));
     for (i, response) in measured.iter().enumerate().step_by(7) {
         let missed = missed_db(&room, pose(azimuths[i], Vec3::ZERO), response);
-        assert!(missed < -40.0, "{i}: {missed} dB");
+        assert!(missed < -55.0, "{i}: {missed} dB");
     }
     // The source moves away.
     let at_2_m: Vec<(Pose, Response)> = ring(1.9)
@@ -163,7 +171,7 @@ fn a_room_measured_with_sources_around_a_listener_turns_with_the_head() {
     let source = bake(measured.clone(), walls(Some(Mover::Source)));
     let (before, after) = (off_db(&plain, &at_2_m), off_db(&source, &at_2_m));
     println!("the source at 1.9 m: {before:.2} dB without lengths, {after:.2} dB with them");
-    assert!(after < 0.75 * before, "{before} dB before, {after} dB");
+    assert!(after < 0.7 * before, "{before} dB before, {after} dB");
     // The listener walks, with the head as it was measured.
     let steps = [Vec3::new(-1.0, 0.0, 0.0), Vec3::new(0.5, 1.0, 0.0), Vec3::new(-0.7, -0.9, 0.0)];
     let places: Vec<Pose> = steps.iter().map(|step| at(LISTENER + *step, 0.0)).collect();
@@ -171,11 +179,59 @@ fn a_room_measured_with_sources_around_a_listener_turns_with_the_head() {
     let truth: Vec<(Pose, Response)> = steps.iter().map(|step| at(*step, 0.0)).zip(truth).collect();
     let (before, after) = (off_db(&plain, &truth), off_db(&room, &truth));
     println!("walking: {before:.2} dB without lengths, {after:.2} dB with them");
-    assert!(after < 0.75 * before, "{before} dB before, {after} dB");
+    assert!(after < 0.7 * before, "{before} dB before, {after} dB");
 }
 
 mod needs_shared {
+    use super::*;
+    use promenade_baker::LoadOptions;
     use promenade_testing::shared;
+
+    /// IoSR Room B, with its lengths by the published plan. Its ceiling's reflection, 1.7 ms after the direct sound, is part of
+    /// that; nothing comes when the wall ahead, whose distance the plan does not state, would have it.
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn first_reflections_of_a_measured_room_are_where_its_walls_have_them() {
+        let (listener, size) = (Vec3::new(2.325, 3.2, 1.97), Vec3::new(4.65, 8.9, 2.68));
+        let folder = std::env::temp_dir().join("promenade-room-b");
+        std::fs::create_dir_all(&folder).unwrap();
+        let manifest = r#"{"title": "Room B", "pattern": "Room_B/16kHz/CortexBRIR_0_47s_{azimuth}deg_16k.wav",
+            "azimuth_positive": "right", "distance_m": 1.5, "listener": {"position": [2.325, 3.2, 1.97], "ypr": [90, 0, 0]},
+            "room": {"size": [4.65, 8.9, 2.68]}}"#;
+        let file = folder.join("responses.json");
+        std::fs::write(&file, manifest).unwrap();
+        let options = LoadOptions { root: Some(shared("data/iosr_brir")), ..LoadOptions::default() };
+        let set = Responses::load(&file, &options).unwrap();
+        let scene = bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap();
+        let (images, emitter) = (scene.images().unwrap(), scene.emitter().unwrap());
+        let source = listener + DISTANCE_M * Vec3::Y;
+        let mirrored: Vec<Vec3> = (0..6)
+            .map(|wall| {
+                let (axis, far) = (wall / 2, wall % 2);
+                let mut image = source;
+                image[axis] = 2.0 * (far as f32) * size[axis] - source[axis];
+                image
+            })
+            .collect();
+        let mut found = [0; 6];
+        for step in [[0.0; 3], [0.5, 0.0, 0.0], [-1.0, 0.5, 0.0], [0.0, -1.0, 0.0], [0.6, 1.0, 0.0]].map(Vec3::from_array) {
+            let pose = at(step, 0.0);
+            // The head looks along the room's y.
+            let head = at(listener + Vec3::new(-step.y, step.x, 0.0), 90.0);
+            for (wall, image) in mirrored.iter().enumerate() {
+                let wanted = head.to_head(*image);
+                let near = |i: &usize| {
+                    let seen = images.seen_from_head(*i, &pose, emitter);
+                    let late_s = (seen.length() - wanted.length()).abs() / 343.0;
+                    late_s < 0.3e-3 && seen.angle_between(wanted).to_degrees() < 10.0 && images.images[*i].gains[4] > 0.03
+                };
+                found[wall] += (0..images.images.len()).filter(near).count().min(1);
+            }
+        }
+        println!("found of x = 0, x = X, y = 0, y = Y, floor, ceiling at five places: {found:?}");
+        let [left, right, behind, _, floor, _] = found;
+        assert_eq!([left, right, behind, floor], [5; 4], "{found:?}");
+    }
 
     /// The head that is built in is what is made of the file of Debian's package libmysofa1.
     #[test]

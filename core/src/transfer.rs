@@ -32,14 +32,16 @@ pub struct Shares {
     count: usize,
     /// Gain of the first hop, which the direct sound is part of, linear amplitude; its distance law.
     pub direct_gain: f32,
+    /// How much of what image sources play is taken off them, 0 to 1.
+    pub lifted: f32,
 }
 
 impl Shares {
     /// All of the first response, or of the noise that scenes without responses have.
-    pub const FIRST: Self = Self { entries: [(0, 1.0); MOST_SHARES], count: 1, direct_gain: 1.0 };
+    pub const FIRST: Self = Self { entries: [(0, 1.0); MOST_SHARES], count: 1, direct_gain: 1.0, lifted: 0.0 };
     /// Nothing yet.
     pub(crate) fn none(direct_gain: f32) -> Self {
-        Self { entries: [(0, 0.0); MOST_SHARES], count: 0, direct_gain }
+        Self { entries: [(0, 0.0); MOST_SHARES], count: 0, direct_gain, lifted: 0.0 }
     }
 
     /// Number of each response and its share.

@@ -3,8 +3,8 @@
 use promenade_core::glam::Vec3;
 use promenade_core::head::HEAD_BANDS;
 use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, MeasuredHead, MeasuredRoom, Pose, Provenance, Rows, Scene, SceneCard, SceneError,
-    SceneParts, Site, StftGrid, TailModel, Tier, TransferShape,
+    Axis, Bands, Facing, Field, FieldGrid, Lifted, MeasuredHead, MeasuredRoom, Pose, Provenance, Rows, Scene, SceneCard,
+    SceneError, SceneParts, Site, StftGrid, TailModel, Tier, TransferShape,
 };
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images};
@@ -34,6 +34,7 @@ fn small() -> SceneParts {
         late: vec![0.1; 2 * shape.tap_len()],
         late_before: vec![0.5; 2 * shape.tap_len()],
         gains: vec![1.0; shape.tap_len()],
+        lifted: None,
     };
     SceneParts {
         provenance: Provenance { title: "Small \"room\"".into(), notes: vec!["a note".into()], ..Provenance::default() },
@@ -242,6 +243,18 @@ fn values_out_of_range_are_refused_by_name() {
     let mut parts = small();
     parts.tail.coherence.pop();
     assert!(Scene::new(parts).is_err());
+    let mut parts = small();
+    let lifted = Lifted { places: vec![Vec3::ZERO], samples: vec![0.0; 2 * 2 * 3 * parts.grid.hop] };
+    parts.measured.as_mut().unwrap().lifted = Some(lifted);
+    let error = |parts: &SceneParts| Scene::new(parts.clone()).unwrap_err().to_string();
+    assert!(error(&parts).contains("image sources that play them"), "{}", error(&parts));
+    parts.images = room_with_images(8_000.0, 0.5, 0.1, 5).parts().images.clone();
+    let emitter = parts.field.as_ref().unwrap().emitter().unwrap();
+    parts.images.as_mut().unwrap().images.iter_mut().for_each(|image| image.position = 2.0 * emitter);
+    let written = Scene::new(parts.clone()).unwrap();
+    assert_eq!(Scene::from_bytes(&written.to_bytes().unwrap()).unwrap(), written);
+    parts.measured.as_mut().unwrap().lifted.as_mut().unwrap().samples.pop();
+    assert!(error(&parts).contains("lifted reflections"), "{}", error(&parts));
 }
 
 #[test]

@@ -118,6 +118,7 @@ pub fn room_of_responses(rate: f64) -> (Arc<Scene>, Vec<f32>) {
         late: vec![0.0; 2 * shape.tap_len()],
         late_before: Vec::new(),
         gains: vec![1.0; shape.tap_len()],
+        lifted: None,
     };
     let field = Field::new(nodes, direct, Rows::Whole(vec![direct.silent().to_row(); 2].concat()));
     let parts = room(rate, 0.5, 0.0).parts().clone();

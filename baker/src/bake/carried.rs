@@ -6,7 +6,8 @@ use crate::bake::room::{ResponseParts, Room};
 use crate::signal::spectrum::at;
 use crate::sources::responses::Response;
 use half::f16;
-use promenade_core::{Field, MeasuredRoom, StftGrid, TransferFunction};
+use promenade_core::glam::Vec3;
+use promenade_core::{Field, Lifted, MeasuredRoom, StftGrid, TransferFunction};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::signal;
 use rayon::prelude::*;
@@ -14,16 +15,18 @@ use std::f64::consts::TAU;
 
 /// Taps before which the late part is not heard yet: the hops of its noise.
 const LATE_BEFORE: usize = 8;
+/// Places closer than this are one, metres.
+const SAME_PLACE_M: f32 = 1e-3;
 
-/// The responses, each times `gain` and without `reflections`, of each response from its first hop on; `sites` are those of
-/// the layout and after them the mirror images of `origins`.
+/// The responses, each times `gain`, and of each what image sources play in its place, `lost`, from its first hop on; `sites` are
+/// those of the layout and after them the mirror images of `origins`.
 pub(crate) fn carried(
     measured: &[&Response],
     heard: &[ResponseParts],
     layout: &Layout,
     (sites, origins): (&[Site], &[usize]),
     (field, grid): (&Field, &StftGrid),
-    (room, reflections): (&Room, Option<&[[Vec<f32>; 2]]>),
+    (room, lost): (&Room, Option<&[[Vec<f32>; 2]]>),
     gain: f32,
 ) -> MeasuredRoom {
     let (taps, bands) = (room.shape.taps, room.bands.count());
@@ -36,10 +39,6 @@ pub(crate) fn carried(
             let start = heard[response].direct.arrival - grid.lead() as i64;
             let whole = (0..room.low_hops * grid.hop).map(|i| gain * at(samples, start + i as i64) as f32);
             let mut whole: Vec<f32> = whole.collect();
-            if let Some(played) = reflections {
-                // Image sources play it.
-                whole.iter_mut().zip(&played[response][ear]).for_each(|(x, played)| *x -= played);
-            }
             let low = MeasuredRoom::bass_of(&whole, low_step, grid, room.low_hops);
             whole.resize((taps + 1) * grid.hop, 0.0);
             let played = played(&field.decode(&layout.poses[response]), ear, grid);
@@ -72,7 +71,27 @@ pub(crate) fn carried(
         late: heard.iter().flat_map(|heard| heard.late.iter().map(|g| gain * *g as f32)).collect(),
         late_before: (first..taps).flat_map(before).collect(),
         gains: vec![1.0; 2 * bands],
+        lifted: lost.map(|lost| lifted(lost, layout, taps, grid)),
     }
+}
+
+/// What responses lose away from their places, `[response][ear][sample]`, cut to whole hops.
+fn lifted(lost: &[[Vec<f32>; 2]], layout: &Layout, taps: usize, grid: &StftGrid) -> Lifted {
+    let longest = lost.iter().flatten().map(Vec::len).max().unwrap_or(0);
+    let hops = longest.div_ceil(grid.hop).clamp(1, taps + 1);
+    let samples = lost.iter().zip(&layout.distances).flat_map(|(ears, distance)| {
+        ears.iter().flat_map(move |ear| {
+            let at = |i: usize| ear.get(i).unwrap_or(&0.0) * if i < grid.hop { *distance } else { 1.0 };
+            (0..hops * grid.hop).map(at)
+        })
+    });
+    let mut places: Vec<Vec3> = Vec::new();
+    for pose in &layout.poses {
+        if !places.iter().any(|place| place.distance(pose.position) < SAME_PLACE_M) {
+            places.push(pose.position);
+        }
+    }
+    Lifted { places, samples: halved(samples.collect()) }
 }
 
 /// Samples of the direct sound's filter of one ear, those before its time at the end.

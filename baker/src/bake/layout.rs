@@ -152,7 +152,7 @@ impl Layout {
 
     /// Median distance from a direction to the nearest other one heard in the same place. Other places see the emitter a little
     /// beside, which does not make the measurements any denser. Where no place has two directions, all count.
-    fn direction_spacing(&self) -> f32 {
+    pub(crate) fn direction_spacing(&self) -> f32 {
         let mut nearest: Vec<f32> = Vec::new();
         for site in &self.sites {
             let beside = self.sites.iter().filter(|s| s.position.distance(site.position) < SAME_PLACE_M);

@@ -44,7 +44,7 @@ impl Bass {
             return;
         }
         for hop in 0..self.hops {
-            mix(self.arch, carriers, hop, 0..self.mixed.len(), shares, &mut self.mixed);
+            mix(self.arch, carriers, hop, 0..self.mixed.len(), (shares, None), &mut self.mixed);
             let filters = self.filters.iter_mut().skip(hop).step_by(self.hops);
             for (filter, mixed) in filters.zip(&self.mixed) {
                 *filter = *mixed;

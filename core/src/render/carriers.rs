@@ -11,9 +11,10 @@ use crate::render::images::ImageFilters;
 use crate::render::lanes::LANES;
 use crate::render::late::LATE_HOPS;
 use crate::render::meeting::Meeting;
+use crate::render::taps::Lost;
 use crate::render::waves::BassFilters;
 use crate::scene::MeasuredRoom;
-use crate::{Scene, StftGrid, TailModel};
+use crate::{Scene, Shares, StftGrid, TailModel};
 use promenade_fourier::num_complex::{Complex32, Complex64};
 use std::sync::Arc;
 
@@ -55,12 +56,22 @@ pub struct Carriers {
 pub(crate) struct MeasuredCarriers {
     /// The hop of the direct sound.
     pub(crate) first: CarrierSet,
+    /// What the hops from the first on lose where image sources play their reflections.
+    pub(crate) lifted: Option<CarrierSet>,
     /// Hops after the taps, of the lowest block of bins.
     pub(crate) low: CarrierSet,
     /// The bass of the direct sound after its first hop, at a distance of 1 m.
     pub(crate) bass: CarrierSet,
     /// Energies of mixes.
     pub(crate) meeting: Meeting,
+}
+
+impl MeasuredCarriers {
+    /// What a hop of direct sound and taps, the first of number 0, loses, with how much of it; `None` where it loses nothing.
+    pub(crate) fn lifted(&self, hop: usize, shares: &Shares) -> Option<Lost<'_>> {
+        let carriers = self.lifted.as_ref().filter(|set| shares.lifted > 0.0 && hop < set.hops())?;
+        Some(Lost { carriers, hop, share: shares.lifted })
+    }
 }
 
 impl Carriers {
@@ -138,6 +149,14 @@ impl Carriers {
             ears
         });
         let first = CarrierSet::pack(first, 1, bins);
+        let lifted_hops = room.lifted_hops(bands, scene_grid);
+        let lifted = all(0..lifted_hops).map(|(r, hop)| {
+            let lost = |ear: usize| shaper.spectrum_at(grid, room.lifted_hop(scene_grid, lifted_hops, r, ear, hop));
+            let mut ears = [0, 1].map(lost);
+            ears.iter_mut().for_each(|ear| fade_out(ear, grid, top_hz));
+            ears
+        });
+        let lifted = room.lifted.as_ref().map(|_| CarrierSet::pack(lifted, lifted_hops, bins));
         let carried = all(1..taps + 1).map(|(r, hop)| {
             // Another hop's noise for each response: mixed with one another they lose as much energy as responses do.
             let other = (hop - 1 + STRIDE * r) % taps;
@@ -171,17 +190,17 @@ impl Carriers {
         });
         let bass = CarrierSet::pack(bass, bass_hops, whole(BASS_BELOW_HZ / grid.bin_hz(1)).clamp(1, bins));
         let meeting = Meeting::new(&self.taps, &low, &self.places, bands, Sites::new(&room.sites).pairs(), &room.late_before);
-        self.measured = Some(MeasuredCarriers { first, low, bass, meeting });
+        self.measured = Some(MeasuredCarriers { first, lifted, low, bass, meeting });
         self
     }
 
     /// Bytes in memory.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let measured = self
-            .measured
-            .as_ref()
-            .map_or(0, |m| m.first.memory_bytes() + m.low.memory_bytes() + m.bass.memory_bytes() + m.meeting.memory_bytes());
+        let measured = self.measured.as_ref().map_or(0, |m| {
+            let sets = [&m.first, &m.low, &m.bass].into_iter().chain(&m.lifted);
+            sets.map(CarrierSet::memory_bytes).sum::<usize>() + m.meeting.memory_bytes()
+        });
         let images = self.images.as_ref().map_or(0, |i| i.memory_bytes());
         let waves = self.waves.as_ref().map_or(0, |waves| waves.memory_bytes());
         self.taps.memory_bytes()

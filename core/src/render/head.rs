@@ -134,8 +134,9 @@ impl RenderHead {
             self.bass.forget_pose();
             self.direct.set(tf);
             if let Some(measured) = &self.carriers.measured {
-                let blocks = 0..self.first.len();
-                mix(self.arch, &measured.first, 0, blocks, tf.shares.entries(), &mut self.first);
+                let (blocks, shares) = (0..self.first.len(), tf.shares.entries());
+                let lost = measured.lifted(0, &tf.shares);
+                mix(self.arch, &measured.first, 0, blocks, (shares, lost), &mut self.first);
                 self.direct.add(&self.first, tf.shares.direct_gain);
             }
         }
@@ -179,7 +180,8 @@ impl RenderHead {
             mixture.apply(self.arch, hop, &tf.late, &mut self.tap_gains);
         }
         let gains = self.decay.gains(&self.tap_gains, hop + 1);
-        self.taps.set(hop, &self.carriers.taps, tf.shares.entries(), gains, blocks.clone());
+        let lost = self.carriers.measured.as_ref().and_then(|measured| measured.lifted(hop + 1, &tf.shares));
+        self.taps.set(hop, &self.carriers.taps, tf.shares.entries(), gains, blocks.clone(), lost);
         if hop < DELAYED_TAPS && self.carriers.measured.is_none() {
             self.taps.turn(hop, self.direct.turn(), blocks);
         }
@@ -194,7 +196,7 @@ impl RenderHead {
             }
         }
         let blocks = 0..self.direct_sum.len();
-        self.late.set(hop, &self.carriers.late, Shares::FIRST.entries(), &self.late_gains, blocks);
+        self.late.set(hop, &self.carriers.late, Shares::FIRST.entries(), &self.late_gains, blocks, None);
         if self.carriers.measured.is_some() {
             self.late.silence_lowest(hop);
         }

@@ -14,7 +14,7 @@ use crate::decode::NEAREST_M;
 use crate::number::{single, whole};
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
-use crate::scene::{ImageSources, MOST_EDGES, Round, barrier_db};
+use crate::scene::{ImageSources, Lifted, MOST_EDGES, Round, barrier_db};
 use crate::{Pose, Scene, StftGrid, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
@@ -79,8 +79,10 @@ pub(crate) struct ImageRenderer {
     now: Vec<Moment>,
     round: [RoundVoice; MOST_EDGES],
     seen: Vec<f32>,
-    /// The pose and the number of images that were played last.
-    played: Option<(Pose, usize)>,
+    /// Gain of all, below 1 where measured responses still have their reflections.
+    level: f32,
+    /// The pose and the number of images that were played last, and whether in tier Draft.
+    played: Option<(Pose, usize, bool)>,
     levels: Levels,
     width: f32,
     bus: Bus,
@@ -125,6 +127,7 @@ impl ImageRenderer {
             now: vec![Moment::default(); count],
             round: [RoundVoice::default(); MOST_EDGES],
             seen: vec![0.0; count],
+            level: 1.0,
             played: None,
             levels: Levels::new(scene, curve, grid),
             width: 1.0,
@@ -149,11 +152,14 @@ impl ImageRenderer {
         let Some(images) = scene.images() else { return };
         let heard = if draft { DRAFT_IMAGES.min(self.now.len()) } else { self.now.len() };
         self.width = trim.width;
-        let moves = self.levels.set(trim) || self.played != Some((*pose, heard));
+        let moves = self.levels.set(trim) || self.played != Some((*pose, heard, draft));
         let fresh = self.played.is_none();
         if moves {
             images.seen_at(pose.position, &mut self.seen);
-            self.played = Some((*pose, heard));
+            // In tier Draft no response has any.
+            let lifted = scene.measured().and_then(|measured| measured.lifted.as_ref()).filter(|_| !draft);
+            self.level = lifted.map_or(1.0, |lifted| Lifted::images_gain(lifted.away(pose.position)));
+            self.played = Some((*pose, heard, draft));
             self.stale = self.weights.len();
         }
         self.refresh(images, pose, fresh);
@@ -170,7 +176,7 @@ impl ImageRenderer {
                 }
                 let after = (f64::from(distance) - direct) * self.per_m;
                 // In Ambisonics the emitter itself is among them.
-                let level = if image.position == self.emitter { trim.direct } else { self.levels.gain(after) };
+                let level = if image.position == self.emitter { trim.direct } else { self.level * self.levels.gain(after) };
                 to.gain = seen / distance.max(NEAREST_M) * level;
                 let delay = self.base + after;
                 to.delay = delay.clamp((AFTER + 2) as f64, self.longest);

@@ -43,7 +43,7 @@ impl Low {
 
     /// Sets one hop from carriers, each with its share, and gains of both ears per bin.
     pub(crate) fn set(&mut self, hop: usize, carriers: &CarrierSet, shares: &[(u32, f32)], gains: &[[f32; LANES]; 2]) {
-        mix(self.arch, carriers, hop, 0..1, shares, &mut self.mixed);
+        mix(self.arch, carriers, hop, 0..1, (shares, None), &mut self.mixed);
         for ((filter, mixed), gains) in self.filters[hop].ears.iter_mut().zip(&self.mixed[0].ears).zip(gains) {
             for (i, gain) in gains.iter().enumerate() {
                 filter.re[i] = gain * mixed.re[i];

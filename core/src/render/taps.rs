@@ -66,7 +66,8 @@ impl Taps {
         &self.filters
     }
 
-    /// Sets some blocks of one hop from carriers, each with its share, and gains per band, left then right.
+    /// Sets some blocks of one hop from carriers, each with its share, less what they have lost, and gains per band, left then
+    /// right.
     pub(crate) fn set(
         &mut self,
         hop: usize,
@@ -74,8 +75,9 @@ impl Taps {
         shares: &[(u32, f32)],
         band_gains: &[f32],
         blocks: Range<usize>,
+        lost: Option<Lost<'_>>,
     ) {
-        let mixture = Mixture::new(carriers, hop, shares, &blocks);
+        let mixture = Mixture::new(carriers, hop, shares, &blocks).less(lost, shares, &blocks);
         self.arch.dispatch(Coloured { taps: self, hop, mixture: mixture.parts(), band_gains, blocks });
     }
 
@@ -103,19 +105,39 @@ impl Taps {
     }
 }
 
-/// Some blocks of one hop of carriers, each with its share.
+/// What carriers of one hop lose to image sources.
+#[derive(Clone, Copy)]
+pub(crate) struct Lost<'a> {
+    pub(crate) carriers: &'a CarrierSet,
+    pub(crate) hop: usize,
+    /// How much of it, 0 to 1.
+    pub(crate) share: f32,
+}
+
+/// Some blocks of one hop of carriers, each with its share, and of what they lose.
 struct Mixture<'a> {
-    parts: [(&'a [EarBlocks], f32); MOST_SHARES],
+    parts: [(&'a [EarBlocks], f32); 2 * MOST_SHARES],
     count: usize,
 }
 
 impl<'a> Mixture<'a> {
     fn new(carriers: &'a CarrierSet, hop: usize, shares: &[(u32, f32)], blocks: &Range<usize>) -> Self {
-        let mut parts: [(&[EarBlocks], f32); MOST_SHARES] = [(&[], 0.0); MOST_SHARES];
-        for (part, (response, share)) in parts.iter_mut().zip(shares) {
+        let mut parts: [(&[EarBlocks], f32); 2 * MOST_SHARES] = [(&[], 0.0); 2 * MOST_SHARES];
+        for (part, (response, share)) in parts.iter_mut().zip(shares).take(MOST_SHARES) {
             *part = (&carriers.hop(*response, hop)[blocks.clone()], *share);
         }
         Self { parts, count: shares.len().min(MOST_SHARES) }
+    }
+
+    /// Without what the carriers have lost.
+    fn less(mut self, lost: Option<Lost<'a>>, shares: &[(u32, f32)], blocks: &Range<usize>) -> Self {
+        let Some(lost) = lost else { return self };
+        let own = self.count;
+        for (part, (response, share)) in self.parts[own..].iter_mut().zip(&shares[..own]) {
+            *part = (&lost.carriers.hop(*response, lost.hop)[blocks.clone()], -lost.share * share);
+        }
+        self.count += own;
+        self
     }
 
     fn parts(&self) -> &[(&'a [EarBlocks], f32)] {
@@ -135,16 +157,17 @@ fn mixed<S: Simd>(simd: S, mixture: &[(&[EarBlocks], f32)], block: usize, vector
     sums
 }
 
-/// Mixes some blocks of one hop of carriers, each with its share.
+/// Mixes some blocks of one hop of carriers, each with its share, less what they have lost.
 pub(crate) fn mix(
     arch: Arch,
     carriers: &CarrierSet,
     hop: usize,
     blocks: Range<usize>,
-    shares: &[(u32, f32)],
+    (shares, lost): (&[(u32, f32)], Option<Lost<'_>>),
     out: &mut [EarBlocks],
 ) {
-    arch.dispatch(Mixed { mixture: Mixture::new(carriers, hop, shares, &blocks).parts(), out });
+    let mixture = Mixture::new(carriers, hop, shares, &blocks).less(lost, shares, &blocks);
+    arch.dispatch(Mixed { mixture: mixture.parts(), out });
 }
 
 struct Mixed<'a> {
@@ -239,7 +262,7 @@ mod tests {
         let carriers = CarrierSet::pack(std::iter::repeat_n([spectra.clone(), spectra], 6), 3, bins);
         let mut taps = Taps::new(3, &places, 2);
         // Left 1 to 2, right 4 throughout.
-        taps.set(1, &carriers, &[(0, 0.75), (1, 0.25)], &[1.0, 2.0, 4.0, 4.0], all.clone());
+        taps.set(1, &carriers, &[(0, 0.75), (1, 0.25)], &[1.0, 2.0, 4.0, 4.0], all.clone(), None);
         let phasor = Complex32::from_polar(1.0, -0.7);
         let turn = vec![Block { re: [phasor.re; LANES], im: [phasor.im; LANES] }; blocks_for(bins)];
         taps.turn(1, &turn, all);

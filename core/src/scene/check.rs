@@ -104,7 +104,17 @@ fn check_measured(measured: &MeasuredRoom, parts: &SceneParts) -> Result<(), Sce
     in_range("bass of the responses", &measured.low, -1e6, 1e6)?;
     in_range("late part of the responses", &measured.late, 0.0, 1e6)?;
     in_range("energies of the late part", &measured.late_before, 0.0, 1e12)?;
-    in_range("gains of the responses", &measured.gains, 0.0, 1e6)
+    in_range("gains of the responses", &measured.gains, 0.0, 1e6)?;
+    let Some(lifted) = &measured.lifted else { return Ok(()) };
+    if parts.images.is_none() {
+        return Err(value("reflections lifted out of responses", "with image sources that play them", "none"));
+    }
+    limit("places of responses", lifted.places.len(), 1, MAX_SITES)?;
+    let hops = lifted.samples.len() / (2 * count * grid.hop);
+    limit("hops that reflections are lifted out of", hops, 1, taps + 1)?;
+    fits("samples of lifted reflections", lifted.samples.len(), 2 * count * hops * grid.hop)?;
+    in_range("lifted reflections", &lifted.samples, -1e6, 1e6)?;
+    lifted.places.iter().try_for_each(|place| in_range("place of responses", &place.to_array(), -1e6, 1e6))
 }
 
 fn check_images(images: &ImageSources, emitter: Option<Vec3>) -> Result<(), SceneError> {

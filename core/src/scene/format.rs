@@ -8,7 +8,7 @@ use super::manifest::{
 use super::older::OlderRoom;
 use super::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
-    ImageSource, ImageSources, MeasuredHead, MeasuredRoom, SceneParts, Site, TailModel, Weather,
+    ImageSource, ImageSources, Lifted, MeasuredHead, MeasuredRoom, SceneParts, Site, TailModel, Weather,
 };
 use crate::decode::field::{Basis, LowRank, Rows, mirrored};
 use crate::head::HEAD_BANDS;
@@ -80,6 +80,7 @@ pub(super) fn write(parts: &SceneParts) -> Result<Vec<u8>, SceneError> {
         }),
         measured_hops: parts.measured.as_ref().map(|m| m.low_hops),
         measured_low_step: parts.measured.as_ref().map(|m| m.low_step),
+        measured_lifted: parts.measured.as_ref().is_some_and(|m| m.lifted.is_some()),
         measured_head: parts.measured_head.as_ref().map(|h| h.name.clone()),
         field: parts.field.as_ref().map(ManifestField::of),
         room: parts.room.as_ref().map(ManifestField::of),
@@ -186,6 +187,12 @@ fn measured_entries<'a>(measured: &'a MeasuredRoom, parts: &SceneParts, entries:
     entries.push(entry("measured.late", &[count, 2, bands], &measured.late));
     entries.push(entry("measured.late_before", &[measured.late_before.len() / (2 * bands), 2, bands], &measured.late_before));
     entries.push(entry("measured.gains", &[2, bands], &measured.gains));
+    if let Some(lifted) = &measured.lifted {
+        let places: Vec<f32> = lifted.places.iter().flat_map(Vec3::to_array).collect();
+        entries
+            .push(entry("measured.lifted", &[count, 2, lifted.samples.len() / (2 * count).max(1)], &lifted.samples).halved());
+        entries.push(entry("measured.places", &[lifted.places.len(), 3], places));
+    }
 }
 
 fn image_entries<'a>(images: &'a ImageSources, entries: &mut Vec<Entry<'a>>) {
@@ -299,7 +306,7 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
     let provenance = m.provenance();
     let bands = rising(centres, "band centres")?;
     let mut field = m.field.map(|f| read_field(FIELD, f, TransferShape { taps: field_taps, ..shape }, tensors)).transpose()?;
-    let measured = match (m.measured_hops, m.measured_low_step) {
+    let mut measured = match (m.measured_hops, m.measured_low_step) {
         (Some(hops), Some(step)) => Some(read_measured(hops, step, m.taps, &bands, &grid, tensors)?),
         (Some(hops), None) => {
             let (measured, direct) = read_older(hops, field.take(), &bands, &grid, tensors)?;
@@ -308,6 +315,9 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
         }
         (None, _) => None,
     };
+    if let Some(measured) = measured.as_mut().filter(|_| m.measured_lifted) {
+        measured.lifted = Some(read_lifted(measured.count(&bands), tensors)?);
+    }
     Ok(SceneParts {
         provenance,
         tail: TailModel {
@@ -448,6 +458,16 @@ fn read_measured(
         late,
         late_before: floats(tensors, "measured.late_before", &[None, Some(2), of_ears])?,
         gains: floats(tensors, "measured.gains", &[Some(2), of_ears])?,
+        lifted: None,
+    })
+}
+
+fn read_lifted(responses: usize, tensors: &SafeTensors<'_>) -> Result<Lifted, SceneError> {
+    let places = floats(tensors, "measured.places", &[None, Some(3)])?;
+    limit("places of responses", places.len() / 3, 1, MAX_SITES)?;
+    Ok(Lifted {
+        places: places.chunks_exact(3).map(Vec3::from_slice).collect(),
+        samples: floats(tensors, "measured.lifted", &[Some(responses), Some(2), None])?,
     })
 }
 

@@ -40,6 +40,9 @@ pub(super) struct Manifest {
     /// versions wrote it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) measured_low_step: Option<usize>,
+    /// Whether image sources play early reflections of the responses.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) measured_lifted: bool,
     /// Name of the head that the responses were measured with; absent where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) measured_head: Option<String>,

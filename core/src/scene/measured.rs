@@ -1,5 +1,6 @@
 //! The measured responses of a scene, and where they were measured.
 
+use super::Lifted;
 use crate::number::{single, whole};
 use crate::render::low::LOWEST_BINS;
 use crate::{Bands, StftGrid};
@@ -47,6 +48,8 @@ pub struct MeasuredRoom {
     pub late_before: Vec<f32>,
     /// Gains of time filters and late part, linear, `[ear][band]`: 1 but for another head than the measured one.
     pub gains: Vec<f32>,
+    /// What they lose where image sources play their early reflections.
+    pub lifted: Option<Lifted>,
 }
 
 impl MeasuredRoom {
@@ -108,10 +111,19 @@ impl MeasuredRoom {
         self.samples.len() / (2 * self.count(bands) * grid.hop).max(1)
     }
 
+    /// Hops that reflections are lifted out of.
+    pub(crate) fn lifted_hops(&self, bands: &Bands, grid: &StftGrid) -> usize {
+        self.lifted.as_ref().map_or(0, |lifted| lifted.samples.len() / (2 * self.count(bands) * grid.hop).max(1))
+    }
+
     /// One hop of one ear of a response that has so many hops.
     pub(crate) fn hop(&self, grid: &StftGrid, hops: usize, response: usize, ear: usize, hop: usize) -> &[f32] {
-        let start = ((2 * response + ear) * hops + hop) * grid.hop;
-        &self.samples[start..start + grid.hop]
+        hop_of(&self.samples, grid, hops, response, ear, hop)
+    }
+
+    /// What it loses of one hop, of so many that it loses anything of.
+    pub(crate) fn lifted_hop(&self, grid: &StftGrid, hops: usize, response: usize, ear: usize, hop: usize) -> &[f32] {
+        self.lifted.as_ref().map_or(&[], |lifted| hop_of(&lifted.samples, grid, hops, response, ear, hop))
     }
 
     /// The bass of one hop of one ear: samples, and the time of each after the first of the hop, samples of the scene's rate.
@@ -137,7 +149,13 @@ impl MeasuredRoom {
         let late = self.late.chunks_exact(2 * bands.count()).flat_map(|row| row.iter().zip(rise).map(|(g, r)| g * r));
         let row = 2 * bands.count();
         let before = &self.late_before[self.late_before.len().saturating_sub(taps * row)..];
-        Self { samples: samples.copied().collect(), late: late.collect(), late_before: before.to_vec(), ..self.clone() }
+        let lifted = self.lifted.as_ref().map(|lifted| {
+            let ears = lifted.samples.chunks_exact(self.lifted_hops(bands, grid) * grid.hop);
+            let samples = ears.flat_map(|ear| &ear[..ear.len().min((taps + 1) * grid.hop)]).copied().collect();
+            Lifted { samples, ..lifted.clone() }
+        });
+        let (samples, late_before) = (samples.copied().collect(), before.to_vec());
+        Self { samples, late: late.collect(), late_before, lifted, ..self.clone() }
     }
 
     /// Distance from the emitter at which each of `count` responses was measured, metres.
@@ -158,7 +176,14 @@ impl MeasuredRoom {
             + size_of_val(&*self.low)
             + size_of_val(&*self.late)
             + size_of_val(&*self.late_before)
+            + self.lifted.as_ref().map_or(0, |lifted| size_of_val(&*lifted.samples))
     }
+}
+
+/// One hop of samples, `[response][ear][hop * sample]`, of so many hops.
+fn hop_of<'a>(samples: &'a [f32], grid: &StftGrid, hops: usize, response: usize, ear: usize, hop: usize) -> &'a [f32] {
+    let start = ((2 * response + ear) * hops + hop) * grid.hop;
+    &samples[start..start + grid.hop]
 }
 
 #[cfg(test)]

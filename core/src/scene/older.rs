@@ -52,6 +52,7 @@ impl OlderRoom {
             late,
             late_before: self.late_before(count, row, &shape, bands, grid),
             gains: vec![1.0; shape.tap_len()],
+            lifted: None,
         };
         let direct = TransferShape { taps: 0, ..shape };
         // A row of a field without taps has a late part all the same.

@@ -41,7 +41,11 @@ pub fn reduced(scene: &Scene, less: Less) -> Option<Scene> {
         Less::Taps(taps) => (taps > 0 && taps < parts.taps).then(|| with_taps(parts, taps))??,
         Less::Images(count) => {
             let images = parts.images.as_ref().filter(|all| count < all.images.len())?;
-            SceneParts { images: (count > 0).then(|| fewer_images(images, count)), ..parts.clone() }
+            let images = (count > 0).then(|| fewer_images(images, count));
+            // What no image plays any more is the responses' own again.
+            let mut measured = parts.measured.clone();
+            measured.iter_mut().filter(|_| count == 0).for_each(|measured| measured.lifted = None);
+            SceneParts { images, measured, ..parts.clone() }
         }
         Less::Half(nodes) => {
             let thin = |field: &Field| thinned(field, nodes);

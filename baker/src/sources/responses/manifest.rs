@@ -52,8 +52,8 @@ struct Manifest {
 #[derive(Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BoxRoom {
-    /// Lengths along x, y and z, metres.
-    size: [f32; 3],
+    /// Lengths along x, y and z, metres; null where they are not known.
+    size: [Option<f32>; 3],
     /// The corner of least coordinates.
     #[serde(default)]
     corner: [f32; 3],
@@ -74,7 +74,11 @@ impl BoxRoom {
             Moves::Listener => Mover::Listener,
             Moves::Source => Mover::Source,
         });
-        Walls { corner: Vec3::from_array(self.corner), size: Vec3::from_array(self.size), moves }
+        Walls {
+            corner: Vec3::from_array(self.corner),
+            size: Vec3::from_array(self.size.map(|length| length.unwrap_or(f32::INFINITY))),
+            moves,
+        }
     }
 }
 

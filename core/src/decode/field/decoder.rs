@@ -66,6 +66,7 @@ fn mix_at(
 ) {
     let direction = pose.to_head(emitter).normalize_or(Vec3::X);
     transfer.shares = sites.at(direction, pose.position, direct_gain);
+    transfer.shares.lifted = measured.lifted.as_ref().map_or(0.0, |lifted| lifted.away(pose.position));
     measured.late_of(transfer.shares.entries(), &mut transfer.late);
 }
 
