@@ -22,8 +22,8 @@ use promenade_fourier::spectrum;
 use promenade_metrics::{MetricError, lsd_db, rwavs};
 use std::sync::Arc;
 
-/// Differences that are just noticed, of decay times as a share: these, C50 and levels (strength) after ISO 3382-1:2009, annex A;
-/// ITD after Klumpp and Eady (1956), ILD after Mills (1960).
+/// Differences that are just noticed, of decay times as a share: these, C50 and levels (strength) after ISO 3382-1:2009,
+/// annex A; ITD after Klumpp and Eady (1956), ILD after Mills (1960).
 pub const JND_DECAY: f64 = 0.05;
 /// Of levels between the ears or of a third-octave (Lindau 2008), and of clarity, dB.
 pub const JND_DB: f64 = 1.0;
@@ -134,8 +134,8 @@ pub struct TradePoint {
     pub walking_db: f64,
     /// Against the measurements that the scene was not baked from, where it has any.
     pub to_truth: Option<MeanErrors>,
-    /// How far beside the best someone points who knows it, lateral angle, degrees, mean over turns of the head; `None` where it
-    /// was not asked for, or nobody knows where the emitter is.
+    /// How far beside the best someone points who knows it, lateral angle, degrees, mean over turns of the head; `None` where
+    /// it was not asked for, or nobody knows where the emitter is.
     pub heard_off_deg: Option<f64>,
     /// Whether another setting costs no more and errs no more, standing and walking.
     pub dominated: bool,

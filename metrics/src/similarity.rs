@@ -1,9 +1,9 @@
 //! How alike two binaural renderings are to the ear: structural similarity of their phases in 32 bands of each ear.
 //!
-//! The short-time phase of each ear is compared as a picture is (neurogram similarity, Hines and Harte, "Speech intelligibility
-//! prediction using a neurogram similarity index measure", Speech Communication 54 (2012)), averaged over the bands of the ear and
-//! multiplied over both ears, as BINAQUAL does (Shariat Panah et al., arXiv 2505.11915, 2025): what arrives earlier or later, or
-//! in another order, is another picture. Only what is nearly right is told apart: some degrees are much.
+//! The short-time phase of each ear is compared as a picture is (neurogram similarity, Hines and Harte, "Speech
+//! intelligibility prediction using a neurogram similarity index measure", Speech Communication 54 (2012)), averaged over the
+//! bands of the ear and multiplied over both ears, as BINAQUAL does (Shariat Panah et al., arXiv 2505.11915, 2025): what
+//! arrives earlier or later, or in another order, is another picture. Only what is nearly right is told apart.
 
 use crate::{MetricError, check_pair, check_rate};
 use promenade_fourier::num_complex::Complex64;

@@ -18,8 +18,8 @@ const LATE_BEFORE: usize = 8;
 /// Places closer than this are one, metres.
 const SAME_PLACE_M: f32 = 1e-3;
 
-/// The responses, each times `gain`, and of each what image sources play in its place, `lost`, from its first hop on; `sites` are
-/// those of the layout and after them the mirror images of `origins`.
+/// The responses, each times `gain`, and of each what image sources play in its place, `lost`, from its first hop on; `sites`
+/// are those of the layout and after them the mirror images of `origins`.
 pub(crate) fn carried(
     measured: &[&Response],
     heard: &[ResponseParts],

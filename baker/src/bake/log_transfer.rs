@@ -8,8 +8,8 @@ use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{NO_GAIN, floored_log, minimum_phase, signal, spectrum};
 use std::f64::consts::TAU;
 
-/// An ear's direct sound begins so long before its onset, seconds: from the first of these on it rises, from the second on it is
-/// whole. Phases between those of two measurements ring before it.
+/// An ear's direct sound begins so long before its onset, seconds: from the first of these on it rises, from the second on it
+/// is whole. Phases between those of two measurements ring before it.
 const RISES_S: [f64; 2] = [0.00125, 0.00075];
 /// From the first of these on, after the arrival at the head's centre, it fades, at the second it has ended.
 const ENDS_S: [f64; 2] = [0.0035, 0.005];

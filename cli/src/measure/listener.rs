@@ -28,7 +28,12 @@ pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Re
     }
     let as_json = |off: HeardOff| {
         let front_back = off.confused.map(|share| 100.0 * share);
-        json!({ "lateral_deg": off.lateral_deg, "elevation_deg": off.elevation_deg, "front_back_percent": front_back, "alike": off.alike })
+        json!({
+            "lateral_deg": off.lateral_deg,
+            "elevation_deg": off.elevation_deg,
+            "front_back_percent": front_back,
+            "alike": off.alike,
+        })
     };
     Ok(Part {
         text: report::table(&table, args.format == TableForm::Markdown),

@@ -12,7 +12,8 @@ const REFRESH_HOPS: usize = 16;
 const QUICK_HOPS: usize = 8;
 /// ... but the first, which are the loudest, follow at every hop.
 const EARLY_TAPS: usize = 12;
-/// Both where measured responses carry them: their interference moves, and its steps are heard beside a tone that it makes faint.
+/// Both where measured responses carry them: their interference moves, and its steps are heard beside a tone that it makes
+/// faint.
 const MEASURED_QUICK_HOPS: usize = 4;
 const MEASURED_EARLY_TAPS: usize = 24;
 
