@@ -1,7 +1,7 @@
 //! How much energy of a measured response arrives when images do: grains of it, octave by octave, and the response without
 //! them.
 
-use crate::bake::reflections::Ears;
+use crate::bake::ears::Ears;
 use promenade_core::{OCTAVES, OCTAVES_HZ};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::signal;
