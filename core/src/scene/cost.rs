@@ -115,7 +115,8 @@ impl Cost {
             .as_ref()
             .map_or((0.0, 0.0), |room| (room.count(&parts.bands) as f64, room.low_hops.saturating_sub(parts.taps + 1) as f64));
         let low_bins = bins.min(LANES as f64);
-        let responses_hops = responses * (parts.taps + 1) as f64;
+        let lifted = parts.measured.as_ref().map_or(0, |room| room.lifted_hops(&parts.bands, &parts.grid));
+        let responses_hops = responses * (parts.taps + 1 + lifted) as f64;
         self.memory += EARS * (bins * (2.0 * noise_hops + responses_hops) + low_bins * low * (responses + 1.0));
         self.memory += bins * (EARS * (noise_hops + 8.0) + SPECTRUM * (parts.taps as f64 + LATE_RING));
         self.memory += 32.0 * grid.n_fft as f64;
