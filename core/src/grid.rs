@@ -9,6 +9,9 @@ const LEADS_A_HOP: usize = 4;
 /// `t + TAP_LEAD_HOPS`, rounded down.
 pub const TAP_LEAD_HOPS: f64 = 1.0 / LEADS_A_HOP as f64;
 
+/// The longest latency that the dry sound can be aligned to, seconds; scenes with longer windows are refused when read.
+pub(crate) const LONGEST_LATENCY_S: f64 = 0.2;
+
 /// Sample rate, transform length and hop of a short-time Fourier transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StftGrid {

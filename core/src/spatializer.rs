@@ -1,5 +1,6 @@
 //! What the audio thread owns: block in, block out.
 
+use crate::grid::LONGEST_LATENCY_S;
 use crate::number::{bounded, whole};
 use crate::{EmitterParams, Emitters, LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
 
@@ -7,8 +8,6 @@ use crate::{EmitterParams, Emitters, LiveParams, Pose, Quality, RenderParams, Re
 const SCENE_FADE_S: f64 = 0.05;
 /// Length of the ramp that takes a step in gain, mix or bypass, seconds.
 const GAIN_RAMP_S: f64 = 0.001;
-/// The longest latency that the dry sound can be aligned to, seconds; scenes with longer windows are refused when read.
-pub(crate) const LONGEST_LATENCY_S: f64 = 0.2;
 /// Samples that are worked on at a time.
 const CHUNK: usize = 256;
 

@@ -10,8 +10,8 @@ const SHORTEST_BLOCK: usize = 256;
 
 /// Converts channels from one sample rate to another, a block of so many samples at a time.
 ///
-/// What lies above the lower of both Nyquist frequencies is removed, from 0.93 of it on. Blocks of both rates last equally long,
-/// and what comes out is later than what goes in by exactly half a block.
+/// What lies above the lower of both Nyquist frequencies is removed, from 0.93 of it on. Blocks of both rates last equally
+/// long, and what comes out is later than what goes in by exactly half a block.
 pub struct RateConverter {
     resampler: Fft<f32>,
     input: Vec<Vec<f32>>,

@@ -89,8 +89,8 @@ fn the_host_knows_no_plugin_in_particular() {
 }
 
 /// What opens files, starts threads, or speaks with hosts and users.
-const WORLDLY: [&str; 11] =
-    ["nice-plug", "hound", "hdf5-pure", "crossbeam", "rayon", "tokio", "egui", "clap", "cpal", "rubato", "promenade-audio"];
+const WORLDLY: [&str; 10] =
+    ["nice-plug", "hound", "hdf5-pure", "crossbeam", "rayon", "tokio", "egui", "clap", "cpal", "promenade-audio"];
 /// Of the tools that bake: linear algebra, checkpoints, meshes, threads.
 const OF_BAKERS: [&str; 8] = ["nalgebra", "pytorch-reader", "zip", "rayon", "obvhs", "tobj", "stl_io", "ply-rs-bw"];
 
@@ -107,8 +107,8 @@ fn a_hosts_process_has_no_tools_of_bakers_and_hdf5_for_heads_alone() {
     let foreign = among(&closure("promenade-plugin"), &OF_BAKERS);
     assert!(foreign.is_empty(), "{foreign:?}");
     assert_eq!(among(&closure("promenade-baker"), &OF_BAKERS).len(), OF_BAKERS.len(), "names are those that bakers have");
-    // The resampler comes with the reader of files, and nobody calls it.
-    let of_heads = ["hdf5-pure", "promenade-audio", "rubato"];
+    // Conversion of whole sounds comes with the reader of files, and nobody calls it.
+    let of_heads = ["hdf5-pure", "promenade-audio"];
     assert_eq!(among(&closure("promenade-plugin"), &of_heads), of_heads);
     assert!(among(&closure_with("promenade-plugin", &["--prune", "promenade-sofa"]), &of_heads).is_empty());
     for name in ["acoustics", "core", "judge", "metrics", "paths", "plugin", "room", "sofa"] {

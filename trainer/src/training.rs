@@ -23,7 +23,8 @@ use std::sync::Arc;
 
 /// Seconds of dry sound before a clip whose reverberation reaches into it.
 const PRE_ROLL_S: f64 = 0.5;
-/// Shifts of a clip along its path, where clips are shifted: few enough that each one's response is found before training begins.
+/// Shifts of a clip along its path, where clips are shifted: few enough that each one's response is found before training
+/// begins.
 const SHIFTS: usize = 8;
 /// Share of the steps over which the learning rate rises.
 const WARM_UP: f32 = 0.05;

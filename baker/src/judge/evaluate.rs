@@ -122,9 +122,8 @@ pub fn evaluate_each(
     {
         let [own_at, heard_at] = [own, heard].map(|p| format!("{:.2}, {:.2}, {:.2}", p.x, p.y, p.z));
         let apart = own.distance(heard);
-        notes.push(format!(
-            "the scene's emitter, at {own_at}, is {apart:.2} m from the capture's, at {heard_at}: the scene is judged by another emitter's sound"
-        ));
+        let judged = "the scene is judged by another emitter's sound";
+        notes.push(format!("the scene's emitter, at {own_at}, is {apart:.2} m from the capture's, at {heard_at}: {judged}"));
     }
     let player = Player::new(scene, capture.sample_rate_hz, options.playing)?;
     let playing = player.playing();

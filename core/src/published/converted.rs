@@ -9,8 +9,8 @@ use std::collections::VecDeque;
 /// A [`PublishedStream`] at its model's rate between two conversions, to that rate and back.
 ///
 /// The model's hops are no whole number of a host's samples, so what passes between the conversions and the stream waits in
-/// queues, with silence before it that is long enough for none to run empty. That silence is chosen so that all of it together is
-/// late by a whole number of the host's samples.
+/// queues, with silence before it that is long enough for none to run empty. That silence is chosen so that all of it together
+/// is late by a whole number of the host's samples.
 ///
 /// # Real-time
 /// The audio thread owns it; no method but `new` allocates, locks or waits.
@@ -28,8 +28,8 @@ pub(crate) struct ConvertedStream {
     ready: [VecDeque<f32>; 2],
     hop: Vec<f32>,
     ears: [Vec<f32>; 2],
-    /// Samples of what comes from the first conversion that are still left out: so many as it is late, so that the model's first
-    /// frame begins with the sound, as a clip's does.
+    /// Samples of what comes from the first conversion that are still left out: so many as it is late, so that the model's
+    /// first frame begins with the sound, as a clip's does.
     skipped: usize,
     /// Silence before what the model makes, samples of its rate.
     silence: usize,

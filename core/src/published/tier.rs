@@ -1,9 +1,9 @@
 //! The tier Reference: the published render head beside the streaming one.
 
 use crate::decode::live::PublishedFrame;
+use crate::grid::LONGEST_LATENCY_S;
 use crate::published::converted::ConvertedStream;
 use crate::published::{ConvMode, FrameMasks, PublishedStream};
-use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{Scene, StftGrid};
 
 /// The published head at a host's rate.
@@ -27,8 +27,8 @@ pub(crate) struct Reference {
 }
 
 impl Reference {
-    /// `None` where the scene has no such tier; at rates other than the model's, where they cannot be converted within the longest
-    /// latency. The convolution layers know only the grid that they were trained on.
+    /// `None` where the scene has no such tier; at rates other than the model's, where they cannot be converted within the
+    /// longest latency. The convolution layers know only the grid that they were trained on.
     pub(crate) fn new(scene: &Scene, grid: &StftGrid) -> Option<Self> {
         let cloud = scene.cloud().filter(|c| c.conv != ConvMode::Off)?;
         let stream = PublishedStream::new(&cloud.model, *scene.grid(), cloud.stream_options(scene.shape().taps)).ok()?;

@@ -7,9 +7,9 @@ use super::{
     TurningRoom, Weather,
 };
 use crate::decode::field::{Field, FieldGrid};
+use crate::grid::LONGEST_LATENCY_S;
 use crate::number::{single, whole};
 use crate::published::{ConvMode, Projection};
-use crate::spatializer::LONGEST_LATENCY_S;
 use crate::{StftGrid, TransferShape};
 use glam::Vec3;
 

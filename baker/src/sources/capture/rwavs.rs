@@ -150,7 +150,8 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
     options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
 }
 
-/// A sound file as the published preparation leaves it or, where that is not there, as it was recorded; whether it is the latter.
+/// A sound file as the published preparation leaves it or, where that is not there, as it was recorded; whether it is the
+/// latter.
 fn either(folder: &Path, name: &str) -> (PathBuf, bool) {
     let [prepared, raw] = ["_re.wav", ".wav"].map(|ending| folder.join(format!("{name}{ending}")));
     if !prepared.exists() && raw.exists() { (raw, true) } else { (prepared, false) }
