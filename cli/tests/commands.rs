@@ -31,7 +31,9 @@ fn bakes_inspects_and_measures() {
 
     let (table, _) = succeeds(&["measure", &scene]);
     // A head, three poses and the means, of figures and of levels; a head and two tiers.
-    assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 5 + 5 + 3, "{table}");
+    // Each of the first two with a row of what is just noticed.
+    assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 6 + 6 + 3, "{table}");
+    assert_eq!(table.matches("\njust noticeable ").count(), 2, "{table}");
     let (markdown, _) = succeeds(&["measure", &scene, "--format", "markdown"]);
     assert!(markdown.starts_with("| held-out pose"), "{markdown}");
     let json = crate::common::json(&["measure", &scene, "--format", "json"]);

@@ -100,6 +100,7 @@ fn what_is_no_compensation_is_refused_by_line() {
         ("Preamp: -6 dB\n\nFilter 1: ON PK Fc 105 Hz Gain 5.5 dB", "line 3: expected \"ON TYPE"),
         ("Filter 1: ON NO Fc 105 Hz Gain 5.5 dB Q 0.70", "BP, NO or AP, found \"Filter 1: ON NO"),
         ("Filter 1: ON XX Fc 105 Hz Gain 5.5 dB Q 0.70", "of the types PK, LS, LSC"),
+        ("Filter 1: ON PK Fc 105 Hz Gain 5.5 dB BW Oct 10", "a bandwidth of 0.015 to 8.5 octaves"),
         ("Filter 1: ON PK Fc 105 Hz Gain 5.5 dB BW 1", "line 1: expected \"ON TYPE"),
         ("Filter 1: ON LS 0dB Fc 105 Hz Gain 5.5 dB", "a slope of 0.1 to 48 dB"),
         ("Include: other.txt", "line 1: expected \"Preamp:\", \"Filter N:\", \"Channel:\""),
@@ -251,4 +252,14 @@ fn a_stage_without_a_filter_changes_nothing_and_exchanges_are_no_steps() {
     // The tone's own largest step is 0.0065, 0.0092 at 3 dB more; the fades add a thousandth of what they pass.
     let step = heard.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
     assert!(step < 0.0105, "{step}");
+}
+
+#[test]
+fn every_bandwidth_that_is_read_is_kept() {
+    for octaves in ["0.015", "1", "8.5"] {
+        let text = format!("Filter 1: ON PK Fc 2300 Hz Gain -4.1 dB BW Oct {octaves}\n");
+        let headphones = Headphones::from_bytes(text.as_bytes()).unwrap();
+        let kept = serde_json::to_string(&headphones).unwrap();
+        assert_eq!(serde_json::from_str::<Headphones>(&kept).unwrap(), headphones, "{octaves} octaves");
+    }
 }

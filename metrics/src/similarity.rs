@@ -59,6 +59,10 @@ fn brought_together(reference: [&[f32]; 2], rendered: [&[f32]; 2], rate: f64) ->
     let reach = (LONGEST_LAG_S * rate / LAG_STEP) as i64;
     let at = |lag: i64| correlation[lag.rem_euclid(correlation.len() as i64) as usize];
     let lag = (-reach..=reach).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(0) as f64 * LAG_STEP;
+    if lag == 0.0 {
+        // Transformed there and back, phases at the turn from one end of their range to the other would change ends.
+        return rendered.map(<[f32]>::to_vec);
+    }
     for ear in &mut found {
         for (k, x) in ear.iter_mut().enumerate() {
             *x *= Complex64::from_polar(1.0, -TAU * k as f64 * lag / n_fft as f64);

@@ -11,6 +11,8 @@ const MAX_POINTS: usize = 4096;
 /// Frequencies, Hz, and qualities of filters.
 pub(super) const HZ: std::ops::RangeInclusive<f64> = 1.0..=100_000.0;
 pub(super) const QUALITIES: std::ops::RangeInclusive<f64> = 0.05..=100.0;
+/// Bandwidths whose Q is one of these.
+const OCTAVES: std::ops::RangeInclusive<f64> = 0.015..=8.5;
 
 pub(super) fn refused(place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> HeadphonesError {
     HeadphonesError { place: place.into(), expected: expected.into(), found: found.into() }
@@ -150,8 +152,7 @@ fn filter(text: &str) -> Result<Option<EqFilter>, &'static str> {
                 if !is(words.next(), "oct") {
                     return Err(form);
                 }
-                let octaves: f64 =
-                    checked(words.next().ok_or(form)?, &(0.015..=10.0)).ok_or("a bandwidth of 0.015 to 10 octaves")?;
+                let octaves: f64 = checked(words.next().ok_or(form)?, &OCTAVES).ok_or("a bandwidth of 0.015 to 8.5 octaves")?;
                 q = Some(octaves.exp2().sqrt() / (octaves.exp2() - 1.0));
             }
             _ => return Err(form),

@@ -104,6 +104,11 @@ fn written(mut tensors: Vec<Tensor>, metadata: HashMap<String, String>) -> Optio
         let data = sum.finalize().to_le_bytes().to_vec();
         tensors.push(Tensor { name: "crc32".to_owned(), dtype: Dtype::U32, shape: vec![1], data });
     }
+    // A name that is there twice is none that the writer takes.
+    let names: std::collections::HashSet<&str> = tensors.iter().map(|tensor| &*tensor.name).collect();
+    if names.len() < tensors.len() {
+        return None;
+    }
     let views = tensors.iter().map(|t| Some((&*t.name, TensorView::new(t.dtype, t.shape.clone(), &t.data).ok()?)));
     safetensors::serialize(views.collect::<Option<Vec<_>>>()?, Some(metadata)).ok()
 }
