@@ -203,8 +203,8 @@ impl Meeting {
 }
 
 impl Mixture<'_> {
-    /// Multiplies gains, `[ear][band]`, of a tap (or, after the last, of all hops to come) by those that bring a mix to the mean
-    /// energy of its parts, less what the late part of amplitudes `late`, `[ear][band]`, plays there already.
+    /// Multiplies gains, `[ear][band]`, of a tap (or, after the last, of all hops to come) by those that bring a mix to the
+    /// mean energy of its parts, less what the late part of amplitudes `late`, `[ear][band]`, plays there already.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
