@@ -14,6 +14,8 @@ const SHORTEST_BLOCK: usize = 256;
 /// long, and what comes out is later than what goes in by exactly half a block.
 pub struct RateConverter {
     resampler: Fft<f32>,
+    /// Samples that come out of the shortest stretch that is a whole number of samples at both rates.
+    shortest: usize,
     input: Vec<Vec<f32>>,
     output: Vec<Vec<f32>>,
 }
@@ -36,13 +38,19 @@ impl RateConverter {
         let window = WindowFunction::BlackmanHarris2;
         let resampler = Fft::new_custom(from, to, input, 1, channels, window, FixedSync::Both).ok()?;
         let silent = |len: usize| vec![vec![0.0; len]; channels];
-        Some(Self { resampler, input: silent(input), output: silent(output) })
+        Some(Self { resampler, shortest: to / divisor, input: silent(input), output: silent(output) })
     }
 
     /// Samples of a block that goes in, and of one that comes out.
     #[must_use]
     pub fn block(&self) -> [usize; 2] {
         [&self.input, &self.output].map(|side| side.first().map_or(0, Vec::len))
+    }
+
+    /// Samples that come out of the shortest stretch that is a whole number of samples at both rates.
+    #[must_use]
+    pub fn shortest(&self) -> usize {
+        self.shortest
     }
 
     /// The place of a channel's next block.

@@ -45,9 +45,7 @@ impl ConvertedStream {
         let [host_block, model_block] = to_model.block();
         // What one call of the stream gives out lags a hop less than the stream.
         let lag = stream.latency_samples() - model.hop;
-        // Both blocks are even numbers of the smallest that have whole samples at both rates.
-        let smallest = model_block / divisor(host_block, model_block);
-        let late = (lag + model.hop - 1).next_multiple_of(smallest);
+        let late = (lag + model.hop - 1).next_multiple_of(to_model.shortest());
         let converted = whole(late as f64 * host_hz / model.sample_rate_hz);
         let queue = |len: usize| VecDeque::with_capacity(len);
         // What is left out before the model is made up for after it.
@@ -140,9 +138,4 @@ impl ConvertedStream {
         let converters = self.to_model.memory_bytes() + self.from_model.memory_bytes();
         self.stream.memory_bytes() + converters + size_of::<f32>() * (queues + 3 * self.hop.len())
     }
-}
-
-/// The greatest common divisor.
-fn divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { divisor(b, a % b) }
 }
