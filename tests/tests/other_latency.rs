@@ -7,6 +7,8 @@ use promenade_tests::signal::{impulse, largest_step, peak_index, sine};
 use promenade_tests::{Host, Setup, edit_state, in_both_formats, render};
 use serde_json::json;
 use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant};
 
 in_both_formats!(
     the_latency_follows_the_scene,
@@ -88,10 +90,16 @@ fn another_latency_asks_once_and_comes_after_silence<H: Host>() {
     let steady = play(&mut host, 100);
     let restarts = host.instance().restarts();
     host.set("scene", 1.0);
-    let change = play(&mut host, 200);
+    // The scene is loaded meanwhile, on a machine that may be busy.
+    let (began, mut change) = (Instant::now(), Vec::new());
+    while host.latency() == before && began.elapsed() < Duration::from_secs(30) {
+        change.extend(play(&mut host, 10));
+        thread::sleep(Duration::from_millis(5));
+    }
+    change.extend(play(&mut host, 200));
     assert_ne!(host.latency(), before);
     assert_eq!(host.instance().restarts(), restarts + 1);
-    let end = &change[150 * 480..];
+    let end = &change[change.len() - 50 * 480..];
     let most = largest_step(&steady[50 * 480..]).max(largest_step(end));
     let step = largest_step(&[&steady[steady.len() - 1..], &change[..]].concat());
     assert!(step < 1.2 * most, "a step of {step}, steady at most {most}");

@@ -382,6 +382,7 @@ impl Plugin for Promenade {
         }
         self.playing.fade(buffer.as_slice());
         self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());
+        self.timing.offline.spend(began.elapsed());
         let silent = ears(buffer).into_iter().flatten().all(|sample| *sample == 0.0);
         self.report(silent, &snapshot, context)
     }

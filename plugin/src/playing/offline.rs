@@ -11,6 +11,8 @@ const WINDOW_S: f64 = 0.2;
 const FAST: f64 = 0.5;
 /// Blocks that keep to their own length within this share are played live.
 const STEADY: f64 = 0.1;
+/// They leave at least this share of the time to the host; a bounce that waits for decodes may be as slow, but waits here.
+const LEFT: f64 = 0.2;
 /// Steady windows in a row before an offline rendering is taken for live playing.
 const STEADY_WINDOWS: u32 = 3;
 
@@ -22,6 +24,8 @@ pub struct OfflineDetector {
     trusted: bool,
     since: Option<Instant>,
     played_s: f64,
+    /// Time of the window that was spent in the plugin.
+    spent: Duration,
     steady: u32,
 }
 
@@ -43,10 +47,18 @@ impl OfflineDetector {
         let since = *self.since.get_or_insert(now);
         if self.played_s >= WINDOW_S {
             self.judge(now.saturating_duration_since(since));
-            (self.since, self.played_s) = (Some(now), 0.0);
+            (self.since, self.played_s, self.spent) = (Some(now), 0.0, Duration::ZERO);
         }
         self.played_s += block_s;
         self.offline
+    }
+
+    /// Counts the time for which the plugin was at work on the block that was counted last.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn spend(&mut self, time: Duration) {
+        self.spent = self.spent.saturating_add(time);
     }
 
     fn judge(&mut self, past: Duration) {
@@ -54,7 +66,8 @@ impl OfflineDetector {
         if share < FAST {
             self.offline = true;
         }
-        self.steady = if (share - 1.0).abs() < STEADY { self.steady + 1 } else { 0 };
+        let is_steady = (share - 1.0).abs() < STEADY && self.spent < past.mul_f64(1.0 - LEFT);
+        self.steady = if is_steady { self.steady + 1 } else { 0 };
         if self.steady >= STEADY_WINDOWS {
             self.offline = false;
         }
@@ -95,6 +108,16 @@ mod tests {
             // Four blocks at once, then a wait.
             let now = start + Duration::from_secs_f64(BLOCK_S * 4.0) * (n / 4);
             assert!(!detector.advance(now, BLOCK_S));
+        }
+    }
+
+    #[test]
+    fn a_bounce_that_waits_as_long_as_it_plays_stays_one() {
+        let start = Instant::now();
+        let mut detector = OfflineDetector::new(true, false);
+        for n in 0..400 {
+            assert!(detector.advance(start + Duration::from_secs_f64(BLOCK_S) * n, BLOCK_S));
+            detector.spend(Duration::from_secs_f64(0.9 * BLOCK_S));
         }
     }
 
