@@ -1,6 +1,7 @@
 //! What is done to a frame of the source: its direct sound filtered, its time filters and late part added.
 
 pub(crate) mod ambisonic;
+pub(crate) mod at_once;
 pub(crate) mod bass;
 pub(crate) mod carrier;
 pub(crate) mod carrier_set;
@@ -18,4 +19,5 @@ pub(crate) mod low_cut;
 pub(crate) mod meeting;
 pub(crate) mod phasor;
 pub(crate) mod taps;
+pub(crate) mod undelayed;
 pub(crate) mod waves;

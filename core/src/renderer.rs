@@ -4,6 +4,7 @@ use crate::decode::InlineWorker;
 use crate::decode::follow::Follower;
 use crate::number::whole;
 use crate::published::tier::Reference;
+use crate::render::at_once::{AtOnce, Hop};
 use crate::render::carriers::Carriers;
 use crate::render::head::RenderHead;
 use crate::render::images::ImageRenderer;
@@ -94,9 +95,13 @@ pub struct Renderer {
     reference: Option<Reference>,
     images: Option<ImageRenderer>,
     waves: Option<WaveBass>,
-    /// Poses of the last hops: a frame is rendered with the pose at its centre.
+    at_once: Option<AtOnce>,
+    /// Samples that a host is told that it lags behind.
+    stated: usize,
+    /// Poses of the last hops, the oldest of which is rendered.
     poses: VecDeque<Pose>,
-    /// Sample of a hop at which the pose is asked for, so that the oldest of `poses` belongs to the centre of the newest frame.
+    /// Sample of a hop at which the pose is asked for, so that the oldest of `poses` belongs to the centre of the newest frame,
+    /// or to its end where the first hops do not wait for it.
     pose_phase: usize,
     /// The last valid pose that was jumped to.
     last: Pose,
@@ -131,12 +136,17 @@ impl Renderer {
         scene.playable_at(sample_rate_hz)?;
         let grid = scene.grid().at_rate(sample_rate_hz);
         let shape = scene.shape();
+        let pace = carriers.pace;
         let images = carriers.images.as_ref().and_then(|filters| ImageRenderer::new(&scene, &grid, filters, &carriers.curve));
         let waves = carriers.waves.as_ref().and_then(|filters| WaveBass::new(&scene, &grid, filters));
         let head = RenderHead::new(grid, scene.grid(), shape, scene.tail(), carriers);
         let spectrum = || vec![Complex32::default(); grid.bins()];
-        let centre = grid.window_len() / 2;
+        // A frame is rendered with the pose at its centre. What does not wait for it has the newest there is.
+        let centre = if pace.is_short() { 0 } else { grid.window_len() / 2 };
+        let reference = if pace.is_short() { None } else { Reference::new(&scene, &grid) };
         Ok(Self {
+            stated: reference.as_ref().map_or(pace.latency.stated(&grid), Reference::latency_samples),
+            at_once: if pace.is_short() { Some(AtOnce::new(&grid, &pace)) } else { None },
             grid,
             stft: Stft::new(grid),
             follower: Follower::new(&scene, head.filter_hops()),
@@ -148,7 +158,7 @@ impl Renderer {
             room_gain: 1.0,
             trim: Trim::NEUTRAL,
             low_cut: LowCut::new(grid.sample_rate_hz),
-            reference: Reference::new(&scene, &grid),
+            reference,
             images,
             waves,
             poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
@@ -212,7 +222,7 @@ impl Renderer {
     /// Samples by which the output lags the input, the same for all tiers.
     #[must_use]
     pub fn latency_samples(&self) -> usize {
-        self.reference.as_ref().map_or(self.grid.latency_samples(), Reference::latency_samples)
+        self.stated
     }
 
     /// The tier that is played for a wanted one: as [`Scene::played_tier`], but High needs a decoder, and Reference the scene's
@@ -249,7 +259,8 @@ impl Renderer {
         let reference = self.reference.as_ref().map_or(0, Reference::memory_bytes);
         let images = self.images.as_ref().map_or(0, ImageRenderer::memory_bytes);
         let waves = self.waves.as_ref().map_or(0, WaveBass::memory_bytes);
-        reference + images + waves + self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
+        let at_once = self.at_once.as_ref().map_or(0, AtOnce::memory_bytes);
+        reference + images + waves + at_once + self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
     }
 
     /// Takes the next pose at once instead of following to it; what sounds goes on.
@@ -277,6 +288,9 @@ impl Renderer {
         }
         if let Some(waves) = &mut self.waves {
             waves.reset();
+        }
+        if let Some(at_once) = &mut self.at_once {
+            at_once.reset();
         }
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.filled = 0;
@@ -308,12 +322,16 @@ impl Renderer {
             if let Some(reference) = &mut self.reference {
                 reference.jump(tier == Tier::Reference);
             }
+            if self.at_once.as_ref().is_some_and(|at_once| !at_once.has_begun()) {
+                self.begin_hop(pose, tier, &self.trim_at(&pose));
+            }
             self.fresh = false;
         }
         let mut done = 0;
         while done < input.len() {
             let stop = if self.filled < self.pose_phase { self.pose_phase } else { self.grid.hop };
-            let count = (stop - self.filled).min(input.len() - done);
+            let room = self.at_once.as_ref().map_or(usize::MAX, AtOnce::room);
+            let count = (stop - self.filled).min(input.len() - done).min(room);
             let place = &mut self.stft.newest()[self.filled..self.filled + count];
             // Comparisons with a NaN are false, so it falls to 0 too.
             let sound = |x: f32| if (QUIET..ABSURD).contains(&x.abs()) { x } else { 0.0 };
@@ -324,6 +342,11 @@ impl Renderer {
             }
             for (out, ready) in [&mut *left, &mut *right].into_iter().zip(&self.ready) {
                 out[done..done + count].copy_from_slice(&ready[self.filled..self.filled + count]);
+            }
+            if let Some(at_once) = &mut self.at_once {
+                let (hop, span) = (self.stft.newest(), self.filled..self.filled + count);
+                let ears = [&mut left[done..done + count], &mut right[done..done + count]];
+                at_once.take(hop, span, self.waves.as_mut(), self.images.as_mut(), ears);
             }
             done += count;
             self.filled += count;
@@ -375,19 +398,33 @@ impl Renderer {
         (distance(pose) / distance(&self.scene.start_pose())).powf(power)
     }
 
+    /// What the user changes, as it is heard at a pose.
+    fn trim_at(&self, pose: &Pose) -> Trim {
+        Trim { direct: self.trim.direct * self.distance_gain(pose), ..self.trim }
+    }
+
+    /// Begins a hop of what does not wait for a frame.
+    fn begin_hop(&mut self, from: Pose, tier: Tier, trim: &Trim) {
+        let Some(at_once) = &mut self.at_once else { return };
+        let hop = Hop { from, to: self.poses[0], trim: *trim, draft: tier == Tier::Draft };
+        at_once.begin(hop, self.head.joined(self.room_gain, trim), self.waves.as_mut());
+    }
+
     fn hop(&mut self, quality: &Quality, trim: &Trim) {
         let before = std::mem::replace(&mut self.before, self.poses[0]);
         let tier = self.follow(self.poses[0], quality, trim, false);
         if let Some(reference) = &mut self.reference {
             reference.note_input(self.stft.newest());
         }
-        let trim = Trim { direct: self.trim.direct * self.distance_gain(&self.poses[0]), ..self.trim };
-        if let Some(waves) = &mut self.waves {
-            waves.take(self.stft.newest(), &before, &trim);
-        }
+        let trim = self.trim_at(&self.poses[0]);
+        let waits = self.at_once.is_none();
         // What is given out with a frame is that of the frame before, nearly: its images belong to the pose of that time.
-        let newest: &[f32] = self.stft.newest();
-        if let Some(images) = &mut self.images {
+        let newest = self.stft.newest();
+        if let Some(waves) = self.waves.as_mut().filter(|_| waits) {
+            waves.begin(&before, &trim);
+            waves.take(newest, 0);
+        }
+        if let Some(images) = self.images.as_mut().filter(|_| waits) {
             images.take(newest, &before, tier == Tier::Draft, &trim);
         }
         self.stft.analyse(&mut self.spectrum);
@@ -401,12 +438,13 @@ impl Renderer {
                 self.stft.give_out(ear, ready);
             }
         }
-        if let Some(images) = &mut self.images {
+        if let Some(images) = self.images.as_mut().filter(|_| waits) {
             images.add_to(&mut self.ready);
         }
-        if let Some(waves) = &self.waves {
-            waves.add_to(&mut self.ready);
+        if let Some(waves) = self.waves.as_ref().filter(|_| waits) {
+            waves.add_to(0, self.ready.each_mut().map(|ear| &mut ear[..]));
         }
+        self.begin_hop(before, tier, &trim);
         if let Some(reference) = &mut self.reference {
             let frame = self.follower.decoded().and_then(|d| d.published.as_ref());
             reference.finish(tier == Tier::Reference, 1.0 / TIER_FADE_HOPS, frame, &mut self.ready);

@@ -10,6 +10,7 @@ mod extremes;
 mod head;
 mod headphones;
 mod images;
+mod latency;
 mod limits;
 mod live;
 mod measured;

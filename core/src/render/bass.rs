@@ -9,6 +9,8 @@ use pulp::Arch;
 pub(crate) struct Bass {
     arch: Arch,
     hops: usize,
+    /// Hops that are played apart.
+    apart: usize,
     /// `[block][hop]`
     filters: Vec<EarBlocks>,
     mixed: Vec<EarBlocks>,
@@ -19,18 +21,29 @@ pub(crate) struct Bass {
 }
 
 impl Bass {
-    pub(crate) fn new(carriers: Option<&CarrierSet>) -> Self {
+    /// The first `apart` hops are played apart, and the others so many hops earlier.
+    pub(crate) fn new(carriers: Option<&CarrierSet>, apart: usize) -> Self {
         let (hops, blocks) = carriers.map_or((0, 0), |set| (set.hops(), set.blocks()));
         let silent = |count| vec![EarBlocks::default(); count];
         Self {
             arch: Arch::new(),
             hops,
+            apart,
             filters: silent(hops * blocks),
             mixed: silent(blocks),
             sums: silent(blocks),
-            slots: vec![0; hops],
+            slots: vec![0; hops.saturating_sub(apart)],
             stale: true,
         }
+    }
+
+    /// The filters as `[block][hop]`, and their hops.
+    pub(crate) fn filters(&self) -> &[EarBlocks] {
+        &self.filters
+    }
+
+    pub(crate) fn hops(&self) -> usize {
+        self.hops
     }
 
     /// The pose has changed.
@@ -55,15 +68,15 @@ impl Bass {
 
     /// Adds its sound at a level to the sums; the newest input is in slot `now` of a ring `[block][slot]`.
     pub(crate) fn add(&mut self, ring: &[Block], ring_len: usize, now: usize, level: f32, sums: &mut [EarBlocks]) {
-        if self.hops == 0 || level == 0.0 {
+        if self.slots.is_empty() || level == 0.0 {
             return;
         }
         for (l, slot) in self.slots.iter_mut().enumerate() {
             *slot = (now + ring_len - l) % ring_len;
         }
-        let Self { arch, hops, filters, slots, sums: own, .. } = self;
+        let Self { arch, hops, apart, filters, slots, sums: own, .. } = self;
         own.fill(EarBlocks::default());
-        Accumulate { arch: *arch, slots, ring_len, ring, filter: filters, hops: *hops, first: 0, sums: own }.run();
+        Accumulate { arch: *arch, slots, ring_len, ring, filter: filters, hops: *hops, first: *apart, sums: own }.run();
         for (sum, own) in sums.iter_mut().zip(own) {
             scale(own, level);
             for (sum, own) in sum.ears.iter_mut().zip(&own.ears) {

@@ -2,6 +2,7 @@
 
 use crate::bands::{BandPlace, Bands};
 use crate::decode::sites::Sites;
+use crate::latency::{Latency, Pace};
 use crate::number::{single, whole};
 use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
 use crate::render::carrier_set::CarrierSet;
@@ -34,6 +35,8 @@ const STRIDE: usize = 7;
 
 /// The carriers of a scene at one sample rate, which all its renderers at that rate share.
 pub struct Carriers {
+    /// How streams are cut up.
+    pub(crate) pace: Pace,
     /// From here on masks and bands are held, Hz; infinite within the scene's own band.
     pub(crate) top_hz: f32,
     /// Where every bin lies among the scene's bands.
@@ -82,11 +85,22 @@ impl Carriers {
     /// Not real-time safe: allocates.
     #[must_use]
     pub fn new(scene: &Scene, sample_rate_hz: f64) -> Self {
+        Self::with_latency(scene, sample_rate_hz, Latency::Frame)
+    }
+
+    /// The same for another latency. A scene whose frames are not four hops long, whose hop has no divisor from 2 to 7, or
+    /// which has less than 11 taps, keeps its frame's ([`Carriers::latency`]).
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    #[must_use]
+    pub fn with_latency(scene: &Scene, sample_rate_hz: f64, latency: Latency) -> Self {
         let (grid, scene_grid, taps) = (scene.grid().at_rate(sample_rate_hz), scene.grid(), scene.shape().taps);
+        let pace = Pace::new(latency, &grid, taps);
         let noise = Self::of_noise(&grid, scene_grid, taps, scene.bands(), scene.tail(), scene.top_hz());
-        let images = scene.images().map(|images| Arc::new(ImageFilters::new(images, &grid)));
+        let images = scene.images().map(|images| Arc::new(ImageFilters::new(images, &grid, &pace)));
         let waves = scene.bass().zip(scene.emitter());
-        let waves = waves.map(|(bass, at)| Arc::new(BassFilters::new(bass, at, scene.weather().speed_m_s(), &grid)));
+        let waves = waves.map(|(bass, at)| Arc::new(BassFilters::new(bass, at, scene.weather().speed_m_s(), &grid, &pace)));
         let carriers = match scene.measured() {
             Some(room) => noise.carrying(room, scene, &grid),
             None => noise,
@@ -96,7 +110,13 @@ impl Carriers {
             None => carriers.taps.carried(hop, shares, &carriers.places),
         });
         let curve = Arc::new(curve);
-        Self { curve, images, waves, ..carriers }
+        Self { pace, curve, images, waves, ..carriers }
+    }
+
+    /// The latency that renderers have.
+    #[must_use]
+    pub fn latency(&self) -> Latency {
+        self.pace.latency
     }
 
     /// Noise for explicit `taps` on a host grid.
@@ -117,6 +137,7 @@ impl Carriers {
             CarrierSet::pack(spectra.into_iter(), hops, grid.bins())
         };
         Self {
+            pace: Pace::new(Latency::Frame, grid, taps),
             top_hz,
             places: band_places(grid, bands, top_hz),
             taps: set(0, taps),

@@ -45,6 +45,10 @@ pub(crate) struct RenderHead {
     decay: Decay,
     /// Explicit taps that are early reflections.
     early_taps: usize,
+    /// Hops, the direct sound the first, that are played without waiting for a frame: all frames come so many hops earlier.
+    apart: usize,
+    /// The filter of these.
+    joined: Vec<EarBlocks>,
     /// Gains of one late hop, of a tap and of the bass after the taps, both ears.
     late_gains: Vec<f32>,
     tap_gains: Vec<f32>,
@@ -76,6 +80,7 @@ impl RenderHead {
         carriers: Arc<Carriers>,
     ) -> Self {
         let blocks = blocks_for(grid.bins());
+        let apart = carriers.pace.early_hops();
         let places = &carriers.places;
         let decay = Decay::new(&grid, tail, places, Arc::clone(&carriers.curve), shape.taps);
         Self {
@@ -86,12 +91,14 @@ impl RenderHead {
             taps: Taps::new(shape.taps, places, shape.bands),
             late: Taps::new(LATE_HOPS, places, shape.bands),
             network: Late::new(&grid, scene_grid, tail, decay.stated_bins()),
-            low: Low::new(carriers.measured.as_ref().map_or(0, |m| m.low.hops()), shape.taps),
-            bass: Bass::new(carriers.measured.as_ref().map(|m| &m.bass)),
+            low: Low::new(carriers.measured.as_ref().map_or(0, |m| m.low.hops()), shape.taps - apart),
+            bass: Bass::new(carriers.measured.as_ref().map(|m| &m.bass), apart),
             first: vec![EarBlocks::default(); blocks],
             carriers,
             decay,
-            early_taps: whole(EARLY_S / grid.hop_s() - TAP_LEAD_HOPS).min(shape.taps),
+            early_taps: whole(EARLY_S / grid.hop_s() - TAP_LEAD_HOPS).min(shape.taps).max(apart),
+            apart,
+            joined: vec![EarBlocks::default(); if apart > 0 { blocks } else { 0 }],
             late_gains: vec![0.0; shape.tap_len()],
             tap_gains: vec![0.0; shape.tap_len()],
             low_gains: vec![1.0; shape.tap_len()],
@@ -221,7 +228,7 @@ impl RenderHead {
         write_slot(&mut self.input, slots, now, spectrum);
         self.low.write(self.frame, spectrum);
         for (l, slot) in self.slots.iter_mut().enumerate() {
-            *slot = (now + slots - 1 - l) % slots;
+            *slot = (now + slots + self.apart - 1 - l) % slots;
         }
         if has_room {
             self.advance_late(now);
@@ -237,13 +244,17 @@ impl RenderHead {
                 let hops = filter.len() / sums.len();
                 Accumulate { arch, slots, ring_len, ring, filter, hops, first, sums }.run();
             };
-        add(&[now], input, slots, self.direct.blocks(), 0, &mut self.direct_sum);
+        // What is played apart is the direct sound and the taps before this one.
+        let first = self.apart.saturating_sub(1);
+        if self.apart == 0 {
+            add(&[now], input, slots, self.direct.blocks(), 0, &mut self.direct_sum);
+        }
         self.bass.add(input, slots, now, 1.0 - room_gain, &mut self.direct_sum);
         let apart = trim.early != trim.late;
         if has_room {
             let early = if apart { self.early_taps } else { self.shape.taps };
             self.room_sum.fill(EarBlocks::default());
-            add(&self.slots[..early], input, slots, self.taps.filters(), 0, &mut self.room_sum);
+            add(&self.slots[first..early], input, slots, self.taps.filters(), first, &mut self.room_sum);
             let sums = if apart { &mut self.late_sum } else { &mut self.room_sum };
             if apart {
                 sums.fill(EarBlocks::default());
@@ -252,8 +263,7 @@ impl RenderHead {
             add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), 0, sums);
             self.low.add(sums);
         }
-        let gains =
-            Gains { direct: trim.direct, early: room_gain * trim.early, late: room_gain * trim.late, width: trim.width };
+        let gains = Gains::new(room_gain, trim);
         let (direct, room) = (&self.direct_sum, &self.room_sum);
         let late = if apart { Some(&*self.late_sum) } else { None };
         for (ear, out) in ears.into_iter().enumerate() {
@@ -263,6 +273,22 @@ impl RenderHead {
         Some(())
     }
 
+    /// The filter of the hops that are played apart, on the host's bins, each hop at its time; empty where none are.
+    pub(crate) fn joined(&mut self, room_gain: f32, trim: &Trim) -> &[EarBlocks] {
+        let (taps, gains) = (self.taps.filters(), Gains::new(room_gain, trim));
+        let bass = (self.bass.filters(), self.bass.hops(), 1.0 - room_gain);
+        let hops = self.shape.taps;
+        self.arch.dispatch(Join {
+            direct: self.direct.blocks(),
+            taps: (taps, hops),
+            bass,
+            count: self.apart,
+            gains,
+            out: &mut self.joined,
+        });
+        &self.joined
+    }
+
     /// Feeds the late network from the ring of input, whose newest frame is in slot `now`.
     fn advance_late(&mut self, now: usize) {
         let slots = self.shape.taps + 1;
@@ -270,7 +296,7 @@ impl RenderHead {
         for (j, slot) in self.late_slots.iter_mut().enumerate() {
             *slot = (tail_now + LATE_HOPS - j) % LATE_HOPS;
         }
-        let fed = (now + slots - (self.shape.taps + 1 - late_lead(self.shape.taps))) % slots;
+        let fed = (now + slots + self.apart - (self.shape.taps + 1 - late_lead(self.shape.taps))) % slots;
         let from = Slot { ring: &self.input, slots, at: fed };
         let to = SlotMut { ring: &mut self.tail, slots: LATE_HOPS, at: tail_now };
         self.network.advance(self.frame, from, to);
@@ -291,8 +317,12 @@ impl RenderHead {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let ear_blocks =
-            self.first.len() + self.direct_sum.len() + self.room_sum.len() + self.late_sum.len() + self.direct.blocks().len();
+        let ear_blocks = self.joined.len()
+            + self.first.len()
+            + self.direct_sum.len()
+            + self.room_sum.len()
+            + self.late_sum.len()
+            + self.direct.blocks().len();
         ear_blocks * size_of::<EarBlocks>()
             + (self.input.len() + self.tail.len()) * size_of::<Block>()
             + self.taps.memory_bytes()
@@ -314,6 +344,69 @@ struct Gains {
     width: f32,
 }
 
+impl Gains {
+    fn new(room_gain: f32, trim: &Trim) -> Self {
+        Self { direct: trim.direct, early: room_gain * trim.early, late: room_gain * trim.late, width: trim.width }
+    }
+
+    /// What an ear hears of its own sum, and of the other ear's.
+    fn across(&self) -> [f32; 2] {
+        [0.5 + 0.5 * self.width, 0.5 - 0.5 * self.width]
+    }
+}
+
+/// Adds up the filters of the first hops, each hop at its time, in frames of four hops.
+struct Join<'a> {
+    direct: &'a [EarBlocks],
+    /// Filters as `[block][hop]`, and how many hops there are: of the taps and of the direct sound's bass with its level.
+    taps: (&'a [EarBlocks], usize),
+    bass: (&'a [EarBlocks], usize, f32),
+    count: usize,
+    gains: Gains,
+    out: &'a mut [EarBlocks],
+}
+
+/// By what each bin of a block turns in a quarter of the frame, times so many hops: real and imaginary part.
+fn quarter_turns(hops: usize) -> [[f32; LANES]; 2] {
+    let turn = |i: usize| [(1.0, 0.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 1.0)][i * hops % 4];
+    [std::array::from_fn(|i| turn(i).0), std::array::from_fn(|i| turn(i).1)]
+}
+
+impl WithSimd for Join<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        let Self { direct, taps: (taps, hops), bass: (bass, bass_hops, bass_gain), count, gains, out } = self;
+        let [own, other] = gains.across().map(|share| share * gains.early);
+        for ((block, out), direct) in out.iter_mut().enumerate().zip(direct) {
+            for ear in 0..2 {
+                out.ears[ear] = scaled(&direct.ears[ear], gains.direct);
+            }
+            for hop in 0..count {
+                let mut here = EarBlocks::default();
+                if let Some(bass) = bass.get(block * bass_hops + hop).filter(|_| hop < bass_hops && bass_gain != 0.0) {
+                    for ear in 0..2 {
+                        add(&mut here.ears[ear], bass, ear, [bass_gain * gains.direct, 0.0]);
+                    }
+                }
+                if let Some(tap) = hop.checked_sub(1).and_then(|tap| taps.get(block * hops + tap)) {
+                    for ear in 0..2 {
+                        add(&mut here.ears[ear], tap, ear, [own, other]);
+                    }
+                }
+                let [cos, sin] = quarter_turns(hop);
+                for (out, here) in out.ears.iter_mut().zip(&here.ears) {
+                    for i in 0..LANES {
+                        out.re[i] += cos[i] * here.re[i] - sin[i] * here.im[i];
+                        out.im[i] += cos[i] * here.im[i] + sin[i] * here.re[i];
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Adds one ear's direct sound and room.
 struct Mix<'a> {
     ear: usize,
@@ -331,8 +424,7 @@ impl Mix<'_> {
     fn block(&self, block: usize, out: &mut [Complex32]) {
         let Self { ear, direct, room, late, gains, .. } = self;
         let mut sum = scaled(&direct[block].ears[*ear], gains.direct);
-        // What this ear hears of its own sum, and of the other ear's.
-        let (own, other) = (0.5 + 0.5 * gains.width, 0.5 - 0.5 * gains.width);
+        let [own, other] = gains.across();
         add(&mut sum, &room[block], *ear, [own * gains.early, other * gains.early]);
         if let Some(late) = late {
             add(&mut sum, &late[block], *ear, [own * gains.late, other * gains.late]);

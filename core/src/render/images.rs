@@ -11,6 +11,7 @@ mod voice;
 mod wall;
 
 use crate::decode::NEAREST_M;
+use crate::latency::Pace;
 use crate::number::{single, whole};
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
@@ -33,14 +34,15 @@ const REFRESHED: usize = 2;
 
 /// What all renderers of a scene's images share at one rate.
 pub(crate) struct ImageFilters {
+    pace: Pace,
     walls: WallFilters,
     head: Arc<HeadSpectra>,
 }
 
 impl ImageFilters {
-    pub(crate) fn new(images: &ImageSources, grid: &StftGrid) -> Self {
+    pub(crate) fn new(images: &ImageSources, grid: &StftGrid, pace: &Pace) -> Self {
         let rate = grid.sample_rate_hz;
-        Self { walls: WallFilters::new(rate), head: Arc::new(HeadSpectra::new(&images.head, rate, grid.hop)) }
+        Self { pace: *pace, walls: WallFilters::new(rate), head: Arc::new(HeadSpectra::new(&images.head, rate, pace.block)) }
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
@@ -87,9 +89,9 @@ pub(crate) struct ImageRenderer {
     width: f32,
     bus: Bus,
     scratch: Vec<f32>,
-    /// Hops since there was input.
-    quiet_hops: usize,
-    longest_hops: usize,
+    /// Blocks since there was input.
+    quiet_blocks: usize,
+    longest_blocks: usize,
     sounds: bool,
 }
 
@@ -103,13 +105,13 @@ impl ImageRenderer {
     ) -> Option<Self> {
         let (images, emitter) = (scene.images()?, scene.emitter()?);
         let per_m = grid.sample_rate_hz / f64::from(scene.weather().speed_m_s());
-        let head = &filters.head;
-        // What is given out with a hop has passed that hop already, and the head's filters begin early.
-        let base = (grid.latency_samples() - grid.hop) as f64 - head.lead;
+        let (head, block) = (&filters.head, filters.pace.block);
+        // The head's filters begin early.
+        let base = filters.pace.delay as f64 - head.lead;
         let longest = base + f64::from(images.longest_m(emitter)) * per_m;
-        let line = DelayLine::new(&filters.walls, whole(longest.ceil()) + BEFORE + AFTER + 2, grid.hop);
+        let line = DelayLine::new(&filters.walls, whole(longest.ceil()) + BEFORE + AFTER + 2, block);
         let convolver = HeadConvolver::new(Arc::clone(head));
-        let longest_hops = (whole(longest) + convolver.tail()) / grid.hop + 2;
+        let longest_blocks = (whole(longest.max(0.0)) + convolver.tail()) / block + 2;
         let count = images.images.len();
         Some(Self {
             arch: Arch::new(),
@@ -131,21 +133,21 @@ impl ImageRenderer {
             played: None,
             levels: Levels::new(scene, curve, grid),
             width: 1.0,
-            bus: Bus::new(grid.hop),
-            scratch: vec![0.0; scratch_len(grid.hop)],
-            quiet_hops: usize::MAX / 2,
-            longest_hops,
+            bus: Bus::new(block),
+            scratch: vec![0.0; scratch_len(block)],
+            quiet_blocks: usize::MAX / 2,
+            longest_blocks,
             sounds: false,
             scene: Arc::clone(scene),
         })
     }
 
-    /// Takes a hop of dry sound while the listener moves to `pose` over the hop.
-    pub(crate) fn take(&mut self, hop: &[f32], pose: &Pose, draft: bool, trim: &Trim) {
-        self.quiet_hops = if hop.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_hops.saturating_add(1) };
-        self.sounds = self.quiet_hops <= self.longest_hops;
+    /// Takes a block of dry sound while the listener moves to `pose` over it.
+    pub(crate) fn take(&mut self, block: &[f32], pose: &Pose, draft: bool, trim: &Trim) {
+        self.quiet_blocks = if block.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_blocks.saturating_add(1) };
+        self.sounds = self.quiet_blocks <= self.longest_blocks;
         if self.sounds {
-            self.line.write(hop);
+            self.line.write(block);
             self.bus.clear();
         }
         let scene = Arc::clone(&self.scene);
@@ -179,7 +181,7 @@ impl ImageRenderer {
                 let level = if image.position == self.emitter { trim.direct } else { self.level * self.levels.gain(after) };
                 to.gain = seen / distance.max(NEAREST_M) * level;
                 let delay = self.base + after;
-                to.delay = delay.clamp((AFTER + 2) as f64, self.longest);
+                to.delay = delay.clamp((AFTER + 2) as f64, self.longest.max((AFTER + 2) as f64));
                 if to.gain > 0.0 {
                     to.direction = harmonics(way / distance.max(1e-6));
                 }
@@ -197,7 +199,7 @@ impl ImageRenderer {
         }
     }
 
-    /// Takes the same hop as it comes round edges where the emitter is hidden.
+    /// Takes the same block as it comes round edges where the emitter is hidden.
     fn take_round(&mut self, pose: &Pose, moves: bool, fresh: bool, trim: &Trim) {
         let scene = Arc::clone(&self.scene);
         let Some(corners) = scene.corners() else { return };
@@ -214,7 +216,7 @@ impl ImageRenderer {
                     let way = corners.way(round.edge, self.emitter, pose.position);
                     to.gain = round.weight / direct.max(NEAREST_M) * trim.direct;
                     let delay = self.base + f64::from(way.detour_m) * self.per_m;
-                    to.delay = delay.clamp((AFTER + 2) as f64, self.longest);
+                    to.delay = delay.clamp((AFTER + 2) as f64, self.longest.max((AFTER + 2) as f64));
                     to.direction = harmonics(pose.to_head(way.bend).normalize_or_zero());
                     let gains = &corners.edges[round.edge].gains;
                     let log_gains = std::array::from_fn(|given| {
@@ -252,7 +254,7 @@ impl ImageRenderer {
         }
     }
 
-    /// Adds what the ears hear of the hop that was taken last, which is `latency - hop` samples later than it came in.
+    /// Adds what the ears hear of the block that was taken last, to be given out with the next.
     pub(crate) fn add_to(&mut self, ears: &mut [Vec<f32>; 2]) {
         if self.sounds {
             let bus = &self.bus;
@@ -291,7 +293,7 @@ impl ImageRenderer {
     pub(crate) fn reset(&mut self) {
         self.line.reset();
         self.convolver.reset();
-        self.quiet_hops = usize::MAX / 2;
+        self.quiet_blocks = usize::MAX / 2;
         self.played = None;
         self.round = [RoundVoice::default(); MOST_EDGES];
         (self.refreshed, self.stale, self.sounds) = (0, 0, false);

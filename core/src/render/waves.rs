@@ -4,6 +4,7 @@
 //! listener moves, and brought back. All of it fits into the latency of the frames.
 
 use crate::decode::NEAREST_M;
+use crate::latency::Pace;
 use crate::number::{single, whole};
 use crate::render::crossover::Crossover;
 use crate::render::decay_curve::DecayCurve;
@@ -34,6 +35,8 @@ const WITH_VELOCITY: usize = 7;
 pub(crate) struct BassFilters {
     /// Samples of the host for one of the low half.
     every: usize,
+    /// Samples by which what arrives with the direct sound comes after what was taken in.
+    delay: usize,
     rate_hz: f64,
     length: usize,
     signals: usize,
@@ -47,10 +50,11 @@ pub(crate) struct BassFilters {
 }
 
 impl BassFilters {
-    pub(crate) fn new(bass: &BassField, emitter: Vec3, speed_m_s: f32, grid: &StftGrid) -> Self {
+    pub(crate) fn new(bass: &BassField, emitter: Vec3, speed_m_s: f32, grid: &StftGrid, pace: &Pace) -> Self {
         let host_hz = grid.sample_rate_hz;
         // The filters between both rates fit into the latency.
-        let most = grid.latency_samples().saturating_sub(grid.hop) / (2 * REACH + 1);
+        let delay = bass_delay(grid, pace);
+        let most = delay / (2 * REACH + 1);
         let every = whole((host_hz / (RATE * bass.crossover_hz)).floor()).min(most).max(1);
         let rate_hz = host_hz / every as f64;
         let signals = if bass.ears == BassEars::Head { BASS_SIGNALS } else { WITH_VELOCITY };
@@ -86,12 +90,17 @@ impl BassFilters {
             energies.iter_mut().zip(pressure).for_each(|(energy, p)| *energy += f64::from(*p).powi(2));
         }
         let curve = DecayCurve::of_samples(&energies);
-        Self { every, rate_hz, length, signals, samples, window: window(every), speed_m_s, curve }
+        Self { every, delay, rate_hz, length, signals, samples, window: window(every), speed_m_s, curve }
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.samples) + size_of_val(&*self.window)
     }
+}
+
+/// Samples by which the bass may lag behind its input: it is given out sample by sample, or with the next hop.
+fn bass_delay(grid: &StftGrid, pace: &Pace) -> usize {
+    if pace.is_short() { grid.lead() } else { pace.delay }
 }
 
 /// A windowed sinc between both rates, `2 * REACH * every + 1` samples.
@@ -222,8 +231,13 @@ pub(crate) struct WaveBass {
     decayed: Option<(f32, f32, f32)>,
     /// The bass of the newest hop.
     out: [Vec<f32>; 2],
-    quiet_hops: usize,
-    longest_hops: usize,
+    /// The pose and trim that the hop goes to.
+    wanted: Option<(Pose, Trim)>,
+    /// Whether `now` and `before` differ in this hop.
+    moves: bool,
+    /// Samples since there was input, and after how many nothing sounds any more.
+    quiet: usize,
+    longest: usize,
 }
 
 impl WaveBass {
@@ -231,8 +245,7 @@ impl WaveBass {
     pub(crate) fn new(scene: &Arc<Scene>, grid: &StftGrid, filters: &Arc<BassFilters>) -> Option<Self> {
         let (bass, emitter) = (scene.bass()?, scene.emitter()?);
         let every = filters.every;
-        let delay = grid.latency_samples().saturating_sub(grid.hop) as f64;
-        let wait = (delay / every as f64 - 2.0 * REACH as f64).max(0.0);
+        let wait = (filters.delay as f64 / every as f64 - 2.0 * REACH as f64).max(0.0);
         let taps = filters.length + whole(wait.ceil()) + 2;
         let ears = || [vec![0.0; taps], vec![0.0; taps]];
         Some(Self {
@@ -251,24 +264,25 @@ impl WaveBass {
             set: None,
             decayed: None,
             out: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
-            quiet_hops: usize::MAX / 2,
-            longest_hops: (taps + 4 * REACH) * every / grid.hop + 2,
+            wanted: None,
+            moves: false,
+            quiet: usize::MAX / 2,
+            longest: (taps + 4 * REACH) * every + 2 * grid.hop,
             filters: Arc::clone(filters),
         })
     }
 
-    /// Takes a hop of dry sound while the listener moves to `pose` over it, and leaves its upper half.
-    pub(crate) fn take(&mut self, hop: &mut [f32], pose: &Pose, trim: &Trim) {
-        self.quiet_hops = if hop.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_hops.saturating_add(1) };
-        if self.quiet_hops > self.longest_hops {
-            if self.quiet_hops == self.longest_hops + 1 {
-                self.silence();
-            }
-            self.out.iter_mut().for_each(|out| out.fill(0.0));
-            return;
-        }
-        let moves = self.set != Some((*pose, *trim));
-        if moves {
+    /// Begins a hop over which the listener moves to `pose`.
+    pub(crate) fn begin(&mut self, pose: &Pose, trim: &Trim) {
+        self.moves = false;
+        self.wanted = Some((*pose, *trim));
+    }
+
+    /// Takes the pose that was asked for, once the hop is heard.
+    fn follow(&mut self) {
+        let Some((pose, trim)) = &self.wanted.take() else { return };
+        self.moves = self.set != Some((*pose, *trim));
+        if self.moves {
             let fresh = self.set.is_none();
             std::mem::swap(&mut self.now, &mut self.before);
             self.mix(pose, trim);
@@ -279,9 +293,22 @@ impl WaveBass {
             }
             self.set = Some((*pose, *trim));
         }
+    }
+
+    /// Takes samples of the hop, the first of number `at`, and leaves their upper half.
+    pub(crate) fn take(&mut self, samples: &mut [f32], at: usize) {
+        self.quiet = if samples.iter().any(|x| *x != 0.0) { 0 } else { self.quiet.saturating_add(samples.len()) };
+        if self.quiet > self.longest {
+            if self.quiet - samples.len() <= self.longest {
+                self.silence();
+            }
+            self.out.iter_mut().for_each(|out| out[at..at + samples.len()].fill(0.0));
+            return;
+        }
+        self.follow();
         let filters = Arc::clone(&self.filters);
-        let (every, count) = (filters.every, hop.len() as f32);
-        for (i, x) in hop.iter_mut().enumerate() {
+        let (every, count) = (filters.every, self.out[0].len() as f32);
+        for (i, x) in (at..).zip(samples) {
             let [low, high] = self.crossover.split(f64::from(*x));
             *x = single(high);
             self.fine.push(single(low));
@@ -293,7 +320,7 @@ impl WaveBass {
                 let along = along * along * (3.0 - 2.0 * along);
                 for ((heard, now), before) in self.heard.iter_mut().zip(&self.now).zip(&self.before) {
                     let new = dot(now, self.low.all());
-                    let old = if moves { dot(before, self.low.all()) } else { new };
+                    let old = if self.moves { dot(before, self.low.all()) } else { new };
                     heard.push(old + along * (new - old));
                 }
             }
@@ -307,10 +334,10 @@ impl WaveBass {
         }
     }
 
-    /// Adds what the ears hear of the hop that was taken last, which is `latency - hop` samples later than it came in.
-    pub(crate) fn add_to(&self, ears: &mut [Vec<f32>; 2]) {
-        for (ear, out) in ears.iter_mut().zip(&self.out) {
-            ear.iter_mut().zip(out).for_each(|(ear, out)| *ear += out);
+    /// Adds what the ears hear of samples of the hop, the first of number `at`.
+    pub(crate) fn add_to(&self, at: usize, ears: [&mut [f32]; 2]) {
+        for (ear, out) in ears.into_iter().zip(&self.out) {
+            ear.iter_mut().zip(&out[at..]).for_each(|(ear, out)| *ear += out);
         }
     }
 
@@ -422,7 +449,7 @@ impl WaveBass {
         self.silence();
         self.missing = self.filters.every;
         self.set = None;
-        self.quiet_hops = usize::MAX / 2;
+        self.quiet = usize::MAX / 2;
         self.out.iter_mut().for_each(|out| out.fill(0.0));
     }
 

@@ -1,0 +1,120 @@
+//! What is heard with a short latency is what is heard with the frame.
+
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, Carriers, Latency, Pose, Renderer, Scene, Spatializer, Tier, Trim};
+use promenade_testing::hostile::one_transfer;
+use promenade_testing::noise;
+use promenade_testing::scenes::{render, room, room_with_images, walk};
+use promenade_testing::signal::{difference_db, first_difference, impulse, peak_index};
+use std::sync::Arc;
+
+const RATE: f64 = 48_000.0;
+/// A lead at this rate, samples.
+const LEAD: usize = 60;
+const FRAME: usize = 780;
+
+fn spatializer(scene: &Arc<Scene>, rate: f64, latency: Latency) -> Spatializer {
+    let carriers = Arc::new(Carriers::with_latency(scene, rate, latency));
+    assert_eq!(carriers.latency(), latency);
+    let mut s = Spatializer::new(rate);
+    s.install(Box::new(Renderer::with_carriers(Arc::clone(scene), rate, carriers).unwrap()));
+    s
+}
+
+/// Both ears from some sample on.
+fn from(ears: &[Vec<f32>; 2], at: usize, len: usize) -> [Vec<f32>; 2] {
+    ears.each_ref().map(|ear| ear[at..at + len].to_vec())
+}
+
+/// By how much a standing listener's sound differs from that with the frame, dB.
+fn difference(scene: &Arc<Scene>, params: &BlockParams, pose: Pose) -> f32 {
+    let input = noise(5, 30_000);
+    let mut frame = spatializer(scene, RATE, Latency::Frame);
+    assert_eq!(frame.latency_samples(), FRAME);
+    let wanted = render(&mut frame, &input, &[512], params, |_| pose);
+    let mut worst = f32::MIN;
+    for (latency, stated, lag) in [(Latency::Samples64, 64, 64), (Latency::None, 0, LEAD)] {
+        let mut s = spatializer(scene, RATE, latency);
+        assert_eq!(s.latency_samples(), stated);
+        let found = render(&mut s, &input, &[512, 31, 100], params, |_| pose);
+        let len = input.len() - FRAME;
+        worst = worst.max(difference_db(&from(&wanted, FRAME, len), &from(&found, lag, len)));
+    }
+    worst
+}
+
+fn ahead(yaw_deg: f32) -> Pose {
+    Pose::from_ypr(Vec3::new(0.3, 0.2, 0.0), yaw_deg.to_radians(), 0.0, 0.0)
+}
+
+#[test]
+fn a_room_of_noise_sounds_as_with_the_frame() {
+    let scene = room(16_000.0, 0.4, 0.1);
+    let trimmed = Trim { direct: 0.6, early: 1.4, late: 0.7, decay: 0.8, width: 0.5, ..Trim::NEUTRAL };
+    for (tier, trim) in [(Tier::Standard, Trim::NEUTRAL), (Tier::Standard, trimmed), (Tier::Draft, Trim::NEUTRAL)] {
+        let params = BlockParams { tier, trim, ..BlockParams::default() };
+        let found = difference(&scene, &params, ahead(40.0));
+        assert!(found < -35.0, "{tier:?} {trim:?}: {found} dB");
+    }
+}
+
+/// One measured, one of noise, 60 images and the bass of waves. What begins more than a lead before its time cannot be played at once: of measured rooms, what a direct sound rings before
+/// its onset.
+#[test]
+fn scenes_of_the_factory_sound_as_with_the_frame() {
+    for (name, bar) in [("iosr-room-a", -25.0), ("loft", -48.0)] {
+        let file = format!("{}/../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
+        let scene = Arc::new(Scene::from_bytes(&std::fs::read(file).unwrap()).unwrap());
+        for tier in [Tier::Standard, Tier::Draft] {
+            let found = difference(&scene, &BlockParams { tier, ..BlockParams::default() }, scene.start_pose());
+            assert!(found < bar, "{name} {tier:?}: {found} dB");
+        }
+    }
+}
+
+#[test]
+fn an_impulse_comes_when_it_is_stated() {
+    let scene = one_transfer(48_000.0, 1.0, 40, 0.3);
+    for rate in [44_100.0, 48_000.0, 96_000.0] {
+        let stated = |latency| spatializer(&scene, rate, latency).latency_samples();
+        assert_eq!(stated(Latency::Samples64), if rate < 90_000.0 { 64 } else { 128 });
+        let mut s = spatializer(&scene, rate, Latency::Samples64);
+        let sound = impulse(1_000, 4_000);
+        let ears = render(&mut s, &sound, &[1, 64, 200], &BlockParams::default(), |_| Pose::IDENTITY);
+        assert_eq!(peak_index(&ears[0]) - 1_000, s.latency_samples(), "{rate}");
+        let dry = BlockParams { mix: 0.0, ..BlockParams::default() };
+        for latency in Latency::ALL {
+            let mut s = spatializer(&scene, rate, latency);
+            let ears = render(&mut s, &sound, &[128], &dry, |_| Pose::IDENTITY);
+            assert_eq!(peak_index(&ears[0]) - 1_000, s.latency_samples(), "{rate} {latency:?}");
+        }
+    }
+}
+
+#[test]
+fn blocks_of_any_length_make_the_same_sound_and_a_reset_is_as_new() {
+    let scene = room_with_images(16_000.0, 0.4, 0.1, 12);
+    let input = noise(6, 20_000);
+    let mut s = spatializer(&scene, RATE, Latency::Samples64);
+    let play = |s: &mut Spatializer, sizes: &[usize]| render(s, &input, sizes, &BlockParams::default(), walk(RATE));
+    let wanted = play(&mut s, &[512]);
+    s.reset();
+    assert_eq!(first_difference(&play(&mut s, &[512]), &wanted), None);
+    s.reset();
+    let found = difference_db(&wanted, &play(&mut s, &[1, 17, 240, 60]));
+    assert!(found < -120.0, "{found} dB");
+}
+
+#[test]
+fn a_walk_is_nearly_that_of_the_frame() {
+    let scene = room(16_000.0, 0.4, 0.1);
+    let input = noise(7, 48_000);
+    let mut frame = spatializer(&scene, RATE, Latency::Frame);
+    let wanted = render(&mut frame, &input, &[512], &BlockParams::default(), walk(RATE));
+    let mut s = spatializer(&scene, RATE, Latency::None);
+    // Poses come a hop later, and those of the frame have their own time.
+    let found = render(&mut s, &input, &[512], &BlockParams::default(), walk(RATE));
+    let len = input.len() - FRAME;
+    let difference = difference_db(&from(&wanted, FRAME, len), &from(&found, LEAD, len));
+    assert!(difference < -12.0, "{difference} dB");
+}
