@@ -5,8 +5,8 @@ use crate::StftGrid;
 /// How far the sound that comes out lags behind what goes in.
 ///
 /// In the two short ones the direct sound and what arrives within three hops of it are convolved in the time domain, sample by
-/// sample, and the rest of the room by the short-time transform, which then has the time it needs. Sound and levels are those of
-/// the frame; a pose is heard up to a hop and a half later than it would be with the frame.
+/// sample, and the rest of the room by the short-time transform, which then has the time it needs. Sound and levels are those
+/// of the frame; a pose is heard up to a hop and a half later than it would be with the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Latency {
     /// A frame of the scene's transform, 16 ms for most scenes. The cheapest.
@@ -14,8 +14,8 @@ pub enum Latency {
     Frame,
     /// 64 samples at 44.1 and 48 kHz, as many more as the rate is higher.
     Samples64,
-    /// None is stated, and the dry sound is not delayed. What is rendered comes a quarter of a hop later (1.25 ms), as from 43 cm
-    /// farther away.
+    /// None is stated, and the dry sound is not delayed. What is rendered comes a quarter of a hop later (1.25 ms), as from
+    /// 43 cm farther away.
     None,
 }
 
