@@ -59,8 +59,8 @@ pub(crate) struct Pace {
     pub(crate) latency: Latency,
     /// Samples that are taken at a time by what is neither filter nor transform.
     pub(crate) block: usize,
-    /// Samples by which what arrives with the direct sound comes after what was taken in, when a block is given out as soon as it
-    /// is complete.
+    /// Samples by which what arrives with the direct sound comes after what was taken in, when a block is given out as soon as
+    /// it is complete.
     pub(crate) delay: usize,
 }
 

@@ -58,8 +58,8 @@ fn a_room_of_noise_sounds_as_with_the_frame() {
     }
 }
 
-/// One measured, one of noise, 60 images and the bass of waves. What begins more than a lead before its time cannot be played at once: of measured rooms, what a direct sound rings before
-/// its onset.
+/// One measured, one of noise, 60 images and the bass of waves. What begins more than a lead before its time cannot be played
+/// at once: of measured rooms, what a direct sound rings before its onset.
 #[test]
 fn scenes_of_the_factory_sound_as_with_the_frame() {
     for (name, bar) in [("iosr-room-a", -25.0), ("loft", -48.0)] {
