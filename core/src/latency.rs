@@ -26,22 +26,6 @@ impl Latency {
     /// All of them, the longest first.
     pub const ALL: [Self; 3] = [Self::Frame, Self::Samples64, Self::None];
 
-    /// The name used in files, on the command line and in the plugin.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Frame => "frame",
-            Self::Samples64 => "64",
-            Self::None => "none",
-        }
-    }
-
-    /// The latency of that name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|latency| latency.name() == name)
-    }
-
     /// Samples that a host is told on a grid.
     pub(crate) fn stated(self, grid: &StftGrid) -> usize {
         match self {
@@ -62,6 +46,8 @@ pub(crate) struct Pace {
     /// Samples by which what arrives with the direct sound comes after what was taken in, when a block is given out as soon as
     /// it is complete.
     pub(crate) delay: usize,
+    /// The same of what is taken sample by sample.
+    pub(crate) sample_delay: usize,
 }
 
 /// Hops that do not wait for a frame.
@@ -72,13 +58,16 @@ const BLOCKS: [usize; 6] = [4, 5, 3, 6, 2, 7];
 impl Pace {
     /// For a latency that is wanted of a scene with so many explicit taps on a host's grid.
     pub(crate) fn new(wanted: Latency, grid: &StftGrid, taps: usize) -> Self {
-        let whole = Self { latency: Latency::Frame, block: grid.hop, delay: grid.latency_samples().saturating_sub(grid.hop) };
+        // With a frame even these are given out with the next hop.
+        let delay = grid.latency_samples().saturating_sub(grid.hop);
+        let whole = Self { latency: Latency::Frame, block: grid.hop, delay, sample_delay: delay };
         // With fewer taps the late part begins within the early hops.
         let splits = grid.n_fft == 4 * grid.hop && taps >= EARLY_HOPS + crate::render::late::LATE_HOPS;
         match BLOCKS.into_iter().find(|count| splits && grid.hop.is_multiple_of(*count)) {
             Some(count) if wanted != Latency::Frame => {
                 let block = grid.hop / count;
-                Self { latency: wanted, block, delay: grid.lead().saturating_sub(block) }
+                let lead = grid.lead();
+                Self { latency: wanted, block, delay: lead.saturating_sub(block), sample_delay: lead }
             }
             _ => whole,
         }

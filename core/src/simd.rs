@@ -12,6 +12,9 @@ pub(crate) use weights::{TILE, Weights};
 /// Lanes of the widest vector there is, 512 bits.
 pub(crate) const LANES: usize = 16;
 
+/// Numbers of the lanes.
+pub(crate) const LANE: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+
 #[cfg(test)]
 pub(crate) mod tests {
     use pulp::Arch;

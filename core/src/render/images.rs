@@ -27,6 +27,8 @@ use std::sync::Arc;
 use voice::{Moment, Voice, scratch_len};
 use wall::{GIVEN_HZ, LogGains, WallFilters, Weights};
 
+/// The shortest delay that can be interpolated, samples.
+const SHORTEST: f64 = (AFTER + 2) as f64;
 /// Images that are played in tier Draft.
 const DRAFT_IMAGES: usize = 8;
 /// Images whose walls and air are brought to the pose at a hop: air changes them slowly.
@@ -108,10 +110,10 @@ impl ImageRenderer {
         let (head, block) = (&filters.head, filters.pace.block);
         // The head's filters begin early.
         let base = filters.pace.delay as f64 - head.lead;
-        let longest = base + f64::from(images.longest_m(emitter)) * per_m;
+        let longest = (base + f64::from(images.longest_m(emitter)) * per_m).max(SHORTEST);
         let line = DelayLine::new(&filters.walls, whole(longest.ceil()) + BEFORE + AFTER + 2, block);
         let convolver = HeadConvolver::new(Arc::clone(head));
-        let longest_blocks = (whole(longest.max(0.0)) + convolver.tail()) / block + 2;
+        let longest_blocks = (whole(longest) + convolver.tail()) / block + 2;
         let count = images.images.len();
         Some(Self {
             arch: Arch::new(),
@@ -181,7 +183,7 @@ impl ImageRenderer {
                 let level = if image.position == self.emitter { trim.direct } else { self.level * self.levels.gain(after) };
                 to.gain = seen / distance.max(NEAREST_M) * level;
                 let delay = self.base + after;
-                to.delay = delay.clamp((AFTER + 2) as f64, self.longest.max((AFTER + 2) as f64));
+                to.delay = delay.clamp(SHORTEST, self.longest);
                 if to.gain > 0.0 {
                     to.direction = harmonics(way / distance.max(1e-6));
                 }
@@ -216,7 +218,7 @@ impl ImageRenderer {
                     let way = corners.way(round.edge, self.emitter, pose.position);
                     to.gain = round.weight / direct.max(NEAREST_M) * trim.direct;
                     let delay = self.base + f64::from(way.detour_m) * self.per_m;
-                    to.delay = delay.clamp((AFTER + 2) as f64, self.longest.max((AFTER + 2) as f64));
+                    to.delay = delay.clamp(SHORTEST, self.longest);
                     to.direction = harmonics(pose.to_head(way.bend).normalize_or_zero());
                     let gains = &corners.edges[round.edge].gains;
                     let log_gains = std::array::from_fn(|given| {

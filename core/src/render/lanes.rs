@@ -39,6 +39,20 @@ pub(crate) fn write_slot(ring: &mut [Block], slots: usize, slot: usize, spectrum
     }
 }
 
+/// Reads an ear's spectrum, as many bins as there is room for, whose end bins are a real signal's: the inverse transform
+/// insists on it.
+pub(crate) fn ear_spectrum(blocks: &[EarBlocks], ear: usize, bins: &mut [Complex32]) {
+    for (bins, block) in bins.chunks_mut(LANES).zip(blocks) {
+        let block = &block.ears[ear];
+        for (i, bin) in bins.iter_mut().enumerate() {
+            *bin = Complex32::new(block.re[i], block.im[i]);
+        }
+    }
+    if let [first, .., last] = bins {
+        (first.im, last.im) = (0.0, 0.0);
+    }
+}
+
 /// Adds `filter[block][tap] * ring[block][slots[tap]]` over taps to both ears, block by block.
 pub(crate) struct Accumulate<'a> {
     pub(crate) arch: Arch,

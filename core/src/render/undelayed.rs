@@ -3,7 +3,8 @@
 use crate::StftGrid;
 use crate::latency::{EARLY_HOPS, Pace};
 use crate::number::single;
-use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
+use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, ear_spectrum, write_slot};
+use crate::simd::LANE;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
 use pulp::{Arch, Simd, WithSimd};
@@ -29,8 +30,7 @@ pub(crate) struct Undelayed {
     rest: usize,
     /// Input of the block before and of the one that is running, and room for whole vectors.
     input: Vec<f32>,
-    /// Samples of the running block, and of the running hop.
-    filled: usize,
+    /// Samples of the running hop.
     at: usize,
     /// The newest spectra of input, `[block of bins][slot]`.
     ring: Vec<Block>,
@@ -76,7 +76,6 @@ impl Undelayed {
             block,
             rest,
             input: vec![0.0; 2 * block + LANES],
-            filled: 0,
             at: 0,
             ring: vec![Block::default(); blocks_for(bins) * rest],
             slots: vec![0; rest],
@@ -117,16 +116,7 @@ impl Undelayed {
 
     /// The filter's response, a lead before its time and in a ring.
     fn respond(&mut self, ear: usize) {
-        let last = self.whole_bins.len() - 1;
-        for (bins, block) in self.whole_bins.chunks_mut(LANES).zip(&self.of) {
-            let block = &block.ears[ear];
-            for (i, bin) in bins.iter_mut().enumerate() {
-                *bin = Complex32::new(block.re[i], block.im[i]);
-            }
-        }
-        // A real signal's end bins are real; the inverse transform insists on it.
-        self.whole_bins[0].im = 0.0;
-        self.whole_bins[last].im = 0.0;
+        ear_spectrum(&self.of, ear, &mut self.whole_bins);
         let done = self.whole_inverse.process_with_scratch(&mut self.whole_bins, &mut self.whole, &mut self.scratch);
         debug_assert!(done.is_ok());
     }
@@ -165,13 +155,18 @@ impl Undelayed {
 
     /// Samples that may be given to [`Undelayed::process`] now.
     pub(crate) fn room(&self) -> usize {
-        self.block - self.filled
+        self.block - self.filled()
+    }
+
+    /// Samples of the running block.
+    fn filled(&self) -> usize {
+        self.at % self.block
     }
 
     /// Convolves samples of one block, which lie in one hop, and adds what the ears hear of them.
     pub(crate) fn process(&mut self, samples: &[f32], ears: [&mut [f32]; 2]) {
-        let count = samples.len();
-        self.input[self.block + self.filled..][..count].copy_from_slice(samples);
+        let (count, from) = (samples.len(), self.filled());
+        self.input[self.block + from..][..count].copy_from_slice(samples);
         if samples.iter().any(|x| *x != 0.0) {
             self.quiet = 0;
         }
@@ -179,13 +174,12 @@ impl Undelayed {
         if self.quiet <= self.rest + 2 {
             let [a, b] = &self.responses;
             let (now, before) = if self.now == 0 { (a, b) } else { (b, a) };
-            let (from, hop) = (self.filled, self.grid.hop as f32);
+            let hop = self.grid.hop as f32;
             let fade = if self.moves { Some((before, (self.at + 1) as f32 / hop, 1.0 / hop)) } else { None };
             self.arch.dispatch(Heard { input: &self.input, block: self.block, from, now, fade, ears });
         }
-        self.filled += count;
         self.at += count;
-        if self.filled == self.block {
+        if self.filled() == 0 {
             self.end_block();
             if self.at == self.grid.hop {
                 // The next filter begins the next block.
@@ -209,7 +203,6 @@ impl Undelayed {
         }
         self.input.copy_within(block..2 * block, 0);
         self.input[block..].fill(0.0);
-        self.filled = 0;
     }
 
     /// Works out what is heard of earlier blocks during the next.
@@ -232,14 +225,7 @@ impl Undelayed {
             }
             .run();
             for (ear, tail) in response.tail.iter_mut().enumerate() {
-                for (bins, block) in self.bins.chunks_mut(LANES).zip(&self.sums) {
-                    let block = &block.ears[ear];
-                    for (i, bin) in bins.iter_mut().enumerate() {
-                        *bin = Complex32::new(block.re[i], block.im[i]);
-                    }
-                }
-                self.bins[0].im = 0.0;
-                self.bins[self.block].im = 0.0;
+                ear_spectrum(&self.sums, ear, &mut self.bins);
                 let done = self.inverse.process_with_scratch(&mut self.bins, &mut self.frame, &mut self.scratch);
                 debug_assert!(done.is_ok());
                 tail[..self.block].copy_from_slice(&self.frame[self.block..]);
@@ -251,7 +237,7 @@ impl Undelayed {
     pub(crate) fn reset(&mut self) {
         self.input.fill(0.0);
         self.ring.fill(Block::default());
-        (self.filled, self.at, self.newest, self.now) = (0, 0, 0, 0);
+        (self.at, self.newest, self.now) = (0, 0, 0);
         (self.moves, self.is_set) = (false, false);
         self.quiet = usize::MAX / 2;
         self.responses.iter_mut().flat_map(|response| &mut response.tail).for_each(|tail| tail.fill(0.0));
@@ -292,17 +278,6 @@ fn heard<S: Simd>(simd: S, input: &[f32], block: usize, at: usize, response: &Re
     }
     sums
 }
-
-/// Numbers of a vector's samples.
-const LANE: [f32; LANES] = {
-    let mut lane = [0.0; LANES];
-    let mut i = 0;
-    while i < LANES {
-        lane[i] = i as f32;
-        i += 1;
-    }
-    lane
-};
 
 impl WithSimd for Heard<'_> {
     type Output = ();

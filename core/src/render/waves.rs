@@ -53,7 +53,7 @@ impl BassFilters {
     pub(crate) fn new(bass: &BassField, emitter: Vec3, speed_m_s: f32, grid: &StftGrid, pace: &Pace) -> Self {
         let host_hz = grid.sample_rate_hz;
         // The filters between both rates fit into the latency.
-        let delay = bass_delay(grid, pace);
+        let delay = pace.sample_delay;
         let most = delay / (2 * REACH + 1);
         let every = whole((host_hz / (RATE * bass.crossover_hz)).floor()).min(most).max(1);
         let rate_hz = host_hz / every as f64;
@@ -96,11 +96,6 @@ impl BassFilters {
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.samples) + size_of_val(&*self.window)
     }
-}
-
-/// Samples by which the bass may lag behind its input: it is given out sample by sample, or with the next hop.
-fn bass_delay(grid: &StftGrid, pace: &Pace) -> usize {
-    if pace.is_short() { grid.lead() } else { pace.delay }
 }
 
 /// A windowed sinc between both rates, `2 * REACH * every + 1` samples.

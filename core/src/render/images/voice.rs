@@ -6,7 +6,7 @@ use super::lagrange::{BEFORE, POINTS, interpolate, interpolate_one};
 use super::wall::Weights;
 use crate::number::{single, whole};
 use crate::render::ambisonic::Channels;
-use crate::simd::LANES;
+use crate::simd::{LANE, LANES};
 use pulp::{Simd, WithSimd};
 
 /// A delay that changes faster than this, samples per sample, is a jump: 85 m/s.
@@ -109,9 +109,6 @@ fn play<S: Simd>(
         at += step * lanes as f64;
     }
 }
-
-/// Numbers of the lanes.
-const LANE: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
 
 #[cfg(test)]
 mod tests {
