@@ -32,14 +32,14 @@ impl Browser {
             println!("pages are tested on Linux only");
             return Ok(None);
         }
-        let mut wanted = Vec::new();
+        let mut missing = Vec::new();
         if browser().is_none() {
-            wanted.extend(BROWSER);
+            missing.extend(BROWSER);
         }
         if !web::has_library() {
-            wanted.extend(COMPILER);
+            // Those that are installed may be too old.
+            missing.extend(COMPILER);
         }
-        let missing = packages::missing(&wanted);
         if !missing.is_empty() && !packages::install(&missing)? {
             return without(&format!("install for them: {}", missing.join(" ")));
         }

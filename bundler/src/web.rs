@@ -9,6 +9,8 @@ const TARGET: &str = "wasm32-unknown-unknown";
 const PACKAGE: &str = "promenade-web";
 /// Flags of the compiler, in an environment variable so that they hold for this target alone.
 const FLAGS: (&str, &str) = ("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", "-C target-feature=+simd128");
+/// The oldest compiler that the packages are for.
+const NEEDED: &str = env!("CARGO_PKG_RUST_VERSION");
 const LINKER: &str = "CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER";
 
 /// Where the standard library for the target comes from.
@@ -93,15 +95,22 @@ fn library() -> Result<Library> {
     }
     // Debian has the sources for its own compiler, besides the one of rustup.
     let (cargo, rustc) = (PathBuf::from("/usr/bin/cargo"), PathBuf::from("/usr/bin/rustc"));
-    let sysroot = if cargo.is_file() && rustc.is_file() { print(&rustc, &["--print", "sysroot"]) } else { None };
+    let new = print(&rustc, &["--version"]).is_some_and(|version| is_new_enough(&version));
+    let sysroot = if cargo.is_file() && new { print(&rustc, &["--print", "sysroot"]) } else { None };
     let sources = sysroot.map(|root| Path::new(&root).join("lib/rustlib/src/rust/library/std/Cargo.toml"));
     if let (true, Some(linker)) = (sources.is_some_and(|sources| sources.is_file()), linker()) {
         return Ok(Library::Sources { cargo, rustc, linker });
     }
     bail!(
         "there is no standard library for {TARGET}; install one with \"rustup target add {TARGET}\", or on Debian with \
-         \"apt-get install rustc-web cargo-web rust-web-src lld-19\""
+         \"apt-get install rustc-web cargo-web rust-web-src lld-19\", whose compiler must be {NEEDED} or newer"
     )
+}
+
+/// Whether a compiler can compile the engine, by what `rustc --version` prints. Debian keeps old ones beside the new.
+fn is_new_enough(version: &str) -> bool {
+    let numbers = |text: &str| text.split('.').map_while(|part| part.parse().ok()).collect::<Vec<u32>>();
+    version.split(' ').nth(1).is_some_and(|version| numbers(version) >= numbers(NEEDED))
 }
 
 /// Whether a folder holds a compiled standard library.
@@ -136,6 +145,14 @@ mod tests {
     #[test]
     fn the_engine_is_built_without_them() {
         check_features().unwrap();
+    }
+
+    #[test]
+    fn an_old_compiler_is_none() {
+        let is_new =
+            |version: &str| is_new_enough(&format!("rustc {version} (0123abcd 2026-01-01) (built from a source tarball)"));
+        assert!(is_new(NEEDED) && is_new("1.123.0") && is_new("2.0.0"));
+        assert!(!is_new("1.9.0") && !is_new("1.85.0") && !is_new_enough("clang version 19.1.7"));
     }
 
     #[test]
