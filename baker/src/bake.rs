@@ -19,21 +19,23 @@ mod reflections;
 pub(crate) mod room;
 pub(crate) mod seed;
 mod sides;
+mod unwrap;
 
 use crate::bake::carried::{carried, halved};
 use crate::bake::kriging::{Site, of_ring, weights};
 use crate::bake::layout::{LEVEL_Z, Layout};
-use crate::bake::log_transfer::{LogTransfer, align_phases, delay_trend};
+use crate::bake::log_transfer::{LogTransfer, delay_trend};
 use crate::bake::model::{Model, Modelled};
 use crate::bake::model_head::model_head;
 use crate::bake::reflections::Reflections;
 use crate::bake::room::Room;
+use crate::bake::unwrap::unwrap_phases;
 use crate::error::BakeError;
 use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
 use promenade_core::{
     Anchor, Field, FieldGrid, Head, HeldOut, MAX_SCENE_BYTES, MeasuredHead, Provenance, Rows, Scene, SceneParts, StftGrid,
-    TransferShape, glam,
+    TransferFunction, TransferShape, glam,
 };
 use promenade_judge::{response_levels_db, response_measures};
 use promenade_room::LONGEST_EARLY_S;
@@ -108,7 +110,6 @@ pub fn bake_responses(
     }
     // The direct sound is what a direction makes of it, wherever it was measured.
     let towards: Vec<Site> = sites.iter().map(|s| Site { position: Vec3::ZERO, ..*s }).collect();
-    align_phases(&mut logs, &towards, &grid);
     let model = options
         .head
         .as_ref()
@@ -117,20 +118,18 @@ pub fn bake_responses(
     let trend = delay_trend(&models, &logs);
     let (level, nugget) = (layout.is_level(), if layout.has_places() { PLACES_NUGGET } else { 1e-9 });
     let shape = TransferShape { taps: 0, ..room.shape };
-    let rows: Vec<f32> = (0..nodes.nodes())
+    let mut transfers: Vec<TransferFunction> = (0..nodes.nodes())
         .into_par_iter()
-        .flat_map(|index| {
+        .map(|index| {
             let node = Site { direction: nodes.node(index).1, position: Vec3::ZERO };
             // In the plane of a ring its neighbours say most; elsewhere all measurements have a say.
             let in_plane = level && node.direction.z.abs() < LEVEL_Z;
             let around = if in_plane { of_ring(&towards, &node, nugget) } else { weights(&towards, &node, nugget) };
-            halved(
-                LogTransfer::blend(&logs, &models, &around, trend, &model.at(node.direction))
-                    .to_transfer(&shape, &grid)
-                    .to_row(),
-            )
+            LogTransfer::blend(&logs, &models, &around, trend, &model.at(node.direction)).to_transfer(&shape, &grid)
         })
         .collect();
+    unwrap_phases(&nodes, &mut transfers);
+    let rows: Vec<f32> = transfers.iter().flat_map(|transfer| halved(transfer.to_row())).collect();
     let field = Field::new(nodes.clone(), shape, Rows::Whole(rows));
     let field = field.ok_or_else(|| BakeError::argument("table of the scene", "a row for each node", "others"))?;
     let head = options.head.as_ref().unwrap_or_else(|| model_head());

@@ -17,9 +17,6 @@ const END_S: f64 = 0.0035;
 const LONGEST_DELAY_S: f64 = 0.0012;
 const DELAY_STEP_S: f64 = 4e-6;
 
-/// Phases are unwrapped from here to both sides, Hz: loudspeakers play it, and heads have no notch there.
-const PHASE_FROM_HZ: f64 = 700.0;
-
 /// Direct sound at both ears.
 #[derive(Clone, Debug)]
 pub(crate) struct Direct {
@@ -38,16 +35,23 @@ pub(crate) struct Direct {
 impl Direct {
     /// Cuts the direct sound out of a response. `None` if an ear is silent.
     ///
-    /// An ear's delay is the lag at which its direct sound correlates best with the minimum-phase filter of the same magnitude
-    /// (Kulkarni, Isabelle and Colburn 1999); what phase is left is kept, so that nothing of the measurement is lost.
+    /// The delay of the ear that hears it first is the lag at which it correlates best with the minimum-phase filter of the same
+    /// magnitude, the interaural one that at which the ears do, both without minimum phase (Kulkarni, Isabelle and Colburn
+    /// 1999): what a loudspeaker does to phases is the same at both. What phase is left is kept, so that nothing of the
+    /// measurement is lost.
     pub(crate) fn of(ears: [&[f32]; 2], grid: &StftGrid, analyser: &Analyser) -> Option<Self> {
         let onsets = [onset(ears[0])? as i64, onset(ears[1])? as i64];
         let start = onsets[0].min(onsets[1]) - samples(grid, LEAD_S);
         let guess = Window { start, arrival: (onsets[0] + onsets[1]) / 2 };
-        let delays_s = ears.map(|ear| Ear::of(ear, &guess, grid, analyser).delay_s(grid));
-        let centre_s = 0.5 * (delays_s[0] + delays_s[1]);
+        let [left, right] = ears.map(|ear| Ear::of(ear, &guess, grid, analyser).against_minimum);
+        let cross: Vec<Complex64> = left.iter().zip(&right).map(|(l, r)| l * r.conj()).collect();
+        let delay_s = delay_s(cross.iter().map(|x| x.unscale(x.norm().sqrt().max(f64::MIN_POSITIVE))), grid);
+        let centre_s = if onsets[0] <= onsets[1] {
+            self::delay_s(left.into_iter(), grid) - 0.5 * delay_s
+        } else {
+            self::delay_s(right.into_iter(), grid) + 0.5 * delay_s
+        };
         let window = Window { arrival: guess.arrival + (centre_s * grid.sample_rate_hz).round() as i64, ..guess };
-        let delay_s = delays_s[0] - delays_s[1];
         let [left, right] = ears.map(|ear| Ear::of(ear, &window, grid, analyser));
         let excess = [left.excess(0.5 * delay_s, grid), right.excess(-0.5 * delay_s, grid)];
         let rest = ears.map(|ear| {
@@ -102,42 +106,27 @@ impl Ear {
         Self { against_minimum: against.collect(), gain }
     }
 
-    /// Delay against the arrival, seconds.
-    fn delay_s(&self, grid: &StftGrid) -> f64 {
-        let steps = (LONGEST_DELAY_S / DELAY_STEP_S) as i32;
-        let likeness = |delay_s: f64| -> f64 {
-            let step = Complex64::from_polar(1.0, TAU * grid.bin_hz(1) * delay_s);
-            let mut turn = Complex64::from(1.0);
-            let terms = self.against_minimum.iter().map(|x| {
-                let term = (x * turn).re;
-                turn *= step;
-                term
-            });
-            terms.sum()
-        };
-        let delays = (-steps..=steps).map(|i| f64::from(i) * DELAY_STEP_S);
-        delays.map(|d| (d, likeness(d))).max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0)
-    }
-
-    /// Phase beyond minimum phase and a delay, radians, unwrapped from [`PHASE_FROM_HZ`] to both sides.
+    /// Phase beyond minimum phase and a delay, radians.
     fn excess(&self, delay_s: f64, grid: &StftGrid) -> Vec<f64> {
         let late = |k: usize| Complex64::from_polar(1.0, TAU * grid.bin_hz(k) * delay_s);
-        let mut phase: Vec<f64> = self.against_minimum.iter().enumerate().map(|(k, x)| (x * late(k)).arg()).collect();
-        let start = phase_start(grid);
-        let near = |phase: f64, to: f64| phase + TAU * ((to - phase) / TAU).round();
-        for k in start + 1..phase.len() {
-            phase[k] = near(phase[k], phase[k - 1]);
-        }
-        for k in (0..start).rev() {
-            phase[k] = near(phase[k], phase[k + 1]);
-        }
-        phase
+        self.against_minimum.iter().enumerate().map(|(k, x)| (x * late(k)).arg()).collect()
     }
 }
 
-/// The bin at which phases are unwrapped from.
-pub(crate) fn phase_start(grid: &StftGrid) -> usize {
-    ((PHASE_FROM_HZ / grid.bin_hz(1)).round() as usize).min(grid.bins() - 1)
+/// The delay at which the bins of a spectrum are most alike in phase, seconds.
+fn delay_s(bins: impl Iterator<Item = Complex64> + Clone, grid: &StftGrid) -> f64 {
+    let steps = (LONGEST_DELAY_S / DELAY_STEP_S) as i32;
+    let likeness = |delay_s: f64| -> f64 {
+        let step = Complex64::from_polar(1.0, TAU * grid.bin_hz(1) * delay_s);
+        let turned = bins.clone().scan(Complex64::from(1.0), |turn, x| {
+            let term = (x * *turn).re;
+            *turn *= step;
+            Some(term)
+        });
+        turned.sum()
+    };
+    let delays = (-steps..=steps).map(|i| f64::from(i) * DELAY_STEP_S);
+    delays.map(|d| (d, likeness(d))).max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0)
 }
 
 /// Sets the masks of a bin from the gains of both ears.
@@ -145,4 +134,39 @@ pub(crate) fn set_ears(transfer: &mut TransferFunction, bin: usize, [left, right
     let sum = left + right;
     transfer.mixture[bin] = (0.5 * sum) as f32;
     transfer.difference[bin] = if sum > 0.0 { ((right - left) / sum) as f32 } else { 0.0 };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_delay_of_a_shadowed_ear_is_found_through_a_loudspeaker() {
+        let grid = StftGrid { sample_rate_hz: 16_000.0, n_fft: 320, hop: 80 };
+        let analyser = Analyser::new(grid);
+        // A loudspeaker that plays low sounds later: three all-passes in a row.
+        let mut near = vec![0.0_f32; 600];
+        near[200] = 1.0;
+        for _ in 0..3 {
+            let (pole, mut last) = (0.5, (0.0, 0.0));
+            for x in &mut near {
+                let y = -pole * *x + last.0 + pole * last.1;
+                last = (*x, y);
+                *x = y;
+            }
+        }
+        // The far ear is ten samples later, behind two low passes of minimum phase.
+        let mut far = [vec![0.0; 10], near.clone()].concat();
+        for _ in 0..2 {
+            let mut last = 0.0;
+            for x in &mut far {
+                last = 0.2 * *x + 0.8 * last;
+                *x = last;
+            }
+        }
+        let direct = Direct::of([&far, &near], &grid, &analyser).unwrap();
+        assert!((direct.delay_s - 10.0 / grid.sample_rate_hz).abs() < 4e-5, "{}", direct.delay_s);
+        let other = Direct::of([&near, &far], &grid, &analyser).unwrap();
+        assert!((other.delay_s + direct.delay_s).abs() < 1e-6 && other.arrival == direct.arrival);
+    }
 }

@@ -1,7 +1,6 @@
 //! Transfer functions as they are interpolated between measurements.
 
-use crate::bake::direct::{Direct, phase_start, set_ears};
-use crate::bake::kriging::Site;
+use crate::bake::direct::{Direct, set_ears};
 use crate::bake::model::Modelled;
 use promenade_core::{StftGrid, TransferFunction, TransferShape};
 use promenade_fourier::num_complex::Complex64;
@@ -40,7 +39,8 @@ impl LogTransfer {
     }
 
     /// Interpolates what measurements are beyond a model of their directions, `models`, whose delays are `trend` times as long,
-    /// and adds the model of the node's.
+    /// and adds the model of the node's. Phases are those of a sum of phasors: a zero that leaves the unit circle from
+    /// one measurement to the next turns all phases above its notch by a whole turn, and half a turn is not between them.
     pub(crate) fn blend<'a>(
         measured: &'a [Self],
         models: &'a [Modelled],
@@ -59,12 +59,14 @@ impl LogTransfer {
             let (own, model) = (sum(&|i| &measured[i].direct[ear]), sum(&|i| &models[i].logs[ear]));
             own.iter().zip(model).zip(&node.logs[ear]).map(|((own, model), node)| own - model + node).collect()
         };
+        let excess = |ear: usize| -> Vec<f64> {
+            let sum = |k: usize| -> Complex64 {
+                weights.iter().map(|&(i, w)| Complex64::from_polar(w, measured[i].excess[ear][k])).sum()
+            };
+            (0..node.logs[ear].len()).map(|k| sum(k).arg()).collect()
+        };
         let off_trend: f64 = weights.iter().map(|&(i, w)| w * (measured[i].delay_s - trend * models[i].delay_s)).sum();
-        Self {
-            direct: [direct(0), direct(1)],
-            excess: [sum(&|i| &measured[i].excess[0]), sum(&|i| &measured[i].excess[1])],
-            delay_s: off_trend + trend * node.delay_s,
-        }
+        Self { direct: [direct(0), direct(1)], excess: [excess(0), excess(1)], delay_s: off_trend + trend * node.delay_s }
     }
 
     /// The transfer function on a grid, without time filters.
@@ -115,30 +117,6 @@ fn linear(log: f64) -> f64 {
     if log <= NO_GAIN.ln() + 0.1 { 0.0 } else { log.exp() }
 }
 
-/// Adds whole turns to the phases of measurements until neighbours differ by less than half a turn where phases are unwrapped
-/// from: only then is there a phase between them. From the first measurement on, each is brought near to its nearest one that
-/// has been before.
-pub(crate) fn align_phases(measured: &mut [LogTransfer], sites: &[Site], grid: &StftGrid) {
-    let start = phase_start(grid);
-    let mut left: Vec<usize> = (1..measured.len()).collect();
-    // The nearest aligned measurement of each that is left, and its distance.
-    let mut nearest: Vec<(usize, f64)> = sites.iter().map(|s| (0, s.distance(&sites[0]))).collect();
-    while let Some(at) = (0..left.len()).min_by(|&a, &b| nearest[left[a]].1.total_cmp(&nearest[left[b]].1)) {
-        let next = left.swap_remove(at);
-        let parent = measured[nearest[next].0].excess.clone();
-        for (phases, parent) in measured[next].excess.iter_mut().zip(&parent) {
-            let turns = TAU * ((parent[start] - phases[start]) / TAU).round();
-            phases.iter_mut().for_each(|p| *p += turns);
-        }
-        for &other in &left {
-            let distance = sites[other].distance(&sites[next]);
-            if distance < nearest[other].1 {
-                nearest[other] = (next, distance);
-            }
-        }
-    }
-}
-
 /// Size of the measured head over the model's, by its delays: least squares.
 pub(crate) fn delay_trend(models: &[Modelled], measured: &[LogTransfer]) -> f64 {
     let pairs = || models.iter().map(|m| m.delay_s).zip(measured.iter().map(|r| r.delay_s));
@@ -150,6 +128,36 @@ pub(crate) fn delay_trend(models: &[Modelled], measured: &[LogTransfer]) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signal::spectrum::Analyser;
+
+    #[test]
+    fn a_zero_across_the_unit_circle_leaves_the_phases_between_two_measurements() {
+        let grid = StftGrid { sample_rate_hz: 16_000.0, n_fft: 320, hop: 80 };
+        let analyser = Analyser::new(grid);
+        let (notch, radius) = (100, 0.97_f32);
+        // The same magnitude with the zeros inside the unit circle and outside.
+        let inside = [1.0, -2.0 * radius * (TAU as f32 * notch as f32 / 320.0).cos(), radius * radius];
+        let outside = [inside[2], inside[1], inside[0]];
+        let heard = |zeros: [f32; 3]| {
+            let mut ear = vec![0.0; 400];
+            ear[100..103].copy_from_slice(&zeros);
+            LogTransfer::of(&Direct::of([&ear, &ear], &grid, &analyser).unwrap(), 1.0, 1.0)
+        };
+        let model = || Modelled { logs: [vec![0.0; grid.bins()], vec![0.0; grid.bins()]], delay_s: 0.0 };
+        let measured = [heard(inside), heard(outside)];
+        let models = [model(), model()];
+        let phases = |shares: [f64; 2]| {
+            let weights = [(0, shares[0]), (1, shares[1])];
+            let blend = LogTransfer::blend(&measured, &models, &weights, 1.0, &model());
+            blend.to_transfer(&TransferShape { bins: grid.bins(), bands: 1, taps: 0 }, &grid).phase
+        };
+        let (first, second, between) = (phases([1.0, 0.0]), phases([0.0, 1.0]), phases([0.5, 0.5]));
+        let near = |a: f32, b: f32| Complex64::cis(f64::from(a - b)).re;
+        for k in (10..notch - 20).chain(notch + 20..grid.bins() - 10) {
+            let ends = 0.5 * (Complex64::cis(f64::from(first[k])) + Complex64::cis(f64::from(second[k])));
+            assert!(ends.norm() > 0.9 && near(between[k], ends.arg() as f32) > 0.98, "{k}: {ends} {}", between[k]);
+        }
+    }
 
     #[test]
     fn what_rings_before_the_onset_is_taken_off_and_the_rest_stays() {
