@@ -13,7 +13,7 @@ use crate::error::BakeError;
 use crate::sources::capture::{Capture, Clip};
 use promenade_audio::{FileError, resample};
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
-use promenade_core::{BlockParams, Pose, Scene, Tier, Trim};
+use promenade_core::{BlockParams, Latency, Pose, Scene, Tier, Trim};
 use promenade_judge::Stream;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -152,6 +152,28 @@ impl Player {
             stream.params_mut().quality.live.rate_hz = rate_hz;
         }
         self
+    }
+
+    /// The same with another latency, whose sound differs by what a pose is heard later; the output begins with its input all
+    /// the same. To be chosen before a stereo spread.
+    ///
+    /// # Errors
+    /// A scene that has no other than its frame's ([`Latency::played_by`]), and clips.
+    pub fn with_latency(mut self, latency: Latency) -> Result<Self, BakeError> {
+        let wrong =
+            |found: &str| Err(BakeError::argument("latency", format!("{found} in this scene and tier"), latency.name()));
+        self.engine = match self.engine {
+            _ if latency == Latency::Frame => return Ok(self),
+            Engine::Clips(_) => return wrong("none: clips are played whole"),
+            Engine::Stream(stream) if latency.played_by(stream.renderer().scene(), self.played_hz) != latency => {
+                return wrong(Latency::Frame.name());
+            }
+            Engine::Stream(stream) => {
+                let stream = stream.with_latency(latency);
+                Engine::Stream(Box::new(stream.map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?))
+            }
+        };
+        Ok(self)
     }
 
     /// The same with what a user changes about the scene's sound.

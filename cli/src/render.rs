@@ -60,7 +60,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
         source.channels()
     );
     let player = Player::new(&scene, rate, args.tier).with_context(|| args.scene.display().to_string())?;
-    let player = player.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
+    let player = player.with_latency(args.latency)?.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
     let mut player = player.with_stereo_spread(spread).with_context(|| args.scene.display().to_string())?;
     if let Some(file) = &args.headphones {
         player = player.with_headphones(&read_headphones(file)?);

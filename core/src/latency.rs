@@ -1,6 +1,6 @@
 //! How late the rendered sound is.
 
-use crate::StftGrid;
+use crate::{Scene, StftGrid};
 
 /// How far the sound that comes out lags behind what goes in.
 ///
@@ -25,6 +25,23 @@ const UNIT: usize = 64;
 impl Latency {
     /// All of them, the longest first.
     pub const ALL: [Self; 3] = [Self::Frame, Self::Samples64, Self::None];
+
+    /// The name in commands.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Frame => "frame",
+            Self::Samples64 => "64",
+            Self::None => "none",
+        }
+    }
+
+    /// What a scene is played with at a sample rate, Hz: this, or its frame where that cannot be told apart from its first
+    /// hops ([`Carriers::with_latency`](crate::Carriers::with_latency)).
+    #[must_use]
+    pub fn played_by(self, scene: &Scene, sample_rate_hz: f64) -> Self {
+        Pace::new(self, &scene.grid().at_rate(sample_rate_hz), scene.shape().taps).latency
+    }
 
     /// Samples that a host is told on a grid.
     pub(crate) fn stated(self, grid: &StftGrid) -> usize {

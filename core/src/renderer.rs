@@ -12,7 +12,7 @@ use crate::render::low_cut::LowCut;
 use crate::render::waves::WaveBass;
 use crate::scene::{Cost, TooCostly};
 use crate::stft::{Spectrum, Stft};
-use crate::{DecodeWorker, NEAREST_M, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
+use crate::{DecodeWorker, Latency, NEAREST_M, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
 use promenade_fourier::num_complex::Complex32;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -178,7 +178,20 @@ impl Renderer {
     /// # Real-time
     /// Not real-time safe, nor is the processing of the tiers High and Reference: decodes where it stands.
     pub fn for_tier(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier) -> Result<Self, RenderError> {
-        let renderer = Self::new(Arc::clone(scene), sample_rate_hz)?;
+        Self::for_tier_with(scene, sample_rate_hz, tier, Latency::Frame)
+    }
+
+    /// The same for another latency, where the scene has it ([`Latency::played_by`]).
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    ///
+    /// # Real-time
+    /// As [`Renderer::for_tier`].
+    pub fn for_tier_with(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier, latency: Latency) -> Result<Self, RenderError> {
+        scene.playable_at(sample_rate_hz)?;
+        let carriers = Arc::new(Carriers::with_latency(scene, sample_rate_hz, latency));
+        let renderer = Self::with_carriers(Arc::clone(scene), sample_rate_hz, carriers)?;
         let decoder = if tier >= Tier::High { InlineWorker::new(scene) } else { None };
         Ok(match decoder {
             Some(decoder) => renderer.with_worker(Box::new(decoder)),

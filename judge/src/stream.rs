@@ -1,7 +1,7 @@
 //! A scene as a host plays it, offline.
 
 use promenade_core::decode::InlineWorker;
-use promenade_core::{BlockParams, EmitterParams, Emitters, Pose, RenderError, RenderParams, Renderer, Scene, Tier};
+use promenade_core::{BlockParams, EmitterParams, Emitters, Latency, Pose, RenderError, RenderParams, Renderer, Scene, Tier};
 use std::sync::Arc;
 
 /// Samples that are rendered at a time.
@@ -29,6 +29,17 @@ impl Stream {
         params.quality.live.wait = true;
         let emitters = Renderer::for_tier(scene, rate_hz, block.tier)?.into();
         Ok(Self { emitters, params, places: block.emitters, played: 0 })
+    }
+
+    /// The same with another latency, where the scene has it, from its beginning. It has one emitter.
+    ///
+    /// # Errors
+    /// As [`Stream::new`].
+    pub fn with_latency(self, latency: Latency) -> Result<Self, RenderError> {
+        let (renderer, tier) = (self.renderer(), self.params.quality.tier);
+        let rate_hz = renderer.grid().sample_rate_hz;
+        let emitters = Renderer::for_tier_with(renderer.scene(), rate_hz, tier, latency)?.into();
+        Ok(Self { emitters, played: 0, ..self })
     }
 
     /// The same with emitters of a stereo sound's channels this angle apart, radians.

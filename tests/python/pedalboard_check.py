@@ -22,7 +22,7 @@ PARAMETERS = {
     "path_offset", "head_tracking", "emitter_offset_x_m", "emitter_offset_y_m", "emitter_offset_z_m", "stereo_spread_deg", "listener_group", "lead_group",
     "tier", "decode_rate_hz", "dry_wet", "output_gain_db", "direct_level_db", "early_level_db", "late_level_db",
     "decay", "distance_law_db", "room_width", "low_cut_hz", "wet_solo", "bypass", "scene", "library_scene", "library_path",
-    "open_sound_control", "revision",
+    "open_sound_control", "latency", "revision",
 }
 
 

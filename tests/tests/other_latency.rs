@@ -14,6 +14,7 @@ in_both_formats!(
     the_latency_follows_the_scene,
     a_new_latency_is_told_when_a_host_may_hear_it,
     another_latency_asks_once_and_comes_after_silence,
+    a_latency_is_chosen_and_reported,
 );
 
 const AT: usize = 9600;
@@ -65,6 +66,32 @@ fn the_latency_follows_the_scene<H: Host>() {
     let after = host.latency();
     assert_ne!(after, before, "the scenes have the same latency");
     assert_eq!(peak_index(&out[0]) - AT, after);
+}
+
+fn a_latency_is_chosen_and_reported<H: Host>() {
+    let mut host = H::open(Setup::default());
+    let silence = vec![0.0; 480];
+    let frame = host.latency();
+    for (value, samples) in [(0.5, 64), (1.0, 0), (0.0, frame)] {
+        let restarts = host.instance().restarts();
+        host.set("latency", value);
+        let began = Instant::now();
+        while host.latency() != samples && began.elapsed() < Duration::from_secs(30) {
+            host.process(&[&silence, &silence]);
+            thread::sleep(Duration::from_millis(5));
+        }
+        assert_eq!(host.latency(), samples);
+        assert_eq!(host.instance().restarts(), restarts + 1);
+        // Dry and rendered sound are where the host expects them, but that without latency the rendered cannot be.
+        for (bypass, at) in [(1.0, samples), (0.0, if samples == 0 { 60 } else { samples })] {
+            host.set("bypass", bypass);
+            let signal = impulse(AT, 2 * AT);
+            let out = render(&mut host, &[&signal, &signal], &[480]);
+            // Heads have a response of their own.
+            let (late, longest) = (peak_index(&out[0]) - AT, if bypass == 1.0 { 0 } else { 48 });
+            assert!((at..=at + longest).contains(&late), "{samples}, bypass {bypass}: {late}");
+        }
+    }
 }
 
 fn another_latency_asks_once_and_comes_after_silence<H: Host>() {

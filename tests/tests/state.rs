@@ -41,7 +41,7 @@ mod special_files {
 }
 
 /// Each with a value that is not its default, and that is one of its steps.
-const CHANGED: [(&str, f64); 32] = [
+const CHANGED: [(&str, f64); 33] = [
     ("x", 0.51),
     ("y", 0.48),
     ("z", 0.505),
@@ -74,6 +74,7 @@ const CHANGED: [(&str, f64); 32] = [
     ("slot", 0.0),
     ("walk", 0.0),
     ("osc", 1.0),
+    ("latency", 0.5),
 ];
 
 fn scene_file(name: &str) -> PathBuf {

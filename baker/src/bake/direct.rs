@@ -35,7 +35,7 @@ pub(crate) struct Direct {
 impl Direct {
     /// Cuts the direct sound out of a response. `None` if an ear is silent.
     ///
-    /// The delay of the ear that hears it first is the lag at which it correlates best with the minimum-phase filter of the same
+    /// The delay of the ear that hears it first is the lag at which it correlates best with the minimum-phase filter of its
     /// magnitude, the interaural one that at which the ears do, both without minimum phase (Kulkarni, Isabelle and Colburn
     /// 1999): what a loudspeaker does to phases is the same at both. What phase is left is kept, so that nothing of the
     /// measurement is lost.

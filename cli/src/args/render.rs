@@ -1,11 +1,11 @@
 //! Arguments of `promenade render`.
 
 use super::sound::SoundArgs;
-use super::values::{parse_bits, parse_pose, parse_tier, within};
+use super::values::{parse_bits, parse_latency, parse_pose, parse_tier, within};
 use clap::{Args, ValueEnum};
 use promenade_baker::player::Playing;
 use promenade_baker::wav::Format;
-use promenade_core::{LiveParams, Pose};
+use promenade_core::{Latency, LiveParams, Pose};
 use std::path::PathBuf;
 
 /// What is written.
@@ -38,6 +38,10 @@ pub(crate) struct RenderArgs {
     /// Decodes a second of the tiers high and reference
     #[arg(long, value_name = "HZ", default_value_t = LiveParams::default().rate_hz, value_parser = within(1.0_f32, 1000.0))]
     pub(crate) decode_rate: f32,
+    /// How the scene is played: in frames, or with a latency of 64 samples or none, as the plugin can; no latency is heard in
+    /// the file, poses are up to a hop and a half later
+    #[arg(long, default_value = "frame", value_parser = parse_latency)]
+    pub(crate) latency: Latency,
     /// What is written; Ambisonics of scenes of image sources alone
     #[arg(long, value_enum, default_value = "binaural")]
     pub(crate) format: OutputFormat,

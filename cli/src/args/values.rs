@@ -7,7 +7,7 @@ use promenade_baker::wav::Format;
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::network::CloudKind;
 use promenade_core::published::Projection;
-use promenade_core::{Pose, Tier};
+use promenade_core::{Latency, Pose, Tier};
 use promenade_paths::Origin;
 
 fn parse_numbers<T, const N: usize>(text: &str, names: &str) -> Result<[T; N], String>
@@ -130,6 +130,11 @@ pub(super) fn parse_bits(text: &str) -> Result<Format, String> {
         "32f" => Ok(Format::Float32),
         _ => Err("expected 16, 24, 32 or 32f".to_owned()),
     }
+}
+
+pub(super) fn parse_latency(text: &str) -> Result<Latency, String> {
+    let found = Latency::ALL.into_iter().find(|latency| latency.name() == text);
+    found.ok_or_else(|| format!("expected {}", Latency::ALL.map(Latency::name).join(", ")))
 }
 
 pub(super) fn parse_metres_per_unit(text: &str) -> Result<f64, String> {

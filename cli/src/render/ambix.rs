@@ -64,6 +64,6 @@ fn one(scene: &Scene, args: &RenderArgs, walk: &Walk, pair: usize, to: &SyncSend
         let _gone = to.send(ears.map(<[f32]>::to_vec));
         Ok(())
     };
-    let mut player = player.with_trim(args.sound.trim())?;
+    let mut player = player.with_latency(args.latency)?.with_trim(args.sound.trim())?;
     Ok(player.play(source, Mix::new(1.0, args.gain), args.block as usize, &mut |seconds| walk.pose_at(seconds), &mut write)?)
 }

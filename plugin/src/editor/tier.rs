@@ -4,13 +4,13 @@ use super::budget;
 use super::controls::{choice, slider};
 use super::ctx::Ctx;
 use super::theme::Palette;
-use super::widgets::{dimmed, fact, note};
+use super::widgets::{dimmed, fact, labelled, note};
 use super::words::Word;
 use crate::parameter::Parameter;
 use crate::parameter::choices::TierChoice;
 use egui::{Align2, RichText, Sense, Ui, Vec2};
 use nice_plug::prelude::Enum;
-use promenade_core::{Scene, Tier};
+use promenade_core::{Latency, Scene, Tier};
 use promenade_judge::trade::TradePoint;
 use std::sync::Arc;
 
@@ -34,6 +34,14 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     }
     let decodes = played >= Tier::High && scene.is_some();
     dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate, Word::Updates));
+    let rate_hz = ctx.instance.loader.sample_rate_hz();
+    let keeps = |latency: Latency| Some(latency.played_by(scene?, rate_hz?) != latency);
+    labelled(ui, ctx.palette, Word::Latency, |ui| {
+        choice(ui, ctx, Parameter::Latency, |index| {
+            let keeps = keeps(Latency::ALL[index.min(2)]).unwrap_or(false);
+            keeps.then_some("this scene is played in frames alone: its filters are too short, or no multiple of its hop")
+        });
+    });
     budget::show(ui, ctx);
 }
 

@@ -88,6 +88,9 @@ table! {
         Updates = ("Updates", "How often High and Reference work out the sound of a moving listener, times a second; they \
             fade in between"),
         /// Right.
+        Latency = ("Latency", "How much later the sound comes out than it went in; hosts that make up for it start anew \
+            after a change. Presets and undo leave it as it is"),
+        /// Right.
         Budget = ("Budget", "The most that all instances may take together, as a share of one core: the loud are played in \
             full, the others as drafts or not at all; bounces ignore it. 0 is no limit"),
         /// Right.
@@ -362,6 +365,7 @@ pub fn help(parameter: Parameter) -> &'static str {
         Parameter::Group => Word::Group.help(),
         Parameter::Lead => Word::Lead.help(),
         Parameter::Tier => Word::Quality.help(),
+        Parameter::Latency => Word::Latency.help(),
         Parameter::Rate => Word::Updates.help(),
         Parameter::Mix => Word::Mix.help(),
         Parameter::Gain => Word::Gain.help(),
@@ -409,6 +413,11 @@ pub fn variant_help(parameter: Parameter, index: usize) -> &'static str {
             "The room as it was worked out beforehand for a table of places: exact there, blended in between",
             "The room as a neural network works it out for the very place of the listener",
             "As High, and with all of the published model's filters: the most costly",
+        ],
+        Parameter::Latency => &[
+            "The least work; for mixing, since hosts make up for it",
+            "Direct sound and first reflections without waiting, for playing along; takes about half as much again",
+            "Nothing is reported and the dry sound comes at once; the room's is a millisecond later",
         ],
         Parameter::Scene => &["A room of the factory, an office", "A room of the factory, a class room", "A file of your own"],
         _ => &[],

@@ -145,7 +145,7 @@ impl UserState {
 
 /// Whether presets and undo restore a parameter: they neither open a port nor close one.
 fn is_for_sound(parameter: Parameter) -> bool {
-    parameter != Parameter::Osc
+    !matches!(parameter, Parameter::Osc | Parameter::Latency)
 }
 
 /// A saved value as a plain number; choices are saved by their ids.

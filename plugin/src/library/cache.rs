@@ -3,7 +3,9 @@
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::factory;
 use crate::worker::lock::lock;
-use promenade_core::{AMBISONIC_CHANNELS, Carriers, Head, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
+use promenade_core::{
+    AMBISONIC_CHANNELS, Carriers, Head, Latency, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError,
+};
 use promenade_room::{RoomError, SceneHead};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, Weak};
@@ -46,28 +48,30 @@ pub fn scene_from(bytes: &[u8]) -> Result<(Arc<Scene>, ContentHash), SceneError>
 /// first.
 const KEPT_CARRIERS: usize = 2;
 
-/// Carriers of a scene at a rate, as long as an instance plays it there.
-type HeldCarriers = (Weak<Scene>, f64, Weak<Carriers>);
+/// Carriers of a scene at a rate, for a latency, as long as an instance plays it there.
+type HeldCarriers = (Weak<Scene>, f64, Latency, Weak<Carriers>);
 
 static CARRIERS: Mutex<Vec<HeldCarriers>> = Mutex::new(Vec::new());
 /// The newest sets, as long as their scenes are in memory.
 static NEWEST: Mutex<VecDeque<(Weak<Scene>, Arc<Carriers>)>> = Mutex::new(VecDeque::new());
 
-/// The carriers of a scene at a sample rate, drawn once for all instances that play it there.
+/// The carriers of a scene at a sample rate for a latency, drawn once for all instances that play it so.
 ///
 /// # Errors
 /// As [`Scene::playable_at`].
-pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64) -> Result<Arc<Carriers>, RenderError> {
+pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency) -> Result<Arc<Carriers>, RenderError> {
     scene.playable_at(sample_rate_hz)?;
     let mut held = lock(&CARRIERS);
     lock(&NEWEST).retain(|(of, _)| of.strong_count() > 0);
-    held.retain(|(_, _, carriers)| carriers.strong_count() > 0);
-    let same = |of: &Weak<Scene>, rate: f64| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)) && rate == sample_rate_hz;
-    if let Some(carriers) = held.iter().find(|(of, rate, _)| same(of, *rate)).and_then(|(.., carriers)| carriers.upgrade()) {
+    held.retain(|(.., carriers)| carriers.strong_count() > 0);
+    let same = |(of, rate, late, _): &&HeldCarriers| {
+        std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)) && *rate == sample_rate_hz && *late == latency
+    };
+    if let Some(carriers) = held.iter().find(same).and_then(|(.., carriers)| carriers.upgrade()) {
         return Ok(carriers);
     }
-    let carriers = Arc::new(Carriers::new(scene, sample_rate_hz));
-    held.push((Arc::downgrade(scene), sample_rate_hz, Arc::downgrade(&carriers)));
+    let carriers = Arc::new(Carriers::with_latency(scene, sample_rate_hz, latency));
+    held.push((Arc::downgrade(scene), sample_rate_hz, latency, Arc::downgrade(&carriers)));
     let mut newest = lock(&NEWEST);
     newest.push_back((Arc::downgrade(scene), Arc::clone(&carriers)));
     if newest.len() > KEPT_CARRIERS {
@@ -214,14 +218,15 @@ mod tests {
         let (first, hash) = scene_from(factory::ROOM_B.bytes).unwrap();
         let (second, _) = scene_from(factory::ROOM_B.bytes).unwrap();
         assert!(Arc::ptr_eq(&first, &second));
-        let [one, another, faster] = [48_000.0, 48_000.0, 96_000.0].map(|rate| carriers(&first, rate).unwrap());
+        let at = |rate| carriers(&first, rate, Latency::Frame).unwrap();
+        let [one, another, faster] = [48_000.0, 48_000.0, 96_000.0].map(at);
         assert!(Arc::ptr_eq(&one, &another) && !Arc::ptr_eq(&one, &faster), "one set of carriers a rate");
+        let sooner = carriers(&first, 48_000.0, Latency::None).unwrap();
+        assert_eq!((one.latency(), sooner.latency()), (Latency::Frame, Latency::None));
+        drop(sooner);
         let kept = Arc::downgrade(&faster);
         drop(faster);
-        assert!(
-            kept.upgrade().is_some_and(|kept| Arc::ptr_eq(&kept, &carriers(&first, 96_000.0).unwrap())),
-            "kept for a while"
-        );
+        assert!(kept.upgrade().is_some_and(|kept| Arc::ptr_eq(&kept, &at(96_000.0))), "kept for a while");
         drop((first, second));
         assert!(in_memory(&hash).is_none());
         assert!(scene_from(b"not a scene").is_err());

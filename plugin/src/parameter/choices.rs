@@ -1,7 +1,7 @@
 //! The variants of the parameters that are choices. Their ids never change.
 
 use nice_plug::prelude::Enum;
-use promenade_core::Tier;
+use promenade_core::{Latency, Tier};
 
 /// Declares a choice: for each variant its id and its name.
 macro_rules! choice {
@@ -80,6 +80,24 @@ choice! {
 
 impl From<TierChoice> for Tier {
     fn from(choice: TierChoice) -> Self {
+        Self::ALL[choice as usize]
+    }
+}
+
+choice! {
+    /// [`Latency`] as a parameter.
+    pub enum LatencyChoice {
+        /// [`Latency::Frame`].
+        Frame = "frame", "Frame";
+        /// [`Latency::Samples64`].
+        Samples64 = "64", "64 samples";
+        /// [`Latency::None`].
+        None = "none", "None";
+    }
+}
+
+impl From<LatencyChoice> for Latency {
+    fn from(choice: LatencyChoice) -> Self {
         Self::ALL[choice as usize]
     }
 }

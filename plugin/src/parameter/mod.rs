@@ -5,7 +5,7 @@ pub mod choices;
 pub mod remote;
 pub(crate) mod table;
 
-use crate::parameter::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
+use crate::parameter::choices::{Follow, GroupChoice, LatencyChoice, SceneChoice, TierChoice, Tracking};
 use crate::parameter::table::table;
 use nice_plug::prelude::{Enum, FloatRange};
 
@@ -85,6 +85,8 @@ table! {
         Walk = "walk",
         /// Whether Open Sound Control is received.
         Osc = "osc",
+        /// How late the sound is: [`LatencyChoice`].
+        Latency = "latency",
     }
 }
 
@@ -149,6 +151,7 @@ impl Parameter {
             Self::Tracking => of::<Tracking>(),
             Self::Group => of::<GroupChoice>(),
             Self::Tier => of::<TierChoice>(),
+            Self::Latency => of::<LatencyChoice>(),
             Self::Scene => of::<SceneChoice>(),
             _ => None,
         }

@@ -8,7 +8,7 @@ use crate::library::scene_key::SceneKey;
 use crate::library::{self, LibraryError, LoadedScene, level};
 use crate::parameter::Parameter;
 use crate::parameter::cast::{index, narrow};
-use crate::parameter::choices::{Follow, SceneChoice};
+use crate::parameter::choices::{Follow, LatencyChoice, SceneChoice};
 use crate::playing::output::{Output, Pairs};
 use crate::playing::shared_worker::SharedWorker;
 use crate::playing::start_pose;
@@ -27,7 +27,7 @@ use crossbeam_queue::ArrayQueue;
 use nice_plug::prelude::Enum;
 use nice_plug::{nice_error, nice_warn};
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
-use promenade_core::{Emitters, NotAmbisonicError, RenderError, Renderer, Scene, SceneError, Trim};
+use promenade_core::{Emitters, Latency, NotAmbisonicError, RenderError, Renderer, Scene, SceneError, Trim};
 use promenade_sofa::SofaError;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -101,6 +101,7 @@ struct SceneRequest {
     /// Whether there is a second emitter: from the time on that one is first needed.
     stereo: bool,
     output: Output,
+    latency: LatencyChoice,
     sample_rate_bits: u64,
 }
 
@@ -310,7 +311,7 @@ impl Loader {
             let restored = self.params.restores();
             let (saved, restores) = self.params.scene_key.get();
             let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
-            let Choices { scene, scene_slot, stereo, .. } = self.choices();
+            let Choices { scene, scene_slot, stereo, latency, .. } = self.choices();
             let stereo = stereo || last.as_ref().is_some_and(|last| last.request.stereo);
             // A factory scene does not depend on the slot.
             let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
@@ -319,7 +320,7 @@ impl Loader {
             let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
             let output = self.output();
             let matching = self.params.matching.get().0;
-            let request = SceneRequest { scene, slot, saved, room, head, matching, stereo, output, sample_rate_bits };
+            let request = SceneRequest { scene, slot, saved, room, head, matching, stereo, output, latency, sample_rate_bits };
             if sample_rate_bits == 0 || last.as_mut().is_some_and(|last| last.serves(&request)) {
                 return;
             }
@@ -327,8 +328,9 @@ impl Loader {
             let result = self.found(&request).and_then(|found| {
                 let sample_rate_hz = f64::from_bits(sample_rate_bits);
                 let gain = matching.gain(found.level_cb);
-                let emitters =
-                    |scene: &Arc<Scene>| Ok::<_, LoadError>(self.emitters(scene, sample_rate_hz, stereo)?.with_level(gain));
+                let emitters = |scene: &Arc<Scene>| {
+                    Ok::<_, LoadError>(self.emitters(scene, sample_rate_hz, latency.into(), stereo)?.with_level(gain))
+                };
                 let pairs = match output {
                     Output::Binaural => Pairs::from_iter([emitters(&found.scene)?]),
                     Output::Ambisonic(_) => {
@@ -398,8 +400,8 @@ impl Loader {
     }
 
     /// What renders a scene.
-    fn emitters(&self, scene: &Arc<Scene>, sample_rate_hz: f64, stereo: bool) -> Result<Emitters, LoadError> {
-        let carriers = cache::carriers(scene, sample_rate_hz)?;
+    fn emitters(&self, scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency, stereo: bool) -> Result<Emitters, LoadError> {
+        let carriers = cache::carriers(scene, sample_rate_hz, latency)?;
         let renderer = |attention| {
             let renderer = Renderer::with_carriers(Arc::clone(scene), sample_rate_hz, Arc::clone(&carriers))?;
             let decoder = SharedWorker::new(scene, attention).map_err(LoadError::Thread)?;

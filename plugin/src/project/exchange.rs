@@ -5,7 +5,7 @@ use super::params::PromenadeParams;
 use super::persisted::Report;
 use super::scene_frame::PlayedFrame;
 use crate::parameter::Parameter;
-use crate::parameter::choices::SceneChoice;
+use crate::parameter::choices::{LatencyChoice, SceneChoice};
 use crate::worker::flag::Flag;
 use nice_plug::prelude::Enum;
 
@@ -45,6 +45,8 @@ pub struct Choices {
     pub walk_slot: u32,
     /// Whether a stereo input's channels have emitters of their own.
     pub stereo: bool,
+    /// How late the sound is.
+    pub latency: LatencyChoice,
     /// How often a head has been asked for.
     pub heads: u32,
     /// How often headphones have been asked for.
@@ -68,6 +70,7 @@ impl Exchange {
             scene_slot: slot(Parameter::Slot),
             walk_slot: slot(Parameter::Walk),
             stereo: params.heard(Parameter::Spread) > 0.0,
+            latency: LatencyChoice::from_index(params.index(Parameter::Latency)),
             heads: self.head_wish.asked(),
             headphones: self.headphones_wish.asked(),
             rooms: params.room.changes(),

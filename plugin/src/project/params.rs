@@ -5,7 +5,7 @@ use crate::library::drawn_room::DrawnRoom;
 use crate::library::scene_key::SceneKey;
 use crate::library::slot_names;
 use crate::parameter::cast::index;
-use crate::parameter::choices::{Follow, GroupChoice, SceneChoice, TierChoice, Tracking};
+use crate::parameter::choices::{Follow, GroupChoice, LatencyChoice, SceneChoice, TierChoice, Tracking};
 use crate::parameter::remote::Remote;
 use crate::parameter::{Parameter, SLOTS};
 use crate::project::matching::Matching;
@@ -92,6 +92,8 @@ pub struct PromenadeParams {
     pub walk: IntParam,
     #[id = "osc"]
     pub osc_on: BoolParam,
+    #[id = "latency"]
+    pub latency: EnumParam<LatencyChoice>,
     /// Counts what the editor changes beside the parameters, so that the host knows that the project has changed.
     #[id = "revision"]
     pub revision: IntParam,
@@ -199,6 +201,7 @@ impl PromenadeParams {
             slot: slot("Library Scene", slot_names::Kind::Scene),
             walk: slot("Library Path", slot_names::Kind::Walk),
             osc_on: switch("Open Sound Control"),
+            latency: EnumParam::new("Latency", LatencyChoice::Frame),
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
             state_version: StateVersion,
             scene_key: Persisted::new(SceneKey::loft()),
@@ -280,7 +283,7 @@ macro_rules! with_param {
             Ex ex, Ey ey, Ez ez, Spread spread,
             Group group, Lead lead, Tier tier, Rate rate, Mix mix, Gain gain, Direct direct, Early early,
             Late late, Decay decay, Law law, Width width, LowCut low_cut, WetSolo wet_solo, Bypass bypass,
-            Scene scene, Slot slot, Walk walk, Osc osc_on)
+            Scene scene, Slot slot, Walk walk, Osc osc_on, Latency latency)
     };
     ($params:expr, $parameter:expr, $param:ident => $body:expr; $($variant:ident $field:ident),*) => {
         match $parameter {
