@@ -51,10 +51,16 @@ impl Air {
         8.686 * hz * hz * (1.84e-11 / pressure * warmth.sqrt() + warmth.powf(-2.5) * relaxations)
     }
 
-    /// Decay of the energy with distance by octave, at its centre, per metre: after `r` metres `exp(-decay * r)` is left.
+    /// Decay of the energy with distance at a frequency, per metre: after `r` metres `exp(-decay * r)` is left.
+    #[must_use]
+    pub fn energy_decay_per_m(&self, hz: f64) -> f64 {
+        self.db_per_m(hz) / (10.0 * std::f64::consts::LOG10_E)
+    }
+
+    /// The same by octave, at its centre.
     #[must_use]
     pub fn decay_per_m(&self) -> Octaves {
-        OCTAVES_HZ.map(|hz| (self.db_per_m(f64::from(hz)) / (10.0 * std::f64::consts::LOG10_E)) as f32)
+        OCTAVES_HZ.map(|hz| self.energy_decay_per_m(f64::from(hz)) as f32)
     }
 }
 

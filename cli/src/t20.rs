@@ -34,8 +34,9 @@ pub(crate) fn run(args: &FitArgs, t20: &T20) -> Result<()> {
     let named = Shoebox { size: walls.size_m(), materials };
     let size = named.size;
     let source = args.emitter.map_or(std::array::from_fn(|a| SOURCE[a] * size[a]), |e| e.as_dvec3().to_array());
-    let before = t20_s(&named, source, args.seed)?;
-    let matched = match_t20(&named, source, &wanted, args.seed)?;
+    let air = args.set.air.air();
+    let before = t20_s(&named, air, source, args.seed)?;
+    let matched = match_t20(&named, air, source, &wanted, args.seed)?;
     let times = |name: &str, times: &Some7| line(name, |b| times[b].map_or("-".to_owned(), |t| format!("{t:.3}")));
     let rows = [
         line("T20, s", |b| format!("{}", OCTAVES_HZ[b])),

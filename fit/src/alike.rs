@@ -11,7 +11,6 @@ use crate::full_fit::FullFit;
 use crate::histories::Surface;
 use crate::measurements::Measurements;
 use crate::octaves::{FITTED_HZ, heard, measures, octaves_at};
-use promenade_acoustics::Air;
 use rayon::prelude::*;
 
 /// Rounds of bisection.
@@ -120,7 +119,7 @@ impl Alike {
 }
 
 fn rays_t20_s(fit: &FullFit, octave: usize, surfaces: &[Surface]) -> f64 {
-    let air = Air::default().db_per_m(FITTED_HZ[octave]) / (10.0 * std::f64::consts::LOG10_E);
+    let air = fit.histories.air.energy_decay_per_m(FITTED_HZ[octave]);
     let [_, whole] = fit.histories.energies(surfaces, fit.order, air);
     measures(&whole, BIN_S)[0]
 }

@@ -146,7 +146,7 @@ impl<'a> Search<'a> {
         let (mut sum, mut count) = (0.0, 0);
         for (m, own) in self.set.all.iter().zip(&self.heard) {
             let image = walls.iter().fold(m.source.at_m, |at, wall| mirrored(wall, at));
-            if let Some(echo) = echo_of(image, m, own, self.rate_hz) {
+            if let Some(echo) = echo_of(image, m, own, self.rate_hz, self.set.air.speed_m_s()) {
                 sum += echo;
                 count += 1;
             }

@@ -3,7 +3,6 @@
 use crate::bands::Bands;
 use crate::measurements::{Clock, Measurement, Measurements};
 use crate::octaves::{FITTED_HZ, split};
-use promenade_acoustics::SPEED_OF_SOUND_M_S;
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{signal, spectrum};
 use promenade_metrics::onset;
@@ -32,6 +31,8 @@ pub struct Chain {
     pub delay_s: f64,
     /// Whether they are.
     pub known: bool,
+    /// The speed of sound, metres per second.
+    pub speed_m_s: f64,
 }
 
 impl Chain {
@@ -77,10 +78,10 @@ impl Chain {
         let response: Vec<f64> = signal(reference, length).into_iter().take(before + after).collect();
         let arrivals_s: Vec<f64> = starts.iter().zip(&shifts).map(|(s, d)| (*s as f64 + d) / rate).collect();
         let known = set.all.iter().all(|m| m.clock == Clock::Known);
-        let delays =
-            set.all.iter().zip(&arrivals_s).map(|(m, t)| if known { t - m.distance_m() / SPEED_OF_SOUND_M_S } else { *t });
+        let speed_m_s = set.air.speed_m_s();
+        let delays = set.all.iter().zip(&arrivals_s).map(|(m, t)| if known { t - m.distance_m() / speed_m_s } else { *t });
         let delay_s = delays.sum::<f64>() / set.all.len() as f64;
-        Some(Self { response, lead: before, arrivals_s, delay_s, known })
+        Some(Self { response, lead: before, arrivals_s, delay_s, known, speed_m_s })
     }
 
     /// The same with other energies in the lowest octaves: its window is too short for them, where walls have answered before
@@ -111,7 +112,7 @@ impl Chain {
     /// When the direct sound of a place elsewhere arrives, seconds from the first sample.
     #[must_use]
     pub fn arrival_s(&self, distance_m: f64) -> f64 {
-        if self.known { self.delay_s + distance_m / SPEED_OF_SOUND_M_S } else { self.delay_s }
+        if self.known { self.delay_s + distance_m / self.speed_m_s } else { self.delay_s }
     }
 }
 
@@ -131,6 +132,7 @@ fn lag(own: &[Complex64], reference: &[Complex64], length: usize, most: f64) -> 
 mod tests {
     use super::*;
     use crate::measurements::Place;
+    use promenade_acoustics::{Air, SPEED_OF_SOUND_M_S};
 
     #[test]
     fn direct_sounds_between_samples_are_aligned() {
@@ -157,7 +159,7 @@ mod tests {
             }
         };
         let all = [1.0, 1.37, 2.222, 3.1].map(one).to_vec();
-        let set = Measurements { title: String::new(), sample_rate_hz: 16_000, all, notes: Vec::new() };
+        let set = Measurements { title: String::new(), sample_rate_hz: 16_000, all, notes: Vec::new(), air: Air::default() };
         let chain = Chain::of(&set).unwrap();
         for (m, t) in set.all.iter().zip(&chain.arrivals_s) {
             let meant = chain.delay_s + m.distance_m() / SPEED_OF_SOUND_M_S;

@@ -12,7 +12,6 @@ use crate::loss::{Compared, Loss, Noise, PIECE, Power, Target};
 use crate::measurements::{Clock, Measurements};
 use crate::source_nodes::{Nodes, Shares};
 use crate::unknowns::Unknowns;
-use promenade_acoustics::{Air, SPEED_OF_SOUND_M_S};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{signal, spectrum};
 use rayon::prelude::*;
@@ -79,6 +78,7 @@ pub(crate) struct EarlyModel<'a> {
     pub(crate) nodes: Nodes,
     pub(crate) facing: bool,
     pub(crate) air_per_m: PerBand,
+    pub(crate) speed_m_s: f64,
     pub(crate) rate_hz: f64,
     pub(crate) delay_s: f64,
     signal: BandSignal,
@@ -113,7 +113,6 @@ impl<'a> EarlyModel<'a> {
                 Heard { start_s: start / rate_hz, samples: (0..padded).map(sample).collect() }
             })
             .collect();
-        let air = Air::default();
         Self {
             u,
             set,
@@ -121,7 +120,8 @@ impl<'a> EarlyModel<'a> {
             length,
             nodes: Nodes::new(u.nodes),
             facing: set.all.iter().all(|m| m.source.facing.is_some()),
-            air_per_m: bands.centres_hz.map(|hz| air.db_per_m(hz) / (10.0 * std::f64::consts::LOG10_E)),
+            air_per_m: bands.centres_hz.map(|hz| set.air.energy_decay_per_m(hz)),
+            speed_m_s: set.air.speed_m_s(),
             rate_hz,
             delay_s: if chain.known { chain.delay_s } else { 0.0 },
             signal: BandSignal::new(padded, rate_hz, &bands),
@@ -167,7 +167,7 @@ impl<'a> EarlyModel<'a> {
     /// before the direct sound.
     fn pieces(&self, x: &[f64], i: usize, bin_s: f64) -> Vec<Option<(usize, f64)>> {
         let began = self.delay_s + 1e-3 * x[self.u.place(i) + 6] - self.heard[i].start_s;
-        let direct_s = self.places(x, i).map_or(0.0, |(s, m)| crate::measurements::distance(s, m)) / SPEED_OF_SOUND_M_S;
+        let direct_s = self.places(x, i).map_or(0.0, |(s, m)| crate::measurements::distance(s, m)) / self.speed_m_s;
         (0..self.length.div_ceil(PIECE))
             .map(|p| {
                 let since = (p as f64 + 0.5) * PIECE as f64 / self.rate_hz - began;
@@ -221,7 +221,7 @@ impl<'a> EarlyModel<'a> {
     fn impulses(&self, x: &[f64], around: &Around, i: usize) -> (Vec<(Way, Shares)>, Impulses) {
         let (m, heard) = (&self.set.all[i], &self.heard[i]);
         let Some((source, microphone)) = self.places(x, i) else { return Default::default() };
-        let reach = m.distance_m() + (self.length as f64 / self.rate_hz + MARGIN_S) * SPEED_OF_SOUND_M_S;
+        let reach = m.distance_m() + (self.length as f64 / self.rate_hz + MARGIN_S) * self.speed_m_s;
         let room = around.room.shifted(&x[self.u.wall(0)..self.u.wall(self.u.walls)]);
         let facing = m.source.facing.filter(|_| self.facing);
         let ways: Vec<(Way, Shares)> = room
@@ -250,7 +250,7 @@ impl<'a> EarlyModel<'a> {
         };
         let offset = self.delay_s + 1e-3 * x[self.u.place(i) + 6] - heard.start_s;
         let of = Impulses {
-            times_s: ways.iter().map(|(w, _)| offset + w.length_m / SPEED_OF_SOUND_M_S).collect(),
+            times_s: ways.iter().map(|(w, _)| offset + w.length_m / self.speed_m_s).collect(),
             gains: ways.iter().map(gains).collect(),
         };
         (ways, of)
@@ -302,7 +302,7 @@ impl<'a> EarlyModel<'a> {
         let place = u.place(i);
         for (((way, nodes), gains), (by_gains, by_time)) in ways.iter().zip(&of.gains).zip(by_gains.iter().zip(by_times)) {
             let along: PerBand = std::array::from_fn(|b| by_gains[b] * gains[b]);
-            let mut by_length = by_time / SPEED_OF_SOUND_M_S;
+            let mut by_length = by_time / self.speed_m_s;
             for b in 0..BANDS {
                 by_length -= along[b] * (1.0 / way.length_m + 0.5 * self.air_per_m[b]);
                 by[u.level(b)] += along[b];
@@ -470,7 +470,7 @@ impl<'a> EarlyModel<'a> {
         let mut x = mean.to_vec();
         for (i, m) in self.set.all.iter().enumerate() {
             if m.clock == Clock::Free || !chain.known {
-                x[self.u.place(i) + 6] = 1e3 * (chain.arrivals_s[i] - m.distance_m() / SPEED_OF_SOUND_M_S);
+                x[self.u.place(i) + 6] = 1e3 * (chain.arrivals_s[i] - m.distance_m() / self.speed_m_s);
             }
         }
         x
@@ -484,6 +484,7 @@ mod tests {
     use crate::random::Random;
     use crate::source_nodes::NODES;
     use crate::walls::Walls;
+    use promenade_acoustics::Air;
 
     #[test]
     fn derivatives_are_those_of_small_steps() {
@@ -497,7 +498,13 @@ mod tests {
             clock: Clock::Free,
             samples,
         };
-        let set = Measurements { title: String::new(), sample_rate_hz: 16_000, all: vec![one], notes: Vec::new() };
+        let set = Measurements {
+            title: String::new(),
+            sample_rate_hz: 16_000,
+            all: vec![one],
+            notes: Vec::new(),
+            air: Air::default(),
+        };
         let chain = Chain::of(&set).unwrap();
         let u = Unknowns { surfaces: 6, nodes: NODES, walls: 6, places: 1 };
         let model = EarlyModel::new(u, &set, &chain, 3, 0.04);

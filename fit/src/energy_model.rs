@@ -5,7 +5,6 @@
 
 use crate::histories::{Histories, Surface};
 use crate::walls::Path;
-use promenade_acoustics::SPEED_OF_SOUND_M_S;
 
 /// Reflections of images.
 pub(crate) const ORDER: u32 = 8;
@@ -21,6 +20,8 @@ pub struct Octave {
     pub sharpness: f64,
     /// Energy left after a metre of air is `exp(-air_per_m)`.
     pub air_per_m: f64,
+    /// The speed of sound, metres per second.
+    pub speed_m_s: f64,
 }
 
 impl Octave {
@@ -64,7 +65,7 @@ impl Octave {
     /// Energies by bin at a place, from its direct sound on. The first of `paths` is the direct sound.
     #[must_use]
     pub fn at(&self, paths: &[Path], facing: Option<[f64; 3]>, diffuse: &[f64]) -> Vec<f64> {
-        let direct_s = paths.first().map_or(0.0, |p| p.length_m) / SPEED_OF_SOUND_M_S;
+        let direct_s = paths.first().map_or(0.0, |p| p.length_m) / self.speed_m_s;
         // Bins of the diffuse sound begin with the source, those of the place with the direct sound.
         let shift = direct_s / BIN_S;
         let (whole, fraction) = (shift as usize, shift.fract());
@@ -72,7 +73,7 @@ impl Octave {
         let mut bins: Vec<f64> =
             (0..diffuse.len()).map(|i| from(i + whole) * (1.0 - fraction) + from(i + whole + 1) * fraction).collect();
         for path in paths {
-            let bin = ((path.length_m / SPEED_OF_SOUND_M_S - direct_s) / BIN_S) as usize;
+            let bin = ((path.length_m / self.speed_m_s - direct_s) / BIN_S) as usize;
             if let Some(slot) = bins.get_mut(bin) {
                 *slot += self.energy(path, facing);
             }

@@ -16,7 +16,6 @@ use crate::random::Random;
 use crate::residual::Residual;
 use crate::tail::Noise;
 use crate::walls::{Path, Walls};
-use promenade_acoustics::SPEED_OF_SOUND_M_S;
 use promenade_fourier::{signal, spectrum};
 use rayon::prelude::*;
 
@@ -107,7 +106,7 @@ impl Foretold {
         let levels: Vec<f64> = fit.octaves.iter().map(|o| o.level_db).collect();
         let chain = Chain::of(set)?.with_levels(&levels, rate_hz);
         let length = set.all.iter().map(|m| m.samples.len()).max().unwrap_or(0);
-        let octaves: Vec<Octave> = fit.octaves.iter().enumerate().map(|(o, f)| f.octave(o)).collect();
+        let octaves: Vec<Octave> = fit.octaves.iter().enumerate().map(|(o, f)| f.octave(o, &fit.histories.air)).collect();
         let diffuse = octaves
             .iter()
             .zip(&levels)
@@ -141,7 +140,7 @@ impl Foretold {
         let length = set.all.iter().map(|m| m.samples.len()).max().unwrap_or(0);
         // Energies are the residual's over this one, which is so small that no floor of it is met.
         let far = set.all.iter().map(Measurement::distance_m).fold(0.0, f64::max);
-        let bins = ((length as f64 / rate_hz + far / SPEED_OF_SOUND_M_S) / BIN_S) as usize + 4;
+        let bins = ((length as f64 / rate_hz + far / chain.speed_m_s) / BIN_S) as usize + 4;
         let diffuse = vec![vec![1e-6; bins]; octaves_at(rate_hz)];
         let bare = Self::made(Images::None, chain.clone(), diffuse.clone(), rate_hz, length, Residual::default());
         let residual = bare.unexplained(set);
@@ -159,7 +158,7 @@ impl Foretold {
 
     /// The ways to a measurement's places, the direct one first where it is free.
     fn arrivals(&self, at: &Measurement) -> Vec<Arrival> {
-        let reach = at.distance_m() + IMAGES_S * SPEED_OF_SOUND_M_S;
+        let reach = at.distance_m() + IMAGES_S * self.chain.speed_m_s;
         match &self.images {
             Images::Quick { early, walls, facing } => {
                 let faces = at.source.facing.filter(|_| *facing);
@@ -203,7 +202,7 @@ impl Foretold {
     /// Energies of diffuse sound in an octave by bin since the direct sound, without the residual.
     fn rays(&self, at: &Measurement, octave: usize) -> Vec<f64> {
         let energies = &self.diffuse[octave];
-        let shift = at.distance_m() / SPEED_OF_SOUND_M_S / BIN_S;
+        let shift = at.distance_m() / self.chain.speed_m_s / BIN_S;
         let from = |i: usize| energies.get(i).copied().unwrap_or(0.0);
         let (whole, fraction) = (shift as usize, shift.fract());
         (0..energies.len()).map(|i| from(i + whole) * (1.0 - fraction) + from(i + whole + 1) * fraction).collect()
@@ -224,7 +223,7 @@ impl Foretold {
         let known_m = at.source.sd_m.hypot(at.microphone.sd_m);
         let mut time_s = |p: &Arrival| {
             let off = if p.order == 0 { 0.0 } else { known_m.hypot(WALLS_SD_M * f64::from(p.order).sqrt()) * random.normal() };
-            (offset + (p.length_m - direct_m + off) / SPEED_OF_SOUND_M_S).max(offset)
+            (offset + (p.length_m - direct_m + off) / self.chain.speed_m_s).max(offset)
         };
         let gains = |a: &Arrival| -> PerBand { std::array::from_fn(|b| a.gains[b] * amplitudes[usize::from(a.order > 0)][b]) };
         let of = Impulses {

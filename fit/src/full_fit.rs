@@ -282,7 +282,6 @@ impl FullFit {
         } else {
             Nodes::new(self.sent.len()).shares(way.departure, facing.filter(|_| self.facing))
         };
-        let air = promenade_acoustics::Air::default();
         std::array::from_fn(|b| {
             let sent: f64 = shares.iter().map(|(n, s)| s * self.sent[usize::from(*n)][b]).sum();
             let one = |(s, n): &(u16, f64)| {
@@ -292,7 +291,7 @@ impl FullFit {
                 0.5 * n * left.max(1e-12).ln()
             };
             let walls: f64 = way.hits.iter().map(one).sum();
-            let per_m = air.db_per_m(self.bands.centres_hz[b]) / (10.0 * std::f64::consts::LOG10_E);
+            let per_m = self.histories.air.energy_decay_per_m(self.bands.centres_hz[b]);
             (self.level[b] + sent + walls - 0.5 * per_m * way.length_m).exp() / way.length_m
         })
     }

@@ -7,7 +7,7 @@ use crate::error::FitError;
 use crate::flat_room::{FlatRoom, Form};
 use crate::random::Random;
 use crate::walls::Walls;
-use promenade_acoustics::{Material, Met, Room, SPEED_OF_SOUND_M_S, reflections};
+use promenade_acoustics::{Air, Material, Met, Room, reflections};
 
 /// Rays of a trace.
 const RAYS: usize = 768;
@@ -27,6 +27,8 @@ pub struct Histories {
     /// Bins of the energies.
     pub bins: usize,
     volume_m3: f64,
+    /// The air in the room.
+    pub air: Air,
 }
 
 /// What a wall does to energy.
@@ -41,27 +43,36 @@ pub struct Surface {
 impl Histories {
     /// Traces rays from a place for a time, seconds.
     #[must_use]
-    pub fn of_box(walls: &Walls, source_m: [f64; 3], bin_s: f64, length_s: f64, seed: u64) -> Self {
+    pub fn of_box(walls: &Walls, air: Air, source_m: [f64; 3], bin_s: f64, length_s: f64, seed: u64) -> Self {
         let bins = (length_s / bin_s).ceil() as usize;
-        let rays = (0..RAYS).map(|i| trace(walls, source_m, bin_s, bins, &mut Random::new(seed, i as u64))).collect();
-        Self { rays, bin_s, bins, volume_m3: walls.volume_m3() }
+        let bin_m = bin_s * air.speed_m_s();
+        let rays = (0..RAYS).map(|i| trace(walls, source_m, bin_m, bins, &mut Random::new(seed, i as u64))).collect();
+        Self { rays, bin_s, bins, volume_m3: walls.volume_m3(), air }
     }
 
     /// Traces rays in any room of flat walls: surfaces are its own. What leaves through an opening is lost.
     ///
     /// # Errors
     /// A mesh that is none, a source that is not finite.
-    pub fn of_room(room: &FlatRoom, source_m: [f64; 3], bin_s: f64, length_s: f64, seed: u64) -> Result<Self, FitError> {
+    pub fn of_room(
+        room: &FlatRoom,
+        air: Air,
+        source_m: [f64; 3],
+        bin_s: f64,
+        length_s: f64,
+        seed: u64,
+    ) -> Result<Self, FitError> {
         let mesh = match &room.form {
-            Form::Box(walls) => return Ok(Self::of_box(walls, source_m, bin_s, length_s, seed)),
+            Form::Box(walls) => return Ok(Self::of_box(walls, air, source_m, bin_s, length_s, seed)),
             Form::Mesh(mesh) => mesh,
         };
         let bins = (length_s / bin_s).ceil() as usize;
         let ready = Room::new(mesh, &vec![Material::even("", 0.1, 0.1); mesh.groups.len()])?;
-        let met = reflections(&ready, source_m, RAYS, length_s * SPEED_OF_SOUND_M_S, SCATTERED, seed)?;
-        let at = |m: &Met| ((m.way_m / SPEED_OF_SOUND_M_S / bin_s) as f32, m.group.map_or(LOST, |g| g as u16));
+        let met = reflections(&ready, source_m, RAYS, length_s * air.speed_m_s(), SCATTERED, seed)?;
+        let bin_m = bin_s * air.speed_m_s();
+        let at = |m: &Met| ((m.way_m / bin_m) as f32, m.group.map_or(LOST, |g| g as u16));
         let rays = met.iter().map(|ray| ray.iter().map(at).collect()).collect();
-        Ok(Self { rays, bin_s, bins, volume_m3: room.volume_m3() })
+        Ok(Self { rays, bin_s, bins, volume_m3: room.volume_m3(), air })
     }
 
     /// The same rays for the first bins alone.
@@ -99,18 +110,19 @@ impl Histories {
             }
             count(self.bins, left, mirrored, hits);
         }
+        let bin_m = self.bin_s * self.air.speed_m_s();
         // One at a level of 1 at 1 m has 4 pi in all, which stays in a volume as long as sound takes through it.
-        let level = 4.0 * std::f64::consts::PI * SPEED_OF_SOUND_M_S * self.bin_s / self.volume_m3 / self.rays.len() as f64;
+        let level = 4.0 * std::f64::consts::PI * bin_m / self.volume_m3 / self.rays.len() as f64;
         for energies in [&mut diffuse, &mut whole] {
             for (bin, e) in energies.iter_mut().enumerate() {
-                *e *= level * (-air_per_m * (bin as f64 + 0.5) * self.bin_s * SPEED_OF_SOUND_M_S).exp();
+                *e *= level * (-air_per_m * (bin as f64 + 0.5) * bin_m).exp();
             }
         }
         [diffuse, whole]
     }
 }
 
-fn trace(walls: &Walls, source_m: [f64; 3], bin_s: f64, bins: usize, random: &mut Random) -> Vec<(f32, u16)> {
+fn trace(walls: &Walls, source_m: [f64; 3], bin_m: f64, bins: usize, random: &mut Random) -> Vec<(f32, u16)> {
     let mut heading = sphere(random);
     let mut at = source_m;
     let (mut time, mut hits) = (0.0, Vec::new());
@@ -126,7 +138,7 @@ fn trace(walls: &Walls, source_m: [f64; 3], bin_s: f64, bins: usize, random: &mu
                 (nearest, wall) = (way, w);
             }
         }
-        time += nearest.max(0.0) / SPEED_OF_SOUND_M_S / bin_s;
+        time += nearest.max(0.0) / bin_m;
         if !time.is_finite() || time >= bins as f64 {
             return hits;
         }
@@ -162,7 +174,7 @@ mod tests {
     #[test]
     fn energy_decays_near_eyring_and_what_is_mirrored_is_left_out() {
         let walls = Walls::of_size([7.0, 5.0, 3.0]).unwrap();
-        let trace = Histories::of_box(&walls, [2.0, 2.0, 1.5], 0.004, 1.0, 1);
+        let trace = Histories::of_box(&walls, Air::default(), [2.0, 2.0, 1.5], 0.004, 1.0, 1);
         let [diffuse, whole] = trace.energies(&[Surface { absorption: 0.2, scattering: 0.3 }; 6], 4, 0.0);
         let (a, b) = (whole[25], whole[100]);
         let t60 = 6.0 * std::f64::consts::LN_10 * 75.0 * 0.004 / (a / b).ln();

@@ -12,7 +12,6 @@ use crate::flat_room::FlatRoom;
 use crate::histories::{Histories, Surface};
 use crate::measurements::Measurements;
 use crate::octaves::{self, FITTED_HZ, measures, octaves_at};
-use promenade_acoustics::{Air, SPEED_OF_SOUND_M_S};
 use rayon::prelude::*;
 
 /// Standard deviations of what rays say of T20 as a share, and of the late level, dB.
@@ -64,7 +63,7 @@ impl LateTie {
         let rate = f64::from(set.sample_rate_hz);
         let length_s = set.all.iter().map(|m| m.samples.len()).max().unwrap_or(0) as f64 / rate;
         let source = set.all.first().map_or([0.0; 3], |m| m.source.at_m);
-        let histories = Histories::of_room(room, source, BIN_S, length_s.clamp(0.3, 3.0), seed)?;
+        let histories = Histories::of_room(room, set.air, source, BIN_S, length_s.clamp(0.3, 3.0), seed)?;
         let heard: Vec<Vec<[f64; 2]>> = set
             .all
             .par_iter()
@@ -118,9 +117,10 @@ impl LateTie {
     fn rays(&self, logits: &[f64], octave: usize) -> [f64; 2] {
         let (scattering, walls) = logits.split_last().map_or((0.0, logits), |(s, w)| (logistic(*s), w));
         let surfaces: Vec<Surface> = walls.iter().map(|a| Surface { absorption: logistic(*a), scattering }).collect();
-        let air = Air::default().db_per_m(FITTED_HZ[octave]) / (10.0 * std::f64::consts::LOG10_E);
+        let air = self.histories.air.energy_decay_per_m(FITTED_HZ[octave]);
         let [_, whole] = self.histories.energies(&surfaces, self.order, air);
-        let db = |d: &f64| 10.0 * late(&whole, d / SPEED_OF_SOUND_M_S).max(1e-30).log10();
+        let speed = self.histories.air.speed_m_s();
+        let db = |d: &f64| 10.0 * late(&whole, d / speed).max(1e-30).log10();
         let mean = self.distances_m.iter().map(db).sum::<f64>() / self.distances_m.len().max(1) as f64;
         [measures(&whole, BIN_S)[0].ln(), mean]
     }

@@ -16,6 +16,7 @@ mod sofa;
 pub use dechorate::{Echoes, dechorate_echoes};
 
 use crate::error::FitError;
+use promenade_acoustics::Air;
 use promenade_audio::resample;
 use std::path::Path;
 
@@ -65,6 +66,8 @@ pub struct Measurements {
     pub all: Vec<Measurement>,
     /// What is odd about them, for the user.
     pub notes: Vec<String>,
+    /// The air that they were made in: the speed of sound, and what is taken on the way.
+    pub air: Air,
 }
 
 /// What files do not say.
@@ -82,11 +85,21 @@ pub struct LoadOptions {
     pub source_number: Option<usize>,
     /// Standard deviation of places where the set says none, metres.
     pub sd_m: f64,
+    /// The air that it was measured in.
+    pub air: Air,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { rate_hz: None, setting: None, channel: None, source_m: None, source_number: None, sd_m: 0.01 }
+        Self {
+            rate_hz: None,
+            setting: None,
+            channel: None,
+            source_m: None,
+            source_number: None,
+            sd_m: 0.01,
+            air: Air::default(),
+        }
     }
 }
 
@@ -120,6 +133,7 @@ impl Measurements {
                            Anywhere or MeshRIR are";
             return Err(FitError::content(path, layouts, "neither"));
         };
+        set.air = options.air;
         set.all.sort_by(|a, b| a.name.cmp(&b.name));
         if let Some(rate) = options.rate_hz {
             set.convert(rate)?;
@@ -154,6 +168,7 @@ impl Measurements {
             sample_rate_hz: self.sample_rate_hz,
             all: numbers.iter().map(|i| self.all[*i].clone()).collect(),
             notes: Vec::new(),
+            air: self.air,
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::octaves::{self, FITTED_HZ, JND, measures, octaves_at};
 use crate::picture::Curve;
 use crate::residual::Residual;
 use crate::walls::{Path, WALLS, Walls};
-use promenade_acoustics::{Air, SPEED_OF_SOUND_M_S};
+use promenade_acoustics::Air;
 use rayon::prelude::*;
 
 /// Unknowns of an octave: a logit for each wall, scattering's, and the logarithm of the sharpness.
@@ -65,11 +65,16 @@ pub struct OctaveFit {
 }
 
 impl OctaveFit {
-    /// As a model, with the air of a standard room.
+    /// As a model, in some air.
     #[must_use]
-    pub fn octave(&self, number: usize) -> Octave {
+    pub fn octave(&self, number: usize, air: &Air) -> Octave {
         let surface = |a: &Estimate| Surface { absorption: a.value, scattering: self.scattering.value };
-        Octave { surfaces: self.absorption.each_ref().map(surface), sharpness: self.sharpness.value, air_per_m: air(number) }
+        Octave {
+            surfaces: self.absorption.each_ref().map(surface),
+            sharpness: self.sharpness.value,
+            air_per_m: air.energy_decay_per_m(FITTED_HZ[number]),
+            speed_m_s: air.speed_m_s(),
+        }
     }
 }
 
@@ -116,14 +121,10 @@ impl QuickFit {
     /// What the model says of the reverberation time of an octave, with its residual, seconds; NaN where it has none.
     #[must_use]
     pub fn t20_s(&self, octave: usize) -> f64 {
-        let model = self.octaves[octave].octave(octave);
+        let model = self.octaves[octave].octave(octave, &self.histories.air);
         let [_, whole] = self.histories.energies(&model.surfaces, ORDER, model.air_per_m);
         measures(&whole, BIN_S)[0] * self.octaves[octave].residual_decay
     }
-}
-
-fn air(octave: usize) -> f64 {
-    Air::default().db_per_m(FITTED_HZ[octave]) / (10.0 * std::f64::consts::LOG10_E)
 }
 
 /// What one place tells of one octave.
@@ -156,9 +157,9 @@ fn of_surfaces(walls: &Walls, set: &Measurements, seed: u64) -> Result<QuickFit,
         return Err(FitError::argument("measurements", "at least one", "none"));
     };
     let length_s = set.all.iter().map(|m| m.samples.len()).max().unwrap_or(0) as f64 / rate;
-    let histories = Histories::of_box(walls, first.source.at_m, BIN_S, length_s.clamp(0.2, 4.0), seed);
+    let histories = Histories::of_box(walls, set.air, first.source.at_m, BIN_S, length_s.clamp(0.2, 4.0), seed);
     let facing = set.all.iter().all(|m| m.source.facing.is_some());
-    let reach = length_s * SPEED_OF_SOUND_M_S;
+    let reach = length_s * set.air.speed_m_s();
     let seen: Vec<Seen> = set
         .all
         .par_iter()
@@ -211,7 +212,8 @@ impl Octaves<'_> {
         Octave {
             surfaces: std::array::from_fn(|w| Surface { absorption: logistic(x[w]), scattering }),
             sharpness: x[7].exp(),
-            air_per_m: air(self.number),
+            air_per_m: self.histories.air.energy_decay_per_m(FITTED_HZ[self.number]),
+            speed_m_s: self.histories.air.speed_m_s(),
         }
     }
 
@@ -363,7 +365,7 @@ impl Octaves<'_> {
             let (direct, all) = seen.paths.split_at(1.min(seen.paths.len()));
             let direct: f64 = direct.iter().map(|p| model.energy(p, seen.facing)).sum();
             let rest = early(&model.at(&seen.paths[..1.min(seen.paths.len())], seen.facing, &diffuse)) - direct;
-            let end = seen.paths.first().map_or(0.0, |p| p.length_m) + 0.08 * SPEED_OF_SOUND_M_S;
+            let end = seen.paths.first().map_or(0.0, |p| p.length_m) + 0.08 * model.speed_m_s;
             let own: f64 = all.iter().filter(|p| p.length_m < end).map(|p| model.energy(p, seen.facing)).sum();
             if measured.is_finite() {
                 // Places count alike, however near the source is.

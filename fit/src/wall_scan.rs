@@ -8,7 +8,6 @@ use crate::chain::Chain;
 use crate::early_model::EarlyModel;
 use crate::flat_room::{FlatRoom, FlatWall, Form};
 use crate::measurements::{Measurement, distance};
-use promenade_acoustics::SPEED_OF_SOUND_M_S;
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{signal, spectrum};
 use rayon::prelude::*;
@@ -104,7 +103,7 @@ impl Scan<'_> {
             let with = others.iter().filter(|w| height(w, s) * height(w, r) > 0.0).map(|w| mirrored(w, image));
             let mut heard = false;
             for (i, image) in alone.chain(with).enumerate() {
-                if let Some(echo) = echo_of(image, m, own, self.model.rate_hz) {
+                if let Some(echo) = echo_of(image, m, own, self.model.rate_hz, self.model.speed_m_s) {
                     let weight = if i == 0 { 1.0 } else { WITH_OTHERS };
                     sum += weight * echo;
                     count += weight;
@@ -127,8 +126,8 @@ pub(crate) fn mirrored(wall: &FlatWall, at: [f64; 3]) -> [f64; 3] {
 }
 
 /// How loud the echo from an image is in what [`echoes`] makes of a response; none outside of the time that is searched.
-pub(crate) fn echo_of(image: [f64; 3], m: &Measurement, echoes: &[f64], rate_hz: f64) -> Option<f64> {
-    let later = (distance(image, m.microphone.at_m) - m.distance_m()) / SPEED_OF_SOUND_M_S;
+pub(crate) fn echo_of(image: [f64; 3], m: &Measurement, echoes: &[f64], rate_hz: f64, speed_m_s: f64) -> Option<f64> {
+    let later = (distance(image, m.microphone.at_m) - m.distance_m()) / speed_m_s;
     (SEARCHED_S.1..SEARCHED_S.0).contains(&later).then(|| {
         let at = later * rate_hz;
         let (below, fraction) = (at as usize, at.fract());
@@ -199,7 +198,7 @@ pub(crate) fn echoes(model: &EarlyModel<'_>, chain: &Chain, number: usize) -> Ve
     let (real, imaginary) = (signal(bins, length), signal(turned, length));
     let mut envelope: Vec<f64> = real.iter().zip(&imaginary).take(count).map(|(a, b)| a.hypot(*b)).collect();
     // Echoes come as early or late as places are wrong.
-    let sd = 1.4 * m.source.sd_m.hypot(m.microphone.sd_m) / SPEED_OF_SOUND_M_S * rate;
+    let sd = 1.4 * m.source.sd_m.hypot(m.microphone.sd_m) / model.speed_m_s * rate;
     envelope = smooth(&envelope, sd);
     let half = (MEDIAN_S * rate) as usize;
     (0..count)

@@ -26,7 +26,7 @@ impl MaterialsBeside {
     #[must_use]
     pub fn of(fit: &QuickFit, made: &str) -> Self {
         let last = fit.octaves.len().saturating_sub(1);
-        let octaves = (1..=7).map(|o| fit.octaves[o.min(last)].octave(o).surfaces.to_vec());
+        let octaves = (1..=7).map(|o| fit.octaves[o.min(last)].octave(o, &fit.histories.air).surfaces.to_vec());
         Self::of_octaves(&WALLS, &octaves.collect::<Vec<_>>(), made)
     }
 

@@ -3,6 +3,7 @@
 //! The truth is a box whose walls are of two materials in squares, each at the very place where a way is mirrored, made by
 //! unfolding straight lines: nothing of it is the product's.
 
+use promenade_acoustics::Air;
 use promenade_core::glam::{DMat3, DQuat, DVec3};
 use promenade_core::network::Placement;
 use promenade_fit::{
@@ -60,7 +61,7 @@ fn response(microphone: [f64; 3]) -> Vec<f32> {
             let hz = bin as f64 * RATE / length as f64;
             let left = (1.0 - absorption(false, hz)).powi(soft[0]) * (1.0 - absorption(true, hz)).powi(soft[1]);
             let edge = ((7900.0 - hz) / 500.0).clamp(0.0, 1.0) * (hz / 60.0).powi(2) / (1.0 + (hz / 60.0).powi(2));
-            let air = (-promenade_acoustics::Air::default().db_per_m(hz) * far * std::f64::consts::LN_10 / 20.0).exp();
+            let air = (-Air::default().db_per_m(hz) * far * std::f64::consts::LN_10 / 20.0).exp();
             *slot += Complex64::from_polar(edge * air * left.sqrt() / far, -TAU * hz * (far / 343.0 + 0.002));
         }
     }
@@ -84,7 +85,7 @@ fn measured() -> Measurements {
             }
         })
         .collect();
-    Measurements { title: "squares".to_owned(), sample_rate_hz: RATE as u32, all, notes: Vec::new() }
+    Measurements { title: "squares".to_owned(), sample_rate_hz: RATE as u32, all, notes: Vec::new(), air: Air::default() }
 }
 
 /// What a camera in the room sees, soft squares dark and hard ones light, with grain.

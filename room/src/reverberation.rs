@@ -4,7 +4,7 @@
 //! averaging). The same particles fly for any absorption, so that T20 changes smoothly with it.
 
 use crate::error::RoomError;
-use promenade_acoustics::{Air, BANDS, Material, OCTAVES_HZ, ParticleOptions, SPEED_OF_SOUND_M_S, Shoebox};
+use promenade_acoustics::{Air, BANDS, Material, OCTAVES_HZ, ParticleOptions, Shoebox};
 use promenade_metrics::slope;
 use std::f64::consts::LN_10;
 use std::fmt::{self, Display, Formatter};
@@ -102,15 +102,21 @@ fn changed(walls: &Shoebox, factors: &[f64; BANDS]) -> Shoebox {
 ///
 /// # Errors
 /// A box, a material or a source that is none.
-pub fn t20_s(walls: &Shoebox, source: [f64; 3], seed: u64) -> Result<Some7, RoomError> {
-    let eyring = walls.eyring_t60_s(Some(Air::default()));
+pub fn t20_s(walls: &Shoebox, air: Air, source: [f64; 3], seed: u64) -> Result<Some7, RoomError> {
+    let eyring = walls.eyring_t60_s(Some(air));
     let longest = eyring.into_iter().fold(T20_S.0, f64::max).min(T20_S.1);
     let shortest = eyring.into_iter().fold(longest, f64::min).max(T20_S.0);
-    traced(walls, source, (shortest, 1.5 * longest), seed)
+    traced(walls, air, source, (shortest, 1.5 * longest), seed)
 }
 
-fn traced(walls: &Shoebox, source: [f64; 3], (shortest_s, longest_s): (f64, f64), seed: u64) -> Result<Some7, RoomError> {
-    let reach_s = walls.size.iter().map(|l| l * l).sum::<f64>().sqrt() / SPEED_OF_SOUND_M_S;
+fn traced(
+    walls: &Shoebox,
+    air: Air,
+    source: [f64; 3],
+    (shortest_s, longest_s): (f64, f64),
+    seed: u64,
+) -> Result<Some7, RoomError> {
+    let reach_s = walls.size.iter().map(|l| l * l).sum::<f64>().sqrt() / air.speed_m_s();
     let length_s = LENGTH * longest_s + reach_s;
     let bin_s = (length_s / BINS.0).min(shortest_s / BINS.2).max(length_s / BINS.1);
     let options = ParticleOptions {
@@ -118,7 +124,7 @@ fn traced(walls: &Shoebox, source: [f64; 3], (shortest_s, longest_s): (f64, f64)
         length_s,
         bin_s,
         cells: [1; 3],
-        air: Some(Air::default()),
+        air: Some(air),
         seed,
     };
     let all = walls.late_field(source, &[], &options)?;
@@ -153,18 +159,18 @@ fn of_energies(energies: &[f64], bin_s: f64) -> Option<f64> {
 ///
 /// # Errors
 /// As [`t20_s`]; a time outside [`T20_S`], none at all.
-pub fn match_t20(walls: &Shoebox, source: [f64; 3], wanted_s: &Some7, seed: u64) -> Result<Matched, RoomError> {
+pub fn match_t20(walls: &Shoebox, air: Air, source: [f64; 3], wanted_s: &Some7, seed: u64) -> Result<Matched, RoomError> {
     let all: Vec<f64> = wanted_s.iter().flatten().copied().collect();
     if all.is_empty() || !all.iter().all(|t| (T20_S.0..=T20_S.1).contains(t)) {
         let expected = format!("{} to {} s, in one octave at least", T20_S.0, T20_S.1);
         return Err(RoomError::argument("reverberation time", expected, format!("{all:?}")));
     }
-    let air = Air::default().decay_per_m().map(|decay| f64::from(decay) * SPEED_OF_SOUND_M_S);
+    let taken = air.decay_per_m().map(|decay| f64::from(decay) * air.speed_m_s());
     // What decays by a rate has a reverberation time of this over it.
     const FALL: f64 = 6.0 * LN_10;
     // Only octaves that are asked for say how long particles have to fly.
     // With air no time is longer than what it leaves.
-    let can = |b: usize| wanted_s[b].map(|t| t.min(FALL / air[b]));
+    let can = |b: usize| wanted_s[b].map(|t| t.min(FALL / taken[b]));
     let longest = (0..BANDS).filter_map(can).fold(T20_S.0, f64::max);
     let shortest = (0..BANDS).filter_map(can).fold(longest, f64::min);
     let mut factors: [f64; BANDS] = std::array::from_fn(|b| if wanted_s[b].is_some() { 0.999 } else { 1.0 });
@@ -173,13 +179,13 @@ pub fn match_t20(walls: &Shoebox, source: [f64; 3], wanted_s: &Some7, seed: u64)
     for b in 0..BANDS {
         if let Some(wanted) = wanted_s[b] {
             // Eyring's decay is proportional to the factor as long as it is the same everywhere.
-            let walls = (FALL / wanted - air[b]).max(0.0);
+            let walls = (FALL / wanted - taken[b]).max(0.0);
             factors[b] = (factors[b] * walls / (FALL / eyring[b])).clamp(FACTORS.0, FACTORS.1);
         }
     }
     let mut best: Option<([f64; BANDS], Some7, [f64; BANDS])> = None;
     for _ in 0..STEPS {
-        let found = traced(&changed(walls, &factors), source, (shortest, longest), seed)?;
+        let found = traced(&changed(walls, &factors), air, source, (shortest, longest), seed)?;
         let off = |b: usize| wanted_s[b].map_or(0.0, |w| found[b].map_or(f64::INFINITY, |t| (t / w).ln().abs()));
         let off: [f64; BANDS] = std::array::from_fn(off);
         match &mut best {
@@ -200,7 +206,9 @@ pub fn match_t20(walls: &Shoebox, source: [f64; 3], wanted_s: &Some7, seed: u64)
             }
             let next = match found[b] {
                 // Of the rate air has its own part.
-                Some(t) if FALL / t > air[b] => moved(factors[b], ((FALL / wanted - air[b]) / (FALL / t - air[b])).max(0.0)),
+                Some(t) if FALL / t > taken[b] => {
+                    moved(factors[b], ((FALL / wanted - taken[b]) / (FALL / t - taken[b])).max(0.0))
+                }
                 Some(_) => moved(factors[b], STEP.recip()),
                 // It had not decayed when particles ended.
                 None => moved(factors[b], 1.5),
@@ -217,7 +225,7 @@ pub fn match_t20(walls: &Shoebox, source: [f64; 3], wanted_s: &Some7, seed: u64)
     };
     let missed = (0..BANDS).filter_map(|b| {
         let wanted_s = wanted_s[b].filter(|_| off[b] > MISSED)?;
-        Some(Missed { hz: f64::from(OCTAVES_HZ[b]), wanted_s, nearest_s: t20_s[b], air_s: FALL / air[b] })
+        Some(Missed { hz: f64::from(OCTAVES_HZ[b]), wanted_s, nearest_s: t20_s[b], air_s: FALL / taken[b] })
     });
     let missed = missed.collect();
     Ok(Matched { factors, t20_s, missed })
@@ -273,15 +281,15 @@ mod tests {
     fn walls_follow_the_times_that_are_typed_and_keep_their_differences() {
         let wanted = [0.5, 0.5, 0.4, 0.4, 0.35, 0.3, 0.3].map(Some);
         let room = living_room();
-        let before = t20_s(&room, SOURCE, 1).unwrap();
+        let before = t20_s(&room, Air::default(), SOURCE, 1).unwrap();
         assert!((before[2].unwrap() / 0.4 - 1.0).abs() > 0.2, "{before:?}");
-        let matched = match_t20(&room, SOURCE, &wanted, 1).unwrap();
+        let matched = match_t20(&room, Air::default(), SOURCE, &wanted, 1).unwrap();
         assert_eq!(matched.missed, []);
         assert!(matched.t20_s.iter().zip(wanted).all(|(t, w)| (t.unwrap() / w.unwrap() - 1.0).abs() < 0.005), "{matched:?}");
         // Particles of other seeds and from other places, whose T20 scatters by 1.5 % where walls differ as much as these.
         let after = changed(&room, &matched.factors);
-        let others =
-            [(SOURCE, 7), ([4.5, 1.0, 1.8], 8), ([3.0, 2.0, 1.5], 9)].map(|(at, seed)| t20_s(&after, at, seed).unwrap());
+        let others = [(SOURCE, 7), ([4.5, 1.0, 1.8], 8), ([3.0, 2.0, 1.5], 9)]
+            .map(|(at, seed)| t20_s(&after, Air::default(), at, seed).unwrap());
         for (band, wanted) in wanted.iter().enumerate() {
             let mean = others.iter().map(|t| t[band].unwrap()).sum::<f64>() / 3.0;
             assert!((mean / wanted.unwrap() - 1.0).abs() < 0.03, "octave {band}: {mean} {wanted:?}");
@@ -297,7 +305,7 @@ mod tests {
         let room = living_room();
         let mut wanted = [None; BANDS];
         (wanted[1], wanted[4], wanted[6]) = (Some(0.6), Some(0.35), Some(9.0));
-        let matched = match_t20(&room, SOURCE, &wanted, 1).unwrap();
+        let matched = match_t20(&room, Air::default(), SOURCE, &wanted, 1).unwrap();
         assert_eq!((matched.factors[0], matched.factors[3]), (1.0, 1.0));
         assert!((matched.t20_s[1].unwrap() / 0.6 - 1.0).abs() < 0.01 && (matched.t20_s[4].unwrap() / 0.35 - 1.0).abs() < 0.01);
         let words: Vec<String> = matched.missed.iter().map(ToString::to_string).collect();
@@ -307,11 +315,13 @@ mod tests {
         );
         wanted = [Some(0.05); BANDS];
         wanted[2] = None;
-        for (text, hz) in match_t20(&room, SOURCE, &wanted, 1).unwrap().missed.iter().map(|m| (m.to_string(), m.hz)) {
+        for (text, hz) in
+            match_t20(&room, Air::default(), SOURCE, &wanted, 1).unwrap().missed.iter().map(|m| (m.to_string(), m.hz))
+        {
             assert!(text.contains("0.05 s cannot be reached") && hz != 500.0, "{text}");
         }
         for wrong in [[None; BANDS], [Some(0.01); BANDS], [Some(f64::NAN); BANDS]] {
-            assert!(match_t20(&room, SOURCE, &wrong, 1).unwrap_err().to_string().contains("0.05 to 20 s"));
+            assert!(match_t20(&room, Air::default(), SOURCE, &wrong, 1).unwrap_err().to_string().contains("0.05 to 20 s"));
         }
     }
 

@@ -1,5 +1,6 @@
 //! Arguments of `promenade fit`.
 
+use super::air::AirArgs;
 use super::pictures::PictureArgs;
 use super::simulate::parse_rule;
 use super::values::{parse_point, within};
@@ -162,6 +163,8 @@ pub(crate) struct MeasurementArgs {
     /// Standard deviation of places where the set says none, metres
     #[arg(long, value_name = "M", default_value_t = 0.01, value_parser = within(0.0, 10.0))]
     pub(crate) uncertainty: f64,
+    #[command(flatten)]
+    pub(crate) air: AirArgs,
 }
 
 impl MeasurementArgs {
@@ -173,6 +176,7 @@ impl MeasurementArgs {
             source_m: self.source.map(|s| s.as_dvec3().to_array()),
             source_number: self.source_number,
             sd_m: self.uncertainty,
+            air: self.air.air(),
         }
     }
 }

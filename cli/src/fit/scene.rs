@@ -3,7 +3,7 @@
 use crate::args::FitArgs;
 use crate::{progress, report, scene};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Air, Material, Materials, Room, Shoebox, Source};
+use promenade_acoustics::{Material, Materials, Room, Shoebox, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_baker::{LoadOptions, Responses};
@@ -36,7 +36,7 @@ fn materials(groups: &[String], beside: &MaterialsBeside) -> Result<Vec<Material
 
 fn recipe(args: &FitArgs, set: &Measurements) -> String {
     let head = args.head.as_deref().map(report::file_name).unwrap_or_default();
-    format!("fit {} --head {head} --seed {}", set.title, args.seed)
+    format!("fit {} --head {head} --seed {}{}", set.title, args.seed, args.set.air)
 }
 
 /// A box as the editor makes it.
@@ -59,7 +59,7 @@ pub(super) fn of_box(
     };
     let options = SceneOptions {
         images: PLAYED_IMAGES,
-        air: Air::default(),
+        air: set.air,
         waves_hz: None,
         seed: args.seed,
         title: format!("{}, fitted", set.title),
@@ -97,7 +97,7 @@ pub(super) fn of_room(
         spacing_m: scene_spacing_m(&mesh),
         height_m: HEIGHT_M,
         margin_m: MARGIN_M,
-        air: Some(Air::default()),
+        air: Some(set.air),
         waves_hz: None,
         seed: args.seed,
         title: format!("{}, fitted", set.title),

@@ -187,6 +187,8 @@ impl Full<'_> {
             m.source.at_m.iter().chain(&m.microphone.at_m).for_each(|c| add(c.to_bits()));
             [m.source.sd_m, m.microphone.sd_m].into_iter().for_each(|c| add(c.to_bits()));
         }
+        let air = self.model.set.air;
+        [air.temperature_c, air.humidity_percent, air.pressure_kpa].into_iter().for_each(|c| add(c.to_bits()));
         room.walls.iter().for_each(|w| add(w.at_m.to_bits()));
         let o = self.options;
         [u64::from(o.order), o.window_s.to_bits(), u64::from(o.geometry), u64::from(o.places), u64::from(o.source), o.seed]

@@ -5,7 +5,6 @@ use crate::bands::PerBand;
 use crate::energy_model::BIN_S;
 use crate::histories::Surface;
 use crate::octaves::{FITTED_HZ, measures, split};
-use promenade_acoustics::Air;
 
 impl FullFit {
     /// Absorption of each surface and scattering in an octave of [`FITTED_HZ`].
@@ -26,7 +25,7 @@ impl FullFit {
             mean * (2.0 * self.level[b]).exp()
         });
         let level = self.bands.to_octaves(&sent)[number];
-        let air = Air::default().db_per_m(FITTED_HZ[number]) / (10.0 * std::f64::consts::LOG10_E);
+        let air = self.histories.air.energy_decay_per_m(FITTED_HZ[number]);
         let mut energies = self.histories.energies(&self.octave(number), self.order, air);
         energies.iter_mut().flatten().for_each(|e| *e *= level);
         energies

@@ -67,6 +67,7 @@ impl Full<'_> {
                 .collect(),
             histories: Histories::of_room(
                 &room,
+                model.set.air,
                 place(0).source_m,
                 BIN_S,
                 tie.histories.bins as f64 * BIN_S,

@@ -2,7 +2,6 @@
 
 use super::{Clock, Measurements};
 use crate::error::FitError;
-use promenade_acoustics::SPEED_OF_SOUND_M_S;
 use promenade_metrics::onset;
 
 /// Farther than this from the origin, nobody measured a room, metres: places may be in millimetres.
@@ -118,8 +117,8 @@ impl Measurements {
     /// Times of arrival that contradict the places.
     fn note_times(&mut self) {
         let rate = f64::from(self.sample_rate_hz);
-        let late =
-            |one: &super::Measurement| onset(&one.samples).map(|at| at as f64 / rate - one.distance_m() / SPEED_OF_SOUND_M_S);
+        let speed = self.air.speed_m_s();
+        let late = |one: &super::Measurement| onset(&one.samples).map(|at| at as f64 / rate - one.distance_m() / speed);
         let known: Vec<(f64, &str)> = self
             .all
             .iter()

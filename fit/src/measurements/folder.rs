@@ -3,6 +3,7 @@
 use super::heads::{Kind, Recorded, measurements, unit};
 use super::{Clock, LoadOptions, MOST_SAMPLES, Measurements, Place};
 use crate::error::FitError;
+use promenade_acoustics::Air;
 use promenade_audio::{file, sound};
 use serde::Deserialize;
 use std::io::Read;
@@ -119,5 +120,5 @@ pub(super) fn load(folder: &Path, options: &LoadOptions) -> Result<Measurements,
     }
     let title =
         manifest.title.unwrap_or_else(|| folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default());
-    Ok(Measurements { title, sample_rate_hz: rate.unwrap_or(0), all, notes: Vec::new() })
+    Ok(Measurements { title, sample_rate_hz: rate.unwrap_or(0), all, notes: Vec::new(), air: Air::default() })
 }

@@ -2,6 +2,7 @@
 
 use super::{Clock, LoadOptions, MOST_SAMPLES, Measurement, Measurements, Place, npy};
 use crate::error::FitError;
+use promenade_acoustics::Air;
 use promenade_audio::{FileError, sound};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -44,7 +45,7 @@ pub(super) fn hearing_anything_anywhere(folder: &Path, options: &LoadOptions) ->
         samples: samples(row),
     };
     let all = responses.values.chunks_exact(frames).zip(&places).enumerate().map(one).collect();
-    Ok(Measurements { title: title(folder), sample_rate_hz: RATE_HZ, all, notes: Vec::new() })
+    Ok(Measurements { title: title(folder), sample_rate_hz: RATE_HZ, all, notes: Vec::new(), air: Air::default() })
 }
 
 /// MeshRIR (Koyama et al. 2021): `pos_mic.npy`, `pos_src.npy`, and `ir_N.npy` for each microphone with a row for each source.
@@ -80,7 +81,7 @@ pub(super) fn mesh_rir(folder: &Path, options: &LoadOptions) -> Result<Measureme
             samples: samples(row),
         }));
     }
-    Ok(Measurements { title: title(folder), sample_rate_hz: rate, all, notes: Vec::new() })
+    Ok(Measurements { title: title(folder), sample_rate_hz: rate, all, notes: Vec::new(), air: Air::default() })
 }
 
 /// The folders of Real Acoustic Fields: one for each response.
@@ -127,5 +128,11 @@ pub(super) fn raf(folder: &Path, options: &LoadOptions) -> Result<Measurements, 
             samples: wav.channels.swap_remove(0),
         });
     }
-    Ok(Measurements { title: title(folder), sample_rate_hz: rate.unwrap_or(RATE_HZ), all, notes: Vec::new() })
+    Ok(Measurements {
+        title: title(folder),
+        sample_rate_hz: rate.unwrap_or(RATE_HZ),
+        all,
+        notes: Vec::new(),
+        air: Air::default(),
+    })
 }

@@ -3,6 +3,7 @@
 use super::heads::unit;
 use super::{Clock, LoadOptions, MOST_SAMPLES, Measurement, Measurements, Place};
 use crate::error::FitError;
+use promenade_acoustics::Air;
 use promenade_audio::{FileError, sound};
 use std::collections::BTreeSet;
 use std::fs;
@@ -70,5 +71,5 @@ pub(super) fn load(folder: &Path, options: &LoadOptions) -> Result<Measurements,
         options.setting.as_deref().unwrap_or("")
     )];
     let title = format!("R3VIVAL {}", options.setting.as_deref().unwrap_or(""));
-    Ok(Measurements { title, sample_rate_hz: rate, all, notes })
+    Ok(Measurements { title, sample_rate_hz: rate, all, notes, air: Air::default() })
 }

@@ -3,6 +3,7 @@
 use super::heads::{Kind, Recorded, measurements, unit};
 use super::{Clock, LoadOptions, Measurements, Place};
 use crate::error::FitError;
+use promenade_acoustics::Air;
 use promenade_sofa::{Sofa, SofaOptions};
 use std::path::Path;
 
@@ -60,5 +61,5 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Measurements, F
     if (rate - about.sample_rate_hz).abs() > 1e-3 {
         return Err(FitError::content(path, "a whole number of samples per second", about.sample_rate_hz));
     }
-    Ok(Measurements { title: about.title, sample_rate_hz: rate as u32, all, notes: Vec::new() })
+    Ok(Measurements { title: about.title, sample_rate_hz: rate as u32, all, notes: Vec::new(), air: Air::default() })
 }

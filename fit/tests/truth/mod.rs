@@ -1,6 +1,7 @@
 //! Responses of a box by means of their own: sound of each frequency by itself from plain mirroring, wall after wall, with
 //! reflections of linear phase, and noise with the energy of rays that were scattered.
 
+use promenade_acoustics::Air;
 use promenade_fit::{Clock, Measurement, Measurements, Place, Random};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{signal, spectrum};
@@ -49,7 +50,7 @@ pub(crate) fn absorption(wall: usize, hz: f64) -> f64 {
 
 /// Attenuation of air, dB per metre: near enough to ISO 9613-1 at 20 degrees and 50 per cent.
 fn air_db(hz: f64) -> f64 {
-    promenade_acoustics::Air::default().db_per_m(hz)
+    Air::default().db_per_m(hz)
 }
 
 impl Truth {
@@ -266,7 +267,7 @@ impl Truth {
                 }
             })
             .collect();
-        Measurements { title: "box".to_owned(), sample_rate_hz: RATE as u32, all, notes: Vec::new() }
+        Measurements { title: "box".to_owned(), sample_rate_hz: RATE as u32, all, notes: Vec::new(), air: Air::default() }
     }
 
     /// Places all over the box.

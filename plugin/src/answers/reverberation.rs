@@ -2,7 +2,7 @@
 
 use crate::answers::settled::Question;
 use crate::library::error_chain::with_causes;
-use promenade_acoustics::Shoebox;
+use promenade_acoustics::{Air, Shoebox};
 use promenade_room::{Matched, Some7, match_t20};
 use std::time::Duration;
 
@@ -31,7 +31,7 @@ impl Question for Wanted {
 
     fn answer(&self, wanted: &dyn Fn() -> bool) -> Option<Self::Answer> {
         let source = std::array::from_fn(|a| SOURCE[a] * self.walls.size[a]);
-        let found = match_t20(&self.walls, source, &self.t20_s, SEED).map_err(|e| with_causes(&e));
+        let found = match_t20(&self.walls, Air::default(), source, &self.t20_s, SEED).map_err(|e| with_causes(&e));
         wanted().then_some(found)
     }
 }
