@@ -1,22 +1,32 @@
 //! Shares that are stated by octaves or thirds.
 
-use crate::material::LOW_HZ;
-use crate::octave::{BANDS, OCTAVES_HZ, Octaves};
+use crate::octave::{BANDS, LOW_HZ, OCTAVES_HZ, Octaves};
+use crate::shares::Curve;
 
 /// How far from its middle a band of an octave may lie, octaves: the outer thirds lie a third of an octave away.
 const WITHIN: f64 = 0.45;
+/// More bands than from 16 Hz to 16 kHz are closer than octaves.
+const MOST_OCTAVES: usize = 11;
 
-/// Shares by octave, and that at 63 Hz where something is stated there.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Shares by octave, that at 63 Hz where something is stated there, and all of them where they are closer than octaves.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shares {
     pub(crate) octaves: Octaves,
     pub(crate) low: Option<f32>,
+    pub(crate) fine: Curve,
 }
 
 impl Shares {
+    /// The same at all frequencies.
+    pub(crate) fn even(share: f32) -> Self {
+        Self { octaves: [share; BANDS], low: None, fine: Curve::default() }
+    }
+
     /// Of bands `[hz, share]` in any order: an octave has the mean of the bands within it, one without any what lies between
     /// its neighbours over the logarithm of frequency, or beyond them the nearest. None without bands.
     pub(crate) fn of(bands: &[[f64; 2]]) -> Option<Self> {
+        let closer = bands.len() > MOST_OCTAVES;
+        let fine = if closer { bands.iter().map(|band| band.map(|v| v as f32)).collect() } else { Vec::new() };
         let mut bands: Vec<[f64; 2]> = bands.iter().map(|[hz, share]| [hz.log2(), *share]).collect();
         bands.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let (first, last) = (*bands.first()?, *bands.last()?);
@@ -36,6 +46,7 @@ impl Shares {
         Some(Self {
             octaves: OCTAVES_HZ.map(|hz| mean(f64::from(hz)).unwrap_or_else(|| between(f64::from(hz))) as f32),
             low: mean(LOW_HZ).map(|share| share as f32),
+            fine: Curve::new(fine),
         })
     }
 
@@ -47,9 +58,9 @@ impl Shares {
             Self::of(&(0..).zip(row).map(band).collect::<Vec<_>>())
         };
         match row.len() {
-            1 => Some(Self { octaves: [row[0]; BANDS], low: None }),
-            BANDS => Some(Self { octaves: std::array::from_fn(|b| row[b]), low: None }),
-            8 => Some(Self { octaves: std::array::from_fn(|b| row[b + 1]), low: Some(row[0]) }),
+            1 => Some(Self::even(row[0])),
+            BANDS => Some(Self { octaves: std::array::from_fn(|b| row[b]), low: None, fine: Curve::default() }),
+            8 => Some(Self { octaves: std::array::from_fn(|b| row[b + 1]), low: Some(row[0]), fine: Curve::default() }),
             21 => thirds(-10),
             24 => thirds(-13),
             31 => thirds(-17),
@@ -68,8 +79,9 @@ mod tests {
         let row: Vec<f32> = (0..31_u8).map(f32::from).collect();
         let all = Shares::of_row(&row).unwrap();
         assert_eq!((all.low, all.octaves), (Some(5.0), [8.0, 11.0, 14.0, 17.0, 20.0, 23.0, 26.0]));
-        assert_eq!(Shares::of_row(&row[4..28]).unwrap(), all);
-        assert_eq!(Shares::of_row(&row[7..28]).unwrap(), Shares { low: None, ..all });
+        let of = |from: usize| Shares::of_row(&row[from..28]).map(|s| (s.octaves, s.low, s.fine.points().len()));
+        assert_eq!((of(4), of(7)), (Some((all.octaves, all.low, 24)), Some((all.octaves, None, 21))));
+        assert!((all.fine.at(1259.9).unwrap() - 18.0).abs() < 1e-3, "thirds stay beside their octaves");
         let eight = Shares::of_row(&[0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]).unwrap();
         assert_eq!((eight.low, eight.octaves[0], eight.octaves[6]), (Some(0.5), 1.0, 7.0));
         assert_eq!(Shares::of_row(&row[..9]), None);

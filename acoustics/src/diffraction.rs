@@ -1,4 +1,8 @@
-//! Sound that goes round an edge to where its source is hidden.
+//! Sound that goes round edges to where its source is hidden.
+
+mod bent;
+
+pub use bent::Lit;
 
 use crate::SPEED_OF_SOUND_M_S;
 use crate::directivity::Source;
@@ -36,7 +40,7 @@ struct Edge {
     open: f64,
 }
 
-/// The direct sound round one edge, as a listener hears it.
+/// Sound round an edge, as a listener hears it: of the source, of one of its images, or of what came round another edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffractionPath {
     /// Where it seems to come from, metres: behind the edge, as far away as its way is long.
@@ -45,9 +49,13 @@ pub struct DiffractionPath {
     pub path_m: f64,
     /// How much longer than the straight way that is, metres.
     pub detour_m: f64,
-    /// Straight way to the source, metres.
+    /// Straight way to where it comes from, metres.
     pub direct_m: f64,
-    /// What the source sends to the edge, over what it sends on its axis: amplitudes by octave.
+    /// Where the sound that reaches the edge comes from, metres: the source, its image, or behind another edge, as far away
+    /// as the way is long.
+    pub from: [f64; 3],
+    /// What the source sends towards the edge, over what it sends on its axis, and what walls and an edge on the way leave of
+    /// it: amplitudes by octave.
     pub sent: Octaves,
     /// Ends of the edge.
     pub edge: [[f64; 3]; 2],
@@ -115,35 +123,50 @@ impl Edges {
     ) -> Result<Vec<DiffractionPath>, AcousticsError> {
         let Source { position, directivity } = source.into();
         let (source, listener) = (place("source", position)?, place("listener", listener)?);
-        let free = |from: DVec3, to: DVec3| {
-            let way = to - from;
-            let length = way.length();
-            length > 0.0 && room.cast(from, way / length, NOWHERE).is_none_or(|(_, hit)| hit >= length - 0.5 * self.off_m)
-        };
         let around = |edge: &Edge| {
             let at = edge.bend(source, listener)?;
-            let beside = at + self.off_m * edge.outward();
-            if !free(source, beside) || !free(listener, beside) {
+            let beside = self.beside(edge, at);
+            if !self.free(room, source, beside) || !self.free(room, listener, beside) {
                 return None;
             }
-            let path_m = source.distance(at) + at.distance(listener);
-            let direct_m = source.distance(listener);
-            let position = listener + (at - listener).try_normalize()? * path_m;
-            let sent = directivity.towards((at - source).to_array());
-            Some(DiffractionPath {
-                position: position.to_array(),
-                path_m,
-                detour_m: path_m - direct_m,
-                direct_m,
-                sent,
-                edge: edge.ends(),
-            })
+            edge.way(source, at, listener, directivity.towards((at - source).to_array()))
         };
         let mut found: Vec<DiffractionPath> = self.all.iter().filter_map(around).collect();
-        found.sort_by(|a, b| a.path_m.total_cmp(&b.path_m));
-        // A way through the common end of two edges is one.
-        found.dedup_by(|a, b| DVec3::from(a.position).distance(b.position.into()) < self.off_m);
+        self.distinct(&mut found);
         Ok(found)
+    }
+
+    /// The same, and round two edges where there is no way round one.
+    ///
+    /// # Errors
+    /// As [`Edges::around`].
+    pub fn around_any(
+        &self,
+        room: &Room,
+        source: impl Into<Source>,
+        listener: [f64; 3],
+    ) -> Result<Vec<DiffractionPath>, AcousticsError> {
+        let source = source.into();
+        let found = self.around(room, &source, listener)?;
+        if found.is_empty() { self.around_two(room, &source, listener) } else { Ok(found) }
+    }
+
+    /// Sorts ways by their length; one through the common end of two edges is one.
+    fn distinct(&self, found: &mut Vec<DiffractionPath>) {
+        found.sort_by(|a, b| a.path_m.total_cmp(&b.path_m));
+        found.dedup_by(|a, b| DVec3::from(a.position).distance(b.position.into()) < self.off_m);
+    }
+
+    /// A place of an edge, just off its surfaces.
+    fn beside(&self, edge: &Edge, at: DVec3) -> DVec3 {
+        at + self.off_m * edge.outward()
+    }
+
+    /// Whether nothing is between two places, the second of which may be beside an edge.
+    fn free(&self, room: &Room, from: DVec3, to: DVec3) -> bool {
+        let way = to - from;
+        let length = way.length();
+        length > 0.0 && room.cast(from, way / length, NOWHERE).is_none_or(|(_, hit)| hit >= length - 0.5 * self.off_m)
     }
 }
 
@@ -175,10 +198,35 @@ impl Edge {
     /// The point of the edge that the shortest way from one place to another in its shadow goes through: both sides of the edge
     /// unfolded into a plane, it is straight.
     fn bend(&self, from: DVec3, to: DVec3) -> Option<DVec3> {
-        let ((z, r, angle), (other_z, other_r, other_angle)) = (self.cylinder(from), self.cylinder(to));
+        let ((_, _, angle), (_, _, other_angle)) = (self.cylinder(from), self.cylinder(to));
         let hidden = angle.max(other_angle) < self.open && (angle - other_angle).abs() > PI;
-        let at = z + (other_z - z) * r / (r + other_r);
-        (hidden && (0.0..=self.length).contains(&at)).then(|| self.start + at * self.along)
+        let at = self.pass(from, to);
+        (hidden && (0.0..=self.length).contains(&at)).then(|| self.at(at))
+    }
+
+    /// How far along the edge's line the shortest way passes it, metres from its start.
+    fn pass(&self, from: DVec3, to: DVec3) -> f64 {
+        let ((z, r, _), (other_z, other_r, _)) = (self.cylinder(from), self.cylinder(to));
+        z + (other_z - z) * r / (r + other_r)
+    }
+
+    fn at(&self, along_m: f64) -> DVec3 {
+        self.start + along_m * self.along
+    }
+
+    /// The way of sound that comes from somewhere and passes the edge at a place.
+    fn way(&self, from: DVec3, at: DVec3, listener: DVec3, sent: Octaves) -> Option<DiffractionPath> {
+        let path_m = from.distance(at) + at.distance(listener);
+        let direct_m = from.distance(listener);
+        Some(DiffractionPath {
+            position: (listener + (at - listener).try_normalize()? * path_m).to_array(),
+            path_m,
+            detour_m: path_m - direct_m,
+            direct_m,
+            from: from.to_array(),
+            sent,
+            edge: self.ends(),
+        })
     }
 
     fn ends(&self) -> [[f64; 3]; 2] {

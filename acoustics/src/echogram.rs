@@ -1,13 +1,22 @@
 //! Energy over time.
 
-use crate::octave::{BANDS, Octaves};
+use crate::air::Air;
+use crate::octave::{BANDS, LOW_HZ, OCTAVES_HZ, Octaves};
 
 /// Least square of the correlation of level and time of what is called a decay; below it there are steps, as of two arrivals.
 /// ISO 3382-2 takes 0.99 for a measured one.
 const LEAST_CORRELATION: f64 = 0.8;
 
-/// Octaves side by side in a vector, one of them empty.
-pub(crate) const LANES: usize = 8;
+/// Octaves side by side in a vector: those of scenes, then that at 63 Hz.
+pub(crate) const LANES: usize = BANDS + 1;
+/// The lane of 63 Hz.
+pub(crate) const LOW_LANE: usize = BANDS;
+
+/// What the air takes of the energy in each lane, per metre, as [`Air::decay_per_m`] has it.
+pub(crate) fn lanes_decay_per_m(air: Option<Air>) -> [f64; LANES] {
+    let Some(air) = air else { return [0.0; LANES] };
+    std::array::from_fn(|lane| air.energy_decay_per_m(OCTAVES_HZ.get(lane).map_or(LOW_HZ, |hz| f64::from(*hz))))
+}
 
 /// Energy that arrives at a listener over time, from all sides.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +32,8 @@ pub struct Echogram {
 pub struct Bin {
     /// Energy, where that of the direct sound at 1 m is 1.
     pub energy: Octaves,
+    /// That of the octave at 63 Hz.
+    pub energy_63: f32,
     /// Its parts along x, y and z: energy times the direction that it comes from, as long as the energy if all comes from one
     /// side and 0 if as much comes from every side.
     pub from: [Octaves; 3],
@@ -33,14 +44,16 @@ impl Echogram {
         let bin = |(i, lanes): (usize, &Lanes)| {
             let octaves = |row: &[f32; LANES]| std::array::from_fn::<f32, BANDS, _>(|b| row[b] * air(i, b));
             let [energy, x, y, z] = lanes.0.each_ref().map(octaves);
-            Bin { energy, from: [x, y, z] }
+            Bin { energy, energy_63: lanes.0[0][LOW_LANE] * air(i, LOW_LANE), from: [x, y, z] }
         };
         Self { bin_s, bins: bins.iter().enumerate().map(bin).collect() }
     }
 
-    /// Adds energy at a time, seconds, from a direction of unit length; what comes after the end is lost.
+    /// Adds energy at a time, seconds, from a direction of unit length, at 63 Hz as much as at 125; what comes after the end is
+    /// lost.
     pub fn add(&mut self, time_s: f64, energy: &Octaves, from: [f64; 3]) {
         let Some(bin) = self.bins.get_mut((time_s / self.bin_s) as usize) else { return };
+        bin.energy_63 += energy[0];
         for (band, e) in energy.iter().enumerate() {
             bin.energy[band] += e;
             bin.from.iter_mut().zip(from).for_each(|(sum, axis)| sum[band] += e * axis as f32);
@@ -116,7 +129,7 @@ mod tests {
     use super::*;
 
     fn echogram(energy: impl Fn(usize) -> f32) -> Echogram {
-        let bin = |i| Bin { energy: [energy(i); BANDS], from: [[0.0; BANDS]; 3] };
+        let bin = |i| Bin { energy: [energy(i); BANDS], energy_63: energy(i), from: [[0.0; BANDS]; 3] };
         Echogram { bin_s: 0.004, bins: (0..250).map(bin).collect() }
     }
 

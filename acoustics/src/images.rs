@@ -87,6 +87,14 @@ impl Images {
         self.all.at(order, position).is_some_and(|candidate| candidate.cone.holds(listener - candidate.position))
     }
 
+    /// Whether a place sees an image, by its [`Image::index`].
+    pub(crate) fn sees(&self, room: &Room, at: DVec3, index: usize) -> bool {
+        let mut faces = Vec::new();
+        self.all.get(index).is_some_and(|candidate| {
+            candidate.cone.holds(at - candidate.position) && reached(room, at, candidate, self.source, &mut faces).is_some()
+        })
+    }
+
     /// How many images there are, the source itself among them.
     #[must_use]
     pub fn count(&self) -> usize {
@@ -98,12 +106,23 @@ impl Images {
     /// # Errors
     /// A listener that is not finite.
     pub fn seen_from(&self, room: &Room, listener: [f64; 3], share: Reflected) -> Result<Vec<Image>, AcousticsError> {
+        self.seen_up_to(MAX_ORDER, room, listener, share)
+    }
+
+    /// Of those that have no more than so many reflections.
+    pub(crate) fn seen_up_to(
+        &self,
+        order: u32,
+        room: &Room,
+        listener: [f64; 3],
+        share: Reflected,
+    ) -> Result<Vec<Image>, AcousticsError> {
         let listener = place("listener", listener)?;
         let gains: Vec<Octaves> = room.materials().iter().map(|m| share.gains(m)).collect();
         let near = 4.0 * room.skin().max(SAME_IMAGE_M);
         let mut faces = Vec::new();
         let mut seen: Vec<Image> = Vec::new();
-        for (index, candidate) in self.all.iter().enumerate() {
+        for (index, candidate) in self.all.iter().take_while(|candidate| candidate.order <= order).enumerate() {
             if !candidate.cone.holds(listener - candidate.position) {
                 continue;
             }

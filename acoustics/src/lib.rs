@@ -45,6 +45,7 @@ mod rays;
 mod reflections;
 #[cfg(feature = "meshes")]
 mod room;
+mod shares;
 mod shoebox;
 mod surface;
 #[cfg(feature = "meshes")]
@@ -55,7 +56,7 @@ pub use admittance::admittance;
 pub use air::{Air, speed_m_s};
 pub use box_waves::LowPlaces;
 #[cfg(feature = "meshes")]
-pub use diffraction::{DiffractionPath, Edges};
+pub use diffraction::{DiffractionPath, Edges, Lit};
 #[cfg(feature = "meshes")]
 pub use directivity::{Directivity, Source};
 pub use echogram::{Bin, Echogram};
@@ -72,7 +73,7 @@ pub use materials::{Entry, Materials};
 pub use measures::Measures;
 #[cfg(feature = "meshes")]
 pub use mesh::{Flattened, Floor, FoundBox, Mesh, MeshReport, Sights, Triangle};
-pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_place};
+pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_energy_from_63, octave_place};
 pub use particles::ParticleOptions;
 #[cfg(feature = "meshes")]
 pub use ply::{Ply, PlyError, PlyLimits};
@@ -82,6 +83,7 @@ pub use rays::{LateField, RayOptions, late_field};
 pub use reflections::{Met, reflections};
 #[cfg(feature = "meshes")]
 pub use room::{Room, Surroundings};
+pub use shares::Curve;
 pub use shoebox::{BoxImage, Shoebox, box_images};
 #[cfg(feature = "meshes")]
 pub use waves::{WaveOptions, waves};

@@ -10,7 +10,8 @@ mod table;
 use crate::bands::Shares;
 use crate::error::AcousticsError;
 use crate::material::{Material, SCATTERING};
-use crate::octave::{BANDS, Octaves};
+use crate::octave::Octaves;
+use crate::shares::Curve;
 use crate::wildcard::fits;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -34,6 +35,8 @@ pub struct Entry {
     pub shares: Octaves,
     /// That at 63 Hz, where it is known.
     pub share_63: Option<f32>,
+    /// All of them, where they are known closer than by octaves.
+    pub fine: Curve,
 }
 
 #[derive(Deserialize)]
@@ -62,7 +65,7 @@ fn rows(classes: BTreeMap<String, BTreeMap<String, Row>>) -> BTreeMap<String, En
     let entry = |(name, row): (String, Row)| {
         let last = row.coeffs.len() - 1;
         let shares = std::array::from_fn(|band| row.coeffs[band.min(last)]);
-        (name, Entry { description: row.description, shares, share_63: None })
+        (name, Entry { description: row.description, shares, share_63: None, fine: Curve::default() })
     };
     classes.into_values().flatten().map(entry).collect()
 }
@@ -80,7 +83,7 @@ impl Materials {
 
     /// A material after its description: `ABSORPTION` or `ABSORPTION:SCATTERING`, each a name of the table or numbers with
     /// slashes between: one for all octaves, seven for those from 125 Hz, eight for those from 63 Hz, or thirds, 21 from 100 Hz
-    /// or 24 from 50 Hz to 10 kHz or 31 from 20 Hz to 20 kHz. In a name `*` stands for any letters; the first that fits, in the
+    /// or 24 from 50 Hz to 10 kHz or 31 from 20 Hz to 20 kHz, or any bands as `HZ@SHARE`. In a name `*` stands for any letters; the first that fits, in the
     /// order of the alphabet, is taken. Scattering is that of the table where it has one of the same name, else
     /// [`SCATTERING`].
     ///
@@ -92,11 +95,12 @@ impl Materials {
             None => (description, None),
         };
         let scattering = match scattering {
-            Some(scattering) => shares("scattering", scattering, &self.scattering)?.octaves,
-            None => self.scattering.get(&key(absorption)).map_or([SCATTERING; BANDS], |entry| entry.shares),
+            Some(scattering) => shares("scattering", scattering, &self.scattering)?,
+            None => self.scattering.get(&key(absorption)).map_or_else(|| Shares::even(SCATTERING), Shares::from),
         };
-        let Shares { octaves, low } = shares("material", absorption, &self.absorption)?;
-        let material = Material { absorption_63: low, ..Material::new(description, octaves, scattering) };
+        let Shares { octaves, low, fine } = shares("material", absorption, &self.absorption)?;
+        let by_octave = Material::new(description, octaves, scattering.octaves);
+        let material = Material { absorption_63: low, fine: [fine, scattering.fine], ..by_octave };
         material.check()?;
         Ok(material)
     }
@@ -127,14 +131,24 @@ fn key(name: &str) -> String {
 }
 
 fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Shares, AcousticsError> {
-    let of = |entry: &Entry| Shares { octaves: entry.shares, low: entry.share_63 };
     if let Some(entry) = table.get(&key(text)) {
-        return Ok(of(entry));
+        return Ok(entry.into());
     }
     if text.contains('*')
         && let Some((_, entry)) = table.iter().find(|(name, _)| fits(&key(text), name, None))
     {
-        return Ok(of(entry));
+        return Ok(entry.into());
+    }
+    if text.contains('@') {
+        let band = |pair: &str| -> Option<[f64; 2]> {
+            let (hz, share) = pair.split_once('@')?;
+            let [hz, share]: [f64; 2] = [hz.trim().parse().ok()?, share.trim().parse().ok()?];
+            (10.0..=40_000.0).contains(&hz).then_some([hz, share])
+        };
+        let bands: Option<Vec<[f64; 2]>> = text.split('/').map(band).collect();
+        return bands.as_deref().and_then(Shares::of).ok_or_else(|| {
+            AcousticsError::argument(what, "HZ@SHARE from 10 Hz to 40 kHz, with slashes between", format!("{text:?}"))
+        });
     }
     let numbers: Result<Vec<f32>, _> = text.split('/').map(|n| n.trim().parse()).collect();
     match numbers.as_deref() {
@@ -149,6 +163,12 @@ fn shares(what: &str, text: &str, table: &BTreeMap<String, Entry>) -> Result<Sha
             let expected = format!("a name of the table, perhaps {}, or numbers", near.join(", "));
             Err(AcousticsError::argument(what, expected, format!("{text:?}")))
         }
+    }
+}
+
+impl From<&Entry> for Shares {
+    fn from(entry: &Entry) -> Self {
+        Self { octaves: entry.shares, low: entry.share_63, fine: entry.fine.clone() }
     }
 }
 
@@ -205,7 +225,13 @@ mod tests {
         assert_eq!((material.absorption[6], material.scattering[2], material.absorption_63), (0.6, 0.4, None));
         let material = table.material(".9/0/.1/.2/.3/.4/.5/.6").unwrap();
         assert_eq!((material.absorption[6], material.absorption_63), (0.6, Some(0.9)));
+        let bands: Vec<String> = (0..16).map(|b| format!("{}@0.{b:02}", 80 + 100 * b)).collect();
+        let material = table.material(&format!("{}:63@.1/8000@.3", bands.join("/"))).unwrap();
+        assert!((material.taken(480.0) - (1.0 - 0.96 * (1.0 - material.scattering[2]) as f64)).abs() < 0.02, "{material:?}");
+        assert_eq!(material.fine.each_ref().map(|curve| curve.points().len()), [16, 0]);
         for (wrong, says) in [
+            ("80@0.1/x@0.3", "HZ@SHARE from 10 Hz"),
+            ("80@0.1/100@1.3", "0 to 1, found"),
             ("carpett", "perhaps carpet_"),
             ("brick", "brickwork"),
             ("mat_scene09_concrete", "unpainted_concrete, concrete_floor, or numbers"),

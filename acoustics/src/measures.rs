@@ -123,7 +123,8 @@ mod tests {
     fn decaying(t60_s: f64) -> Echogram {
         let (bin_s, rate) = (0.001, 6.0 * std::f64::consts::LN_10 / t60_s);
         let energy = |i: usize| (-(i as f64) * bin_s * rate).exp() * (1.0 - (-bin_s * rate).exp());
-        let bins = (0..3000).map(|i| Bin { energy: [energy(i) as f32; BANDS], from: [[0.0; BANDS]; 3] });
+        let bins =
+            (0..3000).map(|i| Bin { energy: [energy(i) as f32; BANDS], energy_63: energy(i) as f32, from: [[0.0; BANDS]; 3] });
         Echogram { bin_s, bins: bins.collect() }
     }
 

@@ -31,7 +31,6 @@ pub(crate) use polygon::Cutter;
 
 use crate::error::{AcousticsError, place};
 use crate::material::Material;
-use crate::octave::BANDS;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -80,15 +79,14 @@ impl Mesh {
 
     /// Makes groups of the same material one, with the name of the first. Returns the materials of the groups that are left.
     pub fn merge_groups(&mut self, materials: Vec<Material>) -> Vec<Material> {
-        let mut found: HashMap<[u32; 2 * BANDS + 1], u32> = HashMap::new();
+        let mut found: HashMap<Vec<u32>, u32> = HashMap::new();
         let (mut kept, mut names, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
         for (material, name) in materials.into_iter().zip(std::mem::take(&mut self.groups)) {
             let shares = material.absorption.iter().chain(&material.scattering).map(|share| share.to_bits());
             // Of no share, all bits.
             let shares = shares.chain([material.absorption_63.map_or(u32::MAX, f32::to_bits)]);
-            let mut key = [0; 2 * BANDS + 1];
-            key.iter_mut().zip(shares).for_each(|(key, share)| *key = share);
-            numbers.push(*found.entry(key).or_insert_with(|| {
+            let fine = material.fine.iter().flat_map(|curve| curve.points().iter().flatten().map(|v| v.to_bits()).chain([0]));
+            numbers.push(*found.entry(shares.chain(fine).collect()).or_insert_with(|| {
                 kept.push(material);
                 names.push(name);
                 kept.len() as u32 - 1

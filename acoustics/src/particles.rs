@@ -4,10 +4,9 @@
 //! at once (Schroeder 2011, "Physically based real-time auralization", chapter 5, with cells in the place of spheres).
 
 use crate::air::{Air, speed_m_s};
-use crate::echogram::{Echogram, LANES, Lanes};
+use crate::echogram::{Echogram, LANES, Lanes, lanes_decay_per_m};
 use crate::error::{AcousticsError, place};
 use crate::lattice::direction;
-use crate::octave::BANDS;
 use crate::shoebox::{BoxImage, Shoebox};
 use crate::surface::Surface;
 use glam::DVec3;
@@ -103,13 +102,13 @@ impl Shoebox {
             found: vec![Lanes::default(); cells * bins as usize],
         };
         (0..options.particles).for_each(|index| flight.follow(index));
-        let decay = options.air.map_or([0.0; BANDS], |air| air.decay_per_m());
+        let decay = lanes_decay_per_m(options.air);
         // Within a volume, energy stays as long as sound takes through it: one at a level of 1 at 1 m has 4 pi in all.
         let volume = self.size.iter().product::<f64>() / cells as f64;
         let level = 4.0 * std::f64::consts::PI / options.particles as f64 * speed_m_s(options.air) * options.bin_s / volume;
         let left = |bin: usize, band: usize| {
             let way = (bin as f64 + 0.5) * options.bin_s * speed_m_s(options.air);
-            (level * (-f64::from(decay[band]) * way).exp()) as f32
+            (level * (-decay[band] * way).exp()) as f32
         };
         Ok(flight.found.chunks(flight.bins).map(|bins| Echogram::new(options.bin_s, bins, left)).collect())
     }
@@ -135,7 +134,6 @@ impl Flight<'_> {
         let (mut at, mut heading) = (self.source, direction(index, options.particles));
         let outward = heading.signum();
         let mut energy = [1.0_f32; LANES];
-        energy[BANDS..].fill(0.0);
         // Metres to the next count: the middle of the first bin.
         let (mut bin, mut rest) = (0, 0.5 * step);
         let (mut crossed, mut mirrored) = ([0_i32; 3], true);

@@ -8,7 +8,7 @@ mod listeners;
 
 use crate::air::{Air, speed_m_s};
 use crate::directivity::{Directivity, Source};
-use crate::echogram::{Echogram, LANES, Lanes};
+use crate::echogram::{Echogram, LANES, Lanes, lanes_decay_per_m};
 use crate::error::{AcousticsError, place};
 use crate::images::Images;
 use crate::lattice::direction;
@@ -133,14 +133,14 @@ pub(crate) fn particles(
     check(options, 1.0)?;
     let listeners = Listeners::new(room, &[], 1.0)?;
     let tracer = Tracer::new(room, source, &listeners, options)?;
-    let decay = options.air.map_or([0.0; BANDS], |air| air.decay_per_m());
+    let decay = lanes_decay_per_m(options.air);
     let power = 4.0 * std::f64::consts::PI / options.rays as f64;
     let mut sum = Sum::new(0, 0);
     for ray in 0..options.rays {
         tracer.follow(ray, &mut sum, |at, plane, way, energy| {
             let mut lanes = *energy;
             for (lane, decay) in lanes.iter_mut().zip(&decay) {
-                *lane *= (power * (-f64::from(*decay) * way).exp()) as f32;
+                *lane *= (power * (-decay * way).exp()) as f32;
             }
             on_wall(at, plane, &lanes);
         });
@@ -219,10 +219,10 @@ impl Sum {
 
     fn finish(self, tracer: &Tracer<'_>) -> LateField {
         let options = tracer.options;
-        let decay = options.air.map_or([0.0; BANDS], |air| air.decay_per_m());
+        let decay = lanes_decay_per_m(options.air);
         let air = |bin: usize, band: usize| {
             let way = (bin as f64 + 0.5) * options.bin_s * speed_m_s(options.air);
-            (-f64::from(decay[band]) * way).exp() as f32
+            (-decay[band] * way).exp() as f32
         };
         let shares = |lanes: [f64; LANES]| std::array::from_fn(|b| (lanes[b] / self.sent[b].max(f64::MIN_POSITIVE)) as f32);
         let walls = self.walls.max(1) as f64;
@@ -276,7 +276,8 @@ impl<'a> Tracer<'a> {
         let mut random = Random::stream(options.seed, index as u64);
         let mut ray = Ray::new(self.source, self.turn * direction(index, options.rays));
         let mut energy = [0.0_f32; LANES];
-        energy.iter_mut().zip(self.directivity.towards(ray.direction.to_array())).for_each(|(e, sent)| *e = sent * sent);
+        let sent = self.directivity.towards(ray.direction.to_array());
+        energy.iter_mut().zip(sent.iter().chain(&sent[..1])).for_each(|(e, sent)| *e = sent * sent);
         add(&mut sum.sent, &energy.map(f64::from));
         let reach = options.length_s * speed_m_s(options.air);
         // Sent out at the level of a direct sound of 1 at 1 m on the axis.

@@ -1,6 +1,6 @@
 //! What walls do to rays.
 
-use crate::echogram::LANES;
+use crate::echogram::{LANES, LOW_LANE};
 use crate::material::Material;
 use crate::octave::BANDS;
 
@@ -16,10 +16,13 @@ pub(crate) struct Surface {
 
 impl Surface {
     pub(crate) fn new(material: &Material) -> Self {
-        let lanes = |of: &dyn Fn(usize) -> f32| std::array::from_fn(|lane| if lane < BANDS { of(lane) } else { 0.0 });
+        // What is not stated at 63 Hz is as it is at 125.
+        let lanes = |of: &dyn Fn(usize) -> f32| std::array::from_fn(|lane| of(if lane == LOW_LANE { 0 } else { lane }));
+        let mut reflected: [f32; LANES] = lanes(&|b| 1.0 - material.absorption[b]);
+        reflected[LOW_LANE] = 1.0 - material.low();
         let chance = material.scattering.iter().sum::<f32>() / BANDS as f32;
         Self {
-            reflected: lanes(&|b| 1.0 - material.absorption[b]),
+            reflected,
             chance: f64::from(chance),
             if_scattered: lanes(&|b| if chance > 0.0 { material.scattering[b] / chance } else { 1.0 }),
             if_mirrored: lanes(&|b| if chance < 1.0 { (1.0 - material.scattering[b]) / (1.0 - chance) } else { 1.0 }),

@@ -3,8 +3,8 @@
 use crate::common::{LISTENERS, SOURCE, bumpy, l_room, shoebox};
 use glam::DVec3;
 use promenade_acoustics::{
-    BANDS, Directivity, ImageOptions, Images, LateField, Material, Measures, RayOptions, Reflected, Room, SPEED_OF_SOUND_M_S,
-    Source, late_field,
+    BANDS, Directivity, ImageOptions, Images, LateField, Material, Measures, ParticleOptions, RayOptions, Reflected, Room,
+    SPEED_OF_SOUND_M_S, Shoebox, Source, late_field,
 };
 
 /// Rays bring all but the direct sound, through no air.
@@ -178,6 +178,32 @@ fn worst(found: &[Measures], wanted: &[Measures]) -> [f64; 2] {
         worst.iter_mut().zip(off).for_each(|(worst, off)| *worst = if off.abs() > worst.abs() { off } else { *worst });
     }
     worst
+}
+
+#[test]
+fn rays_know_what_walls_take_at_63_hz() {
+    let mut walls = shoebox(0.1, 0.3);
+    let options = RayOptions { air: None, ..alone(20_000, 0.6) };
+    let traced = |walls: &Shoebox| {
+        let room = Room::new(&walls.mesh().unwrap(), &walls.materials).unwrap();
+        traced(&room, &LISTENERS, &options).echograms.remove(0)
+    };
+    let plain = traced(&walls);
+    assert!(plain.bins.iter().all(|bin| bin.energy_63 == bin.energy[0]), "as at 125 Hz where nothing is stated");
+    walls.materials.iter_mut().for_each(|m| m.absorption_63 = Some(0.4));
+    let soft = traced(&walls);
+    let fall = |energy: &dyn Fn(usize) -> f64| {
+        let sum = |bins: std::ops::Range<usize>| bins.map(energy).sum::<f64>();
+        (sum(10..30) / sum(60..80)).ln()
+    };
+    // Eyring: exponents of .105 and .511.
+    let [low, next] = [fall(&|i| soft.bins[i].energy_63.into()), fall(&|i| soft.bins[i].energy[0].into())];
+    assert!((low / next / (0.6_f64.ln() / 0.9_f64.ln()) - 1.0).abs() < 0.15, "{low} beside {next}");
+    // Particles of a box as well.
+    let particles = ParticleOptions { particles: 20_000, length_s: 0.4, bin_s: 0.004, cells: [1; 3], air: None, seed: 1 };
+    let field = walls.late_field(SOURCE, &[], &particles).unwrap().remove(0);
+    let [low, next] = [fall(&|i| field.bins[i].energy_63.into()), fall(&|i| field.bins[i].energy[0].into())];
+    assert!((low / next / (0.6_f64.ln() / 0.9_f64.ln()) - 1.0).abs() < 0.15, "{low} beside {next} of particles");
 }
 
 #[test]

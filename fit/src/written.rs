@@ -1,5 +1,6 @@
 //! A fitted room as files that other commands read: a mesh, and its materials beside it.
 
+use crate::bands::PerBand;
 use crate::error::FitError;
 use crate::flat_room::{FlatRoom, Form};
 use crate::full_fit::FullFit;
@@ -17,7 +18,8 @@ use std::fmt::Write;
 pub struct MaterialsBeside {
     /// How they were made, for readers.
     pub made: String,
-    /// By group: absorption in seven octaves from 125 Hz, with slashes between, a colon, and scattering.
+    /// By group: absorption and scattering with a colon between, each octaves from 63 Hz of a quick fit, and of a full one its
+    /// bands as `HZ@SHARE`, with slashes between.
     pub materials: BTreeMap<String, String>,
 }
 
@@ -26,38 +28,39 @@ impl MaterialsBeside {
     #[must_use]
     pub fn of(fit: &QuickFit, made: &str) -> Self {
         let last = fit.octaves.len().saturating_sub(1);
-        let octaves = (1..=7).map(|o| fit.octaves[o.min(last)].octave(o, &fit.histories.air).surfaces.to_vec());
-        Self::of_octaves(&WALLS, &octaves.collect::<Vec<_>>(), made)
+        let octaves = (0..8).map(|o| fit.octaves[o.min(last)].octave(o, &fit.histories.air).surfaces);
+        let octaves: Vec<[Surface; 6]> = octaves.collect();
+        let shares = |of: &dyn Fn(&[Surface; 6]) -> f64| {
+            octaves.iter().map(|o| format!("{:.4}", of(o))).collect::<Vec<String>>().join("/")
+        };
+        let surface = |(s, name): (usize, &&str)| {
+            let (absorption, scattering) = (shares(&|o| o[s].absorption), shares(&|o| o[s].scattering));
+            ((*name).to_owned(), format!("{absorption}:{scattering}"))
+        };
+        Self { made: made.to_owned(), materials: WALLS.iter().enumerate().map(surface).collect() }
     }
 
     /// Of a full fit, for the groups of [`full_mesh`].
     #[must_use]
     pub fn of_full(fit: &FullFit, made: &str) -> Self {
-        let octaves: Vec<Vec<Surface>> = (1..=7).map(|o| fit.octave(o)).collect();
-        let Some(own) = &fit.voxels else { return Self::of_octaves(&fit.room.surfaces, &octaves, made) };
-        let (mut names, mut all) = (Vec::new(), vec![Vec::new(); 7]);
-        for (name, materials) in fit.room.surfaces.iter().zip(own.materials(fit.room.surfaces.len()).1) {
-            for (number, absorption) in materials.iter().enumerate() {
-                names.push(piece(name, number));
-                let bands = fit.bands.to_octaves(absorption);
-                for (o, to) in all.iter_mut().enumerate() {
-                    let scattering = octaves[o].first().map_or(0.0, |s| s.scattering);
-                    to.push(Surface { absorption: bands[o + 1].clamp(0.0, 1.0), scattering });
-                }
+        let bands = |shares: &PerBand| -> String {
+            let band = |(hz, share): (&f64, &f64)| format!("{hz:.0}@{:.4}", share.clamp(0.0, 1.0));
+            fit.bands.centres_hz.iter().zip(shares).map(band).collect::<Vec<String>>().join("/")
+        };
+        let scattering = bands(&fit.scattering.map(|e| e.value));
+        let material = |absorption: &PerBand| format!("{}:{scattering}", bands(absorption));
+        let surfaces = fit.room.surfaces.iter().zip(&fit.surfaces);
+        let materials = match &fit.voxels {
+            None => surfaces.map(|(name, s)| (name.clone(), material(&s.absorption.map(|e| e.value)))).collect(),
+            Some(own) => {
+                let of = own.materials(fit.room.surfaces.len()).1;
+                let pieces = |(name, all): (&String, &Vec<PerBand>)| -> Vec<(String, String)> {
+                    all.iter().enumerate().map(|(number, absorption)| (piece(name, number), material(absorption))).collect()
+                };
+                fit.room.surfaces.iter().zip(&of).flat_map(pieces).collect()
             }
-        }
-        Self::of_octaves(&names, &all, made)
-    }
-
-    fn of_octaves<N: AsRef<str>>(names: &[N], octaves: &[Vec<Surface>], made: &str) -> Self {
-        let shares = |of: &dyn Fn(&Vec<Surface>) -> f64| {
-            octaves.iter().map(|o| format!("{:.4}", of(o))).collect::<Vec<String>>().join("/")
         };
-        let surface = |(s, name): (usize, &N)| {
-            let (absorption, scattering) = (shares(&|o| o[s].absorption), shares(&|o| o[s].scattering));
-            (name.as_ref().to_owned(), format!("{absorption}:{scattering}"))
-        };
-        Self { made: made.to_owned(), materials: names.iter().enumerate().map(surface).collect() }
+        Self { made: made.to_owned(), materials }
     }
 }
 

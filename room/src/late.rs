@@ -2,7 +2,7 @@
 
 use crate::energy_vector::{EnergyVector, heard};
 use crate::scene_head::SceneHead;
-use promenade_acoustics::{BANDS, Echogram, octave_energy};
+use promenade_acoustics::{BANDS, Echogram, octave_energy, octave_energy_from_63};
 use promenade_core::glam::DVec3;
 use promenade_core::{TAP_LEAD_HOPS, TransferShape};
 use promenade_metrics::slope;
@@ -44,11 +44,12 @@ impl LateEnergies {
     #[must_use]
     pub fn of(echogram: &Echogram, direct_s: f64, head: &SceneHead) -> Self {
         let found = by_hop(echogram, direct_s, head.grid.hop_s());
-        let vector = |(octaves, from): &([f64; BANDS], DVec3)| EnergyVector { energy: octaves.iter().sum(), from: *from };
+        let vector = |hop: &Hop| EnergyVector { energy: hop.octaves.iter().sum(), from: hop.from };
         let vectors: Vec<EnergyVector> = found.iter().map(vector).collect();
-        let of_hop = |((octaves, _), vector): (&([f64; BANDS], DVec3), &EnergyVector)| -> Vec<f64> {
+        let of_hop = |(hop, vector): (&Hop, &EnergyVector)| -> Vec<f64> {
             let (side, share) = vector.side().unwrap_or_default();
-            let level = |(hz, level): (&f32, f64)| octave_energy(octaves, f64::from(*hz)) * heard(share, level);
+            let energy = |hz: f32| octave_energy_from_63(hop.low, &hop.octaves, f64::from(hz));
+            let level = |(hz, level): (&f32, f64)| energy(*hz) * heard(share, level);
             head.bands.centres_hz().iter().zip(head.heard_from(side.z)).map(level).collect()
         };
         Self { energies: found.iter().zip(&vectors).map(of_hop).collect(), vectors, direct_s }
@@ -69,10 +70,18 @@ impl LateEnergies {
     }
 }
 
-/// Energies by octave, and the sum of their directions, by hop after the direct sound.
-fn by_hop(echogram: &Echogram, direct_s: f64, hop_s: f64) -> Vec<([f64; BANDS], DVec3)> {
+/// Energies of a hop by octave and at 63 Hz, and the sum of their directions.
+#[derive(Clone, Copy, Default)]
+struct Hop {
+    octaves: [f64; BANDS],
+    low: f64,
+    from: DVec3,
+}
+
+/// What arrives in each hop after the direct sound.
+fn by_hop(echogram: &Echogram, direct_s: f64, hop_s: f64) -> Vec<Hop> {
     let hops = ((echogram.bins.len() as f64 * echogram.bin_s - direct_s) / hop_s).ceil().max(2.0) as usize;
-    let mut found = vec![([0.0_f64; BANDS], DVec3::ZERO); hops];
+    let mut found = vec![Hop::default(); hops];
     for (i, bin) in echogram.bins.iter().enumerate() {
         // A bin reaches into two hops.
         let place = place(i as f64 * echogram.bin_s, direct_s, hop_s);
@@ -82,9 +91,10 @@ fn by_hop(echogram: &Echogram, direct_s: f64, hop_s: f64) -> Vec<([f64; BANDS], 
         for (hop, share) in [(first, 1.0 - into_next), (first + 1.0, into_next)] {
             // What comes with the direct sound is heard a hop later: there is no earlier tap.
             let hop = hop.max(1.0) as usize;
-            if let Some((octaves, from)) = found.get_mut(hop) {
-                octaves.iter_mut().zip(bin.energy).for_each(|(sum, e)| *sum += share * f64::from(e));
-                *from += share * DVec3::from(bin.from.map(|axis| axis.iter().map(|e| f64::from(*e)).sum()));
+            if let Some(hop) = found.get_mut(hop) {
+                hop.low += share * f64::from(bin.energy_63);
+                hop.octaves.iter_mut().zip(bin.energy).for_each(|(sum, e)| *sum += share * f64::from(e));
+                hop.from += share * DVec3::from(bin.from.map(|axis| axis.iter().map(|e| f64::from(*e)).sum()));
             }
         }
     }

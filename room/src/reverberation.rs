@@ -4,7 +4,7 @@
 //! averaging). The same particles fly for any absorption, so that T20 changes smoothly with it.
 
 use crate::error::RoomError;
-use promenade_acoustics::{Air, BANDS, Material, OCTAVES_HZ, ParticleOptions, Shoebox};
+use promenade_acoustics::{Air, BANDS, Material, OCTAVES_HZ, ParticleOptions, Shoebox, octave_place};
 use promenade_metrics::slope;
 use std::f64::consts::LN_10;
 use std::fmt::{self, Display, Formatter};
@@ -90,7 +90,13 @@ pub fn factored(material: &Material, factors: &[f64; BANDS]) -> Material {
     };
     let absorption = std::array::from_fn(|b| multiplied(material.absorption[b], factors[b]));
     let absorption_63 = material.absorption_63.map(|share| multiplied(share, factors[0]));
-    Material { absorption, absorption_63, ..material.clone() }
+    let factor = |hz: f32| {
+        let (below, fraction) = octave_place(f64::from(hz));
+        let [a, b] = [factors[below], factors[below + 1]];
+        a * (b / a).powf(fraction)
+    };
+    let fine = [material.fine[0].map(|hz, share| multiplied(share, factor(hz))), material.fine[1].clone()];
+    Material { absorption, absorption_63, fine, ..material.clone() }
 }
 
 fn changed(walls: &Shoebox, factors: &[f64; BANDS]) -> Shoebox {

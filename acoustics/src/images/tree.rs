@@ -164,6 +164,10 @@ impl Candidates {
         found
     }
 
+    pub(super) fn get(&self, number: usize) -> Option<&Candidate> {
+        self.all.get(number)
+    }
+
     pub(super) fn iter(&self) -> impl Iterator<Item = &Candidate> {
         self.all.iter()
     }

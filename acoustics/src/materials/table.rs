@@ -55,7 +55,12 @@ impl Materials {
             let line = number + 2;
             let cell = |column: usize| row.get(column).map_or("", String::as_str);
             let shares = shares(head, row).map_err(|e| wrong(format!("row {line}: {}", e[0]), e[1].clone()))?;
-            let entry = |description: String| Entry { description, shares: shares.octaves, share_63: shares.low };
+            let entry = |description: String| Entry {
+                description,
+                shares: shares.octaves,
+                share_63: shares.low,
+                fine: shares.fine.clone(),
+            };
             let (name, about) = (key(cell(material)), description.map_or("", cell).to_owned());
             match property.map_or("absorption", cell).to_lowercase().as_str() {
                 _ if name.is_empty() => return Err(wrong(format!("row {line}: the name of a material"), "none".into())),
@@ -83,7 +88,7 @@ impl Materials {
         for (row, table) in [absorption].into_iter().chain(more.first()).zip([&mut self.absorption, &mut self.scattering]) {
             let shares = shares(head, row).map_err(|[expected, found]| AcousticsError::content(path, expected, found))?;
             let description = format!("of {}", path.file_name().unwrap_or_default().to_string_lossy());
-            table.insert(key(name), Entry { description, shares: shares.octaves, share_63: shares.low });
+            table.insert(key(name), Entry { description, shares: shares.octaves, share_63: shares.low, fine: shares.fine });
         }
         Ok(1)
     }

@@ -4,6 +4,7 @@ use super::welded::Welded;
 use super::{Mesh, Triangle, normal};
 use crate::material::Material;
 use crate::octave::OCTAVES_HZ;
+use crate::shares::Curve;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
@@ -48,7 +49,11 @@ impl Mesh {
             });
             let key = scattering.map(|s| (s / STEP).round() as u16);
             let number = *found.entry((group, key)).or_insert_with(|| {
-                kept.push(Material { scattering: scattering.map(|s| s.clamp(0.0, 1.0)), ..of.clone() });
+                kept.push(Material {
+                    scattering: scattering.map(|s| s.clamp(0.0, 1.0)),
+                    fine: [of.fine[0].clone(), Curve::default()],
+                    ..of.clone()
+                });
                 names.push(self.groups[group as usize].clone());
                 kept.len() as u32 - 1
             });

@@ -38,6 +38,15 @@ pub fn l_room() -> Mesh {
     prism(&plan, &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]], 2.7)
 }
 
+/// Two rooms of 4 x 4 m with a doorway of .9 m in the wall of .4 m between them.
+pub fn two_rooms() -> Mesh {
+    let first = [[0.0, 0.0], [4.0, 0.0], [4.0, 1.5]];
+    let second = [[4.4, 1.5], [4.4, 0.0], [8.4, 0.0], [8.4, 4.0], [4.4, 4.0], [4.4, 2.4]];
+    let plan = [&first[..], &second, &[[4.0, 2.4], [4.0, 4.0], [0.0, 4.0]]].concat();
+    let rooms = [[0, 1, 2], [0, 2, 9], [0, 9, 10], [0, 10, 11], [6, 7, 8], [6, 8, 3], [6, 3, 4], [6, 4, 5]];
+    prism(&plan, &[&rooms[..], &[[2, 3, 8], [2, 8, 9]]].concat(), 2.5)
+}
+
 /// A box whose walls are grids of `2 * steps * steps` triangles each, moved by up to `bump` metres.
 pub fn bumpy(size: [f64; 3], steps: u32, bump: f64) -> Mesh {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());

@@ -8,13 +8,13 @@ use super::early::{Arriving, Early};
 use super::hrtf::Hrtf;
 use super::low::{Bass, Joiner};
 use super::part::{Part, distinct};
-use super::tail::Tail;
+use super::tail::{Tail, Variance};
 use super::walls::{filters, left};
 use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ};
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{
-    Air, BANDS, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, Octaves, RayOptions, Reflected,
-    Room, Source, late_field, octave_energy, speed_m_s,
+    Air, BANDS, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, RayOptions, Reflected, Room,
+    Source, late_field, octave_energy, speed_m_s,
 };
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -137,15 +137,18 @@ pub(super) fn simulate(
     let begun = if bass.is_some() { 0.7 } else { 0.5 };
     let voice = Voice::new(mesh, room, hrtf, options.air);
     let edges = Edges::of(mesh);
+    let lit = edges.lit(room, images, Reflected::Specular)?;
     let early = Early::new(hrtf, speed_m_s(options.air) as f32);
     let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
     let of_place = |(at, (place, echogram)): (usize, (&Vec3, &Echogram))| -> Result<Vec<(usize, Response)>, BakeError> {
         let seen = images.seen_from(room, place.as_dvec3().to_array(), Reflected::Specular)?;
         let mut reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
         if !seen.iter().any(|image| image.order == 0) {
-            let around = edges.around(room, source, place.as_dvec3().to_array())?;
+            let around = edges.around_any(room, source, place.as_dvec3().to_array())?;
             reflected.extend(around.iter().map(|way| voice.around(way)));
         }
+        let around = lit.around(place.as_dvec3().to_array())?;
+        reflected.extend(around.iter().map(|way| voice.around(way)));
         let direct = place.distance(emitter) / speed_m_s(options.air) as f32 * rate as f32;
         let hops = Hops::new(echogram, &tail, f64::from(direct));
         let heads = poses.iter().enumerate().filter(|(_, pose)| pose.position == *place);
@@ -231,11 +234,7 @@ struct Voice<'a> {
 
 impl<'a> Voice<'a> {
     fn new(mesh: &'a Mesh, room: &Room, hrtf: &Hrtf, air: Option<Air>) -> Self {
-        let taken = |m: &promenade_acoustics::Material| -> Octaves {
-            std::array::from_fn(|b| 1.0 - (1.0 - m.absorption[b]) * (1.0 - m.scattering[b]))
-        };
-        let taken: Vec<Octaves> = room.materials().iter().map(taken).collect();
-        let mut filters = filters(&taken, hrtf.bins);
+        let mut filters = filters(room.materials(), hrtf.bins);
         // Half of the decay of the energy is that of the amplitude.
         let per_db = std::f64::consts::LN_10 / 20.0;
         filters.push(hrtf.bins.minimum_phase(|hz| air.map_or(0.0, |air| -per_db * air.db_per_m(hz))));
@@ -259,7 +258,7 @@ impl<'a> Voice<'a> {
         (position, left)
     }
 
-    /// The direct sound round an edge.
+    /// Sound round edges.
     fn around(&self, way: &DiffractionPath) -> (Vec3, Vec<Complex32>) {
         let edge = self.bins.minimum_phase(|hz| (way.amplitude(hz) * way.path_m).ln());
         let air = self.filters.last().into_iter().flatten();
@@ -282,14 +281,14 @@ impl Hops {
         let hop = tail.hop();
         // Noise that lies about a hop begins a hop before it, and not before the direct sound.
         let first = (0..tail.hops()).find(|l| (*l as f64 - 1.0) * hop as f64 >= direct).unwrap_or(tail.hops());
-        let mut variances = vec![[0.0; OCTAVES_HZ.len()]; tail.hops()];
+        let mut variances = vec![Variance::default(); tail.hops()];
         let mut vectors = vec![EnergyVector::default(); tail.hops()];
         for (i, bin) in echogram.bins.iter().enumerate() {
             let l = i.div_ceil(2).max(first);
             if l >= tail.hops() {
                 break;
             }
-            variances[l].iter_mut().zip(bin.energy).for_each(|(sum, energy)| *sum += f64::from(energy) / hop as f64);
+            variances[l].add(bin, hop);
             vectors[l].add(bin);
         }
         Self { first, gains: variances.iter().map(|v| tail.gains(v)).collect(), vectors }

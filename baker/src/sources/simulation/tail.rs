@@ -1,7 +1,7 @@
 //! What comes after the images: noise with a given energy over time.
 
 use super::hrtf::Hrtf;
-use promenade_acoustics::{BANDS, octave_energy};
+use promenade_acoustics::{BANDS, Bin, octave_energy_from_63};
 use promenade_core::random::Random;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
@@ -10,8 +10,20 @@ use std::sync::Arc;
 /// Length of the frames in which noise is shaped, seconds, about.
 const FRAME_S: f64 = 0.008;
 
-/// Energy a sample by octave, about each hop of half a frame.
-pub(super) type Variance = [f64; BANDS];
+/// Energy a sample by octave and at 63 Hz, about each hop of half a frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Variance {
+    octaves: [f64; BANDS],
+    low: f64,
+}
+
+impl Variance {
+    /// Adds what a bin brings to a hop of so many samples.
+    pub(super) fn add(&mut self, bin: &Bin, hop: usize) {
+        self.octaves.iter_mut().zip(bin.energy).for_each(|(sum, energy)| *sum += f64::from(energy) / hop as f64);
+        self.low += f64::from(bin.energy_63) / hop as f64;
+    }
+}
 
 /// Noise at both ears with the diffuse field's coherence between them.
 pub(super) struct Tail {
@@ -65,7 +77,7 @@ impl Tail {
     /// Standard deviation of the noise by bin.
     pub(super) fn gains(&self, variance: &Variance) -> Vec<f32> {
         let hz = |k: usize| k as f64 * self.sample_rate_hz / self.n_fft as f64;
-        (0..self.bins()).map(|k| octave_energy(variance, hz(k)).sqrt() as f32).collect()
+        (0..self.bins()).map(|k| octave_energy_from_63(variance.low, &variance.octaves, hz(k)).sqrt() as f32).collect()
     }
 
     /// Adds the tail of pose number `index`, whose noise is its own: of each hop from `first` on the standard deviation by bin
