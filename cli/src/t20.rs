@@ -4,7 +4,7 @@ use crate::args::{FitArgs, T20};
 use crate::fit::walls;
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_acoustics::{BANDS, Material, Materials, OCTAVES_HZ, Shoebox};
+use promenade_acoustics::{BANDS, Curve, Material, Materials, OCTAVES_HZ, Shoebox};
 use promenade_audio::atomic;
 use promenade_baker::read_measured;
 use promenade_fit::{MaterialsBeside, WALLS, box_obj};
@@ -71,8 +71,13 @@ fn line(name: &str, of: impl Fn(usize) -> String) -> Vec<String> {
 /// A fitted material as [`Materials::material`] reads it.
 fn described(material: &Material, factors: &[f64; BANDS]) -> String {
     let all = |shares: &[f32]| shares.iter().map(|s| format!("{s:.4}")).collect::<Vec<_>>().join("/");
-    let fitted = factored(material, factors);
-    format!("{}:{}", all(&fitted.absorption), all(&fitted.scattering))
+    let bands = |octaves: &[f32], low: Option<f32>, fine: &Curve| match (fine.points(), low) {
+        ([], None) => all(octaves),
+        ([], Some(low)) => format!("{low:.4}/{}", all(octaves)),
+        (points, _) => points.iter().map(|[hz, share]| format!("{hz:.1}@{share:.4}")).collect::<Vec<_>>().join("/"),
+    };
+    let Material { absorption, absorption_63, scattering, fine: [absorbs, scatters], .. } = factored(material, factors);
+    format!("{}:{}", bands(&absorption, absorption_63, &absorbs), bands(&scattering, None, &scatters))
 }
 
 fn measured(path: &Path) -> Result<Some7> {

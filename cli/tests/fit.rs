@@ -106,6 +106,7 @@ fn a_full_fit_writes_its_room_and_goes_on_where_it_was_stopped() {
     assert!(report.contains("](room.report.decays.svg)"), "{report}");
     let beside = fs::read_to_string(text("room.materials.json")).unwrap();
     assert!(beside.contains("\"ceiling\""), "{beside}");
+    assert_eq!(beside.matches('@').count(), 6 * 2 * 16, "absorption and scattering of each wall in 16 bands: {beside}");
 
     fs::write(&state, b"PROMFIT1 and no more").unwrap();
     all_fail(&[(full.to_vec(), "room.fit-state: no fit to go on from; remove it to begin anew")]);

@@ -29,7 +29,7 @@ pub(crate) use bass_field::Shares as BassShares;
 pub use bass_field::{BASS_SIGNALS, BassEars, BassField};
 pub use card::SceneCard;
 pub use corners::{Corners, DiffractionEdge, barrier_db};
-pub(crate) use corners::{MOST_EDGES, Round};
+pub(crate) use corners::{MOST_ROUND, Round};
 pub(crate) use cost::Cost;
 pub use cost::TooCostly;
 pub use error::SceneError;

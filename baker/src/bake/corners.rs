@@ -1,12 +1,17 @@
-//! Where the emitter is hidden, and which edges its sound comes round.
+//! Where the emitter is hidden, and which edges its sound and that of its images comes round.
 
 use crate::BakeError;
-use promenade_acoustics::{Edges, Mesh, Room, Source};
+use promenade_acoustics::{DiffractionPath, Edges, Images, Mesh, Octaves, Reflected, Room, Source};
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{Axis, Corners, DiffractionEdge};
 use promenade_room::amplitude;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+
+/// Ways of images round edges that a place has at most: the loudest.
+pub(super) const MOST_BENT: usize = 2;
+/// Sounds at edges that lie this near to each other and come from so near are one, metres.
+const SAME: f64 = 0.25;
 
 /// Metres between places, at least, and how many there are at most.
 const SPACING_M: f32 = 0.1;
@@ -17,13 +22,38 @@ const MOST_PLACES: f32 = 8000.0;
 enum Sight {
     /// The emitter itself, and how much of what it sends on its axis.
     Seen(f32),
-    /// Its sound round an edge, by the bits of its ends.
-    Round([[u64; 3]; 2]),
+    /// Its sound round an edge.
+    Round(Bend),
     Nothing,
 }
 
+/// Sound at an edge, by where it comes from.
+#[derive(Clone, Copy)]
+struct Bend {
+    /// Ends of the edge by their bits, and where its sound comes from in steps of [`SAME`]; none if that is the emitter.
+    key: (Option<[i64; 3]>, [[u64; 3]; 2]),
+    from: DVec3,
+    sent: Octaves,
+}
+
+impl Bend {
+    fn of(way: &DiffractionPath, source: &Source) -> Self {
+        let from = DVec3::from(way.from);
+        let own = way.from != source.position;
+        let key = (own.then(|| (from / SAME).round().to_array().map(|c| c as i64)), way.edge.map(|end| end.map(f64::to_bits)));
+        Self { key, from, sent: way.sent }
+    }
+}
+
+/// All that a place has.
+#[derive(Clone)]
+struct Look {
+    emitter: Sight,
+    images: Vec<Bend>,
+}
+
 /// How the emitter is seen over the plan of a room, at a height in metres.
-pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, z: f32) -> Result<Corners, BakeError> {
+pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, images: &Images, z: f32) -> Result<Corners, BakeError> {
     let [low, high] = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
     let size = high - low;
     let spacing = (size.x * size.y / MOST_PLACES).sqrt().max(SPACING_M);
@@ -34,52 +64,65 @@ pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, z: f32) -> Resu
     let axes = [axis(0), axis(1), Axis::single(z)];
     let [nx, ny] = [axes[0].count(), axes[1].count()];
     let edges = Edges::of(mesh);
+    let lit = edges.lit(room, images, Reflected::Specular)?;
     let closed = mesh.report().volume_m3.is_some();
-    let look = |i: usize| -> Result<Option<Sight>, BakeError> {
+    let look = |i: usize| -> Result<Option<Look>, BakeError> {
         let at = Vec3::new(axes[0].nodes()[i % nx], axes[1].nodes()[i / nx], z).as_dvec3().to_array();
         if closed && !room.encloses(at)? {
             return Ok(None);
         }
-        if room.sees(source.position, at)? {
+        let emitter = if room.sees(source.position, at)? {
             let way = DVec3::from(at) - DVec3::from(source.position);
-            return Ok(Some(Sight::Seen(amplitude(&source.directivity.towards(way.to_array())).min(1.0))));
-        }
-        let around = edges.around(room, source, at)?;
-        Ok(Some(around.first().map_or(Sight::Nothing, |way| Sight::Round(way.edge.map(|end| end.map(f64::to_bits))))))
+            Sight::Seen(amplitude(&source.directivity.towards(way.to_array())).min(1.0))
+        } else {
+            let around = edges.around_any(room, source, at)?;
+            around.first().map_or(Sight::Nothing, |way| Sight::Round(Bend::of(way, source)))
+        };
+        let images = lit.around(at)?.iter().take(MOST_BENT).map(|way| Bend::of(way, source)).collect();
+        Ok(Some(Look { emitter, images }))
     };
-    let sights: Vec<Option<Sight>> = (0..nx * ny).into_par_iter().map(look).collect::<Result<_, BakeError>>()?;
+    let looks: Vec<Option<Look>> = (0..nx * ny).into_par_iter().map(look).collect::<Result<_, BakeError>>()?;
     // Within walls it is as at the nearest place off them.
-    let held: Vec<usize> = (0..sights.len()).filter(|i| sights[*i].is_some()).collect();
+    let held: Vec<usize> = (0..looks.len()).filter(|i| looks[*i].is_some()).collect();
     let near = |i: usize| {
         let far = |other: &usize| {
             let [dx, dy] = [(i % nx).abs_diff(other % nx), (i / nx).abs_diff(other / nx)];
             dx * dx + dy * dy
         };
-        let nearest = || held.iter().min_by_key(|other| far(other)).and_then(|other| sights[*other]);
-        sights[i].or_else(nearest).unwrap_or(Sight::Nothing)
+        let nearest = || held.iter().min_by_key(|other| far(other)).and_then(|other| looks[*other].clone());
+        looks[i].clone().or_else(nearest).unwrap_or(Look { emitter: Sight::Nothing, images: Vec::new() })
     };
-    let sights: Vec<Sight> = (0..sights.len()).into_par_iter().map(near).collect();
-    let mut numbers: BTreeMap<[[u64; 3]; 2], usize> = BTreeMap::new();
-    for sight in &sights {
-        if let Sight::Round(edge) = sight {
-            numbers.insert(*edge, 0);
-        }
+    let looks: Vec<Look> = (0..looks.len()).into_par_iter().map(near).collect();
+    // In the order of their keys, in which the emitter's own come first.
+    let mut numbers: BTreeMap<(Option<[i64; 3]>, [[u64; 3]; 2]), (usize, Bend)> = BTreeMap::new();
+    for look in &looks {
+        let own = if let Sight::Round(bend) = &look.emitter { Some(bend) } else { None };
+        own.into_iter().chain(&look.images).for_each(|bend| _ = numbers.entry(bend.key).or_insert((0, *bend)));
     }
-    numbers.values_mut().enumerate().for_each(|(n, number)| *number = n);
-    let edge = |ends: &[[u64; 3]; 2]| {
-        let ends = ends.map(|end| DVec3::from(end.map(f64::from_bits)));
+    numbers.values_mut().enumerate().for_each(|(n, (number, _))| *number = n);
+    let edge = |(_, bend): &(usize, Bend)| {
+        let ends = bend.key.1.map(|end| DVec3::from(end.map(f64::from_bits)));
         let way = 0.5 * (ends[0] + ends[1]) - DVec3::from(source.position);
-        DiffractionEdge { ends: ends.map(|end| end.as_vec3()), gains: source.directivity.towards(way.to_array()) }
+        let own = bend.key.0.is_none();
+        DiffractionEdge {
+            ends: ends.map(|end| end.as_vec3()),
+            gains: if own { source.directivity.towards(way.to_array()) } else { bend.sent },
+            from: (!own).then(|| bend.from.as_vec3()),
+        }
     };
-    let number = |sight: &Sight| match sight {
-        Sight::Round(edge) => numbers[edge] as f32,
-        Sight::Seen(_) | Sight::Nothing => Corners::NO_EDGE,
-    };
-    let seen = |sight: &Sight| if let Sight::Seen(amount) = sight { *amount } else { 0.0 };
+    let number = |bend: &Bend| numbers[&bend.key].0 as f32;
+    let round = |look: &Look| if let Sight::Round(bend) = &look.emitter { number(bend) } else { Corners::NO_EDGE };
+    let seen = |look: &Look| if let Sight::Seen(amount) = look.emitter { amount } else { 0.0 };
+    let bent = |table: usize| looks.iter().map(move |look| look.images.get(table).map_or(Corners::NO_EDGE, number));
+    let tables = looks.iter().map(|look| look.images.len()).max().unwrap_or(0);
     Ok(Corners {
-        direct: sights.iter().map(seen).collect(),
-        round: sights.iter().map(number).collect(),
-        edges: numbers.keys().map(edge).collect(),
+        direct: looks.iter().map(seen).collect(),
+        round: looks.iter().map(round).collect(),
+        images: (0..tables).flat_map(bent).collect(),
+        edges: numbers.values().map(edge).collect(),
         places: axes,
     })
 }
+
+#[cfg(test)]
+mod tests;

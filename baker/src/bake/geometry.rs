@@ -3,7 +3,7 @@
 //! The strongest images are played as they are. What the rest of them and the scattered rays bring is energy, by hop and band,
 //! that noise carries; together they have all of the room's energy at every place.
 
-use crate::bake::corners::corners;
+use crate::bake::corners::{MOST_BENT, corners};
 use crate::bake::direct::Direct;
 use crate::bake::halved::halved;
 use crate::bake::late_unit::Late;
@@ -122,8 +122,9 @@ struct Arrivals {
     at: DVec3,
     /// In the order of their indices.
     images: Vec<Image>,
-    /// Ways of the direct sound round edges where it is hidden.
+    /// Ways of the direct sound round edges where it is hidden, and of images that are.
     around: Vec<DiffractionPath>,
+    bent: Vec<DiffractionPath>,
     echogram: Echogram,
     /// Seconds of the direct sound, seen or not.
     direct_s: f64,
@@ -184,12 +185,12 @@ fn surfaces(
     let places = plan(mesh, &inside, options)?;
     let eyring = room.eyring_t60_s(mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume()), options.air);
     let longest = eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
-    let heard = listen(mesh, room, source, &places.at, head.grid().hop_s(), longest, options, done)?;
+    let (images, heard) = listen(mesh, room, source, &places.at, head.grid().hop_s(), longest, options, done)?;
     let played = Played::strongest(&places, source.position.into(), options.images, |place| &heard[place].images);
     let kept: BTreeSet<usize> = played.images.iter().map(|image| image.index).collect();
     // What is hidden is played as images are.
     let hidden = !played.images.is_empty() && heard.iter().any(|h| h.direct().is_none());
-    let corners = hidden.then(|| corners(mesh, room, source, places.axes[2].start())).transpose()?;
+    let corners = hidden.then(|| corners(mesh, room, source, &images, places.axes[2].start())).transpose()?;
     let late = heard.par_iter().map(|h| left_over(h, &kept, corners.is_some(), head, options.air)).collect();
     let bass = bass(mesh, room, source, options)?;
     let notes = notes(source, played.images.len(), places.at.len(), hrtf, options, bass.as_ref());
@@ -345,11 +346,12 @@ fn listen(
     length_s: f64,
     options: &GeometryOptions,
     done: impl Fn(f64) + Sync,
-) -> Result<Vec<Arrivals>, BakeError> {
+) -> Result<(Images, Vec<Arrivals>), BakeError> {
     let listeners: Vec<[f64; 3]> = places.iter().map(DVec3::to_array).collect();
     let search = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
     let images = Images::new(room, source, &search)?;
     let edges = Edges::of(mesh);
+    let lit = edges.lit(room, &images, Reflected::Specular)?;
     let rays = RayOptions {
         rays: options.rays,
         length_s: length_s.clamp(RAY_LENGTH_S.0, RAY_LENGTH_S.1),
@@ -364,15 +366,17 @@ fn listen(
         .par_iter()
         .zip(late.echograms)
         .map(|(at, echogram)| {
+            let bent = lit.around(*at)?;
             let images = images.seen_from(room, *at, Reflected::Specular)?;
             let direct_s = DVec3::from(source.position).distance((*at).into()) / speed_m_s(options.air);
             let hidden = images.iter().all(|image| image.order > 0);
-            let around = if hidden { edges.around(room, source, *at)? } else { Vec::new() };
-            Ok(Arrivals { at: (*at).into(), images, around, echogram, direct_s })
+            let around = if hidden { edges.around_any(room, source, *at)? } else { Vec::new() };
+            Ok(Arrivals { at: (*at).into(), images, around, bent, echogram, direct_s })
         })
         .collect();
     done(1.0);
-    heard
+    let heard = heard?;
+    Ok((images, heard))
 }
 
 /// What played images do not have: rays, all other images, and what comes round edges.
@@ -390,8 +394,11 @@ fn left_over(heard: &Arrivals, kept: &BTreeSet<usize>, cornered: bool, head: &Sc
         let way = heard.at.distance(image.position.into()).max(emitter_m);
         add(image.position, way, &image.gains.map(|g| g / way as f32));
     }
-    // The shortest way round an edge is heard by itself.
+    // The shortest way round an edge is heard by itself, as are the loudest of images.
     for way in heard.around.iter().skip(usize::from(cornered)) {
+        add(way.position, way.path_m, &way.amplitudes());
+    }
+    for way in heard.bent.iter().skip(if cornered { MOST_BENT } else { 0 }) {
         add(way.position, way.path_m, &way.amplitudes());
     }
     late

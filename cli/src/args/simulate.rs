@@ -53,8 +53,8 @@ pub(crate) struct RoomArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) source: Vec3,
     /// Materials of the mesh's groups, the first that fits: PATTERN=ABSORPTION[:SCATTERING], each a name of the table, 1 number
-    /// or more with slashes between: 7 octaves from 125 Hz to 8 kHz, 8 from 63 Hz, or 21, 24 or 31 thirds from 100, 50 or 20
-    /// Hz; `*` in a pattern stands for any letters. A group without a rule has the material of its own name
+    /// or more with slashes between: 7 octaves from 125 Hz to 8 kHz, 8 from 63 Hz, 21, 24 or 31 thirds from 100, 50 or 20 Hz,
+    /// or bands HZ@SHARE; `*` in a pattern stands for any letters. A group without a rule has the material of its own name
     #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule)]
     pub(crate) materials: Vec<(String, String)>,
     /// Table of materials that goes before the built-in one, or a folder of tables; may be given more than once. Columns

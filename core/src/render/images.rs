@@ -15,7 +15,7 @@ use crate::latency::Pace;
 use crate::number::{single, whole};
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
-use crate::scene::{ImageSources, Lifted, MOST_EDGES, Round, barrier_db};
+use crate::scene::{ImageSources, Lifted, MOST_ROUND, Round, barrier_db};
 use crate::{Pose, Scene, StftGrid, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
@@ -52,7 +52,7 @@ impl ImageFilters {
     }
 }
 
-/// The emitter round an edge, as it sounds.
+/// The emitter or an image round an edge, as it sounds.
 #[derive(Clone, Copy, Default)]
 struct RoundVoice {
     heard: Option<Round>,
@@ -81,7 +81,7 @@ pub(crate) struct ImageRenderer {
     /// Images whose walls are still those of an older pose.
     stale: usize,
     now: Vec<Moment>,
-    round: [RoundVoice; MOST_EDGES],
+    round: [RoundVoice; MOST_ROUND],
     seen: Vec<f32>,
     /// Gain of all, below 1 where measured responses still have their reflections.
     level: f32,
@@ -110,7 +110,8 @@ impl ImageRenderer {
         let (head, block) = (&filters.head, filters.pace.block);
         // The head's filters begin early.
         let base = filters.pace.delay as f64 - head.lead;
-        let longest = (base + f64::from(images.longest_m(emitter)) * per_m).max(SHORTEST);
+        let round_m = scene.corners().map_or(0.0, |corners| corners.longest_m(emitter));
+        let longest = (base + f64::from(images.longest_m(emitter).max(round_m)) * per_m).max(SHORTEST);
         let line = DelayLine::new(&filters.walls, whole(longest.ceil()) + BEFORE + AFTER + 2, block);
         let convolver = HeadConvolver::new(Arc::clone(head));
         let longest_blocks = (whole(longest) + convolver.tail()) / block + 2;
@@ -129,7 +130,7 @@ impl ImageRenderer {
             refreshed: 0,
             stale: 0,
             now: vec![Moment::default(); count],
-            round: [RoundVoice::default(); MOST_EDGES],
+            round: [RoundVoice::default(); MOST_ROUND],
             seen: vec![0.0; count],
             level: 1.0,
             played: None,
@@ -201,7 +202,7 @@ impl ImageRenderer {
         }
     }
 
-    /// Takes the same block as it comes round edges where the emitter is hidden.
+    /// Takes the same block as it comes round edges where the emitter or images are hidden.
     fn take_round(&mut self, pose: &Pose, moves: bool, fresh: bool, trim: &Trim) {
         let scene = Arc::clone(&self.scene);
         let Some(corners) = scene.corners() else { return };
@@ -216,13 +217,17 @@ impl ImageRenderer {
                 to.gain = 0.0;
                 if let Some(round) = voice.heard.filter(|round| round.weight > 0.0) {
                     let way = corners.way(round.edge, self.emitter, pose.position);
-                    to.gain = round.weight / direct.max(NEAREST_M) * trim.direct;
-                    let delay = self.base + f64::from(way.detour_m) * self.per_m;
+                    let after = f64::from(way.length_m - direct) * self.per_m;
+                    let level = if round.image { self.level * self.levels.gain(after) } else { trim.direct };
+                    to.gain = round.weight / way.direct_m.max(NEAREST_M) * level;
+                    let delay = self.base + after;
                     to.delay = delay.clamp(SHORTEST, self.longest);
                     to.direction = harmonics(pose.to_head(way.bend).normalize_or_zero());
                     let gains = &corners.edges[round.edge].gains;
                     let log_gains = std::array::from_fn(|given| {
-                        let gain = gains[given.min(gains.len() - 1)].max(1e-5).ln();
+                        let octave = given.min(gains.len() - 1);
+                        let decay = if round.image { self.levels.log_gain(octave, after) } else { 0.0 };
+                        let gain = gains[octave].max(1e-5).ln() + decay;
                         let db = barrier_db(way.detour_m.into(), GIVEN_HZ[given].into(), speed);
                         gain - way.length_m * self.air[given] - single(db * std::f64::consts::LN_10 / 20.0)
                     });
@@ -240,7 +245,7 @@ impl ImageRenderer {
     }
 
     /// Gives each edge that is heard a voice, the one that it had.
-    fn assign(&mut self, found: [Option<Round>; MOST_EDGES]) {
+    fn assign(&mut self, found: [Option<Round>; MOST_ROUND]) {
         let named = |edge: usize| found.iter().flatten().any(|round| round.edge == edge);
         for voice in &mut self.round {
             if let Some(heard) = &mut voice.heard {
@@ -297,7 +302,7 @@ impl ImageRenderer {
         self.convolver.reset();
         self.quiet_blocks = usize::MAX / 2;
         self.played = None;
-        self.round = [RoundVoice::default(); MOST_EDGES];
+        self.round = [RoundVoice::default(); MOST_ROUND];
         (self.refreshed, self.stale, self.sounds) = (0, 0, false);
     }
 

@@ -26,6 +26,8 @@ pub(super) const MAX_IMAGES: usize = 1024;
 const FARTHEST_IMAGE_M: f32 = 200.0;
 /// Edges that are heard round.
 const MAX_EDGES: usize = 4096;
+/// Tables of edges that images are heard round, at most.
+const MAX_BENT: usize = 8;
 /// Where waves may end, Hz, and how long they sound, seconds.
 const CROSSOVERS_HZ: (f64, f64) = (20.0, 1_000.0);
 const LONGEST_BASS_S: f64 = 20.0;
@@ -161,10 +163,18 @@ fn check_corners(corners: &Corners, images: Option<&ImageSources>) -> Result<(),
     limit("places of corners", places, 1, MAX_NODES)?;
     limit("number of what is seen of the emitter round corners", corners.direct.len(), places, places)?;
     limit("number of edges by place", corners.round.len(), places, places)?;
+    limit("number of edges of images by place", corners.images.len(), 0, MAX_BENT * places)?;
+    limit("number of edges of images beyond whole tables", corners.images.len() % places, 0, 0)?;
     limit("number of edges", corners.edges.len(), 0, MAX_EDGES)?;
     in_range("what is seen of the emitter round corners", &corners.direct, 0.0, 1.0)?;
-    in_range("number of an edge", &corners.round, Corners::NO_EDGE, single(corners.edges.len() as f64) - 1.0)?;
-    for DiffractionEdge { ends, gains } in &corners.edges {
+    for numbers in [&corners.round, &corners.images] {
+        in_range("number of an edge", numbers, Corners::NO_EDGE, single(corners.edges.len() as f64) - 1.0)?;
+    }
+    if !corners.edges.is_sorted_by_key(|edge| edge.from.is_some()) {
+        return Err(value("edges", "those of the emitter before those of images", "others"));
+    }
+    for DiffractionEdge { ends, gains, from } in &corners.edges {
+        from.map_or(Ok(()), |from| in_range("place of the sound at an edge", &from.to_array(), -1e6, 1e6))?;
         in_range("gain of an edge", gains, 0.0, 1e3)?;
         ends.iter().try_for_each(|end| in_range("end of an edge", &end.to_array(), -1e6, 1e6))?;
     }

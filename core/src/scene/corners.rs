@@ -1,11 +1,13 @@
-//! How the emitter is seen round corners.
+//! How the emitter and its images are seen round corners.
 
 use crate::Axis;
 use crate::octave::Octaves;
 use glam::Vec3;
 
 /// Edges that a listener hears the emitter round at once, at most.
-pub(crate) const MOST_EDGES: usize = 2;
+const MOST_EDGES: usize = 2;
+/// Ways of the emitter and of its images round edges that a listener hears at once, at most.
+pub(crate) const MOST_ROUND: usize = MOST_EDGES + 4;
 
 /// Where the emitter is hidden, and which edge its sound comes round there: as the geometry has it, on a table of places of its
 /// own.
@@ -17,7 +19,10 @@ pub struct Corners {
     pub direct: Vec<f32>,
     /// The edge that it is heard round there, by its number; [`Corners::NO_EDGE`] for none.
     pub round: Vec<f32>,
-    /// The edges.
+    /// The edges that images are heard round there, as many tables one after the other as a place has of them at most,
+    /// `[table][z][y][x]`, with numbers as in [`Corners::round`].
+    pub images: Vec<f32>,
+    /// The edges, one for each sound that comes round it: first those of the emitter itself.
     pub edges: Vec<DiffractionEdge>,
 }
 
@@ -26,8 +31,12 @@ pub struct Corners {
 pub struct DiffractionEdge {
     /// World, metres.
     pub ends: [Vec3; 2],
-    /// What the emitter sends to it: amplitude at 1 m by octave, as image sources have theirs.
+    /// What the emitter sends to it, and what is left of that on the way: amplitude at 1 m by octave, as image sources have
+    /// theirs.
     pub gains: Octaves,
+    /// Where its sound comes from if that is not the emitter, world, metres: an image, or a place behind another edge as far
+    /// away as the way is long.
+    pub from: Option<Vec3>,
 }
 
 /// What an edge takes of a sound whose way round it is this much longer than the straight one, dB: 5 at the border of the
@@ -46,6 +55,8 @@ pub(crate) struct Round {
     pub(crate) edge: usize,
     /// Share of it.
     pub(crate) weight: f32,
+    /// Whether it is an image that is heard, not the emitter.
+    pub(crate) image: bool,
 }
 
 /// The shortest way round an edge.
@@ -53,8 +64,9 @@ pub(crate) struct Round {
 pub(crate) struct Way {
     /// Where it passes the edge, world, metres.
     pub(crate) bend: Vec3,
-    /// Its length, and how much longer than the straight way that is, metres.
+    /// Its length, that of the straight way, and how much longer than that it is, metres.
     pub(crate) length_m: f32,
+    pub(crate) direct_m: f32,
     pub(crate) detour_m: f32,
 }
 
@@ -74,28 +86,44 @@ impl Corners {
         Axis::places_around(&self.places, position).map(|(place, weight)| weight * self.direct[place]).sum()
     }
 
-    /// The edges that a listener hears the emitter round.
-    pub(crate) fn round_at(&self, position: Vec3) -> [Option<Round>; MOST_EDGES] {
-        let mut found: [Option<Round>; MOST_EDGES] = [None; MOST_EDGES];
-        for (place, weight) in Axis::places_around(&self.places, position) {
-            let edge = self.round[place];
-            if edge < 0.0 || weight <= 0.0 {
-                continue;
+    /// The edges that a listener hears the emitter and its images round.
+    pub(crate) fn round_at(&self, position: Vec3) -> [Option<Round>; MOST_ROUND] {
+        let mut found: [Option<Round>; MOST_ROUND] = [None; MOST_ROUND];
+        let (of_emitter, of_images) = found.split_at_mut(MOST_EDGES);
+        let mut add = |number: f32, weight: f32, image: bool| {
+            if number < 0.0 || weight <= 0.0 {
+                return;
             }
-            let edge = crate::number::whole(edge.into());
-            let weight = weight * (1.0 - self.direct[place]);
-            let slot = found.iter().position(|round| round.is_none_or(|round| round.edge == edge));
-            if let Some(slot) = slot {
-                let old = found[slot].map_or(0.0, |round| round.weight);
-                found[slot] = Some(Round { edge, weight: old + weight });
+            let edge = crate::number::whole(number.into());
+            let slots = if image { &mut *of_images } else { &mut *of_emitter };
+            if let Some(slot) = slots.iter_mut().find(|round| round.is_none_or(|round| round.edge == edge)) {
+                let old = slot.map_or(0.0, |round| round.weight);
+                *slot = Some(Round { edge, weight: old + weight, image });
+            }
+        };
+        for (place, weight) in Axis::places_around(&self.places, position) {
+            add(self.round[place], weight * (1.0 - self.direct[place]), false);
+            for table in self.images.chunks_exact(self.direct.len().max(1)) {
+                add(table[place], weight, true);
             }
         }
         found
     }
 
+    /// How much longer a way round an edge can be than that to the emitter, metres, wherever the listener is.
+    pub(crate) fn longest_m(&self, emitter: Vec3) -> f32 {
+        let longest = |edge: &DiffractionEdge| {
+            let from = edge.from.unwrap_or(emitter);
+            let [a, b] = edge.ends.map(|end| from.distance(end) + end.distance(emitter));
+            a.max(b)
+        };
+        self.edges.iter().map(longest).fold(0.0, f32::max)
+    }
+
     /// The way round an edge: both sides unfolded into a plane, it is straight.
     pub(crate) fn way(&self, edge: usize, emitter: Vec3, listener: Vec3) -> Way {
-        let [start, end] = self.edges[edge].ends;
+        let DiffractionEdge { ends: [start, end], from, .. } = self.edges[edge];
+        let emitter = from.unwrap_or(emitter);
         let along = (end - start).normalize_or_zero();
         let cylinder = |at: Vec3| {
             let z = (at - start).dot(along);
@@ -105,12 +133,13 @@ impl Corners {
         let at = z + (other_z - z) * r / (r + other_r).max(1e-6);
         let bend = start + at.clamp(0.0, start.distance(end)) * along;
         let length_m = emitter.distance(bend) + bend.distance(listener);
-        Way { bend, length_m, detour_m: (length_m - emitter.distance(listener)).max(0.0) }
+        let direct_m = emitter.distance(listener);
+        Way { bend, length_m, direct_m, detour_m: (length_m - direct_m).max(0.0) }
     }
 
     /// Bytes in memory.
     pub(crate) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.direct) + size_of_val(&*self.round) + size_of_val(&*self.edges)
+        size_of_val(&*self.direct) + size_of_val(&*self.round) + size_of_val(&*self.images) + size_of_val(&*self.edges)
     }
 }
 
@@ -122,17 +151,25 @@ mod tests {
     #[test]
     fn what_is_hidden_is_heard_round_its_edge() {
         // A corner at (1, 1) hides the emitter from the last column.
+        let ends = [Vec3::new(1.0, 1.0, -2.0), Vec3::new(1.0, 1.0, 2.0)];
+        let edge = |from| DiffractionEdge { ends, gains: [1.0; OCTAVES], from };
         let corners = Corners {
             places: [Axis::uniform(0.0, 0.5, 3), Axis::single(0.0), Axis::single(0.0)],
             direct: vec![1.0, 1.0, 0.0],
             round: vec![Corners::NO_EDGE, Corners::NO_EDGE, 0.0],
-            edges: vec![DiffractionEdge { ends: [Vec3::new(1.0, 1.0, -2.0), Vec3::new(1.0, 1.0, 2.0)], gains: [1.0; OCTAVES] }],
+            images: vec![Corners::NO_EDGE, 1.0, 1.0],
+            edges: [None, Some(Vec3::new(4.0, 1.0, 0.0))].map(edge).to_vec(),
         };
         assert_eq!(corners.direct_at(Vec3::new(0.75, 3.0, 0.0)), 0.5);
-        assert_eq!(corners.round_at(Vec3::new(0.2, 0.0, 0.0)), [None, None]);
+        assert_eq!(corners.round_at(Vec3::new(0.0, 0.0, 0.0)), [None; MOST_ROUND]);
         assert_eq!(corners.round_at(Vec3::new(0.9, 0.0, 0.0))[0].map(|r| (r.edge, (r.weight * 10.0).round())), Some((0, 8.0)));
         let way = corners.way(0, Vec3::new(1.0, 4.0, 1.0), Vec3::new(1.0, 0.0, 0.0));
         assert!(way.bend.distance(Vec3::new(1.0, 1.0, 0.25)) < 1e-6 && way.detour_m.abs() < 1e-6, "{way:?}");
+        // An image is heard round it where the emitter itself is in sight.
+        let image = corners.round_at(Vec3::new(0.4, 0.0, 0.0))[MOST_EDGES].unwrap();
+        assert!(image.image && image.edge == 1 && (image.weight - 0.8).abs() < 1e-6, "{image:?}");
+        assert!((corners.longest_m(Vec3::ZERO) - (13.0_f32.sqrt() + 6.0_f32.sqrt())).abs() < 1e-5);
+        assert_eq!(corners.way(1, Vec3::ZERO, Vec3::X), corners.way(0, Vec3::new(4.0, 1.0, 0.0), Vec3::X));
         let way = corners.way(0, Vec3::new(4.0, 1.0, 0.0), Vec3::new(1.0, 0.0, 0.0));
         assert!((way.detour_m - (4.0 - 10.0_f32.sqrt())).abs() < 1e-6, "{way:?}");
     }

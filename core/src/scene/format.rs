@@ -217,7 +217,17 @@ fn corner_entries<'a>(corners: &'a Corners, entries: &mut Vec<Entry<'a>>) {
     entries.push(entry("corners.direct", &[places], &corners.direct).halved());
     entries.push(entry("corners.edges", &[corners.edges.len(), 2, 3], ends));
     entries.push(entry("corners.gains", &[corners.edges.len(), OCTAVES], gains));
-    entries.push(entry("corners.round", &[places], &corners.round).halved());
+    // Half precision counts to 2048.
+    let numbers = |entry: Entry<'a>| if corners.edges.len() <= 2048 { entry.halved() } else { entry };
+    entries.push(numbers(entry("corners.round", &[places], &corners.round)));
+    let from: Vec<f32> = corners.edges.iter().filter_map(|edge| edge.from).flat_map(|from| from.to_array()).collect();
+    if !from.is_empty() {
+        entries.push(entry("corners.from", &[from.len() / 3, 3], from));
+    }
+    if !corners.images.is_empty() {
+        let tables = corners.images.len() / places.max(1);
+        entries.push(numbers(entry("corners.images", &[tables, places], &corners.images)));
+    }
 }
 
 fn cloud_entries<'a>(cloud: &'a CloudModel, entries: &mut Vec<Entry<'a>>) {
@@ -412,12 +422,22 @@ fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners
     let ends = floats(tensors, "corners.edges", &[None, Some(2), Some(3)])?;
     let ends = ends.as_chunks::<6>().0;
     let gains = floats(tensors, "corners.gains", &[Some(ends.len()), Some(OCTAVES)])?;
-    let edge = |(ends, gains): (&[f32; 6], &Octaves)| DiffractionEdge {
+    // Either may be absent.
+    let some = |name: &str, shape: &[Option<usize>]| match tensors.tensor(name) {
+        Ok(_) => floats(tensors, name, shape),
+        Err(_) => Ok(Vec::new()),
+    };
+    let images = some("corners.images", &[None, Some(count)])?;
+    let from = some("corners.from", &[None, Some(3)])?;
+    let from: Vec<Vec3> = from.as_chunks::<3>().0.iter().map(|from| Vec3::from_array(*from)).collect();
+    let of_emitter = ends.len().saturating_sub(from.len());
+    let edge = |(number, (ends, gains)): (usize, (&[f32; 6], &Octaves))| DiffractionEdge {
         ends: [Vec3::from_slice(&ends[..3]), Vec3::from_slice(&ends[3..])],
         gains: *gains,
+        from: number.checked_sub(of_emitter).and_then(|place| from.get(place).copied()),
     };
-    let edges = ends.iter().zip(gains.as_chunks::<OCTAVES>().0).map(edge).collect();
-    Ok(Corners { places, direct, round, edges })
+    let edges = ends.iter().zip(gains.as_chunks::<OCTAVES>().0).enumerate().map(edge).collect();
+    Ok(Corners { places, direct, round, images, edges })
 }
 
 fn read_bass(m: ManifestBass, tensors: &SafeTensors<'_>) -> Result<BassField, SceneError> {

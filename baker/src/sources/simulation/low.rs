@@ -18,6 +18,8 @@ const ENCLOSED: f64 = 0.8;
 const EVEN: f32 = 2.0;
 /// Directions that it is looked at in.
 const LOOKED: usize = 64;
+/// Power of the frequency over the crossover's by which waves fall.
+const STEEP: i32 = 8;
 /// An ear lies so far from the head's centre in long waves, metres (Kuhn 1977: half as far again as it is).
 const EAR_M: f64 = 0.131;
 
@@ -82,7 +84,8 @@ fn options(crossover_hz: f64, length_s: f64, speed_m_s: f64) -> WaveOptions {
     WaveOptions { top_hz: whole_hz(crossover_hz), length_s, speed_m_s, cells_a_wave: 0.0 }
 }
 
-/// Puts waves below a crossover in the place of what responses have there: both shares are real and add up to 1.
+/// Puts waves below a crossover in the place of what responses have there. Images and waves are one sound, so that their shares
+/// are real and add up to 1; noise and waves are not, so that the squares of theirs do.
 pub(crate) struct Joiner {
     crossover_hz: f64,
     n_fft: usize,
@@ -97,9 +100,23 @@ impl Joiner {
         Self { crossover_hz, n_fft, rate_hz }
     }
 
-    /// Joins both ears of a head whose left lies along `left`, a unit vector, at a place of a field.
-    pub(crate) fn join(&self, ears: &mut [Vec<f32>; 2], field: &LowField, place: usize, left: Vec3) {
+    /// Amplitude of the waves in a bin. It falls so fast that an octave below the crossover noise is 21 dB weaker.
+    fn share(&self, bin: usize) -> f64 {
+        let hz = bin as f64 * self.rate_hz / self.n_fft as f64;
+        1.0 / (1.0 + (hz / self.crossover_hz).powi(STEEP))
+    }
+
+    /// Joins both ears of a head whose left lies along `left`, a unit vector, at a place of a field: what images bring to them,
+    /// and the noise that comes after these, which stays apart.
+    pub(crate) fn join(&self, ears: &mut [Vec<f32>; 2], late: &mut [Vec<f32>; 2], field: &LowField, place: usize, left: Vec3) {
         let heard = &field.places[place];
+        for noise in late {
+            let mut bins = spectrum(noise.iter().copied(), self.n_fft);
+            for (k, bin) in bins.iter_mut().enumerate() {
+                *bin *= (1.0 - self.share(k).powi(2)).sqrt() as f32;
+            }
+            noise.iter_mut().zip(signal(bins, self.n_fft)).for_each(|(noise, joined)| *noise = joined);
+        }
         for (ear, side) in ears.iter_mut().zip([1.0, -1.0]) {
             let slope = |i: usize| -> f64 {
                 left.to_array().iter().zip(&heard.gradient).map(|(along, g)| f64::from(along * g[i])).sum()
@@ -109,7 +126,7 @@ impl Joiner {
             let mut bins = spectrum(ear.iter().copied(), self.n_fft);
             for (k, bin) in bins.iter_mut().enumerate() {
                 let hz = k as f64 * self.rate_hz / self.n_fft as f64;
-                let share = 1.0 / (1.0 + (hz / self.crossover_hz).powi(4));
+                let share = self.share(k);
                 let wave = if hz < 0.5 * field.rate_hz && share > 1e-3 {
                     // As loud to both ears in a diffuse field as it is.
                     let number = TAU * hz / SPEED_OF_SOUND_M_S * EAR_M;
@@ -131,4 +148,42 @@ fn at(signal: &[f64], angle: f64) -> Complex64 {
     let step = Complex64::cis(-angle);
     // Horner's rule, from the last sample on.
     signal.iter().rev().fold(Complex64::default(), |sum, x| sum * step + x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use promenade_acoustics::LowResponse;
+    use promenade_core::random::Random;
+
+    #[test]
+    fn noise_and_waves_are_as_loud_together_as_each_alone() {
+        let (rate, low_rate, seconds, crossover_hz) = (8000.0, 1000.0, 8.0, 180.0);
+        let mut random = Random::new(1);
+        let mut noise = |rate: f64, level: f64| -> Vec<f32> {
+            (0..(seconds * rate) as usize).map(|_| level as f32 * random.normal()).collect()
+        };
+        let mut late = [noise(rate, 1.0), noise(rate, 1.0)];
+        let pressure = noise(low_rate, (rate / low_rate).sqrt());
+        let gradient = [(); 3].map(|()| vec![0.0; pressure.len()]);
+        let field = LowField { rate_hz: low_rate, top_hz: 400.0, places: vec![LowResponse { pressure, gradient }] };
+        let length = late[0].len();
+        let mut ears = [vec![0.0; length], vec![0.0; length]];
+        Joiner::new(crossover_hz, length, rate).join(&mut ears, &mut late, &field, 0, Vec3::Y);
+        let both: Vec<f32> = ears[0].iter().zip(&late[0]).map(|(a, b)| a + b).collect();
+        let n_fft = length.next_power_of_two();
+        let bins = spectrum(both.iter().copied(), n_fft);
+        for hz in [100.0_f64, 126.0, 159.0, 178.0, 200.0, 252.0, 318.0, 400.0] {
+            let bin = |hz: f64| (hz / rate * n_fft as f64) as usize;
+            let range = bin(hz / 2.0_f64.powf(1.0 / 6.0))..bin(hz * 2.0_f64.powf(1.0 / 6.0));
+            let count = range.len() as f64;
+            let power = range.map(|k| f64::from(bins[k].norm_sqr())).sum::<f64>() / count / length as f64;
+            // The waves of a head without gradient fall as its ears' distance asks.
+            let number = TAU * hz / SPEED_OF_SOUND_M_S * EAR_M;
+            let share = 1.0 / (1.0 + (hz / crossover_hz).powi(STEEP));
+            let expected = 1.0 - share * share + share * share / (1.0 + number * number / 3.0);
+            let db = 10.0 * (power / expected).log10();
+            assert!(db.abs() < 0.7, "{db} dB at {hz} Hz");
+        }
+    }
 }

@@ -157,10 +157,14 @@ pub(super) fn simulate(
                 let mut ears = [vec![0.0; length], vec![0.0; length]];
                 early.add(pose, reflected.iter().map(|(position, left)| Arriving { position: *position, left }), &mut ears);
                 let gains = hops.at_ears(pose, hrtf);
-                tail.add(index as u64, hops.first, |l| [&gains[l][0], &gains[l][1]], &mut ears);
+                let mut late = [vec![0.0; length], vec![0.0; length]];
+                tail.add(index as u64, hops.first, |l| [&gains[l][0], &gains[l][1]], &mut late);
                 let now = finished.fetch_add(1, Ordering::Relaxed) + 1;
                 if let (Some(joiner), Some(low)) = (&joiner, &low) {
-                    joiner.join(&mut ears, low, at, pose.orientation * Vec3::Y);
+                    joiner.join(&mut ears, &mut late, low, at, pose.orientation * Vec3::Y);
+                }
+                for (ear, late) in ears.iter_mut().zip(&late) {
+                    ear.iter_mut().zip(late).for_each(|(ear, late)| *ear += late);
                 }
                 done(begun + (1.0 - begun) * now as f64 / count as f64);
                 let [left, right] = ears;
