@@ -27,11 +27,13 @@ enum Sight {
     Nothing,
 }
 
+/// Where the sound at an edge comes from in steps of [`SAME`], none if that is the emitter, and the edge's ends by their bits.
+type Key = (Option<[i64; 3]>, [[u64; 3]; 2]);
+
 /// Sound at an edge, by where it comes from.
 #[derive(Clone, Copy)]
 struct Bend {
-    /// Ends of the edge by their bits, and where its sound comes from in steps of [`SAME`]; none if that is the emitter.
-    key: (Option<[i64; 3]>, [[u64; 3]; 2]),
+    key: Key,
     from: DVec3,
     sent: Octaves,
 }
@@ -94,7 +96,7 @@ pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, images: &Images
     };
     let looks: Vec<Look> = (0..looks.len()).into_par_iter().map(near).collect();
     // In the order of their keys, in which the emitter's own come first.
-    let mut numbers: BTreeMap<(Option<[i64; 3]>, [[u64; 3]; 2]), (usize, Bend)> = BTreeMap::new();
+    let mut numbers: BTreeMap<Key, (usize, Bend)> = BTreeMap::new();
     for look in &looks {
         let own = if let Sight::Round(bend) = &look.emitter { Some(bend) } else { None };
         own.into_iter().chain(&look.images).for_each(|bend| _ = numbers.entry(bend.key).or_insert((0, *bend)));
