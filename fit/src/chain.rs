@@ -132,14 +132,21 @@ fn lag(own: &[Complex64], reference: &[Complex64], length: usize, most: f64) -> 
 mod tests {
     use super::*;
     use crate::measurements::Place;
-    use promenade_acoustics::{Air, SPEED_OF_SOUND_M_S};
+    use promenade_acoustics::Air;
 
     #[test]
-    fn direct_sounds_between_samples_are_aligned() {
+    fn direct_sounds_between_samples_are_aligned_in_any_weather() {
+        for temperature_c in [20.0, -10.0, 45.0] {
+            aligned(Air { temperature_c, ..Air::default() });
+        }
+    }
+
+    fn aligned(air: Air) {
+        let speed = air.speed_m_s();
         let rate = 16_000.0;
         let place = |x: f64| Place { at_m: [x, 0.0, 0.0], sd_m: 0.0, facing: None };
         let one = |distance: f64| {
-            let arrival = (0.005 + distance / SPEED_OF_SOUND_M_S) * rate;
+            let arrival = (0.005 + distance / speed) * rate;
             // A band-limited click, weaker with distance.
             let samples = (0..800).map(|i| {
                 let x = f64::from(i) - arrival;
@@ -159,12 +166,13 @@ mod tests {
             }
         };
         let all = [1.0, 1.37, 2.222, 3.1].map(one).to_vec();
-        let set = Measurements { title: String::new(), sample_rate_hz: 16_000, all, notes: Vec::new(), air: Air::default() };
+        let set = Measurements { title: String::new(), sample_rate_hz: 16_000, all, notes: Vec::new(), air };
         let chain = Chain::of(&set).unwrap();
         for (m, t) in set.all.iter().zip(&chain.arrivals_s) {
-            let meant = chain.delay_s + m.distance_m() / SPEED_OF_SOUND_M_S;
+            let meant = chain.delay_s + m.distance_m() / speed;
             assert!((t - meant).abs() < 1e-5, "{t} {meant}");
         }
+        assert!((chain.delay_s - 0.005).abs() < 1e-3, "{}", chain.delay_s);
         let peak = chain.response.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         assert!((peak - 1.0).abs() < 0.1, "{peak}");
     }
