@@ -84,8 +84,8 @@ impl Materials {
     /// A material after its description: `ABSORPTION` or `ABSORPTION:SCATTERING`, each a name of the table or numbers with
     /// slashes between: one for all octaves, seven for those from 125 Hz, eight for those from 63 Hz, or thirds, 21 from 100 Hz
     /// or 24 from 50 Hz to 10 kHz or 31 from 20 Hz to 20 kHz, or any bands as `HZ@SHARE`. In a name `*` stands for any letters;
-    /// the first that fits, in the order of the alphabet, is taken. Scattering is that of the table where it has one of the same
-    /// name, else [`SCATTERING`].
+    /// the first that fits, in the order of the alphabet, is taken. Scattering is that of the table where it has one of the
+    /// same name, else [`SCATTERING`].
     ///
     /// # Errors
     /// A name that is not there, with those it may have meant; numbers outside 0 to 1, or of another count.
