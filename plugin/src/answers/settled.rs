@@ -93,7 +93,7 @@ mod tests {
 
     impl Question for Double {
         type Answer = f32;
-        const REST: Duration = Duration::from_millis(1);
+        const REST: Duration = Duration::from_millis(200);
 
         fn is_like(&self, other: &Self) -> bool {
             (self.0 - other.0).abs() < 0.1
