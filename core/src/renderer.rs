@@ -120,8 +120,19 @@ impl Renderer {
     /// # Real-time
     /// Not real-time safe: allocates.
     pub fn new(scene: Arc<Scene>, sample_rate_hz: f64) -> Result<Self, RenderError> {
+        Self::with_latency(scene, sample_rate_hz, Latency::Frame)
+    }
+
+    /// The same for another latency, where the scene has it ([`Latency::played_by`]).
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    fn with_latency(scene: Arc<Scene>, sample_rate_hz: f64, latency: Latency) -> Result<Self, RenderError> {
         scene.playable_at(sample_rate_hz)?;
-        let carriers = Arc::new(Carriers::new(&scene, sample_rate_hz));
+        let carriers = Arc::new(Carriers::with_latency(&scene, sample_rate_hz, latency));
         Self::with_carriers(scene, sample_rate_hz, carriers)
     }
 
@@ -189,9 +200,7 @@ impl Renderer {
     /// # Real-time
     /// As [`Renderer::for_tier`].
     pub fn for_tier_with(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier, latency: Latency) -> Result<Self, RenderError> {
-        scene.playable_at(sample_rate_hz)?;
-        let carriers = Arc::new(Carriers::with_latency(scene, sample_rate_hz, latency));
-        let renderer = Self::with_carriers(Arc::clone(scene), sample_rate_hz, carriers)?;
+        let renderer = Self::with_latency(Arc::clone(scene), sample_rate_hz, latency)?;
         let decoder = if tier >= Tier::High { InlineWorker::new(scene) } else { None };
         Ok(match decoder {
             Some(decoder) => renderer.with_worker(Box::new(decoder)),

@@ -7,7 +7,7 @@ use super::theme::Palette;
 use super::widgets::{dimmed, fact, labelled, note};
 use super::words::Word;
 use crate::parameter::Parameter;
-use crate::parameter::choices::TierChoice;
+use crate::parameter::choices::{LatencyChoice, TierChoice};
 use egui::{Align2, RichText, Sense, Ui, Vec2};
 use nice_plug::prelude::Enum;
 use promenade_core::{Latency, Scene, Tier};
@@ -38,7 +38,7 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let keeps = |latency: Latency| Some(latency.played_by(scene?, rate_hz?) != latency);
     labelled(ui, ctx.palette, Word::Latency, |ui| {
         choice(ui, ctx, Parameter::Latency, |index| {
-            let keeps = keeps(Latency::ALL[index.min(2)]).unwrap_or(false);
+            let keeps = keeps(LatencyChoice::from_index(index).into()).unwrap_or(false);
             keeps.then_some("this scene is played in frames alone: its filters are too short, or no multiple of its hop")
         });
     });

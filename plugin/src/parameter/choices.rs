@@ -119,6 +119,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_ids_of_the_latencies_are_their_names() {
+        assert_eq!(LatencyChoice::ids().unwrap(), Latency::ALL.map(Latency::name));
+        for (index, latency) in Latency::ALL.into_iter().enumerate() {
+            assert_eq!(Latency::from(LatencyChoice::from_index(index)), latency);
+        }
+    }
+
+    #[test]
     fn the_ids_of_the_tiers_are_their_names() {
         assert_eq!(TierChoice::ids().unwrap(), Tier::ALL.map(Tier::name));
         for (index, tier) in Tier::ALL.into_iter().enumerate() {
