@@ -165,7 +165,11 @@ impl Player {
         self.engine = match self.engine {
             _ if latency == Latency::Frame => return Ok(self),
             Engine::Clips(_) => return wrong("none: clips are played whole"),
-            Engine::Stream(stream) if latency.played_by(stream.renderer().scene(), self.played_hz) != latency => {
+            // The published head is played in frames alone.
+            Engine::Stream(stream)
+                if stream.params().quality.tier == Tier::Reference
+                    || latency.played_by(stream.renderer().scene(), self.played_hz) != latency =>
+            {
                 return wrong(Latency::Frame.name());
             }
             Engine::Stream(stream) => {

@@ -3,10 +3,11 @@
 use promenade_baker::BakeError;
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
+use promenade_baker::player::{Player, Playing};
 use promenade_baker::streaming::{StreamReport, bursts_and_clicks, compare_streams, poses_within};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts};
 use promenade_core::published::{ConvMode, Projection};
-use promenade_core::{Provenance, Scene, StftGrid};
+use promenade_core::{Latency, Provenance, Scene, StftGrid, Tier};
 use promenade_testing::clouds;
 use promenade_testing::clouds::Sizes;
 use std::sync::Arc;
@@ -25,6 +26,10 @@ fn audible(kind: CloudKind, sizes: Sizes) -> CloudParts {
 }
 
 fn scene(parts: CloudParts, conv: ConvMode) -> Arc<Scene> {
+    scene_on(GRID, parts, conv)
+}
+
+fn scene_on(grid: StftGrid, parts: CloudParts, conv: ConvMode) -> Arc<Scene> {
     let model = CloudModel::new(parts).unwrap();
     let options = CloudSceneOptions {
         provenance: Provenance::default(),
@@ -35,7 +40,7 @@ fn scene(parts: CloudParts, conv: ConvMode) -> Arc<Scene> {
         projection: Projection::Diagonal,
         seed: 1,
     };
-    Arc::new(cloud_scene(Imported { model, grid: GRID, notes: Vec::new() }, options).unwrap())
+    Arc::new(cloud_scene(Imported { model, grid, notes: Vec::new() }, options).unwrap())
 }
 
 fn measure(scene: &Arc<Scene>, seconds: f64) -> Result<StreamReport, BakeError> {
@@ -45,6 +50,19 @@ fn measure(scene: &Arc<Scene>, seconds: f64) -> Result<StreamReport, BakeError> 
 
 fn names(report: &StreamReport) -> Vec<&str> {
     report.streams.iter().map(|r| r.name.as_str()).collect()
+}
+
+#[test]
+fn what_is_played_in_frames_alone_is_said() {
+    // Four hops, which can be told apart.
+    let scene = scene_on(StftGrid { hop: 16, ..GRID }, audible(CloudKind::SimpleSh, SMALL), ConvMode::LookAhead);
+    let sooner = |tier| {
+        let player = Player::new(&scene, GRID.sample_rate_hz, Some(Playing::Stream(tier))).unwrap();
+        player.with_latency(Latency::None).map(|player| player.playing()).map_err(|error| error.to_string())
+    };
+    assert_eq!(sooner(Tier::High), Ok(Playing::Stream(Tier::High)));
+    let error = sooner(Tier::Reference).unwrap_err();
+    assert!(error.contains("expected frame") && error.contains("found none"), "{error}");
 }
 
 #[test]
