@@ -16,6 +16,7 @@ mod grid;
 pub mod head;
 pub mod headphones;
 mod latency;
+mod minimum_phase;
 pub mod network;
 mod number;
 pub mod octave;

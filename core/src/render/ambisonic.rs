@@ -46,7 +46,7 @@ pub(crate) struct HeadSpectra {
     hop: usize,
     n_fft: usize,
     /// `[pair][ear][n_fft]`: channels a and b sound at an ear as the real part of `(a + ib) * (filter of a - i filter of b)`.
-    /// Divided by the transform length, which the inverse leaves in.
+    /// Divided by twice the transform length, which the inverse and both halves of a real part leave in.
     filters: Vec<Complex32>,
     /// Samples of the host before the sound is at the head's centre.
     pub(crate) lead: f64,
@@ -70,7 +70,7 @@ impl HeadSpectra {
                     let mirrored = (n_fft - k) % n_fft;
                     let spectrum = &mut filters[(2 * pair + ear) * n_fft..][..n_fft];
                     for (k, factor) in [(mirrored, a.conj() - Complex64::i() * b.conj()), (k, a - Complex64::i() * b)] {
-                        let factor = factor / n_fft as f64;
+                        let factor = factor / (2 * n_fft) as f64;
                         spectrum[k] = Complex32::new(single(factor.re), single(factor.im));
                     }
                 }
@@ -132,9 +132,12 @@ impl HeadConvolver {
                 self.arch.dispatch(MultiplyAdd { spectrum: &self.spectrum, filter, sums });
             }
         }
-        for (tail, sums) in self.tails.iter_mut().zip(&mut self.sums) {
-            self.inverse.process_with_scratch(sums, &mut self.scratch);
-            tail.iter_mut().zip(&*sums).for_each(|(tail, x)| *tail += x.re);
+        join(&self.sums, &mut self.spectrum);
+        self.inverse.process_with_scratch(&mut self.spectrum, &mut self.scratch);
+        let [left, right] = &mut self.tails;
+        for ((left, right), x) in left.iter_mut().zip(right).zip(&self.spectrum) {
+            *left += x.re;
+            *right += x.im;
         }
         let (from, change) = (self.width, (width - self.width) / *hop as f32);
         self.width = width;
@@ -165,6 +168,17 @@ impl HeadConvolver {
             + size_of_val(&*self.spectrum)
             + self.sums.iter().map(|sums| size_of_val(&**sums)).sum::<usize>()
             + self.tails.iter().map(|tail| size_of_val(&**tail)).sum::<usize>()
+    }
+}
+
+/// Makes of both ears' spectra, of which the real parts are heard, twice that of the left ear as real and the right ear as
+/// imaginary part.
+fn join([left, right]: &[Vec<Complex32>; 2], out: &mut [Complex32]) {
+    let n = out.len();
+    for (k, out) in out.iter_mut().enumerate() {
+        let mirrored = if k == 0 { 0 } else { n - k };
+        let [l, r] = [left, right].map(|ear| ear[k] + ear[mirrored].conj());
+        *out = Complex32::new(l.re - r.im, l.im + r.re);
     }
 }
 

@@ -5,13 +5,14 @@
 
 mod bus;
 mod delay_line;
-mod lagrange;
 mod level;
+mod spline;
 mod voice;
 mod wall;
 
 use crate::decode::NEAREST_M;
 use crate::latency::Pace;
+use crate::minimum_phase::{GIVEN_HZ, LogGains};
 use crate::number::{single, whole};
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
@@ -20,12 +21,12 @@ use crate::{Pose, Scene, StftGrid, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
 use glam::Vec3;
-use lagrange::{AFTER, BEFORE};
 use level::Levels;
 use pulp::Arch;
+use spline::{AFTER, BEFORE};
 use std::sync::Arc;
 use voice::{Moment, Voice, scratch_len};
-use wall::{GIVEN_HZ, LogGains, WallFilters, Weights};
+use wall::{WallFilters, Weights};
 
 /// The shortest delay that can be interpolated, samples.
 const SHORTEST: f64 = (AFTER + 2) as f64;
@@ -108,8 +109,8 @@ impl ImageRenderer {
         let (images, emitter) = (scene.images()?, scene.emitter()?);
         let per_m = grid.sample_rate_hz / f64::from(scene.weather().speed_m_s());
         let (head, block) = (&filters.head, filters.pace.block);
-        // The head's filters begin early.
-        let base = filters.pace.delay as f64 - head.lead;
+        // The head's filters begin early, and what the line gives comes late.
+        let base = filters.pace.delay as f64 - head.lead - DelayLine::LAG as f64;
         let round_m = scene.corners().map_or(0.0, |corners| corners.longest_m(emitter));
         let longest = (base + f64::from(images.longest_m(emitter).max(round_m)) * per_m).max(SHORTEST);
         let line = DelayLine::new(&filters.walls, whole(longest.ceil()) + BEFORE + AFTER + 2, block);

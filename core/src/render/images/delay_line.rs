@@ -1,5 +1,6 @@
 //! The past of the dry sound and of its low-passes.
 
+use super::spline::{REACH, Shares};
 use super::wall::{BASES, WallFilters, Weights};
 use crate::simd::LANES;
 use pulp::Simd;
@@ -12,9 +13,13 @@ pub(crate) fn aligned(samples: &[f32]) -> usize {
     samples.as_ptr().align_offset(LANES * size_of::<f32>()).min(LANES)
 }
 
-/// The newest samples of each basis. Each is kept twice, one length apart, so that any stretch of them lies in one piece.
+/// The newest samples of each basis, as shares of a spline. Each is kept twice, one length apart, so that any stretch of them
+/// lies in one piece.
 pub(crate) struct DelayLine {
     length: usize,
+    shares: Shares,
+    /// Those of a hop.
+    fresh: Vec<f32>,
     /// `[basis][2 * length]`, after `origin` samples that only bring them to a multiple of a vector's size in memory.
     samples: Vec<f32>,
     origin: usize,
@@ -25,22 +30,37 @@ pub(crate) struct DelayLine {
 }
 
 impl DelayLine {
+    /// Samples by which what is read comes later than it says.
+    pub(crate) const LAG: usize = REACH;
+
     /// For reads at most `longest` samples back from the oldest sample of a hop.
     pub(crate) fn new(walls: &WallFilters, longest: usize, hop: usize) -> Self {
         // A stretch may be as long as two hops, and ends with a whole vector.
         let length = (longest + 2 * hop + 5 * LANES).next_multiple_of(LANES);
         let samples = vec![0.0; BASES * 2 * length + LANES];
         let origin = aligned(&samples);
-        Self { length, samples, origin, poles: walls.poles, states: [0.0; BASES - 1], now: 0 }
+        Self {
+            length,
+            shares: Shares::new(hop),
+            fresh: vec![0.0; hop],
+            samples,
+            origin,
+            poles: walls.poles,
+            states: [0.0; BASES - 1],
+            now: 0,
+        }
     }
 
     /// Takes a hop of the dry sound.
     pub(crate) fn write(&mut self, hop: &[f32]) {
         let (length, start) = (self.length, self.now);
         self.now = (start + hop.len()) % length;
-        let (before, after) = hop.split_at(hop.len().min(length - start));
+        let mut fresh = std::mem::take(&mut self.fresh);
+        self.shares.of(hop, &mut fresh);
+        let (before, after) = fresh[..hop.len()].split_at(hop.len().min(length - start));
         self.write_piece(start, before);
         self.write_piece(0, after);
+        self.fresh = fresh;
         for state in &mut self.states {
             if state.abs() < DEAD {
                 *state = 0.0;
@@ -90,6 +110,7 @@ impl DelayLine {
     }
 
     pub(crate) fn reset(&mut self) {
+        self.shares.reset();
         self.samples.fill(0.0);
         self.states.fill(0.0);
         self.now = 0;

@@ -3,17 +3,13 @@
 //! A parallel filter with fixed poles (Bank, "Perceptually motivated audio equalization using fixed-pole parallel second-order
 //! filters", IEEE Signal Processing Letters 15 (2008)), of first order: walls absorb smoothly over frequency.
 
-use super::lagrange::gain_left;
+use crate::minimum_phase::{LogGains, magnitude, phase};
 use crate::number::single;
 use promenade_fourier::num_complex::Complex64;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Corner frequencies of the low-passes, Hz.
 const CORNERS_HZ: [f64; 5] = [200.0, 500.0, 1250.0, 3500.0, 10_000.0];
-/// Frequencies that gains are given at, Hz: walls are known to the octave of 8 kHz, air beyond.
-pub(crate) const GIVEN_HZ: [f32; 8] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16_000.0];
-/// Natural logarithms of gains at [`GIVEN_HZ`].
-pub(crate) type LogGains = [f32; GIVEN_HZ.len()];
 /// The sound itself, and its low-passes.
 pub(crate) const BASES: usize = 1 + CORNERS_HZ.len();
 /// Share of each basis.
@@ -21,8 +17,6 @@ pub(crate) type Weights = [f32; BASES];
 /// Frequencies that the mix is fitted at, and their ends, Hz.
 const FITTED: usize = 40;
 const FITTED_HZ: (f64, f64) = (60.0, 18_000.0);
-/// Steps of an integral between two octaves.
-const STEPS: u32 = 64;
 
 /// From gains to shares of bases, at one host rate.
 pub(crate) struct WallFilters {
@@ -30,8 +24,6 @@ pub(crate) struct WallFilters {
     pub(crate) poles: [f32; CORNERS_HZ.len()],
     /// Logarithm of the magnitude at each frequency and its phase, radians, by logarithm of each gain.
     targets: Vec<[LogGains; 2]>,
-    /// Of each frequency the gain that makes up for the interpolation of delays.
-    restored: Vec<f32>,
     /// Least-squares solution for real and imaginary parts of each frequency.
     solution: Vec<[Weights; 2]>,
 }
@@ -67,48 +59,21 @@ impl WallFilters {
         };
         let solution = rows.iter().zip(&hz).map(of_row).collect();
         let targets = hz.iter().map(|hz| [magnitude(*hz), phase(*hz)].map(|shares| shares.map(single))).collect();
-        let restored = hz.iter().map(|hz| single(gain_left(TAU * hz / sample_rate_hz).recip())).collect();
-        Self { poles: poles.map(single), targets, restored, solution }
+        Self { poles: poles.map(single), targets, solution }
     }
 
-    /// The shares that come nearest to gains with their minimum phase, after the delay's interpolation.
+    /// The shares that come nearest to gains with their minimum phase.
     pub(crate) fn weights(&self, log_gains: &LogGains) -> Weights {
         let mut weights = [0.0; BASES];
         let sum = |shares: &LogGains| shares.iter().zip(log_gains).map(|(a, g)| a * g).sum::<f32>();
-        for (([magnitude, phase], restored), [re, im]) in self.targets.iter().zip(&self.restored).zip(&self.solution) {
-            let (gain, (sin, cos)) = (sum(magnitude).exp() * restored, sum(phase).sin_cos());
+        for ([magnitude, phase], [re, im]) in self.targets.iter().zip(&self.solution) {
+            let (gain, (sin, cos)) = (sum(magnitude).exp(), sum(phase).sin_cos());
             for (w, (re, im)) in weights.iter_mut().zip(re.iter().zip(im)) {
                 *w += gain * (cos * re + sin * im);
             }
         }
         weights
     }
-}
-
-/// Shares of the given values in one at a frequency: linear over the logarithm of frequency, the ends hold.
-fn magnitude(hz: f64) -> [f64; GIVEN_HZ.len()] {
-    let last = GIVEN_HZ.len() - 1;
-    let place = (hz / f64::from(GIVEN_HZ[0])).log2().clamp(0.0, last as f64);
-    std::array::from_fn(|octave| (1.0 - (place - octave as f64).abs()).max(0.0))
-}
-
-/// Minimum phase at a frequency, radians by natural logarithm of each gain (Bode 1945: the slope over the logarithm of
-/// frequency, weighted by `ln coth |u / 2|`).
-fn phase(hz: f64) -> [f64; GIVEN_HZ.len()] {
-    let mut out = [0.0; GIVEN_HZ.len()];
-    let octave = std::f64::consts::LN_2;
-    for (lower, pair) in GIVEN_HZ.windows(2).enumerate() {
-        let start = (f64::from(pair[0]) / hz).ln();
-        let step = octave / f64::from(STEPS);
-        let weight: f64 = (0..STEPS)
-            .map(|i| (start + (f64::from(i) + 0.5) * step).abs().max(1e-3))
-            .map(|u| -(0.5 * u).tanh().ln() * step)
-            .sum();
-        let slope = weight / (PI * octave);
-        out[lower] -= slope;
-        out[lower + 1] += slope;
-    }
-    out
 }
 
 /// Inverse of a symmetric positive matrix (Gauss and Jordan; no pivots are needed).
@@ -130,6 +95,7 @@ fn inverse(mut matrix: [[f64; BASES]; BASES]) -> [[f64; BASES]; BASES] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::minimum_phase::GIVEN_HZ;
 
     /// Level of a mix at a frequency, dB.
     fn level_db(filters: &WallFilters, weights: &Weights, hz: f64, rate: f64) -> f64 {
@@ -154,11 +120,8 @@ mod tests {
             for (gains, most) in sets.into_iter().chain([(air, 2.0)]) {
                 let weights = filters.weights(&gains.map(f32::ln));
                 for (hz, gain) in GIVEN_HZ.iter().zip(gains) {
-                    let left_db = 20.0 * gain_left(TAU * f64::from(*hz) / rate).log10();
-                    let found = level_db(&filters, &weights, f64::from(*hz), rate) + left_db;
+                    let found = level_db(&filters, &weights, f64::from(*hz), rate);
                     let want = f64::from(20.0 * gain.log10());
-                    // The interpolation takes most at the top.
-                    let most = if *hz > 8000.0 { 1.5 * most } else { most };
                     assert!((found - want).abs() < most, "{rate} {hz}: {found} dB, {want}");
                 }
             }
