@@ -5,6 +5,7 @@ pub mod cloud_scene;
 mod corners;
 pub(crate) mod direct;
 pub(crate) mod ears;
+mod emission;
 pub mod field;
 pub mod geometry;
 pub(crate) mod grains;

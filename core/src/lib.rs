@@ -52,7 +52,7 @@ pub use render::low::LOWEST_BINS;
 pub use renderer::{RenderError, RenderParams, Renderer, SAMPLE_RATES_HZ};
 pub use scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
-    HeldOut, ImageSource, ImageSources, Lifted, MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, Mover, NoHeadError,
+    Emission, HeldOut, ImageSource, ImageSources, Lifted, MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, Mover, NoHeadError,
     NotAmbisonicError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError, SceneParts, Site, TailModel, TooCostly,
     TurningRoom, Weather, ambisonic_dry, barrier_db,
 };

@@ -49,6 +49,7 @@ fn scene(images: &[ImageSource], air_db_per_m: [f32; 7]) -> Arc<Scene> {
         direct: vec![1.0; 4],
         head: head(),
         turning: None,
+        emission: None,
     };
     Arc::new(Scene::new(SceneParts { field, images: Some(images), ..parts }).unwrap())
 }

@@ -1,10 +1,10 @@
 //! Scene files, whole and damaged.
 
-use promenade_core::glam::Vec3;
+use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::head::HEAD_BANDS;
 use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, Lifted, MeasuredHead, MeasuredRoom, Pose, Provenance, Rows, Scene, SceneCard,
-    SceneError, SceneParts, Site, StftGrid, TailModel, Tier, TransferShape,
+    Axis, Bands, Emission, Facing, Field, FieldGrid, Lifted, MeasuredHead, MeasuredRoom, Pose, Provenance, Rows, Scene,
+    SceneCard, SceneError, SceneParts, Site, StftGrid, TailModel, Tier, TransferShape,
 };
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images};
@@ -66,6 +66,16 @@ fn with_images() -> Scene {
     Scene::new(SceneParts { field, room, ..parts }).unwrap()
 }
 
+/// An emitter that sends a level in two directions, to so many images.
+fn emission(images: usize, level: f32) -> Emission {
+    Emission {
+        elevation: Axis::single(0.0),
+        azimuth: Axis::circle(0.0, 2),
+        levels: vec![[level; 7], [-1.0; 7]],
+        turns: vec![Mat3::IDENTITY; images],
+    }
+}
+
 #[test]
 fn image_sources_that_do_not_fit_are_refused_by_name() {
     type Spoil = fn(&mut SceneParts);
@@ -88,6 +98,8 @@ fn image_sources_that_do_not_fit_are_refused_by_name() {
         (images(|i| i.images[2].gains[3] = -1.0), "gain of an image"),
         (images(|i| i.air_db_per_m[0] = f32::INFINITY), "air absorption"),
         (images(|i| i.seen[3] = 1.5), "seen of an image"),
+        (images(|i| i.emission = Some(emission(4, 0.0))), "number of turns"),
+        (images(|i| i.emission = Some(emission(5, f32::NAN))), "what the emitter sends"),
         (images(|i| i.head.sample_rate_hz = 0.0), "rate of the head"),
         (images(|i| i.head.filters.clear()), "samples of the head"),
         (images(|i| i.head.filters.truncate(100)), "values of the head"),
@@ -102,7 +114,10 @@ fn image_sources_that_do_not_fit_are_refused_by_name() {
 
 #[test]
 fn what_is_written_is_read() {
-    for scene in [Scene::new(small()).unwrap(), (*room(16_000.0, 0.5, 0.1)).clone(), with_images()] {
+    let mut directed = with_images().parts().clone();
+    directed.images.as_mut().unwrap().emission = Some(emission(5, 0.5));
+    let directed = Scene::new(directed).unwrap();
+    for scene in [Scene::new(small()).unwrap(), (*room(16_000.0, 0.5, 0.1)).clone(), with_images(), directed] {
         let bytes = scene.to_bytes().unwrap();
         assert!(Scene::from_bytes(&bytes).unwrap() == scene);
         assert!(bytes == scene.to_bytes().unwrap(), "the same scene makes the same file");

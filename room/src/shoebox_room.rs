@@ -145,6 +145,7 @@ impl ShoeboxRoom {
             direct: vec![1.0; places.at.len()],
             open: true,
             late: heard.map(late).collect(),
+            emission: None,
             corners: None,
             bass,
             energies,

@@ -8,8 +8,8 @@ use promenade_acoustics::{Air, BANDS, Echogram, Image, OCTAVES_HZ, Octaves};
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::octave::KILOHERTZ;
 use promenade_core::{
-    Anchor, Axis, Corners, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene, SceneParts,
-    TailModel, TransferShape, Weather,
+    Anchor, Axis, Corners, Emission, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene,
+    SceneParts, TailModel, TransferShape, Weather,
 };
 use std::collections::BTreeMap;
 
@@ -39,8 +39,10 @@ pub struct PlayedImage {
     pub index: usize,
     /// World, metres.
     pub position: DVec3,
-    /// What is left of the amplitude where the source sends most to it.
+    /// What walls leave of the amplitude.
     pub gains: Octaves,
+    /// [`Image::faces`].
+    pub faces: Vec<u32>,
 }
 
 /// The images of a room that are played, the strongest first.
@@ -56,45 +58,34 @@ impl Played {
     /// The images that are strongest at any place, at most so many; `seen_from` has those that a place sees, in the order of
     /// their indices.
     pub fn strongest<'a>(places: &Places, emitter: DVec3, most: usize, seen_from: impl Fn(usize) -> &'a [Image]) -> Self {
-        /// An image at all places: the largest share of any place's energy, the sum of its gains and the number of places; the
-        /// largest of what is sent to it anywhere, and the sum of that.
+        /// An image at all places: the largest share of any place's energy, the sum of what walls leave of it and the number of
+        /// places.
         struct Candidate<'a> {
             image: &'a Image,
             score: f64,
             sums: [f64; BANDS],
             seen: f64,
-            most_sent: f32,
-            sent: f32,
         }
         let mut found: BTreeMap<usize, Candidate<'_>> = BTreeMap::new();
         for (place, at) in places.at.iter().enumerate() {
             let near = |image: &&Image| image.order > 0 && emitter.distance(image.position.into()) <= FARTHEST_M;
             for image in seen_from(place).iter().filter(near) {
-                let entry = found.entry(image.index).or_insert(Candidate {
-                    image,
-                    score: 0.0,
-                    sums: [0.0; BANDS],
-                    seen: 0.0,
-                    most_sent: 0.0,
-                    sent: 0.0,
-                });
-                let sent = amplitude(&image.sent);
-                entry.most_sent = entry.most_sent.max(sent);
-                entry.sent += sent;
+                let fresh = Candidate { image, score: 0.0, sums: [0.0; BANDS], seen: 0.0 };
+                let entry = found.entry(image.index).or_insert(fresh);
                 let energy: f64 = image.gains.iter().map(|g| f64::from(*g).powi(2)).sum();
                 entry.score = entry.score.max(energy / at.distance_squared(image.position.into()).max(1e-4));
-                entry.sums.iter_mut().zip(image.gains).for_each(|(s, g)| *s += f64::from(g));
+                entry.sums.iter_mut().zip(walls(image)).for_each(|(s, g)| *s += f64::from(g));
                 entry.seen += 1.0;
             }
         }
         let mut all: Vec<Candidate<'_>> = found.into_values().filter(|found| found.score > 0.0).collect();
         all.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.image.index.cmp(&b.image.index)));
         all.truncate(most);
-        // As strong as where the source sends most to it, and the mean of its colours.
         let played = |f: Candidate<'_>| PlayedImage {
             index: f.image.index,
             position: f.image.position.into(),
-            gains: f.sums.map(|s| (s / f.seen * f64::from(f.most_sent) / (f64::from(f.sent) / f.seen)) as f32),
+            gains: f.sums.map(|s| (s / f.seen) as f32),
+            faces: f.image.faces.clone(),
         };
         let images: Vec<PlayedImage> = all.into_iter().map(played).collect();
         let seen = (0..places.at.len()).map(|place| images.iter().map(|image| share(seen_from(place), image)).collect());
@@ -108,14 +99,13 @@ impl Played {
 fn share(seen: &[Image], played: &PlayedImage) -> f32 {
     seen.binary_search_by_key(&played.index, |image| image.index).map_or(0.0, |found| {
         let energy = |gains: &Octaves| gains.iter().map(|g| g * g).sum::<f32>();
-        (energy(&seen[found].gains) / energy(&played.gains).max(1e-12)).sqrt().min(1.0)
+        (energy(&walls(&seen[found])) / energy(&played.gains).max(1e-12)).sqrt().min(1.0)
     })
 }
 
-/// The root mean square over the octaves.
-#[must_use]
-pub fn amplitude(amplitudes: &Octaves) -> f32 {
-    (amplitudes.iter().map(|a| a * a).sum::<f32>() / amplitudes.len() as f32).sqrt()
+/// What walls leave of an image's amplitude.
+fn walls(image: &Image) -> Octaves {
+    std::array::from_fn(|octave| image.gains[octave] / image.sent[octave])
 }
 
 /// What a gain of 1 is in a scene.
@@ -184,6 +174,8 @@ pub struct Surfaces {
     pub open: bool,
     /// All other sound at each place.
     pub late: Vec<LateEnergies>,
+    /// What the emitter sends where, if not the same in all directions: then neither images nor direct sound have it yet.
+    pub emission: Option<Emission>,
     /// How the emitter is seen round corners, if anything hides it; the edges' gains are what is sent to them.
     pub corners: Option<Corners>,
     /// The bass by waves, which then plays below its crossover in the place of all else.
@@ -284,6 +276,7 @@ impl Surfaces {
             direct: nodes.iter().map(|place| self.direct[*place]).collect(),
             head: head.head.clone(),
             turning: None,
+            emission: self.emission.clone(),
         }
     }
 }

@@ -85,6 +85,7 @@ pub fn room_with_images(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, count: 
         direct: vec![1.0; 6],
         head: AmbisonicHead { sample_rate_hz, lead: 0, filters },
         turning: None,
+        emission: None,
     });
     Arc::new(Scene::new(parts).unwrap())
 }

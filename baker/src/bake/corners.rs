@@ -4,7 +4,6 @@ use crate::BakeError;
 use promenade_acoustics::{DiffractionPath, Edges, Images, Mesh, Octaves, Reflected, Room, Source};
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{Axis, Corners, DiffractionEdge};
-use promenade_room::amplitude;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -20,8 +19,8 @@ const MOST_PLACES: f32 = 8000.0;
 /// What a place has of the emitter.
 #[derive(Clone, Copy)]
 enum Sight {
-    /// The emitter itself, and how much of what it sends on its axis.
-    Seen(f32),
+    /// The emitter itself.
+    Seen,
     /// Its sound round an edge.
     Round(Bend),
     Nothing,
@@ -74,8 +73,7 @@ pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, images: &Images
             return Ok(None);
         }
         let emitter = if room.sees(source.position, at)? {
-            let way = DVec3::from(at) - DVec3::from(source.position);
-            Sight::Seen(amplitude(&source.directivity.towards(way.to_array())).min(1.0))
+            Sight::Seen
         } else {
             let around = edges.around_any(room, source, at)?;
             around.first().map_or(Sight::Nothing, |way| Sight::Round(Bend::of(way, source)))
@@ -114,7 +112,7 @@ pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, images: &Images
     };
     let number = |bend: &Bend| numbers[&bend.key].0 as f32;
     let round = |look: &Look| if let Sight::Round(bend) = &look.emitter { number(bend) } else { Corners::NO_EDGE };
-    let seen = |look: &Look| if let Sight::Seen(amount) = look.emitter { amount } else { 0.0 };
+    let seen = |look: &Look| if matches!(look.emitter, Sight::Seen) { 1.0 } else { 0.0 };
     let bent = |table: usize| looks.iter().map(move |look| look.images.get(table).map_or(Corners::NO_EDGE, number));
     let tables = looks.iter().map(|look| look.images.len()).max().unwrap_or(0);
     Ok(Corners {

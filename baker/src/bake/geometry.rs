@@ -5,6 +5,7 @@
 
 use crate::bake::corners::{MOST_BENT, corners};
 use crate::bake::direct::Direct;
+use crate::bake::emission::emission;
 use crate::bake::halved::halved;
 use crate::bake::late_unit::Late;
 use crate::bake::log_transfer::LogTransfer;
@@ -24,8 +25,8 @@ use promenade_core::{
 };
 use promenade_fourier::num_complex::Complex32;
 use promenade_room::{
-    CROSSOVERS_HZ, HopEnergies, LateEnergies, LatePart, Level, Places, Played, RoomBass, SceneHead, Surfaces, amplitude,
-    bass_axis, bass_places, energy_at, outline,
+    CROSSOVERS_HZ, HopEnergies, LateEnergies, LatePart, Level, Places, Played, RoomBass, SceneHead, Surfaces, bass_axis,
+    bass_places, energy_at, outline,
 };
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -131,9 +132,9 @@ struct Arrivals {
 }
 
 impl Arrivals {
-    /// What the emitter sends to this place where it is seen, over what it sends on its axis.
-    fn direct(&self) -> Option<f32> {
-        self.images.iter().find(|image| image.order == 0).map(|image| amplitude(&image.sent).min(1.0))
+    /// Whether the emitter itself is seen.
+    fn sees(&self) -> bool {
+        self.images.iter().any(|image| image.order == 0)
     }
 }
 
@@ -189,18 +190,20 @@ fn surfaces(
     let played = Played::strongest(&places, source.position.into(), options.images, |place| &heard[place].images);
     let kept: BTreeSet<usize> = played.images.iter().map(|image| image.index).collect();
     // What is hidden is played as images are.
-    let hidden = !played.images.is_empty() && heard.iter().any(|h| h.direct().is_none());
+    let hidden = !played.images.is_empty() && !heard.iter().all(Arrivals::sees);
     let corners = hidden.then(|| corners(mesh, room, source, &images, places.axes[2].start())).transpose()?;
     let late = heard.par_iter().map(|h| left_over(h, &kept, corners.is_some(), head, options.air)).collect();
     let bass = bass(mesh, room, source, options)?;
-    let notes = notes(source, played.images.len(), places.at.len(), hrtf, options, bass.as_ref());
+    let emission = emission(mesh, source, &played);
+    let notes = notes(played.images.len(), places.at.len(), hrtf, options, bass.as_ref());
     let energy = |h: &Arrivals| energy_at(h.at, h.images.iter().map(|image| (image.position.into(), image.gains)), &h.echogram);
     let [x, y, z] = &places.axes;
     Ok(Surfaces {
         emitter,
-        direct: heard.iter().map(|h| h.direct().unwrap_or(0.0)).collect(),
+        direct: heard.iter().map(|h| if h.sees() { 1.0 } else { 0.0 }).collect(),
         open: false,
         late,
+        emission,
         corners,
         bass,
         energies: heard.iter().map(energy).collect(),
@@ -272,14 +275,7 @@ fn bass(mesh: &Mesh, room: &Room, source: &Source, options: &GeometryOptions) ->
     Ok(Some(RoomBass { crossover_hz: bass.crossover_hz, axes, field }))
 }
 
-fn notes(
-    source: &Source,
-    images: usize,
-    places: usize,
-    hrtf: &Hrtf,
-    options: &GeometryOptions,
-    bass: Option<&RoomBass>,
-) -> Vec<String> {
+fn notes(images: usize, places: usize, hrtf: &Hrtf, options: &GeometryOptions, bass: Option<&RoomBass>) -> Vec<String> {
     let made = format!(
         "{images} image sources of order {} at most, {} rays, {places} places {} m apart, head of {} directions",
         options.order,
@@ -287,14 +283,11 @@ fn notes(
         options.spacing_m,
         hrtf.directions()
     );
-    let colour = "the emitter sends more in some directions than in others: the direct sound has its level in each, and the \
-        colour of its axis";
     let low = bass.map(|bass| {
         let count: usize = bass.axes.iter().map(Axis::count).product();
         format!("waves below {:.0} Hz at {count} places", bass.crossover_hz)
     });
-    let directive = (!source.directivity.is_omni()).then(|| colour.to_owned());
-    [made].into_iter().chain(low).chain(directive).collect()
+    [made].into_iter().chain(low).collect()
 }
 
 /// The late part as the engine plays it, with the draw of noise that suits the room, and each side of the room at the ear that
@@ -460,7 +453,7 @@ fn alike(one: &Field, other: &Field) -> bool {
 fn start_pose(heard: &[Arrivals], emitter: Vec3) -> Pose {
     let at = |h: &Arrivals| h.at.as_vec3();
     let middle = heard.iter().map(at).sum::<Vec3>() / heard.len() as f32;
-    let seeing = heard.iter().filter(|h| h.direct().is_some()).map(at);
+    let seeing = heard.iter().filter(|h| h.sees()).map(at);
     let near = seeing.min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle))).unwrap_or_else(|| at(&heard[0]));
     let way = emitter - near;
     Pose::from_ypr(near, way.y.atan2(way.x), 0.0, 0.0)

@@ -3,7 +3,7 @@
 use crate::bake::field::Shapes;
 use crate::error::BakeError;
 use half::f16;
-use promenade_core::{Basis, BassField, Field, LowRank, Rows, Scene, SceneParts};
+use promenade_core::{Basis, BassField, Emission, Field, ImageSources, LowRank, Rows, Scene, SceneParts};
 
 /// What common shapes leave of time filters, root mean square, as a share of each one's mean. In the loft 32 shapes are within
 /// 0.1 dB of the energy of each band at each ear, root mean square.
@@ -18,8 +18,15 @@ pub(super) fn halved(scene: &Scene) -> Result<Scene, BakeError> {
     };
     let parts = scene.parts();
     let bass = parts.bass.as_ref().map(|bass| BassField { samples: all_halved(&bass.samples), ..bass.clone() });
+    let images = parts.images.as_ref().map(|images| ImageSources {
+        emission: images.emission.as_ref().map(|emission| Emission {
+            levels: all_halved(emission.levels.as_flattened()).as_chunks().0.to_vec(),
+            ..emission.clone()
+        }),
+        ..images.clone()
+    });
     let room = parts.room.as_ref().and_then(|room| few_shapes(room).or_else(|| direct(room)));
-    Ok(Scene::new(SceneParts { field: parts.field.as_ref().and_then(direct), room, bass, ..parts.clone() })?)
+    Ok(Scene::new(SceneParts { field: parts.field.as_ref().and_then(direct), room, images, bass, ..parts.clone() })?)
 }
 
 fn all_halved(values: &[f32]) -> Vec<f32> {

@@ -126,6 +126,7 @@ fn candidates(
         direct: vec![1.0],
         head,
         turning: turning.map(|room| TurningRoom { mirrors: boxes.iter().map(mirror).collect(), ..room }),
+        emission: None,
     };
     let speed = Weather::default().speed_m_s();
     let early: Vec<usize> = (0..boxes.len())

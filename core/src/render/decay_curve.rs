@@ -52,14 +52,16 @@ impl DecayCurve {
             let hop_m = grid.hop_s() * f64::from(scene.weather().speed_m_s());
             let mut seen = vec![0.0; images.images.len()];
             images.seen_at(pose.position, &mut seen);
-            for (image, seen) in images.images.iter().zip(seen).filter(|(image, _)| image.position != emitter) {
+            let all = images.images.iter().zip(seen).enumerate().filter(|(_, (image, _))| image.position != emitter);
+            for (number, (image, seen)) in all {
+                let sent = images.sent(number, &pose).unwrap_or_default();
                 let distance = pose.position.distance(image.position);
                 let after = f64::from(distance - pose.position.distance(emitter)) / hop_m;
                 let hop = whole(after + TAP_LEAD_HOPS).clamp(1, taps) - 1;
                 for (band, hz) in parts.bands.centres_hz().iter().enumerate() {
                     let octave = nearest_octave(*hz);
                     let air = 10.0_f32.powf(-0.05 * distance * images.air_db_per_m[octave]);
-                    let gain = seen * image.gains[octave] * air / distance.max(NEAREST_M);
+                    let gain = seen * image.gains[octave] * sent[octave].exp() * air / distance.max(NEAREST_M);
                     energy[hop * bands + band] += f64::from(gain).powi(2);
                 }
             }

@@ -14,6 +14,7 @@ use crate::decode::NEAREST_M;
 use crate::latency::Pace;
 use crate::minimum_phase::{GIVEN_HZ, LogGains};
 use crate::number::{single, whole};
+use crate::octave::KILOHERTZ;
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
 use crate::scene::{ImageSources, Lifted, MOST_ROUND, Round, barrier_db};
@@ -183,7 +184,8 @@ impl ImageRenderer {
                 let after = (f64::from(distance) - direct) * self.per_m;
                 // In Ambisonics the emitter itself is among them.
                 let level = if image.position == self.emitter { trim.direct } else { self.level * self.levels.gain(after) };
-                to.gain = seen / distance.max(NEAREST_M) * level;
+                let sent = images.sent(i, pose).map_or(1.0, |sent| sent[KILOHERTZ].exp());
+                to.gain = seen / distance.max(NEAREST_M) * level * sent;
                 let delay = self.base + after;
                 to.delay = delay.clamp(SHORTEST, self.longest);
                 if to.gain > 0.0 {
@@ -282,11 +284,13 @@ impl ImageRenderer {
             let image = &images.images[i];
             let distance = outlook.pose.position.distance(images.place(i, &outlook));
             let after = f64::from(distance - pose.position.distance(self.emitter)) * self.per_m;
+            let sent = images.sent(i, pose);
             let log_gains = std::array::from_fn(|given| {
                 let octave = given.min(image.gains.len() - 1);
+                let colour = sent.map_or(0.0, |sent| sent[octave] - sent[KILOHERTZ]);
                 let wall = image.gains[octave].max(1e-5).ln() - distance * self.air[given];
                 let decay = if image.position == self.emitter { 0.0 } else { self.levels.log_gain(octave, after) };
-                wall + decay
+                wall + decay + colour
             });
             self.weights[i] = self.filters.walls.weights(&log_gains);
         }

@@ -1,12 +1,12 @@
 //! A scene heard by Ambisonic microphones in the place of the head.
 
-use super::{AMBISONIC_CHANNELS, AmbisonicHead, BassEars, BassField, ImageSource, ImageSources, Scene, SceneParts};
+use super::{AMBISONIC_CHANNELS, AmbisonicHead, BassEars, BassField, Emission, ImageSource, ImageSources, Scene, SceneParts};
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{degree, harmonics};
 use crate::number::single;
 use crate::octave::OCTAVES;
 use crate::{Axis, Bands, StftGrid, TailModel};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use promenade_fourier::num_complex::Complex64;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -75,6 +75,10 @@ impl Scene {
             images: [&[ImageSource { position: *emitter, gains: [gain; OCTAVES] }], &*images.images].concat(),
             seen: seen.flat_map(|(direct, seen)| [&[*direct], seen].concat()).collect(),
             head: one_pair(pair, weights),
+            emission: images
+                .emission
+                .as_ref()
+                .map(|emission| Emission { turns: [&[Mat3::IDENTITY], &*emission.turns].concat(), ..emission.clone() }),
             ..images.clone()
         };
         let filters = diffuse(&filters, room, &parts.bands, &images.head, weights);

@@ -3,8 +3,8 @@
 use super::cost::Cost;
 use super::error::{SceneError, value};
 use super::{
-    AMBISONIC_CHANNELS, AnchorCloud, BASS_SIGNALS, BassField, Corners, DiffractionEdge, ImageSources, MeasuredRoom, SceneParts,
-    TurningRoom, Weather,
+    AMBISONIC_CHANNELS, AnchorCloud, BASS_SIGNALS, BassField, Corners, DiffractionEdge, Emission, ImageSources, MeasuredRoom,
+    SceneParts, TurningRoom, Weather,
 };
 use crate::decode::field::{Field, FieldGrid};
 use crate::grid::LONGEST_LATENCY_S;
@@ -128,6 +128,12 @@ fn check_images(images: &ImageSources, emitter: Option<Vec3>) -> Result<(), Scen
     if let Some(room) = &images.turning {
         check_turning(room, count)?;
     }
+    if let Some(emission) = &images.emission {
+        if images.turning.is_some() {
+            return Err(value("directions of the emitter", "in a room that does not turn", "one that does"));
+        }
+        check_emission(emission, count)?;
+    }
     let emitter = images.emitter(emitter);
     for image in &images.images {
         in_range("position of an image", &image.position.to_array(), -1e6, 1e6)?;
@@ -155,6 +161,14 @@ fn check_turning(room: &TurningRoom, images: usize) -> Result<(), SceneError> {
     in_range("place of the head", &room.centre.to_array(), -1e6, 1e6)?;
     in_range("side of what was measured", &[room.side], -1.0, 1.0)?;
     room.mirrors.iter().try_for_each(|mirror| in_range("mirror of an image", &mirror.to_array(), -1.0, 1.0))
+}
+
+fn check_emission(emission: &Emission, images: usize) -> Result<(), SceneError> {
+    let directions = emission.elevation.count().saturating_mul(emission.azimuth.count());
+    limit("directions of the emitter", emission.levels.len(), directions, directions)?;
+    limit("number of turns of images", emission.turns.len(), images, images)?;
+    in_range("what the emitter sends", emission.levels.as_flattened(), -20.0, 20.0)?;
+    emission.turns.iter().try_for_each(|turn| in_range("turn of an image", &turn.to_cols_array(), -1.001, 1.001))
 }
 
 fn check_corners(corners: &Corners, images: Option<&ImageSources>) -> Result<(), SceneError> {

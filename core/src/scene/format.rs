@@ -16,7 +16,7 @@ use crate::network::{CloudModel, CloudParts, Tensor};
 use crate::number::{single, whole};
 use crate::octave::{OCTAVES, Octaves};
 use crate::{Bands, Field, StftGrid, TransferShape};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use half::f16;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::borrow::Cow;
@@ -208,6 +208,11 @@ fn image_entries<'a>(images: &'a ImageSources, entries: &mut Vec<Entry<'a>>) {
         let mirrors: Vec<f32> = room.mirrors.iter().flat_map(Vec3::to_array).collect();
         entries.push(entry("images.mirrors", &[count, 3], mirrors).halved());
     }
+    if let Some(emission) = &images.emission {
+        let turns: Vec<f32> = emission.turns.iter().flat_map(Mat3::to_cols_array).collect();
+        entries.push(entry("images.emission", &[emission.levels.len(), OCTAVES], emission.levels.as_flattened()).halved());
+        entries.push(entry("images.turns", &[count, 3, 3], turns));
+    }
 }
 
 fn corner_entries<'a>(corners: &'a Corners, entries: &mut Vec<Entry<'a>>) {
@@ -391,7 +396,7 @@ fn read_field(table: &str, m: ManifestField, shape: TransferShape, tensors: &Saf
     Field::new(grid, shape, rows).ok_or_else(|| value(table, "a row per node", "another number"))
 }
 
-fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSources, SceneError> {
+fn read_images(mut m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSources, SceneError> {
     let gains = floats(tensors, "images.gains", &[None, Some(OCTAVES)])?;
     let count = gains.len() / OCTAVES;
     limit("number of images", count, 1, MAX_IMAGES)?;
@@ -405,13 +410,21 @@ fn read_images(m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<ImageSour
         let mirrors = floats(tensors, "images.mirrors", &[Some(count), Some(3)])?;
         room.mirrors = mirrors.chunks_exact(3).map(Vec3::from_slice).collect();
     }
+    let rising = || value("axis of the emitter's directions", "rising angles within one turn", "others");
+    let mut emission = m.emission().ok_or_else(rising)?;
+    if let Some(emission) = &mut emission {
+        let levels = floats(tensors, "images.emission", &[None, Some(OCTAVES)])?;
+        emission.levels = levels.as_chunks::<OCTAVES>().0.to_vec();
+        let turns = floats(tensors, "images.turns", &[Some(count), Some(3), Some(3)])?;
+        emission.turns = turns.as_chunks::<9>().0.iter().map(Mat3::from_cols_array).collect();
+    }
     let filters = floats(tensors, "images.head", &[Some(AMBISONIC_CHANNELS), Some(2), None])?;
     let places = m.places.axes().ok_or_else(|| value("axis of the images' places", "rising positions", "others"))?;
     let place_count = places.iter().fold(1_usize, |total, axis| total.saturating_mul(axis.count()));
     let seen = floats(tensors, "images.seen", &[Some(place_count), Some(count)])?;
     let direct = floats(tensors, "images.direct", &[Some(place_count)])?;
     let head = AmbisonicHead { sample_rate_hz, lead, filters };
-    Ok(ImageSources { images, air_db_per_m, places, seen, direct, head, turning })
+    Ok(ImageSources { images, air_db_per_m, places, seen, direct, head, turning, emission })
 }
 
 fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners, SceneError> {

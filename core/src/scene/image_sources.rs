@@ -1,5 +1,6 @@
 //! The image sources of a scene.
 
+use super::emission::Emission;
 use super::turning_room::{Outlook, TurningRoom};
 use crate::octave::{OCTAVES, OCTAVES_HZ, Octaves};
 use crate::{Axis, Pose, number::whole};
@@ -36,6 +37,8 @@ pub struct ImageSources {
     pub head: AmbisonicHead,
     /// How they lie in a room that turns with the head; without it they keep their place in the world.
     pub turning: Option<TurningRoom>,
+    /// What the emitter sends where; without it the same in all directions. No room that turns has one.
+    pub emission: Option<Emission>,
 }
 
 /// A head in third-order Ambisonics: what both ears hear of each channel (ACN, N3D), axes forward, left and up.
@@ -116,6 +119,13 @@ impl ImageSources {
         mirror.map_or(position, |mirror| position + *mirror * outlook.shift)
     }
 
+    /// What the emitter sends to an image as a listener hears it, natural logarithms of amplitudes; `None` where that is the
+    /// same in all directions.
+    pub(crate) fn sent(&self, image: usize, listener: &Pose) -> Option<Octaves> {
+        let (emission, position) = (self.emission.as_ref()?, self.images.get(image)?.position);
+        Some(emission.of_image(image, listener.position - position))
+    }
+
     /// How much of each of the first images a listener sees, 0 to 1.
     pub(crate) fn seen_at(&self, position: Vec3, out: &mut [f32]) {
         out.fill(0.0);
@@ -127,7 +137,9 @@ impl ImageSources {
 
     /// Bytes in memory.
     pub(crate) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.images) + size_of_val(&*self.seen) + size_of_val(&*self.direct) + size_of_val(&*self.head.filters)
+        let emission = self.emission.as_ref().map_or(0, Emission::memory_bytes);
+        let tables = [&self.seen, &self.direct, &self.head.filters].map(|table| size_of_val(&**table));
+        size_of_val(&*self.images) + tables.iter().sum::<usize>() + emission
     }
 }
 
@@ -147,6 +159,7 @@ mod tests {
             direct: vec![1.0, 1.0, 0.0, 0.0],
             head,
             turning: None,
+            emission: None,
         };
         let mut seen = [0.0; 2];
         images.seen_at(Vec3::new(0.25, 0.0, 9.0), &mut seen);

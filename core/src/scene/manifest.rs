@@ -1,6 +1,6 @@
 //! The manifest's own types, apart from the scene's: the file is a boundary.
 
-use super::{AnchorCloud, BassField, Corners, ImageSources, Mover, Provenance, TurningRoom};
+use super::{AnchorCloud, BassField, Corners, Emission, ImageSources, Mover, Provenance, TurningRoom};
 use crate::decode::field::{Axis, Facing, FieldGrid, Rows, mirrored};
 use crate::network::{CloudEmitter, CloudKind, DELAY_SHAPES, Placement, PoseConvention};
 use crate::octave::Octaves;
@@ -111,6 +111,16 @@ pub(super) struct ManifestImages {
     /// Absent where images keep their place in the world.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     turning: Option<ManifestTurning>,
+    /// Absent where the emitter sends the same in all directions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    emission: Option<ManifestEmission>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ManifestEmission {
+    elevation: ManifestAxis,
+    azimuth: ManifestAxis,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -209,7 +219,18 @@ impl ManifestImages {
                 source_moves: room.moves == Mover::Source,
                 side: room.side,
             }),
+            emission: images.emission.as_ref().map(|emission| ManifestEmission {
+                elevation: (&emission.elevation).into(),
+                azimuth: (&emission.azimuth).into(),
+            }),
         }
+    }
+
+    /// What the emitter sends, still without its levels and turns, if there is any; an error where an axis does not rise.
+    pub(super) fn emission(&mut self) -> Option<Option<Emission>> {
+        let Some(ManifestEmission { elevation, azimuth }) = self.emission.take() else { return Some(None) };
+        let [elevation, azimuth] = [elevation, azimuth].map(ManifestAxis::axis);
+        Some(Some(Emission { elevation: elevation?, azimuth: azimuth?, levels: Vec::new(), turns: Vec::new() }))
     }
 
     /// The room that turns, still without its mirrors.

@@ -2,7 +2,7 @@
 
 use super::{Less, Nodes};
 use promenade_core::{
-    Axis, Basis, Facing, Field, FieldGrid, ImageSources, LowRank, Rows, Scene, SceneParts, TransferShape, TurningRoom,
+    Axis, Basis, Emission, Facing, Field, FieldGrid, ImageSources, LowRank, Rows, Scene, SceneParts, TransferShape, TurningRoom,
 };
 
 /// Shares of the taps and of the images that are kept.
@@ -97,7 +97,9 @@ fn with_taps(parts: &SceneParts, taps: usize) -> Option<SceneParts> {
 fn fewer_images(images: &ImageSources, count: usize) -> ImageSources {
     let seen = images.seen.chunks_exact(images.images.len()).flat_map(|place| &place[..count]).copied().collect();
     let turning = images.turning.clone().map(|room| TurningRoom { mirrors: room.mirrors[..count].to_vec(), ..room });
-    ImageSources { images: images.images[..count].to_vec(), seen, turning, ..images.clone() }
+    let turns = |of: Emission| Emission { turns: of.turns[..count].to_vec(), ..of };
+    let emission = images.emission.clone().map(turns);
+    ImageSources { images: images.images[..count].to_vec(), seen, turning, emission, ..images.clone() }
 }
 
 /// Every second node along the axes of a kind; `None` where there are no nodes to spare.

@@ -2,7 +2,8 @@ use super::*;
 use crate::player::render_response;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
 use crate::sources::simulation::{MeshOptions, Part, simulate_box, simulate_mesh};
-use promenade_acoustics::{Directivity, Material, SPEED_OF_SOUND_M_S, Shoebox};
+use promenade_acoustics::{Directivity, Material, SPEED_OF_SOUND_M_S, Shoebox, fibonacci};
+use promenade_core::glam::DVec2;
 use promenade_metrics::{DecayRange, decay_time_s};
 use promenade_room::{SceneOptions, ShoeboxRoom};
 use std::path::Path;
@@ -95,7 +96,7 @@ fn an_emitter_that_faces_away_is_quieter_than_its_room() {
     let cardioid = Source { directivity: Directivity::first_order(0.5), ..source(EMITTER) };
     let [directive, omni] = [cardioid, source(EMITTER)].map(|source| {
         let scene = bake_geometry(&mesh, &room, &source, &transparent(), &options(40, 4000), |_| ()).unwrap();
-        assert_eq!(scene.provenance().notes.len(), if source.directivity.is_omni() { 1 } else { 2 });
+        assert_eq!(scene.images().unwrap().emission.is_none(), source.directivity.is_omni());
         Arc::new(scene)
     });
     let heard = |scene: &Arc<Scene>, position: Vec3| {
@@ -111,6 +112,67 @@ fn an_emitter_that_faces_away_is_quieter_than_its_room() {
     let (ahead, behind) = (ratio(ahead), ratio(behind));
     assert!((3.0..7.0).contains(&ahead), "{ahead} dB more direct sound ahead: the room has a third of the energy");
     assert!(behind < -11.0, "{behind} dB behind");
+}
+
+/// Level of samples about a frequency, dB.
+fn level_db(samples: &[f32], hz: f64) -> f64 {
+    let energy = |hz: f64| {
+        let turn = std::f64::consts::TAU * hz / f64::from(RATE);
+        let parts = samples.iter().enumerate().map(|(n, x)| {
+            let (sin, cos) = (turn * n as f64).sin_cos();
+            DVec2::new(cos, sin) * f64::from(*x)
+        });
+        parts.sum::<DVec2>().length_squared()
+    };
+    10.0 * [0.85, 1.0, 1.15].map(|by| energy(by * hz)).iter().sum::<f64>().max(1e-20).log10()
+}
+
+#[test]
+fn direct_sound_and_images_have_the_colour_of_their_direction() {
+    // The wall behind the emitter reflects all, the others nothing.
+    let mut walls = Shoebox { size: SIZE, materials: [(); 6].map(|()| Material::even("open", 1.0, 0.0)) };
+    walls.materials[0] = Material::even("wall", 0.0, 0.0);
+    let mesh = walls.mesh().unwrap();
+    let room = Room::new(&mesh, &walls.materials).unwrap();
+    // It faces away from that wall and beams the more the higher the octave.
+    let amplitudes = |towards: [f64; 3]| -> Octaves {
+        let aside = 0.5 * (1.0 - towards[0]);
+        std::array::from_fn(|octave| (1.0 - 0.13 * octave as f64 * aside) as f32)
+    };
+    let given: Vec<_> = (0..600).map(|i| fibonacci(i, 600)).map(|towards| (towards, amplitudes(towards))).collect();
+    let beamed = Source { directivity: Directivity::measured(&given).unwrap(), ..source(EMITTER) };
+    let hrtf = transparent();
+    let scene = Arc::new(bake_geometry(&mesh, &room, &beamed, &hrtf, &options(1, 100), |_| ()).unwrap());
+    assert!(Scene::from_bytes(&scene.to_bytes().unwrap()).unwrap() == *scene);
+    let truth = MeshOptions {
+        order: 1,
+        beams: 1024,
+        rays: 100,
+        length_s: Some(0.1),
+        air: None,
+        waves_hz: Some(0.0),
+        seed: 1,
+        part: Part::WHOLE,
+    };
+    let mut axis_db = None;
+    for at in [Vec3::new(5.0, 2.3, 1.5), Vec3::new(3.6, 4.2, 1.5), Vec3::new(2.2, 4.4, 1.5), Vec3::new(0.7, 3.3, 1.5)] {
+        let pose = Pose { position: at, ..Pose::IDENTITY };
+        let [heard, _] = render_response(&scene, pose, LEAD, 1500).unwrap();
+        let made = simulate_mesh(&mesh, &room, &beamed, &hrtf, &[pose], &truth, |_| ()).unwrap();
+        let samples = |metres: f32| (f64::from(metres) / SPEED_OF_SOUND_M_S * f64::from(RATE)).round() as usize;
+        let direct = samples(at.distance(EMITTER));
+        let image = samples(at.distance(EMITTER * Vec3::new(-1.0, 1.0, 1.0)));
+        for (name, arrival) in [("direct sound", direct), ("image", image)] {
+            let near = LEAD.min((image - direct) / 2);
+            let heard = &heard[LEAD + arrival - direct - near..][..2 * near];
+            let made = &made.responses.responses[0].left[arrival - near..][..2 * near];
+            for hz in [1000.0, 2000.0, 4000.0, 7000.0] {
+                let off = level_db(heard, hz) - level_db(made, hz);
+                let axis = *axis_db.get_or_insert(off);
+                assert!((off - axis).abs() < 1.0, "{name} at {at}, {hz} Hz: {:.2} dB", off - axis);
+            }
+        }
+    }
 }
 
 #[test]

@@ -3,8 +3,10 @@
 use crate::decode::field::{Cell, Field};
 use crate::decode::sites::Sites;
 use crate::decode::{Change, Decoder};
+use crate::minimum_phase::{GIVEN_HZ, magnitude, phase};
 use crate::number::single;
-use crate::{LiveParams, MeasuredRoom, NEAREST_M, Pose, Scene, TransferFunction};
+use crate::octave::{OCTAVES, Octaves};
+use crate::{ImageSources, LiveParams, MeasuredRoom, NEAREST_M, Pose, Scene, TransferFunction};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -18,6 +20,8 @@ pub(crate) struct FieldDecoder {
     measured: Option<Sites>,
     /// What air takes of the direct sound, where the scene states it.
     air: Option<Air>,
+    /// What the emitter sends the listener, where that depends on the direction.
+    sent: Option<Sent>,
     pose: Pose,
     transfer: TransferFunction,
 }
@@ -31,8 +35,8 @@ impl FieldDecoder {
             set_taps(measured, &mut transfer);
         }
         let room = scene.parts().room.as_ref().map(Field::cell);
-        let air = Air::new(scene);
-        Some(Self { scene: Arc::clone(scene), cell, room, measured, air, pose: Pose::IDENTITY, transfer })
+        let (air, sent) = (Air::new(scene), Sent::new(scene));
+        Some(Self { scene: Arc::clone(scene), cell, room, measured, air, sent, pose: Pose::IDENTITY, transfer })
     }
 }
 
@@ -104,6 +108,46 @@ impl Air {
     }
 }
 
+/// The colour that the direct sound has by the direction in which it leaves the emitter.
+struct Sent {
+    emitter: Vec3,
+    /// By bin what its level and its minimum phase have of the octaves' logarithms.
+    shares: Vec<[Octaves; 2]>,
+}
+
+impl Sent {
+    fn new(scene: &Scene) -> Option<Self> {
+        let (images, emitter) = (scene.images()?, scene.emitter()?);
+        images.emission.as_ref()?;
+        // Above the last octave its value holds.
+        let octaves = |shares: [f64; GIVEN_HZ.len()]| {
+            let mut out = Octaves::default();
+            shares.iter().enumerate().for_each(|(given, share)| out[given.min(OCTAVES - 1)] += single(*share));
+            out
+        };
+        let of_bin = |k: usize| {
+            let hz = scene.grid().bin_hz(k).max(1.0);
+            [octaves(magnitude(hz)), octaves(phase(hz))]
+        };
+        Some(Self { emitter, shares: (0..scene.grid().bins()).map(of_bin).collect() })
+    }
+
+    fn apply(&self, images: &ImageSources, pose: &Pose, transfer: &mut TransferFunction) {
+        let Some(emission) = &images.emission else { return };
+        let sent = emission.towards(pose.position - self.emitter);
+        let sum = |shares: &Octaves| shares.iter().zip(sent).map(|(share, log)| share * log).sum::<f32>();
+        let (left, right) = transfer.phase.split_at_mut(self.shares.len());
+        for (([level, turn], gain), (left, right)) in
+            self.shares.iter().zip(&mut transfer.mixture).zip(left.iter_mut().zip(right))
+        {
+            let turn = sum(turn);
+            *gain *= sum(level).exp();
+            *left += turn;
+            *right += turn;
+        }
+    }
+}
+
 impl Decoder for FieldDecoder {
     fn follow(&mut self, pose: &Pose, whole: bool, _params: &LiveParams) -> bool {
         let Some(field) = self.scene.field().filter(|_| whole || *pose != self.pose) else { return false };
@@ -122,6 +166,9 @@ impl Decoder for FieldDecoder {
         }
         if let Some(air) = &mut self.air {
             air.apply(pose, &mut self.transfer.mixture);
+        }
+        if let (Some(sent), Some(images)) = (&self.sent, self.scene.images()) {
+            sent.apply(images, pose, &mut self.transfer);
         }
         true
     }

@@ -128,7 +128,7 @@ mod tests {
                     across += heard(n) * cos;
                 }
                 let level_db = 20.0 * (along.hypot(across) / 75.0).log10();
-                assert!(level_db.abs() < 0.15, "{tenths} {place}: {level_db} dB");
+                assert!(level_db.abs() < 0.1, "{tenths} {place}: {level_db} dB");
             }
         }
     }
