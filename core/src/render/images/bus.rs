@@ -49,13 +49,19 @@ impl Bus {
         self.rows = 0;
     }
 
-    /// Adds a sound while its harmonics go from some to others. `play` writes it: the hop, in whole chunks.
+    /// Room for a sound whose harmonics go from some to others, the hop in whole chunks. Once it is written, it is added by
+    /// [`Bus::add`].
     #[inline(always)]
-    pub(crate) fn add<S: Simd>(&mut self, simd: S, from: &Channels, to: &Channels, play: impl FnOnce(&mut [[f32; LANES]])) {
+    pub(crate) fn row(&mut self, from: &Channels, to: &Channels) -> &mut [[f32; LANES]] {
         let len = self.chunks.len();
-        play(&mut self.sound.as_chunks_mut().0[self.rows * len..][..len]);
         self.from[self.rows] = *from;
         self.change[self.rows] = std::array::from_fn(|c| to[c] - from[c]);
+        &mut self.sound.as_chunks_mut().0[self.rows * len..][..len]
+    }
+
+    /// Adds the sound that was written last.
+    #[inline(always)]
+    pub(crate) fn add<S: Simd>(&mut self, simd: S) {
         self.rows += 1;
         if self.rows == ROWS {
             self.direct(simd);

@@ -71,20 +71,19 @@ pub(super) fn interpolate<S: Simd>(simd: S, x: &[f32], places: S::f32s) -> S::f3
     let splat = |value: f32| simd.splat_f32s(value / 120.0);
     let mul = |a, value| simd.mul_f32s(a, splat(value));
     let add = |a, value, sum| simd.mul_add_e_f32s(a, splat(value), sum);
-    let x: [S::f32s; POINTS] = std::array::from_fn(|j| S::as_simd_f32s(&x[j..j + S::F32_LANES]).0[0]);
+    let next = |sum, power| simd.mul_add_e_f32s(sum, places, power);
+    let x = |j: usize| S::as_simd_f32s(&x[j..j + S::F32_LANES]).0[0];
+    let (a, b, c, d, e, f) = (x(0), x(1), x(2), x(3), x(4), x(5));
     // All powers but the last are even or odd about the third share: see `PIECES`.
-    let (outer, inner) = (simd.add_f32s(x[0], x[4]), simd.add_f32s(x[1], x[3]));
-    let (outer_slope, inner_slope) = (simd.sub_f32s(x[4], x[0]), simd.sub_f32s(x[3], x[1]));
-    let powers = [
-        add(x[2], 66.0, add(inner, 26.0, mul(outer, 1.0))),
-        add(inner_slope, 50.0, mul(outer_slope, 5.0)),
-        add(x[2], -60.0, add(inner, 20.0, mul(outer, 10.0))),
-        add(inner_slope, -20.0, mul(outer_slope, 10.0)),
-        add(x[2], 30.0, add(inner, -20.0, mul(outer, 5.0))),
-    ];
-    let last = add(simd.sub_f32s(x[1], x[4]), 5.0, mul(simd.sub_f32s(x[5], x[0]), 1.0));
-    let last = add(simd.sub_f32s(x[3], x[2]), 10.0, last);
-    powers.into_iter().rev().fold(last, |sum, power| simd.mul_add_e_f32s(sum, places, power))
+    let (outer, inner) = (simd.add_f32s(a, e), simd.add_f32s(b, d));
+    let (outer_slope, inner_slope) = (simd.sub_f32s(e, a), simd.sub_f32s(d, b));
+    let last = add(simd.sub_f32s(b, e), 5.0, mul(simd.sub_f32s(f, a), 1.0));
+    let last = add(simd.sub_f32s(d, c), 10.0, last);
+    let sum = next(last, add(c, 30.0, add(inner, -20.0, mul(outer, 5.0))));
+    let sum = next(sum, add(inner_slope, -20.0, mul(outer_slope, 10.0)));
+    let sum = next(sum, add(c, -60.0, add(inner, 20.0, mul(outer, 10.0))));
+    let sum = next(sum, add(inner_slope, 50.0, mul(outer_slope, 5.0)));
+    next(sum, add(c, 66.0, add(inner, 26.0, mul(outer, 1.0))))
 }
 
 /// The same at one place among shares, counted from the first of them.

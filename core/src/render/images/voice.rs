@@ -59,7 +59,8 @@ impl WithSimd for Voice<'_> {
         let ways = if jumps { [(from, from.silent()), (to.silent(), to)] } else { [(from, to), (to, to)] };
         for (from, to) in &ways[..if jumps { 2 } else { 1 }] {
             let hop = bus.hop();
-            bus.add(simd, &from.direction, &to.direction, |out| play(simd, line, weights, (from, to), hop, scratch, out));
+            play(simd, line, weights, (from, to), hop, scratch, bus.row(&from.direction, &to.direction));
+            bus.add(simd);
         }
     }
 }
