@@ -324,6 +324,28 @@ impl Player {
     /// # Panics
     /// When the clip is not one of the capture.
     pub fn render_clip(&mut self, capture: &Capture, clip: &Clip, poses: Poses) -> Result<Ears, BakeError> {
+        self.render_part(capture, clip, poses, |pre_roll| capture.dry(clip, pre_roll))
+    }
+
+    /// As [`Self::render_clip`], of what one of the clip's sources played, by its number among the track's voices.
+    ///
+    /// # Errors
+    /// As [`Self::render_clip`].
+    ///
+    /// # Panics
+    /// When the clip is not one of the capture, or the voice none of its track's.
+    pub fn render_voice(&mut self, capture: &Capture, clip: &Clip, voice: usize, poses: Poses) -> Result<Ears, BakeError> {
+        let dry = &capture.tracks[clip.track].voices[voice].dry;
+        self.render_part(capture, clip, poses, |pre_roll| clip.stretch(dry, pre_roll))
+    }
+
+    fn render_part(
+        &mut self,
+        capture: &Capture,
+        clip: &Clip,
+        poses: Poses,
+        dry: impl Fn(usize) -> Vec<f32>,
+    ) -> Result<Ears, BakeError> {
         let rate_hz = self.rate_hz;
         if let Engine::Clips(player) = &mut self.engine {
             if rate_hz != self.played_hz {
@@ -331,13 +353,13 @@ impl Player {
                 return Err(BakeError::argument("sample rate of the capture", expected, format!("{rate_hz} Hz")));
             }
             player.listen(&clip.pose);
-            let ears = player.render(&capture.dry(clip, 0));
+            let ears = player.render(&dry(0));
             return ears.map_err(|e| BakeError::argument("clip", "one of the model's length", format!("'{}': {e}", clip.name)));
         }
         let pre_roll = (self.tail_s().clamp(PRE_ROLL_S, LONGEST_PRE_ROLL_S) * rate_hz).ceil() as usize;
         let began_s = (clip.start as f64 - pre_roll as f64) / rate_hz;
         let path = &capture.tracks[clip.track].path;
-        let ears = self.render(&capture.dry(clip, pre_roll), &mut |seconds| match poses {
+        let ears = self.render(&dry(pre_roll), &mut |seconds| match poses {
             Poses::Fixed => clip.pose,
             Poses::Path => path.pose_at(began_s + seconds),
         })?;

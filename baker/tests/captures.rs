@@ -80,7 +80,7 @@ fn a_walk_is_cut_into_clips() {
     place.manifest(PATH, "");
     let capture = place.load().unwrap();
     assert_eq!((capture.clips.len(), capture.split(Split::Test).count()), (10, 2));
-    assert_eq!((capture.emitter, capture.notes.len()), (Some(Vec3::new(5.0, 2.0, 0.0)), 0));
+    assert_eq!((capture.emitter(), capture.notes.len()), (Some(Vec3::new(5.0, 2.0, 0.0)), 0));
     let clip = &capture.clips[4];
     assert_eq!((clip.name.as_str(), clip.split, clip.start, clip.len), ("walk-00005", Split::Test, 32_000, 8_000));
     assert!((clip.pose.position.x - 4.5).abs() < 1e-5, "the middle: {}", clip.pose.position);
@@ -125,7 +125,7 @@ fn offsets_put_sounds_and_poses_in_their_time() {
     wav::write(&place.at("dry.wav"), RATE, &[&late], Format::Float32).unwrap();
     place.manifest(&format!(r#"{PATH},"dry_offset_s":0.5,"pose_offset_s":-2"#), "");
     let capture = place.load().unwrap();
-    assert_eq!(capture.tracks[0].dry[4_000..], place.dry[4_000..]);
+    assert_eq!(capture.tracks[0].voices[0].dry[4_000..], place.dry[4_000..]);
     assert!((capture.clips[0].pose.position.x - 3.5).abs() < 1e-5, "{}", capture.clips[0].pose.position);
     let notes = capture.notes.join("\n");
     assert_eq!((capture.clips[0].name.as_str(), capture.clips.len()), ("walk-00002", 8), "{notes}");
@@ -134,7 +134,7 @@ fn offsets_put_sounds_and_poses_in_their_time() {
     let early: Vec<f32> = [vec![0.1; 4_000], place.dry.clone()].concat();
     wav::write(&place.at("dry.wav"), RATE, &[&early], Format::Float32).unwrap();
     place.manifest(&format!(r#"{PATH},"dry_offset_s":-0.5"#), "");
-    assert_eq!(place.load().unwrap().tracks[0].dry, place.dry);
+    assert_eq!(place.load().unwrap().tracks[0].voices[0].dry, place.dry);
 }
 
 #[test]
@@ -246,4 +246,99 @@ fn manifests_that_say_too_little_or_too_much() {
     assert!(Capture::load(Path::new("/no/such/folder")).unwrap_err().to_string().contains("/no/such/folder: cannot be read"));
     place.manifest(PATH, &clips(&[clip("x", "walk", 10, 200)]));
     assert_eq!(place.load().unwrap().clips.len(), 1);
+}
+
+/// Two emitters: each in a track of its own, and both in a third as two channels of its dry sound.
+fn with_emitters(place: &Place, tracks: &str) {
+    let json = format!(
+        r#"{{"version":1,"title":"a place","sample_rate_hz":{RATE},
+        "emitters":[{{"name":"sofa","position":[5,2,0],"facing":[90,0]}},{{"name":"desk","position":[1,1,1]}}],
+        "tracks":[{tracks}]}}"#
+    );
+    std::fs::write(place.at("capture.json"), json).unwrap();
+    let second = noise(2, place.dry.len(), 0.1);
+    wav::write(&place.at("both.wav"), RATE, &[&place.dry, &second], Format::Float32).unwrap();
+}
+
+fn track(name: &str, dry: &str, emitters: &str) -> String {
+    format!(r#"{{"name":"{name}","emitters":[{emitters}],"dry":"{dry}","binaural":"ears.wav","path":"walk.csv"}}"#)
+}
+
+#[test]
+fn clips_belong_to_emitters_or_to_a_mix() {
+    let place = Place::new();
+    let tracks = [track("a", "dry.wav", r#""sofa""#), track("b", "dry.wav", r#""desk""#)];
+    with_emitters(&place, &[&tracks[..], &[track("c", "both.wav", r#""desk","sofa""#)]].concat().join(","));
+    let mut capture = place.load().unwrap();
+    assert_eq!((capture.emitter(), capture.emitters.len(), capture.clips.len()), (None, 2, 30));
+    assert_eq!((capture.emitters[0].facing_deg, capture.emitters[1].facing_deg), (Some([90.0, 0.0]), None));
+    let of = |capture: &Capture, i: usize| capture.emitter_of(&capture.clips[i]);
+    assert_eq!((of(&capture, 0), of(&capture, 10), of(&capture, 20)), (Some(0), Some(1), None));
+    let mix = capture.clips[20].clone();
+    let voices = capture.voices(&mix, 50);
+    assert_eq!(voices.iter().map(|v| v.emitter).collect::<Vec<_>>(), [Some(1), Some(0)]);
+    let sum: Vec<f32> = voices[0].dry.iter().zip(&voices[1].dry).map(|(a, b)| a + b).collect();
+    assert_eq!(capture.dry(&mix, 50), sum);
+    // What is written is read, names and mixes too.
+    let folder = tempfile::tempdir().unwrap();
+    capture.write(folder.path()).unwrap();
+    let again = Capture::load(folder.path()).unwrap();
+    assert_eq!(again.emitters, capture.emitters);
+    assert!(again.tracks.iter().zip(&capture.tracks).all(|(a, b)| a.voices == b.voices));
+    // Of an emitter that is held out nothing is learnt, of a mix with it neither.
+    capture.hold_out(&["desk".to_owned()], &[]).unwrap();
+    assert!(capture.split(Split::Train).all(|clip| of_name(&capture, clip) == Some("sofa")));
+    capture.judge_by("desk").unwrap();
+    assert!(capture.split(Split::Test).all(|clip| of_name(&capture, clip) == Some("desk")));
+    assert_eq!(capture.split(Split::Test).count(), 10);
+    let unknown = capture.hold_out(&["lamp".to_owned()], &[]).unwrap_err().to_string();
+    assert!(unknown.contains(r#"one of ["sofa", "desk"], found "lamp""#), "{unknown}");
+    let unknown = capture.hold_out(&[], &["d".to_owned()]).unwrap_err().to_string();
+    assert!(unknown.contains(r#"one of ["a", "b", "c"], found "d""#), "{unknown}");
+}
+
+fn of_name<'c>(capture: &'c Capture, clip: &promenade_baker::Clip) -> Option<&'c str> {
+    capture.emitter_of(clip).map(|number| capture.emitters[number].name.as_str())
+}
+
+#[test]
+fn captures_of_one_place_become_one() {
+    let place = Place::new();
+    with_emitters(&place, &track("a", "dry.wav", r#""desk""#));
+    let first = place.load().unwrap();
+    place.manifest(PATH, "");
+    let second = place.load().unwrap();
+    let whole = Capture::join(vec![first.clone(), second.clone(), first.clone()]).unwrap();
+    let names: Vec<&str> = whole.emitters.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["sofa", "desk", "a place"], "an emitter without a name has its capture's");
+    let numbers: Vec<_> = whole.tracks.iter().map(|t| (t.name.as_str(), t.voices[0].emitter)).collect();
+    assert_eq!(numbers, [("a", Some(1)), ("walk", Some(2)), ("a place a", Some(1))]);
+    assert_eq!(whole.clips.iter().map(|c| c.track).collect::<Vec<_>>(), [[0; 10], [1; 10], [2; 10]].concat());
+    let other = Capture { sample_rate_hz: 44_100.0, ..second.clone() };
+    assert!(Capture::join(vec![first.clone(), other]).unwrap_err().to_string().contains("44100 Hz in a place"));
+    let mut moved = first.clone();
+    moved.emitters[1].position.x += 1.0;
+    let refused = Capture::join(vec![first, moved]).unwrap_err().to_string();
+    assert!(refused.contains(r#""desk" at several places"#), "{refused}");
+}
+
+#[test]
+fn emitters_that_cannot_be_are_refused() {
+    let place = Place::new();
+    let wrong = |tracks: &str| {
+        with_emitters(&place, tracks);
+        place.load().unwrap_err()
+    };
+    let error = wrong(&track("a", "dry.wav", ""));
+    assert!(error.contains("the names of the emitters that play, of sofa, desk, found none"), "{error}");
+    let error = wrong(&track("a", "dry.wav", r#""lamp""#));
+    assert!(error.contains(r#"expected an emitter of sofa, desk, found "lamp""#), "{error}");
+    let error = wrong(&track("a", "dry.wav", r#""sofa","desk""#));
+    assert!(error.contains("expected 2 channels, found 1"), "{error}");
+    place.manifest(PATH, r#","emitters":[{"name":"a","position":[0,0,0]},{"name":"a","position":[0,0,1]}]"#);
+    let error = place.load().unwrap_err();
+    assert!(
+        error.contains(r#"expected "emitter" or "emitters", found both"#) && error.contains(r#"found "a" again"#),
+        "{error}"
+    );
 }

@@ -78,12 +78,13 @@ fn a_capture_of_responses_has_their_past_in_it() {
         FromResponses { clip_s: 0.5, clips: 2, pre_roll_s: 0.1, test_share: 0.3, seed: 5, ..FromResponses::default() };
     let capture = from_responses(&set, &[speech()], &options).unwrap();
     assert_eq!((capture.tracks.len(), capture.sample_rate_hz), (13, RATE));
-    assert!(capture.clips.len() > 20 && capture.emitter == Some(Vec3::new(2.0, 0.0, 0.0)));
+    assert!(capture.clips.len() > 20 && capture.emitter() == Some(Vec3::new(2.0, 0.0, 0.0)));
     let whole = speech().samples;
     let mut with_a_past = 0;
     for track in &capture.tracks {
         // Where the track comes from, then what its first sample must be: sound that began before it.
-        let at = whole.windows(track.dry.len()).position(|w| w == track.dry).expect("a stretch of the speech");
+        let at =
+            whole.windows(track.voices[0].dry.len()).position(|w| w == track.voices[0].dry).expect("a stretch of the speech");
         for (i, v) in track.binaural[0].iter().enumerate() {
             let expected = if at + i >= 4800 { whole[at + i - 4800] } else { 0.0 };
             assert!((v - expected).abs() < 1e-5 && (track.binaural[1][i] - 0.5 * expected).abs() < 1e-5);
@@ -96,7 +97,7 @@ fn a_capture_of_responses_has_their_past_in_it() {
     assert_eq!(poses(Split::Test).len(), 4, "0.3 of 13");
     assert_eq!(from_responses(&set, &[speech()], &options).unwrap(), capture, "the seed decides");
     let other = from_responses(&set, &[speech()], &FromResponses { seed: 6, ..options }).unwrap();
-    assert_ne!(other.tracks[0].dry, capture.tracks[0].dry);
+    assert_ne!(other.tracks[0].voices[0].dry, capture.tracks[0].voices[0].dry);
     let folder = tempfile::tempdir().unwrap();
     capture.write(folder.path()).unwrap();
     let again = Capture::load(folder.path()).unwrap();
@@ -189,9 +190,10 @@ fn what_cannot_be_evaluated_says_so() {
     assert!(error.contains("tier: expected draft or standard, found high"), "{error}");
     let notes = |capture: &Capture| evaluate(&scene, capture, &EvaluateOptions::default()).unwrap().notes.join("; ");
     assert!(!notes(&capture).contains("another emitter"), "{}", notes(&capture));
-    capture.emitter = capture.emitter.map(|emitter| emitter + Vec3::new(0.0, 1.5, 0.0));
+    capture.emitters[0].position += Vec3::new(0.0, 1.5, 0.0);
     assert!(notes(&capture).contains("is 1.50 m from the capture's"), "{}", notes(&capture));
-    capture.emitter = None;
+    capture.emitters.clear();
+    capture.tracks.iter_mut().for_each(|t| t.voices[0].emitter = None);
     capture.clips.iter_mut().for_each(|c| c.split = Split::Test);
     let all = EvaluateOptions { baselines: true, ..EvaluateOptions::default() };
     let evaluation = evaluate(&scene, &capture, &all).unwrap();

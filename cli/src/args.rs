@@ -14,9 +14,13 @@ mod path;
 mod pictures;
 mod placement;
 mod reconstruction;
+#[cfg(feature = "train")]
+mod refine;
 mod render;
 mod responses;
 mod simulate;
+#[cfg(feature = "train")]
+mod simulation;
 mod sound;
 mod study;
 mod surface;
@@ -34,7 +38,7 @@ pub(crate) use air::AirArgs;
 pub(crate) use anchors::AnchorsArgs;
 pub(crate) use bake::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, NodesArg, SideArg};
 pub(crate) use capture::{
-    CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs,
+    CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, FromResponsesArgs, HoldOutArgs, ImportCaptureArgs, LayoutArg, MixArgs,
 };
 pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use fit::{FitArgs, Hold, Per, T20};
@@ -45,11 +49,15 @@ pub(crate) use measure::{MeasureArgs, TableForm};
 pub(crate) use path::PathArgs;
 pub(crate) use pictures::PictureArgs;
 pub(crate) use reconstruction::ReconstructionArgs;
+#[cfg(feature = "train")]
+pub(crate) use refine::RefineArgs;
 pub(crate) use render::{OutputFormat, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{
     JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering,
 };
+#[cfg(feature = "train")]
+pub(crate) use simulation::SimulationArgs;
 pub(crate) use study::{Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudySiteArgs};
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
@@ -110,11 +118,18 @@ pub(crate) enum Command {
     },
     /// Learn a scene from a capture and anchors
     #[cfg(feature = "train")]
-    Train(TrainArgs),
+    Train(Box<TrainArgs>),
     /// Learn a scene from a capture and anchors; this build says how to make one that can
     #[cfg(not(feature = "train"))]
     #[command(disable_help_flag = true)]
     Train(Untrained),
+    /// Correct a simulated room by responses that were measured in it, for sources at new places
+    #[cfg(feature = "train")]
+    Refine(Box<RefineArgs>),
+    /// Correct a simulated room by responses that were measured in it; this build says how to make one that can
+    #[cfg(not(feature = "train"))]
+    #[command(disable_help_flag = true)]
+    Refine(Untrained),
     /// Judge scenes on the recordings of captures, beside baselines
     Eval(EvalArgs),
     /// Make a page on which scenes are walked and heard, in a folder for any web server or served on this machine

@@ -1,6 +1,6 @@
 //! `promenade eval`: scenes against captures, beside baselines.
 
-use crate::args::{EvalArgs, PosesArg};
+use crate::args::{EvalArgs, HoldOutArgs, PosesArg};
 use crate::{plot, progress, report, scene};
 use anyhow::{Context, Result, bail};
 use promenade_baker::evaluate::{ClipPair, EvaluateOptions, Evaluation, Figure, Figures, evaluate_each, overall};
@@ -26,7 +26,12 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     let mut evaluations = Vec::new();
     for (number, (scene_path, capture_path)) in pairs.iter().enumerate() {
         let scene = scene::read(scene_path)?;
-        let capture = Capture::load(capture_path)?;
+        let mut capture = Capture::load(capture_path)?;
+        let HoldOutArgs { test_emitter, test_track } = &args.hold_out;
+        capture.hold_out(test_emitter, test_track).with_context(|| format!("{}", capture_path.display()))?;
+        if let Some(name) = &args.emitter {
+            capture.judge_by(name).with_context(|| format!("{}", capture_path.display()))?;
+        }
         for note in &capture.notes {
             report::note(format_args!("{}: {note}", capture_path.display()));
         }

@@ -23,6 +23,8 @@ mod picture;
 mod plot;
 mod progress;
 mod reconstruction;
+#[cfg(feature = "train")]
+mod refine;
 mod render;
 mod report;
 mod responses;
@@ -57,8 +59,10 @@ fn main() -> ExitCode {
         args::Command::Capture { command } => capture::run(&command),
         #[cfg(feature = "train")]
         args::Command::Train(a) => train::run(&a),
+        #[cfg(feature = "train")]
+        args::Command::Refine(a) => refine::run(&a),
         #[cfg(not(feature = "train"))]
-        args::Command::Train(_) => {
+        args::Command::Train(_) | args::Command::Refine(_) => {
             Err(anyhow::anyhow!("this build cannot train; one that can is made by: {}", args::WITH_TRAINING))
         }
         args::Command::Eval(a) => eval::run(&a),

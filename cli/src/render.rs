@@ -5,6 +5,7 @@ mod ambix;
 use crate::args::{OutputFormat, RenderArgs};
 use crate::{path, progress, report, scene};
 use anyhow::{Context, Result, ensure};
+use promenade_baker::cloud_scene::with_emitter;
 use promenade_baker::player::{Mix, Player, Source};
 use promenade_baker::wav::WavWriter;
 use promenade_baker::{read_head, read_headphones};
@@ -40,6 +41,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
         let head = read_head(file)?;
         report::notes(head.notes());
         scene = Arc::new(scene.with_head(&head).with_context(|| args.scene.display().to_string())?);
+    }
+    if let Some(position) = args.emitter {
+        let moved = with_emitter(&scene, position)?;
+        let why = "--emitter: expected a scene that was trained with several emitters, found one that holds for its own";
+        scene = Arc::new(moved.with_context(|| format!("{}: {why}", args.scene.display()))?);
     }
     let walk = match &args.path {
         Some(file) => {

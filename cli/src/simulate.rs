@@ -1,5 +1,7 @@
 //! `promenade simulate`: responses of rooms that nobody has measured.
 
+#[cfg(feature = "train")]
+pub(crate) mod places;
 mod scene;
 
 use crate::args::{

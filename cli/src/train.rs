@@ -1,25 +1,36 @@
 //! `promenade train`: a capture and anchors in, a scene out.
 
 use crate::args::{MAX_THREADS, TrainArgs};
+use crate::simulate::places::Places;
 use crate::{plot, report};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::{Capture, atomic, file};
-use promenade_core::Provenance;
+use promenade_baker::cloud_scene::with_emitter;
+use promenade_baker::{BakeOptions, Capture, atomic, bake_responses, file};
+use promenade_core::{Pose, Provenance, Scene};
 use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
 use std::fmt::Write as _;
 use std::time::Instant;
 
 /// Ending of the file that a training is kept in beside its scene until it is done.
 const KEPT: &str = "training";
+/// Turns of the head at each place of a scene that corrects a simulation.
+const TURNS: usize = 12;
 /// Bytes that a file of settings may have.
 const MAX_SETTINGS_BYTES: u64 = 1 << 20;
 
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
-    let capture = Capture::load(&args.capture)?;
-    for note in &capture.notes {
-        report::note(format_args!("{}: {note}", args.capture.display()));
+    let mut captures = Vec::new();
+    for path in &args.captures {
+        let capture = Capture::load(path)?;
+        for note in &capture.notes {
+            report::note(format_args!("{}: {note}", path.display()));
+        }
+        captures.push(capture);
     }
+    let mut capture = Capture::join(captures)?;
+    capture.hold_out(&args.hold_out.test_emitter, &args.hold_out.test_track)?;
+    let emitter = args.emitter.as_ref().map(|name| capture.number_of(name)).transpose()?;
     let sets: Vec<AnchorSet> = args.anchors.iter().map(|file| AnchorSet::load(file)).collect::<Result<_, _>>()?;
     let places: Vec<_> = capture.clips.iter().map(|clip| clip.pose.position).collect();
     for (set, file) in sets.iter().zip(&args.anchors) {
@@ -43,7 +54,20 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         (_, None) => (),
     }
     let anchors = sets.get(set).with_context(|| format!("{}: was begun with more anchor files", kept.display()))?;
-    let mut trainer = Trainer::new(&capture, anchors, settings.clone(), device, threads)?;
+    if args.simulation.simulate.is_some() && args.simulation.head.is_none() {
+        anyhow::bail!("--simulate: expected --head with the ears that heard the recordings, found none");
+    }
+    let places = Places::of(&args.simulation, &capture.emitters, capture.sample_rate_hz, settings.seed)?;
+    let mut trainer = match &places {
+        None => Trainer::new(&capture, anchors, settings.clone(), device, threads)?,
+        Some(places) => {
+            let simulate = |emitter: usize, poses: &[Pose]| {
+                report::line(format_args!("simulating {} poses of emitter {}", poses.len(), emitter + 1));
+                places.ears(emitter, poses)
+            };
+            Trainer::on_simulation(&capture, anchors, settings.clone(), device, threads, &simulate)?
+        }
+    };
     if let Some(before) = before {
         trainer.resume(before).with_context(|| format!("{}", kept.display()))?;
         report::note(format_args!("{}: goes on from step {}", kept.display(), trainer.steps()));
@@ -81,9 +105,41 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
             "no scene: the engine reads the mixture mask off audio embeddings, which the settings leave out\n",
         );
     }
-    let scene = trainer.scene(provenance(&capture, trainer.settings(), &tried, args))?;
+    let provenance = provenance(&capture, trainer.settings(), &tried, args);
+    let scene = match places {
+        None => at_emitter(trainer.scene(provenance)?, &capture, emitter)?,
+        Some(places) => corrected(&mut trainer, &places, &capture, emitter.unwrap_or(0), provenance)?,
+    };
     atomic::write(&args.output, &scene.to_bytes()?)?;
     report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))
+}
+
+/// A scene with its sound coming from another emitter of the capture.
+fn at_emitter(scene: Scene, capture: &Capture, emitter: Option<usize>) -> Result<Scene> {
+    let Some(number) = emitter.filter(|number| *number > 0) else { return Ok(scene) };
+    let moved = with_emitter(&scene, capture.emitters[number].position)?;
+    moved.context("--emitter: expected settings with `emitter`, found a network that does not know where the sound comes from")
+}
+
+/// The scene of a simulated room as the network corrects it.
+fn corrected(
+    trainer: &mut Trainer<'_>,
+    places: &Places,
+    capture: &Capture,
+    emitter: usize,
+    provenance: Provenance,
+) -> Result<Scene> {
+    let at = capture.emitters[emitter].position;
+    let refined = |pose: &Pose, ears: &[Vec<f32>; 2]| trainer.refined(pose, at, ears).unwrap_or_else(|| ears.clone());
+    let mut responses = places.all_over(emitter, TURNS, refined)?;
+    let credits = [&capture.credit, &responses.credit].map(String::as_str).into_iter().filter(|credit| !credit.is_empty());
+    responses.credit = credits.collect::<Vec<_>>().join("; ");
+    let licences = [&capture.licence, &responses.licence].map(String::as_str).into_iter().filter(|l| !l.is_empty());
+    responses.licence = licences.collect::<Vec<_>>().join("; ");
+    responses.title = provenance.title;
+    responses.notes = provenance.notes;
+    let options = BakeOptions { recipe: provenance.recipe, seed: trainer.settings().seed, ..BakeOptions::default() };
+    Ok(bake_responses(&responses, |_, _| false, &options)?)
 }
 
 fn kept_with(trainer: &Trainer<'_>, anchors: usize, notes: &[String]) -> Checkpoint {
@@ -161,12 +217,13 @@ fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], arg
         credit: capture.credit.clone(),
         licence: capture.licence.clone(),
         recipe: format!(
-            "promenade train {} --anchors {} -o {} --steps {} --seed {}",
-            report::file_name(&args.capture),
+            "promenade train {} --anchors {} -o {} --steps {} --seed {}{}",
+            args.captures.iter().map(|path| report::file_name(path)).collect::<Vec<_>>().join(" "),
             args.anchors.iter().map(|file| report::file_name(file)).collect::<Vec<_>>().join(" "),
             report::file_name(&args.output),
             settings.steps,
-            settings.seed
+            settings.seed,
+            args.simulation.simulate.as_ref().map_or(String::new(), |room| format!(" --simulate {}", report::file_name(room)))
         ),
         notes,
     }

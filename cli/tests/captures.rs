@@ -1,7 +1,7 @@
 //! Captures and evaluation from the command line.
 
 use crate::common::{Place, fails, json, promenade, succeeds};
-use promenade_baker::capture::{Capture, Clip, Split, Track};
+use promenade_baker::capture::{Capture, Clip, Split, Track, Voice};
 use promenade_baker::wav;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudEmitter;
@@ -104,7 +104,7 @@ fn open_air(emitter: Vec3, is_moving: bool) -> Capture {
         };
         let half = 0.5 * sphere.delay_s(&pose(i));
         let path = CameraPath::new(vec![Keyframe { t_s: 0.0, pose: pose(i) }]).unwrap();
-        Track { name: format!("at {i}"), binaural: [ear(half), ear(-half)], dry, path }
+        Track { name: format!("at {i}"), binaural: [ear(half), ear(-half)], voices: vec![Voice { emitter: None, dry }], path }
     };
     let clip = |i: u8| Clip {
         name: format!("clip {i}"),
@@ -131,9 +131,9 @@ fn an_emitter_is_located_and_written() {
     open_air(truth, true).write(walk.as_ref()).unwrap();
     let (text, _) = succeeds(&["capture", "emitter", &walk]);
     assert!(text.contains("emitter") && text.contains("spread") && !text.contains("manifest"), "{text}");
-    assert_eq!(Capture::load(walk.as_ref()).unwrap().emitter, None);
+    assert_eq!(Capture::load(walk.as_ref()).unwrap().emitter(), None);
     succeeds(&["capture", "emitter", &walk, "--write"]);
-    let written = Capture::load(walk.as_ref()).unwrap().emitter.unwrap();
+    let written = Capture::load(walk.as_ref()).unwrap().emitter().unwrap();
     assert!(written.distance(truth) < 0.2, "{written}");
     assert!(fails(&["capture", "emitter", &walk, "--write"]).contains("--force replaces it"));
     let json = json(&["capture", "emitter", &walk, "--write", "--force", "--json"]);

@@ -214,15 +214,15 @@ fn a_capture_is_simulated() {
     let (_, said) = succeeds(&mesh_room);
     assert!(said.contains("4 tracks, 6 clips to learn from, 2 to judge by"), "{said}");
     let capture = Capture::load(Path::new(&out)).unwrap();
-    assert_eq!((capture.sample_rate_hz, capture.emitter), (16_000.0, Some(Vec3::new(3.0, 3.2, 1.5))));
+    assert_eq!((capture.sample_rate_hz, capture.emitter()), (16_000.0, Some(Vec3::new(3.0, 3.2, 1.5))));
     for track in &capture.tracks {
-        assert!(track.binaural.iter().all(|ear| ear.len() == track.dry.len()));
+        assert!(track.binaural.iter().all(|ear| ear.len() == track.voices[0].dry.len()));
         let at = track.path.keyframes()[0].pose.position;
         assert!(at.cmpgt(Vec3::splat(0.29)).all() && at.z < 2.8, "{at} is in the room");
     }
     // What is heard is not what is played: the louder ear of all responses has unit energy.
     let track = &capture.tracks[0];
-    assert!(track.binaural[0] != track.dry && track.binaural[0] != track.binaural[1]);
+    assert!(track.binaural[0] != track.voices[0].dry && track.binaural[0] != track.binaural[1]);
 
     let size = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--head", &ears, "--rate", "16000"];
     let (_, said) = succeeds(&[&size[..], &["--length", "0.1", "--poses", "3"], &dry, &["-o", &text("box")]].concat());

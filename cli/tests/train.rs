@@ -1,7 +1,7 @@
 //! `promenade train` as a user runs it.
 
 use promenade_baker::anchors::{AnchorOptions, AnchorSet, box_points};
-use promenade_baker::capture::{Clip, Split, Track};
+use promenade_baker::capture::{Clip, Emitter, Split, Track, Voice};
 use promenade_baker::{Capture, wav};
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
@@ -46,11 +46,11 @@ fn capture() -> Capture {
         credit: "Somebody".to_owned(),
         licence: "CC0-1.0".to_owned(),
         sample_rate_hz: 8000.0,
-        emitter: Some(Vec3::new(2.0, 2.0, 1.5)),
+        emitters: vec![Emitter::at(Vec3::new(2.0, 2.0, 1.5))],
         clips: clips.collect(),
         tracks: vec![Track {
             name: "t".to_owned(),
-            dry,
+            voices: vec![Voice { emitter: Some(0), dry }],
             binaural,
             path: CameraPath::new((0..10).map(keyframe).collect()).unwrap(),
         }],

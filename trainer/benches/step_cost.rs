@@ -4,7 +4,7 @@
 //! of single steps. `step_cost.py` beside it times PyTorch on the second and the fourth row.
 
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::capture::{Capture, Clip, Split, Track};
+use promenade_baker::capture::{Capture, Clip, Emitter, Split, Track, Voice};
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
 use promenade_core::random::Random;
@@ -34,9 +34,14 @@ fn capture() -> Capture {
         credit: String::new(),
         licence: String::new(),
         sample_rate_hz: RATE as f64,
-        emitter: Some(Vec3::new(1.0, 3.0, 1.5)),
+        emitters: vec![Emitter::at(Vec3::new(1.0, 3.0, 1.5))],
         clips: (0..count).map(clip).collect(),
-        tracks: vec![Track { name: "noise".to_owned(), binaural: [dry.clone(), dry.clone()], dry, path }],
+        tracks: vec![Track {
+            name: "noise".to_owned(),
+            binaural: [dry.clone(), dry.clone()],
+            voices: vec![Voice { emitter: Some(0), dry }],
+            path,
+        }],
         notes: Vec::new(),
     }
 }

@@ -4,8 +4,10 @@ pub(crate) mod published;
 pub(crate) mod streaming;
 
 use crate::responses::ClipResponse;
+use crate::simulated::Simulated;
 use crate::weights::Arrays;
 use promenade_core::Pose;
+use promenade_core::network::CloudEmitter;
 use published::PublishedHead;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -15,8 +17,8 @@ use streaming::StreamingHead;
 /// A clip in training.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Example<'a> {
-    /// Dry sound, `pre_roll` samples before the clip and the clip.
-    pub dry: Vec<f32>,
+    /// What is heard in it: one dry sound, or those of a mix.
+    pub voices: Vec<ExampleVoice>,
     /// Samples before the clip.
     pub pre_roll: usize,
     /// What the ears heard.
@@ -27,7 +29,18 @@ pub struct Example<'a> {
     pub(crate) response: Option<Arc<ClipResponse>>,
 }
 
-/// What the network predicts for the listener of one clip, or derivatives by it.
+/// One dry sound of a clip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExampleVoice {
+    /// `pre_roll` samples before the clip and the clip.
+    pub dry: Vec<f32>,
+    /// Its emitter, where it is known and used.
+    pub(crate) emitter: Option<CloudEmitter>,
+    /// What a simulated room gives for its emitter and the listener, where training corrects a simulation.
+    pub(crate) simulated: Option<Arc<Simulated>>,
+}
+
+/// What the network predicts for the listener and one voice of a clip, or derivatives by it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Prediction {
     /// Mixture mask, one value per query.
@@ -44,7 +57,7 @@ pub(crate) struct Prediction {
 pub(crate) struct LossGradient {
     /// Mean loss of the clips.
     pub(crate) loss: f64,
-    /// By each clip's prediction.
+    /// By each voice's prediction, clip by clip.
     pub(crate) predictions: Vec<Prediction>,
     /// By the head's own weights, by name.
     pub(crate) weights: BTreeMap<String, Vec<f32>>,
@@ -81,21 +94,26 @@ impl RenderHead {
     }
 }
 
-/// Does something for every clip, on as many threads as there are workers; the results are in the clips' order.
+/// Does something for every clip and its voices' predictions, on as many threads as there are workers; the results are in the
+/// clips' order.
 pub(crate) fn for_each_clip<W: Send, T: Send>(
     workers: &mut [W],
     examples: &[Example<'_>],
     predictions: &[Prediction],
-    work: impl Fn(&mut W, &Example<'_>, &Prediction) -> T + Sync,
+    work: impl Fn(&mut W, &Example<'_>, &[Prediction]) -> T + Sync,
 ) -> Vec<T> {
     let count = workers.len();
+    let mut rest = predictions;
+    let mut clips = Vec::with_capacity(examples.len());
+    for example in examples {
+        let (own, others) = rest.split_at(example.voices.len());
+        rest = others;
+        clips.push((example, own));
+    }
     let lanes: Vec<Vec<T>> = workers
         .par_iter_mut()
         .enumerate()
-        .map(|(lane, worker)| {
-            let mine = examples.iter().zip(predictions).skip(lane).step_by(count);
-            mine.map(|(e, a)| work(worker, e, a)).collect()
-        })
+        .map(|(lane, worker)| clips.iter().skip(lane).step_by(count).map(|(example, own)| work(worker, example, own)).collect())
         .collect();
     let mut lanes: Vec<_> = lanes.into_iter().map(Vec::into_iter).collect();
     (0..examples.len()).filter_map(|i| lanes[i % count].next()).collect()

@@ -5,14 +5,17 @@
 //! head [`promenade_core::gradient::PublishedAdjoint`].
 
 mod checkpoint;
+mod gains;
 mod head;
 mod network;
+pub mod refinement;
 mod response_loss;
 mod responses;
 mod scene;
 mod search;
 pub mod settings;
 mod setup;
+mod simulated;
 mod softmax;
 mod spectral_loss;
 mod time_filter;
@@ -21,10 +24,10 @@ mod weights;
 
 pub use burn::tensor::Device;
 pub use checkpoint::{Checkpoint, CurvePoint};
-pub use head::Example;
+pub use head::{Example, ExampleVoice};
 pub use search::{Trial, WORTH, search};
 pub use settings::{HeadKind, LossSettings, NetworkSettings, TrainSettings};
-pub use training::{Scores, StepReport, Trainer};
+pub use training::{Scores, Simulate, StepReport, Trainer};
 pub use weights::{AdamW, Arrays};
 
 /// The graphics card that Vulkan gives first.

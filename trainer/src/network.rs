@@ -3,11 +3,13 @@
 
 use crate::settings::NetworkSettings;
 use crate::setup::Cloud;
+use crate::simulated::FEATURES;
 use crate::softmax::softmax;
 use crate::weights::{Arrays, is_fixed};
 use burn::tensor::activation::{relu, sigmoid};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use promenade_core::decode::MAX_LOG_COEFFICIENT;
+use promenade_core::glam::Vec3;
 use promenade_core::network::Listener;
 use promenade_core::published::spherical_harmonics;
 use std::collections::BTreeMap;
@@ -36,6 +38,16 @@ pub(crate) struct Decoded {
     pub(crate) difference: Tensor<2>,
     /// Embedding, `[listener][query][width]`.
     pub(crate) embedding: Tensor<3>,
+}
+
+/// A listener with what is heard.
+#[derive(Clone, Copy)]
+pub(crate) struct Heard<'a> {
+    pub(crate) listener: Listener,
+    /// The emitter, where the last anchor is one, in the cloud's world.
+    pub(crate) emitter: Option<Vec3>,
+    /// Levels of a simulation, `[query][feature]`, where the network has them.
+    pub(crate) simulated: Option<&'a [f32]>,
 }
 
 /// `[rows][cols]` as a tensor.
@@ -128,22 +140,24 @@ impl Graph {
         (self.linear(&format!("{stem}.out_proj"), out), weights)
     }
 
-    /// Masks and embeddings of listeners.
+    /// Masks and embeddings of what is heard.
     #[must_use]
     pub(crate) fn decode(
         &self,
         cloud: &Cloud,
-        listeners: &[Listener],
+        heard: &[Heard<'_>],
         settings: &NetworkSettings,
         factors: [&[f32]; 2],
     ) -> Decoded {
-        let (batch, bands, width) = (listeners.len(), settings.bands, settings.width);
+        let (batch, bands, width) = (heard.len(), settings.bands, settings.width);
         let [relative_factors, query_factors] = factors;
         let mut relative = Vec::with_capacity(3 * batch * cloud.anchors.len());
-        for listener in listeners {
+        for Heard { listener, emitter, .. } in heard {
             let turn = listener.camera_to_world.transpose();
-            let vectors = cloud.anchors.iter().map(|a| turn * (*a - listener.centre) / cloud.max_norm);
-            relative.extend(vectors.flat_map(|v| v.to_array()));
+            let fixed = cloud.anchors.len() - usize::from(cloud.has_emitter);
+            let last = emitter.or(cloud.anchors.last().copied()).filter(|_| cloud.has_emitter);
+            let anchors = cloud.anchors[..fixed].iter().copied().chain(last);
+            relative.extend(anchors.flat_map(|a| (turn * (a - listener.centre) / cloud.max_norm).to_array()));
         }
         let inputs = 3 * (1 + 2 * relative_factors.len());
         let value = self.projection("vec_proj", matrix(encode(&relative, 3, relative_factors), inputs, &self.device));
@@ -156,15 +170,21 @@ impl Graph {
         let places: Vec<f32> = (0..bands).map(|k| QUERY_END * (2.0 * k as f32 / (bands - 1) as f32 - 1.0)).collect();
         let encoded = matrix(encode(&places, 1, query_factors), 1 + 2 * query_factors.len(), &self.device);
         let mut t = relu(self.linear("query_prj.0", encoded));
+        let each = |t: Tensor<2>| t.unsqueeze::<3>().expand([batch, bands, width]).reshape([batch * bands, width]);
+        if settings.simulated {
+            let levels = heard.iter().flat_map(|h| h.simulated.iter().copied().flatten().copied()).collect();
+            t = each(t) + self.linear("sim_prj", matrix(levels, FEATURES, &self.device));
+        }
         let mut attention = None;
         for layer in 0..settings.layers {
             let stem = format!("decoder.layers.{layer}");
-            // Before the first anchors come in, one computation does for all listeners.
-            let sets = if layer == 0 { 1 } else { batch };
+            // Before anything of the listeners comes in, one computation does for all of them.
+            let is_common = layer == 0 && !settings.simulated;
+            let sets = if is_common { 1 } else { batch };
             let own = self.attend(&format!("{stem}.self_attn"), [t.clone(), t.clone(), t.clone()], sets, settings.heads).0;
             t = self.norm(&format!("{stem}.norm1"), t + own);
-            if layer == 0 {
-                t = t.unsqueeze::<3>().expand([batch, bands, width]).reshape([batch * bands, width]);
+            if is_common {
+                t = each(t);
             }
             let cross = format!("{stem}.multihead_attn");
             let (crossed, weights) = self.attend(&cross, [t.clone(), key.clone(), value.clone()], batch, settings.heads);
@@ -197,11 +217,11 @@ impl Graph {
 
     /// Spherical harmonics of the directions from listeners to anchors, `[anchor][harmonic][listener]`, in the cloud's axes.
     #[must_use]
-    pub(crate) fn harmonics(&self, cloud: &Cloud, listeners: &[Listener], degree: usize) -> Tensor<3> {
-        let (anchors, count, batch) = (cloud.anchors.len(), (degree + 1).pow(2), listeners.len());
+    pub(crate) fn harmonics(&self, cloud: &Cloud, heard: &[Heard<'_>], degree: usize) -> Tensor<3> {
+        let (anchors, count, batch) = (cloud.anchors.len(), (degree + 1).pow(2), heard.len());
         let mut values = vec![0.0; anchors * count * batch];
         for (a, anchor) in cloud.anchors.iter().enumerate() {
-            for (b, listener) in listeners.iter().enumerate() {
+            for (b, Heard { listener, .. }) in heard.iter().enumerate() {
                 let harmonics = spherical_harmonics((*anchor - listener.centre).normalize_or_zero());
                 for (h, y) in harmonics.iter().enumerate().take(count) {
                     values[(a * count + h) * batch + b] = *y;

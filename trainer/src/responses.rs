@@ -92,19 +92,35 @@ pub(crate) fn band_weights(grid: &StftGrid, bands: &Bands) -> Vec<Vec<(usize, f3
     weights
 }
 
+/// How much of a sample belongs to the direct sound about a centre, and the samples where that begins, is whole, begins to end
+/// and has ended.
+pub(crate) fn direct_window(grid: &StftGrid, centre: usize) -> (impl Fn(i64) -> f32 + use<>, [i64; 4]) {
+    let edges = DIRECT_S.map(|s| (s * grid.sample_rate_hz).round() as i64 + centre as i64);
+    let [from, whole, ends, to] = edges;
+    let inside = move |i: i64| {
+        let (rising, falling) = ((i - from) as f64 / (whole - from) as f64, (to - i) as f64 / (to - ends) as f64);
+        (0.5 * std::f64::consts::PI * rising.min(falling).clamp(0.0, 1.0)).sin().powi(2) as f32
+    };
+    (inside, edges)
+}
+
 /// Cuts responses into the direct sound and hops.
-struct Cutter {
+pub(crate) struct Cutter {
     grid: StftGrid,
     weights: Vec<Vec<(usize, f32)>>,
     fourier: Fourier<f32>,
 }
 
 impl Cutter {
-    fn new(grid: &StftGrid, bands: &Bands) -> Self {
+    pub(crate) fn new(grid: &StftGrid, bands: &Bands) -> Self {
         Self { grid: *grid, weights: band_weights(grid, bands), fourier: Fourier::new(grid.n_fft) }
     }
 
     fn response(&self, capture: &Capture, clip: &Clip) -> Option<ClipResponse> {
+        // Of a mix no response can be found.
+        if capture.is_mix(clip) {
+            return None;
+        }
         let rate = capture.sample_rate_hz;
         let samples = |s: f64| (s * rate).round() as usize;
         let (pre_roll, before) = (samples(DIRECT_PRE_ROLL_S), samples(EARLIEST_S));
@@ -117,15 +133,7 @@ impl Cutter {
         let ears = deconvolve(&dry, pre_roll, capture.binaural(clip), before, length)?;
         let direct = arrival(ears.each_ref().map(|h| &h[..first]), rate).filter(|a| a.clarity_db >= CLEAR_DB)?;
         let centre = (direct.time_s * rate).round() as usize;
-        let [from, whole, ends, to] = DIRECT_S.map(|s| (s * rate).round() as i64 + centre as i64);
-        let inside = |i: i64| {
-            let (rising, falling) = ((i - from) as f64 / (whole - from) as f64, (to - i) as f64 / (to - ends) as f64);
-            (0.5 * std::f64::consts::PI * rising.min(falling).clamp(0.0, 1.0)).sin().powi(2) as f32
-        };
-        let hop = self.grid.hop;
-        let first_hop = centre + hop - self.grid.lead();
-        let count = length.saturating_sub(first_hop) / hop;
-        let quiet = (centre.saturating_sub(samples(-DIRECT_S[0]))) / hop;
+        let quiet = (centre.saturating_sub(samples(-DIRECT_S[0]))) / self.grid.hop;
         let mut out = ClipResponse {
             late: centre as i64 - before as i64,
             delay_s: direct.delay_s as f32,
@@ -134,20 +142,9 @@ impl Cutter {
             hops: Vec::new(),
         };
         for ear in &ears {
-            let cut = |range: std::ops::Range<usize>, weight: &dyn Fn(i64) -> f32| {
-                let piece = range.map(|i| weight(i as i64) * ear.get(i).copied().unwrap_or(0.0));
-                self.energies(piece)
-            };
-            out.direct.extend(cut(from.max(0) as usize..to as usize, &inside));
-            // What ends of the direct sound begins with the first tap.
-            let begin = (ends as usize).min(first_hop);
-            let hops: Vec<Vec<f32>> = (0..count)
-                .map(|l| {
-                    let start = if l == 0 { begin } else { first_hop + l * hop };
-                    cut(start..first_hop + (l + 1) * hop, &|i| 1.0 - if l == 0 { inside(i) } else { 0.0 })
-                })
-                .collect();
-            let noise: Vec<Vec<f32>> = (0..quiet).map(|l| cut(l * hop..(l + 1) * hop, &|_| 1.0)).collect();
+            out.direct.extend(self.by_band(&self.direct(ear, centre)));
+            let hops = self.hops(ear, centre);
+            let noise: Vec<Vec<f32>> = (0..quiet).map(|l| self.by_band(&self.window(ear, l * self.grid.hop))).collect();
             for band in 0..self.weights.len() {
                 let floor = noise.iter().map(|hop| hop[band]).sum::<f32>() / quiet.max(1) as f32;
                 let energies: Vec<f32> = hops.iter().map(|hop| hop[band]).collect();
@@ -157,6 +154,32 @@ impl Cutter {
             }
         }
         Some(out)
+    }
+
+    /// Power of one ear's direct sound, per bin.
+    pub(crate) fn direct(&self, ear: &[f32], centre: usize) -> Vec<f32> {
+        let (inside, [from, .., to]) = direct_window(&self.grid, centre);
+        let piece = (from.max(0)..to.max(0)).map(|i| inside(i) * ear.get(i as usize).copied().unwrap_or(0.0));
+        self.powers(piece)
+    }
+
+    /// One ear's energies after the direct sound, mean per bin of each band, `[hop][band]`; what ends of the direct sound begins
+    /// with the first hop.
+    pub(crate) fn hops(&self, ear: &[f32], centre: usize) -> Vec<Vec<f32>> {
+        let (inside, [_, _, ends, _]) = direct_window(&self.grid, centre);
+        let hop = self.grid.hop;
+        let first = centre + hop - self.grid.lead();
+        let begin = (ends as usize).min(first);
+        let first_hop =
+            self.powers((begin..first + hop).map(|i| (1.0 - inside(i as i64)) * ear.get(i).copied().unwrap_or(0.0)));
+        let later = (1..ear.len().saturating_sub(first) / hop).map(|l| self.window(ear, first + l * hop));
+        let all = std::iter::once(first_hop).chain(later).map(|powers| self.by_band(&powers));
+        all.take(ear.len().saturating_sub(first) / hop).collect()
+    }
+
+    /// Power of a hop of one ear, per bin.
+    fn window(&self, ear: &[f32], start: usize) -> Vec<f32> {
+        self.powers((start..start + self.grid.hop).map(|i| ear.get(i).copied().unwrap_or(0.0)))
     }
 
     fn sounds(&self, dry: &[f32]) -> Vec<bool> {
@@ -175,10 +198,13 @@ impl Cutter {
         self.weights.iter().map(|band| mean(band) >= least).collect()
     }
 
-    /// Mean energy per bin of each band.
-    fn energies(&self, piece: impl Iterator<Item = f32>) -> Vec<f32> {
-        let spectrum = self.fourier.spectrum(piece);
-        let mean = |band: &Vec<(usize, f32)>| band.iter().map(|(k, weight)| weight * spectrum[*k].norm_sqr()).sum();
+    fn powers(&self, piece: impl Iterator<Item = f32>) -> Vec<f32> {
+        self.fourier.spectrum(piece).iter().map(|x| x.norm_sqr()).collect()
+    }
+
+    /// Mean per bin of each band.
+    pub(crate) fn by_band(&self, powers: &[f32]) -> Vec<f32> {
+        let mean = |band: &Vec<(usize, f32)>| band.iter().map(|(k, weight)| weight * powers[*k]).sum();
         self.weights.iter().map(mean).collect()
     }
 }
@@ -186,7 +212,7 @@ impl Cutter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use promenade_baker::capture::{Split, Track};
+    use promenade_baker::capture::{Split, Track, Voice};
     use promenade_core::{CameraPath, Keyframe, Pose};
     use promenade_testing::noise;
 
@@ -221,7 +247,7 @@ mod tests {
                 pose: Pose::IDENTITY,
                 split: Split::Train,
             });
-            tracks.push(Track { name, dry, binaural, path });
+            tracks.push(Track { name, voices: vec![Voice { emitter: None, dry }], binaural, path });
         }
         let capture = Capture { sample_rate_hz: RATE, tracks, clips, ..Capture::default() };
         let (grid, bands) = (crate::setup::grid(RATE), Bands::for_rate(RATE));

@@ -29,7 +29,7 @@ pub(crate) fn scene(
         HeadKind::Sh => CloudKind::Sh,
         HeadKind::Full => CloudKind::Full,
     };
-    let emitter = shaped(setup.emitter, weights);
+    let emitter = shaped(setup.emitters.first().copied(), weights);
     let mut weights = weights.clone();
     weights.remove(DELAY);
     if let Some(shapes) = weights.get_mut("tap_shapes") {

@@ -55,6 +55,8 @@ pub struct NetworkSettings {
     pub two_masks: bool,
     /// Whether the emitter, where it is known, gives distance and interaural delay.
     pub emitter: bool,
+    /// Whether the network is told what a simulated room gives for emitter and listener, and corrects that.
+    pub simulated: bool,
 }
 
 impl Default for NetworkSettings {
@@ -77,6 +79,7 @@ impl Default for NetworkSettings {
             audio_embedding: true,
             two_masks: true,
             emitter: true,
+            simulated: false,
         }
     }
 }
@@ -156,6 +159,14 @@ impl TrainSettings {
     pub fn check(&self) -> Result<(), BakeError> {
         let NetworkSettings { width, heads, layers, feed_forward, bands, octaves, taps, tap_shapes, highest, .. } =
             self.network;
+        if self.network.simulated && self.network.head != HeadKind::Taps {
+            let expected = "the head taps".to_owned();
+            return Err(BakeError::Argument {
+                what: "head that corrects a simulation",
+                expected,
+                found: "AV-Cloud's".to_owned(),
+            });
+        }
         let within = |what: &'static str, found: usize, low: usize, high: usize| {
             let fits = (low..=high).contains(&found);
             let error = || BakeError::Argument { what, expected: format!("{low} to {high}"), found: found.to_string() };

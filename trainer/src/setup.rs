@@ -7,7 +7,7 @@ use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, reverberation_times};
 use promenade_core::glam::Vec3;
 use promenade_core::network::{CloudEmitter, HEAD_RADIUS_M, Placement, SPEED_OF_SOUND_M_S};
-use promenade_core::{Bands, StftGrid, TailModel};
+use promenade_core::{Bands, Pose, StftGrid, TailModel};
 
 /// Reverberation time of bands in which nothing sounds, seconds.
 const SILENT_T60_S: f32 = 0.4;
@@ -23,7 +23,12 @@ pub(crate) struct Cloud {
     pub(crate) features: Vec<f32>,
     /// Distance that relative vectors are divided by, cloud units.
     pub(crate) max_norm: f32,
+    /// Whether the last anchor is the emitter that is heard; its features are its own.
+    pub(crate) has_emitter: bool,
 }
+
+/// What an emitter has instead of an anchor's colours.
+const EMITTER_FEATURE: f32 = 1.0;
 
 /// Everything around the weights that does not change.
 pub(crate) struct Setup {
@@ -39,8 +44,8 @@ pub(crate) struct Setup {
     pub(crate) cloud: Cloud,
     /// Where they lie in the scene.
     pub(crate) placement: Placement,
-    /// The emitter, where it is known and used.
-    pub(crate) emitter: Option<CloudEmitter>,
+    /// The capture's emitters, where they are known and used.
+    pub(crate) emitters: Vec<CloudEmitter>,
     /// Frames of every clip, for heads that take clips of one length; otherwise 0.
     pub(crate) frames: usize,
 }
@@ -78,18 +83,35 @@ impl Setup {
         let centre = anchors.positions.iter().sum::<Vec3>() / anchors.positions.len().max(1) as f32;
         let farthest = anchors.positions.iter().map(|p| p.distance(centre)).fold(0.0_f32, f32::max);
         let features = if network.colour { anchors.features.clone() } else { vec![0.0; anchors.features.len()] };
+        let known = capture.emitters.iter().filter(|_| network.emitter);
+        let emitters: Vec<_> = known.map(|e| CloudEmitter::with_sphere(e.position, HEAD_RADIUS_M)).collect();
+        let mut cloud = Cloud {
+            anchors: anchors.positions.clone(),
+            features,
+            max_norm: farthest.max(1e-3),
+            has_emitter: emitters.len() > 1,
+        };
+        if let (true, [first, ..]) = (cloud.has_emitter, &emitters[..]) {
+            let features = cloud.features.len() / cloud.anchors.len();
+            cloud.anchors.push(in_cloud(&anchors.placement, first.position));
+            cloud.features.extend(std::iter::repeat_n(EMITTER_FEATURE, features));
+        }
         Ok(Self {
             frames,
             queries: queries(&grid, network.bands),
-            cloud: Cloud { anchors: anchors.positions.clone(), features, max_norm: farthest.max(1e-3) },
+            cloud,
             placement: anchors.placement,
-            emitter: (capture.emitter.filter(|_| network.emitter))
-                .map(|position| CloudEmitter::with_sphere(position, HEAD_RADIUS_M)),
+            emitters,
             grid,
             bands,
             tail,
         })
     }
+}
+
+/// A place of the scene's world in the cloud's.
+pub(crate) fn in_cloud(placement: &Placement, position: Vec3) -> Vec3 {
+    placement.listener(&Pose { position, ..Pose::IDENTITY }).centre
 }
 
 /// The length that all clips have, samples.
@@ -138,12 +160,17 @@ pub(crate) fn fingerprint(capture: &Capture, setup: &Setup) -> u64 {
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
     let mut mix = |value: u32| hash = (hash ^ u64::from(value)).wrapping_mul(0x0100_0000_01B3);
     for track in &capture.tracks {
-        let samples = track.dry.iter().chain(track.binaural.iter().flatten());
+        let samples = track.voices.iter().flat_map(|voice| &voice.dry).chain(track.binaural.iter().flatten());
         samples.for_each(|x| mix(x.to_bits()));
     }
     for clip in &capture.clips {
         [clip.track, clip.start, clip.len, clip.split as usize].iter().for_each(|v| mix(*v as u32));
         clip.pose.position.to_array().iter().chain(&clip.pose.orientation.to_array()).for_each(|x| mix(x.to_bits()));
+    }
+    if capture.emitters.len() > 1 {
+        let voices = capture.tracks.iter().flat_map(|track| &track.voices);
+        voices.for_each(|voice| mix(voice.emitter.map_or(u32::MAX, |number| number as u32)));
+        capture.emitters.iter().flat_map(|e| e.position.to_array()).for_each(|x| mix(x.to_bits()));
     }
     let place = setup.cloud.anchors.iter().flat_map(|a| a.to_array());
     place.chain(setup.cloud.features.iter().copied()).for_each(|x| mix(x.to_bits()));

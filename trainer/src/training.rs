@@ -3,18 +3,20 @@
 use crate::checkpoint::{Checkpoint, CurvePoint};
 use crate::head::published::PublishedHead;
 use crate::head::streaming::StreamingHead;
-use crate::head::{Example, LossGradient, Prediction, RenderHead};
-use crate::network::{Decoded, Graph};
+use crate::head::{Example, ExampleVoice, LossGradient, Prediction, RenderHead};
+use crate::network::{Decoded, Graph, Heard};
 use crate::responses::{ClipResponses, clip_responses};
 use crate::scene::scene;
 use crate::settings::{HeadKind, TrainSettings};
-use crate::setup::{Setup, fingerprint, grid};
+use crate::setup::{Setup, fingerprint, grid, in_cloud};
+use crate::simulated::{SimulatedClips, Simulation};
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
 use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::capture::{Capture, Clip, Split};
-use promenade_core::network::Listener;
+use promenade_baker::capture::{Capture, Clip, Split, Voice};
+use promenade_core::glam::Vec3;
+use promenade_core::network::{CloudEmitter, HEAD_RADIUS_M};
 use promenade_core::random::Random;
 use promenade_core::{Bands, Pose, Provenance, Scene, SceneError, TransferFunction};
 use promenade_metrics::avcloud;
@@ -55,6 +57,10 @@ pub struct Scores {
     pub env: f64,
 }
 
+/// Both ears' responses of a simulated room to one emitter of the capture, by its number, at each of these poses, at the
+/// capture's sample rate.
+pub type Simulate<'s> = dyn Fn(usize, &[Pose]) -> Result<Vec<[Vec<f32>; 2]>, BakeError> + 's;
+
 /// A training under way.
 pub struct Trainer<'a> {
     capture: &'a Capture,
@@ -63,6 +69,9 @@ pub struct Trainer<'a> {
     settings: TrainSettings,
     setup: Setup,
     responses: Arc<ClipResponses>,
+    /// What a simulated room gives for each clip's voices, where that is corrected.
+    simulated: SimulatedClips,
+    simulation: Option<Simulation>,
     device: Device,
     head: RenderHead,
     weights: Arrays,
@@ -87,6 +96,29 @@ impl<'a> Trainer<'a> {
     ) -> Result<Self, BakeError> {
         let responses = responses(capture, &settings);
         Self::with_responses(capture, responses, anchors, settings, device, threads)
+    }
+
+    /// As [`Self::new`], for a network that corrects a simulated room: the settings' `simulated` is set.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; a clip whose emitter is not known, and what simulating meets.
+    pub fn on_simulation(
+        capture: &'a Capture,
+        anchors: &AnchorSet,
+        mut settings: TrainSettings,
+        device: Device,
+        threads: usize,
+        simulate: &Simulate<'_>,
+    ) -> Result<Self, BakeError> {
+        settings.network.simulated = true;
+        let responses = responses(capture, &settings);
+        let mut trainer = Self::with_responses(capture, responses, anchors, settings, device, threads)?;
+        let Setup { grid, bands, tail, queries, .. } = &trainer.setup;
+        let simulation = Simulation::new(grid, bands, tail, queries, trainer.settings.network.taps);
+        let clips = || capture.split(Split::Test).chain(trainer.clips.iter().flatten());
+        trainer.simulated = simulation.of_clips(capture, clips(), &trainer.responses, simulate)?;
+        trainer.simulation = Some(simulation);
+        Ok(trainer)
     }
 
     /// As [`Self::new`], with the responses of the capture's clips.
@@ -118,7 +150,7 @@ impl<'a> Trainer<'a> {
             HeadKind::Taps => {
                 let known = (&setup.grid, &setup.bands, &setup.tail);
                 let (network, loss) = (&settings.network, &settings.loss);
-                let head = StreamingHead::new(network, loss, &setup.queries, known, setup.emitter, threads);
+                let head = StreamingHead::new(network, loss, &setup.queries, known, threads);
                 RenderHead::Streaming(Box::new(head))
             }
             HeadKind::Sh | HeadKind::Full => {
@@ -133,6 +165,8 @@ impl<'a> Trainer<'a> {
         Ok(Self {
             fingerprint: fingerprint(capture, &setup),
             responses,
+            simulated: SimulatedClips::default(),
+            simulation: None,
             clips: shifted_clips(capture, &settings),
             capture,
             settings,
@@ -199,10 +233,10 @@ impl<'a> Trainer<'a> {
         point
     }
 
-    /// The scene of the weights as they are.
+    /// The scene of the weights as they are, of the capture's first emitter.
     ///
     /// # Errors
-    /// Weights that are not finite or do not fit together.
+    /// Weights that are not finite or do not fit together; a network that corrects a simulation, which is no scene by itself.
     pub fn scene(&self, provenance: Provenance) -> Result<Scene, SceneError> {
         let poses: Vec<Pose> = self.capture.clips.iter().map(|c| c.pose).collect();
         scene(&self.setup, &self.settings, &self.weights, provenance, &poses)
@@ -246,17 +280,35 @@ impl<'a> Trainer<'a> {
         (gradient.loss, gradients)
     }
 
-    /// The transfer function that the network predicts for a pose, as the engine's render head takes it; none with AV-Cloud's
-    /// heads.
+    /// The transfer function that the network predicts for a pose and an emitter of the capture, as the engine's render head
+    /// takes it; none with AV-Cloud's heads.
     #[must_use]
-    pub fn transfer(&mut self, pose: &Pose) -> Option<TransferFunction> {
+    pub fn transfer(&mut self, pose: &Pose, emitter: Option<usize>) -> Option<TransferFunction> {
+        let emitter = emitter.and_then(|number| self.setup.emitters.get(number)).copied();
+        self.filters(pose, ExampleVoice { dry: Vec::new(), emitter, simulated: None })
+    }
+
+    fn filters(&mut self, pose: &Pose, voice: ExampleVoice) -> Option<TransferFunction> {
         if let RenderHead::Published(_) = self.head {
             return None;
         }
-        let example = Example { dry: Vec::new(), pre_roll: 0, binaural: [&[], &[]], pose: *pose, response: None };
+        let example = Example { voices: vec![voice], pre_roll: 0, binaural: [&[], &[]], pose: *pose, response: None };
         let parts = self.decode(&Graph::new(&self.weights, &self.device), std::slice::from_ref(&example));
         let RenderHead::Streaming(head) = &self.head else { return None };
-        Some(head.transfer(pose, &predictions(&parts)[0], &self.weights))
+        Some(head.transfer(pose, &example.voices[0], &predictions(&parts)[0], &self.weights))
+    }
+
+    /// A simulated response of both ears to an emitter anywhere, world metres, as the network corrects it, with the level of the
+    /// capture; `None` of a training that corrects no simulation.
+    #[must_use]
+    pub fn refined(&mut self, pose: &Pose, emitter: Vec3, ears: &[Vec<f32>; 2]) -> Option<[Vec<f32>; 2]> {
+        let simulation = self.simulation.as_ref()?;
+        let gain = self.simulated.gain;
+        let (own, centre) = simulation.of(ears, gain);
+        let (own, emitter) = (Arc::new(own), CloudEmitter::with_sphere(emitter, HEAD_RADIUS_M));
+        let voice = ExampleVoice { dry: Vec::new(), emitter: Some(emitter), simulated: Some(own.clone()) };
+        let corrected = self.filters(pose, voice)?;
+        Some(own.reshaped(ears, centre, gain, &corrected, (&self.setup.grid, &self.setup.bands)))
     }
 
     /// Renders clips of a split with the weights as they are, and compares.
@@ -295,9 +347,20 @@ impl<'a> Trainer<'a> {
         let response = self.responses.get(&clip.name).cloned();
         // The engine has no sound that travels: the dry sound is as late as the direct sound is in the recording.
         let late = response.as_ref().map_or(0, |r| r.late);
-        let mut dry = self.capture.dry(clip, pre_roll.saturating_add_signed(late as isize));
-        dry.resize(pre_roll + clip.len, 0.0);
-        Example { dry, pre_roll, binaural: self.capture.binaural(clip), pose: clip.pose, response }
+        let before = pre_roll.saturating_add_signed(late as isize);
+        let heard = match &self.head {
+            RenderHead::Streaming(_) => self.capture.voices(clip, before),
+            // AV-Cloud's own know nothing of emitters.
+            RenderHead::Published(_) => vec![Voice { emitter: None, dry: self.capture.dry(clip, before) }],
+        };
+        let voice = |Voice { emitter, mut dry }: Voice| {
+            dry.resize(pre_roll + clip.len, 0.0);
+            let simulated = emitter.and_then(|number| self.simulated.clips.get(&(clip.name.clone(), number))).cloned();
+            let emitter = emitter.and_then(|number| self.setup.emitters.get(number)).copied();
+            ExampleVoice { dry, emitter, simulated }
+        };
+        let voices = heard.into_iter().map(voice).collect();
+        Example { voices, pre_roll, binaural: self.capture.binaural(clip), pose: clip.pose, response }
     }
 
     /// The clips of a step, each shifted along the path at random: all of the capture's in an order that the seed and the epoch
@@ -324,9 +387,18 @@ impl<'a> Trainer<'a> {
     /// room.
     fn decode(&mut self, graph: &Graph, examples: &[Example<'_>]) -> Vec<Tensor<2>> {
         let network = &self.settings.network;
-        let listeners: Vec<Listener> = examples.iter().map(|e| self.setup.placement.listener(&e.pose)).collect();
+        let placement = &self.setup.placement;
         let factors = ["vec_embedder.freqs", "freq_embedder.freqs"].map(|name| &self.weights[name].values[..]);
-        let Decoded { mixture, difference, embedding } = graph.decode(&self.setup.cloud, &listeners, network, factors);
+        let mut heard: Vec<Heard<'_>> = Vec::new();
+        for example in examples {
+            let listener = placement.listener(&example.pose);
+            heard.extend(example.voices.iter().map(|voice| Heard {
+                listener,
+                emitter: voice.emitter.map(|e| in_cloud(placement, e.position)),
+                simulated: voice.simulated.as_ref().map(|s| s.features()),
+            }));
+        }
+        let Decoded { mixture, difference, embedding } = graph.decode(&self.setup.cloud, &heard, network, factors);
         let room = match &mut self.head {
             _ if network.taps == 0 => None,
             RenderHead::Streaming(_) => Some(graph.coefficients(&embedding)),
@@ -336,7 +408,7 @@ impl<'a> Trainer<'a> {
                 let masked = Tensor::<3>::from_data(magnitudes, &self.device) * mixture.clone().unsqueeze_dim::<3>(1);
                 let filtered = match network.head {
                     HeadKind::Full => graph.hyper_filter(&masked, &embedding),
-                    _ => graph.harmonic_filter(&masked, graph.harmonics(&self.setup.cloud, &listeners, network.degree)),
+                    _ => graph.harmonic_filter(&masked, graph.harmonics(&self.setup.cloud, &heard, network.degree)),
                 };
                 Some(filtered.reshape([batch, self.setup.frames * bins]))
             }

@@ -2,6 +2,7 @@
 
 use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
 use crate::setup::Setup;
+use crate::simulated::FEATURES;
 use promenade_core::network::{CONV_LAYERS, DELAY_SHAPES, Tensor};
 use promenade_core::random::Random;
 use std::collections::BTreeMap;
@@ -28,9 +29,9 @@ fn factors(octaves: usize, highest: f32) -> Vec<f32> {
 }
 
 /// Draws starting weights.
-struct Start {
-    random: Random,
-    arrays: Arrays,
+pub(crate) struct Start {
+    pub(crate) random: Random,
+    pub(crate) arrays: Arrays,
 }
 
 impl Start {
@@ -47,12 +48,12 @@ impl Start {
         self.put(name, shape, values);
     }
 
-    fn normal(&mut self, name: &str, shape: &[usize], deviation: f32) {
+    pub(crate) fn normal(&mut self, name: &str, shape: &[usize], deviation: f32) {
         let values = (0..shape.iter().product()).map(|_| deviation * self.random.normal()).collect();
         self.put(name, shape, values);
     }
 
-    fn linear(&mut self, stem: &str, outputs: usize, inputs: usize) {
+    pub(crate) fn linear(&mut self, stem: &str, outputs: usize, inputs: usize) {
         self.layer(stem, &[outputs, inputs]);
     }
 
@@ -104,10 +105,14 @@ pub(crate) fn start(settings: &TrainSettings, setup: &Setup) -> Arrays {
     s.norm("decoder.norm", width);
     s.normal("_audio_features_f", &[anchors, width, 1], 1.0);
     s.linear("mix_prj", 1, width);
-    s.fill("mix_prj.bias", &[1], 0.6);
+    // What is corrected begins as it is.
+    s.fill("mix_prj.bias", &[1], if settings.network.simulated { 1.0 } else { 0.6 });
+    if settings.network.simulated {
+        s.linear("sim_prj", width, FEATURES);
+    }
     s.linear("diff_prj", 1, width);
     s.fill("diff_prj.bias", &[1], 0.0);
-    if setup.emitter.is_some() {
+    if !setup.emitters.is_empty() && !settings.network.simulated {
         s.fill(DELAY, &[DELAY_SHAPES], 0.0);
     }
     s.room(settings, setup);
@@ -123,9 +128,18 @@ impl Start {
             _ if taps == 0 => (),
             HeadKind::Taps => {
                 self.linear("tap_prj", 2 * tap_shapes, width);
+                let counts = [tap_shapes, taps + 1, setup.bands.count()];
+                if settings.network.simulated {
+                    self.arrays
+                        .entry("tap_prj.weight".to_owned())
+                        .and_modify(|t| t.values.iter_mut().for_each(|w| *w *= QUIET));
+                    self.fill("tap_prj.bias", &[2 * tap_shapes], -(tap_shapes as f32).ln());
+                    self.fill("tap_shapes", &counts, 0.0);
+                    return;
+                }
                 self.fill("tap_prj.bias", &[2 * tap_shapes], 0.0);
                 let shapes = tap_shapes_at(taps, tap_shapes, setup.bands.count(), setup.grid.hop_s());
-                self.put("tap_shapes", &[tap_shapes, taps + 1, setup.bands.count()], shapes);
+                self.put("tap_shapes", &counts, shapes);
             }
             HeadKind::Sh => {
                 self.normal("time_weights", &[bands, frames], 1.0);

@@ -3,7 +3,7 @@
 use crate::sources::checkpoint::Imported;
 use crate::sources::reconstruction::HARMONIC;
 use promenade_core::glam::Vec3;
-use promenade_core::network::CloudModel;
+use promenade_core::network::{CloudEmitter, CloudModel};
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{Anchor, AnchorCloud, Bands, Pose, Provenance, Scene, SceneError, SceneParts, StftGrid, TailModel};
 
@@ -62,6 +62,32 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
         anchors,
         ..SceneParts::new(grid, bands, tail)
     })
+}
+
+/// Two places in the scene closer than this are one, metres.
+const SAME_PLACE_M: f32 = 1e-3;
+
+/// A scene whose network knows its emitter as one of its anchors, the last, with the emitter in another place, world metres;
+/// `None` of a scene that holds for one emitter only.
+///
+/// # Errors
+/// A place that is not finite.
+pub fn with_emitter(scene: &Scene, position: Vec3) -> Result<Option<Scene>, SceneError> {
+    let Some(cloud) = scene.cloud() else { return Ok(None) };
+    let parts = cloud.model.parts();
+    let (Some(emitter), Some(last)) = (cloud.emitter, parts.anchors.last()) else { return Ok(None) };
+    if parts.placement.to_scene(*last).distance(emitter.position) > SAME_PLACE_M {
+        return Ok(None);
+    }
+    let mut parts = parts.clone();
+    let moved = parts.placement.listener(&Pose { position, ..Pose::IDENTITY }).centre;
+    parts.anchors.pop();
+    parts.anchors.push(moved);
+    let model = CloudModel::new(parts)?;
+    let emitter = Some(CloudEmitter { position, ..emitter });
+    let anchors = display_anchors(&model);
+    Scene::new(SceneParts { anchors, cloud: Some(AnchorCloud { model, emitter, ..cloud.clone() }), ..scene.parts().clone() })
+        .map(Some)
 }
 
 /// A model's anchors in metres, each with the colour of its nearest point.

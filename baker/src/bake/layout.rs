@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use promenade_core::{Axis, Facing, FieldGrid, Pose, glam};
 
 /// Two positions closer than this are one, metres.
-const SAME_PLACE_M: f32 = 1e-3;
+pub(crate) const SAME_PLACE_M: f32 = 1e-3;
 /// The densest directions that are kept apart, radians.
 const FINEST_STEP: f32 = 2.5 * std::f32::consts::PI / 180.0;
 /// The widest distance between the directions of a field, radians.

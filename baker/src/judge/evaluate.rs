@@ -8,11 +8,13 @@ mod nearest;
 
 pub use figure::{Figure, Figures};
 
-use crate::capture::DIRECT_PRE_ROLL_S;
+use crate::bake::cloud_scene::with_emitter;
+use crate::capture::{DIRECT_PRE_ROLL_S, Emitter};
 use crate::player::{Ears, Player, Playing, Poses};
 use crate::{BakeError, Capture, Clip, Responses, Split};
 use baselines::baselines;
 use promenade_core::Scene;
+use promenade_core::glam::Vec3;
 use std::sync::Arc;
 
 /// Training clips that levels are fitted on, spread over all.
@@ -117,17 +119,11 @@ pub fn evaluate_each(
         return Err(BakeError::argument("capture", "at least one clip for testing", found));
     }
     let mut notes = Vec::new();
-    if let (Some(own), Some(heard)) = (scene.emitter(), capture.emitter)
-        && own.distance(heard) > ANOTHER_EMITTER_M
-    {
-        let [own_at, heard_at] = [own, heard].map(|p| format!("{:.2}, {:.2}, {:.2}", p.x, p.y, p.z));
-        let apart = own.distance(heard);
-        let judged = "the scene is judged by another emitter's sound";
-        notes.push(format!("the scene's emitter, at {own_at}, is {apart:.2} m from the capture's, at {heard_at}: {judged}"));
+    let mut method = SceneMethod::new(scene, capture, options)?;
+    let playing = method.players[0].playing();
+    if method.players.len() == 1 {
+        notes.extend(other_emitters(scene, capture, &tests));
     }
-    let player = Player::new(scene, capture.sample_rate_hz, options.playing)?;
-    let playing = player.playing();
-    let mut method = SceneMethod { player, poses: options.poses, gain: 1.0 };
     let fit = fit_clips(capture);
     if options.fit_level {
         method.gain = fitted_gain(&mut method, capture, &fit)?;
@@ -148,8 +144,10 @@ pub fn evaluate_each(
             let recorded = capture.binaural(clip).map(|ear| &ear[..predicted[0].len()]);
             each(ClipPair { method: method.name(), clip, predicted, recorded })?;
             let pre_roll = (DIRECT_PRE_ROLL_S * capture.sample_rate_hz) as usize;
-            let dry = capture.dry(clip, pre_roll);
-            clips.push((clip.name.clone(), Figures::of(predicted, recorded, (&dry, pre_roll), capture.sample_rate_hz)));
+            // Of a mix no response can be found.
+            let dry = (!capture.is_mix(clip)).then(|| capture.dry(clip, pre_roll));
+            let dry = dry.as_deref().map(|dry| (dry, pre_roll));
+            clips.push((clip.name.clone(), Figures::of(predicted, recorded, dry, capture.sample_rate_hz)));
         }
         let mean = Figures::mean(clips.iter().map(|(_, f)| f));
         results.push(MethodResult { name: method.name().to_owned(), note: method.note().to_owned(), clips, mean });
@@ -173,11 +171,45 @@ pub fn overall(evaluations: &[Evaluation]) -> Vec<(String, Figures)> {
     first.methods.iter().filter_map(|m| Some((m.name.clone(), Figures::mean(all(&m.name)?.iter())))).collect()
 }
 
+/// A note for each emitter of test clips that is not the scene's.
+fn other_emitters(scene: &Scene, capture: &Capture, tests: &[&Clip]) -> Vec<String> {
+    let Some(own) = scene.emitter() else { return Vec::new() };
+    let at = |p: Vec3| format!("{:.2}, {:.2}, {:.2}", p.x, p.y, p.z);
+    let plays = |clip: &Clip, number| capture.tracks[clip.track].voices.iter().any(|voice| voice.emitter == Some(number));
+    let of = |(number, emitter): (usize, &Emitter)| {
+        let (heard, apart) = (emitter.position, own.distance(emitter.position));
+        let clips = tests.iter().filter(|clip| plays(clip, number)).count();
+        (apart > ANOTHER_EMITTER_M && clips > 0).then(|| {
+            let (own, heard) = (at(own), at(heard));
+            let judged = format!("in {clips} of {} test clips the scene is judged by another emitter's sound", tests.len());
+            format!("the scene's emitter, at {own}, is {apart:.2} m from the capture's, at {heard}: {judged}")
+        })
+    };
+    capture.emitters.iter().enumerate().filter_map(of).collect()
+}
+
 /// The scene itself.
 struct SceneMethod {
-    player: Player,
+    /// One, or one for each emitter of the capture where the scene's emitter can be moved there.
+    players: Vec<Player>,
     poses: Poses,
     gain: f32,
+}
+
+impl SceneMethod {
+    fn new(scene: &Arc<Scene>, capture: &Capture, options: &EvaluateOptions) -> Result<Self, BakeError> {
+        let mut players = Vec::new();
+        let all_known = capture.tracks.iter().flat_map(|t| &t.voices).all(|voice| voice.emitter.is_some());
+        for emitter in capture.emitters.iter().filter(|_| all_known) {
+            if let Some(moved) = with_emitter(scene, emitter.position)? {
+                players.push(Player::new(&Arc::new(moved), capture.sample_rate_hz, options.playing)?);
+            }
+        }
+        if players.is_empty() {
+            players.push(Player::new(scene, capture.sample_rate_hz, options.playing)?);
+        }
+        Ok(Self { players, poses: options.poses, gain: 1.0 })
+    }
 }
 
 impl Method for SceneMethod {
@@ -186,7 +218,18 @@ impl Method for SceneMethod {
     }
 
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
-        let mut ears = self.player.render_clip(capture, clip, self.poses)?;
+        let voices = &capture.tracks[clip.track].voices;
+        let mut ears = match &mut self.players[..] {
+            [only] => only.render_clip(capture, clip, self.poses)?,
+            players => {
+                let mut sum: Ears = [vec![0.0; clip.len], vec![0.0; clip.len]];
+                for (number, voice) in voices.iter().enumerate() {
+                    let player = &mut players[voice.emitter.unwrap_or(0)];
+                    add(&mut sum, player.render_voice(capture, clip, number, self.poses)?);
+                }
+                sum
+            }
+        };
         ears.iter_mut().flatten().for_each(|v| *v *= self.gain);
         Ok(ears)
     }
@@ -197,6 +240,14 @@ fn fit_clips(capture: &Capture) -> Vec<&Clip> {
     let train: Vec<&Clip> = capture.split(Split::Train).collect();
     let step = train.len().div_ceil(FIT_CLIPS).max(1);
     train.into_iter().step_by(step).collect()
+}
+
+/// Adds what another source gives both ears; both end with the shorter.
+fn add(sum: &mut Ears, more: Ears) {
+    for (sum, more) in sum.iter_mut().zip(more) {
+        sum.truncate(more.len());
+        sum.iter_mut().zip(more).for_each(|(sum, x)| *sum += x);
+    }
 }
 
 fn energy(ears: [&[f32]; 2]) -> f64 {

@@ -9,11 +9,13 @@ mod cut;
 mod defects;
 mod direct;
 mod emitter;
+mod emitters;
 mod from_responses;
 mod import;
 mod load;
 mod manifest;
 mod replay;
+mod replay_nvas;
 mod reverberation;
 mod rwavs;
 mod sift;
@@ -24,6 +26,7 @@ pub use cut::{Cut, SplitRule};
 pub use defects::{CLIPPED_RUN, SILENT_DBFS, is_clipped, is_silent, level_dbfs};
 pub use direct::{DIRECT_PRE_ROLL_S, direct_sound};
 pub use emitter::{EmitterEstimate, locate_emitter};
+pub use emitters::{Emitter, Voice};
 pub use from_responses::{DrySound, FromResponses, from_responses};
 pub use import::{ImportCapture, mean};
 pub use replay::import_replay;
@@ -46,8 +49,8 @@ pub struct Capture {
     pub licence: String,
     /// Samples per second of all tracks.
     pub sample_rate_hz: f64,
-    /// Where the sound came from, world metres, where it is known.
-    pub emitter: Option<Vec3>,
+    /// Where the sound came from, as far as it is known.
+    pub emitters: Vec<Emitter>,
     /// The recordings.
     pub tracks: Vec<Track>,
     /// The parts of the recordings that are used; none is silent or clipped.
@@ -61,9 +64,9 @@ pub struct Capture {
 pub struct Track {
     /// Name, different from that of every other track.
     pub name: String,
-    /// The dry sound, full scale 1.
-    pub dry: Vec<f32>,
-    /// What the left and the right ear heard, each as long as the dry sound and aligned with it.
+    /// What was played: one dry sound, or those of several sources that are heard together; all of one length.
+    pub voices: Vec<Voice>,
+    /// What the left and the right ear heard, each as long as the dry sounds and aligned with them.
     pub binaural: [Vec<f32>; 2],
     /// The listener over the track's seconds; one keyframe is a listener who stands still.
     pub path: CameraPath,
@@ -84,6 +87,23 @@ pub struct Clip {
     pub pose: Pose,
     /// What it is for.
     pub split: Split,
+}
+
+impl Track {
+    /// Length of the recording.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.binaural[0].len()
+    }
+}
+
+impl Clip {
+    /// `pre_roll` samples of a track's sound before the clip, zeros before its start, then the clip's own.
+    pub(crate) fn stretch(&self, sound: &[f32], pre_roll: usize) -> Vec<f32> {
+        let before = pre_roll.min(self.start);
+        let zeros = std::iter::repeat_n(0.0, pre_roll - before);
+        zeros.chain(sound[self.start - before..self.start + self.len].iter().copied()).collect()
+    }
 }
 
 impl Capture {
@@ -124,16 +144,17 @@ impl Capture {
         self.clips.iter().filter(move |c| c.split == split)
     }
 
-    /// `pre_roll` samples of dry sound before the clip, zeros before the track's start, then the clip's own.
+    /// `pre_roll` samples of dry sound before the clip, zeros before the track's start, then the clip's own; of a mix the sum
+    /// of all voices.
     ///
     /// # Panics
     /// When the clip is not one of this capture.
     #[must_use]
     pub fn dry(&self, clip: &Clip, pre_roll: usize) -> Vec<f32> {
-        let dry = &self.tracks[clip.track].dry;
-        let before = pre_roll.min(clip.start);
-        let zeros = std::iter::repeat_n(0.0, pre_roll - before);
-        zeros.chain(dry[clip.start - before..clip.start + clip.len].iter().copied()).collect()
+        let mut voices = self.tracks[clip.track].voices.iter().map(|voice| clip.stretch(&voice.dry, pre_roll));
+        let mut sum = voices.next().unwrap_or_default();
+        voices.for_each(|dry| sum.iter_mut().zip(dry).for_each(|(sum, x)| *sum += x));
+        sum
     }
 
     /// What the ears heard during the clip.
@@ -165,7 +186,7 @@ impl Capture {
         let end = clip.start + clip.len;
         let low = tests().map(|test| test.start + test.len).filter(|end| *end <= clip.start).max().unwrap_or(0);
         let high = tests().map(|test| test.start).filter(|start| *start >= end).min();
-        let latest = high.unwrap_or(self.tracks[clip.track].dry.len()) - clip.len;
+        let latest = high.unwrap_or(self.tracks[clip.track].samples()) - clip.len;
         let start = clip.start.saturating_add_signed(samples).clamp(low, latest);
         let shifted = Clip { name: format!("{}@{start}", clip.name), start, ..clip.clone() };
         if start == clip.start || !sift::is_useful(self, &shifted) {

@@ -36,6 +36,17 @@ pub(crate) struct ClipArgs {
     pub(crate) test_share: f64,
 }
 
+/// Clips that are for testing, besides those that a capture has for it.
+#[derive(Debug, Args)]
+pub(crate) struct HoldOutArgs {
+    /// Emitter of which nothing is learnt: all clips that it plays in are for testing
+    #[arg(long, value_name = "NAME")]
+    pub(crate) test_emitter: Vec<String>,
+    /// Track of which nothing is learnt: all its clips are for testing
+    #[arg(long, value_name = "NAME")]
+    pub(crate) test_track: Vec<String>,
+}
+
 /// How dry sound and responses become clips.
 #[derive(Debug, Args)]
 pub(crate) struct MixArgs {

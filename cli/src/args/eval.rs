@@ -1,5 +1,6 @@
 //! Arguments of `promenade eval`.
 
+use super::capture::HoldOutArgs;
 use super::values::parse_tier;
 use clap::{Args, ValueEnum};
 use promenade_baker::player::Playing;
@@ -34,6 +35,11 @@ pub(crate) struct EvalArgs {
     /// HRTF (SOFA) for the baseline of distance and HRTF; without it a sphere for a head
     #[arg(long, value_name = "FILE")]
     pub(crate) hrtf: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) hold_out: HoldOutArgs,
+    /// Judge by the clips of this emitter alone
+    #[arg(long, value_name = "NAME")]
+    pub(crate) emitter: Option<String>,
     /// Write all figures, clip by clip
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,

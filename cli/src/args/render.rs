@@ -1,10 +1,11 @@
 //! Arguments of `promenade render`.
 
 use super::sound::SoundArgs;
-use super::values::{parse_bits, parse_latency, parse_pose, parse_tier, within};
+use super::values::{parse_bits, parse_latency, parse_point, parse_pose, parse_tier, within};
 use clap::{Args, ValueEnum};
 use promenade_baker::player::Playing;
 use promenade_baker::wav::Format;
+use promenade_core::glam::Vec3;
 use promenade_core::{Latency, LiveParams, Pose};
 use std::path::PathBuf;
 
@@ -48,6 +49,9 @@ pub(crate) struct RenderArgs {
     /// Order of Ambisonics: 4, 9 or 16 channels
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
     pub(crate) order: u8,
+    /// Where the sound comes from, metres, instead of the scene's own emitter; of scenes that were trained with several
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) emitter: Option<Vec3>,
     /// SOFA file of head-related responses: your own head in the place of the scene's
     #[arg(long, value_name = "FILE")]
     pub(crate) head: Option<PathBuf>,

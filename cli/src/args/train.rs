@@ -1,5 +1,7 @@
 //! Arguments of `promenade train`.
 
+use super::capture::HoldOutArgs;
+use super::simulation::SimulationArgs;
 use super::values::within;
 use clap::Args;
 use std::path::PathBuf;
@@ -9,8 +11,9 @@ pub(crate) const MAX_THREADS: usize = 256;
 
 #[derive(Debug, Args)]
 pub(crate) struct TrainArgs {
-    /// Capture to learn from: a folder, or a manifest ending in .json
-    pub(crate) capture: PathBuf,
+    /// Captures of one place to learn from: folders, or manifests ending in .json
+    #[arg(required = true, value_name = "CAPTURE")]
+    pub(crate) captures: Vec<PathBuf>,
     /// Anchors of the place, as `promenade anchors` writes them; several for a search to choose from
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     pub(crate) anchors: Vec<PathBuf>,
@@ -44,6 +47,14 @@ pub(crate) struct TrainArgs {
     /// Write the course of the training as a picture (SVG)
     #[arg(long, value_name = "FILE")]
     pub(crate) curve: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) hold_out: HoldOutArgs,
+    #[command(flatten)]
+    pub(crate) simulation: SimulationArgs,
+    /// Emitter that the scene is of, a name of the captures [default: the first]; `render --emitter` moves it where the scene
+    /// was trained with several
+    #[arg(long, value_name = "NAME")]
+    pub(crate) emitter: Option<String>,
     /// Name of the scene; without it the capture's
     #[arg(long)]
     pub(crate) title: Option<String>,

@@ -3,8 +3,9 @@
 use crate::args::CheckArgs;
 use crate::report;
 use anyhow::Result;
-use promenade_baker::capture::level_dbfs;
+use promenade_baker::capture::{Emitter, level_dbfs};
 use promenade_baker::{Capture, Split};
+use promenade_core::glam::Vec3;
 use serde_json::{Value, json};
 
 /// Levels of all clips of a split, dB relative to full scale.
@@ -42,27 +43,40 @@ fn levels(capture: &Capture, split: Split) -> Levels {
     Levels { split, clips: clips.len(), seconds, channels: [0, 1, 2].map(of) }
 }
 
-/// The nearest and the farthest clip from the emitter, metres.
-fn distances(capture: &Capture) -> Option<(f32, f32)> {
-    let emitter = capture.emitter?;
-    let all = capture.clips.iter().map(|c| c.pose.position.distance(emitter));
-    Some(all.fold((f32::INFINITY, 0.0), |(low, high), d| (low.min(d), high.max(d))))
+/// Nearest and farthest clip of one emitter alone, metres, where there are such clips; and their number.
+fn distances(capture: &Capture, emitter: usize) -> (Option<[f32; 2]>, usize) {
+    let clips = capture.clips.iter().filter(|clip| capture.emitter_of(clip) == Some(emitter));
+    let all: Vec<f32> = clips.map(|c| c.pose.position.distance(capture.emitters[emitter].position)).collect();
+    let near = all.iter().copied().reduce(f32::min);
+    (near.zip(all.iter().copied().reduce(f32::max)).map(|(near, far)| [near, far]), all.len())
+}
+
+/// Each emitter in words.
+fn emitters(capture: &Capture) -> Vec<String> {
+    let one = |(number, emitter): (usize, &Emitter)| {
+        let Emitter { name, position: Vec3 { x, y, z }, facing_deg } = emitter;
+        let named = if name.is_empty() { String::new() } else { format!("{name}: ") };
+        let facing = facing_deg.map_or(String::new(), |[yaw, pitch]| format!(", facing {yaw:.0}, {pitch:.0} degrees"));
+        let reach = match distances(capture, number) {
+            (Some([near, far]), clips) => format!("; {clips} clips {near:.2} to {far:.2} m from it"),
+            _ => "; no clips of it alone".to_owned(),
+        };
+        format!("{named}{x:.2}, {y:.2}, {z:.2} m{facing}{reach}")
+    };
+    let known: Vec<String> = capture.emitters.iter().enumerate().map(one).collect();
+    if known.is_empty() { vec!["unknown".to_owned()] } else { known }
 }
 
 fn as_text(capture: &Capture, levels: &[Levels]) -> String {
-    let seconds: f64 = capture.tracks.iter().map(|t| t.dry.len() as f64).sum::<f64>() / capture.sample_rate_hz;
-    let emitter = capture.emitter.map_or("unknown".to_owned(), |e| {
-        let (near, far) = distances(capture).unwrap_or_default();
-        format!("{:.2}, {:.2}, {:.2} m; clips {near:.2} to {far:.2} m from it", e.x, e.y, e.z)
-    });
+    let seconds: f64 = capture.tracks.iter().map(|t| t.samples() as f64).sum::<f64>() / capture.sample_rate_hz;
     let mut rows = vec![
         ("title", capture.title.clone()),
         ("credit", capture.credit.clone()),
         ("licence", capture.licence.clone()),
         ("sample rate", format!("{} Hz", capture.sample_rate_hz)),
         ("tracks", format!("{}, {seconds:.1} s", capture.tracks.len())),
-        ("emitter", emitter),
     ];
+    rows.extend(emitters(capture).into_iter().map(|text| ("emitter", text)));
     for l in levels {
         rows.push((l.split.name(), format!("{} clips, {:.1} s", l.clips, l.seconds)));
     }
@@ -92,10 +106,19 @@ fn as_json(capture: &Capture, levels: &[Levels]) -> Value {
             json!({ "split": l.split.name(), "clips": l.clips, "seconds": l.seconds, "dry": dry, "left": left, "right": right })
         })
         .collect();
+    let emitter = |(number, e): (usize, &Emitter)| {
+        let (distance_m, clips) = distances(capture, number);
+        json!({
+            "name": e.name, "position": e.position.to_array(), "facing_deg": e.facing_deg,
+            "clips": clips, "distance_m": distance_m,
+        })
+    };
+    let emitters: Vec<Value> = capture.emitters.iter().enumerate().map(emitter).collect();
+    let mixes = capture.clips.iter().filter(|clip| capture.is_mix(clip)).count();
     json!({
         "title": capture.title, "credit": capture.credit, "licence": capture.licence,
         "sample_rate_hz": capture.sample_rate_hz, "tracks": capture.tracks.len(),
-        "emitter": capture.emitter.map(|e| e.to_array()), "distance_m": distances(capture).map(|(a, b)| [a, b]),
+        "emitters": emitters, "mixes": mixes,
         "splits": splits, "notes": capture.notes,
     })
 }

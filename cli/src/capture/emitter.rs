@@ -10,11 +10,11 @@ use serde_json::{Value, json};
 
 pub(super) fn run(args: &EmitterArgs) -> Result<()> {
     let capture = Capture::load(&args.capture)?;
-    if let (Some(e), true, false) = (capture.emitter, args.write, args.force) {
+    if let (Some(e), true, false) = (capture.emitter(), args.write, args.force) {
         bail!("{}: has an emitter at {}, {}, {} m already; --force replaces it", args.capture.display(), e.x, e.y, e.z);
     }
     let found = locate_emitter(&capture)?;
-    let off = capture.emitter.map(|e| Off::new(&capture, found.position, e));
+    let off = capture.emitter().map(|e| Off::new(&capture, found.position, e));
     if args.write {
         let whole_mm = found.position.to_array().map(|v| (1e3 * v).round() / 1e3);
         Capture::write_emitter(&args.capture, Vec3::from(whole_mm), args.force)?;

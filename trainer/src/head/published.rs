@@ -77,9 +77,9 @@ impl Worker {
     }
 }
 
-/// The clip itself: this head has no memory of what was before.
+/// The clip itself: this head has no memory of what was before, and hears one voice.
 fn clip<'a>(example: &'a Example<'_>) -> &'a [f32] {
-    &example.dry[example.pre_roll..]
+    &example.voices[0].dry[example.pre_roll..]
 }
 
 fn input<'a>(prediction: &'a Prediction, conv: Option<&'a ConvWeights>, nothing: &'a [f32]) -> PublishedInput<'a> {
@@ -122,7 +122,7 @@ impl PublishedHead {
     ) -> Vec<[Vec<f32>; 2]> {
         let conv = conv_weights(weights);
         for_each_clip(&mut self.workers, examples, predictions, |worker, example, prediction| {
-            fits(worker.render(example, prediction, conv.as_ref()));
+            fits(worker.render(example, &prediction[0], conv.as_ref()));
             worker.out.clone()
         })
     }
@@ -132,7 +132,7 @@ impl PublishedHead {
         let conv = conv_weights(weights);
         let (filtered, share) = (self.filtered, 1.0 / examples.len().max(1) as f32);
         let parts = for_each_clip(&mut self.workers, examples, predictions, |worker, example, prediction| {
-            let loss = fits(worker.loss(example, prediction, conv.as_ref(), share));
+            let loss = fits(worker.loss(example, &prediction[0], conv.as_ref(), share));
             (loss, worker.by.clone())
         });
         let mut out = LossGradient::default();

@@ -1,6 +1,6 @@
 //! The streaming head of a batch of clips: renders, compares, and gives the derivatives back to the network.
 
-use crate::head::{Example, LossGradient, Prediction, for_each_clip};
+use crate::head::{Example, ExampleVoice, LossGradient, Prediction, for_each_clip};
 use crate::response_loss::ResponseLoss;
 use crate::settings::{LossSettings, NetworkSettings};
 use crate::spectral_loss::SpectralLoss;
@@ -23,7 +23,6 @@ struct Worker {
 pub(crate) struct StreamingHead {
     taps: Readout,
     blank: TransferFunction,
-    emitter: Option<CloudEmitter>,
     response: ResponseLoss,
     workers: Vec<Worker>,
 }
@@ -36,7 +35,6 @@ impl StreamingHead {
         loss: &LossSettings,
         queries: &Bands,
         (grid, bands, tail): (&StftGrid, &Bands, &TailModel),
-        emitter: Option<CloudEmitter>,
         threads: usize,
     ) -> Self {
         let shapes = if network.taps > 0 { network.tap_shapes } else { 0 };
@@ -45,7 +43,6 @@ impl StreamingHead {
         Self {
             taps: Readout::new(queries, grid, bands, network.taps, shapes),
             blank: workers[0].head.shape().silent(),
-            emitter,
             response: ResponseLoss::new(loss, grid, bands, tail),
             workers,
         }
@@ -53,9 +50,15 @@ impl StreamingHead {
 }
 
 impl StreamingHead {
-    /// The transfer function of a pose.
-    pub(crate) fn transfer(&self, pose: &Pose, prediction: &Prediction, weights: &Arrays) -> TransferFunction {
-        transfer(&self.taps, shaped(self.emitter, weights), &self.blank, pose, &query_values(prediction), &shapes(weights))
+    /// The transfer function of a pose and one voice.
+    pub(crate) fn transfer(
+        &self,
+        pose: &Pose,
+        voice: &ExampleVoice,
+        prediction: &Prediction,
+        weights: &Arrays,
+    ) -> TransferFunction {
+        self.filters(pose, voice, &query_values(prediction), weights, &shapes(weights)).1
     }
 
     /// Renders clips as the engine will, in order.
@@ -66,47 +69,65 @@ impl StreamingHead {
         weights: &Arrays,
     ) -> Vec<[Vec<f32>; 2]> {
         let shapes = shapes(weights);
-        let (taps, emitter, blank) = (&self.taps, shaped(self.emitter, weights), &self.blank);
-        for_each_clip(&mut self.workers, examples, predictions, |worker, example, prediction| {
-            let transfer = transfer(taps, emitter, blank, &example.pose, &query_values(prediction), &shapes);
-            let input = worker.head.analyse(&example.dry, example.pre_roll);
-            worker.head.render(&input, &transfer)
-        })
+        let mut workers = std::mem::take(&mut self.workers);
+        let head = &*self;
+        let rendered = for_each_clip(&mut workers, examples, predictions, |worker, example, predictions| {
+            let voices = example.voices.iter().zip(predictions);
+            let heard = voices.map(|(voice, prediction)| {
+                let (_, transfer) = head.filters(&example.pose, voice, &query_values(prediction), weights, &shapes);
+                let input = worker.head.analyse(&voice.dry, example.pre_roll);
+                worker.head.render(&input, &transfer)
+            });
+            heard.reduce(together).unwrap_or_default()
+        });
+        self.workers = workers;
+        rendered
     }
 
     /// Renders clips, and gives the derivatives of their mean loss.
     pub(crate) fn loss(&mut self, examples: &[Example<'_>], predictions: &[Prediction], weights: &Arrays) -> LossGradient {
         let shapes = shapes(weights);
-        let (taps, emitter, blank, response) = (&self.taps, shaped(self.emitter, weights), &self.blank, &self.response);
         let share = 1.0 / examples.len().max(1) as f32;
-        let parts = for_each_clip(&mut self.workers, examples, predictions, |worker, example, prediction| {
-            let values = query_values(prediction);
-            let transfer = transfer(taps, emitter, blank, &example.pose, &values, &shapes);
-            let input = worker.head.analyse(&example.dry, example.pre_roll);
-            let [left, right] = worker.head.render(&input, &transfer);
+        let mut workers = std::mem::take(&mut self.workers);
+        let head = &*self;
+        let parts = for_each_clip(&mut workers, examples, predictions, |worker, example, predictions| {
+            let voices: Vec<_> = (example.voices.iter().zip(predictions))
+                .map(|(voice, prediction)| {
+                    let values = query_values(prediction);
+                    let (learnt, transfer) = head.filters(&example.pose, voice, &values, weights, &shapes);
+                    (voice, values, learnt, transfer, worker.head.analyse(&voice.dry, example.pre_roll))
+                })
+                .collect();
+            let heard = voices.iter().map(|(.., transfer, input)| worker.head.render(input, transfer));
+            let [left, right] = heard.reduce(together).unwrap_or_default();
             let mut by_samples = [Vec::new(), Vec::new()];
             let mut loss = worker.loss.of([&left, &right], example.binaural, share, &mut by_samples);
-            let mut by = blank.clone();
-            worker.head.adjoint(&input, &transfer, by_samples.each_ref().map(Vec::as_slice), &mut by);
-            if let Some(wanted) = &example.response {
-                loss += response.of(wanted, &transfer, share, &mut by);
-            }
-            let (mut by_values, mut by_shapes) = (taps.values(), vec![0.0; shapes.len()]);
-            let gain = emitter.map_or(1.0, |e| e.gain(&example.pose));
-            taps.adjoint(&values, &shapes, gain, &by, &mut by_values, &mut by_shapes);
-            let by_delay = emitter.map(|e| e.delay_shapes(&example.pose).map(|shape| 1e-3 * by.delay_s * shape));
-            (loss, by_values, by_shapes, by_delay)
+            let by_voices: Vec<_> = voices
+                .iter()
+                .map(|(voice, values, learnt, transfer, input)| {
+                    let mut by = head.blank.clone();
+                    worker.head.adjoint(input, transfer, by_samples.each_ref().map(Vec::as_slice), &mut by);
+                    if let Some(wanted) = &example.response {
+                        loss += head.response.of(wanted, transfer, share, &mut by);
+                    }
+                    head.adjoint(&example.pose, voice, (values, learnt, &shapes), by)
+                })
+                .collect();
+            (loss, by_voices)
         });
+        self.workers = workers;
         let mut out = LossGradient::default();
         let mut by_logs = vec![0.0; shapes.len()];
-        let mut by_head = self.emitter.map(|_| vec![0.0; DELAY_SHAPES]);
-        for (loss, by_values, by_shapes, by_delay) in parts {
+        let mut by_head = weights.contains_key(DELAY).then(|| vec![0.0; DELAY_SHAPES]);
+        for (loss, by_voices) in parts {
             out.loss += loss;
-            let QueryValues { mixture, difference, coefficients } = by_values;
-            out.predictions.push(Prediction { mixture, difference, room: coefficients });
-            by_head.iter_mut().flatten().zip(by_delay.iter().flatten()).for_each(|(sum, by)| *sum += by);
-            // By a logarithm: the derivative by the value, times the value.
-            by_logs.iter_mut().zip(by_shapes.iter().zip(&shapes)).for_each(|(g, (b, s))| *g += b * s);
+            for ByVoice { values, shapes: by_shapes, delay } in by_voices {
+                let QueryValues { mixture, difference, coefficients } = values;
+                out.predictions.push(Prediction { mixture, difference, room: coefficients });
+                by_head.iter_mut().flatten().zip(delay.iter().flatten()).for_each(|(sum, by)| *sum += by);
+                // By a logarithm: the derivative by the value, times the value.
+                by_logs.iter_mut().zip(by_shapes.iter().zip(&shapes)).for_each(|(g, (b, s))| *g += b * s);
+            }
         }
         if !by_logs.is_empty() {
             out.weights.insert(SHAPES.to_owned(), by_logs);
@@ -114,6 +135,62 @@ impl StreamingHead {
         out.weights.extend(by_head.map(|by| (DELAY.to_owned(), by)));
         out
     }
+
+    /// What the network says by itself, and what is heard of it: the same, or the simulation that it corrects.
+    fn filters(
+        &self,
+        pose: &Pose,
+        voice: &ExampleVoice,
+        values: &QueryValues,
+        weights: &Arrays,
+        shapes: &[f32],
+    ) -> (TransferFunction, TransferFunction) {
+        let mut learnt = self.blank.clone();
+        if let Some(simulated) = &voice.simulated {
+            self.taps.transfer(values, shapes, 1.0, &mut learnt);
+            let corrected = simulated.corrected(&learnt);
+            return (learnt, corrected);
+        }
+        let emitter = shaped(voice.emitter, weights);
+        self.taps.transfer(values, shapes, emitter.map_or(1.0, |e| e.gain(pose)), &mut learnt);
+        learnt.delay_s = emitter.map_or(0.0, |e| e.delay_s(pose));
+        (learnt.clone(), learnt)
+    }
+
+    /// Derivatives by what the network predicts for a voice, from those by its transfer function.
+    fn adjoint(
+        &self,
+        pose: &Pose,
+        voice: &ExampleVoice,
+        (values, learnt, shapes): (&QueryValues, &TransferFunction, &[f32]),
+        mut by: TransferFunction,
+    ) -> ByVoice {
+        let mut out = ByVoice { values: self.taps.values(), shapes: vec![0.0; shapes.len()], delay: None };
+        let gain = if let Some(simulated) = &voice.simulated {
+            simulated.adjoint(learnt, &mut by);
+            1.0
+        } else {
+            let emitter = voice.emitter;
+            out.delay = emitter.map(|e| e.delay_shapes(pose).map(|shape| 1e-3 * by.delay_s * shape));
+            emitter.map_or(1.0, |e| e.gain(pose))
+        };
+        self.taps.adjoint(values, shapes, gain, &by, &mut out.values, &mut out.shapes);
+        out
+    }
+}
+
+/// Derivatives of the loss by what one voice is rendered with.
+struct ByVoice {
+    values: QueryValues,
+    shapes: Vec<f32>,
+    /// By the factors of the head's delay, where the emitter is known.
+    delay: Option<[f32; DELAY_SHAPES]>,
+}
+
+/// Two voices in both ears.
+fn together(mut sum: [Vec<f32>; 2], more: [Vec<f32>; 2]) -> [Vec<f32>; 2] {
+    sum.iter_mut().flatten().zip(more.iter().flatten()).for_each(|(sum, x)| *sum += x);
+    sum
 }
 
 fn query_values(prediction: &Prediction) -> QueryValues {
@@ -135,18 +212,4 @@ pub(crate) fn shaped(emitter: Option<CloudEmitter>, weights: &Arrays) -> Option<
 /// The tap shapes of their logarithms.
 pub(crate) fn exponentials(logs: &[f32]) -> Vec<f32> {
     logs.iter().map(|l| l.exp()).collect()
-}
-
-fn transfer(
-    taps: &Readout,
-    emitter: Option<CloudEmitter>,
-    blank: &TransferFunction,
-    pose: &Pose,
-    values: &QueryValues,
-    shapes: &[f32],
-) -> TransferFunction {
-    let mut transfer = blank.clone();
-    taps.transfer(values, shapes, emitter.map_or(1.0, |e| e.gain(pose)), &mut transfer);
-    transfer.delay_s = emitter.map_or(0.0, |e| e.delay_s(pose));
-    transfer
 }

@@ -3,12 +3,13 @@
 use super::*;
 use crate::settings::{HeadKind, LossSettings, NetworkSettings};
 use crate::weights::is_fixed;
-use promenade_baker::capture::Track;
+use promenade_baker::capture::{Emitter, Track, Voice};
 use promenade_core::decode::CloudDecoder;
 use promenade_core::glam::Vec3;
 use promenade_core::network::{Masks, Network, Placement};
 use promenade_core::published::ClipRenderer;
 use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Renderer, Tier};
+use promenade_testing::noise;
 use std::sync::Arc;
 
 const RATE: f64 = 8000.0;
@@ -63,9 +64,14 @@ fn capture() -> Capture {
         credit: String::new(),
         licence: String::new(),
         sample_rate_hz: RATE,
-        emitter: Some(emitter),
+        emitters: vec![Emitter::at(emitter)],
         clips: clips.collect(),
-        tracks: vec![Track { name: "t".to_owned(), dry, binaural, path: CameraPath::new(keyframes).unwrap() }],
+        tracks: vec![Track {
+            name: "t".to_owned(),
+            voices: vec![Voice { emitter: Some(0), dry }],
+            binaural,
+            path: CameraPath::new(keyframes).unwrap(),
+        }],
         notes: Vec::new(),
     }
 }
@@ -81,10 +87,36 @@ fn trainer(capture: &Capture, settings: TrainSettings) -> Trainer<'_> {
     Trainer::new(capture, &anchors(), settings, Device::flex(), 2).unwrap()
 }
 
+/// The same walk with a second emitter that is heard in half of the clips.
+fn mix() -> Capture {
+    let mut capture = capture();
+    let track = &mut capture.tracks[0];
+    let half = track.samples() / 2;
+    let second: Vec<f32> =
+        noise(77, track.samples()).iter().enumerate().map(|(i, x)| if i < half { 0.2 * x } else { 0.0 }).collect();
+    track.binaural.iter_mut().for_each(|ear| ear.iter_mut().zip(&second).for_each(|(sum, x)| *sum += 0.4 * x));
+    track.voices.push(Voice { emitter: Some(1), dry: second });
+    capture.emitters[0].name = "first".to_owned();
+    capture.emitters.push(Emitter { name: "second".to_owned(), ..Emitter::at(Vec3::new(-1.0, 1.0, 1.0)) });
+    capture
+}
+
+/// A room that is simulated: direct sound and decaying noise, the left ear later by the number of the emitter.
+fn simulated(emitter: usize, poses: &[Pose]) -> Result<Vec<[Vec<f32>; 2]>, BakeError> {
+    let ear = |seed: u64, direct: usize| -> Vec<f32> {
+        let room = noise(seed, 1200).into_iter().enumerate();
+        let mut ear: Vec<f32> = room.map(|(i, x)| if i < 60 { 0.0 } else { 0.1 * x * (-(i as f32) / 300.0).exp() }).collect();
+        ear[direct] = 0.7;
+        ear
+    };
+    Ok((0..poses.len() as u64).map(|i| [ear(2 * i, 30 + 2 * emitter), ear(2 * i + 1, 30)]).collect())
+}
+
 #[test]
 fn every_gradient_is_the_derivative() {
     let capture = capture();
-    let variants: [fn(&mut NetworkSettings); 8] = [
+    let mix = mix();
+    let variants: [fn(&mut NetworkSettings); 10] = [
         |_| (),
         |n| n.audio_embedding = false,
         |n| (n.emitter, n.taps) = (false, 0),
@@ -93,11 +125,17 @@ fn every_gradient_is_the_derivative() {
         |n| (n.head, n.conv, n.degree) = (HeadKind::Sh, false, 2),
         |n| (n.head, n.hyper) = (HeadKind::Full, 5),
         |n| (n.head, n.taps) = (HeadKind::Sh, 0),
+        |_| (),
+        |n| n.simulated = true,
     ];
     for (variant, change) in variants.into_iter().enumerate() {
         let mut settings = settings();
         change(&mut settings.network);
-        let mut trainer = trainer(&capture, settings);
+        let mut trainer = match variant {
+            8 => trainer(&mix, settings),
+            9 => Trainer::on_simulation(&mix, &anchors(), settings, Device::flex(), 2, &simulated).unwrap(),
+            _ => trainer(&capture, settings),
+        };
         let examples = trainer.batch(0);
         let gradients = trainer.loss(&examples).1;
         // What the variant leaves out has no gradient; all else has.
@@ -135,6 +173,33 @@ fn every_gradient_is_the_derivative() {
 }
 
 #[test]
+fn a_simulation_begins_as_it_is_and_a_mix_is_the_sum_of_its_voices() {
+    let mix = mix();
+    let settings = settings();
+    let mut trainer = Trainer::on_simulation(&mix, &anchors(), settings, Device::flex(), 2, &simulated).unwrap();
+    let clip = mix.split(Split::Test).next().unwrap();
+    let example = trainer.example(clip);
+    let ears = simulated(0, &[clip.pose]).unwrap().remove(0);
+    let refined = trainer.refined(&clip.pose, mix.emitters[0].position, &ears).unwrap();
+    // Before the first step the network is nearly silent: what is left is the level, which the recordings decide.
+    let energy = |x: &[f32]| x.iter().map(|v| v * v).sum::<f32>();
+    for (own, new) in ears.iter().zip(&refined) {
+        let level_db = 10.0 * (energy(new) / energy(own) / trainer.simulated.gain.powi(2)).log10();
+        assert!(level_db.abs() < 2.0, "{level_db}");
+    }
+    assert_eq!(example.voices.len(), 2);
+    let whole = trainer.render(std::slice::from_ref(&example)).remove(0);
+    let alone = [0, 1].map(|i| {
+        let example = Example { voices: vec![example.voices[i].clone()], ..example.clone() };
+        trainer.render(&[example]).remove(0)
+    });
+    for ear in 0..2 {
+        let off = whole[ear].iter().zip(alone[0][ear].iter().zip(&alone[1][ear])).map(|(w, (a, b))| (w - a - b).abs());
+        assert!(off.fold(0.0, f32::max) < 1e-5 && energy(&alone[1][ear]) > 1e-3);
+    }
+}
+
+#[test]
 fn shifted_clips_are_heard_where_they_are_heard() {
     let capture = capture();
     let trainer = trainer(&capture, TrainSettings { shift_s: 0.1, ..settings() });
@@ -147,7 +212,7 @@ fn shifted_clips_are_heard_where_they_are_heard() {
             let heard_at = track.path.pose_at(capture.middle_s(clip));
             assert!(example.pose.position.distance(heard_at.position) < 1e-5, "{}", clip.name);
             assert!(example.pose.orientation.dot(heard_at.orientation).abs() > 1.0 - 1e-5, "{}", clip.name);
-            assert_eq!(example.dry[example.pre_roll..].len(), clip.len);
+            assert_eq!(example.voices[0].dry[example.pre_roll..].len(), clip.len);
             shifted += usize::from(clip.start % clip.len != 0);
         }
     }
@@ -167,14 +232,14 @@ fn the_scene_plays_what_was_trained() {
     let clips: Vec<Clip> = capture.split(Split::Test).cloned().collect();
     for clip in &clips {
         decoder.decode(&clip.pose, &mut decoded);
-        let trained = trainer.transfer(&clip.pose).unwrap().to_row();
+        let trained = trainer.transfer(&clip.pose, Some(0)).unwrap().to_row();
         let worst = decoded.transfer.to_row().iter().zip(&trained).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst < 1e-4, "transfer functions differ by {worst}");
         let example = trainer.example(clip);
         let rendered = trainer.render(std::slice::from_ref(&example)).remove(0);
         let mut renderer = Renderer::for_tier(&scene, RATE, Tier::High).unwrap();
         let latency = renderer.latency_samples();
-        let input: Vec<f32> = example.dry.iter().copied().chain(vec![0.0; latency]).collect();
+        let input: Vec<f32> = example.voices[0].dry.iter().copied().chain(vec![0.0; latency]).collect();
         let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
         let [left, right] = &mut out;
         let quality = Quality { tier: Tier::High, live: LiveParams { wait: true, ..LiveParams::default() } };
@@ -215,7 +280,7 @@ fn a_model_with_the_published_head_renders_clips_as_it_was_trained() {
             let rendered = trainer.render(std::slice::from_ref(&example)).remove(0);
             let mut out = rendered.clone().map(|ear| vec![0.0; ear.len()]);
             let [left, right] = &mut out;
-            renderer.render(&example.dry[example.pre_roll..], &masks, &listener, [left, right]).unwrap();
+            renderer.render(&example.voices[0].dry[example.pre_roll..], &masks, &listener, [left, right]).unwrap();
             for (played, rendered) in out.iter().zip(&rendered) {
                 let worst = played.iter().zip(rendered).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                 assert!(worst < 1e-4, "sounds differ by {worst}");

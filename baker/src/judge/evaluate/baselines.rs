@@ -21,8 +21,8 @@ pub(super) fn baselines(
     } else {
         notes.push("there are no training clips: levels are not fitted, and nearest recordings are left out".to_owned());
     }
-    if let Some(emitter) = capture.emitter {
-        let mut free = DistanceAndHrtf::new(capture, emitter, head)?;
+    if capture.tracks.iter().flat_map(|track| &track.voices).all(|voice| voice.emitter.is_some()) {
+        let mut free = DistanceAndHrtf::new(capture, head)?;
         free.gain = fitted_gain(&mut free, capture, fit)?;
         notes.push(match head {
             Some(set) => format!("distance-and-head: nearest of the {} responses of {}", set.responses.len(), set.title),

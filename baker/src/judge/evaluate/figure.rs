@@ -98,9 +98,9 @@ pub struct Figures([Option<f64>; Figure::ALL.len()]);
 
 impl Figures {
     /// Measures what was predicted against what was recorded; of the longer one, the end does not count. `dry` is the sound
-    /// that both are of, from some samples before them on, as many as the second says.
+    /// that both are of, from some samples before them on, as many as the second says; none of a mix.
     #[must_use]
-    pub fn of(predicted: [&[f32]; 2], recorded: [&[f32]; 2], (dry, pre_roll): (&[f32], usize), sample_rate_hz: f64) -> Self {
+    pub fn of(predicted: [&[f32]; 2], recorded: [&[f32]; 2], dry: Option<(&[f32], usize)>, sample_rate_hz: f64) -> Self {
         let len = predicted.iter().chain(&recorded).map(|ear| ear.len()).min().unwrap_or(0);
         let (p, r) = (predicted.map(|ear| &ear[..len]), recorded.map(|ear| &ear[..len]));
         let mean = |of: &dyn Fn(usize) -> Option<f64>| Some(0.5 * (of(0)? + of(1)?));
@@ -121,6 +121,7 @@ impl Figures {
                 Some((of(p[ear])? - of(r[ear])?).abs())
             }),
             Figure::Itd => {
+                let (dry, pre_roll) = dry?;
                 let of = |ears| direct_sound(dry, pre_roll, ears, sample_rate_hz);
                 // Where the recording has none that stands out, there is nothing to compare with.
                 let wanted = of(r).filter(|direct| direct.clarity_db >= CLEAR_DB)?;
@@ -166,7 +167,7 @@ mod tests {
             std::iter::repeat_n(0.0, later).chain(dry.iter().map(|x| gain * x)).take(dry.len()).collect()
         };
         let (left, right) = (ear(0.5, 20), ear(0.2, 25));
-        let of = |predicted, recorded| Figures::of(predicted, recorded, (&dry, 0), f64::from(rate));
+        let of = |predicted, recorded| Figures::of(predicted, recorded, Some((&dry, 0)), f64::from(rate));
         let figures = of([&left, &right], [&left, &right]);
         for figure in Figure::ALL {
             assert_eq!(figures.get(figure), Some(0.0), "{figure:?}");
@@ -201,7 +202,7 @@ mod tests {
         let recorded = heard(5, [2, 3]);
         let error = |predicted: [Vec<f32>; 2]| {
             let [p, r] = [&predicted, &recorded].map(|ears| ears.each_ref().map(Vec::as_slice));
-            Figures::of(p, r, (&dry, 8000), rate).get(Figure::Itd).unwrap()
+            Figures::of(p, r, Some((&dry, 8000)), rate).get(Figure::Itd).unwrap()
         };
         assert!(error(heard(5, [4, 5])) < 10.0);
         let step_us = 1e6 / rate;

@@ -20,16 +20,15 @@ enum EarResponses {
     Sphere,
 }
 
-/// The dry sound over the distance, heard from the emitter's direction, with one gain for all clips.
+/// The dry sounds over their distances, heard from their emitters' directions, with one gain for all clips.
 pub(super) struct DistanceAndHrtf {
     hrtf: EarResponses,
-    emitter: Vec3,
     pub(super) gain: f32,
 }
 
 impl DistanceAndHrtf {
-    pub(super) fn new(capture: &Capture, emitter: Vec3, hrtf: Option<&Responses>) -> Result<Self, BakeError> {
-        let Some(set) = hrtf else { return Ok(Self { hrtf: EarResponses::Sphere, emitter, gain: 1.0 }) };
+    pub(super) fn new(capture: &Capture, hrtf: Option<&Responses>) -> Result<Self, BakeError> {
+        let Some(set) = hrtf else { return Ok(Self { hrtf: EarResponses::Sphere, gain: 1.0 }) };
         let (from, to) = (set.sample_rate_hz.round() as u32, capture.sample_rate_hz.round() as u32);
         let one = |r: &crate::Response| {
             let direction = r.listener.to_head(r.source).normalize_or_zero();
@@ -37,7 +36,7 @@ impl DistanceAndHrtf {
             Ok((direction, [ears.next().unwrap_or_default(), ears.next().unwrap_or_default()]))
         };
         let responses = set.responses.iter().map(one).collect::<Result<Vec<_>, BakeError>>()?;
-        Ok(Self { hrtf: EarResponses::Measured(responses), emitter, gain: 1.0 })
+        Ok(Self { hrtf: EarResponses::Measured(responses), gain: 1.0 })
     }
 }
 
@@ -53,22 +52,27 @@ impl Method for DistanceAndHrtf {
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<[Vec<f32>; 2], BakeError> {
         let rate = capture.sample_rate_hz;
         let before = (PRE_ROLL_S * rate) as usize;
-        let seen = clip.pose.to_head(self.emitter);
-        let gain = self.gain / seen.length().max(NEAREST_M);
-        let direction = seen.try_normalize().unwrap_or(Vec3::X);
-        let dry: Vec<f32> = capture.dry(clip, before).iter().map(|v| gain * v).collect();
-        let ears = match &self.hrtf {
-            EarResponses::Measured(all) => {
-                let nearest = all.iter().max_by(|a, b| a.0.dot(direction).total_cmp(&b.0.dot(direction)));
-                nearest.map_or_else(|| [dry.clone(), dry.clone()], |(_, [l, r])| convolve(&dry, [l, r]))
+        let mut sum = [vec![0.0; clip.len], vec![0.0; clip.len]];
+        for voice in capture.voices(clip, before) {
+            let Some(emitter) = voice.emitter.map(|number| capture.emitters[number].position) else { continue };
+            let seen = clip.pose.to_head(emitter);
+            let gain = self.gain / seen.length().max(NEAREST_M);
+            let direction = seen.try_normalize().unwrap_or(Vec3::X);
+            let dry: Vec<f32> = voice.dry.iter().map(|v| gain * v).collect();
+            let ears = match &self.hrtf {
+                EarResponses::Measured(all) => {
+                    let nearest = all.iter().max_by(|a, b| a.0.dot(direction).total_cmp(&b.0.dot(direction)));
+                    nearest.map_or_else(|| [dry.clone(), dry.clone()], |(_, [l, r])| convolve(&dry, [l, r]))
+                }
+                EarResponses::Sphere => {
+                    shape(&dry, rate, |hz| [1.0, -1.0].map(|side| sphere(f64::from(side * direction.y), hz)))
+                }
+            };
+            for (sum, ear) in sum.iter_mut().zip(ears) {
+                sum.iter_mut().zip(&ear[before..]).for_each(|(sum, x)| *sum += x);
             }
-            EarResponses::Sphere => shape(&dry, rate, |hz| [1.0, -1.0].map(|side| sphere(f64::from(side * direction.y), hz))),
-        };
-        Ok(ears.map(|ear| {
-            let mut ear = ear[before..].to_vec();
-            ear.resize(clip.len, 0.0);
-            ear
-        }))
+        }
+        Ok(sum)
     }
 }
 

@@ -306,7 +306,7 @@ fn mean(values: impl Iterator<Item = (f64, f64)>, from: f64, limits: Limits) -> 
 mod tests {
     use super::*;
     use crate::signal::convolve::shape;
-    use crate::sources::capture::{Clip, Track};
+    use crate::sources::capture::{Clip, Track, Voice};
     use promenade_core::random::Random;
     use promenade_core::{CameraPath, Keyframe};
     use promenade_fourier::num_complex::Complex32;
@@ -333,7 +333,7 @@ mod tests {
             });
             let binaural = wet.map(|ear| ear.iter().map(|v| v + 1e-3 * random.normal()).collect());
             let path = CameraPath::new(vec![Keyframe { t_s: 0.0, pose: *pose }]).unwrap();
-            Track { name: String::new(), dry, binaural, path }
+            Track { name: String::new(), voices: vec![Voice { emitter: None, dry }], binaural, path }
         };
         let clip = |(track, pose): (usize, &Pose)| Clip {
             name: String::new(),
@@ -395,7 +395,7 @@ mod tests {
         let error = locate_emitter(&capture(&walk(10), 0.0)).unwrap_err().to_string();
         assert!(error.contains("at least 12 training clips"), "{error}");
         let mut silent = capture(&walk(40), 0.0);
-        silent.tracks.iter_mut().for_each(|t| t.dry.fill(0.0));
+        silent.tracks.iter_mut().for_each(|t| t.voices[0].dry.fill(0.0));
         assert!(locate_emitter(&silent).is_err());
     }
 }

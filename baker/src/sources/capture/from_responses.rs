@@ -1,12 +1,13 @@
 //! Captures of measured or simulated rooms: dry sound convolved with responses.
 
 use super::sift::sift;
-use super::{Capture, Clip, Split, SplitRule, Track, level_dbfs};
-use crate::bake::layout::Layout;
+use super::{Capture, Clip, Emitter, Split, SplitRule, Track, Voice, level_dbfs};
+use crate::bake::layout::{Layout, SAME_PLACE_M};
 use crate::signal::convolve::convolve;
 use crate::{BakeError, Responses, resample};
+use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
-use promenade_core::{CameraPath, Keyframe};
+use promenade_core::{CameraPath, Keyframe, Pose};
 use std::collections::HashMap;
 
 /// Stretches that are tried for each response before a quiet one is taken.
@@ -51,16 +52,15 @@ impl Default for FromResponses {
 /// Makes a capture of responses: each is convolved with a stretch of dry sound that is chosen by the seed, and becomes a track
 /// with one pose. The room's answer to what came before the stretch is in it.
 ///
-/// Emitter and poses are those of the scene that [`crate::bake_responses`] makes of the same responses, and the level is too:
-/// the loudest ear has unit energy. Test clips are at poses of which there is no training clip.
+/// Emitter and poses are those of the scene that [`crate::bake_responses`] makes of the same responses; several sources around
+/// several listeners are as many emitters. The level is that of such a scene too: the loudest ear has unit energy. Test clips are at poses of which there is no training clip.
 /// Where the data set has a split, that is kept.
 ///
 /// # Errors
-/// Options out of range, a dry sound shorter than a clip, responses that do not lie around one emitter or one listener, or
-/// nothing but silence.
+/// Options out of range, a dry sound shorter than a clip, a listener in the place of a source, or nothing but silence.
 pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromResponses) -> Result<Capture, BakeError> {
     check(options)?;
-    let layout = Layout::of(responses)?;
+    let placed = Placed::of(responses)?;
     let from_hz = whole_rate(responses.sample_rate_hz)?;
     let rate_hz = options.sample_rate_hz.unwrap_or(from_hz);
     let rate = f64::from(rate_hz);
@@ -89,7 +89,8 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
     let mut chooser = Chooser { sounds: &sounds, clip, clips: options.clips, random: Random::new(options.seed ^ 0x5EED) };
     let mut names = HashMap::<String, usize>::new();
     let (mut tracks, mut clips) = (Vec::new(), Vec::new());
-    for ((response, pose), split) in responses.responses.iter().zip(&layout.poses).zip(splits) {
+    let places = placed.poses.iter().zip(&placed.numbers);
+    for ((response, (pose, number)), split) in responses.responses.iter().zip(places).zip(splits) {
         let ears = resample::response(&[response.left.clone(), response.right.clone()], from_hz, rate_hz)?;
         let [left, right] = [&ears[0], &ears[1]];
         let (sound, start) = chooser.stretch();
@@ -108,11 +109,12 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
         }
         let path = CameraPath::new(vec![Keyframe { t_s: 0.0, pose: *pose }])
             .map_err(|e| BakeError::argument("pose of a response", "a finite pose", e))?;
-        tracks.push(Track { name, dry: sound[start - pre_roll..end].to_vec(), binaural, path });
+        let voices = vec![Voice { emitter: Some(*number), dry: sound[start - pre_roll..end].to_vec() }];
+        tracks.push(Track { name, voices, binaural, path });
     }
     let names: Vec<&str> = dry.iter().map(|d| d.name.as_str()).collect();
     let mut notes = responses.notes.clone();
-    notes.extend(layout.notes.iter().cloned());
+    notes.extend(placed.notes);
     if kept > 0 {
         notes.push(format!("{kept} of {} responses are split as the data set has it", responses.responses.len()));
     }
@@ -122,7 +124,7 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
         credit: responses.credit.clone(),
         licence: responses.licence.clone(),
         sample_rate_hz: rate,
-        emitter: Some(layout.emitter),
+        emitters: placed.emitters,
         tracks,
         clips,
         notes,
@@ -132,6 +134,41 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
         return Err(BakeError::argument("dry sound and responses", "at least one clip with sound", capture.notes.join("; ")));
     }
     Ok(capture)
+}
+
+/// Emitters and listeners of responses.
+struct Placed {
+    emitters: Vec<Emitter>,
+    /// Of each response: the listener, and the number of its emitter.
+    poses: Vec<Pose>,
+    numbers: Vec<usize>,
+    notes: Vec<String>,
+}
+
+impl Placed {
+    fn of(responses: &Responses) -> Result<Self, BakeError> {
+        let all = &responses.responses;
+        let mut sources: Vec<Vec3> = Vec::new();
+        let mut number = |at: Vec3| {
+            sources.iter().position(|s| s.distance(at) < SAME_PLACE_M).unwrap_or_else(|| {
+                sources.push(at);
+                sources.len() - 1
+            })
+        };
+        let numbers: Vec<usize> = all.iter().map(|r| number(r.source)).collect();
+        let moves = all.iter().any(|r| r.listener.position.distance(all[0].listener.position) >= SAME_PLACE_M);
+        if sources.len() < 2 || !moves {
+            let Layout { emitter, poses, notes, .. } = Layout::of(responses)?;
+            return Ok(Self { emitters: vec![Emitter::at(emitter)], numbers: vec![0; poses.len()], poses, notes });
+        }
+        let emitter = |(i, at): (usize, &Vec3)| Emitter { name: format!("source {}", i + 1), ..Emitter::at(*at) };
+        Ok(Self {
+            emitters: sources.iter().enumerate().map(emitter).collect(),
+            poses: all.iter().map(|r| r.listener).collect(),
+            numbers,
+            notes: vec![format!("{} sources, each an emitter of its own", sources.len())],
+        })
+    }
 }
 
 /// The data set's own split where it has one, else by choice; and for how many it has.

@@ -1,7 +1,7 @@
 //! What importers of data sets share: options, cameras, sounds.
 
 use super::sift::sift;
-use super::{Capture, Clip, Track};
+use super::{Capture, Clip, Emitter, Track};
 use crate::sources::file;
 use crate::{BakeError, resample, sound};
 use promenade_core::Pose;
@@ -71,7 +71,7 @@ impl ImportCapture {
             credit: self.credit.clone(),
             licence: self.licence.clone(),
             sample_rate_hz: f64::from(rate_hz),
-            emitter: self.emitter,
+            emitters: self.emitter.map(Emitter::at).into_iter().collect(),
             tracks,
             clips,
             notes,

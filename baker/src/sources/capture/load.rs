@@ -3,7 +3,7 @@
 use super::cut::{Cut, SplitRule};
 use super::manifest::{ClipEntry, CutEntry, Manifest, TrackEntry};
 use super::sift::sift;
-use super::{Capture, Clip, Split, Track, mean};
+use super::{Capture, Clip, Emitter, Split, Track, Voice, mean};
 use crate::{BakeError, file, sound};
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Keyframe};
@@ -23,6 +23,7 @@ pub(super) fn load(path: &Path) -> Result<Capture, BakeError> {
     if manifest.tracks.is_empty() {
         defects.push("expected at least one track, found none".to_owned());
     }
+    let emitters = emitters(&manifest, &mut defects);
     let mut notes = manifest.notes.clone();
     let mut tracks = Vec::new();
     let mut names = HashSet::new();
@@ -30,17 +31,13 @@ pub(super) fn load(path: &Path) -> Result<Capture, BakeError> {
         if !names.insert(&entry.name) {
             defects.push(format!("track {}: its name is there twice", entry.name));
         }
-        let loader = TrackLoader { folder, rate_hz: manifest.sample_rate_hz, entry };
+        let loader = TrackLoader { folder, rate_hz: manifest.sample_rate_hz, entry, emitters: &emitters };
         match loader.load(&mut notes) {
             Ok(track) => tracks.push(track),
             Err(wrong) => defects.extend(wrong.into_iter().map(|w| format!("track {}: {w}", entry.name))),
         }
     }
     let rate = f64::from(manifest.sample_rate_hz);
-    let emitter = manifest.emitter.map(Vec3::from_array);
-    if emitter.is_some_and(|e| !e.is_finite()) {
-        defects.push("emitter: expected a finite position".to_owned());
-    }
     let whole = defects.is_empty();
     let clips = match (&manifest.clips, &manifest.cut) {
         (Some(_), Some(_)) => Err(vec!["expected \"clips\" or \"cut\", found both".to_owned()]),
@@ -65,7 +62,7 @@ pub(super) fn load(path: &Path) -> Result<Capture, BakeError> {
         credit: manifest.credit,
         licence: manifest.licence,
         sample_rate_hz: rate,
-        emitter,
+        emitters,
         tracks,
         clips,
         notes,
@@ -79,6 +76,32 @@ pub(super) fn load(path: &Path) -> Result<Capture, BakeError> {
     Ok(capture)
 }
 
+/// The emitters of a manifest, with one defect for each thing that is wrong with them.
+fn emitters(manifest: &Manifest, defects: &mut Vec<String>) -> Vec<Emitter> {
+    let unnamed = manifest.emitter.map(|position| Emitter::at(Vec3::from_array(position)));
+    let named = manifest.emitters.iter().map(|e| Emitter {
+        name: e.name.clone(),
+        position: Vec3::from_array(e.position),
+        facing_deg: e.facing,
+    });
+    if unnamed.is_some() && !manifest.emitters.is_empty() {
+        defects.push("expected \"emitter\" or \"emitters\", found both".to_owned());
+    }
+    let mut names = HashSet::new();
+    for entry in &manifest.emitters {
+        if entry.name.is_empty() || !names.insert(&entry.name) {
+            defects.push(format!("emitters: expected a different name for each, found \"{}\" again or no name", entry.name));
+        }
+    }
+    let all: Vec<Emitter> = unnamed.into_iter().chain(named).collect();
+    for emitter in &all {
+        if !(emitter.position.is_finite() && emitter.facing_deg.iter().flatten().all(|v| v.is_finite())) {
+            defects.push(format!("emitter \"{}\": expected a finite position and facing", emitter.name));
+        }
+    }
+    all
+}
+
 /// A track with what is known of it while it is loaded.
 struct Loaded {
     track: Track,
@@ -90,14 +113,17 @@ struct TrackLoader<'a> {
     folder: &'a Path,
     rate_hz: u32,
     entry: &'a TrackEntry,
+    emitters: &'a [Emitter],
 }
 
 impl TrackLoader<'_> {
     /// The track, or all that is wrong with it.
     fn load(&self, notes: &mut Vec<String>) -> Result<Loaded, Vec<String>> {
         let mut wrong = Vec::new();
+        let playing = self.playing().map_err(|w| wrong.push(w)).ok();
+        let voices = playing.as_ref().map_or(1, Vec::len);
         let mut kept = |what: Result<_, String>| what.map_err(|w| wrong.push(w)).ok();
-        let dry = kept(self.sound(&self.entry.dry, 1));
+        let dry = kept(self.sound(&self.entry.dry, voices));
         let binaural = kept(self.sound(&self.entry.binaural, 2));
         let path = self.path(notes).map_err(|w| wrong.push(w)).ok();
         for (name, value) in [("dry_offset_s", self.entry.dry_offset_s), ("pose_offset_s", self.entry.pose_offset_s)] {
@@ -105,11 +131,28 @@ impl TrackLoader<'_> {
                 wrong.push(format!("{name}: expected at most {MAX_OFFSET_S} s, found {value}"));
             }
         }
-        let (Some(dry), Some(binaural), Some(path)) = (dry, binaural, path) else { return Err(wrong) };
+        let (Some(playing), Some(dry), Some(binaural), Some(path)) = (playing, dry, binaural, path) else { return Err(wrong) };
         if !wrong.is_empty() {
             return Err(wrong);
         }
-        self.align(dry, binaural, path).map_err(|w| vec![w])
+        self.align((playing, dry), binaural, path).map_err(|w| vec![w])
+    }
+
+    /// The numbers of the emitters that play in the track: one for each channel of its dry sound.
+    fn playing(&self) -> Result<Vec<Option<usize>>, String> {
+        let names = || self.emitters.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", ");
+        match (&self.entry.emitters[..], self.emitters) {
+            ([], []) => Ok(vec![None]),
+            ([], [_]) => Ok(vec![Some(0)]),
+            ([], _) => Err(format!("expected the names of the emitters that play, of {}, found none", names())),
+            (wanted, _) => wanted
+                .iter()
+                .map(|name| match self.emitters.iter().position(|e| e.name == *name) {
+                    Some(number) => Ok(Some(number)),
+                    None => Err(format!("expected an emitter of {}, found \"{name}\"", names())),
+                })
+                .collect(),
+        }
     }
 
     /// A file's channels: as many as are wanted, or for a dry track the mean of all.
@@ -156,7 +199,12 @@ impl TrackLoader<'_> {
     }
 
     /// Shifts the dry sound and cuts both to where both are.
-    fn align(&self, dry: Vec<Vec<f32>>, binaural: Vec<Vec<f32>>, path: CameraPath) -> Result<Loaded, String> {
+    fn align(
+        &self,
+        (playing, mut dry): (Vec<Option<usize>>, Vec<Vec<f32>>),
+        binaural: Vec<Vec<f32>>,
+        path: CameraPath,
+    ) -> Result<Loaded, String> {
         let rate = f64::from(self.rate_hz);
         let (dry_len, heard_len) = (dry[0].len(), binaural[0].len());
         let apart = dry_len.abs_diff(heard_len) as f64 / rate;
@@ -166,26 +214,29 @@ impl TrackLoader<'_> {
         }
         let shift = (self.entry.dry_offset_s * rate).round() as i64;
         let by = usize::try_from(shift.unsigned_abs()).unwrap_or(usize::MAX);
-        let mut mono = dry.into_iter().next().unwrap_or_default();
         let first_dry = if shift > 0 { by } else { 0 };
-        if shift > 0 {
-            mono.splice(0..0, std::iter::repeat_n(0.0, by));
-        } else {
-            mono.drain(..by.min(mono.len()));
+        for voice in &mut dry {
+            if shift > 0 {
+                voice.splice(0..0, std::iter::repeat_n(0.0, by));
+            } else {
+                voice.drain(..by.min(voice.len()));
+            }
         }
-        let len = mono.len().min(heard_len);
+        let len = dry[0].len().min(heard_len);
         if len <= first_dry {
             return Err(format!(
                 "expected dry and binaural sound at the same time, found none with an offset of {shift} samples"
             ));
         }
-        mono.truncate(len);
+        dry.iter_mut().for_each(|voice| voice.truncate(len));
         let Ok([mut left, mut right]) = <[Vec<f32>; 2]>::try_from(binaural) else {
             return Err("expected two ears".to_owned());
         };
         left.truncate(len);
         right.truncate(len);
-        Ok(Loaded { track: Track { name: self.entry.name.clone(), dry: mono, binaural: [left, right], path }, first_dry })
+        let voices = playing.into_iter().zip(dry).map(|(emitter, dry)| Voice { emitter, dry }).collect();
+        let track = Track { name: self.entry.name.clone(), voices, binaural: [left, right], path };
+        Ok(Loaded { track, first_dry })
     }
 }
 
@@ -207,7 +258,7 @@ fn listed(entries: &[ClipEntry], tracks: &[Loaded]) -> Result<Vec<Clip>, Vec<Str
             say(format!("expected the name of a track, found \"{}\"", entry.track));
             continue;
         };
-        let whole = tracks[track].track.dry.len();
+        let whole = tracks[track].track.samples();
         if entry.len == 0 || entry.start.checked_add(entry.len).is_none_or(|end| end > whole) {
             say(format!("expected samples of the {whole} in track {}, found {} from {}", entry.track, entry.len, entry.start));
             continue;
@@ -241,7 +292,7 @@ fn cut_all(tracks: &[Loaded], rate: f64, cut: &Cut) -> Vec<Clip> {
     let len = ((cut.clip_s * rate).round() as usize).max(1);
     let mut clips = Vec::new();
     for (track, Loaded { track: t, first_dry }) in tracks.iter().enumerate() {
-        for (number, start) in (0..(t.dry.len() / len)).map(|n| n * len).enumerate().filter(|(_, s)| s >= first_dry) {
+        for (number, start) in (0..(t.samples() / len)).map(|n| n * len).enumerate().filter(|(_, s)| s >= first_dry) {
             let name = format!("{}-{:05}", t.name, number + 1);
             clips.push(Clip { name, track, start, len, pose: promenade_core::Pose::IDENTITY, split: Split::Train });
         }

@@ -26,6 +26,9 @@ pub(super) struct Manifest {
     pub(super) sample_rate_hz: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) emitter: Option<[f32; 3]>,
+    /// Emitters with names, instead of one without.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) emitters: Vec<EmitterEntry>,
     pub(super) tracks: Vec<TrackEntry>,
     /// Either these ...
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -37,10 +40,23 @@ pub(super) struct Manifest {
     pub(super) notes: Vec<String>,
 }
 
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EmitterEntry {
+    pub(super) name: String,
+    pub(super) position: [f32; 3],
+    /// Yaw and pitch, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) facing: Option<[f32; 2]>,
+}
+
 #[derive(Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TrackEntry {
     pub(super) name: String,
+    /// Names of the emitters that play, one per channel of the dry sound; left out where there is only one emitter.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) emitters: Vec<String>,
     /// Sound files, relative to the manifest.
     pub(super) dry: String,
     pub(super) binaural: String,

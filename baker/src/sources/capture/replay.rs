@@ -1,7 +1,7 @@
 //! Multi-view recordings such as Replay-NVAS (Chen et al. 2023): views that stay, and microphones near the sources.
 
 use super::import::{ImportCapture, cameras, channels, ears, mean, stem};
-use super::{Capture, Clip, Split, SplitRule, Track};
+use super::{Capture, Clip, Split, SplitRule, Track, Voice, replay_nvas};
 use crate::BakeError;
 use crate::sources::file;
 use promenade_core::glam::Vec3;
@@ -11,10 +11,14 @@ use std::path::{Path, PathBuf};
 /// The rate that AV-Cloud uses for Replay-NVAS, samples per second.
 const RATE_HZ: u32 = 16_000;
 
-/// Imports one scenario's folder: `near/*` the near-range microphones, `views/*` the stereo sound of each view (WAV or FLAC),
+/// Imports a folder as Replay-NVAS is published: a `metadata*.json` that lists the folders of clips and their pictures, a
+/// `camera_positions*.json`, and in each `SCENE/NUMBER/` the stereo sound of a camera, `1.wav`, the boxes of speakers in its
+/// pictures, `1.npy`, and the sound of the speakers' own microphones, `near.wav`.
+///
+/// Or one scenario's folder that is arranged by hand: `near/*` the near-range microphones, `views/*` the stereo sound of each view (WAV or FLAC),
 /// and `cameras.json` with one camera per view, its `img_name` being the view's name.
 ///
-/// What is assumed, since how the published files lie in folders is not: the near-range microphones are added up to one dry
+/// What is assumed of the latter: the near-range microphones are added up to one dry
 /// sound, all files begin at the same time, the left and right channels are ears that look where the camera does, and cameras
 /// are written as `gs_cameras.json` is (centre in the reconstruction's world, rotation from camera to world, y down). Each view
 /// is a track and its listener stands still; clips of all views at one time share their split, so that nothing that is said in
@@ -24,6 +28,9 @@ const RATE_HZ: u32 = 16_000;
 /// Missing or damaged files, a view without a camera, or sounds that are shorter than a clip. Checked against layouts that were
 /// made by hand only.
 pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, BakeError> {
+    if let Some(files) = replay_nvas::files(folder)? {
+        return replay_nvas::import(folder, &files, options);
+    }
     let rate_hz = options.sample_rate_hz.unwrap_or(RATE_HZ);
     let (near, views) = (sounds(&folder.join("near"))?, sounds(&folder.join("views"))?);
     let cameras_path = folder.join("cameras.json");
@@ -55,7 +62,8 @@ pub fn import_replay(folder: &Path, options: &ImportCapture) -> Result<Capture, 
             let start = number * clip;
             clips.push(Clip { name, track: tracks.len(), start, len: clip, pose: *pose, split: Split::Train });
         }
-        tracks.push(Track { name, dry: dry[..len].to_vec(), binaural: [left, right], path });
+        let voices = vec![Voice { emitter: options.emitter.map(|_| 0), dry: dry[..len].to_vec() }];
+        tracks.push(Track { name, voices, binaural: [left, right], path });
     }
     let count = clips.iter().map(|c| c.start / clip + 1).max().unwrap_or(0);
     let splits = SplitRule::Share { test: options.test_share, seed: options.seed }.splits(count);

@@ -142,7 +142,7 @@ fn solve(parts: &[usize], products: &[[f64; 4]; 4]) -> Option<DVector<f64>> {
 mod tests {
     use super::*;
     use crate::signal::convolve::convolve;
-    use crate::sources::capture::{Clip, Track};
+    use crate::sources::capture::{Clip, Track, Voice};
     use promenade_core::random::Random;
     use promenade_core::{CameraPath, Keyframe, Pose};
 
@@ -173,7 +173,7 @@ mod tests {
         Capture {
             sample_rate_hz: RATE,
             clips: (0..6).map(clip).collect(),
-            tracks: vec![Track { name: String::new(), dry, binaural, path }],
+            tracks: vec![Track { name: String::new(), voices: vec![Voice { emitter: None, dry }], binaural, path }],
             ..Capture::default()
         }
     }
@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn silence_has_none() {
         let mut capture = capture(0.5, 0.02);
-        capture.tracks[0].dry.fill(0.0);
+        capture.tracks[0].voices[0].dry.fill(0.0);
         let grid = StftGrid::four_hops(RATE, 93.0);
         assert!(reverberation_times(&capture, &grid, &Bands::for_rate(RATE)).iter().all(Option::is_none));
     }

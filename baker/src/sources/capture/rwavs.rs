@@ -1,7 +1,7 @@
 //! The layout of RWAVS (Liang et al. 2023), as AV-Cloud's preparation leaves it.
 
 use super::import::{ImportCapture, MAX_BYTES, cameras, channels, ears, head, mean, stem};
-use super::{Capture, Clip, Split, Track};
+use super::{Capture, Clip, Split, Track, Voice};
 use crate::BakeError;
 use crate::sources::file;
 use promenade_core::glam::{Mat3, Vec3};
@@ -146,7 +146,8 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
     }
     let path = CameraPath::new(keyframes).map_err(|e| BakeError::content(folder, "a path", e.to_string()))?;
     [&mut dry, &mut left, &mut right].into_iter().for_each(|x| x.truncate(len));
-    let track = Track { name: "walk".to_owned(), dry, binaural: [left, right], path };
+    let emitter = options.emitter.map(|_| 0);
+    let track = Track { name: "walk".to_owned(), voices: vec![Voice { emitter, dry }], binaural: [left, right], path };
     options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
 }
 

@@ -34,7 +34,7 @@ pub(super) fn is_useful(capture: &Capture, clip: &Clip) -> bool {
 
 /// Why a clip is of no use.
 fn useless(capture: &Capture, clip: &Clip, first_dry: usize) -> Option<&'static str> {
-    let dry = &capture.tracks[clip.track].dry[clip.start..clip.start + clip.len];
+    let voices = capture.voices(clip, 0);
     let [left, right] = capture.binaural(clip);
     let middle = capture.middle_s(clip);
     let covered = match capture.tracks[clip.track].path.keyframes() {
@@ -42,7 +42,7 @@ fn useless(capture: &Capture, clip: &Clip, first_dry: usize) -> Option<&'static 
         [_] => true,
         [first, .., last] => (first.t_s - POSE_REACH_S..=last.t_s + POSE_REACH_S).contains(&middle),
     };
-    if clip.start < first_dry || is_silent(dry) {
+    if clip.start < first_dry || voices.is_empty() {
         Some("the dry sound is silent")
     } else if is_silent(left) {
         Some("the left ear is silent")
@@ -50,7 +50,7 @@ fn useless(capture: &Capture, clip: &Clip, first_dry: usize) -> Option<&'static 
         Some("the right ear is silent")
     } else if is_clipped(left) || is_clipped(right) {
         Some("the recording is clipped")
-    } else if is_clipped(dry) {
+    } else if voices.iter().any(|voice| is_clipped(&voice.dry)) {
         Some("the dry sound is clipped")
     } else if !covered {
         Some("no pose at its time")

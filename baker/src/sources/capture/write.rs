@@ -1,7 +1,7 @@
 //! A capture on disk.
 
-use super::manifest::{ClipEntry, Manifest, NAME, TrackEntry};
-use super::{Capture, Clip};
+use super::manifest::{ClipEntry, EmitterEntry, Manifest, NAME, TrackEntry};
+use super::{Capture, Clip, Emitter, Voice};
 use crate::wav::{self, Format};
 use crate::{BakeError, FileError, atomic};
 use promenade_core::KeyframeEntry;
@@ -17,16 +17,34 @@ pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
         return Err(BakeError::argument("sample rate of a capture", "a whole number of hertz", rate));
     }
     std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
+    let unnamed = match &capture.emitters[..] {
+        [Emitter { name, position, facing_deg: None }] if name.is_empty() => Some(position.to_array()),
+        _ => None,
+    };
+    let named = capture.emitters.iter().filter(|_| unnamed.is_none()).map(|e| EmitterEntry {
+        name: e.name.clone(),
+        position: e.position.to_array(),
+        facing: e.facing_deg,
+    });
     let mut tracks = Vec::new();
     let mut taken = HashSet::new();
     for track in &capture.tracks {
         let name = file_name(&track.name, &mut taken);
         let (dry, binaural) = (format!("{name}.dry.wav"), format!("{name}.binaural.wav"));
         let [left, right] = &track.binaural;
-        wav::write(&folder.join(&dry), rate_hz, &[&track.dry], Format::Float32)?;
+        if track.voices.len() != 1 && track.voices.iter().any(|voice| voice.emitter.is_none()) {
+            let found = format!("one that is not known in track {}", track.name);
+            return Err(BakeError::argument("emitters of a mix", "all to be known", found));
+        }
+        let voices: Vec<&[f32]> = track.voices.iter().map(|voice| &voice.dry[..]).collect();
+        wav::write(&folder.join(&dry), rate_hz, &voices, Format::Float32)?;
         wav::write(&folder.join(&binaural), rate_hz, &[left, right], Format::Float32)?;
         let poses = track.path.keyframes().iter().map(|k| KeyframeEntry::from(*k)).collect();
-        tracks.push(TrackEntry { name: track.name.clone(), dry, binaural, poses: Some(poses), ..TrackEntry::default() });
+        let heard = |voice: &Voice| Some(capture.emitters.get(voice.emitter?)?.name.clone());
+        let emitters: Vec<String> =
+            if unnamed.is_some() { Vec::new() } else { track.voices.iter().filter_map(heard).collect() };
+        let entry = TrackEntry { name: track.name.clone(), emitters, dry, binaural, ..TrackEntry::default() };
+        tracks.push(TrackEntry { poses: Some(poses), ..entry });
     }
     let clip = |c: &Clip| ClipEntry {
         name: c.name.clone(),
@@ -40,7 +58,8 @@ pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
         credit: capture.credit.clone(),
         licence: capture.licence.clone(),
         sample_rate_hz: rate_hz,
-        emitter: capture.emitter.map(|e| e.to_array()),
+        emitter: unnamed,
+        emitters: named.collect(),
         tracks,
         clips: Some(capture.clips.iter().map(clip).collect()),
         notes: capture.notes.clone(),
@@ -56,6 +75,10 @@ pub(super) fn write_emitter(path: &Path, emitter: Vec3, replace: bool) -> Result
     let manifest = Manifest::read(path)?;
     if let (Some([x, y, z]), false) = (manifest.emitter, replace) {
         return Err(BakeError::content(path, "no emitter yet", format!("an emitter at {x}, {y}, {z} m")));
+    }
+    if !manifest.emitters.is_empty() {
+        let names: Vec<&str> = manifest.emitters.iter().map(|e| e.name.as_str()).collect();
+        return Err(BakeError::content(path, "no emitters by name", names.join(", ")));
     }
     let text = std::fs::read_to_string(path).map_err(BakeError::read(path))?;
     let [x, y, z] = emitter.to_array();

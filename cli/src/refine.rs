@@ -1,0 +1,269 @@
+//! `promenade refine`: a simulated room, corrected by what was measured in it.
+
+use crate::args::RefineArgs;
+use crate::simulate::places::Places;
+use crate::{report, scene};
+use anyhow::{Context, Result, bail};
+use promenade_baker::capture::Emitter;
+use promenade_baker::{BakeOptions, LoadOptions, Responses, bake_responses};
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use promenade_fit::Measurements;
+use promenade_trainer::Device;
+use promenade_trainer::refinement::{Method, Pair, RefineSettings, Refiner, Score, SimulatedResponse, Solver, score};
+use std::path::Path;
+
+/// Two places closer than this are one, metres.
+const SAME_PLACE_M: f32 = 1e-3;
+/// Turns of the head at each place of a scene.
+const TURNS: usize = 12;
+
+/// Measured responses by source: heads or groups of microphones that heard it.
+struct Measured {
+    sample_rate_hz: f64,
+    sources: Vec<Emitter>,
+    heard: Vec<Heard>,
+    /// Whether channels are ears.
+    is_head: bool,
+    credit: String,
+    licence: String,
+}
+
+struct Heard {
+    source: usize,
+    /// One listener whose ears are the channels, or a microphone for each channel.
+    poses: Vec<Pose>,
+    channels: Vec<Vec<f32>>,
+}
+
+impl Measured {
+    fn load(args: &RefineArgs) -> Result<Self> {
+        if args.simulation.head.is_some() { Self::ears(&args.measured) } else { Self::microphones(args) }
+    }
+
+    fn ears(path: &Path) -> Result<Self> {
+        let set = Responses::load(path, &LoadOptions::default())?;
+        report::notes(&set.notes);
+        let mut sources: Vec<Emitter> = Vec::new();
+        let heard = set.responses.into_iter().map(|r| Heard {
+            source: number(&mut sources, r.source),
+            poses: vec![r.listener],
+            channels: vec![r.left, r.right],
+        });
+        let heard = heard.collect();
+        Ok(Self { sample_rate_hz: set.sample_rate_hz, sources, heard, is_head: true, credit: set.credit, licence: set.licence })
+    }
+
+    /// All microphones that heard one source are the channels of one response.
+    fn microphones(args: &RefineArgs) -> Result<Self> {
+        let options = promenade_fit::LoadOptions {
+            rate_hz: args.rate,
+            setting: args.setting.clone(),
+            air: args.simulation.air.air(),
+            ..promenade_fit::LoadOptions::default()
+        };
+        let set = Measurements::load(&args.measured, &options)?;
+        report::notes(&set.notes);
+        let mut sources: Vec<Emitter> = Vec::new();
+        let mut heard: Vec<Heard> = Vec::new();
+        let point = |at: [f64; 3]| Vec3::from(at.map(|x| x as f32));
+        for one in set.all {
+            let source = number(&mut sources, point(one.source.at_m));
+            sources[source].facing_deg = one.source.facing.map(|f| {
+                let [x, y, z] = f.map(|v| v as f32);
+                [y.atan2(x).to_degrees(), z.atan2(x.hypot(y)).to_degrees()]
+            });
+            let pose = Pose { position: point(one.microphone.at_m), ..Pose::IDENTITY };
+            match heard.iter_mut().find(|h| h.source == source) {
+                Some(h) => {
+                    h.poses.push(pose);
+                    h.channels.push(one.samples);
+                }
+                None => heard.push(Heard { source, poses: vec![pose], channels: vec![one.samples] }),
+            }
+        }
+        for h in &mut heard {
+            let longest = h.channels.iter().map(Vec::len).max().unwrap_or(0);
+            h.channels.iter_mut().for_each(|x| x.resize(longest, 0.0));
+        }
+        Ok(Self {
+            sample_rate_hz: f64::from(set.sample_rate_hz),
+            sources,
+            heard,
+            is_head: false,
+            credit: String::new(),
+            licence: String::new(),
+        })
+    }
+
+    /// Each measured response beside the simulated one, with the number of its source.
+    fn pairs(&self, places: &Places) -> Result<Vec<(usize, Pair)>> {
+        let mut pairs = Vec::with_capacity(self.heard.len());
+        for (source, emitter) in self.sources.iter().enumerate() {
+            let heard: Vec<&Heard> = self.heard.iter().filter(|h| h.source == source).collect();
+            let poses: Vec<Pose> = heard.iter().flat_map(|h| h.poses.iter().copied()).collect();
+            let mut made = places.ears(source, &poses)?.into_iter();
+            for h in heard {
+                let simulated = self.simulated(emitter.position, &h.poses, made.by_ref().take(h.poses.len()).collect());
+                pairs.push((source, Pair { simulated, measured: h.channels.clone() }));
+            }
+        }
+        Ok(pairs)
+    }
+
+    fn simulated(&self, source: Vec3, poses: &[Pose], made: Vec<[Vec<f32>; 2]>) -> SimulatedResponse {
+        let channels = if self.is_head {
+            made.into_iter().flatten().collect()
+        } else {
+            // A head without ears hears the same with both.
+            made.into_iter().map(|[left, _]| left).collect()
+        };
+        SimulatedResponse { channels, places: told(source, poses) }
+    }
+}
+
+/// The number of a source, which is added where it is new.
+fn number(sources: &mut Vec<Emitter>, at: Vec3) -> usize {
+    sources.iter().position(|s| s.position.distance(at) < SAME_PLACE_M).unwrap_or_else(|| {
+        sources.push(Emitter { name: format!("source {}", sources.len() + 1), ..Emitter::at(at) });
+        sources.len() - 1
+    })
+}
+
+/// What a network is told of source and listener: both places, their distance and the source's direction seen from the head.
+fn told(source: Vec3, poses: &[Pose]) -> Vec<f32> {
+    let seen = poses[0].to_head(source);
+    let numbers = [source, poses[0].position, seen.normalize_or_zero()].map(|v| v.to_array());
+    numbers.concat().into_iter().chain([seen.length()]).collect()
+}
+
+pub(crate) fn run(args: &RefineArgs) -> Result<()> {
+    let measured = Measured::load(args)?;
+    let mut sources = measured.sources.clone();
+    sources.extend(args.emitter.map(Emitter::at));
+    let simulation = &args.simulation;
+    let places = Places::of(simulation, &sources, measured.sample_rate_hz, args.seed)?;
+    let places = places.context("expected --simulate with the mesh of a room to correct, found none")?;
+    report::line(format_args!("simulating {} sources", measured.sources.len()));
+    let pairs = measured.pairs(&places)?;
+    if args.evaluate {
+        evaluate(args, &measured, pairs)?;
+    }
+    let (Some(output), Some(emitter)) = (&args.output, args.emitter) else { return Ok(()) };
+    if !measured.is_head {
+        bail!("{}: expected --head for a scene, found none", output.display());
+    }
+    let pairs: Vec<Pair> = measured.pairs(&places)?.into_iter().map(|(_, pair)| pair).collect();
+    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.method.method(), args.seed))?;
+    let mut seed = args.seed;
+    let refined = |pose: &Pose, ears: &[Vec<f32>; 2]| {
+        seed += 1;
+        let simulated = measured.simulated(emitter, &[*pose], vec![ears.clone()]);
+        let mut ears = refiner.refined(&simulated, args.solver, seed).into_iter();
+        [ears.next().unwrap_or_default(), ears.next().unwrap_or_default()]
+    };
+    let mut responses = places.all_over(sources.len() - 1, TURNS, refined)?;
+    for (own, more) in [(&mut responses.credit, &measured.credit), (&mut responses.licence, &measured.licence)] {
+        if !own.contains(more.as_str()) {
+            *own = format!("{more}; {own}");
+        }
+    }
+    responses.title = report::file_name(&args.measured);
+    let [x, y, z] = emitter.to_array();
+    let room = simulation.simulate.as_deref().map(report::file_name).unwrap_or_default();
+    let recipe = format!(
+        "refine {} --simulate {room} --emitter {x},{y},{z} --method {:?} --steps {} --seed {}",
+        responses.title, args.method, args.steps, args.seed
+    );
+    let options = BakeOptions { recipe, seed: args.seed, ..BakeOptions::default() };
+    let made = bake_responses(&responses, |_, _| false, &options)?;
+    report::notes(&made.provenance().notes);
+    let bytes = scene::write(output, &made)?;
+    report::line(format_args!("{}: {} kB from {} measured responses", output.display(), bytes.div_ceil(1000), pairs.len()));
+    Ok(())
+}
+
+fn settings(args: &RefineArgs, method: Method, seed: u64) -> RefineSettings {
+    RefineSettings { method, steps: args.steps as usize, seed, ..RefineSettings::default() }
+}
+
+fn trained(pairs: &[Pair], rate_hz: f64, settings: &RefineSettings) -> Result<Refiner> {
+    let mut mean = 0.0;
+    let refiner = Refiner::train(pairs, rate_hz, settings, Device::flex(), &mut |step, loss| {
+        mean += loss;
+        if step % 100 == 0 || step == settings.steps {
+            let count = if step % 100 == 0 { 100 } else { step % 100 };
+            report::line(format_args!(
+                "{:?}, step {step} of {}: loss {:.4}",
+                settings.method,
+                settings.steps,
+                mean / count as f64
+            ));
+            mean = 0.0;
+        }
+    })?;
+    Ok(refiner)
+}
+
+/// Trains every method on the sources that are not held out, and judges it on those that are.
+fn evaluate(args: &RefineArgs, measured: &Measured, pairs: Vec<(usize, Pair)>) -> Result<()> {
+    let is_far = |source: usize| {
+        let heard = measured.heard.iter().find(|h| h.source == source);
+        let distance = heard.map_or(0.0, |h| measured.sources[source].position.distance(h.poses[0].position));
+        args.test_beyond.is_some_and(|beyond| distance > beyond)
+    };
+    let is_held = |source: usize| is_far(source) || args.test_source.contains(&(source + 1));
+    let (tests, pairs): (Vec<_>, Vec<_>) = pairs.into_iter().partition(|(source, _)| is_held(*source));
+    let [tests, pairs] = [tests, pairs].map(|all| all.into_iter().map(|(_, pair)| pair).collect::<Vec<_>>());
+    if tests.is_empty() || pairs.len() < 2 {
+        let (held, kept) = (tests.len(), pairs.len());
+        bail!(
+            "--test-source or --test-beyond: expected some responses to learn from and some to judge by, found {kept} and {held}"
+        );
+    }
+    report::line(format_args!("{} responses to learn from, {} of held-out sources", pairs.len(), tests.len()));
+    let rate = measured.sample_rate_hz;
+    let mut rows =
+        vec![vec!["method", "EDT ms", "C50 dB", "levels dB", "CRPS dB", "ILD dB"].into_iter().map(str::to_owned).collect()];
+    let still: &[(&str, Solver)] = &[("", Solver::Euler(1))];
+    let methods = [
+        ("regression", Method::Regression, still),
+        ("regression, noise added", Method::NoisyRegression, still),
+        ("flow", Method::Flow, SOLVERS),
+        ("flow of data", Method::DataFlow, SOLVERS),
+    ];
+    for (at, (name, method, solvers)) in methods.into_iter().enumerate() {
+        let refiners = (0..args.seeds)
+            .map(|i| trained(&pairs, rate, &settings(args, method, args.seed + i)))
+            .collect::<Result<Vec<_>>>()?;
+        if at == 0 {
+            rows.push(row("simulation alone", &[score(&refiners[0], false, &tests, Solver::Euler(1))]));
+        }
+        for (way, solver) in solvers {
+            let scores: Vec<Score> = refiners.iter().map(|refiner| score(refiner, true, &tests, *solver)).collect();
+            rows.push(row(&format!("{name}{way}"), &scores));
+        }
+    }
+    report::print(&report::table(&rows, false))
+}
+
+/// How flows are followed in a comparison.
+const SOLVERS: &[(&str, Solver)] = &[
+    (", 1 step", Solver::Euler(1)),
+    (", 4 steps", Solver::Euler(4)),
+    (", midpoint, 4 steps", Solver::Midpoint(4)),
+    (", Heun, 4 steps", Solver::Heun(4)),
+];
+
+/// Means over seeds, with standard deviations where there are several.
+fn row(name: &str, scores: &[Score]) -> Vec<String> {
+    let figures: [fn(&Score) -> f64; 5] = [|s| s.edt_ms, |s| s.c50_db, |s| s.level_db, |s| s.crps_db, |s| s.ild_db];
+    let cell = |(i, of): (usize, fn(&Score) -> f64)| {
+        let count = scores.len() as f64;
+        let mean = scores.iter().map(of).sum::<f64>() / count;
+        let deviation = (scores.iter().map(|s| (of(s) - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)).sqrt();
+        let digits = if i == 0 { 1 } else { 2 };
+        if scores.len() > 1 { format!("{mean:.digits$} ±{deviation:.digits$}") } else { format!("{mean:.digits$}") }
+    };
+    std::iter::once(name.to_owned()).chain(figures.into_iter().enumerate().map(cell)).collect()
+}

@@ -1,0 +1,119 @@
+//! A simulated room as it is heard at places of recordings.
+
+use super::{room, source};
+use crate::args::{RoomArgs, SimulationArgs, SizeScattering};
+use anyhow::{Context, Result};
+use promenade_acoustics::{Mesh, Room, Source};
+use promenade_baker::capture::Emitter;
+use promenade_baker::simulation::{Hrtf, Inside, MeshOptions, Part, grid, scene_spacing_m, simulate_mesh, turned};
+use promenade_baker::{BakeError, LoadOptions, Response, Responses};
+use promenade_core::Pose;
+use promenade_core::glam::Vec3;
+use std::path::PathBuf;
+
+/// Beams that search the image sources, as `simulate` has them.
+const BEAMS: usize = 8192;
+/// Distance of a scene's places from surfaces, and their height over the floor, metres, as `simulate` has them.
+const MARGIN_M: f32 = 0.3;
+const HEIGHT_M: f32 = 1.5;
+
+/// A room with the emitters of recordings in it.
+pub(crate) struct Places {
+    mesh: Mesh,
+    room: Room,
+    hrtf: Hrtf,
+    head: Responses,
+    sources: Vec<Source>,
+    options: MeshOptions,
+    rate_hz: u32,
+}
+
+/// A head whose ears hear the same from everywhere: a microphone in its middle.
+fn microphone(rate_hz: u32) -> Responses {
+    let click: Vec<f32> = (0..64).map(|i| if i == 16 { 1.0 } else { 0.0 }).collect();
+    let from = |(number, source): (usize, Vec3)| Response {
+        listener: Pose::IDENTITY,
+        source,
+        left: click.clone(),
+        right: click.clone(),
+        name: number.to_string(),
+    };
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+    let directions = axes.into_iter().flat_map(|axis| [axis, -axis]);
+    Responses {
+        title: "a microphone".to_owned(),
+        sample_rate_hz: f64::from(rate_hz),
+        responses: directions.enumerate().map(from).collect(),
+        ..Responses::default()
+    }
+}
+
+impl Places {
+    /// The room of the arguments, if they have one, with these emitters.
+    pub(crate) fn of(args: &SimulationArgs, emitters: &[Emitter], rate_hz: f64, seed: u64) -> Result<Option<Self>> {
+        let Some(mesh) = &args.simulate else { return Ok(None) };
+        let rate_hz = rate_hz.round() as u32;
+        let set = match &args.head {
+            Some(head) => Responses::load(head, &LoadOptions::default())?,
+            None => microphone(rate_hz),
+        };
+        let named = || args.head.as_deref().map_or("a microphone".to_owned(), |head| head.display().to_string());
+        let hrtf = Hrtf::new(&set, rate_hz).with_context(|| format!("{}: makes no HRTF", named()))?;
+        let of = |emitter: &Emitter| RoomArgs {
+            mesh: mesh.clone(),
+            source: emitter.position,
+            materials: args.materials.clone(),
+            material_table: Vec::<PathBuf>::new(),
+            scattering_by_size: SizeScattering::None,
+            scale: None,
+            flatten: None,
+            directivity: args.directivity.clone(),
+            facing: emitter.facing_deg.unwrap_or_default().map(f64::from),
+        };
+        let first = emitters.first().context("--simulate: expected a capture that says where its emitter is, found none")?;
+        let (mesh, room, _) = room(&of(first))?;
+        let sources = emitters.iter().map(|emitter| source(&of(emitter))).collect::<Result<_>>()?;
+        let options = MeshOptions {
+            order: args.order,
+            beams: BEAMS,
+            rays: args.rays as usize,
+            length_s: None,
+            air: Some(args.air.air()),
+            waves_hz: None,
+            seed,
+            part: Part::WHOLE,
+        };
+        Ok(Some(Self { mesh, room, hrtf, head: set, sources, options, rate_hz }))
+    }
+
+    /// Both ears' responses to an emitter, by its number, at poses.
+    pub(crate) fn ears(&self, emitter: usize, poses: &[Pose]) -> Result<Vec<[Vec<f32>; 2]>, BakeError> {
+        let source = &self.sources[emitter];
+        let made = simulate_mesh(&self.mesh, &self.room, source, &self.hrtf, poses, &self.options, |_| ())?;
+        Ok(made.responses.responses.into_iter().map(|r| [r.left, r.right]).collect())
+    }
+
+    /// Responses to an emitter, by its number, at places all over the room with so many head turns each, changed by `refined`.
+    pub(crate) fn all_over(
+        &self,
+        emitter: usize,
+        turns: usize,
+        mut refined: impl FnMut(&Pose, &[Vec<f32>; 2]) -> [Vec<f32>; 2],
+    ) -> Result<Responses> {
+        let at = Vec3::from(self.sources[emitter].position.map(|x| x as f32));
+        let inside = Inside::new(&self.mesh, &self.room, at, MARGIN_M)?;
+        let poses = turned(&grid(&inside, scene_spacing_m(&self.mesh), HEIGHT_M)?, turns);
+        let response = |(number, (pose, ears)): (usize, (&Pose, [Vec<f32>; 2]))| {
+            let [left, right] = refined(pose, &ears);
+            Response { listener: *pose, source: at, left, right, name: format!("{number:05}") }
+        };
+        let ears = self.ears(emitter, &poses)?;
+        Ok(Responses {
+            credit: self.head.credit.clone(),
+            licence: self.head.licence.clone(),
+            sample_rate_hz: f64::from(self.rate_hz),
+            responses: poses.iter().zip(ears).enumerate().map(response).collect(),
+            ..Responses::default()
+        })
+    }
+}

@@ -1,0 +1,225 @@
+//! Refinement of simulated responses by measured ones (pi-AVAS, section 3.2), offline, over levels by hop and band: a regression
+//! and two flows. What is refined keeps its waveform: its levels are changed, and images and carriers stay what they were.
+
+mod flow;
+mod gated;
+mod levels;
+mod score;
+
+pub use flow::{Method, Solver};
+pub use score::{Score, crps_db, score};
+
+use crate::network::Graph;
+use crate::settings::TrainSettings;
+use crate::weights::{AdamW, Arrays};
+use burn::tensor::{Device, Tensor, TensorData};
+use flow::Path;
+use gated::{Gated, Sizes};
+use levels::LevelGrid;
+use promenade_baker::BakeError;
+use promenade_core::random::Random;
+use std::collections::BTreeMap;
+
+/// What a refinement is trained with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RefineSettings {
+    /// What is learnt.
+    pub method: Method,
+    /// Steps.
+    pub steps: usize,
+    /// Responses of a step.
+    pub batch: usize,
+    /// Highest learning rate.
+    pub rate: f32,
+    /// Channels of the network.
+    pub width: usize,
+    /// Standard deviation of the noise of flows and of a noisy regression, in 20 dB.
+    pub sigma: f32,
+    /// Seed of weights, order and noise.
+    pub seed: u64,
+}
+
+impl Default for RefineSettings {
+    fn default() -> Self {
+        Self { method: Method::Regression, steps: 350, batch: 16, rate: 2e-3, width: 64, sigma: 0.1, seed: 1 }
+    }
+}
+
+/// A simulated response: one channel per ear or microphone, all of one length, and what the network is told of its places.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulatedResponse {
+    /// Sound pressure, `[channel][sample]`.
+    pub channels: Vec<Vec<f32>>,
+    /// Coordinates of source and listener, metres, and whatever else tells responses apart: as many numbers in all responses.
+    pub places: Vec<f32>,
+}
+
+/// A simulated response and the measured one of the same places.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pair {
+    /// What is refined.
+    pub simulated: SimulatedResponse,
+    /// What it should be, `[channel][sample]`.
+    pub measured: Vec<Vec<f32>>,
+}
+
+/// A refinement that was trained.
+pub struct Refiner {
+    settings: RefineSettings,
+    grid: LevelGrid,
+    network: Gated,
+    weights: Arrays,
+    device: Device,
+    /// Mean and deviation of each number of the places.
+    places: Vec<(f32, f32)>,
+    /// Gain that gives simulated responses the level of measured ones, dB.
+    level_db: f32,
+}
+
+/// One pair as numbers.
+struct Example {
+    simulated: Vec<f32>,
+    measured: Vec<f32>,
+    /// 1 where the measured response tells a level, 0 where it has sunk into its noise.
+    counts: Vec<f32>,
+    places: Vec<f32>,
+}
+
+impl Refiner {
+    /// Trains on pairs; `each` is told the step and its loss.
+    ///
+    /// # Errors
+    /// Fewer than two pairs, or pairs whose channels or places differ in number.
+    pub fn train(
+        pairs: &[Pair],
+        sample_rate_hz: f64,
+        settings: &RefineSettings,
+        device: Device,
+        each: &mut dyn FnMut(usize, f64),
+    ) -> Result<Self, BakeError> {
+        let shape = |pair: &Pair| (pair.simulated.channels.len(), pair.measured.len(), pair.simulated.places.len());
+        let Some(first) = pairs.first().map(shape).filter(|_| pairs.len() > 1) else {
+            let found = pairs.len().to_string();
+            return Err(BakeError::Argument { what: "pairs of responses", expected: "at least 2".to_owned(), found });
+        };
+        if let Some(other) = pairs.iter().map(shape).find(|other| *other != first || first.0 != first.1 || first.0 == 0) {
+            let expected = format!("{first:?} channels simulated and measured, and places, in all");
+            return Err(BakeError::Argument { what: "pairs of responses", expected, found: format!("{other:?}") });
+        }
+        let grid = LevelGrid::new(sample_rate_hz, first.0);
+        let level_db = grid.level_db(pairs);
+        let places = spread(pairs);
+        let examples: Vec<Example> = pairs.iter().map(|pair| grid.example(pair, level_db, &places)).collect();
+        let sizes = Sizes { features: grid.features(), places: places.len(), width: settings.width };
+        let network = Gated::new(sizes);
+        let mut refiner = Self {
+            weights: network.start(settings.seed),
+            settings: settings.clone(),
+            grid,
+            network,
+            device: device.autodiff(),
+            places,
+            level_db,
+        };
+        let mut optimiser = AdamW::default();
+        let mut random = Random::new(settings.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        for step in 0..settings.steps {
+            let batch: Vec<&Example> = (0..settings.batch)
+                .map(|_| &examples[(random.uniform() * examples.len() as f32) as usize % examples.len()])
+                .collect();
+            let (loss, gradients) = refiner.loss(&batch, &mut random);
+            let along = (step as f32 + 1.0) / settings.steps as f32;
+            let fall = 0.51 + 0.49 * (std::f32::consts::PI * along).cos();
+            let course = TrainSettings::default();
+            optimiser.step(&mut refiner.weights, &gradients, settings.rate * fall * (along / 0.05).min(1.0), &course);
+            each(step + 1, loss);
+        }
+        Ok(refiner)
+    }
+
+    /// Mean square of what the network is off, and its derivatives.
+    fn loss(&self, batch: &[&Example], random: &mut Random) -> (f64, BTreeMap<String, Vec<f32>>) {
+        let (mut at, mut wanted, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut simulated, mut places, mut times) = (Vec::new(), Vec::new(), Vec::new());
+        for example in batch {
+            let path = Path { method: self.settings.method, sigma: self.settings.sigma };
+            let (t, x, y) = path.drawn(&example.simulated, &example.measured, random);
+            at.extend(x);
+            wanted.extend(y);
+            counts.extend(&example.counts);
+            simulated.extend(&example.simulated);
+            places.extend(&example.places);
+            times.push(t);
+        }
+        let graph = Graph::new(&self.weights, &self.device);
+        let found = self.network.forward(&graph, [&at, &simulated], &places, &times, &self.device);
+        let tensor = |values: Vec<f32>| Tensor::<2>::from_data(TensorData::new(values, found.dims()), &self.device);
+        let share = 1.0 / counts.iter().sum::<f32>().max(1.0);
+        let off = (found.clone() - tensor(wanted)) * tensor(counts);
+        let loss = (off.clone() * off).sum() * share;
+        let value = loss.clone().into_data().try_into_vec::<f32>().map_or(f64::NAN, |v| f64::from(v[0]));
+        (value, graph.gradients(&loss.backward()))
+    }
+
+    /// A simulated response with refined levels; of flows a draw by the seed, of a regression always the same.
+    #[must_use]
+    pub fn refined(&self, simulated: &SimulatedResponse, solver: Solver, seed: u64) -> Vec<Vec<f32>> {
+        let [own, new] = self.both(simulated, solver, seed);
+        self.grid.reshaped(&simulated.channels, self.level_db, [&own, &new], self.settings.method.is_drawn())
+    }
+
+    /// Levels of a refined response, dB, `[hop][channel][band]`, the direct sound being the first hop: those that
+    /// [`Self::levels_of`] measures.
+    #[must_use]
+    pub fn levels(&self, simulated: &SimulatedResponse, solver: Solver, seed: u64) -> Vec<f32> {
+        self.both(simulated, solver, seed)[1].iter().map(|level| levels::to_db(*level)).collect()
+    }
+
+    /// A simulated response brought to the level of what is measured.
+    pub(crate) fn unrefined(&self, simulated: &SimulatedResponse) -> Vec<Vec<f32>> {
+        let gain = 10.0_f32.powf(self.level_db / 20.0);
+        simulated.channels.iter().map(|x| x.iter().map(|v| gain * v).collect()).collect()
+    }
+
+    /// Levels of [`Self::unrefined`], dB.
+    pub(crate) fn unrefined_levels(&self, simulated: &SimulatedResponse) -> Vec<f32> {
+        self.grid.levels(&simulated.channels, self.level_db).iter().map(|level| levels::to_db(*level)).collect()
+    }
+
+    /// Levels of a response, and whether each is above the response's noise.
+    #[must_use]
+    pub fn levels_of(&self, channels: &[Vec<f32>]) -> (Vec<f32>, Vec<bool>) {
+        self.grid.told(channels)
+    }
+
+    /// Levels of the simulation, brought to the level of what is measured, and refined, as the network has them.
+    fn both(&self, simulated: &SimulatedResponse, solver: Solver, seed: u64) -> [Vec<f32>; 2] {
+        let own = self.grid.levels(&simulated.channels, self.level_db);
+        let places: Vec<f32> = scaled(&simulated.places, &self.places);
+        let graph = Graph::new(&self.weights, &self.device);
+        let path = Path { method: self.settings.method, sigma: self.settings.sigma };
+        let mut random = Random::new(seed ^ 0x0F10_77ED);
+        let new = path.solved(&own, solver, &mut random, &mut |x, t| {
+            let found = self.network.forward(&graph, [x, &own], &places, &[t], &self.device);
+            found.into_data().try_into_vec::<f32>().unwrap_or_else(|_| vec![0.0; own.len()])
+        });
+        [own, new]
+    }
+}
+
+/// Mean and deviation of each number of the places, so that those that are all alike say nothing.
+fn spread(pairs: &[Pair]) -> Vec<(f32, f32)> {
+    let count = pairs.len() as f32;
+    (0..pairs[0].simulated.places.len())
+        .map(|i| {
+            let mean = pairs.iter().map(|p| p.simulated.places[i]).sum::<f32>() / count;
+            let square = pairs.iter().map(|p| (p.simulated.places[i] - mean).powi(2)).sum::<f32>() / count;
+            (mean, square.sqrt())
+        })
+        .collect()
+}
+
+/// Places in deviations from their means.
+fn scaled(places: &[f32], by: &[(f32, f32)]) -> Vec<f32> {
+    places.iter().zip(by).map(|(x, (mean, deviation))| if *deviation > 1e-3 { (x - mean) / deviation } else { 0.0 }).collect()
+}
