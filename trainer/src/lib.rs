@@ -27,7 +27,8 @@ pub use checkpoint::{Checkpoint, CurvePoint};
 pub use head::{Example, ExampleVoice};
 pub use search::{Trial, WORTH, search};
 pub use settings::{HeadKind, LossSettings, NetworkSettings, TrainSettings};
-pub use training::{Scores, Simulate, StepReport, Trainer};
+pub use simulated::Simulate;
+pub use training::{Scores, StepReport, Trainer};
 pub use weights::{AdamW, Arrays};
 
 /// The graphics card that Vulkan gives first.

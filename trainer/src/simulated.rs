@@ -3,7 +3,6 @@
 
 use crate::gains::Gains;
 use crate::responses::{ClipResponse, ClipResponses, Cutter};
-use crate::training::Simulate;
 use promenade_baker::BakeError;
 use promenade_baker::capture::{Capture, Clip, Split};
 use promenade_core::{Bands, Pose, StftGrid, TailModel, TransferFunction, TransferShape};
@@ -18,6 +17,10 @@ pub(crate) const FEATURES: usize = 2 * (1 + STRETCHES.len());
 /// Levels below this are silence, dB, and what levels are divided by on their way into the network.
 const SILENCE_DB: f32 = -80.0;
 const SCALE_DB: f32 = 20.0;
+
+/// Both ears' responses of a simulated room to one emitter of the capture, by its number, at each of these poses, at the
+/// capture's sample rate.
+pub type Simulate<'s> = dyn Fn(usize, &[Pose]) -> Result<Vec<[Vec<f32>; 2]>, BakeError> + 's;
 
 /// A simulated response as a transfer function, and in the network's terms.
 #[derive(Clone, Debug, PartialEq)]

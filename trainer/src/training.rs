@@ -9,7 +9,7 @@ use crate::responses::{ClipResponses, clip_responses};
 use crate::scene::scene;
 use crate::settings::{HeadKind, TrainSettings};
 use crate::setup::{Setup, fingerprint, grid, in_cloud};
-use crate::simulated::{SimulatedClips, Simulation};
+use crate::simulated::{Simulate, SimulatedClips, Simulation};
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
 use promenade_baker::BakeError;
@@ -56,10 +56,6 @@ pub struct Scores {
     /// ENV.
     pub env: f64,
 }
-
-/// Both ears' responses of a simulated room to one emitter of the capture, by its number, at each of these poses, at the
-/// capture's sample rate.
-pub type Simulate<'s> = dyn Fn(usize, &[Pose]) -> Result<Vec<[Vec<f32>; 2]>, BakeError> + 's;
 
 /// A training under way.
 pub struct Trainer<'a> {
