@@ -217,9 +217,7 @@ fn evaluate(args: &RefineArgs, measured: &Measured, pairs: Vec<(usize, Pair)>) -
     let [tests, pairs] = [tests, pairs].map(|all| all.into_iter().map(|(_, pair)| pair).collect::<Vec<_>>());
     if tests.is_empty() || pairs.len() < 2 {
         let (held, kept) = (tests.len(), pairs.len());
-        bail!(
-            "--test-source or --test-beyond: expected some responses to learn from and some to judge by, found {kept} and {held}"
-        );
+        bail!("--test-source or --test-beyond: expected responses to learn from and to judge by, found {kept} and {held}");
     }
     report::line(format_args!("{} responses to learn from, {} of held-out sources", pairs.len(), tests.len()));
     let rate = measured.sample_rate_hz;

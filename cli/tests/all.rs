@@ -10,6 +10,8 @@ mod host;
 mod map_mix;
 mod paths;
 mod placement;
+#[cfg(feature = "train")]
+mod refine;
 mod response;
 mod simulate;
 mod study;

@@ -78,7 +78,7 @@ fn anchors_of_a_cloud_a_model_and_a_box() {
 }
 
 /// A head whose ears hear their own side louder.
-fn head(folder: &Path) {
+pub(crate) fn head(folder: &Path) {
     let response = |i: usize| {
         let azimuth = (i as f32 * 30.0).to_radians();
         let source = 1.4 * Vec3::new(azimuth.cos(), azimuth.sin(), 0.0);
@@ -145,7 +145,7 @@ fn a_box_is_simulated_along_a_walk() {
 }
 
 /// A closed room of 6 x 4 x 2.8 m with named materials.
-const ROOM: &str = "v 0 0 0\nv 6 0 0\nv 6 4 0\nv 0 4 0\nv 0 0 2.8\nv 6 0 2.8\nv 6 4 2.8\nv 0 4 2.8\n\
+pub(crate) const ROOM: &str = "v 0 0 0\nv 6 0 0\nv 6 4 0\nv 0 4 0\nv 0 0 2.8\nv 6 0 2.8\nv 6 4 2.8\nv 0 4 2.8\n\
     usemtl carpet_thin\nf 1 2 3 4\nusemtl top\nf 5 8 7 6\nusemtl plasterboard\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
 
 #[test]

@@ -144,3 +144,47 @@ fn a_search_says_what_it_tried_and_what_is_wrong_is_named() {
     let said = String::from_utf8_lossy(&silent.stderr).into_owned();
     assert!(!silent.status.success() && said.contains("silent"), "{said}");
 }
+
+/// The same walk heard from two other places, and a capture of both.
+fn two_emitters(folder: &Path) {
+    for (name, at) in [("sofa", Vec3::new(2.0, 2.0, 1.5)), ("desk", Vec3::new(0.5, 2.5, 1.0))] {
+        let mut one = capture();
+        one.emitters[0] = Emitter { name: name.to_owned(), ..Emitter::at(at) };
+        one.title = name.to_owned();
+        one.write(&folder.join(name)).unwrap();
+    }
+}
+
+#[test]
+fn a_scene_of_two_emitters_is_heard_from_anywhere_and_one_of_one_is_not() {
+    let folder = prepared();
+    two_emitters(folder.path());
+    let run =
+        |args: &[&str]| Command::new(env!("CARGO_BIN_EXE_promenade")).args(args).current_dir(folder.path()).output().unwrap();
+    let said = |output: &Output| String::from_utf8_lossy(&output.stderr).into_owned();
+    let learn = ["--anchors", "anchors.safetensors", "--settings", "settings.json", "--steps", "4"];
+    let both = [&["train", "sofa", "desk", "-o", "both.promenade", "--test-emitter", "desk", "--emitter", "desk"], &learn[..]];
+    let trained = run(&both.concat());
+    assert!(trained.status.success(), "{}", said(&trained));
+    let scene = Scene::from_bytes(&std::fs::read(folder.path().join("both.promenade")).unwrap()).unwrap();
+    assert_eq!((scene.emitter(), scene.anchors().len()), (Some(Vec3::new(0.5, 2.5, 1.0)), 13));
+    let one = train(folder.path(), &["--steps", "4"]);
+    assert!(one.status.success(), "{}", said(&one));
+    wav::write(&folder.path().join("in.wav"), 8000, &[&[0.3; 8000]], wav::Format::Float32).unwrap();
+    let place = ["in.wav", "out.wav", "--emitter", "1.2,1,1.5"];
+    let moved = run(&[&["render", "both.promenade"], &place[..]].concat());
+    assert!(moved.status.success(), "{}", said(&moved));
+    let still = run(&[&["render", "scene.promenade"], &place[..]].concat());
+    assert!(!still.status.success() && said(&still).contains("found one that holds for its own"), "{}", said(&still));
+    // Each clip is judged at its own emitter; a scene of one emitter says of how many it is not.
+    let judge = |scene: &str| {
+        let judged = run(&["eval", scene, "desk", "--test-emitter", "desk", "--emitter", "desk", "--no-baselines"]);
+        assert!(judged.status.success(), "{}", said(&judged));
+        String::from_utf8_lossy(&judged.stdout).into_owned()
+    };
+    assert!(!judge("both.promenade").contains("another emitter"));
+    let other = judge("scene.promenade");
+    assert!(other.contains("in 10 of 10 test clips the scene is judged by another emitter's sound"), "{other}");
+    let unknown = run(&[&["train", "sofa", "-o", "no.promenade", "--test-emitter", "lamp"], &learn[..]].concat());
+    assert!(!unknown.status.success() && said(&unknown).contains(r#"one of ["sofa"], found "lamp""#), "{}", said(&unknown));
+}

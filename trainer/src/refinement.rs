@@ -1,5 +1,6 @@
-//! Refinement of simulated responses by measured ones (pi-AVAS, section 3.2), offline, over levels by hop and band: a regression
-//! and two flows. What is refined keeps its waveform: its levels are changed, and images and carriers stay what they were.
+//! Refinement of simulated responses by measured ones (pi-AVAS, section 3.2), offline, over levels by hop and band: a
+//! regression and two flows. What is refined keeps its waveform: its levels are changed, and images and carriers stay what
+//! they were.
 
 mod flow;
 mod gated;

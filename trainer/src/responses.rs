@@ -163,8 +163,8 @@ impl Cutter {
         self.powers(piece)
     }
 
-    /// One ear's energies after the direct sound, mean per bin of each band, `[hop][band]`; what ends of the direct sound begins
-    /// with the first hop.
+    /// One ear's energies after the direct sound, mean per bin of each band, `[hop][band]`; what ends of the direct sound
+    /// begins with the first hop.
     pub(crate) fn hops(&self, ear: &[f32], centre: usize) -> Vec<Vec<f32>> {
         let (inside, [_, _, ends, _]) = direct_window(&self.grid, centre);
         let hop = self.grid.hop;

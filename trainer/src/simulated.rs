@@ -104,7 +104,7 @@ impl Simulation {
         Ok(out)
     }
 
-    /// Of both ears' response times a gain, and the sample of its direct sound. Where none stands out, it is the loudest sample.
+    /// Of both ears' response times a gain, and the sample of its direct sound. Where none stands out, the loudest.
     pub(crate) fn of(&self, ears: &[Vec<f32>; 2], gain: f32) -> (Simulated, usize) {
         let found = arrival(ears.each_ref().map(Vec::as_slice), self.rate_hz);
         let loudest = || {

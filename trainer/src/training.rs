@@ -294,8 +294,8 @@ impl<'a> Trainer<'a> {
         Some(head.transfer(pose, &example.voices[0], &predictions(&parts)[0], &self.weights))
     }
 
-    /// A simulated response of both ears to an emitter anywhere, world metres, as the network corrects it, with the level of the
-    /// capture; `None` of a training that corrects no simulation.
+    /// A simulated response of both ears to an emitter anywhere, world metres, as the network corrects it, with the level of
+    /// the capture; `None` of a training that corrects no simulation.
     #[must_use]
     pub fn refined(&mut self, pose: &Pose, emitter: Vec3, ears: &[Vec<f32>; 2]) -> Option<[Vec<f32>; 2]> {
         let simulation = self.simulation.as_ref()?;

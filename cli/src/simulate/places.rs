@@ -1,6 +1,6 @@
 //! A simulated room as it is heard at places of recordings.
 
-use super::{room, source};
+use super::{room, source, within};
 use crate::args::{RoomArgs, SimulationArgs, SizeScattering};
 use anyhow::{Context, Result};
 use promenade_acoustics::{Mesh, Room, Source};
@@ -71,7 +71,11 @@ impl Places {
             facing: emitter.facing_deg.unwrap_or_default().map(f64::from),
         };
         let first = emitters.first().context("--simulate: expected a capture that says where its emitter is, found none")?;
-        let (mesh, room, _) = room(&of(first))?;
+        let (mesh, room, size) = room(&of(first))?;
+        for emitter in emitters.iter().filter(|_| size.volume_m3.is_some()) {
+            let named = if emitter.name.is_empty() { "emitter" } else { &emitter.name };
+            within(named, &room, &mesh, emitter.position)?;
+        }
         let sources = emitters.iter().map(|emitter| source(&of(emitter))).collect::<Result<_>>()?;
         let options = MeshOptions {
             order: args.order,

@@ -63,7 +63,7 @@ impl Gated {
         s.arrays
     }
 
-    /// What the network says of levels on the way and of those simulated, `[response][hop][feature]`, as `[response, hop]` rows.
+    /// What the network says of levels on the way and of those simulated, `[response][hop][feature]`, a row for each hop.
     pub(super) fn forward(
         &self,
         graph: &Graph,

@@ -53,8 +53,8 @@ impl Default for FromResponses {
 /// with one pose. The room's answer to what came before the stretch is in it.
 ///
 /// Emitter and poses are those of the scene that [`crate::bake_responses`] makes of the same responses; several sources around
-/// several listeners are as many emitters. The level is that of such a scene too: the loudest ear has unit energy. Test clips are at poses of which there is no training clip.
-/// Where the data set has a split, that is kept.
+/// several listeners are as many emitters. The level is that of such a scene too: the loudest ear has unit energy. Test
+/// clips are at poses of which there is no training clip. Where the data set has a split, that is kept.
 ///
 /// # Errors
 /// Options out of range, a dry sound shorter than a clip, a listener in the place of a source, or nothing but silence.

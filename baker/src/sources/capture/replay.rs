@@ -15,14 +15,14 @@ const RATE_HZ: u32 = 16_000;
 /// `camera_positions*.json`, and in each `SCENE/NUMBER/` the stereo sound of a camera, `1.wav`, the boxes of speakers in its
 /// pictures, `1.npy`, and the sound of the speakers' own microphones, `near.wav`.
 ///
-/// Or one scenario's folder that is arranged by hand: `near/*` the near-range microphones, `views/*` the stereo sound of each view (WAV or FLAC),
-/// and `cameras.json` with one camera per view, its `img_name` being the view's name.
+/// Or one scenario's folder that is arranged by hand: `near/*` the near-range microphones, `views/*` the stereo sound of
+/// each view (WAV or FLAC), and `cameras.json` with one camera per view, its `img_name` being the view's name.
 ///
-/// What is assumed of the latter: the near-range microphones are added up to one dry
-/// sound, all files begin at the same time, the left and right channels are ears that look where the camera does, and cameras
-/// are written as `gs_cameras.json` is (centre in the reconstruction's world, rotation from camera to world, y down). Each view
-/// is a track and its listener stands still; clips of all views at one time share their split, so that nothing that is said in
-/// a test clip is heard in training. Nothing is filtered; publications take away what is below 150 Hz.
+/// What is assumed of the latter: the near-range microphones are added up to one dry sound, all files begin at the same time,
+/// the left and right channels are ears that look where the camera does, and cameras are written as `gs_cameras.json` is
+/// (centre in the reconstruction's world, rotation from camera to world, y down). Each view is a track and its listener stands
+/// still; clips of all views at one time share their split, so that nothing that is said in a test clip is heard in training.
+/// Nothing is filtered; publications take away what is below 150 Hz.
 ///
 /// # Errors
 /// Missing or damaged files, a view without a camera, or sounds that are shorter than a clip. Checked against layouts that were
