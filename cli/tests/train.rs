@@ -170,7 +170,8 @@ fn a_scene_of_two_emitters_is_heard_from_anywhere_and_one_of_one_is_not() {
     assert_eq!((scene.emitter(), scene.anchors().len()), (Some(Vec3::new(0.5, 2.5, 1.0)), 13));
     let one = train(folder.path(), &["--steps", "4"]);
     assert!(one.status.success(), "{}", said(&one));
-    wav::write(&folder.path().join("in.wav"), 8000, &[&[0.3; 8000]], wav::Format::Float32).unwrap();
+    let dry = vec![0.3; 8000];
+    wav::write(&folder.path().join("in.wav"), 8000, &[&dry], wav::Format::Float32).unwrap();
     let place = ["in.wav", "out.wav", "--emitter", "1.2,1,1.5"];
     let moved = run(&[&["render", "both.promenade"], &place[..]].concat());
     assert!(moved.status.success(), "{}", said(&moved));
