@@ -147,13 +147,13 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     report::line(format_args!("simulating {} sources", measured.sources.len()));
     let pairs = measured.pairs(&places)?;
     if args.evaluate {
-        evaluate(args, &measured, pairs)?;
+        evaluate(args, &measured, &pairs)?;
     }
     let (Some(output), Some(emitter)) = (&args.output, args.emitter) else { return Ok(()) };
     if !measured.is_head {
         bail!("{}: expected --head for a scene, found none", output.display());
     }
-    let pairs: Vec<Pair> = measured.pairs(&places)?.into_iter().map(|(_, pair)| pair).collect();
+    let pairs: Vec<Pair> = pairs.into_iter().map(|(_, pair)| pair).collect();
     let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.method.method(), args.seed))?;
     let mut seed = args.seed;
     let refined = |pose: &Pose, ears: &[Vec<f32>; 2]| {
@@ -206,15 +206,17 @@ fn trained(pairs: &[Pair], rate_hz: f64, settings: &RefineSettings) -> Result<Re
 }
 
 /// Trains every method on the sources that are not held out, and judges it on those that are.
-fn evaluate(args: &RefineArgs, measured: &Measured, pairs: Vec<(usize, Pair)>) -> Result<()> {
+fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)]) -> Result<()> {
     let is_far = |source: usize| {
         let heard = measured.heard.iter().find(|h| h.source == source);
         let distance = heard.map_or(0.0, |h| measured.sources[source].position.distance(h.poses[0].position));
         args.test_beyond.is_some_and(|beyond| distance > beyond)
     };
     let is_held = |source: usize| is_far(source) || args.test_source.contains(&(source + 1));
-    let (tests, pairs): (Vec<_>, Vec<_>) = pairs.into_iter().partition(|(source, _)| is_held(*source));
-    let [tests, pairs] = [tests, pairs].map(|all| all.into_iter().map(|(_, pair)| pair).collect::<Vec<_>>());
+    let [tests, pairs] = [true, false].map(|held| {
+        let some = pairs.iter().filter(|(source, _)| is_held(*source) == held);
+        some.map(|(_, pair)| pair.clone()).collect::<Vec<_>>()
+    });
     if tests.is_empty() || pairs.len() < 2 {
         let (held, kept) = (tests.len(), pairs.len());
         bail!("--test-source or --test-beyond: expected responses to learn from and to judge by, found {kept} and {held}");

@@ -124,15 +124,13 @@ impl Refiner {
         };
         let mut optimiser = AdamW::default();
         let mut random = Random::new(settings.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let course = TrainSettings { steps: settings.steps, rate: settings.rate, ..TrainSettings::default() };
         for step in 0..settings.steps {
             let batch: Vec<&Example> = (0..settings.batch)
                 .map(|_| &examples[(random.uniform() * examples.len() as f32) as usize % examples.len()])
                 .collect();
             let (loss, gradients) = refiner.loss(&batch, &mut random);
-            let along = (step as f32 + 1.0) / settings.steps as f32;
-            let fall = 0.51 + 0.49 * (std::f32::consts::PI * along).cos();
-            let course = TrainSettings::default();
-            optimiser.step(&mut refiner.weights, &gradients, settings.rate * fall * (along / 0.05).min(1.0), &course);
+            optimiser.step(&mut refiner.weights, &gradients, course.rate_at(step), &course);
             each(step + 1, loss);
         }
         Ok(refiner)
@@ -165,15 +163,13 @@ impl Refiner {
     /// A simulated response with refined levels; of flows a draw by the seed, of a regression always the same.
     #[must_use]
     pub fn refined(&self, simulated: &SimulatedResponse, solver: Solver, seed: u64) -> Vec<Vec<f32>> {
-        let [own, new] = self.both(simulated, solver, seed);
-        self.grid.reshaped(&simulated.channels, self.level_db, [&own, &new], self.settings.method.is_drawn())
+        let own = self.own(simulated);
+        self.with_levels(simulated, [&own, &self.solved(simulated, &own, solver, seed)])
     }
 
-    /// Levels of a refined response, dB, `[hop][channel][band]`, the direct sound being the first hop: those that
-    /// [`Self::levels_of`] measures.
-    #[must_use]
-    pub fn levels(&self, simulated: &SimulatedResponse, solver: Solver, seed: u64) -> Vec<f32> {
-        self.both(simulated, solver, seed)[1].iter().map(|level| levels::to_db(*level)).collect()
+    /// A simulated response with other levels than its own, both in the network's terms.
+    fn with_levels(&self, simulated: &SimulatedResponse, levels: [&[f32]; 2]) -> Vec<Vec<f32>> {
+        self.grid.reshaped(&simulated.channels, self.level_db, levels, self.settings.method.is_drawn())
     }
 
     /// A simulated response brought to the level of what is measured.
@@ -182,29 +178,27 @@ impl Refiner {
         simulated.channels.iter().map(|x| x.iter().map(|v| gain * v).collect()).collect()
     }
 
-    /// Levels of [`Self::unrefined`], dB.
-    pub(crate) fn unrefined_levels(&self, simulated: &SimulatedResponse) -> Vec<f32> {
-        self.grid.levels(&simulated.channels, self.level_db).iter().map(|level| levels::to_db(*level)).collect()
-    }
-
     /// Levels of a response, and whether each is above the response's noise.
     #[must_use]
     pub fn levels_of(&self, channels: &[Vec<f32>]) -> (Vec<f32>, Vec<bool>) {
         self.grid.told(channels)
     }
 
-    /// Levels of the simulation, brought to the level of what is measured, and refined, as the network has them.
-    fn both(&self, simulated: &SimulatedResponse, solver: Solver, seed: u64) -> [Vec<f32>; 2] {
-        let own = self.grid.levels(&simulated.channels, self.level_db);
+    /// Levels of the simulation, brought to the level of what is measured, in the network's terms.
+    fn own(&self, simulated: &SimulatedResponse) -> Vec<f32> {
+        self.grid.levels(&simulated.channels, self.level_db)
+    }
+
+    /// Levels of the simulation as they are refined, from its own, in the network's terms.
+    fn solved(&self, simulated: &SimulatedResponse, own: &[f32], solver: Solver, seed: u64) -> Vec<f32> {
         let places: Vec<f32> = scaled(&simulated.places, &self.places);
         let graph = Graph::new(&self.weights, &self.device);
         let path = Path { method: self.settings.method, sigma: self.settings.sigma };
         let mut random = Random::new(seed ^ 0x0F10_77ED);
-        let new = path.solved(&own, solver, &mut random, &mut |x, t| {
-            let found = self.network.forward(&graph, [x, &own], &places, &[t], &self.device);
+        path.solved(own, solver, &mut random, &mut |x, t| {
+            let found = self.network.forward(&graph, [x, own], &places, &[t], &self.device);
             found.into_data().try_into_vec::<f32>().unwrap_or_else(|_| vec![0.0; own.len()])
-        });
-        [own, new]
+        })
     }
 }
 

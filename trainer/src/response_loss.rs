@@ -1,6 +1,6 @@
 //! How far a transfer function is from the response that a clip tells of, and the derivative by it.
 
-use crate::responses::{ClipResponse, band_weights};
+use crate::responses::{ClipResponse, band_weights, decays};
 use crate::settings::LossSettings;
 use promenade_core::{Bands, StftGrid, TailModel, TransferFunction};
 
@@ -22,8 +22,7 @@ pub(crate) struct ResponseLoss {
 
 impl ResponseLoss {
     pub(crate) fn new(settings: &LossSettings, grid: &StftGrid, bands: &Bands, tail: &TailModel) -> Self {
-        let decay = |t60: &f32| 10.0_f64.powf(-6.0 * grid.hop_s() / f64::from(*t60)) as f32;
-        Self { settings: settings.clone(), weights: band_weights(grid, bands), decay: tail.t60_s.iter().map(decay).collect() }
+        Self { settings: settings.clone(), weights: band_weights(grid, bands), decay: decays(grid, tail) }
     }
 
     /// The loss times `share`; its derivative is added to `by`.

@@ -1,7 +1,7 @@
 //! What a clip tells of the room by itself: the response between its dry and its recorded sound, as delays and energies.
 
 use promenade_baker::capture::{Capture, Clip, DIRECT_PRE_ROLL_S};
-use promenade_core::{Bands, StftGrid};
+use promenade_core::{Bands, StftGrid, TailModel};
 use promenade_fourier::Fourier;
 use promenade_metrics::{arrival, deconvolve, slope};
 use rayon::prelude::*;
@@ -76,6 +76,12 @@ fn decay_time_s(hops: &[f32], hop_s: f64) -> Option<f64> {
     let level = |(l, energy): (usize, &f32)| (*energy > 0.0).then(|| (l as f64 * hop_s, 10.0 * f64::from(*energy).log10()));
     let points: Vec<(f64, f64)> = hops.iter().enumerate().filter_map(level).collect();
     slope(&points).filter(|db_per_s| *db_per_s < 0.0).map(|db_per_s| -60.0 / db_per_s)
+}
+
+/// Energy that is left after a hop, per band of a tail.
+pub(crate) fn decays(grid: &StftGrid, tail: &TailModel) -> Vec<f32> {
+    let decay = |t60: &f32| 10.0_f64.powf(-6.0 * grid.hop_s() / f64::from(*t60)) as f32;
+    tail.t60_s.iter().map(decay).collect()
 }
 
 /// How much of every bin belongs to a band.

@@ -151,7 +151,19 @@ impl Default for TrainSettings {
     }
 }
 
+/// Share of the steps over which the learning rate rises.
+const WARM_UP: f32 = 0.05;
+/// The learning rate at the end, as a share of the highest.
+const LAST_RATE: f32 = 0.02;
+
 impl TrainSettings {
+    /// The learning rate of a step, counted from 0.
+    pub(crate) fn rate_at(&self, step: usize) -> f32 {
+        let along = (step as f32 + 1.0) / self.steps.max(1) as f32;
+        let fall = 0.5 + 0.5 * (std::f32::consts::PI * along.min(1.0)).cos();
+        self.rate * (along / WARM_UP).min(1.0) * (LAST_RATE + (1.0 - LAST_RATE) * fall)
+    }
+
     /// What can be trained at all.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 //! simulated sound as the input of other methods).
 
 use crate::gains::Gains;
-use crate::responses::{ClipResponse, ClipResponses, Cutter};
+use crate::responses::{ClipResponse, ClipResponses, Cutter, decays};
 use promenade_baker::BakeError;
 use promenade_baker::capture::{Capture, Clip, Split};
 use promenade_core::{Bands, Pose, StftGrid, TailModel, TransferFunction, TransferShape};
@@ -51,7 +51,6 @@ pub(crate) struct Simulation {
 
 impl Simulation {
     pub(crate) fn new(grid: &StftGrid, bands: &Bands, tail: &TailModel, queries: &Bands, taps: usize) -> Self {
-        let decay = |t60: &f32| 10.0_f64.powf(-6.0 * grid.hop_s() / f64::from(*t60)) as f32;
         let place = |hz: &f32| {
             let bin = (f64::from(*hz) / grid.sample_rate_hz * grid.n_fft as f64).round() as usize;
             let nearest = bands.weights(*hz).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -61,7 +60,7 @@ impl Simulation {
             cutter: Cutter::new(grid, bands),
             shape: TransferShape { bins: grid.bins(), bands: bands.count(), taps },
             rate_hz: grid.sample_rate_hz,
-            decay: tail.t60_s.iter().map(decay).collect(),
+            decay: decays(grid, tail),
             queries: queries.centres_hz().iter().map(place).collect(),
         }
     }

@@ -28,10 +28,6 @@ const PRE_ROLL_S: f64 = 0.5;
 /// Shifts of a clip along its path, where clips are shifted: few enough that each one's response is found before training
 /// begins.
 const SHIFTS: usize = 8;
-/// Share of the steps over which the learning rate rises.
-const WARM_UP: f32 = 0.05;
-/// The learning rate at the end, as a share of the highest.
-const LAST_RATE: f32 = 0.02;
 
 /// Result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -260,7 +256,7 @@ impl<'a> Trainer<'a> {
     pub fn step(&mut self) -> StepReport {
         let step = self.optimiser.steps;
         let (loss, gradients) = self.loss(&self.batch(step));
-        let rate = self.rate(step);
+        let rate = self.settings.rate_at(step);
         let gradient_norm = self.optimiser.step(&mut self.weights, &gradients, rate, &self.settings);
         self.losses.push(loss);
         StepReport { step: self.optimiser.steps, loss, gradient_norm, rate }
@@ -371,12 +367,6 @@ impl<'a> Trainer<'a> {
         let mut shifts = Random::new(seed ^ (step as u64).wrapping_mul(0xD134_2543_DE82_EF95));
         let mut pick = |shifted: &[Clip]| (shifts.uniform() * shifted.len() as f32) as usize % shifted.len();
         order[at * batch..(at + 1) * batch].iter().map(|i| self.example(&self.clips[*i][pick(&self.clips[*i])])).collect()
-    }
-
-    fn rate(&self, step: usize) -> f32 {
-        let along = (step as f32 + 1.0) / self.settings.steps.max(1) as f32;
-        let fall = 0.5 + 0.5 * (std::f32::consts::PI * along.min(1.0)).cos();
-        self.settings.rate * (along / WARM_UP).min(1.0) * (LAST_RATE + (1.0 - LAST_RATE) * fall)
     }
 
     /// Predictions for the examples' listeners, `[listener][value]`: mixture mask, difference mask and, where there is one,

@@ -33,9 +33,9 @@ pub(super) struct LevelGrid {
     channels: usize,
 }
 
-/// Decibels of a level in the network's terms.
-pub(super) fn to_db(level: f32) -> f32 {
-    MIDDLE_DB + SCALE_DB * level
+/// Decibels of levels in the network's terms.
+pub(super) fn in_db(levels: &[f32]) -> Vec<f32> {
+    levels.iter().map(|level| MIDDLE_DB + SCALE_DB * level).collect()
 }
 
 impl LevelGrid {

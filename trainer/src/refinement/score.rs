@@ -1,5 +1,6 @@
 //! How far refined responses are from measured ones.
 
+use super::levels::in_db;
 use super::{Pair, Refiner, Solver};
 use promenade_core::random::Random;
 use promenade_metrics::{DecayRange, c50_db, decay_time_s, onset};
@@ -51,8 +52,11 @@ pub fn score(refiner: &Refiner, is_refined: bool, pairs: &[Pair], solver: Solver
     let is_drawn = is_refined && refiner.settings.method.is_drawn();
     for (number, pair) in pairs.iter().enumerate() {
         let seed = |draw: usize| (number * DRAWS + draw) as u64;
+        let own = refiner.own(&pair.simulated);
+        let solved = |draw: usize| refiner.solved(&pair.simulated, &own, solver, seed(draw));
+        let first = if is_refined { solved(0) } else { own.clone() };
         let response =
-            if is_refined { refiner.refined(&pair.simulated, solver, seed(0)) } else { refiner.unrefined(&pair.simulated) };
+            if is_refined { refiner.with_levels(&pair.simulated, [&own, &first]) } else { refiner.unrefined(&pair.simulated) };
         for (found, wanted) in response.iter().zip(&pair.measured) {
             let edt = |x: &Vec<f32>| decay_time_s(&x[onset(x).unwrap_or(0)..], rate, DecayRange::EDT).unwrap_or(f64::NAN);
             let c50 = |x: &Vec<f32>| c50_db(&x[onset(x).unwrap_or(0)..], rate).unwrap_or(f64::NAN);
@@ -65,18 +69,12 @@ pub fn score(refiner: &Refiner, is_refined: bool, pairs: &[Pair], solver: Solver
             add(4, (ild(a, b) - ild(c, d)).abs());
         }
         let (wanted, told) = refiner.levels_of(&pair.measured);
+        let found = in_db(&first);
         let draws: Vec<Vec<f32>> = if is_drawn {
-            (0..DRAWS).map(|draw| refiner.levels(&pair.simulated, solver, seed(draw))).collect()
+            std::iter::once(found.clone()).chain((1..DRAWS).map(|draw| in_db(&solved(draw)))).collect()
         } else {
-            let levels =
-                if is_refined { refiner.levels(&pair.simulated, solver, 0) } else { refiner.unrefined_levels(&pair.simulated) };
             let mut random = Random::new(seed(0) ^ 0xCA22_1E25);
-            (0..DRAWS).map(|_| refiner.grid.carried(&levels, &mut random)).collect()
-        };
-        let found = if is_refined {
-            refiner.levels(&pair.simulated, solver, seed(0))
-        } else {
-            refiner.unrefined_levels(&pair.simulated)
+            (0..DRAWS).map(|_| refiner.grid.carried(&found, &mut random)).collect()
         };
         for i in (0..wanted.len()).filter(|i| told[*i]) {
             let of: Vec<f32> = draws.iter().map(|levels| levels[i]).collect();
