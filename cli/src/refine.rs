@@ -3,20 +3,16 @@
 use crate::args::RefineArgs;
 use crate::simulate::places::Places;
 use crate::{report, scene};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use promenade_baker::capture::Emitter;
-use promenade_baker::{BakeOptions, LoadOptions, Responses, bake_responses};
-use promenade_core::Pose;
+use promenade_baker::{LoadOptions, Responses};
 use promenade_core::glam::Vec3;
+use promenade_core::{Pose, Provenance};
 use promenade_fit::Measurements;
 use promenade_trainer::Device;
 use promenade_trainer::refinement::{Method, Pair, RefineSettings, Refiner, Score, SimulatedResponse, Solver, score};
 use std::path::Path;
-
-/// Two places closer than this are one, metres.
-const SAME_PLACE_M: f32 = 1e-3;
-/// Turns of the head at each place of a scene.
-const TURNS: usize = 12;
+use std::time::Instant;
 
 /// Measured responses by source: heads or groups of microphones that heard it.
 struct Measured {
@@ -46,7 +42,7 @@ impl Measured {
         report::notes(&set.notes);
         let mut sources: Vec<Emitter> = Vec::new();
         let heard = set.responses.into_iter().map(|r| Heard {
-            source: number(&mut sources, r.source),
+            source: Emitter::numbered(&mut sources, r.source),
             poses: vec![r.listener],
             channels: vec![r.left, r.right],
         });
@@ -68,7 +64,7 @@ impl Measured {
         let mut heard: Vec<Heard> = Vec::new();
         let point = |at: [f64; 3]| Vec3::from(at.map(|x| x as f32));
         for one in set.all {
-            let source = number(&mut sources, point(one.source.at_m));
+            let source = Emitter::numbered(&mut sources, point(one.source.at_m));
             sources[source].facing_deg = one.source.facing.map(|f| {
                 let [x, y, z] = f.map(|v| v as f32);
                 [y.atan2(x).to_degrees(), z.atan2(x.hypot(y)).to_degrees()]
@@ -122,14 +118,6 @@ impl Measured {
     }
 }
 
-/// The number of a source, which is added where it is new.
-fn number(sources: &mut Vec<Emitter>, at: Vec3) -> usize {
-    sources.iter().position(|s| s.position.distance(at) < SAME_PLACE_M).unwrap_or_else(|| {
-        sources.push(Emitter { name: format!("source {}", sources.len() + 1), ..Emitter::at(at) });
-        sources.len() - 1
-    })
-}
-
 /// What a network is told of source and listener: both places, their distance and the source's direction seen from the head.
 fn told(source: Vec3, poses: &[Pose]) -> Vec<f32> {
     let seen = poses[0].to_head(source);
@@ -154,29 +142,23 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
         bail!("{}: expected --head for a scene, found none", output.display());
     }
     let pairs: Vec<Pair> = pairs.into_iter().map(|(_, pair)| pair).collect();
-    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.method.method(), args.seed))?;
-    let mut seed = args.seed;
-    let refined = |pose: &Pose, ears: &[Vec<f32>; 2]| {
-        seed += 1;
-        let simulated = measured.simulated(emitter, &[*pose], vec![ears.clone()]);
-        let mut ears = refiner.refined(&simulated, args.solver, seed).into_iter();
-        [ears.next().unwrap_or_default(), ears.next().unwrap_or_default()]
-    };
-    let mut responses = places.all_over(sources.len() - 1, TURNS, refined)?;
-    for (own, more) in [(&mut responses.credit, &measured.credit), (&mut responses.licence, &measured.licence)] {
-        if !own.contains(more.as_str()) {
-            *own = format!("{more}; {own}");
-        }
-    }
-    responses.title = report::file_name(&args.measured);
+    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.method.method(), args.seed), "")?;
+    let title = report::file_name(&args.measured);
     let [x, y, z] = emitter.to_array();
     let room = simulation.simulate.as_deref().map(report::file_name).unwrap_or_default();
     let recipe = format!(
-        "refine {} --simulate {room} --emitter {x},{y},{z} --method {:?} --steps {} --seed {}",
-        responses.title, args.method, args.steps, args.seed
+        "refine {title} --simulate {room} --emitter {x},{y},{z} --method {:?} --steps {} --seed {}",
+        args.method, args.steps, args.seed
     );
-    let options = BakeOptions { recipe, seed: args.seed, ..BakeOptions::default() };
-    let made = bake_responses(&responses, |_, _| false, &options)?;
+    let (credit, licence) = (measured.credit.clone(), measured.licence.clone());
+    let about = Provenance { title, credit, licence, recipe, notes: Vec::new() };
+    let mut seed = args.seed;
+    let made = places.scene(sources.len() - 1, about, args.seed, |pose, ears| {
+        seed += 1;
+        let simulated = measured.simulated(emitter, &[*pose], vec![ears.clone()]);
+        let refined = refiner.refined(&simulated, args.solver, seed)?;
+        refined.try_into().map_err(|found: Vec<_>| anyhow!("expected both ears, found {} channels", found.len()))
+    })?;
     report::notes(&made.provenance().notes);
     let bytes = scene::write(output, &made)?;
     report::line(format_args!("{}: {} kB from {} measured responses", output.display(), bytes.div_ceil(1000), pairs.len()));
@@ -187,17 +169,19 @@ fn settings(args: &RefineArgs, method: Method, seed: u64) -> RefineSettings {
     RefineSettings { method, steps: args.steps as usize, seed, ..RefineSettings::default() }
 }
 
-fn trained(pairs: &[Pair], rate_hz: f64, settings: &RefineSettings) -> Result<Refiner> {
-    let mut mean = 0.0;
+/// Trains a refinement, and tells how far it is after a name for it.
+fn trained(pairs: &[Pair], rate_hz: f64, settings: &RefineSettings, name: &str) -> Result<Refiner> {
+    let (mut mean, began) = (0.0, Instant::now());
     let refiner = Refiner::train(pairs, rate_hz, settings, Device::flex(), &mut |step, loss| {
         mean += loss;
         if step % 100 == 0 || step == settings.steps {
             let count = if step % 100 == 0 { 100 } else { step % 100 };
+            let left = began.elapsed().as_secs_f64() / step as f64 * (settings.steps - step) as f64;
             report::line(format_args!(
-                "{:?}, step {step} of {}: loss {:.4}",
-                settings.method,
+                "{name}step {step} of {}: loss {:.4}; {} left",
                 settings.steps,
-                mean / count as f64
+                mean / count as f64,
+                report::minutes(left)
             ));
             mean = 0.0;
         }
@@ -232,17 +216,22 @@ fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)]) -> 
         ("flow", Method::Flow, SOLVERS),
         ("flow of data", Method::DataFlow, SOLVERS),
     ];
+    let (began, count) = (Instant::now(), methods.len());
     for (at, (name, method, solvers)) in methods.into_iter().enumerate() {
-        let refiners = (0..args.seeds)
-            .map(|i| trained(&pairs, rate, &settings(args, method, args.seed + i)))
-            .collect::<Result<Vec<_>>>()?;
+        let of_seed = |i: u64| {
+            let named = format!("{name}, seed {} of {}: ", i + 1, args.seeds);
+            trained(&pairs, rate, &settings(args, method, args.seed + i), &named)
+        };
+        let refiners = (0..args.seeds).map(of_seed).collect::<Result<Vec<_>>>()?;
         if at == 0 {
-            rows.push(row("simulation alone", &[score(&refiners[0], false, &tests, Solver::Euler(1))]));
+            rows.push(row("simulation alone", &[score(&refiners[0], false, &tests, Solver::Euler(1))?]));
         }
         for (way, solver) in solvers {
-            let scores: Vec<Score> = refiners.iter().map(|refiner| score(refiner, true, &tests, *solver)).collect();
+            let scores = refiners.iter().map(|refiner| score(refiner, true, &tests, *solver)).collect::<Result<Vec<_>, _>>()?;
             rows.push(row(&format!("{name}{way}"), &scores));
         }
+        let left = began.elapsed().as_secs_f64() / (at + 1) as f64 * (count - at - 1) as f64;
+        report::line(format_args!("{} of {count} methods compared, {} left", at + 1, report::minutes(left)));
     }
     report::print(&report::table(&rows, false))
 }

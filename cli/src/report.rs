@@ -41,6 +41,12 @@ fn one_line(text: &str) -> String {
     text.replace(['\n', '\r'], " ")
 }
 
+/// A time in minutes and seconds.
+pub(crate) fn minutes(seconds: f64) -> String {
+    let whole = seconds.round().max(0.0);
+    format!("{}:{:02}", (whole / 60.0).floor(), whole % 60.0)
+}
+
 /// Names and values, aligned, a line for each.
 pub(crate) fn properties<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
     rows.into_iter().map(|(name, value)| format!("{name:<14}{}\n", one_line(&value))).collect()

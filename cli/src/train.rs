@@ -6,16 +6,13 @@ use crate::{plot, report};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::cloud_scene::with_emitter;
-use promenade_baker::{BakeOptions, Capture, atomic, bake_responses, file};
+use promenade_baker::{Capture, atomic, file};
 use promenade_core::{Pose, Provenance, Scene};
 use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
-use std::fmt::Write as _;
 use std::time::Instant;
 
 /// Ending of the file that a training is kept in beside its scene until it is done.
 const KEPT: &str = "training";
-/// Turns of the head at each place of a scene that corrects a simulation.
-const TURNS: usize = 12;
 /// Bytes that a file of settings may have.
 const MAX_SETTINGS_BYTES: u64 = 1 << 20;
 
@@ -89,7 +86,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
                  left",
                 settings.steps,
                 point.loss,
-                minutes(left)
+                report::minutes(left)
             ));
             if let Some(file) = &args.curve {
                 atomic::write(file, course(trainer.curve())?.as_bytes())?;
@@ -108,7 +105,14 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let provenance = provenance(&capture, trainer.settings(), &tried, args);
     let scene = match places {
         None => at_emitter(trainer.scene(provenance)?, &capture, emitter)?,
-        Some(places) => corrected(&mut trainer, &places, &capture, emitter.unwrap_or(0), provenance)?,
+        Some(places) => {
+            let number = emitter.unwrap_or(0);
+            let at = capture.emitters[number].position;
+            let seed = trainer.settings().seed;
+            places.scene(number, provenance, seed, |pose, ears| {
+                trainer.refined(pose, at, ears).context("--simulate: expected settings that correct a simulation, found others")
+            })?
+        }
     };
     atomic::write(&args.output, &scene.to_bytes()?)?;
     report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))
@@ -119,27 +123,6 @@ fn at_emitter(scene: Scene, capture: &Capture, emitter: Option<usize>) -> Result
     let Some(number) = emitter.filter(|number| *number > 0) else { return Ok(scene) };
     let moved = with_emitter(&scene, capture.emitters[number].position)?;
     moved.context("--emitter: expected settings with `emitter`, found a network that does not know where the sound comes from")
-}
-
-/// The scene of a simulated room as the network corrects it.
-fn corrected(
-    trainer: &mut Trainer<'_>,
-    places: &Places,
-    capture: &Capture,
-    emitter: usize,
-    provenance: Provenance,
-) -> Result<Scene> {
-    let at = capture.emitters[emitter].position;
-    let refined = |pose: &Pose, ears: &[Vec<f32>; 2]| trainer.refined(pose, at, ears).unwrap_or_else(|| ears.clone());
-    let mut responses = places.all_over(emitter, TURNS, refined)?;
-    let credits = [&capture.credit, &responses.credit].map(String::as_str).into_iter().filter(|credit| !credit.is_empty());
-    responses.credit = credits.collect::<Vec<_>>().join("; ");
-    let licences = [&capture.licence, &responses.licence].map(String::as_str).into_iter().filter(|l| !l.is_empty());
-    responses.licence = licences.collect::<Vec<_>>().join("; ");
-    responses.title = provenance.title;
-    responses.notes = provenance.notes;
-    let options = BakeOptions { recipe: provenance.recipe, seed: trainer.settings().seed, ..BakeOptions::default() };
-    Ok(bake_responses(&responses, |_, _| false, &options)?)
 }
 
 fn kept_with(trainer: &Trainer<'_>, anchors: usize, notes: &[String]) -> Checkpoint {
@@ -197,14 +180,6 @@ fn gpu() -> Result<Device> {
 #[cfg(not(feature = "gpu"))]
 fn gpu() -> Result<Device> {
     anyhow::bail!("--gpu: this program was built without the feature 'gpu'")
-}
-
-fn minutes(seconds: f64) -> String {
-    let mut text = String::new();
-    let whole = seconds.round().max(0.0);
-    let done = write!(text, "{}:{:02}", (whole / 60.0).floor(), whole % 60.0);
-    debug_assert!(done.is_ok());
-    text
 }
 
 fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], args: &TrainArgs) -> Provenance {

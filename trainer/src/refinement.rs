@@ -160,16 +160,19 @@ impl Refiner {
         (value, graph.gradients(&loss.backward()))
     }
 
-    /// A simulated response with refined levels; of flows a draw by the seed, of a regression always the same.
-    #[must_use]
-    pub fn refined(&self, simulated: &SimulatedResponse, solver: Solver, seed: u64) -> Vec<Vec<f32>> {
+    /// A simulated response with refined levels, `[channel][sample]`; of flows a draw by the seed, of a regression always the
+    /// same.
+    ///
+    /// # Errors
+    /// Levels that cannot be read from the device.
+    pub fn refined(&self, simulated: &SimulatedResponse, solver: Solver, seed: u64) -> Result<Vec<Vec<f32>>, BakeError> {
         let own = self.own(simulated);
-        self.with_levels(simulated, [&own, &self.solved(simulated, &own, solver, seed)])
+        Ok(self.with_levels(simulated, [&own, &self.drawn(simulated, &own, (solver, 1), seed)?]))
     }
 
     /// A simulated response with other levels than its own, both in the network's terms.
     fn with_levels(&self, simulated: &SimulatedResponse, levels: [&[f32]; 2]) -> Vec<Vec<f32>> {
-        self.grid.reshaped(&simulated.channels, self.level_db, levels, self.settings.method.is_drawn())
+        self.grid.reshaped(&simulated.channels, self.level_db, levels)
     }
 
     /// A simulated response brought to the level of what is measured.
@@ -189,15 +192,27 @@ impl Refiner {
         self.grid.levels(&simulated.channels, self.level_db)
     }
 
-    /// Levels of the simulation as they are refined, from its own, in the network's terms.
-    fn solved(&self, simulated: &SimulatedResponse, own: &[f32], solver: Solver, seed: u64) -> Vec<f32> {
-        let places: Vec<f32> = scaled(&simulated.places, &self.places);
+    /// Levels of the simulation as they are refined, from its own, in the network's terms: so many draws, one after the other.
+    /// The first of them does not depend on how many there are.
+    fn drawn(
+        &self,
+        simulated: &SimulatedResponse,
+        own: &[f32],
+        (solver, draws): (Solver, usize),
+        seed: u64,
+    ) -> Result<Vec<f32>, BakeError> {
+        let (own, places) = (own.repeat(draws), scaled(&simulated.places, &self.places).repeat(draws));
         let graph = Graph::new(&self.weights, &self.device);
         let path = Path { method: self.settings.method, sigma: self.settings.sigma };
         let mut random = Random::new(seed ^ 0x0F10_77ED);
-        path.solved(own, solver, &mut random, &mut |x, t| {
-            let found = self.network.forward(&graph, [x, own], &places, &[t], &self.device);
-            found.into_data().try_into_vec::<f32>().unwrap_or_else(|_| vec![0.0; own.len()])
+        path.solved(&own, solver, &mut random, &mut |x, t| {
+            let found = self.network.forward(&graph, [x, &own], &places, &vec![t; draws], &self.device);
+            let read = found.into_data().try_into_vec::<f32>();
+            read.map_err(|e| BakeError::Argument {
+                what: "levels of a refinement",
+                expected: "numbers in single precision from the device".to_owned(),
+                found: format!("{e:?}"),
+            })
         })
     }
 }

@@ -6,15 +6,17 @@ use anyhow::{Context, Result};
 use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::capture::Emitter;
 use promenade_baker::simulation::{Hrtf, Inside, MeshOptions, Part, grid, scene_spacing_m, simulate_mesh, turned};
-use promenade_baker::{BakeError, LoadOptions, Response, Responses};
-use promenade_core::Pose;
+use promenade_baker::{BakeError, BakeOptions, LoadOptions, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
+use promenade_core::{Pose, Provenance, Scene};
 use std::path::PathBuf;
 
 /// Beams that search the image sources, as `simulate` has them.
 const BEAMS: usize = 8192;
 /// Distance of a scene's places from surfaces, and their height over the floor, metres, as `simulate` has them.
 const MARGIN_M: f32 = 0.3;
+/// Turns of the head at each place of a scene.
+const TURNS: usize = 12;
 const HEIGHT_M: f32 = 1.5;
 
 /// A room with the emitters of recordings in it.
@@ -26,6 +28,12 @@ pub(crate) struct Places {
     sources: Vec<Source>,
     options: MeshOptions,
     rate_hz: u32,
+}
+
+/// Two credits or licences, one where they are the same or one is empty.
+fn joined(a: &str, b: &str) -> String {
+    let both = [a, b].into_iter().filter(|text| !text.is_empty());
+    both.take(if a == b { 1 } else { 2 }).collect::<Vec<_>>().join("; ")
 }
 
 /// A head whose ears hear the same from everywhere: a microphone in its middle.
@@ -97,27 +105,32 @@ impl Places {
         Ok(made.responses.responses.into_iter().map(|r| [r.left, r.right]).collect())
     }
 
-    /// Responses to an emitter, by its number, at places all over the room with so many head turns each, changed by `refined`.
-    pub(crate) fn all_over(
+    /// The scene of an emitter, by its number, whose responses at places all over the room are changed by `refined`. Credits and
+    /// licences are those of what it was learnt from and of the head.
+    pub(crate) fn scene(
         &self,
         emitter: usize,
-        turns: usize,
-        mut refined: impl FnMut(&Pose, &[Vec<f32>; 2]) -> [Vec<f32>; 2],
-    ) -> Result<Responses> {
+        about: Provenance,
+        seed: u64,
+        mut refined: impl FnMut(&Pose, &[Vec<f32>; 2]) -> Result<[Vec<f32>; 2]>,
+    ) -> Result<Scene> {
         let at = Vec3::from(self.sources[emitter].position.map(|x| x as f32));
         let inside = Inside::new(&self.mesh, &self.room, at, MARGIN_M)?;
-        let poses = turned(&grid(&inside, scene_spacing_m(&self.mesh), HEIGHT_M)?, turns);
+        let poses = turned(&grid(&inside, scene_spacing_m(&self.mesh), HEIGHT_M)?, TURNS);
         let response = |(number, (pose, ears)): (usize, (&Pose, [Vec<f32>; 2]))| {
-            let [left, right] = refined(pose, &ears);
-            Response { listener: *pose, source: at, left, right, name: format!("{number:05}") }
+            let [left, right] = refined(pose, &ears)?;
+            Ok(Response { listener: *pose, source: at, left, right, name: format!("{number:05}") })
         };
         let ears = self.ears(emitter, &poses)?;
-        Ok(Responses {
-            credit: self.head.credit.clone(),
-            licence: self.head.licence.clone(),
+        let responses = Responses {
+            title: about.title,
+            credit: joined(&about.credit, &self.head.credit),
+            licence: joined(&about.licence, &self.head.licence),
+            notes: about.notes,
             sample_rate_hz: f64::from(self.rate_hz),
-            responses: poses.iter().zip(ears).enumerate().map(response).collect(),
+            responses: poses.iter().zip(ears).enumerate().map(response).collect::<Result<_>>()?,
             ..Responses::default()
-        })
+        };
+        Ok(bake_responses(&responses, |_, _| false, &BakeOptions { recipe: about.recipe, seed, ..BakeOptions::default() })?)
     }
 }

@@ -63,42 +63,48 @@ impl Path {
     }
 
     /// The end of the path from the simulated levels on, by what the network says at a place and a time.
-    pub(super) fn solved(
+    ///
+    /// # Errors
+    /// Those of the network.
+    pub(super) fn solved<E>(
         self,
         from: &[f32],
         solver: Solver,
         random: &mut Random,
-        network: &mut dyn FnMut(&[f32], f32) -> Vec<f32>,
-    ) -> Vec<f32> {
+        network: &mut dyn FnMut(&[f32], f32) -> Result<Vec<f32>, E>,
+    ) -> Result<Vec<f32>, E> {
         let is_data = self.method == Method::DataFlow;
         if matches!(self.method, Method::Regression | Method::NoisyRegression) {
-            return along(from, &network(from, 0.0), 1.0);
+            return Ok(along(from, &network(from, 0.0)?, 1.0));
         }
         let mut velocity = |x: &[f32], t: f32| {
-            let said = network(x, t);
-            if is_data { said.iter().zip(x).map(|(end, x)| (end - x) / (1.0 - t).max(LEAST)).collect() } else { said }
+            let mut said = network(x, t)?;
+            if is_data {
+                said.iter_mut().zip(x).for_each(|(end, x)| *end = (*end - x) / (1.0 - t).max(LEAST));
+            }
+            Ok(said)
         };
         let mut x: Vec<f32> = from.iter().map(|x| x + self.sigma * random.normal()).collect();
         let (Solver::Euler(steps) | Solver::Midpoint(steps) | Solver::Heun(steps)) = solver;
         for step in 0..steps {
             let (t, dt) = (step as f32 / steps as f32, 1.0 / steps as f32);
-            let first = velocity(&x, t);
+            let first = velocity(&x, t)?;
             let is_last = step + 1 == steps;
             x = match solver {
                 Solver::Midpoint(_) => {
-                    let middle = velocity(&along(&x, &first, 0.5 * dt), t + 0.5 * dt);
+                    let middle = velocity(&along(&x, &first, 0.5 * dt), t + 0.5 * dt)?;
                     along(&x, &middle, dt)
                 }
                 // At the end of a path that ends in the data there is no velocity.
                 Solver::Heun(_) if !(is_data && is_last) => {
-                    let second = velocity(&along(&x, &first, dt), t + dt);
+                    let second = velocity(&along(&x, &first, dt), t + dt)?;
                     let mean: Vec<f32> = first.iter().zip(&second).map(|(a, b)| 0.5 * (a + b)).collect();
                     along(&x, &mean, dt)
                 }
                 _ => along(&x, &first, dt),
             };
         }
-        x
+        Ok(x)
     }
 }
 

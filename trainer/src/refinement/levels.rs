@@ -137,19 +137,13 @@ impl LevelGrid {
         }
     }
 
-    /// A response whose levels were one thing in the network's terms and shall be another. Where the new ones are a mean and no
-    /// draw, gains are smoothed over the later the more hops, so that the response keeps the chance of its own carriers.
-    pub(super) fn reshaped(
-        &self,
-        channels: &[Vec<f32>],
-        level_db: f32,
-        [own, new]: [&[f32]; 2],
-        is_drawn: bool,
-    ) -> Vec<Vec<f32>> {
+    /// A response whose levels were one thing in the network's terms and shall be another. Gains are smoothed over the later the
+    /// more hops, so that the response keeps the chance of its own carriers.
+    pub(super) fn reshaped(&self, channels: &[Vec<f32>], level_db: f32, [own, new]: [&[f32]; 2]) -> Vec<Vec<f32>> {
         let (row, count, centre) = (self.features(), self.bands.count(), Self::centre(channels));
         let gain = |i: usize| {
             let hop = i / row;
-            let around = if is_drawn { 0 } else { (hop / HOPS_PER_SMOOTHED).min(MOST_SMOOTHED) };
+            let around = (hop / HOPS_PER_SMOOTHED).min(MOST_SMOOTHED);
             let hops = hop.saturating_sub(around).max(hop.min(1))..=(hop + around).min(HOPS);
             let count = hops.clone().count() as f32;
             let off = hops.map(|l| new[l * row + i % row] - own[l * row + i % row]).sum::<f32>() / count;

@@ -2,6 +2,7 @@
 
 use super::levels::in_db;
 use super::{Pair, Refiner, Solver};
+use promenade_baker::BakeError;
 use promenade_core::random::Random;
 use promenade_metrics::{DecayRange, c50_db, decay_time_s, onset};
 
@@ -39,8 +40,10 @@ pub fn crps_db(draws: &[f32], measured: f32) -> f64 {
 ///
 /// Deterministic refinements are given the distribution that carriers have: a hop of noise in a band has a level that varies by
 /// chance, by as many degrees of freedom as the cell has.
-#[must_use]
-pub fn score(refiner: &Refiner, is_refined: bool, pairs: &[Pair], solver: Solver) -> Score {
+///
+/// # Errors
+/// Those of [`Refiner::refined`].
+pub fn score(refiner: &Refiner, is_refined: bool, pairs: &[Pair], solver: Solver) -> Result<Score, BakeError> {
     let mut sums = [(0.0, 0.0); 5];
     let mut add = |what: usize, value: f64| {
         if value.is_finite() {
@@ -51,12 +54,13 @@ pub fn score(refiner: &Refiner, is_refined: bool, pairs: &[Pair], solver: Solver
     let rate = refiner.grid.rate_hz();
     let is_drawn = is_refined && refiner.settings.method.is_drawn();
     for (number, pair) in pairs.iter().enumerate() {
-        let seed = |draw: usize| (number * DRAWS + draw) as u64;
+        let seed = number as u64;
         let own = refiner.own(&pair.simulated);
-        let solved = |draw: usize| refiner.solved(&pair.simulated, &own, solver, seed(draw));
-        let first = if is_refined { solved(0) } else { own.clone() };
+        let count = if is_drawn { DRAWS } else { 1 };
+        let drawn = if is_refined { refiner.drawn(&pair.simulated, &own, (solver, count), seed)? } else { own.clone() };
+        let first = &drawn[..own.len()];
         let response =
-            if is_refined { refiner.with_levels(&pair.simulated, [&own, &first]) } else { refiner.unrefined(&pair.simulated) };
+            if is_refined { refiner.with_levels(&pair.simulated, [&own, first]) } else { refiner.unrefined(&pair.simulated) };
         for (found, wanted) in response.iter().zip(&pair.measured) {
             let edt = |x: &Vec<f32>| decay_time_s(&x[onset(x).unwrap_or(0)..], rate, DecayRange::EDT).unwrap_or(f64::NAN);
             let c50 = |x: &Vec<f32>| c50_db(&x[onset(x).unwrap_or(0)..], rate).unwrap_or(f64::NAN);
@@ -69,11 +73,11 @@ pub fn score(refiner: &Refiner, is_refined: bool, pairs: &[Pair], solver: Solver
             add(4, (ild(a, b) - ild(c, d)).abs());
         }
         let (wanted, told) = refiner.levels_of(&pair.measured);
-        let found = in_db(&first);
+        let found = in_db(first);
         let draws: Vec<Vec<f32>> = if is_drawn {
-            std::iter::once(found.clone()).chain((1..DRAWS).map(|draw| in_db(&solved(draw)))).collect()
+            drawn.chunks(own.len()).map(in_db).collect()
         } else {
-            let mut random = Random::new(seed(0) ^ 0xCA22_1E25);
+            let mut random = Random::new(seed ^ 0xCA22_1E25);
             (0..DRAWS).map(|_| refiner.grid.carried(&found, &mut random)).collect()
         };
         for i in (0..wanted.len()).filter(|i| told[*i]) {
@@ -83,5 +87,5 @@ pub fn score(refiner: &Refiner, is_refined: bool, pairs: &[Pair], solver: Solver
         }
     }
     let [edt_ms, c50_db, level_db, crps_db, ild_db] = sums.map(|(sum, count)| if count > 0.0 { sum / count } else { 0.0 });
-    Score { edt_ms, c50_db, level_db, crps_db, ild_db }
+    Ok(Score { edt_ms, c50_db, level_db, crps_db, ild_db })
 }

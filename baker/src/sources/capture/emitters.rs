@@ -2,6 +2,7 @@
 
 use super::{Capture, Clip, Split, defects};
 use crate::BakeError;
+use crate::bake::layout::SAME_PLACE_M;
 use promenade_core::glam::Vec3;
 
 /// A source of sound.
@@ -20,6 +21,14 @@ impl Emitter {
     #[must_use]
     pub fn at(position: Vec3) -> Self {
         Self { name: String::new(), position, facing_deg: None }
+    }
+
+    /// The number of the source at a place, world metres, which is added by the name of its number where it is a new one.
+    pub fn numbered(sources: &mut Vec<Self>, at: Vec3) -> usize {
+        sources.iter().position(|s| s.position.distance(at) < SAME_PLACE_M).unwrap_or_else(|| {
+            sources.push(Self { name: format!("source {}", sources.len() + 1), ..Self::at(at) });
+            sources.len() - 1
+        })
     }
 }
 

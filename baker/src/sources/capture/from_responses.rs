@@ -5,7 +5,6 @@ use super::{Capture, Clip, Emitter, Split, SplitRule, Track, Voice, level_dbfs};
 use crate::bake::layout::{Layout, SAME_PLACE_M};
 use crate::signal::convolve::convolve;
 use crate::{BakeError, Responses, resample};
-use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
 use promenade_core::{CameraPath, Keyframe, Pose};
 use std::collections::HashMap;
@@ -148,25 +147,18 @@ struct Placed {
 impl Placed {
     fn of(responses: &Responses) -> Result<Self, BakeError> {
         let all = &responses.responses;
-        let mut sources: Vec<Vec3> = Vec::new();
-        let mut number = |at: Vec3| {
-            sources.iter().position(|s| s.distance(at) < SAME_PLACE_M).unwrap_or_else(|| {
-                sources.push(at);
-                sources.len() - 1
-            })
-        };
-        let numbers: Vec<usize> = all.iter().map(|r| number(r.source)).collect();
+        let mut sources: Vec<Emitter> = Vec::new();
+        let numbers: Vec<usize> = all.iter().map(|r| Emitter::numbered(&mut sources, r.source)).collect();
         let moves = all.iter().any(|r| r.listener.position.distance(all[0].listener.position) >= SAME_PLACE_M);
         if sources.len() < 2 || !moves {
             let Layout { emitter, poses, notes, .. } = Layout::of(responses)?;
             return Ok(Self { emitters: vec![Emitter::at(emitter)], numbers: vec![0; poses.len()], poses, notes });
         }
-        let emitter = |(i, at): (usize, &Vec3)| Emitter { name: format!("source {}", i + 1), ..Emitter::at(*at) };
         Ok(Self {
-            emitters: sources.iter().enumerate().map(emitter).collect(),
-            poses: all.iter().map(|r| r.listener).collect(),
-            numbers,
             notes: vec![format!("{} sources, each an emitter of its own", sources.len())],
+            poses: all.iter().map(|r| r.listener).collect(),
+            emitters: sources,
+            numbers,
         })
     }
 }
