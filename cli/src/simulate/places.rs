@@ -105,8 +105,8 @@ impl Places {
         Ok(made.responses.responses.into_iter().map(|r| [r.left, r.right]).collect())
     }
 
-    /// The scene of an emitter, by its number, whose responses at places all over the room are changed by `refined`. Credits and
-    /// licences are those of what it was learnt from and of the head.
+    /// The scene of an emitter, by its number, whose responses at places all over the room are changed by `refined`. Credits
+    /// and licences are those of what it was learnt from and of the head.
     pub(crate) fn scene(
         &self,
         emitter: usize,

@@ -137,8 +137,8 @@ impl LevelGrid {
         }
     }
 
-    /// A response whose levels were one thing in the network's terms and shall be another. Gains are smoothed over the later the
-    /// more hops, so that the response keeps the chance of its own carriers.
+    /// A response whose levels were one thing in the network's terms and shall be another. Gains are smoothed over the later
+    /// the more hops, so that the response keeps the chance of its own carriers.
     pub(super) fn reshaped(&self, channels: &[Vec<f32>], level_db: f32, [own, new]: [&[f32]; 2]) -> Vec<Vec<f32>> {
         let (row, count, centre) = (self.features(), self.bands.count(), Self::centre(channels));
         let gain = |i: usize| {
