@@ -27,7 +27,7 @@ use glam::Vec3;
 
 pub use ambisonics::{NotAmbisonicError, ambisonic_dry};
 pub(crate) use bass_field::Shares as BassShares;
-pub use bass_field::{BASS_SIGNALS, BassEars, BassField};
+pub use bass_field::{BASS_SIGNALS, BassEars, BassField, noise_share, wave_share};
 pub use card::SceneCard;
 pub use corners::{Corners, DiffractionEdge, barrier_db};
 pub(crate) use corners::{MOST_ROUND, Round};

@@ -4,7 +4,7 @@ use assert_no_alloc::assert_no_alloc;
 use promenade_core::glam::Vec3;
 use promenade_core::{
     Axis, BassEars, BassField, BlockParams, Facing, Field, FieldGrid, Pose, Renderer, Rows, Scene, SceneParts, Spatializer,
-    Trim,
+    Trim, wave_share,
 };
 use promenade_fourier::num_complex::Complex64;
 use promenade_metrics::{DecayRange, decay_time_s};
@@ -100,6 +100,39 @@ fn direct_sound_is_flat_across_the_crossover_at_every_rate() {
 }
 
 #[test]
+fn noise_and_waves_are_as_loud_together_as_noise_alone() {
+    let rate = 48_000.0;
+    let pose = Pose::from_ypr(Vec3::new(0.5, 0.3, 0.0), 0.4, 0.0, 0.0);
+    let noise = room(rate, 0.6, 0.1);
+    let trim = Trim { direct: 0.0, ..Trim::NEUTRAL };
+    let plain = response(&noise, rate, pose, trim);
+    for crossover_hz in [70.0, 100.0, 130.0, 180.0, 198.0, 225.0, 250.0] {
+        let places = [Axis::single(0.0), Axis::single(0.0), Axis::single(0.0)];
+        let (rate_hz, samples) = (5.0 * crossover_hz, vec![0.0; 4 * 64]);
+        let bass = BassField { crossover_hz, rate_hz, places, direct: 1.0, samples, ears: BassEars::Head };
+        let scene = Arc::new(Scene::new(SceneParts { bass: Some(bass), ..noise.parts().clone() }).unwrap());
+        // Waves are silent here: what is left is the noise beside them, and waves as loud as noise would add their share.
+        let beside = response(&scene, rate, pose, trim);
+        for third in 17..=27 {
+            let centre = 10.0_f64.powf(f64::from(third) / 10.0);
+            let [mut alone, mut left, mut waves] = [0.0; 3];
+            for step in -40..40 {
+                let hz = centre * 2.0_f64.powf((f64::from(step) + 0.5) / 240.0);
+                for (plain, beside) in plain.iter().zip(&beside) {
+                    let power = at(plain, rate, hz).norm_sqr();
+                    alone += power;
+                    waves += power * wave_share(hz, crossover_hz).powi(2);
+                    left += at(beside, rate, hz).norm_sqr();
+                }
+            }
+            let db = 10.0 * ((left + waves) / alone).log10();
+            println!("crossover {crossover_hz} Hz, third of {centre:.0} Hz: {db:+.2} dB, noise {:.3}", left / alone);
+            assert!(db.abs() < 0.5, "{db} dB in the third of {centre:.0} Hz, crossover {crossover_hz} Hz");
+        }
+    }
+}
+
+#[test]
 fn reflections_of_the_bass_arrive_from_where_they_come() {
     let rate = 48_000.0;
     let direct = scene(rate, false);
@@ -117,7 +150,7 @@ fn reflections_of_the_bass_arrive_from_where_they_come() {
             let k = TAU * hz / SPEED_M_S;
             for (ear, side) in [(0, 1.0), (1, -1.0)] {
                 let reflected = (at(&heard[ear], rate, hz) - at(&alone[ear], rate, hz)) / at(&plain[ear], rate, hz);
-                // Half of a crossover over the all-pass of both halves is real.
+                // A half of a crossover over the all-pass of both halves is real.
                 let allpass = at(
                     &response(
                         &waves,
@@ -137,7 +170,7 @@ fn reflections_of_the_bass_arrive_from_where_they_come() {
                     rate,
                     hz,
                 );
-                let share = 1.0 / (1.0 + (hz / CROSSOVER_HZ).powi(4));
+                let share = wave_share(hz, CROSSOVER_HZ);
                 let ear = Complex64::new(1.0, side * k * EAR_M * lateral) / (1.0 + (k * EAR_M).powi(2) / 3.0).sqrt();
                 let wave = Complex64::cis(-k * (away - ahead)) * f64::from(STRENGTH) * ahead / away;
                 let wanted = wave * ear * share * allpass;

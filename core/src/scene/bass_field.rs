@@ -11,10 +11,10 @@ const BEYOND_M: f32 = 0.6;
 /// What a listener hears below a crossover: the pressure at places and its slopes, from which both ears of a head that turns
 /// and what lies between places follow.
 ///
-/// The dry sound is split in two by a crossover of fourth order after Linkwitz and Riley, whose halves add up to an all-pass.
-/// What a scene has otherwise hears the upper half alone, and the lower is heard of this, with its direct sound of `direct`
-/// over the distance; responses have the rest. Samples are of what the emitter's impulse makes, at that time and on, at a low
-/// rate.
+/// The dry sound is split in two by a crossover of eighth order after Linkwitz and Riley, whose halves add up to an all-pass.
+/// What a scene has otherwise hears the upper half alone, its noise as loud as [`noise_share`] says, and the lower is heard of
+/// this, with its direct sound of `direct` over the distance; responses have the rest. Samples are of what the emitter's impulse
+/// makes, at that time and on, at a low rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BassField {
     /// Where the halves meet, Hz.
@@ -39,6 +39,23 @@ pub enum BassEars {
     Head,
     /// A pair of Ambisonic channels, as in [`crate::Scene::ambisonic_pair`].
     Pair(usize),
+}
+
+/// Power of the frequency over the crossover's by which waves fall.
+const STEEP: i32 = 8;
+
+/// Amplitude that waves have at a frequency beside images, which have the rest, 0 to 1; both in Hz. Waves and images are one
+/// sound: their shares add up to 1. It falls so fast that an octave below the crossover all but waves is 21 dB weaker.
+#[must_use]
+pub fn wave_share(hz: f64, crossover_hz: f64) -> f64 {
+    1.0 / (1.0 + (hz / crossover_hz).powi(STEEP))
+}
+
+/// Amplitude that noise has at a frequency beside waves of [`wave_share`], 0 to 1; both in Hz. Noise has no phase in common with
+/// waves: the squares of their shares add up to 1.
+#[must_use]
+pub fn noise_share(hz: f64, crossover_hz: f64) -> f64 {
+    (1.0 - wave_share(hz, crossover_hz).powi(2)).max(0.0).sqrt()
 }
 
 /// Shares of one place in the pressure at a position and in its slopes along x, y and z, each of the place's pressure and of
