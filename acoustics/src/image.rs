@@ -15,6 +15,8 @@ pub struct Image {
     pub order: u32,
     /// What those reflections leave of the amplitude, and of that what the source sends this way.
     pub gains: Octaves,
+    /// The same in the octave at 63 Hz; what the source sends is that of 125 Hz.
+    pub gain_63: f32,
     /// What the source sends this way, over what it sends on its axis.
     pub sent: Octaves,
     /// Which of its source's images it is: the same number for every listener.
@@ -35,12 +37,19 @@ pub enum Reflected {
 impl Reflected {
     /// What a reflection leaves of the amplitude.
     pub(crate) fn gains(self, material: &crate::Material) -> Octaves {
-        std::array::from_fn(|band| {
-            let reflected = 1.0 - material.absorption[band];
-            match self {
-                Self::Whole => reflected.sqrt(),
-                Self::Specular => (reflected * (1.0 - material.scattering[band])).sqrt(),
-            }
-        })
+        std::array::from_fn(|band| self.gain(material.absorption[band], material.scattering[band]))
+    }
+
+    /// The same in the octave at 63 Hz.
+    pub(crate) fn gain_63(self, material: &crate::Material) -> f32 {
+        self.gain(material.low(), material.scattering[0])
+    }
+
+    fn gain(self, absorption: f32, scattering: f32) -> f32 {
+        let reflected = 1.0 - absorption;
+        match self {
+            Self::Whole => reflected.sqrt(),
+            Self::Specular => (reflected * (1.0 - scattering)).sqrt(),
+        }
     }
 }

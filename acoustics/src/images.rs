@@ -118,7 +118,7 @@ impl Images {
         share: Reflected,
     ) -> Result<Vec<Image>, AcousticsError> {
         let listener = place("listener", listener)?;
-        let gains: Vec<Octaves> = room.materials().iter().map(|m| share.gains(m)).collect();
+        let gains: Vec<(Octaves, f32)> = room.materials().iter().map(|m| (share.gains(m), share.gain_63(m))).collect();
         let near = 4.0 * room.skin().max(SAME_IMAGE_M);
         let mut faces = Vec::new();
         let mut seen: Vec<Image> = Vec::new();
@@ -133,15 +133,17 @@ impl Images {
                 continue;
             }
             let sent = self.directivity.towards((-towards).to_array());
-            let mut left = sent;
-            for face in &faces {
-                left.iter_mut().zip(gains[room.material(*face)]).for_each(|(l, g)| *l *= g);
+            let (mut left, mut gain_63) = (sent, sent[0]);
+            for (octaves, low) in faces.iter().map(|face| gains[room.material(*face)]) {
+                left.iter_mut().zip(octaves).for_each(|(l, g)| *l *= g);
+                gain_63 *= low;
             }
             let faces = faces.iter().rev().map(|f| room.triangle(*f)).collect();
             seen.push(Image {
                 position: candidate.position.to_array(),
                 order: candidate.order,
                 gains: left,
+                gain_63,
                 sent,
                 index,
                 faces,

@@ -89,11 +89,13 @@ impl Shoebox {
         let images = box_images(order).into_iter().enumerate().map(|(index, image)| {
             let hits = image.hits();
             let gain = |band: usize| gains.iter().zip(hits).map(|(g, n)| g[band].powi(n.cast_signed())).product();
+            let low = self.materials.iter().zip(hits).map(|(m, n)| share.gain_63(m).powi(n.cast_signed()));
             Image {
                 position: image.position(source, self.size),
                 order: image.order(),
                 sent: [1.0; BANDS],
                 gains: std::array::from_fn::<f32, BANDS, _>(gain),
+                gain_63: low.product(),
                 index,
                 faces: (0..3).flat_map(|axis| image.walls(axis)).collect(),
             }

@@ -1,13 +1,19 @@
 //! Levels between octaves, and the minimum phase that they have.
 
+use crate::octave::OCTAVES;
 use std::f64::consts::{LN_2, PI};
 
-/// Frequencies that gains are given at, Hz: walls are known to the octave of 8 kHz, air beyond.
-pub(crate) const GIVEN_HZ: [f32; 8] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16_000.0];
+/// Frequencies that gains are given at, Hz: walls are known from the octave of 63 Hz to that of 8 kHz, air beyond.
+pub(crate) const GIVEN_HZ: [f32; 9] = [62.5, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16_000.0];
 /// Natural logarithms of gains at [`GIVEN_HZ`].
 pub(crate) type LogGains = [f32; GIVEN_HZ.len()];
 /// Steps of an integral between two octaves.
 const STEPS: u32 = 64;
+
+/// The octave from 125 Hz to 8 kHz whose value holds at one of [`GIVEN_HZ`] where none of its own is known.
+pub(crate) fn octave_of(given: usize) -> usize {
+    given.saturating_sub(1).min(OCTAVES - 1)
+}
 
 /// Shares of the given values in one at a frequency: linear over the logarithm of frequency, the ends hold.
 pub(crate) fn magnitude(hz: f64) -> [f64; GIVEN_HZ.len()] {

@@ -96,6 +96,7 @@ fn image_sources_that_do_not_fit_are_refused_by_name() {
         (images(|i| i.images[1].position.x = f32::NAN), "position of an image"),
         (images(|i| i.images[1].position.x = 900.0), "distance of an image"),
         (images(|i| i.images[2].gains[3] = -1.0), "gain of an image"),
+        (images(|i| i.images[2].gain_63 = -1.0), "gain of an image at 63 Hz"),
         (images(|i| i.air_db_per_m[0] = f32::INFINITY), "air absorption"),
         (images(|i| i.seen[3] = 1.5), "seen of an image"),
         (images(|i| i.emission = Some(emission(4, 0.0))), "number of turns"),
@@ -115,7 +116,8 @@ fn image_sources_that_do_not_fit_are_refused_by_name() {
 #[test]
 fn what_is_written_is_read() {
     let mut directed = with_images().parts().clone();
-    directed.images.as_mut().unwrap().emission = Some(emission(5, 0.5));
+    let images = directed.images.as_mut().unwrap();
+    (images.emission, images.images[1].gain_63) = (Some(emission(5, 0.5)), 0.125);
     let directed = Scene::new(directed).unwrap();
     for scene in [Scene::new(small()).unwrap(), (*room(16_000.0, 0.5, 0.1)).clone(), with_images(), directed] {
         let bytes = scene.to_bytes().unwrap();

@@ -2,7 +2,7 @@
 
 use crate::energy_vector::{EnergyVector, heard};
 use crate::scene_head::SceneHead;
-use promenade_acoustics::{BANDS, Echogram, octave_energy, octave_energy_from_63};
+use promenade_acoustics::{BANDS, Echogram, octave_energy_from_63};
 use promenade_core::glam::DVec3;
 use promenade_core::{TAP_LEAD_HOPS, TransferShape};
 use promenade_metrics::slope;
@@ -55,9 +55,16 @@ impl LateEnergies {
         Self { energies: found.iter().zip(&vectors).map(of_hop).collect(), vectors, direct_s }
     }
 
-    /// Adds what arrives at one time from one direction, a unit vector: energies by octave, without a head, and what the air
-    /// leaves of them at a frequency in Hz.
-    pub fn add(&mut self, time_s: f64, direction: DVec3, octaves: &[f64; BANDS], head: &SceneHead, air: impl Fn(f64) -> f64) {
+    /// Adds what arrives at one time from one direction, a unit vector: energies at 63 Hz and by octave, without a head, and
+    /// what the air leaves of them at a frequency in Hz.
+    pub fn add(
+        &mut self,
+        time_s: f64,
+        direction: DVec3,
+        (low, octaves): (f64, &[f64; BANDS]),
+        head: &SceneHead,
+        air: impl Fn(f64) -> f64,
+    ) {
         let hop = place(time_s, self.direct_s, head.grid.hop_s()).max(1.0) as usize;
         let Some((bands, vector)) = self.energies.get_mut(hop).zip(self.vectors.get_mut(hop)) else { return };
         let energy: f64 = octaves.iter().sum();
@@ -65,7 +72,7 @@ impl LateEnergies {
         vector.from += energy * direction;
         let heard = head.bands.centres_hz().iter().zip(head.heard_from(direction.z));
         for (sum, (hz, level)) in bands.iter_mut().zip(heard) {
-            *sum += level * (octave_energy(octaves, f64::from(*hz)) * air(f64::from(*hz)));
+            *sum += level * (octave_energy_from_63(low, octaves, f64::from(*hz)) * air(f64::from(*hz)));
         }
     }
 }

@@ -41,6 +41,8 @@ pub struct PlayedImage {
     pub position: DVec3,
     /// What walls leave of the amplitude.
     pub gains: Octaves,
+    /// The same in the octave at 63 Hz.
+    pub gain_63: f32,
     /// [`Image::faces`].
     pub faces: Vec<u32>,
 }
@@ -64,17 +66,19 @@ impl Played {
             image: &'a Image,
             score: f64,
             sums: [f64; BANDS],
+            sum_63: f64,
             seen: f64,
         }
         let mut found: BTreeMap<usize, Candidate<'_>> = BTreeMap::new();
         for (place, at) in places.at.iter().enumerate() {
             let near = |image: &&Image| image.order > 0 && emitter.distance(image.position.into()) <= FARTHEST_M;
             for image in seen_from(place).iter().filter(near) {
-                let fresh = Candidate { image, score: 0.0, sums: [0.0; BANDS], seen: 0.0 };
+                let fresh = Candidate { image, score: 0.0, sums: [0.0; BANDS], sum_63: 0.0, seen: 0.0 };
                 let entry = found.entry(image.index).or_insert(fresh);
                 let energy: f64 = image.gains.iter().map(|g| f64::from(*g).powi(2)).sum();
                 entry.score = entry.score.max(energy / at.distance_squared(image.position.into()).max(1e-4));
                 entry.sums.iter_mut().zip(walls(image)).for_each(|(s, g)| *s += f64::from(g));
+                entry.sum_63 += f64::from(image.gain_63 / image.sent[0]);
                 entry.seen += 1.0;
             }
         }
@@ -85,6 +89,7 @@ impl Played {
             index: f.image.index,
             position: f.image.position.into(),
             gains: f.sums.map(|s| (s / f.seen) as f32),
+            gain_63: (f.sum_63 / f.seen) as f32,
             faces: f.image.faces.clone(),
         };
         let images: Vec<PlayedImage> = all.into_iter().map(played).collect();
@@ -261,7 +266,8 @@ impl Surfaces {
             let sines = self.places.at.iter().map(|at| (image.position.z - at.z) / image.position.distance(*at).max(1e-3));
             let levels = head.image_gains(sines.sum::<f64>() / self.places.at.len() as f64);
             let gains = std::array::from_fn(|b| gain as f32 * levels[b] * image.gains[b]);
-            ImageSource { position: image.position.as_vec3(), gains }
+            let gain_63 = gain as f32 * levels[0] * image.gain_63;
+            ImageSource { position: image.position.as_vec3(), gains, gain_63 }
         };
         let (places, nodes) = if self.open {
             (self.emitter.to_array().map(Axis::single), &[0][..])

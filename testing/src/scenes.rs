@@ -68,7 +68,7 @@ pub fn room_with_images(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, count: 
         let distance = 3.0 + 17.0 * i as f32 / count as f32;
         let position = distance * Vec3::new(turn.cos(), turn.sin(), 0.3 * (3.0 * turn).sin());
         let gains = std::array::from_fn(|octave| 0.9 - 0.05 * octave as f32 - 0.3 * i as f32 / count as f32);
-        ImageSource { position, gains }
+        ImageSource::new(position, gains)
     };
     let length = (0.005 * sample_rate_hz) as usize;
     let mut filters = crate::noise(9, 2 * AMBISONIC_CHANNELS * length);

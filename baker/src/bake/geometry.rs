@@ -377,22 +377,24 @@ fn left_over(heard: &Arrivals, kept: &BTreeSet<usize>, cornered: bool, head: &Sc
     let mut late = LateEnergies::of(&heard.echogram, heard.direct_s, head);
     let emitter_m = heard.direct_s * speed_m_s(air);
     let speed = speed_m_s(air);
-    let mut add = |position: [f64; 3], path_m: f64, amplitudes: &Octaves| {
+    let mut add = |position: [f64; 3], path_m: f64, low: f32, amplitudes: &Octaves| {
         let left = amplitudes.map(|a| f64::from(a).powi(2));
         let direction = (DVec3::from(position) - heard.at).normalize_or_zero();
         let air = |hz: f64| 10.0_f64.powf(-0.1 * air.map_or(0.0, |air| air.db_per_m(hz) * path_m));
-        late.add(path_m / speed, direction, &left, head, air);
+        late.add(path_m / speed, direction, (f64::from(low).powi(2), &left), head, air);
     };
     for image in heard.images.iter().filter(|i| i.order > 0 && !kept.contains(&i.index)) {
         let way = heard.at.distance(image.position.into()).max(emitter_m);
-        add(image.position, way, &image.gains.map(|g| g / way as f32));
+        add(image.position, way, image.gain_63 / way as f32, &image.gains.map(|g| g / way as f32));
     }
     // The shortest way round an edge is heard by itself, as are the loudest of images.
     for way in heard.around.iter().skip(usize::from(cornered)) {
-        add(way.position, way.path_m, &way.amplitudes());
+        let amplitudes = way.amplitudes();
+        add(way.position, way.path_m, amplitudes[0], &amplitudes);
     }
     for way in heard.bent.iter().skip(if cornered { MOST_BENT } else { 0 }) {
-        add(way.position, way.path_m, &way.amplitudes());
+        let amplitudes = way.amplitudes();
+        add(way.position, way.path_m, amplitudes[0], &amplitudes);
     }
     late
 }

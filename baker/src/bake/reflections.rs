@@ -119,7 +119,7 @@ fn candidates(
     let place = |image: &BoxImage| walls.corner + DVec3::from(image.position(source, size)).as_vec3();
     let mirror = |image: &BoxImage| Vec3::from_array(image.rooms.map(|n| if n % 2 == 0 { 1.0 } else { -1.0 }));
     let mut images = ImageSources {
-        images: boxes.iter().map(|b| ImageSource { position: place(b), gains: [1.0; OCTAVES] }).collect(),
+        images: boxes.iter().map(|b| ImageSource::new(place(b), [1.0; OCTAVES])).collect(),
         air_db_per_m: [0.0; OCTAVES],
         places: layout.emitter.to_array().map(Axis::single),
         seen: vec![1.0; boxes.len()],

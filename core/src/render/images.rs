@@ -12,7 +12,7 @@ mod wall;
 
 use crate::decode::NEAREST_M;
 use crate::latency::Pace;
-use crate::minimum_phase::{GIVEN_HZ, LogGains};
+use crate::minimum_phase::{GIVEN_HZ, LogGains, octave_of};
 use crate::number::{single, whole};
 use crate::octave::KILOHERTZ;
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
@@ -228,7 +228,7 @@ impl ImageRenderer {
                     to.direction = harmonics(pose.to_head(way.bend).normalize_or_zero());
                     let gains = &corners.edges[round.edge].gains;
                     let log_gains = std::array::from_fn(|given| {
-                        let octave = given.min(gains.len() - 1);
+                        let octave = octave_of(given);
                         let decay = if round.image { self.levels.log_gain(octave, after) } else { 0.0 };
                         let gain = gains[octave].max(1e-5).ln() + decay;
                         let db = barrier_db(way.detour_m.into(), GIVEN_HZ[given].into(), speed);
@@ -286,9 +286,10 @@ impl ImageRenderer {
             let after = f64::from(distance - pose.position.distance(self.emitter)) * self.per_m;
             let sent = images.sent(i, pose);
             let log_gains = std::array::from_fn(|given| {
-                let octave = given.min(image.gains.len() - 1);
+                let octave = octave_of(given);
                 let colour = sent.map_or(0.0, |sent| sent[octave] - sent[KILOHERTZ]);
-                let wall = image.gains[octave].max(1e-5).ln() - distance * self.air[given];
+                let wall =
+                    if given == 0 { image.gain_63 } else { image.gains[octave] }.max(1e-5).ln() - distance * self.air[given];
                 let decay = if image.position == self.emitter { 0.0 } else { self.levels.log_gain(octave, after) };
                 wall + decay + colour
             });

@@ -72,7 +72,7 @@ impl Scene {
         let gain = emitter_gain(direct, field, &parts.grid, &images.head);
         let seen = images.direct.iter().zip(images.seen.chunks(images.images.len()));
         let with_emitter = ImageSources {
-            images: [&[ImageSource { position: *emitter, gains: [gain; OCTAVES] }], &*images.images].concat(),
+            images: [&[ImageSource::new(*emitter, [gain; OCTAVES])], &*images.images].concat(),
             seen: seen.flat_map(|(direct, seen)| [&[*direct], seen].concat()).collect(),
             head: one_pair(pair, weights),
             emission: images

@@ -139,6 +139,7 @@ fn check_images(images: &ImageSources, emitter: Option<Vec3>) -> Result<(), Scen
         in_range("position of an image", &image.position.to_array(), -1e6, 1e6)?;
         in_range("distance of an image from the emitter", &[image.position.distance(emitter)], 0.0, FARTHEST_IMAGE_M)?;
         in_range("gain of an image", &image.gains, 0.0, 1e3)?;
+        in_range("gain of an image at 63 Hz", &[image.gain_63], 0.0, 1e3)?;
     }
     in_range("air absorption", &images.air_db_per_m, 0.0, 10.0)?;
     in_range("what is seen of an image", &images.seen, 0.0, 1.0)?;

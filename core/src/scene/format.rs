@@ -199,6 +199,10 @@ fn image_entries<'a>(images: &'a ImageSources, entries: &mut Vec<Entry<'a>>) {
     let (count, places) = (images.images.len(), images.place_count());
     let positions: Vec<f32> = images.images.iter().flat_map(|i| i.position.to_array()).collect();
     let gains: Vec<f32> = images.images.iter().flat_map(|i| i.gains).collect();
+    if images.images.iter().any(|image| image.gain_63 != image.gains[0]) {
+        let low: Vec<f32> = images.images.iter().map(|image| image.gain_63).collect();
+        entries.push(entry("images.bass", &[count], low));
+    }
     entries.push(entry("images.direct", &[places], &images.direct));
     entries.push(entry("images.gains", &[count, OCTAVES], gains));
     entries.push(entry("images.head", &[AMBISONIC_CHANNELS, 2, images.head.len()], &images.head.filters));
@@ -402,8 +406,12 @@ fn read_images(mut m: ManifestImages, tensors: &SafeTensors<'_>) -> Result<Image
     limit("number of images", count, 1, MAX_IMAGES)?;
     let position = floats(tensors, "images.position", &[Some(count), Some(3)])?;
     let gains = gains.as_chunks::<7>().0;
-    let image = |(p, gains): (&[f32], &Octaves)| ImageSource { position: Vec3::from_slice(p), gains: *gains };
-    let images = position.chunks_exact(3).zip(gains).map(image).collect();
+    let image = |(p, gains): (&[f32], &Octaves)| ImageSource::new(Vec3::from_slice(p), *gains);
+    let mut images: Vec<ImageSource> = position.chunks_exact(3).zip(gains).map(image).collect();
+    if tensors.tensor("images.bass").is_ok() {
+        let low = floats(tensors, "images.bass", &[Some(count)])?;
+        images.iter_mut().zip(low).for_each(|(image, low)| image.gain_63 = low);
+    }
     let (air_db_per_m, sample_rate_hz, lead) = (m.air_db_per_m, m.head_rate_hz, m.head_lead);
     let mut turning = m.turning();
     if let Some(room) = &mut turning {

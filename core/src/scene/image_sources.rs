@@ -16,6 +16,16 @@ pub struct ImageSource {
     pub position: Vec3,
     /// What the walls leave of the amplitude in [`OCTAVES_HZ`], linear, at least 0.
     pub gains: Octaves,
+    /// The same in the octave at 63 Hz.
+    pub gain_63: f32,
+}
+
+impl ImageSource {
+    /// An image whose walls leave as much of the octave at 63 Hz as of that at 125.
+    #[must_use]
+    pub fn new(position: Vec3, gains: Octaves) -> Self {
+        Self { position, gains, gain_63: gains[0] }
+    }
 }
 
 /// Early reflections with a place of their own: each is heard from its image's direction, after its distance, and keeps its
@@ -149,7 +159,7 @@ mod tests {
 
     #[test]
     fn what_is_seen_fades_from_place_to_place() {
-        let image = ImageSource { position: Vec3::X, gains: [1.0; OCTAVES] };
+        let image = ImageSource::new(Vec3::X, [1.0; OCTAVES]);
         let head = AmbisonicHead { sample_rate_hz: 48_000.0, lead: 0, filters: Vec::new() };
         let images = ImageSources {
             images: vec![image; 2],

@@ -3,7 +3,7 @@
 use crate::decode::field::{Cell, Field};
 use crate::decode::sites::Sites;
 use crate::decode::{Change, Decoder};
-use crate::minimum_phase::{GIVEN_HZ, magnitude, phase};
+use crate::minimum_phase::{GIVEN_HZ, magnitude, octave_of, phase};
 use crate::number::single;
 use crate::octave::{OCTAVES, Octaves};
 use crate::{ImageSources, LiveParams, MeasuredRoom, NEAREST_M, Pose, Scene, TransferFunction};
@@ -119,10 +119,10 @@ impl Sent {
     fn new(scene: &Scene) -> Option<Self> {
         let (images, emitter) = (scene.images()?, scene.emitter()?);
         images.emission.as_ref()?;
-        // Above the last octave its value holds.
+        // Beyond the first and the last octave their values hold.
         let octaves = |shares: [f64; GIVEN_HZ.len()]| {
             let mut out = Octaves::default();
-            shares.iter().enumerate().for_each(|(given, share)| out[given.min(OCTAVES - 1)] += single(*share));
+            shares.iter().enumerate().for_each(|(given, share)| out[octave_of(given)] += single(*share));
             out
         };
         let of_bin = |k: usize| {
