@@ -88,7 +88,14 @@ impl Images {
     }
 
     /// Whether a place sees an image, by its [`Image::index`].
-    pub(crate) fn sees(&self, room: &Room, at: DVec3, index: usize) -> bool {
+    ///
+    /// # Errors
+    /// A place that is not finite.
+    pub fn sees(&self, room: &Room, at: [f64; 3], index: usize) -> Result<bool, AcousticsError> {
+        Ok(self.is_seen(room, place("listener", at)?, index))
+    }
+
+    pub(crate) fn is_seen(&self, room: &Room, at: DVec3, index: usize) -> bool {
         let mut faces = Vec::new();
         self.all.get(index).is_some_and(|candidate| {
             candidate.cone.holds(at - candidate.position) && reached(room, at, candidate, self.source, &mut faces).is_some()

@@ -110,7 +110,7 @@ impl Lit<'_> {
             let edge = &self.edges.all[*number];
             let at = edge.bend(image.position.into(), listener)?;
             let beside = self.edges.beside(edge, at);
-            let sees = |at: DVec3| self.images.sees(self.room, at, image.index);
+            let sees = |at: DVec3| self.images.is_seen(self.room, at, image.index);
             let bent = self.edges.free(self.room, listener, beside) && sees(beside) && !sees(listener);
             edge.way(image.position.into(), at, listener, image.gains).filter(|_| bent)
         };

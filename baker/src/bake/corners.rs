@@ -50,11 +50,20 @@ impl Bend {
 #[derive(Clone)]
 struct Look {
     emitter: Sight,
-    images: Vec<Bend>,
+    bent: Vec<Bend>,
+    /// The first images that it sees, by the bits of their numbers.
+    seen: u32,
 }
 
-/// How the emitter is seen over the plan of a room, at a height in metres.
-pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, images: &Images, z: f32) -> Result<Corners, BakeError> {
+/// How the emitter is seen over the plan of a room, at a height in metres, and the first of the images that are played, by
+/// their numbers among all.
+pub(super) fn corners(
+    mesh: &Mesh,
+    room: &Room,
+    source: &Source,
+    (images, played): (&Images, &[usize]),
+    z: f32,
+) -> Result<Corners, BakeError> {
     let [low, high] = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
     let size = high - low;
     let spacing = (size.x * size.y / MOST_PLACES).sqrt().max(SPACING_M);
@@ -78,8 +87,12 @@ pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, images: &Images
             let around = edges.around_any(room, source, at)?;
             around.first().map_or(Sight::Nothing, |way| Sight::Round(Bend::of(way, source)))
         };
-        let images = lit.around(at)?.iter().take(MOST_BENT).map(|way| Bend::of(way, source)).collect();
-        Ok(Some(Look { emitter, images }))
+        let bent = lit.around(at)?.iter().take(MOST_BENT).map(|way| Bend::of(way, source)).collect();
+        let mut seen = 0;
+        for (i, image) in played.iter().take(Corners::MOST_SEEN).enumerate() {
+            seen |= u32::from(images.sees(room, at, *image)?) << i;
+        }
+        Ok(Some(Look { emitter, bent, seen }))
     };
     let looks: Vec<Option<Look>> = (0..nx * ny).into_par_iter().map(look).collect::<Result<_, BakeError>>()?;
     // Within walls it is as at the nearest place off them.
@@ -90,14 +103,14 @@ pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, images: &Images
             dx * dx + dy * dy
         };
         let nearest = || held.iter().min_by_key(|other| far(other)).and_then(|other| looks[*other].clone());
-        looks[i].clone().or_else(nearest).unwrap_or(Look { emitter: Sight::Nothing, images: Vec::new() })
+        looks[i].clone().or_else(nearest).unwrap_or(Look { emitter: Sight::Nothing, bent: Vec::new(), seen: 0 })
     };
     let looks: Vec<Look> = (0..looks.len()).into_par_iter().map(near).collect();
     // In the order of their keys, in which the emitter's own come first.
     let mut numbers: BTreeMap<Key, (usize, Bend)> = BTreeMap::new();
     for look in &looks {
         let own = if let Sight::Round(bend) = &look.emitter { Some(bend) } else { None };
-        own.into_iter().chain(&look.images).for_each(|bend| _ = numbers.entry(bend.key).or_insert((0, *bend)));
+        own.into_iter().chain(&look.bent).for_each(|bend| _ = numbers.entry(bend.key).or_insert((0, *bend)));
     }
     numbers.values_mut().enumerate().for_each(|(n, (number, _))| *number = n);
     let edge = |(_, bend): &(usize, Bend)| {
@@ -113,12 +126,13 @@ pub(super) fn corners(mesh: &Mesh, room: &Room, source: &Source, images: &Images
     let number = |bend: &Bend| numbers[&bend.key].0 as f32;
     let round = |look: &Look| if let Sight::Round(bend) = &look.emitter { number(bend) } else { Corners::NO_EDGE };
     let seen = |look: &Look| if matches!(look.emitter, Sight::Seen) { 1.0 } else { 0.0 };
-    let bent = |table: usize| looks.iter().map(move |look| look.images.get(table).map_or(Corners::NO_EDGE, number));
-    let tables = looks.iter().map(|look| look.images.len()).max().unwrap_or(0);
+    let bent = |table: usize| looks.iter().map(move |look| look.bent.get(table).map_or(Corners::NO_EDGE, number));
+    let tables = looks.iter().map(|look| look.bent.len()).max().unwrap_or(0);
     Ok(Corners {
         direct: looks.iter().map(seen).collect(),
         round: looks.iter().map(round).collect(),
         images: (0..tables).flat_map(bent).collect(),
+        seen: looks.iter().map(|look| look.seen as f32).collect(),
         edges: numbers.values().map(edge).collect(),
         places: axes,
     })

@@ -188,10 +188,11 @@ fn surfaces(
     let longest = eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
     let (images, heard) = listen(mesh, room, source, &places.at, head.grid().hop_s(), longest, options, done)?;
     let played = Played::strongest(&places, source.position.into(), options.images, |place| &heard[place].images);
-    let kept: BTreeSet<usize> = played.images.iter().map(|image| image.index).collect();
+    let numbers: Vec<usize> = played.images.iter().map(|image| image.index).collect();
+    let kept: BTreeSet<usize> = numbers.iter().copied().collect();
     // What is hidden is played as images are.
     let hidden = !played.images.is_empty() && !heard.iter().all(Arrivals::sees);
-    let corners = hidden.then(|| corners(mesh, room, source, &images, places.axes[2].start())).transpose()?;
+    let corners = hidden.then(|| corners(mesh, room, source, (&images, &numbers), places.axes[2].start())).transpose()?;
     let late = heard.par_iter().map(|h| left_over(h, &kept, corners.is_some(), head, options.air)).collect();
     let bass = bass(mesh, room, source, options)?;
     let emission = emission(mesh, source, &played);

@@ -51,7 +51,7 @@ impl DecayCurve {
         if let Some((images, emitter)) = parts.images.as_ref().zip(scene.emitter()).filter(|_| taps > 0) {
             let hop_m = grid.hop_s() * f64::from(scene.weather().speed_m_s());
             let mut seen = vec![0.0; images.images.len()];
-            images.seen_at(pose.position, &mut seen);
+            images.seen_at(pose.position, scene.corners(), &mut seen);
             let all = images.images.iter().zip(seen).enumerate().filter(|(_, (image, _))| image.position != emitter);
             for (number, (image, seen)) in all {
                 let sent = images.sent(number, &pose).unwrap_or_default();

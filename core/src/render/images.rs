@@ -162,7 +162,7 @@ impl ImageRenderer {
         let moves = self.levels.set(trim) || self.played != Some((*pose, heard, draft));
         let fresh = self.played.is_none();
         if moves {
-            images.seen_at(pose.position, &mut self.seen);
+            images.seen_at(pose.position, scene.corners(), &mut self.seen);
             // In tier Draft no response has any.
             let lifted = scene.measured().and_then(|measured| measured.lifted.as_ref()).filter(|_| !draft);
             self.level = lifted.map_or(1.0, |lifted| Lifted::images_gain(lifted.away(pose.position)));

@@ -1,6 +1,8 @@
 //! A scene heard by Ambisonic microphones in the place of the head.
 
-use super::{AMBISONIC_CHANNELS, AmbisonicHead, BassEars, BassField, Emission, ImageSource, ImageSources, Scene, SceneParts};
+use super::{
+    AMBISONIC_CHANNELS, AmbisonicHead, BassEars, BassField, Corners, Emission, ImageSource, ImageSources, Scene, SceneParts,
+};
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{degree, harmonics};
 use crate::number::single;
@@ -98,6 +100,11 @@ impl Scene {
                 field: Some(field),
                 room: Some(room),
                 images: Some(with_emitter),
+                // The emitter is seen as its own table says, whatever stands here.
+                corners: parts
+                    .corners
+                    .as_ref()
+                    .map(|corners| Corners { seen: corners.seen.iter().map(|seen| 2.0 * seen).collect(), ..corners.clone() }),
                 bass: parts.bass.as_ref().map(|bass| BassField { ears: BassEars::Pair(pair), ..bass.clone() }),
                 cloud: None,
                 measured_head: None,

@@ -26,6 +26,8 @@ pub(super) const MAX_IMAGES: usize = 1024;
 const FARTHEST_IMAGE_M: f32 = 200.0;
 /// Edges that are heard round.
 const MAX_EDGES: usize = 4096;
+/// The largest number by which a place says which images it sees.
+const MOST_SEEN: f32 = ((1_u32 << (Corners::MOST_SEEN + 1)) - 1) as f32;
 /// Tables of edges that images are heard round, at most.
 const MAX_BENT: usize = 8;
 /// Where waves may end, Hz, and how long they sound, seconds.
@@ -182,6 +184,9 @@ fn check_corners(corners: &Corners, images: Option<&ImageSources>) -> Result<(),
     limit("number of edges of images beyond whole tables", corners.images.len() % places, 0, 0)?;
     limit("number of edges", corners.edges.len(), 0, MAX_EDGES)?;
     in_range("what is seen of the emitter round corners", &corners.direct, 0.0, 1.0)?;
+    limit("number of places that see images", corners.seen.len(), 0, places)?;
+    limit("number of places that see images, beside those of corners", corners.seen.len() % places, 0, 0)?;
+    in_range("which images are seen", &corners.seen, 0.0, MOST_SEEN)?;
     for numbers in [&corners.round, &corners.images] {
         in_range("number of an edge", numbers, Corners::NO_EDGE, single(corners.edges.len() as f64) - 1.0)?;
     }

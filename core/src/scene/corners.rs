@@ -22,6 +22,9 @@ pub struct Corners {
     /// The edges that images are heard round there, as many tables one after the other as a place has of them at most,
     /// `[table][z][y][x]`, with numbers as in [`Corners::round`].
     pub images: Vec<f32>,
+    /// Which of the first images are seen there: a sum of powers of two, `2^i` for the image of number `i`, at most
+    /// [`Corners::MOST_SEEN`] of them, `[z][y][x]`. Empty where only the images' own table knows.
+    pub seen: Vec<f32>,
     /// The edges, one for each sound that comes round it: first those of the emitter itself.
     pub edges: Vec<DiffractionEdge>,
 }
@@ -73,6 +76,8 @@ pub(crate) struct Way {
 impl Corners {
     /// No edge.
     pub const NO_EDGE: f32 = -1.0;
+    /// Images of which it is known where they are seen, at most: single precision counts as far with one to spare.
+    pub const MOST_SEEN: usize = 23;
 
     /// Number of places.
     #[must_use]
@@ -84,6 +89,19 @@ impl Corners {
     #[must_use]
     pub fn direct_at(&self, position: Vec3) -> f32 {
         Axis::places_around(&self.places, position).map(|(place, weight)| weight * self.direct[place]).sum()
+    }
+
+    /// How much of each of the first images a listener sees, 0 to 1; `None` where that is not known here.
+    pub(crate) fn images_at(&self, position: Vec3) -> Option<[f32; Self::MOST_SEEN + 1]> {
+        if self.seen.is_empty() {
+            return None;
+        }
+        let mut out = [0.0; Self::MOST_SEEN + 1];
+        for (place, weight) in Axis::places_around(&self.places, position) {
+            let seen = crate::number::whole(self.seen[place].into());
+            out.iter_mut().enumerate().filter(|(i, _)| (seen >> i) & 1 == 1).for_each(|(_, out)| *out += weight);
+        }
+        Some(out)
     }
 
     /// The edges that a listener hears the emitter and its images round.
@@ -139,7 +157,8 @@ impl Corners {
 
     /// Bytes in memory.
     pub(crate) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.direct) + size_of_val(&*self.round) + size_of_val(&*self.images) + size_of_val(&*self.edges)
+        let tables = [&self.direct, &self.round, &self.images, &self.seen].map(|table| size_of_val(&**table));
+        tables.iter().sum::<usize>() + size_of_val(&*self.edges)
     }
 }
 
@@ -158,6 +177,7 @@ mod tests {
             direct: vec![1.0, 1.0, 0.0],
             round: vec![Corners::NO_EDGE, Corners::NO_EDGE, 0.0],
             images: vec![Corners::NO_EDGE, 1.0, 1.0],
+            seen: vec![5.0, 1.0, 2.0],
             edges: [None, Some(Vec3::new(4.0, 1.0, 0.0))].map(edge).to_vec(),
         };
         assert_eq!(corners.direct_at(Vec3::new(0.75, 3.0, 0.0)), 0.5);
@@ -168,6 +188,9 @@ mod tests {
         // An image is heard round it where the emitter itself is in sight.
         let image = corners.round_at(Vec3::new(0.4, 0.0, 0.0))[MOST_EDGES].unwrap();
         assert!(image.image && image.edge == 1 && (image.weight - 0.8).abs() < 1e-6, "{image:?}");
+        // The first image is seen from the first two places, the second from the last and the third from the first.
+        assert_eq!(corners.images_at(Vec3::new(0.25, 0.0, 0.0)).unwrap()[..4], [1.0, 0.0, 0.5, 0.0]);
+        assert_eq!(corners.images_at(Vec3::new(0.625, 0.0, 0.0)).unwrap()[..4], [0.75, 0.25, 0.0, 0.0]);
         assert!((corners.longest_m(Vec3::ZERO) - (13.0_f32.sqrt() + 6.0_f32.sqrt())).abs() < 1e-5);
         assert_eq!(corners.way(1, Vec3::ZERO, Vec3::X), corners.way(0, Vec3::new(4.0, 1.0, 0.0), Vec3::X));
         let way = corners.way(0, Vec3::new(4.0, 1.0, 0.0), Vec3::new(1.0, 0.0, 0.0));

@@ -229,6 +229,9 @@ fn corner_entries<'a>(corners: &'a Corners, entries: &mut Vec<Entry<'a>>) {
     // Half precision counts to 2048.
     let numbers = |entry: Entry<'a>| if corners.edges.len() <= 2048 { entry.halved() } else { entry };
     entries.push(numbers(entry("corners.round", &[places], &corners.round)));
+    if !corners.seen.is_empty() {
+        entries.push(entry("corners.seen", &[places], &corners.seen));
+    }
     let from: Vec<f32> = corners.edges.iter().filter_map(|edge| edge.from).flat_map(|from| from.to_array()).collect();
     if !from.is_empty() {
         entries.push(entry("corners.from", &[from.len() / 3, 3], from));
@@ -449,6 +452,7 @@ fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners
         Err(_) => Ok(Vec::new()),
     };
     let images = some("corners.images", &[None, Some(count)])?;
+    let seen = some("corners.seen", &[Some(count)])?;
     let from = some("corners.from", &[None, Some(3)])?;
     let from: Vec<Vec3> = from.as_chunks::<3>().0.iter().map(|from| Vec3::from_array(*from)).collect();
     let of_emitter = ends.len().saturating_sub(from.len());
@@ -458,7 +462,7 @@ fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners
         from: number.checked_sub(of_emitter).and_then(|place| from.get(place).copied()),
     };
     let edges = ends.iter().zip(gains.as_chunks::<OCTAVES>().0).enumerate().map(edge).collect();
-    Ok(Corners { places, direct, round, images, edges })
+    Ok(Corners { places, direct, round, images, seen, edges })
 }
 
 fn read_bass(m: ManifestBass, tensors: &SafeTensors<'_>) -> Result<BassField, SceneError> {

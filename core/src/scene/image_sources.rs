@@ -1,5 +1,6 @@
 //! The image sources of a scene.
 
+use super::corners::Corners;
 use super::emission::Emission;
 use super::turning_room::{Outlook, TurningRoom};
 use crate::octave::{OCTAVES, OCTAVES_HZ, Octaves};
@@ -136,12 +137,19 @@ impl ImageSources {
         Some(emission.of_image(image, listener.position - position))
     }
 
-    /// How much of each of the first images a listener sees, 0 to 1.
-    pub(crate) fn seen_at(&self, position: Vec3, out: &mut [f32]) {
+    /// How much of each of the first images a listener sees, 0 to 1: as the corners have it where they know.
+    pub(crate) fn seen_at(&self, position: Vec3, corners: Option<&Corners>, out: &mut [f32]) {
         out.fill(0.0);
         let count = self.images.len();
         for (place, weight) in Axis::places_around(&self.places, position) {
             out.iter_mut().zip(&self.seen[place * count..][..count]).for_each(|(o, s)| *o += weight * s);
+        }
+        let Some(seen) = corners.and_then(|corners| corners.images_at(position)) else { return };
+        for (i, (out, seen)) in out.iter_mut().zip(seen).enumerate() {
+            // Where it is seen it is as loud as at those places around that see it.
+            let around = Axis::places_around(&self.places, position);
+            let seeing: f32 = around.filter(|(place, _)| self.seen[place * count + i] > 0.0).map(|(_, weight)| weight).sum();
+            *out = seen * if seeing > 0.0 { *out / seeing } else { 1.0 };
         }
     }
 
@@ -172,9 +180,9 @@ mod tests {
             emission: None,
         };
         let mut seen = [0.0; 2];
-        images.seen_at(Vec3::new(0.25, 0.0, 9.0), &mut seen);
+        images.seen_at(Vec3::new(0.25, 0.0, 9.0), None, &mut seen);
         assert_eq!(seen, [0.75, 0.0]);
-        images.seen_at(Vec3::new(0.5, 1.0, 0.0), &mut seen);
+        images.seen_at(Vec3::new(0.5, 1.0, 0.0), None, &mut seen);
         assert_eq!(seen, [0.5, 0.5]);
         assert_eq!(images.direct_at(Vec3::new(0.3, 0.5, 0.0)), 0.75);
     }
