@@ -3,6 +3,7 @@
 use crate::BakeError;
 use promenade_acoustics::{Air, LowField, Mesh, Room, SPEED_OF_SOUND_M_S, Source, WaveOptions, fibonacci, speed_m_s, waves};
 use promenade_core::glam::Vec3;
+use promenade_core::{noise_share, wave_share};
 use promenade_fourier::num_complex::{Complex32, Complex64};
 use promenade_fourier::{signal, spectrum};
 use promenade_room::{CROSSOVERS_HZ, crossover_hz, whole_hz};
@@ -18,8 +19,6 @@ const ENCLOSED: f64 = 0.8;
 const EVEN: f32 = 2.0;
 /// Directions that it is looked at in.
 const LOOKED: usize = 64;
-/// Power of the frequency over the crossover's by which waves fall.
-const STEEP: i32 = 8;
 /// An ear lies so far from the head's centre in long waves, metres (Kuhn 1977: half as far again as it is).
 const EAR_M: f64 = 0.131;
 
@@ -84,8 +83,8 @@ fn options(crossover_hz: f64, length_s: f64, speed_m_s: f64) -> WaveOptions {
     WaveOptions { top_hz: whole_hz(crossover_hz), length_s, speed_m_s, cells_a_wave: 0.0 }
 }
 
-/// Puts waves below a crossover in the place of what responses have there. Images and waves are one sound, so that their shares
-/// are real and add up to 1; noise and waves are not, so that the squares of theirs do.
+/// Puts waves below a crossover in the place of what responses have there: shares as scenes have them ([`wave_share`],
+/// [`noise_share`]), without a turn of phase.
 pub(crate) struct Joiner {
     crossover_hz: f64,
     n_fft: usize,
@@ -100,10 +99,8 @@ impl Joiner {
         Self { crossover_hz, n_fft, rate_hz }
     }
 
-    /// Amplitude of the waves in a bin. It falls so fast that an octave below the crossover noise is 21 dB weaker.
-    fn share(&self, bin: usize) -> f64 {
-        let hz = bin as f64 * self.rate_hz / self.n_fft as f64;
-        1.0 / (1.0 + (hz / self.crossover_hz).powi(STEEP))
+    fn bin_hz(&self, bin: usize) -> f64 {
+        bin as f64 * self.rate_hz / self.n_fft as f64
     }
 
     /// Joins both ears of a head whose left lies along `left`, a unit vector, at a place of a field: what images bring to them,
@@ -113,7 +110,7 @@ impl Joiner {
         for noise in late {
             let mut bins = spectrum(noise.iter().copied(), self.n_fft);
             for (k, bin) in bins.iter_mut().enumerate() {
-                *bin *= (1.0 - self.share(k).powi(2)).sqrt() as f32;
+                *bin *= noise_share(self.bin_hz(k), self.crossover_hz) as f32;
             }
             noise.iter_mut().zip(signal(bins, self.n_fft)).for_each(|(noise, joined)| *noise = joined);
         }
@@ -125,8 +122,8 @@ impl Joiner {
                 heard.pressure.iter().enumerate().map(|(i, p)| f64::from(*p) + side * EAR_M * slope(i)).collect();
             let mut bins = spectrum(ear.iter().copied(), self.n_fft);
             for (k, bin) in bins.iter_mut().enumerate() {
-                let hz = k as f64 * self.rate_hz / self.n_fft as f64;
-                let share = self.share(k);
+                let hz = self.bin_hz(k);
+                let share = wave_share(hz, self.crossover_hz);
                 let wave = if hz < 0.5 * field.rate_hz && share > 1e-3 {
                     // As loud to both ears in a diffuse field as it is.
                     let number = TAU * hz / SPEED_OF_SOUND_M_S * EAR_M;
@@ -180,7 +177,7 @@ mod tests {
             let power = range.map(|k| f64::from(bins[k].norm_sqr())).sum::<f64>() / count / length as f64;
             // The waves of a head without gradient fall as its ears' distance asks.
             let number = TAU * hz / SPEED_OF_SOUND_M_S * EAR_M;
-            let share = 1.0 / (1.0 + (hz / crossover_hz).powi(STEEP));
+            let share = wave_share(hz, crossover_hz);
             let expected = 1.0 - share * share + share * share / (1.0 + number * number / 3.0);
             let db = 10.0 * (power / expected).log10();
             assert!(db.abs() < 0.7, "{db} dB at {hz} Hz");
