@@ -8,8 +8,9 @@ use promenade_core::{Axis, BassEars, BassField};
 pub const CROSSOVERS_HZ: (f64, f64) = (60.0, 250.0);
 /// A crossover lies at least here where there is time for it: the octave of 125 Hz is the waves' then.
 const OCTAVE_HZ: f64 = 180.0;
-/// Responses are whole up to this many times the crossover: there a 250th is left of them.
-const WHOLE: f64 = 2.0;
+/// Responses are whole up to this many times the crossover: there a 27th is left of them, a third of a decibel of what is
+/// heard.
+const WHOLE: f64 = 1.5;
 /// Distance of places, in waves at the crossover.
 const SPACING: f64 = 0.3;
 /// The same along the height where there are several layers.

@@ -26,7 +26,7 @@ use promenade_core::{
 use promenade_fourier::num_complex::Complex32;
 use promenade_room::{
     CROSSOVERS_HZ, HopEnergies, LateEnergies, LatePart, Level, Places, Played, RoomBass, SceneHead, Surfaces, bass_axis,
-    bass_places, energy_at, outline,
+    bass_places, energy_at, outline, whole_hz,
 };
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -45,8 +45,9 @@ const UNKNOWN_T60_S: f64 = 0.3;
 /// Places of the bass keep this far from surfaces, metres, and beyond walls its slopes are followed so far.
 const BASS_OFF_WALLS_M: f32 = 0.12;
 const BEYOND_WALLS_M: f64 = 0.3;
-/// Values that the bass of a scene has at most.
+/// Values that the bass of a scene has at most, and samples of its responses in a second for each Hz that they are whole up to.
 const MOST_BASS_VALUES: f64 = 5e5;
+const SAMPLES: f64 = 2.5;
 /// A head is the same on both sides up to this share of its energy, and this interaural delay, seconds.
 const MIRRORED_ERROR: f32 = 1e-5;
 const MIRRORED_S: f32 = 5e-7;
@@ -237,7 +238,7 @@ fn bass(mesh: &Mesh, room: &Room, source: &Source, options: &GeometryOptions) ->
     };
     let values = |hz: f64| {
         let count: usize = table(hz).iter().map(Axis::count).product();
-        4.0 * count as f64 * 5.0 * hz * bass.t60_s
+        4.0 * count as f64 * SAMPLES * whole_hz(hz) * bass.t60_s
     };
     let mut hz = bass.crossover_hz;
     while options.waves_hz.is_none() && values(hz) > MOST_BASS_VALUES && 0.95 * hz >= CROSSOVERS_HZ.0 {
