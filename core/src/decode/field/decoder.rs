@@ -5,7 +5,7 @@ use crate::decode::sites::Sites;
 use crate::decode::{Change, Decoder};
 use crate::minimum_phase::{GIVEN_HZ, magnitude, octave_of, phase};
 use crate::number::single;
-use crate::octave::{OCTAVES, Octaves};
+use crate::octave::Octaves;
 use crate::{ImageSources, LiveParams, MeasuredRoom, NEAREST_M, Pose, Scene, TransferFunction};
 use glam::Vec3;
 use std::sync::Arc;
