@@ -3,6 +3,7 @@
 pub(crate) mod ambisonic;
 pub(crate) mod at_once;
 pub(crate) mod bass;
+pub(crate) mod beside_waves;
 pub(crate) mod carrier;
 pub(crate) mod carrier_set;
 pub(crate) mod carriers;

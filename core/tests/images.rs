@@ -162,7 +162,7 @@ fn draft_plays_the_first_images_only_and_a_teleport_does_not_click() {
 fn walls_and_air_colour_an_image() {
     // A wall of panels, which give way at 63 Hz.
     let gains = [1.0, 1.0, 0.9, 0.8, 0.6, 0.4, 0.3];
-    let dull = ImageSource { position: Vec3::new(-8.0, 0.0, 0.0), gains, gain_63: 0.6 };
+    let dull = ImageSource { position: Vec3::new(-8.0, 0.0, 0.0), gains, gain_63: 0.8 };
     let air = [0.0, 0.0, 0.0, 0.0, 0.05, 0.1, 0.2];
     let scene = scene(&[dull], air);
     let octaves = [(250.0, 1), (1_000.0, 3), (4_000.0, 5)].map(|(hz, i)| (hz, dull.gains[i], air[i]));

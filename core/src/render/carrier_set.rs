@@ -71,19 +71,6 @@ impl CarrierSet {
         sums.iter().zip(weights).map(|(sum, weight)| sum / weight).collect()
     }
 
-    /// Every hop times a gain per bin.
-    pub(crate) fn scaled(mut self, gain: impl Fn(usize) -> f32) -> Self {
-        for hop in self.spectra.chunks_exact_mut(self.blocks.max(1)) {
-            for (i, x) in hop.iter_mut().enumerate() {
-                for k in 0..LANES {
-                    let gain = gain(i * LANES + k);
-                    x.ears.iter_mut().for_each(|ear| (ear.re[k], ear.im[k]) = (gain * ear.re[k], gain * ear.im[k]));
-                }
-            }
-        }
-        self
-    }
-
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.spectra)
     }

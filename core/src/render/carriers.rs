@@ -4,6 +4,7 @@ use crate::bands::{BandPlace, Bands};
 use crate::decode::sites::Sites;
 use crate::latency::{Latency, Pace};
 use crate::number::{single, whole};
+use crate::render::beside_waves::beside_waves;
 use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
 use crate::render::carrier_set::CarrierSet;
 use crate::render::decay_curve::DecayCurve;
@@ -15,7 +16,7 @@ use crate::render::meeting::Meeting;
 use crate::render::taps::Lost;
 use crate::render::waves::BassFilters;
 use crate::scene::MeasuredRoom;
-use crate::{Scene, Shares, StftGrid, TailModel, noise_share, wave_share};
+use crate::{Scene, Shares, StftGrid, TailModel};
 use promenade_fourier::num_complex::{Complex32, Complex64};
 use std::sync::Arc;
 
@@ -29,10 +30,6 @@ const BASS_END_S: f64 = 0.02;
 const LOW_PASS_S: f64 = 0.005;
 /// Cut into hops it has parts up to here, Hz.
 const BASS_BELOW_HZ: f64 = 3_000.0;
-
-/// By how much noise is raised beside waves, at most. What is between two bins is a mix of both: where the gain that is wanted
-/// grows by more from one to the next, this one keeps noise and waves together flat (see the test of the crossover).
-const LOUDEST_BESIDE_WAVES: f64 = 8.0;
 
 /// Hops by which the noise of one response differs from that of the one before.
 const STRIDE: usize = 7;
@@ -115,20 +112,13 @@ impl Carriers {
         });
         let curve = Arc::new(curve);
         let carriers = match scene.bass() {
-            Some(bass) if carriers.measured.is_none() => carriers.beside_waves(bass.crossover_hz, &grid),
+            Some(bass) if carriers.measured.is_none() => {
+                let [taps, late] = [&carriers.taps, &carriers.late].map(|set| beside_waves(set, &grid, bass.crossover_hz));
+                Self { taps, late, ..carriers }
+            }
             _ => carriers,
         };
         Self { pace, curve, images, waves, ..carriers }
-    }
-
-    /// Makes noise as loud beside waves as [`noise_share`] says: it hears what these leave, which falls twice as fast.
-    fn beside_waves(self, crossover_hz: f64, grid: &StftGrid) -> Self {
-        let gain = |bin: usize| {
-            let hz = grid.bin_hz(bin);
-            let left = 1.0 - wave_share(hz, crossover_hz);
-            single((noise_share(hz, crossover_hz) / left.max(1e-12)).min(LOUDEST_BESIDE_WAVES))
-        };
-        Self { taps: self.taps.scaled(gain), late: self.late.scaled(gain), ..self }
     }
 
     /// The latency that renderers have.

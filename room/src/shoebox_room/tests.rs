@@ -110,7 +110,7 @@ fn sound_of_the_late_field_has_the_heads_level_where_it_comes_from() {
     assert!(apart > 0.1, "{apart}");
     // An image that is not played is the same energy in one hop.
     let mut one = late.clone();
-    one.add(0.031, DVec3::X, &[2.0; 7], &head, |_| 1.0);
+    one.add(0.031, DVec3::X, (2.0, &[2.0; 7]), &head, |_| 1.0);
     let (here, there) = (&one.energies[hop(0.031)], &heard[hop(0.031)]);
     assert!(here.iter().zip(there).zip(&level).all(|((one, all), level)| ((one - all) / (2.0 * level) - 1.0).abs() < 1e-9));
     assert_eq!(one.vectors[hop(0.031)].energy - late.vectors[hop(0.031)].energy, 14.0);

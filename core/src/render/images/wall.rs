@@ -9,7 +9,7 @@ use promenade_fourier::num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Corner frequencies of the low-passes, Hz.
-const CORNERS_HZ: [f64; 5] = [200.0, 500.0, 1250.0, 3500.0, 10_000.0];
+const CORNERS_HZ: [f64; 5] = [125.0, 400.0, 1250.0, 3500.0, 10_000.0];
 /// The sound itself, and its low-passes.
 pub(crate) const BASES: usize = 1 + CORNERS_HZ.len();
 /// Share of each basis.
