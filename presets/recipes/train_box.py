@@ -33,7 +33,7 @@ MARGIN, FROM_EMITTER = 0.5, 0.5
 SECONDS, BURST_S, PAUSE_S = 40, 0.3, 0.2
 # The dry sound is made for deconvolution, so that the responses of clips teach more than their magnitudes. The late part begins where T20 has ended.
 SETTINGS = {
-    "network": {"taps": 48, "tap_shapes": 4},
+    "network": {"taps": 72, "tap_shapes": 4},
     "loss": {"n_fft": [512], "log": 0.05, "linear": 0.05, "ratio": 0.002, "level": 0.1, "delay": 0.002},
     "rate": 0.005,
 }

@@ -205,7 +205,7 @@ impl Refiner {
         let graph = Graph::new(&self.weights, &self.device);
         let path = Path { method: self.settings.method, sigma: self.settings.sigma };
         let mut random = Random::new(seed ^ 0x0F10_77ED);
-        path.solved(&own, solver, &mut random, &mut |x, t| {
+        path.solved(&own, solver, &mut random, |x, t| {
             let found = self.network.forward(&graph, [x, &own], &places, &vec![t; draws], &self.device);
             let read = found.into_data().try_into_vec::<f32>();
             read.map_err(|e| BakeError::Argument {

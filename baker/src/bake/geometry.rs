@@ -3,6 +3,10 @@
 //! The strongest images are played as they are. What the rest of them and the scattered rays bring is energy, by hop and band,
 //! that noise carries; together they have all of the room's energy at every place.
 
+mod corrected;
+
+pub use corrected::CorrectedResponse;
+
 use crate::bake::corners::{MOST_BENT, corners};
 use crate::bake::direct::Direct;
 use crate::bake::emission::emission;
@@ -15,6 +19,7 @@ use crate::error::BakeError;
 use crate::signal::spectrum::Analyser;
 use crate::sources::ambisonic::{ambisonic_head, head_responses};
 use crate::sources::simulation::{Bass, Hrtf, Inside, OCTAVES_HZ};
+use corrected::{correct, joined};
 use promenade_acoustics::{
     Air, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Reflected, Room, Source,
     late_field, speed_m_s,
@@ -170,6 +175,31 @@ pub fn bake_geometry(
 ) -> Result<Scene, BakeError> {
     let head = scene_head(hrtf)?;
     let surfaces = surfaces(mesh, room, source, (hrtf, &head), options, done)?;
+    halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns })?)
+}
+
+/// Bakes a scene of a room, without waves, as it is where responses correct it; `about` says what it
+/// was learnt from; the head's credit is added.
+///
+/// # Errors
+/// Those of [`bake_geometry`], and no response.
+pub fn bake_corrected(
+    (mesh, room, source): (&Mesh, &Room, &Source),
+    hrtf: &Hrtf,
+    options: &GeometryOptions,
+    responses: &[CorrectedResponse],
+    about: Provenance,
+) -> Result<Scene, BakeError> {
+    if responses.is_empty() {
+        return Err(BakeError::argument("responses that correct a room", "one or more", "none"));
+    }
+    let head = scene_head(hrtf)?;
+    let options = GeometryOptions { waves_hz: Some(0.0), ..options.clone() };
+    let mut surfaces = surfaces(mesh, room, source, (hrtf, &head), &options, |_| ())?;
+    correct(&mut surfaces, responses, &head, options.air);
+    let notes = [about.notes, surfaces.provenance.notes].concat();
+    let (credit, licence) = (joined(&about.credit, &hrtf.credit), joined(&about.licence, &hrtf.licence));
+    surfaces.provenance = Provenance { notes, credit, licence, ..about };
     halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns })?)
 }
 

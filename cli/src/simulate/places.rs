@@ -5,18 +5,22 @@ use crate::args::{RoomArgs, SimulationArgs, SizeScattering};
 use anyhow::{Context, Result};
 use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::capture::Emitter;
+use promenade_baker::geometry::{CorrectedResponse, GeometryOptions, bake_corrected};
 use promenade_baker::simulation::{Hrtf, Inside, MeshOptions, Part, grid, scene_spacing_m, simulate_mesh, turned};
-use promenade_baker::{BakeError, BakeOptions, LoadOptions, Response, Responses, bake_responses};
+use promenade_baker::{BakeError, LoadOptions, Response, Responses};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Provenance, Scene};
+use promenade_room::PLAYED_IMAGES;
 use std::path::PathBuf;
 
 /// Beams that search the image sources, as `simulate` has them.
 const BEAMS: usize = 8192;
 /// Distance of a scene's places from surfaces, and their height over the floor, metres, as `simulate` has them.
 const MARGIN_M: f32 = 0.3;
-/// Turns of the head at each place of a scene.
-const TURNS: usize = 12;
+/// Turns of the head at each place where a scene is corrected.
+const TURNS: usize = 4;
+/// Turns of the head that a scene stores what comes from one side for, as `simulate` has them.
+const HEAD_TURNS: usize = 6;
 const HEIGHT_M: f32 = 1.5;
 
 /// A room with the emitters of recordings in it.
@@ -24,16 +28,8 @@ pub(crate) struct Places {
     mesh: Mesh,
     room: Room,
     hrtf: Hrtf,
-    head: Responses,
     sources: Vec<Source>,
     options: MeshOptions,
-    rate_hz: u32,
-}
-
-/// Two credits or licences, one where they are the same or one is empty.
-fn joined(a: &str, b: &str) -> String {
-    let both = [a, b].into_iter().filter(|text| !text.is_empty());
-    both.take(if a == b { 1 } else { 2 }).collect::<Vec<_>>().join("; ")
 }
 
 /// A head whose ears hear the same from everywhere: a microphone in its middle.
@@ -91,11 +87,12 @@ impl Places {
             rays: args.rays as usize,
             length_s: None,
             air: Some(args.air.air()),
-            waves_hz: None,
+            // What corrects a scene has none either.
+            waves_hz: Some(0.0),
             seed,
             part: Part::WHOLE,
         };
-        Ok(Some(Self { mesh, room, hrtf, head: set, sources, options, rate_hz }))
+        Ok(Some(Self { mesh, room, hrtf, sources, options }))
     }
 
     /// Both ears' responses to an emitter, by its number, at poses.
@@ -105,8 +102,7 @@ impl Places {
         Ok(made.responses.responses.into_iter().map(|r| [r.left, r.right]).collect())
     }
 
-    /// The scene of an emitter, by its number, whose responses at places all over the room are changed by `refined`. Credits
-    /// and licences are those of what it was learnt from and of the head.
+    /// The scene of an emitter, by its number, whose responses at places all over the room are changed by `refined`.
     pub(crate) fn scene(
         &self,
         emitter: usize,
@@ -117,20 +113,27 @@ impl Places {
         let at = Vec3::from(self.sources[emitter].position.map(|x| x as f32));
         let inside = Inside::new(&self.mesh, &self.room, at, MARGIN_M)?;
         let poses = turned(&grid(&inside, scene_spacing_m(&self.mesh), HEIGHT_M)?, TURNS);
-        let response = |(number, (pose, ears)): (usize, (&Pose, [Vec<f32>; 2]))| {
-            let [left, right] = refined(pose, &ears)?;
-            Ok(Response { listener: *pose, source: at, left, right, name: format!("{number:05}") })
+        let mut response = |(pose, simulated): (&Pose, [Vec<f32>; 2])| {
+            Ok(CorrectedResponse { at: pose.position, corrected: refined(pose, &simulated)?, simulated })
         };
         let ears = self.ears(emitter, &poses)?;
-        let responses = Responses {
-            title: about.title,
-            credit: joined(&about.credit, &self.head.credit),
-            licence: joined(&about.licence, &self.head.licence),
-            notes: about.notes,
-            sample_rate_hz: f64::from(self.rate_hz),
-            responses: poses.iter().zip(ears).enumerate().map(response).collect::<Result<_>>()?,
-            ..Responses::default()
+        let responses = poses.iter().zip(ears).map(&mut response).collect::<Result<Vec<_>>>()?;
+        let options = GeometryOptions {
+            images: PLAYED_IMAGES,
+            head_turns: HEAD_TURNS,
+            order: self.options.order,
+            beams: self.options.beams,
+            rays: self.options.rays,
+            spacing_m: scene_spacing_m(&self.mesh),
+            height_m: HEIGHT_M,
+            margin_m: MARGIN_M,
+            air: self.options.air,
+            waves_hz: None,
+            seed,
+            title: String::new(),
+            recipe: String::new(),
         };
-        Ok(bake_responses(&responses, |_, _| false, &BakeOptions { recipe: about.recipe, seed, ..BakeOptions::default() })?)
+        let room = (&self.mesh, &self.room, &self.sources[emitter]);
+        Ok(bake_corrected(room, &self.hrtf, &options, &responses, about)?)
     }
 }

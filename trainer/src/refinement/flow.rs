@@ -71,7 +71,7 @@ impl Path {
         from: &[f32],
         solver: Solver,
         random: &mut Random,
-        network: &mut dyn FnMut(&[f32], f32) -> Result<Vec<f32>, E>,
+        mut network: impl FnMut(&[f32], f32) -> Result<Vec<f32>, E>,
     ) -> Result<Vec<f32>, E> {
         let is_data = self.method == Method::DataFlow;
         if matches!(self.method, Method::Regression | Method::NoisyRegression) {

@@ -432,3 +432,46 @@ fn the_emitter_fades_at_the_border_of_the_geometry_and_is_heard_round_the_corner
         assert!((gain - seen).abs() < 1.0 && late_s.abs() < 20e-6, "x = {x}: {:.2} dB, {late_s} s", gain - seen);
     }
 }
+
+#[test]
+fn a_corrected_room_has_what_its_responses_have() {
+    let (mesh, room) = room(0.3, 0.2);
+    let (hrtf, options, source) = (transparent(), options(40, 4000), source(EMITTER));
+    let poses: Vec<Pose> = [(1.0, 1.0), (5.5, 1.2), (5.8, 4.0), (1.3, 4.1), (3.6, 2.6)]
+        .map(|(x, y)| Pose { position: Vec3::new(x, y, 1.5), ..Pose::IDENTITY })
+        .to_vec();
+    let of = MeshOptions {
+        order: 4,
+        beams: 4096,
+        rays: 4000,
+        length_s: None,
+        air: None,
+        waves_hz: Some(0.0),
+        seed: 1,
+        part: Part::WHOLE,
+    };
+    let made = simulate_mesh(&mesh, &room, &source, &hrtf, &poses, &of, |_| ()).unwrap().responses.responses;
+    // All is twice as loud, but for what comes later than the direct sound.
+    let corrected = |later: f32| {
+        let one = |r: &crate::Response| {
+            let after =
+                ((f64::from(r.listener.position.distance(EMITTER)) / SPEED_OF_SOUND_M_S + 0.004) * f64::from(RATE)) as usize;
+            let ear =
+                |x: &[f32]| x.iter().enumerate().map(|(i, v)| if i < after { 2.0 * v } else { 2.0 * later * v }).collect();
+            let simulated = [r.left.clone(), r.right.clone()];
+            CorrectedResponse { at: r.listener.position, corrected: [ear(&r.left), ear(&r.right)], simulated }
+        };
+        let responses: Vec<CorrectedResponse> = made.iter().map(one).collect();
+        let scene = bake_corrected((&mesh, &room, &source), &hrtf, &options, &responses, Provenance::default()).unwrap();
+        let pose = Pose { position: Vec3::new(4.6, 3.2, 1.5), ..Pose::IDENTITY };
+        let [left, _] = render_response(&Arc::new(scene), pose, LEAD, RATE as usize / 2).unwrap();
+        let late = RATE as usize / 12;
+        [energy(&left[..DIRECT]), energy(&left[2 * DIRECT..late]), energy(&left[late..])]
+    };
+    let [[direct, early, late], [direct_less, early_less, late_less]] = [1.0, 0.5].map(corrected);
+    let db = |a: f64, b: f64| 10.0 * (a / b).log10();
+    let less = [db(early_less, early), db(late_less, late)].map(|x| x - db(direct_less, direct));
+    assert!(less.iter().all(|x| (x + 6.02).abs() < 0.5), "{less:?}");
+    let error = bake_corrected((&mesh, &room, &source), &hrtf, &options, &[], Provenance::default()).unwrap_err().to_string();
+    assert!(error.contains("one or more"), "{error}");
+}
