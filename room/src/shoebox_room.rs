@@ -36,8 +36,8 @@ const SHORTEST_BASS_S: f64 = 0.15;
 const LONGEST_BASS_S: f64 = 3.0;
 /// Its places keep this far from the walls, metres.
 const BASS_OFF_WALLS_M: f32 = 0.12;
-/// The most that it takes, as [`Shoebox::low_field_cost`] counts: some 50 ms.
-const MOST_BASS: f64 = 2.5e7;
+/// The most that it takes, as [`Shoebox::low_field_cost`] counts: some 30 ms.
+const MOST_BASS: f64 = 1.4e7;
 /// Distance of places from walls, metres, where there is room for it.
 const MARGIN_M: f32 = 0.3;
 
