@@ -1,5 +1,5 @@
-//! Two halves of a sound that add up to an all-pass (S. Linkwitz and R. Riley 1976), of eighth order: each a Butterworth filter of
-//! fourth order twice, so that the lower is [`wave_share`] of the whole.
+//! Two halves of a sound that add up to an all-pass (S. Linkwitz and R. Riley 1976), of eighth order: each a Butterworth filter
+//! of fourth order twice, so that the lower is [`wave_share`](crate::wave_share) of the whole.
 
 use std::f64::consts::PI;
 
