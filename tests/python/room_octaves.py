@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
 """What a simulated room comes to by octave, and what of it depends on the seed.
 
-    room_octaves.py PROMENADE [--seeds 1] [--low 63] -- box --size 5,4,2.6 --emitter 1.2,0.9,1.4 --head HEAD.sofa --rays 16384 ...
+    room_octaves.py PROMENADE [--seeds 1] [--low 125] -- box --size 5,4,2.6 --emitter 1.2,0.9,1.4 --head HEAD.sofa --rays 16384
     room_octaves.py PROMENADE -- ROOM.obj --source 2,2,1.4 --materials RULES --head HEAD.sofa --rays 16384 ...
 
-PROMENADE is the program; what follows the dashes are options of `promenade simulate`, which makes responses at eight random poses unless
-told otherwise. Prints by octave the mean over poses and ears of
+PROMENADE is the program; what follows the dashes are options of `promenade simulate`, which makes responses at eight random
+poses unless told otherwise. Seeds draw other random poses too, so that several want a --path. Prints by octave the mean over
+poses and ears of
 
   T20, EDT   slope of the integrated decay from -5 to -25 and from 0 to -10 dB, times 60 dB, s
   C80, D50   energy of the first 80 ms against the rest, dB, and share of the first 50 ms; both from the onset on
 
-and with `--seeds N` by how much the mean over poses of T20 of one seed differs from that of all at most, and its standard deviation, %.
+and with `--seeds N` by how much the mean over poses of T20 of one seed differs from that of all at most, and its standard
+deviation, %.
 Needs numpy, scipy and soundfile.
 """
 import argparse

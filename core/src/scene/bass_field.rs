@@ -13,8 +13,8 @@ const BEYOND_M: f32 = 0.6;
 ///
 /// The dry sound is split in two by a crossover of eighth order after Linkwitz and Riley, whose halves add up to an all-pass.
 /// What a scene has otherwise hears the upper half alone, its noise as loud as [`noise_share`] says, and the lower is heard of
-/// this, with its direct sound of `direct` over the distance; responses have the rest. Samples are of what the emitter's impulse
-/// makes, at that time and on, at a low rate.
+/// this, with its direct sound of `direct` over the distance; responses have the rest. Samples are of what the emitter's
+/// impulse makes, at that time and on, at a low rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BassField {
     /// Where the halves meet, Hz.
@@ -51,8 +51,8 @@ pub fn wave_share(hz: f64, crossover_hz: f64) -> f64 {
     1.0 / (1.0 + (hz / crossover_hz).powi(STEEP))
 }
 
-/// Amplitude that noise has at a frequency beside waves of [`wave_share`], 0 to 1; both in Hz. Noise has no phase in common with
-/// waves: the squares of their shares add up to 1.
+/// Amplitude that noise has at a frequency beside waves of [`wave_share`], 0 to 1; both in Hz. Noise has no phase in common
+/// with waves: the squares of their shares add up to 1.
 #[must_use]
 pub fn noise_share(hz: f64, crossover_hz: f64) -> f64 {
     (1.0 - wave_share(hz, crossover_hz).powi(2)).max(0.0).sqrt()
