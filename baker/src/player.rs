@@ -3,9 +3,11 @@
 mod clips;
 mod source;
 mod stream;
+mod voice;
 
 pub use promenade_judge::Ears;
 pub use source::Source;
+pub use voice::Voice;
 
 pub(crate) use clips::ClipPlayer;
 
@@ -13,7 +15,7 @@ use crate::error::BakeError;
 use crate::sources::capture::{Capture, Clip};
 use promenade_audio::{FileError, resample};
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
-use promenade_core::{BlockParams, Latency, Pose, Scene, Tier, Trim};
+use promenade_core::{BlockParams, Latency, MOST_FURTHER, Pose, Scene, Tier, Trim};
 use promenade_judge::Stream;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -101,6 +103,8 @@ pub struct Player {
     /// Rates of the sound and of the engine, samples per second.
     rate_hz: f64,
     played_hz: f64,
+    /// Further sounds that are played with the next.
+    voices: Vec<Voice>,
     /// What comes last, at the sound's rate.
     headphones: Option<HeadphoneFilter>,
     /// Processor seconds of the last stream.
@@ -119,6 +123,20 @@ impl Player {
     /// # Errors
     /// A tier that the scene does not have, a rate that cannot be rendered, or no published model to play clip by clip.
     pub fn new(scene: &Arc<Scene>, rate_hz: f64, playing: Option<Playing>) -> Result<Self, BakeError> {
+        Self::at_latency(scene, rate_hz, playing, Latency::Frame)
+    }
+
+    /// The same with another latency, whose sound differs by what a pose is heard later; the output begins with its input all
+    /// the same.
+    ///
+    /// # Errors
+    /// As [`Player::new`]; a scene that has no other than its frame's ([`Latency::played_by`]), the tier reference, and clips.
+    pub fn at_latency(scene: &Arc<Scene>, rate_hz: f64, playing: Option<Playing>, latency: Latency) -> Result<Self, BakeError> {
+        let short = latency != Latency::Frame;
+        let wrong = |found: &str| {
+            let expected = format!("{found} in this scene and tier");
+            if short { Err(BakeError::argument("latency", expected, latency.name())) } else { Ok(()) }
+        };
         let own_hz = scene.grid().sample_rate_hz;
         let (engine, played_hz) = match playing.unwrap_or_else(|| Playing::Stream(scene.played_tier(Tier::Standard))) {
             Playing::Stream(tier) => {
@@ -126,8 +144,12 @@ impl Player {
                     let has: Vec<_> = scene.tiers().map(Tier::name).collect();
                     return Err(BakeError::argument("tier", has.join(" or "), tier.name()));
                 }
+                // The published head is played in frames alone.
+                if tier == Tier::Reference || (short && latency.played_by(scene, rate_hz) != latency) {
+                    wrong(Latency::Frame.name())?;
+                }
                 let at = |hz: f64| {
-                    Stream::new(scene, hz, &BlockParams { tier, ..BlockParams::default() })
+                    Stream::at_latency(scene, hz, &BlockParams { tier, ..BlockParams::default() }, latency)
                         .map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))
                 };
                 let (mut stream, mut played_hz) = (at(rate_hz)?, rate_hz);
@@ -137,12 +159,13 @@ impl Player {
                 (Engine::Stream(Box::new(stream)), played_hz)
             }
             Playing::Clip => {
+                wrong("none: clips are played whole")?;
                 let expected = "one with an anchor cloud, to be played clip by clip";
                 let cloud = scene.cloud().ok_or_else(|| BakeError::argument("scene", expected, "a field only"))?;
                 (Engine::Clips(Box::new(ClipPlayer::new(&cloud.model, *scene.grid())?)), own_hz)
             }
         };
-        Ok(Self { engine, rate_hz, played_hz, headphones: None, processor_s: 0.0 })
+        Ok(Self { engine, rate_hz, played_hz, voices: Vec::new(), headphones: None, processor_s: 0.0 })
     }
 
     /// The same with so many decodes a second in the tiers high and reference.
@@ -154,29 +177,37 @@ impl Player {
         self
     }
 
-    /// The same with another latency, whose sound differs by what a pose is heard later; the output begins with its input all
-    /// the same. To be chosen before a stereo spread.
+    /// The same with further sounds in one room, [`MOST_FURTHER`] at most, of the sound's rate: they are played with the next
+    /// sound, and once. To be chosen before a stereo spread.
     ///
     /// # Errors
-    /// A scene that has no other than its frame's ([`Latency::played_by`]), and clips.
-    pub fn with_latency(mut self, latency: Latency) -> Result<Self, BakeError> {
-        let wrong =
-            |found: &str| Err(BakeError::argument("latency", format!("{found} in this scene and tier"), latency.name()));
+    /// Clips, a sound that is converted, a scene without its emitter's place, a latency that is shorter than a frame.
+    pub fn with_voices(mut self, voices: Vec<Voice>) -> Result<Self, BakeError> {
+        if voices.is_empty() {
+            return Ok(self);
+        }
+        let wrong = |expected: &str, found: String| Err(BakeError::argument("further sound", expected, found));
+        if voices.len() > MOST_FURTHER {
+            return wrong("63 at most", voices.len().to_string());
+        }
+        if let Some(voice) = voices.iter().find(|voice| f64::from(voice.sample_rate_hz()) != self.rate_hz) {
+            return wrong(&format!("{} Hz", self.rate_hz), format!("{} Hz", voice.sample_rate_hz()));
+        }
         self.engine = match self.engine {
-            _ if latency == Latency::Frame => return Ok(self),
-            Engine::Clips(_) => return wrong("none: clips are played whole"),
-            // The published head is played in frames alone.
-            Engine::Stream(stream)
-                if stream.params().quality.tier == Tier::Reference
-                    || latency.played_by(stream.renderer().scene(), self.played_hz) != latency =>
-            {
-                return wrong(Latency::Frame.name());
+            Engine::Clips(_) => return wrong("a tier that is played as a stream", "clip".to_owned()),
+            Engine::Stream(_) if self.rate_hz != self.played_hz => {
+                return wrong("a tier that is played at the sound's rate", "reference".to_owned());
+            }
+            Engine::Stream(stream) if stream.renderer().scene().emitter().is_none() => {
+                return wrong("a scene that knows where its emitter is", "one that does not".to_owned());
             }
             Engine::Stream(stream) => {
-                let stream = stream.with_latency(latency);
-                Engine::Stream(Box::new(stream.map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?))
+                let stream = stream.with_further(voices.len());
+                let expected = "what can be played from several places";
+                Engine::Stream(Box::new(stream.map_err(|e| BakeError::argument("further sound", expected, e))?))
             }
         };
+        self.voices = voices;
         Ok(self)
     }
 
@@ -290,7 +321,8 @@ impl Player {
         };
         match &mut self.engine {
             Engine::Stream(stream) if self.rate_hz == self.played_hz => {
-                self.processor_s = stream::play(stream, source, true, mix, block, pose_at, write)?;
+                self.processor_s =
+                    stream::play(stream, source, &mut std::mem::take(&mut self.voices), true, mix, block, pose_at, write)?;
                 Ok(())
             }
             _ => {
@@ -377,7 +409,7 @@ impl Player {
                     ears.iter_mut().zip(block).for_each(|(to, from)| to.extend_from_slice(from));
                     Ok(())
                 };
-                self.processor_s = stream::play(stream, source, tail, Mix::RENDERED, BLOCK, pose_at, &mut keep)?;
+                self.processor_s = stream::play(stream, source, &mut [], tail, Mix::RENDERED, BLOCK, pose_at, &mut keep)?;
                 ears
             }
             Engine::Clips(player) => player.render_long(&mono(&source.whole()?), pose_at)?,

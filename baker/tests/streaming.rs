@@ -57,8 +57,8 @@ fn what_is_played_in_frames_alone_is_said() {
     // Four hops, which can be told apart.
     let scene = scene_on(StftGrid { hop: 16, ..GRID }, audible(CloudKind::SimpleSh, SMALL), ConvMode::LookAhead);
     let sooner = |tier| {
-        let player = Player::new(&scene, GRID.sample_rate_hz, Some(Playing::Stream(tier))).unwrap();
-        player.with_latency(Latency::None).map(|player| player.playing()).map_err(|error| error.to_string())
+        let player = Player::at_latency(&scene, GRID.sample_rate_hz, Some(Playing::Stream(tier)), Latency::None);
+        player.map(|player| player.playing()).map_err(|error| error.to_string())
     };
     assert_eq!(sooner(Tier::High), Ok(Playing::Stream(Tier::High)));
     let error = sooner(Tier::Reference).unwrap_err();

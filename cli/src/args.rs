@@ -51,7 +51,7 @@ pub(crate) use pictures::PictureArgs;
 pub(crate) use reconstruction::ReconstructionArgs;
 #[cfg(feature = "train")]
 pub(crate) use refine::RefineArgs;
-pub(crate) use render::{OutputFormat, RenderArgs};
+pub(crate) use render::{OutputFormat, Place, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{
     JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering,

@@ -1,6 +1,7 @@
 //! `promenade render`: a WAV file through a scene, aligned in time with its input.
 
 mod ambix;
+mod voices;
 
 use crate::args::{OutputFormat, RenderArgs};
 use crate::{path, progress, report, scene};
@@ -65,8 +66,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
         args.input.display(),
         source.channels()
     );
-    let player = Player::new(&scene, rate, args.tier).with_context(|| args.scene.display().to_string())?;
-    let player = player.with_latency(args.latency)?.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
+    let player = Player::at_latency(&scene, rate, args.tier, args.latency);
+    let player = player.with_context(|| args.scene.display().to_string())?;
+    let player = player.with_decode_rate(args.decode_rate).with_trim(args.sound.trim())?;
+    let player = player.with_voices(voices::open(args, &scene, rate_hz)?).with_context(|| args.scene.display().to_string())?;
     let mut player = player.with_stereo_spread(spread).with_context(|| args.scene.display().to_string())?;
     if let Some(file) = &args.headphones {
         player = player.with_headphones(&read_headphones(file)?);

@@ -91,6 +91,52 @@ fn block_size_does_not_change_the_sound_but_the_pose_does() {
 }
 
 #[test]
+fn further_sounds_are_heard_from_their_places_in_one_room() {
+    let place = Place::new();
+    let (scene, input, quiet) = (place.bake(), place.dry("in.wav", 0.7, 1), place.text("quiet.wav"));
+    wav::write(Path::new(&quiet), RATE, &[&vec![0.0; RATE as usize / 3]], Format::Float32).unwrap();
+    let render = |sound: &str, more: &[&str]| {
+        let out = place.text("out.wav");
+        succeeds(&[&["render", &scene, sound, &out, "--bits", "32f"], more].concat());
+        wav::read(Path::new(&out)).unwrap().channels
+    };
+    let alone = render(&input, &[]);
+    let emitter = Scene::from_bytes(&std::fs::read(&scene).unwrap()).unwrap().emitter().unwrap();
+    let at = |offset: f32| format!("{},{},{}={input}", emitter.x, emitter.y + offset, emitter.z);
+    // It lasts longer than the first sound.
+    let same = render(&quiet, &["--source", &at(0.0)]);
+    assert_eq!(alone[0].len(), same[0].len());
+    let apart = |a: &[Vec<f32>], b: &[Vec<f32>]| {
+        let difference: Vec<f32> = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a - b).collect();
+        rms(&difference) / rms(&a[0])
+    };
+    assert!(apart(&alone, &same) < 1e-4, "{}", apart(&alone, &same));
+    let beside = render(&quiet, &["--source", &at(1.0)]);
+    assert!(apart(&alone, &beside) > 0.1, "from another place");
+    let both = render(&input, &["--source", &at(1.0)]);
+    let sum: Vec<Vec<f32>> = alone.iter().zip(&beside).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + b).collect()).collect();
+    assert!(apart(&sum, &both) < 1e-4, "{}", apart(&sum, &both));
+    // Along a path, whatever the blocks are.
+    std::fs::write(place.path("way.csv"), "t,x,y,z,yaw,pitch,roll\n0,0,1,0,0,0,0\n0.6,1,-1,0,0,0,0\n").unwrap();
+    let way = format!("{}={input}", place.text("way.csv"));
+    let moving = render(&quiet, &["--source", &way]);
+    assert!(apart(&moving, &beside) > 0.1);
+    assert_eq!(moving, render(&quiet, &["--source", &way, "--block", "7"]), "bit for bit");
+    let dry = render(&quiet, &["--source", &way, "--mix", "0"]);
+    assert!(apart(&wav::read(Path::new(&input)).unwrap().channels, &dry[..1]) < 1e-6, "the dry sound comes at once");
+    let out = place.text("out.wav");
+    let missing = ["1,2,3=none.wav", "none.csv=in.wav"].map(|source| vec!["render", &scene, &input, &out, "--source", source]);
+    let [no_sound, no_path] = missing;
+    let source = at(0.0);
+    all_fail(&[
+        (vec!["render", &scene, &input, &out, "--source", "1,2,3"], "expected X,Y,Z=SOUND"),
+        (no_sound, "none.wav: cannot be read"),
+        (no_path, "in.wav: cannot be read"),
+        (vec!["render", &scene, &input, &out, "--source", &source, "--latency", "64"], "frame"),
+    ]);
+}
+
+#[test]
 fn the_parts_of_the_sound_are_set_by_options() {
     let place = Place::new();
     let (scene, dry, out) = (place.bake(), place.dry("dry.wav", 0.5, 1), place.text("out.wav"));

@@ -1,13 +1,16 @@
 //! Cost of the render head, beside a bare short-time transform and a partitioned convolver, in one run.
 //!
-//! `cargo bench --bench render_cost -p promenade-core [-- SCENE...]`; scenes given by their files are measured too. Unit:
-//! processor seconds per second of audio of the one thread, median over runs. Input: white noise at 48 kHz; a scene with a tail
+//! `cargo bench --bench render_cost -p promenade-core [-- [--many] [SCENE...]]`; scenes given by their files are measured too,
+//! and with `--many` nothing is measured but many sources. Unit:
+//! processor seconds per second of audio of the one thread, median over runs; microseconds a hop where many play, whether in
+//! instances of their own or in one. Input: white noise at 48 kHz; a scene with a tail
 //! of 1 s; a listener who walks at 1 m/s and turns at 90 degrees a second.
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;
 use fft_convolver::TwoStageFFTConvolver;
-use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer, Tier};
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, Carriers, Further, Latency, Pose, Renderer, Scene, Spatializer, Tier};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images, walk};
 use std::hint::black_box;
@@ -44,14 +47,34 @@ fn main() {
     let bytes = scene.memory_bytes();
     let renderer = Renderer::new(Arc::clone(&scene), RATE).unwrap();
     println!("scene {bytes} bytes once, instance {} bytes", renderer.memory_bytes());
+    if !std::env::args().any(|a| a == "--many") {
+        table(&scene, &input);
+    }
+    println!();
+    println!("Many sources, moving, blocks of {BLOCK}, us a hop:");
+    println!(
+        "| scene | sources | one alone | each of as many instances | a further source | over one alone | over one of many \
+         | KB of one | KB of a further source | share |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    let second = &input[..RATE as usize];
+    many("noise", &scene, second);
+    many("60 images", &room_with_images(RATE, 1.0, 0.05, 60), second);
+    for file in files() {
+        many(&file, &read(&file), second);
+    }
+}
+
+/// One instance of each kind.
+fn table(scene: &Arc<Scene>, input: &[f32]) {
     println!("| block | engine | real time | x STFT | x convolver | worst block / median block with a hop |");
     println!("|---|---|---|---|---|---|");
     for block in [512, 128] {
         let mut rows: Vec<(String, Vec<f64>, Vec<f64>)> = Vec::new();
-        let mut engines = engines(&scene);
+        let mut engines = engines(scene);
         for _ in 0..RUNS {
             for (i, (name, engine)) in engines.iter_mut().enumerate() {
-                let (total, blocks) = cost(&input, block, engine);
+                let (total, blocks) = cost(input, block, engine);
                 match rows.get_mut(i) {
                     Some((_, totals, fastest)) => {
                         totals.push(total);
@@ -80,6 +103,73 @@ fn main() {
             );
         }
     }
+}
+
+/// Scenes that are named on the command line.
+fn files() -> impl Iterator<Item = String> {
+    std::env::args().skip(1).filter(|a| !a.starts_with("--"))
+}
+
+fn read(file: &str) -> Arc<Scene> {
+    Arc::new(Scene::from_bytes(&std::fs::read(file).unwrap()).unwrap())
+}
+
+/// Samples of each turn of many sources.
+const BLOCK: usize = 512;
+
+/// A listener who walks among sources: one, many in one instance, and as many instances.
+fn many(name: &str, scene: &Arc<Scene>, input: &[f32]) {
+    let carriers = Arc::new(Carriers::new(scene, RATE));
+    let renderer = || Renderer::with_carriers(Arc::clone(scene), RATE, Arc::clone(&carriers)).unwrap();
+    let instance = |sources: usize| {
+        let renderer = renderer().with_further(sources - 1).unwrap();
+        let bytes = renderer.memory_bytes();
+        let mut s = Spatializer::new(RATE);
+        s.install(Box::new(renderer));
+        (s, bytes)
+    };
+    let per_hop = scene.grid().at_rate(RATE).hop_s() * 1e6;
+    let (one, alone_bytes) = instance(1);
+    let mut alone = vec![one];
+    for sources in [16, 50, 64] {
+        let (many, bytes) = instance(sources);
+        let (mut many, mut each) = (vec![many], (0..sources).map(|_| instance(1).0).collect::<Vec<_>>());
+        let mut totals = [Vec::new(), Vec::new(), Vec::new()];
+        for _ in 0..RUNS {
+            for (engines, totals) in [&mut alone, &mut many, &mut each].into_iter().zip(&mut totals) {
+                totals.push(per_hop * walked(engines, input));
+            }
+        }
+        let [alone, many, each] = totals.map(median);
+        let (further, of_many) = ((many - alone) / (sources - 1) as f64, each / sources as f64);
+        let more = (bytes - alone_bytes) as f64 / (sources - 1) as f64;
+        println!(
+            "| {name} | {sources} | {alone:.1} | {of_many:.1} | {further:.1} | {:.2} | {:.2} | {:.0} | {:.0} | {:.2} |",
+            further / alone,
+            further / of_many,
+            alone_bytes as f64 / 1e3,
+            more / 1e3,
+            more / alone_bytes as f64,
+        );
+    }
+}
+
+/// Processor seconds per second of audio of instances that all play the same, and all of whose sources do.
+fn walked(engines: &mut [Spatializer], input: &[f32]) -> f64 {
+    let walk = walk(RATE);
+    let (mut left, mut right) = (vec![0.0; BLOCK], vec![0.0; BLOCK]);
+    let place = |i: usize| Vec3::new((i as f32).cos(), (i as f32).sin(), 0.0);
+    let params = BlockParams::default();
+    let further = engines[0].renderer().map_or(0, Renderer::further);
+    let start = ThreadTime::now();
+    for (b, x) in input.chunks_exact(BLOCK).enumerate() {
+        let others: Vec<_> = (0..further).map(|i| Further { input: x, offset: place(i) }).collect();
+        for engine in &mut *engines {
+            engine.process_further(&[x], &others, [&mut left, &mut right], &params, |i| walk(b * BLOCK + i));
+        }
+    }
+    black_box((&left, &right));
+    start.elapsed().as_secs_f64() / (input.len() as f64 / RATE)
 }
 
 type Engine = Box<dyn FnMut(usize, &[f32], [&mut [f32]; 2])>;
@@ -120,9 +210,10 @@ fn engines(scene: &Arc<Scene>) -> Vec<(String, Engine)> {
             ear.process(x, out).unwrap();
         }
     };
-    let ours = |scene: &Arc<Scene>, tier: Tier, moving: bool| -> Engine {
+    let ours_with = |scene: &Arc<Scene>, tier: Tier, moving: bool, latency: Latency| -> Engine {
         let mut s = Spatializer::new(RATE);
-        s.install(Box::new(Renderer::new(Arc::clone(scene), RATE).unwrap()));
+        let carriers = Arc::new(Carriers::with_latency(scene, RATE, latency));
+        s.install(Box::new(Renderer::with_carriers(Arc::clone(scene), RATE, carriers).unwrap()));
         let walk = walk(RATE);
         let still = Pose::IDENTITY;
         let params = BlockParams { tier, ..BlockParams::default() };
@@ -130,6 +221,7 @@ fn engines(scene: &Arc<Scene>) -> Vec<(String, Engine)> {
             s.process(&[x], out, &params, |i| if moving { walk(at + i) } else { still });
         })
     };
+    let ours = |scene: &Arc<Scene>, tier: Tier, moving: bool| ours_with(scene, tier, moving, Latency::Frame);
     let images = room_with_images(RATE, 1.0, 0.05, 60);
     let mut engines: Vec<(String, Engine)> = vec![
         ("bare STFT, 1 forward, 2 inverse".to_owned(), Box::new(stft)),
@@ -140,10 +232,17 @@ fn engines(scene: &Arc<Scene>) -> Vec<(String, Engine)> {
         ("standard with 60 images, standing still".to_owned(), ours(&images, Tier::Standard, false)),
         ("standard with 60 images, moving".to_owned(), ours(&images, Tier::Standard, true)),
     ];
-    for file in std::env::args().skip(1).filter(|a| !a.starts_with("--")) {
-        let scene = Arc::new(Scene::from_bytes(&std::fs::read(&file).unwrap()).unwrap());
+    for file in files() {
+        let scene = read(&file);
         for tier in [Tier::Draft, Tier::Standard] {
             engines.push((format!("{} moving: {file}", tier.name()), ours(&scene, tier, true)));
+        }
+        engines.push((format!("standard, standing still: {file}"), ours(&scene, Tier::Standard, false)));
+        for latency in [Latency::Samples64, Latency::None] {
+            for (moving, how) in [(false, "standing still"), (true, "moving")] {
+                let engine = ours_with(&scene, Tier::Standard, moving, latency);
+                engines.push((format!("standard, latency {}, {how}: {file}", latency.name()), engine));
+            }
         }
     }
     engines

@@ -1,7 +1,8 @@
 //! One scene played by one emitter, or by two that are given the channels of a stereo sound.
 
+use crate::further::Others;
 use crate::number::whole;
-use crate::{Pose, RenderError, RenderParams, Renderer, Scene};
+use crate::{Further, Pose, RenderError, RenderParams, Renderer, Scene};
 use glam::{Quat, Vec3};
 
 /// Samples that are worked on at a time.
@@ -98,6 +99,18 @@ impl Emitters {
         Self { level, ..self }
     }
 
+    /// The same with so many further sources in the room of the one emitter, or of the left channel's
+    /// ([`Renderer::with_further`]).
+    ///
+    /// # Errors
+    /// As that has.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    pub fn with_further(self, count: usize) -> Result<Self, RenderError> {
+        Ok(Self { first: self.first.with_further(count)?, ..self })
+    }
+
     /// The renderer of the one emitter, or of the left channel's.
     #[must_use]
     pub fn first(&self) -> &Renderer {
@@ -144,8 +157,37 @@ impl Emitters {
     pub fn process(
         &mut self,
         input: &[&[f32]],
-        [left, right]: [&mut [f32]; 2],
+        ears: [&mut [f32]; 2],
         params: impl Into<RenderParams>,
+        emitters: &EmitterParams,
+        pose_at: &mut impl FnMut(usize) -> Pose,
+    ) {
+        self.process_others(input, Others::NONE, ears, params.into(), emitters, pose_at);
+    }
+
+    /// The same with what further sources play ([`Renderer::process_further`]), which the first emitter's room hears.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn process_further(
+        &mut self,
+        input: &[&[f32]],
+        further: &[Further<'_>],
+        ears: [&mut [f32]; 2],
+        params: impl Into<RenderParams>,
+        emitters: &EmitterParams,
+        pose_at: &mut impl FnMut(usize) -> Pose,
+    ) {
+        self.process_others(input, Others { all: further, start: 0 }, ears, params.into(), emitters, pose_at);
+    }
+
+    /// The same with what further sources play from some sample of their blocks on.
+    pub(crate) fn process_others(
+        &mut self,
+        input: &[&[f32]],
+        others: Others<'_>,
+        [left, right]: [&mut [f32]; 2],
+        params: RenderParams,
         emitters: &EmitterParams,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
@@ -153,23 +195,26 @@ impl Emitters {
             [left, right].into_iter().for_each(|ear| ear.fill(0.0));
             return;
         };
-        let params = params.into();
         let spread = emitters.spread_in(self.first.scene(), input.len());
         let offsets = emitters.offsets(self.first.scene(), if self.second.is_some() { spread } else { 0.0 });
         let len = left.len().min(right.len()).min(first.len()).min(last.len());
         for start in (0..len).step_by(CHUNK) {
             let span = start..len.min(start + CHUNK);
             let ears = [&mut left[span.clone()], &mut right[span.clone()]];
-            self.chunk([&first[span.clone()], &last[span]], ears, params, spread > 0.0, offsets, &mut |i| pose_at(start + i));
+            let others = Others { start: others.start + start, ..others };
+            let channels = [&first[span.clone()], &last[span]];
+            self.chunk(channels, others, ears, params, spread > 0.0, offsets, &mut |i| pose_at(start + i));
         }
         if self.level != 1.0 {
             [left, right].into_iter().flat_map(|ear| &mut ear[..len]).for_each(|sample| *sample *= self.level);
         }
     }
 
+    #[expect(clippy::too_many_arguments, reason = "what a block is made of")]
     fn chunk(
         &mut self,
         [a, b]: [&[f32]; 2],
+        others: Others<'_>,
         [left, right]: [&mut [f32]; 2],
         params: RenderParams,
         apart: bool,
@@ -178,14 +223,13 @@ impl Emitters {
     ) {
         let n = a.len();
         let mono = &mut self.input[..n];
-        let moved = |pose: Pose, offset: Vec3| Pose { position: pose.position - offset, ..pose };
         let fresh = std::mem::take(&mut self.fresh);
         let playing = self.second.as_mut().filter(|second| apart || !second.asleep);
         let Some(second) = playing else {
             for ((m, a), b) in mono.iter_mut().zip(a).zip(b) {
                 *m = 0.5 * (a + b);
             }
-            self.first.process(mono, [left, right], params, &mut |i| moved(pose_at(i), first_at));
+            self.first.process_all((mono, first_at), others, [left, right], params, pose_at);
             return;
         };
         if std::mem::take(&mut second.asleep) {
@@ -203,9 +247,9 @@ impl Emitters {
             *o = 0.5 * second.share * b;
         }
         let [other_left, other_right] = &mut second.ears;
-        let others = [&mut other_left[..n], &mut other_right[..n]];
-        second.renderer.process(other, others, params, &mut |i| moved(pose_at(i), second_at));
-        self.first.process(mono, [&mut *left, &mut *right], params, &mut |i| moved(pose_at(i), first_at));
+        let other_ears = [&mut other_left[..n], &mut other_right[..n]];
+        second.renderer.process_all((other, second_at), Others::NONE, other_ears, params, pose_at);
+        self.first.process_all((mono, first_at), others, [&mut *left, &mut *right], params, pose_at);
         let mut silent = true;
         for (ear, other) in [left, right].into_iter().zip(&second.ears) {
             for (x, other) in ear.iter_mut().zip(other) {

@@ -10,6 +10,7 @@
 mod bands;
 pub mod decode;
 mod emitters;
+mod further;
 #[cfg(feature = "gradients")]
 pub mod gradient;
 mod grid;
@@ -28,6 +29,7 @@ mod render;
 mod renderer;
 mod scene;
 mod simd;
+mod source;
 mod spatializer;
 mod stft;
 mod tier;
@@ -39,6 +41,7 @@ pub use decode::{
     Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, PublishedFrame, Rows, SILENT_DB,
 };
 pub use emitters::{EmitterParams, Emitters};
+pub use further::{Further, MOST_FURTHER};
 pub use glam;
 pub use grid::{StftGrid, TAP_LEAD_HOPS};
 pub use head::{Head, HeadError};

@@ -1,29 +1,26 @@
-//! One scene at one host rate: mono in, both ears out.
+//! One scene at one host rate: mono in, or several sources, both ears out.
 
 use crate::decode::InlineWorker;
 use crate::decode::follow::Follower;
+use crate::further::{FurtherSources, Others, Together, moved};
 use crate::number::whole;
 use crate::published::tier::Reference;
 use crate::render::at_once::{AtOnce, Hop};
 use crate::render::carriers::Carriers;
 use crate::render::head::RenderHead;
 use crate::render::images::ImageRenderer;
-use crate::render::low_cut::LowCut;
 use crate::render::waves::WaveBass;
 use crate::scene::{Cost, TooCostly};
-use crate::stft::{Spectrum, Stft};
-use crate::{DecodeWorker, Latency, NEAREST_M, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
+use crate::source::{Source, heard_at};
+use crate::stft::{Spectrum, Synthesis};
+use crate::{DecodeWorker, Further, Latency, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
+use glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
-use std::collections::VecDeque;
 use std::sync::Arc;
 use thiserror::Error;
 
 /// Hops over which the room fades when the tier changes.
 const TIER_FADE_HOPS: f32 = 8.0;
-/// Inputs below this magnitude (-240 dBFS) are silence.
-const QUIET: f32 = 1e-12;
-/// Inputs above this magnitude (+120 dBFS), and those that are no number, are dropped.
-const ABSURD: f32 = 1e6;
 
 /// Host rates that are supported, Hz.
 pub const SAMPLE_RATES_HZ: std::ops::RangeInclusive<f64> = 2_000.0..=768_000.0;
@@ -44,6 +41,12 @@ pub enum RenderError {
     /// It would take too much at that rate.
     #[error(transparent)]
     Cost(#[from] TooCostly),
+    /// Further sources were asked of a renderer whose direct sound does not wait for a frame.
+    #[error("further sources need the latency of a frame")]
+    FurtherLatency,
+    /// Further sources were asked of a scene that has no table to look their poses up in.
+    #[error("further sources need a scene with a field, and this one has a cloud alone")]
+    FurtherField,
 }
 
 impl Scene {
@@ -75,11 +78,13 @@ impl<Q: Into<Quality>> From<Q> for RenderParams {
     }
 }
 
-/// Renders a mono stream through one scene at one sample rate.
+/// Renders a mono stream through one scene at one sample rate, and further ones in the same room.
 pub struct Renderer {
     scene: Arc<Scene>,
     grid: StftGrid,
-    stft: Stft,
+    source: Source,
+    further: Option<FurtherSources>,
+    synthesis: Synthesis,
     head: RenderHead,
     spectrum: Spectrum,
     ears: [Spectrum; 2],
@@ -91,22 +96,17 @@ pub struct Renderer {
     room_gain: f32,
     /// What the user changes, as it is heard now.
     trim: Trim,
-    low_cut: LowCut,
     reference: Option<Reference>,
     images: Option<ImageRenderer>,
     waves: Option<WaveBass>,
     at_once: Option<AtOnce>,
     /// Samples that a host is told that it lags behind.
     stated: usize,
-    /// Poses of the last hops, the oldest of which is rendered.
-    poses: VecDeque<Pose>,
-    /// Sample of a hop at which the pose is asked for, so that the oldest of `poses` belongs to the centre of the newest frame,
-    /// or to its end where the first hops do not wait for it.
+    /// Sample of a hop at which the pose is asked for, so that the source's oldest belongs to the centre of the newest frame, or
+    /// to its end where the first hops do not wait for it.
     pose_phase: usize,
-    /// The last valid pose that was jumped to.
-    last: Pose,
-    /// The pose of the frame before.
-    before: Pose,
+    /// Hops for which a pose waits until it is rendered.
+    pose_hops: usize,
     /// The next pose is jumped to: nothing has been heard yet, or the transport was moved.
     fresh: bool,
 }
@@ -159,7 +159,9 @@ impl Renderer {
             stated: reference.as_ref().map_or(pace.latency.stated(&grid), Reference::latency_samples),
             at_once: if pace.is_short() { Some(AtOnce::new(&grid, &pace)) } else { None },
             grid,
-            stft: Stft::new(grid),
+            source: Source::new(grid, centre / grid.hop),
+            further: None,
+            synthesis: Synthesis::new(grid),
             follower: Follower::new(&scene, head.filter_hops()),
             head,
             spectrum: spectrum(),
@@ -168,14 +170,11 @@ impl Renderer {
             filled: 0,
             room_gain: 1.0,
             trim: Trim::NEUTRAL,
-            low_cut: LowCut::new(grid.sample_rate_hz),
             reference,
             images,
             waves,
-            poses: VecDeque::from(vec![Pose::IDENTITY; centre / grid.hop + 1]),
             pose_phase: grid.hop - centre % grid.hop,
-            last: Pose::IDENTITY,
-            before: Pose::IDENTITY,
+            pose_hops: centre / grid.hop,
             fresh: true,
             scene,
         })
@@ -216,6 +215,33 @@ impl Renderer {
     pub fn with_worker(mut self, worker: Box<dyn DecodeWorker>) -> Self {
         self.follower.set_live(worker, &self.scene, self.grid.hop_s());
         self
+    }
+
+    /// Adds further sources, [`MOST_FURTHER`](crate::MOST_FURTHER) at most. Each has its own direct sound and early reflections;
+    /// what comes later is the room of the first source, which hears each of them as loud as it would be by itself. They are
+    /// played in the tiers Draft and Standard.
+    ///
+    /// # Errors
+    /// A renderer with a short latency; a scene without a field.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    pub fn with_further(mut self, count: usize) -> Result<Self, RenderError> {
+        if self.at_once.is_some() {
+            return Err(RenderError::FurtherLatency);
+        }
+        if self.scene.field().is_none() {
+            return Err(RenderError::FurtherField);
+        }
+        let sources = FurtherSources::new(count, &self.scene, &self.grid, &self.head.carriers(), self.pose_hops);
+        self.further = Some(sources).filter(|_| count > 0);
+        Ok(self)
+    }
+
+    /// How many further sources there are.
+    #[must_use]
+    pub fn further(&self) -> usize {
+        self.further.as_ref().map_or(0, FurtherSources::count)
     }
 
     /// The scene that is played.
@@ -282,7 +308,15 @@ impl Renderer {
         let images = self.images.as_ref().map_or(0, ImageRenderer::memory_bytes);
         let waves = self.waves.as_ref().map_or(0, WaveBass::memory_bytes);
         let at_once = self.at_once.as_ref().map_or(0, AtOnce::memory_bytes);
-        reference + images + waves + at_once + self.head.memory_bytes() + (self.grid.bins() * 3 * 8) + self.grid.n_fft * 5 * 4
+        let further = self.further.as_ref().map_or(0, FurtherSources::memory_bytes);
+        reference
+            + images
+            + waves
+            + at_once
+            + further
+            + self.head.memory_bytes()
+            + (self.grid.bins() * 3 * 8)
+            + self.grid.n_fft * 5 * 4
     }
 
     /// Takes the next pose at once instead of following to it; what sounds goes on.
@@ -298,10 +332,13 @@ impl Renderer {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn reset(&mut self) {
-        self.stft.reset();
+        self.source.reset();
+        self.synthesis.reset();
         self.head.reset();
         self.follower.reset();
-        self.low_cut.reset();
+        if let Some(further) = &mut self.further {
+            further.reset();
+        }
         if let Some(reference) = &mut self.reference {
             reference.reset();
         }
@@ -316,7 +353,6 @@ impl Renderer {
         }
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.filled = 0;
-        (self.last, self.before) = (Pose::IDENTITY, Pose::IDENTITY);
         self.jump();
     }
 
@@ -327,25 +363,56 @@ impl Renderer {
     pub fn process(
         &mut self,
         input: &[f32],
-        [left, right]: [&mut [f32]; 2],
+        ears: [&mut [f32]; 2],
         params: impl Into<RenderParams>,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
-        let RenderParams { quality, trim } = params.into();
+        self.process_all((input, Vec3::ZERO), Others::NONE, ears, params.into(), pose_at);
+    }
+
+    /// The same with what further sources play ([`Renderer::with_further`]), in their order; those for whom there is no sound
+    /// are silent, and sounds for whom there is no source are not heard.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn process_further(
+        &mut self,
+        input: &[f32],
+        further: &[Further<'_>],
+        ears: [&mut [f32]; 2],
+        params: impl Into<RenderParams>,
+        pose_at: &mut impl FnMut(usize) -> Pose,
+    ) {
+        self.process_all((input, Vec3::ZERO), Others { all: further, start: 0 }, ears, params.into(), pose_at);
+    }
+
+    /// The same with an emitter that is moved by an offset, metres.
+    pub(crate) fn process_all(
+        &mut self,
+        (input, offset): (&[f32], Vec3),
+        others: Others<'_>,
+        [left, right]: [&mut [f32]; 2],
+        RenderParams { quality, trim }: RenderParams,
+        pose_at: &mut impl FnMut(usize) -> Pose,
+    ) {
         let trim = trim.bounded();
-        self.low_cut.aim(trim.low_cut_hz, self.fresh);
+        self.source.aim(trim.low_cut_hz, self.fresh);
+        if let Some(further) = &mut self.further {
+            further.aim(trim.low_cut_hz, self.fresh);
+        }
         debug_assert!(input.len() == left.len() && input.len() == right.len());
         if self.fresh && !input.is_empty() {
-            let pose = valid_or(pose_at(0), self.last);
-            self.last = pose;
-            self.poses.iter_mut().for_each(|p| *p = pose);
-            self.before = pose;
+            let listener = pose_at(0);
+            let pose = self.source.jump(moved(listener, offset));
+            if let Some(further) = &mut self.further {
+                further.jump(&others, listener);
+            }
             let tier = self.follow(pose, &quality, &trim, true);
             if let Some(reference) = &mut self.reference {
                 reference.jump(tier == Tier::Reference);
             }
             if self.at_once.as_ref().is_some_and(|at_once| !at_once.has_begun()) {
-                self.begin_hop(pose, tier, &self.trim_at(&pose));
+                self.begin_hop(pose, tier, &heard_at(&self.trim, &self.scene, &pose));
             }
             self.fresh = false;
         }
@@ -354,38 +421,32 @@ impl Renderer {
             let stop = if self.filled < self.pose_phase { self.pose_phase } else { self.grid.hop };
             let room = self.at_once.as_ref().map_or(usize::MAX, AtOnce::room);
             let count = (stop - self.filled).min(input.len() - done).min(room);
-            let place = &mut self.stft.newest()[self.filled..self.filled + count];
-            // Comparisons with a NaN are false, so it falls to 0 too.
-            let sound = |x: f32| if (QUIET..ABSURD).contains(&x.abs()) { x } else { 0.0 };
-            place.iter_mut().zip(&input[done..done + count]).for_each(|(p, x)| *p = sound(*x));
-            if self.low_cut.is_on() {
-                self.low_cut.process(place);
-                place.iter_mut().for_each(|p| *p = sound(*p));
+            let (span, block) = (self.filled..self.filled + count, done..done + count);
+            self.source.take(span.clone(), &input[block.clone()]);
+            if let Some(further) = &mut self.further {
+                further.take(span.clone(), &others, block.clone());
             }
             for (out, ready) in [&mut *left, &mut *right].into_iter().zip(&self.ready) {
-                out[done..done + count].copy_from_slice(&ready[self.filled..self.filled + count]);
+                out[block.clone()].copy_from_slice(&ready[span.clone()]);
             }
             if let Some(at_once) = &mut self.at_once {
-                let (hop, span) = (self.stft.newest(), self.filled..self.filled + count);
-                let ears = [&mut left[done..done + count], &mut right[done..done + count]];
-                at_once.take(hop, span, self.waves.as_mut(), self.images.as_mut(), ears);
+                let ears = [&mut left[block.clone()], &mut right[block]];
+                at_once.take(self.source.newest(), span, self.waves.as_mut(), self.images.as_mut(), ears);
             }
             done += count;
             self.filled += count;
             if self.filled == self.pose_phase {
-                self.note_pose(pose_at(done - 1));
+                let listener = pose_at(done - 1);
+                self.source.note_pose(moved(listener, offset));
+                if let Some(further) = &mut self.further {
+                    further.note_pose(&others, listener);
+                }
             }
             if self.filled == self.grid.hop {
                 self.filled = 0;
                 self.hop(&quality, &trim);
             }
         }
-    }
-
-    fn note_pose(&mut self, newest: Pose) {
-        self.poses.rotate_left(1);
-        let last = self.poses.len() - 1;
-        self.poses[last] = valid_or(newest, self.poses[last.saturating_sub(1)]);
     }
 
     /// Brings the head to a pose and to what the user changes, and fades its room in or out; `whole` leaves nothing for the
@@ -412,36 +473,23 @@ impl Renderer {
         quality.tier
     }
 
-    /// By how much another distance law changes the direct sound's level at a pose.
-    fn distance_gain(&self, pose: &Pose) -> f32 {
-        let power = 1.0 - self.trim.distance_law;
-        let Some(emitter) = self.scene.emitter().filter(|_| power != 0.0) else { return 1.0 };
-        let distance = |pose: &Pose| pose.position.distance(emitter).max(NEAREST_M);
-        (distance(pose) / distance(&self.scene.start_pose())).powf(power)
-    }
-
-    /// What the user changes, as it is heard at a pose.
-    fn trim_at(&self, pose: &Pose) -> Trim {
-        Trim { direct: self.trim.direct * self.distance_gain(pose), ..self.trim }
-    }
-
     /// Begins a hop of what does not wait for a frame.
     fn begin_hop(&mut self, from: Pose, tier: Tier, trim: &Trim) {
         let Some(at_once) = &mut self.at_once else { return };
-        let hop = Hop { from, to: self.poses[0], trim: *trim, draft: tier == Tier::Draft };
+        let hop = Hop { from, to: self.source.pose(), trim: *trim, draft: tier == Tier::Draft };
         at_once.begin(hop, self.head.joined(self.room_gain, trim), self.waves.as_mut());
     }
 
     fn hop(&mut self, quality: &Quality, trim: &Trim) {
-        let before = std::mem::replace(&mut self.before, self.poses[0]);
-        let tier = self.follow(self.poses[0], quality, trim, false);
+        let (before, pose) = (self.source.step(), self.source.pose());
+        let tier = self.follow(pose, quality, trim, false);
         if let Some(reference) = &mut self.reference {
-            reference.note_input(self.stft.newest());
+            reference.note_input(self.source.newest());
         }
-        let trim = self.trim_at(&self.poses[0]);
+        let trim = heard_at(&self.trim, &self.scene, &pose);
         let waits = self.at_once.is_none();
         // What is given out with a frame is that of the frame before, nearly: its images belong to the pose of that time.
-        let newest = self.stft.newest();
+        let newest = self.source.newest();
         if let Some(waves) = self.waves.as_mut().filter(|_| waits) {
             waves.begin(&before, &trim);
             waves.take(newest, 0);
@@ -449,15 +497,19 @@ impl Renderer {
         if let Some(images) = self.images.as_mut().filter(|_| waits) {
             images.take(newest, &before, tier == Tier::Draft, &trim);
         }
-        self.stft.analyse(&mut self.spectrum);
+        self.source.analyse(&mut self.spectrum);
+        let together =
+            Together { scene: &self.scene, quality: Quality { tier, ..*quality }, trim: &self.trim, room_gain: self.room_gain };
+        let shared = self.follower.transfer();
+        let others = self.further.as_mut().and_then(|all| all.hop(together, &mut self.head, shared, self.images.as_mut()));
         let [left, right] = &mut self.ears;
-        if self.head.render(&self.spectrum, self.room_gain, &trim, [left, right]).is_some() {
+        if self.head.render(&self.spectrum, self.room_gain, &trim, others, [left, right]).is_some() {
             for (ear, (spectrum, ready)) in self.ears.iter_mut().zip(&mut self.ready).enumerate() {
-                self.stft.synthesise(ear, spectrum, ready);
+                self.synthesis.synthesise(ear, spectrum, ready);
             }
         } else {
             for (ear, ready) in self.ready.iter_mut().enumerate() {
-                self.stft.give_out(ear, ready);
+                self.synthesis.give_out(ear, ready);
             }
         }
         if let Some(images) = self.images.as_mut().filter(|_| waits) {
@@ -466,14 +518,13 @@ impl Renderer {
         if let Some(waves) = self.waves.as_ref().filter(|_| waits) {
             waves.add_to(0, self.ready.each_mut().map(|ear| &mut ear[..]));
         }
+        if let Some(further) = &self.further {
+            further.add_waves(&mut self.ready);
+        }
         self.begin_hop(before, tier, &trim);
         if let Some(reference) = &mut self.reference {
             let frame = self.follower.decoded().and_then(|d| d.published.as_ref());
             reference.finish(tier == Tier::Reference, 1.0 / TIER_FADE_HOPS, frame, &mut self.ready);
         }
     }
-}
-
-fn valid_or(pose: Pose, fallback: Pose) -> Pose {
-    if pose.is_valid() { pose } else { fallback }
 }

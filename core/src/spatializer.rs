@@ -1,8 +1,9 @@
 //! What the audio thread owns: block in, block out.
 
+use crate::further::Others;
 use crate::grid::LONGEST_LATENCY_S;
 use crate::number::{bounded, whole};
-use crate::{EmitterParams, Emitters, LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
+use crate::{EmitterParams, Emitters, Further, LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
 
 /// Length of a cross-fade between scenes, seconds.
 const SCENE_FADE_S: f64 = 0.05;
@@ -117,6 +118,8 @@ pub struct Spatializer {
     fresh: bool,
     wet: [Vec<f32>; 2],
     old: [Vec<f32>; 2],
+    /// Sum of the further sources' dry sound.
+    further: Vec<f32>,
 }
 
 impl Spatializer {
@@ -144,6 +147,7 @@ impl Spatializer {
             fresh: true,
             wet: pair(),
             old: pair(),
+            further: vec![0.0; CHUNK],
         }
     }
 
@@ -263,6 +267,22 @@ impl Spatializer {
     pub fn process(
         &mut self,
         input: &[&[f32]],
+        out: [&mut [f32]; 2],
+        params: &BlockParams,
+        pose_at: impl FnMut(usize) -> Pose,
+    ) {
+        self.process_further(input, &[], out, params, pose_at);
+    }
+
+    /// The same with what further sources play in the same room, in the order of the renderer's
+    /// ([`Renderer::with_further`]). In the dry sound each is on both channels.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O. All slices of one or two input channels have the same length.
+    pub fn process_further(
+        &mut self,
+        input: &[&[f32]],
+        further: &[Further<'_>],
         [left, right]: [&mut [f32]; 2],
         params: &BlockParams,
         mut pose_at: impl FnMut(usize) -> Pose,
@@ -281,7 +301,8 @@ impl Spatializer {
         for start in (0..len).step_by(CHUNK) {
             let span = start..len.min(start + CHUNK);
             let out = [&mut left[span.clone()], &mut right[span.clone()]];
-            self.chunk([&first[span.clone()], &second[span]], out, rendered, &emitters, &mut |i| pose_at(start + i));
+            let channels = [&first[span.clone()], &second[span]];
+            self.chunk(channels, Others { all: further, start }, out, rendered, &emitters, &mut |i| pose_at(start + i));
         }
     }
 
@@ -304,6 +325,7 @@ impl Spatializer {
     fn chunk(
         &mut self,
         [first, second]: [&[f32]; 2],
+        others: Others<'_>,
         [left, right]: [&mut [f32]; 2],
         params: RenderParams,
         emitters: &EmitterParams,
@@ -313,7 +335,10 @@ impl Spatializer {
         let render = |played: &mut Option<Box<Emitters>>, out: &mut [Vec<f32>; 2], pose_at: &mut _| {
             let [l, r] = out;
             match played {
-                Some(played) => played.process(&[first, second], [&mut l[..n], &mut r[..n]], params, emitters, pose_at),
+                Some(played) => {
+                    let ears = [&mut l[..n], &mut r[..n]];
+                    played.process_others(&[first, second], others, ears, params, emitters, pose_at);
+                }
                 None => [l, r].into_iter().for_each(|ear| ear[..n].fill(0.0)),
             }
         };
@@ -321,6 +346,10 @@ impl Spatializer {
         let fading = self.fade < self.fade_len;
         if fading {
             render(&mut self.fading, &mut self.old, pose_at);
+        }
+        self.further.fill(0.0);
+        for number in 0..others.all.len() {
+            self.further.iter_mut().zip(others.samples(number, 0..n)).for_each(|(sum, x)| *sum += finite(*x));
         }
         let size = self.past.len();
         let (delay, old_delay) = (self.latency_samples(), latency_of(self.fading.as_deref()).min(size - 2));
@@ -333,7 +362,7 @@ impl Spatializer {
         let next = |at: usize| if at + 1 == size { 0 } else { at + 1 };
         for i in 0..n {
             let (wet_gain, dry_gain) = (self.wet_gain.next(), self.dry_gain.next());
-            let [left_in, right_in] = [finite(first[i]), finite(second[i])];
+            let [left_in, right_in] = [finite(first[i]) + self.further[i], finite(second[i]) + self.further[i]];
             let dry = self.dry.map(|[of_left, of_right]| of_left * left_in + of_right * right_in);
             self.past[self.now] = Moment { dry, wet_gain, dry_gain };
             let heard = |at: usize, wet: &[Vec<f32>; 2], stand_in: f32| {

@@ -23,44 +23,37 @@ impl StftGrid {
     }
 }
 
-/// Analysis of a mono stream into frames and overlap-add of two ears' frames into streams.
+/// Analysis of a mono stream into frames.
 ///
 /// A frame is a window of input with zeros around it: [`StftGrid::lead`] samples before and the rest of a hop after. A filter
 /// whose response fits there acts on the frame without wrapping round, so a constant filter is exactly time-invariant, and a
 /// filter that changes from frame to frame is cross-faded by the windows. The window is a B-spline (support three hops for a
 /// transform of four), which reproduces a filter that moves in a straight line (Unser 1999); dividing by the running sum of
 /// windows makes any hop add up to one.
-pub(crate) struct Stft {
+pub(crate) struct Analysis {
     grid: StftGrid,
     window: Vec<f32>,
     /// The newest input, one window long, oldest first.
     input: Vec<f32>,
-    /// Overlap-add sums of both ears, oldest first.
-    sums: [Vec<f32>; 2],
     frame: Vec<f32>,
     scratch: Vec<Complex32>,
     forward: Arc<dyn RealToComplex<f32>>,
-    inverse: Arc<dyn ComplexToReal<f32>>,
 }
 
-impl Stft {
+impl Analysis {
     pub(crate) fn new(grid: StftGrid) -> Self {
-        let n = grid.n_fft;
-        let (forward, inverse) = (promenade_fourier::forward(n), promenade_fourier::inverse(n));
-        let scratch_len = forward.get_scratch_len().max(inverse.get_scratch_len());
+        let forward = promenade_fourier::forward(grid.n_fft);
         Self {
             grid,
             window: window(&grid),
             input: vec![0.0; grid.window_len()],
-            sums: [vec![0.0; n], vec![0.0; n]],
-            frame: vec![0.0; n],
-            scratch: vec![Complex32::default(); scratch_len],
+            frame: vec![0.0; grid.n_fft],
+            scratch: vec![Complex32::default(); forward.get_scratch_len()],
             forward,
-            inverse,
         }
     }
 
-    /// The place for the newest hop of input; fill it, then call [`Stft::analyse`].
+    /// The place for the newest hop of input; fill it, then call [`Analysis::analyse`].
     pub(crate) fn newest(&mut self) -> &mut [f32] {
         let at = self.input.len() - self.grid.hop;
         &mut self.input[at..]
@@ -78,6 +71,33 @@ impl Stft {
         let done = self.forward.process_with_scratch(&mut self.frame, spectrum, &mut self.scratch);
         debug_assert!(done.is_ok());
         self.input.copy_within(self.grid.hop.., 0);
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.input.fill(0.0);
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.window) + size_of_val(&*self.input) + size_of_val(&*self.frame) + size_of_val(&*self.scratch)
+    }
+}
+
+/// Overlap-add of two ears' frames into streams.
+pub(crate) struct Synthesis {
+    grid: StftGrid,
+    /// Sums of both ears, oldest first.
+    sums: [Vec<f32>; 2],
+    frame: Vec<f32>,
+    scratch: Vec<Complex32>,
+    inverse: Arc<dyn ComplexToReal<f32>>,
+}
+
+impl Synthesis {
+    pub(crate) fn new(grid: StftGrid) -> Self {
+        let n = grid.n_fft;
+        let inverse = promenade_fourier::inverse(n);
+        let scratch = vec![Complex32::default(); inverse.get_scratch_len()];
+        Self { grid, sums: [vec![0.0; n], vec![0.0; n]], frame: vec![0.0; n], scratch, inverse }
     }
 
     /// Adds one frame of an ear and gives out the hop that is complete with it. The spectrum is overwritten.
@@ -104,7 +124,6 @@ impl Stft {
     }
 
     pub(crate) fn reset(&mut self) {
-        self.input.fill(0.0);
         self.sums.iter_mut().for_each(|s| s.fill(0.0));
     }
 }
@@ -146,14 +165,14 @@ mod tests {
     use super::*;
 
     fn round_trip(grid: StftGrid) -> f32 {
-        let mut stft = Stft::new(grid);
+        let (mut analysis, mut synthesis) = (Analysis::new(grid), Synthesis::new(grid));
         let x = promenade_testing::noise(1, 20 * grid.n_fft);
         let mut spectrum = vec![Complex32::default(); grid.bins()];
         let (mut y, mut out) = (Vec::new(), vec![0.0; grid.hop]);
         for chunk in x.chunks_exact(grid.hop) {
-            stft.newest().copy_from_slice(chunk);
-            stft.analyse(&mut spectrum);
-            stft.synthesise(0, &mut spectrum, &mut out);
+            analysis.newest().copy_from_slice(chunk);
+            analysis.analyse(&mut spectrum);
+            synthesis.synthesise(0, &mut spectrum, &mut out);
             y.extend_from_slice(&out);
         }
         // What is given out with a frame would be heard during the next hop: a hop of the latency has passed already.

@@ -7,6 +7,7 @@ mod cloud_decoders;
 mod cloud_stream;
 mod conventions;
 mod extremes;
+mod further;
 mod head;
 mod headphones;
 mod images;

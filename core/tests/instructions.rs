@@ -3,7 +3,8 @@
 //! Counted by callgrind (valgrind), which gives the same numbers each time. Without it, or on a processor without AVX2, nothing
 //! is counted, and the test says so.
 
-use promenade_core::{BlockParams, Spatializer, Tier};
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, Further, Spatializer, Tier};
 use promenade_testing::noise;
 use promenade_testing::scenes::{full_renderer, room, room_with_images, walk};
 use std::process::Command;
@@ -14,8 +15,10 @@ const RATE: f64 = 48_000.0;
 const BLOCKS: usize = 60;
 const WARM_UP: usize = 20;
 /// What is played, and instructions of its median and worst block in the tests' profile on x86-64.
-const LIMITS: [(&str, u64, u64); 3] =
-    [("draft", 389_359, 543_994), ("standard", 718_572, 1_040_269), ("images", 4_787_408, 7_149_645)];
+const LIMITS: [(&str, u64, u64); 4] =
+    [("draft", 389_359, 543_994), ("standard", 718_572, 1_040_269), ("images", 4_787_408, 7_149_645), ("further", 1, 1)];
+/// Further sources of the last of them, which is `standard` otherwise.
+const FURTHER: usize = 15;
 /// A compiler's next version may take so much more.
 const MARGIN: f64 = 1.10;
 
@@ -23,7 +26,9 @@ const MARGIN: f64 = 1.10;
 #[inline(never)]
 fn one_block(spatializer: &mut Spatializer, dry: &[f32], out: [&mut [f32]; 2], tier: Tier, at: usize) {
     let walk = walk(RATE);
-    spatializer.process(&[dry], out, &BlockParams { tier, ..BlockParams::default() }, |i| walk(at + i));
+    let further: [_; FURTHER] =
+        std::array::from_fn(|i| Further { input: dry, offset: Vec3::new((i as f32).cos(), (i as f32).sin(), 0.0) });
+    spatializer.process_further(&[dry], &further, out, &BlockParams { tier, ..BlockParams::default() }, |i| walk(at + i));
 }
 
 #[test]
@@ -33,7 +38,8 @@ fn plays() {
     let tier = if name == "draft" { Tier::Draft } else { Tier::Standard };
     let scene = if name == "images" { room_with_images(RATE, 1.0, 0.05, 60) } else { room(RATE, 1.0, 0.05) };
     let mut spatializer = Spatializer::new(RATE);
-    spatializer.install(Box::new(full_renderer(&scene, RATE)));
+    let further = if name == "further" { FURTHER } else { 0 };
+    spatializer.install(Box::new(full_renderer(&scene, RATE).with_further(further).unwrap()));
     let dry = noise(1, 512);
     let (mut left, mut right) = (vec![0.0; 512], vec![0.0; 512]);
     for block in 0..BLOCKS {

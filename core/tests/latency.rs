@@ -2,6 +2,7 @@
 
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Carriers, Latency, Pose, Renderer, Scene, Spatializer, Tier, Trim};
+use promenade_metrics::tone_cleanliness;
 use promenade_testing::hostile::one_transfer;
 use promenade_testing::noise;
 use promenade_testing::scenes::{render, room, room_with_images, walk};
@@ -103,6 +104,25 @@ fn blocks_of_any_length_make_the_same_sound_and_a_reset_is_as_new() {
     s.reset();
     let found = difference_db(&wanted, &play(&mut s, &[1, 17, 240, 60]));
     assert!(found < -120.0, "{found} dB");
+}
+
+/// Power outside 20 % of a tone that circles at 90 degrees a second, in the median and in the worst frame, the worse ear.
+#[test]
+fn a_circling_tone_is_nearly_as_clean_as_with_the_frame() {
+    let tone: Vec<f32> = (0..5 * 48_000).map(|i| 0.5 * (std::f32::consts::TAU * (i % 48) as f32 / 48.0).sin()).collect();
+    let circle = |i: usize| Pose::from_ypr(Vec3::ZERO, i as f32 / RATE as f32 * std::f32::consts::FRAC_PI_2, 0.0, 0.0);
+    for name in ["iosr-room-a", "iosr-room-b"] {
+        let file = format!("{}/../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
+        let scene = Arc::new(Scene::from_bytes(&std::fs::read(file).unwrap()).unwrap());
+        let found = |latency| {
+            let out = render(&mut spatializer(&scene, RATE, latency), &tone, &[512], &BlockParams::default(), circle);
+            let [left, right] = out.map(|ear| tone_cleanliness(&ear[24_000..216_000], RATE, 1000.0).unwrap());
+            [left.outside_median_db.max(right.outside_median_db), left.outside_worst_db.max(right.outside_worst_db)]
+        };
+        let (frame, short) = (found(Latency::Frame), found(Latency::Samples64));
+        println!("{name}: frame {frame:?} dB, 64 samples {short:?} dB");
+        assert!(short[0] < frame[0] + 7.0 && short[1] < frame[1] + 8.0, "{name}: {short:?} dB, frame {frame:?} dB");
+    }
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! The audio thread allocates nothing, whatever happens on it.
 
 use assert_no_alloc::assert_no_alloc;
-use promenade_core::{BlockParams, EmitterParams, Emitters, Scene, Spatializer, Tier, Trim};
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, EmitterParams, Emitters, Further, Renderer, Scene, Spatializer, Tier, Trim};
 use promenade_testing::noise;
 use promenade_testing::scenes::{live_renderer, room_with_cloud, room_with_images, spatializer, walk};
 use std::collections::BTreeSet;
@@ -97,6 +98,38 @@ fn image_sources_never_allocate() {
             });
             assert!(left.iter().chain(&right).all(|v| v.is_finite()));
             at += size;
+        }
+    }
+}
+
+#[test]
+fn further_sources_never_allocate() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade");
+    let loft = Arc::new(Scene::from_bytes(&std::fs::read(file).unwrap()).unwrap());
+    for scene in [loft, room_with_images(48_000.0, 0.5, 0.1, 40)] {
+        let mut s = Spatializer::new(48_000.0);
+        s.install(Box::new(Renderer::new(scene, 48_000.0).unwrap().with_further(3).unwrap()));
+        let mut input = noise(1, 40_000);
+        // Long enough for all of them to fall asleep.
+        input[10_000..30_000].fill(0.0);
+        let (mut left, mut right) = (vec![0.0; 4_096], vec![0.0; 4_096]);
+        let pose = walk(48_000.0);
+        for (turn, size) in [1, 64, 511, 4_096, 480].into_iter().cycle().take(30).enumerate() {
+            let params = BlockParams { tier: Tier::ALL[turn / 3 % 2], trim: trim(turn), ..BlockParams::default() };
+            let at = (1_371 * turn) % (input.len() - size);
+            // More, fewer and shorter sounds than there are sources.
+            let offset = Vec3::new(0.1 * turn as f32, 0.0, 0.0);
+            let sounds: [Further<'_>; 4] =
+                std::array::from_fn(|i| Further { input: &input[at..at + size / (i + 1)], offset: offset * i as f32 });
+            let further = &sounds[..turn % 5];
+            assert_no_alloc(|| {
+                if turn == 17 {
+                    s.reset();
+                }
+                let ears = [&mut left[..size], &mut right[..size]];
+                s.process_further(&[&input[at..at + size]], further, ears, &params, |i| pose(at + i));
+            });
+            assert!(left.iter().chain(&right).all(|v| v.is_finite()));
         }
     }
 }

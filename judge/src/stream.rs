@@ -1,7 +1,9 @@
 //! A scene as a host plays it, offline.
 
 use promenade_core::decode::InlineWorker;
-use promenade_core::{BlockParams, EmitterParams, Emitters, Latency, Pose, RenderError, RenderParams, Renderer, Scene, Tier};
+use promenade_core::{
+    BlockParams, EmitterParams, Emitters, Further, Latency, Pose, RenderError, RenderParams, Renderer, Scene, Tier,
+};
 use std::sync::Arc;
 
 /// Samples that are rendered at a time.
@@ -25,21 +27,26 @@ impl Stream {
     /// # Errors
     /// A rate at which it cannot be played.
     pub fn new(scene: &Arc<Scene>, rate_hz: f64, block: &BlockParams) -> Result<Self, RenderError> {
-        let mut params = RenderParams::from(block);
-        params.quality.live.wait = true;
-        let emitters = Renderer::for_tier(scene, rate_hz, block.tier)?.into();
-        Ok(Self { emitters, params, places: block.emitters, played: 0 })
+        Self::at_latency(scene, rate_hz, block, Latency::Frame)
     }
 
-    /// The same with another latency, where the scene has it, from its beginning. It has one emitter.
+    /// The same with another latency, where the scene has it.
     ///
     /// # Errors
     /// As [`Stream::new`].
-    pub fn with_latency(self, latency: Latency) -> Result<Self, RenderError> {
-        let (renderer, tier) = (self.renderer(), self.params.quality.tier);
-        let rate_hz = renderer.grid().sample_rate_hz;
-        let emitters = Renderer::for_tier_with(renderer.scene(), rate_hz, tier, latency)?.into();
-        Ok(Self { emitters, played: 0, ..self })
+    pub fn at_latency(scene: &Arc<Scene>, rate_hz: f64, block: &BlockParams, latency: Latency) -> Result<Self, RenderError> {
+        let mut params = RenderParams::from(block);
+        params.quality.live.wait = true;
+        let emitters = Renderer::for_tier_with(scene, rate_hz, block.tier, latency)?.into();
+        Ok(Self { emitters, params, places: block.emitters, played: 0 })
+    }
+
+    /// The same with so many further sources ([`Renderer::with_further`]).
+    ///
+    /// # Errors
+    /// As that has.
+    pub fn with_further(self, count: usize) -> Result<Self, RenderError> {
+        Ok(Self { emitters: self.emitters.with_further(count)?, ..self })
     }
 
     /// The same with emitters of a stereo sound's channels this angle apart, radians.
@@ -98,10 +105,22 @@ impl Stream {
     /// sound's start. So many samples of the ears, which come back, are from before the sound: altogether the renderer's
     /// latency.
     pub fn advance(&mut self, input: &[&[f32]], ears: [&mut [f32]; 2], pose_at: &mut dyn FnMut(f64) -> Pose) -> usize {
+        self.advance_further(input, &[], ears, pose_at)
+    }
+
+    /// The same with what further sources play.
+    pub fn advance_further(
+        &mut self,
+        input: &[&[f32]],
+        further: &[Further<'_>],
+        ears: [&mut [f32]; 2],
+        pose_at: &mut dyn FnMut(f64) -> Pose,
+    ) -> usize {
         let (count, latency, rate_hz) =
             (ears[0].len(), self.renderer().latency_samples(), self.renderer().grid().sample_rate_hz);
         let played = self.played;
-        self.emitters.process(input, ears, self.params, &self.places, &mut |i| pose_at((played + i) as f64 / rate_hz));
+        let mut pose_at = |i| pose_at((played + i) as f64 / rate_hz);
+        self.emitters.process_further(input, further, ears, self.params, &self.places, &mut pose_at);
         self.played += count;
         latency.saturating_sub(played).min(count)
     }

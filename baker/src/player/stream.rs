@@ -1,9 +1,10 @@
 //! Sound that is read, streamed through a scene and mixed block by block.
 
+use super::voice::{STEP, Voice};
 use super::{Mix, Source, Write};
 use cpu_time::ThreadTime;
 use promenade_audio::FileError;
-use promenade_core::Pose;
+use promenade_core::{Further, Pose};
 use promenade_judge::Stream;
 use std::collections::VecDeque;
 
@@ -12,6 +13,7 @@ use std::collections::VecDeque;
 pub(super) fn play(
     stream: &mut Stream,
     mut source: Source,
+    voices: &mut [Voice],
     tail: bool,
     mix: Mix,
     block: usize,
@@ -20,7 +22,9 @@ pub(super) fn play(
 ) -> Result<f64, FileError> {
     let room = if tail { stream.tail_samples() } else { 0 };
     stream.restart();
-    let whole = source.frames() + room + stream.renderer().latency_samples();
+    let frames = voices.iter().map(Voice::frames).fold(source.frames(), usize::max);
+    let whole = frames + room + stream.renderer().latency_samples();
+    let rate_hz = f64::from(source.sample_rate_hz());
     let mut processor_s = 0.0;
     let mut channels = vec![Vec::new(); source.channels()];
     let mut waiting = [VecDeque::new(), VecDeque::new()];
@@ -31,11 +35,24 @@ pub(super) fn play(
         let count = if done == 0 { 1 } else { block.min(whole - done) };
         source.fill(count, &mut channels)?;
         waiting.iter_mut().zip([channels.first(), channels.last()]).for_each(|(to, c)| to.extend(c.into_iter().flatten()));
+        for voice in &mut *voices {
+            voice.fill(count, &mut waiting)?;
+        }
         ears.iter_mut().for_each(|ear| ear.resize(count, 0.0));
         let [left, right] = &mut ears;
         let began = ThreadTime::now();
-        let input: Vec<&[f32]> = channels.iter().map(|channel| &channel[..]).collect();
-        let early = stream.advance(&input, [left, right], pose_at);
+        let mut early = 0;
+        let mut from = 0;
+        while from < count {
+            // Places change at the same samples whatever the blocks are.
+            let step = if voices.is_empty() { count } else { STEP - (done + from) % STEP };
+            let to = count.min(from + step);
+            let input: Vec<&[f32]> = channels.iter().map(|channel| &channel[from..to]).collect();
+            let seconds = (done + from) as f64 / rate_hz;
+            let further: Vec<Further<'_>> = voices.iter().map(|voice| voice.playing(from, seconds)).collect();
+            early += stream.advance_further(&input, &further, [&mut left[from..to], &mut right[from..to]], pose_at);
+            from = to;
+        }
         if done > 0 {
             processor_s += began.elapsed().as_secs_f64();
         }

@@ -18,6 +18,21 @@ pub(crate) enum OutputFormat {
     Ambix,
 }
 
+/// Where a further sound comes from.
+#[derive(Clone, Debug)]
+pub(crate) enum Place {
+    /// A point of the scene, metres.
+    Point(Vec3),
+    /// Along the camera path of a file.
+    Path(PathBuf),
+}
+
+/// Parses `X,Y,Z=SOUND` or `PATH=SOUND`.
+fn parse_source(text: &str) -> Result<(Place, PathBuf), String> {
+    let (place, sound) = text.split_once('=').ok_or("expected X,Y,Z=SOUND or PATH=SOUND")?;
+    Ok((parse_point(place).map_or_else(|_| Place::Path(place.into()), Place::Point), sound.into()))
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
     /// Scene file
@@ -52,6 +67,10 @@ pub(crate) struct RenderArgs {
     /// Where the sound comes from, metres, instead of the scene's own emitter; of scenes that were trained with several
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) emitter: Option<Vec3>,
+    /// A further sound in the same room and where it is, metres, or a camera path for it to move along; may be given up to 63
+    /// times. Each has its own direct sound and early reflections, and they share what comes later
+    #[arg(long, value_name = "X,Y,Z|PATH=SOUND", value_parser = parse_source, allow_hyphen_values = true)]
+    pub(crate) source: Vec<(Place, PathBuf)>,
     /// SOFA file of head-related responses: your own head in the place of the scene's
     #[arg(long, value_name = "FILE")]
     pub(crate) head: Option<PathBuf>,

@@ -1,6 +1,6 @@
 //! Ambisonics: all channels of a sound field, two at a time as a pair of ears.
 
-use super::Walk;
+use super::{Walk, voices};
 use crate::args::RenderArgs;
 use anyhow::{Context, Result, bail};
 use promenade_baker::player::{Mix, Player, Source};
@@ -58,12 +58,14 @@ fn one(scene: &Scene, args: &RenderArgs, walk: &Walk, pair: usize, to: &SyncSend
     let named = || args.scene.display().to_string();
     let scene = Arc::new(scene.ambisonic_pair(pair).with_context(named)?);
     let source = Source::open(&args.input, None)?;
-    let player = Player::new(&scene, f64::from(source.sample_rate_hz()), args.tier).with_context(named)?;
+    let rate = source.sample_rate_hz();
+    let player = Player::at_latency(&scene, f64::from(rate), args.tier, args.latency).with_context(named)?;
+    let player = player.with_voices(voices::open(args, &scene, rate)?)?;
     let mut write = |ears: [&[f32]; 2]| {
         // Whoever waited has gone with an error of their own.
         let _gone = to.send(ears.map(<[f32]>::to_vec));
         Ok(())
     };
-    let mut player = player.with_latency(args.latency)?.with_trim(args.sound.trim())?;
+    let mut player = player.with_trim(args.sound.trim())?;
     Ok(player.play(source, Mix::new(1.0, args.gain), args.block as usize, &mut |seconds| walk.pose_at(seconds), &mut write)?)
 }

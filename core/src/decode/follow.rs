@@ -38,8 +38,12 @@ pub(crate) struct Follower {
 
 impl Follower {
     pub(crate) fn new(scene: &Arc<Scene>, filter_hops: usize) -> Self {
-        let (field, silent) = (FieldDecoder::new(scene), scene.shape().silent());
-        let taps = scene.shape().taps;
+        Self::of_taps(scene, filter_hops, scene.shape().taps)
+    }
+
+    /// The same for a head that plays but the first explicit taps.
+    pub(crate) fn of_taps(scene: &Arc<Scene>, filter_hops: usize, taps: usize) -> Self {
+        let (field, silent) = (FieldDecoder::new(scene, taps), scene.shape().silent());
         let measured = scene.measured().is_some();
         let quick_hops = if measured { MEASURED_QUICK_HOPS } else { QUICK_HOPS };
         let early_taps = if measured { MEASURED_EARLY_TAPS } else { EARLY_TAPS }.min(taps);

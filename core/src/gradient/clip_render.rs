@@ -6,7 +6,7 @@ use crate::render::carrier::{EarSpectra, band_places, hop_carriers, per_bin};
 use crate::render::head::DELAYED_TAPS;
 use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
 use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain, late_lead};
-use crate::stft::Stft;
+use crate::stft::{Analysis, Synthesis};
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
 use promenade_fourier::RealToComplex;
 use promenade_fourier::num_complex::Complex32;
@@ -86,7 +86,8 @@ pub struct ClipRender {
     /// Per band, gain of each late hop for a late gain of 1.
     late_gains: Vec<Vec<f32>>,
     network: Late,
-    stft: Stft,
+    analysis: Analysis,
+    synthesis: Synthesis,
     forward: Arc<dyn RealToComplex<f32>>,
     scratch: Vec<Complex32>,
     spectrum: Vec<Complex32>,
@@ -113,7 +114,8 @@ impl ClipRender {
             late_gains: (0..LATE_HOPS).map(late).collect(),
             network: Late::new(grid, grid, tail, &per_bin(&places, &decay)),
             places,
-            stft: Stft::new(*grid),
+            analysis: Analysis::new(*grid),
+            synthesis: Synthesis::new(*grid),
             scratch: forward.make_scratch_vec(),
             forward,
             spectrum: vec![Complex32::default(); grid.bins()],
@@ -140,18 +142,18 @@ impl ClipRender {
             pre_roll: pre_roll.min(dry.len()),
             len: dry.len().saturating_sub(pre_roll),
         };
-        self.stft.reset();
+        self.analysis.reset();
         self.network.reset();
         let blocks = blocks_for(bins);
         let (mut fed, mut late) = (vec![Block::default(); blocks], vec![Block::default(); blocks]);
         let late_from = self.shape.taps + 1 - late_lead(self.shape.taps);
         for t in 0..frames {
-            let newest = self.stft.newest();
+            let newest = self.analysis.newest();
             newest.fill(0.0);
             let part = dry.get(t * hop..).unwrap_or(&[]);
             let count = part.len().min(hop);
             newest[..count].copy_from_slice(&part[..count]);
-            self.stft.analyse(&mut self.spectrum);
+            self.analysis.analyse(&mut self.spectrum);
             input.dry.set(t, &self.spectrum);
             if t >= late_from {
                 input.dry.get(t - late_from, &mut self.spectrum);
@@ -174,7 +176,7 @@ impl ClipRender {
         let from = input.pre_roll + lag;
         [0, 1].map(|ear| {
             let filters = self.filters(transfer, ear);
-            self.stft.reset();
+            self.synthesis.reset();
             let mut out = vec![0.0; input.heard.end * hop];
             let mut sum = Frames::new(1, bins);
             for t in input.heard.clone() {
@@ -182,7 +184,7 @@ impl ClipRender {
                 sum.im.fill(0.0);
                 self.arch.dispatch(Filter { filters: &filters, input, taps: self.shape.taps, frame: t, sum: &mut sum });
                 sum.get(0, &mut self.spectrum);
-                self.stft.synthesise(0, &mut self.spectrum, &mut out[t * hop..(t + 1) * hop]);
+                self.synthesis.synthesise(0, &mut self.spectrum, &mut out[t * hop..(t + 1) * hop]);
             }
             out[from..from + input.len].to_vec()
         })
@@ -413,19 +415,19 @@ mod tests {
         let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, carriers);
         let all = Change { direct: true, filters: Hops::all(head.filter_hops()), quick: [Hops::all(TAPS), Hops::default()] };
         head.update(&transfer, &all, true);
-        let mut stft = Stft::new(GRID);
+        let (mut analysis, mut synthesis) = (Analysis::new(GRID), Synthesis::new(GRID));
         let spectrum = || vec![Complex32::default(); GRID.bins()];
         let (mut x, mut left, mut right) = (spectrum(), spectrum(), spectrum());
         let mut streamed = [Vec::new(), Vec::new()];
         for hop in 0..50 {
-            for (i, s) in stft.newest().iter_mut().enumerate() {
+            for (i, s) in analysis.newest().iter_mut().enumerate() {
                 *s = dry.get(hop * GRID.hop + i).copied().unwrap_or(0.0);
             }
-            stft.analyse(&mut x);
-            head.render(&x, 1.0, &crate::Trim::NEUTRAL, [&mut left, &mut right]).unwrap();
+            analysis.analyse(&mut x);
+            head.render(&x, 1.0, &crate::Trim::NEUTRAL, None, [&mut left, &mut right]).unwrap();
             for (ear, y) in [&mut left, &mut right].into_iter().enumerate() {
                 let mut out = vec![0.0; GRID.hop];
-                stft.synthesise(ear, y, &mut out);
+                synthesis.synthesise(ear, y, &mut out);
                 streamed[ear].extend(out);
             }
         }

@@ -79,6 +79,11 @@ impl HeadSpectra {
         Self { hop, n_fft, filters, lead: head.lead as f64 * ratio }
     }
 
+    /// Samples that sound on after the input has ended.
+    pub(crate) fn tail(&self) -> usize {
+        self.n_fft
+    }
+
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.filters)
     }
@@ -152,11 +157,6 @@ impl HeadConvolver {
             tail.copy_within(*hop.., 0);
             tail[n_fft - hop..].fill(0.0);
         }
-    }
-
-    /// Samples that sound on after the input has ended.
-    pub(crate) fn tail(&self) -> usize {
-        self.head.n_fft
     }
 
     pub(crate) fn reset(&mut self) {

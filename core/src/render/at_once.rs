@@ -55,8 +55,8 @@ impl AtOnce {
         self.undelayed.is_set()
     }
 
-    /// Begins a hop with the filter of the hops that do not wait.
-    pub(crate) fn begin(&mut self, hop: Hop, filter: &[EarBlocks], waves: Option<&mut WaveBass>) {
+    /// Begins a hop with the filter of the hops that do not wait, where it is another than before.
+    pub(crate) fn begin(&mut self, hop: Hop, filter: Option<&[EarBlocks]>, waves: Option<&mut WaveBass>) {
         self.undelayed.set(filter);
         self.hop = hop;
         if let Some(waves) = waves {

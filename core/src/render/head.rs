@@ -1,17 +1,17 @@
 //! The render head: applies a transfer function to short-time spectra.
 
 use crate::decode::{Change, Hops, QUICK_BELOW_HZ};
-use crate::number::{single, whole};
+use crate::number::whole;
 use crate::render::bass::Bass;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
 use crate::render::direct::DirectFilter;
+use crate::render::half::{AccumulateHalf, HalfFilters};
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
-use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain, late_lead};
-use crate::render::low::Low;
+use crate::render::late::{Slot, SlotMut, late_lead};
+use crate::render::later::Later;
 use crate::render::meeting::Mixture;
 use crate::render::taps::{Taps, mix};
-use crate::transfer::Shares;
 use crate::{EARLY_S, StftGrid, TAP_LEAD_HOPS, TailModel, TransferFunction, TransferShape, Trim};
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
@@ -27,7 +27,7 @@ pub(crate) const DELAYED_TAPS: usize = 2;
 /// fixed carriers for the room, and an exponential late part that feeds itself.
 ///
 /// Per bin k and frame t: `Y[k,t] = D[k] X[k,t] + sum_l g_l[k] C_l[k] X[k,t-l] + sum_j h_j[k] E_j[k] Z[k,t-j]`, with `l` from 1
-/// to the number of taps and `Z` the output of [`Late`].
+/// to the number of taps and `Z` the output of [`Late`](crate::render::late::Late).
 pub(crate) struct RenderHead {
     arch: Arch,
     shape: TransferShape,
@@ -35,9 +35,8 @@ pub(crate) struct RenderHead {
     quick_blocks: usize,
     direct: DirectFilter,
     taps: Taps,
-    late: Taps,
-    network: Late,
-    low: Low,
+    /// What comes after the taps; another source's where there is none.
+    later: Option<Later>,
     bass: Bass,
     /// The first hop of measured responses at the pose.
     first: Vec<EarBlocks>,
@@ -47,27 +46,37 @@ pub(crate) struct RenderHead {
     early_taps: usize,
     /// Hops, the direct sound the first, that are played without waiting for a frame: all frames come so many hops earlier.
     apart: usize,
-    /// The filter of these.
+    /// The filter of these, and the levels that it was added up with, as long as its parts have not changed.
     joined: Vec<EarBlocks>,
-    /// Gains of one late hop, of a tap and of the bass after the taps, both ears.
-    late_gains: Vec<f32>,
+    joined_at: Option<(f32, Trim)>,
+    /// Gains of a tap, both ears.
     tap_gains: Vec<f32>,
-    low_gains: Vec<f32>,
     /// How much of a mix of responses is left as it is, by ear and band.
     plain: Vec<f32>,
-    /// The newest input spectra, `[block][slot]`, one more than there are taps.
+    /// The newest input spectra, `[block][slot]`, at least one more than there are taps, and slots of a block.
     input: Vec<Block>,
-    /// The newest spectra of the late network.
-    tail: Vec<Block>,
+    ring_len: usize,
     slots: Vec<usize>,
-    late_slots: Vec<usize>,
     frame: usize,
-    direct_sum: Vec<EarBlocks>,
-    room_sum: Vec<EarBlocks>,
-    /// What comes after the early reflections, where its level is another than theirs.
-    late_sum: Vec<EarBlocks>,
+    sums: Sums,
     /// Frames since anything was heard.
     dead_frames: usize,
+}
+
+/// Room in which a frame's parts are added up.
+#[derive(Default)]
+pub(crate) struct Sums {
+    direct: Vec<EarBlocks>,
+    room: Vec<EarBlocks>,
+    /// What comes after the early reflections, where its level is another than theirs.
+    late: Vec<EarBlocks>,
+}
+
+impl Sums {
+    pub(crate) fn new(grid: &StftGrid) -> Self {
+        let silent = || vec![EarBlocks::default(); blocks_for(grid.bins())];
+        Self { direct: silent(), room: silent(), late: silent() }
+    }
 }
 
 impl RenderHead {
@@ -79,45 +88,57 @@ impl RenderHead {
         tail: &TailModel,
         carriers: Arc<Carriers>,
     ) -> Self {
+        let mut head = Self::early(grid, scene_grid, shape, tail, carriers, shape.taps);
+        head.sums = Sums::new(&grid);
+        head.later = Some(Later::new(&grid, scene_grid, shape, tail, &head.carriers, &head.decay));
+        head
+    }
+
+    /// The same with the first `taps` explicit taps alone, and without room to add up in: what comes later is for another head to
+    /// play ([`RenderHead::join`]).
+    pub(crate) fn early(
+        grid: StftGrid,
+        scene_grid: &StftGrid,
+        shape: TransferShape,
+        tail: &TailModel,
+        carriers: Arc<Carriers>,
+        taps: usize,
+    ) -> Self {
         let blocks = blocks_for(grid.bins());
         let apart = carriers.pace.early_hops();
         let places = &carriers.places;
         let decay = Decay::new(&grid, tail, places, Arc::clone(&carriers.curve), shape.taps);
+        let bass = Bass::new(carriers.measured.as_ref().map(|m| &m.bass), apart);
+        let ring_len = (taps + 1).max(bass.hops());
         Self {
             arch: Arch::new(),
-            shape,
+            shape: TransferShape { taps, ..shape },
             quick_blocks: blocks_for(whole(QUICK_BELOW_HZ / grid.bin_hz(1))).min(blocks),
             direct: DirectFilter::new(&grid, scene_grid, carriers.top_hz),
-            taps: Taps::new(shape.taps, places, shape.bands),
-            late: Taps::new(LATE_HOPS, places, shape.bands),
-            network: Late::new(&grid, scene_grid, tail, decay.stated_bins()),
-            low: Low::new(carriers.measured.as_ref().map_or(0, |m| m.low.hops()), shape.taps - apart),
-            bass: Bass::new(carriers.measured.as_ref().map(|m| &m.bass), apart),
-            first: vec![EarBlocks::default(); blocks],
+            taps: Taps::new(taps, places, shape.bands),
+            later: None,
+            bass,
+            first: vec![EarBlocks::default(); if carriers.measured.is_some() { blocks } else { 0 }],
             carriers,
             decay,
-            early_taps: whole(EARLY_S / grid.hop_s() - TAP_LEAD_HOPS).min(shape.taps).max(apart),
+            early_taps: whole(EARLY_S / grid.hop_s() - TAP_LEAD_HOPS).min(taps).max(apart),
             apart,
             joined: vec![EarBlocks::default(); if apart > 0 { blocks } else { 0 }],
-            late_gains: vec![0.0; shape.tap_len()],
+            joined_at: None,
             tap_gains: vec![0.0; shape.tap_len()],
-            low_gains: vec![1.0; shape.tap_len()],
             plain: vec![0.0; shape.tap_len()],
-            input: vec![Block::default(); blocks * (shape.taps + 1)],
-            tail: vec![Block::default(); blocks * LATE_HOPS],
-            slots: vec![0; shape.taps],
-            late_slots: vec![0; LATE_HOPS],
+            input: vec![Block::default(); blocks * ring_len],
+            ring_len,
+            slots: vec![0; taps],
             frame: 0,
-            direct_sum: vec![EarBlocks::default(); blocks],
-            room_sum: vec![EarBlocks::default(); blocks],
-            late_sum: vec![EarBlocks::default(); blocks],
+            sums: Sums::default(),
             dead_frames: usize::MAX / 2,
         }
     }
 
     /// Explicit taps, late hops and hops of the bass together: what [`RenderHead::update`] counts.
     pub(crate) fn filter_hops(&self) -> usize {
-        self.shape.taps + LATE_HOPS + self.low.hops()
+        self.shape.taps + self.later.as_ref().map_or(0, Later::hops)
     }
 
     /// What the taps are made of.
@@ -129,14 +150,17 @@ impl RenderHead {
     /// be brought up to date.
     pub(crate) fn set_decay(&mut self, times: f32) -> bool {
         let changed = self.decay.set(times);
-        if changed {
-            self.network.decay_by(self.decay.ratio_bins());
+        if let Some(later) = self.later.as_mut().filter(|_| changed) {
+            later.decay_by(&self.decay);
         }
         changed
     }
 
     /// Takes what has changed in a transfer function; `room` says whether more than the direct sound is wanted.
     pub(crate) fn update(&mut self, tf: &TransferFunction, change: &Change, room: bool) {
+        if change.direct || (1..self.apart).any(|hop| change.names_tap(hop - 1)) {
+            self.joined_at = None;
+        }
         if change.direct {
             self.bass.forget_pose();
             self.direct.set(tf);
@@ -153,28 +177,23 @@ impl RenderHead {
         if *change == (Change { direct: change.direct, ..Change::default() }) {
             return;
         }
-        let (taps, len) = (self.shape.taps, self.shape.tap_len());
+        let taps = self.shape.taps;
         let carriers = Arc::clone(&self.carriers);
         let mut plain = std::mem::take(&mut self.plain);
         let mixture = carriers.measured.as_ref().map(|m| m.meeting.mixture(tf.shares.entries(), &mut plain));
         for hop in change.quick.iter().flat_map(|hops| hops.iter()) {
             self.update_tap(tf, mixture.as_ref(), hop, 0..self.quick_blocks);
         }
-        // The bass goes on with the gains of the last tap.
-        let last = tf.taps.rchunks_exact(len).next().filter(|_| change.filters != Hops::default());
-        if let Some((last, mixture)) = last.zip(mixture.as_ref()) {
-            self.low_gains.copy_from_slice(last);
-            mixture.apply(self.arch, taps, &tf.late, &mut self.low_gains);
+        if let (Some(later), Some(mixture)) = (&mut self.later, &mixture)
+            && change.filters != Hops::default()
+        {
+            later.go_on(tf, mixture);
         }
         for hop in change.filters.iter() {
             if hop < taps {
-                self.update_tap(tf, mixture.as_ref(), hop, self.quick_blocks..self.direct_sum.len());
-            } else if hop < taps + LATE_HOPS {
-                self.update_late(tf, hop - taps);
-            } else if let Some(measured) = &self.carriers.measured {
-                let hop = hop - taps - LATE_HOPS;
-                let gains = self.taps.lowest_of(self.decay.gains(&self.low_gains, taps + 1 + hop));
-                self.low.set(hop, &measured.low, tf.shares.entries(), &gains);
+                self.update_tap(tf, mixture.as_ref(), hop, self.quick_blocks..self.direct.blocks().len());
+            } else if let Some(later) = &mut self.later {
+                later.set(hop - taps, tf, &mut self.decay, &carriers);
             }
         }
         self.plain = plain;
@@ -194,141 +213,165 @@ impl RenderHead {
         }
     }
 
-    fn update_late(&mut self, tf: &TransferFunction, hop: usize) {
-        // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
-        self.late_gains.copy_from_slice(self.decay.gains(&tf.late, self.shape.taps + 1));
-        for gains in self.late_gains.chunks_exact_mut(self.shape.bands) {
-            for (gain, (decay, ratio)) in gains.iter_mut().zip(self.decay.hops()) {
-                *gain = Late::carrier_gain() * *gain * single(late_gain(decay, ratio, hop, self.shape.taps));
-            }
+    /// Lets this room be heard after the first taps of another source, which are its own: takes the frame that they have just
+    /// passed on, at gains per band. To be called before either head renders its next frame at `room_gain`.
+    pub(crate) fn join(&mut self, other: &Self, gains: &[f32], room_gain: f32) {
+        let age = other.shape.taps + 1;
+        // Where only direct sound is heard, its bass would hear the frame as its own.
+        let apart = room_gain > 0.0 || self.bass.hops() <= age;
+        if other.is_dead() || age >= self.ring_len || !apart {
+            return;
         }
-        let blocks = 0..self.direct_sum.len();
-        self.late.set(hop, &self.carriers.late, Shares::FIRST.entries(), &self.late_gains, blocks, None);
-        if self.carriers.measured.is_some() {
-            self.late.silence_lowest(hop);
+        let at = |head: &Self| (head.frame % head.ring_len + head.ring_len - age) % head.ring_len;
+        let (from, to) = (at(other), at(self));
+        let from = Slot { ring: &other.input, slots: other.ring_len, at: from };
+        self.taps.inject(gains, from, SlotMut { ring: &mut self.input, slots: self.ring_len, at: to });
+        if let (Some(later), Some(lowest)) = (&mut self.later, self.input.get(to)) {
+            later.rewrite(self.frame, age, lowest);
         }
+        self.dead_frames = 0;
+    }
+
+    /// Whether nothing has sounded for so long that nothing is left.
+    fn is_dead(&self) -> bool {
+        self.dead_frames > self.filter_hops().max(self.ring_len) + 1
     }
 
     /// Applies the filters to the newest frame, everything but the direct sound at `room_gain`, 0 to 1, and each part at its
-    /// level. `None` when nothing sounds any more: both ears are silent.
+    /// level, and adds what both ears hear of other sources. `None` when nothing sounds any more: both ears are silent.
     pub(crate) fn render(
         &mut self,
         spectrum: &[Complex32],
         room_gain: f32,
         trim: &Trim,
+        others: Option<&[EarBlocks]>,
         ears: [&mut [Complex32]; 2],
     ) -> Option<()> {
+        if others.is_some() {
+            self.dead_frames = 0;
+        }
+        let arch = self.arch;
+        let mut sums = std::mem::take(&mut self.sums);
+        let heard = self.sum(spectrum, room_gain, trim, &mut sums);
+        if let Some(heard) = heard {
+            for (ear, out) in ears.into_iter().enumerate() {
+                arch.dispatch(Mix { ear, heard, others, out });
+            }
+        }
+        let sounds = heard.map(|_| ());
+        self.sums = sums;
+        sounds
+    }
+
+    /// The same, added to what both ears hear of others; `sums` is room to work in.
+    pub(crate) fn render_into(
+        &mut self,
+        spectrum: &[Complex32],
+        room_gain: f32,
+        trim: &Trim,
+        sums: &mut Sums,
+        ears: &mut [EarBlocks],
+    ) {
+        let arch = self.arch;
+        if let Some(heard) = self.sum(spectrum, room_gain, trim, sums) {
+            arch.dispatch(MixInto { heard, ears });
+        }
+    }
+
+    /// Applies the filters to the newest frame.
+    fn sum<'a>(&mut self, spectrum: &[Complex32], room_gain: f32, trim: &Trim, sums: &'a mut Sums) -> Option<Heard<'a>> {
         let has_room = room_gain > 0.0;
         let silent = spectrum.iter().all(|x| x.re == 0.0 && x.im == 0.0);
-        if silent && self.dead_frames > self.filter_hops() + 1 {
+        if silent && self.is_dead() {
             return None;
         }
-        let slots = self.shape.taps + 1;
+        let slots = self.ring_len;
         let now = self.frame % slots;
         write_slot(&mut self.input, slots, now, spectrum);
-        self.low.write(self.frame, spectrum);
         for (l, slot) in self.slots.iter_mut().enumerate() {
             *slot = (now + slots + self.apart - 1 - l) % slots;
         }
-        if has_room {
-            self.advance_late(now);
+        if let Some(later) = &mut self.later {
+            later.write(self.frame, spectrum);
+            if has_room {
+                let at = (now + slots + self.apart - (self.shape.taps + 1 - late_lead(self.shape.taps))) % slots;
+                later.advance(self.frame, Slot { ring: &self.input, slots, at });
+            }
         }
-        let dead = silent && (!has_room || self.network.is_silent());
+        let dead = silent && (!has_room || self.later.as_ref().is_none_or(Later::is_silent));
         self.dead_frames = if dead { self.dead_frames.saturating_add(1) } else { 0 };
 
-        self.direct_sum.fill(EarBlocks::default());
-        let (arch, input, tail) = (self.arch, &self.input, &self.tail);
-        let add =
-            |slots: &[usize], ring: &[Block], ring_len: usize, filter: &[EarBlocks], first: usize, sums: &mut [EarBlocks]| {
-                // A filter has as many hops as its ring has slots, but the taps, whose ring holds the newest frame too.
-                let hops = filter.len() / sums.len();
-                Accumulate { arch, slots, ring_len, ring, filter, hops, first, sums }.run();
-            };
+        let Sums { direct, room, late } = sums;
+        direct.fill(EarBlocks::default());
+        let (arch, input, ring_len) = (self.arch, &self.input, slots);
+        let filter = self.taps.filters();
+        let add_taps = |slots: &[usize], first: usize, sums: &mut [EarBlocks]| {
+            AccumulateHalf { arch, slots, ring_len, ring: input, filter, first, sums }.run();
+        };
         // What is played apart is the direct sound and the taps before this one.
         let first = self.apart.saturating_sub(1);
         if self.apart == 0 {
-            add(&[now], input, slots, self.direct.blocks(), 0, &mut self.direct_sum);
+            let filter = self.direct.blocks();
+            Accumulate { arch, slots: &[now], ring_len, ring: input, filter, hops: 1, first: 0, sums: direct }.run();
         }
-        self.bass.add(input, slots, now, 1.0 - room_gain, &mut self.direct_sum);
+        self.bass.add(input, slots, now, 1.0 - room_gain, direct);
         let apart = trim.early != trim.late;
         if has_room {
             let early = if apart { self.early_taps } else { self.shape.taps };
-            self.room_sum.fill(EarBlocks::default());
-            add(&self.slots[first..early], input, slots, self.taps.filters(), first, &mut self.room_sum);
-            let sums = if apart { &mut self.late_sum } else { &mut self.room_sum };
+            room.fill(EarBlocks::default());
+            add_taps(&self.slots[first..early], first, room);
+            let rest = if apart { &mut *late } else { &mut *room };
             if apart {
-                sums.fill(EarBlocks::default());
-                add(&self.slots[early..], input, slots, self.taps.filters(), early, sums);
+                rest.fill(EarBlocks::default());
+                add_taps(&self.slots[early..], early, rest);
             }
-            add(&self.late_slots, tail, LATE_HOPS, self.late.filters(), 0, sums);
-            self.low.add(sums);
-        }
-        let gains = Gains::new(room_gain, trim);
-        let (direct, room) = (&self.direct_sum, &self.room_sum);
-        let late = if apart { Some(&*self.late_sum) } else { None };
-        for (ear, out) in ears.into_iter().enumerate() {
-            arch.dispatch(Mix { ear, direct, room, late, gains, out });
+            if let Some(later) = &self.later {
+                later.add(rest);
+            }
         }
         self.frame = self.frame.wrapping_add(1);
-        Some(())
+        let late = if apart { Some(&late[..]) } else { None };
+        Some(Heard { direct, room, late, gains: Gains::new(room_gain, trim) })
     }
 
-    /// The filter of the hops that are played apart, on the host's bins, each hop at its time; empty where none are.
-    pub(crate) fn joined(&mut self, room_gain: f32, trim: &Trim) -> &[EarBlocks] {
-        let (taps, gains) = (self.taps.filters(), Gains::new(room_gain, trim));
+    /// The filter of the hops that are played apart, on the host's bins, each hop at its time, where it has changed since it was
+    /// asked for.
+    pub(crate) fn joined(&mut self, room_gain: f32, trim: &Trim) -> Option<&[EarBlocks]> {
+        if self.joined_at.replace((room_gain, *trim)) == Some((room_gain, *trim)) {
+            return None;
+        }
+        let gains = Gains::new(room_gain, trim);
         let bass = (self.bass.filters(), self.bass.hops(), 1.0 - room_gain);
-        let hops = self.shape.taps;
         self.arch.dispatch(Join {
             direct: self.direct.blocks(),
-            taps: (taps, hops),
+            taps: self.taps.filters(),
             bass,
             count: self.apart,
             gains,
             out: &mut self.joined,
         });
-        &self.joined
-    }
-
-    /// Feeds the late network from the ring of input, whose newest frame is in slot `now`.
-    fn advance_late(&mut self, now: usize) {
-        let slots = self.shape.taps + 1;
-        let tail_now = self.frame % LATE_HOPS;
-        for (j, slot) in self.late_slots.iter_mut().enumerate() {
-            *slot = (tail_now + LATE_HOPS - j) % LATE_HOPS;
-        }
-        let fed = (now + slots + self.apart - (self.shape.taps + 1 - late_lead(self.shape.taps))) % slots;
-        let from = Slot { ring: &self.input, slots, at: fed };
-        let to = SlotMut { ring: &mut self.tail, slots: LATE_HOPS, at: tail_now };
-        self.network.advance(self.frame, from, to);
+        Some(&self.joined)
     }
 
     /// Empties the late part.
     pub(crate) fn forget_late(&mut self) {
-        self.tail.fill(Block::default());
-        self.network.reset();
+        self.later.iter_mut().for_each(Later::forget);
     }
 
     pub(crate) fn reset(&mut self) {
         self.input.fill(Block::default());
-        self.low.reset();
-        self.forget_late();
+        self.joined_at = None;
+        self.later.iter_mut().for_each(Later::reset);
         self.dead_frames = usize::MAX / 2;
         self.frame = 0;
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let ear_blocks = self.joined.len()
-            + self.first.len()
-            + self.direct_sum.len()
-            + self.room_sum.len()
-            + self.late_sum.len()
-            + self.direct.blocks().len();
+        let ear_blocks = self.joined.len() + self.first.len() + 3 * self.sums.direct.len() + self.direct.blocks().len();
         ear_blocks * size_of::<EarBlocks>()
-            + (self.input.len() + self.tail.len()) * size_of::<Block>()
+            + self.input.len() * size_of::<Block>()
             + self.taps.memory_bytes()
-            + self.late.memory_bytes()
-            + self.network.memory_bytes()
-            + self.low.memory_bytes()
+            + self.later.as_ref().map_or(0, Later::memory_bytes)
             + self.bass.memory_bytes()
             + self.decay.memory_bytes()
     }
@@ -358,8 +401,8 @@ impl Gains {
 /// Adds up the filters of the first hops, each hop at its time, in frames of four hops.
 struct Join<'a> {
     direct: &'a [EarBlocks],
-    /// Filters as `[block][hop]`, and how many hops there are: of the taps and of the direct sound's bass with its level.
-    taps: (&'a [EarBlocks], usize),
+    taps: &'a HalfFilters,
+    /// The direct sound's bass as `[block][hop]`, its hops and its level.
     bass: (&'a [EarBlocks], usize, f32),
     count: usize,
     gains: Gains,
@@ -377,7 +420,7 @@ impl WithSimd for Join<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { direct, taps: (taps, hops), bass: (bass, bass_hops, bass_gain), count, gains, out } = self;
+        let Self { direct, taps, bass: (bass, bass_hops, bass_gain), count, gains, out } = self;
         let [own, other] = gains.across().map(|share| share * gains.early);
         for ((block, out), direct) in out.iter_mut().enumerate().zip(direct) {
             for ear in 0..2 {
@@ -390,9 +433,9 @@ impl WithSimd for Join<'_> {
                         add(&mut here.ears[ear], bass, ear, [bass_gain * gains.direct, 0.0]);
                     }
                 }
-                if let Some(tap) = hop.checked_sub(1).and_then(|tap| taps.get(block * hops + tap)) {
+                if let Some(tap) = hop.checked_sub(1).map(|tap| taps.get(block, tap)) {
                     for ear in 0..2 {
-                        add(&mut here.ears[ear], tap, ear, [own, other]);
+                        add(&mut here.ears[ear], &tap, ear, [own, other]);
                     }
                 }
                 let [cos, sin] = quarter_turns(hop);
@@ -407,30 +450,71 @@ impl WithSimd for Join<'_> {
     }
 }
 
-/// Adds one ear's direct sound and room.
-struct Mix<'a> {
-    ear: usize,
+/// What is heard of a frame, before its parts have their levels.
+#[derive(Clone, Copy)]
+struct Heard<'a> {
     direct: &'a [EarBlocks],
     /// Early reflections, with all that comes later where that has no sum of its own.
     room: &'a [EarBlocks],
     late: Option<&'a [EarBlocks]>,
     gains: Gains,
+}
+
+impl Heard<'_> {
+    /// A block of what an ear hears: direct sound, room and, where it has a sum of its own, what comes later.
+    #[inline(always)]
+    fn block(&self, ear: usize, block: usize) -> Block {
+        let Self { direct, room, late, gains } = self;
+        let mut sum = scaled(&direct[block].ears[ear], gains.direct);
+        let [own, other] = gains.across();
+        add(&mut sum, &room[block], ear, [own * gains.early, other * gains.early]);
+        if let Some(late) = late {
+            add(&mut sum, &late[block], ear, [own * gains.late, other * gains.late]);
+        }
+        sum
+    }
+}
+
+/// Writes what one ear hears, with what it hears of other sources.
+struct Mix<'a> {
+    ear: usize,
+    heard: Heard<'a>,
+    others: Option<&'a [EarBlocks]>,
     out: &'a mut [Complex32],
 }
 
 impl Mix<'_> {
-    /// Sets a block of what comes out: direct sound, room and, where it has a sum of its own, what comes later.
     #[inline(always)]
     fn block(&self, block: usize, out: &mut [Complex32]) {
-        let Self { ear, direct, room, late, gains, .. } = self;
-        let mut sum = scaled(&direct[block].ears[*ear], gains.direct);
-        let [own, other] = gains.across();
-        add(&mut sum, &room[block], *ear, [own * gains.early, other * gains.early]);
-        if let Some(late) = late {
-            add(&mut sum, &late[block], *ear, [own * gains.late, other * gains.late]);
+        let mut sum = self.heard.block(self.ear, block);
+        if let Some(others) = self.others {
+            add(&mut sum, &others[block], self.ear, [1.0, 0.0]);
         }
         for (i, x) in out.iter_mut().enumerate() {
             *x = Complex32::new(sum.re[i], sum.im[i]);
+        }
+    }
+}
+
+/// Adds what both ears hear to their sums.
+struct MixInto<'a> {
+    heard: Heard<'a>,
+    ears: &'a mut [EarBlocks],
+}
+
+impl WithSimd for MixInto<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        for (block, ears) in self.ears.iter_mut().enumerate() {
+            for (ear, sum) in ears.ears.iter_mut().enumerate() {
+                let heard = self.heard.block(ear, block);
+                for i in 0..LANES {
+                    sum.re[i] += heard.re[i];
+                    sum.im[i] += heard.im[i];
+                }
+            }
         }
     }
 }

@@ -62,14 +62,92 @@ struct RoundVoice {
     weights: Weights,
 }
 
-/// The image sources of a scene, for one stream.
+/// The image sources of a scene, for one stream, and for other sources in the same room.
 pub(crate) struct ImageRenderer {
+    voices: ImageVoices,
+    desk: Desk,
+    convolver: HeadConvolver,
+    width: f32,
+    sounds: bool,
+}
+
+/// Where voices are added up.
+struct Desk {
     arch: Arch,
+    bus: Bus,
+    scratch: Vec<f32>,
+}
+
+impl ImageRenderer {
+    /// `None` for a scene without images. `filters` and `curve` are the scene's at the grid's rate.
+    pub(crate) fn new(
+        scene: &Arc<Scene>,
+        grid: &StftGrid,
+        filters: &Arc<ImageFilters>,
+        curve: &Arc<DecayCurve>,
+    ) -> Option<Self> {
+        let block = filters.pace.block;
+        Some(Self {
+            voices: ImageVoices::new(scene, grid, filters, curve)?,
+            desk: Desk { arch: Arch::new(), bus: Bus::new(block), scratch: vec![0.0; scratch_len(block)] },
+            convolver: HeadConvolver::new(Arc::clone(&filters.head)),
+            width: 1.0,
+            sounds: false,
+        })
+    }
+
+    /// Takes a block of dry sound while the listener moves to `pose` over it.
+    pub(crate) fn take(&mut self, block: &[f32], pose: &Pose, draft: bool, trim: &Trim) {
+        self.width = trim.width;
+        self.sounds = false;
+        self.voices.play(block, pose, draft, trim, &mut self.sounds, &mut self.desk);
+    }
+
+    /// Takes the same block of another source, whose room is seen from `pose`. Returns whether anything of it sounds.
+    pub(crate) fn take_other(
+        &mut self,
+        voices: &mut ImageVoices,
+        block: &[f32],
+        pose: &Pose,
+        draft: bool,
+        trim: &Trim,
+    ) -> bool {
+        voices.play(block, pose, draft, trim, &mut self.sounds, &mut self.desk);
+        voices.sounds()
+    }
+
+    /// Adds what the ears hear of the block that was taken last, to be given out with the next.
+    pub(crate) fn add_to(&mut self, ears: &mut [Vec<f32>; 2]) {
+        if self.sounds {
+            let Desk { arch, bus, .. } = &mut self.desk;
+            bus.finish(*arch);
+            self.convolver.add(|pair, out| bus.read(pair, out), self.width, ears);
+        }
+    }
+
+    /// Samples for which images sound on after the input has ended.
+    pub(crate) fn tail_samples(&self) -> usize {
+        self.voices.tail_samples()
+    }
+
+    /// Forgets the past.
+    pub(crate) fn reset(&mut self) {
+        self.voices.reset();
+        self.convolver.reset();
+        self.sounds = false;
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.voices.memory_bytes() + self.convolver.memory_bytes() + self.desk.bus.memory_bytes()
+    }
+}
+
+/// The image sources of a scene as one source is heard by them.
+pub(crate) struct ImageVoices {
     scene: Arc<Scene>,
     emitter: Vec3,
     filters: Arc<ImageFilters>,
     line: DelayLine,
-    convolver: HeadConvolver,
     /// Samples per metre.
     per_m: f64,
     /// Delay of what arrives with the direct sound, samples.
@@ -90,16 +168,12 @@ pub(crate) struct ImageRenderer {
     /// The pose and the number of images that were played last, and whether in tier Draft.
     played: Option<(Pose, usize, bool)>,
     levels: Levels,
-    width: f32,
-    bus: Bus,
-    scratch: Vec<f32>,
     /// Blocks since there was input.
     quiet_blocks: usize,
     longest_blocks: usize,
-    sounds: bool,
 }
 
-impl ImageRenderer {
+impl ImageVoices {
     /// `None` for a scene without images. `filters` and `curve` are the scene's at the grid's rate.
     pub(crate) fn new(
         scene: &Arc<Scene>,
@@ -115,15 +189,12 @@ impl ImageRenderer {
         let round_m = scene.corners().map_or(0.0, |corners| corners.longest_m(emitter));
         let longest = (base + f64::from(images.longest_m(emitter).max(round_m)) * per_m).max(SHORTEST);
         let line = DelayLine::new(&filters.walls, whole(longest.ceil()) + BEFORE + AFTER + 2, block);
-        let convolver = HeadConvolver::new(Arc::clone(head));
-        let longest_blocks = (whole(longest) + convolver.tail()) / block + 2;
+        let longest_blocks = (whole(longest) + head.tail()) / block + 2;
         let count = images.images.len();
         Some(Self {
-            arch: Arch::new(),
             emitter,
             filters: Arc::clone(filters),
             line,
-            convolver,
             per_m,
             base,
             longest,
@@ -137,28 +208,31 @@ impl ImageRenderer {
             level: 1.0,
             played: None,
             levels: Levels::new(scene, curve, grid),
-            width: 1.0,
-            bus: Bus::new(block),
-            scratch: vec![0.0; scratch_len(block)],
             quiet_blocks: usize::MAX / 2,
             longest_blocks,
-            sounds: false,
             scene: Arc::clone(scene),
         })
     }
 
-    /// Takes a block of dry sound while the listener moves to `pose` over it.
-    pub(crate) fn take(&mut self, block: &[f32], pose: &Pose, draft: bool, trim: &Trim) {
+    /// Whether anything of the newest block or of those before is heard.
+    fn sounds(&self) -> bool {
+        self.quiet_blocks <= self.longest_blocks
+    }
+
+    /// Plays a block of dry sound while the listener moves to `pose` over it. The first source of which anything sounds empties
+    /// the bus.
+    fn play(&mut self, block: &[f32], pose: &Pose, draft: bool, trim: &Trim, begun: &mut bool, desk: &mut Desk) {
         self.quiet_blocks = if block.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_blocks.saturating_add(1) };
-        self.sounds = self.quiet_blocks <= self.longest_blocks;
-        if self.sounds {
+        let sounds = self.sounds();
+        if sounds {
             self.line.write(block);
-            self.bus.clear();
+            if !std::mem::replace(begun, true) {
+                desk.bus.clear();
+            }
         }
         let scene = Arc::clone(&self.scene);
         let Some(images) = scene.images() else { return };
         let heard = if draft { DRAFT_IMAGES.min(self.now.len()) } else { self.now.len() };
-        self.width = trim.width;
         let moves = self.levels.set(trim) || self.played != Some((*pose, heard, draft));
         let fresh = self.played.is_none();
         if moves {
@@ -194,19 +268,16 @@ impl ImageRenderer {
             }
             let from = if fresh { to } else { *now };
             *now = to;
-            if self.sounds && (from.gain > 0.0 || to.gain > 0.0) {
-                let voice = Voice { line: &self.line, weights, from, to, scratch: &mut self.scratch, bus: &mut self.bus };
-                self.arch.dispatch(voice);
+            if sounds && (from.gain > 0.0 || to.gain > 0.0) {
+                desk.play(&self.line, weights, from, to);
             }
         }
-        self.take_round(pose, moves, fresh, trim);
-        if self.sounds {
-            self.bus.finish(self.arch);
-        }
+        self.play_round(pose, moves, fresh, trim, desk);
     }
 
-    /// Takes the same block as it comes round edges where the emitter or images are hidden.
-    fn take_round(&mut self, pose: &Pose, moves: bool, fresh: bool, trim: &Trim) {
+    /// Plays the same block as it comes round edges where the emitter or images are hidden.
+    fn play_round(&mut self, pose: &Pose, moves: bool, fresh: bool, trim: &Trim, desk: &mut Desk) {
+        let sounds = self.sounds();
         let scene = Arc::clone(&self.scene);
         let Some(corners) = scene.corners() else { return };
         if moves {
@@ -239,10 +310,8 @@ impl ImageRenderer {
             }
             let from = if fresh { to } else { voice.now };
             voice.now = to;
-            if self.sounds && (from.gain > 0.0 || to.gain > 0.0) {
-                let weights = &voice.weights;
-                let voice = Voice { line: &self.line, weights, from, to, scratch: &mut self.scratch, bus: &mut self.bus };
-                self.arch.dispatch(voice);
+            if sounds && (from.gain > 0.0 || to.gain > 0.0) {
+                desk.play(&self.line, &voice.weights, from, to);
             }
         }
     }
@@ -261,14 +330,6 @@ impl ImageRenderer {
             if let Some(slot) = own.or_else(free) {
                 self.round[slot].heard = Some(round);
             }
-        }
-    }
-
-    /// Adds what the ears hear of the block that was taken last, to be given out with the next.
-    pub(crate) fn add_to(&mut self, ears: &mut [Vec<f32>; 2]) {
-        if self.sounds {
-            let bus = &self.bus;
-            self.convolver.add(|pair, out| bus.read(pair, out), self.width, ears);
         }
     }
 
@@ -299,24 +360,27 @@ impl ImageRenderer {
 
     /// Samples for which images sound on after the input has ended.
     pub(crate) fn tail_samples(&self) -> usize {
-        whole(self.longest) + self.convolver.tail()
+        whole(self.longest) + self.filters.head.tail()
     }
 
     /// Forgets the past.
     pub(crate) fn reset(&mut self) {
         self.line.reset();
-        self.convolver.reset();
         self.quiet_blocks = usize::MAX / 2;
         self.played = None;
         self.round = [RoundVoice::default(); MOST_ROUND];
-        (self.refreshed, self.stale, self.sounds) = (0, 0, false);
+        (self.refreshed, self.stale) = (0, 0);
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.line.memory_bytes()
-            + self.convolver.memory_bytes()
-            + self.bus.memory_bytes()
-            + size_of_val(&*self.weights)
-            + size_of_val(&*self.now)
+        self.line.memory_bytes() + size_of_val(&*self.weights) + size_of_val(&*self.now)
+    }
+}
+
+impl Desk {
+    /// Adds one image that goes from one moment to another.
+    fn play(&mut self, line: &DelayLine, weights: &Weights, from: Moment, to: Moment) {
+        let voice = Voice { line, weights, from, to, scratch: &mut self.scratch, bus: &mut self.bus };
+        self.arch.dispatch(voice);
     }
 }

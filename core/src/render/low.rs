@@ -62,6 +62,12 @@ impl Low {
         }
     }
 
+    /// Replaces the frame that is `age` frames older than number `frame`.
+    pub(crate) fn rewrite(&mut self, frame: usize, age: usize, lowest: &Block) {
+        let slots = self.ring.len();
+        self.ring[(frame % slots + slots - age) % slots] = *lowest;
+    }
+
     /// Adds its sound to the sums, of which it reaches the lowest block.
     pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
         let Self { arch, slots, ring, filters, .. } = self;

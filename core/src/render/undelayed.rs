@@ -40,8 +40,6 @@ pub(crate) struct Undelayed {
     /// The response that is heard, or being faded in.
     now: usize,
     moves: bool,
-    /// What the response was made of.
-    of: Vec<EarBlocks>,
     is_set: bool,
     /// Blocks since there was input.
     quiet: usize,
@@ -83,7 +81,6 @@ impl Undelayed {
             responses: [response(), response()],
             now: 0,
             moves: false,
-            of: vec![EarBlocks::default(); blocks_for(grid.bins())],
             is_set: false,
             quiet: usize::MAX / 2,
             sums: vec![EarBlocks::default(); blocks_for(bins)],
@@ -98,25 +95,24 @@ impl Undelayed {
         }
     }
 
-    /// Takes the filter of the first hops, on the host's bins, at the start of every hop. It is faded to over the hop, but for
-    /// the first, which is heard at once.
-    pub(crate) fn set(&mut self, filter: &[EarBlocks]) {
-        self.moves = self.is_set && self.of != filter;
-        if self.moves || !self.is_set {
-            self.of.copy_from_slice(filter);
+    /// Begins a hop, with another filter of the first hops, on the host's bins, where there is one. It is faded to over the hop,
+    /// but for the first, which is heard at once.
+    pub(crate) fn set(&mut self, filter: Option<&[EarBlocks]>) {
+        self.moves = self.is_set && filter.is_some();
+        if let Some(filter) = filter {
             self.now = if self.is_set { 1 - self.now } else { self.now };
             self.is_set = true;
             for ear in 0..2 {
-                self.respond(ear);
+                self.respond(filter, ear);
                 self.cut(ear);
             }
         }
         self.begin_block();
     }
 
-    /// The filter's response, a lead before its time and in a ring.
-    fn respond(&mut self, ear: usize) {
-        ear_spectrum(&self.of, ear, &mut self.whole_bins);
+    /// A filter's response, a lead before its time and in a ring.
+    fn respond(&mut self, filter: &[EarBlocks], ear: usize) {
+        ear_spectrum(filter, ear, &mut self.whole_bins);
         let done = self.whole_inverse.process_with_scratch(&mut self.whole_bins, &mut self.whole, &mut self.scratch);
         debug_assert!(done.is_ok());
     }
@@ -248,7 +244,7 @@ impl Undelayed {
         let floats = self.input.len() + self.frame.len() + self.whole.len() + 4 * (response.tail[0].len() + self.block);
         floats * size_of::<f32>()
             + (self.ring.len() + 2 * self.bins.len()) * size_of::<Block>()
-            + (2 * response.rest.len() + self.of.len() + self.sums.len()) * size_of::<EarBlocks>()
+            + (2 * response.rest.len() + self.sums.len()) * size_of::<EarBlocks>()
     }
 }
 
@@ -343,14 +339,14 @@ mod tests {
         Undelayed::new(&GRID, &Pace::new(Latency::None, &GRID, 40))
     }
 
-    /// What it makes of a sound in pieces of some length; `filters` are set at the hops.
+    /// What it makes of a sound in pieces of some length; `filters` are set at the hops, each once.
     fn played(filters: &[&[EarBlocks]], sound: &[f32], piece: usize) -> [Vec<f32>; 2] {
         let mut undelayed = undelayed();
         let mut ears = [vec![0.0; sound.len()], vec![0.0; sound.len()]];
         let mut at = 0;
         while at < sound.len() {
             if at % GRID.hop == 0 {
-                undelayed.set(filters[(at / GRID.hop).min(filters.len() - 1)]);
+                undelayed.set(filters.get(at / GRID.hop).copied());
             }
             let count = piece.min(undelayed.room()).min(sound.len() - at);
             let [left, right] = &mut ears;
@@ -404,7 +400,7 @@ mod tests {
         assert!(ears.iter().all(|ear| ear[300 + 16 * 60..].iter().all(|x| *x == 0.0)));
         let mut undelayed = undelayed();
         let mut once = || {
-            undelayed.set(&filter);
+            undelayed.set(Some(&filter));
             let [mut left, mut right] = [[0.0; 60], [0.0; 60]];
             undelayed.process(&sound[..60], [&mut left, &mut right]);
             undelayed.reset();

@@ -23,12 +23,14 @@ pub(crate) struct FieldDecoder {
     /// What the emitter sends the listener, where that depends on the direction.
     sent: Option<Sent>,
     pose: Pose,
+    /// Explicit taps that are followed: hops from there on are the late part's.
+    taps: usize,
     transfer: TransferFunction,
 }
 
 impl FieldDecoder {
-    /// `None` where the scene has no field.
-    pub(crate) fn new(scene: &Arc<Scene>) -> Option<Self> {
+    /// For a head with some explicit taps; `None` where the scene has no field.
+    pub(crate) fn new(scene: &Arc<Scene>, taps: usize) -> Option<Self> {
         let (cell, mut transfer) = (scene.field()?.cell(), scene.shape().silent());
         let measured = scene.measured().map(|measured| Sites::new(&measured.sites));
         if let Some(measured) = scene.measured() {
@@ -36,7 +38,7 @@ impl FieldDecoder {
         }
         let room = scene.parts().room.as_ref().map(Field::cell);
         let (air, sent) = (Air::new(scene), Sent::new(scene));
-        Some(Self { scene: Arc::clone(scene), cell, room, measured, air, sent, pose: Pose::IDENTITY, transfer })
+        Some(Self { scene: Arc::clone(scene), cell, room, measured, air, sent, pose: Pose::IDENTITY, taps, transfer })
     }
 }
 
@@ -183,12 +185,18 @@ impl Decoder for FieldDecoder {
             (_, _, Some(field)) => (field, &mut self.cell),
             _ => return,
         };
-        let late = field.shape().taps;
-        for hop in (0..late).filter(|tap| change.names_tap(*tap)) {
-            field.taps(cell, hop..hop + 1, &mut self.transfer);
+        // Neighbouring taps lie one after the other in the table.
+        let mut hop = 0;
+        while hop < self.taps {
+            let end = (hop..self.taps).find(|tap| !change.names_tap(*tap)).unwrap_or(self.taps);
+            if hop < end {
+                field.taps(cell, hop..end, &mut self.transfer);
+            }
+            hop = end + 1;
         }
         // All hops of the late part have one row of gains.
-        if change.filters.iter().any(|hop| hop >= late) {
+        if change.filters.iter().any(|hop| hop >= self.taps) {
+            let late = field.shape().taps;
             field.taps(cell, late..late + 1, &mut self.transfer);
         }
     }

@@ -1,0 +1,146 @@
+//! What of a room comes after its explicit taps: the late part, and the bass of measured responses.
+
+use crate::number::single;
+use crate::render::carriers::Carriers;
+use crate::render::decay::Decay;
+use crate::render::half::AccumulateHalf;
+use crate::render::lanes::{Block, EarBlocks, blocks_for};
+use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain};
+use crate::render::low::Low;
+use crate::render::meeting::Mixture;
+use crate::render::taps::Taps;
+use crate::transfer::Shares;
+use crate::{StftGrid, TailModel, TransferFunction, TransferShape};
+use promenade_fourier::num_complex::Complex32;
+use pulp::Arch;
+
+/// The late network with the noise that colours it, and the lowest bins of measured responses.
+pub(crate) struct Later {
+    arch: Arch,
+    shape: TransferShape,
+    filters: Taps,
+    network: Late,
+    low: Low,
+    /// Gains of one late hop and of the bass after the taps, both ears.
+    late_gains: Vec<f32>,
+    low_gains: Vec<f32>,
+    /// The newest spectra of the network.
+    tail: Vec<Block>,
+    slots: Vec<usize>,
+}
+
+impl Later {
+    /// Of a scene whose transfer functions have a shape and are sampled on `scene_grid`.
+    pub(crate) fn new(
+        grid: &StftGrid,
+        scene_grid: &StftGrid,
+        shape: TransferShape,
+        tail: &TailModel,
+        carriers: &Carriers,
+        decay: &Decay,
+    ) -> Self {
+        let low_hops = carriers.measured.as_ref().map_or(0, |m| m.low.hops());
+        Self {
+            arch: Arch::new(),
+            shape,
+            filters: Taps::new(LATE_HOPS, &carriers.places, shape.bands),
+            network: Late::new(grid, scene_grid, tail, decay.stated_bins()),
+            low: Low::new(low_hops, shape.taps - carriers.pace.early_hops()),
+            late_gains: vec![0.0; shape.tap_len()],
+            low_gains: vec![1.0; shape.tap_len()],
+            tail: vec![Block::default(); blocks_for(grid.bins()) * LATE_HOPS],
+            slots: vec![0; LATE_HOPS],
+        }
+    }
+
+    /// Hops of the late part and of the bass together.
+    pub(crate) fn hops(&self) -> usize {
+        LATE_HOPS + self.low.hops()
+    }
+
+    /// Takes another decay.
+    pub(crate) fn decay_by(&mut self, decay: &Decay) {
+        self.network.decay_by(decay.ratio_bins());
+    }
+
+    /// Takes the gains of the last tap, which the bass goes on with.
+    pub(crate) fn go_on(&mut self, tf: &TransferFunction, mixture: &Mixture<'_>) {
+        let Some(last) = tf.taps.rchunks_exact(self.shape.tap_len()).next() else { return };
+        self.low_gains.copy_from_slice(last);
+        mixture.apply(self.arch, self.shape.taps, &tf.late, &mut self.low_gains);
+    }
+
+    /// Brings one hop to the pose: those of the late part are counted first, then those of the bass.
+    pub(crate) fn set(&mut self, hop: usize, tf: &TransferFunction, decay: &mut Decay, carriers: &Carriers) {
+        let after = self.shape.taps + 1;
+        if let Some(bass) = hop.checked_sub(LATE_HOPS) {
+            if let Some(measured) = &carriers.measured {
+                let gains = self.filters.lowest_of(decay.gains(&self.low_gains, after + bass));
+                self.low.set(bass, &measured.low, tf.shares.entries(), &gains);
+            }
+            return;
+        }
+        // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
+        self.late_gains.copy_from_slice(decay.gains(&tf.late, after));
+        for gains in self.late_gains.chunks_exact_mut(self.shape.bands) {
+            for (gain, (decay, ratio)) in gains.iter_mut().zip(decay.hops()) {
+                *gain = Late::carrier_gain() * *gain * single(late_gain(decay, ratio, hop, self.shape.taps));
+            }
+        }
+        let blocks = 0..self.tail.len() / LATE_HOPS;
+        self.filters.set(hop, &carriers.late, Shares::FIRST.entries(), &self.late_gains, blocks, None);
+        if carriers.measured.is_some() {
+            self.filters.silence_lowest(hop);
+        }
+    }
+
+    /// Takes the newest frame, of number `frame`, for the bass.
+    pub(crate) fn write(&mut self, frame: usize, spectrum: &[Complex32]) {
+        self.low.write(frame, spectrum);
+    }
+
+    /// Replaces the lowest block of the frame that is `age` frames older than number `frame`.
+    pub(crate) fn rewrite(&mut self, frame: usize, age: usize, lowest: &Block) {
+        self.low.rewrite(frame, age, lowest);
+    }
+
+    /// Feeds the network, for frame number `frame`.
+    pub(crate) fn advance(&mut self, frame: usize, input: Slot<'_>) {
+        let now = frame % LATE_HOPS;
+        for (j, slot) in self.slots.iter_mut().enumerate() {
+            *slot = (now + LATE_HOPS - j) % LATE_HOPS;
+        }
+        self.network.advance(frame, input, SlotMut { ring: &mut self.tail, slots: LATE_HOPS, at: now });
+    }
+
+    /// Adds its sound to both ears.
+    pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
+        let Self { arch, slots, tail, filters, .. } = self;
+        let filter = filters.filters();
+        AccumulateHalf { arch: *arch, slots, ring_len: LATE_HOPS, ring: tail, filter, first: 0, sums }.run();
+        self.low.add(sums);
+    }
+
+    /// Whether nothing is left in the network.
+    pub(crate) fn is_silent(&self) -> bool {
+        self.network.is_silent()
+    }
+
+    /// Empties the late part.
+    pub(crate) fn forget(&mut self) {
+        self.tail.fill(Block::default());
+        self.network.reset();
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.low.reset();
+        self.forget();
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.tail.len() * size_of::<Block>()
+            + self.filters.memory_bytes()
+            + self.network.memory_bytes()
+            + self.low.memory_bytes()
+    }
+}

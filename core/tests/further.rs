@@ -1,0 +1,207 @@
+//! Further sources in the room of a renderer: each alone is what an instance of its own would play but for what comes later.
+
+use promenade_core::glam::Vec3;
+use promenade_core::{
+    BlockParams, Carriers, EmitterParams, Further, Latency, Pose, RenderError, Renderer, Scene, Spatializer, Tier, Trim,
+};
+use promenade_metrics::{c50_db, octave_of};
+use promenade_testing::noise;
+use promenade_testing::scenes::{room, room_of_responses, room_with_images, walk};
+use promenade_testing::signal::{difference_db, first_difference};
+use std::sync::Arc;
+
+const RATE: f64 = 48_000.0;
+
+fn factory(name: &str) -> Arc<Scene> {
+    let file = format!("{}/../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
+    Arc::new(Scene::from_bytes(&std::fs::read(file).unwrap()).unwrap())
+}
+
+fn with_further(scene: &Arc<Scene>, count: usize) -> Spatializer {
+    let mut s = Spatializer::new(RATE);
+    s.install(Box::new(Renderer::new(Arc::clone(scene), RATE).unwrap().with_further(count).unwrap()));
+    s
+}
+
+/// Plays a main sound and further ones, each from its place.
+fn play(
+    s: &mut Spatializer,
+    main: &[f32],
+    further: &[(&[f32], Vec3)],
+    sizes: &[usize],
+    params: &BlockParams,
+    pose_at: impl Fn(usize) -> Pose,
+) -> [Vec<f32>; 2] {
+    let mut out = [vec![0.0; main.len()], vec![0.0; main.len()]];
+    let (mut at, mut turn) = (0, 0);
+    while at < main.len() {
+        let span = at..main.len().min(at + sizes[turn % sizes.len()]);
+        let blocks: Vec<_> =
+            further.iter().map(|(input, offset)| Further { input: &input[span.clone()], offset: *offset }).collect();
+        let [left, right] = &mut out;
+        let ears = [&mut left[span.clone()], &mut right[span.clone()]];
+        s.process_further(&[&main[span.clone()]], &blocks, ears, params, |i| pose_at(at + i));
+        (at, turn) = (span.end, turn + 1);
+    }
+    out
+}
+
+/// What an instance plays whose emitter is moved.
+fn alone(
+    scene: &Arc<Scene>,
+    input: &[f32],
+    offset: Vec3,
+    params: &BlockParams,
+    pose_at: impl Fn(usize) -> Pose,
+) -> [Vec<f32>; 2] {
+    let params = BlockParams { emitters: EmitterParams { offset, spread: 0.0 }, ..*params };
+    play(&mut with_further(scene, 0), input, &[], &[512], &params, pose_at)
+}
+
+/// A further source where the first one is has the same room, however the listener walks.
+#[test]
+fn a_further_source_at_the_first_ones_place_is_the_first_one() {
+    let scenes = [
+        ("noise", room(RATE, 0.5, 0.1), -90.0),
+        ("images", room_with_images(RATE, 0.5, 0.1, 12), -90.0),
+        ("responses", room_of_responses(RATE).0, -90.0),
+        ("Room A", factory("iosr-room-a"), -90.0),
+        // Its late part depends on the place, and is brought to it by turns.
+        ("loft", factory("loft"), -65.0),
+    ];
+    let (input, silence) = (noise(5, 48_000), vec![0.0; 48_000]);
+    for (name, scene, bar) in scenes {
+        for tier in [Tier::Draft, Tier::Standard] {
+            for trim in [Trim::NEUTRAL, Trim { early: 0.5, decay: 1.3, width: 0.7, distance_law: 0.5, ..Trim::NEUTRAL }] {
+                let params = BlockParams { tier, trim, ..BlockParams::default() };
+                let wanted = alone(&scene, &input, Vec3::ZERO, &params, walk(RATE));
+                let mut s = with_further(&scene, 3);
+                let further = [(&silence[..], Vec3::X), (&input[..], Vec3::ZERO)];
+                let found = play(&mut s, &silence, &further, &[512, 31, 100], &params, walk(RATE));
+                let db = difference_db(&wanted, &found);
+                assert!(db < bar, "{name} {tier:?} {trim:?}: {db} dB");
+            }
+        }
+    }
+}
+
+/// Samples of a window and of what is its own of a room's response, 55 ms.
+const FRAME: usize = 780;
+const OWN: usize = 2_640;
+
+/// By how much the sound differs in the first 55 ms after each of some clicks, dB.
+fn early_difference_db(a: &[Vec<f32>; 2], b: &[Vec<f32>; 2], clicks: &[usize]) -> f32 {
+    let early = |ears: &[Vec<f32>; 2]| {
+        ears.each_ref().map(|ear| clicks.iter().flat_map(|at| &ear[at + 600..at + FRAME + OWN]).copied().collect())
+    };
+    difference_db(&early(a), &early(b))
+}
+
+#[test]
+fn a_further_sources_early_sound_is_that_of_an_instance_of_its_own() {
+    let scenes = [
+        ("noise", room(RATE, 0.15, 0.1), -80.0),
+        ("images", room_with_images(RATE, 0.15, 0.1, 12), -80.0),
+        ("Room A", factory("iosr-room-a"), -80.0),
+        ("loft", factory("loft"), -80.0),
+    ];
+    // What comes late of one click has died away when the next comes.
+    let clicks = [48_000, 96_000, 144_000];
+    let mut input = vec![0.0; 150_000];
+    clicks.iter().for_each(|at| input[*at] = 1.0);
+    let silence = vec![0.0; input.len()];
+    let offset = Vec3::new(-0.6, 0.8, 0.1);
+    for (name, scene, bar) in scenes {
+        // Silence would let the source sleep.
+        let mut awake = input.clone();
+        awake.iter_mut().step_by(1_000).for_each(|x| *x += 1e-11);
+        let params = BlockParams::default();
+        let wanted = alone(&scene, &awake, offset, &params, walk(RATE));
+        let found = play(&mut with_further(&scene, 1), &silence, &[(&awake, offset)], &[512], &params, walk(RATE));
+        let db = early_difference_db(&wanted, &found, &clicks);
+        assert!(db < bar, "{name}: {db} dB");
+    }
+}
+
+/// What comes later is the first source's room at the further source's level: by how much energies of octaves from 80 ms on
+/// differ from those of an instance of its own, and clarity.
+#[test]
+fn the_shared_part_of_a_room_is_as_loud_as_its_own() {
+    let (len, at) = (72_000, 24_000);
+    let mut click = vec![0.0; len];
+    click[at] = 1.0;
+    let silence = vec![0.0; len];
+    // Where a room was measured its bass is that of the first source's response, which differs by place.
+    for (name, octave_bar, c50_bar) in [("iosr-room-a", 5.5, 0.4), ("iosr-room-b", 2.0, 0.4), ("loft", 0.3, 0.2)] {
+        let scene = factory(name);
+        let pose = scene.start_pose();
+        for offset in [Vec3::new(0.7, 1.1, 0.0), Vec3::new(-0.9, 0.4, 0.2)] {
+            let params = BlockParams::default();
+            let own = alone(&scene, &click, offset, &params, |_| pose);
+            let shared = play(&mut with_further(&scene, 1), &silence, &[(&click, offset)], &[512], &params, |_| pose);
+            let late = at + FRAME + 3_840;
+            let level = |ears: &[Vec<f32>; 2], hz: f64| {
+                let energy = |ear: &[f32]| octave_of(&ear[late..], RATE, hz).iter().map(|x| f64::from(x * x)).sum::<f64>();
+                10.0 * (energy(&ears[0]) + energy(&ears[1])).log10()
+            };
+            let octaves = [125.0, 250.0, 500.0, 1e3, 2e3, 4e3, 8e3].map(|hz| level(&shared, hz) - level(&own, hz));
+            let c50 = |ears: &[Vec<f32>; 2]| c50_db(&ears[0][at..], RATE).unwrap();
+            let clarity = c50(&shared) - c50(&own);
+            println!("{name} {offset}: octaves {octaves:.1?} dB, C50 {clarity:.2} dB");
+            assert!(octaves.iter().all(|db| db.abs() < octave_bar), "{name} {offset}: {octaves:.1?}");
+            assert!(clarity.abs() < c50_bar, "{name} {offset}: {clarity:.2} dB");
+        }
+    }
+}
+
+#[test]
+fn sources_add_up_in_one_room_and_a_reset_is_as_new() {
+    let scene = room_with_images(RATE, 0.5, 0.1, 12);
+    let inputs: Vec<_> = (0..4).map(|seed| noise(seed, 30_000)).collect();
+    let places = [Vec3::ZERO, Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.0, -1.0, 0.3), Vec3::new(-0.4, 0.9, 0.0)];
+    let silence = vec![0.0; 30_000];
+    let params = BlockParams { mix: 0.8, ..BlockParams::default() };
+    let mut s = with_further(&scene, 3);
+    let mut of = |which: &dyn Fn(usize) -> bool| {
+        s.reset();
+        let sound = |i: usize| if which(i) { &inputs[i][..] } else { &silence[..] };
+        let further: Vec<_> = (1..4).map(|i| (sound(i), places[i])).collect();
+        play(&mut s, sound(0), &further, &[300], &params, walk(RATE))
+    };
+    let together = of(&|_| true);
+    assert_eq!(first_difference(&of(&|_| true), &together), None);
+    let mut sum = [silence.clone(), silence.clone()];
+    for one in 0..4 {
+        for (sum, ear) in sum.iter_mut().zip(of(&|i| i == one)) {
+            sum.iter_mut().zip(ear).for_each(|(sum, x)| *sum += x);
+        }
+    }
+    let db = difference_db(&together, &sum);
+    assert!(db < -110.0, "{db} dB");
+}
+
+#[test]
+fn a_further_source_falls_silent_and_wakes_where_the_listener_is() {
+    let scene = room(RATE, 0.3, 0.1);
+    let mut input = noise(7, 6_000);
+    input.resize(150_000, 0.0);
+    input[144_000] = 1.0;
+    let silence = vec![0.0; input.len()];
+    let (offset, params) = (Vec3::new(0.3, 0.3, 0.0), BlockParams::default());
+    // It walks away and comes back.
+    let away = |i: usize| if i > 100_000 { walk(RATE)(120_000) } else { walk(RATE)(i) };
+    let found = play(&mut with_further(&scene, 1), &silence, &[(&input, offset)], &[512], &params, away);
+    assert!(found.iter().all(|ear| ear[140_000..144_000].iter().all(|x| *x == 0.0)), "ends exactly");
+    let wanted = alone(&scene, &input, offset, &params, away);
+    let db = early_difference_db(&wanted, &found, &[144_000]);
+    assert!(db < -80.0, "{db} dB");
+}
+
+#[test]
+fn what_cannot_have_further_sources_says_so() {
+    let scene = room(RATE, 0.5, 0.1);
+    let carriers = Arc::new(Carriers::with_latency(&scene, RATE, Latency::None));
+    let short = Renderer::with_carriers(Arc::clone(&scene), RATE, carriers).unwrap();
+    assert_eq!(short.with_further(1).err(), Some(RenderError::FurtherLatency));
+    assert_eq!(Renderer::new(scene, RATE).unwrap().with_further(5).unwrap().further(), 5);
+}
