@@ -102,6 +102,8 @@ pub struct Renderer {
     at_once: Option<AtOnce>,
     /// Samples that a host is told that it lags behind.
     stated: usize,
+    /// Samples by which what is rendered comes later than that.
+    unstated: usize,
     /// Sample of a hop at which the pose is asked for, so that the source's oldest belongs to the centre of the newest frame, or
     /// to its end where the first hops do not wait for it.
     pose_phase: usize,
@@ -157,6 +159,7 @@ impl Renderer {
         let reference = if pace.is_short() { None } else { Reference::new(&scene, &grid) };
         Ok(Self {
             stated: reference.as_ref().map_or(pace.latency.stated(&grid), Reference::latency_samples),
+            unstated: if pace.latency == Latency::None { grid.lead() } else { 0 },
             at_once: if pace.is_short() { Some(AtOnce::new(&grid, &pace)) } else { None },
             grid,
             source: Source::new(grid, centre / grid.hop),
@@ -298,7 +301,8 @@ impl Renderer {
         let images = self.images.as_ref().map_or(0, ImageRenderer::tail_samples);
         let waves = self.waves.as_ref().map_or(0, WaveBass::tail_samples);
         let late_s = f64::from(self.scene.tail().longest_t60_s()) * f64::from(trim.bounded().decay);
-        images.max(waves).max(self.head.filter_hops() * self.grid.hop) + whole(late_s * self.grid.sample_rate_hz)
+        let taps = images.max(waves).max(self.head.filter_hops() * self.grid.hop);
+        self.unstated + taps + whole(late_s * self.grid.sample_rate_hz)
     }
 
     /// Bytes of this instance, without the shared scene.

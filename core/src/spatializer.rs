@@ -347,10 +347,12 @@ impl Spatializer {
         if fading {
             render(&mut self.fading, &mut self.old, pose_at);
         }
-        self.further.fill(0.0);
+        let further = &mut self.further[..n];
+        further.fill(0.0);
         for number in 0..others.all.len() {
-            self.further.iter_mut().zip(others.samples(number, 0..n)).for_each(|(sum, x)| *sum += finite(*x));
+            further.iter_mut().zip(others.samples(number, 0..n)).for_each(|(sum, x)| *sum += finite(*x));
         }
+        let further = &self.further[..n];
         let size = self.past.len();
         let (delay, old_delay) = (self.latency_samples(), latency_of(self.fading.as_deref()).min(size - 2));
         // Without a scene nothing is rendered: the dry sound takes the place of the rendered one.
@@ -362,7 +364,7 @@ impl Spatializer {
         let next = |at: usize| if at + 1 == size { 0 } else { at + 1 };
         for i in 0..n {
             let (wet_gain, dry_gain) = (self.wet_gain.next(), self.dry_gain.next());
-            let [left_in, right_in] = [finite(first[i]) + self.further[i], finite(second[i]) + self.further[i]];
+            let [left_in, right_in] = [first[i], second[i]].map(|x| finite(x) + further[i]);
             let dry = self.dry.map(|[of_left, of_right]| of_left * left_in + of_right * right_in);
             self.past[self.now] = Moment { dry, wet_gain, dry_gain };
             let heard = |at: usize, wet: &[Vec<f32>; 2], stand_in: f32| {
@@ -392,6 +394,7 @@ fn latency_of(emitters: Option<&Emitters>) -> usize {
     emitters.map_or(0, |emitters| emitters.first().latency_samples())
 }
 
+#[inline(always)]
 fn finite(x: f32) -> f32 {
     if x.is_finite() { x } else { 0.0 }
 }

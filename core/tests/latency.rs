@@ -31,12 +31,15 @@ fn from(ears: &[Vec<f32>; 2], at: usize, len: usize) -> [Vec<f32>; 2] {
 fn difference(scene: &Arc<Scene>, params: &BlockParams, pose: Pose) -> f32 {
     let input = noise(5, 30_000);
     let mut frame = spatializer(scene, RATE, Latency::Frame);
+    let tail = frame.tail_samples();
     assert_eq!(frame.latency_samples(), FRAME);
     let wanted = render(&mut frame, &input, &[512], params, |_| pose);
     let mut worst = f32::MIN;
     for (latency, stated, lag) in [(Latency::Samples64, 64, 64), (Latency::None, 0, LEAD)] {
         let mut s = spatializer(scene, RATE, latency);
         assert_eq!(s.latency_samples(), stated);
+        // What comes later than is stated belongs to the tail.
+        assert_eq!(s.tail_samples(), tail + lag - stated);
         let found = render(&mut s, &input, &[512, 31, 100], params, |_| pose);
         let len = input.len() - FRAME;
         worst = worst.max(difference_db(&from(&wanted, FRAME, len), &from(&found, lag, len)));

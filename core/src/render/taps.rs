@@ -222,7 +222,7 @@ impl WithSimd for Coloured<'_> {
                 let mixed = mixed(simd, mixture, i, vector);
                 filter.put_parts::<S>(vector, times(simd, [left, left, right, right], mixed));
             }
-            taps.filters.set(block, hop, &filter);
+            taps.filters.set(simd, block, hop, &filter);
         }
     }
 }
@@ -268,7 +268,7 @@ impl WithSimd for Turned<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { taps, hop, turn, blocks } = self;
         for (block, turn) in turn.iter().enumerate().take(blocks.end).skip(blocks.start) {
             let mut filter = taps.filters.get(block, hop);
@@ -280,7 +280,7 @@ impl WithSimd for Turned<'_> {
                 right.re[i] = r.0 * turn.re[i] + r.1 * turn.im[i];
                 right.im[i] = r.1 * turn.re[i] - r.0 * turn.im[i];
             }
-            taps.filters.set(block, hop, &filter);
+            taps.filters.set(simd, block, hop, &filter);
         }
     }
 }
