@@ -1,4 +1,4 @@
-//! Further sources in the room of a renderer: each has its own direct sound and early reflections, and all share what comes later.
+//! Further sources in a renderer's room: each has its own direct sound and early reflections, and all share what comes later.
 
 use crate::decode::follow::Follower;
 use crate::render::carriers::Carriers;

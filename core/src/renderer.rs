@@ -104,8 +104,8 @@ pub struct Renderer {
     stated: usize,
     /// Samples by which what is rendered comes later than that.
     unstated: usize,
-    /// Sample of a hop at which the pose is asked for, so that the source's oldest belongs to the centre of the newest frame, or
-    /// to its end where the first hops do not wait for it.
+    /// Sample of a hop at which the pose is asked for, so that the source's oldest belongs to the centre of the newest frame,
+    /// or to its end where the first hops do not wait for it.
     pose_phase: usize,
     /// Hops for which a pose waits until it is rendered.
     pose_hops: usize,
@@ -220,8 +220,8 @@ impl Renderer {
         self
     }
 
-    /// Adds further sources, [`MOST_FURTHER`](crate::MOST_FURTHER) at most. Each has its own direct sound and early reflections;
-    /// what comes later is the room of the first source, which hears each of them as loud as it would be by itself. They are
+    /// Adds further sources, [`MOST_FURTHER`](crate::MOST_FURTHER) at most. Each has its own direct sound and early
+    /// reflections; what comes later is the room of the first source, which hears each of them as loud as by itself. They are
     /// played in the tiers Draft and Standard.
     ///
     /// # Errors

@@ -19,8 +19,8 @@ pub struct Voice {
 }
 
 impl Voice {
-    /// Of a stereo sound the mean of both channels is played. `offset_at` is given seconds from its start and answers how far it
-    /// is from the scene's emitter, metres.
+    /// Of a stereo sound the mean of both channels is played. `offset_at` is given seconds from its start and answers how far
+    /// it is from the scene's emitter, metres.
     #[must_use]
     pub fn new(sound: Source, offset_at: impl Fn(f64) -> Vec3 + Send + 'static) -> Self {
         Self { channels: vec![Vec::new(); sound.channels()], sound, offset_at: Box::new(offset_at), mono: Vec::new() }

@@ -94,7 +94,7 @@ impl RenderHead {
         head
     }
 
-    /// The same with the first `taps` explicit taps alone, and without room to add up in: what comes later is for another head to
+    /// The same with the first `taps` explicit taps alone, without room to add up in: what comes later is for another head to
     /// play ([`RenderHead::join`]).
     pub(crate) fn early(
         grid: StftGrid,
@@ -334,8 +334,8 @@ impl RenderHead {
         Some(Heard { direct, room, late, gains: Gains::new(room_gain, trim) })
     }
 
-    /// The filter of the hops that are played apart, on the host's bins, each hop at its time, where it has changed since it was
-    /// asked for.
+    /// The filter of the hops that are played apart, on the host's bins, each hop at its time, where it has changed since
+    /// it was asked for.
     pub(crate) fn joined(&mut self, room_gain: f32, trim: &Trim) -> Option<&[EarBlocks]> {
         if self.joined_at.replace((room_gain, *trim)) == Some((room_gain, *trim)) {
             return None;

@@ -95,8 +95,8 @@ impl Undelayed {
         }
     }
 
-    /// Begins a hop, with another filter of the first hops, on the host's bins, where there is one. It is faded to over the hop,
-    /// but for the first, which is heard at once.
+    /// Begins a hop, with another filter of the first hops, on the host's bins, where there is one. It is faded to over the
+    /// hop, but for the first, which is heard at once.
     pub(crate) fn set(&mut self, filter: Option<&[EarBlocks]>) {
         self.moves = self.is_set && filter.is_some();
         if let Some(filter) = filter {
