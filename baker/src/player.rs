@@ -322,7 +322,7 @@ impl Player {
         match &mut self.engine {
             Engine::Stream(stream) if self.rate_hz == self.played_hz => {
                 self.processor_s =
-                    stream::play(stream, source, &mut std::mem::take(&mut self.voices), true, mix, block, pose_at, write)?;
+                    stream::play(stream, source, &mut std::mem::take(&mut self.voices), true, (mix, block), pose_at, write)?;
                 Ok(())
             }
             _ => {
@@ -409,7 +409,7 @@ impl Player {
                     ears.iter_mut().zip(block).for_each(|(to, from)| to.extend_from_slice(from));
                     Ok(())
                 };
-                self.processor_s = stream::play(stream, source, &mut [], tail, Mix::RENDERED, BLOCK, pose_at, &mut keep)?;
+                self.processor_s = stream::play(stream, source, &mut [], tail, (Mix::RENDERED, BLOCK), pose_at, &mut keep)?;
                 ears
             }
             Engine::Clips(player) => player.render_long(&mono(&source.whole()?), pose_at)?,

@@ -15,8 +15,7 @@ pub(super) fn play(
     mut source: Source,
     voices: &mut [Voice],
     tail: bool,
-    mix: Mix,
-    block: usize,
+    (mix, block): (Mix, usize),
     pose_at: &mut dyn FnMut(f64) -> Pose,
     write: &mut Write<'_>,
 ) -> Result<f64, FileError> {

@@ -69,8 +69,8 @@ impl HalfFilters {
         self.scales[at] = f32::from_bits(exponent << 23);
         let inverse = f32::from_bits((254 - exponent) << 23);
         for (words, ear) in self.blocks[at].ears.iter_mut().zip(&filter.ears) {
-            for i in 0..LANES {
-                words[i] = halved(inverse * ear.re[i]) | halved(inverse * ear.im[i]) << 16;
+            for (word, (re, im)) in words.iter_mut().zip(ear.re.iter().zip(&ear.im)) {
+                *word = halved(inverse * re) | halved(inverse * im) << 16;
             }
         }
     }
@@ -194,7 +194,7 @@ mod tests {
             let mut filter = EarBlocks::default();
             for (i, value) in promenade_testing::noise(3, 4 * LANES).into_iter().enumerate() {
                 let block = &mut filter.ears[i / (2 * LANES)];
-                let row = if i / LANES % 2 == 0 { &mut block.re } else { &mut block.im };
+                let row = if (i / LANES).is_multiple_of(2) { &mut block.re } else { &mut block.im };
                 row[i % LANES] = value * largest * 0.5_f32.powi(i as i32 % 24);
             }
             (filter.ears[1].re[3], filter.ears[0].im[5]) = (-largest, 0.0);

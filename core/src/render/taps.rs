@@ -244,14 +244,12 @@ impl WithSimd for Injected<'_> {
         for (block, (from_row, to_row)) in rows.enumerate() {
             let mut all = [0.0; LANES];
             for (band, weights) in hats.of(block) {
-                for i in 0..LANES {
-                    all[i] += gains[*band] * weights[i];
-                }
+                all.iter_mut().zip(weights).for_each(|(all, weight)| *all += gains[*band] * weight);
             }
             let (from, to) = (&from_row[from.at], &mut to_row[to.at]);
-            for i in 0..LANES {
-                to.re[i] += all[i] * from.re[i];
-                to.im[i] += all[i] * from.im[i];
+            for (i, gain) in all.iter().enumerate() {
+                to.re[i] += gain * from.re[i];
+                to.im[i] += gain * from.im[i];
             }
         }
     }
