@@ -42,6 +42,7 @@ fn one_line(text: &str) -> String {
 }
 
 /// A time in minutes and seconds.
+#[cfg(feature = "train")]
 pub(crate) fn minutes(seconds: f64) -> String {
     let whole = seconds.round().max(0.0);
     format!("{}:{:02}", (whole / 60.0).floor(), whole % 60.0)
