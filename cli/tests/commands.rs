@@ -129,7 +129,6 @@ fn further_sounds_are_heard_from_their_places_in_one_room() {
     let [no_sound, no_path] = missing;
     let source = at(0.0);
     all_fail(&[
-        (vec!["render", &scene, &input, &out, "--source", "1,2,3"], "expected X,Y,Z=SOUND"),
         (no_sound, "none.wav: cannot be read"),
         (no_path, "in.wav: cannot be read"),
         (vec!["render", &scene, &input, &out, "--source", &source, "--latency", "64"], "frame"),

@@ -47,7 +47,7 @@ pub(super) fn play(
             let step = if voices.is_empty() { count } else { STEP - (done + from) % STEP };
             let to = count.min(from + step);
             let input: Vec<&[f32]> = channels.iter().map(|channel| &channel[from..to]).collect();
-            let seconds = (done + from) as f64 / rate_hz;
+            let seconds = ((done + from) / STEP * STEP) as f64 / rate_hz;
             let further: Vec<Further<'_>> = voices.iter().map(|voice| voice.playing(from, seconds)).collect();
             early += stream.advance_further(&input, &further, [&mut left[from..to], &mut right[from..to]], pose_at);
             from = to;
