@@ -377,6 +377,7 @@ fn a_wrong_command_line_is_status_2() {
         &["path", "a", "--origin", "last"],
         &["path", "a", "--simplify", "1"],
         &["path", "a", "--fps", "0"],
+        &["render", "a", "b", "c", "--source", "1,2,3"],
         &["measure"],
         &["measure", "a", "--response", "b"],
     ] {
