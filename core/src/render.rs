@@ -11,7 +11,6 @@ pub(crate) mod crossover;
 pub(crate) mod decay;
 pub(crate) mod decay_curve;
 pub(crate) mod direct;
-pub(crate) mod half;
 pub(crate) mod head;
 pub(crate) mod images;
 pub(crate) mod lanes;

@@ -6,7 +6,6 @@ use crate::render::bass::Bass;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
 use crate::render::direct::DirectFilter;
-use crate::render::half::{AccumulateHalf, HalfFilters};
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
 use crate::render::late::{Slot, SlotMut, late_lead};
 use crate::render::later::Later;
@@ -304,9 +303,9 @@ impl RenderHead {
         let Sums { direct, room, late } = sums;
         direct.fill(EarBlocks::default());
         let (arch, input, ring_len) = (self.arch, &self.input, slots);
-        let filter = self.taps.filters();
+        let (filter, hops) = (self.taps.filters(), self.taps.hops());
         let add_taps = |slots: &[usize], first: usize, sums: &mut [EarBlocks]| {
-            AccumulateHalf { arch, slots, ring_len, ring: input, filter, first, sums }.run();
+            Accumulate { arch, slots, ring_len, ring: input, filter, hops, first, sums }.run();
         };
         // What is played apart is the direct sound and the taps before this one.
         let first = self.apart.saturating_sub(1);
@@ -344,7 +343,7 @@ impl RenderHead {
         let bass = (self.bass.filters(), self.bass.hops(), 1.0 - room_gain);
         self.arch.dispatch(Join {
             direct: self.direct.blocks(),
-            taps: self.taps.filters(),
+            taps: (self.taps.filters(), self.taps.hops()),
             bass,
             count: self.apart,
             gains,
@@ -401,7 +400,8 @@ impl Gains {
 /// Adds up the filters of the first hops, each hop at its time, in frames of four hops.
 struct Join<'a> {
     direct: &'a [EarBlocks],
-    taps: &'a HalfFilters,
+    /// Filters as `[block][hop]`, and their hops.
+    taps: (&'a [EarBlocks], usize),
     /// The direct sound's bass as `[block][hop]`, its hops and its level.
     bass: (&'a [EarBlocks], usize, f32),
     count: usize,
@@ -420,7 +420,7 @@ impl WithSimd for Join<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { direct, taps, bass: (bass, bass_hops, bass_gain), count, gains, out } = self;
+        let Self { direct, taps: (taps, taps_hops), bass: (bass, bass_hops, bass_gain), count, gains, out } = self;
         let [own, other] = gains.across().map(|share| share * gains.early);
         for ((block, out), direct) in out.iter_mut().enumerate().zip(direct) {
             for ear in 0..2 {
@@ -433,9 +433,9 @@ impl WithSimd for Join<'_> {
                         add(&mut here.ears[ear], bass, ear, [bass_gain * gains.direct, 0.0]);
                     }
                 }
-                if let Some(tap) = hop.checked_sub(1).map(|tap| taps.get(block, tap)) {
+                if let Some(tap) = hop.checked_sub(1).map(|tap| &taps[block * taps_hops + tap]) {
                     for ear in 0..2 {
-                        add(&mut here.ears[ear], &tap, ear, [own, other]);
+                        add(&mut here.ears[ear], tap, ear, [own, other]);
                     }
                 }
                 let [cos, sin] = quarter_turns(hop);

@@ -3,8 +3,7 @@
 use crate::number::single;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
-use crate::render::half::AccumulateHalf;
-use crate::render::lanes::{Block, EarBlocks, blocks_for};
+use crate::render::lanes::{Accumulate, Block, EarBlocks, blocks_for};
 use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain};
 use crate::render::low::Low;
 use crate::render::meeting::Mixture;
@@ -116,8 +115,8 @@ impl Later {
     /// Adds its sound to both ears.
     pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
         let Self { arch, slots, tail, filters, .. } = self;
-        let filter = filters.filters();
-        AccumulateHalf { arch: *arch, slots, ring_len: LATE_HOPS, ring: tail, filter, first: 0, sums }.run();
+        let (filter, hops) = (filters.filters(), LATE_HOPS);
+        Accumulate { arch: *arch, slots, ring_len: hops, ring: tail, filter, hops, first: 0, sums }.run();
         self.low.add(sums);
     }
 

@@ -2,7 +2,6 @@
 
 use crate::bands::BandPlace;
 use crate::render::carrier_set::CarrierSet;
-use crate::render::half::HalfFilters;
 use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for, part};
 use crate::render::late::{Slot, SlotMut};
 use crate::simd::{times, times_plus};
@@ -13,8 +12,9 @@ use std::ops::Range;
 /// A run of hops, each a mix of carriers per ear times a gain per bin.
 pub(crate) struct Taps {
     arch: Arch,
+    hops: usize,
     hats: Hats,
-    filters: HalfFilters,
+    filters: Vec<EarBlocks>,
 }
 
 /// How much each band's gain weighs at each bin: a hat from its lower neighbour to its upper.
@@ -58,13 +58,18 @@ impl Hats {
 impl Taps {
     /// For a number of hops, and where every bin lies among `bands` bands.
     pub(crate) fn new(hops: usize, places: &[BandPlace], bands: usize) -> Self {
-        let filters = HalfFilters::new(blocks_for(places.len()), hops);
-        Self { arch: Arch::new(), hats: Hats::new(places, bands), filters }
+        let filters = vec![EarBlocks::default(); blocks_for(places.len()) * hops];
+        Self { arch: Arch::new(), hops, hats: Hats::new(places, bands), filters }
     }
 
-    /// The filters.
-    pub(crate) fn filters(&self) -> &HalfFilters {
+    /// The filters as `[block][hop]`.
+    pub(crate) fn filters(&self) -> &[EarBlocks] {
         &self.filters
+    }
+
+    /// Hops of the filters.
+    pub(crate) fn hops(&self) -> usize {
+        self.hops
     }
 
     /// Sets some blocks of one hop from carriers, each with its share, less what they have lost, and gains per band, left then
@@ -97,7 +102,7 @@ impl Taps {
 
     /// Silences the lowest block of bins of one hop.
     pub(crate) fn silence_lowest(&mut self, hop: usize) {
-        self.filters.silence(0, hop);
+        self.filters[hop] = EarBlocks::default();
     }
 
     /// Delays the ears of the blocks of one hop that have just been set: the left by the phasors, the right by their
@@ -107,7 +112,7 @@ impl Taps {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.filters.memory_bytes() + size_of_val(&*self.hats.weights)
+        size_of_val(&*self.filters) + size_of_val(&*self.hats.weights)
     }
 }
 
@@ -210,8 +215,8 @@ impl WithSimd for Coloured<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { taps, hop, mixture, band_gains, blocks } = self;
         let (of_left, of_right) = band_gains.split_at(taps.hats.count);
-        for (block, i) in blocks.zip(0..) {
-            let mut filter = EarBlocks::default();
+        let filters = taps.filters[blocks.start * taps.hops..].iter_mut().skip(hop).step_by(taps.hops);
+        for ((block, filter), i) in blocks.zip(filters).zip(0..) {
             for vector in 0..LANES / S::F32_LANES {
                 let (mut left, mut right) = (simd.splat_f32s(0.0), simd.splat_f32s(0.0));
                 for (band, weights) in taps.hats.of(block) {
@@ -222,7 +227,6 @@ impl WithSimd for Coloured<'_> {
                 let mixed = mixed(simd, mixture, i, vector);
                 filter.put_parts::<S>(vector, times(simd, [left, left, right, right], mixed));
             }
-            taps.filters.set(simd, block, hop, &filter);
         }
     }
 }
@@ -266,11 +270,11 @@ impl WithSimd for Turned<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, _simd: S) {
         let Self { taps, hop, turn, blocks } = self;
-        for (block, turn) in turn.iter().enumerate().take(blocks.end).skip(blocks.start) {
-            let mut filter = taps.filters.get(block, hop);
-            let [left, right] = &mut filter.ears;
+        let rows = taps.filters.chunks_exact_mut(taps.hops).zip(turn);
+        for (row, turn) in rows.take(blocks.end).skip(blocks.start) {
+            let [left, right] = &mut row[hop].ears;
             for i in 0..LANES {
                 let (l, r) = ((left.re[i], left.im[i]), (right.re[i], right.im[i]));
                 left.re[i] = l.0 * turn.re[i] - l.1 * turn.im[i];
@@ -278,7 +282,6 @@ impl WithSimd for Turned<'_> {
                 right.re[i] = r.0 * turn.re[i] + r.1 * turn.im[i];
                 right.im[i] = r.1 * turn.re[i] - r.0 * turn.im[i];
             }
-            taps.filters.set(simd, block, hop, &filter);
         }
     }
 }
@@ -303,12 +306,13 @@ mod tests {
         let turn = vec![Block { re: [phasor.re; LANES], im: [phasor.im; LANES] }; blocks_for(bins)];
         taps.turn(1, &turn, all);
         for (k, place) in places.iter().enumerate() {
+            let row = &taps.filters()[k / LANES * 3..][..3];
             let at = |hop: usize, ear: usize| {
-                let b = &taps.filters().get(k / LANES, hop).ears[ear];
+                let b = &row[hop].ears[ear];
                 Complex32::new(b.re[k % LANES], b.im[k % LANES])
             };
-            assert!((at(1, 0) - carrier * (1.0 + place.fraction) * phasor).norm() < 1e-3);
-            assert!((at(1, 1) - carrier * 4.0 * phasor.conj()).norm() < 1e-3);
+            assert!((at(1, 0) - carrier * (1.0 + place.fraction) * phasor).norm() < 1e-6);
+            assert!((at(1, 1) - carrier * 4.0 * phasor.conj()).norm() < 1e-6);
             assert_eq!(at(0, 0), Complex32::default(), "other hops are as they were");
         }
     }

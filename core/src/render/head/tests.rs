@@ -332,10 +332,10 @@ fn single_precision_is_heard_in_no_stage() {
         let stages = [
             ("transform", analysis, -130.0),
             ("direct sound", head_db(Sounding { direct: true, ..only }, moves), -125.0),
-            ("taps", head_db(Sounding { taps: true, ..only }, moves), -78.0),
-            ("late part", head_db(Sounding { late: true, ..only }, moves), -78.0),
+            ("taps", head_db(Sounding { taps: true, ..only }, moves), -125.0),
+            ("late part", head_db(Sounding { late: true, ..only }, moves), -125.0),
             ("synthesis", synthesis, -130.0),
-            ("all", total, -78.0),
+            ("all", total, -125.0),
         ];
         for (stage, db, most) in stages {
             println!("{stage}, {}: {db:.1} dB", if moves { "moving" } else { "standing" });
