@@ -188,7 +188,7 @@ impl Player {
         }
         let wrong = |expected: &str, found: String| Err(BakeError::argument("further sound", expected, found));
         if voices.len() > MOST_FURTHER {
-            return wrong("63 at most", voices.len().to_string());
+            return wrong(&format!("{MOST_FURTHER} at most"), voices.len().to_string());
         }
         if let Some(voice) = voices.iter().find(|voice| f64::from(voice.sample_rate_hz()) != self.rate_hz) {
             return wrong(&format!("{} Hz", self.rate_hz), format!("{} Hz", voice.sample_rate_hz()));

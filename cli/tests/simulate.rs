@@ -254,9 +254,9 @@ fn a_box_becomes_a_scene_that_ambisonic_microphones_hear() {
     let third = heard(&["--format", "ambix"]);
     assert_eq!(third.len(), 16);
     // The direct sound with the click, along the channels of its direction.
-    let way = Pose::from_ypr(Vec3::new(2.0, 2.2, 1.4), 20.0_f32.to_radians(), 0.0, 0.0).to_head(Vec3::new(3.0, 3.2, 1.5));
-    let towards = way.normalize();
-    let wanted = harmonics(3, towards);
+    let from = Pose::from_ypr(Vec3::new(2.0, 2.2, 1.4), 20.0_f32.to_radians(), 0.0, 0.0);
+    let along = |at: Vec3| harmonics(3, from.to_head(at).normalize());
+    let wanted = along(Vec3::new(3.0, 3.2, 1.5));
     let first = third[0][100];
     assert!(third[0][..99].iter().all(|x| x.abs() < 0.02 * first), "silence before it");
     for (channel, sound) in third.iter().enumerate() {
@@ -276,6 +276,16 @@ fn a_box_becomes_a_scene_that_ambisonic_microphones_hear() {
     for channel in 1..16 {
         let db = 10.0 * (late(channel) * (2.0 * degree(channel) as f64 + 1.0) / late(0)).log10();
         assert!(db.abs() < 1.5, "{channel}: {db} dB");
+    }
+    // A further sound where the first one is doubles it; as far away on the other side it comes from there.
+    let two = |at: &str| heard(&["--format", "ambix", "--source", &format!("{at}={click}")]);
+    let twice = two("3,3.2,1.5");
+    let off = twice.iter().flatten().zip(third.iter().flatten()).map(|(two, one)| (two - 2.0 * one).abs()).fold(0.0, f32::max);
+    assert!(off < 1e-4 * first, "{off} of {first}");
+    let mirrored = along(Vec3::new(3.0, 1.2, 1.5));
+    for (channel, sound) in two("3,1.2,1.5").iter().enumerate() {
+        let share = (wanted[channel] + mirrored[channel]) / (2.0 * degree(channel) as f32 + 1.0).sqrt();
+        assert!((sound[100] / first - share).abs() < 0.04, "{channel}: {} of {first}, not {share}", sound[100]);
     }
     let lower = heard(&["--format", "ambix", "--order", "1"]);
     assert!(lower[..] == third[..4], "a lower order is its first channels");

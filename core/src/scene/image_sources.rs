@@ -141,14 +141,15 @@ impl ImageSources {
     pub(crate) fn seen_at(&self, position: Vec3, corners: Option<&Corners>, out: &mut [f32]) {
         out.fill(0.0);
         let count = self.images.len();
+        let known = corners.and_then(|corners| corners.images_at(position));
+        let mut seeing = [0.0; Corners::MOST_SEEN + 1];
         for (place, weight) in Axis::places_around(&self.places, position) {
-            out.iter_mut().zip(&self.seen[place * count..][..count]).for_each(|(o, s)| *o += weight * s);
+            let shares = &self.seen[place * count..][..count];
+            out.iter_mut().zip(shares).for_each(|(o, s)| *o += weight * s);
+            seeing.iter_mut().zip(shares).filter(|(_, s)| **s > 0.0).for_each(|(sum, _)| *sum += weight);
         }
-        let Some(seen) = corners.and_then(|corners| corners.images_at(position)) else { return };
-        for (i, (out, seen)) in out.iter_mut().zip(seen).enumerate() {
-            // Where it is seen it is as loud as at those places around that see it.
-            let around = Axis::places_around(&self.places, position);
-            let seeing: f32 = around.filter(|(place, _)| self.seen[place * count + i] > 0.0).map(|(_, weight)| weight).sum();
+        // Where it is seen it is as loud as at those places around that see it.
+        for ((out, seen), seeing) in out.iter_mut().zip(known.into_iter().flatten()).zip(seeing) {
             *out = seen * if seeing > 0.0 { *out / seeing } else { 1.0 };
         }
     }
