@@ -111,6 +111,15 @@ pub(crate) fn check_channels(plugin: &str, setup: &Setup, (input, output): (usiz
     Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: found.to_string() })
 }
 
+/// Whether a plugin has inputs for all further tracks beside its main one.
+pub(crate) fn check_further(plugin: &str, setup: &Setup, inputs: usize) -> Result<(), HostError> {
+    if setup.further <= inputs {
+        return Ok(());
+    }
+    let expected = format!("inputs for {} further tracks", setup.further);
+    Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: inputs.to_string() })
+}
+
 /// Copies a block of the main output; a single channel goes to all.
 pub(crate) fn copy_out(main: &[Vec<f32>], output: &mut [&mut [f32]]) {
     for (number, to) in output.iter_mut().enumerate() {

@@ -48,7 +48,7 @@ impl Instance {
     /// A setup out of range or with other channels, or the plugin does not start.
     pub fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
         setup.check()?;
-        let channels = |setup: &Setup| format!("{} inputs and {} outputs", setup.inputs, setup.outputs);
+        let channels = |setup: &Setup| format!("{} inputs and {} outputs", setup.inputs + setup.further, setup.outputs);
         if channels(&setup) != channels(&self.setup) {
             return Err(HostError::unusable(format!("{}, as before", channels(&self.setup)), channels(&setup)));
         }
@@ -148,7 +148,7 @@ impl Instance {
         self.transport = Some((seconds, 0));
     }
 
-    /// Plays a block: as many slices as the setup has inputs, of one length up to the setup's block. Returns left and right; a
+    /// Plays a block: as many slices as the setup has inputs and further tracks, of one length up to the setup's block. Returns left and right; a
     /// plugin with one output is heard on both.
     ///
     /// # Errors
@@ -166,7 +166,8 @@ impl Instance {
     /// As [`Instance::process`].
     pub fn process_into(&mut self, input: &[&[f32]], output: &mut [&mut [f32]]) -> Result<(), HostError> {
         let len = output.first().map_or(0, |channel| channel.len());
-        let fits = input.len() == self.setup.inputs && output.len() == self.setup.outputs && len <= self.setup.block;
+        let tracks = self.setup.inputs + self.setup.further;
+        let fits = input.len() == tracks && output.len() == self.setup.outputs && len <= self.setup.block;
         let alike =
             input.iter().map(|channel| channel.len()).chain(output.iter().map(|channel| channel.len())).all(|n| n == len);
         if !fits || !alike {
@@ -176,8 +177,8 @@ impl Instance {
                 lengths(&mut input.iter().map(|c| c.len())),
                 lengths(&mut output.iter().map(|c| c.len()))
             );
-            let Setup { inputs, outputs, block, .. } = self.setup;
-            let expected = format!("{inputs} inputs and {outputs} outputs of one length, at most {block}");
+            let Setup { outputs, block, .. } = self.setup;
+            let expected = format!("{tracks} inputs and {outputs} outputs of one length, at most {block}");
             return Err(HostError::unusable(expected, found));
         }
         let position = self.transport.map(|(from, since)| {

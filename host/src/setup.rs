@@ -5,6 +5,9 @@ use crate::HostError;
 /// More channels than any plugin has that is listened to.
 const MOST_OUTPUTS: usize = 256;
 
+/// More inputs than any plugin has that a track can be connected to.
+const MOST_FURTHER: usize = 256;
+
 /// How an instance is played.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
@@ -15,6 +18,8 @@ pub struct Setup {
     /// Channels of the track, 1 or 2. Where the plugin takes only the other number, a mono track feeds both of its inputs; two
     /// channels into one input are refused.
     pub inputs: usize,
+    /// Mono tracks for the inputs after the main one, in their order: at most as many as the plugin has, and at most 256.
+    pub further: usize,
     /// Channels that come out, 1 to 256: 2 are both ears, also where the plugin has one output. Any other number is asked of
     /// the plugin, and must be what it has then.
     pub outputs: usize,
@@ -28,7 +33,16 @@ pub struct Setup {
 
 impl Default for Setup {
     fn default() -> Self {
-        Self { rate: 48_000.0, block: 512, inputs: 2, outputs: 2, offline: false, tempo: Some(120.0), editors: true }
+        Self {
+            rate: 48_000.0,
+            block: 512,
+            inputs: 2,
+            further: 0,
+            outputs: 2,
+            offline: false,
+            tempo: Some(120.0),
+            editors: true,
+        }
     }
 }
 
@@ -44,6 +58,9 @@ impl Setup {
         }
         if !(1..=2).contains(&self.inputs) {
             return wrong("a track of 1 or 2 channels", format!("{}", self.inputs));
+        }
+        if self.further > MOST_FURTHER {
+            return wrong("at most 256 further tracks", format!("{}", self.further));
         }
         if !(1..=MOST_OUTPUTS).contains(&self.outputs) {
             return wrong("1 to 256 output channels", format!("{}", self.outputs));
@@ -78,6 +95,7 @@ mod tests {
             Setup { block: 0, ..good },
             Setup { inputs: 3, ..good },
             Setup { outputs: 0, ..good },
+            Setup { further: 257, ..good },
             Setup { tempo: Some(0.0), ..good },
         ];
         for setup in bad {

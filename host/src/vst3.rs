@@ -6,7 +6,7 @@ mod module;
 mod presets;
 
 use crate::HostError;
-use crate::backend::{Backend, check_channels, copy_out};
+use crate::backend::{Backend, check_channels, check_further, copy_out};
 use crate::editor::Editor;
 use crate::info::PluginInfo;
 use crate::parameter::{Edit, EditKind, Parameter};
@@ -53,6 +53,8 @@ pub(crate) struct Vst3Plugin {
     info: PluginInfo,
     setup: Setup,
     buffers: AudioBuffers,
+    /// For each channel of the inputs after the main one, which of them it belongs to.
+    others: Vec<usize>,
     tempo: f64,
     /// How often it has asked for another activation because of its latency.
     restarts: usize,
@@ -71,6 +73,7 @@ impl Vst3Plugin {
             info: plugin.clone(),
             setup,
             buffers: AudioBuffers::new(0, 0, 0, setup.rate),
+            others: Vec::new(),
             tempo: setup.tempo.unwrap_or(USUAL_TEMPO),
             restarts: 0,
         };
@@ -96,6 +99,7 @@ impl Vst3Plugin {
         let channels = |buses: &[SpeakerArrangement]| buses.first().map_or(0, |bus| bus.channel_count());
         let (into, out) = (channels(&taken.inputs), channels(&taken.outputs));
         check_channels(&self.info.name, &self.setup, (into, out))?;
+        check_further(&self.info.name, &self.setup, taken.inputs.len().saturating_sub(1))?;
         // Many hosts take only what they have asked for.
         if self.setup.outputs != 2 && taken.outputs.first() != outputs.first() {
             let name = |buses: &[SpeakerArrangement]| buses.first().map_or(0, |bus| bus.raw());
@@ -103,8 +107,10 @@ impl Vst3Plugin {
             let found = format!("{:#x}", name(&taken.outputs));
             return Err(HostError::Layout { plugin: self.info.name.clone(), expected, found });
         }
-        // The main buses come first; of the others the inputs are silent and the outputs unheard.
-        self.buffers = AudioBuffers::new(into, out, self.setup.block, self.setup.rate);
+        // The main buses come first; the outputs of others are unheard, and their inputs have the further tracks or silence.
+        let others = taken.inputs.iter().enumerate().skip(1);
+        self.others = others.flat_map(|(bus, speakers)| std::iter::repeat_n(bus - 1, speakers.channel_count())).collect();
+        self.buffers = AudioBuffers::new(into + self.others.len(), out, self.setup.block, self.setup.rate);
         Ok(())
     }
 
@@ -236,9 +242,17 @@ impl Backend for Vst3Plugin {
             let taken = self.plugin.set_playing(true).and_then(|()| self.plugin.set_transport_position(at));
             taken.map_err(|e| self.failed("take the transport", e))?;
         }
-        for (number, mine) in self.buffers.inputs.iter_mut().enumerate() {
+        let (track, further) = input.split_at(self.setup.inputs);
+        let count = self.buffers.inputs.len() - self.others.len();
+        let (main, others) = self.buffers.inputs.split_at_mut(count);
+        for (number, mine) in main.iter_mut().enumerate() {
             mine.clear();
-            mine.extend_from_slice(input[number.min(input.len() - 1)]);
+            mine.extend_from_slice(track[number.min(track.len() - 1)]);
+        }
+        for (bus, mine) in self.others.iter().zip(others) {
+            mine.clear();
+            mine.extend_from_slice(further.get(*bus).copied().unwrap_or_default());
+            mine.resize(len, 0.0);
         }
         self.buffers.outputs.iter_mut().for_each(|channel| {
             channel.clear();

@@ -21,4 +21,4 @@ pub mod telemetry;
 pub mod tracker;
 pub mod worker;
 
-pub use export::Promenade;
+pub use export::{Promenade, PromenadeMany};

@@ -158,7 +158,7 @@ def make(template):
 def main():
     bundle, folder = sys.argv[1], Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
-    files = make(pedalboard.load_plugin(bundle).preset_data)
+    files = make(pedalboard.load_plugin(bundle, plugin_name="Promenade").preset_data)
     for old in folder.glob("*.vstpreset"):
         if old.name not in files:
             old.unlink()

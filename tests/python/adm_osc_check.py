@@ -40,7 +40,7 @@ def listen(port, heard):
 
 
 def main():
-    plugin = pedalboard.load_plugin(sys.argv[1])
+    plugin = pedalboard.load_plugin(sys.argv[1], plugin_name="Promenade")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "adm.vstpreset"
         file.write_bytes(preset(plugin.preset_data))

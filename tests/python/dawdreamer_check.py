@@ -124,7 +124,7 @@ def check_scene(path):
 
 def check_state(path):
     """What another host has saved is heard from the first sample, as it is there, and saved again as it is."""
-    other = pedalboard.load_plugin(path)
+    other = pedalboard.load_plugin(path, plugin_name="Promenade")
     other.scene = "IoSR room B"
     other.parameters["yaw_deg"].raw_value = 0.6
     other(noise()[:, :RATE // 10], RATE)

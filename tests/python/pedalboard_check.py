@@ -100,7 +100,7 @@ def check_state(plugin, path):
     plugin.raw_state = plugin.raw_state
     room_b = plugin(signal, RATE)
     assert np.max(np.abs(room_b - before)) > 1e-3, "the other room sounds the same"
-    restored = pedalboard.load_plugin(path)
+    restored = pedalboard.load_plugin(path, plugin_name="Promenade")
     restored.raw_state = plugin.raw_state
     out = restored(signal, RATE)
     difference = 20 * np.log10(np.max(np.abs(out - room_b)) + 1e-12)
@@ -112,7 +112,7 @@ def check_scene(path):
     signal = noise(2)
     rooms = []
     for scene in ("IoSR room A", "IoSR room B", "IoSR room B"):
-        plugin = pedalboard.load_plugin(path)
+        plugin = pedalboard.load_plugin(path, plugin_name="Promenade")
         plugin.scene = scene
         rooms.append(plugin(signal, RATE))
     assert np.array_equal(rooms[1], rooms[2]), "two renderings differ"
@@ -123,13 +123,13 @@ def check_scene(path):
 
 def check_presets(path):
     """Every preset is what its recipe makes today, loads, and sounds as it says."""
-    made = make_presets.make(pedalboard.load_plugin(path).preset_data)
+    made = make_presets.make(pedalboard.load_plugin(path, plugin_name="Promenade").preset_data)
     stored = {file.name: file.read_bytes() for file in (PRESETS / "plugin").glob("*.vstpreset")}
     assert stored.keys() == made.keys(), sorted(stored.keys() ^ made.keys())
     heard = {}
     for name, content in made.items():
         assert stored[name] == content, f"{name} is not what presets/recipes/make_presets.py makes"
-        plugin = pedalboard.load_plugin(path)
+        plugin = pedalboard.load_plugin(path, plugin_name="Promenade")
         plugin.load_preset(str(PRESETS / "plugin" / name))
         heard[name.removesuffix(".vstpreset")] = plugin(noise(2), RATE)
     for name, out in heard.items():
@@ -143,7 +143,7 @@ def check_presets(path):
 
 def main():
     path = sys.argv[1]
-    plugin = pedalboard.load_plugin(path)
+    plugin = pedalboard.load_plugin(path, plugin_name="Promenade")
     for check in (check_parameters, check_sound, check_head_turn, check_latency, check_repeats):
         check(plugin)
         print(f"ok {check.__name__}", flush=True)

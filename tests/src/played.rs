@@ -6,6 +6,9 @@ use serde_json::Value;
 use std::borrow::BorrowMut;
 use std::path::Path;
 
+/// Name of the plugin of many sources.
+const MANY: &str = "Promenade Many";
+
 /// A parameter as a host lists it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knob {
@@ -36,6 +39,13 @@ pub trait Host: Sized + From<Instance> + BorrowMut<Instance> {
     /// Loads, activates and starts an instance.
     fn open(setup: Setup) -> Self {
         Self::bundle().open(setup).unwrap_or_else(|e| panic!("{e}")).into()
+    }
+
+    /// Loads, activates and starts an instance of the plugin of many sources, with a mono track on its main input.
+    fn open_many(setup: Setup) -> Self {
+        let bundle = Self::bundle();
+        let many = bundle.find(MANY).unwrap_or_else(|e| panic!("{e}"));
+        bundle.open_plugin(many, Setup { inputs: 1, ..setup }).unwrap_or_else(|e| panic!("{e}")).into()
     }
 
     /// The instance.

@@ -12,6 +12,7 @@ mod instances;
 mod latency;
 mod library;
 mod live;
+mod many;
 mod migration;
 mod moving;
 mod osc;

@@ -6,7 +6,12 @@ use serde_json::{Value, json};
 use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 
-in_both_formats!(a_tracker_turns_the_head, what_osc_has_set_is_saved, a_parameter_switches_osc_on);
+in_both_formats!(
+    a_tracker_turns_the_head,
+    what_osc_has_set_is_saved,
+    a_parameter_switches_osc_on,
+    objects_of_adm_osc_move_further_sources,
+);
 
 /// Elsewhere 127.0.0.2 is no address of the machine.
 #[cfg(target_os = "linux")]
@@ -142,6 +147,33 @@ fn a_parameter_switches_osc_on<H: Host>() {
     let started = Instant::now();
     while UdpSocket::bind(("127.0.0.1", port)).is_err() {
         assert!(started.elapsed() < PATIENCE, "the port is not free");
+    }
+}
+
+fn objects_of_adm_osc_move_further_sources<H: Host>() {
+    let port = free_port();
+    let mut host = H::open_many(Setup { block: BLOCK, ..Setup::default() });
+    let config = json!({ "on": true, "port": port, "adm": { "object": 5, "metres": 4.0 } });
+    let state = edit_state(&host.state(), "osc", &config);
+    assert!(host.load(&state));
+    let to = sender(port);
+    let started = Instant::now();
+    let wanted = ["ex3", "ey3", "ez3", "level3", "level2"];
+    let told = loop {
+        let _refused = to.send(&message("/adm/obj/7/xyz", [0.25, 0.5, 0.0]));
+        let _refused = to.send(&message("/adm/obj/7/gain", [0.1]));
+        let _refused = to.send(&message("/promenade/param/level2", [-6.0]));
+        host.process(&[&[0.0; BLOCK]]);
+        let state = host.state();
+        let told: Value = serde_json::from_str(state["fields"]["remote"].as_str().unwrap()).unwrap();
+        if wanted.iter().all(|id| told[id].is_number()) || started.elapsed() > PATIENCE {
+            break told;
+        }
+    };
+    // The scene's own source is 1.5 m ahead of where its listener begins.
+    let values = wanted.map(|id| told[id].as_f64().unwrap_or(f64::NAN));
+    for (found, wanted) in values.into_iter().zip([0.5, -1.0, 0.0, -20.0, -6.0]) {
+        assert!((found - wanted).abs() < 0.01, "{told}");
     }
 }
 

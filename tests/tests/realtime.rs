@@ -2,8 +2,9 @@
 //!
 //! With `RTSAN_ENABLE` set (`cargo xtask test` sets it) the real-time sanitizer ends the process if it does.
 
+use promenade_core::glam::Vec3;
 use promenade_core::headphones::{HeadphoneStage, Headphones};
-use promenade_core::{BlockParams, EmitterParams, Emitters, Pose, Spatializer, Tier};
+use promenade_core::{BlockParams, EmitterParams, Emitters, Further, Pose, Spatializer, Tier};
 use promenade_testing::noise;
 use promenade_testing::scenes::{live_renderer, room_with_cloud, walk};
 use std::collections::BTreeSet;
@@ -24,6 +25,7 @@ fn block(
     input: &[f32],
     output: &mut [Vec<f32>; 2],
     (params, pose): (BlockParams, impl Fn(usize) -> Pose),
+    further: &[Further<'_>],
 ) {
     if done.is_none() {
         *done = spatializer.take_retired();
@@ -33,7 +35,7 @@ fn block(
     }
     let [left, right] = output;
     let (left, right) = (&mut left[..input.len()], &mut right[..input.len()]);
-    spatializer.process(&[input, input], [&mut *left, &mut *right], &params, pose);
+    spatializer.process_further(&[input, input], further, [&mut *left, &mut *right], &params, pose);
     headphones.process([left, right], !params.bypass);
     black_box((spatializer.latency_samples(), spatializer.tail_samples()));
 }
@@ -49,7 +51,7 @@ fn walking_automating_and_changing_scenes_never_blocks() {
     let scenes = [room_with_cloud(RATE, 0.3, 0.05), room_with_cloud(44_100.0, 1.2, 0.1)];
     let renderer = |i: usize| {
         let [first, second] = [(); 2].map(|()| live_renderer(&scenes[i % 2], RATE));
-        Box::new(Emitters::from(first).with_second(second))
+        Box::new(Emitters::from(first).with_second(second).with_further(3).unwrap())
     };
     let mut spatializer = Spatializer::new(RATE);
     spatializer.install(renderer(0));
@@ -81,7 +83,12 @@ fn walking_automating_and_changing_scenes_never_blocks() {
         };
         let walk = walk(RATE);
         let pose = |i: usize| walk(at + i);
-        block((&mut spatializer, &mut headphones), &mut next, &mut done, &input[..len], &mut output, (params, pose));
+        // The second of three is silent, and then has no input at all.
+        let sound = |on: bool| if on { &input[..len] } else { &[] };
+        let offset = Vec3::new((turn % 7) as f32 * 0.1, 0.5, 0.0);
+        let further = [true, turn % 60 < 30, turn % 100 < 50].map(|on| Further { input: sound(on), offset });
+        let (both, input) = ((&mut spatializer, &mut headphones), &input[..len]);
+        block(both, &mut next, &mut done, input, &mut output, (params, pose), &further);
         at += len;
         assert!(output.iter().flatten().all(|s| s.is_finite()));
         played.extend(spatializer.renderer().map(|renderer| renderer.played_tier(tier)).filter(|_| len > 0));

@@ -170,20 +170,22 @@ fn whatever_a_host_does_is_harmless<H: Host>() {
     }
 }
 
-/// A host of one layout, and 40 things that it does.
+/// A host of one layout, and 40 things that it does; every second one has the plugin of many sources.
 fn one_host<H: Host>(seed: u64) {
     let mut draws = Draws::new(seed);
+    let further = if seed % 2 == 0 { 15 } else { 0 };
     let setup = |draws: &mut Draws, inputs: usize| Setup {
         rate: [8_000.0, 22_050.0, 44_100.0, 48_000.0, 96_000.0, 192_000.0][draws.below(6)],
         block: [1, 17, 64, 512, 1_000][draws.below(5)],
         offline: draws.below(2) == 0,
         tempo: (draws.below(2) == 0).then_some(97.3),
         inputs,
+        further,
         ..Setup::default()
     };
-    let inputs = 1 + draws.below(2);
+    let inputs = if further > 0 { 1 } else { 1 + draws.below(2) };
     let first = setup(&mut draws, inputs);
-    let mut host = H::open(first);
+    let mut host = if further > 0 { H::open_many(first) } else { H::open(first) };
     let ids = ids(&mut host);
     let mut saved = host.save();
     for step in 0..40 {
@@ -208,8 +210,7 @@ fn one_host<H: Host>(seed: u64) {
         }
         let level = [0.0, 1e-39, 1e-20, 1e-3, 1.0, 1e10, f32::INFINITY][draws.below(7)];
         let input: Vec<f32> = (&mut draws.0).take(len).map(|v| level * v).collect();
-        let channels = [&input[..]; 2];
-        let out = host.process(&channels[..inputs]);
+        let out = host.process(&vec![&input[..]; inputs + further]);
         assert_eq!(unfit(&out), None, "seed {seed}, step {step}");
     }
 }

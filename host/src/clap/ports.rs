@@ -1,7 +1,7 @@
 //! A track connected to a CLAP plugin's ports.
 
 use super::handlers::Handlers;
-use crate::backend::{check_channels, copy_out};
+use crate::backend::{check_channels, check_further, copy_out};
 use crate::{HostError, Setup};
 use clack_extensions::ambisonic::PluginAmbisonic;
 use clack_extensions::audio_ports::{AudioPortFlags, AudioPortInfoBuffer, AudioPortType, PluginAudioPorts};
@@ -12,10 +12,12 @@ use clack_host::process::audio_buffers::{InputAudioBuffers, OutputAudioBuffers};
 /// More ports or channels than any plugin has that a track can be connected to.
 const MOST: u32 = 256;
 
-/// Buffers of all ports, and which of them the track uses; the others are fed silence and not listened to.
+/// Buffers of all ports, and which of them the tracks use; the others are fed silence and not listened to.
 pub(crate) struct Ports {
     inputs: Side,
     outputs: Side,
+    /// Channels of the track on the main input; further tracks follow.
+    track: usize,
 }
 
 /// The ports of one direction.
@@ -28,7 +30,7 @@ struct Side {
 
 impl Default for Ports {
     fn default() -> Self {
-        Self { inputs: Side::new(&[], 0), outputs: Side::new(&[], 0) }
+        Self { inputs: Side::new(&[], 0), outputs: Side::new(&[], 0), track: 1 }
     }
 }
 
@@ -54,7 +56,8 @@ impl Ports {
         let inputs = side(instance, true);
         let outputs = side(instance, false);
         check_channels(plugin, setup, (inputs.main().len(), outputs.main().len()))?;
-        Ok(Self { inputs, outputs })
+        check_further(plugin, setup, inputs.buffers.len().saturating_sub(1))?;
+        Ok(Self { inputs, outputs, track: setup.inputs })
     }
 
     /// What the plugin calls its main output.
@@ -78,11 +81,15 @@ impl Ports {
         self.outputs.fit(block);
     }
 
-    /// The buffers of a block, with the track on the main input.
-    pub(crate) fn connect(&mut self, track: &[&[f32]], len: usize) -> (InputAudioBuffers<'_>, OutputAudioBuffers<'_>) {
+    /// The buffers of a block, with the track on the main input and further tracks on those that follow.
+    pub(crate) fn connect(&mut self, tracks: &[&[f32]], len: usize) -> (InputAudioBuffers<'_>, OutputAudioBuffers<'_>) {
+        let (track, further) = tracks.split_at(self.track.min(tracks.len()));
+        let mut further = further.iter();
         for (number, port) in self.inputs.buffers.iter_mut().enumerate() {
+            let on_main = number == self.inputs.main;
+            let other = if on_main { None } else { further.next() };
             for (index, channel) in port.iter_mut().enumerate() {
-                match track.get(index).or(track.last()).filter(|_| number == self.inputs.main) {
+                match track.get(index).or(track.last()).filter(|_| on_main).or(other) {
                     Some(from) => channel[..len].copy_from_slice(from),
                     // A plugin may have scribbled over its input.
                     None => channel[..len].fill(0.0),

@@ -82,7 +82,7 @@ impl Spender {
         }
     }
 
-    /// Chooses what is played of a block of input, and sets it so. An instance that leads others or is bypassed does
+    /// Chooses what is played of a block whose inputs have a mean square of `power`, and sets it so. An instance that leads others or is bypassed does
     /// not wait; offline there is no budget. Returns what measures the block's time, where there is a limit.
     ///
     /// # Real-time
@@ -90,14 +90,14 @@ impl Spender {
     pub(crate) fn begin(
         &mut self,
         block: &mut BlockParams,
-        input: [&[f32]; 2],
+        power: impl FnOnce() -> f32,
         offline: bool,
         leads: bool,
     ) -> Option<StopWatch> {
         self.limited = limit_percent().is_some() && !offline;
         let held = if self.limited { self.account.held() } else { Grant::Full };
         if self.limited {
-            self.power = mean_square(input);
+            self.power = power();
             let quiet = self.power <= SILENCE;
             if std::mem::replace(&mut self.quiet, quiet)
                 && !quiet
@@ -135,19 +135,19 @@ impl Spender {
         wakes
     }
 
-    /// Fades the input in after it has begun anew: in the middle of a sound its beginning would be a click, which the room
+    /// Fades so many samples of all inputs in after it has begun anew: in the middle of a sound its beginning would be a click, which the room
     /// would prolong.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn fade_in(&mut self, input: &mut [&mut [f32]], sample_rate_hz: f64) {
+    pub(crate) fn fade_in<'a>(&mut self, input: impl Iterator<Item = &'a mut [f32]>, len: usize, sample_rate_hz: f64) {
         let fade = fade_samples(sample_rate_hz);
         if self.taken < self.settled {
-            for channel in &mut *input {
+            for channel in input {
                 let gains = (self.taken..fade).map(|at| at as f32 / fade as f32);
                 channel.iter_mut().zip(gains).for_each(|(x, gain)| *x *= gain);
             }
-            self.taken += input.first().map_or(0, |channel| channel.len());
+            self.taken += len;
         }
     }
 

@@ -55,6 +55,8 @@ pub struct Instance {
 pub struct Selection {
     /// A keyframe of the camera path, by its number.
     pub keyframe: Option<usize>,
+    /// A source, 0 for the first.
+    pub source: usize,
     /// Whether the list of scenes is open in a narrow window.
     pub list: bool,
     /// Whether the library is to be listed again.
@@ -174,7 +176,7 @@ impl Ctx<'_> {
     /// Reports values that came over Open Sound Control to the host, as only an open editor can; values in quick succession are
     /// one gesture.
     pub fn report_remote(&mut self) {
-        for parameter in Parameter::ALL {
+        for parameter in self.params().parameters() {
             let params = &self.instance.params;
             if let Some(value) = params.remote.pending(parameter, params.hosted(parameter)) {
                 let landed = landed(params, parameter, value);

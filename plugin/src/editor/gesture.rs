@@ -32,14 +32,14 @@ struct Open {
 /// The gestures that are going on.
 #[derive(Debug)]
 pub struct Gestures {
-    open: [Option<Open>; Parameter::ALL.len()],
+    open: [Option<Open>; Parameter::EVERY.len()],
     /// Values that the host was sent and may not have taken yet.
-    sent: [Option<f32>; Parameter::ALL.len()],
+    sent: [Option<f32>; Parameter::EVERY.len()],
 }
 
 impl Default for Gestures {
     fn default() -> Self {
-        Self { open: [const { None }; Parameter::ALL.len()], sent: [None; Parameter::ALL.len()] }
+        Self { open: [const { None }; Parameter::EVERY.len()], sent: [None; Parameter::EVERY.len()] }
     }
 }
 
@@ -47,7 +47,7 @@ impl Gestures {
     /// The value that the user has set and the host may not have taken yet.
     #[must_use]
     pub fn value(&self, parameter: Parameter) -> Option<f32> {
-        self.open[parameter as usize].map(|open| open.value)
+        self.open[parameter.number()].map(|open| open.value)
     }
 
     /// Sets a value while the pointer is down; to be called each frame, moved or not, until it is released.
@@ -62,18 +62,18 @@ impl Gestures {
 
     /// Sets a value at once.
     pub fn set(&mut self, host: &dyn Automation, parameter: Parameter, value: f32) {
-        if self.open[parameter as usize].is_some() {
+        if self.open[parameter.number()].is_some() {
             self.move_to(host, parameter, value, Until::Released(false));
         } else {
             host.begin(parameter);
             host.set(parameter, value);
             host.end(parameter);
-            self.sent[parameter as usize] = Some(value);
+            self.sent[parameter.number()] = Some(value);
         }
     }
 
     fn move_to(&mut self, host: &dyn Automation, parameter: Parameter, value: f32, until: Until) {
-        let place = &mut self.open[parameter as usize];
+        let place = &mut self.open[parameter.number()];
         let moved = match place {
             Some(open) => open.value != value,
             None => {
@@ -83,7 +83,7 @@ impl Gestures {
         };
         if moved {
             host.set(parameter, value);
-            self.sent[parameter as usize] = Some(value);
+            self.sent[parameter.number()] = Some(value);
         }
         *place = Some(Open { value, until });
     }
@@ -91,7 +91,7 @@ impl Gestures {
     /// Ends what was not held in this frame or has rested. Seconds until the next is to end, if one rests.
     pub fn end_frame(&mut self, host: &dyn Automation, now_s: f64) -> Option<f64> {
         let mut next: Option<f64> = None;
-        for (parameter, place) in Parameter::ALL.into_iter().zip(&mut self.open) {
+        for (parameter, place) in Parameter::EVERY.into_iter().zip(&mut self.open) {
             let Some(open) = place else { continue };
             let over = match &mut open.until {
                 Until::Released(held) => !std::mem::take(held),
@@ -117,7 +117,7 @@ impl Gestures {
 
     /// Whether the host has taken all values that it was sent; `has` says whether it has one.
     pub fn have_landed(&mut self, has: impl Fn(Parameter, f32) -> bool) -> bool {
-        for (parameter, sent) in Parameter::ALL.into_iter().zip(&mut self.sent) {
+        for (parameter, sent) in Parameter::EVERY.into_iter().zip(&mut self.sent) {
             *sent = sent.filter(|value| !has(parameter, *value));
         }
         self.sent.iter().all(Option::is_none)
@@ -130,7 +130,7 @@ impl Gestures {
 
     /// Ends all of them.
     pub fn close(&mut self, host: &dyn Automation) {
-        for (parameter, place) in Parameter::ALL.into_iter().zip(&mut self.open) {
+        for (parameter, place) in Parameter::EVERY.into_iter().zip(&mut self.open) {
             if place.take().is_some() {
                 host.end(parameter);
             }

@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn values_are_shares_of_the_range_as_the_framework_counts_them() {
         let params = PromenadeParams::default();
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::EVERY {
             let (least, greatest) = parameter.limits();
             for plain in [least, greatest, (least + (greatest - least) * 0.25).round()] {
                 let share = parameter.normalized(plain);

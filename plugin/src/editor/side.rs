@@ -9,6 +9,7 @@ use super::view::reset;
 use super::widgets::{button, dimmed, drop_down, heading, labelled, note, title};
 use super::words::Word;
 use super::{loudness, pose_source, tier};
+use crate::parameter::source_knob::{Part, SOURCES, SourceKnob};
 use crate::parameter::{Parameter, SLOTS};
 use crate::playing::output::Output;
 use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
@@ -34,7 +35,7 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut FileRow, meters: 
             movement(ui, ctx);
             dimmed(ui, ctx.instance.loader.output() != Output::Binaural, |ui| head.show(ui, ctx));
             heading(ui, ctx.palette, Word::EmitterOffset);
-            triple(ui, ctx, [(Parameter::Ex, "x"), (Parameter::Ey, "y"), (Parameter::Ez, "z")]);
+            source(ui, ctx);
             heading(ui, ctx.palette, Word::Quality);
             tier::show(ui, ctx);
         });
@@ -64,6 +65,29 @@ fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     origin(ui, ctx);
     triple(ui, ctx, [(Parameter::X, "x"), (Parameter::Y, "y"), (Parameter::Z, "z")]);
     triple(ui, ctx, [(Parameter::Yaw, "Yaw"), (Parameter::Pitch, "Pitch"), (Parameter::Roll, "Roll")]);
+}
+
+/// The place of the emitter, or where there are further sources, of the one that is chosen.
+fn source(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    let further = ctx.params().further();
+    let chosen = ctx.selection.source.min(further);
+    if further > 0 {
+        let names = || std::iter::once("Source 1").chain(SOURCES).take(1 + further).map(str::to_owned);
+        labelled(ui, ctx.palette, Word::Source, |ui| {
+            let name = names().nth(chosen).unwrap_or_default();
+            if let Some(source) = drop_down(ui, "source", &name, names(), chosen, |_| Word::Source.help()) {
+                ctx.selection.source = source;
+            }
+        });
+    }
+    let [x, y, z] = match chosen.checked_sub(1) {
+        None => [Parameter::Ex, Parameter::Ey, Parameter::Ez],
+        Some(further) => SourceKnob::place_of(further).map(Parameter::Source),
+    };
+    triple(ui, ctx, [(x, "x"), (y, "y"), (z, "z")]);
+    if let Some(further) = chosen.checked_sub(1) {
+        slider(ui, ctx, Parameter::Source(SourceKnob { further, part: Part::Level }), Word::SourceLevel);
+    }
 }
 
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {

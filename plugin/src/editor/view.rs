@@ -9,6 +9,7 @@ mod layers;
 mod listener;
 mod room;
 mod scene;
+mod sources;
 
 use super::ctx::Ctx;
 use super::pose_source;
@@ -18,6 +19,7 @@ use super::words::Word;
 use crate::library::drawn_room::DrawnRoom;
 use crate::listener::snapshot::{emitter_offset_of, pose_of};
 use crate::parameter::Parameter;
+use crate::parameter::source_knob::SOURCES;
 use crate::project::settings;
 use crate::telemetry::attention::AttentionWeights;
 use camera::{Camera, Orbit, Plan};
@@ -76,6 +78,8 @@ struct Scenery {
     /// Why the knobs are not heard.
     reason: Option<&'static str>,
     emitter: Option<(Vec3, Vec3)>,
+    /// Where further sources are.
+    sources: Vec<Vec3>,
     room: Option<DrawnRoom>,
     targets: Vec<Target>,
 }
@@ -100,6 +104,8 @@ impl Scenery {
         if let Some(at) = emitter.and_then(|(_, moved)| project(moved)) {
             targets.push((Handle::Emitter, at.at, 8.0));
         }
+        let sources = emitter.map_or_else(Vec::new, |(home, _)| sources::places(ctx, home));
+        targets.extend(sources::targets(ctx, &sources, project));
         targets.extend(room.iter().flat_map(|room| room::targets(room, camera, rect)));
         let keyframes = ctx.walk.map_or(&[][..], |walk| walk.path.keyframes());
         targets.extend(
@@ -107,7 +113,7 @@ impl Scenery {
                 project(keyframe.pose.position).map(|at| (Handle::Keyframe(index), at.at, 0.0))
             }),
         );
-        Self { heard, knobs, reason, emitter, room, targets }
+        Self { heard, knobs, reason, emitter, sources, room, targets }
     }
 
     fn held(&self) -> &Pose {
@@ -179,6 +185,7 @@ impl View {
                 picked.zip(scenery.room.as_ref()).and_then(|((handle, from), room)| RoomDrag::begin(handle, from, room));
             let free = |handle| self.room_drag.is_none() && !matches!(handle, Handle::Keyframe(_) | Handle::Wall(_));
             self.drag = picked.filter(|(handle, _)| free(*handle)).map(|(handle, from)| begin_drag(ctx, scenery, handle, from));
+            choose(ctx, picked.map(|(handle, _)| handle));
         }
         if let Some(drag) = &self.room_drag {
             if response.dragged_by(PointerButton::Primary) {
@@ -215,7 +222,7 @@ impl View {
         {
             match pick(&scenery.targets, at) {
                 Some(Handle::Keyframe(index)) => ctx.selection.keyframe = Some(index),
-                Some(_) => {}
+                Some(handle) => choose(ctx, Some(handle)),
                 None => ctx.selection.keyframe = None,
             }
         }
@@ -272,9 +279,19 @@ fn kind(ctx: &Ctx<'_>) -> usize {
     usize::from(ctx.settings.view == settings::View::Orbit)
 }
 
+/// Shows a source in the panel, if it is one.
+fn choose(ctx: &mut Ctx<'_>, handle: Option<Handle>) {
+    match handle {
+        Some(Handle::Emitter) => ctx.selection.source = 0,
+        Some(Handle::Source(further)) => ctx.selection.source = further + 1,
+        _ => (),
+    }
+}
+
 fn begin_drag(ctx: &Ctx<'_>, scenery: &Scenery, handle: Handle, from: egui::Pos2) -> Drag {
     let world = match (handle, scenery.emitter) {
         (Handle::Emitter, Some((_, moved))) => moved,
+        (Handle::Source(further), _) => scenery.sources.get(further).copied().unwrap_or_default(),
         _ => scenery.held().position,
     };
     let mut drag =
@@ -307,6 +324,9 @@ fn paint(
     if let Some((home, moved)) = scenery.emitter {
         scene::emitter(&mut layers, ctx, home, moved, hot == Some(Handle::Emitter));
     }
+    for (further, at) in scenery.sources.iter().enumerate() {
+        sources::paint(&mut layers, &painter, ctx, further, *at, hot == Some(Handle::Source(further)));
+    }
     let held = matches!(hot, Some(Handle::Listener | Handle::Nose));
     listener::listener(&mut layers, ctx, &scenery.heard, held && scenery.reason.is_none());
     if scenery.reason.is_some() {
@@ -333,6 +353,10 @@ fn caption(ui: &Ui, rect: Rect, ctx: &Ctx<'_>, scenery: &Scenery, hot: Option<Ha
         }
         (Some(Handle::Nose), None) => Some(("Drag to turn".to_owned(), palette.soft)),
         (Some(Handle::Emitter), _) => Some(("Drag to move the emitter, with Alt for height".to_owned(), palette.soft)),
+        (Some(Handle::Source(further)), _) => {
+            let name = SOURCES.get(further).copied().unwrap_or_default();
+            Some((format!("Drag to move {}, with Alt for height", name.to_lowercase()), palette.soft))
+        }
         (Some(Handle::Wall(_)), _) => Some(("Drag to move the wall".to_owned(), palette.soft)),
         (Some(Handle::Keyframe(index)), _) => {
             let t_s = ctx.walk.and_then(|walk| walk.path.keyframes().get(index)).map_or(0.0, |keyframe| keyframe.t_s);

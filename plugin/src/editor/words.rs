@@ -1,6 +1,7 @@
 //! The editor's words and what each of them means. Widgets take a [`Word`], so that there is none without its tooltip.
 
 use crate::parameter::Parameter;
+use crate::parameter::source_knob::Part;
 use crate::parameter::table::table;
 
 table! {
@@ -77,6 +78,10 @@ table! {
         NoHeadphones = ("None", "What is heard goes out as it is"),
         /// Right.
         EmitterOffset = ("Emitter offset", "How far the source is moved from where it was recorded, metres"),
+        /// Right.
+        Source = ("Source", "Which input's place is shown below; a click in the view chooses one too"),
+        /// Right.
+        SourceLevel = ("Level", "How loud the input of the chosen source is taken"),
         /// Right.
         Quality = ("Quality", "Speed against accuracy; hosts call it Tier. What is grey, this scene does not have"),
         /// Right.
@@ -383,6 +388,12 @@ pub fn help(parameter: Parameter) -> &'static str {
         Parameter::Slot => "Which file of the library is played; 0 is the project's own",
         Parameter::Walk => Word::Path.help(),
         Parameter::Osc => Word::ListenAtPort.help(),
+        Parameter::Source(knob) => match knob.part {
+            Part::X => "Moves this source ahead from the place of the scene's source",
+            Part::Y => "Moves this source to the left from the place of the scene's source",
+            Part::Z => "Moves this source up from the place of the scene's source",
+            Part::Level => "How loud this source's input is taken; all the way down it is silent",
+        },
     }
 }
 
@@ -449,7 +460,7 @@ mod tests {
                 assert!(!word.label().to_lowercase().contains(unknown), "who knows what {} is?", word.label());
             }
         }
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::EVERY {
             assert!(explains(parameter.id(), help(parameter)), "{parameter:?}: {}", help(parameter));
             for (index, name) in parameter.variants().map_or(&[][..], |(_, names)| names).iter().enumerate() {
                 let text = variant_help(parameter, index);

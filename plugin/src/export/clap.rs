@@ -9,6 +9,7 @@
 
 mod ambisonic;
 mod context_menu;
+mod further_ports;
 mod latency;
 mod param_indication;
 mod params;
@@ -17,9 +18,11 @@ mod preset_load;
 mod state;
 mod tail;
 
-use crate::export::plugin::Promenade;
+use crate::export::{Promenade, PromenadeMany};
 use crate::parameter::Parameter;
+use crate::parameter::source_knob::MOST_FURTHER;
 use crate::telemetry::host_side::{HostCalls, HostSide};
+use clap_sys::process::clap_process;
 use nice_plug::wrapper::clap::{
     CLAP_PLUGIN_FACTORY_ID, CLAP_VERSION, PluginDescriptor, Wrapper, clap_host, clap_plugin, clap_plugin_descriptor,
     clap_plugin_entry, clap_plugin_factory,
@@ -43,7 +46,9 @@ static FACTORY: clap_plugin_factory = clap_plugin_factory {
     create_plugin: Some(create_plugin),
 };
 
-static DESCRIPTOR: LazyLock<PluginDescriptor> = LazyLock::new(PluginDescriptor::for_plugin::<Promenade>);
+/// Of the plugin of one source, and of that of many.
+static DESCRIPTORS: LazyLock<[PluginDescriptor; 2]> =
+    LazyLock::new(|| [PluginDescriptor::for_plugin::<Promenade>(), PluginDescriptor::for_plugin::<PromenadeMany>()]);
 
 /// A plugin as hosts hold it.
 #[repr(C)]
@@ -53,13 +58,36 @@ struct Hosted {
     host: *const clap_host,
     /// What the instance shows of its host; none only if the framework made the plugin elsewhere.
     side: Option<Arc<HostSide>>,
+    /// What the framework's plugin does itself, the same for all of its kind.
+    theirs: Theirs,
+    kind: Kind,
+}
+
+/// Which plugin it is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    One,
+    Many,
+}
+
+/// A table of functions with some of ours, which is made once for each kind of plugin.
+struct Tables<T>([OnceLock<T>; 2]);
+
+impl<T> Tables<T> {
+    const fn new() -> Self {
+        Self([OnceLock::new(), OnceLock::new()])
+    }
+
+    /// That of a plugin.
+    fn of(&self, plugin: *const clap_plugin, make: impl FnOnce() -> T) -> Option<&T> {
+        Some(self.0[hosted(plugin)?.kind as usize].get_or_init(make))
+    }
 }
 
 type GetExtension = unsafe extern "C" fn(*const clap_plugin, *const c_char) -> *const c_void;
 type Call = unsafe extern "C" fn(*const clap_plugin);
 
-/// What the framework's plugins do themselves, the same for all of them.
-static THEIRS: OnceLock<Theirs> = OnceLock::new();
+type Process = unsafe extern "C" fn(*const clap_plugin, *const clap_process) -> i32;
 
 #[derive(Clone, Copy)]
 struct Theirs {
@@ -67,6 +95,7 @@ struct Theirs {
     get_extension: GetExtension,
     on_main_thread: Call,
     destroy: Call,
+    process: Process,
 }
 
 extern "C" fn init(_path: *const c_char) -> bool {
@@ -88,12 +117,13 @@ extern "C" fn get_factory(id: *const c_char) -> *const c_void {
 
 #[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn plugin_count(_factory: *const clap_plugin_factory) -> u32 {
-    1
+    2
 }
 
 #[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn plugin_descriptor(_factory: *const clap_plugin_factory, index: u32) -> *const clap_plugin_descriptor {
-    if index == 0 { DESCRIPTOR.clap_plugin_descriptor() } else { std::ptr::null() }
+    let found = usize::try_from(index).ok().and_then(|index| DESCRIPTORS.get(index));
+    found.map_or(std::ptr::null(), |found| std::ptr::from_ref(found.clap_plugin_descriptor()))
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers, and the framework's table of functions is changed")]
@@ -103,27 +133,38 @@ unsafe extern "C" fn create_plugin(
     id: *const c_char,
 ) -> *const clap_plugin {
     // SAFETY: hosts name plugins by text that ends with a zero.
-    if host.is_null() || id.is_null() || unsafe { CStr::from_ptr(id) } != DESCRIPTOR.clap_id() {
-        return std::ptr::null();
-    }
-    // SAFETY: the host is alive. The plugin's `destroy` takes this reference back.
-    let wrapper = Arc::into_raw(unsafe { Wrapper::<Promenade>::new(host) });
+    let Some(id) = (!host.is_null() && !id.is_null()).then(|| unsafe { CStr::from_ptr(id) }) else { return std::ptr::null() };
+    let [one, many] = DESCRIPTORS.each_ref().map(|known| known.clap_id() == id);
+    let (kind, theirs) = match (one, many) {
+        (true, _) => (Kind::One, made::<0>(host)),
+        (_, true) => (Kind::Many, made::<MOST_FURTHER>(host)),
+        _ => return std::ptr::null(),
+    };
     let side = HostSide::newborn();
-    // SAFETY: the wrapper is alive, and nobody else knows it yet.
-    let theirs = unsafe { *(*wrapper).clap_plugin.as_ptr() };
-    if let (Some(init), Some(get_extension), Some(on_main_thread), Some(destroy)) =
-        (theirs.init, theirs.get_extension, theirs.on_main_thread, theirs.destroy)
-    {
-        THEIRS.get_or_init(|| Theirs { init, get_extension, on_main_thread, destroy });
-    }
+    let (Some(init), Some(get_extension), Some(on_main_thread), Some(destroy), Some(process)) =
+        (theirs.init, theirs.get_extension, theirs.on_main_thread, theirs.destroy, theirs.process)
+    else {
+        return std::ptr::null();
+    };
     let plugin = clap_plugin {
         init: Some(connect_and_init),
         get_extension: Some(get_fitting_extension),
         on_main_thread: Some(serve_on_main_thread),
         destroy: Some(forget_and_destroy),
+        process: Some(if kind == Kind::Many { further_ports::process } else { process }),
         ..theirs
     };
-    Box::into_raw(Box::new(Hosted { plugin, host, side })).cast()
+    let theirs = Theirs { init, get_extension, on_main_thread, destroy, process };
+    Box::into_raw(Box::new(Hosted { plugin, host, side, theirs, kind })).cast()
+}
+
+/// A plugin of the framework, with so many further sources, for a host that is there.
+#[expect(unsafe_code, reason = "the framework's table of functions is read")]
+fn made<const FURTHER: usize>(host: *const clap_host) -> clap_plugin {
+    // SAFETY: the host is alive. The plugin's `destroy` takes this reference back.
+    let wrapper = Arc::into_raw(unsafe { Wrapper::<Promenade<FURTHER>>::new(host) });
+    // SAFETY: the wrapper is alive, and nobody else knows it yet.
+    unsafe { *(*wrapper).clap_plugin.as_ptr() }
 }
 
 /// The whole of a plugin.
@@ -143,7 +184,7 @@ unsafe extern "C" fn connect_and_init(plugin: *const clap_plugin) -> bool {
         side.connect(move || wake(host), calls);
     }
     // SAFETY: the plugin is the framework's.
-    THEIRS.get().is_some_and(|theirs| unsafe { (theirs.init)(plugin) })
+    hosted(plugin).is_some_and(|hosted| unsafe { (hosted.theirs.init)(plugin) })
 }
 
 /// Asks a host for a call on its main thread, on any thread.
@@ -163,9 +204,9 @@ unsafe extern "C" fn serve_on_main_thread(plugin: *const clap_plugin) {
     if let Some(side) = host_side(plugin) {
         context_menu::serve(plugin, &side);
     }
-    if let Some(theirs) = THEIRS.get() {
+    if let Some(hosted) = hosted(plugin) {
         // SAFETY: the plugin is the framework's.
-        unsafe { (theirs.on_main_thread)(plugin) };
+        unsafe { (hosted.theirs.on_main_thread)(plugin) };
     }
 }
 
@@ -202,9 +243,9 @@ unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *cons
     if name == EDITOR && host_extension::<c_void>(plugin, &[EDITOR]).is_none() {
         return std::ptr::null();
     }
-    match THEIRS.get() {
+    match hosted(plugin) {
         // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
-        Some(theirs) => unsafe { (theirs.get_extension)(plugin, id) },
+        Some(hosted) => unsafe { (hosted.theirs.get_extension)(plugin, id) },
         None => std::ptr::null(),
     }
 }
@@ -212,7 +253,7 @@ unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *cons
 /// The framework's own extension of a name, whose table of functions is `T`.
 #[expect(unsafe_code, reason = "the framework is asked through its table of functions")]
 fn framework_extension<T>(plugin: *const clap_plugin, id: &CStr) -> Option<&'static T> {
-    let theirs = THEIRS.get()?;
+    let theirs = &hosted(plugin)?.theirs;
     // SAFETY: the plugin is the framework's; its tables live as long as it does, longer than any call that comes from a host.
     unsafe { (theirs.get_extension)(plugin, id.as_ptr()).cast::<T>().as_ref() }
 }
@@ -230,7 +271,7 @@ fn parameter_id(parameter: Parameter) -> u32 {
 
 /// The parameter of a number.
 fn parameter_of(id: u32) -> Option<Parameter> {
-    Parameter::ALL.into_iter().find(|parameter| parameter_id(*parameter) == id)
+    Parameter::EVERY.into_iter().find(|parameter| parameter_id(*parameter) == id)
 }
 
 /// A plugin's host, and the first of its extensions by these names, whose table of functions is `T`.
@@ -249,9 +290,9 @@ unsafe extern "C" fn forget_and_destroy(plugin: *const clap_plugin) {
     if let Some(side) = host_side(plugin) {
         side.disconnect();
     }
-    if let Some(theirs) = THEIRS.get() {
+    if let Some(hosted) = hosted(plugin) {
         // SAFETY: the plugin is the framework's and is destroyed once.
-        unsafe { (theirs.destroy)(plugin) };
+        unsafe { (hosted.theirs.destroy)(plugin) };
     }
     // SAFETY: `create_plugin` has made it, and the host holds it no longer.
     drop(unsafe { Box::from_raw(plugin.cast_mut().cast::<Hosted>()) });

@@ -1,6 +1,7 @@
 //! Which parameters belong together: the modules in which hosts show them, and the pages of remote controls.
 
 use crate::parameter::Parameter;
+use crate::parameter::source_knob::{KNOBS, Part};
 use crate::project::params::{PromenadeParams, with_param};
 use nice_plug::prelude::{ParamPtr, Params, RemoteControlsContext, RemoteControlsPage, RemoteControlsSection};
 use std::collections::BTreeMap;
@@ -15,7 +16,8 @@ const EDITOR: &str = "Editor";
 #[must_use]
 pub(crate) fn module(parameter: Parameter) -> &'static str {
     use Parameter::{
-        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Spread, Tracking, Walk, X, Y, Yaw, Z,
+        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Source, Spread, Tracking, Walk, X, Y,
+        Yaw, Z,
     };
     match parameter {
         X | Y | Z | Yaw | Pitch | Roll | Tracking => "Pose",
@@ -24,6 +26,7 @@ pub(crate) fn module(parameter: Parameter) -> &'static str {
         Group | Lead => "Group",
         Scene | Slot => "Scene",
         Osc => "Remote",
+        Source(knob) => knob.source(),
         _ => SOUND,
     }
 }
@@ -56,6 +59,13 @@ pub(crate) fn remote_controls(params: &PromenadeParams, context: &mut impl Remot
     }
     let sound = Parameter::ALL.into_iter().filter(|parameter| module(*parameter) == SOUND);
     context.add_section(SOUND, |section| section.add_page(SOUND, |page| fill(page, params, sound.map(Some))));
+    // Two sources a page.
+    let knobs = KNOBS.map(|knob| Some(Parameter::Source(knob)));
+    for pair in knobs[..params.further() * Part::ALL.len()].chunks(2 * Part::ALL.len()) {
+        let names = pair.iter().step_by(Part::ALL.len()).flatten().map(|knob| module(*knob)).collect::<Vec<_>>();
+        let name = names.join(", ");
+        context.add_section("Sources", |section| section.add_page(name, |page| fill(page, params, pair.iter().copied())));
+    }
 }
 
 /// The parameters as the framework lists them, each in its module.
@@ -66,7 +76,8 @@ pub(crate) struct InModules(pub(crate) Arc<PromenadeParams>);
 unsafe impl Params for InModules {
     fn param_map(&self) -> Vec<(String, ParamPtr, String)> {
         let module = |id: &str| Parameter::of_id(id).map_or(EDITOR, module).to_owned();
-        self.0.param_map().into_iter().map(|(id, pointer, _)| (id.clone(), pointer, module(&id))).collect()
+        let own = self.0.param_map().into_iter().map(|(id, pointer, _)| (id, pointer));
+        own.chain(self.0.source_map()).map(|(id, pointer)| (id.clone(), pointer, module(&id))).collect()
     }
 
     fn serialize_fields(&self) -> BTreeMap<String, String> {

@@ -1,5 +1,7 @@
 //! The plugin as hosts call it: activation, blocks, parameters and editor.
 
+use super::further_input::{self, FurtherInput};
+use super::input::Input;
 use crate::budget::Spender;
 use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
@@ -14,7 +16,7 @@ use crate::playing::Playing;
 use crate::playing::loader::Loader;
 use crate::playing::monitor::Monitor;
 use crate::playing::offline::OfflineDetector;
-use crate::playing::output::{LAYOUTS, Output};
+use crate::playing::output::{LAYOUTS, LAYOUTS_OF_MANY, Output};
 use crate::project::params::PromenadeParams;
 use crate::project::walk::SavedWalk;
 use crate::telemetry::Telemetry;
@@ -22,8 +24,7 @@ use crate::telemetry::host_side::HostSide;
 use crate::telemetry::members;
 use nice_plug::prelude::*;
 use nice_plug::util::permit_alloc;
-use promenade_core::Spatializer;
-use std::ops::Range;
+use promenade_core::{Further, Spatializer};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -32,8 +33,8 @@ const STRETCH: usize = 256;
 /// Fainter samples are taken as silence, as the engine does: -240 dBFS.
 const SILENCE: f32 = 1e-12;
 
-/// The plugin. The audio thread owns it once the host has activated it.
-pub struct Promenade {
+/// The plugin, with so many further sources in its room. The audio thread owns it once the host has activated it.
+pub struct Promenade<const FURTHER: usize = 0> {
     /// Lives as long as the plugin; goes first, so that an editor that is still open writes nothing any more.
     _alive: Arc<()>,
     params: Arc<PromenadeParams>,
@@ -44,6 +45,7 @@ pub struct Promenade {
     osc: Switch,
     spender: Spender,
     input: Input,
+    further: FurtherInput,
     timing: Timing,
     monitor: Monitor,
     ramps: Ramps,
@@ -63,18 +65,6 @@ struct Timing {
     quiet: usize,
 }
 
-/// A copy of the input, because hosts hand over the same buffer for input and output.
-#[derive(Default)]
-struct Input {
-    /// 1 for mono, else 2.
-    channels: usize,
-    copy: [Vec<f32>; 2],
-    /// Where the second channel of a pair goes whose first is the last.
-    nowhere: Vec<f32>,
-    #[cfg(feature = "standalone")]
-    playhead: crate::playing::player::Playhead,
-}
-
 /// The camera path that the standalone program was started with.
 #[cfg(feature = "standalone")]
 fn opening_walk() -> Option<&'static SavedWalk> {
@@ -86,10 +76,10 @@ fn opening_walk() -> Option<&'static SavedWalk> {
     None
 }
 
-impl Default for Promenade {
+impl<const FURTHER: usize> Default for Promenade<FURTHER> {
     /// Hosts build plugins to list them: no file, thread or large buffer here.
     fn default() -> Self {
-        let params = Arc::new(PromenadeParams::beginning_on(opening_walk()));
+        let params = Arc::new(PromenadeParams::beginning_on(opening_walk()).with_further(FURTHER));
         let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
         let loader = Loader::new(Arc::clone(&params));
         let osc = Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::clone(&inbox), Arc::clone(&telemetry));
@@ -110,6 +100,7 @@ impl Default for Promenade {
             osc: Switch::new(Arc::clone(&osc)),
             spender: Spender::new(Arc::clone(&account)),
             input: Input::default(),
+            further: FurtherInput::default(),
             timing: Timing::default(),
             ramps: Ramps::default(),
             monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
@@ -129,7 +120,7 @@ impl Default for Promenade {
     }
 }
 
-impl Promenade {
+impl<const FURTHER: usize> Promenade<FURTHER> {
     /// The time of a block, by the host's transport, or by the file that the standalone program plays in place of the input.
     fn follow_transport(&mut self, buffer: &mut Buffer, transport: &Transport) -> BlockTime {
         let host = (transport.pos_seconds(), transport.playing);
@@ -157,6 +148,7 @@ impl Promenade {
     fn render(
         &mut self,
         buffer: &mut Buffer,
+        further: &mut [Buffer],
         snapshot: &Snapshot,
         from: Option<&Snapshot>,
         time: &BlockTime,
@@ -181,7 +173,10 @@ impl Promenade {
             spatializers.iter_mut().for_each(Spatializer::reset);
             self.playing.headphones.reset();
         }
-        self.spender.fade_in(outputs, self.timing.sample_rate_hz);
+        self.further.take(further, snapshot, from, total, self.timing.sample_rate_hz);
+        let others = further.iter_mut().flat_map(|input| input.as_slice().iter_mut().map(|channel| &mut **channel));
+        let inputs = outputs.iter_mut().map(|channel| &mut **channel).chain(others);
+        self.spender.fade_in(inputs, total, self.timing.sample_rate_hz);
         // One pass for both ears, unless a host breaks its own promise on the block size.
         let longest = if is_binaural { self.input.longest() } else { self.input.longest().min(STRETCH) };
         let longest = if from.is_some() { longest.min(ramp::STRETCH) } else { longest };
@@ -192,7 +187,10 @@ impl Promenade {
             let channels = self.input.channels;
             let (input, nowhere) = self.input.copied(outputs, span.clone());
             self.monitor.measure_input(input);
-            let sounds = input[..channels].iter().any(|channel| channel.iter().any(|sample| sample.abs() >= SILENCE));
+            let others: [Further; FURTHER] = further_input::of_span(further, snapshot, from, span.clone(), share);
+            self.monitor.measure_further(&others);
+            let all = input[..channels].iter().copied().chain(others.iter().map(|other| other.input));
+            let sounds = all.flatten().any(|sample| sample.abs() >= SILENCE);
             self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(span.len()) };
             for (spatializer, pair) in spatializers.iter_mut().zip(outputs.chunks_mut(2)) {
                 let pair = match pair {
@@ -200,7 +198,7 @@ impl Promenade {
                     [last] => [&mut last[span.clone()], &mut *nowhere],
                     [] => continue,
                 };
-                spatializer.process(&input[..channels], pair, &block, |i| listener.pose(start + i));
+                spatializer.process_further(&input[..channels], &others, pair, &block, |i| listener.pose(start + i));
             }
             if let (true, [left, right]) = (is_binaural, &mut *outputs) {
                 self.playing.headphones.process([&mut left[span.clone()], &mut right[span]], !snapshot.block.bypass);
@@ -249,50 +247,14 @@ impl Promenade {
     }
 }
 
-impl Input {
-    /// Makes room for blocks of up to `longest` samples.
-    fn resize(&mut self, channels: usize, longest: usize) {
-        self.channels = if channels == 1 { 1 } else { 2 };
-        self.copy.iter_mut().chain([&mut self.nowhere]).for_each(|channel| channel.resize(longest, 0.0));
-    }
-
-    /// Samples that there is room for.
-    fn longest(&self) -> usize {
-        self.copy[0].len().max(1)
-    }
-
-    /// Copies the first two channels of a stretch of a block, at most [`Input::longest`], and gives room for an output that
-    /// nobody hears.
-    fn copied(&mut self, channels: &[&mut [f32]], span: Range<usize>) -> ([&[f32]; 2], &mut [f32]) {
-        for (copy, channel) in self.copy.iter_mut().zip(channels) {
-            copy[..span.len()].copy_from_slice(&channel[span.clone()]);
-        }
-        let [first, second] = &self.copy;
-        ([&first[..span.len()], &second[..span.len()]], &mut self.nowhere[..span.len()])
-    }
-
-    /// Plays the standalone program's file in place of the input. Returns its time, seconds, and whether it plays.
-    #[cfg(feature = "standalone")]
-    fn play_file(&mut self, buffer: &mut Buffer) -> Option<(f64, bool)> {
-        let [left, right, ..] = buffer.as_slice() else { return None };
-        self.playhead.play(crate::playing::player::player()?, left, right)
-    }
-
-    #[cfg(not(feature = "standalone"))]
-    #[expect(clippy::unused_self, reason = "hosts have their own files")]
-    fn play_file(&mut self, _buffer: &mut Buffer) -> Option<(f64, bool)> {
-        None
-    }
-}
-
-impl Plugin for Promenade {
-    const NAME: &'static str = "Promenade";
+impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
+    const NAME: &'static str = if FURTHER == 0 { "Promenade" } else { "Promenade Many" };
     const VENDOR: &'static str = "Promenade";
     const URL: &'static str = "";
     const EMAIL: &'static str = "";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
 
-    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = LAYOUTS;
+    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = if FURTHER == 0 { LAYOUTS } else { LAYOUTS_OF_MANY };
 
     const SAMPLE_ACCURATE_AUTOMATION: bool = true;
 
@@ -350,6 +312,7 @@ impl Plugin for Promenade {
         self.playing.reset();
         self.listener.glide.jump();
         self.ramps = Ramps::default();
+        self.further.reset();
         self.timing.quiet = 0;
         self.timing.clock = Clock::default();
     }
@@ -361,7 +324,7 @@ impl Plugin for Promenade {
     fn process(
         &mut self,
         buffer: &mut Buffer,
-        _aux: &mut AuxiliaryBuffers,
+        aux: &mut AuxiliaryBuffers,
         context: &mut impl ProcessContext<Self>,
     ) -> ProcessStatus {
         let began = Instant::now();
@@ -371,9 +334,10 @@ impl Plugin for Promenade {
         self.playing.update(self.instance.loader.choices(), offline);
         let mut snapshot = self.snapshot(offline);
         let wanted = snapshot.block.tier;
-        let watch = self.spender.begin(&mut snapshot.block, ears(buffer), offline, snapshot.leads);
+        let power = || further_input::power(ears(buffer), aux.inputs);
+        let watch = self.spender.begin(&mut snapshot.block, power, offline, snapshot.leads);
         let from = self.ramps.follow(&snapshot, buffer.samples(), time.moved, self.timing.sample_rate_hz);
-        let Some(heard) = self.render(buffer, &snapshot, from.as_ref(), &time) else {
+        let Some(heard) = self.render(buffer, aux.inputs, &snapshot, from.as_ref(), &time) else {
             return ProcessStatus::Error("not activated, or less than two output channels");
         };
         if let Some(watch) = &watch {
@@ -388,10 +352,13 @@ impl Plugin for Promenade {
     }
 }
 
-impl ClapPlugin for Promenade {
-    const CLAP_ID: &'static str = "audio.promenade.promenade";
-    const CLAP_DESCRIPTION: Option<&'static str> =
-        Some("Places a dry track in a captured room, for a listener who walks and turns");
+impl<const FURTHER: usize> ClapPlugin for Promenade<FURTHER> {
+    const CLAP_ID: &'static str = if FURTHER == 0 { "audio.promenade.promenade" } else { "audio.promenade.promenade-many" };
+    const CLAP_DESCRIPTION: Option<&'static str> = Some(if FURTHER == 0 {
+        "Places a dry track in a captured room, for a listener who walks and turns"
+    } else {
+        "Places sixteen dry tracks in a captured room, for a listener who walks and turns"
+    });
     const CLAP_MANUAL_URL: Option<&'static str> = None;
     const CLAP_SUPPORT_URL: Option<&'static str> = None;
     const CLAP_FEATURES: &'static [ClapFeature] = &[
@@ -408,8 +375,8 @@ impl ClapPlugin for Promenade {
     }
 }
 
-impl Vst3Plugin for Promenade {
-    const VST3_CLASS_ID: [u8; 16] = *b"PromenadeSpatial";
+impl<const FURTHER: usize> Vst3Plugin for Promenade<FURTHER> {
+    const VST3_CLASS_ID: [u8; 16] = if FURTHER == 0 { *b"PromenadeSpatial" } else { *b"PromenadeSp.Many" };
     const VST3_SUBCATEGORIES: &'static [Vst3SubCategory] = &[Vst3SubCategory::Fx, Vst3SubCategory::Spatial];
 }
 

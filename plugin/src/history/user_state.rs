@@ -19,7 +19,7 @@ use promenade_core::Pose;
 /// Everything that a user sets for the sound, as it was at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UserState {
-    values: [f32; Parameter::ALL.len()],
+    values: [f32; Parameter::EVERY.len()],
     scene: SceneKey,
     walk: SavedWalk,
     head: SavedHead,
@@ -32,7 +32,7 @@ impl UserState {
     #[must_use]
     pub fn of(params: &PromenadeParams) -> Self {
         Self {
-            values: Parameter::ALL.map(|parameter| if is_for_sound(parameter) { params.heard(parameter) } else { 0.0 }),
+            values: Parameter::EVERY.map(|parameter| if is_for_sound(parameter) { params.heard(parameter) } else { 0.0 }),
             scene: params.scene_key.get().0,
             walk: params.saved_walk.get().0,
             head: params.head.get().0,
@@ -48,10 +48,10 @@ impl UserState {
         let has_head = saved.fields.contains_key("head");
         crate::project::state::migrate(&mut saved);
         let mut state = base.clone();
-        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
+        for parameter in Parameter::EVERY.into_iter().filter(|parameter| is_for_sound(*parameter)) {
             let (least, greatest) = parameter.limits();
             if let Some(value) = saved.params.get(parameter.id()).and_then(|value| plain(parameter, value)) {
-                state.values[parameter as usize] = value.clamp(least, greatest);
+                state.values[parameter.number()] = value.clamp(least, greatest);
             }
         }
         let field = |name: &str| saved.fields.get(name);
@@ -76,7 +76,7 @@ impl UserState {
     /// The plain value of a parameter.
     #[must_use]
     pub fn value(&self, parameter: Parameter) -> f32 {
-        self.values[parameter as usize]
+        self.values[parameter.number()]
     }
 
     /// The scene's slot in the library, and its file.
@@ -90,7 +90,7 @@ impl UserState {
     pub fn in_scene(mut self, scene: SceneKey, start: Pose) -> Self {
         let own = [(Parameter::Scene, SceneChoice::Library.to_index() as f32), (Parameter::Slot, 0.0)];
         for (parameter, value) in values_of(&start).into_iter().chain(own) {
-            self.values[parameter as usize] = value;
+            self.values[parameter.number()] = value;
         }
         (self.scene, self.room) = (scene, None);
         self
@@ -102,7 +102,11 @@ impl UserState {
     /// A part cannot be written as text.
     pub fn put_into(&self, saved: &mut PluginState) -> serde_json::Result<()> {
         crate::project::state::migrate(saved);
-        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
+        for parameter in Parameter::EVERY.into_iter().filter(|parameter| is_for_sound(*parameter)) {
+            // An instance of one source has none of those.
+            if matches!(parameter, Parameter::Source(_)) && !saved.params.contains_key(parameter.id()) {
+                continue;
+            }
             saved.params.insert(parameter.id().to_owned(), saved_value(parameter, self.value(parameter)));
         }
         let fields = [
@@ -135,7 +139,7 @@ impl UserState {
         if params.head.get().0 != self.head {
             params.head.restore(self.head.clone());
         }
-        for parameter in Parameter::ALL.into_iter().filter(|parameter| is_for_sound(*parameter)) {
+        for parameter in params.parameters().filter(|parameter| is_for_sound(*parameter)) {
             if params.heard(parameter) != self.value(parameter) {
                 set(parameter, self.value(parameter));
             }
@@ -164,7 +168,7 @@ pub(crate) mod tests {
 
     pub(crate) fn with(parameter: Parameter, value: f32) -> UserState {
         let mut state = UserState::of(&PromenadeParams::default());
-        state.values[parameter as usize] = value;
+        state.values[parameter.number()] = value;
         state
     }
 

@@ -4,7 +4,7 @@
 //! the head turns. Events that come more often need nothing, as poses are read once a hop anyway.
 
 use super::pose_sources::Sources;
-use super::snapshot::Snapshot;
+use super::snapshot::{FurtherPlace, Snapshot};
 use crate::parameter::cast::narrow;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, EmitterParams, Trim};
@@ -55,9 +55,9 @@ impl Ramps {
 }
 
 /// What is drawn out.
-fn parts(values: &Snapshot) -> (Sources, f32, f32, Trim, EmitterParams) {
+fn parts(values: &Snapshot) -> (Sources, f32, f32, Trim, EmitterParams, &[FurtherPlace]) {
     let BlockParams { mix, gain, trim, emitters, .. } = values.block;
-    (values.sources, mix, gain, trim, emitters)
+    (values.sources, mix, gain, trim, emitters, &values.further)
 }
 
 /// The new values, but where they are a small step away from the last ones, those.
@@ -81,6 +81,12 @@ fn beginning(last: &Snapshot, now: &Snapshot, length_s: f32) -> Snapshot {
     if is_near(from.emitters.offset, to.emitters.offset) && (from.emitters.spread - to.emitters.spread).abs() <= turn {
         start.block.emitters = from.emitters;
     }
+    for (start, old) in start.further.iter_mut().zip(&last.further) {
+        if is_near(old.offset, start.offset) {
+            start.offset = old.offset;
+        }
+        start.gain = gain(old.gain, start.gain);
+    }
     start.block.mix = share(from.mix, to.mix);
     start.block.gain = gain(from.gain, to.gain);
     start.block.trim = Trim {
@@ -93,6 +99,11 @@ fn beginning(last: &Snapshot, now: &Snapshot, length_s: f32) -> Snapshot {
         ..to.trim
     };
     start
+}
+
+/// Where a further source is at a share of the way through a block, 0 to 1, metres from the scene's emitter.
+pub(crate) fn offset_at(from: &FurtherPlace, to: &FurtherPlace, share: f32) -> Vec3 {
+    from.offset.lerp(to.offset, share)
 }
 
 /// The settings at a share of the way through a block, 0 to 1.
@@ -153,6 +164,18 @@ mod tests {
         let mut ramps = Ramps::default();
         assert!(ramps.follow(&values(0.0, 0.0), 1024, false, RATE_HZ).is_none());
         assert!(ramps.follow(&values(1.0, 0.0), 1024, true, RATE_HZ).is_none(), "the transport was moved");
+    }
+
+    #[test]
+    fn a_further_source_that_moves_a_little_is_drawn_out() {
+        let at = |x: f32| {
+            let mut values = values(0.0, 0.0);
+            values.further[3].offset.x = x;
+            values
+        };
+        assert_eq!(drawn_out(&[0.0, 0.1, 5.0].map(|x| (at(x), 1024))), [false, true, false]);
+        let start = beginning(&at(0.0), &at(0.1), 0.02);
+        assert_eq!(offset_at(&start.further[3], &at(0.1).further[3], 0.5), Vec3::new(0.05, 0.0, 0.0));
     }
 
     #[test]

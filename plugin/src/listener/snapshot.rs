@@ -3,6 +3,7 @@
 use crate::listener::pose_sources::Sources;
 use crate::parameter::Parameter;
 use crate::parameter::choices::{Follow, GroupChoice, TierChoice, Tracking};
+use crate::parameter::source_knob::{MOST_FURTHER, Part, SourceKnob};
 use crate::project::params::{PromenadeParams, USUAL_LAW_DB};
 use nice_plug::prelude::Enum;
 use promenade_core::glam::Vec3;
@@ -19,6 +20,30 @@ pub struct Snapshot {
     pub leads: bool,
     /// Tier, mix, gain, bypass, what is changed about the sound, and where it is played from.
     pub block: BlockParams,
+    /// Further sources; those that the instance has not are as they are by default.
+    pub further: [FurtherPlace; MOST_FURTHER],
+}
+
+/// Where a further source is, and how loud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FurtherPlace {
+    /// How far it is from the scene's emitter, metres.
+    pub offset: Vec3,
+    /// Gain of its input, linear.
+    pub gain: f32,
+}
+
+impl FurtherPlace {
+    /// Where the scene's emitter is, as loud as it comes.
+    pub const DEFAULT: Self = Self { offset: Vec3::ZERO, gain: 1.0 };
+
+    /// That of a further source, 0 for the first, from the parameters' plain values.
+    fn of(further: usize, value: impl Fn(Parameter) -> f32) -> Self {
+        let [x, y, z, level] = Part::ALL.map(|part| Parameter::Source(SourceKnob { further, part }));
+        let level_db = value(level);
+        let gain = if level_db <= level.limits().0 { 0.0 } else { 10_f32.powf(level_db / 20.0) };
+        Self { offset: Vec3::new(value(x), value(y), value(z)), gain }
+    }
 }
 
 impl Snapshot {
@@ -30,6 +55,10 @@ impl Snapshot {
     pub fn of(params: &PromenadeParams) -> Self {
         let value = |parameter| params.heard(parameter);
         let group = GroupChoice::from_index(params.index(Parameter::Group)).number();
+        let mut further = [FurtherPlace::DEFAULT; MOST_FURTHER];
+        for (number, place) in further.iter_mut().enumerate().take(params.further()) {
+            *place = FurtherPlace::of(number, value);
+        }
         Self {
             sources: Sources {
                 knobs: pose_of(value),
@@ -50,6 +79,7 @@ impl Snapshot {
                 trim: trim_of(value),
                 emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
             },
+            further,
         }
     }
 }
@@ -112,6 +142,23 @@ mod tests {
         let snapshot = Snapshot::of(&PromenadeParams::default());
         assert_eq!(snapshot.sources.knobs, Pose::IDENTITY);
         assert_eq!(snapshot.block, BlockParams::default());
+        assert_eq!(snapshot.further, [FurtherPlace::DEFAULT; MOST_FURTHER]);
+    }
+
+    #[test]
+    fn further_sources_are_where_and_as_loud_as_their_knobs_say() {
+        let params = PromenadeParams::default().with_further(2);
+        let set = |further, part, value| {
+            let parameter = Parameter::Source(SourceKnob { further, part });
+            params.remote.set(parameter, value, params.hosted(parameter));
+        };
+        set(1, Part::X, 3.0);
+        set(1, Part::Level, -20.0);
+        set(0, Part::Level, -60.0);
+        let [first, second, none, ..] = Snapshot::of(&params).further;
+        assert_eq!((first.offset, first.gain), (Vec3::new(0.0, 0.5, 0.0), 0.0));
+        assert!(second.offset == Vec3::new(3.0, -0.5, 0.0) && (second.gain - 0.1).abs() < 1e-6, "{second:?}");
+        assert_eq!(none, FurtherPlace::DEFAULT);
     }
 
     #[test]

@@ -5,9 +5,10 @@
 
 use super::packet;
 use super::value::numbers;
-use crate::listener::snapshot::{emitter_offset_of, pose_of};
+use crate::listener::snapshot::pose_of;
 use crate::parameter::Parameter;
 use crate::parameter::cast::narrow;
+use crate::parameter::source_knob::{Part as OfSource, SourceKnob};
 use crate::project::adm_config::{AdmConfig, METRE_LIMITS};
 use crate::project::exchange::Exchange;
 use crate::project::params::PromenadeParams;
@@ -45,6 +46,13 @@ pub(super) enum Part {
     Ignored,
 }
 
+impl Part {
+    /// Whether it is about an object, not about the listener or everything.
+    pub(super) fn is_of_object(self) -> bool {
+        !matches!(self, Self::ListenerXyz | Self::ListenerYpr | Self::Ignored)
+    }
+}
+
 /// The part that an address asks of an object of that number; `None` for addresses of others.
 pub(super) fn parse(address: &str, object: u32) -> Option<Part> {
     let after = address.strip_prefix("/adm/")?;
@@ -80,6 +88,12 @@ pub(super) fn parse(address: &str, object: u32) -> Option<Part> {
     })
 }
 
+/// An address with the number of one object; of the listener as it is.
+pub(super) fn address_of(address: &str, object: u32) -> String {
+    let part = address.strip_prefix("/adm/obj/").and_then(|after| after.split_once('/'));
+    part.map_or_else(|| address.to_owned(), |(_, part)| format!("/adm/obj/{object}/{part}"))
+}
+
 /// Polar to Cartesian coordinates: specification, section 8.
 fn cartesian([azimuth, elevation, distance]: [f32; 3]) -> Vec3 {
     let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
@@ -105,9 +119,11 @@ fn turned_back(v: Vec3) -> Vec3 {
     Vec3::new(v.y, -v.x, v.z)
 }
 
-/// One instance's object.
+/// An instance's object, or that of one of its further sources.
 #[derive(Default)]
 pub(super) struct AdmObject {
+    /// Which source it is, 0 for the first.
+    source: usize,
     /// Where it was told to be in polar coordinates, with the emitter's offset that this became: a direction without a distance
     /// is kept.
     told: Option<(Vec3, [f32; 3])>,
@@ -131,8 +147,9 @@ impl Values<'_> {
         kept != value
     }
 
-    fn offset(&self) -> Vec3 {
-        emitter_offset_of(|parameter| self.params.heard(parameter))
+    /// How far a source is from the scene's emitter, metres.
+    fn offset(&self, source: usize) -> Vec3 {
+        Vec3::from_array(place_of(source).map(|parameter| self.params.heard(parameter)))
     }
 
     /// A place in the scene's world as ADM-OSC writes it, for a distance of 1 in metres.
@@ -145,14 +162,38 @@ impl Values<'_> {
     }
 }
 
+/// The parameters of a source's place, 0 for the first.
+fn place_of(source: usize) -> [Parameter; 3] {
+    match source.checked_sub(1) {
+        None => [Parameter::Ex, Parameter::Ey, Parameter::Ez],
+        Some(further) => [OfSource::X, OfSource::Y, OfSource::Z].map(|part| Parameter::Source(SourceKnob { further, part })),
+    }
+}
+
+/// The parameter of a source's level: of the first that of the output.
+fn level_of(source: usize) -> Parameter {
+    let of_further = |further| Parameter::Source(SourceKnob { further, part: OfSource::Level });
+    source.checked_sub(1).map_or(Parameter::Gain, of_further)
+}
+
 impl AdmObject {
+    /// Its number, where the first source's is `first`.
+    pub(super) fn number(&self, first: u32) -> u32 {
+        first.saturating_add(u32::try_from(self.source).unwrap_or(0))
+    }
+
+    /// Those of an instance with so many further sources.
+    pub(super) fn all(further: usize) -> Vec<Self> {
+        (0..=further).map(|source| Self { source, ..Self::default() }).collect()
+    }
+
     fn metres(&self, config: AdmConfig) -> f32 {
         self.metres.unwrap_or_else(|| config.scale())
     }
 
     /// Where the object is, in polar coordinates.
     fn aed(&self, values: &Values) -> [f32; 3] {
-        let offset = values.offset();
+        let offset = values.offset(self.source);
         match self.told {
             Some((then, aed)) if then == offset => aed,
             _ => polar(values.written(values.exchange.frame.frame().emitter + offset, self.metres(values.config))),
@@ -164,10 +205,10 @@ impl AdmObject {
         let world = values.world(cartesian(aed), self.metres(values.config));
         let offset = world - values.exchange.frame.frame().emitter;
         let mut clamped = false;
-        for (parameter, value) in [Parameter::Ex, Parameter::Ey, Parameter::Ez].into_iter().zip(offset.to_array()) {
+        for (parameter, value) in place_of(self.source).into_iter().zip(offset.to_array()) {
             clamped |= values.set(parameter, value);
         }
-        self.told = Some((values.offset(), aed));
+        self.told = Some((values.offset(self.source), aed));
         clamped
     }
 
@@ -220,24 +261,25 @@ impl AdmObject {
         if let Some(aed) = moved {
             return Ok(self.place(values, aed) || clamped);
         }
+        let level = level_of(self.source);
         match part {
             Part::Gain => {
-                let (least, most) = Parameter::Gain.limits();
+                let (least, most) = level.limits();
                 let gain_db = 20.0 * narrow(found[0]).max(0.0).log10();
                 clamped |= gain_db > most || found[0] < 0.0;
                 let gain_db = gain_db.clamp(least, most);
                 match &mut self.muted {
                     Some(later) => *later = gain_db,
-                    None => drop(values.set(Parameter::Gain, gain_db)),
+                    None => drop(values.set(level, gain_db)),
                 }
             }
             Part::Mute if found[0] != 0.0 => {
-                self.muted.get_or_insert_with(|| values.params.heard(Parameter::Gain));
-                values.set(Parameter::Gain, Parameter::Gain.limits().0);
+                self.muted.get_or_insert_with(|| values.params.heard(level));
+                values.set(level, level.limits().0);
             }
             Part::Mute => {
                 if let Some(gain_db) = self.muted.take() {
-                    values.set(Parameter::Gain, gain_db);
+                    values.set(level, gain_db);
                 }
             }
             Part::Dmax => {
@@ -270,7 +312,7 @@ impl AdmObject {
         let aed = self.aed(values);
         let xyz = cartesian(aed).to_array();
         let floats = |all: &[f32]| Some(all.iter().copied().map(OscType::Float).collect());
-        let gain_db = self.muted.unwrap_or_else(|| values.params.heard(Parameter::Gain));
+        let gain_db = self.muted.unwrap_or_else(|| values.params.heard(level_of(self.source)));
         let pose = pose_of(|parameter| values.params.heard(parameter));
         match part {
             Part::Axis(axis) => floats(&[xyz[axis]]),
@@ -294,24 +336,27 @@ impl AdmObject {
         let yaw = (yaw - values.exchange.frame.frame().yaw).to_degrees();
         (place, [(yaw + 180.0).rem_euclid(360.0) - 180.0, pitch.to_degrees(), roll.to_degrees()])
     }
+}
 
-    /// The listener of a pose, and the object if it has a number, as a packet.
-    pub(super) fn packet(&self, values: &Values, pose: &Pose) -> Vec<u8> {
-        let message = |addr: String, floats: &[f32]| {
-            OscPacket::Message(OscMessage { addr, args: floats.iter().copied().map(OscType::Float).collect() })
-        };
-        let (place, ypr) = self.listener(values, pose);
-        let mut content = vec![message("/adm/lis/xyz".to_owned(), &place.to_array()), message("/adm/lis/ypr".to_owned(), &ypr)];
-        if values.config.object > 0 {
-            let address = |part: &str| format!("/adm/obj/{}/{part}", values.config.object);
-            let gain = 10_f32.powf(values.params.heard(Parameter::Gain) / 20.0);
-            content.push(message(address("xyz"), &cartesian(self.aed(values)).to_array()));
-            content.push(message(address("gain"), &[gain]));
-        }
-        // At once.
-        let timetag = OscTime { seconds: 0, fractional: 1 };
-        packet::bundled(OscBundle { timetag, content })
+/// The listener of a pose, and the objects of an instance if they have numbers, as a packet.
+pub(super) fn packet_of(objects: &[AdmObject], values: &Values, pose: &Pose) -> Vec<u8> {
+    let message = |addr: String, floats: &[f32]| {
+        OscPacket::Message(OscMessage { addr, args: floats.iter().copied().map(OscType::Float).collect() })
+    };
+    let mut content = Vec::new();
+    if let Some(first) = objects.first() {
+        let (place, ypr) = first.listener(values, pose);
+        content.extend([message("/adm/lis/xyz".to_owned(), &place.to_array()), message("/adm/lis/ypr".to_owned(), &ypr)]);
     }
+    for object in objects.iter().filter(|_| values.config.object > 0) {
+        let address = |part: &str| format!("/adm/obj/{}/{part}", object.number(values.config.object));
+        let gain = 10_f32.powf(values.params.heard(level_of(object.source)) / 20.0);
+        content.push(message(address("xyz"), &cartesian(object.aed(values)).to_array()));
+        content.push(message(address("gain"), &[gain]));
+    }
+    // At once.
+    let timetag = OscTime { seconds: 0, fractional: 1 };
+    packet::bundled(OscBundle { timetag, content })
 }
 
 #[cfg(test)]
@@ -334,6 +379,8 @@ mod tests {
     #[test]
     fn addresses_mean_one_object_or_all() {
         assert_eq!(parse("/adm/obj/4/azim", 4), Some(Part::Polar(0)));
+        assert_eq!(address_of("/adm/obj/*/azim", 4), "/adm/obj/4/azim");
+        assert_eq!(address_of("/adm/lis/xyz", 4), "/adm/lis/xyz");
         assert_eq!(parse("/adm/obj/4/azim", 5), None);
         assert_eq!(parse("/adm/obj/*/gain", 17), Some(Part::Gain));
         assert_eq!((parse("/adm/obj/1?/mute", 12), parse("/adm/obj/1?/mute", 1)), (Some(Part::Mute), None));
@@ -346,7 +393,7 @@ mod tests {
         let (params, exchange) = instance();
         let values = Values { params: &params, exchange: &exchange, config: AdmConfig { object: 1, metres: 4.0 } };
         let mut object = AdmObject::default();
-        let world = |values: &Values| values.offset() + values.exchange.frame.frame().emitter;
+        let world = |values: &Values| values.offset(0) + values.exchange.frame.frame().emitter;
         let near = |a: Vec3, b: [f32; 3]| assert!((a - Vec3::from(b)).length() < 1e-4, "{a} for {b:?}");
         // The scene's listener begins facing along y: ahead is +y, right is +x, left -x.
         for (part, told, at) in [
@@ -410,9 +457,31 @@ mod tests {
         assert!((params.heard(Parameter::Yaw) - 45.0).abs() < 1e-4 && (params.heard(Parameter::Pitch) - 30.0).abs() < 1e-4);
         let ypr = numbers(&object.answer(&values, Part::ListenerYpr).unwrap()).unwrap();
         assert!(ypr.iter().zip([-45.0, 30.0, 5.0]).all(|(a, b)| (a - b).abs() < 1e-3), "{ypr:?}");
-        let OscPacket::Bundle(sent) = rosc::decoder::decode_udp(&object.packet(&values, &pose)).unwrap().1 else { panic!() };
+        let OscPacket::Bundle(sent) = rosc::decoder::decode_udp(&packet_of(&[object], &values, &pose)).unwrap().1 else {
+            panic!()
+        };
         let address = |packet: &OscPacket| if let OscPacket::Message(m) = packet { m.addr.clone() } else { String::new() };
         let sent: Vec<_> = sent.content.iter().map(address).collect();
         assert_eq!(sent, ["/adm/lis/xyz", "/adm/lis/ypr", "/adm/obj/3/xyz", "/adm/obj/3/gain"]);
+    }
+
+    #[test]
+    fn each_source_is_an_object_of_its_own() {
+        let (params, exchange) = instance();
+        let params = params.with_further(2);
+        let values = Values { params: &params, exchange: &exchange, config: AdmConfig { object: 5, metres: 4.0 } };
+        let mut objects = AdmObject::all(2);
+        assert_eq!(objects.len(), 3);
+        objects[2].apply(&values, Part::Xyz, &floats(&[0.0, 0.5, 0.0])).unwrap();
+        objects[2].apply(&values, Part::Gain, &floats(&[0.1])).unwrap();
+        // Ahead of the scene's listener by 2 m, whose emitter is 1.5 m ahead.
+        assert!((values.offset(2) - Vec3::new(0.0, 0.5, 0.0)).length() < 1e-5, "{}", values.offset(2));
+        assert_eq!((values.offset(0), values.offset(1)), (Vec3::ZERO, Vec3::new(0.0, 0.5, 0.0)));
+        assert!((params.heard(level_of(2)) + 20.0).abs() < 1e-3 && params.heard(Parameter::Gain) == 0.0);
+        let packet = packet_of(&objects, &values, &Pose::IDENTITY);
+        let OscPacket::Bundle(sent) = rosc::decoder::decode_udp(&packet).unwrap().1 else { panic!() };
+        let last = sent.content.last();
+        assert!(matches!(last, Some(OscPacket::Message(m)) if m.addr == "/adm/obj/7/gain" && m.args.len() == 1), "{last:?}");
+        assert_eq!(sent.content.len(), 8);
     }
 }

@@ -57,7 +57,8 @@ struct State {
     moved: bool,
     /// Where this instance's own packets come from.
     own: Option<SocketAddr>,
-    adm: AdmObject,
+    /// One for each source.
+    adm: Vec<AdmObject>,
     counts: Counts,
 }
 
@@ -71,7 +72,7 @@ impl OscInput {
             config,
             moved: false,
             own: None,
-            adm: AdmObject::default(),
+            adm: AdmObject::all(params.further()),
             counts: Counts::default(),
         };
         Arc::new(Self { params, exchange, inbox, state: Mutex::new(state) })
@@ -136,26 +137,35 @@ impl OscInput {
     /// Takes a message of ADM-OSC, and answers one without arguments.
     fn take_adm(&self, state: &mut State, message: &Message) {
         let State { adm, config, counts, .. } = state;
-        // Those of other objects are no concern of this one.
-        let Some(part) = adm::parse(message.address, config.adm.object) else { return };
         let values = Values { params: &self.params, exchange: &self.exchange, config: config.adm };
-        let result = match message.arguments() {
-            Ok([]) => adm
-                .answer(&values, part)
-                .map_or(Ok(false), |answer| reply(message.source, &packet::encoded(message.address, answer)).map(|()| false)),
-            Ok(arguments) => adm.apply(&values, part, arguments),
-            Err(reason) => Err(reason),
-        };
-        match result {
-            Ok(clamped) => counts.clamped += u64::from(clamped),
-            Err(reason) => counts.reject(format!("{}: {reason}", message.address)),
+        let several = adm.len() > 1;
+        for object in adm {
+            let number = object.number(config.adm.object);
+            // Those of other objects are no concern of this one.
+            let Some(part) = adm::parse(message.address, number) else { continue };
+            let result = match message.arguments() {
+                Ok([]) => object.answer(&values, part).map_or(Ok(false), |answer| {
+                    let address = if several { adm::address_of(message.address, number) } else { message.address.to_owned() };
+                    reply(message.source, &packet::encoded(&address, answer)).map(|()| false)
+                }),
+                Ok(arguments) => object.apply(&values, part, arguments),
+                Err(reason) => Err(reason),
+            };
+            match result {
+                Ok(clamped) => counts.clamped += u64::from(clamped),
+                Err(reason) => counts.reject(format!("{}: {reason}", message.address)),
+            }
+            if !part.is_of_object() {
+                // What is not an object's is taken once.
+                break;
+            }
         }
     }
 
     /// Listener and object as a packet of ADM-OSC.
     pub(super) fn adm_packet(&self, config: AdmConfig, pose: &Pose) -> Vec<u8> {
         let state = lock(&self.state);
-        state.adm.packet(&Values { params: &self.params, exchange: &self.exchange, config }, pose)
+        adm::packet_of(&state.adm, &Values { params: &self.params, exchange: &self.exchange, config }, pose)
     }
 
     /// Changes a part of the drawn room, of one about the origin where there is none.
@@ -230,7 +240,8 @@ impl OscInput {
             }
             Verb::Room(part) => self.draw(part, arguments).map(|()| false),
             Verb::Param(id) => {
-                let parameter = Parameter::of_id(id).ok_or_else(|| "there is no such parameter".to_owned())?;
+                let parameter = Parameter::of_id(id).filter(|parameter| self.params.has(*parameter));
+                let parameter = parameter.ok_or_else(|| "there is no such parameter".to_owned())?;
                 self.set(parameter, arguments)
             }
         }

@@ -3,17 +3,45 @@
 pub(crate) mod cast;
 pub mod choices;
 pub mod remote;
+pub mod source_knob;
 pub(crate) mod table;
 
 use crate::parameter::choices::{Follow, GroupChoice, LatencyChoice, SceneChoice, TierChoice, Tracking};
+use crate::parameter::source_knob::{KNOBS, Part, SourceKnob};
 use crate::parameter::table::table;
 use nice_plug::prelude::{Enum, FloatRange};
 
 /// Number of library files that a slot parameter can choose from.
 pub const SLOTS: u8 = 64;
 
+/// Declares the parameters, and the number of each.
+macro_rules! parameters {
+    ($(#[$meta:meta])* pub enum $name:ident: $row:ty {
+        $($(#[$of:meta])* $variant:ident = $value:expr,)* ; $($more:tt)*
+    }) => {
+        table! {
+            $(#[$meta])*
+            pub enum $name: $row { $($(#[$of])* $variant = $value,)* ; $($more)* }
+        }
+
+        impl $name {
+            /// Its place in [`Parameter::EVERY`].
+            #[must_use]
+            pub fn number(self) -> usize {
+                enum Own {
+                    $($variant,)*
+                }
+                match self {
+                    $(Self::$variant => Own::$variant as usize,)*
+                    Self::Source(knob) => Self::ALL.len() + knob.number(),
+                }
+            }
+        }
+    };
+}
+
 // In the order of `docs/parameters.md`, with the ids.
-table! {
+parameters! {
     /// A parameter that hosts and remote controls can set.
     ///
     /// Its plain value is a number in its unit, a share of 1, the index of a choice, a slot's number, or 0 or 1 for a switch.
@@ -87,10 +115,31 @@ table! {
         Osc = "osc",
         /// How late the sound is: [`LatencyChoice`].
         Latency = "latency",
+        ;
+        /// Of a further source; only instances of many sources have those.
+        Source(SourceKnob) = SourceKnob::id
     }
 }
 
 impl Parameter {
+    /// Those that every instance has, then those of further sources, source by source.
+    pub const EVERY: [Self; Self::ALL.len() + KNOBS.len()] = {
+        let mut every = [Self::X; Self::ALL.len() + KNOBS.len()];
+        let (own, _) = every.split_at_mut(Self::ALL.len());
+        own.copy_from_slice(&Self::ALL);
+        let mut number = 0;
+        while number < KNOBS.len() {
+            every[Self::ALL.len() + number] = Self::Source(KNOBS[number]);
+            number += 1;
+        }
+        every
+    };
+
+    /// Those of an instance with so many further sources.
+    pub fn of_instance(further: usize) -> impl Iterator<Item = Self> {
+        Self::EVERY.into_iter().take(Self::ALL.len() + further * Part::ALL.len())
+    }
+
     /// The id in saved states, in presets and in addresses of Open Sound Control; it never changes.
     #[must_use]
     pub fn id(self) -> &'static str {
@@ -100,7 +149,7 @@ impl Parameter {
     /// The parameter of an id.
     #[must_use]
     pub fn of_id(id: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|parameter| parameter.id() == id)
+        Self::EVERY.into_iter().find(|parameter| parameter.id() == id)
     }
 
     /// The unit in which values are written; empty for choices, switches and slots.
@@ -112,6 +161,13 @@ impl Parameter {
             Self::Path | Self::Mix | Self::Decay | Self::Width => "%",
             Self::Rate | Self::LowCut => "Hz",
             Self::Gain | Self::Direct | Self::Early | Self::Late | Self::Law => "dB",
+            Self::Source(knob) => {
+                if knob.part == Part::Level {
+                    "dB"
+                } else {
+                    "m"
+                }
+            }
             _ => "",
         }
     }
@@ -167,6 +223,8 @@ impl Parameter {
             Self::Spread => (0.0, 180.0),
             Self::Rate => (5.0, 100.0),
             Self::Gain | Self::Direct | Self::Early | Self::Late => (-60.0, 12.0),
+            Self::Source(knob) if knob.part == Part::Level => Self::Gain.limits(),
+            Self::Source(_) => Self::Ex.limits(),
             Self::Decay => (0.5, 2.0),
             Self::Law => (0.0, 12.0),
             Self::Width => (0.0, 2.0),
@@ -202,6 +260,7 @@ impl Parameter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameter::source_knob::MOST_FURTHER;
     use crate::project::params::PromenadeParams;
     use nice_plug::prelude::Params;
 
@@ -210,14 +269,18 @@ mod tests {
         let mut ids = PromenadeParams::default().param_map().into_iter().map(|(id, ..)| id).collect::<Vec<_>>();
         ids.retain(|id| id != "revision");
         assert_eq!(ids, Parameter::ALL.map(Parameter::id));
-        for (index, parameter) in Parameter::ALL.into_iter().enumerate() {
-            assert_eq!(parameter as usize, index);
+        let params = PromenadeParams::default().with_further(MOST_FURTHER);
+        let of_sources = params.source_map().into_iter().map(|(id, _)| id).collect::<Vec<_>>();
+        assert_eq!(of_sources, Parameter::EVERY[ids.len()..].iter().map(|parameter| parameter.id()).collect::<Vec<_>>());
+        for (index, parameter) in Parameter::EVERY.into_iter().enumerate() {
+            assert_eq!(parameter.number(), index);
+            assert_eq!(Parameter::of_id(parameter.id()), Some(parameter), "two have one id");
         }
     }
 
     #[test]
     fn every_whole_parameter_is_a_choice_a_switch_or_a_number_of_a_file() {
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::EVERY {
             let known = parameter.variants().is_some()
                 || parameter.is_switch()
                 || matches!(parameter, Parameter::Slot | Parameter::Walk);

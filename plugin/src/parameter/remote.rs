@@ -32,7 +32,7 @@ type Hosted = Box<dyn Fn(Parameter) -> f32 + Send + Sync>;
 /// A project keeps those that are heard and the host does not know of, by id; [`crate::project::state::migrate`] makes them the
 /// host's own. A state that is restored replaces all that has come before.
 pub struct Remote {
-    values: [Override; Parameter::ALL.len()],
+    values: [Override; Parameter::EVERY.len()],
     hosted: OnceLock<Hosted>,
     /// How often a host has restored a state.
     restores: AtomicU64,
@@ -49,7 +49,7 @@ impl PersistentField<'_, BTreeMap<String, f32>> for Remote {
     fn set(&self, _restored: BTreeMap<String, f32>) {
         // First, so that what changes now is known to come with a state.
         self.restores.fetch_add(1, Ordering::AcqRel);
-        Parameter::ALL.into_iter().for_each(|parameter| self.clear(parameter));
+        Parameter::EVERY.into_iter().for_each(|parameter| self.clear(parameter));
     }
 
     fn map<F, R>(&self, f: F) -> R
@@ -60,7 +60,7 @@ impl PersistentField<'_, BTreeMap<String, f32>> for Remote {
             let value = self.pending(parameter, self.hosted.get()?(parameter))?;
             Some((parameter.id().to_owned(), value))
         };
-        f(&Parameter::ALL.into_iter().filter_map(pending).collect())
+        f(&Parameter::EVERY.into_iter().filter_map(pending).collect())
     }
 }
 
@@ -83,7 +83,7 @@ impl Remote {
     pub fn set(&self, parameter: Parameter, value: f32, hosted: f32) {
         if value.is_finite() {
             let word = u64::from(value.to_bits()) << 32 | u64::from(hosted.to_bits());
-            self.values[parameter as usize].word.store(word, Ordering::Release);
+            self.values[parameter.number()].word.store(word, Ordering::Release);
         }
     }
 
@@ -100,7 +100,7 @@ impl Remote {
     /// # Real-time
     /// Any thread; no allocation, lock or I/O.
     pub fn pending(&self, parameter: Parameter, hosted: f32) -> Option<f32> {
-        let held = &self.values[parameter as usize];
+        let held = &self.values[parameter.number()];
         let word = held.word.load(Ordering::Acquire);
         #[expect(clippy::cast_possible_truncation, reason = "the two halves of a word")]
         let (value, overridden) = (f32::from_bits((word >> 32) as u32), word as u32);
@@ -118,12 +118,12 @@ impl Remote {
     /// Notes that a value is announced to the host, as the host will have it. A remote value that comes before the host has it
     /// stays in force.
     pub fn announce(&self, parameter: Parameter, announced: f32) {
-        self.values[parameter as usize].announced.store(announced.to_bits(), Ordering::Release);
+        self.values[parameter.number()].announced.store(announced.to_bits(), Ordering::Release);
     }
 
     /// Forgets a remote value, because the user has set another.
     pub fn clear(&self, parameter: Parameter) {
-        let held = &self.values[parameter as usize];
+        let held = &self.values[parameter.number()];
         held.announced.store(UNANNOUNCED, Ordering::Release);
         held.word.store(NONE, Ordering::Release);
     }

@@ -325,6 +325,7 @@ impl Loader {
                 return;
             }
             let before = self.scene();
+            self.exchange.sources_report.set_text(String::new());
             let result = self.found(&request).and_then(|found| {
                 let sample_rate_hz = f64::from_bits(sample_rate_bits);
                 let gain = matching.gain(found.level_cb);
@@ -410,7 +411,19 @@ impl Loader {
                 None => renderer,
             })
         };
-        let emitters = Emitters::from(renderer(&self.attention)?);
+        let first = renderer(&self.attention)?;
+        let first = match self.params.further() {
+            0 => first,
+            count => match first.with_further(count) {
+                Ok(first) => first,
+                Err(error @ (RenderError::FurtherLatency | RenderError::FurtherField)) => {
+                    self.exchange.sources_report.set_text(format!("only the first is heard: {error}"));
+                    renderer(&self.attention)?
+                }
+                Err(error) => return Err(error.into()),
+            },
+        };
+        let emitters = Emitters::from(first);
         if stereo && scene.emitter().is_some() {
             // The editor shows what the first one attends to.
             return Ok(emitters.with_second(renderer(&Arc::default())?));

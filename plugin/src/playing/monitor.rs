@@ -8,12 +8,15 @@ use crate::playing::Playing;
 use crate::telemetry::loudness::SoundWriter;
 use crate::telemetry::{Frame, Telemetry, raise};
 use crate::worker::repaint::Repaint;
-use promenade_core::Spatializer;
+use promenade_core::{Further, Spatializer};
 use std::sync::Arc;
 use std::time::Duration;
 
 /// Time between two pictures when only levels or the time change, seconds.
 const LEVELS_S: f64 = 1.0 / 30.0;
+
+/// Fainter samples are no sound: -100 dBFS.
+const SILENCE: f32 = 1e-5;
 
 /// Measures what is heard and asks the editor for a picture when it can be seen to change.
 pub(crate) struct Monitor {
@@ -41,6 +44,18 @@ impl Monitor {
     pub(crate) fn measure_input(&mut self, channels: [&[f32]; 2]) {
         if self.telemetry.watched.is_on() {
             raise(&mut self.frame.input_peak, channels.map(peak));
+        }
+    }
+
+    /// Notes which further sources sound in a part of their inputs.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(crate) fn measure_further(&mut self, further: &[Further<'_>]) {
+        if self.telemetry.watched.is_on() {
+            for (number, source) in further.iter().enumerate() {
+                self.frame.sounding |= u64::from(peak(source.input) > SILENCE) << number;
+            }
         }
     }
 
@@ -84,7 +99,7 @@ impl Monitor {
             self.repaint.request_repaint();
         }
         self.telemetry.publish(frame);
-        (frame.input_peak, frame.output_peak) = ([0.0; 2], [0.0; 2]);
+        (frame.input_peak, frame.output_peak, frame.sounding) = ([0.0; 2], [0.0; 2], 0);
     }
 }
 

@@ -1,5 +1,6 @@
 //! What comes out of the plugin: both ears, or Ambisonics.
 
+use crate::parameter::source_knob::{MOST_FURTHER, SOURCES};
 use nice_plug::prelude::{AudioIOLayout, PortNames};
 use promenade_core::head::{channels, order_of};
 use promenade_core::{AMBISONIC_CHANNELS, Emitters, Spatializer, ambisonic_dry};
@@ -19,6 +20,19 @@ pub(crate) const LAYOUTS: &[AudioIOLayout] = &[
     layout(2, 16, "Stereo to third-order Ambisonics"),
     layout(1, 16, "Mono to third-order Ambisonics"),
 ];
+
+/// The same of instances of many sources: one mono input each.
+pub(crate) const LAYOUTS_OF_MANY: &[AudioIOLayout] = &[
+    layout_of_many(2, "Sources to binaural"),
+    layout_of_many(4, "Sources to first-order Ambisonics"),
+    layout_of_many(9, "Sources to second-order Ambisonics"),
+    layout_of_many(16, "Sources to third-order Ambisonics"),
+];
+
+const fn layout_of_many(outputs: u32, name: &'static str) -> AudioIOLayout {
+    let names = PortNames { layout: Some(name), aux_inputs: &SOURCES, ..PortNames::const_default() };
+    AudioIOLayout { aux_input_ports: &[NonZeroU32::MIN; MOST_FURTHER], names, ..layout(1, outputs, name) }
+}
 
 const fn layout(inputs: u32, outputs: u32, name: &'static str) -> AudioIOLayout {
     AudioIOLayout {
@@ -140,6 +154,10 @@ mod tests {
         let expected =
             [0, 0, 1, 1, 2, 2, 3, 3].map(|order| if order == 0 { Output::Binaural } else { Output::Ambisonic(order) });
         assert_eq!(outputs, expected);
+        for (layout, [_, of_mono]) in LAYOUTS_OF_MANY.iter().zip(LAYOUTS.as_chunks().0) {
+            assert_eq!(layout.main_input_channels, of_mono.main_input_channels);
+            assert_eq!(layout.main_output_channels, of_mono.main_output_channels);
+        }
         assert_eq!([1, 2, 3].map(|order| Output::Ambisonic(order).pairs()), [2, 5, 8]);
     }
 }

@@ -14,6 +14,8 @@ use nice_plug::prelude::Enum;
 pub struct Exchange {
     /// What is wrong with the scene.
     pub scene_report: Report,
+    /// Why further sources are not heard.
+    pub sources_report: Report,
     /// What is wrong with the camera path.
     pub walk_report: Report,
     /// What is wrong with the head.

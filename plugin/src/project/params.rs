@@ -7,6 +7,7 @@ use crate::library::slot_names;
 use crate::parameter::cast::index;
 use crate::parameter::choices::{Follow, GroupChoice, LatencyChoice, SceneChoice, TierChoice, Tracking};
 use crate::parameter::remote::Remote;
+use crate::parameter::source_knob::{KNOBS, MOST_FURTHER, Part, SourceKnob};
 use crate::parameter::{Parameter, SLOTS};
 use crate::project::matching::Matching;
 use crate::project::osc_config::OscConfig;
@@ -97,6 +98,10 @@ pub struct PromenadeParams {
     /// Counts what the editor changes beside the parameters, so that the host knows that the project has changed.
     #[id = "revision"]
     pub revision: IntParam,
+    /// Of further sources, in the order of [`KNOBS`]; the host has those of as many as there are.
+    sources: Vec<FloatParam>,
+    /// How many further sources the instance has.
+    further: usize,
     /// The version of the saved state.
     #[persist = "version"]
     pub state_version: StateVersion,
@@ -153,6 +158,10 @@ impl PromenadeParams {
                 .with_value_to_string(formatters::v2s_f32_rounded(digits))
         };
         let metres = |name, parameter| float(name, 0.0, parameter, " m", 3);
+        let of_source = |knob: SourceKnob| {
+            let (unit, digits) = if knob.part == Part::Level { (" dB", 2) } else { (" m", 3) };
+            float(knob.name(), knob.default_value(), Parameter::Source(knob), unit, digits)
+        };
         let degrees = |name, parameter| float(name, 0.0, parameter, " deg", 2);
         let decibels = |name, default, parameter| float(name, default, parameter, " dB", 2);
         let percent = |name, default, parameter| {
@@ -203,6 +212,8 @@ impl PromenadeParams {
             osc_on: switch("Open Sound Control"),
             latency: EnumParam::new("Latency", LatencyChoice::Frame),
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
+            sources: KNOBS.into_iter().map(of_source).collect(),
+            further: 0,
             state_version: StateVersion,
             scene_key: Persisted::new(SceneKey::loft()),
             saved_walk: Persisted::new(walk.cloned().unwrap_or_default()),
@@ -225,6 +236,42 @@ fn switched(text: &str) -> Option<bool> {
 }
 
 impl PromenadeParams {
+    /// The same of an instance with so many further sources, at most [`MOST_FURTHER`].
+    #[must_use]
+    pub fn with_further(self, count: usize) -> Self {
+        Self { further: count.min(MOST_FURTHER), ..self }
+    }
+
+    /// How many further sources the instance has.
+    #[must_use]
+    pub fn further(&self) -> usize {
+        self.further
+    }
+
+    /// All parameters that the instance has, but the revision.
+    pub fn parameters(&self) -> impl Iterator<Item = Parameter> + use<> {
+        Parameter::of_instance(self.further)
+    }
+
+    /// Whether the instance has a parameter.
+    #[must_use]
+    pub fn has(&self, parameter: Parameter) -> bool {
+        parameter.number() < Parameter::ALL.len() + self.further * Part::ALL.len()
+    }
+
+    /// A parameter of a further source.
+    #[must_use]
+    pub fn of_source(&self, knob: SourceKnob) -> &FloatParam {
+        &self.sources[knob.number()]
+    }
+
+    /// Ids of the parameters of further sources with what the framework knows them by.
+    #[must_use]
+    pub fn source_map(&self) -> Vec<(String, ParamPtr)> {
+        let count = self.further * Part::ALL.len();
+        KNOBS.iter().zip(&self.sources).take(count).map(|(knob, param)| (knob.id().to_owned(), param.as_ptr())).collect()
+    }
+
     /// Whether the parameters choose the project's own scene, not a built-in one or a file of the library.
     #[must_use]
     pub fn chooses_own_scene(&self) -> bool {
@@ -291,6 +338,10 @@ macro_rules! with_param {
                 let $param = &$params.$field;
                 $body
             })*
+            $crate::parameter::Parameter::Source(knob) => {
+                let $param = $params.of_source(knob);
+                $body
+            }
         }
     };
 }

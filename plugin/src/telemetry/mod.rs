@@ -50,6 +50,8 @@ pub struct Frame {
     pub itd_s: f32,
     /// Level of the right ear over the left in the direct sound, all bins alike, dB.
     pub ild_db: f32,
+    /// Further sources that have sounded since the last frame, a bit each from the lowest on.
+    pub sounding: u64,
     /// Peaks of the input's channels since the last frame, linear.
     pub input_peak: [f32; 2],
     /// Peaks of both ears since the last frame, linear.
@@ -73,6 +75,7 @@ impl Default for Frame {
             masks_db: [[FLOOR_DB; MASK_POINTS]; 2],
             itd_s: 0.0,
             ild_db: 0.0,
+            sounding: 0,
             input_peak: [0.0; 2],
             output_peak: [0.0; 2],
             load: 0.0,
@@ -117,7 +120,7 @@ impl Frame {
     /// Audio thread; no allocation, lock or I/O.
     #[must_use]
     pub fn differs_from(&self, seen: &Self) -> bool {
-        let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline);
+        let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline, f.sounding);
         let near = |a: f32, b: f32, step: f32| (a - b).abs() < step;
         let moved = (self.pose.position - seen.pose.position).length() >= SEEN_M;
         // The chord between two unit quaternions of the same sign is half the angle.
@@ -232,10 +235,11 @@ impl Telemetry {
     /// Audio thread; no allocation, lock or I/O.
     pub fn publish(&self, frame: &Frame) {
         let unseen = self.fresh.pop();
-        let kept = unseen.as_ref().map(|old| (old.input_peak, old.output_peak));
+        let kept = unseen.as_ref().map(|old| (old.input_peak, old.output_peak, old.sounding));
         if let Some(mut held) = unseen.or_else(|| self.spare.pop()) {
             *held = frame.clone();
-            if let Some((input, output)) = kept {
+            if let Some((input, output, sounding)) = kept {
+                held.sounding |= sounding;
                 raise(&mut held.input_peak, input);
                 raise(&mut held.output_peak, output);
             }

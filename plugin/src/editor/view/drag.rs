@@ -2,6 +2,7 @@
 
 use super::camera::Camera;
 use crate::parameter::Parameter;
+use crate::parameter::source_knob::SourceKnob;
 use egui::{Modifiers, Pos2, Rect};
 use promenade_core::glam::Vec3;
 
@@ -17,6 +18,8 @@ pub(crate) enum Handle {
     Nose,
     /// The emitter.
     Emitter,
+    /// A further source, 0 for the first.
+    Source(usize),
     /// A keyframe of the camera path.
     Keyframe(usize),
     /// A wall of a drawn room: at the least and the greatest x and y, floor, ceiling.
@@ -55,6 +58,7 @@ impl Drag {
     pub(super) fn parameters(&self) -> [Parameter; 3] {
         match self.handle {
             Handle::Emitter => [Parameter::Ex, Parameter::Ey, Parameter::Ez],
+            Handle::Source(further) => SourceKnob::place_of(further).map(Parameter::Source),
             _ => [Parameter::X, Parameter::Y, Parameter::Z],
         }
     }
@@ -140,6 +144,9 @@ mod tests {
         assert_eq!(moved.len(), 1);
         assert!(moved[0].0 == Parameter::Ez && (moved[0].1 - 30.5).abs() < 1e-4, "{moved:?}");
         assert_eq!(drag.values(&camera, rect(), drag.from, SHIFT)[0].0, Parameter::Ex, "an emitter does not turn");
+        let source = super::tests::drag(Handle::Source(2), &camera, Vec3::X);
+        let ids = source.values(&camera, rect(), drag.from, Modifiers::NONE).into_iter().map(|(parameter, _)| parameter.id());
+        assert_eq!(ids.collect::<Vec<_>>(), ["ex4", "ey4"]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! How far the place reaches.
 
 use super::super::ctx::Ctx;
+use super::sources;
 use crate::listener::snapshot::{emitter_offset_of, pose_of};
 use promenade_core::glam::Vec3;
 
@@ -18,6 +19,7 @@ pub(super) fn of(ctx: &Ctx<'_>) -> (Vec3, Vec3) {
         points.extend([low, high]);
         if let Some(home) = scene.emitter() {
             points.extend([home, home + emitter_offset_of(|parameter| ctx.value(parameter))]);
+            points.extend(sources::places(ctx, home));
         }
         points.extend(scene.anchors().iter().map(|anchor| anchor.position));
     }

@@ -1,6 +1,6 @@
 //! Which Ambisonics a CLAP host gets: `clap.ambisonic` and the ports' type, neither of which the framework has.
 
-use super::framework_extension;
+use super::{Tables, framework_extension};
 use crate::playing::output::Output;
 use clap_sys::ext::ambisonic::{
     CLAP_AMBISONIC_NORMALIZATION_SN3D, CLAP_AMBISONIC_ORDERING_ACN, CLAP_EXT_AMBISONIC, CLAP_EXT_AMBISONIC_COMPAT,
@@ -11,7 +11,6 @@ use clap_sys::ext::audio_ports_config::{CLAP_EXT_AUDIO_PORTS_CONFIG, clap_audio_
 use nice_plug::wrapper::clap::clap_plugin;
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
-use std::sync::OnceLock;
 
 /// Names of the extension, the present one first.
 pub(super) const IDS: [&CStr; 2] = [CLAP_EXT_AMBISONIC, CLAP_EXT_AMBISONIC_COMPAT];
@@ -27,22 +26,19 @@ pub(super) static EXTENSION: clap_plugin_ambisonic =
 const CONFIG: clap_ambisonic_config =
     clap_ambisonic_config { ordering: CLAP_AMBISONIC_ORDERING_ACN, normalization: CLAP_AMBISONIC_NORMALIZATION_SN3D };
 
-/// The framework's tables of functions and ours, the same for all instances.
-static PORT_TABLES: OnceLock<[clap_plugin_audio_ports; 2]> = OnceLock::new();
-static CONFIG_TABLES: OnceLock<[clap_plugin_audio_ports_config; 2]> = OnceLock::new();
+static PORT_TABLES: Tables<clap_plugin_audio_ports> = Tables::new();
+static CONFIG_TABLES: Tables<clap_plugin_audio_ports_config> = Tables::new();
 
 /// The framework's ports with the type of Ambisonic ones, if the framework has ports.
 pub(super) fn ports(plugin: *const clap_plugin) -> Option<&'static clap_plugin_audio_ports> {
     let theirs = *framework_extension::<clap_plugin_audio_ports>(plugin, PORTS)?;
-    let [_, ours] = PORT_TABLES.get_or_init(|| [theirs, clap_plugin_audio_ports { get: Some(get_port), ..theirs }]);
-    Some(ours)
+    PORT_TABLES.of(plugin, || clap_plugin_audio_ports { get: Some(get_port), ..theirs })
 }
 
 /// The framework's layouts with the type of Ambisonic ports, if the framework has layouts.
 pub(super) fn configs(plugin: *const clap_plugin) -> Option<&'static clap_plugin_audio_ports_config> {
     let theirs = *framework_extension::<clap_plugin_audio_ports_config>(plugin, CONFIGS)?;
-    let ours = || [theirs, clap_plugin_audio_ports_config { get: Some(get_layout), ..theirs }];
-    Some(&CONFIG_TABLES.get_or_init(ours)[1])
+    CONFIG_TABLES.of(plugin, || clap_plugin_audio_ports_config { get: Some(get_layout), ..theirs })
 }
 
 fn is_ambisonic(channels: u32) -> bool {
@@ -51,7 +47,8 @@ fn is_ambisonic(channels: u32) -> bool {
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_port(plugin: *const clap_plugin, index: u32, is_input: bool, info: *mut clap_audio_port_info) -> bool {
-    let Some(get) = PORT_TABLES.get().and_then(|[theirs, _]| theirs.get) else { return false };
+    let theirs = framework_extension::<clap_plugin_audio_ports>(plugin, PORTS);
+    let Some(get) = theirs.and_then(|theirs| theirs.get) else { return false };
     // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
     let known = unsafe { get(plugin, index, is_input, info) };
     // SAFETY: the framework has filled it in.
@@ -65,7 +62,8 @@ unsafe extern "C" fn get_port(plugin: *const clap_plugin, index: u32, is_input: 
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_layout(plugin: *const clap_plugin, index: u32, config: *mut clap_audio_ports_config) -> bool {
-    let Some(get) = CONFIG_TABLES.get().and_then(|[theirs, _]| theirs.get) else { return false };
+    let theirs = framework_extension::<clap_plugin_audio_ports_config>(plugin, CONFIGS);
+    let Some(get) = theirs.and_then(|theirs| theirs.get) else { return false };
     // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
     let known = unsafe { get(plugin, index, config) };
     // SAFETY: the framework has filled it in.

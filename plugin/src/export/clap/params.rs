@@ -1,29 +1,27 @@
 //! The framework's parameters, with what it cannot say of them: that a turn beyond the end of the range goes on at the other
 //! end.
 
-use super::{framework_extension, parameter_of};
+use super::{Tables, framework_extension, parameter_of};
 use crate::parameter::Parameter;
 use clap_sys::ext::params::{CLAP_EXT_PARAMS, CLAP_PARAM_IS_PERIODIC, clap_param_info, clap_plugin_params};
 use nice_plug::wrapper::clap::clap_plugin;
 use std::ffi::CStr;
-use std::sync::OnceLock;
 
 /// Name of the extension.
 pub(super) const ID: &CStr = CLAP_EXT_PARAMS;
 
-/// The framework's table of functions and ours, the same for all instances.
-static TABLES: OnceLock<(clap_plugin_params, clap_plugin_params)> = OnceLock::new();
+static TABLES: Tables<clap_plugin_params> = Tables::new();
 
 /// The extension, if the framework has one.
 pub(super) fn extension(plugin: *const clap_plugin) -> Option<&'static clap_plugin_params> {
     let theirs = framework_extension::<clap_plugin_params>(plugin, ID)?;
-    let (_, ours) = TABLES.get_or_init(|| (*theirs, clap_plugin_params { get_info: Some(get_info), ..*theirs }));
-    Some(ours)
+    TABLES.of(plugin, || clap_plugin_params { get_info: Some(get_info), ..*theirs })
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_info(plugin: *const clap_plugin, index: u32, info: *mut clap_param_info) -> bool {
-    let Some(get_info) = TABLES.get().and_then(|(theirs, _)| theirs.get_info) else { return false };
+    let theirs = framework_extension::<clap_plugin_params>(plugin, ID);
+    let Some(get_info) = theirs.and_then(|theirs| theirs.get_info) else { return false };
     // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
     let known = unsafe { get_info(plugin, index, info) };
     // SAFETY: the framework has filled it in.

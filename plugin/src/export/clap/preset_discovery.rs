@@ -17,7 +17,7 @@ use std::sync::LazyLock;
 const PROVIDER: &str = "audio.promenade.presets";
 
 static FACTORY: LazyLock<PresetDiscoveryFactoryWrapper<Providers>> = LazyLock::new(|| {
-    let descriptor = ProviderDescriptor::new(PROVIDER, Promenade::NAME).with_vendor(Promenade::VENDOR);
+    let descriptor = ProviderDescriptor::new(PROVIDER, <Promenade>::NAME).with_vendor(<Promenade>::VENDOR);
     PresetDiscoveryFactoryWrapper::new(Providers { descriptor })
 });
 
@@ -99,9 +99,9 @@ fn about_scene(path: &Path) -> Result<(String, About), PluginError> {
 fn describe(receiver: &mut MetadataReceiver, name: &str, key: Option<&str>, about: &About) -> Result<(), PluginError> {
     let key = key.map(text);
     let preset = receiver.begin_preset(Some(&text(name)), key.as_deref())?;
-    preset.add_plugin_id(UniversalPluginId::clap(&text(Promenade::CLAP_ID)));
+    preset.add_plugin_id(UniversalPluginId::clap(&text(<Promenade>::CLAP_ID)));
     if about.is_factory {
-        preset.set_flags(Flags::IS_FACTORY_CONTENT).add_creator(&text(Promenade::VENDOR));
+        preset.set_flags(Flags::IS_FACTORY_CONTENT).add_creator(&text(<Promenade>::VENDOR));
     }
     if !about.sentence.is_empty() {
         preset.set_description(&text(&about.sentence));

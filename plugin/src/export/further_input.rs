@@ -1,0 +1,131 @@
+//! What comes in on the inputs of further sources.
+
+use crate::listener::ramp;
+use crate::listener::snapshot::{FurtherPlace, Snapshot};
+use crate::parameter::cast::{index, narrow};
+use crate::parameter::source_knob::MOST_FURTHER;
+use nice_plug::prelude::Buffer;
+use promenade_core::Further;
+use std::ops::Range;
+
+/// Time in which a step of a level is taken, seconds.
+const RAMP_S: f64 = 0.001;
+
+/// Levels of the inputs, from block to block. The audio thread owns them.
+#[derive(Default)]
+pub(super) struct FurtherInput {
+    levels: [Level; MOST_FURTHER],
+    /// Whether the levels have been set since it began.
+    began: bool,
+}
+
+/// The gain of one input, linear, on its way.
+#[derive(Clone, Copy, Default)]
+struct Level {
+    now: f32,
+    target: f32,
+    step: f32,
+    /// Samples until it is there.
+    left: usize,
+}
+
+impl Level {
+    /// Is at a gain after so many samples, on a straight line.
+    fn aim(&mut self, target: f32, samples: usize) {
+        if target != self.target {
+            (self.target, self.left) = (target, samples.max(1));
+            self.step = (target - self.now) / samples.max(1) as f32;
+        }
+    }
+
+    fn apply(&mut self, sound: &mut [f32]) {
+        for sample in sound {
+            if self.left > 0 {
+                self.left -= 1;
+                self.now = if self.left == 0 { self.target } else { self.now + self.step };
+            } else if self.now == 1.0 {
+                return;
+            }
+            *sample *= self.now;
+        }
+    }
+}
+
+impl FurtherInput {
+    /// The next levels are taken at once.
+    pub(super) fn reset(&mut self) {
+        self.began = false;
+    }
+
+    /// Brings the inputs of a block of `total` samples to their levels; where the block's values are moved to over the block,
+    /// `from` has those that it begins with.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(super) fn take(
+        &mut self,
+        inputs: &mut [Buffer],
+        snapshot: &Snapshot,
+        from: Option<&Snapshot>,
+        total: usize,
+        sample_rate_hz: f64,
+    ) {
+        let began = std::mem::replace(&mut self.began, true);
+        for (number, (input, level)) in inputs.iter_mut().zip(&mut self.levels).enumerate() {
+            let gain = snapshot.further[number].gain;
+            if !began {
+                *level = Level { now: gain, target: gain, ..Level::default() };
+            }
+            let glides = from.is_some_and(|from| from.further[number].gain != gain);
+            level.aim(gain, if glides { total } else { index(narrow(RAMP_S * sample_rate_hz)) });
+            if let [sound, ..] = input.as_slice() {
+                level.apply(sound);
+            }
+        }
+    }
+}
+
+/// What each further source plays in a stretch of a block, and where it is at the end of it, a share of the way through the
+/// block. An input that the host does not have is silent.
+pub(super) fn of_span<'a, const COUNT: usize>(
+    inputs: &'a [Buffer],
+    snapshot: &Snapshot,
+    from: Option<&Snapshot>,
+    span: Range<usize>,
+    share: f32,
+) -> [Further<'a>; COUNT] {
+    std::array::from_fn(|number| {
+        let channel = inputs.get(number).and_then(|input| input.as_slice_immutable().first());
+        let to = snapshot.further.get(number).unwrap_or(&FurtherPlace::DEFAULT);
+        let begin = from.and_then(|from| from.further.get(number));
+        Further {
+            input: channel.and_then(|channel| channel.get(span.clone())).unwrap_or_default(),
+            offset: begin.map_or(to.offset, |begin| ramp::offset_at(begin, to, share)),
+        }
+    })
+}
+
+/// Mean square of a block's inputs as if they were one; 0 for what is no number.
+pub(super) fn power(main: [&[f32]; 2], further: &[Buffer]) -> f32 {
+    let of = |channel: &[f32]| channel.iter().map(|x| x * x).sum::<f32>() / channel.len().max(1) as f32;
+    let main = 0.5 * (of(main[0]) + of(main[1]));
+    let others = further.iter().filter_map(|input| input.as_slice_immutable().first()).map(|channel| of(channel)).sum::<f32>();
+    if (main + others).is_finite() { main + others } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_goes_there_in_a_straight_line_and_stays() {
+        let mut level = Level { now: 1.0, target: 1.0, ..Level::default() };
+        let mut sound = [1.0; 6];
+        level.apply(&mut sound);
+        assert_eq!(sound, [1.0; 6]);
+        level.aim(0.0, 4);
+        level.aim(0.0, 4);
+        level.apply(&mut sound);
+        assert_eq!(sound, [0.75, 0.5, 0.25, 0.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,268 @@
+//! The plugin of many sources: what its inputs play comes from their places in one room.
+
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, Further, Pose, Renderer, Scene, Spatializer};
+use promenade_host::{Lane, Point, bounce};
+use promenade_tests::signal::{difference_db, impulse, noise, peak, peak_index};
+use promenade_tests::{ClapHost, Host, Setup, host_id, in_both_formats, render};
+use std::sync::Arc;
+
+in_both_formats!(
+    sources_sound_as_the_engine_plays_them,
+    the_first_source_is_that_of_the_plugin_of_one,
+    a_further_source_begins_as_an_instance_of_its_own,
+    levels_and_places_are_heard_and_saved,
+    all_inputs_arrive_and_those_without_a_track_are_silent,
+    dry_sounds_add_up_at_the_reported_latency,
+    a_short_latency_leaves_the_first_source,
+    microphones_hear_further_sources,
+    a_project_of_one_source_opens_with_many,
+    every_source_has_its_parameters,
+);
+
+const RATE: f64 = 48_000.0;
+const LEN: usize = 30_000;
+
+fn setup(further: usize) -> Setup {
+    Setup { inputs: 1, further, offline: true, ..Setup::default() }
+}
+
+fn set<H: Host>(host: &mut H, id: &str, value: &str) {
+    let normalized = host.instance().from_text(host_id(id), value).unwrap();
+    host.set(id, normalized);
+}
+
+/// Different sounds.
+fn sounds(count: usize) -> Vec<Vec<f32>> {
+    (0..count).map(|number| noise(LEN + 7_919 * number)[7_919 * number..].to_vec()).collect()
+}
+
+fn tracks(sounds: &[Vec<f32>]) -> Vec<&[f32]> {
+    sounds.iter().map(Vec::as_slice).collect()
+}
+
+/// The engine by itself, on the scene of a new instance.
+fn engine(further: usize) -> Spatializer {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade");
+    let scene = Arc::new(Scene::from_bytes(&std::fs::read(scene).unwrap()).unwrap());
+    let mut engine = Spatializer::new(RATE);
+    engine.install(Box::new(Renderer::new(scene, RATE).unwrap().with_further(further).unwrap()));
+    engine
+}
+
+fn sources_sound_as_the_engine_plays_them<H: Host>() {
+    // Places of the third source along x, metres, that parameters hold exactly; the second stays at its own.
+    let steps = [(0, 0.0_f32), (4_801, -1.5625), (9_990, 3.125), (20_000, -3.125), (20_001, 1.5625)];
+    let mut host = H::open_many(setup(2));
+    let x = host.instance().parameter("Source 3 Offset X").unwrap().clone();
+    let value = |x: f32| 0.5 + f64::from(x) / 100.0;
+    let point = |&(at, x): &(usize, f32)| Point { seconds: at as f64 / RATE, value: value(x), hold: true };
+    let lanes = [Lane::new(&x, &steps.iter().map(point).collect::<Vec<_>>(), RATE).unwrap()];
+    let sounds = sounds(3);
+    let heard = bounce(host.instance(), &tracks(&sounds), &lanes, 0).unwrap();
+
+    let mut engine = engine(2);
+    let late = engine.latency_samples();
+    let padded: Vec<_> = sounds.iter().map(|sound| [&sound[..], &vec![0.0; late]].concat()).collect();
+    let mut wanted = [vec![0.0; LEN + late], vec![0.0; LEN + late]];
+    let ends = steps.iter().skip(1).map(|(at, _)| *at).chain([LEN + late]);
+    for ((start, x), end) in steps.into_iter().zip(ends) {
+        let further = [(&padded[1], Vec3::new(0.0, 0.5, 0.0)), (&padded[2], Vec3::new(x, -0.5, 0.0))]
+            .map(|(sound, offset)| Further { input: &sound[start..end], offset });
+        let [left, right] = &mut wanted;
+        let ears = [&mut left[start..end], &mut right[start..end]];
+        engine.process_further(&[&padded[0][start..end]], &further, ears, &BlockParams::default(), |_| Pose::IDENTITY);
+    }
+    let wanted = wanted.map(|ear| ear[late..].to_vec());
+    assert!(peak(&wanted[0]) > 0.01);
+    let difference = difference_db(&wanted, &heard);
+    assert!(difference < -120.0, "{difference} dB from the engine by itself");
+}
+
+fn the_first_source_is_that_of_the_plugin_of_one<H: Host>() {
+    let sound = noise(LEN);
+    let mut one = H::open(setup(0));
+    let mut many = H::open_many(setup(0));
+    assert_eq!((many.latency(), many.tail()), (one.latency(), one.tail()));
+    let [one, many] = [one, many].map(|mut host| {
+        set(&mut host, "ey", "1.5 m");
+        render(&mut host, &[&sound], &[512, 100])
+    });
+    let difference = difference_db(&one, &many);
+    assert!(peak(&one[0]) > 0.01 && difference < -120.0, "{difference} dB");
+}
+
+fn a_further_source_begins_as_an_instance_of_its_own<H: Host>() {
+    let (click, silence) = (impulse(4_000, 8_000), vec![0.0; 8_000]);
+    let places = [("ex", "-0.6 m"), ("ey", "0.8 m"), ("ez", "0.1 m")];
+    let mut one = H::open(setup(0));
+    places.iter().for_each(|(id, value)| set(&mut one, id, value));
+    let mut many = H::open_many(setup(4));
+    places.iter().for_each(|(id, value)| set(&mut many, &format!("{id}5"), value));
+    let wanted = render(&mut one, &[&click], &[512]);
+    let found = render(&mut many, &[&silence, &silence, &silence, &silence, &click], &[512]);
+    // A frame, and what is the source's own of the room's response.
+    let early = |ears: [Vec<f32>; 2]| ears.map(|ear| ear[..4_000 + 780 + 2_640].to_vec());
+    let difference = difference_db(&early(wanted), &early(found));
+    assert!(difference < -80.0, "{difference} dB");
+}
+
+fn levels_and_places_are_heard_and_saved<H: Host>() {
+    let sounds = sounds(2);
+    let heard = |host: &mut H| {
+        host.instance().settle().unwrap();
+        render(host, &tracks(&sounds), &[512])
+    };
+    let mut host = H::open_many(setup(1));
+    let plain = heard(&mut host);
+    set(&mut host, "level2", "-60 dB");
+    let without = heard(&mut host);
+    let mut first = H::open_many(setup(0));
+    let alone = render(&mut first, &[&sounds[0]], &[512]);
+    let difference = difference_db(&alone, &without);
+    assert!(difference < -120.0, "a silent level leaves {difference} dB");
+    set(&mut host, "level2", "-6 dB");
+    set(&mut host, "ex2", "-3 m");
+    let moved = heard(&mut host);
+    assert!(difference_db(&plain, &moved) > -20.0, "neither place nor level is heard");
+    let state = host.save();
+    let mut again = H::open_many(setup(1));
+    assert!(again.load(&state), "the plugin takes its own state");
+    let difference = difference_db(&moved, &heard(&mut again));
+    assert!(difference < -120.0, "{difference} dB after it was opened again");
+    assert_eq!(again.state()["params"]["ex2"]["f32"].as_f64().map(f64::round), Some(-3.0));
+    assert!(H::open(setup(0)).state()["params"].get("ex2").is_none(), "one source has none of these");
+}
+
+fn all_inputs_arrive_and_those_without_a_track_are_silent<H: Host>() {
+    let (click, silence) = (impulse(1_000, 4_000), vec![0.0; 4_000]);
+    for further in [1, 8, 15] {
+        let mut host = H::open_many(setup(further));
+        let mut tracks = vec![&silence[..]; 1 + further];
+        tracks[further] = &click;
+        assert!(peak(&render(&mut host, &tracks, &[300])[0]) > 0.01, "source {} is not heard", 1 + further);
+    }
+    let mut host = H::open_many(setup(0));
+    let heard = render(&mut host, &[&silence], &[300]);
+    assert!(heard.iter().flatten().all(|x| *x == 0.0));
+}
+
+fn dry_sounds_add_up_at_the_reported_latency<H: Host>() {
+    let mut host = H::open_many(setup(2));
+    host.set("mix", 0.0);
+    set(&mut host, "level3", "-20 dB");
+    let late = host.latency();
+    let clicks = [1_000, 1_500, 2_000].map(|at| impulse(at, 4_000));
+    let [left, right] = render(&mut host, &[&clicks[0], &clicks[1], &clicks[2]], &[512]);
+    assert_eq!(left, right);
+    for (at, gain) in [(1_000, 1.0), (1_500, 1.0), (2_000, 0.1)] {
+        assert!((left[at + late] - gain).abs() < 1e-4, "{} at {at}", left[at + late]);
+    }
+    assert_eq!(left.iter().filter(|x| **x != 0.0).count(), 3);
+}
+
+fn a_short_latency_leaves_the_first_source<H: Host>() {
+    let (click, silence) = (impulse(1_000, 6_000), vec![0.0; 6_000]);
+    let mut host = H::open_many(setup(1));
+    set(&mut host, "latency", "None");
+    host.instance().settle().unwrap();
+    let further = render(&mut host, &[&silence, &click], &[512]);
+    assert!(further.iter().flatten().all(|x| *x == 0.0), "further sources need a frame");
+    let first = render(&mut host, &[&click, &silence], &[512]);
+    assert!(peak(&first[0]) > 0.01 && peak_index(&first[0]) < 1_000 + 700);
+}
+
+fn microphones_hear_further_sources<H: Host>() {
+    let (click, silence) = (impulse(1_000, 4_000), vec![0.0; 4_000]);
+    let mut host = H::open_many(Setup { outputs: 4, ..setup(1) });
+    let mut field = vec![vec![0.0; 4_000]; 4];
+    for start in (0..4_000).step_by(500) {
+        let span = start..start + 500;
+        let mut out: Vec<_> = field.iter_mut().map(|channel| &mut channel[span.clone()]).collect();
+        host.instance().process_into(&[&silence[span.clone()], &click[span.clone()]], &mut out).unwrap();
+    }
+    assert!(peak(&field[0]) > 0.01 && field[3] != field[0], "{}", peak(&field[0]));
+}
+
+fn a_project_of_one_source_opens_with_many<H: Host>() {
+    let sound = noise(LEN);
+    let mut one = H::open(setup(0));
+    set(&mut one, "yaw", "50 deg");
+    set(&mut one, "ex", "-2 m");
+    one.instance().settle().unwrap();
+    let wanted = render(&mut one, &[&sound], &[512]);
+    let mut many = H::open_many(setup(3));
+    assert!(many.load(&one.save()));
+    many.instance().settle().unwrap();
+    let silence = vec![0.0; LEN];
+    let difference = difference_db(&wanted, &render(&mut many, &[&sound, &silence, &silence, &silence], &[512]));
+    assert!(difference < -120.0, "{difference} dB");
+}
+
+fn every_source_has_its_parameters<H: Host>() {
+    let (one, mut many) = (H::open(setup(0)).knobs(), H::open_many(setup(0)));
+    let knobs = many.knobs();
+    assert_eq!(knobs[..one.len()], one, "the plugin of one source is within");
+    let mut wanted = Vec::new();
+    for source in 2..=16 {
+        let row = if source % 2 == 0 { 0.25 } else { -0.25 } * f64::from(source - source % 2);
+        for (id, name, default) in [
+            ("ex", "Offset X", "0.000 m".to_owned()),
+            ("ey", "Offset Y", format!("{row:.3} m")),
+            ("ez", "Offset Z", "0.000 m".to_owned()),
+            ("level", "Level", "0.00 dB".to_owned()),
+        ] {
+            wanted.push((host_id(&format!("{id}{source}")), format!("Source {source} {name}"), default, true));
+        }
+    }
+    let found = knobs[one.len()..].iter().map(|k| (k.host_id, k.name.clone(), k.default.clone(), k.automatable));
+    assert_eq!(found.collect::<Vec<_>>(), wanted);
+    let mut ids: Vec<_> = knobs.iter().map(|knob| knob.host_id).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    assert_eq!(ids.len(), knobs.len(), "two parameters have one number");
+    for (id, ..) in wanted {
+        for value in [1.0, 0.0] {
+            many.instance().set_at(id, value, 0).unwrap();
+            many.process(&[&[0.0; 64]]);
+            assert!((many.instance().value(id).unwrap() - value).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_host_lets_it_sleep_only_when_no_source_sounds() {
+    let mut host = ClapHost::open_many(Setup { block: 4096, offline: false, ..setup(15) });
+    let (signal, silence) = (noise(4096), vec![0.0; 4096]);
+    let mut sounding = vec![&silence[..]; 16];
+    sounding[15] = &signal;
+    let tail = host.tail();
+    for _ in 0..tail / 4096 + 3 {
+        host.process(&sounding);
+        assert_eq!(host.instance().may_sleep(), Some(false));
+    }
+    let mut quiet = 0;
+    while host.instance().may_sleep() != Some(true) {
+        host.process(&vec![&silence[..]; 16]);
+        quiet += 4096;
+        assert!(quiet < 1_000_000, "it never sleeps");
+    }
+    assert!(quiet > tail, "it would be cut off after {quiet} of {tail} samples");
+}
+
+#[test]
+fn sources_have_modules_and_pages_of_their_own() {
+    let mut host = ClapHost::open_many(setup(0));
+    let of = |id: &str| host_id(id);
+    let all = host.instance().parameters().to_vec();
+    let module = |id: &str| all.iter().find(|p| p.id == of(id)).unwrap().module.clone();
+    assert_eq!([module("ex2"), module("level16"), module("ex")], ["Source 2", "Source 16", "Emitter"]);
+    let pages = host.instance().remote_pages();
+    let first = pages.iter().find(|page| page.name == "Source 2, Source 3").unwrap_or_else(|| panic!("{pages:?}"));
+    let wanted = ["ex2", "ey2", "ez2", "level2", "ex3", "ey3", "ez3", "level3"].map(|id| Some(of(id)));
+    assert_eq!(first.parameters, wanted);
+    for parameter in all {
+        let count = pages.iter().flat_map(|page| page.parameters).filter(|knob| *knob == Some(parameter.id)).count();
+        assert_eq!(count, usize::from(parameter.name != "Revision"), "{}", parameter.name);
+    }
+}
