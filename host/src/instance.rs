@@ -148,8 +148,8 @@ impl Instance {
         self.transport = Some((seconds, 0));
     }
 
-    /// Plays a block: as many slices as the setup has inputs and further tracks, of one length up to the setup's block. Returns left and right; a
-    /// plugin with one output is heard on both.
+    /// Plays a block: as many slices as the setup has inputs and further tracks, of one length up to the setup's block. Returns
+    /// left and right; a plugin with one output is heard on both.
     ///
     /// # Errors
     /// A setup with other outputs than two, slices of another number or length, or the plugin fails.

@@ -82,8 +82,8 @@ impl Spender {
         }
     }
 
-    /// Chooses what is played of a block whose inputs have a mean square of `power`, and sets it so. An instance that leads others or is bypassed does
-    /// not wait; offline there is no budget. Returns what measures the block's time, where there is a limit.
+    /// Chooses what is played of a block whose inputs have a mean square of `power`, and sets it so. An instance that leads
+    /// others or is bypassed does not wait; offline there is no budget. Returns what measures the block's time, where there is a limit.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. Wakes a thread when a sound begins.
@@ -135,8 +135,8 @@ impl Spender {
         wakes
     }
 
-    /// Fades so many samples of all inputs in after it has begun anew: in the middle of a sound its beginning would be a click, which the room
-    /// would prolong.
+    /// Fades so many samples of all inputs in after it has begun anew: in the middle of a sound its beginning would be a
+    /// click, which the room would prolong.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

@@ -1,5 +1,5 @@
-//! The inputs of further sources, as the framework takes them: it reads one more than a host hands over, and takes every pointer
-//! that a host has for granted.
+//! The inputs of further sources, as the framework takes them: it reads one more than a host hands over, and takes every
+//! pointer that a host has for granted.
 
 use super::hosted;
 use crate::export::silence;
