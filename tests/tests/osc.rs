@@ -1,6 +1,7 @@
 //! Open Sound Control in a host: a project that listens is turned by what comes in.
 
 use promenade_core::Scene;
+use promenade_core::glam::{Quat, Vec3};
 use promenade_tests::signal::{difference_db, noise, rms};
 use promenade_tests::{Host, Setup, edit_state, in_both_formats, render};
 use serde_json::{Value, json};
@@ -172,10 +173,13 @@ fn objects_of_adm_osc_move_further_sources<H: Host>() {
             break told;
         }
     };
-    // In the scene of a new instance the listener begins at the origin, facing along x.
+    // 2 m ahead of where the listener begins in the scene of a new instance, and 1 m to the right.
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade");
-    let emitter = Scene::from_bytes(&std::fs::read(scene).unwrap()).unwrap().emitter().unwrap();
-    let places = [2.0 - emitter.x, -1.0 - emitter.y, -20.0, -6.0];
+    let scene = Scene::from_bytes(&std::fs::read(scene).unwrap()).unwrap();
+    let start = scene.start_pose();
+    let there = start.position + Quat::from_rotation_z(start.ypr().0) * Vec3::new(2.0, -1.0, 0.0);
+    let offset = there - scene.emitter().unwrap();
+    let places = [offset.x, offset.y, -20.0, -6.0];
     for (id, place) in wanted.into_iter().zip(places) {
         assert!((told[id].as_f64().unwrap_or(f64::NAN) - f64::from(place)).abs() < 1e-3, "{id} is {told}, not {place}");
     }

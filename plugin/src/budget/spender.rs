@@ -83,7 +83,8 @@ impl Spender {
     }
 
     /// Chooses what is played of a block whose inputs have a mean square of `power`, and sets it so. An instance that leads
-    /// others or is bypassed does not wait; offline there is no budget. Returns what measures the block's time, where there is a limit.
+    /// others or is bypassed does not wait; offline there is no budget. Returns what measures the block's time, where there
+    /// is a limit.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. Wakes a thread when a sound begins.
