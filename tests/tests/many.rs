@@ -232,24 +232,28 @@ fn every_source_has_its_parameters<H: Host>() {
 
 #[test]
 fn a_host_lets_it_sleep_only_when_no_source_sounds() {
-    // Shorter than the latency: when a sound goes in, nothing comes out yet.
-    const BLOCK: usize = 256;
+    // Shorter than a hop: when the sound goes in, nothing comes out yet.
+    const BLOCK: usize = 64;
     let mut host = ClapHost::open_many(Setup { block: BLOCK, offline: false, ..setup(15) });
     let (signal, silence) = (noise(BLOCK), vec![0.0; BLOCK]);
-    let mut sounding = vec![&silence[..]; 16];
+    let (mut sounding, tail) = (vec![&silence[..]; 16], host.tail());
     sounding[15] = &signal;
-    for _ in 0..2 {
-        let out = host.process(&sounding);
-        assert!(out.iter().flatten().all(|x| *x == 0.0));
-        assert_eq!(host.instance().may_sleep(), Some(false));
-        let (tail, mut quiet) = (host.tail(), 0);
-        while host.instance().may_sleep() != Some(true) {
-            host.process(&[&silence[..]; 16]);
-            quiet += BLOCK;
-            assert!(quiet < 1_000_000, "it never sleeps");
-        }
-        assert!(quiet > tail, "it would be cut off after {quiet} of {tail} samples");
+    let sleeps = |host: &mut ClapHost, tracks: &[&[f32]]| {
+        let out = host.process(tracks);
+        (out.iter().flatten().all(|x| *x == 0.0), host.instance().may_sleep())
+    };
+    let silent = vec![&silence[..]; 16];
+    for _ in 0..tail / BLOCK {
+        assert_eq!(sleeps(&mut host, &silent), (true, Some(false)));
     }
+    while sleeps(&mut host, &silent) != (true, Some(true)) {}
+    assert_eq!(sleeps(&mut host, &sounding).1, Some(false), "the sound would be cut off");
+    let mut quiet = 0;
+    while sleeps(&mut host, &silent).1 != Some(true) {
+        quiet += BLOCK;
+        assert!(quiet < 1_000_000, "it never sleeps");
+    }
+    assert!(quiet > tail, "it would be cut off after {quiet} of {tail} samples");
 }
 
 #[test]
@@ -266,5 +270,99 @@ fn sources_have_modules_and_pages_of_their_own() {
     for parameter in all {
         let count = pages.iter().flat_map(|page| page.parameters).filter(|knob| *knob == Some(parameter.id)).count();
         assert_eq!(count, usize::from(parameter.name != "Revision"), "{}", parameter.name);
+    }
+}
+
+mod needs_screen {
+    use super::*;
+    use promenade_host::EditKind;
+    use promenade_tests::screen::{Picture, Screen, wait_until};
+    use std::time::Duration;
+
+    /// A pleasant while for a window to come up on a slow machine.
+    const PATIENCE: Duration = Duration::from_secs(20);
+
+    /// Plays a block on the third input as it is played live, and serves the editor.
+    fn play(host: &mut ClapHost, sound: &[f32]) {
+        let silence = vec![0.0; sound.len()];
+        host.process(&[&silence, &silence, sound]);
+        host.instance().serve().unwrap();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+
+    /// The picture once nothing moves in it.
+    fn settled(host: &mut ClapHost, screen: &Screen, sound: &[f32], wanted: impl Fn(&Picture) -> bool) -> Picture {
+        let (mut last, mut still) = (screen.picture(), 0);
+        let shown = wait_until(PATIENCE, || {
+            (0..4).for_each(|_| play(host, sound));
+            let now = screen.picture();
+            still = if middle(&now) == middle(&last) { still + 1 } else { 0 };
+            last = now;
+            last.colours(40) == 40 && still >= 5 && wanted(&last)
+        });
+        if !shown {
+            last.keep("many-failed");
+        }
+        assert!(shown, "the editor does not come to rest");
+        last
+    }
+
+    /// The middle of the window, where nothing but the place is shown, with where each pixel is.
+    fn middle(picture: &Picture) -> Vec<((i16, i16), [u8; 3])> {
+        let (width, height) = (picture.width as usize, picture.height as usize);
+        let pixel = |x: usize, y: usize| std::array::from_fn(|channel| picture.rgb[3 * (y * width + x) + channel]);
+        let at = |x: usize, y: usize| (i16::try_from(x).unwrap(), i16::try_from(y).unwrap());
+        (height / 8..height / 2 + height / 8)
+            .flat_map(|y| (width / 4..3 * width / 4).map(move |x| (x, y)))
+            .map(|(x, y)| (at(x, y), pixel(x, y)))
+            .collect()
+    }
+
+    #[test]
+    #[ignore = "needs a screen"]
+    fn a_further_source_lights_up_where_it_is_and_can_be_dragged() {
+        let screen = Screen::new(1400, 900);
+        let mut host = ClapHost::open_many(Setup { offline: false, ..setup(2) });
+        screen.point(2, 2);
+        let editor = host.instance().editor().unwrap();
+        let size = editor.open(screen.window(), 1.0).unwrap();
+        editor.show().unwrap();
+        screen.resize(size.width, size.height);
+        let (sound, silence) = (noise(512), vec![0.0; 512]);
+        let dark = settled(&mut host, &screen, &silence, |_| true);
+        let lit = settled(&mut host, &screen, &sound, |picture| middle(picture) != middle(&dark));
+        lit.keep("many-sources");
+        let changed: Vec<_> =
+            middle(&dark).into_iter().zip(middle(&lit)).filter(|(a, b)| a != b).map(|((at, _), _)| at).collect();
+        let centre = |of: fn(&(i16, i16)) -> i16| {
+            let all = || changed.iter().map(of);
+            i16::midpoint(all().min().unwrap(), all().max().unwrap())
+        };
+        let (x, y) = (centre(|at| at.0), centre(|at| at.1));
+        let far = changed.iter().map(|at| (at.0 - x).abs().max((at.1 - y).abs())).max().unwrap();
+        assert!(far <= 12, "more than the dot of one source lights up");
+        host.instance().take_edits();
+        let wanted = ["ex3", "ey3"].map(host_id);
+        let mut edits = Vec::new();
+        screen.point(x, y);
+        screen.press(1, true);
+        let moved = wait_until(PATIENCE, || {
+            let step = i16::try_from(edits.len() % 20).unwrap();
+            screen.point(x + 30 + step, y + 20 + step);
+            play(&mut host, &sound);
+            edits.extend(host.instance().take_edits());
+            wanted.iter().all(|id| edits.iter().any(|edit| edit.id == *id && matches!(edit.kind, EditKind::Value(_))))
+        });
+        assert!(moved, "the host hears {edits:?}");
+        screen.press(1, false);
+        let ended = wait_until(PATIENCE, || {
+            play(&mut host, &sound);
+            edits.extend(host.instance().take_edits());
+            wanted.iter().all(|id| edits.iter().any(|edit| edit.id == *id && edit.kind == EditKind::End))
+        });
+        assert!(ended && edits.iter().all(|edit| wanted.contains(&edit.id)), "{edits:?}");
+        let [x, y] = ["ex3", "ey3"].map(|id| 100.0 * host.value(id) - 50.0);
+        assert!(x.abs() > 0.05 && (y + 0.5).abs() > 0.05, "the source is at {x}, {y}");
+        settled(&mut host, &screen, &sound, |_| true).keep("many-dragged");
     }
 }

@@ -47,14 +47,16 @@ impl Monitor {
         }
     }
 
-    /// Notes which further sources sound in a part of their inputs.
+    /// Measures a part of the inputs of further sources, and notes which of them sound.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn measure_further(&mut self, further: &[Further<'_>]) {
         if self.telemetry.watched.is_on() {
             for (number, source) in further.iter().enumerate() {
-                self.frame.sounding |= u64::from(peak(source.input) > SILENCE) << number;
+                let peak = peak(source.input);
+                raise(&mut self.frame.input_peak, [peak, 0.0]);
+                self.frame.sounding |= u64::from(peak > SILENCE) << number;
             }
         }
     }
