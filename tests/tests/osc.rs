@@ -103,7 +103,8 @@ fn what_osc_has_set_is_saved<H: Host>() {
         }
         host.process(&[&signal, &signal]);
         let saved = host.save();
-        let remote = host.state()["fields"]["remote"].to_string();
+        let state: Value = serde_json::from_slice(&saved).unwrap();
+        let remote = state["fields"]["remote"].to_string();
         if ["gain", "scene"].iter().all(|id| remote.contains(id)) || started.elapsed() > PATIENCE {
             break saved;
         }
