@@ -257,6 +257,20 @@ fn a_host_lets_it_sleep_only_when_no_source_sounds() {
 }
 
 #[test]
+fn a_preset_leaves_further_sources_where_they_are() {
+    let bundle = ClapHost::bundle();
+    let many = bundle.find("Promenade Many").unwrap();
+    let preset = bundle.preset(many, "Half dry, source on the left").unwrap();
+    let mut host = ClapHost::open_many(setup(0));
+    set(&mut host, "ex7", "2 m");
+    host.instance().settle().unwrap();
+    let before = host.value("ex7");
+    host.instance().load_preset(&preset).unwrap();
+    assert!((host.value("mix") - 0.5).abs() < 0.2, "half of it is dry");
+    assert!((host.value("ex7") - before).abs() < 1e-6 && before > 0.51);
+}
+
+#[test]
 fn sources_have_modules_and_pages_of_their_own() {
     let mut host = ClapHost::open_many(setup(0));
     let of = |id: &str| host_id(id);

@@ -12,6 +12,8 @@ pub mod output;
 #[cfg(feature = "standalone")]
 pub mod player;
 pub mod shared_worker;
+#[cfg(test)]
+mod sources_tests;
 mod start_pose;
 
 use crate::playing::gap::Gap;

@@ -1,7 +1,7 @@
 //! What a CLAP host's browser is told of presets: the factory's inside the plugin, the user's in their folder, and the
 //! library's scenes.
 
-use crate::export::plugin::Promenade;
+use crate::export::{Promenade, PromenadeMany};
 use crate::history::presets::{self, About, EXTENSION, Preset};
 use crate::library;
 use crate::library::lister;
@@ -99,7 +99,9 @@ fn about_scene(path: &Path) -> Result<(String, About), PluginError> {
 fn describe(receiver: &mut MetadataReceiver, name: &str, key: Option<&str>, about: &About) -> Result<(), PluginError> {
     let key = key.map(text);
     let preset = receiver.begin_preset(Some(&text(name)), key.as_deref())?;
-    preset.add_plugin_id(UniversalPluginId::clap(&text(<Promenade>::CLAP_ID)));
+    for id in [<Promenade>::CLAP_ID, PromenadeMany::CLAP_ID] {
+        preset.add_plugin_id(UniversalPluginId::clap(&text(id)));
+    }
     if about.is_factory {
         preset.set_flags(Flags::IS_FACTORY_CONTENT).add_creator(&text(<Promenade>::VENDOR));
     }
