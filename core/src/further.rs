@@ -74,6 +74,8 @@ struct One {
     quiet: usize,
     /// Nothing of it sounds, so that it follows no pose.
     asleep: bool,
+    /// It is asleep, and the hop that is taken in is silent so far.
+    blank: bool,
 }
 
 /// All of them, and what both ears hear of their frames.
@@ -115,6 +117,7 @@ impl FurtherSources {
                 gains: vec![1.0; shape.bands],
                 quiet: usize::MAX / 2,
                 asleep: true,
+                blank: true,
             }
         };
         let all: Vec<_> = (0..count.min(MOST_FURTHER)).map(|_| one()).collect();
@@ -154,7 +157,12 @@ impl FurtherSources {
     /// Takes some samples of the hop, which are those of `span` in the block.
     pub(crate) fn take(&mut self, to: Range<usize>, block: &Others<'_>, span: Range<usize>) {
         for (number, one) in self.all.iter_mut().enumerate() {
-            one.source.take(to.clone(), block.samples(number, span.clone()));
+            let samples = block.samples(number, span.clone());
+            // Most of many inputs have no sound at most times.
+            one.blank = one.blank && samples.is_empty();
+            if !one.blank {
+                one.source.take(to.clone(), samples);
+            }
         }
     }
 
@@ -177,10 +185,13 @@ impl FurtherSources {
         let mut heard = false;
         for one in &mut self.all {
             let before = one.source.step();
+            if one.blank {
+                continue;
+            }
             let silent = one.source.newest().iter().all(|x| *x == 0.0);
             one.quiet = if silent { one.quiet.saturating_add(1) } else { 0 };
             if one.quiet > self.longest {
-                one.asleep = true;
+                (one.asleep, one.blank) = (true, true);
                 continue;
             }
             if !std::mem::replace(&mut heard, true) {
@@ -220,7 +231,7 @@ impl FurtherSources {
             one.head.reset();
             one.images.iter_mut().for_each(ImageVoices::reset);
             one.waves.iter_mut().for_each(WaveBass::reset);
-            (one.quiet, one.asleep) = (usize::MAX / 2, true);
+            (one.quiet, one.asleep, one.blank) = (usize::MAX / 2, true, true);
         }
     }
 

@@ -3,7 +3,7 @@
 //! `cargo bench --bench sources -p promenade-tests`. The plugin is the one that cargo builds beside it, or that of
 //! `PROMENADE_BUNDLES`. Time: processor seconds of the thread that plays, per second of sound, at 48 kHz in blocks of 512,
 //! median of the runs, which are taken by turns; every input that sounds has white noise, and the listener turns by 90 degrees
-//! a second with automation every 32 samples. Memory: what is resident of the process more than before the instance (Linux).
+//! a second with automation every 32 samples, or stands still. Memory: what is resident of the process more than before the instance (Linux).
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;
@@ -44,20 +44,22 @@ fn opened<H: Host>(name: &'static str, further: Option<usize>, sounding: usize, 
     let lane = Lane::new(&parameter, &(0..100).map(point).collect::<Vec<_>>(), RATE).expect("times rise");
     let tracks = 1 + further.unwrap_or(0);
     let mut played = Played { name, host, tracks, sounding, lane, at: 0, memory_kib: 0 };
-    played.turn(&noise(LEN / 8));
+    played.turn(&noise(LEN / 8), true);
     played.memory_kib = resident() - before;
     played
 }
 
 impl<H: Host> Played<H> {
     /// Processor seconds for a second of sound.
-    fn turn(&mut self, signal: &[f32]) -> f64 {
+    fn turn(&mut self, signal: &[f32], moves: bool) -> f64 {
         let (silence, mut left, mut right) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
         let began = ThreadTime::now();
         for block in signal.chunks_exact(BLOCK) {
             let instance = self.host.instance();
             let set = |offset, value| instance.set_at(self.lane.id(), value, offset);
-            self.lane.events(self.at, BLOCK, set).expect("the plugin takes the value");
+            if moves {
+                self.lane.events(self.at, BLOCK, set).expect("the plugin takes the value");
+            }
             let mut tracks = [&silence[..]; 16];
             tracks[..self.sounding].fill(block);
             instance.process_into(&tracks[..self.tracks], &mut [&mut left, &mut right]).expect("the plugin plays");
@@ -84,23 +86,23 @@ fn table<H: Host>(scene: (&str, f64)) {
         opened("Many, all sound", Some(15), 16, scene.1),
     ];
     let signal = noise(LEN);
-    let mut costs = vec![Vec::new(); all.len()];
+    let mut costs = vec![[Vec::new(), Vec::new()]; all.len()];
     for _ in 0..RUNS {
         for (played, costs) in all.iter_mut().zip(&mut costs) {
-            costs.push(played.turn(&signal));
+            costs.iter_mut().zip([true, false]).for_each(|(costs, moves)| costs.push(played.turn(&signal, moves)));
         }
     }
     for (played, costs) in all.iter().zip(&mut costs) {
         // A hop of the built-in scenes is 5 ms.
-        let share = median(costs);
-        let row = format!("{:.2} % | {:.1} us | {} KiB", 100.0 * share, 5e3 * share, played.memory_kib);
+        let [moving, still] = costs.each_mut().map(|costs| 5e3 * median(costs));
+        let row = format!("{moving:.1} us | {still:.1} us | {} KiB", played.memory_kib);
         println!("| {} | {} | {} | {row} |", H::FORMAT, scene.0, played.name);
     }
 }
 
 fn main() {
     println!("tier Standard, {RUNS} runs of {:.1} s, of one core\n", LEN as f64 / RATE);
-    println!("| format | scene | instance | time | a hop | memory |\n|---|---|---|---|---|---|");
+    println!("| format | scene | instance | a hop, turning | standing still | memory |\n|---|---|---|---|---|---|");
     for scene in [("Room A", 0.0), ("loft", 1.0)] {
         table::<ClapHost>(scene);
         table::<Vst3>(scene);

@@ -85,8 +85,8 @@ impl FurtherInput {
     }
 }
 
-/// What each further source plays in a stretch of a block, and where it is at the end of it, a share of the way through the
-/// block. An input that the host does not have is silent.
+/// What each further source plays in a stretch of a block, nothing where that is silence, and where it is at the end of it, a
+/// share of the way through the block.
 pub(super) fn of_span<'a, const COUNT: usize>(
     inputs: &'a [Buffer],
     snapshot: &Snapshot,
@@ -98,11 +98,15 @@ pub(super) fn of_span<'a, const COUNT: usize>(
         let channel = inputs.get(number).and_then(|input| input.as_slice_immutable().first());
         let to = snapshot.further.get(number).unwrap_or(&FurtherPlace::DEFAULT);
         let begin = from.and_then(|from| from.further.get(number));
-        Further {
-            input: channel.and_then(|channel| channel.get(span.clone())).unwrap_or_default(),
-            offset: begin.map_or(to.offset, |begin| ramp::offset_at(begin, to, share)),
-        }
+        let input = channel.and_then(|channel| channel.get(span.clone())).filter(|input| !is_silent(input));
+        Further { input: input.unwrap_or_default(), offset: begin.map_or(to.offset, |begin| ramp::offset_at(begin, to, share)) }
     })
+}
+
+/// Whether all samples are zero.
+fn is_silent(sound: &[f32]) -> bool {
+    // The sign does not count.
+    sound.iter().fold(0, |bits, sample| bits | sample.to_bits()) << 1 == 0
 }
 
 /// Mean square of a block's inputs as if they were one; 0 for what is no number.
@@ -127,5 +131,6 @@ mod tests {
         level.aim(0.0, 4);
         level.apply(&mut sound);
         assert_eq!(sound, [0.75, 0.5, 0.25, 0.0, 0.0, 0.0]);
+        assert!(is_silent(&[0.0, -0.0]) && is_silent(&[]) && !is_silent(&[0.0, 1e-30]));
     }
 }

@@ -40,8 +40,12 @@ impl FurtherPlace {
     /// That of a further source, 0 for the first, from the parameters' plain values.
     fn of(further: usize, value: impl Fn(Parameter) -> f32) -> Self {
         let [x, y, z, level] = Part::ALL.map(|part| Parameter::Source(SourceKnob { further, part }));
-        let level_db = value(level);
-        let gain = if level_db <= level.limits().0 { 0.0 } else { 10_f32.powf(level_db / 20.0) };
+        let gain = match value(level) {
+            // The power of many would take longer than everything else here.
+            0.0 => 1.0,
+            level_db if level_db <= level.limits().0 => 0.0,
+            level_db => 10_f32.powf(level_db / 20.0),
+        };
         Self { offset: Vec3::new(value(x), value(y), value(z)), gain }
     }
 }
