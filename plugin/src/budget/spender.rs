@@ -5,7 +5,7 @@ use super::grant::Grant;
 use super::stop_watch::StopWatch;
 use super::{Account, join, register};
 use crate::budget::limit::limit_percent;
-use crate::parameter::cast::{index, narrow};
+use crate::parameter::cast::{index, narrow, normal};
 use crate::worker::TaskHandle;
 use nice_plug::nice_error;
 use promenade_core::{BlockParams, Tier};
@@ -167,7 +167,7 @@ impl Spender {
             end = self.level;
             for x in channel.iter_mut() {
                 end += (target - end).clamp(-step, step);
-                *x *= end;
+                *x = normal(*x * end);
             }
         }
         self.level = end;

@@ -7,6 +7,12 @@ pub(crate) fn narrow(value: f64) -> f32 {
     value as f32
 }
 
+/// A sample as hosts take it: no subnormal number, which would slow down what follows.
+#[must_use]
+pub(crate) fn normal(sample: f32) -> f32 {
+    if sample.is_normal() { sample } else { 0.0 }
+}
+
 /// The whole part of a number as an index; 0 for negative numbers and NaN.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]

@@ -4,7 +4,7 @@
 //! host has done so, or does not seem to. Without it the old scene would end in the middle of a sound, and the new one begin
 //! there.
 
-use crate::parameter::cast::narrow;
+use crate::parameter::cast::{narrow, normal};
 
 /// Length of either fade, seconds.
 const FADE_S: f64 = 0.02;
@@ -86,10 +86,10 @@ impl Gap {
         for channel in channels {
             end = self.lowered;
             let (before, rest) = channel.split_at_mut(from.min(channel.len()));
-            before.iter_mut().for_each(|x| *x *= 1.0 - end);
+            before.iter_mut().for_each(|x| *x = normal(*x * (1.0 - end)));
             for x in rest {
                 end += (target - end).clamp(-step, step);
-                *x *= 1.0 - end;
+                *x = normal(*x * (1.0 - end));
             }
         }
         self.lowered = end;
@@ -151,5 +151,15 @@ mod tests {
         let mut gap = Gap::default();
         gap.begin(780);
         assert!(heard(&mut gap, 1).iter().all(|x| *x == 1.0));
+    }
+
+    #[test]
+    fn what_is_faint_fades_to_nothing_and_not_to_subnormal_numbers() {
+        let mut gap = Gap::default();
+        gap.open();
+        let mut faint = [2e-38; BLOCK];
+        gap.fade(&mut [&mut faint], RATE_HZ);
+        assert!(faint[0] > 0.0 && faint[BLOCK - 1] == 0.0);
+        assert!(!faint.iter().any(|x| x.is_subnormal()));
     }
 }
