@@ -133,6 +133,8 @@ fn further_sounds_are_heard_from_their_places_in_one_room() {
         (no_path, "in.wav: cannot be read"),
         (vec!["render", &scene, &input, &out, "--source", &source, "--latency", "64"], "frame"),
     ]);
+    let said = promenade(&["render", &scene, &input, &out, "--source", "1,2,3"]);
+    assert!(String::from_utf8_lossy(&said.stderr).contains("expected X,Y,Z=SOUND"), "{said:?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::further::Others;
 use crate::grid::LONGEST_LATENCY_S;
 use crate::number::{bounded, whole};
+use crate::ramp::Ramp;
 use crate::{EmitterParams, Emitters, Further, LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
 
 /// Length of a cross-fade between scenes, seconds.
@@ -63,38 +64,6 @@ struct Moment {
     dry: [f32; 2],
     wet_gain: f32,
     dry_gain: f32,
-}
-
-/// A gain that reaches its target in a straight line.
-#[derive(Clone, Copy, Default)]
-struct Ramp {
-    value: f32,
-    target: f32,
-    step: f32,
-    left: usize,
-}
-
-impl Ramp {
-    fn aim(&mut self, target: f32, samples: usize) {
-        if target != self.target {
-            self.target = target;
-            self.left = samples;
-            self.step = (target - self.value) / samples as f32;
-        }
-    }
-
-    fn next(&mut self) -> f32 {
-        if self.left > 0 {
-            self.left -= 1;
-            self.value = if self.left == 0 { self.target } else { self.value + self.step };
-        }
-        self.value
-    }
-
-    fn jump(&mut self) {
-        self.value = self.target;
-        self.left = 0;
-    }
 }
 
 /// Places a mono or stereo input in a scene, any block size, with the dry sound aligned to the rendered one.

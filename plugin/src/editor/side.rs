@@ -80,10 +80,7 @@ fn source(ui: &mut Ui, ctx: &mut Ctx<'_>) {
             }
         });
     }
-    let [x, y, z] = match chosen.checked_sub(1) {
-        None => [Parameter::Ex, Parameter::Ey, Parameter::Ez],
-        Some(further) => SourceKnob::place_of(further).map(Parameter::Source),
-    };
+    let [x, y, z] = Parameter::place_of(chosen);
     triple(ui, ctx, [(x, "x"), (y, "y"), (z, "z")]);
     if let Some(further) = chosen.checked_sub(1) {
         slider(ui, ctx, Parameter::Source(SourceKnob { further, part: Part::Level }), Word::SourceLevel);

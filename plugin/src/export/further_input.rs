@@ -5,7 +5,7 @@ use crate::listener::snapshot::{FurtherPlace, Snapshot};
 use crate::parameter::cast::{index, narrow};
 use crate::parameter::source_knob::MOST_FURTHER;
 use nice_plug::prelude::Buffer;
-use promenade_core::Further;
+use promenade_core::{Further, Ramp};
 use std::ops::Range;
 
 /// Time in which a step of a level is taken, seconds.
@@ -14,41 +14,9 @@ const RAMP_S: f64 = 0.001;
 /// Levels of the inputs, from block to block. The audio thread owns them.
 #[derive(Default)]
 pub(super) struct FurtherInput {
-    levels: [Level; MOST_FURTHER],
+    levels: [Ramp; MOST_FURTHER],
     /// Whether the levels have been set since it began.
     began: bool,
-}
-
-/// The gain of one input, linear, on its way.
-#[derive(Clone, Copy, Default)]
-struct Level {
-    now: f32,
-    target: f32,
-    step: f32,
-    /// Samples until it is there.
-    left: usize,
-}
-
-impl Level {
-    /// Is at a gain after so many samples, on a straight line.
-    fn aim(&mut self, target: f32, samples: usize) {
-        if target != self.target {
-            (self.target, self.left) = (target, samples.max(1));
-            self.step = (target - self.now) / samples.max(1) as f32;
-        }
-    }
-
-    fn apply(&mut self, sound: &mut [f32]) {
-        for sample in sound {
-            if self.left > 0 {
-                self.left -= 1;
-                self.now = if self.left == 0 { self.target } else { self.now + self.step };
-            } else if self.now == 1.0 {
-                return;
-            }
-            *sample *= self.now;
-        }
-    }
 }
 
 impl FurtherInput {
@@ -74,7 +42,7 @@ impl FurtherInput {
         for (number, (input, level)) in inputs.iter_mut().zip(&mut self.levels).enumerate() {
             let gain = snapshot.further[number].gain;
             if !began {
-                *level = Level { now: gain, target: gain, ..Level::default() };
+                *level = Ramp::at(gain);
             }
             let glides = from.is_some_and(|from| from.further[number].gain != gain);
             level.aim(gain, if glides { total } else { index(narrow(RAMP_S * sample_rate_hz)) });
@@ -122,15 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_level_goes_there_in_a_straight_line_and_stays() {
-        let mut level = Level { now: 1.0, target: 1.0, ..Level::default() };
-        let mut sound = [1.0; 6];
-        level.apply(&mut sound);
-        assert_eq!(sound, [1.0; 6]);
-        level.aim(0.0, 4);
-        level.aim(0.0, 4);
-        level.apply(&mut sound);
-        assert_eq!(sound, [0.75, 0.5, 0.25, 0.0, 0.0, 0.0]);
+    fn silence_has_either_sign() {
         assert!(is_silent(&[0.0, -0.0]) && is_silent(&[]) && !is_silent(&[0.0, 1e-30]));
     }
 }

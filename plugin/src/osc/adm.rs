@@ -149,7 +149,7 @@ impl Values<'_> {
 
     /// How far a source is from the scene's emitter, metres.
     fn offset(&self, source: usize) -> Vec3 {
-        Vec3::from_array(place_of(source).map(|parameter| self.params.heard(parameter)))
+        Vec3::from_array(Parameter::place_of(source).map(|parameter| self.params.heard(parameter)))
     }
 
     /// A place in the scene's world as ADM-OSC writes it, for a distance of 1 in metres.
@@ -159,14 +159,6 @@ impl Values<'_> {
 
     fn world(&self, written: Vec3, metres: f32) -> Vec3 {
         self.exchange.frame.frame().to_world(turned_back(written) * metres)
-    }
-}
-
-/// The parameters of a source's place, 0 for the first.
-fn place_of(source: usize) -> [Parameter; 3] {
-    match source.checked_sub(1) {
-        None => [Parameter::Ex, Parameter::Ey, Parameter::Ez],
-        Some(further) => [OfSource::X, OfSource::Y, OfSource::Z].map(|part| Parameter::Source(SourceKnob { further, part })),
     }
 }
 
@@ -205,7 +197,7 @@ impl AdmObject {
         let world = values.world(cartesian(aed), self.metres(values.config));
         let offset = world - values.exchange.frame.frame().emitter;
         let mut clamped = false;
-        for (parameter, value) in place_of(self.source).into_iter().zip(offset.to_array()) {
+        for (parameter, value) in Parameter::place_of(self.source).into_iter().zip(offset.to_array()) {
             clamped |= values.set(parameter, value);
         }
         self.told = Some((values.offset(self.source), aed));

@@ -7,7 +7,7 @@ pub(crate) fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-/// A sample as hosts take it: no subnormal number, which would slow down what follows.
+/// A sample as hosts take it: 0 for subnormal numbers, which would slow down what follows, and for what is no finite number.
 #[must_use]
 pub(crate) fn normal(sample: f32) -> f32 {
     if sample.is_normal() { sample } else { 0.0 }

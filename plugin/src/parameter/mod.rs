@@ -135,6 +135,15 @@ impl Parameter {
         every
     };
 
+    /// Those of a source's place along x, y and z, 0 for the first source.
+    #[must_use]
+    pub fn place_of(source: usize) -> [Self; 3] {
+        match source.checked_sub(1) {
+            None => [Self::Ex, Self::Ey, Self::Ez],
+            Some(further) => [Part::X, Part::Y, Part::Z].map(|part| Self::Source(SourceKnob { further, part })),
+        }
+    }
+
     /// Those of an instance with so many further sources.
     pub fn of_instance(further: usize) -> impl Iterator<Item = Self> {
         Self::EVERY.into_iter().take(Self::ALL.len() + further * Part::ALL.len())

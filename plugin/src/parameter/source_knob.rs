@@ -61,12 +61,6 @@ pub const KNOBS: [SourceKnob; MOST_FURTHER * Part::ALL.len()] = {
 };
 
 impl SourceKnob {
-    /// Those of a source's place, along x, y and z.
-    #[must_use]
-    pub fn place_of(further: usize) -> [Self; 3] {
-        [Part::X, Part::Y, Part::Z].map(|part| Self { further, part })
-    }
-
     /// Its number among [`KNOBS`].
     #[must_use]
     pub fn number(self) -> usize {

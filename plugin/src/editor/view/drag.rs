@@ -2,7 +2,6 @@
 
 use super::camera::Camera;
 use crate::parameter::Parameter;
-use crate::parameter::source_knob::SourceKnob;
 use egui::{Modifiers, Pos2, Rect};
 use promenade_core::glam::Vec3;
 
@@ -57,8 +56,8 @@ impl Drag {
     /// The parameters along x, y and z of the handle.
     pub(super) fn parameters(&self) -> [Parameter; 3] {
         match self.handle {
-            Handle::Emitter => [Parameter::Ex, Parameter::Ey, Parameter::Ez],
-            Handle::Source(further) => SourceKnob::place_of(further).map(Parameter::Source),
+            Handle::Emitter => Parameter::place_of(0),
+            Handle::Source(further) => Parameter::place_of(1 + further),
             _ => [Parameter::X, Parameter::Y, Parameter::Z],
         }
     }
