@@ -130,6 +130,16 @@ impl Emitters {
         self.first.memory_bytes() + second + CHUNK * size_of::<f32>()
     }
 
+    /// As [`Renderer::samples_to_pose`], of whichever emitter asks first.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn samples_to_pose(&self) -> usize {
+        let second = self.second.as_ref().filter(|second| !second.asleep);
+        second.map_or(usize::MAX, |second| second.renderer.samples_to_pose()).min(self.first.samples_to_pose())
+    }
+
     /// As [`Renderer::jump`].
     ///
     /// # Real-time

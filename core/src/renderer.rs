@@ -331,6 +331,21 @@ impl Renderer {
         self.fresh = true;
     }
 
+    /// Samples that are still to come in before the next pose is asked for, that of the last of them: 1 at least. Who moves
+    /// emitters renders no more at a time, and has them where they are at that sample.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn samples_to_pose(&self) -> usize {
+        if self.fresh {
+            // The first sample's pose is asked for too.
+            return 1;
+        }
+        let next = if self.filled < self.pose_phase { self.pose_phase } else { self.grid.hop + self.pose_phase };
+        next - self.filled
+    }
+
     /// Is as new again: the same sound and poses give the same samples.
     ///
     /// # Real-time

@@ -198,6 +198,16 @@ impl Spatializer {
         self.active.as_ref().map_or(0, |emitters| emitters.first().tail_samples())
     }
 
+    /// As [`Renderer::samples_to_pose`], of whatever sounds; `usize::MAX` without a scene.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn samples_to_pose(&self) -> usize {
+        let sounding = [&self.active, &self.fading].into_iter().flatten();
+        sounding.map(|emitters| emitters.samples_to_pose()).min().unwrap_or(usize::MAX)
+    }
+
     /// Takes the next pose at once, as after the transport was moved; what sounds goes on.
     ///
     /// # Real-time

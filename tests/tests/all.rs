@@ -23,5 +23,6 @@ mod rates;
 mod recipes;
 mod scenes;
 mod sleep;
+mod source_paths;
 mod state;
 mod validator;

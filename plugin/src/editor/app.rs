@@ -11,6 +11,7 @@ use super::meter::Meters;
 use super::panel::Panel;
 use super::pump::Pump;
 use super::scenes::Scenes;
+use super::source_path::SourcePath;
 use super::theme::{Palette, dress, set_fonts};
 use super::view::View;
 use super::views::Views;
@@ -102,6 +103,7 @@ pub(super) struct App {
     heard_s: f64,
     meters: Meters,
     head: FileRow,
+    source_path: SourcePath,
     view: View,
     /// From the first picture on.
     views: Option<Arc<Views>>,
@@ -142,6 +144,7 @@ impl App {
             heard_s: f64::NEG_INFINITY,
             meters: Meters::default(),
             head: FileRow::new(HEAD),
+            source_path: SourcePath::default(),
             view: View::default(),
             views: None,
             scenes,
@@ -226,7 +229,8 @@ impl NiceEguiApp for App {
         let sounding = now_s - self.heard_s < SILENT_S;
         self.meters.advance(self.frame.input_peak, self.frame.output_peak, now_s);
         let listing = self.scenes.listing();
-        let (scene, walk) = (self.instance.loader.scene(), self.instance.loader.walk());
+        let loader = &self.instance.loader;
+        let (scene, walk, source_walks) = (loader.scene(), loader.walk(), loader.source_walks());
         let params = Arc::clone(&self.instance.params);
         if !sounding {
             estimate(&mut self.frame, &params, &self.gestures, walk.as_deref());
@@ -239,6 +243,7 @@ impl NiceEguiApp for App {
             scene: scene.as_ref(),
             listing: &listing,
             walk: walk.as_ref(),
+            source_walks: source_walks.as_ref(),
             palette,
             settings: &mut self.settings,
             selection: &mut self.selection,
@@ -274,7 +279,7 @@ impl NiceEguiApp for App {
         if *ctx.list_is_open() {
             self.scenes.show(ui, &mut ctx);
         }
-        side::right(ui, &mut ctx, &mut self.head, &mut self.meters);
+        side::right(ui, &mut ctx, (&mut self.head, &mut self.source_path), &mut self.meters);
         drawer::show(ui, &mut ctx, &mut self.panels);
         let centre = egui::Frame::new().fill(palette.ground).inner_margin(Margin::ZERO);
         let attention = scene.as_ref().and_then(|scene| self.instance.loader.attention.in_scene(scene));

@@ -10,15 +10,22 @@ use egui::{Color32, Frame, Margin, RichText, Ui};
 pub(super) fn show(ui: &mut Ui, ctx: &Ctx<'_>) {
     let palette = ctx.palette;
     let from = &ctx.instance.loader.exchange;
-    let [scene, sources, walk, head, headphones] =
-        [&from.scene_report, &from.sources_report, &from.walk_report, &from.head_report, &from.headphones_report]
-            .map(|report| report.text());
+    let [scene, sources, walk, source_walks, head, headphones] = [
+        &from.scene_report,
+        &from.sources_report,
+        &from.walk_report,
+        &from.source_walks_report,
+        &from.head_report,
+        &from.headphones_report,
+    ]
+    .map(|report| report.text());
     // A scene that is played all the same has a remark, no error.
     let scene_colour = if ctx.scene.is_some() { palette.warn } else { palette.error };
     for (name, text, colour, what) in [
         ("scene", &scene, scene_colour, "Scene"),
         ("sources", &sources, palette.warn, "Sources"),
         ("walk", &walk, palette.error, "Camera path"),
+        ("source-walks", &source_walks, palette.error, "Path"),
         ("head", &head, palette.warn, "Head"),
         ("headphones", &headphones, palette.warn, "Headphones"),
     ] {

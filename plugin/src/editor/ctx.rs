@@ -11,6 +11,7 @@ use crate::history::user_state::UserState;
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::lister::Listing;
 use crate::library::scene_key::SceneKey;
+use crate::listener::snapshot::sources_of;
 use crate::osc::Osc;
 use crate::parameter::Parameter;
 use crate::parameter::cast::index;
@@ -19,6 +20,7 @@ use crate::playing::loader::Loader;
 use crate::project::params::PromenadeParams;
 use crate::project::persisted::Persisted;
 use crate::project::settings::EditorSettings;
+use crate::project::source_walks::SourceWalks;
 use crate::project::walk::{SavedWalk, Walk};
 use crate::telemetry::host_side::HostSide;
 use crate::telemetry::{Frame, Telemetry};
@@ -27,6 +29,7 @@ use crate::worker::repaint::Repaint;
 use nice_plug::context::gui::GuiContext;
 use nice_plug::prelude::Enum;
 use promenade_core::Scene;
+use promenade_core::glam::Vec3;
 use std::sync::{Arc, Weak};
 
 /// The instance that an editor belongs to.
@@ -91,6 +94,8 @@ pub struct Ctx<'a> {
     pub listing: &'a Listing,
     /// The camera path that is ready, followed or not.
     pub walk: Option<&'a Arc<Walk>>,
+    /// The paths of sources that are ready, followed or not.
+    pub source_walks: Option<&'a SourceWalks>,
     /// The theme's colours.
     pub palette: &'static Palette,
     /// How the editor is left; saved with the project.
@@ -147,6 +152,21 @@ impl Ctx<'_> {
     #[must_use]
     pub fn is_on(&self, parameter: Parameter) -> bool {
         self.value(parameter) > 0.5
+    }
+
+    /// The path of a source, 0 for the first, followed or not.
+    #[must_use]
+    pub fn source_walk(&self, source: usize) -> Option<&Walk> {
+        self.source_walks?.get(source)?.as_ref()
+    }
+
+    /// Where a source is in a scene that has its emitter at `home`, metres.
+    #[must_use]
+    pub fn source_at(&self, home: Vec3, source: usize) -> Vec3 {
+        let value = |parameter| self.value(parameter);
+        let walk = self.source_walk(source);
+        let on_path = walk.and_then(|walk| sources_of(value).on(walk, self.frame.transport_s));
+        on_path.map_or(home, |pose| pose.position) + Vec3::from_array(Parameter::place_of(source).map(value))
     }
 
     /// Sets a value at once, as a gesture of its own.

@@ -3,7 +3,6 @@
 use super::ctx::Ctx;
 use super::theme::{Palette, faded};
 use super::words::Word;
-use crate::listener::snapshot::emitter_offset_of;
 use egui::{Align2, Color32, CornerRadius, Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -29,8 +28,8 @@ pub(super) fn dial(ui: &mut Ui, ctx: &Ctx<'_>) {
     let palette = ctx.palette;
     let size = (rect.height() - 8.0).min(108.0);
     let circle = Rect::from_min_size(rect.min + vec2(0.0, 4.0), Vec2::splat(size));
-    let offset = emitter_offset_of(|parameter| ctx.value(parameter));
-    let seen = ctx.scene.and_then(|scene| scene.emitter()).map(|home| seen_from(&ctx.frame.pose, home + offset));
+    let home = ctx.scene.and_then(|scene| scene.emitter());
+    let seen = home.map(|home| seen_from(&ctx.frame.pose, ctx.source_at(home, 0)));
     head(painter, circle, ctx, seen.map(|(azimuth, ..)| azimuth));
     let texts = rect.with_min_x(circle.right() + 16.0);
     let line = |n: f32| texts.top() + 4.0 + n * 17.0;

@@ -34,6 +34,7 @@ mod room_panel;
 mod scenes;
 mod side;
 mod sound_panel;
+mod source_path;
 mod t20;
 pub mod theme;
 mod tier;

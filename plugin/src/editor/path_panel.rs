@@ -44,7 +44,8 @@ enum Done {
     Exported(String),
 }
 
-const KIND: FileKind = FileKind { name: "Camera path", extensions: &["json", "csv", "gltf", "glb", "txt"] };
+/// Files of paths.
+pub(super) const KIND: FileKind = FileKind { name: "Camera path", extensions: &["json", "csv", "gltf", "glb", "txt"] };
 const WRITTEN: FileKind = FileKind { name: "Camera path", extensions: &["json", "csv"] };
 
 struct Recording {
@@ -291,9 +292,13 @@ fn must_ask(recording: bool, kept: &SavedWalk) -> bool {
     !recording && !kept.keyframes.is_empty()
 }
 
+/// Reads a path, with remarks.
+pub(super) fn read(file: &Path) -> Result<(SavedWalk, Vec<String>), String> {
+    SavedWalk::from_file(file).map_err(|error| with_causes(&error))
+}
+
 fn imported(file: &Path) -> Result<Done, String> {
-    let read = SavedWalk::from_file(file).map_err(|error| with_causes(&error));
-    read.map(|(walk, notes)| Done::Imported(walk, notes))
+    read(file).map(|(walk, notes)| Done::Imported(walk, notes))
 }
 
 fn export(path: &CameraPath, file: &Path) -> Result<String, String> {

@@ -7,7 +7,7 @@ use super::theme::{CONTROL, Palette, SPACE, faded};
 use super::widgets::segments;
 use super::words::Word;
 use crate::answers::response::{DECAY_FLOOR_DB, DECAY_POINTS, Listening, Response};
-use crate::listener::snapshot::{Snapshot, emitter_offset_of};
+use crate::listener::snapshot::Snapshot;
 use crate::parameter::cast::index;
 use crate::telemetry::{FLOOR_DB, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
@@ -61,7 +61,8 @@ impl ResponsePanel {
     fn response(&self, ctx: &Ctx<'_>) -> Option<(std::sync::Arc<Response>, bool)> {
         let (scene, rate_hz) = (ctx.scene?, ctx.instance.loader.sample_rate_hz()?);
         let heard = ctx.frame.pose;
-        let pose = Pose { position: heard.position - emitter_offset_of(|parameter| ctx.value(parameter)), ..heard };
+        let home = scene.emitter().unwrap_or_default();
+        let pose = Pose { position: heard.position + home - ctx.source_at(home, 0), ..heard };
         let block = Snapshot::of(ctx.params()).block;
         let octave = self.band.checked_sub(1);
         ctx.views.response(Listening::new(scene, rate_hz, pose, block, octave))

@@ -4,6 +4,7 @@ use super::controls::{follow_path, list, number, slider};
 use super::ctx::Ctx;
 use super::file_row::FileRow;
 use super::meter::Meters;
+use super::source_path::SourcePath;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
 use super::widgets::{button, dimmed, drop_down, heading, labelled, note, title};
@@ -23,7 +24,7 @@ const BAR: i8 = 8;
 const OUTPUT: f32 = 172.0;
 
 /// Shows it.
-pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut FileRow, meters: &mut Meters) {
+pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, (head, path): (&mut FileRow, &mut SourcePath), meters: &mut Meters) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin { left: 12, right: 4, top: 4, bottom: 4 });
     egui::Panel::right("controls").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
         // What goes out is seen at every size.
@@ -35,7 +36,7 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, head: &mut FileRow, meters: 
             movement(ui, ctx);
             dimmed(ui, ctx.instance.loader.output() != Output::Binaural, |ui| head.show(ui, ctx));
             heading(ui, ctx.palette, Word::EmitterOffset);
-            source(ui, ctx);
+            source(ui, ctx, path);
             heading(ui, ctx.palette, Word::Quality);
             tier::show(ui, ctx);
         });
@@ -67,8 +68,8 @@ fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     triple(ui, ctx, [(Parameter::Yaw, "Yaw"), (Parameter::Pitch, "Pitch"), (Parameter::Roll, "Roll")]);
 }
 
-/// The place of the emitter, or where there are further sources, of the one that is chosen.
-fn source(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+/// Place and path of the emitter, or where there are further sources, of the one that is chosen.
+fn source(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath) {
     let further = ctx.params().further();
     let chosen = ctx.selection.source.min(further);
     if further > 0 {
@@ -85,6 +86,7 @@ fn source(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     if let Some(further) = chosen.checked_sub(1) {
         slider(ui, ctx, Parameter::Source(SourceKnob { further, part: Part::Level }), Word::SourceLevel);
     }
+    path.show(ui, ctx, chosen);
 }
 
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {

@@ -17,8 +17,9 @@ use super::theme::{Palette, SPACE, faded};
 use super::widgets::{button, words};
 use super::words::Word;
 use crate::library::drawn_room::DrawnRoom;
-use crate::listener::snapshot::{emitter_offset_of, pose_of};
+use crate::listener::snapshot::pose_of;
 use crate::parameter::Parameter;
+use crate::parameter::choices::Follow;
 use crate::parameter::source_knob::SOURCES;
 use crate::project::settings;
 use crate::telemetry::attention::AttentionWeights;
@@ -27,6 +28,7 @@ use drag::{Drag, Handle, Target, pick, wrapped};
 use egui::{Align2, CornerRadius, CursorIcon, PointerButton, Rect, Response, Sense, Ui, UiBuilder, pos2, vec2};
 pub(super) use keys::reset;
 use layers::Layers;
+use nice_plug::prelude::Enum;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use room::RoomDrag;
@@ -88,10 +90,9 @@ impl Scenery {
     fn of(ctx: &Ctx<'_>, rect: Rect, camera: &Camera) -> Self {
         let (heard, knobs) = (ctx.frame.pose, pose_of(|parameter| ctx.value(parameter)));
         let reason = pose_source::reason(ctx);
-        let offset = emitter_offset_of(|parameter| ctx.value(parameter));
         let room = ctx.drawn_room();
         let drawn = room.as_ref().map(|room| Vec3::from_array(room.emitter));
-        let emitter = drawn.or_else(|| ctx.scene.and_then(|scene| scene.emitter())).map(|home| (home, home + offset));
+        let emitter = drawn.or_else(|| ctx.scene.and_then(|scene| scene.emitter())).map(|home| (home, ctx.source_at(home, 0)));
         let held = if reason.is_some() { &knobs } else { &heard };
         let project = |world| camera.project(rect, world);
         let mut targets = Vec::new();
@@ -141,6 +142,8 @@ impl View {
         if keys::move_listener(ui, &response, ctx, &camera) {
             self.fit(rect, ctx);
         }
+        let moves = (0..=ctx.params().further()).any(|source| ctx.source_walk(source).is_some());
+        ctx.shows_time |= moves && Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Transport;
         // What was moved is shown where it is now.
         scenery = Scenery::of(ctx, rect, &camera);
         paint(ui, rect, &camera, ctx, &scenery, hot, attention);
@@ -319,7 +322,10 @@ fn paint(
         scene::anchors(&mut layers, ctx, scene, attention);
     }
     if let Some(walk) = ctx.walk {
-        scene::path(&mut layers, ctx, &walk.path, ctx.selection.keyframe);
+        scene::path(&mut layers, ctx, &walk.path, ctx.palette.path, ctx.selection.keyframe);
+    }
+    if let Some(walk) = ctx.source_walk(ctx.selection.source) {
+        scene::path(&mut layers, ctx, &walk.path, ctx.palette.emitter, None);
     }
     if let Some((home, moved)) = scenery.emitter {
         scene::emitter(&mut layers, ctx, home, moved, hot == Some(Handle::Emitter));

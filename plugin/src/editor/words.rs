@@ -83,6 +83,11 @@ table! {
         /// Right.
         SourceLevel = ("Level", "How loud the input of the chosen source is taken"),
         /// Right.
+        SourcePath = ("Choose", "Takes a file of a path for the source, as of a camera or an ADM object: one to choose, or the \
+            one that is named beside. It is followed as Follow Path above says, and the project keeps it"),
+        /// Right.
+        NoSourcePath = ("No path", "The source stays where its offset puts it"),
+        /// Right.
         Quality = ("Quality", "Speed against accuracy; hosts call it Tier. What is grey, this scene does not have"),
         /// Right.
         Processor = ("Processor", "Time that a block takes to be played, as a share of the time that it lasts"),

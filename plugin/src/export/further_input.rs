@@ -5,6 +5,7 @@ use crate::listener::snapshot::{FurtherPlace, Snapshot};
 use crate::parameter::cast::{index, narrow};
 use crate::parameter::source_knob::MOST_FURTHER;
 use nice_plug::prelude::Buffer;
+use promenade_core::glam::Vec3;
 use promenade_core::{Further, Ramp};
 use std::ops::Range;
 
@@ -54,20 +55,22 @@ impl FurtherInput {
 }
 
 /// What each further source plays in a stretch of a block, nothing where that is silence, and where it is at the end of it, a
-/// share of the way through the block.
+/// share of the way through the block; `on_path` says how far its path takes each from the scene's emitter then, metres.
 pub(super) fn of_span<'a, const COUNT: usize>(
     inputs: &'a [Buffer],
     snapshot: &Snapshot,
     from: Option<&Snapshot>,
     span: Range<usize>,
     share: f32,
+    on_path: impl Fn(usize) -> Vec3,
 ) -> [Further<'a>; COUNT] {
     std::array::from_fn(|number| {
         let channel = inputs.get(number).and_then(|input| input.as_slice_immutable().first());
         let to = snapshot.further.get(number).unwrap_or(&FurtherPlace::DEFAULT);
         let begin = from.and_then(|from| from.further.get(number));
         let input = channel.and_then(|channel| channel.get(span.clone())).filter(|input| !is_silent(input));
-        Further { input: input.unwrap_or_default(), offset: begin.map_or(to.offset, |begin| ramp::offset_at(begin, to, share)) }
+        let offset = begin.map_or(to.offset, |begin| ramp::offset_at(begin, to, share));
+        Further { input: input.unwrap_or_default(), offset: on_path(number) + offset }
     })
 }
 

@@ -9,6 +9,7 @@ use crate::listener::clock::{BlockTime, Clock};
 use crate::listener::inbox::Inbox;
 use crate::listener::ramp::{self, Ramps};
 use crate::listener::snapshot::Snapshot;
+use crate::listener::source_paths::SourcePaths;
 use crate::listener::{HeardPose, ListenerSources};
 use crate::osc::{Osc, Switch};
 use crate::parameter::cast::narrow;
@@ -155,7 +156,8 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
     ) -> Option<HeardPose> {
         let total = buffer.samples();
         let walk = self.playing.walk.as_deref();
-        let mut listener = self.listener.of_block(snapshot, from, walk, time, self.timing.sample_rate_hz);
+        let paths = SourcePaths::new(self.playing.source_walks.as_deref(), self.playing.emitter());
+        let mut listener = self.listener.of_block(snapshot, from, (walk, paths), time, self.timing.sample_rate_hz);
         let is_binaural = self.playing.is_binaural();
         let (spatializers, outputs) = (&mut self.playing.spatializers, buffer.as_slice());
         if outputs.len() < 2 {
@@ -180,14 +182,18 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         // One pass for both ears, unless a host breaks its own promise on the block size.
         let longest = if is_binaural { self.input.longest() } else { self.input.longest().min(STRETCH) };
         let longest = if from.is_some() { longest.min(ramp::STRETCH) } else { longest };
-        for start in (0..total).step_by(longest) {
-            let span = start..total.min(start + longest);
+        let mut start = 0;
+        while start < total {
+            let most = if listener.moves_sources() { longest.min(samples_to_pose(spatializers)) } else { longest };
+            let span = start..total.min(start + most);
             let share = narrow(span.end as f64 / total as f64);
-            let block = from.map_or(snapshot.block, |from| ramp::at(&from.block, &snapshot.block, share));
+            let mut block = from.map_or(snapshot.block, |from| ramp::at(&from.block, &snapshot.block, share));
+            block.emitters.offset += listener.source_offset(0, span.end - 1);
             let channels = self.input.channels;
             let (input, nowhere) = self.input.copied(outputs, span.clone());
             self.monitor.measure_input(input);
-            let others: [Further; FURTHER] = further_input::of_span(further, snapshot, from, span.clone(), share);
+            let on_path = |further| listener.source_offset(1 + further, span.end - 1);
+            let others: [Further; FURTHER] = further_input::of_span(further, snapshot, from, span.clone(), share, on_path);
             self.monitor.measure_further(&others);
             let all = input[..channels].iter().copied().chain(others.iter().map(|other| other.input));
             let sounds = all.flatten().any(|sample| sample.abs() >= SILENCE);
@@ -201,8 +207,9 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
                 spatializer.process_further(&input[..channels], &others, pair, &block, |i| listener.pose(start + i));
             }
             if let (true, [left, right]) = (is_binaural, &mut *outputs) {
-                self.playing.headphones.process([&mut left[span.clone()], &mut right[span]], !snapshot.block.bypass);
+                self.playing.headphones.process([&mut left[span.clone()], &mut right[span.clone()]], !snapshot.block.bypass);
             }
+            start = span.end;
         }
         self.spender.fade(outputs, self.timing.sample_rate_hz);
         Some(listener.end(total, time.end_s()))
@@ -210,9 +217,8 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
 
     /// How far the listener is from the emitter, metres; 1 where the scene has none.
     fn distance_m(&self, heard: &HeardPose, snapshot: &Snapshot) -> f32 {
-        let renderer = self.playing.spatializer().and_then(Spatializer::renderer);
-        let emitter = renderer.and_then(|renderer| renderer.scene().emitter());
-        emitter.map_or(1.0, |emitter| heard.pose.position.distance(emitter + snapshot.block.emitters.offset))
+        let offset = heard.source_offset + snapshot.block.emitters.offset;
+        self.playing.emitter().map_or(1.0, |emitter| heard.pose.position.distance(emitter + offset))
     }
 
     /// Reports latency and tail, and that nothing sounds any more.
@@ -386,6 +392,11 @@ fn ears<'a>(buffer: &'a mut Buffer) -> [&'a [f32]; 2] {
         [left, right, ..] => [left, right],
         _ => [&[], &[]],
     }
+}
+
+/// Samples until one of the renderers asks for a pose next.
+fn samples_to_pose(spatializers: &[Spatializer]) -> usize {
+    spatializers.iter().map(Spatializer::samples_to_pose).min().unwrap_or(usize::MAX)
 }
 
 /// A number of samples as hosts take it.

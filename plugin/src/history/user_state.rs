@@ -1,4 +1,5 @@
-//! What presets, undo and the A/B comparison restore: the parameters, the scene, the drawn room, the camera path and the head.
+//! What presets, undo and the A/B comparison restore: the parameters, the scene, the drawn room, the camera path, the paths of
+//! sources and the head.
 
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::scene_key::SceneKey;
@@ -9,7 +10,8 @@ use crate::parameter::choices::SceneChoice;
 use crate::project::matching::Matching;
 use crate::project::params::PromenadeParams;
 use crate::project::saved_head::SavedHead;
-use crate::project::state::saved_value;
+use crate::project::source_walks::SavedSourceWalks;
+use crate::project::state::{SOURCE_WALKS_FIELD, saved_value};
 use crate::project::walk::SavedWalk;
 use nice_plug::params::persist::{deserialize_field, serialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
@@ -22,6 +24,7 @@ pub struct UserState {
     values: [f32; Parameter::EVERY.len()],
     scene: SceneKey,
     walk: SavedWalk,
+    source_walks: SavedSourceWalks,
     head: SavedHead,
     room: Option<DrawnRoom>,
     matching: Matching,
@@ -35,6 +38,7 @@ impl UserState {
             values: Parameter::EVERY.map(|parameter| if is_for_sound(parameter) { params.heard(parameter) } else { 0.0 }),
             scene: params.scene_key.get().0,
             walk: params.saved_walk.get().0,
+            source_walks: params.source_walks.get().0,
             head: params.head.get().0,
             room: params.room.get().0,
             matching: params.matching.get().0,
@@ -44,8 +48,8 @@ impl UserState {
     /// What a saved state holds; what it lacks is as in `base`.
     #[must_use]
     pub fn from_saved(mut saved: PluginState, base: &Self) -> Self {
-        // A state without a head is one of before there were any.
-        let has_head = saved.fields.contains_key("head");
+        // A state without a head or paths of sources is one of before there were any.
+        let [has_head, has_source_walks] = ["head", SOURCE_WALKS_FIELD].map(|name| saved.fields.contains_key(name));
         crate::project::state::migrate(&mut saved);
         let mut state = base.clone();
         for parameter in Parameter::EVERY.into_iter().filter(|parameter| is_for_sound(*parameter)) {
@@ -60,6 +64,10 @@ impl UserState {
         }
         if let Some(walk) = field("walk").and_then(|json| deserialize_field(json).ok()) {
             state.walk = walk;
+        }
+        let source_walks = field(SOURCE_WALKS_FIELD).filter(|_| has_source_walks);
+        if let Some(walks) = source_walks.and_then(|json| deserialize_field(json).ok()) {
+            state.source_walks = walks;
         }
         if let Some(head) = field("head").filter(|_| has_head).and_then(|json| deserialize_field(json).ok()) {
             state.head = head;
@@ -112,6 +120,7 @@ impl UserState {
         let fields = [
             ("scene", serialize_field(&self.scene)?),
             ("walk", serialize_field(&self.walk)?),
+            (SOURCE_WALKS_FIELD, serialize_field(&self.source_walks)?),
             ("head", serialize_field(&self.head)?),
             ("room", serialize_field(&self.room)?),
             ("matching", serialize_field(&self.matching)?),
@@ -135,6 +144,9 @@ impl UserState {
         }
         if params.saved_walk.get().0 != self.walk {
             params.saved_walk.restore(self.walk.clone());
+        }
+        if params.source_walks.get().0 != self.source_walks {
+            params.source_walks.restore(self.source_walks.clone());
         }
         if params.head.get().0 != self.head {
             params.head.restore(self.head.clone());
@@ -187,7 +199,9 @@ pub(crate) mod tests {
             params: params.map(|(id, value)| (id.to_owned(), value)).into_iter().collect(),
             fields: [("walk".to_owned(), r#"{"speed": 0.5}"#.to_owned())].into(),
         };
-        let restored = UserState::from_saved(state, &with(Parameter::Gain, -6.0));
+        let mut base = with(Parameter::Gain, -6.0);
+        base.source_walks.set(3, Some(SavedWalk::default()));
+        let restored = UserState::from_saved(state, &base);
         let found = [
             Parameter::X,
             Parameter::Yaw,
@@ -200,6 +214,7 @@ pub(crate) mod tests {
         .map(|p| restored.value(p));
         assert_eq!(found, [2.5, 180.0, 2.0, 1.0, 7.0, 1.0, -6.0]);
         assert_eq!(restored.walk.speed, 0.5);
+        assert!(restored.source_walks.of(3).is_some(), "a preset that knows no paths of sources leaves them");
     }
 
     #[test]
@@ -207,11 +222,13 @@ pub(crate) mod tests {
         let params = PromenadeParams::default();
         let mut restored = with(Parameter::Pitch, 12.0);
         restored.walk.looping = true;
+        restored.source_walks.set(1, Some(SavedWalk::default()));
         restored.room = Some(DrawnRoom::default());
         let mut set = Vec::new();
         restored.restore(&params, |parameter, value| set.push((parameter, value)));
         assert_eq!(set, [(Parameter::Pitch, 12.0)]);
         assert!(params.saved_walk.get().0.looping);
+        assert!(params.source_walks.get().0.of(1).is_some());
         assert_eq!(params.room.get().0, Some(DrawnRoom::default()));
     }
 
@@ -219,6 +236,7 @@ pub(crate) mod tests {
     fn put_into_a_saved_state_it_is_read_again_and_the_rest_stays() {
         let mut wanted = with(Parameter::Yaw, -20.0);
         wanted.walk.looping = true;
+        wanted.source_walks.set(0, Some(SavedWalk::default()));
         wanted = wanted.in_scene(SceneKey { title: "Hall".to_owned(), ..SceneKey::default() }, Pose::IDENTITY);
         let fields =
             [("osc", r#"{"on": true}"#), ("remote", r#"{"gain": -3.0}"#)].map(|(n, json)| (n.to_owned(), json.to_owned()));

@@ -7,16 +7,19 @@ pub mod pose_cell;
 pub mod pose_sources;
 pub(crate) mod ramp;
 pub mod snapshot;
+pub(crate) mod source_paths;
 
 use crate::listener::clock::BlockTime;
 use crate::listener::group::{Following, Member};
 use crate::listener::inbox::Inbox;
 use crate::listener::pose_sources::{Base, Sources};
 use crate::listener::snapshot::Snapshot;
+use crate::listener::source_paths::SourcePaths;
 use crate::parameter::cast::narrow;
 use crate::parameter::choices::Tracking;
 use crate::project::walk::Walk;
 use promenade_core::Pose;
+use promenade_core::glam::Vec3;
 use std::sync::Arc;
 
 /// Time constant with which a tracker's steps are smoothed, seconds: trackers send 30 to 100 poses a second, hops are shorter.
@@ -71,7 +74,7 @@ impl ListenerSources {
         &'a mut self,
         snapshot: &Snapshot,
         from: Option<&Snapshot>,
-        walk: Option<&'a Walk>,
+        (walk, paths): (Option<&'a Walk>, SourcePaths<'a>),
         time: &BlockTime,
         sample_rate_hz: f64,
     ) -> Listener<'a> {
@@ -85,6 +88,7 @@ impl ListenerSources {
             from: from.map(|from| from.sources),
             length_s: time.length_s,
             walk,
+            paths,
             tracked: self.inbox.tracked(),
             glide: &mut self.glide,
             following: group.and_then(|group| self.member.follow(group, time.end_s(), time.moved)),
@@ -107,6 +111,8 @@ pub(crate) struct HeardPose {
     pub(crate) tracked: bool,
     /// Whether this instance leads its listener group.
     pub(crate) leads: bool,
+    /// How far its path takes the first source from the scene's emitter, metres.
+    pub(crate) source_offset: Vec3,
 }
 
 /// The listener during one block.
@@ -119,6 +125,8 @@ pub struct Listener<'a> {
     pub length_s: f64,
     /// The camera path, if there is one.
     pub walk: Option<&'a Walk>,
+    /// The paths of sources.
+    pub(crate) paths: SourcePaths<'a>,
     /// The tracker's newest pose, if there is one.
     pub tracked: Option<Pose>,
     /// Smooths the tracker.
@@ -193,7 +201,7 @@ impl Listener<'_> {
                 (self.sources.base(self.walk.is_some(), has_tracker), has_tracker && self.sources.tracking != Tracking::Off)
             }
         };
-        HeardPose { pose, base, tracked, leads: self.member.leads() }
+        HeardPose { pose, base, tracked, leads: self.member.leads(), source_offset: self.source_offset(0, samples) }
     }
 
     /// The sources at a sample of the block.

@@ -52,16 +52,26 @@ impl Sources {
         }
     }
 
+    /// The pose on a path at `time_s` of the transport; none where paths are not followed.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    #[must_use]
+    pub fn on(&self, walk: &Walk, time_s: f64) -> Option<Pose> {
+        match self.follow {
+            Follow::Off => None,
+            Follow::Position => Some(walk.path.pose_after(self.path_share * walk.path.duration_s(), Playback::default())),
+            Follow::Transport => Some(walk.path.pose_after(time_s, walk.playback)),
+        }
+    }
+
     /// The pose at `time_s` of the transport.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     #[must_use]
     pub fn pose(&self, walk: Option<&Walk>, tracked: Option<&Pose>, time_s: f64) -> Pose {
-        let on_path = |walk: &Walk| match self.follow {
-            Follow::Position => walk.path.pose_after(self.path_share * walk.path.duration_s(), Playback::default()),
-            Follow::Off | Follow::Transport => walk.path.pose_after(time_s, walk.playback),
-        };
+        let on_path = |walk: &Walk| self.on(walk, time_s).unwrap_or(self.knobs);
         let base = match (self.base(walk.is_some(), tracked.is_some()), walk) {
             (Base::Path, Some(walk)) => on_path(walk),
             (Base::PathAndKnobs, Some(walk)) => {

@@ -2,6 +2,7 @@
 
 use crate::listener::pose_sources::Sources;
 use crate::parameter::Parameter;
+use crate::parameter::cast::index;
 use crate::parameter::choices::{Follow, GroupChoice, TierChoice, Tracking};
 use crate::parameter::source_knob::{MOST_FURTHER, Part, SourceKnob};
 use crate::project::params::{PromenadeParams, USUAL_LAW_DB};
@@ -64,13 +65,7 @@ impl Snapshot {
             *place = FurtherPlace::of(number, value);
         }
         Self {
-            sources: Sources {
-                knobs: pose_of(value),
-                follow: Follow::from_index(params.index(Parameter::Follow)),
-                path_share: f64::from(value(Parameter::Path)),
-                offset: value(Parameter::Offset) > 0.5,
-                tracking: Tracking::from_index(params.index(Parameter::Tracking)),
-            },
+            sources: sources_of(value),
             group,
             leads: group.is_some() && value(Parameter::Lead) > 0.5,
             block: BlockParams {
@@ -85,6 +80,17 @@ impl Snapshot {
             },
             further,
         }
+    }
+}
+
+/// Where the listener's pose comes from, from the parameters' plain values.
+pub fn sources_of(value: impl Fn(Parameter) -> f32) -> Sources {
+    Sources {
+        knobs: pose_of(&value),
+        follow: Follow::from_index(index(value(Parameter::Follow))),
+        path_share: f64::from(value(Parameter::Path)),
+        offset: value(Parameter::Offset) > 0.5,
+        tracking: Tracking::from_index(index(value(Parameter::Tracking))),
     }
 }
 

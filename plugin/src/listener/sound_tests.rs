@@ -39,6 +39,7 @@ fn turned(smooth: bool) -> Vec<f32> {
             from: None,
             length_s: BLOCK as f64 / RATE,
             walk: None,
+            paths: SourcePaths::default(),
             tracked: Some(tracked),
             glide: &mut glide,
             following: None,

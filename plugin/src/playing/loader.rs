@@ -1,5 +1,8 @@
 //! Finds, reads and prepares scenes and camera paths off the audio thread.
 
+mod walks;
+mod worn;
+
 use crate::library::cache::{self, DrawnRoomError};
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::error_chain::with_causes;
@@ -8,7 +11,7 @@ use crate::library::scene_key::SceneKey;
 use crate::library::{self, LibraryError, LoadedScene, level};
 use crate::parameter::Parameter;
 use crate::parameter::cast::{index, narrow};
-use crate::parameter::choices::{Follow, LatencyChoice, SceneChoice};
+use crate::parameter::choices::{LatencyChoice, SceneChoice};
 use crate::playing::output::{Output, Pairs};
 use crate::playing::shared_worker::SharedWorker;
 use crate::playing::start_pose;
@@ -16,20 +19,17 @@ use crate::project::exchange::{Choices, Exchange};
 use crate::project::matching::Matching;
 use crate::project::params::PromenadeParams;
 use crate::project::saved_head::SavedHead;
-use crate::project::saved_headphones::SavedHeadphones;
 use crate::project::scene_frame::SceneFrame;
+use crate::project::source_walks::{SavedSourceWalks, SourceWalks};
 use crate::project::walk::{SavedWalk, Walk, WalkError};
 use crate::telemetry::attention::Attention;
 use crate::worker::Task;
 use crate::worker::lock::lock;
 use crate::worker::repaint::Repaint;
 use crossbeam_queue::ArrayQueue;
-use nice_plug::prelude::Enum;
 use nice_plug::{nice_error, nice_warn};
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
 use promenade_core::{Emitters, Latency, NotAmbisonicError, RenderError, Renderer, Scene, SceneError, Trim};
-use promenade_sofa::SofaError;
-use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Once, Weak};
 use std::time::Instant;
@@ -54,6 +54,8 @@ pub enum Retired {
     Scene(Prepared),
     /// A camera path.
     Walk(Arc<Walk>),
+    /// Paths of sources.
+    SourceWalks(SourceWalks),
     /// A filter of headphones.
     Headphones(Box<HeadphoneFilter>),
 }
@@ -151,10 +153,14 @@ pub struct Loader {
     last_headphones: Mutex<Option<(Option<Headphones>, u64)>>,
     /// The slot and the path that were loaded last.
     last_walk: Mutex<Option<(u32, SavedWalk)>>,
+    /// The paths of sources that were made ready last.
+    last_source_walks: Mutex<Option<SavedSourceWalks>>,
     /// The newest scene; it replaces one that was not fetched.
     pub scenes: ArrayQueue<Prepared>,
     /// The newest camera path, or that there is none any more; it replaces one that was not fetched.
     pub walks: ArrayQueue<Option<Arc<Walk>>>,
+    /// The newest paths of sources; they replace those that were not fetched.
+    pub source_walks: ArrayQueue<SourceWalks>,
     /// The newest filter of headphones, or that there is none any more; it replaces one that was not fetched.
     pub headphones: ArrayQueue<Option<Box<HeadphoneFilter>>>,
     /// From the audio thread, to be dropped.
@@ -178,6 +184,7 @@ struct Current {
     /// The same where something else is played that was made of it: Ambisonics.
     held: Option<Arc<Scene>>,
     walk: Weak<Walk>,
+    source_walks: Option<Weak<[Option<Walk>]>>,
     level_cb: Option<i32>,
 }
 
@@ -193,8 +200,10 @@ impl Loader {
             last_scene: Mutex::new(None),
             last_headphones: Mutex::new(None),
             last_walk: Mutex::new(None),
+            last_source_walks: Mutex::new(None),
             scenes: ArrayQueue::new(1),
             walks: ArrayQueue::new(1),
+            source_walks: ArrayQueue::new(1),
             headphones: ArrayQueue::new(1),
             retired: ArrayQueue::new(RETIRED_CAPACITY),
             loaded: Mutex::default(),
@@ -209,6 +218,7 @@ impl Loader {
         loader.params.head.on_restore(&loader, Self::restored_head);
         loader.params.headphones.on_restore(&loader, Self::restored_headphones);
         loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
+        loader.params.source_walks.on_restore(&loader, Self::refresh_source_walks);
         loader
     }
 
@@ -242,6 +252,7 @@ impl Loader {
     pub(crate) fn forget(&self) {
         *lock(&self.last_scene) = None;
         *lock(&self.last_walk) = None;
+        *lock(&self.last_source_walks) = None;
     }
 
     /// Drops what the audio thread no longer needs, and loads what the parameters choose unless it is loaded.
@@ -253,6 +264,7 @@ impl Loader {
         self.refresh_headphones();
         self.refresh_scene();
         self.refresh_walk();
+        self.refresh_source_walks();
         *lock(&self.loaded) = Some(choices);
     }
 
@@ -292,6 +304,11 @@ impl Loader {
     /// The camera path that is ready, followed or not.
     pub fn walk(&self) -> Option<Arc<Walk>> {
         lock(&self.current).walk.upgrade()
+    }
+
+    /// The paths of sources that are ready, followed or not.
+    pub fn source_walks(&self) -> Option<SourceWalks> {
+        lock(&self.current).source_walks.as_ref()?.upgrade()
     }
 
     /// What comes out of the instance.
@@ -431,76 +448,6 @@ impl Loader {
         Ok(emitters)
     }
 
-    /// Reads the head that has been asked for. The scene's own plays where it cannot be read.
-    fn refresh_head(&self) {
-        let Some(name) = self.exchange.head_wish.take() else { return };
-        let (_, restores) = self.params.head.get();
-        let read = if name.is_empty() { Ok(SavedHead::default()) } else { head_in(&library::place_of(&name)) };
-        let (head, report) = match read {
-            Ok(head) => (head, String::new()),
-            Err(reason) => (SavedHead::default(), reason),
-        };
-        // A state that was restored meanwhile has a head of its own.
-        if self.params.head.replace(head, restores) {
-            if !report.is_empty() {
-                nice_error!("{report}");
-            }
-            self.exchange.head_report.set_text(report);
-            self.exchange.head_wish.answer();
-            self.repaint.request_repaint();
-        }
-    }
-
-    /// Reads the headphones that have been asked for. Where they cannot be read, those that are there stay.
-    fn read_headphones(&self) {
-        let Some(name) = self.exchange.headphones_wish.take() else { return };
-        let (_, restores) = self.params.headphones.get();
-        let read = if name.is_empty() { Ok(SavedHeadphones::default()) } else { headphones_in(&library::place_of(&name)) };
-        let report = match read {
-            Ok(saved) => {
-                // A state that was restored meanwhile has headphones of its own.
-                if !self.params.headphones.replace(saved, restores) {
-                    return;
-                }
-                String::new()
-            }
-            Err(reason) => {
-                nice_error!("{reason}");
-                reason
-            }
-        };
-        self.exchange.headphones_report.set_text(report);
-        self.exchange.headphones_wish.answer();
-        self.repaint.request_repaint();
-    }
-
-    /// Makes a filter of the project's headphones, unless it is there already.
-    fn refresh_headphones(&self) {
-        let mut last = lock(&self.last_headphones);
-        let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
-        let request = Some((self.params.headphones.get().0.headphones, sample_rate_bits));
-        if sample_rate_bits == 0 || *last == request {
-            return;
-        }
-        let filter = |(headphones, bits): &(Option<Headphones>, u64)| {
-            headphones.as_ref().map(|headphones| Box::new(headphones.filter(f64::from_bits(*bits))))
-        };
-        drop(self.headphones.force_push(request.as_ref().and_then(filter)));
-        *last = request;
-    }
-
-    /// Takes the headphones of a state that the host has restored.
-    fn restored_headphones(&self) {
-        self.exchange.headphones_report.set_text(String::new());
-        self.refresh_headphones();
-    }
-
-    /// Takes the head of a state that the host has restored.
-    fn restored_head(&self) {
-        self.exchange.head_report.set_text(String::new());
-        self.refresh_scene();
-    }
-
     /// The scene that is asked for, heard with the project's head.
     fn found(&self, request: &SceneRequest) -> Result<Found, LoadError> {
         let saved = &request.saved;
@@ -517,71 +464,6 @@ impl Loader {
             level::level_of(&found.scene, &found.hash)
         };
         Ok(Found { scene: self.heard(&found, &request.head), note: found.note, key: found.key, level_cb })
-    }
-
-    /// The drawn room heard with the project's head, or with the factory's where that cannot be, which is reported.
-    fn drawn(&self, room: &DrawnRoom, saved: &SavedHead) -> Result<Arc<Scene>, DrawnRoomError> {
-        let (head, report) = match saved.head() {
-            Ok(head) => (head, None),
-            Err(error) => (None, Some(with_causes(&error))),
-        };
-        self.exchange.head_name.set_text(head.as_ref().map_or_else(String::new, |head| head.name().to_owned()));
-        if head.is_some() || report.is_some() {
-            self.exchange.head_report.set_text(report.unwrap_or_default());
-        }
-        cache::drawn(room, head.as_ref())
-    }
-
-    /// The scene heard with the project's head, or as it is where that cannot be, which is reported.
-    fn heard(&self, found: &LoadedScene, saved: &SavedHead) -> Arc<Scene> {
-        let heard = match saved.head() {
-            Ok(None) => {
-                // What went wrong when a file was read is still to be seen.
-                self.exchange.head_name.set_text(String::new());
-                return Arc::clone(&found.scene);
-            }
-            Ok(Some(head)) => {
-                let heard = cache::heard_with(&found.scene, &found.hash, &head).map_err(|error| with_causes(&error));
-                heard.map(|heard| (heard, head.name().to_owned()))
-            }
-            Err(error) => Err(with_causes(&error)),
-        };
-        let (report, heard) = heard.map_or_else(|why| (why, None), |heard| (String::new(), Some(heard)));
-        let (heard, name) = heard.unwrap_or_else(|| (Arc::clone(&found.scene), String::new()));
-        self.exchange.head_name.set_text(name);
-        self.exchange.head_report.set_text(report);
-        heard
-    }
-
-    fn refresh_walk(&self) {
-        let mut last = lock(&self.last_walk);
-        loop {
-            let (saved, restores) = self.params.saved_walk.get();
-            let request = (self.choices().walk_slot, saved);
-            if last.as_ref() == Some(&request) {
-                return;
-            }
-            let result = find_walk(request.0, &request.1);
-            let chosen = chooses_a_file(&result);
-            let (walk, report, file) = match result.and_then(|file| Ok((file.to_walk()?, file))) {
-                Ok((walk, file)) => (walk.map(Arc::new), String::new(), file),
-                Err(error) => (None, with_causes(&error), request.1.clone()),
-            };
-            if self.params.saved_walk.replace(file.clone(), restores) {
-                static NONE_CHOSEN: Once = Once::new();
-                if !chosen && self.params.index(Parameter::Follow) != Follow::Off.to_index() {
-                    NONE_CHOSEN.call_once(|| nice_warn!("{report}"));
-                } else if chosen && !report.is_empty() {
-                    nice_error!("{report}");
-                }
-                self.exchange.walk_report.set_text(report);
-                lock(&self.current).walk = walk.as_ref().map_or_else(Weak::new, Arc::downgrade);
-                drop(self.walks.force_push(walk));
-                self.repaint.request_repaint();
-                *last = Some((request.0, file));
-                return;
-            }
-        }
     }
 }
 
@@ -612,31 +494,4 @@ fn factory_scene(scene: FactoryScene, key: &SceneKey) -> Result<LoadedScene, Loa
     let read = cache::scene_from(scene.bytes);
     let (scene, hash) = read.map_err(|error| LoadError::Factory { id: scene.id, error })?;
     Ok(LoadedScene { scene, hash, key: key.clone(), note: String::new() })
-}
-
-fn head_in(path: &Path) -> Result<SavedHead, String> {
-    let head = read_in(path, promenade_sofa::read_head)?;
-    // All heads of a data base may have its name.
-    let file = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let name = if head.name().contains(&file) { head.name().to_owned() } else { format!("{}, {file}", head.name()) };
-    Ok(SavedHead::of(&head.named(&name)))
-}
-
-fn headphones_in(path: &Path) -> Result<SavedHeadphones, String> {
-    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    read_in(path, promenade_sofa::read_headphones).map(|headphones| SavedHeadphones { name, headphones: Some(headphones) })
-}
-
-/// What is in a file. One that makes the reader fail in another way than it promises is as damaged as any.
-fn read_in<T>(path: &Path, read: fn(&Path) -> Result<T, SofaError>) -> Result<T, String> {
-    let damaged = |_| format!("{}: no readable SOFA (HDF5) file", path.display());
-    std::panic::catch_unwind(|| read(path)).map_err(damaged)?.map_err(|error| with_causes(&error))
-}
-
-fn find_walk(slot: u32, saved: &SavedWalk) -> Result<SavedWalk, LoadError> {
-    if slot == 0 || slot == saved.slot {
-        return Ok(saved.clone());
-    }
-    let path = library::file_in_slot(&library::folders(), library::WALKS, slot)?;
-    Ok(SavedWalk { slot, ..SavedWalk::from_file(&path)?.0 })
 }

@@ -20,10 +20,12 @@ use crate::playing::gap::Gap;
 use crate::playing::loader::{Loader, Prepared, Retired};
 use crate::playing::output::{Output, Pairs};
 use crate::project::exchange::Choices;
+use crate::project::source_walks::SourceWalks;
 use crate::project::walk::Walk;
 use crate::worker::{LOADER, TaskHandle};
 use nice_plug::nice_error;
 use promenade_core::Spatializer;
+use promenade_core::glam::Vec3;
 use promenade_core::headphones::HeadphoneStage;
 use std::sync::Arc;
 use std::time::Duration;
@@ -42,6 +44,8 @@ pub(crate) struct Playing {
     pub(crate) spatializers: Vec<Spatializer>,
     /// The camera path, if there is one.
     pub(crate) walk: Option<Arc<Walk>>,
+    /// The paths of the sources, if there are any.
+    pub(crate) source_walks: Option<SourceWalks>,
     /// What the listener's headphones need, last of all.
     pub(crate) headphones: HeadphoneStage,
     /// The gain at which the dry sound passes, because the scene that is chosen is missing.
@@ -66,6 +70,7 @@ impl Playing {
             output: Output::default(),
             spatializers: Vec::new(),
             walk: None,
+            source_walks: None,
             headphones: HeadphoneStage::default(),
             dry: None,
             gap: Gap::default(),
@@ -139,6 +144,11 @@ impl Playing {
     /// What renders the scene, or the first two channels of it.
     pub(crate) fn spatializer(&self) -> Option<&Spatializer> {
         self.spatializers.first()
+    }
+
+    /// Where the scene has its emitter, if it knows that, metres.
+    pub(crate) fn emitter(&self) -> Option<Vec3> {
+        self.spatializer()?.renderer()?.scene().emitter()
     }
 
     /// Whether both ears come out.
@@ -234,6 +244,11 @@ impl Playing {
             && let Some(walk) = self.loader.walks.pop()
         {
             *held = std::mem::replace(&mut self.walk, walk).and_then(|old| retire(Retired::Walk(old)));
+        }
+        if held.is_none()
+            && let Some(walks) = self.loader.source_walks.pop()
+        {
+            *held = self.source_walks.replace(walks).and_then(|old| retire(Retired::SourceWalks(old)));
         }
         if held.is_none() {
             *held = self.headphones.take_retired().and_then(|filter| retire(Retired::Headphones(filter)));

@@ -18,6 +18,8 @@ pub struct Exchange {
     pub sources_report: Report,
     /// What is wrong with the camera path.
     pub walk_report: Report,
+    /// What is wrong with the paths of sources.
+    pub source_walks_report: Report,
     /// What is wrong with the head.
     pub head_report: Report,
     /// Name of the head that is heard; empty for the scene's own.

@@ -15,6 +15,7 @@ use crate::project::persisted::Persisted;
 use crate::project::saved_head::SavedHead;
 use crate::project::saved_headphones::SavedHeadphones;
 use crate::project::settings::EditorSettings;
+use crate::project::source_walks::SavedSourceWalks;
 use crate::project::state::StateVersion;
 use crate::project::walk::SavedWalk;
 use nice_plug::prelude::*;
@@ -111,6 +112,9 @@ pub struct PromenadeParams {
     /// The camera path of the project.
     #[persist = "walk"]
     pub saved_walk: Persisted<SavedWalk>,
+    /// The paths of the sources.
+    #[persist = "walks"]
+    pub source_walks: Persisted<SavedSourceWalks>,
     /// The user's own head, where it takes the place of the scene's.
     #[persist = "head"]
     pub head: Persisted<SavedHead>,
@@ -217,6 +221,7 @@ impl PromenadeParams {
             state_version: StateVersion,
             scene_key: Persisted::new(SceneKey::loft()),
             saved_walk: Persisted::new(walk.cloned().unwrap_or_default()),
+            source_walks: Persisted::default(),
             head: Persisted::default(),
             headphones: Persisted::default(),
             room: Persisted::default(),

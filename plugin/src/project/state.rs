@@ -19,6 +19,8 @@ const ROOM_FIELD: &str = "room";
 const MATCHING_FIELD: &str = "matching";
 /// Key of the user's own head.
 const HEAD_FIELD: &str = "head";
+/// Key of the paths of sources.
+pub(crate) const SOURCE_WALKS_FIELD: &str = "walks";
 /// Key of the library scene of the project.
 const SCENE_FIELD: &str = "scene";
 /// The scene of a new instance before the loft was built in.
@@ -64,6 +66,8 @@ pub fn migrate(state: &mut PluginState) {
     state.fields.entry(ROOM_FIELD.to_owned()).or_insert_with(|| "null".to_owned());
     // States of before levels were matched play each scene as loud as it is.
     state.fields.entry(MATCHING_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
+    // States of before sources had paths have none.
+    state.fields.entry(SOURCE_WALKS_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
     // What was heard when the project was saved; without this field nothing would forget what has come since.
     let remote = state.fields.insert(REMOTE_FIELD.to_owned(), "{}".to_owned());
     let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();
@@ -134,7 +138,20 @@ mod tests {
             let fields = params.serialize_fields();
             assert_eq!(
                 fields.keys().collect::<Vec<_>>(),
-                ["budget", "editor", "head", "headphones", "matching", "osc", "remote", "room", "scene", "version", "walk"]
+                [
+                    "budget",
+                    "editor",
+                    "head",
+                    "headphones",
+                    "matching",
+                    "osc",
+                    "remote",
+                    "room",
+                    "scene",
+                    "version",
+                    "walk",
+                    "walks"
+                ]
             );
             loader.exchange.scene_report.text()
         };

@@ -19,6 +19,9 @@ pub struct SavedWalk {
     pub looping: bool,
     /// The library slot the path was chosen by, 0 for none.
     pub slot: u32,
+    /// Name of the file that it was read from, without folder and ending; empty where there is none.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub name: String,
 }
 
 /// A camera path and how it is run through, ready for the audio thread.
@@ -49,7 +52,7 @@ pub enum WalkError {
 
 impl Default for SavedWalk {
     fn default() -> Self {
-        Self { keyframes: Vec::new(), speed: 1.0, looping: false, slot: 0 }
+        Self { keyframes: Vec::new(), speed: 1.0, looping: false, slot: 0, name: String::new() }
     }
 }
 
@@ -64,7 +67,8 @@ impl SavedWalk {
         let read = library::file::open(path).and_then(|mut file| promenade_paths::bytes_of(&mut file));
         let bytes = read.map_err(|error| LibraryError::Io { path: path.to_owned(), error })?;
         let imported = promenade_paths::read(&name, &bytes, &ImportOptions::default(), &mut beside)?;
-        Ok((Self::of(imported.path.keyframes()), imported.notes))
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        Ok((Self { name, ..Self::of(imported.path.keyframes()) }, imported.notes))
     }
 
     /// A path through these keyframes, run through once at its own speed.

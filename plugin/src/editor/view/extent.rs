@@ -2,7 +2,7 @@
 
 use super::super::ctx::Ctx;
 use super::sources;
-use crate::listener::snapshot::{emitter_offset_of, pose_of};
+use crate::listener::snapshot::pose_of;
 use promenade_core::glam::Vec3;
 
 /// The least that is shown along x and y, metres.
@@ -18,12 +18,13 @@ pub(super) fn of(ctx: &Ctx<'_>) -> (Vec3, Vec3) {
         let (low, high) = scene.bounds();
         points.extend([low, high]);
         if let Some(home) = scene.emitter() {
-            points.extend([home, home + emitter_offset_of(|parameter| ctx.value(parameter))]);
+            points.extend([home, ctx.source_at(home, 0)]);
             points.extend(sources::places(ctx, home));
         }
         points.extend(scene.anchors().iter().map(|anchor| anchor.position));
     }
-    if let Some(walk) = ctx.walk {
+    let paths = [ctx.walk.map(|walk| &**walk), ctx.source_walk(ctx.selection.source)];
+    for walk in paths.into_iter().flatten() {
         points.extend(walk.path.keyframes().iter().map(|keyframe| keyframe.pose.position));
     }
     around(&points)

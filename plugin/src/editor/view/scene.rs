@@ -79,9 +79,8 @@ pub(super) fn stem(layers: &mut Layers<'_>, world: Vec3, colour: Color32) {
     }
 }
 
-/// The curve of a path and its keyframes. `selected` stands out.
-pub(super) fn path(layers: &mut Layers<'_>, ctx: &Ctx<'_>, path: &CameraPath, selected: Option<usize>) {
-    let colour = ctx.palette.path;
+/// The curve of a path and its keyframes in a colour. `selected` stands out.
+pub(super) fn path(layers: &mut Layers<'_>, ctx: &Ctx<'_>, path: &CameraPath, colour: Color32, selected: Option<usize>) {
     let keyframes = path.keyframes();
     let (Some(first), Some(last)) = (keyframes.first(), keyframes.last()) else { return };
     let pieces = (keyframes.len() * 16).clamp(2, PIECES);

@@ -6,7 +6,6 @@ use super::camera::Projected;
 use super::drag::{Handle, Target};
 use super::layers::Layers;
 use super::scene::stem;
-use crate::parameter::Parameter;
 use egui::{Align2, Color32, FontId, Painter, Shape, Stroke};
 use promenade_core::glam::Vec3;
 
@@ -15,8 +14,7 @@ const RADIUS: f32 = 7.0;
 
 /// Where further sources are, beside an emitter at `home`.
 pub(super) fn places(ctx: &Ctx<'_>, home: Vec3) -> Vec<Vec3> {
-    let offset = |further| Vec3::from_array(Parameter::place_of(1 + further).map(|parameter| ctx.value(parameter)));
-    (0..ctx.params().further()).map(|further| home + offset(further)).collect()
+    (1..=ctx.params().further()).map(|source| ctx.source_at(home, source)).collect()
 }
 
 /// What can be taken hold of. Of two that lie upon each other the chosen one is.

@@ -1,0 +1,212 @@
+//! Sources that move along paths of their own: what is heard is what the engine plays of the same moves.
+
+use promenade_core::glam::Vec3;
+use promenade_core::{
+    BlockParams, CameraPath, EmitterParams, Further, Keyframe, KeyframeEntry, Pose, Renderer, Scene, Spatializer,
+};
+use promenade_tests::signal::{difference_db, noise, peak};
+use promenade_tests::{ClapHost, Host, Setup, edit_state, host_id, in_both_formats, render};
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+in_both_formats!(
+    sources_on_paths_sound_as_the_engine_moves_them,
+    the_position_parameter_moves_listener_and_sources_alike,
+    without_following_the_knobs_say_where_sources_are,
+    paths_are_saved_and_an_older_project_has_none,
+);
+
+const RATE: f64 = 48_000.0;
+const LEN: usize = 20_000;
+/// Far below what can be heard: as near as places come that are kept as single-precision numbers.
+const SAME_DB: f32 = -100.0;
+const TRANSPORT: f64 = 1.0;
+const POSITION: f64 = 0.5;
+
+fn setup(further: usize) -> Setup {
+    Setup { inputs: 1, further, offline: true, ..Setup::default() }
+}
+
+/// A walk through places at times, seconds and metres.
+fn path(places: &[(f64, [f32; 3])]) -> CameraPath {
+    let keyframe = |&(t_s, at): &(f64, [f32; 3])| Keyframe { t_s, pose: Pose::from_ypr(at.into(), t_s as f32, 0.0, 0.0) };
+    CameraPath::new(places.iter().map(keyframe).collect()).unwrap()
+}
+
+/// As states have it.
+fn saved(path: &CameraPath) -> Value {
+    let keyframes: Vec<_> = path.keyframes().iter().map(|keyframe| KeyframeEntry::from(*keyframe)).collect();
+    json!({ "keyframes": keyframes, "speed": 1.0, "looping": false, "slot": 0 })
+}
+
+fn across() -> CameraPath {
+    path(&[(0.0, [1.5, 2.0, 0.0]), (0.1, [1.0, 0.5, 0.25]), (0.35, [2.0, -2.0, 0.5])])
+}
+
+fn around() -> CameraPath {
+    path(&[(0.05, [-1.0, 1.0, 0.0]), (0.2, [-1.5, -1.0, 0.0]), (0.3, [1.0, -1.5, 1.0])])
+}
+
+/// An instance whose first and third source follow these paths.
+fn on_paths<H: Host>(mut host: H) -> H {
+    let state = edit_state(&host.state(), "walks", &json!({ "1": saved(&across()), "3": saved(&around()) }));
+    assert!(host.load(&state));
+    host
+}
+
+fn set<H: Host>(host: &mut H, id: &str, value: &str) {
+    let normalized = host.instance().from_text(host_id(id), value).unwrap();
+    host.set(id, normalized);
+}
+
+fn sounds(count: usize) -> Vec<Vec<f32>> {
+    (0..count).map(|number| noise(LEN + 7_919 * number)[7_919 * number..].to_vec()).collect()
+}
+
+fn tracks(sounds: &[Vec<f32>]) -> Vec<&[f32]> {
+    sounds.iter().map(Vec::as_slice).collect()
+}
+
+/// What the engine plays on the scene of a new instance, sample by sample: at `jump` the transport goes to another time.
+fn engine(sounds: &[Vec<f32>], jump: (usize, f64)) -> [Vec<f32>; 2] {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade");
+    let scene = Arc::new(Scene::from_bytes(&std::fs::read(scene).unwrap()).unwrap());
+    let home = scene.emitter().unwrap();
+    let mut engine = Spatializer::new(RATE);
+    engine.install(Box::new(Renderer::new(scene, RATE).unwrap().with_further(2).unwrap()));
+    let [first, third] = [across(), around()];
+    let mut heard = [vec![0.0; LEN], vec![0.0; LEN]];
+    for at in 0..LEN {
+        if at == jump.0 {
+            engine.jump();
+        }
+        let t_s = if at < jump.0 { at as f64 / RATE } else { jump.1 + (at - jump.0) as f64 / RATE };
+        let on = |path: &CameraPath| path.pose_at(path.keyframes()[0].t_s + t_s).position - home;
+        let further = [Vec3::new(0.0, 0.5, 0.0), on(&third) + Vec3::new(0.0, -0.5, 0.0)];
+        let further: Vec<_> =
+            further.into_iter().zip(&sounds[1..]).map(|(offset, sound)| Further { input: &sound[at..=at], offset }).collect();
+        let emitters = EmitterParams { offset: on(&first) + Vec3::new(0.0, 0.0, 1.5625), spread: 0.0 };
+        let params = BlockParams { emitters, ..BlockParams::default() };
+        let [left, right] = &mut heard;
+        let ears = [&mut left[at..=at], &mut right[at..=at]];
+        engine.process_further(&[&sounds[0][at..=at]], &further, ears, &params, |_| Pose::IDENTITY);
+    }
+    heard
+}
+
+fn sources_on_paths_sound_as_the_engine_moves_them<H: Host>() {
+    // The transport goes back, between two poses that are asked for.
+    const JUMP: (usize, f64) = (11_111, 0.0625);
+    let sounds = sounds(3);
+    let wanted = engine(&sounds, JUMP);
+    for sizes in [&[512][..], &[64, 500, 1, 333]] {
+        let mut host = on_paths(H::open_many(setup(2)));
+        host.set("follow", TRANSPORT);
+        host.set("ez", 0.515_625);
+        let mut heard = [Vec::new(), Vec::new()];
+        for (start, end, from_s) in [(0, JUMP.0, 0.0), (JUMP.0, LEN, JUMP.1)] {
+            host.play_from(from_s);
+            let part: Vec<_> = sounds.iter().map(|sound| &sound[start..end]).collect();
+            heard.iter_mut().zip(render(&mut host, &part, sizes)).for_each(|(all, new)| all.extend(new));
+        }
+        let difference = difference_db(&wanted, &heard);
+        assert!(peak(&wanted[0]) > 0.01 && difference < SAME_DB, "blocks of {sizes:?}: {difference} dB from the engine");
+    }
+}
+
+fn the_position_parameter_moves_listener_and_sources_alike<H: Host>() {
+    let sounds = sounds(3);
+    for (share, spread) in [(0.0, "0"), (0.5, "60 deg"), (1.0, "0")] {
+        let mut host = on_paths(H::open_many(setup(2)));
+        let state = edit_state(&host.state(), "walk", &saved(&around()));
+        assert!(host.load(&state));
+        let mut still = H::open_many(setup(2));
+        for host in [&mut host, &mut still] {
+            set(host, "spread", spread);
+            set(host, "ey3", "-0.5 m");
+        }
+        host.set("follow", POSITION);
+        host.set("path", share);
+        host.instance().settle().unwrap();
+        let [first, third] = [across(), around()].map(|path| {
+            let [from, to] = [path.keyframes()[0].t_s, path.keyframes()[2].t_s];
+            path.pose_at(from + share * (to - from))
+        });
+        let home = Vec3::new(1.5, 0.0, 0.0);
+        let (yaw, ..) = third.ypr();
+        for (ids, at) in [
+            (["ex", "ey", "ez"], first.position - home),
+            (["ex3", "ey3", "ez3"], third.position - home - Vec3::new(0.0, 0.5, 0.0)),
+            (["x", "y", "z"], third.position),
+        ] {
+            ids.into_iter().zip(at.to_array()).for_each(|(id, metres)| still.set(id, 0.5 + f64::from(metres) / 100.0));
+        }
+        still.set("yaw", 0.5 + f64::from(yaw.to_degrees()) / 360.0);
+        still.instance().settle().unwrap();
+        let [wanted, heard] = [&mut still, &mut host].map(|host| render(host, &tracks(&sounds), &[512]));
+        let difference = difference_db(&wanted, &heard);
+        assert!(difference < -70.0, "at {share} of the way: {difference} dB");
+    }
+}
+
+fn without_following_the_knobs_say_where_sources_are<H: Host>() {
+    let sounds = sounds(3);
+    let mut plain = H::open_many(setup(2));
+    let mut host = on_paths(H::open_many(setup(2)));
+    let [wanted, heard] = [&mut plain, &mut host].map(|host| {
+        host.play_from(0.0);
+        render(host, &tracks(&sounds), &[512])
+    });
+    assert!(peak(&wanted[0]) > 0.01);
+    assert_eq!(wanted, heard);
+    host.set("follow", TRANSPORT);
+    host.play_from(0.0);
+    let followed = render(&mut host, &tracks(&sounds), &[512]);
+    assert!(difference_db(&wanted, &followed) > -20.0, "the paths move nothing");
+}
+
+fn paths_are_saved_and_an_older_project_has_none<H: Host>() {
+    let sound = noise(LEN);
+    let mut heard = |host: &mut H| {
+        host.set("follow", POSITION);
+        host.set("path", 0.25);
+        host.instance().settle().unwrap();
+        render(host, &[&sound], &[512])
+    };
+    let mut plain = H::open(setup(0));
+    let older = {
+        let mut state = plain.state();
+        assert_eq!(state["fields"]["walks"], "{}");
+        state["fields"].as_object_mut().unwrap().remove("walks");
+        state.to_string().into_bytes()
+    };
+    let still = heard(&mut plain);
+    let mut host = on_paths(H::open(setup(0)));
+    let moved = heard(&mut host);
+    assert!(difference_db(&still, &moved) > -20.0, "the path is not followed");
+    let state = host.state();
+    let walks: Value = serde_json::from_str(state["fields"]["walks"].as_str().unwrap()).unwrap();
+    // That of a source which is not there is kept too.
+    for (number, path) in [("1", across()), ("3", around())] {
+        let keyframes: Vec<KeyframeEntry> = serde_json::from_value(walks[number]["keyframes"].clone()).unwrap();
+        assert_eq!(keyframes, path.keyframes().iter().map(|keyframe| KeyframeEntry::from(*keyframe)).collect::<Vec<_>>());
+    }
+    let mut again = H::open(setup(0));
+    assert!(again.load(&host.save()));
+    assert_eq!(again.state(), state);
+    assert_eq!(heard(&mut again), moved);
+    assert!(again.load(&older));
+    let difference = difference_db(&still, &heard(&mut again));
+    assert!(difference < SAME_DB, "the path of before is still followed: {difference} dB");
+}
+
+#[test]
+fn a_preset_that_knows_no_paths_leaves_them() {
+    let bundle = ClapHost::bundle();
+    let preset = bundle.preset(bundle.find("Promenade").unwrap(), "Half dry, source on the left").unwrap();
+    let mut host = on_paths(ClapHost::open(setup(0)));
+    let walks = host.state()["fields"]["walks"].clone();
+    host.instance().load_preset(&preset).unwrap();
+    assert!((host.value("mix") - 0.5).abs() < 0.2, "half of it is dry");
+    assert_eq!(host.state()["fields"]["walks"], walks);
+}
