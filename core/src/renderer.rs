@@ -220,22 +220,31 @@ impl Renderer {
         self
     }
 
-    /// Adds further sources, [`MOST_FURTHER`](crate::MOST_FURTHER) at most. Each has its own direct sound and early
-    /// reflections; what comes later is the room of the first source, which hears each of them as loud as by itself. They are
-    /// played in the tiers Draft and Standard.
+    /// Whether further sources can be added.
     ///
     /// # Errors
     /// A renderer with a short latency; a scene without a field.
-    ///
-    /// # Real-time
-    /// Not real-time safe: allocates.
-    pub fn with_further(mut self, count: usize) -> Result<Self, RenderError> {
+    pub fn takes_further(&self) -> Result<(), RenderError> {
         if self.at_once.is_some() {
             return Err(RenderError::FurtherLatency);
         }
         if self.scene.field().is_none() {
             return Err(RenderError::FurtherField);
         }
+        Ok(())
+    }
+
+    /// Adds further sources, [`MOST_FURTHER`](crate::MOST_FURTHER) at most. Each has its own direct sound and early
+    /// reflections; what comes later is the room of the first source, which hears each of them as loud as by itself. They are
+    /// played in the tiers Draft and Standard.
+    ///
+    /// # Errors
+    /// As [`Renderer::takes_further`].
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates.
+    pub fn with_further(mut self, count: usize) -> Result<Self, RenderError> {
+        self.takes_further()?;
         let sources = FurtherSources::new(count, &self.scene, &self.grid, &self.head.carriers(), self.pose_hops);
         self.further = Some(sources).filter(|_| count > 0);
         Ok(self)

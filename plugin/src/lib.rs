@@ -21,4 +21,4 @@ pub mod telemetry;
 pub mod tracker;
 pub mod worker;
 
-pub use export::{Promenade, PromenadeMany};
+pub use export::{Promenade, PromenadeMany, PromenadeMany64};

@@ -60,7 +60,7 @@ impl<H: Host> Played<H> {
             if moves {
                 self.lane.events(self.at, BLOCK, set).expect("the plugin takes the value");
             }
-            let mut tracks = [&silence[..]; 16];
+            let mut tracks = [&silence[..]; 64];
             tracks[..self.sounding].fill(block);
             instance.process_into(&tracks[..self.tracks], &mut [&mut left, &mut right]).expect("the plugin plays");
             self.at += BLOCK as u64;
@@ -84,6 +84,8 @@ fn table<H: Host>(scene: (&str, f64)) {
         opened("Many, 15 silent tracks", Some(15), 1, scene.1),
         opened("Many, one of them sounds", Some(15), 2, scene.1),
         opened("Many, all sound", Some(15), 16, scene.1),
+        opened("Many 64, 63 silent tracks", Some(63), 1, scene.1),
+        opened("Many 64, all sound", Some(63), 64, scene.1),
     ];
     let signal = noise(LEN);
     let mut costs = vec![[Vec::new(), Vec::new()]; all.len()];

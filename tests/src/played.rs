@@ -6,8 +6,8 @@ use serde_json::Value;
 use std::borrow::BorrowMut;
 use std::path::Path;
 
-/// Name of the plugin of many sources.
-const MANY: &str = "Promenade Many";
+/// Names of the plugins of many sources, with the further ones that each has at most.
+const MANY: [(usize, &str); 2] = [(15, "Promenade Many"), (usize::MAX, "Promenade Many 64")];
 
 /// A parameter as a host lists it.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,10 +41,12 @@ pub trait Host: Sized + From<Instance> + BorrowMut<Instance> {
         Self::bundle().open(setup).unwrap_or_else(|e| panic!("{e}")).into()
     }
 
-    /// Loads, activates and starts an instance of the plugin of many sources, with a mono track on its main input.
+    /// Loads, activates and starts an instance of the plugin of many sources, or of the one of most where the setup has further
+    /// ones than that has, with a mono track on its main input.
     fn open_many(setup: Setup) -> Self {
         let bundle = Self::bundle();
-        let many = bundle.find(MANY).unwrap_or_else(|e| panic!("{e}"));
+        let name = MANY.into_iter().find_map(|(most, name)| (setup.further <= most).then_some(name)).unwrap_or_default();
+        let many = bundle.find(name).unwrap_or_else(|e| panic!("{e}"));
         bundle.open_plugin(many, Setup { inputs: 1, ..setup }).unwrap_or_else(|e| panic!("{e}")).into()
     }
 

@@ -17,6 +17,7 @@ in_both_formats!(
     a_short_latency_leaves_the_first_source,
     microphones_hear_further_sources,
     a_project_of_one_source_opens_with_many,
+    a_project_of_many_sources_opens_with_most,
     every_source_has_its_parameters,
 );
 
@@ -136,7 +137,7 @@ fn levels_and_places_are_heard_and_saved<H: Host>() {
 
 fn all_inputs_arrive_and_those_without_a_track_are_silent<H: Host>() {
     let (click, silence) = (impulse(1_000, 4_000), vec![0.0; 4_000]);
-    for further in [1, 8, 15] {
+    for further in [1, 8, 15, 16, 40, 63] {
         let mut host = H::open_many(setup(further));
         let mut tracks = vec![&silence[..]; 1 + further];
         tracks[further] = &click;
@@ -199,13 +200,35 @@ fn a_project_of_one_source_opens_with_many<H: Host>() {
     assert!(difference < -120.0, "{difference} dB");
 }
 
+fn a_project_of_many_sources_opens_with_most<H: Host>() {
+    let sounds = sounds(2);
+    let mut many = H::open_many(setup(1));
+    set(&mut many, "ex2", "-3 m");
+    set(&mut many, "level2", "-6 dB");
+    many.instance().settle().unwrap();
+    let wanted = render(&mut many, &tracks(&sounds), &[512]);
+    let mut most = H::open_many(setup(63));
+    assert!(most.load(&many.save()));
+    most.instance().settle().unwrap();
+    let silence = vec![0.0; LEN];
+    let all: Vec<_> = tracks(&sounds).into_iter().chain(vec![&silence[..]; 62]).collect();
+    let difference = difference_db(&wanted, &render(&mut most, &all, &[512]));
+    assert!(peak(&wanted[0]) > 0.01 && difference < -120.0, "{difference} dB");
+}
+
 fn every_source_has_its_parameters<H: Host>() {
-    let (one, mut many) = (H::open(setup(0)).knobs(), H::open_many(setup(0)));
-    let knobs = many.knobs();
+    for (further, sources) in [(0, 16), (63, 64)] {
+        has_parameters(&mut H::open_many(setup(further)), sources);
+    }
+}
+
+/// Has the parameters of so many sources, and no others.
+fn has_parameters<H: Host>(many: &mut H, sources: usize) {
+    let (one, knobs) = (H::open(setup(0)).knobs(), many.knobs());
     assert_eq!(knobs[..one.len()], one, "the plugin of one source is within");
     let mut wanted = Vec::new();
-    for source in 2..=16 {
-        let row = if source % 2 == 0 { 0.25 } else { -0.25 } * f64::from(source - source % 2);
+    for source in 2..=sources {
+        let row = if source % 2 == 0 { 0.25 } else { -0.25 } * (source - source % 2) as f64;
         for (id, name, default) in [
             ("ex", "Offset X", "0.000 m".to_owned()),
             ("ey", "Offset Y", format!("{row:.3} m")),
@@ -221,10 +244,11 @@ fn every_source_has_its_parameters<H: Host>() {
     ids.sort_unstable();
     ids.dedup();
     assert_eq!(ids.len(), knobs.len(), "two parameters have one number");
+    let many_tracks = 1 + many.instance().setup().further;
     for (id, ..) in wanted {
         for value in [1.0, 0.0] {
             many.instance().set_at(id, value, 0).unwrap();
-            many.process(&[&[0.0; 64]]);
+            many.process(&vec![&[0.0; 64][..]; many_tracks]);
             assert!((many.instance().value(id).unwrap() - value).abs() < 1e-6);
         }
     }

@@ -167,7 +167,7 @@ fn without_following_the_knobs_say_where_sources_are<H: Host>() {
 
 fn paths_are_saved_and_an_older_project_has_none<H: Host>() {
     let sound = noise(LEN);
-    let mut heard = |host: &mut H| {
+    let heard = |host: &mut H| {
         host.set("follow", POSITION);
         host.set("path", 0.25);
         host.instance().settle().unwrap();
@@ -209,4 +209,60 @@ fn a_preset_that_knows_no_paths_leaves_them() {
     host.instance().load_preset(&preset).unwrap();
     assert!((host.value("mix") - 0.5).abs() < 0.2, "half of it is dry");
     assert_eq!(host.state()["fields"]["walks"], walks);
+}
+
+mod needs_screen {
+    use super::*;
+    use promenade_tests::screen::{Picture, Screen, wait_until};
+    use std::time::Duration;
+
+    /// A pleasant while for a window to come up on a slow machine.
+    const PATIENCE: Duration = Duration::from_secs(20);
+    /// The emitter's colour on the dark ground.
+    const EMITTER: [u8; 3] = [0xF5, 0x8F, 0xB4];
+
+    /// Plays a silent block as it is played live, and serves the editor.
+    fn play(host: &mut ClapHost) {
+        let silence = [0.0; 512];
+        host.process(&[&silence, &silence, &silence]);
+        host.instance().serve().unwrap();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+
+    /// The picture of an open editor once what is drawn in the emitter's colour stays.
+    fn settled(host: &mut ClapHost, screen: &Screen) -> Picture {
+        let (mut last, mut still) = (screen.picture(), 0);
+        let shown = wait_until(PATIENCE, || {
+            (0..4).for_each(|_| play(host));
+            let now = screen.picture();
+            still = if now.places_of(EMITTER) == last.places_of(EMITTER) { still + 1 } else { 0 };
+            last = now;
+            last.colours(40) == 40 && still >= 5
+        });
+        assert!(shown, "the editor does not come to rest");
+        last
+    }
+
+    #[test]
+    #[ignore = "needs a screen"]
+    fn the_path_of_the_chosen_source_is_drawn_and_the_source_on_it() {
+        let screen = Screen::new(1400, 900);
+        screen.point(2, 2);
+        let [plain, waiting, moved] = [(false, 0.0), (true, 0.0), (true, POSITION)].map(|(has_paths, follow)| {
+            let host = ClapHost::open_many(Setup { offline: false, ..setup(2) });
+            let mut host = if has_paths { on_paths(host) } else { host };
+            host.set("follow", follow);
+            host.set("path", 1.0);
+            let editor = host.instance().editor().unwrap();
+            let size = editor.open(screen.window(), 1.0).unwrap();
+            editor.show().unwrap();
+            screen.resize(size.width, size.height);
+            let picture = settled(&mut host, &screen);
+            picture.keep(&format!("source-path-{has_paths}-{follow}"));
+            picture.places_of(EMITTER)
+        });
+        // Three keyframes, of which each fills more than 20 pixels, and one lies below a source.
+        assert!(waiting.len() > plain.len() + 40, "{} pixels, {} without a path", waiting.len(), plain.len());
+        assert!(waiting != moved, "the source stays where its offset puts it");
+    }
 }

@@ -88,10 +88,11 @@ impl Host<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameter::source_knob::MOST_FURTHER;
 
     #[test]
     fn values_are_shares_of_the_range_as_the_framework_counts_them() {
-        let params = PromenadeParams::default();
+        let params = PromenadeParams::default().with_further(MOST_FURTHER);
         for parameter in Parameter::EVERY {
             let (least, greatest) = parameter.limits();
             for plain in [least, greatest, (least + (greatest - least) * 0.25).round()] {

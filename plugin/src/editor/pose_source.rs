@@ -16,7 +16,7 @@ pub fn description(ctx: &Ctx<'_>) -> String {
         Follow::Position | Follow::Off => "Camera path, at its position",
     };
     let base = match ctx.frame.base {
-        Base::Knobs if follow != Follow::Off => "Position and angles: there is no camera path".to_owned(),
+        Base::Knobs if follow != Follow::Off => "Position and angles: no camera path".to_owned(),
         Base::Knobs => "Position and angles".to_owned(),
         Base::Path => path.to_owned(),
         Base::PathAndKnobs => format!("{path}, position and angles added"),

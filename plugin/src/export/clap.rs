@@ -18,11 +18,12 @@ mod preset_load;
 mod state;
 mod tail;
 
-use crate::export::{Promenade, PromenadeMany};
+use crate::export::kind::{COUNT, KINDS};
+use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
 use crate::parameter::Parameter;
-use crate::parameter::source_knob::MOST_FURTHER;
 use crate::telemetry::host_side::{HostCalls, HostSide};
 use clap_sys::process::clap_process;
+use nice_plug::prelude::ClapPlugin;
 use nice_plug::wrapper::clap::{
     CLAP_PLUGIN_FACTORY_ID, CLAP_VERSION, PluginDescriptor, Wrapper, clap_host, clap_plugin, clap_plugin_descriptor,
     clap_plugin_entry, clap_plugin_factory,
@@ -46,9 +47,18 @@ static FACTORY: clap_plugin_factory = clap_plugin_factory {
     create_plugin: Some(create_plugin),
 };
 
-/// Of the plugin of one source, and of that of many.
-static DESCRIPTORS: LazyLock<[PluginDescriptor; 2]> =
-    LazyLock::new(|| [PluginDescriptor::for_plugin::<Promenade>(), PluginDescriptor::for_plugin::<PromenadeMany>()]);
+/// Of all plugins, in the order of [`KINDS`].
+static DESCRIPTORS: LazyLock<[PluginDescriptor; COUNT]> = LazyLock::new(|| {
+    [
+        PluginDescriptor::for_plugin::<Promenade>(),
+        PluginDescriptor::for_plugin::<PromenadeMany>(),
+        PluginDescriptor::for_plugin::<PromenadeMany64>(),
+    ]
+});
+
+/// Make plugins of the framework, in the same order.
+const MAKERS: [fn(*const clap_host) -> clap_plugin; COUNT] =
+    [made::<Promenade>, made::<PromenadeMany>, made::<PromenadeMany64>];
 
 /// A plugin as hosts hold it.
 #[repr(C)]
@@ -60,27 +70,21 @@ struct Hosted {
     side: Option<Arc<HostSide>>,
     /// What the framework's plugin does itself, the same for all of its kind.
     theirs: Theirs,
-    kind: Kind,
-}
-
-/// Which plugin it is.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    One,
-    Many,
+    /// Which of [`KINDS`] it is.
+    kind: usize,
 }
 
 /// A table of functions with some of ours, which is made once for each kind of plugin.
-struct Tables<T>([OnceLock<T>; 2]);
+struct Tables<T>([OnceLock<T>; COUNT]);
 
 impl<T> Tables<T> {
     const fn new() -> Self {
-        Self([OnceLock::new(), OnceLock::new()])
+        Self([const { OnceLock::new() }; COUNT])
     }
 
     /// That of a plugin.
     fn of(&self, plugin: *const clap_plugin, make: impl FnOnce() -> T) -> Option<&T> {
-        Some(self.0[hosted(plugin)?.kind as usize].get_or_init(make))
+        Some(self.0[hosted(plugin)?.kind].get_or_init(make))
     }
 }
 
@@ -117,7 +121,7 @@ extern "C" fn get_factory(id: *const c_char) -> *const c_void {
 
 #[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn plugin_count(_factory: *const clap_plugin_factory) -> u32 {
-    2
+    u32::try_from(COUNT).unwrap_or(0)
 }
 
 #[expect(unsafe_code, reason = "the signature is CLAP's")]
@@ -134,12 +138,8 @@ unsafe extern "C" fn create_plugin(
 ) -> *const clap_plugin {
     // SAFETY: hosts name plugins by text that ends with a zero.
     let Some(id) = (!host.is_null() && !id.is_null()).then(|| unsafe { CStr::from_ptr(id) }) else { return std::ptr::null() };
-    let [one, many] = DESCRIPTORS.each_ref().map(|known| known.clap_id() == id);
-    let (kind, theirs) = match (one, many) {
-        (true, _) => (Kind::One, made::<0>(host)),
-        (_, true) => (Kind::Many, made::<MOST_FURTHER>(host)),
-        _ => return std::ptr::null(),
-    };
+    let Some(kind) = DESCRIPTORS.iter().position(|known| known.clap_id() == id) else { return std::ptr::null() };
+    let theirs = MAKERS[kind](host);
     let side = HostSide::newborn();
     let (Some(init), Some(get_extension), Some(on_main_thread), Some(destroy), Some(process)) =
         (theirs.init, theirs.get_extension, theirs.on_main_thread, theirs.destroy, theirs.process)
@@ -151,18 +151,18 @@ unsafe extern "C" fn create_plugin(
         get_extension: Some(get_fitting_extension),
         on_main_thread: Some(serve_on_main_thread),
         destroy: Some(forget_and_destroy),
-        process: Some(if kind == Kind::Many { further_ports::process } else { process }),
+        process: Some(if KINDS[kind].further > 0 { further_ports::process } else { process }),
         ..theirs
     };
     let theirs = Theirs { init, get_extension, on_main_thread, destroy, process };
     Box::into_raw(Box::new(Hosted { plugin, host, side, theirs, kind })).cast()
 }
 
-/// A plugin of the framework, with so many further sources, for a host that is there.
+/// A plugin of the framework, for a host that is there.
 #[expect(unsafe_code, reason = "the framework's table of functions is read")]
-fn made<const FURTHER: usize>(host: *const clap_host) -> clap_plugin {
+fn made<P: ClapPlugin>(host: *const clap_host) -> clap_plugin {
     // SAFETY: the host is alive. The plugin's `destroy` takes this reference back.
-    let wrapper = Arc::into_raw(unsafe { Wrapper::<Promenade<FURTHER>>::new(host) });
+    let wrapper = Arc::into_raw(unsafe { Wrapper::<P>::new(host) });
     // SAFETY: the wrapper is alive, and nobody else knows it yet.
     unsafe { *(*wrapper).clap_plugin.as_ptr() }
 }

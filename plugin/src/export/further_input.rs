@@ -1,9 +1,8 @@
 //! What comes in on the inputs of further sources.
 
 use crate::listener::ramp;
-use crate::listener::snapshot::{FurtherPlace, Snapshot};
+use crate::listener::snapshot::Snapshot;
 use crate::parameter::cast::{index, narrow};
-use crate::parameter::source_knob::MOST_FURTHER;
 use nice_plug::prelude::Buffer;
 use promenade_core::glam::Vec3;
 use promenade_core::{Further, Ramp};
@@ -13,14 +12,19 @@ use std::ops::Range;
 const RAMP_S: f64 = 0.001;
 
 /// Levels of the inputs, from block to block. The audio thread owns them.
-#[derive(Default)]
-pub(super) struct FurtherInput {
-    levels: [Ramp; MOST_FURTHER],
+pub(super) struct FurtherInput<const FURTHER: usize> {
+    levels: [Ramp; FURTHER],
     /// Whether the levels have been set since it began.
     began: bool,
 }
 
-impl FurtherInput {
+impl<const FURTHER: usize> Default for FurtherInput<FURTHER> {
+    fn default() -> Self {
+        Self { levels: std::array::from_fn(|_| Ramp::default()), began: false }
+    }
+}
+
+impl<const FURTHER: usize> FurtherInput<FURTHER> {
     /// The next levels are taken at once.
     pub(super) fn reset(&mut self) {
         self.began = false;
@@ -34,14 +38,14 @@ impl FurtherInput {
     pub(super) fn take(
         &mut self,
         inputs: &mut [Buffer],
-        snapshot: &Snapshot,
-        from: Option<&Snapshot>,
+        snapshot: &Snapshot<FURTHER>,
+        from: Option<&Snapshot<FURTHER>>,
         total: usize,
         sample_rate_hz: f64,
     ) {
         let began = std::mem::replace(&mut self.began, true);
-        for (number, (input, level)) in inputs.iter_mut().zip(&mut self.levels).enumerate() {
-            let gain = snapshot.further[number].gain;
+        for (number, ((input, level), to)) in inputs.iter_mut().zip(&mut self.levels).zip(&snapshot.further).enumerate() {
+            let gain = to.gain;
             if !began {
                 *level = Ramp::at(gain);
             }
@@ -56,18 +60,18 @@ impl FurtherInput {
 
 /// What each further source plays in a stretch of a block, nothing where that is silence, and where it is at the end of it, a
 /// share of the way through the block; `on_path` says how far its path takes each from the scene's emitter then, metres.
-pub(super) fn of_span<'a, const COUNT: usize>(
+pub(super) fn of_span<'a, const FURTHER: usize>(
     inputs: &'a [Buffer],
-    snapshot: &Snapshot,
-    from: Option<&Snapshot>,
+    snapshot: &Snapshot<FURTHER>,
+    from: Option<&Snapshot<FURTHER>>,
     span: Range<usize>,
     share: f32,
     on_path: impl Fn(usize) -> Vec3,
-) -> [Further<'a>; COUNT] {
+) -> [Further<'a>; FURTHER] {
     std::array::from_fn(|number| {
         let channel = inputs.get(number).and_then(|input| input.as_slice_immutable().first());
-        let to = snapshot.further.get(number).unwrap_or(&FurtherPlace::DEFAULT);
-        let begin = from.and_then(|from| from.further.get(number));
+        let to = &snapshot.further[number];
+        let begin = from.map(|from| &from.further[number]);
         let input = channel.and_then(|channel| channel.get(span.clone())).filter(|input| !is_silent(input));
         let offset = begin.map_or(to.offset, |begin| ramp::offset_at(begin, to, share));
         Further { input: input.unwrap_or_default(), offset: on_path(number) + offset }

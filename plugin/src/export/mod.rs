@@ -2,15 +2,18 @@
 
 mod further_input;
 mod input;
+mod kind;
 pub(crate) mod pages;
 mod plugin;
 mod silence;
 
-use crate::parameter::source_knob::MOST_FURTHER;
+use crate::parameter::source_knob::{MANY_FURTHER, MOST_FURTHER};
 pub use plugin::Promenade;
 
-/// The plugin of many sources.
-pub type PromenadeMany = Promenade<MOST_FURTHER>;
+/// The plugin of 16 sources.
+pub type PromenadeMany = Promenade<MANY_FURTHER>;
+/// The plugin of 64 sources.
+pub type PromenadeMany64 = Promenade<MOST_FURTHER>;
 
 mod clap;
 mod vst3;

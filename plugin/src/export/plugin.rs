@@ -2,6 +2,7 @@
 
 use super::further_input::{self, FurtherInput};
 use super::input::Input;
+use super::kind::Kind;
 use crate::budget::Spender;
 use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
@@ -17,7 +18,7 @@ use crate::playing::Playing;
 use crate::playing::loader::Loader;
 use crate::playing::monitor::Monitor;
 use crate::playing::offline::OfflineDetector;
-use crate::playing::output::{LAYOUTS, LAYOUTS_OF_MANY, Output};
+use crate::playing::output::Output;
 use crate::project::params::PromenadeParams;
 use crate::project::walk::SavedWalk;
 use crate::telemetry::Telemetry;
@@ -46,10 +47,10 @@ pub struct Promenade<const FURTHER: usize = 0> {
     osc: Switch,
     spender: Spender,
     input: Input,
-    further: FurtherInput,
+    further: FurtherInput<FURTHER>,
     timing: Timing,
-    monitor: Monitor,
-    ramps: Ramps,
+    monitor: Monitor<FURTHER>,
+    ramps: Ramps<FURTHER>,
 }
 
 /// The time of blocks, and whether they are rendered offline.
@@ -130,7 +131,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
     }
 
     /// The parameters of a block; a missing scene passes the dry sound at its level, and decodes are waited for offline.
-    fn snapshot(&mut self, offline: bool) -> Snapshot {
+    fn snapshot(&mut self, offline: bool) -> Snapshot<FURTHER> {
         let mut snapshot = Snapshot::of(&self.params);
         snapshot.block.live.wait = offline;
         if let Some(gain) = self.playing.dry {
@@ -150,8 +151,8 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         &mut self,
         buffer: &mut Buffer,
         further: &mut [Buffer],
-        snapshot: &Snapshot,
-        from: Option<&Snapshot>,
+        snapshot: &Snapshot<FURTHER>,
+        from: Option<&Snapshot<FURTHER>>,
         time: &BlockTime,
     ) -> Option<HeardPose> {
         let total = buffer.samples();
@@ -216,7 +217,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
     }
 
     /// How far the listener is from the emitter, metres; 1 where the scene has none.
-    fn distance_m(&self, heard: &HeardPose, snapshot: &Snapshot) -> f32 {
+    fn distance_m(&self, heard: &HeardPose, snapshot: &Snapshot<FURTHER>) -> f32 {
         let offset = heard.source_offset + snapshot.block.emitters.offset;
         self.playing.emitter().map_or(1.0, |emitter| heard.pose.position.distance(emitter + offset))
     }
@@ -224,7 +225,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
     /// Reports latency and tail, and that nothing sounds any more.
     ///
     /// Only CLAP has a status for the latter; to VST3 it would mean that there is no tail.
-    fn report(&mut self, silent: bool, snapshot: &Snapshot, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
+    fn report(&mut self, silent: bool, snapshot: &Snapshot<FURTHER>, context: &mut impl ProcessContext<Self>) -> ProcessStatus {
         let Some((latency, tail)) = self.delays(snapshot) else { return ProcessStatus::Normal };
         let host = &self.instance.host_side;
         host.change_tail(tail);
@@ -245,7 +246,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
     }
 
     /// Samples by which the sound is late, and for which it goes on after its input.
-    fn delays(&self, snapshot: &Snapshot) -> Option<(u32, u32)> {
+    fn delays(&self, snapshot: &Snapshot<FURTHER>) -> Option<(u32, u32)> {
         let spatializer = self.playing.spatializer()?;
         let latency = samples(spatializer.latency_samples());
         let tail = spatializer.renderer().map_or(0, |renderer| renderer.tail_samples_with(&snapshot.block.trim));
@@ -254,13 +255,13 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
 }
 
 impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
-    const NAME: &'static str = if FURTHER == 0 { "Promenade" } else { "Promenade Many" };
+    const NAME: &'static str = Kind::of(FURTHER).name;
     const VENDOR: &'static str = "Promenade";
     const URL: &'static str = "";
     const EMAIL: &'static str = "";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
 
-    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = if FURTHER == 0 { LAYOUTS } else { LAYOUTS_OF_MANY };
+    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = Kind::of(FURTHER).layouts;
 
     const SAMPLE_ACCURATE_AUTOMATION: bool = true;
 
@@ -359,12 +360,8 @@ impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
 }
 
 impl<const FURTHER: usize> ClapPlugin for Promenade<FURTHER> {
-    const CLAP_ID: &'static str = if FURTHER == 0 { "audio.promenade.promenade" } else { "audio.promenade.promenade-many" };
-    const CLAP_DESCRIPTION: Option<&'static str> = Some(if FURTHER == 0 {
-        "Places a dry track in a captured room, for a listener who walks and turns"
-    } else {
-        "Places sixteen dry tracks in a captured room, for a listener who walks and turns"
-    });
+    const CLAP_ID: &'static str = Kind::of(FURTHER).clap_id;
+    const CLAP_DESCRIPTION: Option<&'static str> = Some(Kind::of(FURTHER).description);
     const CLAP_MANUAL_URL: Option<&'static str> = None;
     const CLAP_SUPPORT_URL: Option<&'static str> = None;
     const CLAP_FEATURES: &'static [ClapFeature] = &[
@@ -382,7 +379,7 @@ impl<const FURTHER: usize> ClapPlugin for Promenade<FURTHER> {
 }
 
 impl<const FURTHER: usize> Vst3Plugin for Promenade<FURTHER> {
-    const VST3_CLASS_ID: [u8; 16] = if FURTHER == 0 { *b"PromenadeSpatial" } else { *b"PromenadeSp.Many" };
+    const VST3_CLASS_ID: [u8; 16] = Kind::of(FURTHER).vst3_class;
     const VST3_SUBCATEGORIES: &'static [Vst3SubCategory] = &[Vst3SubCategory::Fx, Vst3SubCategory::Spatial];
 }
 

@@ -3,8 +3,9 @@
 mod further_buses;
 mod processor;
 
-use crate::export::{Promenade, PromenadeMany};
-use crate::parameter::source_knob::MOST_FURTHER;
+use crate::export::kind::COUNT;
+use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
+use crate::parameter::source_knob::{MANY_FURTHER, MOST_FURTHER};
 use crate::telemetry::host_side::HostSide;
 use nice_plug::wrapper::setup_logger;
 use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::IAudioProcessor;
@@ -16,8 +17,14 @@ use nice_plug::wrapper::vst3::vst3::{Class, ComWrapper};
 use nice_plug::wrapper::vst3::{PluginInfo, Wrapper};
 use std::ffi::c_void;
 
-/// Makes the plugins: of one source, and of many.
-struct Factory([PluginInfo; 2]);
+/// Makes the plugins, in the order of [`KINDS`](crate::export::kind::KINDS).
+struct Factory([PluginInfo; COUNT]);
+
+/// Makes a plugin whose interface of a number goes where the host wants it.
+type Make = unsafe fn(iid: FIDString, obj: *mut *mut c_void) -> tresult;
+
+/// Those of all plugins, in the same order.
+const MAKERS: [Make; COUNT] = [make::<0>, make::<MANY_FURTHER>, make::<MOST_FURTHER>];
 
 impl Class for Factory {
     type Interfaces = (IPluginFactory, IPluginFactory2, IPluginFactory3);
@@ -45,7 +52,7 @@ unsafe fn make<const FURTHER: usize>(iid: FIDString, obj: *mut *mut c_void) -> t
     let plugin = ComWrapper::new(Wrapper::<Promenade<FURTHER>>::new());
     let side = HostSide::newborn();
     if let Some(processor) = plugin.as_com_ref::<IAudioProcessor>() {
-        processor::amend(processor.as_ptr(), side.as_ref(), FURTHER > 0);
+        processor::amend(processor.as_ptr(), side.as_ref(), FURTHER);
     }
     let Some(unknown) = plugin.as_com_ref::<FUnknown>() else { return kInvalidArgument };
     // SAFETY: the plugin is alive; the host hands over an interface's number and room for the plugin, which has a reference
@@ -60,7 +67,7 @@ impl IPluginFactoryTrait for Factory {
     }
 
     unsafe fn countClasses(&self) -> i32 {
-        2
+        i32::try_from(COUNT).unwrap_or(0)
     }
 
     unsafe fn getClassInfo(&self, index: i32, info: *mut PClassInfo) -> tresult {
@@ -71,15 +78,11 @@ impl IPluginFactoryTrait for Factory {
         if obj.is_null() || iid.is_null() {
             return kInvalidArgument;
         }
-        let [one, many] = &self.0;
-        // SAFETY: the host hands over a class's number or none, and what else it wants.
-        unsafe {
-            match cid.cast::<[u8; 16]>().as_ref() {
-                Some(wanted) if wanted == one.cid => make::<0>(iid, obj),
-                Some(wanted) if wanted == many.cid => make::<MOST_FURTHER>(iid, obj),
-                _ => kInvalidArgument,
-            }
-        }
+        // SAFETY: the host hands over a class's number or none.
+        let wanted = unsafe { cid.cast::<[u8; 16]>().as_ref() };
+        let found = self.0.iter().position(|class| Some(class.cid) == wanted);
+        // SAFETY: the host hands over what else it wants.
+        found.map_or(kInvalidArgument, |number| unsafe { MAKERS[number](iid, obj) })
     }
 }
 
@@ -105,7 +108,11 @@ impl IPluginFactory3Trait for Factory {
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "hosts find the entry by its name")]
 extern "system" fn GetPluginFactory() -> *mut c_void {
-    let factory = ComWrapper::new(Factory([PluginInfo::for_plugin::<Promenade>(), PluginInfo::for_plugin::<PromenadeMany>()]));
+    let factory = ComWrapper::new(Factory([
+        PluginInfo::for_plugin::<Promenade>(),
+        PluginInfo::for_plugin::<PromenadeMany>(),
+        PluginInfo::for_plugin::<PromenadeMany64>(),
+    ]));
     factory.to_com_ptr::<IPluginFactory>().map_or(std::ptr::null_mut(), |factory| factory.into_raw().cast())
 }
 

@@ -34,8 +34,13 @@ impl UserState {
     /// The present state.
     #[must_use]
     pub fn of(params: &PromenadeParams) -> Self {
+        let value = |parameter| match parameter {
+            Parameter::Source(knob) if !params.has(parameter) => knob.default_value(),
+            _ if is_for_sound(parameter) => params.heard(parameter),
+            _ => 0.0,
+        };
         Self {
-            values: Parameter::EVERY.map(|parameter| if is_for_sound(parameter) { params.heard(parameter) } else { 0.0 }),
+            values: Parameter::EVERY.map(value),
             scene: params.scene_key.get().0,
             walk: params.saved_walk.get().0,
             source_walks: params.source_walks.get().0,

@@ -70,10 +70,10 @@ impl ListenerSources {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn of_block<'a>(
+    pub(crate) fn of_block<'a, const FURTHER: usize>(
         &'a mut self,
-        snapshot: &Snapshot,
-        from: Option<&Snapshot>,
+        snapshot: &Snapshot<FURTHER>,
+        from: Option<&Snapshot<FURTHER>>,
         (walk, paths): (Option<&'a Walk>, SourcePaths<'a>),
         time: &BlockTime,
         sample_rate_hz: f64,

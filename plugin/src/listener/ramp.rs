@@ -26,19 +26,25 @@ const LARGEST_PLACE: f64 = 0.02;
 
 /// The values of one instance from block to block. The audio thread owns it.
 #[derive(Default)]
-pub(crate) struct Ramps {
-    last: Option<Snapshot>,
+pub(crate) struct Ramps<const FURTHER: usize> {
+    last: Option<Snapshot<FURTHER>>,
     /// Samples since values last changed.
     since: usize,
 }
 
-impl Ramps {
+impl<const FURTHER: usize> Ramps<FURTHER> {
     /// The values from which a block of `len` samples moves to its own; none where it has its own from the beginning. With
     /// `jumps` the transport was moved to it.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn follow(&mut self, now: &Snapshot, len: usize, jumps: bool, sample_rate_hz: f64) -> Option<Snapshot> {
+    pub(crate) fn follow(
+        &mut self,
+        now: &Snapshot<FURTHER>,
+        len: usize,
+        jumps: bool,
+        sample_rate_hz: f64,
+    ) -> Option<Snapshot<FURTHER>> {
         let Some(last) = self.last.replace(*now) else {
             self.since = len;
             return None;
@@ -55,13 +61,13 @@ impl Ramps {
 }
 
 /// What is drawn out.
-fn parts(values: &Snapshot) -> (Sources, f32, f32, Trim, EmitterParams, &[FurtherPlace]) {
+fn parts<const FURTHER: usize>(values: &Snapshot<FURTHER>) -> (Sources, f32, f32, Trim, EmitterParams, &[FurtherPlace]) {
     let BlockParams { mix, gain, trim, emitters, .. } = values.block;
     (values.sources, mix, gain, trim, emitters, &values.further)
 }
 
 /// The new values, but where they are a small step away from the last ones, those.
-fn beginning(last: &Snapshot, now: &Snapshot, length_s: f32) -> Snapshot {
+fn beginning<const FURTHER: usize>(last: &Snapshot<FURTHER>, now: &Snapshot<FURTHER>, length_s: f32) -> Snapshot<FURTHER> {
     let mut start = *now;
     let (reach, turn) = (FASTEST_M * length_s, FASTEST_TURN * length_s);
     let is_near = |a: Vec3, b: Vec3| a.distance(b) <= reach;
@@ -138,15 +144,15 @@ mod tests {
     const RATE_HZ: f64 = 48_000.0;
 
     /// Values with the head turned, degrees, and a gain, dB.
-    fn values(yaw_deg: f32, gain_db: f32) -> Snapshot {
-        let mut values = Snapshot::of(&PromenadeParams::default());
+    fn values(yaw_deg: f32, gain_db: f32) -> Snapshot<4> {
+        let mut values = Snapshot::of(&PromenadeParams::default().with_further(4));
         values.sources.knobs = Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0);
         values.block.gain = 10_f32.powf(gain_db / 20.0);
         values
     }
 
     /// Whether each block of values begins with those of the block before.
-    fn drawn_out(blocks: &[(Snapshot, usize)]) -> Vec<bool> {
+    fn drawn_out(blocks: &[(Snapshot<4>, usize)]) -> Vec<bool> {
         let mut ramps = Ramps::default();
         blocks.iter().map(|(values, len)| ramps.follow(values, *len, false, RATE_HZ).is_some()).collect()
     }
@@ -170,7 +176,7 @@ mod tests {
     fn a_further_source_that_moves_a_little_is_drawn_out() {
         let at = |x: f32| {
             let mut values = values(0.0, 0.0);
-            values.further[3].offset.x = x;
+            values.further[3].offset = Vec3::X * x;
             values
         };
         assert_eq!(drawn_out(&[0.0, 0.1, 5.0].map(|x| (at(x), 1024))), [false, true, false]);

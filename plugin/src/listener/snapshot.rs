@@ -4,15 +4,15 @@ use crate::listener::pose_sources::Sources;
 use crate::parameter::Parameter;
 use crate::parameter::cast::index;
 use crate::parameter::choices::{Follow, GroupChoice, TierChoice, Tracking};
-use crate::parameter::source_knob::{MOST_FURTHER, Part, SourceKnob};
+use crate::parameter::source_knob::{Part, SourceKnob};
 use crate::project::params::{PromenadeParams, USUAL_LAW_DB};
 use nice_plug::prelude::Enum;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, EmitterParams, LiveParams, Pose, Trim};
 
-/// The parameters of one block in core's units.
+/// The parameters of one block in core's units, of an instance with so many further sources.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Snapshot {
+pub struct Snapshot<const FURTHER: usize = 0> {
     /// Where the listener's pose comes from.
     pub sources: Sources,
     /// The listener group, and whether this instance leads it.
@@ -21,8 +21,8 @@ pub struct Snapshot {
     pub leads: bool,
     /// Tier, mix, gain, bypass, what is changed about the sound, and where it is played from.
     pub block: BlockParams,
-    /// Further sources; those that the instance has not are as they are by default.
-    pub further: [FurtherPlace; MOST_FURTHER],
+    /// Further sources.
+    pub further: [FurtherPlace; FURTHER],
 }
 
 /// Where a further source is, and how loud.
@@ -35,9 +35,6 @@ pub struct FurtherPlace {
 }
 
 impl FurtherPlace {
-    /// Where the scene's emitter is, as loud as it comes.
-    pub const DEFAULT: Self = Self { offset: Vec3::ZERO, gain: 1.0 };
-
     /// That of a further source, 0 for the first, from the parameters' plain values.
     fn of(further: usize, value: impl Fn(Parameter) -> f32) -> Self {
         let [x, y, z, level] = Part::ALL.map(|part| Parameter::Source(SourceKnob { further, part }));
@@ -51,8 +48,8 @@ impl FurtherPlace {
     }
 }
 
-impl Snapshot {
-    /// The parameters as they are now, in metres, radians and linear gains.
+impl<const FURTHER: usize> Snapshot<FURTHER> {
+    /// The parameters as they are now, in metres, radians and linear gains. The instance has so many further sources at least.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -60,10 +57,6 @@ impl Snapshot {
     pub fn of(params: &PromenadeParams) -> Self {
         let value = |parameter| params.heard(parameter);
         let group = GroupChoice::from_index(params.index(Parameter::Group)).number();
-        let mut further = [FurtherPlace::DEFAULT; MOST_FURTHER];
-        for (number, place) in further.iter_mut().enumerate().take(params.further()) {
-            *place = FurtherPlace::of(number, value);
-        }
         Self {
             sources: sources_of(value),
             group,
@@ -78,7 +71,7 @@ impl Snapshot {
                 trim: trim_of(value),
                 emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
             },
-            further,
+            further: std::array::from_fn(|number| FurtherPlace::of(number, value)),
         }
     }
 }
@@ -149,10 +142,9 @@ mod tests {
 
     #[test]
     fn the_defaults_stand_at_the_origin_at_unit_gain() {
-        let snapshot = Snapshot::of(&PromenadeParams::default());
+        let snapshot = <Snapshot>::of(&PromenadeParams::default());
         assert_eq!(snapshot.sources.knobs, Pose::IDENTITY);
         assert_eq!(snapshot.block, BlockParams::default());
-        assert_eq!(snapshot.further, [FurtherPlace::DEFAULT; MOST_FURTHER]);
     }
 
     #[test]
@@ -165,10 +157,9 @@ mod tests {
         set(1, Part::X, 3.0);
         set(1, Part::Level, -20.0);
         set(0, Part::Level, -60.0);
-        let [first, second, none, ..] = Snapshot::of(&params).further;
+        let [first, second] = Snapshot::of(&params).further;
         assert_eq!((first.offset, first.gain), (Vec3::new(0.0, 0.5, 0.0), 0.0));
         assert!(second.offset == Vec3::new(3.0, -0.5, 0.0) && (second.gain - 0.1).abs() < 1e-6, "{second:?}");
-        assert_eq!(none, FurtherPlace::DEFAULT);
     }
 
     #[test]

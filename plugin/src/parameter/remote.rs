@@ -57,6 +57,10 @@ impl PersistentField<'_, BTreeMap<String, f32>> for Remote {
         F: Fn(&BTreeMap<String, f32>) -> R,
     {
         let pending = |parameter: Parameter| {
+            // Parameters that the instance has not got have none either.
+            if self.values[parameter.number()].word.load(Ordering::Acquire) == NONE {
+                return None;
+            }
             let value = self.pending(parameter, self.hosted.get()?(parameter))?;
             Some((parameter.id().to_owned(), value))
         };

@@ -1,7 +1,11 @@
 //! The parameters of further sources, which instances of many sources have beside their own.
 
 /// The most further sources of an instance.
-pub const MOST_FURTHER: usize = 15;
+pub const MOST_FURTHER: usize = 63;
+/// The further sources of Promenade Many, which has fewer than Promenade Many 64.
+pub const MANY_FURTHER: usize = 15;
+/// Inputs of an instance with the most further sources, the main one first.
+pub const MOST_INPUTS: usize = 1 + MOST_FURTHER;
 
 /// What is set of a further source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -46,7 +50,10 @@ macro_rules! names {
     };
 }
 
-names!(2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
+names!(
+    2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 36 37 38 39 40 41 42 43 44
+    45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63 64
+);
 
 /// All of them, source by source.
 pub const KNOBS: [SourceKnob; MOST_FURTHER * Part::ALL.len()] = {
@@ -107,6 +114,7 @@ mod tests {
         let row: Vec<_> = (0..4).map(|further| of(further, Part::Y).default_value()).collect();
         assert_eq!(row, [0.5, -0.5, 1.0, -1.0]);
         assert_eq!((of(0, Part::X).id(), of(14, Part::Level).id()), ("ex2", "level16"));
+        assert_eq!(of(MOST_FURTHER - 1, Part::Z).id(), "ez64");
         assert_eq!((of(1, Part::Z).name(), of(1, Part::Z).source()), ("Source 3 Offset Z", "Source 3"));
         for (number, knob) in KNOBS.into_iter().enumerate() {
             assert_eq!(knob.number(), number);

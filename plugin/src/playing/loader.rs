@@ -429,16 +429,13 @@ impl Loader {
             })
         };
         let first = renderer(&self.attention)?;
-        let first = match self.params.further() {
-            0 => first,
-            count => match first.with_further(count) {
-                Ok(first) => first,
-                Err(error @ (RenderError::FurtherLatency | RenderError::FurtherField)) => {
-                    self.exchange.sources_report.set_text(format!("only the first is heard: {error}"));
-                    renderer(&self.attention)?
-                }
-                Err(error) => return Err(error.into()),
-            },
+        let first = match (self.params.further(), first.takes_further()) {
+            (0, _) => first,
+            (count, Ok(())) => first.with_further(count)?,
+            (_, Err(error)) => {
+                self.exchange.sources_report.set_text(format!("only the first is heard: {error}"));
+                first
+            }
         };
         let emitters = Emitters::from(first);
         if stereo && scene.emitter().is_some() {

@@ -19,18 +19,18 @@ const LEVELS_S: f64 = 1.0 / 30.0;
 const SILENCE: f32 = 1e-5;
 
 /// Measures what is heard and asks the editor for a picture when it can be seen to change.
-pub(crate) struct Monitor {
+pub(crate) struct Monitor<const FURTHER: usize> {
     telemetry: Arc<Telemetry>,
     repaint: Repaint,
     frame: Frame,
     /// What the editor was last asked to show.
     shown: Frame,
-    shown_snapshot: Option<Snapshot>,
+    shown_snapshot: Option<Snapshot<FURTHER>>,
     since_shown_s: f64,
     sound: SoundWriter,
 }
 
-impl Monitor {
+impl<const FURTHER: usize> Monitor<FURTHER> {
     /// Shows nothing yet.
     pub(crate) fn new(telemetry: Arc<Telemetry>, repaint: Repaint) -> Self {
         let (frame, shown) = (Frame::default(), Frame::default());
@@ -67,7 +67,7 @@ impl Monitor {
     /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn show(
         &mut self,
-        snapshot: &Snapshot,
+        snapshot: &Snapshot<FURTHER>,
         time: &BlockTime,
         heard: &HeardPose,
         playing: &Playing,

@@ -21,17 +21,24 @@ pub(crate) const LAYOUTS: &[AudioIOLayout] = &[
     layout(1, 16, "Mono to third-order Ambisonics"),
 ];
 
-/// The same of instances of many sources: one mono input each.
-pub(crate) const LAYOUTS_OF_MANY: &[AudioIOLayout] = &[
-    layout_of_many(2, "Sources to binaural"),
-    layout_of_many(4, "Sources to first-order Ambisonics"),
-    layout_of_many(9, "Sources to second-order Ambisonics"),
-    layout_of_many(16, "Sources to third-order Ambisonics"),
-];
-
-const fn layout_of_many(outputs: u32, name: &'static str) -> AudioIOLayout {
-    let names = PortNames { layout: Some(name), aux_inputs: &SOURCES, ..PortNames::const_default() };
-    AudioIOLayout { aux_input_ports: &[NonZeroU32::MIN; MOST_FURTHER], names, ..layout(1, outputs, name) }
+/// The same of instances with so many further sources: one mono input for each source.
+pub(crate) const fn layouts_of_many(further: usize) -> [AudioIOLayout; 4] {
+    const PORTS: &[NonZeroU32] = &[NonZeroU32::MIN; MOST_FURTHER];
+    const NAMES: &[&str] = &SOURCES;
+    let ((ports, _), (aux_inputs, _)) = (PORTS.split_at(further), NAMES.split_at(further));
+    let mut layouts = [
+        layout(1, 2, "Sources to binaural"),
+        layout(1, 4, "Sources to first-order Ambisonics"),
+        layout(1, 9, "Sources to second-order Ambisonics"),
+        layout(1, 16, "Sources to third-order Ambisonics"),
+    ];
+    let mut number = 0;
+    while number < layouts.len() {
+        layouts[number].aux_input_ports = ports;
+        layouts[number].names.aux_inputs = aux_inputs;
+        number += 1;
+    }
+    layouts
 }
 
 const fn layout(inputs: u32, outputs: u32, name: &'static str) -> AudioIOLayout {
@@ -154,9 +161,10 @@ mod tests {
         let expected =
             [0, 0, 1, 1, 2, 2, 3, 3].map(|order| if order == 0 { Output::Binaural } else { Output::Ambisonic(order) });
         assert_eq!(outputs, expected);
-        for (layout, [_, of_mono]) in LAYOUTS_OF_MANY.iter().zip(LAYOUTS.as_chunks().0) {
+        for (layout, [_, of_mono]) in layouts_of_many(3).iter().zip(LAYOUTS.as_chunks().0) {
             assert_eq!(layout.main_input_channels, of_mono.main_input_channels);
             assert_eq!(layout.main_output_channels, of_mono.main_output_channels);
+            assert_eq!((layout.aux_input_ports.len(), layout.names.aux_inputs), (3, &SOURCES[..3]));
         }
         assert_eq!([1, 2, 3].map(|order| Output::Ambisonic(order).pairs()), [2, 5, 8]);
     }

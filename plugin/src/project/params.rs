@@ -7,7 +7,7 @@ use crate::library::slot_names;
 use crate::parameter::cast::index;
 use crate::parameter::choices::{Follow, GroupChoice, LatencyChoice, SceneChoice, TierChoice, Tracking};
 use crate::parameter::remote::Remote;
-use crate::parameter::source_knob::{KNOBS, MOST_FURTHER, Part, SourceKnob};
+use crate::parameter::source_knob::{KNOBS, Part, SourceKnob};
 use crate::parameter::{Parameter, SLOTS};
 use crate::project::matching::Matching;
 use crate::project::osc_config::OscConfig;
@@ -99,10 +99,8 @@ pub struct PromenadeParams {
     /// Counts what the editor changes beside the parameters, so that the host knows that the project has changed.
     #[id = "revision"]
     pub revision: IntParam,
-    /// Of further sources, in the order of [`KNOBS`]; the host has those of as many as there are.
+    /// Of the further sources that the instance has, in the order of [`KNOBS`].
     sources: Vec<FloatParam>,
-    /// How many further sources the instance has.
-    further: usize,
     /// The version of the saved state.
     #[persist = "version"]
     pub state_version: StateVersion,
@@ -156,16 +154,7 @@ impl PromenadeParams {
             Decay, Direct, Early, Ex, Ey, Ez, Gain, Late, Law, LowCut, Mix, Path, Pitch, Rate, Roll, Spread, Width, X, Y, Yaw,
             Z,
         };
-        let float = |name, default, parameter: Parameter, unit, digits| {
-            FloatParam::new(name, default, parameter.range())
-                .with_unit(unit)
-                .with_value_to_string(formatters::v2s_f32_rounded(digits))
-        };
         let metres = |name, parameter| float(name, 0.0, parameter, " m", 3);
-        let of_source = |knob: SourceKnob| {
-            let (unit, digits) = if knob.part == Part::Level { (" dB", 2) } else { (" m", 3) };
-            float(knob.name(), knob.default_value(), Parameter::Source(knob), unit, digits)
-        };
         let degrees = |name, parameter| float(name, 0.0, parameter, " deg", 2);
         let decibels = |name, default, parameter| float(name, default, parameter, " dB", 2);
         let percent = |name, default, parameter| {
@@ -216,8 +205,7 @@ impl PromenadeParams {
             osc_on: switch("Open Sound Control"),
             latency: EnumParam::new("Latency", LatencyChoice::Frame),
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
-            sources: KNOBS.into_iter().map(of_source).collect(),
-            further: 0,
+            sources: Vec::new(),
             state_version: StateVersion,
             scene_key: Persisted::new(SceneKey::loft()),
             saved_walk: Persisted::new(walk.cloned().unwrap_or_default()),
@@ -234,6 +222,11 @@ impl PromenadeParams {
     }
 }
 
+/// A parameter with a continuous range.
+fn float(name: &str, default: f32, parameter: Parameter, unit: &'static str, digits: usize) -> FloatParam {
+    FloatParam::new(name, default, parameter.range()).with_unit(unit).with_value_to_string(formatters::v2s_f32_rounded(digits))
+}
+
 /// A switch as hosts write it.
 fn switched(text: &str) -> Option<bool> {
     let is = |words: [&str; 3]| words.iter().any(|word| text.eq_ignore_ascii_case(word));
@@ -241,30 +234,35 @@ fn switched(text: &str) -> Option<bool> {
 }
 
 impl PromenadeParams {
-    /// The same of an instance with so many further sources, at most [`MOST_FURTHER`].
+    /// The same of an instance with so many further sources, at most
+    /// [`MOST_FURTHER`](crate::parameter::source_knob::MOST_FURTHER).
     #[must_use]
     pub fn with_further(self, count: usize) -> Self {
-        Self { further: count.min(MOST_FURTHER), ..self }
+        let of_source = |knob: &SourceKnob| {
+            let (unit, digits) = if knob.part == Part::Level { (" dB", 2) } else { (" m", 3) };
+            float(knob.name(), knob.default_value(), Parameter::Source(*knob), unit, digits)
+        };
+        Self { sources: KNOBS.iter().take(count * Part::ALL.len()).map(of_source).collect(), ..self }
     }
 
     /// How many further sources the instance has.
     #[must_use]
     pub fn further(&self) -> usize {
-        self.further
+        self.sources.len() / Part::ALL.len()
     }
 
     /// All parameters that the instance has, but the revision.
     pub fn parameters(&self) -> impl Iterator<Item = Parameter> + use<> {
-        Parameter::of_instance(self.further)
+        Parameter::of_instance(self.further())
     }
 
     /// Whether the instance has a parameter.
     #[must_use]
     pub fn has(&self, parameter: Parameter) -> bool {
-        parameter.number() < Parameter::ALL.len() + self.further * Part::ALL.len()
+        parameter.number() < Parameter::ALL.len() + self.sources.len()
     }
 
-    /// A parameter of a further source.
+    /// A parameter of a further source that the instance has.
     #[must_use]
     pub fn of_source(&self, knob: SourceKnob) -> &FloatParam {
         &self.sources[knob.number()]
@@ -273,8 +271,7 @@ impl PromenadeParams {
     /// Ids of the parameters of further sources with what the framework knows them by.
     #[must_use]
     pub fn source_map(&self) -> Vec<(String, ParamPtr)> {
-        let count = self.further * Part::ALL.len();
-        KNOBS.iter().zip(&self.sources).take(count).map(|(knob, param)| (knob.id().to_owned(), param.as_ptr())).collect()
+        KNOBS.iter().zip(&self.sources).map(|(knob, param)| (knob.id().to_owned(), param.as_ptr())).collect()
     }
 
     /// Whether the parameters choose the project's own scene, not a built-in one or a file of the library.

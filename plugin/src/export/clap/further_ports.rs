@@ -2,14 +2,12 @@
 //! pointer that a host has for granted.
 
 use super::hosted;
+use crate::export::kind::KINDS;
 use crate::export::silence;
-use crate::parameter::source_knob::MOST_FURTHER;
+use crate::parameter::source_knob::MOST_INPUTS;
 use clap_sys::audio_buffer::clap_audio_buffer;
 use clap_sys::process::{CLAP_PROCESS_ERROR, clap_process};
 use nice_plug::wrapper::clap::clap_plugin;
-
-/// Inputs, the main one first.
-const INPUTS: usize = 1 + MOST_FURTHER;
 
 /// Hands a block on with all inputs: those that the host does not feed are silent.
 ///
@@ -26,9 +24,10 @@ pub(super) unsafe extern "C" fn process(plugin: *const clap_plugin, process: *co
         latency: 0,
         constant_mask: 1,
     };
-    let mut inputs = [silent; INPUTS];
+    let wanted = 1 + KINDS[hosted.kind].further;
+    let mut inputs = [silent; MOST_INPUTS];
     let count = if block.audio_inputs.is_null() { 0 } else { block.audio_inputs_count as usize };
-    for (number, input) in inputs.iter_mut().enumerate().take(count) {
+    for (number, input) in inputs.iter_mut().enumerate().take(count.min(wanted)) {
         // SAFETY: there are so many, each with a list of so many channels or without one.
         unsafe {
             let theirs = *block.audio_inputs.add(number);
@@ -39,7 +38,7 @@ pub(super) unsafe extern "C" fn process(plugin: *const clap_plugin, process: *co
         }
     }
     let block =
-        clap_process { audio_inputs: inputs.as_ptr(), audio_inputs_count: u32::try_from(INPUTS).unwrap_or(0), ..*block };
+        clap_process { audio_inputs: inputs.as_ptr(), audio_inputs_count: u32::try_from(wanted).unwrap_or(0), ..*block };
     // SAFETY: the plugin is the framework's; what it is handed lives through the call.
     unsafe { (hosted.theirs.process)(plugin, &raw const block) }
 }

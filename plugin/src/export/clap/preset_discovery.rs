@@ -1,14 +1,15 @@
 //! What a CLAP host's browser is told of presets: the factory's inside the plugin, the user's in their folder, and the
 //! library's scenes.
 
-use crate::export::{Promenade, PromenadeMany};
+use crate::export::Promenade;
+use crate::export::kind::KINDS;
 use crate::history::presets::{self, About, EXTENSION, Preset};
 use crate::library;
 use crate::library::lister;
 use clack_extensions::preset_discovery::factory::PresetDiscoveryFactory;
 use clack_extensions::preset_discovery::prelude::*;
 use clack_plugin::prelude::PluginError;
-use nice_plug::prelude::{ClapPlugin, Plugin};
+use nice_plug::prelude::Plugin;
 use std::ffi::{CStr, CString, c_void};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -99,8 +100,8 @@ fn about_scene(path: &Path) -> Result<(String, About), PluginError> {
 fn describe(receiver: &mut MetadataReceiver, name: &str, key: Option<&str>, about: &About) -> Result<(), PluginError> {
     let key = key.map(text);
     let preset = receiver.begin_preset(Some(&text(name)), key.as_deref())?;
-    for id in [<Promenade>::CLAP_ID, PromenadeMany::CLAP_ID] {
-        preset.add_plugin_id(UniversalPluginId::clap(&text(id)));
+    for kind in &KINDS {
+        preset.add_plugin_id(UniversalPluginId::clap(&text(kind.clap_id)));
     }
     if about.is_factory {
         preset.set_flags(Flags::IS_FACTORY_CONTENT).add_creator(&text(<Promenade>::VENDOR));

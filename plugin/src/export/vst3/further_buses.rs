@@ -3,33 +3,38 @@
 //! both.
 
 use crate::export::silence;
-use crate::parameter::source_knob::MOST_FURTHER;
+use crate::parameter::source_knob::MOST_INPUTS;
 use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{AudioBusBuffers, AudioBusBuffers__type0, ProcessData};
 
-/// Inputs, the main one first.
-const INPUTS: usize = 1 + MOST_FURTHER;
-
 /// Room for inputs whose buffers are outputs too.
-#[derive(Default)]
 pub(super) struct Aside {
     samples: Vec<f32>,
+    /// Inputs, the main one too.
+    inputs: usize,
     /// Samples for each input.
     longest: usize,
 }
 
 impl Aside {
+    /// For a plugin of so many inputs, the main one and [`MOST_INPUTS`] at most, and no block yet.
+    pub(super) fn new(inputs: usize) -> Self {
+        Self { samples: Vec::new(), inputs: inputs.min(MOST_INPUTS), longest: 0 }
+    }
+
     /// Makes room for blocks of up to so many samples.
     pub(super) fn resize(&mut self, longest: i32) {
         self.longest = usize::try_from(longest).unwrap_or(0);
-        self.samples.resize(self.longest * INPUTS, 0.0);
+        self.samples.resize(self.longest * self.inputs, 0.0);
     }
 }
 
 /// The inputs of a block.
 pub(super) struct Buses {
-    all: [AudioBusBuffers; INPUTS],
+    /// Of which there are so many.
+    count: usize,
+    all: [AudioBusBuffers; MOST_INPUTS],
     /// Where each one's only channel is, for those that lie aside.
-    channels: [*mut f32; INPUTS],
+    channels: [*mut f32; MOST_INPUTS],
 }
 
 impl Buses {
@@ -41,10 +46,11 @@ impl Buses {
     pub(super) unsafe fn of(block: &ProcessData, aside: &mut Aside) -> Self {
         let samples = usize::try_from(block.numSamples).unwrap_or(0);
         let silent = mono(silence::channel(samples));
-        let mut buses = Self { all: [silent; INPUTS], channels: [std::ptr::null_mut(); INPUTS] };
+        let none = [std::ptr::null_mut(); MOST_INPUTS];
+        let mut buses = Self { count: aside.inputs, all: [silent; MOST_INPUTS], channels: none };
         let count = if block.inputs.is_null() { 0 } else { usize::try_from(block.numInputs).unwrap_or(0) };
         let rooms = aside.samples.chunks_exact_mut(aside.longest.max(1));
-        for (number, room) in rooms.enumerate().take(count.min(INPUTS)) {
+        for (number, room) in rooms.enumerate().take(count.min(aside.inputs)) {
             // SAFETY: there are so many inputs, each with a list of so many channels or without one, and each channel has the
             // samples of the block.
             unsafe {
@@ -66,12 +72,12 @@ impl Buses {
 
     /// The block with these inputs. It must not be used after them.
     pub(super) fn handed_on(&mut self, block: &ProcessData) -> ProcessData {
-        for (bus, channel) in self.all.iter_mut().zip(&mut self.channels) {
+        for (bus, channel) in self.all[..self.count].iter_mut().zip(&mut self.channels) {
             if !channel.is_null() {
                 *bus = mono(channel);
             }
         }
-        let most = i32::try_from(INPUTS).unwrap_or(0);
+        let most = i32::try_from(self.count).unwrap_or(0);
         // The framework compares the numbers of inputs with that of outputs; without any the block is one of values alone.
         let outputs = if block.numOutputs > 0 { block.numOutputs.max(most) } else { block.numOutputs };
         ProcessData { numInputs: most, inputs: self.all.as_mut_ptr(), numOutputs: outputs, ..*block }
@@ -128,7 +134,7 @@ mod tests {
         let mut block: ProcessData = unsafe { std::mem::zeroed() };
         (block.numSamples, block.numInputs, block.numOutputs) = (4, 4, 1);
         (block.inputs, block.outputs) = (inputs.as_mut_ptr(), outputs.as_mut_ptr());
-        let mut aside = Aside::default();
+        let mut aside = Aside::new(16);
         aside.resize(4);
         // SAFETY: everything that the block points to is alive.
         let heard = unsafe {

@@ -40,9 +40,10 @@ unsafe impl Send for Table {}
 /// Those of all plugins by their addresses. One is freed when another plugin is at its address, as its own is gone for certain.
 static TABLES: Mutex<BTreeMap<usize, Table>> = Mutex::new(BTreeMap::new());
 
-/// Lets a new plugin name its Ambisonic outputs, its tail and its latency, and with `further` hear all of its inputs.
+/// Lets a new plugin name its Ambisonic outputs, its tail and its latency, and hear the inputs of so many further
+/// sources.
 #[expect(unsafe_code, reason = "the framework's table of functions is changed")]
-pub(super) fn amend(processor: *mut IAudioProcessor, side: Option<&Arc<HostSide>>, further: bool) {
+pub(super) fn amend(processor: *mut IAudioProcessor, side: Option<&Arc<HostSide>>, further: usize) {
     // SAFETY: the plugin is alive and nobody else knows it yet.
     let theirs = unsafe { *(*processor).vtbl };
     let ours = IAudioProcessorVtbl {
@@ -51,11 +52,11 @@ pub(super) fn amend(processor: *mut IAudioProcessor, side: Option<&Arc<HostSide>
         getTailSamples: get_tail_samples,
         getLatencySamples: get_latency_samples,
         setupProcessing: setup_processing,
-        process: if further { process } else { theirs.process },
+        process: if further > 0 { process } else { theirs.process },
         ..theirs
     };
     let side = side.map_or_else(Weak::new, Arc::downgrade);
-    let aside = further.then(UnsafeCell::default);
+    let aside = (further > 0).then(|| UnsafeCell::new(Aside::new(1 + further)));
     let table = Box::into_raw(Box::new(Amended { ours, theirs, asked: Mutex::default(), side, aside }));
     if let Some(Table(former)) = lock(&TABLES).insert(processor.addr(), Table(table)) {
         // SAFETY: it was made here, and the plugin that had it was where this one is.
