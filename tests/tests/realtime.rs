@@ -37,7 +37,7 @@ fn block(
     let (left, right) = (&mut left[..input.len()], &mut right[..input.len()]);
     spatializer.process_further(&[input, input], further, [&mut *left, &mut *right], &params, pose);
     headphones.process([left, right], !params.bypass);
-    black_box((spatializer.latency_samples(), spatializer.tail_samples()));
+    black_box((spatializer.latency_samples(), spatializer.tail_samples(), spatializer.samples_to_pose()));
 }
 
 #[rtsan_standalone::nonblocking]

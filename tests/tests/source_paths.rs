@@ -5,7 +5,7 @@ use promenade_core::{
     BlockParams, CameraPath, EmitterParams, Further, Keyframe, KeyframeEntry, Pose, Renderer, Scene, Spatializer,
 };
 use promenade_tests::signal::{difference_db, noise, peak};
-use promenade_tests::{ClapHost, Host, Setup, edit_state, host_id, in_both_formats, render};
+use promenade_tests::{ClapHost, Host, Setup, edit_state, host_id, in_both_formats, in_library, render};
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -229,6 +229,14 @@ mod needs_screen {
         std::thread::sleep(Duration::from_millis(10));
     }
 
+    /// Opens the editor in the window.
+    fn open(host: &mut ClapHost, screen: &Screen) {
+        let editor = host.instance().editor().unwrap();
+        let size = editor.open(screen.window(), 1.0).unwrap();
+        editor.show().unwrap();
+        screen.resize(size.width, size.height);
+    }
+
     /// The picture of an open editor once what is drawn in the emitter's colour stays.
     fn settled(host: &mut ClapHost, screen: &Screen) -> Picture {
         let (mut last, mut still) = (screen.picture(), 0);
@@ -253,10 +261,7 @@ mod needs_screen {
             let mut host = if has_paths { on_paths(host) } else { host };
             host.set("follow", follow);
             host.set("path", 1.0);
-            let editor = host.instance().editor().unwrap();
-            let size = editor.open(screen.window(), 1.0).unwrap();
-            editor.show().unwrap();
-            screen.resize(size.width, size.height);
+            open(&mut host, &screen);
             let picture = settled(&mut host, &screen);
             picture.keep(&format!("source-path-{has_paths}-{follow}"));
             picture.places_of(EMITTER)
@@ -264,5 +269,53 @@ mod needs_screen {
         // Three keyframes, of which each fills more than 20 pixels, and one lies below a source.
         assert!(waiting.len() > plain.len() + 40, "{} pixels, {} without a path", waiting.len(), plain.len());
         assert!(waiting != moved, "the source stays where its offset puts it");
+    }
+
+    #[test]
+    #[ignore = "needs a screen"]
+    fn a_file_that_is_typed_becomes_the_path_of_the_source_and_is_let_go_again() {
+        // The keys of v.csv and Enter, the field below the offset, and the button below that.
+        const KEYS: [u8; 6] = [55, 60, 54, 39, 55, 36];
+        const FIELD: (i16, i16) = (1040, 503);
+        const NO_PATH: (i16, i16) = (998, 531);
+        let rows = "t,x,y,z,yaw,pitch,roll\n0,1,2,0,0,0,0\n1,-1,2,0,0,0,0\n";
+        in_library(
+            |folder| {
+                // Where typed names without a folder are looked up.
+                let folder = folder.join(".local/share/promenade/scenes");
+                std::fs::create_dir_all(&folder).unwrap();
+                std::fs::write(folder.join("v.csv"), rows).unwrap();
+            },
+            |_| {
+                let screen = Screen::new(1400, 900);
+                screen.point(2, 2);
+                let mut host = ClapHost::open_many(Setup { offline: false, ..setup(2) });
+                open(&mut host, &screen);
+                settled(&mut host, &screen);
+                let click = |host: &mut ClapHost, (x, y)| {
+                    screen.point(x, y);
+                    (0..10).for_each(|_| play(host));
+                    screen.press(1, true);
+                    screen.press(1, false);
+                    (0..10).for_each(|_| play(host));
+                };
+                let walks = |host: &mut ClapHost| {
+                    play(host);
+                    serde_json::from_str::<Value>(host.state()["fields"]["walks"].as_str().unwrap()).unwrap()
+                };
+                click(&mut host, FIELD);
+                for key in KEYS {
+                    screen.key(key);
+                    play(&mut host);
+                }
+                let taken = wait_until(PATIENCE, || walks(&mut host)["1"]["name"] == "v");
+                settled(&mut host, &screen).keep("source-path-typed");
+                assert!(taken, "the project has {}", walks(&mut host));
+                assert_eq!(walks(&mut host)["1"]["keyframes"].as_array().map(Vec::len), Some(2));
+                click(&mut host, NO_PATH);
+                let gone = wait_until(PATIENCE, || walks(&mut host) == json!({}));
+                assert!(gone, "the project has {}", walks(&mut host));
+            },
+        );
     }
 }

@@ -366,7 +366,7 @@ pub fn help(parameter: Parameter) -> &'static str {
         Parameter::Pitch => "Tilt of the head, positive with the nose up",
         Parameter::Roll => "Tilt of the head, positive with the right ear down",
         Parameter::Path => "How far along the camera path the listener is, of all the time that the path takes",
-        Parameter::Follow => "What moves the listener along its camera path",
+        Parameter::Follow => "What moves the listener along its camera path, and sources along paths of their own",
         Parameter::Offset => Word::AddPosition.help(),
         Parameter::Tracking => Word::Tracker.help(),
         Parameter::Ex => "Moves the source ahead from where it was recorded",
