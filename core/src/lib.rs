@@ -21,6 +21,7 @@ mod minimum_phase;
 pub mod network;
 mod number;
 pub mod octave;
+mod past;
 mod path;
 mod pose;
 pub mod published;

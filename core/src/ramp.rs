@@ -34,6 +34,14 @@ impl Ramp {
         self.value
     }
 
+    /// The gains of the next samples.
+    pub(crate) fn fill(&mut self, gains: &mut [f32]) {
+        let moving = self.left.min(gains.len());
+        let (moving, still) = gains.split_at_mut(moving);
+        moving.fill_with(|| self.next());
+        still.fill(self.value);
+    }
+
     /// Is at its target at once.
     pub(crate) fn jump(&mut self) {
         *self = Self::at(self.target);

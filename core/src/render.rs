@@ -20,6 +20,7 @@ pub(crate) mod low;
 pub(crate) mod low_cut;
 pub(crate) mod meeting;
 pub(crate) mod phasor;
+pub(crate) mod ring;
 pub(crate) mod taps;
 pub(crate) mod undelayed;
 pub(crate) mod waves;

@@ -3,6 +3,7 @@
 use crate::further::Others;
 use crate::grid::LONGEST_LATENCY_S;
 use crate::number::{bounded, whole};
+use crate::past::Past;
 use crate::ramp::Ramp;
 use crate::{EmitterParams, Emitters, Further, LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
 
@@ -58,14 +59,6 @@ impl From<&BlockParams> for RenderParams {
     }
 }
 
-/// A dry stereo sample and the gains that were set when it came in.
-#[derive(Clone, Copy, Default)]
-struct Moment {
-    dry: [f32; 2],
-    wet_gain: f32,
-    dry_gain: f32,
-}
-
 /// Places a mono or stereo input in a scene, any block size, with the dry sound aligned to the rendered one.
 ///
 /// Changes of gain, mix and bypass belong to the input sample they come with: they are heard at that sample plus the latency.
@@ -78,8 +71,10 @@ pub struct Spatializer {
     fade: usize,
     fade_len: usize,
     ramp_len: usize,
-    past: Vec<Moment>,
-    now: usize,
+    past: Past,
+    /// What comes next into it.
+    next: [Vec<f32>; 4],
+    longest_delay: usize,
     wet_gain: Ramp,
     dry_gain: Ramp,
     /// What each output has of each dry channel.
@@ -108,8 +103,9 @@ impl Spatializer {
             fade: samples(SCENE_FADE_S),
             fade_len: samples(SCENE_FADE_S),
             ramp_len: samples(GAIN_RAMP_S),
-            past: vec![Moment::default(); samples(LONGEST_LATENCY_S) + 2],
-            now: 0,
+            past: Past::new(samples(LONGEST_LATENCY_S), CHUNK),
+            next: std::array::from_fn(|_| vec![0.0; CHUNK]),
+            longest_delay: samples(LONGEST_LATENCY_S),
             wet_gain: Ramp::default(),
             dry_gain: Ramp::default(),
             dry: [[1.0, 0.0], [0.0, 1.0]],
@@ -189,7 +185,7 @@ impl Spatializer {
     /// Samples by which the output lags the input.
     #[must_use]
     pub fn latency_samples(&self) -> usize {
-        latency_of(self.active.as_deref()).min(self.past.len() - 2)
+        latency_of(self.active.as_deref()).min(self.longest_delay)
     }
 
     /// Samples for which the output sounds on after the input has ended, beyond the latency.
@@ -231,7 +227,7 @@ impl Spatializer {
         if self.fading.is_some() {
             self.retired = self.fading.take();
         }
-        self.past.fill(Moment::default());
+        self.past.reset();
         self.fresh = true;
     }
 
@@ -331,34 +327,29 @@ impl Spatializer {
         for number in 0..others.all.len() {
             further.iter_mut().zip(others.samples(number, 0..n)).for_each(|(sum, x)| *sum += finite(*x));
         }
-        let further = &self.further[..n];
-        let size = self.past.len();
-        let (delay, old_delay) = (self.latency_samples(), latency_of(self.fading.as_deref()).min(size - 2));
+        let [dry_left, dry_right, wet_gain, dry_gain] = self.next.each_mut().map(|row| &mut row[..n]);
+        self.wet_gain.fill(wet_gain);
+        self.dry_gain.fill(dry_gain);
+        for i in 0..n {
+            let [left, right] = [first[i], second[i]].map(|x| finite(x) + further[i]);
+            [dry_left[i], dry_right[i]] = self.dry.map(|[of_left, of_right]| of_left * left + of_right * right);
+        }
+        self.past.take([dry_left, dry_right, wet_gain, dry_gain]);
         // Without a scene nothing is rendered: the dry sound takes the place of the rendered one.
         let stand_in = |played: &Option<Box<Emitters>>| if played.is_some() { 0.0 } else { 1.0 };
-        let (stand_in, old_stand_in) = (stand_in(&self.active), stand_in(&self.fading));
-        let back = |delay: usize| (self.now + size - delay) % size;
-        let (mut at, mut old_at) = (back(delay), back(old_delay));
-        // A remainder for every sample would cost as much as the rest of the loop.
-        let next = |at: usize| if at + 1 == size { 0 } else { at + 1 };
-        for i in 0..n {
-            let (wet_gain, dry_gain) = (self.wet_gain.next(), self.dry_gain.next());
-            let [left_in, right_in] = [first[i], second[i]].map(|x| finite(x) + further[i]);
-            let dry = self.dry.map(|[of_left, of_right]| of_left * left_in + of_right * right_in);
-            self.past[self.now] = Moment { dry, wet_gain, dry_gain };
-            let heard = |at: usize, wet: &[Vec<f32>; 2], stand_in: f32| {
-                let m = &self.past[at];
-                let dry_gain = m.dry_gain + stand_in * m.wet_gain;
-                [wet[0][i] * m.wet_gain + m.dry[0] * dry_gain, wet[1][i] * m.wet_gain + m.dry[1] * dry_gain]
-            };
-            let mut out = heard(at, &self.wet, stand_in);
-            if fading {
-                let old = heard(old_at, &self.old, old_stand_in);
-                let share = ((self.fade + i) as f32 / self.fade_len as f32).min(1.0);
-                out = [old[0] + share * (out[0] - old[0]), old[1] + share * (out[1] - old[1])];
+        self.past.mix(self.latency_samples(), stand_in(&self.active), self.wet.each_mut().map(|ear| &mut ear[..n]));
+        if fading {
+            let delay = latency_of(self.fading.as_deref()).min(self.longest_delay);
+            self.past.mix(delay, stand_in(&self.fading), self.old.each_mut().map(|ear| &mut ear[..n]));
+            for (ear, old) in self.wet.iter_mut().zip(&self.old) {
+                for (i, (x, old)) in ear[..n].iter_mut().zip(old).enumerate() {
+                    let share = ((self.fade + i) as f32 / self.fade_len as f32).min(1.0);
+                    *x = old + share * (*x - old);
+                }
             }
-            [left[i], right[i]] = out.map(bounded);
-            (self.now, at, old_at) = (next(self.now), next(at), next(old_at));
+        }
+        for (out, ear) in [left, right].into_iter().zip(&self.wet) {
+            out.iter_mut().zip(ear).for_each(|(out, x)| *out = bounded(*x));
         }
         if fading {
             self.fade += n;

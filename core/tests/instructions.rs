@@ -18,10 +18,10 @@ const BLOCKS: usize = 60;
 const WARM_UP: usize = 20;
 /// What is played, and instructions of its median and worst block in the tests' profile on x86-64.
 const LIMITS: [(&str, u64, u64); 4] = [
-    ("draft", 416_025, 571_130),
-    ("standard", 731_563, 1_046_604),
-    ("images", 2_014_240, 2_976_156),
-    ("further", 4_980_146, 7_097_653),
+    ("draft", 373_506, 530_540),
+    ("standard", 614_219, 893_144),
+    ("images", 1_897_397, 2_824_101),
+    ("further", 4_700_328, 6_769_412),
 ];
 /// Further sources of the last of them, which is `standard` otherwise.
 const FURTHER: usize = 15;

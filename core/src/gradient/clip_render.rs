@@ -4,8 +4,9 @@ use crate::bands::BandPlace;
 use crate::number::single;
 use crate::render::carrier::{EarSpectra, band_places, hop_carriers, per_bin};
 use crate::render::head::DELAYED_TAPS;
-use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
-use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain, late_lead};
+use crate::render::lanes::{Block, LANES, blocks_for};
+use crate::render::late::{LATE_HOPS, Late, late_gain, late_lead};
+use crate::render::ring::{Slot, SlotMut};
 use crate::stft::{Analysis, Synthesis};
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
 use promenade_fourier::RealToComplex;
@@ -157,10 +158,9 @@ impl ClipRender {
             input.dry.set(t, &self.spectrum);
             if t >= late_from {
                 input.dry.get(t - late_from, &mut self.spectrum);
-                write_slot(&mut fed, 1, 0, &self.spectrum);
+                SlotMut::of(&mut fed).write(&self.spectrum);
             }
-            let to = SlotMut { ring: &mut late, slots: 1, at: 0 };
-            self.network.advance(t, Slot { ring: &fed, slots: 1, at: 0 }, to);
+            self.network.advance(Slot::of(&fed), SlotMut::of(&mut late));
             let (re, im) = input.tail.frame_mut(t);
             for (k, (re, im)) in re.iter_mut().zip(im).enumerate() {
                 (*re, *im) = (late[k / LANES].re[k % LANES], late[k / LANES].im[k % LANES]);

@@ -1,7 +1,8 @@
 //! The bass of a measured direct sound, which lasts longer than the hop that the rest of it fits into.
 
 use crate::render::carrier_set::CarrierSet;
-use crate::render::lanes::{Accumulate, Block, EarBlocks};
+use crate::render::lanes::{Accumulate, EarBlocks};
+use crate::render::ring::Slot;
 use crate::render::taps::mix;
 use pulp::Arch;
 
@@ -15,7 +16,6 @@ pub(crate) struct Bass {
     filters: Vec<EarBlocks>,
     mixed: Vec<EarBlocks>,
     sums: Vec<EarBlocks>,
-    slots: Vec<usize>,
     /// Whether the pose has changed since the filters were set.
     stale: bool,
 }
@@ -32,7 +32,6 @@ impl Bass {
             filters: silent(hops * blocks),
             mixed: silent(blocks),
             sums: silent(blocks),
-            slots: vec![0; hops.saturating_sub(apart)],
             stale: true,
         }
     }
@@ -66,17 +65,15 @@ impl Bass {
         }
     }
 
-    /// Adds its sound at a level to the sums; the newest input is in slot `now` of a ring `[block][slot]`.
-    pub(crate) fn add(&mut self, ring: &[Block], ring_len: usize, now: usize, level: f32, sums: &mut [EarBlocks]) {
-        if self.slots.is_empty() || level == 0.0 {
+    /// Adds its sound at a level to the sums.
+    pub(crate) fn add(&mut self, newest: Slot<'_>, level: f32, sums: &mut [EarBlocks]) {
+        let Self { arch, hops, apart, filters, sums: own, .. } = self;
+        let taps = *apart..*hops;
+        if taps.is_empty() || level == 0.0 {
             return;
         }
-        for (l, slot) in self.slots.iter_mut().enumerate() {
-            *slot = (now + ring_len - l) % ring_len;
-        }
-        let Self { arch, hops, apart, filters, slots, sums: own, .. } = self;
         own.fill(EarBlocks::default());
-        Accumulate { arch: *arch, slots, ring_len, ring, filter: filters, hops: *hops, first: *apart, sums: own }.run();
+        Accumulate { arch: *arch, newest, filter: filters, hops: *hops, taps, sums: own }.run();
         for (sum, own) in sums.iter_mut().zip(own) {
             scale(own, level);
             for (sum, own) in sum.ears.iter_mut().zip(&own.ears) {

@@ -6,11 +6,12 @@ use crate::render::bass::Bass;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
 use crate::render::direct::DirectFilter;
-use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, write_slot};
-use crate::render::late::{Slot, SlotMut, late_lead};
+use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for};
+use crate::render::late::late_lead;
 use crate::render::later::Later;
 use crate::render::meeting::Mixture;
-use crate::render::taps::{Taps, mix};
+use crate::render::ring::Ring;
+use crate::render::taps::{Taps, add_mix};
 use crate::{EARLY_S, StftGrid, TAP_LEAD_HOPS, TailModel, TransferFunction, TransferShape, Trim};
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
@@ -37,8 +38,6 @@ pub(crate) struct RenderHead {
     /// What comes after the taps; another source's where there is none.
     later: Option<Later>,
     bass: Bass,
-    /// The first hop of measured responses at the pose.
-    first: Vec<EarBlocks>,
     carriers: Arc<Carriers>,
     decay: Decay,
     /// Explicit taps that are early reflections.
@@ -51,12 +50,9 @@ pub(crate) struct RenderHead {
     /// Gains of a tap, both ears.
     tap_gains: Vec<f32>,
     /// How much of a mix of responses is left as it is, by ear and band.
-    plain: Vec<f32>,
-    /// The newest input spectra, `[block][slot]`, at least one more than there are taps, and slots of a block.
-    input: Vec<Block>,
-    ring_len: usize,
-    slots: Vec<usize>,
-    frame: usize,
+    plain: Vec<[f32; LANES]>,
+    /// The newest input spectra, at least one more than there are taps.
+    input: Ring,
     sums: Sums,
     /// Frames since anything was heard.
     dead_frames: usize,
@@ -108,7 +104,8 @@ impl RenderHead {
         let places = &carriers.places;
         let decay = Decay::new(&grid, tail, places, Arc::clone(&carriers.curve), shape.taps);
         let bass = Bass::new(carriers.measured.as_ref().map(|m| &m.bass), apart);
-        let ring_len = (taps + 1).max(bass.hops());
+        let slots = (taps + 1).max(bass.hops());
+        let mixed_vectors = carriers.measured.as_ref().map_or(0, |m| m.meeting.vectors());
         Self {
             arch: Arch::new(),
             shape: TransferShape { taps, ..shape },
@@ -117,7 +114,6 @@ impl RenderHead {
             taps: Taps::new(taps, places, shape.bands),
             later: None,
             bass,
-            first: vec![EarBlocks::default(); if carriers.measured.is_some() { blocks } else { 0 }],
             carriers,
             decay,
             early_taps: whole(EARLY_S / grid.hop_s() - TAP_LEAD_HOPS).min(taps).max(apart),
@@ -125,11 +121,8 @@ impl RenderHead {
             joined: vec![EarBlocks::default(); if apart > 0 { blocks } else { 0 }],
             joined_at: None,
             tap_gains: vec![0.0; shape.tap_len()],
-            plain: vec![0.0; shape.tap_len()],
-            input: vec![Block::default(); blocks * ring_len],
-            ring_len,
-            slots: vec![0; taps],
-            frame: 0,
+            plain: vec![[0.0; LANES]; mixed_vectors],
+            input: Ring::new(blocks, slots),
             sums: Sums::default(),
             dead_frames: usize::MAX / 2,
         }
@@ -164,10 +157,8 @@ impl RenderHead {
             self.bass.forget_pose();
             self.direct.set(tf);
             if let Some(measured) = &self.carriers.measured {
-                let (blocks, shares) = (0..self.first.len(), tf.shares.entries());
-                let lost = measured.lifted(0, &tf.shares);
-                mix(self.arch, &measured.first, 0, blocks, (shares, lost), &mut self.first);
-                self.direct.add(&self.first, tf.shares.direct_gain);
+                let mixed = (tf.shares.entries(), measured.lifted(0, &tf.shares));
+                add_mix(self.arch, &measured.first, 0, mixed, tf.shares.direct_gain, self.direct.blocks_mut());
             }
         }
         if let Some(measured) = self.carriers.measured.as_ref().filter(|_| !room) {
@@ -215,25 +206,23 @@ impl RenderHead {
     /// Lets this room be heard after the first taps of another source, which are its own: takes the frame that they have just
     /// passed on, at gains per band. To be called before either head renders its next frame at `room_gain`.
     pub(crate) fn join(&mut self, other: &Self, gains: &[f32], room_gain: f32) {
-        let age = other.shape.taps + 1;
+        // As old as the frame that the last of its taps has had.
+        let age = other.shape.taps;
         // Where only direct sound is heard, its bass would hear the frame as its own.
-        let apart = room_gain > 0.0 || self.bass.hops() <= age;
-        if other.is_dead() || age >= self.ring_len || !apart {
+        let apart = room_gain > 0.0 || self.bass.hops() <= age + 1;
+        if other.is_dead() || age + 1 >= self.input.slots() || !apart {
             return;
         }
-        let at = |head: &Self| (head.frame % head.ring_len + head.ring_len - age) % head.ring_len;
-        let (from, to) = (at(other), at(self));
-        let from = Slot { ring: &other.input, slots: other.ring_len, at: from };
-        self.taps.inject(gains, from, SlotMut { ring: &mut self.input, slots: self.ring_len, at: to });
-        if let (Some(later), Some(lowest)) = (&mut self.later, self.input.get(to)) {
-            later.rewrite(self.frame, age, lowest);
+        self.taps.inject(gains, other.input.at(age), self.input.at_mut(age));
+        if let (Some(later), Some(lowest)) = (&mut self.later, self.input.at(age).blocks().next()) {
+            later.rewrite(age, lowest);
         }
         self.dead_frames = 0;
     }
 
     /// Whether nothing has sounded for so long that nothing is left.
     fn is_dead(&self) -> bool {
-        self.dead_frames > self.filter_hops().max(self.ring_len) + 1
+        self.dead_frames > self.filter_hops().max(self.input.slots()) + 1
     }
 
     /// Applies the filters to the newest frame, everything but the direct sound at `room_gain`, 0 to 1, and each part at its
@@ -284,17 +273,11 @@ impl RenderHead {
         if silent && self.is_dead() {
             return None;
         }
-        let slots = self.ring_len;
-        let now = self.frame % slots;
-        write_slot(&mut self.input, slots, now, spectrum);
-        for (l, slot) in self.slots.iter_mut().enumerate() {
-            *slot = (now + slots + self.apart - 1 - l) % slots;
-        }
+        self.input.write(spectrum);
         if let Some(later) = &mut self.later {
-            later.write(self.frame, spectrum);
+            later.write(spectrum);
             if has_room {
-                let at = (now + slots + self.apart - (self.shape.taps + 1 - late_lead(self.shape.taps))) % slots;
-                later.advance(self.frame, Slot { ring: &self.input, slots, at });
+                later.advance(self.input.at(self.shape.taps + 1 - late_lead(self.shape.taps) - self.apart));
             }
         }
         let dead = silent && (!has_room || self.later.as_ref().is_none_or(Later::is_silent));
@@ -302,33 +285,33 @@ impl RenderHead {
 
         let Sums { direct, room, late } = sums;
         direct.fill(EarBlocks::default());
-        let (arch, input, ring_len) = (self.arch, &self.input, slots);
+        let (arch, input) = (self.arch, &self.input);
         let (filter, hops) = (self.taps.filters(), self.taps.hops());
-        let add_taps = |slots: &[usize], first: usize, sums: &mut [EarBlocks]| {
-            Accumulate { arch, slots, ring_len, ring: input, filter, hops, first, sums }.run();
-        };
         // What is played apart is the direct sound and the taps before this one.
         let first = self.apart.saturating_sub(1);
+        let add_taps = |taps: Range<usize>, sums: &mut [EarBlocks]| {
+            let newest = input.at(taps.start + 1 - self.apart);
+            Accumulate { arch, newest, filter, hops, taps, sums }.run();
+        };
         if self.apart == 0 {
             let filter = self.direct.blocks();
-            Accumulate { arch, slots: &[now], ring_len, ring: input, filter, hops: 1, first: 0, sums: direct }.run();
+            Accumulate { arch, newest: input.at(0), filter, hops: 1, taps: 0..1, sums: direct }.run();
         }
-        self.bass.add(input, slots, now, 1.0 - room_gain, direct);
+        self.bass.add(input.at(0), 1.0 - room_gain, direct);
         let apart = trim.early != trim.late;
         if has_room {
             let early = if apart { self.early_taps } else { self.shape.taps };
             room.fill(EarBlocks::default());
-            add_taps(&self.slots[first..early], first, room);
+            add_taps(first..early, room);
             let rest = if apart { &mut *late } else { &mut *room };
             if apart {
                 rest.fill(EarBlocks::default());
-                add_taps(&self.slots[early..], early, rest);
+                add_taps(early..self.shape.taps, rest);
             }
             if let Some(later) = &self.later {
                 later.add(rest);
             }
         }
-        self.frame = self.frame.wrapping_add(1);
         let late = if apart { Some(&late[..]) } else { None };
         Some(Heard { direct, room, late, gains: Gains::new(room_gain, trim) })
     }
@@ -358,17 +341,16 @@ impl RenderHead {
     }
 
     pub(crate) fn reset(&mut self) {
-        self.input.fill(Block::default());
+        self.input.reset();
         self.joined_at = None;
         self.later.iter_mut().for_each(Later::reset);
         self.dead_frames = usize::MAX / 2;
-        self.frame = 0;
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let ear_blocks = self.joined.len() + self.first.len() + 3 * self.sums.direct.len() + self.direct.blocks().len();
+        let ear_blocks = self.joined.len() + 3 * self.sums.direct.len() + self.direct.blocks().len();
         ear_blocks * size_of::<EarBlocks>()
-            + self.input.len() * size_of::<Block>()
+            + self.input.memory_bytes()
             + self.taps.memory_bytes()
             + self.later.as_ref().map_or(0, Later::memory_bytes)
             + self.bass.memory_bytes()

@@ -1,9 +1,11 @@
 //! Spectra in blocks of as many bins as the widest vector has lanes, and the sums over taps that the render head spends its
 //! time on.
 
+use crate::render::ring::Slot;
 use crate::simd::{all, load, times_plus};
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
 
 pub(crate) use crate::simd::LANES;
 
@@ -27,18 +29,6 @@ pub(crate) fn blocks_for(bins: usize) -> usize {
     bins.div_ceil(LANES)
 }
 
-/// Writes one spectrum into its slot of a ring laid out `[block][slot]`.
-pub(crate) fn write_slot(ring: &mut [Block], slots: usize, slot: usize, spectrum: &[Complex32]) {
-    let (chunks, rest) = spectrum.as_chunks::<LANES>();
-    for (chunk, row) in chunks.iter().zip(ring.chunks_exact_mut(slots)) {
-        row[slot] = Block { re: chunk.map(|x| x.re), im: chunk.map(|x| x.im) };
-    }
-    for (i, x) in rest.iter().enumerate() {
-        let block = &mut ring[chunks.len() * slots + slot];
-        (block.re[i], block.im[i]) = (x.re, x.im);
-    }
-}
-
 /// Reads an ear's spectrum, as many bins as there is room for, whose end bins are a real signal's: the inverse transform
 /// insists on it.
 pub(crate) fn ear_spectrum(blocks: &[EarBlocks], ear: usize, bins: &mut [Complex32]) {
@@ -53,18 +43,15 @@ pub(crate) fn ear_spectrum(blocks: &[EarBlocks], ear: usize, bins: &mut [Complex
     }
 }
 
-/// Adds `filter[block][tap] * ring[block][slots[tap]]` over taps to both ears, block by block.
+/// Adds `filter[block][taps.start + i]` times a frame of which `i` is the age to both ears, over `i`, block by block.
 pub(crate) struct Accumulate<'a> {
     pub(crate) arch: Arch,
-    /// Ring slot of each tap, in the order of the filter's taps.
-    pub(crate) slots: &'a [usize],
-    /// Slots per block of the ring.
-    pub(crate) ring_len: usize,
-    pub(crate) ring: &'a [Block],
-    /// Filters `[block][hop]`, of which as many hops as there are slots are applied, from one of them on.
+    /// The frame of the first tap; the others have those before it.
+    pub(crate) newest: Slot<'a>,
+    /// Filters `[block][hop]`, and the hops that are applied.
     pub(crate) filter: &'a [EarBlocks],
     pub(crate) hops: usize,
-    pub(crate) first: usize,
+    pub(crate) taps: Range<usize>,
     pub(crate) sums: &'a mut [EarBlocks],
 }
 
@@ -79,23 +66,25 @@ impl WithSimd for Accumulate<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { slots, ring_len, ring, filter, hops, first, sums, .. } = self;
-        if slots.is_empty() {
+        let Self { newest, filter, hops, taps: range, sums, .. } = self;
+        if range.is_empty() {
             return;
         }
-        for ((sum, history), taps) in sums.iter_mut().zip(ring.chunks_exact(ring_len)).zip(filter.chunks_exact(hops)) {
+        for ((sum, [history, before]), taps) in sums.iter_mut().zip(newest.histories()).zip(filter.chunks_exact(hops)) {
+            let (taps, older_taps) = taps[range.clone()].split_at(history.len().min(range.len()));
             for v in 0..LANES / S::F32_LANES {
                 // Products with the input's real and its imaginary part have sums of their own: four chains of additions would
                 // wait for each other, eight do not.
                 let zero = simd.splat_f32s(0.0);
                 let (mut by_re, mut by_im) = ([zero; 4], [zero; 4]);
-                for (&slot, h) in slots.iter().zip(&taps[first..]) {
-                    let x = &history[slot];
-                    let (re, im) = (part::<S>(&x.re, v), part::<S>(&x.im, v));
-                    let h = h.parts::<S>(v);
-                    for i in 0..4 {
-                        by_re[i] = simd.mul_add_e_f32s(h[i], re, by_re[i]);
-                        by_im[i] = simd.mul_add_e_f32s(h[i], im, by_im[i]);
+                for (history, taps) in [(history, taps), (before, older_taps)] {
+                    for (x, h) in history.iter().zip(taps) {
+                        let (re, im) = (part::<S>(&x.re, v), part::<S>(&x.im, v));
+                        let h = h.parts::<S>(v);
+                        for i in 0..4 {
+                            by_re[i] = simd.mul_add_e_f32s(h[i], re, by_re[i]);
+                            by_im[i] = simd.mul_add_e_f32s(h[i], im, by_im[i]);
+                        }
                     }
                 }
                 let before = sum.parts::<S>(v);
@@ -193,15 +182,16 @@ impl WithSimd for WeightedSum<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::ring::Ring;
 
     #[test]
     fn sums_over_taps_equal_the_plain_complex_sum() {
         let (bins, taps) = (37, 5);
         let blocks = blocks_for(bins);
         let value = |k: usize, t: usize| Complex32::new((k * 3 + t) as f32 % 7.0 - 3.0, (k + 2 * t) as f32 % 5.0 - 2.0);
-        let mut ring = vec![Block::default(); blocks * taps];
-        for t in 0..taps {
-            write_slot(&mut ring, taps, t, &(0..bins).map(|k| value(k, t)).collect::<Vec<_>>());
+        let mut ring = Ring::new(blocks, taps + 1);
+        for t in (0..taps + 3).rev() {
+            ring.write(&(0..bins).map(|k| value(k, t)).collect::<Vec<_>>());
         }
         let mut filter = vec![EarBlocks::default(); blocks * taps];
         for k in 0..bins {
@@ -214,17 +204,14 @@ mod tests {
                 }
             }
         }
-        let slots = [4, 2, 0, 1, 3];
         let mut sums = vec![EarBlocks::default(); blocks];
-        for part in [0..2, 2..taps] {
-            let (slots, first) = (&slots[part.clone()], part.start);
-            let sums = &mut sums;
-            Accumulate { arch: Arch::new(), slots, ring_len: taps, ring: &ring, filter: &filter, hops: taps, first, sums }
-                .run();
+        for taps in [0..2, 2..5] {
+            let (newest, sums) = (ring.at(taps.start + 1), &mut sums);
+            Accumulate { arch: Arch::new(), newest, filter: &filter, hops: 5, taps, sums }.run();
         }
         for k in 0..bins {
             for ear in 0..2 {
-                let want: Complex32 = (0..taps).map(|t| value(k + ear, t + 1) * value(k, slots[t])).sum();
+                let want: Complex32 = (0..taps).map(|t| value(k + ear, t + 1) * value(k, t + 1)).sum();
                 let got = sums[k / LANES].ears[ear];
                 assert!((got.re[k % LANES] - want.re).abs() < 1e-4 && (got.im[k % LANES] - want.im).abs() < 1e-4);
             }

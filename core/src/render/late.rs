@@ -2,10 +2,11 @@
 
 use crate::number::{exponent, single};
 use crate::render::carrier::smooth_phases;
-use crate::render::lanes::{Block, LANES, blocks_for, write_slot};
+use crate::render::lanes::{Block, LANES, blocks_for, part, put};
+use crate::render::ring::{Slot, SlotMut};
 use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::{Complex32, Complex64};
-use pulp::{Arch, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Hops of noise that the late part is coloured with.
 pub(crate) const LATE_HOPS: usize = 8;
@@ -46,14 +47,15 @@ struct DelayLine {
     stated: Vec<Block>,
     gain: Vec<Block>,
     ring: Vec<Block>,
+    now: usize,
 }
 
 impl DelayLine {
     fn new(hops: usize, gain: &[Complex32]) -> Self {
         let blocks = blocks_for(gain.len());
         let mut packed = vec![Block::default(); blocks];
-        write_slot(&mut packed, 1, 0, gain);
-        Self { hops, stated: packed.clone(), gain: packed, ring: vec![Block::default(); blocks * hops] }
+        SlotMut::of(&mut packed).write(gain);
+        Self { hops, stated: packed.clone(), gain: packed, ring: vec![Block::default(); blocks * hops], now: 0 }
     }
 
     /// Takes by how much more than stated is left after one hop, per bin.
@@ -65,6 +67,17 @@ impl DelayLine {
                 gain.im[i] = all * stated.im[i];
             }
         }
+    }
+
+    /// What a pass through it does to a block, and the block's slot that comes out now, for what goes in.
+    #[inline(always)]
+    fn at(&mut self, block: usize) -> (&Block, &mut Block) {
+        (&self.gain[block], &mut self.ring[block * self.hops + self.now])
+    }
+
+    /// Moves on by a hop.
+    fn step(&mut self) {
+        self.now = if self.now + 1 == self.hops { 0 } else { self.now + 1 };
     }
 
     fn memory_bytes(&self) -> usize {
@@ -110,12 +123,12 @@ impl Late {
         1.0 / STEADY_ENERGY.sqrt()
     }
 
-    /// Takes one frame in and puts one out, for frame number `frame`: `input[block]` at slot `from`, `output[block]` at slot
-    /// `to`.
-    pub(crate) fn advance(&mut self, frame: usize, input: Slot<'_>, output: SlotMut<'_>) {
+    /// Takes one frame in and puts one out.
+    pub(crate) fn advance(&mut self, input: Slot<'_>, output: SlotMut<'_>) {
         let arch = self.arch;
-        let peak = arch.dispatch(Advance { late: self, frame, input, output });
-        self.silent_frames = if peak == 0.0 { self.silent_frames.saturating_add(1) } else { 0 };
+        let peak = arch.dispatch(Advance { late: self, input, output });
+        self.diffusers.iter_mut().chain(&mut self.lines).for_each(DelayLine::step);
+        self.silent_frames = if peak < SILENCE { self.silent_frames.saturating_add(1) } else { 0 };
     }
 
     /// Whether nothing is left in the network.
@@ -125,7 +138,10 @@ impl Late {
 
     pub(crate) fn reset(&mut self) {
         let lines = self.diffusers.iter_mut().chain(&mut self.lines);
-        lines.for_each(|l| l.ring.fill(Block::default()));
+        for line in lines {
+            line.ring.fill(Block::default());
+            line.now = 0;
+        }
         self.silent_frames = usize::MAX / 2;
     }
 
@@ -134,23 +150,8 @@ impl Late {
     }
 }
 
-/// One slot of a ring `[block][slot]`.
-pub(crate) struct Slot<'a> {
-    pub(crate) ring: &'a [Block],
-    pub(crate) slots: usize,
-    pub(crate) at: usize,
-}
-
-/// One slot of a ring `[block][slot]`, to write to.
-pub(crate) struct SlotMut<'a> {
-    pub(crate) ring: &'a mut [Block],
-    pub(crate) slots: usize,
-    pub(crate) at: usize,
-}
-
 struct Advance<'a> {
     late: &'a mut Late,
-    frame: usize,
     input: Slot<'a>,
     output: SlotMut<'a>,
 }
@@ -159,65 +160,68 @@ impl WithSimd for Advance<'_> {
     type Output = f32;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) -> f32 {
-        let Self { late, frame, input, output } = self;
-        let mut peaks = [0.0_f32; LANES];
-        let blocks = input.ring.chunks_exact(input.slots).zip(output.ring.chunks_exact_mut(output.slots));
-        for (b, (input_row, output_row)) in blocks.enumerate() {
-            let mut x = input_row[input.at];
-            for line in &mut late.diffusers {
-                let slot = &mut line.ring[b * line.hops + frame % line.hops];
-                let decay = &line.gain[b].re;
-                for i in 0..LANES {
-                    let (re, im) = (decay[i] * slot.re[i], decay[i] * slot.im[i]);
-                    slot.re[i] = audible(x.re[i] + DIFFUSION * re);
-                    slot.im[i] = audible(x.im[i] + DIFFUSION * im);
-                    x.re[i] = re - DIFFUSION * slot.re[i];
-                    x.im[i] = im - DIFFUSION * slot.im[i];
-                    peaks[i] = peaks[i].max(slot.re[i].abs()).max(slot.im[i].abs());
+    fn with_simd<S: Simd>(self, simd: S) -> f32 {
+        let Self { late: Late { diffusers, lines, .. }, input, output } = self;
+        let zero = simd.splat_f32s(0.0);
+        let mut peak = zero;
+        for (block, (input, out)) in input.blocks().zip(output.blocks()).enumerate() {
+            let mut diffusers = diffusers.each_mut().map(|line| line.at(block));
+            let mut lines = lines.each_mut().map(|line| line.at(block));
+            for v in 0..LANES / S::F32_LANES {
+                let mut x = [part::<S>(&input.re, v), part::<S>(&input.im, v)];
+                for (gain, slot) in &mut diffusers {
+                    let decay = part::<S>(&gain.re, v);
+                    for (x, slot) in x.iter_mut().zip([&mut slot.re, &mut slot.im]) {
+                        let delayed = simd.mul_f32s(decay, part::<S>(slot, v));
+                        let fed = simd.mul_add_e_f32s(simd.splat_f32s(DIFFUSION), delayed, *x);
+                        let fed = audible(simd, fed, &mut peak);
+                        put::<S>(slot, v, fed);
+                        *x = simd.mul_add_e_f32s(simd.splat_f32s(-DIFFUSION), fed, delayed);
+                    }
                 }
-            }
-            let mut delayed = [Block::default(); 4];
-            for (line, d) in late.lines.iter().zip(&mut delayed) {
-                let (slot, gain) = (&line.ring[b * line.hops + frame % line.hops], &line.gain[b]);
-                for i in 0..LANES {
-                    d.re[i] = gain.re[i] * slot.re[i] - gain.im[i] * slot.im[i];
-                    d.im[i] = gain.re[i] * slot.im[i] + gain.im[i] * slot.re[i];
+                let mut delayed = [[zero; 4]; 2];
+                for (line, (gain, slot)) in lines.iter().enumerate() {
+                    let (cos, sin) = (part::<S>(&gain.re, v), part::<S>(&gain.im, v));
+                    let (re, im) = (part::<S>(&slot.re, v), part::<S>(&slot.im, v));
+                    delayed[0][line] = simd.sub_f32s(simd.mul_f32s(cos, re), simd.mul_f32s(sin, im));
+                    delayed[1][line] = simd.mul_add_e_f32s(cos, im, simd.mul_f32s(sin, re));
                 }
-            }
-            let out = &mut output_row[output.at];
-            let [first, second, third, fourth] = &mut late.lines;
-            let mut slots = [first, second, third, fourth].map(|line| &mut line.ring[b * line.hops + frame % line.hops]);
-            for (i, peak) in peaks.iter_mut().enumerate() {
-                let re = hadamard([delayed[0].re[i], delayed[1].re[i], delayed[2].re[i], delayed[3].re[i]]);
-                let im = hadamard([delayed[0].im[i], delayed[1].im[i], delayed[2].im[i], delayed[3].im[i]]);
-                for (line, slot) in slots.iter_mut().enumerate() {
-                    slot.re[i] = audible(0.5 * (x.re[i] + re[line]));
-                    slot.im[i] = audible(0.5 * (x.im[i] + im[line]));
-                    *peak = peak.max(slot.re[i].abs()).max(slot.im[i].abs());
+                let coupled = [hadamard(simd, delayed[0]), hadamard(simd, delayed[1])];
+                let half = simd.splat_f32s(0.5);
+                for (line, (_, slot)) in lines.iter_mut().enumerate() {
+                    for (part, slot) in [&mut slot.re, &mut slot.im].into_iter().enumerate() {
+                        let fed = simd.mul_f32s(half, simd.add_f32s(x[part], coupled[part][line]));
+                        put::<S>(slot, v, audible(simd, fed, &mut peak));
+                    }
                 }
                 // The lines are fed by the matrix's first row and heard by its second. Heard by the first, every way through
                 // them would add in phase with its own reverse, and the tail would grow by 3 dB once such ways are many:
                 // coherent backscattering (Weaver and Lobkis 2000).
-                out.re[i] = HEARD_INPUT * x.re[i] + re[1];
-                out.im[i] = HEARD_INPUT * x.im[i] + im[1];
+                let heard = simd.splat_f32s(HEARD_INPUT);
+                put::<S>(&mut out.re, v, simd.mul_add_e_f32s(heard, x[0], coupled[0][1]));
+                put::<S>(&mut out.im, v, simd.mul_add_e_f32s(heard, x[1], coupled[1][1]));
             }
         }
-        peaks.iter().fold(0.0_f32, |a, b| a.max(*b))
+        simd.reduce_max_f32s(peak)
     }
 }
 
-/// A value, or zero where it is too faint to be heard: each bin falls silent by itself, long before it turns subnormal.
+/// A value, or zero where it is too faint to be heard: each bin falls silent by itself, long before it turns subnormal. Takes
+/// the value's magnitude into a peak.
 #[inline(always)]
-fn audible(value: f32) -> f32 {
-    if value.abs() < SILENCE { 0.0 } else { value }
+fn audible<S: Simd>(simd: S, value: S::f32s, peak: &mut S::f32s) -> S::f32s {
+    let magnitude = simd.abs_f32s(value);
+    let heard = simd.greater_than_or_equal_f32s(magnitude, simd.splat_f32s(SILENCE));
+    *peak = simd.max_f32s(*peak, magnitude);
+    simd.select_f32s(heard, value, simd.splat_f32s(0.0))
 }
 
 /// The Hadamard matrix of order 4 without its factor of 1/2.
 #[inline(always)]
-fn hadamard([a, b, c, d]: [f32; 4]) -> [f32; 4] {
-    let (ab, a_b, cd, c_d) = (a + b, a - b, c + d, c - d);
-    [ab + cd, a_b + c_d, ab - cd, a_b - c_d]
+fn hadamard<S: Simd>(simd: S, [a, b, c, d]: [S::f32s; 4]) -> [S::f32s; 4] {
+    let [sum, difference] = [S::add_f32s, S::sub_f32s];
+    let (ab, a_b, cd, c_d) = (sum(simd, a, b), difference(simd, a, b), sum(simd, c, d), difference(simd, c, d));
+    [sum(simd, ab, cd), sum(simd, a_b, c_d), difference(simd, ab, cd), difference(simd, a_b, c_d)]
 }
 
 /// Hops by which the late part starts before the hop after the last tap.
@@ -255,10 +259,10 @@ mod tests {
         let decay: Vec<f64> = (0..bins).map(|k| if k < 100 { 0.97 } else { 0.1 }).collect();
         let mut late = Late::new(&grid, &grid, &tail, &decay);
         let mut input = vec![Block::default(); blocks_for(bins)];
-        write_slot(&mut input, 1, 0, &vec![1.0.into(); bins]);
+        SlotMut::of(&mut input).write(&vec![1.0.into(); bins]);
         let mut out = input.clone();
         for frame in 0..3_000 {
-            late.advance(frame, Slot { ring: &input, slots: 1, at: 0 }, SlotMut { ring: &mut out, slots: 1, at: 0 });
+            late.advance(Slot::of(&input), SlotMut::of(&mut out));
             input.fill(Block::default());
             let rings = late.diffusers.iter().chain(&late.lines).flat_map(|l| &l.ring);
             assert!(rings.flat_map(|b| b.re.iter().chain(&b.im)).all(|v| !v.is_subnormal()), "frame {frame}");
@@ -293,12 +297,11 @@ mod tests {
         let mut late = Late::new(&grid, &grid, &tail, &vec![1.0; bins]);
         let blocks = blocks_for(bins);
         let mut input = vec![Block::default(); blocks];
-        write_slot(&mut input, 1, 0, &vec![1.0.into(); bins]);
+        SlotMut::of(&mut input).write(&vec![1.0.into(); bins]);
         let mut out = vec![Block::default(); blocks];
         let mut energies = Vec::new();
-        for frame in 0..400 {
-            let x = Slot { ring: &input, slots: 1, at: 0 };
-            late.advance(frame, x, SlotMut { ring: &mut out, slots: 1, at: 0 });
+        for _ in 0..400 {
+            late.advance(Slot::of(&input), SlotMut::of(&mut out));
             input.fill(Block::default());
             let energy: f32 =
                 (0..bins).map(|k| out[k / LANES].re[k % LANES].powi(2) + out[k / LANES].im[k % LANES].powi(2)).sum();

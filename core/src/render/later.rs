@@ -4,9 +4,10 @@ use crate::number::single;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, blocks_for};
-use crate::render::late::{LATE_HOPS, Late, Slot, SlotMut, late_gain};
+use crate::render::late::{LATE_HOPS, Late, late_gain};
 use crate::render::low::Low;
 use crate::render::meeting::Mixture;
+use crate::render::ring::{Ring, Slot};
 use crate::render::taps::Taps;
 use crate::transfer::Shares;
 use crate::{StftGrid, TailModel, TransferFunction, TransferShape};
@@ -17,6 +18,7 @@ use pulp::Arch;
 pub(crate) struct Later {
     arch: Arch,
     shape: TransferShape,
+    blocks: usize,
     filters: Taps,
     network: Late,
     low: Low,
@@ -24,8 +26,7 @@ pub(crate) struct Later {
     late_gains: Vec<f32>,
     low_gains: Vec<f32>,
     /// The newest spectra of the network.
-    tail: Vec<Block>,
-    slots: Vec<usize>,
+    tail: Ring,
 }
 
 impl Later {
@@ -47,8 +48,8 @@ impl Later {
             low: Low::new(low_hops, shape.taps - carriers.pace.early_hops()),
             late_gains: vec![0.0; shape.tap_len()],
             low_gains: vec![1.0; shape.tap_len()],
-            tail: vec![Block::default(); blocks_for(grid.bins()) * LATE_HOPS],
-            slots: vec![0; LATE_HOPS],
+            blocks: blocks_for(grid.bins()),
+            tail: Ring::new(blocks_for(grid.bins()), LATE_HOPS),
         }
     }
 
@@ -86,37 +87,31 @@ impl Later {
                 *gain = Late::carrier_gain() * *gain * single(late_gain(decay, ratio, hop, self.shape.taps));
             }
         }
-        let blocks = 0..self.tail.len() / LATE_HOPS;
-        self.filters.set(hop, &carriers.late, Shares::FIRST.entries(), &self.late_gains, blocks, None);
+        self.filters.set(hop, &carriers.late, Shares::FIRST.entries(), &self.late_gains, 0..self.blocks, None);
         if carriers.measured.is_some() {
             self.filters.silence_lowest(hop);
         }
     }
 
-    /// Takes the newest frame, of number `frame`, for the bass.
-    pub(crate) fn write(&mut self, frame: usize, spectrum: &[Complex32]) {
-        self.low.write(frame, spectrum);
+    /// Takes the newest frame for the bass.
+    pub(crate) fn write(&mut self, spectrum: &[Complex32]) {
+        self.low.write(spectrum);
     }
 
-    /// Replaces the lowest block of the frame that is `age` frames older than number `frame`.
-    pub(crate) fn rewrite(&mut self, frame: usize, age: usize, lowest: &Block) {
-        self.low.rewrite(frame, age, lowest);
+    /// Replaces the lowest block of the frame that is `age` frames older than the newest.
+    pub(crate) fn rewrite(&mut self, age: usize, lowest: &Block) {
+        self.low.rewrite(age, lowest);
     }
 
-    /// Feeds the network, for frame number `frame`.
-    pub(crate) fn advance(&mut self, frame: usize, input: Slot<'_>) {
-        let now = frame % LATE_HOPS;
-        for (j, slot) in self.slots.iter_mut().enumerate() {
-            *slot = (now + LATE_HOPS - j) % LATE_HOPS;
-        }
-        self.network.advance(frame, input, SlotMut { ring: &mut self.tail, slots: LATE_HOPS, at: now });
+    /// Feeds the network.
+    pub(crate) fn advance(&mut self, input: Slot<'_>) {
+        self.network.advance(input, self.tail.advance());
     }
 
     /// Adds its sound to both ears.
     pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
-        let Self { arch, slots, tail, filters, .. } = self;
-        let (filter, hops) = (filters.filters(), LATE_HOPS);
-        Accumulate { arch: *arch, slots, ring_len: hops, ring: tail, filter, hops, first: 0, sums }.run();
+        let (newest, filter, hops) = (self.tail.at(0), self.filters.filters(), LATE_HOPS);
+        Accumulate { arch: self.arch, newest, filter, hops, taps: 0..hops, sums }.run();
         self.low.add(sums);
     }
 
@@ -127,7 +122,7 @@ impl Later {
 
     /// Empties the late part.
     pub(crate) fn forget(&mut self) {
-        self.tail.fill(Block::default());
+        self.tail.reset();
         self.network.reset();
     }
 
@@ -137,9 +132,6 @@ impl Later {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.tail.len() * size_of::<Block>()
-            + self.filters.memory_bytes()
-            + self.network.memory_bytes()
-            + self.low.memory_bytes()
+        self.tail.memory_bytes() + self.filters.memory_bytes() + self.network.memory_bytes() + self.low.memory_bytes()
     }
 }

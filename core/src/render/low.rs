@@ -1,7 +1,8 @@
 //! The bass of measured rooms: the lowest bins ring on as they were measured.
 
 use crate::render::carrier_set::CarrierSet;
-use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, write_slot};
+use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES};
+use crate::render::ring::Ring;
 use crate::render::taps::mix;
 use promenade_fourier::num_complex::Complex32;
 use pulp::Arch;
@@ -19,8 +20,7 @@ pub(crate) struct Low {
     taps: usize,
     filters: Vec<EarBlocks>,
     /// The newest input of the block, one hop a slot.
-    ring: Vec<Block>,
-    slots: Vec<usize>,
+    ring: Ring,
     mixed: [EarBlocks; 1],
 }
 
@@ -31,8 +31,7 @@ impl Low {
             arch: Arch::new(),
             taps,
             filters: vec![EarBlocks::default(); hops],
-            ring: vec![Block::default(); taps + 1 + hops],
-            slots: vec![0; hops],
+            ring: Ring::new(1, taps + 1 + hops),
             mixed: [EarBlocks::default()],
         }
     }
@@ -52,34 +51,28 @@ impl Low {
         }
     }
 
-    /// Takes the newest frame, of number `frame`.
-    pub(crate) fn write(&mut self, frame: usize, spectrum: &[Complex32]) {
-        let slots = self.ring.len();
-        let now = frame % slots;
-        write_slot(&mut self.ring, slots, now, &spectrum[..LANES.min(spectrum.len())]);
-        for (l, slot) in self.slots.iter_mut().enumerate() {
-            *slot = (now + slots - 1 - self.taps - l) % slots;
-        }
+    /// Takes the newest frame.
+    pub(crate) fn write(&mut self, spectrum: &[Complex32]) {
+        self.ring.write(spectrum);
     }
 
-    /// Replaces the frame that is `age` frames older than number `frame`.
-    pub(crate) fn rewrite(&mut self, frame: usize, age: usize, lowest: &Block) {
-        let slots = self.ring.len();
-        self.ring[(frame % slots + slots - age) % slots] = *lowest;
+    /// Replaces the frame that is `age` frames older than the newest.
+    pub(crate) fn rewrite(&mut self, age: usize, lowest: &Block) {
+        self.ring.at_mut(age).blocks().for_each(|block| *block = *lowest);
     }
 
     /// Adds its sound to the sums, of which it reaches the lowest block.
     pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
-        let Self { arch, slots, ring, filters, .. } = self;
-        let hops = filters.len();
-        Accumulate { arch: *arch, slots, ring_len: ring.len(), ring, filter: filters, hops, first: 0, sums }.run();
+        let hops = self.filters.len();
+        let newest = self.ring.at(self.taps + 1);
+        Accumulate { arch: self.arch, newest, filter: &self.filters, hops, taps: 0..hops, sums }.run();
     }
 
     pub(crate) fn reset(&mut self) {
-        self.ring.fill(Block::default());
+        self.ring.reset();
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.filters.len() * size_of::<EarBlocks>() + self.ring.len() * size_of::<Block>()
+        self.filters.len() * size_of::<EarBlocks>() + self.ring.memory_bytes()
     }
 }

@@ -3,7 +3,7 @@
 use crate::bands::BandPlace;
 use crate::render::carrier_set::CarrierSet;
 use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for, part};
-use crate::render::late::{Slot, SlotMut};
+use crate::render::ring::{Slot, SlotMut};
 use crate::simd::{times, times_plus};
 use crate::transfer::MOST_SHARES;
 use pulp::{Arch, Simd, WithSimd};
@@ -19,10 +19,9 @@ pub(crate) struct Taps {
 
 /// How much each band's gain weighs at each bin: a hat from its lower neighbour to its upper.
 struct Hats {
-    /// Bands that reach into each block: `bands[first[block]..first[block + 1]]`.
-    first: Vec<usize>,
-    bands: Vec<usize>,
-    /// Of each of these, the weights in the block.
+    /// Of each block, the bands that reach into it and where their weights begin.
+    blocks: Vec<(Range<usize>, usize)>,
+    /// Of each of these bands, the weights in the block.
     weights: Vec<[f32; LANES]>,
     /// Number of bands.
     count: usize,
@@ -30,28 +29,27 @@ struct Hats {
 
 impl Hats {
     fn new(places: &[BandPlace], count: usize) -> Self {
-        let mut hats = Self { first: vec![0], bands: Vec::new(), weights: Vec::new(), count };
+        let mut hats = Self { blocks: Vec::new(), weights: Vec::new(), count };
         for block in places.chunks(LANES) {
             let from = block.first().map_or(0, |place| place.band);
-            let to = block.last().map_or(0, |place| place.band + 2);
-            for band in from..to.min(count) {
-                hats.bands.push(band);
+            let to = block.last().map_or(0, |place| place.band + 2).min(count);
+            hats.blocks.push((from..to, hats.weights.len()));
+            for band in from..to {
                 hats.weights.push(std::array::from_fn(|i| match block.get(i) {
                     Some(place) if place.band == band => 1.0 - place.fraction,
                     Some(place) if place.band + 1 == band => place.fraction,
                     _ => 0.0,
                 }));
             }
-            hats.first.push(hats.bands.len());
         }
         hats
     }
 
     /// Bands that reach into a block, with their weights there.
     #[inline(always)]
-    fn of(&self, block: usize) -> impl Iterator<Item = (&usize, &[f32; LANES])> {
-        let range = self.first[block]..self.first[block + 1];
-        self.bands[range.clone()].iter().zip(&self.weights[range])
+    fn of(&self, block: usize) -> (Range<usize>, &[[f32; LANES]]) {
+        let (bands, first) = &self.blocks[block];
+        (bands.clone(), &self.weights[*first..first + bands.len()])
     }
 }
 
@@ -90,8 +88,9 @@ impl Taps {
     /// Gains of the lowest bins, both ears, from gains per band, left then right.
     pub(crate) fn lowest_of(&self, band_gains: &[f32]) -> [[f32; LANES]; 2] {
         [0, 1].map(|ear| {
-            let gains = &band_gains[ear * self.hats.count..];
-            std::array::from_fn(|i| self.hats.of(0).map(|(band, weights)| weights[i] * gains[*band]).sum())
+            let (bands, weights) = self.hats.of(0);
+            let gains = &band_gains[ear * self.hats.count..][bands];
+            std::array::from_fn(|i| weights.iter().zip(gains).map(|(weights, gain)| weights[i] * gain).sum())
         })
     }
 
@@ -181,6 +180,41 @@ pub(crate) fn mix(
     arch.dispatch(Mixed { mixture: mixture.parts(), out });
 }
 
+/// Adds the same at a gain.
+pub(crate) fn add_mix(
+    arch: Arch,
+    carriers: &CarrierSet,
+    hop: usize,
+    (shares, lost): (&[(u32, f32)], Option<Lost<'_>>),
+    gain: f32,
+    out: &mut [EarBlocks],
+) {
+    let blocks = 0..out.len();
+    let mixture = Mixture::new(carriers, hop, shares, &blocks).less(lost, shares, &blocks);
+    arch.dispatch(Added { mixture: mixture.parts(), gain, out });
+}
+
+struct Added<'a> {
+    mixture: &'a [(&'a [EarBlocks], f32)],
+    gain: f32,
+    out: &'a mut [EarBlocks],
+}
+
+impl WithSimd for Added<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let gain = [simd.splat_f32s(self.gain); 4];
+        for (block, out) in self.out.iter_mut().enumerate() {
+            for vector in 0..LANES / S::F32_LANES {
+                let sum = times_plus(simd, gain, mixed(simd, self.mixture, block, vector), out.parts::<S>(vector));
+                out.put_parts::<S>(vector, sum);
+            }
+        }
+    }
+}
+
 struct Mixed<'a> {
     mixture: &'a [(&'a [EarBlocks], f32)],
     out: &'a mut [EarBlocks],
@@ -215,17 +249,19 @@ impl WithSimd for Coloured<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { taps, hop, mixture, band_gains, blocks } = self;
         let (of_left, of_right) = band_gains.split_at(taps.hats.count);
-        let filters = taps.filters[blocks.start * taps.hops..].iter_mut().skip(hop).step_by(taps.hops);
-        for ((block, filter), i) in blocks.zip(filters).zip(0..) {
+        let filters = taps.filters[blocks.start * taps.hops..].chunks_exact_mut(taps.hops);
+        for ((block, row), i) in blocks.zip(filters).zip(0..) {
+            let (bands, weights) = taps.hats.of(block);
+            let gains = of_left[bands.clone()].iter().zip(&of_right[bands]);
             for vector in 0..LANES / S::F32_LANES {
                 let (mut left, mut right) = (simd.splat_f32s(0.0), simd.splat_f32s(0.0));
-                for (band, weights) in taps.hats.of(block) {
+                for ((of_left, of_right), weights) in gains.clone().zip(weights) {
                     let weights = part::<S>(weights, vector);
-                    left = simd.mul_add_e_f32s(simd.splat_f32s(of_left[*band]), weights, left);
-                    right = simd.mul_add_e_f32s(simd.splat_f32s(of_right[*band]), weights, right);
+                    left = simd.mul_add_e_f32s(simd.splat_f32s(*of_left), weights, left);
+                    right = simd.mul_add_e_f32s(simd.splat_f32s(*of_right), weights, right);
                 }
                 let mixed = mixed(simd, mixture, i, vector);
-                filter.put_parts::<S>(vector, times(simd, [left, left, right, right], mixed));
+                row[hop].put_parts::<S>(vector, times(simd, [left, left, right, right], mixed));
             }
         }
     }
@@ -244,13 +280,12 @@ impl WithSimd for Injected<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self { hats, gains, from, to } = self;
-        let rows = from.ring.chunks_exact(from.slots).zip(to.ring.chunks_exact_mut(to.slots));
-        for (block, (from_row, to_row)) in rows.enumerate() {
+        for (block, (from, to)) in from.blocks().zip(to.blocks()).enumerate() {
             let mut all = [0.0; LANES];
-            for (band, weights) in hats.of(block) {
-                all.iter_mut().zip(weights).for_each(|(all, weight)| *all += gains[*band] * weight);
+            let (bands, weights) = hats.of(block);
+            for (gain, weights) in gains[bands].iter().zip(weights) {
+                all.iter_mut().zip(weights).for_each(|(all, weight)| *all += gain * weight);
             }
-            let (from, to) = (&from_row[from.at], &mut to_row[to.at]);
             for (i, gain) in all.iter().enumerate() {
                 to.re[i] += gain * from.re[i];
                 to.im[i] += gain * from.im[i];

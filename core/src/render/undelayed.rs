@@ -3,7 +3,8 @@
 use crate::StftGrid;
 use crate::latency::{EARLY_HOPS, Pace};
 use crate::number::single;
-use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, ear_spectrum, write_slot};
+use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, ear_spectrum};
+use crate::render::ring::Ring;
 use crate::simd::LANE;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
@@ -32,10 +33,8 @@ pub(crate) struct Undelayed {
     input: Vec<f32>,
     /// Samples of the running hop.
     at: usize,
-    /// The newest spectra of input, `[block of bins][slot]`.
-    ring: Vec<Block>,
-    slots: Vec<usize>,
-    newest: usize,
+    /// The newest spectra of input.
+    ring: Ring,
     responses: [Response; 2],
     /// The response that is heard, or being faded in.
     now: usize,
@@ -75,9 +74,7 @@ impl Undelayed {
             rest,
             input: vec![0.0; 2 * block + LANES],
             at: 0,
-            ring: vec![Block::default(); blocks_for(bins) * rest],
-            slots: vec![0; rest],
-            newest: 0,
+            ring: Ring::new(blocks_for(bins), rest),
             responses: [response(), response()],
             now: 0,
             moves: false,
@@ -189,14 +186,10 @@ impl Undelayed {
     fn end_block(&mut self) {
         let block = self.block;
         self.quiet = self.quiet.saturating_add(1);
-        self.newest = if self.newest == 0 { self.rest - 1 } else { self.newest - 1 };
         self.frame.copy_from_slice(&self.input[..2 * block]);
         let done = self.forward.process_with_scratch(&mut self.frame, &mut self.bins, &mut self.scratch);
         debug_assert!(done.is_ok());
-        write_slot(&mut self.ring, self.rest, self.newest, &self.bins);
-        for (part, slot) in self.slots.iter_mut().enumerate() {
-            *slot = (self.newest + part) % self.rest;
-        }
+        self.ring.write(&self.bins);
         self.input.copy_within(block..2 * block, 0);
         self.input[block..].fill(0.0);
     }
@@ -211,12 +204,10 @@ impl Undelayed {
             self.sums.fill(EarBlocks::default());
             Accumulate {
                 arch: self.arch,
-                slots: &self.slots,
-                ring_len: self.rest,
-                ring: &self.ring,
+                newest: self.ring.at(0),
                 filter: &response.rest,
                 hops: self.rest,
-                first: 0,
+                taps: 0..self.rest,
                 sums: &mut self.sums,
             }
             .run();
@@ -232,8 +223,8 @@ impl Undelayed {
     /// Is as new again.
     pub(crate) fn reset(&mut self) {
         self.input.fill(0.0);
-        self.ring.fill(Block::default());
-        (self.at, self.newest, self.now) = (0, 0, 0);
+        self.ring.reset();
+        (self.at, self.now) = (0, 0);
         (self.moves, self.is_set) = (false, false);
         self.quiet = usize::MAX / 2;
         self.responses.iter_mut().flat_map(|response| &mut response.tail).for_each(|tail| tail.fill(0.0));
@@ -243,7 +234,8 @@ impl Undelayed {
         let response = &self.responses[0];
         let floats = self.input.len() + self.frame.len() + self.whole.len() + 4 * (response.tail[0].len() + self.block);
         floats * size_of::<f32>()
-            + (self.ring.len() + 2 * self.bins.len()) * size_of::<Block>()
+            + self.ring.memory_bytes()
+            + 2 * self.bins.len() * size_of::<Block>()
             + (2 * response.rest.len() + self.sums.len()) * size_of::<EarBlocks>()
     }
 }

@@ -343,17 +343,3 @@ fn single_precision_is_heard_in_no_stage() {
         }
     }
 }
-
-#[test]
-fn after_a_day_every_ring_still_turns_as_at_the_start() {
-    let tf = transfer(0.4, ALL);
-    let x = noise(22, 60 * GRID.hop);
-    let frames: Vec<Vec<Complex32>> = analysed(&x).iter().map(|frame| single_spectrum(frame)).collect();
-    let sound = |first: usize| -> Vec<_> {
-        let mut head = head();
-        head.frame = first;
-        frames.iter().map(|frame| play(&mut head, frame, &tf)).collect()
-    };
-    let day = 24 * 3600 * 200;
-    assert!(sound(0) == sound(day + 7));
-}
