@@ -1,5 +1,7 @@
 //! `promenade host`: a WAV file through a plugin, as a host renders it.
 
+mod tracks;
+
 use crate::args::HostArgs;
 use crate::{progress, report};
 use anyhow::{Context, Result};
@@ -9,12 +11,13 @@ use promenade_baker::{atomic, file};
 use promenade_host::{AutomationFile, Bounce, Bundle, Instance, PluginInfo, Preset, RemotePage, Setup};
 use std::path::Path;
 use std::time::Instant;
+use tracks::Tracks;
 
 /// Sample rate at which a plugin is listed, hertz.
 const USUAL_RATE: u32 = 48_000;
 
 pub(crate) fn run(args: &HostArgs) -> Result<()> {
-    for path in args.state.iter().chain(&args.automation) {
+    for path in args.state.iter().chain(&args.automation).chain(&args.tracks) {
         file::check(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     }
     let bundle = Bundle::load(&args.bundle)?;
@@ -40,6 +43,7 @@ fn opened(args: &HostArgs, bundle: &Bundle, rate_hz: u32, inputs: usize) -> Resu
         rate: f64::from(rate_hz),
         block: args.block as usize,
         inputs,
+        further: args.tracks.len(),
         outputs: args.outputs.into(),
         offline: !args.realtime,
         ..Setup::default()
@@ -64,7 +68,7 @@ fn list(args: &HostArgs, bundle: &Bundle) -> Result<()> {
     let rate_hz = args.rate.unwrap_or(USUAL_RATE);
     // Some plugins have no stereo input.
     let mut instance = opened(args, bundle, rate_hz, 2).or_else(|_| opened(args, bundle, rate_hz, 1))?;
-    let output = instance.main_output();
+    let (output, further) = (instance.main_output(), instance.further_inputs());
     let latency = instance.latency()?;
     let info = instance.info();
     let version = if info.version.is_empty() { "without a version" } else { &info.version };
@@ -72,6 +76,11 @@ fn list(args: &HostArgs, bundle: &Bundle) -> Result<()> {
     let latency_ms = 1e3 * latency as f64 / f64::from(rate_hz);
     let mut text = format!("{} {version} ({}), by {vendor}\nid {}\n", info.name, bundle.format(), info.id);
     text += &format!("output of {} channels: {output}\n", args.outputs);
+    match further {
+        0 => {}
+        1 => text += "an input after the main one, for --track\n",
+        _ => text += &format!("{further} inputs after the main one, for --track\n"),
+    }
     text += &format!("latency {latency} samples at {rate_hz} Hz, {latency_ms:.2} ms\n");
     for other in bundle.plugins().iter().filter(|other| *other != info) {
         text += &format!("also in it: {} ({})\n", other.name, other.id);
@@ -118,10 +127,11 @@ fn list_presets(args: &HostArgs, bundle: &Bundle) -> Result<()> {
 
 fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Result<()> {
     let began = Instant::now();
-    let mut source = Source::open(input, args.rate)?;
-    let rate_hz = source.sample_rate_hz();
+    let main = Source::open(input, args.rate)?;
+    let rate_hz = main.sample_rate_hz();
     let rate = f64::from(rate_hz);
-    let mut instance = opened(args, bundle, rate_hz, source.channels())?;
+    let mut instance = opened(args, bundle, rate_hz, main.channels())?;
+    let mut tracks = Tracks::open(main, &args.tracks)?;
     let lanes = match &args.automation {
         Some(path) => AutomationFile::read(path)?.lanes(&mut instance)?,
         None => Vec::new(),
@@ -132,16 +142,14 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     let mut writer = WavWriter::create(output, rate_hz, args.outputs, Format::Float32)?;
     let tail = (args.tail * rate).round() as usize;
     let mut bounce = Bounce::new(&mut instance, &lanes)?;
-    let whole = source.frames() + tail + bounce.latency();
+    let whole = tracks.frames() + tail + bounce.latency();
     let bar = progress::of_sound(whole as f64 / rate);
     let block = args.block as usize;
-    let mut dry = vec![Vec::with_capacity(block); source.channels()];
     let mut wet = vec![Vec::with_capacity(block); args.outputs.into()];
     for position in (0..whole).step_by(block) {
-        source.fill(block.min(whole - position), &mut dry)?;
-        let track: Vec<&[f32]> = dry.iter().map(Vec::as_slice).collect();
+        let dry = tracks.next(block.min(whole - position))?;
         wet.iter_mut().for_each(Vec::clear);
-        bounce.play(&track, &mut wet)?;
+        bounce.play(&dry, &mut wet)?;
         writer.write(&wet.iter().map(Vec::as_slice).collect::<Vec<_>>())?;
         bar.at(position as f64 / rate);
     }

@@ -1,6 +1,6 @@
 //! `promenade host` from outside, with the plugin of this workspace in both formats.
 
-use crate::common::{promenade, succeeds};
+use crate::common::{fails, json as reported, promenade, succeeds};
 use promenade_baker::wav::{self, Format};
 use promenade_tests::signal::{difference_db, first_difference, noise, peak};
 use promenade_tests::{Host, Setup, bundle, edit_state, in_both_formats};
@@ -15,6 +15,7 @@ in_both_formats!(
     automation_is_on_its_sample,
     the_documented_automation_is_played,
     another_rate_is_converted_to,
+    further_tracks_come_from_their_places,
     what_is_wrong_is_said_in_one_line,
 );
 
@@ -95,7 +96,7 @@ fn a_preset_is_found_by_its_name<H: Host>() {
     let (text, _) = succeeds(&["host", &place.plugin, "--presets"]);
     assert!(text.starts_with(&format!("Promenade ({}): ", H::FORMAT)), "{text}");
     let input = place.dry(&[&noise(12_000)]);
-    let failed = crate::common::fails(&["host", &place.plugin, &input, &place.text("out.wav"), "--preset", "Best"]);
+    let failed = fails(&["host", &place.plugin, &input, &place.text("out.wav"), "--preset", "Best"]);
     assert!(failed.contains("presets, found \"Best\""), "{failed}");
     // Those of VST3 plugins are where they are installed.
     if H::FORMAT == promenade_tests::Format::Clap {
@@ -204,6 +205,53 @@ fn another_rate_is_converted_to<H: Host>() {
     let expected = |i: usize| 0.5 * (i as f32 * 0.05 * 48_000.0 / 44_100.0).sin();
     let error = (1_000..21_000).fold(0.0_f32, |most, i| most.max((wav.channels[0][i] - expected(i)).abs()));
     assert!(error < 1e-3, "{error}");
+}
+
+fn further_tracks_come_from_their_places<H: Host>() {
+    let place = Place::new::<H>();
+    let (first, second, third) = (noise(20_000), noise(24_000)[4_000..].to_vec(), noise(30_000)[6_000..].to_vec());
+    let input = place.dry(&[&first]);
+    let track = |name: &str, rate: u32, channels: &[&[f32]]| {
+        wav::write(&place.path(name), rate, channels, Format::Float32).unwrap();
+        place.text(name)
+    };
+    let (second, third) = (track("second.wav", RATE, &[&second]), track("third.wav", RATE, &[&third]));
+    let options = ["--plugin", "Promenade Many", "--track", &second, "--track", &third, "--set", "Source 3 Offset X=-1.5625"];
+    let heard = place.host(&input, &options);
+    assert_eq!(heard[0].len(), 24_000, "as long as the longest");
+    // The emitter of this scene, and where the second and third source are beside it.
+    let emitter = &reported(&["inspect", SCENE, "--json"])["emitter_m"];
+    let [emitter_x, emitter_y, z] = [0, 1, 2].map(|axis| emitter[axis].as_f64().unwrap());
+    let at = |x: f64, y: f64, sound: &str| format!("{},{},{z}={sound}", emitter_x + x, emitter_y + y);
+    let places = ["--pose", "0,0,0,0,0,0", "--source", &at(0.0, 0.5, &second), "--source", &at(-1.5625, -0.5, &third)];
+    let difference = difference_db(&heard, &place.render(&input, 24_000, &places));
+    assert!(difference < -100.0, "{difference} dB");
+    let alone = place.host(&input, &["--plugin", "Promenade Many"]);
+    assert!(difference_db(&[0, 1].map(|ear| heard[ear][..20_000].to_vec()), &alone) > -20.0);
+    let (text, _) = succeeds(&["host", &place.plugin, "--list", "--plugin", "Promenade Many 64"]);
+    assert!(text.contains("\n63 inputs after the main one, for --track\n"), "{text}");
+
+    // Another rate is converted, and what cannot be connected is told.
+    let tone: Vec<f32> = (0..12_000).map(|i| 0.5 * (i as f32 * 0.05).sin()).collect();
+    let slow = track("slow.wav", RATE / 2, &[&tone]);
+    let bypassed = place.host(&input, &["--plugin", "Promenade Many", "--track", &slow, "--set", "Bypass=On"]);
+    assert_eq!(bypassed[0].len(), 24_000);
+    let error = (20_100..23_000).fold(0.0_f32, |most, i| most.max((bypassed[0][i] - 0.5 * (i as f32 * 0.025).sin()).abs()));
+    assert!(error < 1e-3, "{error}");
+    let stereo = track("stereo.wav", RATE, &[&tone, &tone]);
+    let out = place.text("out.wav");
+    let fails = |options: &[&str]| fails(&[&["host", &place.plugin, &input, &out], options].concat());
+    let many = ["--plugin", "Promenade Many"];
+    let sixteen = [&many[..], &["--track", &second].repeat(16)].concat();
+    for (line, said) in [
+        (fails(&["--track", &second]), "Promenade: expected an input after the main one, found 0"),
+        (fails(&sixteen), "Promenade Many: expected 16 inputs after the main one, found 15"),
+        (fails(&[&many[..], &["--track", &stereo]].concat()), "stereo.wav: expected a mono track, found 2 channels"),
+        (fails(&[&many[..], &["--track", "none.wav"]].concat()), "none.wav"),
+    ] {
+        assert!(line.contains(said), "{line}");
+    }
+    assert!(!place.path("out.wav").exists());
 }
 
 fn what_is_wrong_is_said_in_one_line<H: Host>() {

@@ -40,6 +40,9 @@ pub(crate) trait Backend {
     /// What the plugin calls its main output.
     fn main_output(&mut self) -> String;
 
+    /// How many inputs the plugin has after its main one.
+    fn further_inputs(&mut self) -> usize;
+
     fn latency(&mut self) -> Result<usize, HostError>;
 
     /// How often the plugin has asked for another activation.
@@ -116,7 +119,10 @@ pub(crate) fn check_further(plugin: &str, setup: &Setup, inputs: usize) -> Resul
     if setup.further <= inputs {
         return Ok(());
     }
-    let expected = format!("inputs for {} further tracks", setup.further);
+    let expected = match setup.further {
+        1 => "an input after the main one".to_owned(),
+        further => format!("{further} inputs after the main one"),
+    };
     Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: inputs.to_string() })
 }
 

@@ -323,6 +323,10 @@ impl Backend for ClapPlugin {
         self.ports.main_output(&mut self.instance)
     }
 
+    fn further_inputs(&mut self) -> usize {
+        self.ports.further_inputs()
+    }
+
     fn latency(&mut self) -> Result<usize, HostError> {
         if Requests::take(&self.requests.restart) {
             self.restart(self.setup)?;

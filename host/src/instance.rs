@@ -198,6 +198,11 @@ impl Instance {
         self.plugin.main_output()
     }
 
+    /// How many inputs the plugin has after its main one, which a [`Setup`] can have further tracks for.
+    pub fn further_inputs(&mut self) -> usize {
+        self.plugin.further_inputs()
+    }
+
     /// The latency as the plugin reports it, samples. A VST3 plugin that has asked for it is restarted first, as hosts do.
     ///
     /// # Errors

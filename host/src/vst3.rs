@@ -275,6 +275,10 @@ impl Backend for Vst3Plugin {
         }
     }
 
+    fn further_inputs(&mut self) -> usize {
+        self.plugin.bus_arrangements().map_or(0, |buses| buses.inputs.len().saturating_sub(1))
+    }
+
     fn latency(&mut self) -> Result<usize, HostError> {
         self.serve_requests()?;
         Ok(self.plugin.latency_samples() as usize)

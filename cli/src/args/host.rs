@@ -15,14 +15,20 @@ pub(crate) struct HostArgs {
     #[arg(required_unless_present_any = ["list", "presets"])]
     pub(crate) output: Option<PathBuf>,
     /// Name, vendor, version, latency and parameters of the plugin instead of a rendering
-    #[arg(long, conflicts_with_all = ["input", "output", "automation", "tail", "save_state"])]
+    #[arg(long, conflicts_with_all = ["input", "output", "tracks", "automation", "tail", "save_state"])]
     pub(crate) list: bool,
     /// The presets that a host's browser gets of the plugin instead of a rendering
-    #[arg(long, conflicts_with_all = ["input", "output", "list", "automation", "tail", "save_state", "state", "settings"])]
+    #[arg(
+        long,
+        conflicts_with_all = ["input", "output", "list", "tracks", "automation", "tail", "save_state", "state", "settings"]
+    )]
     pub(crate) presets: bool,
     /// Plugin of a bundle with several, by name or id; without it the first
     #[arg(long, value_name = "NAME")]
     pub(crate) plugin: Option<String>,
+    /// Mono WAV or FLAC file for the plugin's next input after the main one; may be repeated
+    #[arg(long = "track", value_name = "FILE")]
+    pub(crate) tracks: Vec<PathBuf>,
     /// Values of parameters over time, JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) automation: Option<PathBuf>,
@@ -38,7 +44,7 @@ pub(crate) struct HostArgs {
     /// Write the plugin's state as it is at the start
     #[arg(long, value_name = "FILE")]
     pub(crate) save_state: Option<PathBuf>,
-    /// Sample rate of the plugin and the output, hertz, to which the input is converted; without it the input's
+    /// Sample rate of the plugin and the output, hertz, to which all sound is converted; without it the input's
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
     pub(crate) rate: Option<u32>,
     /// Samples played at a time

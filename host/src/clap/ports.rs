@@ -44,6 +44,11 @@ impl Side {
         self.buffers.get(self.main).map_or(&[], Vec::as_slice)
     }
 
+    /// How many ports there are beside the main one.
+    fn further(&self) -> usize {
+        self.buffers.len().saturating_sub(1)
+    }
+
     fn fit(&mut self, block: usize) {
         self.buffers.iter_mut().flatten().for_each(|channel| channel.resize(block, 0.0));
     }
@@ -56,8 +61,13 @@ impl Ports {
         let inputs = side(instance, true);
         let outputs = side(instance, false);
         check_channels(plugin, setup, (inputs.main().len(), outputs.main().len()))?;
-        check_further(plugin, setup, inputs.buffers.len().saturating_sub(1))?;
+        check_further(plugin, setup, inputs.further())?;
         Ok(Self { inputs, outputs, track: setup.inputs })
+    }
+
+    /// How many inputs there are after the main one.
+    pub(crate) fn further_inputs(&self) -> usize {
+        self.inputs.further()
     }
 
     /// What the plugin calls its main output.
