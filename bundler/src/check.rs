@@ -53,8 +53,10 @@ fn all(sections: &mut Sections) -> Result<()> {
         .run("engine for browsers", || browser.join().map_err(|_| anyhow!("the thread of the engine has panicked"))?)?;
     // By themselves: hosts that announce no bounce are known by the pace of their blocks.
     sections.run("python", || {
-        [("pedalboard_check.py", &vst3), ("dawdreamer_check.py", &vst3), ("metrics_check.py", &tool)]
+        let hosts = ["pedalboard_check.py", "dawdreamer_check.py", "many_check.py"].map(|check| (check, &vst3));
+        hosts
             .iter()
+            .chain(&[("metrics_check.py", &tool)])
             .try_for_each(|(check, of)| run(Command::new(&python).arg(Path::new("tests/python").join(check)).arg(of)))
     })?;
     if let Some(browser) = &browser {
