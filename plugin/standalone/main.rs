@@ -13,6 +13,7 @@ Promenade without a host.
   --play FILE        play a file (WAV or FLAC, one or two channels) in place of the live input, over and over
   --walk FILE        walk along a camera path with the file, from its start
   --once             stop at the end of the file
+  --latency NAME     begin with the latency frame (16 ms), 64 (64 samples) or none
 
 Sound card and window:
 ";
@@ -20,26 +21,30 @@ Sound card and window:
 fn main() -> ExitCode {
     let player = player::set_up();
     let mut rest = Vec::new();
-    let (mut file, mut walk) = (None, None);
+    let (mut file, mut walk, mut latency) = (None, None, None);
     let mut args = std::env::args();
     rest.extend(args.next());
     while let Some(arg) = args.next() {
-        match (arg.as_str(), arg.strip_prefix("--play=")) {
-            (_, Some(path)) => file = Some(path.to_owned()),
-            ("--play", _) => match args.next() {
-                Some(path) => file = Some(path),
-                None => return refuse("--play: expected a WAV or FLAC file, found nothing"),
-            },
-            ("--walk", _) => match args.next() {
-                Some(path) => walk = Some(path),
-                None => return refuse("--walk: expected a camera path, found nothing"),
-            },
-            ("--once", _) => player.once.set(true),
-            ("--help" | "-h", _) => {
-                print!("{HELP}");
-                rest.push(arg);
+        let (name, value) = arg.split_once('=').map_or((arg.as_str(), None), |(name, value)| (name, Some(value.to_owned())));
+        let (taken, expected) = match name {
+            "--play" => (&mut file, "a WAV or FLAC file"),
+            "--walk" => (&mut walk, "a camera path"),
+            "--latency" => (&mut latency, player::LATENCIES),
+            "--once" => {
+                player.once.set(true);
+                continue;
             }
-            _ => rest.push(arg),
+            _ => {
+                if matches!(name, "--help" | "-h") {
+                    print!("{HELP}");
+                }
+                rest.push(arg);
+                continue;
+            }
+        };
+        *taken = value.or_else(|| args.next());
+        if taken.is_none() {
+            return refuse(&format!("{name}: expected {expected}, found nothing"));
         }
     }
     if let Some(file) = file
@@ -51,6 +56,11 @@ fn main() -> ExitCode {
         && let Err(error) = player.follow(Path::new(&walk))
     {
         return refuse(&with_causes(&error));
+    }
+    if let Some(latency) = latency
+        && !player.begin_at(&latency)
+    {
+        return refuse(&format!("--latency: expected {}, found {latency:?}", player::LATENCIES));
     }
     if nice_export_standalone_with_args::<Promenade, _>(rest) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -14,6 +14,7 @@ use crate::listener::source_paths::SourcePaths;
 use crate::listener::{HeardPose, ListenerSources};
 use crate::osc::{Osc, Switch};
 use crate::parameter::cast::narrow;
+use crate::parameter::choices::LatencyChoice;
 use crate::playing::Playing;
 use crate::playing::loader::Loader;
 use crate::playing::monitor::Monitor;
@@ -78,10 +79,22 @@ fn opening_walk() -> Option<&'static SavedWalk> {
     None
 }
 
+/// The latency that the standalone program was started with.
+#[cfg(feature = "standalone")]
+fn opening_latency() -> LatencyChoice {
+    crate::playing::player::player().map_or(LatencyChoice::Frame, crate::playing::player::Player::latency)
+}
+
+#[cfg(not(feature = "standalone"))]
+fn opening_latency() -> LatencyChoice {
+    LatencyChoice::Frame
+}
+
 impl<const FURTHER: usize> Default for Promenade<FURTHER> {
     /// Hosts build plugins to list them: no file, thread or large buffer here.
     fn default() -> Self {
-        let params = Arc::new(PromenadeParams::beginning_on(opening_walk()).with_further(FURTHER));
+        let params = PromenadeParams::beginning_on(opening_walk()).beginning_at(opening_latency());
+        let params = Arc::new(params.with_further(FURTHER));
         let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
         let loader = Loader::new(Arc::clone(&params));
         let osc = Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::clone(&inbox), Arc::clone(&telemetry));

@@ -1,10 +1,12 @@
 //! The standalone program's dry track: a file that is played in place of the live input.
 
 use crate::parameter::cast::{narrow, whole};
+use crate::parameter::choices::LatencyChoice;
 use crate::project::walk::{SavedWalk, WalkError};
 use crate::worker::flag::Flag;
 use crate::worker::lock::lock;
 use crossbeam_queue::ArrayQueue;
+use nice_plug::prelude::Enum;
 use promenade_audio::wav::Wav;
 use promenade_audio::{FileError, resample, sound};
 use std::path::Path;
@@ -15,6 +17,9 @@ use std::sync::{Mutex, OnceLock};
 const FADE_S: f64 = 0.005;
 /// Longer files are refused, samples of all channels: an hour of stereo at 48 kHz.
 const LONGEST: u64 = 2 * 48_000 * 3_600;
+
+/// What [`Player::begin_at`] takes.
+pub const LATENCIES: &str = "frame, 64 or none";
 
 static PLAYER: OnceLock<Player> = OnceLock::new();
 
@@ -40,6 +45,7 @@ pub struct Player {
     /// The file as it is on disk.
     source: Mutex<Option<Wav>>,
     walk: OnceLock<SavedWalk>,
+    latency: OnceLock<LatencyChoice>,
     sample_rate_hz: AtomicU32,
     fresh: ArrayQueue<Box<Track>>,
     retired: ArrayQueue<Box<Track>>,
@@ -54,6 +60,7 @@ impl Player {
         Self {
             source: Mutex::new(None),
             walk: OnceLock::new(),
+            latency: OnceLock::new(),
             sample_rate_hz: AtomicU32::new(0),
             fresh: ArrayQueue::new(1),
             retired: ArrayQueue::new(4),
@@ -92,6 +99,19 @@ impl Player {
     #[must_use]
     pub fn walk(&self) -> Option<&SavedWalk> {
         self.walk.get()
+    }
+
+    /// Takes the latency, one of [`LATENCIES`], with which an instance that is made from now on begins. Says whether there is
+    /// one of that name.
+    pub fn begin_at(&self, latency: &str) -> bool {
+        let index = LatencyChoice::ids().and_then(|ids| ids.iter().position(|id| *id == latency));
+        index.map(|index| self.latency.get_or_init(|| LatencyChoice::from_index(index))).is_some()
+    }
+
+    /// The latency that an instance begins with.
+    #[must_use]
+    pub fn latency(&self) -> LatencyChoice {
+        self.latency.get().copied().unwrap_or(LatencyChoice::Frame)
     }
 
     /// Takes the sound card's rate, and makes the file ready for it.
@@ -220,7 +240,6 @@ mod tests {
         use crate::parameter::Parameter;
         use crate::parameter::choices::Follow;
         use crate::project::params::PromenadeParams;
-        use nice_plug::prelude::Enum;
         let player = Player::new();
         let still = PromenadeParams::beginning_on(player.walk());
         assert_eq!(still.index(Parameter::Follow), Follow::Off.to_index());
@@ -230,6 +249,20 @@ mod tests {
         assert!(walking.saved_walk.get().0.keyframes.len() > 10);
         let error = player.follow(Path::new("no/such.json")).unwrap_err().to_string();
         assert!(error.contains("such.json"), "{error}");
+    }
+
+    #[test]
+    fn an_instance_begins_with_the_latency_that_it_is_started_with() {
+        use crate::parameter::Parameter;
+        use crate::project::params::PromenadeParams;
+        let begun = |player: &Player| PromenadeParams::default().beginning_at(player.latency()).index(Parameter::Latency);
+        for (number, name) in LATENCIES.split([',', ' ']).filter(|word| !["", "or"].contains(word)).enumerate() {
+            let player = Player::new();
+            assert_eq!(begun(&player), LatencyChoice::Frame.to_index());
+            assert!(player.begin_at(name), "{name}");
+            assert_eq!(begun(&player), number);
+        }
+        assert!(!Player::new().begin_at("32"));
     }
 
     #[test]

@@ -245,6 +245,12 @@ impl PromenadeParams {
         Self { sources: KNOBS.iter().take(count * Part::ALL.len()).map(of_source).collect(), ..self }
     }
 
+    /// The same with another latency, which it begins with.
+    #[must_use]
+    pub fn beginning_at(self, latency: LatencyChoice) -> Self {
+        Self { latency: EnumParam::new("Latency", latency), ..self }
+    }
+
     /// How many further sources the instance has.
     #[must_use]
     pub fn further(&self) -> usize {
