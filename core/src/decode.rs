@@ -34,8 +34,10 @@ pub(crate) trait Decoder {
 pub(crate) struct Change {
     /// Masks, phase and interaural delay of the direct sound.
     pub(crate) direct: bool,
-    /// Time filters, in all bins above [`QUICK_BELOW_HZ`]; none of the explicit taps may be missing there for long.
+    /// Time filters, in bins above [`QUICK_BELOW_HZ`]; none of the explicit taps may be missing there for long.
     pub(crate) filters: Hops,
+    /// The group of these bins whose turn it is, 0 to [`TURNS`]; all of them where there is none.
+    pub(crate) turn: Option<usize>,
     /// Explicit taps below [`QUICK_BELOW_HZ`]: early ones, then later ones.
     pub(crate) quick: [Hops; 2],
 }
@@ -47,30 +49,36 @@ impl Change {
     }
 }
 
+/// Groups of bins above [`QUICK_BELOW_HZ`], which are brought to a pose in turns, one at each hop: between its turns, the
+/// filters of a group stay.
+pub(crate) const TURNS: usize = 4;
+
 /// Below this frequency the taps follow a pose more often, Hz. A step of a filter makes sidebands some 100 Hz away: in a
 /// critical band up there, but beside it below.
 pub(crate) const QUICK_BELOW_HZ: f64 = 4000.0;
 
-/// Hops of the time filters: explicit taps, then hops of the late part, then of the bass; every so many of them.
+/// Hops of the time filters: explicit taps, then hops of the late part, then of the bass; so many in a row, every so many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Hops {
     pub(crate) first: usize,
     pub(crate) end: usize,
-    /// From one to the next; 0 stands for 1.
+    /// From one run to the next.
     pub(crate) step: usize,
+    /// Hops of a run.
+    pub(crate) run: usize,
 }
 
 impl Hops {
     /// All of them, `count` in number.
     pub(crate) fn all(count: usize) -> Self {
-        Self { first: 0, end: count, step: 1 }
+        Self { first: 0, end: count, step: 1, run: 1 }
     }
 
     pub(crate) fn contains(self, hop: usize) -> bool {
-        (self.first..self.end).contains(&hop) && (hop - self.first).is_multiple_of(self.step.max(1))
+        (self.first..self.end).contains(&hop) && (hop - self.first) % self.step < self.run
     }
 
     pub(crate) fn iter(self) -> impl Iterator<Item = usize> {
-        (self.first..self.end).step_by(self.step.max(1))
+        (self.first..self.end).filter(move |hop| self.contains(*hop))
     }
 }

@@ -248,15 +248,21 @@ impl FurtherSources {
 impl One {
     /// Brings the head to the pose and to what the user changes.
     fn follow(&mut self, together: Together<'_>, shared: &TransferFunction) {
-        // The first pose after a silence is taken at once.
-        let whole = std::mem::take(&mut self.asleep);
+        // The first pose after a silence is taken at once, before the hop begins.
+        if std::mem::take(&mut self.asleep) {
+            self.bring(together, true);
+        }
+        self.bring(together, false);
+        shared_gains(&self.follower.transfer().late, &shared.late, &mut self.gains);
+    }
+
+    fn bring(&mut self, together: Together<'_>, whole: bool) {
         if self.head.set_decay(together.trim.decay) {
             self.follower.refresh();
         }
         let quality = Quality { tier: together.quality.tier.min(Tier::Standard), ..together.quality };
         let change = self.follower.follow(&self.source.pose(), &quality, whole, together.room_gain > 0.0);
         self.head.update(self.follower.transfer(), &change, quality.tier != Tier::Draft);
-        shared_gains(&self.follower.transfer().late, &shared.late, &mut self.gains);
     }
 }
 

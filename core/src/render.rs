@@ -1,5 +1,6 @@
 //! What is done to a frame of the source: its direct sound filtered, its time filters and late part added.
 
+pub(crate) mod ahead;
 pub(crate) mod ambisonic;
 pub(crate) mod at_once;
 pub(crate) mod bass;

@@ -247,6 +247,9 @@ impl Renderer {
         self.takes_further()?;
         let sources = FurtherSources::new(count, &self.scene, &self.grid, &self.head.carriers(), self.pose_hops);
         self.further = Some(sources).filter(|_| count > 0);
+        if self.further.is_some() {
+            self.head.wait_for_others();
+        }
         Ok(self)
     }
 

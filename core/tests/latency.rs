@@ -139,5 +139,5 @@ fn a_walk_is_nearly_that_of_the_frame() {
     let found = render(&mut s, &input, &[512], &BlockParams::default(), walk(RATE));
     let len = input.len() - FRAME;
     let difference = difference_db(&from(&wanted, FRAME, len), &from(&found, LEAD, len));
-    assert!(difference < -12.0, "{difference} dB");
+    assert!(difference < -10.0, "{difference} dB");
 }

@@ -2,7 +2,7 @@
 
 use crate::decode::field::FieldDecoder;
 use crate::decode::live::{DecodeWorker, Decoded, LiveDecoder};
-use crate::decode::{Change, Decoder, Hops};
+use crate::decode::{Change, Decoder, Hops, TURNS};
 use crate::{Pose, Quality, Scene, Tier, TransferFunction};
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ pub(crate) struct Follower {
     /// Hops over which taps are taken in at low frequencies, and those of them that follow at every hop.
     quick_hops: usize,
     early_taps: usize,
-    /// Shares of the time filters that still have to follow, and the next of them.
+    /// Shares of the time filters that still have to follow, and the one whose hop it is.
     stale_shares: usize,
     share: usize,
 }
@@ -90,30 +90,32 @@ impl Follower {
     /// them if `whole`. While no room is heard its filters wait.
     pub(crate) fn follow(&mut self, pose: &Pose, quality: &Quality, whole: bool, room: bool) -> Change {
         let live = self.live.as_mut().filter(|_| quality.tier >= Tier::High);
+        let share = self.share;
+        self.share = if whole { 0 } else { (share + 1) % REFRESH_HOPS };
+        let turn = Some(share % TURNS);
         let whole = whole || live.is_some() != self.is_live;
         self.is_live = live.is_some();
         let decoder: &mut dyn Decoder = match (live, &mut self.field) {
             (Some(live), _) => live,
             (None, Some(field)) => field,
-            (None, None) => return Change::default(),
+            (None, None) => return Change { turn, ..Change::default() },
         };
         let direct = decoder.follow(pose, whole, &quality.live);
         if direct {
             self.stale_shares = REFRESH_HOPS;
         }
-        let mut change = Change { direct, ..Change::default() };
+        let mut change = Change { direct, turn, ..Change::default() };
         if whole {
-            self.stale_shares = 0;
+            (self.stale_shares, change.turn) = (0, None);
             (change.filters, change.quick) = (Hops::all(self.filter_hops), [Hops::all(self.taps), Hops::default()]);
         } else if room && self.stale_shares > 0 {
-            let share = self.share;
             self.stale_shares -= 1;
-            self.share = (share + 1) % REFRESH_HOPS;
             // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in
-            // one.
-            change.filters = Hops { first: share, end: self.filter_hops, step: REFRESH_HOPS };
+            // one: each of the groups of bins has its turn with each run of hops.
+            let first = share - share % TURNS;
+            change.filters = Hops { first, end: self.filter_hops, step: REFRESH_HOPS, run: TURNS };
             let (early, step) = (self.early_taps, self.quick_hops);
-            change.quick = [Hops::all(early), Hops { first: early + share % step, end: self.taps, step }];
+            change.quick = [Hops::all(early), Hops { first: early + share % step, end: self.taps, step, run: 1 }];
         }
         decoder.update_filters(&change);
         change

@@ -413,7 +413,12 @@ mod tests {
         let dry = noise(11, 700);
         let carriers = Arc::new(Carriers::of_noise(&GRID, &GRID, TAPS, &bands, &tail, 4000.0));
         let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, carriers);
-        let all = Change { direct: true, filters: Hops::all(head.filter_hops()), quick: [Hops::all(TAPS), Hops::default()] };
+        let all = Change {
+            direct: true,
+            filters: Hops::all(head.filter_hops()),
+            quick: [Hops::all(TAPS), Hops::default()],
+            turn: None,
+        };
         head.update(&transfer, &all, true);
         let (mut analysis, mut synthesis) = (Analysis::new(GRID), Synthesis::new(GRID));
         let spectrum = || vec![Complex32::default(); GRID.bins()];

@@ -1,7 +1,8 @@
 //! The render head: applies a transfer function to short-time spectra.
 
-use crate::decode::{Change, Hops, QUICK_BELOW_HZ};
+use crate::decode::{Change, Hops, QUICK_BELOW_HZ, TURNS};
 use crate::number::whole;
+use crate::render::ahead::{Ahead, Applied, FRAMES, group};
 use crate::render::bass::Bass;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
@@ -37,6 +38,10 @@ pub(crate) struct RenderHead {
     taps: Taps,
     /// What comes after the taps; another source's where there is none.
     later: Option<Later>,
+    /// Later taps and the late part in the bins that follow slowly, where they are worked out for several frames at once.
+    ahead: Option<Ahead>,
+    /// The group of these bins whose turn it is.
+    turn: usize,
     bass: Bass,
     carriers: Arc<Carriers>,
     decay: Decay,
@@ -85,8 +90,16 @@ impl RenderHead {
     ) -> Self {
         let mut head = Self::early(grid, scene_grid, shape, tail, carriers, shape.taps);
         head.sums = Sums::new(&grid);
-        head.later = Some(Later::new(&grid, scene_grid, shape, tail, &head.carriers, &head.decay));
+        let has_time = head.late_age() >= FRAMES - 1 && head.apart + FRAMES - 2 < shape.taps;
+        head.ahead = has_time.then(|| Ahead::new(head.quick_blocks..head.direct.blocks().len()));
+        let ahead = if has_time { FRAMES - 1 } else { 0 };
+        head.later = Some(Later::new(&grid, scene_grid, shape, tail, &head.carriers, &head.decay, ahead));
         head
+    }
+
+    /// Frames by which the one that feeds the late network at a frame is older than it.
+    fn late_age(&self) -> usize {
+        self.shape.taps + 1 - late_lead(self.shape.taps) - self.apart
     }
 
     /// The same with the first `taps` explicit taps alone, without room to add up in: what comes later is for another head to
@@ -113,6 +126,8 @@ impl RenderHead {
             direct: DirectFilter::new(&grid, scene_grid, carriers.top_hz),
             taps: Taps::new(taps, places, shape.bands),
             later: None,
+            ahead: None,
+            turn: 0,
             bass,
             carriers,
             decay,
@@ -164,42 +179,60 @@ impl RenderHead {
         if let Some(measured) = self.carriers.measured.as_ref().filter(|_| !room) {
             self.bass.set(&measured.bass, tf.shares.entries(), tf.shares.direct_gain);
         }
-        if *change == (Change { direct: change.direct, ..Change::default() }) {
+        match change.turn {
+            Some(turn) => self.turn = turn,
+            None => self.ahead.iter_mut().for_each(Ahead::forget),
+        }
+        if change.filters == Hops::default() && change.quick == <[Hops; 2]>::default() {
             return;
         }
         let taps = self.shape.taps;
         let carriers = Arc::clone(&self.carriers);
         let mut plain = std::mem::take(&mut self.plain);
         let mixture = carriers.measured.as_ref().map(|m| m.meeting.mixture(tf.shares.entries(), &mut plain));
-        for hop in change.quick.iter().flat_map(|hops| hops.iter()) {
-            self.update_tap(tf, mixture.as_ref(), hop, 0..self.quick_blocks);
-        }
         if let (Some(later), Some(mixture)) = (&mut self.later, &mixture)
             && change.filters != Hops::default()
         {
             later.go_on(tf, mixture);
         }
-        for hop in change.filters.iter() {
-            if hop < taps {
-                self.update_tap(tf, mixture.as_ref(), hop, self.quick_blocks..self.direct.blocks().len());
-            } else if let Some(later) = &mut self.later {
-                later.set(hop - taps, tf, &mut self.decay, &carriers);
+        let (quick, slow) = (0..self.quick_blocks, self.quick_blocks..self.direct.blocks().len());
+        let group = change.turn.map_or(slow.clone(), |turn| group(&slow, turn));
+        for hop in (0..taps).filter(|hop| change.names_tap(*hop)) {
+            let is_quick = change.quick.iter().any(|hops| hops.contains(hop));
+            let blocks = [(is_quick, quick.clone()), (change.filters.contains(hop), group.clone())];
+            let blocks = blocks.into_iter().filter(|(is_due, _)| *is_due).map(|(_, blocks)| blocks);
+            self.update_tap(tf, mixture.as_ref(), hop, blocks);
+        }
+        for hop in change.filters.iter().filter(|hop| *hop >= taps) {
+            if let Some(later) = &mut self.later {
+                // Each hop has one turn in which the bins that follow quickly have it too.
+                let is_due = change.turn.is_none_or(|turn| hop % TURNS == turn);
+                let quick = Some(quick.clone()).filter(|_| is_due);
+                later.set(hop - taps, tf, &mut self.decay, &carriers, quick, group.clone());
             }
         }
         self.plain = plain;
     }
 
     /// Brings some blocks of bins of a tap to the pose.
-    fn update_tap(&mut self, tf: &TransferFunction, mixture: Option<&Mixture<'_>>, hop: usize, blocks: Range<usize>) {
+    fn update_tap(
+        &mut self,
+        tf: &TransferFunction,
+        mixture: Option<&Mixture<'_>>,
+        hop: usize,
+        blocks: impl Iterator<Item = Range<usize>>,
+    ) {
         self.tap_gains.copy_from_slice(&tf.taps[hop * self.shape.tap_len()..(hop + 1) * self.shape.tap_len()]);
         if let Some(mixture) = mixture {
             mixture.apply(self.arch, hop, &tf.late, &mut self.tap_gains);
         }
         let gains = self.decay.gains(&self.tap_gains, hop + 1);
         let lost = self.carriers.measured.as_ref().and_then(|measured| measured.lifted(hop + 1, &tf.shares));
-        self.taps.set(hop, &self.carriers.taps, tf.shares.entries(), gains, blocks.clone(), lost);
-        if hop < DELAYED_TAPS && self.carriers.measured.is_none() {
-            self.taps.turn(hop, self.direct.turn(), blocks);
+        for blocks in blocks {
+            self.taps.set(hop, &self.carriers.taps, tf.shares.entries(), gains, blocks.clone(), lost);
+            if hop < DELAYED_TAPS && self.carriers.measured.is_none() {
+                self.taps.turn(hop, self.direct.turn(), blocks);
+            }
         }
     }
 
@@ -273,11 +306,12 @@ impl RenderHead {
         if silent && self.is_dead() {
             return None;
         }
+        let late_age = self.late_age();
         self.input.write(spectrum);
         if let Some(later) = &mut self.later {
             later.write(spectrum);
             if has_room {
-                later.advance(self.input.at(self.shape.taps + 1 - late_lead(self.shape.taps) - self.apart));
+                later.advance(self.input.at(late_age - later.ahead()));
             }
         }
         let dead = silent && (!has_room || self.later.as_ref().is_none_or(Later::is_silent));
@@ -300,17 +334,34 @@ impl RenderHead {
         self.bass.add(input.at(0), 1.0 - room_gain, direct);
         let apart = trim.early != trim.late;
         if has_room {
-            let early = if apart { self.early_taps } else { self.shape.taps };
             room.fill(EarBlocks::default());
-            add_taps(first..early, room);
-            let rest = if apart { &mut *late } else { &mut *room };
-            if apart {
-                rest.fill(EarBlocks::default());
-                add_taps(early..self.shape.taps, rest);
+            let early = if apart { self.early_taps } else { self.shape.taps };
+            match (self.ahead.as_mut().filter(|_| !apart), &self.later) {
+                (Some(ahead), Some(later)) => {
+                    // The first tap whose frame is the newest for the last of the frames.
+                    let next = self.apart + FRAMES - 2;
+                    add_taps(first..next, room);
+                    let quick = &mut room[..ahead.first()];
+                    add_taps(next..early, quick);
+                    later.add(quick);
+                    let taps = Applied { newest: input.at(0), filter, hops, first_tap: next };
+                    ahead.add(self.turn, &[taps, later.applied()], room);
+                }
+                (_, later) => {
+                    add_taps(first..early, room);
+                    let rest = if apart { &mut *late } else { &mut *room };
+                    if apart {
+                        rest.fill(EarBlocks::default());
+                        add_taps(early..self.shape.taps, rest);
+                    }
+                    if let Some(later) = later {
+                        later.add(rest);
+                    }
+                }
             }
-            if let Some(later) = &self.later {
-                later.add(rest);
-            }
+        }
+        if apart || !has_room {
+            self.ahead.iter_mut().for_each(Ahead::forget);
         }
         let late = if apart { Some(&late[..]) } else { None };
         Some(Heard { direct, room, late, gains: Gains::new(room_gain, trim) })
@@ -338,12 +389,20 @@ impl RenderHead {
     /// Empties the late part.
     pub(crate) fn forget_late(&mut self) {
         self.later.iter_mut().for_each(Later::forget);
+        self.ahead.iter_mut().for_each(Ahead::forget);
+    }
+
+    /// Leaves time for what other sources' heads bring ([`RenderHead::join`]): every frame is worked out as late as it can be.
+    pub(crate) fn wait_for_others(&mut self) {
+        self.ahead = None;
+        self.later.iter_mut().for_each(Later::wait);
     }
 
     pub(crate) fn reset(&mut self) {
         self.input.reset();
         self.joined_at = None;
         self.later.iter_mut().for_each(Later::reset);
+        self.ahead.iter_mut().for_each(Ahead::forget);
         self.dead_frames = usize::MAX / 2;
     }
 
@@ -353,6 +412,7 @@ impl RenderHead {
             + self.input.memory_bytes()
             + self.taps.memory_bytes()
             + self.later.as_ref().map_or(0, Later::memory_bytes)
+            + self.ahead.as_ref().map_or(0, Ahead::memory_bytes)
             + self.bass.memory_bytes()
             + self.decay.memory_bytes()
     }

@@ -1,6 +1,7 @@
 //! What of a room comes after its explicit taps: the late part, and the bass of measured responses.
 
 use crate::number::single;
+use crate::render::ahead::Applied;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, blocks_for};
@@ -13,24 +14,29 @@ use crate::transfer::Shares;
 use crate::{StftGrid, TailModel, TransferFunction, TransferShape};
 use promenade_fourier::num_complex::Complex32;
 use pulp::Arch;
+use std::ops::Range;
 
 /// The late network with the noise that colours it, and the lowest bins of measured responses.
 pub(crate) struct Later {
     arch: Arch,
     shape: TransferShape,
-    blocks: usize,
     filters: Taps,
     network: Late,
     low: Low,
+    /// How loud each late hop is for an amplitude of 1, `[hop][band]`.
+    levels: Vec<f32>,
     /// Gains of one late hop and of the bass after the taps, both ears.
     late_gains: Vec<f32>,
     low_gains: Vec<f32>,
     /// The newest spectra of the network.
     tail: Ring,
+    /// Frames by which the network is ahead of those that are heard.
+    ahead: usize,
 }
 
 impl Later {
-    /// Of a scene whose transfer functions have a shape and are sampled on `scene_grid`.
+    /// Of a scene whose transfer functions have a shape and are sampled on `scene_grid`; the network is fed by `ahead` frames
+    /// earlier than it is heard.
     pub(crate) fn new(
         grid: &StftGrid,
         scene_grid: &StftGrid,
@@ -38,18 +44,31 @@ impl Later {
         tail: &TailModel,
         carriers: &Carriers,
         decay: &Decay,
+        ahead: usize,
     ) -> Self {
         let low_hops = carriers.measured.as_ref().map_or(0, |m| m.low.hops());
-        Self {
+        let mut later = Self {
             arch: Arch::new(),
             shape,
             filters: Taps::new(LATE_HOPS, &carriers.places, shape.bands),
             network: Late::new(grid, scene_grid, tail, decay.stated_bins()),
             low: Low::new(low_hops, shape.taps - carriers.pace.early_hops()),
+            levels: vec![0.0; LATE_HOPS * shape.bands],
             late_gains: vec![0.0; shape.tap_len()],
             low_gains: vec![1.0; shape.tap_len()],
-            blocks: blocks_for(grid.bins()),
-            tail: Ring::new(blocks_for(grid.bins()), LATE_HOPS),
+            tail: Ring::new(blocks_for(grid.bins()), LATE_HOPS + ahead),
+            ahead,
+        };
+        later.set_levels(decay);
+        later
+    }
+
+    fn set_levels(&mut self, decay: &Decay) {
+        let taps = self.shape.taps;
+        for (hop, levels) in self.levels.chunks_exact_mut(self.shape.bands).enumerate() {
+            for (level, (decay, ratio)) in levels.iter_mut().zip(decay.hops()) {
+                *level = Late::carrier_gain() * single(late_gain(decay, ratio, hop, taps));
+            }
         }
     }
 
@@ -61,6 +80,7 @@ impl Later {
     /// Takes another decay.
     pub(crate) fn decay_by(&mut self, decay: &Decay) {
         self.network.decay_by(decay.ratio_bins());
+        self.set_levels(decay);
     }
 
     /// Takes the gains of the last tap, which the bass goes on with.
@@ -70,11 +90,20 @@ impl Later {
         mixture.apply(self.arch, self.shape.taps, &tf.late, &mut self.low_gains);
     }
 
-    /// Brings one hop to the pose: those of the late part are counted first, then those of the bass.
-    pub(crate) fn set(&mut self, hop: usize, tf: &TransferFunction, decay: &mut Decay, carriers: &Carriers) {
+    /// Brings one hop to the pose: those of the late part are counted first, then those of the bass. The blocks of the lowest
+    /// bins are brought there where they are given, and the others that are given.
+    pub(crate) fn set(
+        &mut self,
+        hop: usize,
+        tf: &TransferFunction,
+        decay: &mut Decay,
+        carriers: &Carriers,
+        lowest: Option<Range<usize>>,
+        others: Range<usize>,
+    ) {
         let after = self.shape.taps + 1;
         if let Some(bass) = hop.checked_sub(LATE_HOPS) {
-            if let Some(measured) = &carriers.measured {
+            if let (Some(measured), Some(_)) = (&carriers.measured, lowest) {
                 let gains = self.filters.lowest_of(decay.gains(&self.low_gains, after + bass));
                 self.low.set(bass, &measured.low, tf.shares.entries(), &gains);
             }
@@ -82,13 +111,15 @@ impl Later {
         }
         // The late part starts early enough to be at full level one hop after the last tap; its gain is stated there.
         self.late_gains.copy_from_slice(decay.gains(&tf.late, after));
+        let levels = &self.levels[hop * self.shape.bands..];
         for gains in self.late_gains.chunks_exact_mut(self.shape.bands) {
-            for (gain, (decay, ratio)) in gains.iter_mut().zip(decay.hops()) {
-                *gain = Late::carrier_gain() * *gain * single(late_gain(decay, ratio, hop, self.shape.taps));
-            }
+            gains.iter_mut().zip(levels).for_each(|(gain, level)| *gain *= level);
         }
-        self.filters.set(hop, &carriers.late, Shares::FIRST.entries(), &self.late_gains, 0..self.blocks, None);
-        if carriers.measured.is_some() {
+        let is_lowest = lowest.is_some();
+        for blocks in lowest.into_iter().chain([others]) {
+            self.filters.set(hop, &carriers.late, Shares::FIRST.entries(), &self.late_gains, blocks, None);
+        }
+        if carriers.measured.is_some() && is_lowest {
             self.filters.silence_lowest(hop);
         }
     }
@@ -103,14 +134,29 @@ impl Later {
         self.low.rewrite(age, lowest);
     }
 
-    /// Feeds the network.
+    /// Frames by which the network is ahead.
+    pub(crate) fn ahead(&self) -> usize {
+        self.ahead
+    }
+
+    /// From now on the network is fed when it is heard.
+    pub(crate) fn wait(&mut self) {
+        self.ahead = 0;
+    }
+
+    /// Feeds the network, whose output is heard so many frames later.
     pub(crate) fn advance(&mut self, input: Slot<'_>) {
         self.network.advance(input, self.tail.advance());
     }
 
-    /// Adds its sound to both ears.
+    /// The late part's filters on the frames of the network, for frames that are worked out ahead.
+    pub(crate) fn applied(&self) -> Applied<'_> {
+        Applied { newest: self.tail.at(0), filter: self.filters.filters(), hops: LATE_HOPS, first_tap: 0 }
+    }
+
+    /// Adds its sound to both ears, in as many blocks of bins as there are.
     pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
-        let (newest, filter, hops) = (self.tail.at(0), self.filters.filters(), LATE_HOPS);
+        let (newest, filter, hops) = (self.tail.at(self.ahead), self.filters.filters(), LATE_HOPS);
         Accumulate { arch: self.arch, newest, filter, hops, taps: 0..hops, sums }.run();
         self.low.add(sums);
     }

@@ -64,6 +64,7 @@ pub(crate) struct Slot<'a> {
 
 impl<'a> Slot<'a> {
     /// A frame that is by itself.
+    #[cfg(any(test, feature = "gradients"))]
     pub(crate) fn of(blocks: &'a [Block]) -> Self {
         Self { blocks, slots: 1, at: 0 }
     }

@@ -81,7 +81,7 @@ impl Taps {
         blocks: Range<usize>,
         lost: Option<Lost<'_>>,
     ) {
-        let mixture = Mixture::new(carriers, hop, shares, &blocks).less(lost, shares, &blocks);
+        let mixture = Mixture::new(carriers, hop, (shares, lost), &blocks);
         self.arch.dispatch(Coloured { taps: self, hop, mixture: mixture.parts(), band_gains, blocks });
     }
 
@@ -90,7 +90,11 @@ impl Taps {
         [0, 1].map(|ear| {
             let (bands, weights) = self.hats.of(0);
             let gains = &band_gains[ear * self.hats.count..][bands];
-            std::array::from_fn(|i| weights.iter().zip(gains).map(|(weights, gain)| weights[i] * gain).sum())
+            let mut all = [0.0; LANES];
+            for (weights, gain) in weights.iter().zip(gains) {
+                all.iter_mut().zip(weights).for_each(|(all, weight)| *all += weight * gain);
+            }
+            all
         })
     }
 
@@ -131,23 +135,27 @@ struct Mixture<'a> {
 }
 
 impl<'a> Mixture<'a> {
-    fn new(carriers: &'a CarrierSet, hop: usize, shares: &[(u32, f32)], blocks: &Range<usize>) -> Self {
-        let mut parts: [(&[EarBlocks], f32); 2 * MOST_SHARES] = [(&[], 0.0); 2 * MOST_SHARES];
-        for (part, (response, share)) in parts.iter_mut().zip(shares).take(MOST_SHARES) {
-            *part = (&carriers.hop(*response, hop)[blocks.clone()], *share);
+    /// Of carriers, each with its share, without what they have lost.
+    fn new(
+        carriers: &'a CarrierSet,
+        hop: usize,
+        (shares, lost): (&[(u32, f32)], Option<Lost<'a>>),
+        blocks: &Range<usize>,
+    ) -> Self {
+        let mut mixture = Self { parts: [(&[], 0.0); 2 * MOST_SHARES], count: 0 };
+        let shares = &shares[..shares.len().min(MOST_SHARES)];
+        mixture.add(carriers, hop, shares, 1.0, blocks);
+        if let Some(lost) = lost {
+            mixture.add(lost.carriers, lost.hop, shares, -lost.share, blocks);
         }
-        Self { parts, count: shares.len().min(MOST_SHARES) }
+        mixture
     }
 
-    /// Without what the carriers have lost.
-    fn less(mut self, lost: Option<Lost<'a>>, shares: &[(u32, f32)], blocks: &Range<usize>) -> Self {
-        let Some(lost) = lost else { return self };
-        let own = self.count;
-        for (part, (response, share)) in self.parts[own..].iter_mut().zip(&shares[..own]) {
-            *part = (&lost.carriers.hop(*response, lost.hop)[blocks.clone()], -lost.share * share);
+    fn add(&mut self, carriers: &'a CarrierSet, hop: usize, shares: &[(u32, f32)], gain: f32, blocks: &Range<usize>) {
+        for (part, (response, share)) in self.parts[self.count..].iter_mut().zip(shares) {
+            *part = (&carriers.hop(*response, hop)[blocks.clone()], gain * share);
         }
-        self.count += own;
-        self
+        self.count += shares.len();
     }
 
     fn parts(&self) -> &[(&'a [EarBlocks], f32)] {
@@ -173,10 +181,10 @@ pub(crate) fn mix(
     carriers: &CarrierSet,
     hop: usize,
     blocks: Range<usize>,
-    (shares, lost): (&[(u32, f32)], Option<Lost<'_>>),
+    parts: (&[(u32, f32)], Option<Lost<'_>>),
     out: &mut [EarBlocks],
 ) {
-    let mixture = Mixture::new(carriers, hop, shares, &blocks).less(lost, shares, &blocks);
+    let mixture = Mixture::new(carriers, hop, parts, &blocks);
     arch.dispatch(Mixed { mixture: mixture.parts(), out });
 }
 
@@ -185,12 +193,12 @@ pub(crate) fn add_mix(
     arch: Arch,
     carriers: &CarrierSet,
     hop: usize,
-    (shares, lost): (&[(u32, f32)], Option<Lost<'_>>),
+    parts: (&[(u32, f32)], Option<Lost<'_>>),
     gain: f32,
     out: &mut [EarBlocks],
 ) {
     let blocks = 0..out.len();
-    let mixture = Mixture::new(carriers, hop, shares, &blocks).less(lost, shares, &blocks);
+    let mixture = Mixture::new(carriers, hop, parts, &blocks);
     arch.dispatch(Added { mixture: mixture.parts(), gain, out });
 }
 
@@ -252,13 +260,13 @@ impl WithSimd for Coloured<'_> {
         let filters = taps.filters[blocks.start * taps.hops..].chunks_exact_mut(taps.hops);
         for ((block, row), i) in blocks.zip(filters).zip(0..) {
             let (bands, weights) = taps.hats.of(block);
-            let gains = of_left[bands.clone()].iter().zip(&of_right[bands]);
+            let (of_left, of_right) = (&of_left[bands.clone()][..weights.len()], &of_right[bands][..weights.len()]);
             for vector in 0..LANES / S::F32_LANES {
                 let (mut left, mut right) = (simd.splat_f32s(0.0), simd.splat_f32s(0.0));
-                for ((of_left, of_right), weights) in gains.clone().zip(weights) {
+                for (band, weights) in weights.iter().enumerate() {
                     let weights = part::<S>(weights, vector);
-                    left = simd.mul_add_e_f32s(simd.splat_f32s(*of_left), weights, left);
-                    right = simd.mul_add_e_f32s(simd.splat_f32s(*of_right), weights, right);
+                    left = simd.mul_add_e_f32s(simd.splat_f32s(of_left[band]), weights, left);
+                    right = simd.mul_add_e_f32s(simd.splat_f32s(of_right[band]), weights, right);
                 }
                 let mixed = mixed(simd, mixture, i, vector);
                 row[hop].put_parts::<S>(vector, times(simd, [left, left, right, right], mixed));
