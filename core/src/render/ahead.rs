@@ -146,8 +146,8 @@ fn frames<S: Simd, const N: usize>(
     let zero = simd.splat_f32s(0.0);
     let newest = FRAMES - from - N;
     let mut heard = [[zero; 2]; N];
-    for n in 0..N - 1 {
-        heard[n] = spectrum::<S>(history, before, newest + N - 2 - n, vector);
+    for (n, heard) in heard[..N - 1].iter_mut().enumerate() {
+        *heard = spectrum::<S>(history, before, newest + N - 2 - n, vector);
     }
     let mut sums = [[zero; 4]; N];
     for (tap, h) in taps.iter().enumerate() {
