@@ -5,6 +5,7 @@ pub(crate) mod ambisonic;
 pub(crate) mod at_once;
 pub(crate) mod bass;
 pub(crate) mod beside_waves;
+pub(crate) mod block;
 pub(crate) mod carrier;
 pub(crate) mod carrier_set;
 pub(crate) mod carriers;

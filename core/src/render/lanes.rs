@@ -1,47 +1,12 @@
-//! Spectra in blocks of as many bins as the widest vector has lanes, and the sums over taps that the render head spends its
-//! time on.
+//! Sums over taps, block by block, that the render head spends its time on.
 
 use crate::render::ring::Slot;
 use crate::simd::{all, load, times_plus};
-use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
+pub(crate) use crate::render::block::{Block, EarBlocks, blocks_for, ear_spectrum};
 pub(crate) use crate::simd::LANES;
-
-/// One block of complex bins: real parts, then imaginary parts.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(64))]
-pub(crate) struct Block {
-    pub(crate) re: [f32; LANES],
-    pub(crate) im: [f32; LANES],
-}
-
-/// A filter's block for both ears.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(64))]
-pub(crate) struct EarBlocks {
-    pub(crate) ears: [Block; 2],
-}
-
-/// Blocks that hold `bins` bins.
-pub(crate) fn blocks_for(bins: usize) -> usize {
-    bins.div_ceil(LANES)
-}
-
-/// Reads an ear's spectrum, as many bins as there is room for, whose end bins are a real signal's: the inverse transform
-/// insists on it.
-pub(crate) fn ear_spectrum(blocks: &[EarBlocks], ear: usize, bins: &mut [Complex32]) {
-    for (bins, block) in bins.chunks_mut(LANES).zip(blocks) {
-        let block = &block.ears[ear];
-        for (i, bin) in bins.iter_mut().enumerate() {
-            *bin = Complex32::new(block.re[i], block.im[i]);
-        }
-    }
-    if let [first, .., last] = bins {
-        (first.im, last.im) = (0.0, 0.0);
-    }
-}
 
 /// Adds `filter[block][taps.start + i]` times a frame of which `i` is the age to both ears, over `i`, block by block.
 pub(crate) struct Accumulate<'a> {
@@ -183,6 +148,7 @@ impl WithSimd for WeightedSum<'_> {
 mod tests {
     use super::*;
     use crate::render::ring::Ring;
+    use promenade_fourier::num_complex::Complex32;
 
     #[test]
     fn sums_over_taps_equal_the_plain_complex_sum() {

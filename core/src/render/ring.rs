@@ -1,6 +1,7 @@
 //! The newest spectra of a sound.
 
-use crate::render::lanes::{Block, LANES};
+use crate::render::block::Block;
+use crate::simd::LANES;
 use promenade_fourier::num_complex::Complex32;
 
 /// As many frames as there are slots, in blocks of bins.
