@@ -8,11 +8,13 @@ use crate::latency::Pace;
 use crate::number::{single, whole};
 use crate::render::crossover::Crossover;
 use crate::render::decay_curve::DecayCurve;
+use crate::render::lanes::WeightedSum;
 use crate::scene::{BASS_SIGNALS, BassEars, BassField};
 use crate::{EARLY_S, Pose, Scene, StftGrid, Trim};
 use glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{forward, inverse};
+use pulp::Arch;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -30,6 +32,8 @@ const BORDER_S: f64 = 0.005;
 const VELOCITY_FROM_HZ: f64 = 15.0;
 /// Signals of a place where it is heard in Ambisonics: pressure, slopes, and the velocity's.
 const WITH_VELOCITY: usize = 7;
+/// Signals that are mixed at a pose, at most: those of the corners of a cell.
+const MOST_SIGNALS: usize = 8 * WITH_VELOCITY;
 
 /// What all renderers of a scene's bass share at one rate.
 pub(crate) struct BassFilters {
@@ -204,6 +208,7 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 
 /// The bass of a scene, for one stream.
 pub(crate) struct WaveBass {
+    arch: Arch,
     scene: Arc<Scene>,
     emitter: Vec3,
     filters: Arc<BassFilters>,
@@ -244,6 +249,7 @@ impl WaveBass {
         let taps = filters.length + whole(wait.ceil()) + 2;
         let ears = || [vec![0.0; taps], vec![0.0; taps]];
         Some(Self {
+            arch: Arch::new(),
             scene: Arc::clone(scene),
             emitter,
             crossover: Crossover::new(bass.crossover_hz, grid.sample_rate_hz),
@@ -346,16 +352,25 @@ impl WaveBass {
         self.set_gains(bass, trim, travels);
         let axes = Vec3::AXES.map(|axis| pose.orientation.inverse() * axis);
         for ear in 0..2 {
-            self.mixed.fill(0.0);
+            let mut rows = [(0, 0.0); MOST_SIGNALS];
+            let mut places = rows.iter_mut();
             for shares in bass.shares(pose.position) {
                 let mut signals = [0.0; WITH_VELOCITY];
                 self.ear_shares(bass.ears, ear, &shares, &axes, trim.width, &mut signals);
-                for (signal, share) in signals.iter().enumerate().take(filters.signals).filter(|(_, share)| **share != 0.0) {
-                    let start = (shares.place * filters.signals + signal) * filters.length;
-                    let one = &filters.samples[start..start + filters.length];
-                    self.mixed.iter_mut().zip(one).for_each(|(m, x)| *m += share * x);
+                let heard = signals.iter().enumerate().take(filters.signals).filter(|(_, share)| **share != 0.0);
+                for ((signal, share), place) in heard.zip(&mut places) {
+                    let row = shares.place * filters.signals + signal;
+                    *place = (u32::try_from(row).unwrap_or_default(), *share);
                 }
             }
+            let free = places.len();
+            self.arch.dispatch(WeightedSum {
+                rows: &filters.samples,
+                corners: &rows[..MOST_SIGNALS - free],
+                row_len: filters.length,
+                offset: 0,
+                out: &mut self.mixed,
+            });
             self.mixed.iter_mut().zip(&self.gains).for_each(|(m, g)| *m *= g);
             let out = &mut self.now[ear];
             move_earlier(&self.mixed, travels - self.wait, out);
@@ -469,9 +484,16 @@ fn move_earlier(samples: &[f32], earlier: f64, out: &mut [f32]) {
     let base = earlier.floor();
     let weights = cubic(single(earlier - base));
     let at = |i: f64| if i >= 0.0 { samples.get(whole(i)).copied().unwrap_or(0.0) } else { 0.0 };
-    for (n, out) in out.iter_mut().enumerate() {
+    // The outputs of which all four samples are there.
+    let from = whole((1.0 - base).max(0.0)).min(out.len());
+    let inner = samples.get(whole((base - 1.0).max(0.0))..).unwrap_or_default();
+    let to = (from + inner.len().saturating_sub(3)).min(out.len());
+    for (out, four) in out[from..to].iter_mut().zip(inner.windows(4)) {
+        *out = weights.iter().zip(four).map(|(w, x)| w * x).sum();
+    }
+    for n in (0..from).chain(to..out.len()) {
         let first = base + n as f64 - 1.0;
-        *out = weights.iter().enumerate().map(|(k, w)| w * at(first + k as f64)).sum();
+        out[n] = weights.iter().enumerate().map(|(k, w)| w * at(first + k as f64)).sum();
     }
 }
 

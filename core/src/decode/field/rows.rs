@@ -2,7 +2,7 @@
 
 use crate::render::lanes::WeightedSum;
 use crate::{TransferFunction, TransferShape};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -38,9 +38,36 @@ impl Basis {
     }
 
     fn expand(&self, coefficients: &[f32], range: Range<usize>, out: &mut [f32]) {
-        out.copy_from_slice(&self.mean[range.clone()]);
-        for (c, shape) in coefficients.iter().zip(self.shapes.chunks_exact(self.mean.len().max(1))) {
-            out.iter_mut().zip(&shape[range.clone()]).for_each(|(o, s)| *o += c * s);
+        Arch::new().dispatch(Expand { basis: self, coefficients, range, out });
+    }
+}
+
+/// Works out a part of a row.
+struct Expand<'a> {
+    basis: &'a Basis,
+    coefficients: &'a [f32],
+    range: Range<usize>,
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Expand<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { basis, coefficients, range, out } = self;
+        out.copy_from_slice(&basis.mean[range.clone()]);
+        let (vectors, rest) = S::as_mut_simd_f32s(out);
+        for (c, shape) in coefficients.iter().zip(basis.shapes.chunks_exact(basis.mean.len().max(1))) {
+            let (shapes, of_rest) = S::as_simd_f32s(&shape[range.clone()]);
+            let all = simd.splat_f32s(*c);
+            // Rounded as the rest is: a value does not depend on the part that it is worked out in.
+            for (out, shape) in vectors.iter_mut().zip(shapes) {
+                *out = simd.add_f32s(*out, simd.mul_f32s(all, *shape));
+            }
+            for (out, shape) in rest.iter_mut().zip(of_rest) {
+                *out += c * shape;
+            }
         }
     }
 }
