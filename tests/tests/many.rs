@@ -28,17 +28,18 @@ fn setup(further: usize) -> Setup {
     Setup { inputs: 1, further, offline: true, ..Setup::default() }
 }
 
-fn set<H: Host>(host: &mut H, id: &str, value: &str) {
+/// Sets a parameter to what its text says.
+pub(crate) fn set<H: Host>(host: &mut H, id: &str, value: &str) {
     let normalized = host.instance().from_text(host_id(id), value).unwrap();
     host.set(id, normalized);
 }
 
-/// Different sounds.
-fn sounds(count: usize) -> Vec<Vec<f32>> {
-    (0..count).map(|number| noise(LEN + 7_919 * number)[7_919 * number..].to_vec()).collect()
+/// Different sounds of one length, samples.
+pub(crate) fn sounds(count: usize, len: usize) -> Vec<Vec<f32>> {
+    (0..count).map(|number| noise(len + 7_919 * number)[7_919 * number..].to_vec()).collect()
 }
 
-fn tracks(sounds: &[Vec<f32>]) -> Vec<&[f32]> {
+pub(crate) fn tracks(sounds: &[Vec<f32>]) -> Vec<&[f32]> {
     sounds.iter().map(Vec::as_slice).collect()
 }
 
@@ -59,7 +60,7 @@ fn sources_sound_as_the_engine_plays_them<H: Host>() {
     let value = |x: f32| 0.5 + f64::from(x) / 100.0;
     let point = |&(at, x): &(usize, f32)| Point { seconds: at as f64 / RATE, value: value(x), hold: true };
     let lanes = [Lane::new(&x, &steps.iter().map(point).collect::<Vec<_>>(), RATE).unwrap()];
-    let sounds = sounds(3);
+    let sounds = sounds(3, LEN);
     let heard = bounce(host.instance(), &tracks(&sounds), &lanes, 0).unwrap();
 
     let mut engine = engine(2);
@@ -109,7 +110,7 @@ fn a_further_source_begins_as_an_instance_of_its_own<H: Host>() {
 }
 
 fn levels_and_places_are_heard_and_saved<H: Host>() {
-    let sounds = sounds(2);
+    let sounds = sounds(2, LEN);
     let heard = |host: &mut H| {
         host.instance().settle().unwrap();
         render(host, &tracks(&sounds), &[512])
@@ -201,7 +202,7 @@ fn a_project_of_one_source_opens_with_many<H: Host>() {
 }
 
 fn a_project_of_many_sources_opens_with_most<H: Host>() {
-    let sounds = sounds(2);
+    let sounds = sounds(2, LEN);
     let mut many = H::open_many(setup(1));
     set(&mut many, "ex2", "-3 m");
     set(&mut many, "level2", "-6 dB");

@@ -1,11 +1,12 @@
 //! Sources that move along paths of their own: what is heard is what the engine plays of the same moves.
 
+use crate::many::{set, sounds, tracks};
 use promenade_core::glam::Vec3;
 use promenade_core::{
     BlockParams, CameraPath, EmitterParams, Further, Keyframe, KeyframeEntry, Pose, Renderer, Scene, Spatializer,
 };
 use promenade_tests::signal::{difference_db, noise, peak};
-use promenade_tests::{ClapHost, Host, Setup, edit_state, host_id, in_both_formats, in_library, render};
+use promenade_tests::{ClapHost, Host, Setup, edit_state, in_both_formats, in_library, render};
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -54,19 +55,6 @@ fn on_paths<H: Host>(mut host: H) -> H {
     host
 }
 
-fn set<H: Host>(host: &mut H, id: &str, value: &str) {
-    let normalized = host.instance().from_text(host_id(id), value).unwrap();
-    host.set(id, normalized);
-}
-
-fn sounds(count: usize) -> Vec<Vec<f32>> {
-    (0..count).map(|number| noise(LEN + 7_919 * number)[7_919 * number..].to_vec()).collect()
-}
-
-fn tracks(sounds: &[Vec<f32>]) -> Vec<&[f32]> {
-    sounds.iter().map(Vec::as_slice).collect()
-}
-
 /// What the engine plays on the scene of a new instance, sample by sample: at `jump` the transport goes to another time.
 fn engine(sounds: &[Vec<f32>], jump: (usize, f64)) -> [Vec<f32>; 2] {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade");
@@ -97,7 +85,7 @@ fn engine(sounds: &[Vec<f32>], jump: (usize, f64)) -> [Vec<f32>; 2] {
 fn sources_on_paths_sound_as_the_engine_moves_them<H: Host>() {
     // The transport goes back, between two poses that are asked for.
     const JUMP: (usize, f64) = (11_111, 0.0625);
-    let sounds = sounds(3);
+    let sounds = sounds(3, LEN);
     let wanted = engine(&sounds, JUMP);
     for sizes in [&[512][..], &[64, 500, 1, 333]] {
         let mut host = on_paths(H::open_many(setup(2)));
@@ -115,7 +103,7 @@ fn sources_on_paths_sound_as_the_engine_moves_them<H: Host>() {
 }
 
 fn the_position_parameter_moves_listener_and_sources_alike<H: Host>() {
-    let sounds = sounds(3);
+    let sounds = sounds(3, LEN);
     for (share, spread) in [(0.0, "0"), (0.5, "60 deg"), (1.0, "0")] {
         let mut host = on_paths(H::open_many(setup(2)));
         let state = edit_state(&host.state(), "walk", &saved(&around()));
@@ -150,7 +138,7 @@ fn the_position_parameter_moves_listener_and_sources_alike<H: Host>() {
 }
 
 fn without_following_the_knobs_say_where_sources_are<H: Host>() {
-    let sounds = sounds(3);
+    let sounds = sounds(3, LEN);
     let mut plain = H::open_many(setup(2));
     let mut host = on_paths(H::open_many(setup(2)));
     let [wanted, heard] = [&mut plain, &mut host].map(|host| {

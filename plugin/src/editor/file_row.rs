@@ -2,14 +2,13 @@
 
 use super::chooser::{Chooser, FileKind, Place};
 use super::ctx::Ctx;
-use super::theme::{CONTROL, SPACE};
-use super::widgets::{button, heading, note};
+use super::widgets::{asks_for_file, button, heading, note};
 use super::words::Word;
 use crate::history::user_state::UserState;
 use crate::project::exchange::Exchange;
 use crate::project::file_wish::FileWish;
 use crate::project::params::PromenadeParams;
-use egui::{Key, TextEdit, Ui, Vec2};
+use egui::Ui;
 
 /// What a file is of.
 pub(super) struct FileOf {
@@ -51,8 +50,6 @@ pub(super) const HEADPHONES: FileOf = FileOf {
 
 /// Characters of a name that are shown, at most.
 const LONGEST_NAME: usize = 60;
-/// Room for the button beside the field, points.
-const CHOOSE: f32 = 72.0;
 
 /// Chooses a file.
 pub(super) struct FileRow {
@@ -78,19 +75,11 @@ impl FileRow {
         let used = (self.of.name)(ctx.params(), &ctx.instance.loader.exchange);
         // In the field, because the window has no line to spare.
         let hint = used.as_deref().filter(|name| !name.is_empty()).unwrap_or(self.of.hint);
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = SPACE;
-            let place = Vec2::new(ui.available_width() - CHOOSE, CONTROL);
-            let typed = ui.add_sized(place, TextEdit::singleline(&mut self.file).hint_text(hint));
-            let entered = typed.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
-            let free = !self.chooser.is_busy();
-            let clicked = ui.add_enabled_ui(free, |ui| button(ui, ctx.palette, self.of.choose)).inner.clicked();
-            if free && (clicked || (entered && !self.file.trim().is_empty())) {
-                let place = Place::typed_or(&self.file, Place::Existing);
-                let named = |path: &std::path::Path| Ok(path.display().to_string());
-                self.why_not = self.chooser.ask(ctx, self.of.kind, place, named).err();
-            }
-        });
+        if asks_for_file(ui, ctx.palette, &mut self.file, hint, self.of.choose, !self.chooser.is_busy()) {
+            let place = Place::typed_or(&self.file, Place::Existing);
+            let named = |path: &std::path::Path| Ok(path.display().to_string());
+            self.why_not = self.chooser.ask(ctx, self.of.kind, place, named).err();
+        }
         // The field cuts names, of which those of one data base begin alike.
         if let Some(name) = used.as_deref().filter(|name| !name.is_empty() && self.of.heading == Word::Head) {
             note(ui, ctx.palette, name);
