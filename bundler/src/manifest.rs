@@ -29,7 +29,7 @@ const FILES: [(&str, &str); 10] = [
     ("CHANGELOG.md", "CHANGELOG.md"),
     ("presets/scenes/loft.promenade", "examples/loft.promenade"),
     ("presets/scenes/IoSR-LICENSE", "licenses/IoSR-LICENSE"),
-    ("acoustics/data/LICENSE-pyroomacoustics", "licenses/LICENSE-pyroomacoustics"),
+    ("crates/acoustics/data/LICENSE-pyroomacoustics", "licenses/LICENSE-pyroomacoustics"),
     ("plugin/assets/fonts/Inter-LICENSE", "licenses/Inter-LICENSE"),
     ("data/phrase.copyright", "licenses/phrase.copyright"),
     ("data/speech.copyright", "licenses/speech.copyright"),

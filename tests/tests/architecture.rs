@@ -112,7 +112,7 @@ fn a_hosts_process_has_no_tools_of_bakers_and_hdf5_for_heads_alone() {
     assert_eq!(among(&closure("promenade-plugin"), &of_heads), of_heads);
     assert!(among(&closure_with("promenade-plugin", &["--prune", "promenade-sofa"]), &of_heads).is_empty());
     for name in ["acoustics", "core", "judge", "metrics", "paths", "plugin", "room", "sofa"] {
-        for (module, source) in sources::of_crate(&root().join(name)) {
+        for (module, source) in sources::of_crate(&sources::folder(name)) {
             // The standalone program plays a file; it is no host's process.
             let standalone = name == "plugin" && module.last().is_some_and(|m| m == "player");
             let calls =
@@ -128,15 +128,6 @@ fn the_training_framework_is_in_the_command_line_alone_and_only_where_it_is_aske
         let all = closure(without);
         assert!(!all.iter().any(|n| n.starts_with("burn") || n.starts_with("candle") || n == "tch"), "{without}");
     }
-}
-
-/// The folders of all crates.
-fn members() -> Vec<String> {
-    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
-    let list = manifest.lines().find_map(|line| line.strip_prefix("members = [")).expect("members on a line");
-    let names: Vec<String> = list.split('"').skip(1).step_by(2).map(str::to_owned).collect();
-    assert!(names.len() > 10 && names.contains(&"judge".to_owned()), "{names:?}");
-    names
 }
 
 fn root() -> &'static Path {
@@ -163,7 +154,7 @@ const COMPUTE: [(&str, &[&str]); 7] = [
 fn crates_that_compute_do_nothing_else() {
     let mut foreign = Vec::new();
     for (name, more) in COMPUTE {
-        for source in sources::of_crate(&root().join(name)).values() {
+        for source in sources::of_crate(&sources::folder(name)).values() {
             for (line, path) in source.paths.iter().filter(|(_, path)| path[0] == "std") {
                 let used = path[1..].join("::");
                 if !OF_STD.iter().chain(more).any(|of_std| used.starts_with(of_std)) {
@@ -231,9 +222,8 @@ fn circles_of(uses: &BTreeMap<Names, BTreeSet<Names>>) -> Vec<String> {
 #[test]
 fn no_files_use_each_other_in_a_circle() {
     let mut circles = Vec::new();
-    for name in members() {
-        let name = name.as_str();
-        let files = sources::of_crate(&root().join(name));
+    for name in sources::members() {
+        let files = sources::of_crate(&sources::folder(&name));
         let uses = |(module, source): (&Names, &Source)| {
             let paths = source.paths.iter().filter_map(|(_, path)| defined_in(&files, module, path, 0));
             // A parent and its children are one subject.
@@ -256,7 +246,7 @@ fn the_plugin_is_divided_by_subject() {
     names.sort();
     assert!(names.len() <= SUBJECTS, "{} entries at the root of plugin/src: {names:?}", names.len());
     // Not even a subject's first file may use another that uses any file of the subject.
-    let files = sources::of_crate(&root().join("plugin"));
+    let files = sources::of_crate(&sources::folder("plugin"));
     let mut uses: BTreeMap<Names, BTreeSet<Names>> = BTreeMap::new();
     for (module, source) in files.iter().filter(|(module, _)| !module.is_empty()) {
         let paths = source.paths.iter().filter_map(|(_, path)| defined_in(&files, module, path, 0));
