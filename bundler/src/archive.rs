@@ -30,7 +30,7 @@ pub(crate) fn archive(root: &Path, options: &[String]) -> Result<()> {
     // First, because it is quick and may find what must not be shipped.
     let written = written(root, system, &builds, target)?;
     let engine = web::web()?;
-    let (bundles, mut programs) = bundle::ship(&builds, Profile::Release, system, target)?;
+    let (bundles, mut programs) = bundle::ship(&builds, Profile::Dist, system, target)?;
     programs.push(engine);
     let name = format!("promenade-{}-{triple}", env!("CARGO_PKG_VERSION"));
     let folder = bundle::target_folder()?.join("archives");

@@ -12,19 +12,29 @@ use std::process::Command;
 pub(crate) enum Profile {
     /// As tests are built.
     Development,
-    /// As it ships.
+    /// Optimised, and quick to link.
     Release,
+    /// As it ships: optimised over all crates, without symbols.
+    Dist,
 }
 
 impl Profile {
     /// The option of `cargo build`, if it takes one.
     fn option(self) -> Option<&'static str> {
-        (self == Self::Release).then_some("--release")
+        match self {
+            Self::Development => None,
+            Self::Release => Some("--release"),
+            Self::Dist => Some("--profile=dist"),
+        }
     }
 
     /// The name of the folder in cargo's target folder.
     fn folder(self) -> &'static str {
-        if self == Self::Release { "release" } else { "debug" }
+        match self {
+            Self::Development => "debug",
+            Self::Release => "release",
+            Self::Dist => "dist",
+        }
     }
 }
 
@@ -85,10 +95,12 @@ pub(crate) fn target_folder() -> Result<PathBuf> {
     std::path::absolute(folder).context("the target folder has no absolute path")
 }
 
-/// Builds the plugin with options of `cargo build` and lays out its bundles; returns their folder.
-pub(crate) fn bundle(options: &[String]) -> Result<PathBuf> {
-    nice_plug_xtask::build(&[PLUGIN.package.to_owned()], options)?;
-    lay_out(options)
+/// Builds the plugin with more options of `cargo build` and lays out its bundles; returns their folder.
+pub(crate) fn bundle(profile: Profile, options: &[String]) -> Result<PathBuf> {
+    let profile = profile.option().map(str::to_owned);
+    let options = profile.into_iter().chain(options.iter().cloned()).collect::<Vec<_>>();
+    nice_plug_xtask::build(&[PLUGIN.package.to_owned()], &options)?;
+    lay_out(&options)
 }
 
 /// Lays out the bundles of a plugin that was built with these options; returns their folder.
@@ -133,13 +145,12 @@ pub(crate) fn ship(
     if target == Some(UNIVERSAL) {
         return ship_universal(builds, profile, system);
     }
-    let mut options: Vec<String> = profile.option().map(str::to_owned).into_iter().collect();
-    options.extend(target.map(|target| format!("--target={target}")));
+    let options: Vec<String> = target.map(|target| format!("--target={target}")).into_iter().collect();
     let mut bundles = PathBuf::new();
     let mut programs = Vec::new();
     for build in builds {
         match build.program {
-            None => bundles = bundle(&options)?,
+            None => bundles = bundle(profile, &options)?,
             Some(_) => programs.push(program(build, profile, system, target, &[])?),
         }
     }

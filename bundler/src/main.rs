@@ -25,10 +25,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-cargo xtask bundle [--release] [other options of cargo build]
-    builds Promenade.clap and Promenade.vst3 into target/bundled
+cargo xtask bundle [--debug] [other options of cargo build]
+    builds Promenade.clap and Promenade.vst3 into target/bundled, as they ship or, quicker, for development
 cargo xtask install [other options of cargo build]
-    builds the release bundles and the command line with training, and copies them, the presets and the scenes to where this
+    builds the bundles and the command line with training, and copies them, the presets and the scenes to where this
     user's hosts, the plugin and a terminal look for them
 cargo xtask archive [--target TARGET] [--without-standalone]
     builds all that users are given into one .zip in target/archives, with licences and how to install it;
@@ -65,13 +65,15 @@ fn run() -> Result<()> {
     let options = args.collect::<Vec<_>>();
     match command.as_str() {
         "bundle" => {
-            let folder = bundle::bundle(&options)?;
+            let (debug, options): (Vec<_>, Vec<_>) = options.into_iter().partition(|option| option == "--debug");
+            let profile = if debug.is_empty() { Profile::Dist } else { Profile::Development };
+            let folder = bundle::bundle(profile, &options)?;
             println!("bundles are in {}", folder.display());
             Ok(())
         }
         "install" => {
-            let bundles = bundle::bundle(&[&["--release".to_owned()], &options[..]].concat())?;
-            let program = bundle::program(&bundle::COMMAND_LINE, Profile::Release, System::here()?, None, &options)?;
+            let bundles = bundle::bundle(Profile::Dist, &options)?;
+            let program = bundle::program(&bundle::COMMAND_LINE, Profile::Dist, System::here()?, None, &options)?;
             let mut programs = vec![program];
             // Everything else works without it.
             match web::web() {

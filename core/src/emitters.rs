@@ -79,7 +79,7 @@ impl From<Box<Renderer>> for Box<Emitters> {
 }
 
 impl Emitters {
-    /// The same with a renderer of the same scene and sample rate for a second emitter ([`Renderer::another`]); without one a
+    /// Adds a renderer of the scene and sample rate for a second emitter ([`Renderer::another`]); without one a
     /// stereo sound is played by one emitter whatever the angle.
     ///
     /// # Real-time
@@ -91,7 +91,7 @@ impl Emitters {
         self
     }
 
-    /// The same at another level: a gain of all that it renders, from 0 on; what is no such number is taken as 1, which changes
+    /// Sets a gain of all that is rendered, linear, from 0 on; what is no such number is taken as 1, which changes
     /// nothing.
     #[must_use]
     pub fn with_level(self, gain: f32) -> Self {
@@ -99,7 +99,7 @@ impl Emitters {
         Self { level, ..self }
     }
 
-    /// The same with so many further sources in the room of the one emitter, or of the left channel's
+    /// Adds this many further sources to the room of the one emitter, or of the left channel's
     /// ([`Renderer::with_further`]).
     ///
     /// # Errors
@@ -130,7 +130,7 @@ impl Emitters {
         self.first.memory_bytes() + second + CHUNK * size_of::<f32>()
     }
 
-    /// As [`Renderer::samples_to_pose`], of whichever emitter asks first.
+    /// Samples until either emitter asks for a pose.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -140,7 +140,7 @@ impl Emitters {
         second.map_or(usize::MAX, |second| second.renderer.samples_to_pose()).min(self.first.samples_to_pose())
     }
 
-    /// As [`Renderer::jump`].
+    /// Takes the next pose at once, without a crossfade.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -149,7 +149,7 @@ impl Emitters {
         self.second.iter_mut().for_each(|second| second.renderer.jump());
     }
 
-    /// As [`Renderer::reset`].
+    /// Forgets all sound.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -175,7 +175,7 @@ impl Emitters {
         self.process_others(input, Others::NONE, ears, params.into(), emitters, pose_at);
     }
 
-    /// The same with what further sources play ([`Renderer::process_further`]), which the first emitter's room hears.
+    /// Processes a block with what further sources play ([`Renderer::process_further`]), which the first emitter's room hears.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -191,7 +191,7 @@ impl Emitters {
         self.process_others(input, Others { all: further, start: 0 }, ears, params.into(), emitters, pose_at);
     }
 
-    /// The same with what further sources play from some sample of their blocks on.
+    /// Processes a block with what further sources play from some sample of their blocks on.
     pub(crate) fn process_others(
         &mut self,
         input: &[&[f32]],
@@ -276,7 +276,7 @@ impl Renderer {
     /// Another renderer of the same scene, sample rate and carriers, without a decoder.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
+    /// The scene cannot be played at the sample rate ([`RenderError`]).
     ///
     /// # Real-time
     /// Not real-time safe: allocates.

@@ -180,7 +180,7 @@ impl Head {
         &self.name
     }
 
-    /// The same by another name.
+    /// Renames the head.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Self { name: name.to_owned(), ..self }

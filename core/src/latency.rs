@@ -63,7 +63,7 @@ pub(crate) struct Pace {
     /// Samples by which what arrives with the direct sound comes after what was taken in, when a block is given out as soon as
     /// it is complete.
     pub(crate) delay: usize,
-    /// The same of what is taken sample by sample.
+    /// Delay of what is taken sample by sample, samples.
     pub(crate) sample_delay: usize,
 }
 

@@ -38,7 +38,7 @@ impl Network {
         Self::with_arch(model, Arch::new())
     }
 
-    /// The same with these instructions.
+    /// A decoder that computes with the given instruction set.
     #[must_use]
     pub fn with_arch(model: &CloudModel, arch: Arch) -> Self {
         Self(match model.parts().kind {
@@ -49,7 +49,7 @@ impl Network {
 
     /// Masks of a listener, into [`Masks::new`] of the model's sizes.
     ///
-    /// The same listener gives the same bits on the same instructions.
+    /// Decodes a listener to masks. One listener gives the same bits on one instruction set.
     ///
     /// # Real-time
     /// No allocation, lock or I/O; milliseconds, so on a worker thread.
@@ -60,13 +60,13 @@ impl Network {
         }
     }
 
-    /// The same, and how much each anchor is attended to, `[anchor]`, sums to 1.
+    /// Decodes a listener to masks and to the attention that each anchor gets, `[anchor]`, which sums to 1.
     ///
     /// A transformer's is the mean of the last layer's weights over heads and bands, the linear decoder's the mean magnitude of
     /// its attention product over bands, which has either sign, divided by the sum over anchors.
     ///
     /// # Real-time
-    /// As [`Self::decode`].
+    /// No allocation, lock or I/O; milliseconds, so on a worker thread.
     pub fn decode_with_attention(&mut self, listener: &Listener, out: &mut Masks, attention: &mut [f32]) {
         match &mut self.0 {
             Kind::Transformer(t) => t.decode(listener, out, Some(attention)),

@@ -38,7 +38,7 @@ impl Pose {
         Self::from_ypr64(position, [yaw, pitch, roll].map(f64::from))
     }
 
-    /// The same from angles in double precision, as degrees become radians: the rotation is rounded once, at the end.
+    /// A pose from yaw, pitch and roll, radians, in double precision: the rotation is rounded once, at the end.
     #[must_use]
     pub fn from_ypr64(position: Vec3, [yaw, pitch, roll]: [f64; 3]) -> Self {
         // Nose up is a negative right-hand turn about y (left).

@@ -5,7 +5,7 @@
 pub struct Random(u64);
 
 impl Random {
-    /// The same seed gives the same numbers.
+    /// One seed gives one sequence of numbers.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(seed)

@@ -117,7 +117,7 @@ impl Renderer {
     /// Prepares a scene for a host sample rate.
     ///
     /// # Errors
-    /// As [`Scene::playable_at`].
+    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
@@ -125,10 +125,10 @@ impl Renderer {
         Self::with_latency(scene, sample_rate_hz, Latency::Frame)
     }
 
-    /// The same for another latency, where the scene has it ([`Latency::played_by`]).
+    /// A renderer with a chosen latency, where the scene has it ([`Latency::played_by`]).
     ///
     /// # Errors
-    /// As [`Renderer::new`].
+    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
@@ -138,10 +138,10 @@ impl Renderer {
         Self::with_carriers(scene, sample_rate_hz, carriers)
     }
 
-    /// The same with carriers that were drawn before, of that scene and rate.
+    /// A renderer on carriers that were drawn before, of the scene and rate.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
+    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
@@ -183,10 +183,10 @@ impl Renderer {
         })
     }
 
-    /// The same for one tier, with a decoder on the thread that renders where the tier needs one.
+    /// A renderer for one tier, with a decoder on the thread that renders where the tier needs one.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
+    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
     ///
     /// # Real-time
     /// Not real-time safe, nor is the processing of the tiers High and Reference: decodes where it stands.
@@ -194,13 +194,13 @@ impl Renderer {
         Self::for_tier_with(scene, sample_rate_hz, tier, Latency::Frame)
     }
 
-    /// The same for another latency, where the scene has it ([`Latency::played_by`]).
+    /// A renderer with a chosen latency, where the scene has it ([`Latency::played_by`]).
     ///
     /// # Errors
-    /// As [`Renderer::new`].
+    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
     ///
     /// # Real-time
-    /// As [`Renderer::for_tier`].
+    /// Not real-time safe, nor is the processing of the tiers High and Reference: decodes where it stands.
     pub fn for_tier_with(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier, latency: Latency) -> Result<Self, RenderError> {
         let renderer = Self::with_latency(Arc::clone(scene), sample_rate_hz, latency)?;
         let decoder = if tier >= Tier::High { InlineWorker::new(scene) } else { None };
@@ -239,7 +239,7 @@ impl Renderer {
     /// played in the tiers Draft and Standard.
     ///
     /// # Errors
-    /// As [`Renderer::takes_further`].
+    /// The scene or the latency allows no further sources ([`Renderer::takes_further`]).
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
@@ -307,7 +307,7 @@ impl Renderer {
         self.tail_samples_with(&self.trim)
     }
 
-    /// The same with the decay of some trim.
+    /// Samples that sound goes on after its end, with the decay of a trim.
     #[must_use]
     pub fn tail_samples_with(&self, trim: &Trim) -> usize {
         let images = self.images.as_ref().map_or(0, ImageRenderer::tail_samples);
@@ -401,8 +401,8 @@ impl Renderer {
         self.process_all((input, Vec3::ZERO), Others::NONE, ears, params.into(), pose_at);
     }
 
-    /// The same with what further sources play ([`Renderer::with_further`]), in their order; those for whom there is no sound
-    /// are silent, and sounds for whom there is no source are not heard.
+    /// Renders a block with what further sources play ([`Renderer::with_further`]), in their order. Sources without a sound are
+    /// silent, and sounds without a source are not heard.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -417,7 +417,7 @@ impl Renderer {
         self.process_all((input, Vec3::ZERO), Others { all: further, start: 0 }, ears, params.into(), pose_at);
     }
 
-    /// The same with an emitter that is moved by an offset, metres.
+    /// Renders a block with an emitter that is moved by an offset, metres.
     pub(crate) fn process_all(
         &mut self,
         (input, offset): (&[f32], Vec3),

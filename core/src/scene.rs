@@ -235,7 +235,7 @@ impl Scene {
     /// A scene in which every pose hears one transfer function, in the tiers Draft and Standard.
     ///
     /// # Errors
-    /// As [`Scene::new`]; a transfer function that does not fit `grid` and `bands`.
+    /// What [`Scene::new`] refuses; a transfer function that does not fit `grid` and `bands`.
     pub fn of_transfer(
         transfer: &TransferFunction,
         grid: StftGrid,

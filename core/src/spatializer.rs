@@ -116,7 +116,7 @@ impl Spatializer {
         }
     }
 
-    /// The same with another dry sound than a channel on each ear: what each output has of each dry channel,
+    /// Sets which dry channel each output receives: a gain of each dry channel per output,
     /// `[output][channel]`.
     #[must_use]
     pub fn with_dry(self, dry: [[f32; 2]; 2]) -> Self {
@@ -194,7 +194,7 @@ impl Spatializer {
         self.active.as_ref().map_or(0, |emitters| emitters.first().tail_samples())
     }
 
-    /// As [`Renderer::samples_to_pose`], of whatever sounds; `usize::MAX` without a scene.
+    /// Samples until a pose is next asked for; `usize::MAX` without a scene.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -249,7 +249,7 @@ impl Spatializer {
         self.process_further(input, &[], out, params, pose_at);
     }
 
-    /// The same with what further sources play in the same room, in the order of the renderer's
+    /// Processes a block with what further sources play in the same room, in the order of the renderer's
     /// ([`Renderer::with_further`]). In the dry sound each is on both channels.
     ///
     /// # Real-time

@@ -75,6 +75,6 @@ fn bundle_library() -> PathBuf {
 }
 
 fn existing(path: PathBuf) -> PathBuf {
-    assert!(path.exists(), "{} does not exist: build it with `cargo xtask bundle`", path.display());
+    assert!(path.exists(), "{} does not exist: build it with `cargo xtask bundle --debug`", path.display());
     path
 }

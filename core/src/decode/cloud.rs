@@ -65,10 +65,10 @@ impl CloudDecoder {
         self.decode_with(pose, None, out);
     }
 
-    /// The same, and how much each anchor is attended to: `[anchor]`, sums to 1.
+    /// Decodes a pose, and the attention that each anchor gets: `[anchor]`, sums to 1.
     ///
     /// # Real-time
-    /// As [`Self::decode`].
+    /// No allocation, lock or I/O; milliseconds, so on a worker thread.
     pub fn decode_with_attention(&mut self, pose: &Pose, attention: &mut [f32], out: &mut Decoded) {
         self.decode_with(pose, Some(attention), out);
     }

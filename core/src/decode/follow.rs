@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// Hops over which the time filters of a new pose are taken in, a share of them at each hop.
 const REFRESH_HOPS: usize = 16;
-/// The same for explicit taps at low frequencies ...
+/// Hops over which explicit taps at low frequencies take a new pose in ...
 const QUICK_HOPS: usize = 8;
 /// ... but the first, which are the loudest, follow at every hop.
 const EARLY_TAPS: usize = 12;
@@ -41,7 +41,7 @@ impl Follower {
         Self::of_taps(scene, filter_hops, scene.shape().taps)
     }
 
-    /// The same for a head that plays but the first explicit taps.
+    /// A follower for a head that plays only the first explicit taps.
     pub(crate) fn of_taps(scene: &Arc<Scene>, filter_hops: usize, taps: usize) -> Self {
         let (field, silent) = (FieldDecoder::new(scene, taps), scene.shape().silent());
         let measured = scene.measured().is_some();

@@ -10,7 +10,7 @@ use crate::{LiveParams, Pose, Scene, TransferFunction};
 pub struct Decoded {
     /// Masks and time filters for the streaming head.
     pub transfer: TransferFunction,
-    /// The same as the published head takes them, where the scene has the tier Reference.
+    /// The answer as the published head takes it, where the scene has the tier Reference.
     pub published: Option<PublishedFrame>,
 }
 

@@ -48,7 +48,7 @@ impl PublishedAdjoint {
         Self::with_arch(clip, Arch::new())
     }
 
-    /// The same with these instructions.
+    /// A gradient that computes with the given instruction set.
     #[must_use]
     pub fn with_arch(clip: &PublishedClip, arch: Arch) -> Self {
         let (frames, bins) = (clip.frames(), clip.grid.bins());

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Saved {
     /// Filters: type, Hz, dB and Q.
     Equaliser { preamp_db: f64, filters: Vec<(EqKind, f64, f64, f64)> },
-    /// The same where the ears differ.
+    /// A filter per ear, left then right, where the ears differ.
     Ears([Filters; 2]),
     /// Levels of left and right ear, dB.
     Levels([Vec<f32>; 2]),

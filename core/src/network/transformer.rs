@@ -243,7 +243,7 @@ fn apply(arch: Arch, weights: &Weights, input: &[Row], positions: usize, output:
     PanelProduct { weights, input, start: Start::Bias, activation: Activation::None, positions, output }.run(arch);
 }
 
-/// The same, added to something.
+/// A product with weights that is added to `start`.
 fn add(arch: Arch, weights: &Weights, input: &[Row], start: Start<'_>, positions: usize, output: &mut [Row]) {
     PanelProduct { weights, input, start, activation: Activation::None, positions, output }.run(arch);
 }

@@ -81,10 +81,10 @@ impl PublishedClip {
         Self::with_arch(grid, frames, Arch::new())
     }
 
-    /// The same with these instructions.
+    /// A clip renderer that computes with the given instruction set.
     ///
     /// # Errors
-    /// As [`PublishedClip::new`].
+    /// The grid has no transform ([`PublishedError`]).
     pub fn with_arch(grid: StftGrid, frames: usize, arch: Arch) -> Result<Self, PublishedError> {
         let transform = HannFrames::new(&grid, arch)?;
         let bins = grid.bins();
@@ -170,7 +170,7 @@ impl PublishedClip {
         self.render_frames(source, (input.mixture, input.difference), |t| &input.mix[t * bins..][..bins], input.conv, out)
     }
 
-    /// The same for masks and weights of the right length, and the time filter's output by frame.
+    /// Renders masks and weights whose lengths were checked; returns the time filter's output by frame.
     pub(crate) fn render_frames<'a>(
         &mut self,
         source: &ClipSource,

@@ -24,7 +24,7 @@ pub(crate) struct ConvertedStream {
     dry: VecDeque<f32>,
     /// What it has made, at its own rate.
     made: [VecDeque<f32>; 2],
-    /// The same at the host's.
+    /// Rendered samples at the host's rate, left and right.
     ready: [VecDeque<f32>; 2],
     hop: Vec<f32>,
     ears: [Vec<f32>; 2],

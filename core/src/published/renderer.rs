@@ -37,10 +37,10 @@ impl ClipRenderer {
         Self::with_arch(model, grid, Arch::new())
     }
 
-    /// The same with these instructions.
+    /// A renderer that computes with the given instruction set.
     ///
     /// # Errors
-    /// As [`ClipRenderer::new`].
+    /// The model has no published head, or the grid does not fit it ([`PublishedError`]).
     pub fn with_arch(model: &CloudModel, grid: StftGrid, arch: Arch) -> Result<Self, PublishedError> {
         let (sizes, bins) = (model.sizes(), grid.bins());
         if model.parts().kind == CloudKind::Taps {

@@ -145,10 +145,10 @@ impl PublishedStream {
         Self::with_arch(model, grid, options, Arch::new())
     }
 
-    /// The same with these instructions.
+    /// A stream that computes with the given instruction set.
     ///
     /// # Errors
-    /// As [`PublishedStream::new`].
+    /// The model has no published head, or the grid does not fit it ([`PublishedError`]).
     pub fn with_arch(
         model: &CloudModel,
         grid: StftGrid,

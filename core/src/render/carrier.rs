@@ -85,7 +85,7 @@ impl Shaper {
         spectrum
     }
 
-    /// The same at the bins of another grid.
+    /// The spectrum of a carrier at the bins of another grid.
     pub(crate) fn spectrum_at(&self, grid: &StftGrid, samples: &[f32]) -> Vec<Complex32> {
         if *grid == self.grid { self.spectrum(samples) } else { spectrum_on(grid, samples, &self.grid) }
     }

@@ -89,7 +89,7 @@ impl Carriers {
         Self::with_latency(scene, sample_rate_hz, Latency::Frame)
     }
 
-    /// The same for another latency. A scene whose frames are not four hops long, whose hop has no divisor from 2 to 7, or
+    /// Carriers for a chosen latency. A scene whose frames are not four hops long, whose hop has no divisor from 2 to 7, or
     /// which has less than 11 taps, keeps its frame's ([`Carriers::latency`]).
     ///
     /// # Real-time

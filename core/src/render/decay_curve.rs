@@ -149,7 +149,7 @@ impl DecayCurve {
         0.5 * (self.level(band, hops / times) - self.level(band, hops))
     }
 
-    /// The same at a frequency.
+    /// Natural logarithm of the gain at a frequency, interpolated between bands.
     pub(crate) fn log_gain_at(&self, bands: &Bands, hz: f32, hops: f64, times: f64) -> f64 {
         let weights = bands.weights(hz).into_iter();
         weights.map(|(band, weight)| f64::from(weight) * self.log_gain(band, hops, times)).sum()

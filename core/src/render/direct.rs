@@ -26,7 +26,7 @@ pub(crate) struct DirectFilter {
     bin_hz: f64,
     /// Gain and phase of each ear on the scene's bins.
     on_scene: [Parts; 2],
-    /// The same on the host's bins.
+    /// The filter's parts on the host's bins, `[ear]`.
     on_host: [Parts; 2],
     /// Half the interaural delay per bin, as the left ear's phasor; the right ear's is its conjugate.
     turn: Vec<Block>,
@@ -81,7 +81,7 @@ impl DirectFilter {
         });
     }
 
-    /// The same, to add to it what the masks leave of measured responses.
+    /// The filter, to add to it what the masks leave of measured responses.
     pub(crate) fn blocks_mut(&mut self) -> &mut [EarBlocks] {
         &mut self.filter
     }

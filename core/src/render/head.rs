@@ -102,7 +102,7 @@ impl RenderHead {
         self.shape.taps + 1 - late_lead(self.shape.taps) - self.apart
     }
 
-    /// The same with the first `taps` explicit taps alone, without room to add up in: what comes later is for another head to
+    /// A head of the first `taps` explicit taps alone, without room to add up in: what comes later is for another head to
     /// play ([`RenderHead::join`]).
     pub(crate) fn early(
         grid: StftGrid,
@@ -284,7 +284,7 @@ impl RenderHead {
         sounds
     }
 
-    /// The same, added to what both ears hear of others; `sums` is room to work in.
+    /// Renders a frame and adds it to what both ears hear of others; `sums` is room to work in.
     pub(crate) fn render_into(
         &mut self,
         spectrum: &[Complex32],

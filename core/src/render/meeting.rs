@@ -11,7 +11,7 @@ use pulp::{Arch, WithSimd};
 /// Hops to either side over which energies are averaged for a gain: gains that differ wildly from hop to hop would be heard as
 /// a modulation of tones while the listener turns (-50 dB instead of -66).
 const NEAR_HOPS: usize = 2;
-/// The same for bands, in the lowest bins and above.
+/// Reach of the smoothing over bands, in the lowest bins and above.
 const NEAR_BANDS: [usize; 2] = [1, 2];
 /// The largest gain that makes up for what a mix has lost, and its inverse: that of six with nothing in common.
 const LARGEST_GAIN: f32 = 2.5;

@@ -39,7 +39,7 @@ impl Ring {
         Slot { blocks: &self.blocks, slots: self.slots, at: (self.newest + age) % self.slots }
     }
 
-    /// The same, to write to.
+    /// The slot of a spectrum that is `age` hops old, to write to.
     pub(crate) fn at_mut(&mut self, age: usize) -> SlotMut<'_> {
         SlotMut { blocks: &mut self.blocks, slots: self.slots, at: (self.newest + age) % self.slots }
     }

@@ -39,7 +39,7 @@ pub fn ambisonic_dry(pair: usize) -> [[f32; 2]; 2] {
 }
 
 impl Scene {
-    /// The same place with two channels of AmbiX (ACN, SN3D: Nachbar et al. 2011) for ears: `2 * pair` and the one after it,
+    /// The scene with two channels of AmbiX (ACN, SN3D: Nachbar et al. 2011) for ears: `2 * pair` and the one after it,
     /// along the axes of the listener's head. All pairs rendered alike are the sound field in third order; its first channels
     /// are a lower one.
     ///

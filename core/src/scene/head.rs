@@ -58,7 +58,7 @@ impl MeasuredHead {
 }
 
 impl Scene {
-    /// The same scene heard with another head.
+    /// Exchanges the head that the scene is heard with.
     ///
     /// From 600 Hz on, the filter of the direct sound becomes the emitter's level, the same for all directions, times the
     /// head's response to the direction; the delay between the ears becomes the head's. The emitter's level is the mean of what

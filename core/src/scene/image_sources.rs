@@ -17,7 +17,7 @@ pub struct ImageSource {
     pub position: Vec3,
     /// What the walls leave of the amplitude in [`OCTAVES_HZ`], linear, at least 0.
     pub gains: Octaves,
-    /// The same in the octave at 63 Hz.
+    /// Linear gain in the octave at 63 Hz.
     pub gain_63: f32,
 }
 

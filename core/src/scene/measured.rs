@@ -141,7 +141,7 @@ impl MeasuredRoom {
         (first..end).map(move |m| (m * step - start, row[m]))
     }
 
-    /// The same with fewer taps, whose late part begins where they end, as much louder as `rise`, `[ear][band]`, says.
+    /// Keeps the first `taps` taps. The late part begins where they end, louder by `rise`, `[ear][band]`.
     #[must_use]
     pub fn with_taps(&self, taps: usize, bands: &Bands, grid: &StftGrid, rise: &[f32]) -> Self {
         let hops = self.hops(bands, grid);

@@ -19,7 +19,7 @@ pub enum Mover {
 pub struct TurningRoom {
     /// The head in the room when it was measured.
     pub listener: Pose,
-    /// The same place in the scene's world, metres.
+    /// The centre of the turning room in the scene's world, metres.
     pub centre: Vec3,
     /// What moves while the listener walks.
     pub moves: Mover,

@@ -38,7 +38,7 @@ each! {
     root = sqrt_f32s(a);
 }
 
-/// The same number in all lanes.
+/// One number in all lanes.
 #[inline(always)]
 pub(crate) fn all<S: Simd, const V: usize>(simd: S, number: f32) -> [S::f32s; V] {
     [simd.splat_f32s(number); V]

@@ -26,7 +26,7 @@ fn mirrored(row: &[f32], shape: TransferShape) -> Vec<f32> {
 }
 
 impl Field {
-    /// The same with the mirror image of its right side as its left one: a file then keeps one of them. `None` where azimuths
+    /// The field with the mirror image of its right side as its left one: a file then keeps one of them. `None` where azimuths
     /// are no even circle that begins behind, or rows are not whole.
     #[must_use]
     pub fn mirrored(&self) -> Option<Self> {

@@ -182,7 +182,7 @@ pub(crate) struct Tally<'a> {
     pub(crate) head: Range<usize>,
     pub(crate) scores: &'a mut [Row],
     pub(crate) positions: usize,
-    /// As [`Attention`] left them.
+    /// The largest score of each query, as [`Attention`] left it.
     pub(crate) top: &'a Row,
     pub(crate) inverse: &'a Row,
     /// One per key.

@@ -16,7 +16,7 @@ pub struct StreamTaps {
 
 #[derive(Clone, Debug)]
 pub(super) enum Kernel {
-    /// The same for all bands, `[neighbour][lag]` in one row.
+    /// One weight for all bands, `[neighbour][lag]` in one row.
     Shared(Frames),
     /// One value per band, rows `[neighbour][lag]`.
     Banded(Frames),

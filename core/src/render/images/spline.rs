@@ -86,7 +86,7 @@ pub(super) fn interpolate<S: Simd>(simd: S, x: &[f32], places: S::f32s) -> S::f3
     next(sum, add(c, 66.0, add(inner, 26.0, mul(outer, 1.0))))
 }
 
-/// The same at one place among shares, counted from the first of them.
+/// The spline's value at one place among shares, counted from the first of them.
 #[inline(always)]
 pub(super) fn interpolate_one(x: &[f32], at: f64) -> f32 {
     let start = whole(at);

@@ -26,7 +26,7 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
-    /// The same, unheard.
+    /// This state at a gain of zero.
     fn silent(self) -> Self {
         Self { gain: 0.0, ..self }
     }
