@@ -43,7 +43,8 @@ fn a_property_of_materials_is_where_its_recipe_says() {
     let listed = &places()["Add a property of a material"];
     let mut reading = BTreeSet::new();
     for name in ["acoustics", "baker", "cli", "plugin", "room"] {
-        for source in sources::of_crate(&sources::folder(name)).values().filter(|source| source.members.contains("scattering")) {
+        for source in sources::of_crate(&sources::folder(name)).values().filter(|source| source.members.contains("scattering"))
+        {
             let file = source.file.strip_prefix(root()).unwrap();
             reading.insert(file.to_string_lossy().replace('\\', "/"));
         }

@@ -47,8 +47,8 @@ impl Input {
 /// What is searched.
 #[derive(Clone, Debug)]
 pub struct Search {
-    /// Name of the target: `crates/testing/fuzz/NAME/whole/` has more seeds, `crates/testing/fuzz/NAME/found/` the inputs that were once at
-    /// fault, each after a number and a dash.
+    /// Name of the target: `crates/testing/fuzz/NAME/whole/` has more seeds, `crates/testing/fuzz/NAME/found/` the inputs that
+    /// were once at fault, each after a number and a dash.
     pub name: &'static str,
     /// Changed inputs that are read, unless `PROMENADE_CASES` or `PROMENADE_MINUTES` say otherwise.
     pub cases: u64,
@@ -289,7 +289,9 @@ mod tests {
             ("crates/baker/tests/checkpoint/exported.safetensors", |b| safetensors::SafeTensors::deserialize(b).is_ok()),
             ("crates/baker/tests/checkpoint/full.pth", |b| zip::ZipArchive::new(std::io::Cursor::new(b)).is_ok()),
             ("crates/testing/fuzz/path/whole/p.json", |b| serde_json::from_slice::<serde_json::Value>(b).is_ok()),
-            ("crates/testing/fuzz/sound/whole/int16.wav", |b| b.get(4..8) == Some(&(b.len() as u32).wrapping_sub(8).to_le_bytes())),
+            ("crates/testing/fuzz/sound/whole/int16.wav", |b| {
+                b.get(4..8) == Some(&(b.len() as u32).wrapping_sub(8).to_le_bytes())
+            }),
         ];
         let mut rng = Rng::with_seed(1);
         for (path, reads) in cases {
