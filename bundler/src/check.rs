@@ -13,6 +13,9 @@ use std::thread;
 /// program. The latter needs headers that come with the screen's packages.
 const FEATURES: [&str; 2] = ["promenade/train", "promenade-plugin/standalone"];
 
+/// Screens that tests with windows are spread over.
+const SCREENS: usize = 2;
+
 /// Checks format and lints, bundles the plugin, and runs every test; stops at the first section that fails.
 pub(crate) fn test() -> Result<()> {
     let mut sections = Sections::default();
@@ -25,29 +28,20 @@ pub(crate) fn test() -> Result<()> {
 
 fn all(sections: &mut Sections) -> Result<()> {
     sections.run("format", || run(cargo("fmt").args(["--all", "--check"])))?;
-    let screen = sections.run("screen", Screen::start)?;
-    let features = FEATURES[..if screen.is_some() { 2 } else { 1 }].join(",");
-    let sanitizer = real_time_sanitizer()?;
-    let built = |command: &str| {
-        let mut cargo = cargo(command);
-        cargo.args(["--workspace", "--features", &features]);
-        // Each time, because a change of these compiles the sanitizer again.
-        if let Some(library) = &sanitizer {
-            cargo.env("RTSAN_ENABLE", "1").env("RTSAN_LIB_PATH", library);
-        }
-        cargo
-    };
+    let screens = sections.run("screens", || Screen::start_several(SCREENS))?;
+    let built =
+        Built { features: FEATURES[..if screens.is_empty() { 1 } else { 2 }].join(","), sanitizer: real_time_sanitizer()? };
 
     // Packages are downloaded while the compiler works, and the engine for browsers keeps one processor busy at most.
     let python = thread::spawn(python_environment);
     let browser = thread::spawn(Browser::prepare);
-    sections.run("build", || run(built("build").args(["--lib", "--bins", "--tests"])))?;
+    sections.run("build", || run(built.cargo("build").args(["--lib", "--bins", "--tests"])))?;
     let python = sections.run("python environment", || python.join().map_err(|_| anyhow!("pip's thread has panicked"))?)?;
     let bundles = sections.run("bundles", || bundle::lay_out(&[]))?;
 
     let vst3 = bundles.join("Promenade.vst3");
     let tool = bundle::target_folder()?.join("debug").join(format!("promenade{}", std::env::consts::EXE_SUFFIX));
-    sections.run("lints", || run(built("clippy").args(["--all-targets", "--", "-D", "warnings"])))?;
+    sections.run("lints", || run(built.cargo("clippy").args(["--all-targets", "--", "-D", "warnings"])))?;
 
     let browser = sections
         .run("engine for browsers", || browser.join().map_err(|_| anyhow!("the thread of the engine has panicked"))?)?;
@@ -63,46 +57,96 @@ fn all(sections: &mut Sections) -> Result<()> {
         sections.run("pages in a browser", || browser.test(&tool))?;
     }
 
-    // Last, so that the log ends with the counts of cargo.
-    let tests = || -> Result<Command> {
-        let mut tests = built("test");
-        tests.arg("--no-fail-fast").env("PROMENADE_BUNDLES", &bundles);
-        if let Some(screen) = &screen {
-            let pictures = bundle::target_folder()?.join("screenshots");
-            std::fs::create_dir_all(&pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
-            // Software drawing, so that the pictures do not depend on the graphics card.
-            tests.env("DISPLAY", &screen.display).env("LIBGL_ALWAYS_SOFTWARE", "1");
-            // Memory that threads of closed windows keep in arenas of their own would hide what a window leaves behind.
-            tests.env("MALLOC_ARENA_MAX", "2");
-            tests.env("PROMENADE_SCREENSHOTS", &pictures);
-        }
-        Ok(tests)
-    };
-    // Examples are linted, not linked.
-    sections.run("tests", || run(tests()?.arg("--doc")).and_then(|()| run(tests()?.arg("--tests"))))?;
+    let tests = Tests { built: &built, bundles: &bundles, pictures: bundle::target_folder()?.join("screenshots") };
+    std::fs::create_dir_all(&tests.pictures).with_context(|| format!("cannot make {}", tests.pictures.display()))?;
+    if let [first, others @ ..] = &screens[..] {
+        sections.run("tests with a screen", || tests.on_screens(first, others))?;
+    }
+    // Last, so that the log ends with the counts of cargo. Examples are linted, not linked.
+    let screen = screens.first();
+    sections.run("tests", || {
+        run(tests.cargo(screen).arg("--doc"))?;
+        run(tests.cargo(screen).arg("--tests"))
+    })?;
 
     // Tests that not every machine can run are ignored so far, and named by what they need.
-    let needs = [
-        ("needs_shared", Path::new("../shared").is_dir()),
-        ("needs_screen", screen.is_some()),
-        ("needs_sanitizer", sanitizer.is_some()),
-    ];
+    let needs = [("needs_shared", Path::new("../shared").is_dir()), ("needs_sanitizer", built.sanitizer.is_some())];
     let (here, missing): (Vec<_>, Vec<_>) = needs.into_iter().partition(|(_, here)| *here);
-    let names = |needs: Vec<(&'static str, bool)>| needs.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
-    let (here, missing) = (names(here), names(missing));
     if !here.is_empty() {
-        // Where there is one mouse, one after the other.
-        let threads = |name: &str| if name == "needs_screen" { &["--test-threads", "1"][..] } else { &[] };
-        let needy = |name: &str| run(tests()?.args(["--tests", "--", "--ignored"]).args(threads(name)).arg(name));
-        sections.run("tests with needs", || here.iter().try_for_each(|name| needy(name)))?;
+        let names = here.iter().map(|(name, _)| name);
+        sections.run("tests with needs", || run(tests.cargo(screen).args(["--tests", "--", "--ignored"]).args(names)))?;
     }
     if browser.is_none() {
         println!("\nthe page was not tried in a browser");
     }
+    let missing = missing.iter().map(|(name, _)| *name).chain(screens.is_empty().then_some("needs_screen")).collect::<Vec<_>>();
     if !missing.is_empty() {
         println!("\nnot run on this machine: {}", missing.join(", "));
     }
     Ok(())
+}
+
+/// The one build of everything.
+struct Built {
+    features: String,
+    /// The runtime of the sanitizer.
+    sanitizer: Option<PathBuf>,
+}
+
+impl Built {
+    /// A command of cargo over the whole workspace.
+    fn cargo(&self, command: &str) -> Command {
+        let mut cargo = cargo(command);
+        cargo.args(["--workspace", "--features", &self.features]);
+        // Each time, because a change of these compiles the sanitizer again.
+        if let Some(library) = &self.sanitizer {
+            cargo.env("RTSAN_ENABLE", "1").env("RTSAN_LIB_PATH", library);
+        }
+        cargo
+    }
+}
+
+/// The tests in Rust and what they look for.
+struct Tests<'a> {
+    built: &'a Built,
+    bundles: &'a Path,
+    /// Where pictures of windows are kept.
+    pictures: PathBuf,
+}
+
+impl Tests<'_> {
+    fn cargo(&self, screen: Option<&Screen>) -> Command {
+        let mut tests = self.built.cargo("test");
+        tests.arg("--no-fail-fast").env("PROMENADE_BUNDLES", self.bundles);
+        if let Some(screen) = screen {
+            // Software drawing, so that the pictures do not depend on the graphics card.
+            tests.env("DISPLAY", &screen.display).env("LIBGL_ALWAYS_SOFTWARE", "1");
+            // Memory that threads of closed windows keep in arenas of their own would hide what a window leaves behind.
+            tests.env("MALLOC_ARENA_MAX", "2");
+            tests.env("PROMENADE_SCREENSHOTS", &self.pictures);
+        }
+        tests
+    }
+
+    /// The tests that open windows: on one screen one after the other, because it has one mouse; those of the VST3 on a screen
+    /// of their own, if there is another.
+    fn on_screens(&self, first: &Screen, others: &[Screen]) -> Result<()> {
+        let windows = |screen: &Screen, names: &[&str]| {
+            let mut tests = self.cargo(Some(screen));
+            tests.args(["--tests", "--", "--ignored", "--test-threads", "1"]).args(names);
+            tests
+        };
+        const VST3: &str = "needs_screen::vst3";
+        let Some(second) = others.first() else { return run(&mut windows(first, &["needs_screen"])) };
+        let mut vst3 = windows(second, &[VST3]);
+        thread::scope(|scope| {
+            let beside = scope.spawn(|| vst3.output().context("cannot run the tests of the VST3 with a screen"));
+            run(&mut windows(first, &["needs_screen", "--skip", VST3]))?;
+            let out = beside.join().map_err(|_| anyhow!("the thread of tests with a screen has panicked"))??;
+            println!("{}{}", String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+            if out.status.success() { Ok(()) } else { Err(anyhow!("tests of the VST3 with a screen failed: {}", out.status)) }
+        })
+    }
 }
 
 /// The sanitizer's runtime, which Linux toolchains bring along.

@@ -31,15 +31,15 @@ pub(crate) struct Screen {
 }
 
 impl Screen {
-    /// Starts one; none, with the reason printed, on systems without X11 or where its packages are missing and cannot be
+    /// Starts several; none, with the reason printed, on systems without X11 or where its packages are missing and cannot be
     /// installed.
     ///
     /// # Errors
-    /// In continuous integration, where nothing may be skipped, and when the server does not start.
-    pub(crate) fn start() -> Result<Option<Self>> {
+    /// In continuous integration, where nothing may be skipped, and when a server does not start.
+    pub(crate) fn start_several(count: usize) -> Result<Vec<Self>> {
         if !cfg!(target_os = "linux") {
             println!("windows are tested on Linux only");
-            return Ok(None);
+            return Ok(Vec::new());
         }
         let missing = missing_packages();
         if !missing.is_empty() && !packages::install(&missing)? {
@@ -48,8 +48,12 @@ impl Screen {
                 bail!("packages are missing: {missing}");
             }
             println!("tests with windows are skipped; install for them: {missing}");
-            return Ok(None);
+            return Ok(Vec::new());
         }
+        (0..count).map(|_| Self::start()).collect()
+    }
+
+    fn start() -> Result<Self> {
         // Without a reset, which would turn away whoever comes just after the last window has gone. The server picks a free
         // number and writes it to the file descriptor that it is given.
         let mut server = Command::new("Xvfb")
@@ -67,7 +71,7 @@ impl Screen {
         if number.trim().is_empty() {
             bail!("Xvfb has ended without a display");
         }
-        Ok(Some(screen))
+        Ok(screen)
     }
 }
 

@@ -174,28 +174,29 @@ fn filter(text: &str) -> Result<Option<EqFilter>, &'static str> {
         return Err(form);
     }
     let gain_db = gain_db.unwrap_or(0.0);
+    if let (EqKind::LowShelf | EqKind::HighShelf, None) = (kind, q) {
+        let steep = slope.unwrap_or(SHELF_SLOPE);
+        if text.split_whitespace().nth(1).is_none_or(|name| name.len() <= 2) {
+            let shift = 10.0_f64.powf(gain_db.abs() / 80.0 / steep);
+            hz = if kind == EqKind::LowShelf { hz * shift } else { hz / shift };
+            hz = hz.clamp(*HZ.start(), *HZ.end());
+        }
+        q = Some(shelf_quality(gain_db, steep));
+    }
     let q = match (kind, q) {
         (_, Some(q)) => q,
-        (EqKind::LowShelf | EqKind::HighShelf, None) => {
-            let steep = slope.unwrap_or(SHELF_SLOPE);
-            if text.split_whitespace().nth(1).is_none_or(|name| name.len() <= 2) {
-                let shift = 10.0_f64.powf(gain_db.abs() / 80.0 / steep);
-                hz = if kind == EqKind::LowShelf { hz * shift } else { hz / shift };
-                hz = hz.clamp(*HZ.start(), *HZ.end());
-            }
-            // The cookbook's Q of a slope.
-            let amplitude = 10.0_f64.powf(gain_db / 40.0);
-            ((amplitude + amplitude.recip()) * (steep.recip() - 1.0) + 2.0)
-                .max(1e-4)
-                .sqrt()
-                .recip()
-                .clamp(*QUALITIES.start(), *QUALITIES.end())
-        }
         (EqKind::LowPass | EqKind::HighPass | EqKind::BandPass | EqKind::AllPass, None) => BUTTERWORTH,
         (EqKind::Notch, None) => 30.0,
-        (EqKind::Peak, None) => return Err(form),
+        (EqKind::Peak | EqKind::LowShelf | EqKind::HighShelf, None) => return Err(form),
     };
     Ok(Some(EqFilter { kind, hz, gain_db, q }))
+}
+
+/// The Q of a shelf of some slope, from 0 to 1 (R. Bristow-Johnson, Audio EQ Cookbook).
+fn shelf_quality(gain_db: f64, slope: f64) -> f64 {
+    let amplitude = 10.0_f64.powf(gain_db / 40.0);
+    let square = (amplitude + amplitude.recip()) * (slope.recip() - 1.0) + 2.0;
+    square.max(1e-4).sqrt().recip().clamp(*QUALITIES.start(), *QUALITIES.end())
 }
 
 /// "20 -1.2; 21 -1.3; ...": frequencies that rise, with levels, dB.

@@ -78,6 +78,23 @@ struct Corner {
     slope: [f32; 2],
 }
 
+impl Corner {
+    /// Both nodes of the cell above node `low`, `step` metres long, at the share `t` of it.
+    fn pair(low: usize, t: f32, step: f32) -> [Self; 2] {
+        let (square, cube) = (t * t, t * t * t);
+        let rise = [3.0 * square - 2.0 * cube, (6.0 * t - 6.0 * square) / step];
+        let below = Self {
+            node: low,
+            line: [1.0 - t, -1.0 / step],
+            value: [1.0 - rise[0], -rise[1]],
+            slope: [(cube - 2.0 * square + t) * step, 3.0 * square - 4.0 * t + 1.0],
+        };
+        let above =
+            Self { node: low + 1, line: [t, 1.0 / step], value: rise, slope: [(cube - square) * step, 3.0 * square - 2.0 * t] };
+        [below, above]
+    }
+}
+
 impl BassField {
     /// Number of places.
     #[must_use]
@@ -120,24 +137,8 @@ impl BassField {
             // At a node the cell above it is looked at, or the last one.
             let (low, t) = if count == 2 { (near[0].0, near[1].1) } else { (near[0].0, 0.0) };
             let (low, t) = if low + 1 < nodes.len() { (low, t) } else { (low - 1, 1.0) };
-            let step = nodes[low + 1] - nodes[low];
             counts[axis] = 2;
-            let (square, cube) = (t * t, t * t * t);
-            let rise = [3.0 * square - 2.0 * cube, (6.0 * t - 6.0 * square) / step];
-            corners[axis] = [
-                Corner {
-                    node: low,
-                    line: [1.0 - t, -1.0 / step],
-                    value: [1.0 - rise[0], -rise[1]],
-                    slope: [(cube - 2.0 * square + t) * step, 3.0 * square - 4.0 * t + 1.0],
-                },
-                Corner {
-                    node: low + 1,
-                    line: [t, 1.0 / step],
-                    value: rise,
-                    slope: [(cube - square) * step, 3.0 * square - 2.0 * t],
-                },
-            ];
+            corners[axis] = Corner::pair(low, t, nodes[low + 1] - nodes[low]);
         }
         let wide: [bool; 3] = std::array::from_fn(|axis| self.places[axis].count() > 1);
         let sums = wide.iter().filter(|wide| **wide).count() as f32 - 1.0;

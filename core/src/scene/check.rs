@@ -284,9 +284,14 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
     limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;
     Cost::new(parts, &parts.grid).check(&parts.grid)?;
-    let tail = &parts.tail;
+    check_surroundings(parts)
+}
+
+/// The late part, the bounds, the air, the anchors and the poses.
+fn check_surroundings(parts: &SceneParts) -> Result<(), SceneError> {
+    let (tail, bands) = (&parts.tail, parts.bands.count());
     for (name, len) in [("reverberation times", tail.t60_s.len()), ("coherences", tail.coherence.len())] {
-        limit(&format!("number of {name}"), len, shape.bands, shape.bands)?;
+        limit(&format!("number of {name}"), len, bands, bands)?;
     }
     in_range("reverberation time", &tail.t60_s, 1e-3, 1e3)?;
     in_range("coherence", &tail.coherence, -1.0, 1.0)?;

@@ -83,8 +83,29 @@ pub(super) fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
         CloudKind::SimpleSh => w.want("freq_weights", &[bands, width]),
         CloudKind::Full | CloudKind::Sh | CloudKind::Taps => want_transformer(&mut w, &mut sizes),
     }
-    match parts.kind {
-        CloudKind::Full => want_hyper_network(&mut w, &mut sizes),
+    want_filters(&mut w, &mut sizes);
+    if sizes.conv {
+        CONV_LAYERS.iter().for_each(|(stem, shape)| w.linear(stem, shape));
+    }
+    let shapes = named(w)?;
+    within("width", width, TILE, MAX_WIDTH)?;
+    within("frames", sizes.frames, 0, MAX_FRAMES)?;
+    within("transformer layers", sizes.layers, 0, MAX_LAYERS)?;
+    let harmonic = sizes.frames > 0 && matches!(parts.kind, CloudKind::Sh | CloudKind::SimpleSh);
+    if harmonic && harmonic_degree(sizes.harmonics).is_none() {
+        return Err(value("spherical harmonics", "1, 4, 9 or 16", sizes.harmonics));
+    }
+    check_shapes(shapes, parts)?;
+    check_multiples(parts, &sizes)?;
+    check_place(parts, features)?;
+    Ok(sizes)
+}
+
+/// What turns masks into time filters, by the kind of network.
+fn want_filters(w: &mut Wanted<'_>, sizes: &mut CloudSizes) {
+    let (n, bands, width) = (sizes.anchors, sizes.bands, sizes.width);
+    match w.parts.kind {
+        CloudKind::Full => want_hyper_network(w, sizes),
         CloudKind::Sh | CloudKind::SimpleSh => {
             let filtered = ["time_weights", "time_freq_weights", "_acoustic_features_t"].iter().any(|k| w.has(k));
             if filtered {
@@ -103,10 +124,12 @@ pub(super) fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
             }
         }
     }
-    if sizes.conv {
-        CONV_LAYERS.iter().for_each(|(stem, shape)| w.linear(stem, shape));
-    }
-    let Wanted { shapes, mut missing, .. } = w;
+}
+
+/// The shapes of all weights by name; none is missing, and none is unknown.
+fn named(w: Wanted<'_>) -> Result<BTreeMap<String, Vec<usize>>, CloudError> {
+    let Wanted { parts, shapes, mut missing } = w;
+    let kind = parts.kind.name();
     missing.extend(shapes.keys().filter(|k| !parts.weights.contains_key(*k)).cloned());
     missing.sort();
     missing.dedup();
@@ -117,13 +140,10 @@ pub(super) fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
     if !unknown.is_empty() {
         return Err(CloudError::Unknown { kind, unknown });
     }
-    within("width", width, TILE, MAX_WIDTH)?;
-    within("frames", sizes.frames, 0, MAX_FRAMES)?;
-    within("transformer layers", sizes.layers, 0, MAX_LAYERS)?;
-    let harmonic = sizes.frames > 0 && matches!(parts.kind, CloudKind::Sh | CloudKind::SimpleSh);
-    if harmonic && harmonic_degree(sizes.harmonics).is_none() {
-        return Err(value("spherical harmonics", "1, 4, 9 or 16", sizes.harmonics));
-    }
+    Ok(shapes)
+}
+
+fn check_shapes(shapes: BTreeMap<String, Vec<usize>>, parts: &CloudParts) -> Result<(), CloudError> {
     for (name, expected) in shapes {
         let found = &parts.weights[&name];
         let fits = found.shape == expected && found.values.len() == expected.iter().product::<usize>();
@@ -132,6 +152,12 @@ pub(super) fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
         }
         finite(&format!("weights '{name}'"), &found.values)?;
     }
+    Ok(())
+}
+
+/// Widths that fill the vectors of the network's products.
+fn check_multiples(parts: &CloudParts, sizes: &CloudSizes) -> Result<(), CloudError> {
+    let width = sizes.width;
     if sizes.layers > 0 {
         let multiple = parts.heads * TILE;
         if parts.heads == 0 || !width.is_multiple_of(multiple) || !sizes.feed_forward.is_multiple_of(TILE) {
@@ -141,8 +167,7 @@ pub(super) fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
     } else if !width.is_multiple_of(TILE) {
         return Err(value("width", format!("a multiple of {TILE}"), width));
     }
-    check_place(parts, features)?;
-    Ok(sizes)
+    Ok(())
 }
 
 fn check_place(parts: &CloudParts, features: usize) -> Result<(), CloudError> {
