@@ -87,15 +87,21 @@ fn all(sections: &mut Sections) -> Result<()> {
 }
 
 /// The one build of everything.
-struct Built {
+pub(crate) struct Built {
     features: String,
     /// The runtime of the sanitizer.
     sanitizer: Option<PathBuf>,
 }
 
 impl Built {
+    /// With or without the standalone program, whose headers come with the packages of screens.
+    pub(crate) fn new(standalone: bool) -> Result<Self> {
+        let features = FEATURES[..if standalone { 2 } else { 1 }].join(",");
+        Ok(Self { features, sanitizer: real_time_sanitizer()? })
+    }
+
     /// A command of cargo over the whole workspace.
-    fn cargo(&self, command: &str) -> Command {
+    pub(crate) fn cargo(&self, command: &str) -> Command {
         let mut cargo = cargo(command);
         cargo.args(["--workspace", "--features", &self.features]);
         // Each time, because a change of these compiles the sanitizer again.

@@ -10,6 +10,7 @@ mod manifest;
 mod manual;
 mod package;
 mod packages;
+mod quick;
 mod readme;
 mod screen;
 mod search;
@@ -44,8 +45,9 @@ cargo xtask systems [TARGET ...]
 cargo xtask search [MINUTES]
     reads changed files of every kind for so much processor time, 60 minutes unless told, and names those that a reader does not
     survive
-cargo xtask test
-    checks format and lints, bundles the plugin, runs every test in Rust and in Python";
+cargo xtask test [--quick]
+    checks format and lints, bundles the plugin, runs every test in Rust and in Python; with --quick the lints of the crates
+    that have changed, and the tests in Rust of these and of all that stand on them";
 
 fn main() -> ExitCode {
     match run() {
@@ -88,6 +90,7 @@ fn run() -> Result<()> {
         "systems" => systems::systems(&root, &options),
         "search" => search::search(&options),
         "test" if options.is_empty() => check::test(),
+        "test" if options == ["--quick"] => quick::test(&root),
         "" | "help" | "--help" => {
             println!("{USAGE}");
             Ok(())

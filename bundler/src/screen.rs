@@ -83,6 +83,11 @@ impl Drop for Screen {
     }
 }
 
+/// Whether the packages for screens and for the standalone program are there.
+pub(crate) fn has_packages() -> bool {
+    missing_packages().is_empty()
+}
+
 /// What Debian's package list lacks; everything where there is no such list but also no server.
 fn missing_packages() -> Vec<&'static str> {
     if !Path::new("/usr/bin/dpkg-query").is_file() {

@@ -45,7 +45,6 @@ impl Wanted<'_> {
 }
 
 pub(super) fn check(parts: &CloudParts) -> Result<CloudSizes, CloudError> {
-    let kind = parts.kind.name();
     let (n, bands) = (parts.anchors.len(), parts.frequencies.count());
     within("number of anchors", n, 1, MAX_ANCHORS)?;
     let mut w = Wanted { parts, shapes: BTreeMap::new(), missing: Vec::new() };

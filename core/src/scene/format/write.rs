@@ -2,10 +2,10 @@
 
 use super::{CHECKSUM, FIELD, MANIFEST, ROOM, SITE, WEIGHTS, checksum};
 use crate::Field;
-use crate::decode::field::{LowRank, Rows, mirrored};
+use crate::decode::field::{Rows, mirrored};
 use crate::head::HEAD_BANDS;
 use crate::network::{CloudModel, Tensor};
-use crate::number::{single, whole};
+use crate::number::single;
 use crate::octave::OCTAVES;
 use crate::scene::error::SceneError;
 use crate::scene::manifest::{
