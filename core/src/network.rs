@@ -19,7 +19,7 @@ use transformer::Transformer;
 
 pub use emitter::{CloudEmitter, DELAY_SHAPES, HEAD_RADIUS_M, SPEED_OF_SOUND_M_S};
 pub use masks::Masks;
-pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, PoseConvention, Tensor};
+pub use model::{CloudError, CloudKind, CloudModel, CloudParts, CloudSizes, HARMONIC, PoseConvention, Tensor};
 pub use placement::{Listener, Placement};
 pub use shapes::{CONV_LAYERS, MAX_HARMONICS};
 

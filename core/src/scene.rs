@@ -7,6 +7,7 @@ mod check;
 mod corners;
 mod cost;
 mod emission;
+mod emitter;
 mod error;
 mod format;
 mod head;

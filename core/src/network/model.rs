@@ -8,6 +8,8 @@ use glam::Vec3;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
+/// Value of the zeroth spherical harmonic: features of anchors and colours of splats are `(colour - 0.5) / HARMONIC`.
+pub const HARMONIC: f32 = 0.282_094_8;
 /// The most anchors of a cloud.
 pub(crate) const MAX_ANCHORS: usize = 65_536;
 

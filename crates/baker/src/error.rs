@@ -75,6 +75,9 @@ pub enum BakeError {
         /// Why.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// A scene cannot be played.
+    #[error(transparent)]
+    Player(#[from] promenade_player::PlayerError),
     /// A setting of a scene has no figures.
     #[error(transparent)]
     Judge(#[from] promenade_judge::JudgeError),

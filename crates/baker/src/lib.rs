@@ -4,13 +4,12 @@
 mod bake;
 mod error;
 mod judge;
-pub mod player;
 mod signal;
 mod sources;
 
 pub use promenade_audio::{FileError, atomic, file, resample, sound, wav};
 pub use promenade_judge::{cost, trade};
-pub use promenade_sofa::{SofaError, read_head, read_headphones, read_measured};
+pub use promenade_sofa::{SofaError, read_head, read_measured};
 
 pub use bake::{BakeOptions, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;

@@ -1,10 +1,10 @@
 //! What `docs/conventions.md` says of baking.
 
-use promenade_baker::player::render_response;
 use promenade_baker::{BakeOptions, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene};
 use promenade_metrics::{ild_db, itd_s};
+use promenade_player::render_response;
 use promenade_testing::Noise;
 use std::sync::Arc;
 

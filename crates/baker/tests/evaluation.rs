@@ -1,11 +1,11 @@
 //! Captures made of responses, and scenes judged on them.
 
 use promenade_baker::capture::{DrySound, FromResponses, from_responses};
-use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, evaluate, evaluate_each, overall};
-use promenade_baker::player::{Playing, Poses};
+use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Poses, evaluate, evaluate_each, overall};
 use promenade_baker::{BakeOptions, Capture, LoadOptions, Response, Responses, Split, bake_responses, wav};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene, Tier};
+use promenade_player::Playing;
 use promenade_testing::Noise;
 use std::path::Path;
 use std::sync::Arc;

@@ -1,9 +1,9 @@
 //! The factory scenes meet their accuracy at poses they were not baked from, on what the render head puts out.
 
 use promenade_baker::measure::{MeanErrors, compare_held_out};
-use promenade_baker::player::{Player, Playing, render_response};
 use promenade_core::{Pose, Renderer, Scene, Tier};
 use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
+use promenade_player::{Player, Playing, render_response};
 use std::path::Path;
 use std::sync::Arc;
 

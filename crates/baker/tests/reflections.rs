@@ -1,7 +1,6 @@
 //! Rooms whose lengths are stated: early reflections keep their places while the listener walks.
 
 use promenade_acoustics::{Material, Shoebox};
-use promenade_baker::player::render_response;
 use promenade_baker::simulation::{Hrtf, MeshOptions, Part, simulate_box};
 use promenade_baker::{BakeOptions, Response, Responses, Walls, bake_responses};
 use promenade_core::glam::Vec3;
@@ -9,6 +8,7 @@ use promenade_core::head::lattice;
 use promenade_core::{Head, Mover, Pose, Scene};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::signal;
+use promenade_player::render_response;
 use std::sync::Arc;
 
 const RATE: u32 = 16_000;

@@ -1,12 +1,12 @@
 //! Responses from manifests and SOFA files, made here and measured by others.
 
-use promenade_baker::player::render_response;
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeOptions, HoldOut, LoadOptions, Response, Responses, Side, bake_responses};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
 use promenade_metrics::{ild_db, itd_s};
+use promenade_player::render_response;
 use std::path::Path;
 use std::sync::Arc;
 

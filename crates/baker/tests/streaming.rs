@@ -3,11 +3,11 @@
 use promenade_baker::BakeError;
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
-use promenade_baker::player::{Player, Playing};
 use promenade_baker::streaming::{StreamReport, bursts_and_clicks, compare_streams, poses_within};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts};
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{Latency, Provenance, Scene, StftGrid, Tier};
+use promenade_player::{Player, Playing};
 use promenade_testing::clouds;
 use promenade_testing::clouds::Sizes;
 use std::sync::Arc;

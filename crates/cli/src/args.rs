@@ -16,12 +16,10 @@ mod placement;
 mod reconstruction;
 #[cfg(feature = "train")]
 mod refine;
-mod render;
 mod responses;
 mod simulate;
 #[cfg(feature = "train")]
 mod simulation;
-mod sound;
 mod study;
 mod surface;
 #[cfg(feature = "train")]
@@ -32,6 +30,7 @@ mod values;
 mod web;
 
 use clap::{Args, Parser, Subcommand};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 pub(crate) use air::AirArgs;
@@ -51,7 +50,6 @@ pub(crate) use pictures::PictureArgs;
 pub(crate) use reconstruction::ReconstructionArgs;
 #[cfg(feature = "train")]
 pub(crate) use refine::RefineArgs;
-pub(crate) use render::{OutputFormat, Place, RenderArgs};
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{
     JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering,
@@ -63,7 +61,7 @@ pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
 #[cfg(not(feature = "train"))]
-pub(crate) use untrained::{Untrained, WITH_TRAINING};
+pub(crate) use untrained::WITH_TRAINING;
 pub(crate) use web::WebArgs;
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.
@@ -88,8 +86,9 @@ pub(crate) enum Command {
     },
     /// Make a scene from a trained AV-Cloud checkpoint
     Import(Box<ImportArgs>),
-    /// Render a WAV file through a scene, along a path or at one pose
-    Render(Box<RenderArgs>),
+    /// Render a sound file through a scene, along a path or at one pose; `promenade render --help` lists its options
+    #[command(disable_help_flag = true)]
+    Render(Rest),
     /// Render a WAV file through a plugin as a host does, with automation, or list its parameters
     Host(HostArgs),
     /// Convert a camera path, or show what it is: JSON, CSV, cameras of COLMAP or NeRF tools, or a glTF animation
@@ -122,20 +121,27 @@ pub(crate) enum Command {
     /// Learn a scene from a capture and anchors; this build says how to make one that can
     #[cfg(not(feature = "train"))]
     #[command(disable_help_flag = true)]
-    Train(Untrained),
+    Train(Rest),
     /// Correct a simulated room by responses that were measured in it, for sources at new places
     #[cfg(feature = "train")]
     Refine(Box<RefineArgs>),
     /// Correct a simulated room by responses that were measured in it; this build says how to make one that can
     #[cfg(not(feature = "train"))]
     #[command(disable_help_flag = true)]
-    Refine(Untrained),
+    Refine(Rest),
     /// Judge scenes on the recordings of captures, beside baselines
     Eval(EvalArgs),
     /// Make a page on which scenes are walked and heard, in a folder for any web server or served on this machine
     Web(WebArgs),
     /// Make a page that asks listeners which sounds better, take their answers, and say what they answered
     Study(Box<StudyArgs>),
+}
+
+/// Whatever follows, for whom it is meant.
+#[derive(Debug, Args)]
+pub(crate) struct Rest {
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    pub(crate) words: Vec<OsString>,
 }
 
 #[derive(Debug, Args)]
@@ -170,7 +176,6 @@ mod tests {
             "responses ambisonic a --hrtf h -o b --distance 1",
             "import a -o b",
             "render a b c --path p --speed 2",
-            "render a b c --direct -3 --early 2 --late -120 --decay 2",
             "host a b c",
             "path a --fps 2 --simplify 1,1",
             "anchors a -o b",

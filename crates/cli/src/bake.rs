@@ -1,7 +1,7 @@
 //! `promenade bake`: measured responses become a scene, a scene's anchor cloud a table, and a scene one that holds less.
 
 use crate::args::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, NodesArg, SideArg};
-use crate::{progress, report, scene};
+use crate::{report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
 use promenade_baker::trade::{Less, Nodes, reduced};
@@ -60,7 +60,7 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
         max_bytes: (args.max_mb * 1e6) as usize,
         seed: args.seed,
     };
-    let bar = progress::of_sound(1.0);
+    let bar = report::Bar::new(1.0);
     let baked = bake_cloud(&scene, &options, |share| bar.at(share));
     drop(bar);
     let baked = baked.with_context(|| format!("{}: cannot be baked", args.scene.display()))?;

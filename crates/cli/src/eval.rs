@@ -1,10 +1,9 @@
 //! `promenade eval`: scenes against captures, beside baselines.
 
 use crate::args::{EvalArgs, HoldOutArgs, PosesArg};
-use crate::{plot, progress, report, scene};
+use crate::{plot, report, scene};
 use anyhow::{Context, Result, bail};
-use promenade_baker::evaluate::{ClipPair, EvaluateOptions, Evaluation, Figure, Figures, evaluate_each, overall};
-use promenade_baker::player::Poses;
+use promenade_baker::evaluate::{ClipPair, EvaluateOptions, Evaluation, Figure, Figures, Poses, evaluate_each, overall};
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeError, Capture, FileError, LoadOptions, Responses, Split, atomic};
 use serde_json::{Map, Value, json};
@@ -36,7 +35,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
             report::note(format_args!("{}: {note}", capture_path.display()));
         }
         let rate = capture.sample_rate_hz;
-        let bar = progress::of_sound(capture.split(Split::Test).map(|c| c.len as f64 / rate).sum());
+        let bar = report::Bar::new(capture.split(Split::Test).map(|c| c.len as f64 / rate).sum());
         let folder = args.wavs.as_ref().map(|f| f.join(format!("{:02}-{}", number + 1, plain(&capture.title))));
         let (mut method, mut done) = (String::new(), 0.0);
         let evaluation = evaluate_each(&scene, &capture, &options, &mut |heard| {

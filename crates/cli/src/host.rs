@@ -3,12 +3,12 @@
 mod tracks;
 
 use crate::args::HostArgs;
-use crate::{progress, report};
+use crate::report;
 use anyhow::{Context, Result};
-use promenade_baker::player::Source;
 use promenade_baker::wav::{Format, WavWriter};
 use promenade_baker::{atomic, file};
 use promenade_host::{AutomationFile, Bounce, Bundle, Instance, PluginInfo, Preset, RemotePage, Setup};
+use promenade_player::Source;
 use std::path::Path;
 use std::time::Instant;
 use tracks::Tracks;
@@ -143,7 +143,7 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     let tail = (args.tail * rate).round() as usize;
     let mut bounce = Bounce::new(&mut instance, &lanes)?;
     let whole = tracks.frames() + tail + bounce.latency();
-    let bar = progress::of_sound(whole as f64 / rate);
+    let bar = report::Bar::new(whole as f64 / rate);
     let block = args.block as usize;
     let mut wet = vec![Vec::with_capacity(block); args.outputs.into()];
     for position in (0..whole).step_by(block) {
@@ -157,7 +157,7 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     let changed = bounce.finish()?;
     let written = writer.finish()?;
     drop(bar);
-    progress::done(output, written.frames, rate, began);
+    report::done(output, written.frames, rate, began);
     if let Some(now) = changed {
         report::note(format_args!(
             "the plugin's latency changed from {latency} to {now} samples; the output after that is late or early by the \

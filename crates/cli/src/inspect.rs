@@ -30,7 +30,7 @@ fn list(args: &InspectArgs) -> Result<()> {
     if args.cost {
         bail!("--cost is for one scene, found {}", args.scenes.len());
     }
-    let scenes = args.scenes.iter().map(|file| scene::read(file)).collect::<Result<Vec<_>>>()?;
+    let scenes = args.scenes.iter().map(|file| Ok(scene::read(file)?)).collect::<Result<Vec<_>>>()?;
     if args.json {
         let all = scenes.iter().map(|scene| as_json(scene, None)).collect::<Vec<_>>();
         return report::print(&format!("{:#}\n", json!(all)));

@@ -21,11 +21,9 @@ mod measure;
 mod path;
 mod picture;
 mod plot;
-mod progress;
 mod reconstruction;
 #[cfg(feature = "train")]
 mod refine;
-mod render;
 mod report;
 mod responses;
 mod scene;
@@ -45,7 +43,7 @@ fn main() -> ExitCode {
         args::Command::Bake { source } => bake::run(&source),
         args::Command::Responses { command } => responses::run(&command),
         args::Command::Import(a) => import::run(&a),
-        args::Command::Render(a) => render::run(&a),
+        args::Command::Render(rest) => return promenade_player::command::main("promenade render", rest.words),
         args::Command::Host(a) => host::run(&a),
         args::Command::Path(a) => path::run(&a),
         args::Command::Anchors(a) => anchors::run(&a),

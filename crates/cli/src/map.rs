@@ -9,7 +9,7 @@ mod saliency;
 
 use crate::args::{Map, MapArgs, RoomArgs};
 use crate::plot::{self, Panel, Plan};
-use crate::{progress, report, simulate};
+use crate::{report, simulate};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Echogram, ImageOptions, Images, Measures, Mesh, RayOptions, Reflected, late_field};
 use promenade_baker::atomic;
@@ -79,8 +79,8 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
         seed: args.seed,
         ..RayOptions::default()
     };
-    let bar = progress::of_work();
-    let late = late_field(&room, &source, &listeners, &rays, |share| bar.at(progress::SHARES * share))?;
+    let bar = report::Bar::new(1.0);
+    let late = late_field(&room, &source, &listeners, &rays, |share| bar.at(share))?;
     drop(bar);
     let measures = |(at, echogram): (&[f64; 3], &Echogram)| -> Result<Measures> {
         Ok(Measures::new(*at, &images.seen_from(&room, *at, Reflected::Specular)?, echogram, air))

@@ -1,46 +1,13 @@
-//! `promenade path`: camera paths of every form, converted or in figures; and how all commands read them.
+//! `promenade path`: camera paths of every form, converted or in figures.
 
 use crate::args::PathArgs;
 use crate::report;
 use anyhow::{Context, Result, bail};
-use promenade_baker::{atomic, file};
+use promenade_baker::atomic;
 use promenade_core::glam::Vec3;
-use promenade_paths::{CameraPath, ImportOptions, Imported, MAX_FILE_BYTES, Summary, WriteFormat, simplify, write};
-use std::path::{Path, PathBuf};
+use promenade_paths::{CameraPath, Imported, Summary, WriteFormat, simplify, write};
 
-/// Where a folder keeps the images of a COLMAP model, of which COLMAP itself prefers the binary form, or the cameras of a NeRF
-/// tool.
-const IN_FOLDER: [&str; 7] = [
-    "images.bin",
-    "images.txt",
-    "sparse/0/images.bin",
-    "sparse/0/images.txt",
-    "sparse/images.bin",
-    "sparse/images.txt",
-    "transforms.json",
-];
-
-/// Reads a camera path of any form.
-pub(crate) fn read(path: &Path, options: &ImportOptions) -> Result<Imported> {
-    let file = if path.is_dir() { images_in(path)? } else { path.to_path_buf() };
-    let name = file.display().to_string();
-    let bytes = file::open(&file).and_then(|mut file| promenade_paths::bytes_of(&mut file));
-    let bytes = bytes.with_context(|| format!("{name}: cannot be read"))?;
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let mut beside = |uri: &str| file::read(&folder.join(uri), MAX_FILE_BYTES);
-    Ok(promenade_paths::read(&name, &bytes, options, &mut beside)?)
-}
-
-fn images_in(folder: &Path) -> Result<PathBuf> {
-    let found = IN_FOLDER.iter().map(|name| folder.join(name)).find(|file| file.is_file());
-    found.with_context(|| {
-        let names = format!("{} or sparse/0/images.bin", IN_FOLDER[..2].join(", "));
-        format!(
-            "{}: expected a COLMAP model, a folder with {names}, or a transforms.json, found none of them",
-            folder.display()
-        )
-    })
-}
+pub(crate) use promenade_player::command::read_path as read;
 
 pub(crate) fn run(args: &PathArgs) -> Result<()> {
     let output = match &args.output {

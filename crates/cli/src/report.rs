@@ -1,9 +1,12 @@
 //! Text for the user: tables on standard output, notes on standard error, names in both. All output goes through here but
-//! progress bars and the help of the command line.
+//! the help of the command line.
 
 use anyhow::{Context, Result};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
+
+pub(crate) use promenade_player::command::terminal::{Bar, done, line, note, notes};
+use promenade_player::command::terminal::{escaped, one_line};
 
 /// Prints on standard output; a reader that closes it early is no failure.
 pub(crate) fn print(text: &str) -> Result<()> {
@@ -12,33 +15,6 @@ pub(crate) fn print(text: &str) -> Result<()> {
         Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
         done => done.context("standard output cannot be written"),
     }
-}
-
-/// Prints one line on standard error, whatever its parts contain.
-#[expect(clippy::print_stderr, reason = "this is the place for it")]
-pub(crate) fn line(text: impl std::fmt::Display) {
-    eprintln!("{}", escaped(&one_line(&text.to_string())));
-}
-
-/// Prints a note on standard error.
-pub(crate) fn note(note: impl std::fmt::Display) {
-    line(format_args!("note: {note}"));
-}
-
-/// Prints notes on standard error.
-pub(crate) fn notes(notes: &[String]) {
-    notes.iter().for_each(note);
-}
-
-/// Text as it may reach a terminal: control characters but line ends, with which the text of a file could move the cursor or
-/// change colours and titles, are written as JSON writes them, so that JSON stays JSON.
-fn escaped(text: &str) -> String {
-    let written = |c: char| if c.is_control() && c != '\n' { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
-    text.chars().map(written).collect()
-}
-
-fn one_line(text: &str) -> String {
-    text.replace(['\n', '\r'], " ")
 }
 
 /// A time in minutes and seconds.

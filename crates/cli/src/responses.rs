@@ -1,7 +1,7 @@
 //! `promenade responses`: sets of responses described and made, before anything is baked.
 
 use crate::args::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-use crate::{progress, report};
+use crate::report;
 use anyhow::{Context, Result};
 use promenade_baker::ambisonic::{AmbisonicResponses, Normalisation};
 use promenade_baker::responses::{Describe, describe};
@@ -34,7 +34,7 @@ fn ambisonic(args: &AmbisonicArgs) -> Result<()> {
     // A rate that is no whole number is refused when the responses are written, and before that by the HRTF's own.
     let hrtf =
         Hrtf::new(&head, set.sample_rate_hz as u32).with_context(|| format!("{}: makes no HRTF", args.hrtf.display()))?;
-    let bar = progress::of_sound(set.responses.len() as f64);
+    let bar = report::Bar::new(set.responses.len() as f64);
     let mut binaural = set.binaural(&hrtf, args.yaws, |done| bar.at(done as f64))?;
     drop(bar);
     binaural.notes.push(format!("heard with the head {} of {} directions", head.title, hrtf.directions()));

@@ -7,7 +7,7 @@ mod scene;
 use crate::args::{
     AirArgs, ClipArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering,
 };
-use crate::{capture, path, progress, report};
+use crate::{capture, path, report};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{
     Air, Directivity, Entry, Material, Materials, Mesh, MeshReport, Room, SPEED_OF_SOUND_M_S, Shoebox, Source,
@@ -84,8 +84,8 @@ fn mesh_room(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air_args: Ai
     if part.as_ref().is_some_and(is_there) {
         return Ok(());
     }
-    let bar = progress::of_work();
-    let simulated = simulate_mesh(&mesh, &room, &source, &hrtf, &poses, &options, |share| bar.at(progress::SHARES * share))?;
+    let bar = report::Bar::new(1.0);
+    let simulated = simulate_mesh(&mesh, &room, &source, &hrtf, &poses, &options, |share| bar.at(share))?;
     drop(bar);
     let Simulated { mut responses, late, images, crossover_hz } = simulated;
     responses.title = title;
@@ -341,8 +341,8 @@ fn box_room(args: &SimulateBoxArgs) -> Result<()> {
     if part.as_ref().is_some_and(is_there) {
         return Ok(());
     }
-    let bar = progress::of_work();
-    let done = |share| bar.at(progress::SHARES * share);
+    let bar = report::Bar::new(1.0);
+    let done = |share| bar.at(share);
     let Simulated { mut responses, images, .. } = simulate_box(&walls, args.emitter, &hrtf, &poses, &options, done)?;
     drop(bar);
     responses.notes.push(format!(

@@ -5,7 +5,6 @@ use crate::simulate::places::Places;
 use crate::{plot, report};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::cloud_scene::with_emitter;
 use promenade_baker::{Capture, atomic, file};
 use promenade_core::{Pose, Provenance, Scene};
 use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
@@ -121,7 +120,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
 /// A scene with its sound coming from another emitter of the capture.
 fn at_emitter(scene: Scene, capture: &Capture, emitter: Option<usize>) -> Result<Scene> {
     let Some(number) = emitter.filter(|number| *number > 0) else { return Ok(scene) };
-    let moved = with_emitter(&scene, capture.emitters[number].position)?;
+    let moved = scene.with_emitter(capture.emitters[number].position)?;
     moved.context("--emitter: expected settings with `emitter`, found a network that does not know where the sound comes from")
 }
 

@@ -3,7 +3,6 @@
 mod captures;
 mod commands;
 mod common;
-mod first_sound;
 mod fit;
 mod fit_heard;
 mod host;

@@ -223,6 +223,17 @@ fn stereo_and_formats() {
 }
 
 #[test]
+fn the_list_says_which_scenes_have_no_treble() {
+    let scene = |name: &str| format!("{}/../../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
+    let (list, _) = succeeds(&["inspect", &scene("iosr-room-a"), &scene("loft")]);
+    let lines: Vec<&str> = list.lines().collect();
+    assert_eq!(lines.len(), 3);
+    assert!(lines[1].contains("16 kHz") && lines[1].contains("6.8 kHz") && lines[1].contains("office"), "{list}");
+    assert!(lines[2].contains("48 kHz") && lines[2].contains("20.2 kHz") && lines[2].contains("Loft"), "{list}");
+    assert!(fails(&["inspect", "--cost", &scene("iosr-room-a"), &scene("loft")]).contains("for one scene"));
+}
+
+#[test]
 fn measures_a_response() {
     let place = Place::new();
     let file = place.text("turn_-90.wav");
@@ -265,7 +276,7 @@ fn bad_input_is_one_line_and_leaves_nothing() {
             vec!["render", &scene, &input, &out, "--path", &p("bad.csv")],
             "line 2: expected a finite number for z, found \"oops\"",
         ),
-        (vec!["render", &scene, &input, &p("no/such/out.wav")], "out.wav: cannot be written"),
+        (vec!["render", &scene, &input, &p("in.wav/out.wav")], "out.wav: cannot be written"),
         (vec!["render", &scene, &input, &set], "a folder"),
         (vec!["render", &scene, &input, &out, "--tier", "reference"], "reference"),
         (vec!["bake", "responses", &p("none"), "-o", &out], "none: cannot be read"),

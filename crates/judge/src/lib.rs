@@ -9,7 +9,6 @@ pub mod cost;
 mod error;
 mod measures;
 mod poses;
-mod stream;
 pub mod trade;
 
 pub use error::JudgeError;
@@ -17,4 +16,3 @@ pub use measures::{
     Comparison, MeanErrors, RESPONSE_S, Unmeasurable, mean_level_errors_db, response_levels_db, response_measures, response_s,
 };
 pub use poses::{noise, poses_within, walk};
-pub use stream::{Ears, Stream};

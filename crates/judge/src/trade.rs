@@ -16,10 +16,10 @@ use crate::cost::{Setting, TierCost, setting_costs};
 use crate::error::JudgeError;
 use crate::measures::{Comparison, MeanErrors, Unmeasurable, response_measures, response_s};
 use crate::poses::{noise, poses_within, walk};
-use crate::stream::{Ears, Stream};
 use promenade_core::{BlockParams, LiveParams, OCTAVES_HZ, Pose, Quality, ResponseMeasures, Scene, Tier};
 use promenade_fourier::spectrum;
 use promenade_metrics::{MetricError, lsd_db, rwavs};
+use promenade_player::{Ears, Stream};
 use std::sync::Arc;
 
 /// Differences that are just noticed, of decay times as a share: these, C50 and levels (strength) after ISO 3382-1:2009,

@@ -5,9 +5,8 @@ use crate::loudness::{Loudness, matching};
 use crate::page::FILES;
 use fastrand::Rng;
 use promenade_audio::{FileError, atomic, file, sound};
-use promenade_baker::BakeError;
-use promenade_baker::player::Player;
 use promenade_core::{MAX_SCENE_BYTES, Scene};
+use promenade_player::{Player, PlayerError};
 use promenade_web::{ENGINE_FILE, files as web_files};
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -44,7 +43,7 @@ pub enum SiteError {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: Box<BakeError>,
+        source: Box<PlayerError>,
     },
     /// The study has live scenes, and there is no engine.
     #[error("the study plays scenes, which needs the engine as WebAssembly")]

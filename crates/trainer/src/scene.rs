@@ -5,11 +5,11 @@ use crate::settings::{HeadKind, TrainSettings};
 use crate::setup::Setup;
 use crate::weights::{Arrays, DELAY};
 use promenade_baker::checkpoint::Imported;
-use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene, display_anchors, top_hz};
+use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene, top_hz};
 use promenade_core::glam::Vec3;
 use promenade_core::network::{CloudKind, CloudModel, CloudParts, PoseConvention, Tensor};
 use promenade_core::published::{ConvMode, Projection};
-use promenade_core::{AnchorCloud, Pose, Provenance, Scene, SceneError, SceneParts};
+use promenade_core::{Anchor, AnchorCloud, Pose, Provenance, Scene, SceneError, SceneParts};
 
 /// Puts a scene around weights: what was trained is what its tier High plays, or, with AV-Cloud's heads, its tier Reference as
 /// far as a stream can.
@@ -70,7 +70,7 @@ pub(crate) fn scene(
     Scene::new(SceneParts {
         provenance,
         taps: network.taps,
-        anchors: display_anchors(&model),
+        anchors: Anchor::all_of(&model),
         cloud: Some(AnchorCloud { model, conv: ConvMode::Off, projection: Projection::Diagonal, emitter }),
         top_hz: top_hz(&setup.grid),
         start_pose: start_pose.unwrap_or(Pose::IDENTITY),

@@ -4,8 +4,9 @@ use crate::answers::settled::Question;
 use crate::parameter::cast::narrow;
 use crate::telemetry::{FLOOR_DB, MASK_POINTS, frequency_hz};
 use promenade_core::{BlockParams, OCTAVES_HZ, Pose, Scene};
-use promenade_judge::{Ears, Stream, response_measures, response_s};
+use promenade_judge::{response_measures, response_s};
 use promenade_metrics::{DecayRange, MetricError, c50_db, decay_time_s, octave_of, schroeder_db, smoothed_levels_db};
+use promenade_player::{Ears, Stream};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 

@@ -4,7 +4,7 @@ use crate::library::cache::ContentHash;
 use crate::parameter::cast::narrow;
 use crate::worker::lock::lock;
 use promenade_core::{BlockParams, Scene};
-use promenade_judge::Stream;
+use promenade_player::Stream;
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock, Mutex};
 

@@ -1,9 +1,9 @@
 //! What the render head's late part plays at unit gain.
 
 use crate::error::BakeError;
-use crate::player::render_response;
 use crate::signal::spectrum::Analyser;
 use promenade_core::{Bands, Pose, Scene, StftGrid, TailModel, TransferFunction, TransferShape};
+use promenade_player::render_response;
 use promenade_room::HopEnergies;
 use std::sync::Arc;
 

@@ -8,19 +8,32 @@ mod nearest;
 
 pub use figure::{Figure, Figures};
 
-use crate::bake::cloud_scene::with_emitter;
 use crate::capture::{DIRECT_PRE_ROLL_S, Emitter};
-use crate::player::{Ears, Player, Playing, Poses};
 use crate::{BakeError, Capture, Clip, Responses, Split};
 use baselines::baselines;
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;
+use promenade_player::{Ears, Player, Playing};
 use std::sync::Arc;
 
+/// Dry sound that is played before a clip, seconds, at least; as long as the scene's room sounds where that is more.
+const PRE_ROLL_S: f64 = 1.0;
+/// The most dry sound that is played before a clip, seconds.
+const LONGEST_PRE_ROLL_S: f64 = 10.0;
 /// Training clips that levels are fitted on, spread over all.
 const FIT_CLIPS: usize = 64;
 /// Emitters farther from each other than this, metres, are two.
 const ANOTHER_EMITTER_M: f32 = 0.1;
+
+/// Where the listener is while a clip of a capture is played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Poses {
+    /// Where the clip's middle was, for the whole clip and before it: as the published models take it.
+    #[default]
+    Fixed,
+    /// On the track's path.
+    Path,
+}
 
 /// How a scene is evaluated.
 #[derive(Clone, Debug, Default)]
@@ -201,7 +214,7 @@ impl SceneMethod {
         let mut players = Vec::new();
         let all_known = capture.tracks.iter().flat_map(|t| &t.voices).all(|voice| voice.emitter.is_some());
         for emitter in capture.emitters.iter().filter(|_| all_known) {
-            if let Some(moved) = with_emitter(scene, emitter.position)? {
+            if let Some(moved) = scene.with_emitter(emitter.position)? {
                 players.push(Player::new(&Arc::new(moved), capture.sample_rate_hz, options.playing)?);
             }
         }
@@ -220,12 +233,13 @@ impl Method for SceneMethod {
     fn predict(&mut self, capture: &Capture, clip: &Clip) -> Result<Ears, BakeError> {
         let voices = &capture.tracks[clip.track].voices;
         let mut ears = match &mut self.players[..] {
-            [only] => only.render_clip(capture, clip, self.poses)?,
+            [only] => heard(only, capture, clip, self.poses, |pre_roll| capture.dry(clip, pre_roll))?,
             players => {
                 let mut sum: Ears = [vec![0.0; clip.len], vec![0.0; clip.len]];
-                for (number, voice) in voices.iter().enumerate() {
+                for voice in voices {
                     let player = &mut players[voice.emitter.unwrap_or(0)];
-                    add(&mut sum, player.render_voice(capture, clip, number, self.poses)?);
+                    let dry = |pre_roll| clip.stretch(&voice.dry, pre_roll);
+                    add(&mut sum, heard(player, capture, clip, self.poses, dry)?);
                 }
                 sum
             }
@@ -233,6 +247,31 @@ impl Method for SceneMethod {
         ears.iter_mut().flatten().for_each(|v| *v *= self.gain);
         Ok(ears)
     }
+}
+
+/// Both ears of a clip of a capture that `dry` gives the sound of, after so many samples before it. A stream's are as long as
+/// the clip, and the dry sound before it is heard too; those of the published model end with the clip's last whole hop.
+fn heard(
+    player: &mut Player,
+    capture: &Capture,
+    clip: &Clip,
+    poses: Poses,
+    dry: impl Fn(usize) -> Vec<f32>,
+) -> Result<Ears, BakeError> {
+    if player.playing() == Playing::Clip {
+        let ears = player.render_clip(&dry(0), &clip.pose);
+        let expected = "one that the published model plays";
+        return ears.map_err(|e| BakeError::argument("clip", expected, format!("'{}': {e}", clip.name)));
+    }
+    let rate_hz = capture.sample_rate_hz;
+    let pre_roll = (player.tail_s().clamp(PRE_ROLL_S, LONGEST_PRE_ROLL_S) * rate_hz).ceil() as usize;
+    let began_s = (clip.start as f64 - pre_roll as f64) / rate_hz;
+    let path = &capture.tracks[clip.track].path;
+    let ears = player.render(&dry(pre_roll), &mut |seconds| match poses {
+        Poses::Fixed => clip.pose,
+        Poses::Path => path.pose_at(began_s + seconds),
+    })?;
+    Ok(ears.map(|mut ear| ear.split_off(pre_roll)))
 }
 
 /// Training clips spread over all of them.

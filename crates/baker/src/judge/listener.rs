@@ -3,7 +3,6 @@
 use crate::bake::layout::Layout;
 use crate::bake::model_head::model_head;
 use crate::error::BakeError;
-use crate::player::render_response;
 use crate::signal::convolve::convolve;
 use crate::sources::responses::Responses;
 use promenade_core::glam::Vec3;
@@ -12,6 +11,7 @@ use promenade_core::{Head, Scene};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::signal;
 use promenade_metrics::{Cues, MetricError, binaural_similarity, lateral_deg, onset, pointed};
+use promenade_player::render_response;
 use std::sync::Arc;
 
 /// Draws of noise at each pose, the same for all that is heard there.

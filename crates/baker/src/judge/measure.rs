@@ -1,9 +1,9 @@
 //! A scene's rendered responses against measurements that it was not baked from.
 
 use crate::error::BakeError;
-use crate::player::render_response;
 use promenade_core::{HeldOut, Scene};
 use promenade_judge::{response_levels_db, response_measures};
+use promenade_player::render_response;
 use std::sync::Arc;
 
 pub use promenade_judge::{Comparison, MeanErrors, RESPONSE_S, mean_level_errors_db, response_s};

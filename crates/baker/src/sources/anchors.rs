@@ -11,10 +11,10 @@ mod voxels;
 pub use box_points::{WALL_COLOURS, box_points};
 
 use crate::BakeError;
-use crate::sources::reconstruction::{HARMONIC, Point};
+use crate::sources::reconstruction::Point;
 use k_means::k_means;
 use promenade_core::glam::Vec3;
-use promenade_core::network::Placement;
+use promenade_core::network::{HARMONIC, Placement};
 use voxels::Voxel;
 
 /// Anchors that a set may have.

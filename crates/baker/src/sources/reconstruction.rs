@@ -7,7 +7,7 @@ mod ply;
 mod point;
 
 pub use mesh::Surface;
-pub use point::{HARMONIC, Point};
+pub use point::Point;
 pub use promenade_paths::colmap::Image as Camera;
 
 use crate::BakeError;

@@ -3,7 +3,7 @@
 use super::capture::HoldOutArgs;
 use super::values::parse_tier;
 use clap::{Args, ValueEnum};
-use promenade_baker::player::Playing;
+use promenade_player::Playing;
 use std::path::PathBuf;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]

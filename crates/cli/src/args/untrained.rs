@@ -1,30 +1,21 @@
 //! `promenade train` in a build without the training framework.
 
-use clap::Args;
-use std::ffi::OsString;
-
 /// What makes a build that trains.
 pub(crate) const WITH_TRAINING: &str = "cargo build --release -p promenade --features train";
 
-/// Whatever was asked of the training, so that the answer is how to get it and not that an option is unknown.
-#[derive(Debug, Args)]
-pub(crate) struct Untrained {
-    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
-    asked: Vec<OsString>,
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use clap::{Command, FromArgMatches};
+    use super::WITH_TRAINING;
+    use crate::args::Rest;
+    use clap::{Args, Command, FromArgMatches};
 
     #[test]
     fn whatever_is_asked_is_understood() {
-        let command = Untrained::augment_args(Command::new("train")).disable_help_flag(true);
+        let command = Rest::augment_args(Command::new("train")).disable_help_flag(true);
         for line in ["", "walk/ --anchors a.safetensors -o b.promenade --steps 3", "--gpu", "--help", "-h", "a -- b"] {
             let words: Vec<_> = line.split_whitespace().collect();
             let matches = command.clone().try_get_matches_from([&["train"], &words[..]].concat()).expect(line);
-            let asked = Untrained::from_arg_matches(&matches).unwrap().asked;
+            let asked = Rest::from_arg_matches(&matches).unwrap().words;
             assert_eq!(asked.is_empty(), line.is_empty(), "{line}: {asked:?}");
         }
     }

@@ -1,38 +1,17 @@
 //! Values on the command line: what they must look like, in words.
 
-use promenade_baker::player::Playing;
 use promenade_baker::reconstruction::Landmark;
 use promenade_baker::simulation::{Absorption, Part};
-use promenade_baker::wav::Format;
-use promenade_core::glam::{DVec3, Vec3};
+use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::Projection;
-use promenade_core::{Latency, Pose, Tier};
 use promenade_paths::Origin;
+use promenade_player::command::values;
 
-fn parse_numbers<T, const N: usize>(text: &str, names: &str) -> Result<[T; N], String>
-where
-    T: std::str::FromStr + Copy + Into<f64>,
-{
-    let numbers: Result<Vec<T>, _> = text.split(',').map(|n| n.trim().parse::<T>()).collect();
-    match numbers {
-        Ok(numbers) if numbers.len() != N => Err(format!("expected {N} numbers {names}, found {}", numbers.len())),
-        Ok(numbers) if numbers.iter().all(|v| (*v).into().is_finite()) => {
-            numbers.try_into().map_err(|_| format!("expected {N} numbers {names}"))
-        }
-        _ => Err(format!("expected {N} finite numbers {names}")),
-    }
-}
-
-pub(super) fn parse_pose(text: &str) -> Result<Pose, String> {
-    // In double precision: networks multiply what is rounded here by a thousand.
-    let [x, y, z, yaw, pitch, roll] = parse_numbers::<f64, 6>(text, "x,y,z,yaw,pitch,roll")?;
-    let pose = Pose::from_ypr64(DVec3::new(x, y, z).as_vec3(), [yaw, pitch, roll].map(f64::to_radians));
-    if pose.is_valid() { Ok(pose) } else { Err(format!("expected a position within {:e} m, found {text}", Pose::FARTHEST_M)) }
-}
+pub(super) use values::{point as parse_point, pose as parse_pose, tier as parse_tier};
 
 pub(super) fn parse_bounds(text: &str) -> Result<(Vec3, Vec3), String> {
-    let [a, b, c, d, e, f] = parse_numbers(text, "x,y,z of the lower and of the upper corner")?;
+    let [a, b, c, d, e, f] = values::numbers(text, "x,y,z of the lower and of the upper corner")?;
     let (low, high) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
     if low.cmple(high).all() {
         Ok((low, high))
@@ -42,12 +21,12 @@ pub(super) fn parse_bounds(text: &str) -> Result<(Vec3, Vec3), String> {
 }
 
 pub(super) fn parse_pair(text: &str) -> Result<(f32, f32), String> {
-    parse_numbers(text, "low,high").map(|[low, high]| (low, high))
+    values::numbers(text, "low,high").map(|[low, high]| (low, high))
 }
 
 /// Parses the size of a picture.
 pub(super) fn parse_pixels(text: &str) -> Result<[usize; 2], String> {
-    let [width, height] = parse_numbers::<f32, 2>(text, "width,height")?;
+    let [width, height] = values::numbers::<f32, 2>(text, "width,height")?;
     let fits = |n: f32| (1.0..=8192.0).contains(&n) && n.fract() == 0.0;
     if fits(width) && fits(height) {
         Ok([width as usize, height as usize])
@@ -58,11 +37,7 @@ pub(super) fn parse_pixels(text: &str) -> Result<[usize; 2], String> {
 
 /// Yaw and pitch, degrees.
 pub(super) fn parse_facing(text: &str) -> Result<[f64; 2], String> {
-    parse_numbers::<f64, 2>(text, "yaw,pitch")
-}
-
-pub(super) fn parse_point(text: &str) -> Result<Vec3, String> {
-    parse_numbers(text, "x,y,z").map(Vec3::from_array)
+    values::numbers::<f64, 2>(text, "yaw,pitch")
 }
 
 /// Parses `K/N`, the `K`th of `N` parts.
@@ -97,24 +72,12 @@ pub(super) fn parse_projection(text: &str) -> Result<Projection, String> {
     }
 }
 
-pub(super) fn parse_tier(text: &str) -> Result<Playing, String> {
-    let stream = Tier::from_name(text).map(Playing::Stream);
-    let clip = (text == "clip").then_some(Playing::Clip);
-    stream.or(clip).ok_or_else(|| format!("expected one of {}, clip", Tier::ALL.map(Tier::name).join(", ")))
-}
-
 /// Parses numbers between two others.
 pub(super) fn within<T>(low: T, high: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where
     T: Copy + std::str::FromStr + PartialOrd + std::fmt::Display + Send + Sync + 'static,
 {
-    move |text| parse_within(text, low, high)
-}
-
-fn parse_within<T: std::str::FromStr + PartialOrd + std::fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
-    let wrong = || format!("expected a number from {low} to {high}");
-    let value = text.parse::<T>().map_err(|_| wrong())?;
-    if value >= low && value <= high { Ok(value) } else { Err(wrong()) }
+    move |text| values::within(text, low, high)
 }
 
 pub(super) fn parse_setting(text: &str) -> Result<(String, String), String> {
@@ -122,23 +85,8 @@ pub(super) fn parse_setting(text: &str) -> Result<(String, String), String> {
     pair.map(|(name, value)| (name.to_owned(), value.to_owned())).ok_or_else(|| "expected NAME=VALUE".to_owned())
 }
 
-pub(super) fn parse_bits(text: &str) -> Result<Format, String> {
-    match text {
-        "16" => Ok(Format::Int16),
-        "24" => Ok(Format::Int24),
-        "32" => Ok(Format::Int32),
-        "32f" => Ok(Format::Float32),
-        _ => Err("expected 16, 24, 32 or 32f".to_owned()),
-    }
-}
-
-pub(super) fn parse_latency(text: &str) -> Result<Latency, String> {
-    let found = Latency::ALL.into_iter().find(|latency| latency.name() == text);
-    found.ok_or_else(|| format!("expected {}", Latency::ALL.map(Latency::name).join(", ")))
-}
-
 pub(super) fn parse_metres_per_unit(text: &str) -> Result<f64, String> {
-    parse_within(text, 1e-6, 1e6)
+    values::within(text, 1e-6, 1e6)
 }
 
 pub(super) fn parse_origin(text: &str) -> Result<Origin, String> {
@@ -158,7 +106,7 @@ pub(super) fn parse_landmark(text: &str) -> Landmark {
 pub(super) fn parse_absorption(text: &str) -> Result<[Absorption; 6], String> {
     let wrong = || "expected 1 or 7 numbers from 0 to 1, for all walls or for six parted by semicolons".to_owned();
     let wall = |text: &str| -> Result<Absorption, String> {
-        let numbers: Result<Vec<f32>, _> = text.split(',').map(|n| parse_within(n.trim(), 0.0, 1.0)).collect();
+        let numbers: Result<Vec<f32>, _> = text.split(',').map(|n| values::within(n.trim(), 0.0, 1.0)).collect();
         match numbers.map_err(|_| wrong())?[..] {
             [one] => Ok([one; 7]),
             ref octaves => octaves.try_into().map_err(|_| wrong()),
@@ -172,7 +120,7 @@ pub(super) fn parse_absorption(text: &str) -> Result<[Absorption; 6], String> {
 
 /// Metres and radians of metres and degrees.
 pub(super) fn parse_tolerance(text: &str) -> Result<(f32, f32), String> {
-    let [metres, degrees] = parse_numbers::<f32, 2>(text, "metres,degrees")?;
+    let [metres, degrees] = values::numbers::<f32, 2>(text, "metres,degrees")?;
     if metres < 0.0 || degrees < 0.0 {
         return Err(format!("expected tolerances of 0 or more, found {metres} and {degrees}"));
     }
@@ -196,13 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_are_in_degrees() {
-        let pose = parse_pose("1,2,3, 90,0,0").unwrap();
-        assert!((pose.orientation * Vec3::X - Vec3::Y).length() < 1e-6, "yaw 90 faces left");
-        assert_eq!(pose.position, Vec3::new(1.0, 2.0, 3.0));
-        assert!(parse_pose("1,2,3").unwrap_err().contains("found 3"));
-        assert!(parse_pose("1,2,3,inf,0,0").is_err() && parse_pose("a,b").is_err());
-        assert!(parse_pose("1e20,2,3,0,0,0").unwrap_err().contains("1e12 m"));
+    fn tolerances_are_in_degrees() {
         let (metres, radians) = parse_tolerance("0.5, 180").unwrap();
         assert!(metres == 0.5 && (radians - std::f32::consts::PI).abs() < 1e-6);
         assert!(parse_tolerance("0.5").is_err() && parse_tolerance("-1,1").is_err());

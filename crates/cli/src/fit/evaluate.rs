@@ -4,7 +4,7 @@ use super::pieces::Pieces;
 use super::room::{self, Stated};
 use super::{Fitted, full};
 use crate::args::FitArgs;
-use crate::{progress, report};
+use crate::report;
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Material, Materials};
 use promenade_fit::{
@@ -20,7 +20,7 @@ pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, pieces: Option<&Pi
     let places = args.places.unwrap_or(count.div_ceil(3));
     let figures = all_figures(set, convention);
     let mut tables: Vec<Vec<Row>> = Vec::new();
-    let bar = progress::of_work();
+    let bar = report::Bar::new(1.0);
     for i in 0..u64::from(args.splits) {
         let split = Split::drawn(count, places, args.seed.wrapping_add(i))?;
         let mut rows = baselines(set, &figures, &split, convention);
@@ -31,7 +31,7 @@ pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, pieces: Option<&Pi
                 rows.push(quick_row(&room::of_box(room)?, set, &figures, &split, convention, args.seed)?);
             }
             if !args.quick {
-                let each = |share: f64| bar.at(progress::SHARES * (i as f64 + share) / f64::from(args.splits));
+                let each = |share: f64| bar.at((i as f64 + share) / f64::from(args.splits));
                 let whole = if pieces.is_some() { full::WHOLE } else { 1.0 };
                 let train = set.only(&split.train);
                 let fit = full_fit(room, &train, &full::options(args), None, &mut |_, share| {

@@ -2,7 +2,7 @@
 
 use super::pieces::Pieces;
 use crate::args::{FitArgs, Hold};
-use crate::{progress, report};
+use crate::report;
 use anyhow::{Context, Result};
 use promenade_audio::atomic;
 use promenade_fit::{FitError, FlatRoom, FullFit, FullOptions, Measurements, Saved, full_fit};
@@ -52,10 +52,10 @@ fn run(
     from: Option<Saved>,
     file: Option<&PathBuf>,
 ) -> Result<FullFit, FitError> {
-    let bar = progress::of_work();
+    let bar = report::Bar::new(1.0);
     let whole = if pieces.is_some() { WHOLE } else { 1.0 };
     let fit = full_fit(room, set, &options(args), from, &mut |state, share| {
-        bar.at(progress::SHARES * whole * share);
+        bar.at(whole * share);
         match file {
             Some(file) => Ok(atomic::write(file, &state.to_bytes())?),
             None => Ok(()),
@@ -63,9 +63,7 @@ fn run(
     })?;
     // Pieces are found anew from the last state of whole surfaces, which stays until they are.
     match pieces {
-        Some(pieces) => {
-            pieces.fit(&fit, set, args.seed, &mut |share| bar.at(progress::SHARES * (whole + (1.0 - whole) * share)))
-        }
+        Some(pieces) => pieces.fit(&fit, set, args.seed, &mut |share| bar.at(whole + (1.0 - whole) * share)),
         None => Ok(fit),
     }
 }

@@ -1,7 +1,7 @@
 //! Scenes of fitted rooms.
 
 use crate::args::FitArgs;
-use crate::{progress, report, scene};
+use crate::{report, scene};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Material, Materials, Room, Shoebox, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
@@ -103,9 +103,9 @@ pub(super) fn of_room(
         title: format!("{}, fitted", set.title),
         recipe: recipe(args, set),
     };
-    let bar = progress::of_work();
+    let bar = report::Bar::new(1.0);
     let baked = bake_geometry(&mesh, &room, &Source { position, directivity }, &hrtf, &options, |share| {
-        bar.at(progress::SHARES * share);
+        bar.at(share);
     })?;
     drop(bar);
     let bytes = scene::write(output, &baked)?;

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use promenade_audio::FileError;
-use promenade_baker::player::Source;
+use promenade_player::Source;
 use std::path::PathBuf;
 
 /// The main sound and the mono ones that follow it, each silent after its end.

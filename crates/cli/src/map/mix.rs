@@ -3,7 +3,7 @@
 use super::camera::View;
 use super::exr;
 use crate::args::{MixMapArgs, Strategy};
-use crate::{picture, plot, progress, report, simulate};
+use crate::{picture, plot, report, simulate};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Intensity, RayOptions};
 use promenade_baker::capture::mean;
@@ -55,7 +55,7 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
     let mut spent: Vec<Spent> = strategies.iter().map(|strategy| Spent::none(*strategy)).collect();
     let mut seen = picture_saliency(first.each_ref());
     let digits = frames.to_string().len().max(4);
-    let bar = progress::of_work();
+    let bar = report::Bar::new(1.0);
     for (frame, weight) in weights.iter().enumerate() {
         if frame > 0 && !still {
             let path = &args.pictures[frame];
@@ -90,7 +90,7 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
             }
             spent.count(budget, &samples);
         }
-        bar.at(progress::SHARES * (frame + 1) as f64 / frames as f64);
+        bar.at((frame + 1) as f64 / frames as f64);
     }
     drop(bar);
     let low = weights.iter().copied().fold(1.0, f64::min);

@@ -2,11 +2,11 @@
 
 use super::Part;
 use crate::args::{MeasureArgs, TableForm};
-use crate::{progress, report};
+use crate::report;
 use anyhow::{Context, Result, bail};
-use promenade_baker::player::Source;
 use promenade_baker::streaming::{Distance, StreamReport, compare_streams, poses_within, test_sound};
 use promenade_core::{AnchorCloud, Scene};
+use promenade_player::Source;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ const SEED: u64 = 1;
 pub(crate) fn measure(scene: &Arc<Scene>, cloud: &AnchorCloud, path: &Path, args: &MeasureArgs) -> Result<Part> {
     let (mono, sound) = input(scene, cloud, args)?;
     let poses = poses_within(scene.bounds(), scene.start_pose(), args.poses.unwrap_or(POSES) as usize, SEED);
-    let bar = progress::of_sound(100.0);
+    let bar = report::Bar::new(100.0);
     let found = compare_streams(scene, &mono, &poses, |share| bar.at(100.0 * share))
         .with_context(|| format!("{}: its streams cannot be compared with its clips", path.display()))?;
     drop(bar);

@@ -1,7 +1,7 @@
 //! `promenade simulate ROOM -o SCENE.promenade` and `simulate box ... -o SCENE.promenade`: scenes of image sources.
 
 use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering};
-use crate::{progress, report, scene};
+use crate::{report, scene};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
@@ -45,8 +45,8 @@ pub(super) fn write(
         title: args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh)),
         recipe: recipe(of, args, run, air),
     };
-    let bar = progress::of_work();
-    let baked = bake_geometry(mesh, room, source, &hrtf, &options, |share| bar.at(progress::SHARES * share))?;
+    let bar = report::Bar::new(1.0);
+    let baked = bake_geometry(mesh, room, source, &hrtf, &options, |share| bar.at(share))?;
     drop(bar);
     written(&args.output, &baked, began)
 }

@@ -3,9 +3,10 @@
 use super::{outline, splats};
 use crate::{path, report, scene};
 use anyhow::{Context, Result};
-use promenade_baker::{atomic, file, read_head, read_headphones};
+use promenade_baker::{atomic, file};
 use promenade_core::{MAX_SCENE_BYTES, network::Placement};
 use promenade_paths::ImportOptions;
+use promenade_player::{read_head, read_headphones};
 use promenade_web::ENGINE_FILE;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

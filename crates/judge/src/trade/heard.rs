@@ -2,10 +2,10 @@
 
 use crate::cost::Setting;
 use crate::error::JudgeError;
-use crate::stream::Stream;
 use promenade_core::random::Random;
 use promenade_core::{BlockParams, Pose, Quality};
 use promenade_metrics::{Cues, lateral_deg, pointed};
+use promenade_player::Stream;
 use std::f32::consts::TAU;
 
 /// Turns of the head at the scene's start that are listened to.

@@ -1,10 +1,10 @@
 use crate::geometry::{GeometryOptions, bake_geometry};
-use crate::player::render_response;
 use crate::sources::simulation::heads::{RATE, transparent};
 use crate::sources::simulation::{MeshOptions, Part, SPEED_OF_SOUND_M_S, simulate_mesh};
 use promenade_acoustics::{Material, Mesh, Room, Source, Triangle};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene};
+use promenade_player::render_response;
 use std::path::Path;
 use std::sync::Arc;
 

@@ -1,10 +1,10 @@
 use super::*;
-use crate::player::render_response;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
 use crate::sources::simulation::{MeshOptions, Part, simulate_box, simulate_mesh};
 use promenade_acoustics::{Directivity, Material, SPEED_OF_SOUND_M_S, Shoebox, fibonacci};
 use promenade_core::glam::DVec2;
 use promenade_metrics::{DecayRange, decay_time_s};
+use promenade_player::render_response;
 use promenade_room::{SceneOptions, ShoeboxRoom};
 use std::path::Path;
 use std::sync::Arc;

@@ -3,8 +3,8 @@
 use super::hrtf::DistanceAndHrtf;
 use super::nearest::{NearestRecording, NearestTransfer};
 use super::{Method, energy, fitted_gain};
-use crate::player::Ears;
 use crate::{BakeError, Capture, Clip, Responses, Split};
+use promenade_player::Ears;
 
 /// The baselines that a capture allows; a note for each that it does not.
 pub(super) fn baselines(

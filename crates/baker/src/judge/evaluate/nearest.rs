@@ -1,11 +1,11 @@
 //! Baselines made of the training recordings: the nearest one itself, and what it did to its dry sound.
 
 use super::Method;
-use crate::player::Ears;
 use crate::signal::convolve::shape;
 use crate::{BakeError, Capture, Clip, Split};
 use promenade_core::Pose;
 use promenade_metrics::band_powers;
+use promenade_player::Ears;
 
 /// A radian of turning counts like so many metres.
 const METRES_PER_RADIAN: f32 = 1.0;

@@ -1,10 +1,10 @@
 //! The model's own clips, laid over a sound.
 
 use crate::error::BakeError;
-use crate::player::{ClipPlayer, Ears};
 use cpu_time::ThreadTime;
 use promenade_core::published::PublishedError;
 use promenade_core::{AnchorCloud, Pose, StftGrid};
+use promenade_player::{ClipPlayer, Ears};
 use std::ops::Range;
 
 /// Hops at either end of a clip that are not compared, at least.

@@ -1,8 +1,8 @@
 //! How far a stream is from the clips that it stands for.
 
-use crate::player::Ears;
 use promenade_core::StftGrid;
 use promenade_metrics::{MetricError, Spectrogram, Window, audible_lsd_db, avcloud};
+use promenade_player::Ears;
 
 /// Clips whose energy lies further below the loudest clip's than this are silence, as a share.
 const SILENT_CLIP: f64 = 1e-4;

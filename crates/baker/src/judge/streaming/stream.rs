@@ -1,13 +1,13 @@
 //! Streams of an anchor cloud that are compared with its clips.
 
 use crate::error::BakeError;
-use crate::player::{Ears, Player, Playing};
 use cpu_time::ThreadTime;
 use promenade_core::network::{Listener, Masks};
 use promenade_core::published::{
     ConvMode, FrameMasks, Projection, PublishedError, PublishedOptions, PublishedStream, StreamTaps, TapProjector,
 };
 use promenade_core::{AnchorCloud, Pose, Scene, Tier};
+use promenade_player::{Ears, Player, Playing};
 use std::sync::Arc;
 
 /// Look-aheads of single output frames that are tried, besides none and half a clip, seconds.

@@ -3,9 +3,8 @@
 use super::form::Form;
 use super::{npz, weights};
 use crate::BakeError;
-use crate::sources::reconstruction::HARMONIC;
 use promenade_core::glam::Vec3;
-use promenade_core::network::Tensor;
+use promenade_core::network::{HARMONIC, Tensor};
 use std::collections::BTreeMap;
 use std::path::Path;
 

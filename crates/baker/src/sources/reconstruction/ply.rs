@@ -1,12 +1,13 @@
 //! PLY files: clouds of points, 3D Gaussian splats and meshes; text and binary of either byte order.
 
 use super::mesh::{Corner, Surface};
-use super::point::{GREY, HARMONIC, Point};
+use super::point::{GREY, Point};
 use super::{MAX_POINTS, Place, PointOptions, Reconstruction};
 use crate::BakeError;
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use promenade_acoustics::{Ply, PlyError, PlyLimits};
 use promenade_core::glam::Vec3;
+use promenade_core::network::HARMONIC;
 use std::path::Path;
 
 /// Harmonics of a splat's colour.

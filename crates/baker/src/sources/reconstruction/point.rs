@@ -2,8 +2,6 @@
 
 use promenade_core::glam::Vec3;
 
-/// Value of the zeroth spherical harmonic: features of anchors and colours of splats are `(colour - 0.5) / HARMONIC`.
-pub const HARMONIC: f32 = 0.282_094_8;
 /// Colour of a surface without colours: grey, whose features are 0.
 pub(super) const GREY: [f32; 3] = [0.5; 3];
 

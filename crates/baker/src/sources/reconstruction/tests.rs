@@ -1,6 +1,7 @@
 use super::*;
 use promenade_core::Pose;
 use promenade_core::glam::Quat;
+use promenade_core::network::HARMONIC;
 use promenade_paths::{ImportOptions, Origin};
 
 const ALL: PointOptions = PointOptions { min_track: 0, max_error_px: f64::INFINITY, min_opacity: 0.0 };

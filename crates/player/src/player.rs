@@ -1,34 +1,27 @@
 //! Dry sound played through a scene, offline: both ears come out aligned with it.
 
 mod clips;
+mod mix;
+mod playback;
 mod source;
-mod stream;
 mod voice;
 
-pub use promenade_judge::Ears;
+pub use clips::ClipPlayer;
+pub use mix::Mix;
 pub use source::Source;
 pub use voice::Voice;
 
-pub(crate) use clips::ClipPlayer;
-
-use crate::error::BakeError;
-use crate::sources::capture::{Capture, Clip};
-use promenade_audio::{FileError, resample};
+use crate::error::PlayerError;
+use crate::{Ears, Stream};
+use playback::{Playback, Write};
+use promenade_audio::resample;
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
 use promenade_core::{BlockParams, Latency, MOST_FURTHER, Pose, Scene, Tier, Trim};
-use promenade_judge::Stream;
-use std::collections::VecDeque;
+use source::mono;
 use std::sync::Arc;
 
-/// Dry sound that is played before a clip, seconds, at least; as long as the scene's room sounds where that is more.
-const PRE_ROLL_S: f64 = 1.0;
-/// The most dry sound that is played before a clip, seconds.
-const LONGEST_PRE_ROLL_S: f64 = 10.0;
 /// Samples rendered at a time where nobody sees the blocks.
 const BLOCK: usize = 4096;
-
-/// Takes the next samples of both ears.
-type Write<'a> = dyn FnMut([&[f32]; 2]) -> Result<(), FileError> + 'a;
 
 /// How a scene is played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,50 +39,6 @@ impl Playing {
         match self {
             Self::Stream(tier) => tier.name(),
             Self::Clip => "clip",
-        }
-    }
-}
-
-/// Where the listener is while a clip of a capture is played.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Poses {
-    /// Where the clip's middle was, for the whole clip and before it: as the published models take it.
-    #[default]
-    Fixed,
-    /// On the track's path.
-    Path,
-}
-
-/// Linear gains of the rendered and of the dry sound in what is played.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mix {
-    rendered: f32,
-    dry: f32,
-}
-
-impl Mix {
-    /// The rendered sound alone.
-    pub const RENDERED: Self = Self { rendered: 1.0, dry: 0.0 };
-
-    /// A share of rendered sound, 0 to 1, the rest of it dry, and a gain of both, dB.
-    #[must_use]
-    pub fn new(share: f32, gain_db: f32) -> Self {
-        let gain = 10.0_f32.powf(gain_db / 20.0);
-        Self { rendered: gain * share, dry: gain * (1.0 - share) }
-    }
-
-    /// The same without dry sound, the rendered as loud as it was.
-    #[must_use]
-    pub fn without_dry(self) -> Self {
-        Self { dry: 0.0, ..self }
-    }
-
-    /// Mixes the dry samples that are waiting into the next samples of both ears.
-    fn apply(self, ears: [&mut [f32]; 2], waiting: &mut [VecDeque<f32>; 2]) {
-        for (ear, waiting) in ears.into_iter().zip(waiting) {
-            for x in ear {
-                *x = *x * self.rendered + waiting.pop_front().unwrap_or(0.0) * self.dry;
-            }
         }
     }
 }
@@ -122,27 +71,32 @@ impl Player {
     ///
     /// # Errors
     /// A tier that the scene does not have, a rate that cannot be rendered, or no published model to play clip by clip.
-    pub fn new(scene: &Arc<Scene>, rate_hz: f64, playing: Option<Playing>) -> Result<Self, BakeError> {
+    pub fn new(scene: &Arc<Scene>, rate_hz: f64, playing: Option<Playing>) -> Result<Self, PlayerError> {
         Self::at_latency(scene, rate_hz, playing, Latency::Frame)
     }
 
-    /// The same with another latency, whose sound differs by what a pose is heard later; the output begins with its input all
-    /// the same.
+    /// Prepares a scene as [`Player::new`] does, with another latency: its sound differs by what a pose is heard later, and
+    /// begins with its input all the same.
     ///
     /// # Errors
-    /// As [`Player::new`]; a scene that has no other than its frame's ([`Latency::played_by`]), the tier reference, and clips.
-    pub fn at_latency(scene: &Arc<Scene>, rate_hz: f64, playing: Option<Playing>, latency: Latency) -> Result<Self, BakeError> {
+    /// Those of [`Player::new`]; a scene that has no other than its frame's ([`Latency::played_by`]), the tier reference, and clips.
+    pub fn at_latency(
+        scene: &Arc<Scene>,
+        rate_hz: f64,
+        playing: Option<Playing>,
+        latency: Latency,
+    ) -> Result<Self, PlayerError> {
         let short = latency != Latency::Frame;
         let wrong = |found: &str| {
             let expected = format!("{found} in this scene and tier");
-            if short { Err(BakeError::argument("latency", expected, latency.name())) } else { Ok(()) }
+            if short { Err(PlayerError::argument("latency", expected, latency.name())) } else { Ok(()) }
         };
         let own_hz = scene.grid().sample_rate_hz;
         let (engine, played_hz) = match playing.unwrap_or_else(|| Playing::Stream(scene.played_tier(Tier::Standard))) {
             Playing::Stream(tier) => {
                 if !scene.has_tier(tier) {
                     let has: Vec<_> = scene.tiers().map(Tier::name).collect();
-                    return Err(BakeError::argument("tier", has.join(" or "), tier.name()));
+                    return Err(PlayerError::argument("tier", has.join(" or "), tier.name()));
                 }
                 // The published head is played in frames alone.
                 if tier == Tier::Reference || (short && latency.played_by(scene, rate_hz) != latency) {
@@ -150,7 +104,7 @@ impl Player {
                 }
                 let at = |hz: f64| {
                     Stream::at_latency(scene, hz, &BlockParams { tier, ..BlockParams::default() }, latency)
-                        .map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))
+                        .map_err(|e| PlayerError::argument("sample rate", "one that can be rendered", e))
                 };
                 let (mut stream, mut played_hz) = (at(rate_hz)?, rate_hz);
                 if stream.renderer().played_tier(tier) != tier {
@@ -161,14 +115,14 @@ impl Player {
             Playing::Clip => {
                 wrong("none: clips are played whole")?;
                 let expected = "one with an anchor cloud, to be played clip by clip";
-                let cloud = scene.cloud().ok_or_else(|| BakeError::argument("scene", expected, "a field only"))?;
+                let cloud = scene.cloud().ok_or_else(|| PlayerError::argument("scene", expected, "a field only"))?;
                 (Engine::Clips(Box::new(ClipPlayer::new(&cloud.model, *scene.grid())?)), own_hz)
             }
         };
         Ok(Self { engine, rate_hz, played_hz, voices: Vec::new(), headphones: None, processor_s: 0.0 })
     }
 
-    /// The same with so many decodes a second in the tiers high and reference.
+    /// Decodes so many times a second in the tiers high and reference.
     #[must_use]
     pub fn with_decode_rate(mut self, rate_hz: f32) -> Self {
         if let Engine::Stream(stream) = &mut self.engine {
@@ -177,16 +131,16 @@ impl Player {
         self
     }
 
-    /// The same with further sounds in one room, [`MOST_FURTHER`] at most, of the sound's rate: they are played with the next
-    /// sound, and once. To be chosen before a stereo spread.
+    /// Adds further sounds in the same room, [`MOST_FURTHER`] at most, of the sound's rate: they are played with the next sound,
+    /// and once. To be chosen before a stereo spread.
     ///
     /// # Errors
     /// Clips, a sound that is converted, a scene without its emitter's place, a latency that is shorter than a frame.
-    pub fn with_voices(mut self, voices: Vec<Voice>) -> Result<Self, BakeError> {
+    pub fn with_voices(mut self, voices: Vec<Voice>) -> Result<Self, PlayerError> {
         if voices.is_empty() {
             return Ok(self);
         }
-        let wrong = |expected: &str, found: String| Err(BakeError::argument("further sound", expected, found));
+        let wrong = |expected: &str, found: String| Err(PlayerError::argument("further sound", expected, found));
         if voices.len() > MOST_FURTHER {
             return wrong(&format!("{MOST_FURTHER} at most"), voices.len().to_string());
         }
@@ -204,19 +158,19 @@ impl Player {
             Engine::Stream(stream) => {
                 let stream = stream.with_further(voices.len());
                 let expected = "what can be played from several places";
-                Engine::Stream(Box::new(stream.map_err(|e| BakeError::argument("further sound", expected, e))?))
+                Engine::Stream(Box::new(stream.map_err(|e| PlayerError::argument("further sound", expected, e))?))
             }
         };
         self.voices = voices;
         Ok(self)
     }
 
-    /// The same with what a user changes about the scene's sound.
+    /// Sets what a user changes about the scene's sound.
     ///
     /// # Errors
     /// A published model, whose sound is not in parts, follows the low cut alone in the tier Reference and
     /// nothing clip by clip.
-    pub fn with_trim(mut self, trim: Trim) -> Result<Self, BakeError> {
+    pub fn with_trim(mut self, trim: Trim) -> Result<Self, PlayerError> {
         let follows = match self.playing() {
             Playing::Stream(Tier::Reference) => trim.leaves_parts(),
             Playing::Stream(_) => true,
@@ -224,7 +178,7 @@ impl Player {
         };
         if !follows {
             let expected = "draft, standard or high, since the published model knows no parts of its sound";
-            return Err(BakeError::argument("tier", expected, self.playing().name()));
+            return Err(PlayerError::argument("tier", expected, self.playing().name()));
         }
         if let Engine::Stream(stream) = &mut self.engine {
             stream.params_mut().trim = trim;
@@ -232,33 +186,37 @@ impl Player {
         Ok(self)
     }
 
-    /// The same with emitters of a stereo sound's channels this angle apart, degrees up to 180
+    /// Gives the channels of a stereo sound an emitter each, this angle apart, degrees up to 180
     /// ([`promenade_core::EmitterParams`]); with 0 the mean of the channels has one emitter.
     ///
     /// # Errors
     /// Clips, and a scene without its emitter's place.
-    pub fn with_stereo_spread(mut self, degrees: f32) -> Result<Self, BakeError> {
+    pub fn with_stereo_spread(mut self, degrees: f32) -> Result<Self, PlayerError> {
         if degrees == 0.0 {
             return Ok(self);
         }
         self.engine = match self.engine {
             Engine::Stream(stream) if stream.renderer().scene().emitter().is_some() => {
                 let stream = stream.with_spread(degrees.to_radians());
-                Engine::Stream(Box::new(stream.map_err(|e| BakeError::argument("sample rate", "one that can be rendered", e))?))
+                Engine::Stream(Box::new(
+                    stream.map_err(|e| PlayerError::argument("sample rate", "one that can be rendered", e))?,
+                ))
             }
             Engine::Stream(_) => {
-                return Err(BakeError::argument(
+                return Err(PlayerError::argument(
                     "stereo spread",
                     "a scene that knows where its emitter is",
                     "one that does not",
                 ));
             }
-            Engine::Clips(_) => return Err(BakeError::argument("stereo spread", "a tier that is played as a stream", "clip")),
+            Engine::Clips(_) => {
+                return Err(PlayerError::argument("stereo spread", "a tier that is played as a stream", "clip"));
+            }
         };
         Ok(self)
     }
 
-    /// The same for headphones: what is played ([`Player::play`]) is given what they need, the dry share too.
+    /// Plays for headphones: what [`Player::play`] writes is given what they need, the dry share too.
     #[must_use]
     pub fn with_headphones(mut self, headphones: &Headphones) -> Self {
         self.headphones = Some(headphones.filter(self.rate_hz));
@@ -307,7 +265,7 @@ impl Player {
         block: usize,
         pose_at: &mut dyn FnMut(f64) -> Pose,
         write: &mut Write<'_>,
-    ) -> Result<(), BakeError> {
+    ) -> Result<(), PlayerError> {
         let mut headphones = self.headphones.clone();
         let mut worn = Ears::default();
         let write = &mut |ears: [&[f32]; 2]| {
@@ -321,8 +279,8 @@ impl Player {
         };
         match &mut self.engine {
             Engine::Stream(stream) if self.rate_hz == self.played_hz => {
-                self.processor_s =
-                    stream::play(stream, source, &mut std::mem::take(&mut self.voices), true, (mix, block), pose_at, write)?;
+                let voices = &mut std::mem::take(&mut self.voices)[..];
+                self.processor_s = Playback { source, voices, tail: true, mix, block }.through(stream, pose_at, write)?;
                 Ok(())
             }
             _ => {
@@ -342,64 +300,29 @@ impl Player {
     ///
     /// # Errors
     /// Rates between which nothing can be converted.
-    pub fn render(&mut self, dry: &[f32], pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, BakeError> {
+    pub fn render(&mut self, dry: &[f32], pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, PlayerError> {
         self.whole(&[dry.to_vec()], false, pose_at)
     }
 
-    /// Both ears of a clip of a capture of this rate. A stream's are as long as the clip, and the dry sound before it is heard
-    /// too; those of the published model end with the clip's last whole hop.
+    /// Both ears of one of the clips that the published model was trained on, heard from one pose, up to its last whole hop.
     ///
     /// # Errors
-    /// Rates between which nothing can be converted; for the published model, a rate that is not the scene's or a clip that is
-    /// not as long as those it was trained on.
-    ///
-    /// # Panics
-    /// When the clip is not one of the capture.
-    pub fn render_clip(&mut self, capture: &Capture, clip: &Clip, poses: Poses) -> Result<Ears, BakeError> {
-        self.render_part(capture, clip, poses, |pre_roll| capture.dry(clip, pre_roll))
-    }
-
-    /// As [`Self::render_clip`], of what one of the clip's sources played, by its number among the track's voices.
-    ///
-    /// # Errors
-    /// As [`Self::render_clip`].
-    ///
-    /// # Panics
-    /// When the clip is not one of the capture, or the voice none of its track's.
-    pub fn render_voice(&mut self, capture: &Capture, clip: &Clip, voice: usize, poses: Poses) -> Result<Ears, BakeError> {
-        let dry = &capture.tracks[clip.track].voices[voice].dry;
-        self.render_part(capture, clip, poses, |pre_roll| clip.stretch(dry, pre_roll))
-    }
-
-    fn render_part(
-        &mut self,
-        capture: &Capture,
-        clip: &Clip,
-        poses: Poses,
-        dry: impl Fn(usize) -> Vec<f32>,
-    ) -> Result<Ears, BakeError> {
-        let rate_hz = self.rate_hz;
-        if let Engine::Clips(player) = &mut self.engine {
-            if rate_hz != self.played_hz {
-                let expected = format!("{} Hz, the scene's own, to be played clip by clip", self.played_hz);
-                return Err(BakeError::argument("sample rate of the capture", expected, format!("{rate_hz} Hz")));
-            }
-            player.listen(&clip.pose);
-            let ears = player.render(&dry(0));
-            return ears.map_err(|e| BakeError::argument("clip", "one of the model's length", format!("'{}': {e}", clip.name)));
+    /// A scene that is not played clip by clip, a rate that is not the scene's, or a clip that is not as long as the model's.
+    pub fn render_clip(&mut self, dry: &[f32], pose: &Pose) -> Result<Ears, PlayerError> {
+        let playing = self.playing();
+        let Engine::Clips(player) = &mut self.engine else {
+            return Err(PlayerError::argument("tier", Playing::Clip.name(), playing.name()));
+        };
+        if self.rate_hz != self.played_hz {
+            let expected = format!("{} Hz, the scene's own, to be played clip by clip", self.played_hz);
+            return Err(PlayerError::argument("sample rate of a clip", expected, format!("{} Hz", self.rate_hz)));
         }
-        let pre_roll = (self.tail_s().clamp(PRE_ROLL_S, LONGEST_PRE_ROLL_S) * rate_hz).ceil() as usize;
-        let began_s = (clip.start as f64 - pre_roll as f64) / rate_hz;
-        let path = &capture.tracks[clip.track].path;
-        let ears = self.render(&dry(pre_roll), &mut |seconds| match poses {
-            Poses::Fixed => clip.pose,
-            Poses::Path => path.pose_at(began_s + seconds),
-        })?;
-        Ok(ears.map(|mut ear| ear.split_off(pre_roll)))
+        player.listen(pose);
+        Ok(player.render(dry)?)
     }
 
     /// Both ears of a sound, converted to the engine's rate and back where they differ; as long as the sound without `tail`.
-    fn whole(&mut self, dry: &[Vec<f32>], tail: bool, pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, BakeError> {
+    fn whole(&mut self, dry: &[Vec<f32>], tail: bool, pose_at: &mut dyn FnMut(f64) -> Pose) -> Result<Ears, PlayerError> {
         let [rate_hz, played_hz] = [self.rate_hz, self.played_hz].map(hertz);
         let source = Source::held(resample::signal(dry, rate_hz, played_hz)?, played_hz);
         let ears = match &mut self.engine {
@@ -409,7 +332,8 @@ impl Player {
                     ears.iter_mut().zip(block).for_each(|(to, from)| to.extend_from_slice(from));
                     Ok(())
                 };
-                self.processor_s = stream::play(stream, source, &mut [], tail, (Mix::RENDERED, BLOCK), pose_at, &mut keep)?;
+                let playback = Playback { source, voices: &mut [], tail, mix: Mix::RENDERED, block: BLOCK };
+                self.processor_s = playback.through(stream, pose_at, &mut keep)?;
                 ears
             }
             Engine::Clips(player) => player.render_long(&mono(&source.whole()?), pose_at)?,
@@ -428,21 +352,12 @@ impl Player {
 ///
 /// # Errors
 /// A rate that cannot be rendered.
-pub fn render_response(scene: &Arc<Scene>, pose: Pose, lead: usize, len: usize) -> Result<Ears, BakeError> {
+pub fn render_response(scene: &Arc<Scene>, pose: Pose, lead: usize, len: usize) -> Result<Ears, PlayerError> {
     let mut impulse = vec![0.0; len];
     if let Some(x) = impulse.get_mut(lead) {
         *x = 1.0;
     }
     Player::new(scene, scene.grid().sample_rate_hz, None)?.render(&impulse, &mut |_| pose)
-}
-
-/// The mean of one or two channels.
-fn mono(channels: &[Vec<f32>]) -> Vec<f32> {
-    match channels {
-        [] => Vec::new(),
-        [first, .., last] => first.iter().zip(last).map(|(a, b)| 0.5 * (a + b)).collect(),
-        [one] => one.clone(),
-    }
 }
 
 fn hertz(rate: f64) -> u32 {

@@ -40,7 +40,8 @@ impl Source {
     }
 
     /// Channels of one length in memory.
-    pub(crate) fn held(channels: Vec<Vec<f32>>, rate_hz: u32) -> Self {
+    #[must_use]
+    pub fn held(channels: Vec<Vec<f32>>, rate_hz: u32) -> Self {
         Self(Kind::Held { channels, rate_hz, played: 0 })
     }
 
@@ -102,5 +103,14 @@ impl Source {
             Kind::File { path, .. } => Ok(wav::read(&path)?.channels),
             Kind::Held { channels, .. } => Ok(channels),
         }
+    }
+}
+
+/// The mean of one or two channels.
+pub(super) fn mono(channels: &[Vec<f32>]) -> Vec<f32> {
+    match channels {
+        [] => Vec::new(),
+        [first, .., last] => first.iter().zip(last).map(|(a, b)| 0.5 * (a + b)).collect(),
+        [one] => one.clone(),
     }
 }

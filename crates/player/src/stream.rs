@@ -30,10 +30,10 @@ impl Stream {
         Self::at_latency(scene, rate_hz, block, Latency::Frame)
     }
 
-    /// The same with another latency, where the scene has it.
+    /// Plays a scene with a latency, where the scene has it.
     ///
     /// # Errors
-    /// As [`Stream::new`].
+    /// A rate at which it cannot be played.
     pub fn at_latency(scene: &Arc<Scene>, rate_hz: f64, block: &BlockParams, latency: Latency) -> Result<Self, RenderError> {
         let mut params = RenderParams::from(block);
         params.quality.live.wait = true;
@@ -41,18 +41,18 @@ impl Stream {
         Ok(Self { emitters, params, places: block.emitters, played: 0 })
     }
 
-    /// The same with so many further sources ([`Renderer::with_further`]).
+    /// Adds so many further sources ([`Renderer::with_further`]).
     ///
     /// # Errors
-    /// As that has.
+    /// A scene that plays one source only.
     pub fn with_further(self, count: usize) -> Result<Self, RenderError> {
         Ok(Self { emitters: self.emitters.with_further(count)?, ..self })
     }
 
-    /// The same with emitters of a stereo sound's channels this angle apart, radians.
+    /// Gives the channels of a stereo sound an emitter each, this angle apart, radians.
     ///
     /// # Errors
-    /// As [`Stream::new`].
+    /// A rate at which the second emitter cannot be played.
     pub fn with_spread(mut self, spread: f32) -> Result<Self, RenderError> {
         let first = self.emitters.first();
         let second = first.another()?;
@@ -108,7 +108,7 @@ impl Stream {
         self.advance_further(input, &[], ears, pose_at)
     }
 
-    /// The same with what further sources play.
+    /// Renders the next samples as [`Stream::advance`] does, with what further sources play.
     pub fn advance_further(
         &mut self,
         input: &[&[f32]],

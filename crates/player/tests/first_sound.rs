@@ -1,9 +1,10 @@
 //! What a newcomer hears first: the first command of the README, run as it stands.
 
-use super::common::{fails, json, rms, succeeds};
-use promenade_baker::wav;
+use super::common::succeeds;
+use promenade_audio::{sound, wav};
+use promenade_core::Scene;
 use promenade_fourier::spectrum;
-
+use promenade_testing::signal::rms;
 use std::path::Path;
 
 /// Share of the energy from 8 to 16 kHz, dB.
@@ -21,21 +22,10 @@ fn treble_db(channels: &[Vec<f32>], rate_hz: u32) -> f64 {
 }
 
 #[test]
-fn the_list_says_which_scenes_have_no_treble() {
-    let scene = |name: &str| format!("{}/../../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
-    let (list, _) = succeeds(&["inspect", &scene("iosr-room-a"), &scene("loft")]);
-    let lines: Vec<&str> = list.lines().collect();
-    assert_eq!(lines.len(), 3);
-    assert!(lines[1].contains("16 kHz") && lines[1].contains("6.8 kHz") && lines[1].contains("office"), "{list}");
-    assert!(lines[2].contains("48 kHz") && lines[2].contains("20.2 kHz") && lines[2].contains("Loft"), "{list}");
-    assert!(fails(&["inspect", "--cost", &scene("iosr-room-a"), &scene("loft")]).contains("for one scene"));
-}
-
-#[test]
 fn the_first_command_is_full_band_and_walks() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
-    let command = readme.lines().find_map(|line| line.strip_prefix("cargo run --release -p promenade -- ")).unwrap();
+    let command = readme.lines().find_map(|line| line.strip_prefix("cargo run --release -p promenade-player -- ")).unwrap();
     let args = command.split(' ').map(|arg| {
         let there = root.join(arg);
         if there.exists() { there.to_str().unwrap().to_owned() } else { arg.to_owned() }
@@ -45,15 +35,15 @@ fn the_first_command_is_full_band_and_walks() {
     let play = |args: &[String], name: &str| {
         let out = folder.path().join(name);
         let mut args: Vec<&str> = args.iter().map(String::as_str).collect();
-        args[3] = out.to_str().unwrap();
+        args[2] = out.to_str().unwrap();
         succeeds(&args);
         wav::read(&out).unwrap()
     };
     let heard = play(&args, "walk.wav");
     // Above what was measured a scene goes on as it was there, which is no treble of its own.
-    let top_hz = json(&["inspect", "--json", &args[1]])["top_hz"].as_f64().unwrap();
+    let top_hz = Scene::from_bytes(&std::fs::read(&args[0]).unwrap()).unwrap().top_hz();
     assert!(top_hz > 16e3, "the scene is known up to {top_hz} Hz");
-    let dry = promenade_audio::sound::read(Path::new(&args[2])).unwrap();
+    let dry = sound::read(Path::new(&args[1])).unwrap();
     assert!(dry.sample_rate_hz >= 44_100 && heard.sample_rate_hz == dry.sample_rate_hz);
     let [dry_db, heard_db] = [&dry, &heard].map(|sound| treble_db(&sound.channels, sound.sample_rate_hz));
     assert!(

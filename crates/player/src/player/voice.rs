@@ -1,6 +1,6 @@
 //! Further sounds that are played in the room of the first, each from its place.
 
-use super::Source;
+use super::source::{Source, mono};
 use promenade_audio::FileError;
 use promenade_core::Further;
 use promenade_core::glam::Vec3;
@@ -40,7 +40,7 @@ impl Voice {
     pub(super) fn fill(&mut self, count: usize, waiting: &mut [VecDeque<f32>; 2]) -> Result<(), FileError> {
         self.sound.fill(count, &mut self.channels)?;
         self.mono.clear();
-        self.mono.extend(super::mono(&self.channels));
+        self.mono.extend(mono(&self.channels));
         for ear in waiting {
             let from = ear.len() - count;
             ear.range_mut(from..).zip(&self.mono).for_each(|(ear, x)| *ear += x);

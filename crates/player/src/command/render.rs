@@ -1,0 +1,156 @@
+//! A file through a scene, aligned in time with its input.
+
+use super::options::{Options, Place};
+use super::terminal::{self, Bar};
+use super::{ambix, read_path, read_scene};
+use crate::{Player, PlayerError, Source, Voice, read_head, read_headphones};
+use promenade_audio::FileError;
+use promenade_audio::wav::WavWriter;
+use promenade_core::head::channels;
+use promenade_core::{CameraPath, Playback, Pose, Scene};
+use promenade_paths::ImportOptions;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Where the listener is over time.
+pub(super) enum Walk {
+    Still(Pose),
+    Along(CameraPath, Playback),
+}
+
+impl Walk {
+    pub(super) fn pose_at(&self, seconds: f64) -> Pose {
+        match self {
+            Self::Still(pose) => *pose,
+            Self::Along(path, playback) => path.pose_after(seconds, *playback),
+        }
+    }
+}
+
+/// Plays what the options say.
+pub(super) fn run(options: &Options) -> Result<(), PlayerError> {
+    options.check_ambix()?;
+    let scene = scene(options)?;
+    let walk = walk(options, &scene)?;
+    match &options.output {
+        Some(output) => into_file(options, &scene, &walk, output),
+        #[cfg(feature = "play")]
+        None => super::card::play(options, &scene, &walk),
+        #[cfg(not(feature = "play"))]
+        None => Err(PlayerError::argument(
+            "--play",
+            "a build that plays (cargo run --release -p promenade-player --features play)",
+            "one that does not",
+        )),
+    }
+}
+
+fn into_file(options: &Options, scene: &Arc<Scene>, walk: &Walk, output: &Path) -> Result<(), PlayerError> {
+    let began = Instant::now();
+    check_output(output, options)?;
+    let source = Source::open(&options.input, None)?;
+    let (rate_hz, frames) = (source.sample_rate_hz(), source.frames());
+    let rate = f64::from(rate_hz);
+    let mut player = player(options, scene, &source)?;
+    // Opened first: an output that cannot be written is known at once.
+    if let Some(folder) = output.parent() {
+        fs::create_dir_all(folder).map_err(FileError::write(output))?;
+    }
+    let outputs = options.ambix.map_or(2, |order| channels(order.into()) as u16);
+    let mut writer = WavWriter::create(output, rate_hz, outputs, options.bits)?;
+    let bar = Bar::new(frames as f64 / rate + player.tail_s());
+    let mut played = 0;
+    let mut write = |channels: &[&[f32]]| {
+        played += channels[0].len();
+        bar.at(played as f64 / rate);
+        writer.write(channels)
+    };
+    match options.ambix {
+        Some(order) => ambix::play(scene, options, order, walk, &mut write)?,
+        None => player.play(source, options.mix(), options.block, &mut |s| walk.pose_at(s), &mut |ears| write(&ears))?,
+    }
+    drop(bar);
+    let written = writer.finish()?;
+    terminal::done(output, written.frames, rate, began);
+    if written.clipped > 0 {
+        terminal::note(format_args!(
+            "{} samples were above full scale and were limited; lower --gain or write --bits 32f",
+            written.clipped
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses to write over what is read.
+fn check_output(output: &Path, options: &Options) -> Result<(), FileError> {
+    // What is not there yet is no input.
+    let Ok(there) = output.canonicalize() else { return Ok(()) };
+    match options.inputs().find(|input| input.canonicalize().is_ok_and(|input| input == there)) {
+        Some(input) => Err(FileError::content(output, "a file that is not read as well", input.display().to_string())),
+        None => Ok(()),
+    }
+}
+
+/// The scene with the head and the emitter that are asked for.
+fn scene(options: &Options) -> Result<Arc<Scene>, PlayerError> {
+    let mut scene = read_scene(&options.scene)?;
+    if let Some(file) = &options.head {
+        let head = read_head(file)?;
+        terminal::notes(head.notes());
+        let heard = scene.with_head(&head).map_err(PlayerError::of(&options.scene))?;
+        scene = Arc::new(heard);
+    }
+    if let Some(position) = options.emitter {
+        let expected = "a scene that was trained with several emitters";
+        let moved = scene.with_emitter(position)?;
+        let moved = moved.ok_or_else(|| PlayerError::argument("--emitter", expected, "one that holds for its own"));
+        scene = Arc::new(moved.map_err(PlayerError::of(&options.scene))?);
+    }
+    Ok(scene)
+}
+
+fn walk(options: &Options, scene: &Scene) -> Result<Walk, PlayerError> {
+    let Some(file) = &options.path else { return Ok(Walk::Still(options.pose.unwrap_or_else(|| scene.start_pose()))) };
+    let imported = read_path(file, &ImportOptions::default())?;
+    terminal::notes(&imported.notes);
+    Ok(Walk::Along(imported.path, Playback { speed: options.speed, looping: options.looping }))
+}
+
+/// A player of the scene for a sound.
+pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> Result<Player, PlayerError> {
+    let spread = options.stereo_spread;
+    if spread != 0.0 && source.channels() != 2 {
+        let expected = "2 channels for --stereo-spread";
+        return Err(FileError::content(&options.input, expected, source.channels().to_string()).into());
+    }
+    let rate_hz = source.sample_rate_hz();
+    let voices = options.sources.iter().map(|(place, sound)| voice(place, sound, scene, rate_hz)).collect::<Result<_, _>>()?;
+    let player = Player::at_latency(scene, f64::from(rate_hz), options.tier, options.latency)
+        .and_then(|player| player.with_decode_rate(options.decode_rate_hz).with_trim(options.trim))
+        .and_then(|player| player.with_voices(voices)?.with_stereo_spread(spread))
+        .map_err(PlayerError::of(&options.scene))?;
+    match &options.headphones {
+        Some(file) => Ok(player.with_headphones(&read_headphones(file)?)),
+        None => Ok(player),
+    }
+}
+
+/// A further sound at a sample rate, Hz.
+fn voice(place: &Place, sound: &Path, scene: &Scene, rate_hz: u32) -> Result<Voice, PlayerError> {
+    let expected = "a scene that knows where its emitter is";
+    let emitter = scene.emitter().ok_or_else(|| PlayerError::argument("--source", expected, "one that does not"))?;
+    let sound = Source::open(sound, Some(rate_hz))?;
+    match place {
+        Place::Point(point) => {
+            let offset = *point - emitter;
+            Ok(Voice::new(sound, move |_| offset))
+        }
+        Place::Path(file) => {
+            let imported = read_path(file, &ImportOptions::default())?;
+            terminal::notes(&imported.notes);
+            Ok(Voice::new(sound, move |seconds| imported.path.pose_at(seconds).position - emitter))
+        }
+    }
+}
