@@ -5,15 +5,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-/// Every package that a package pulls in when it is built, by name, features as they are by default, with further options of
-/// `cargo tree`.
-fn closure_with(of: &str, more: &[&str]) -> BTreeSet<String> {
+/// Every package that a package needs when it is built, itself among them, with its version, features as they are by default,
+/// with further options of `cargo tree`.
+fn packages(of: &str, more: &[&str]) -> BTreeSet<String> {
     // Packages for tests and benches are of no concern to who builds the crate.
     let options = ["tree", "--offline", "--edges", "normal,build", "--prefix", "none", "--format", "{p}", "--package", of];
     let out = Command::new(env!("CARGO")).args(options).args(more).current_dir(root()).output().expect("cargo runs");
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let text = String::from_utf8(out.stdout).unwrap();
-    let names = text.lines().filter_map(|line| line.split_whitespace().next()).map(str::to_owned);
+    text.lines().map(|line| line.trim_end_matches(" (*)").to_owned()).collect()
+}
+
+/// Every package that a package pulls in, by name.
+fn closure_with(of: &str, more: &[&str]) -> BTreeSet<String> {
+    let names = packages(of, more).into_iter().filter_map(|line| line.split_whitespace().next().map(str::to_owned));
     let found: BTreeSet<String> = names.filter(|name| name != of).collect();
     assert!(!found.is_empty(), "{of} depends on something");
     found
@@ -35,25 +40,26 @@ fn ours(of: &str) -> Vec<String> {
 
 #[test]
 fn the_crates_depend_on_each_other_as_they_are_drawn() {
-    let table: [(&str, &[&str]); 15] = [
+    let table: [(&str, &[&str]); 16] = [
         ("promenade-acoustics", &["audio", "core", "fourier"]),
         ("promenade-room", &["acoustics", "core", "fourier", "metrics"]),
         ("promenade-fourier", &[]),
         ("promenade-audio", &[]),
-        (
-            "promenade-study",
-            &["acoustics", "audio", "baker", "core", "fourier", "judge", "metrics", "paths", "room", "sofa", "web"],
-        ),
+        ("promenade-study", &["audio", "core", "fourier", "paths", "player", "sofa", "web"]),
+        ("promenade-player", &["audio", "core", "fourier", "paths", "sofa"]),
         ("promenade-metrics", &["fourier"]),
-        ("promenade-judge", &["core", "fourier", "metrics"]),
+        ("promenade-judge", &["core", "fourier", "metrics", "player"]),
         ("promenade-core", &["fourier"]),
         ("promenade-paths", &["core", "fourier"]),
         ("promenade-sofa", &["audio", "core", "fourier"]),
         ("promenade-web", &["core", "fourier"]),
-        ("promenade-plugin", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
-        ("promenade-baker", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
+        ("promenade-plugin", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "player", "room", "sofa"]),
+        ("promenade-baker", &["acoustics", "audio", "core", "fourier", "judge", "metrics", "paths", "player", "room", "sofa"]),
         ("promenade-fit", &["acoustics", "audio", "core", "fourier", "metrics", "paths", "sofa"]),
-        ("promenade-trainer", &["acoustics", "audio", "baker", "core", "fourier", "judge", "metrics", "paths", "room", "sofa"]),
+        (
+            "promenade-trainer",
+            &["acoustics", "audio", "baker", "core", "fourier", "judge", "metrics", "paths", "player", "room", "sofa"],
+        ),
     ];
     for (of, needs) in table {
         assert_eq!(ours(of), needs, "{of}");
@@ -71,12 +77,22 @@ fn the_crates_depend_on_each_other_as_they_are_drawn() {
             "judge",
             "metrics",
             "paths",
+            "player",
             "room",
             "sofa",
             "study",
             "web"
         ]
     );
+}
+
+/// The most packages that a newcomer waits for before the first sound, the player among them.
+const OF_FIRST_SOUND: usize = 100;
+
+#[test]
+fn the_first_sound_needs_few_packages() {
+    let needed = packages("promenade-player", &[]).len();
+    assert!(needed <= OF_FIRST_SOUND, "{needed} packages");
 }
 
 #[test]

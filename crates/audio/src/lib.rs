@@ -1,4 +1,5 @@
-//! Audio files and sample rates, offline: WAV in and out, FLAC in, files that are whole or not there, conversion between rates.
+//! Audio files and sample rates, offline: WAV in and out, FLAC in, files that are whole or not there, conversion between rates,
+//! NumPy's arrays.
 
 #![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 
@@ -7,6 +8,7 @@ mod chunks;
 mod error;
 pub mod file;
 pub mod flac;
+pub mod npy;
 pub mod resample;
 pub mod sound;
 pub mod wav;

@@ -226,11 +226,18 @@ fn photographed(folder: &Path) -> [String; 2] {
         let moved = [cos * centre[0] + sin * centre[2], centre[1], -sin * centre[0] + cos * centre[2]];
         let [x, y, z] = moved.map(|v| -v);
         images += &format!("{} {} 0 {} 0 {x} {y} {z} 1 {i}.png\n\n", i + 1, half.cos(), -half.sin());
-        let pixel = |_: u32, y: u32| image::Rgb(if y < 24 { [30, 40, 200] } else { [200, 40, 30_u8] });
-        image::RgbImage::from_fn(64, 48, pixel).save(photos.join(format!("{i}.png"))).unwrap();
+        photo(&photos.join(format!("{i}.png")), [64, 48], |y| if y < 24 { [30, 40, 200] } else { [200, 40, 30] });
     }
     fs::write(model.join("images.txt"), images).unwrap();
     [model, photos].map(|p| p.to_str().unwrap().to_owned())
+}
+
+/// Writes a picture of a colour for each row.
+fn photo(path: &Path, [width, height]: [u32; 2], colour: impl Fn(u32) -> [u8; 3]) {
+    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels: Vec<u8> = (0..height).flat_map(|y| colour(y).repeat(width as usize)).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
 }
 
 const CAMERAS: [[f64; 3]; 3] = [[1.0, 1.8, 1.3], [3.5, 1.0, 1.1], [2.0, 1.2, 1.5]];
@@ -285,7 +292,7 @@ fn pictures_that_cannot_be_the_rooms_are_refused_or_named_before_the_fit() {
     let [model, photos] = photographed(folder.path());
     let (other, empty, bare) = (folder.path().join("other"), folder.path().join("empty"), folder.path().join("bare"));
     [&other, &empty, &bare].iter().for_each(|p| fs::create_dir(p).unwrap());
-    image::RgbImage::new(48, 64).save(other.join("0.png")).unwrap();
+    photo(&other.join("0.png"), [48, 64], |_| [0; 3]);
     for file in ["images.txt", "points3D.txt"] {
         fs::copy(Path::new(&model).join(file), bare.join(file)).unwrap();
     }

@@ -10,6 +10,7 @@ mod agreement;
 mod answers;
 mod bradley_terry;
 mod definition;
+pub mod http;
 mod intake;
 mod loudness;
 mod page;

@@ -6,7 +6,7 @@
 mod anchors;
 mod float;
 mod form;
-pub(crate) mod npz;
+mod npz;
 mod pickle;
 mod settings;
 mod weights;

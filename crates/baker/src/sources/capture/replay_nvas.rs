@@ -8,8 +8,8 @@ use super::import::{ImportCapture, MAX_BYTES, channels, ears, head, mean, stem};
 use super::{Capture, Clip, Emitter, Split, SplitRule, Track, Voice};
 use crate::BakeError;
 use crate::signal::convolve::shape;
-use crate::sources::checkpoint::npz;
 use crate::sources::file;
+use promenade_audio::npy::Array;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::{CameraPath, Keyframe, Pose};
 use promenade_fourier::num_complex::Complex32;
@@ -199,14 +199,13 @@ fn without_delay(near: &[f32], ears: [&[f32]; 2], rate_hz: u32) -> Vec<f32> {
 
 /// Speakers by number, each with the middle of its box, as shares of the picture's width and height from its upper left.
 fn read_boxes(path: &Path) -> Result<Vec<(i64, [f32; 2])>, BakeError> {
-    let boxes =
-        npz::array(&file::bytes(path, MAX_BOXES)?).map_err(|found| BakeError::content(path, "an array of boxes", found))?;
+    let boxes = Array::read(path, MAX_BOXES)?;
     let [_, 5] = boxes.shape[..] else {
         let found = format!("the shape {:?}", boxes.shape);
         return Err(BakeError::content(path, "rows of 5 numbers: corners of a box and its speaker", found));
     };
-    let row = |b: &[f32]| (b[4].round() as i64, [0.5 * (b[0] + b[2]), 0.5 * (b[1] + b[3])]);
-    Ok(boxes.values.chunks_exact(5).filter(|b| b.iter().all(|x| x.is_finite())).map(row).collect())
+    let row = |b: &[f64; 5]| (b[4].round() as i64, [b[0] + b[2], b[1] + b[3]].map(|sum| 0.5 * sum as f32));
+    Ok(boxes.values.as_chunks().0.iter().filter(|b| b.iter().all(|x| x.is_finite())).map(row).collect())
 }
 
 /// A line of sight.

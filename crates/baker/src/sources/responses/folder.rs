@@ -1,9 +1,9 @@
 //! Folders of responses with poses beside them, as data sets for acoustic fields have them.
 
 use super::{Response, Responses, check};
-use crate::sources::checkpoint::npz;
 use crate::sources::file;
 use crate::{BakeError, Split, sound};
+use promenade_audio::npy::Array;
 use promenade_core::Pose;
 use promenade_core::glam::{Quat, Vec3};
 use promenade_core::network::Placement;
@@ -231,19 +231,19 @@ fn rows(folder: &Path, knows_source: bool) -> Result<Vec<Measured>, BakeError> {
 
 /// Rows of numbers: NumPy's, JSON's, or lines.
 fn table(path: &Path) -> Result<Vec<Vec<f32>>, BakeError> {
-    let bytes = file::bytes(path, MAX_BYTES)?;
     match file::ending(path).as_str() {
         "npy" => {
             let wrong = |found: String| BakeError::content(path, "rows of floats as NumPy saves them", found);
-            let array = npz::array(&bytes).map_err(wrong)?;
+            let array = Array::read(path, MAX_BYTES)?;
             let columns = array.shape.last().copied().unwrap_or(0);
             if array.shape.len() > 2 || columns == 0 {
                 return Err(wrong(format!("the shape {:?}", array.shape)));
             }
-            Ok(array.values.chunks_exact(columns).map(<[f32]>::to_vec).collect())
+            Ok(array.values.chunks_exact(columns).map(|row| row.iter().map(|v| *v as f32).collect()).collect())
         }
-        "json" => serde_json::from_slice(&bytes).map_err(BakeError::json(path)),
+        "json" => file::json(path, MAX_BYTES),
         _ => {
+            let bytes = file::bytes(path, MAX_BYTES)?;
             let text = String::from_utf8_lossy(&bytes);
             let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.trim().starts_with('#'));
             lines.map(|(number, line)| of_line(path, number, line)).collect()
