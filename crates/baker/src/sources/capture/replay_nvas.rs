@@ -199,7 +199,8 @@ fn without_delay(near: &[f32], ears: [&[f32]; 2], rate_hz: u32) -> Vec<f32> {
 
 /// Speakers by number, each with the middle of its box, as shares of the picture's width and height from its upper left.
 fn read_boxes(path: &Path) -> Result<Vec<(i64, [f32; 2])>, BakeError> {
-    let boxes = Array::read(path, MAX_BOXES)?;
+    let wrong = |found: String| BakeError::content(path, "an array of boxes", found);
+    let boxes = Array::from_bytes(&file::bytes(path, MAX_BOXES)?).map_err(wrong)?;
     let [_, 5] = boxes.shape[..] else {
         let found = format!("the shape {:?}", boxes.shape);
         return Err(BakeError::content(path, "rows of 5 numbers: corners of a box and its speaker", found));
