@@ -122,7 +122,7 @@ fn remove_leftovers(folder: &Path) {
 /// Writes a whole file at once, or leaves what was there.
 ///
 /// # Errors
-/// As [`Draft::create`], or the disk is full or read-only.
+/// Those of [`Draft::create`], or the disk is full or read-only.
 pub fn write(target: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let (draft, mut file) = Draft::create(target)?;
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(FileError::write(target))?;

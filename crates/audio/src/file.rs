@@ -20,7 +20,7 @@ pub fn check(path: &Path) -> Result<()> {
 /// Opens a regular file for reading.
 ///
 /// # Errors
-/// As [`check`], or a file that may not be read.
+/// Nothing is there; a folder, a pipe, a socket or a device; a file that may not be read.
 pub fn open(path: &Path) -> Result<File> {
     // Opening a pipe would wait for its writer, and a device may have no end.
     check(path)?;
@@ -30,7 +30,7 @@ pub fn open(path: &Path) -> Result<File> {
 /// The whole content of a regular file of at most `most` bytes.
 ///
 /// # Errors
-/// As [`open`], or a longer file; it is not read to its end.
+/// Those of [`open`], or a longer file; it is not read to its end.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     let file = open(path)?;
     let size = file.metadata()?.len();

@@ -47,7 +47,7 @@ pub fn signal(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec
 /// Converts impulse responses: as [`signal`], scaled by `from / to` so that convolution at the new rate has the same gain.
 ///
 /// # Errors
-/// As [`signal`].
+/// A rate of zero, or channels of different lengths.
 pub fn response(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec<f32>>, FileError> {
     let mut converted = signal(channels, from_hz, to_hz)?;
     let gain = narrow(f64::from(from_hz) / f64::from(to_hz));

@@ -13,7 +13,7 @@ pub fn is_flac(path: &Path) -> bool {
 /// Reads a whole file: FLAC where its name ends so, or else WAV.
 ///
 /// # Errors
-/// As [`wav::read`].
+/// A file that is missing, damaged or too long, or a sample that is not finite.
 pub fn read(path: &Path) -> Result<Wav, FileError> {
     read_limited(path, MAX_SAMPLES)
 }
@@ -21,7 +21,7 @@ pub fn read(path: &Path) -> Result<Wav, FileError> {
 /// [`read`] with another limit on the samples of all channels together.
 ///
 /// # Errors
-/// As [`wav::read`].
+/// A file that is missing, damaged or too long, or a sample that is not finite.
 pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     if is_flac(path) { flac::read_limited(path, max_samples) } else { wav::read_limited(path, max_samples) }
 }

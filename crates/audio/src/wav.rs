@@ -52,7 +52,7 @@ pub fn read(path: &Path) -> Result<Wav, FileError> {
 /// [`read`] with another limit on the samples of all channels together.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`], with the other limit.
 pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     let mut reader = WavReader::open(path)?;
     let samples = u64::from(reader.frames()) * u64::from(reader.channels());
@@ -78,7 +78,7 @@ impl WavReader {
     /// Opens a file and checks its header against its size.
     ///
     /// # Errors
-    /// As [`read`], but for what shows only in the samples; 4 GiB of samples or more.
+    /// Those of [`read`], but for what shows only in the samples; 4 GiB of samples or more.
     pub fn open(path: &Path) -> Result<Self, FileError> {
         let mut file = file::open(path).map_err(FileError::read(path))?;
         let size = file.metadata().map_err(FileError::read(path))?.len();
@@ -306,7 +306,7 @@ fn failed(draft: &Draft, error: hound::Error) -> FileError {
 /// Writes a whole WAV file; `channels` are slices of the same length.
 ///
 /// # Errors
-/// As [`WavWriter`].
+/// A target that cannot be written, more channels or samples than a WAV file holds, a sample that is not finite.
 pub fn write(path: &Path, sample_rate_hz: u32, channels: &[&[f32]], format: Format) -> Result<Written, FileError> {
     let count = u16::try_from(channels.len())
         .map_err(|_| FileError::content(path, "at most 65535 channels", format!("{}", channels.len())))?;

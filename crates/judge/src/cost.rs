@@ -15,7 +15,7 @@ pub struct TierCost {
     pub tier: Tier,
     /// Processor seconds per second of audio, the listener walking at 1 m/s and turning at 90 degrees a second.
     pub real_time: f64,
-    /// The same over that of a bare short-time transform of the same size in the same run (one forward, two inverse).
+    /// Processor time over that of a bare short-time transform of one size in one run (one forward, two inverse).
     pub times_stft: f64,
 }
 
@@ -41,7 +41,8 @@ pub fn tier_costs(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize, seconds
     costs.into_iter().flatten().collect()
 }
 
-/// As [`tier_costs`], for each setting; `None` for a tier that only the scene's own rate has. All scenes have one grid.
+/// Measures settings as [`tier_costs`] does tiers; `None` for a tier that only the scene's own rate has. All scenes have one
+/// grid.
 #[must_use]
 pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, seconds: f64) -> Vec<Option<TierCost>> {
     let Some(first) = settings.first() else { return Vec::new() };

@@ -77,7 +77,7 @@ pub struct Comparison {
     pub name: String,
     /// Measures of the room.
     pub measured: ResponseMeasures,
-    /// The same of the rendered response.
+    /// Measures of the rendered response.
     pub rendered: ResponseMeasures,
     /// Levels of both as [`response_levels_db`] has them; empty where they are not known.
     pub levels_db: [Vec<f64>; 2],

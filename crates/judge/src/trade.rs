@@ -124,7 +124,7 @@ pub struct TradePoint {
     pub way: Way,
     /// Processor seconds per second of audio of one core, walking and turning.
     pub real_time: f64,
-    /// The same over that of a bare short-time transform.
+    /// Processor time over that of a bare short-time transform.
     pub times_stft: f64,
     /// Bytes of the scene in memory.
     pub memory_bytes: usize,

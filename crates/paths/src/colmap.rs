@@ -63,7 +63,7 @@ impl Image {
 /// The images of a COLMAP model, by their names, numbers in them by their value.
 ///
 /// # Errors
-/// As [`crate::read()`], but images may be none. The message names the file and the place in it.
+/// A file of another kind, or a damaged one; there may be no images. The message names the file and the place in it.
 pub fn images(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError> {
     match Format::of(file, bytes)? {
         format @ (Format::ColmapText | Format::ColmapBinary) => sorted(file, parse(file, bytes, format, &mut Vec::new())?),
@@ -88,7 +88,7 @@ pub fn placement(
     Ok(frame(file, images, &heads, options, notes)?.placement())
 }
 
-/// The same with the heads at the images, in double precision.
+/// Where the world of a reconstruction lies, in double precision; `heads` are those at the images.
 fn frame(
     file: &str,
     images: &[Image],

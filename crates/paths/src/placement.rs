@@ -64,7 +64,7 @@ impl PlacementOptions {
         Ok(Placement { rotation, ..placement })
     }
 
-    /// The same in double precision.
+    /// These options over a placement in double precision.
     pub(crate) fn frame(&self, stated: Frame, heads: &[Waypoint]) -> Result<Frame, PathFileError> {
         let mut frame = stated;
         if let Some(up) = self.up {
@@ -109,7 +109,7 @@ pub(crate) struct Frame {
 impl Frame {
     pub(crate) const IDENTITY: Self = Self { origin: DVec3::ZERO, turn: DQuat::IDENTITY, metres_per_unit: 1.0 };
 
-    /// The same place with this direction of the foreign world up, a unit vector.
+    /// Turned so that this direction of the foreign world, a unit vector, is up.
     pub(crate) fn tilted(self, up: DVec3) -> Self {
         let tilt = DQuat::from_rotation_arc(self.turn.inverse() * DVec3::Z, up).inverse();
         Self { turn: self.turn * tilt, ..self }

@@ -15,7 +15,7 @@ const ROUNDS: usize = 4;
 /// are more than 0.1 s apart. The first and the last keyframe stay. A tolerance below 0 or one that is no number keeps all.
 ///
 /// # Errors
-/// As [`CameraPath::new`].
+/// Keyframes that make no [`CameraPath`].
 ///
 /// # Real-time
 /// Not real-time safe.

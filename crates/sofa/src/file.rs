@@ -134,7 +134,7 @@ impl Sofa<'_> {
     /// Hands on all responses of an Ambisonic microphone, whose channels are the receivers.
     ///
     /// # Errors
-    /// As [`Sofa::of_ears`], and capsules in different places.
+    /// Variables that are missing or damaged, no Ambisonic convention, capsules in different places.
     pub fn of_harmonics(&self, options: SofaOptions, take: impl FnMut(Recorded)) -> Result<About, SofaError> {
         let layout = self.layout()?;
         self.check_harmonics()?;
@@ -144,7 +144,7 @@ impl Sofa<'_> {
     /// The direction of each response's source as the listener sees it: forward, left, up. Of any length.
     ///
     /// # Errors
-    /// As [`Sofa::of_ears`].
+    /// Variables of places that are missing, damaged or of other shapes.
     pub fn directions(&self) -> Result<Vec<Vec3>, SofaError> {
         let layout = self.layout()?;
         let listeners = self.listeners(layout.measurements)?;

@@ -104,7 +104,7 @@ impl Variables<'_> {
         self.points_as(name, row, measurements, positive, spherical, degrees)
     }
 
-    /// The same of a variable that may be missing.
+    /// Points of a variable of shape [measurements or 1, 3], or one point where it is missing.
     pub(crate) fn points_or(&self, name: &str, measurements: usize, missing: Vec3) -> Result<Points, SofaError> {
         if self.has(name) {
             self.points(name, 0, measurements, Side::Left)

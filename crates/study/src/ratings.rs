@@ -115,7 +115,7 @@ fn interval(rated: &[&Rated<'_>], draws: usize) -> Option<[f64; 2]> {
     Some([0.025, 0.975].map(|share| quantile(&medians, share)))
 }
 
-/// As [`quantile`] has it, of values in any order; NaN of none.
+/// The median of values in any order; NaN of none.
 fn median(mut values: Vec<f64>) -> f64 {
     let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
     let (_, below, above) = values.select_nth_unstable_by(last / 2, f64::total_cmp);

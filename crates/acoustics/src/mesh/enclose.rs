@@ -1,9 +1,8 @@
 //! Rooms around points: the surfaces of a place that is given by points on its walls, as by reconstructions from pictures.
 
-use super::{Mesh, Triangle};
+use super::{Mesh, Triangle, hull};
 use crate::error::AcousticsError;
 use glam::DVec2;
-use quickhull::ConvexTriangleMesh;
 
 /// Points that a room is made of, at least.
 const LEAST_POINTS: usize = 100;
@@ -107,18 +106,18 @@ impl Mesh {
         let about: Vec<[f64; 3]> = held.iter().flat_map(|p| (0..8).map(move |i| corner(p, i))).collect();
         let cells: std::collections::BTreeSet<[i64; 3]> =
             points.iter().filter(inside).chain(&about).map(|p| p.map(|x| nearest(x / cell_m))).collect();
-        let cells: Vec<_> = cells.into_iter().map(|c| c.map(|x| x as f32).into()).collect();
-        // Every step takes one more of the points into the hull.
-        let hull = ConvexTriangleMesh::try_from_points(&cells, Some(cells.len()))
-            .map_err(|error| AcousticsError::argument("points", "those of a room", format!("no hull: {error}")))?;
-        let (vertices, triangles) = hull.into_parts();
-        if triangles.len() < 4 {
-            return Err(AcousticsError::argument("points", "those of a room", "none that enclose anything"));
-        }
-        let mut mesh = Self {
-            vertices: vertices.iter().map(|v| v.to_array().map(|x| f64::from(x) * cell_m)).collect(),
-            ..Self::default()
+        let cells: Vec<_> = cells.into_iter().collect();
+        let faces = hull::hull(&cells)
+            .ok_or_else(|| AcousticsError::argument("points", "those of a room", "none that enclose anything"))?;
+        let mut mesh = Self::default();
+        let mut numbers = std::collections::BTreeMap::new();
+        let mut corner = |cell: usize| {
+            *numbers.entry(cell).or_insert_with(|| {
+                mesh.vertices.push(cells[cell].map(|x| x as f64 * cell_m));
+                mesh.vertices.len() as u32 - 1
+            })
         };
+        let triangles: Vec<[u32; 3]> = faces.into_iter().map(|face| face.map(&mut corner)).collect();
         // Until they are grouped by direction.
         mesh.triangles = triangles.into_iter().map(|corners| Triangle { corners, group: 0 }).collect();
         mesh.group_by_direction();

@@ -25,7 +25,7 @@ impl Late<'_> {
         self.plays(&transfer, hops)
     }
 
-    /// The same for any time filters.
+    /// Energy density per hop and band at each ear that the render head plays of time filters.
     pub(crate) fn plays(&self, transfer: &TransferFunction, hops: usize) -> Result<[HopEnergies; 2], BakeError> {
         let scene = Scene::of_transfer(transfer, *self.grid, self.bands.clone(), self.tail.clone(), self.top_hz)?;
         let lead = self.grid.n_fft;

@@ -31,7 +31,7 @@ pub(crate) struct Layout {
     pub(crate) emitter: Vec3,
     /// Listener pose of each response in the scene's world.
     pub(crate) poses: Vec<Pose>,
-    /// The same as emitter directions and listener positions.
+    /// Of each response the direction of the emitter and the listener's position.
     pub(crate) sites: Vec<Site>,
     /// Distance from listener to emitter of each response, metres.
     pub(crate) distances: Vec<f32>,
@@ -91,7 +91,7 @@ impl Layout {
         Ok(Self { emitter, poses, sites, distances, turns, notes })
     }
 
-    /// The same around fewer responses, by number.
+    /// A layout of some of the responses, by number.
     pub(crate) fn only(&self, used: &[usize]) -> Self {
         Self {
             emitter: self.emitter,

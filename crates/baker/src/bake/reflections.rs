@@ -272,7 +272,7 @@ impl Heard<'_> {
         means(images.images.len(), most.len(), &found)
     }
 
-    /// The same, and what each response loses.
+    /// Gains of images as [`Self::gains`] has them, and filters of what each response loses with them.
     fn lifted(&self, images: &ImageSources, ears: &Ears, most: &[f64]) -> (Vec<Vec<f64>>, Vec<[Vec<f32>; 2]>) {
         let of_response = |response: usize| {
             let (numbers, arrivals) = self.arrivals(images, response, ears);

@@ -116,10 +116,10 @@ pub fn evaluate(scene: &Arc<Scene>, capture: &Capture, options: &EvaluateOptions
     evaluate_each(scene, capture, options, &mut |_| Ok(()))
 }
 
-/// As [`evaluate`]; `each` is given everything that is compared, to be kept or shown.
+/// Compares a scene as [`evaluate`] does, and gives `each` everything that is compared, to be kept or shown.
 ///
 /// # Errors
-/// As [`evaluate`], and those of `each`.
+/// Those of [`evaluate`], and those of `each`.
 pub fn evaluate_each(
     scene: &Arc<Scene>,
     capture: &Capture,

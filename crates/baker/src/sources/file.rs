@@ -9,7 +9,7 @@ pub(super) fn bytes(path: &Path, most: u64) -> Result<Vec<u8>, BakeError> {
     file::read(path, most).map_err(BakeError::read(path))
 }
 
-/// The same of JSON.
+/// What a JSON file of at most `most` bytes holds.
 pub(super) fn json<T: DeserializeOwned>(path: &Path, most: u64) -> Result<T, BakeError> {
     serde_json::from_slice(&bytes(path, most)?).map_err(BakeError::json(path))
 }

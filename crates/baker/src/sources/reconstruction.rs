@@ -96,7 +96,7 @@ impl Reconstruction {
     /// poses in all of them. Lenses make no difference to either, so the file of cameras is not read.
     ///
     /// # Errors
-    /// As [`Place::load`].
+    /// A folder without a model, files that are damaged, too large or of another kind, a model without a point to use.
     pub fn load(folder: &Path, options: &PointOptions) -> Result<Self, BakeError> {
         let model = colmap::model(folder)?;
         let colmap::Good { points, sights, left_out } = colmap::points(&model.points, &file::bytes(&model.points)?, options)?;
@@ -148,7 +148,7 @@ impl Reconstruction {
     /// Reads the cameras of a COLMAP model alone, for points of the same world in another file.
     ///
     /// # Errors
-    /// As [`Place::load`].
+    /// A folder without a model, or a file of images that is damaged or too large.
     pub fn load_cameras(folder: &Path) -> Result<Vec<Camera>, BakeError> {
         colmap::cameras(&colmap::images(folder)?)
     }
@@ -156,7 +156,7 @@ impl Reconstruction {
     /// Reads the lenses of a COLMAP model by the ids of their cameras, for photographs.
     ///
     /// # Errors
-    /// As [`Place::load`]; lenses of a kind that is not known.
+    /// A folder without a model, a file of cameras that is damaged or too large, lenses of a kind that is not known.
     pub fn load_lenses(folder: &Path) -> Result<BTreeMap<u32, Lens>, BakeError> {
         colmap::lenses(folder)
     }

@@ -24,7 +24,7 @@ pub fn trade(scene: &Arc<Scene>, sample_rate_hz: f64, block: usize) -> Result<Ve
 /// this is a part.
 ///
 /// # Errors
-/// As [`trade`].
+/// A setting that cannot be rendered, or whose responses cannot be measured.
 pub fn trade_beside(
     scene: &Arc<Scene>,
     other: &Arc<Scene>,

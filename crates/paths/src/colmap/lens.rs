@@ -73,7 +73,7 @@ impl Lens {
         (inside(0) && inside(1)).then_some(pixel)
     }
 
-    /// The same lens for a photograph of another size.
+    /// This lens for a photograph of another size.
     #[must_use]
     pub fn resized(&self, size: [u32; 2]) -> Self {
         let ratio: [f64; 2] = std::array::from_fn(|i| f64::from(size[i]) / f64::from(self.size[i]));

@@ -82,7 +82,7 @@ impl Clips {
         Ok((inner, took_s / sound))
     }
 
-    /// The same parts of a rendering that is aligned with the input.
+    /// The inner parts of all clips in a rendering that is aligned with the input.
     pub(super) fn cut(&self, ears: &Ears) -> Vec<Ears> {
         let inner = |start: &usize| start + self.inner.start..start + self.inner.end;
         self.starts.iter().map(|start| [0, 1].map(|e| ears[e][inner(start)].to_vec())).collect()

@@ -58,7 +58,7 @@ impl AnchorSet {
     /// The placement that an anchor file states, if it does.
     ///
     /// # Errors
-    /// As [`AnchorSet::load`].
+    /// A file that is damaged, too large, of another kind or of a later version. The message names the file.
     pub fn stored_placement(path: &Path) -> Result<Option<Placement>, BakeError> {
         let (_, metadata) = checkpoint::read_anchors(path)?;
         placement(path, &metadata)

@@ -64,22 +64,7 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
     let rate_hz = options.sample_rate_hz.unwrap_or(from_hz);
     let rate = f64::from(rate_hz);
     let clip = in_samples(options.clip_s, rate).max(1);
-    let sounds = dry
-        .iter()
-        .map(|sound| {
-            let converted = resample::signal(std::slice::from_ref(&sound.samples), sound.sample_rate_hz, rate_hz)?;
-            let samples = converted.into_iter().next().unwrap_or_default();
-            if samples.len() < clip * options.clips {
-                let seconds = samples.len() as f64 / rate;
-                let expected = format!("at least {} s, the clips of one response", options.clip_s * options.clips as f64);
-                return Err(BakeError::argument("dry sound", expected, format!("{seconds:.3} s in {}", sound.name)));
-            }
-            Ok(samples)
-        })
-        .collect::<Result<Vec<Vec<f32>>, BakeError>>()?;
-    if sounds.is_empty() {
-        return Err(BakeError::argument("dry sound", "at least one", "none"));
-    }
+    let sounds = sounds(dry, options, rate_hz, clip)?;
     // At the responses' own rate, where the baker takes the level of its scene.
     let loudest = responses.responses.iter().flat_map(|r| [&r.left, &r.right]);
     let energy = loudest.map(|h| h.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>()).fold(0.0, f64::max);
@@ -133,6 +118,24 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
         return Err(BakeError::argument("dry sound and responses", "at least one clip with sound", capture.notes.join("; ")));
     }
     Ok(capture)
+}
+
+/// Dry sounds at a rate, each as long as the clips of `clip` samples that one response has.
+fn sounds(dry: &[DrySound], options: &FromResponses, rate_hz: u32, clip: usize) -> Result<Vec<Vec<f32>>, BakeError> {
+    if dry.is_empty() {
+        return Err(BakeError::argument("dry sound", "at least one", "none"));
+    }
+    let converted = dry.iter().map(|sound| {
+        let converted = resample::signal(std::slice::from_ref(&sound.samples), sound.sample_rate_hz, rate_hz)?;
+        let samples = converted.into_iter().next().unwrap_or_default();
+        if samples.len() < clip * options.clips {
+            let seconds = samples.len() as f64 / f64::from(rate_hz);
+            let expected = format!("at least {} s, the clips of one response", options.clip_s * options.clips as f64);
+            return Err(BakeError::argument("dry sound", expected, format!("{seconds:.3} s in {}", sound.name)));
+        }
+        Ok(samples)
+    });
+    converted.collect()
 }
 
 /// Emitters and listeners of responses.

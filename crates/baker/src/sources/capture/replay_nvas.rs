@@ -44,6 +44,11 @@ struct Cameras {
     rotations: BTreeMap<String, BTreeMap<String, [Option<f32>; 3]>>,
 }
 
+/// What is said of speakers that were found, before [`ACROSS_DEG`], and of those that were not.
+const WHO_SPEAKS: &str = "who speaks is who has most boxes; where they are is where the rays through their boxes meet, of \
+     pictures that are taken to be";
+const NOBODY_SPEAKS: &str = "who speaks, and where, is not known: boxes of each speaker in pictures of two cameras would tell";
+
 /// The clips by their folders, which end in the scene's name and the clip's number, with the names of their pictures.
 type Metadata = BTreeMap<String, Vec<String>>;
 
@@ -104,14 +109,8 @@ pub(super) fn import(
         speakers.hears(&scene, first..tracks.len(), &seen);
     }
     if clips.iter().all(|clip| clip.split == Split::Train) {
-        // None of the published scenes: clips of one folder, which are heard from several views, share their split.
-        let folders: Vec<String> = clips.iter().map(|c| c.name.rsplit_once('-').map_or("", |n| n.0).to_owned()).collect();
-        let mut different = folders.clone();
-        different.dedup();
-        let splits = SplitRule::Share { test: options.test_share, seed: options.seed }.splits(different.len());
-        for (clip, folder) in clips.iter_mut().zip(&folders) {
-            clip.split = different.iter().position(|d| d == folder).map_or(Split::Train, |i| splits[i]);
-        }
+        // None of the published scenes.
+        split_by_folder(&mut clips, options);
     }
     let mut notes = vec![
         format!("what is below {HIGH_PASS_HZ} Hz is taken away, and the sound's delay from the speakers to each camera"),
@@ -122,14 +121,9 @@ pub(super) fn import(
     }
     let emitters = if options.emitter.is_some() { None } else { speakers.found(&mut tracks) };
     if emitters.is_some() {
-        notes.push(format!(
-            "who speaks is who has most boxes; where they are is where the rays through their boxes meet, of pictures that are \
-             taken to be {ACROSS_DEG:.0} degrees wide"
-        ));
+        notes.push(format!("{WHO_SPEAKS} {ACROSS_DEG:.0} degrees wide"));
     } else if options.emitter.is_none() {
-        notes.push(
-            "who speaks, and where, is not known: boxes of each speaker in pictures of two cameras would tell".to_owned(),
-        );
+        notes.push(NOBODY_SPEAKS.to_owned());
     }
     let mut capture = placed.finish(folder, rate_hz, (tracks, clips), notes, "clips with sound")?;
     match emitters {
@@ -140,6 +134,17 @@ pub(super) fn import(
         None => {}
     }
     Ok(capture)
+}
+
+/// Splits clips by the number in their name, as those of one folder are heard from several views.
+fn split_by_folder(clips: &mut [Clip], options: &ImportCapture) {
+    let folders: Vec<String> = clips.iter().map(|c| c.name.rsplit_once('-').map_or("", |n| n.0).to_owned()).collect();
+    let mut different = folders.clone();
+    different.dedup();
+    let splits = SplitRule::Share { test: options.test_share, seed: options.seed }.splits(different.len());
+    for (clip, folder) in clips.iter_mut().zip(&folders) {
+        clip.split = different.iter().position(|d| d == folder).map_or(Split::Train, |i| splits[i]);
+    }
 }
 
 /// Scene and number of a clip's folder.

@@ -56,22 +56,9 @@ enum Matrix {
 pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, BakeError> {
     let rate_hz = options.sample_rate_hz.unwrap_or(RATE_HZ);
     let mut notes = Vec::new();
-    let mut frames: BTreeMap<usize, Split> = BTreeMap::new();
-    let mut own: BTreeMap<usize, Pose> = BTreeMap::new();
     let given = folder.join("gs_cameras.json");
     let has_cameras = given.exists();
-    for (name, split) in [("train", Split::Train), ("val", Split::Test)] {
-        let path = folder.join(format!("transforms_scale_{name}.json"));
-        for frame in file::json::<Transforms>(&path, MAX_BYTES)?.camera_path {
-            let number = number(&path, &frame.file_path)?;
-            if frames.insert(number, split).is_some() {
-                return Err(BakeError::entry(&path, &frame.file_path, "each frame once", "it twice"));
-            }
-            if let (false, Some(matrix)) = (has_cameras, &frame.camera_to_world) {
-                own.insert(number, own_head(&path, &frame.file_path, matrix)?);
-            }
-        }
-    }
+    let (frames, own) = frames(folder, !has_cameras)?;
     let (mut poses, up) = if has_cameras {
         let mut poses = BTreeMap::new();
         for (name, pose) in cameras(&given)? {
@@ -105,21 +92,8 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
         }
     }
     let options = &ImportCapture { emitter, ..options.clone() };
-    let (dry_file, dry_raw) = either(folder, "source_syn");
-    let (ears_file, ears_raw) = either(folder, "binaural_syn");
-    let mut dry = mean(&channels(&dry_file, rate_hz)?);
-    let [mut left, mut right] = ears(&ears_file, rate_hz)?;
-    if dry_raw {
-        to_full_scale(&mut [&mut dry]);
-    }
-    if ears_raw {
-        to_full_scale(&mut [&mut left, &mut right]);
-    }
-    let len = dry.len().min(left.len());
-    let apart = dry.len().abs_diff(left.len()) as f64 / f64::from(rate_hz);
-    if apart > 0.0 {
-        notes.push(format!("dry and binaural sound differ in length by {apart:.3} s: the longer one was cut"));
-    }
+    let (dry, [left, right]) = sounds(folder, rate_hz, &mut notes)?;
+    let len = dry.len();
     let clip = rate_hz as usize;
     let (mut clips, mut keyframes, mut without, mut beyond) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (number, split) in frames {
@@ -145,10 +119,50 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
         return Err(BakeError::content(folder, "frames with a pose and sound", notes.join("; ")));
     }
     let path = CameraPath::new(keyframes).map_err(|e| BakeError::content(folder, "a path", e.to_string()))?;
-    [&mut dry, &mut left, &mut right].into_iter().for_each(|x| x.truncate(len));
     let emitter = options.emitter.map(|_| 0);
     let track = Track { name: "walk".to_owned(), voices: vec![Voice { emitter, dry }], binaural: [left, right], path };
     options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
+}
+
+/// The frames of both splits by their numbers, and their own poses where those are `wanted`.
+type Frames = (BTreeMap<usize, Split>, BTreeMap<usize, Pose>);
+
+fn frames(folder: &Path, wanted: bool) -> Result<Frames, BakeError> {
+    let (mut frames, mut own) = Frames::default();
+    for (name, split) in [("train", Split::Train), ("val", Split::Test)] {
+        let path = folder.join(format!("transforms_scale_{name}.json"));
+        for frame in file::json::<Transforms>(&path, MAX_BYTES)?.camera_path {
+            let number = number(&path, &frame.file_path)?;
+            if frames.insert(number, split).is_some() {
+                return Err(BakeError::entry(&path, &frame.file_path, "each frame once", "it twice"));
+            }
+            if let (true, Some(matrix)) = (wanted, &frame.camera_to_world) {
+                own.insert(number, own_head(&path, &frame.file_path, matrix)?);
+            }
+        }
+    }
+    Ok((frames, own))
+}
+
+/// Dry sound and both ears, of one length.
+fn sounds(folder: &Path, rate_hz: u32, notes: &mut Vec<String>) -> Result<(Vec<f32>, [Vec<f32>; 2]), BakeError> {
+    let (dry_file, dry_raw) = either(folder, "source_syn");
+    let (ears_file, ears_raw) = either(folder, "binaural_syn");
+    let mut dry = mean(&channels(&dry_file, rate_hz)?);
+    let [mut left, mut right] = ears(&ears_file, rate_hz)?;
+    if dry_raw {
+        to_full_scale(&mut [&mut dry]);
+    }
+    if ears_raw {
+        to_full_scale(&mut [&mut left, &mut right]);
+    }
+    let len = dry.len().min(left.len());
+    let apart = dry.len().abs_diff(left.len()) as f64 / f64::from(rate_hz);
+    if apart > 0.0 {
+        notes.push(format!("dry and binaural sound differ in length by {apart:.3} s: the longer one was cut"));
+    }
+    [&mut dry, &mut left, &mut right].into_iter().for_each(|x| x.truncate(len));
+    Ok((dry, [left, right]))
 }
 
 /// A sound file as the published preparation leaves it or, where that is not there, as it was recorded; whether it is the

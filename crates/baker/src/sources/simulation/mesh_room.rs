@@ -96,7 +96,7 @@ pub(super) struct Surfaces<'a> {
     pub(super) images: Images,
 }
 
-/// As [`simulate_mesh`], with images that are known.
+/// Binaural responses for heads at `poses`, in a room whose images are known. Errors are those of [`simulate_mesh`].
 pub(super) fn simulate(
     surfaces: &Surfaces<'_>,
     source: &Source,

@@ -120,7 +120,7 @@ impl<'a> Inside<'a> {
         at.distance(self.emitter) >= FROM_EMITTER_M && self.encloses(at)
     }
 
-    /// The same, however near to the emitter.
+    /// Whether a place is inside, the margin off all walls.
     pub(crate) fn encloses(&self, at: Vec3) -> bool {
         let lies = self.room.surroundings(at.as_dvec3().to_array());
         lies.is_ok_and(|s| s.clearance_m >= f64::from(self.margin_m) && s.enclosed >= self.enclosed)
