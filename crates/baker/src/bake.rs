@@ -35,8 +35,8 @@ use crate::error::BakeError;
 use crate::sources::responses::{Response, Responses};
 use glam::Vec3;
 use promenade_core::{
-    Anchor, Field, FieldGrid, Head, HeldOut, MAX_SCENE_BYTES, MeasuredHead, Provenance, Rows, Scene, SceneParts, StftGrid,
-    TransferFunction, TransferShape, glam,
+    Anchor, Field, FieldGrid, Head, HeldOut, MAX_SCENE_BYTES, MeasuredHead, Pose, Provenance, Rows, Scene, SceneParts,
+    StftGrid, TransferFunction, TransferShape, glam,
 };
 use promenade_judge::{response_levels_db, response_measures};
 use promenade_room::LONGEST_EARLY_S;
@@ -92,66 +92,127 @@ pub fn bake_responses(
     let (room, heard) = Room::of(&measured, &grid, options.early_s, options.seed)?;
     let mut notes = layout.notes.clone();
     let logs = heard.iter().zip(&layout.distances);
-    let mut logs: Vec<LogTransfer> =
-        logs.map(|(h, distance)| LogTransfer::of(&h.direct, f64::from(gain), f64::from(*distance))).collect();
-
-    let mut sites = layout.sites.clone();
-    // The response of each site.
-    let mut origins: Vec<usize> = (0..sites.len()).collect();
+    let logs = logs.map(|(h, distance)| LogTransfer::of(&h.direct, f64::from(gain), f64::from(*distance))).collect();
+    let measurements = Measurements::of(&layout, logs);
     if layout.is_half() {
         notes.push("one half space was measured: the other is its mirror image, front to back".to_owned());
-        for i in 0..layout.sites.len() {
-            let s = layout.sites[i];
-            if s.direction.x.abs() > 0.05 {
-                sites.push(Site { direction: s.direction * Vec3::new(-1.0, 1.0, 1.0), ..s });
-                logs.push(logs[i].clone());
-                origins.push(i);
-            }
-        }
     }
-    // The direct sound is what a direction makes of it, wherever it was measured.
-    let towards: Vec<Site> = sites.iter().map(|s| Site { position: Vec3::ZERO, ..*s }).collect();
+    let shape = TransferShape { taps: 0, ..room.shape };
     let model = options
         .head
         .as_ref()
         .map_or_else(|| Model::instead(model_head(), &grid, layout.direction_spacing()), |head| Model::of(head, &grid));
-    let models: Vec<Modelled> = towards.par_iter().map(|site| model.at(site.direction)).collect();
-    let trend = delay_trend(&models, &logs);
-    let (level, nugget) = (layout.is_level(), if layout.has_places() { PLACES_NUGGET } else { 1e-9 });
-    let shape = TransferShape { taps: 0, ..room.shape };
-    let mut transfers: Vec<TransferFunction> = (0..nodes.nodes())
-        .into_par_iter()
-        .map(|index| {
+    let field = measurements.table(&nodes, &layout, &model, shape, &grid)?;
+    let head = options.head.as_ref().unwrap_or_else(|| model_head());
+    let lifted = responses.room.map(|walls| Reflections::of(&walls, (&measured, &heard), &layout, head, &grid, gain));
+    let (images, lost) = lifted.transpose()?.flatten().map(|lifted| (lifted.images, lifted.lifted)).unzip();
+    notes.extend(images.as_ref().map(|images| {
+        let count = images.images.len();
+        format!("away from where responses were measured, {count} early reflections come from a box's images")
+    }));
+    let carried = carried(
+        &measured,
+        &heard,
+        &layout,
+        (&measurements.sites, &measurements.origins),
+        (&field, &grid),
+        (&room, lost.as_deref()),
+        gain,
+    );
+    let measured_head = options.head.as_ref().map(|head| head_of(head, &nodes, &layout));
+    let bounds = layout.bounds();
+    let held_out = held_out(responses, &all, &held, gain)?;
+    Ok(Scene::new(SceneParts {
+        provenance: provenance(responses, options, notes),
+        taps: room.shape.taps,
+        measured: Some(carried),
+        measured_head,
+        field: Some(field),
+        images,
+        top_hz: room.top_hz,
+        start_pose: start_pose(&layout),
+        bounds,
+        anchors: anchors(&layout),
+        held_out,
+        ..SceneParts::new(grid, room.bands, room.tail)
+    })?)
+}
+
+/// Direct sounds as they were measured and, where one half space was, as they are in the other.
+struct Measurements {
+    sites: Vec<Site>,
+    logs: Vec<LogTransfer>,
+    /// The response of each.
+    origins: Vec<usize>,
+}
+
+impl Measurements {
+    fn of(layout: &Layout, logs: Vec<LogTransfer>) -> Self {
+        let mut all = Self { sites: layout.sites.clone(), logs, origins: (0..layout.sites.len()).collect() };
+        for (i, site) in layout.sites.iter().enumerate().filter(|_| layout.is_half()) {
+            if site.direction.x.abs() > 0.05 {
+                all.sites.push(Site { direction: site.direction * Vec3::new(-1.0, 1.0, 1.0), ..*site });
+                all.logs.push(all.logs[i].clone());
+                all.origins.push(i);
+            }
+        }
+        all
+    }
+
+    /// The direct sound at all nodes: what a direction makes of it, wherever it was measured.
+    fn table(
+        &self,
+        nodes: &FieldGrid,
+        layout: &Layout,
+        model: &Model,
+        shape: TransferShape,
+        grid: &StftGrid,
+    ) -> Result<Field, BakeError> {
+        let towards: Vec<Site> = self.sites.iter().map(|s| Site { position: Vec3::ZERO, ..*s }).collect();
+        let models: Vec<Modelled> = towards.par_iter().map(|site| model.at(site.direction)).collect();
+        let trend = delay_trend(&models, &self.logs);
+        let (level, nugget) = (layout.is_level(), if layout.has_places() { PLACES_NUGGET } else { 1e-9 });
+        let at = |index: usize| {
             let node = Site { direction: nodes.node(index).1, position: Vec3::ZERO };
             // In the plane of a ring its neighbours say most; elsewhere all measurements have a say.
             let in_plane = level && node.direction.z.abs() < LEVEL_Z;
             let around = if in_plane { of_ring(&towards, &node, nugget) } else { weights(&towards, &node, nugget) };
-            LogTransfer::blend(&logs, &models, &around, trend, &model.at(node.direction)).to_transfer(&shape, &grid)
-        })
-        .collect();
-    unwrap_phases(&nodes, &mut transfers);
-    let rows: Vec<f32> = transfers.iter().flat_map(|transfer| halved(transfer.to_row())).collect();
-    let field = Field::new(nodes.clone(), shape, Rows::Whole(rows));
-    let field = field.ok_or_else(|| BakeError::argument("table of the scene", "a row for each node", "others"))?;
-    let head = options.head.as_ref().unwrap_or_else(|| model_head());
-    let lifted = responses.room.map(|walls| Reflections::of(&walls, (&measured, &heard), &layout, head, &grid, gain));
-    let lifted = lifted.transpose()?.flatten();
-    if let Some(lifted) = &lifted {
-        let count = lifted.images.images.len();
-        notes.push(format!("away from where responses were measured, {count} early reflections come from a box's images"));
+            LogTransfer::blend(&self.logs, &models, &around, trend, &model.at(node.direction)).to_transfer(&shape, grid)
+        };
+        let mut transfers: Vec<TransferFunction> = (0..nodes.nodes()).into_par_iter().map(at).collect();
+        unwrap_phases(nodes, &mut transfers);
+        let rows: Vec<f32> = transfers.iter().flat_map(|transfer| halved(transfer.to_row())).collect();
+        let field = Field::new(nodes.clone(), shape, Rows::Whole(rows));
+        field.ok_or_else(|| BakeError::argument("table of the scene", "a row for each node", "others"))
     }
-    let (images, lost) = lifted.map(|lifted| (lifted.images, lifted.lifted)).unzip();
-    let carried = carried(&measured, &heard, &layout, (&sites, &origins), (&field, &grid), (&room, lost.as_deref()), gain);
-    // What lies behind may be the mirror image of what was measured ahead, or the other way round.
-    let mirrored = if layout.is_half() { Some(layout.sites.iter().map(|s| s.direction.x).sum::<f32>().signum()) } else { None };
-    let measured_head = options
-        .head
-        .as_ref()
-        .map(|head| MeasuredHead::of(head, &nodes, |d| mirrored.map_or(d, |side| Vec3::new(side * d.x.abs(), d.y, d.z))));
-    let bounds = layout.bounds();
-    let held_out = held_out(responses, &all, &held, gain)?;
+}
+
+/// The head that was measured, at the nodes. What lies behind may be the mirror image of what was measured ahead, or the other
+/// way round.
+fn head_of(head: &Head, nodes: &FieldGrid, layout: &Layout) -> MeasuredHead {
+    let side = layout.is_half().then(|| layout.sites.iter().map(|s| s.direction.x).sum::<f32>().signum());
+    MeasuredHead::of(head, nodes, |d| side.map_or(d, |side| Vec3::new(side * d.x.abs(), d.y, d.z)))
+}
+
+fn provenance(responses: &Responses, options: &BakeOptions, notes: Vec<String>) -> Provenance {
+    Provenance {
+        title: responses.title.clone(),
+        credit: responses.credit.clone(),
+        licence: responses.licence.clone(),
+        recipe: options.recipe.clone(),
+        notes,
+    }
+}
+
+/// The pose that looks at the emitter most.
+fn start_pose(layout: &Layout) -> Pose {
     let ahead = |i: &usize| layout.sites[*i].direction.x;
-    let start = (0..used.len()).max_by(|a, b| ahead(a).total_cmp(&ahead(b))).unwrap_or(0);
+    let start = (0..layout.poses.len()).max_by(|a, b| ahead(a).total_cmp(&ahead(b))).unwrap_or(0);
+    layout.poses[start]
+}
+
+/// Places where responses were measured, each once, and the emitter.
+fn anchors(layout: &Layout) -> Vec<Anchor> {
     let mut anchors: Vec<Anchor> = Vec::new();
     for pose in &layout.poses {
         if !anchors.iter().any(|a| a.position.distance(pose.position) < 1e-3) {
@@ -159,26 +220,7 @@ pub fn bake_responses(
         }
     }
     anchors.push(Anchor { position: layout.emitter, colour: Vec3::new(0.9, 0.5, 0.2) });
-    Ok(Scene::new(SceneParts {
-        provenance: Provenance {
-            title: responses.title.clone(),
-            credit: responses.credit.clone(),
-            licence: responses.licence.clone(),
-            recipe: options.recipe.clone(),
-            notes,
-        },
-        taps: room.shape.taps,
-        measured: Some(carried),
-        measured_head,
-        field: Some(field),
-        images,
-        top_hz: room.top_hz,
-        start_pose: layout.poses[start],
-        bounds,
-        anchors,
-        held_out,
-        ..SceneParts::new(grid, room.bands, room.tail)
-    })?)
+    anchors
 }
 
 fn grid_for(sample_rate_hz: f64, options: &BakeOptions) -> Result<StftGrid, BakeError> {

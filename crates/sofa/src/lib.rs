@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+mod delay;
 mod directivity;
 mod ears;
 mod error;

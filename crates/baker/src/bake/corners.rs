@@ -95,34 +95,8 @@ pub(super) fn corners(
         Ok(Some(Look { emitter, bent, seen }))
     };
     let looks: Vec<Option<Look>> = (0..nx * ny).into_par_iter().map(look).collect::<Result<_, BakeError>>()?;
-    // Within walls it is as at the nearest place off them.
-    let held: Vec<usize> = (0..looks.len()).filter(|i| looks[*i].is_some()).collect();
-    let near = |i: usize| {
-        let far = |other: &usize| {
-            let [dx, dy] = [(i % nx).abs_diff(other % nx), (i / nx).abs_diff(other / nx)];
-            dx * dx + dy * dy
-        };
-        let nearest = || held.iter().min_by_key(|other| far(other)).and_then(|other| looks[*other].clone());
-        looks[i].clone().or_else(nearest).unwrap_or(Look { emitter: Sight::Nothing, bent: Vec::new(), seen: 0 })
-    };
-    let looks: Vec<Look> = (0..looks.len()).into_par_iter().map(near).collect();
-    // In the order of their keys, in which the emitter's own come first.
-    let mut numbers: BTreeMap<Key, (usize, Bend)> = BTreeMap::new();
-    for look in &looks {
-        let own = if let Sight::Round(bend) = &look.emitter { Some(bend) } else { None };
-        own.into_iter().chain(&look.bent).for_each(|bend| _ = numbers.entry(bend.key).or_insert((0, *bend)));
-    }
-    numbers.values_mut().enumerate().for_each(|(n, (number, _))| *number = n);
-    let edge = |(_, bend): &(usize, Bend)| {
-        let ends = bend.key.1.map(|end| DVec3::from(end.map(f64::from_bits)));
-        let way = 0.5 * (ends[0] + ends[1]) - DVec3::from(source.position);
-        let own = bend.key.0.is_none();
-        DiffractionEdge {
-            ends: ends.map(|end| end.as_vec3()),
-            gains: if own { source.directivity.towards(way.to_array()) } else { bend.sent },
-            from: (!own).then(|| bend.from.as_vec3()),
-        }
-    };
+    let looks = everywhere(&looks, nx);
+    let numbers = numbered(&looks);
     let number = |bend: &Bend| numbers[&bend.key].0 as f32;
     let round = |look: &Look| if let Sight::Round(bend) = &look.emitter { number(bend) } else { Corners::NO_EDGE };
     let seen = |look: &Look| if matches!(look.emitter, Sight::Seen) { 1.0 } else { 0.0 };
@@ -133,9 +107,46 @@ pub(super) fn corners(
         round: looks.iter().map(round).collect(),
         images: (0..tables).flat_map(bent).collect(),
         seen: looks.iter().map(|look| look.seen as f32).collect(),
-        edges: numbers.values().map(edge).collect(),
+        edges: numbers.values().map(|(_, bend)| edge_of(bend, source)).collect(),
         places: axes,
     })
+}
+
+/// How the emitter is seen at all places, rows of `nx`: within walls as at the nearest place off them.
+fn everywhere(looks: &[Option<Look>], nx: usize) -> Vec<Look> {
+    let held: Vec<usize> = (0..looks.len()).filter(|i| looks[*i].is_some()).collect();
+    let near = |i: usize| {
+        let far = |other: &usize| {
+            let [dx, dy] = [(i % nx).abs_diff(other % nx), (i / nx).abs_diff(other / nx)];
+            dx * dx + dy * dy
+        };
+        let nearest = || held.iter().min_by_key(|other| far(other)).and_then(|other| looks[*other].clone());
+        looks[i].clone().or_else(nearest).unwrap_or(Look { emitter: Sight::Nothing, bent: Vec::new(), seen: 0 })
+    };
+    (0..looks.len()).into_par_iter().map(near).collect()
+}
+
+/// All edges by the order of their keys, in which the emitter's own come first.
+fn numbered(looks: &[Look]) -> BTreeMap<Key, (usize, Bend)> {
+    let mut numbers: BTreeMap<Key, (usize, Bend)> = BTreeMap::new();
+    for look in looks {
+        let own = if let Sight::Round(bend) = &look.emitter { Some(bend) } else { None };
+        own.into_iter().chain(&look.bent).for_each(|bend| _ = numbers.entry(bend.key).or_insert((0, *bend)));
+    }
+    numbers.values_mut().enumerate().for_each(|(n, (number, _))| *number = n);
+    numbers
+}
+
+/// An edge as a scene has it: the emitter's own, or an image's.
+fn edge_of(bend: &Bend, source: &Source) -> DiffractionEdge {
+    let ends = bend.key.1.map(|end| DVec3::from(end.map(f64::from_bits)));
+    let way = 0.5 * (ends[0] + ends[1]) - DVec3::from(source.position);
+    let own = bend.key.0.is_none();
+    DiffractionEdge {
+        ends: ends.map(|end| end.as_vec3()),
+        gains: if own { source.directivity.towards(way.to_array()) } else { bend.sent },
+        from: (!own).then(|| bend.from.as_vec3()),
+    }
 }
 
 #[cfg(test)]

@@ -3,32 +3,26 @@
 //! The strongest images are played as they are. What the rest of them and the scattered rays bring is energy, by hop and band,
 //! that noise carries; together they have all of the room's energy at every place.
 
+mod arrivals;
 mod corrected;
+mod head;
 
 pub use corrected::CorrectedResponse;
+pub use head::scene_head;
 
-use crate::bake::corners::{MOST_BENT, corners};
-use crate::bake::direct::Direct;
+use crate::bake::corners::corners;
 use crate::bake::emission::emission;
 use crate::bake::halved::halved;
 use crate::bake::late_unit::Late;
-use crate::bake::log_transfer::LogTransfer;
 use crate::bake::seed::truest_seed;
 use crate::bake::sides::Sides;
 use crate::error::BakeError;
-use crate::signal::spectrum::Analyser;
-use crate::sources::ambisonic::{ambisonic_head, head_responses};
-use crate::sources::simulation::{Bass, Hrtf, Inside, OCTAVES_HZ};
+use crate::sources::simulation::{Bass, Hrtf, Inside};
+use arrivals::{Arrivals, left_over, listen, start_pose, typical_t60_s};
 use corrected::{correct, joined};
-use promenade_acoustics::{
-    Air, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, Mesh, Octaves, RayOptions, Reflected, Room, Source,
-    late_field, speed_m_s,
-};
-use promenade_core::glam::{DVec3, Vec3};
-use promenade_core::{
-    Axis, Bands, Facing, Field, FieldGrid, Pose, Provenance, Rows, Scene, StftGrid, TailModel, TransferShape,
-};
-use promenade_fourier::num_complex::Complex32;
+use promenade_acoustics::{Air, Mesh, Room, Source, speed_m_s};
+use promenade_core::glam::Vec3;
+use promenade_core::{Axis, Provenance, Scene, TailModel, TransferShape};
 use promenade_room::{
     CROSSOVERS_HZ, HopEnergies, LateEnergies, LatePart, Level, Places, Played, RoomBass, SceneHead, Surfaces, bass_axis,
     bass_places, energy_at, outline, whole_hz,
@@ -37,28 +31,14 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f32::consts::PI;
 
-/// Directions that the direct sound is stored for: elevations from as low as heads are measured to straight up, degrees, close
-/// where emitters mostly are, and azimuths.
-const ELEVATIONS: [f32; 8] = [-40.0, -20.0, -10.0, 0.0, 10.0, 20.0, 45.0, 90.0];
-const AZIMUTHS: usize = 32;
-/// Frame of the short-time transform, seconds.
-const WINDOW_S: f64 = 0.020;
 /// Places of the listener, at most.
 const MOST_PLACES: usize = 4096;
-/// Reverberation time of a room in which nothing decays in sight, seconds.
-const UNKNOWN_T60_S: f64 = 0.3;
 /// Places of the bass keep this far from surfaces, metres, and beyond walls its slopes are followed so far.
 const BASS_OFF_WALLS_M: f32 = 0.12;
 const BEYOND_WALLS_M: f64 = 0.3;
 /// Values that the bass of a scene has at most, and samples of its responses in a second for each Hz that they are whole up to.
 const MOST_BASS_VALUES: f64 = 5e5;
 const SAMPLES: f64 = 2.5;
-/// A head is the same on both sides up to this share of its energy, and this interaural delay, seconds.
-const MIRRORED_ERROR: f32 = 1e-5;
-const MIRRORED_S: f32 = 5e-7;
-/// The longest and shortest time that rays are followed, seconds.
-const RAY_LENGTH_S: (f64, f64) = (0.3, 8.0);
-
 /// How a scene is made of a room.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GeometryOptions {
@@ -124,42 +104,6 @@ fn plan(mesh: &Mesh, inside: &Inside<'_>, options: &GeometryOptions) -> Result<P
     Ok(Places { axes, at: places.iter().map(|at| at.as_dvec3()).collect(), nearest })
 }
 
-/// What one place hears.
-struct Arrivals {
-    at: DVec3,
-    /// In the order of their indices.
-    images: Vec<Image>,
-    /// Ways of the direct sound round edges where it is hidden, and of images that are.
-    around: Vec<DiffractionPath>,
-    bent: Vec<DiffractionPath>,
-    echogram: Echogram,
-    /// Seconds of the direct sound, seen or not.
-    direct_s: f64,
-}
-
-impl Arrivals {
-    /// Whether the emitter itself is seen.
-    fn sees(&self) -> bool {
-        self.images.iter().any(|image| image.order == 0)
-    }
-}
-
-/// A head for box rooms.
-///
-/// # Errors
-/// A head without sound in some direction.
-pub fn scene_head(hrtf: &Hrtf) -> Result<SceneHead, BakeError> {
-    let rate = f64::from(hrtf.sample_rate_hz());
-    let grid = StftGrid::four_hops(rate, (rate * WINDOW_S / 4.0).round());
-    let bands = Bands::for_rate(rate);
-    let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: 0 };
-    let coherence = bands.centres_hz().iter().map(|hz| hrtf.coherence(f64::from(*hz))).collect();
-    let head = direct_field(hrtf, &grid, shape)
-        .and_then(|direct| SceneHead::new(grid, bands, coherence, &direct, ambisonic_head(hrtf)));
-    let head = head.ok_or_else(|| BakeError::argument("head", "sound in all directions", "silence"))?;
-    Ok(head.with_credit(&hrtf.credit, &hrtf.licence))
-}
-
 /// Bakes a scene of a room with an emitter, metres, heard with a head at the sample rate of its responses. `done` is told the
 /// share of the work that is, 0 to 1. The same input and seed make the same scene.
 ///
@@ -217,7 +161,7 @@ fn surfaces(
     let places = plan(mesh, &inside, options)?;
     let eyring = room.eyring_t60_s(mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume()), options.air);
     let longest = eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
-    let (images, heard) = listen(mesh, room, source, &places.at, head.grid().hop_s(), longest, options, done)?;
+    let (images, heard) = listen((mesh, room, source), &places.at, (head.grid().hop_s(), longest), options, done)?;
     let played = Played::strongest(&places, source.position.into(), options.images, |place| &heard[place].images);
     let numbers: Vec<usize> = played.images.iter().map(|image| image.index).collect();
     let kept: BTreeSet<usize> = numbers.iter().copied().collect();
@@ -358,139 +302,6 @@ impl LatePart for Baked<'_> {
         let rows = rows.into_par_iter().zip(late).map(all).collect();
         (yaw, rows)
     }
-}
-
-/// Images and echograms of all places.
-#[expect(clippy::too_many_arguments, reason = "all of them are of the whole bake")]
-fn listen(
-    mesh: &Mesh,
-    room: &Room,
-    source: &Source,
-    places: &[DVec3],
-    hop_s: f64,
-    length_s: f64,
-    options: &GeometryOptions,
-    done: impl Fn(f64) + Sync,
-) -> Result<(Images, Vec<Arrivals>), BakeError> {
-    let listeners: Vec<[f64; 3]> = places.iter().map(DVec3::to_array).collect();
-    let search = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
-    let images = Images::new(room, source, &search)?;
-    let edges = Edges::of(mesh);
-    let lit = edges.lit(room, &images, Reflected::Specular)?;
-    let rays = RayOptions {
-        rays: options.rays,
-        length_s: length_s.clamp(RAY_LENGTH_S.0, RAY_LENGTH_S.1),
-        bin_s: 0.5 * hop_s,
-        images: Some(&images),
-        radius_m: None,
-        air: options.air,
-        seed: options.seed,
-    };
-    let late = late_field(room, source, &listeners, &rays, |share| done(0.9 * share))?;
-    let heard: Result<Vec<Arrivals>, BakeError> = listeners
-        .par_iter()
-        .zip(late.echograms)
-        .map(|(at, echogram)| {
-            let bent = lit.around(*at)?;
-            let images = images.seen_from(room, *at, Reflected::Specular)?;
-            let direct_s = DVec3::from(source.position).distance((*at).into()) / speed_m_s(options.air);
-            let hidden = images.iter().all(|image| image.order > 0);
-            let around = if hidden { edges.around_any(room, source, *at)? } else { Vec::new() };
-            Ok(Arrivals { at: (*at).into(), images, around, bent, echogram, direct_s })
-        })
-        .collect();
-    done(1.0);
-    let heard = heard?;
-    Ok((images, heard))
-}
-
-/// What played images do not have: rays, all other images, and what comes round edges.
-fn left_over(heard: &Arrivals, kept: &BTreeSet<usize>, cornered: bool, head: &SceneHead, air: Option<Air>) -> LateEnergies {
-    let mut late = LateEnergies::of(&heard.echogram, heard.direct_s, head);
-    let emitter_m = heard.direct_s * speed_m_s(air);
-    let speed = speed_m_s(air);
-    let mut add = |position: [f64; 3], path_m: f64, low: f32, amplitudes: &Octaves| {
-        let left = amplitudes.map(|a| f64::from(a).powi(2));
-        let direction = (DVec3::from(position) - heard.at).normalize_or_zero();
-        let air = |hz: f64| 10.0_f64.powf(-0.1 * air.map_or(0.0, |air| air.db_per_m(hz) * path_m));
-        late.add(path_m / speed, direction, (f64::from(low).powi(2), &left), head, air);
-    };
-    for image in heard.images.iter().filter(|i| i.order > 0 && !kept.contains(&i.index)) {
-        let way = heard.at.distance(image.position.into()).max(emitter_m);
-        add(image.position, way, image.gain_63 / way as f32, &image.gains.map(|g| g / way as f32));
-    }
-    // The shortest way round an edge is heard by itself, as are the loudest of images.
-    for way in heard.around.iter().skip(usize::from(cornered)) {
-        let amplitudes = way.amplitudes();
-        add(way.position, way.path_m, amplitudes[0], &amplitudes);
-    }
-    for way in heard.bent.iter().skip(if cornered { MOST_BENT } else { 0 }) {
-        let amplitudes = way.amplitudes();
-        add(way.position, way.path_m, amplitudes[0], &amplitudes);
-    }
-    late
-}
-
-/// The longest of the octaves' reverberation times, seconds, each a mean over all places that show one.
-fn typical_t60_s(heard: &[Arrivals]) -> f64 {
-    let mean = |band: usize| {
-        let times: Vec<f64> = heard.iter().filter_map(|h| h.echogram.t20_s(band)).collect();
-        (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
-    };
-    (0..OCTAVES_HZ.len()).filter_map(mean).reduce(f64::max).unwrap_or(UNKNOWN_T60_S)
-}
-
-/// The direct sound at 1 m by direction, through the head.
-fn direct_field(hrtf: &Hrtf, grid: &StftGrid, shape: TransferShape) -> Option<Field> {
-    let position = [(); 3].map(|()| Axis::single(0.0));
-    let elevation = Axis::new(ELEVATIONS.map(f32::to_radians).to_vec(), false)?;
-    let azimuth = Axis::circle(-PI, AZIMUTHS);
-    let nodes = FieldGrid { position, facing: Facing::Emitter { position: Vec3::ZERO, elevation, azimuth } };
-    let analyser = Analyser::new(*grid);
-    let silent = vec![0.0; shape.tap_len()];
-    let row = |index: usize| -> Option<Vec<f32>> {
-        let [left, right] = head_responses(hrtf, nodes.node(index).1);
-        let mut direct = Direct::of([&left, &right], grid, &analyser)?;
-        // The bass of a head's response rings longer than a direct sound is cut out, but its level is plain.
-        for (gain, ear) in direct.gain.iter_mut().zip([&left, &right]) {
-            let whole: Vec<f64> = ear.iter().map(|v| f64::from(*v)).collect();
-            gain.iter_mut().zip(analyser.spectrum(&whole)).for_each(|(g, x)| *g = x.norm());
-        }
-        let transfer = LogTransfer::of(&direct, 1.0, 1.0).to_transfer(&shape, grid);
-        Some(promenade_core::TransferFunction { late: silent.clone(), ..transfer }.to_row())
-    };
-    let rows: Option<Vec<Vec<f32>>> = (0..nodes.nodes()).into_par_iter().map(row).collect();
-    let field = Field::new(nodes, shape, Rows::Whole(rows?.concat()))?;
-    // A head that is the same on both sides needs half of its directions in a file.
-    let mirrored = field.mirrored().filter(|mirrored| alike(&field, mirrored));
-    Some(mirrored.unwrap_or(field))
-}
-
-/// Whether two tables sound the same, but for what half precision takes.
-fn alike(one: &Field, other: &Field) -> bool {
-    let (Rows::Whole(a), Rows::Whole(b)) = (one.rows(), other.rows()) else { return false };
-    let (bins, len) = (one.shape().bins, one.shape().row_len());
-    let ears = |row: &[f32]| -> Vec<Complex32> {
-        let ear = |sign: f32, phase: usize| {
-            (0..bins).map(move |k| Complex32::from_polar(row[k] * (1.0 + sign * row[bins + k]), row[phase + k]))
-        };
-        ear(-1.0, 2 * bins).chain(ear(1.0, 3 * bins)).collect()
-    };
-    let pairs = || a.chunks_exact(len).zip(b.chunks_exact(len));
-    let energy: f32 = pairs().flat_map(|(a, _)| ears(a)).map(|x| x.norm_sqr()).sum();
-    let error: f32 = pairs().flat_map(|(a, b)| ears(a).into_iter().zip(ears(b))).map(|(a, b)| (a - b).norm_sqr()).sum();
-    let late_s = pairs().map(|(a, b)| (a[4 * bins] - b[4 * bins]).abs()).fold(0.0, f32::max);
-    error < MIRRORED_ERROR * energy && late_s < MIRRORED_S
-}
-
-/// A pose that sees the emitter, at the place nearest to the middle of those that do.
-fn start_pose(heard: &[Arrivals], emitter: Vec3) -> Pose {
-    let at = |h: &Arrivals| h.at.as_vec3();
-    let middle = heard.iter().map(at).sum::<Vec3>() / heard.len() as f32;
-    let seeing = heard.iter().filter(|h| h.sees()).map(at);
-    let near = seeing.min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle))).unwrap_or_else(|| at(&heard[0]));
-    let way = emitter - near;
-    Pose::from_ypr(near, way.y.atan2(way.x), 0.0, 0.0)
 }
 
 /// The edges of the room: where two triangles make one plane there is nothing to see.

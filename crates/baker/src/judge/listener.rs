@@ -65,10 +65,6 @@ pub fn listened(scene: &Arc<Scene>, set: &Responses) -> Result<Listened, BakeErr
         return Err(BakeError::argument("responses for the listener", format!("the scene's {rate} Hz"), found));
     }
     let layout = Layout::of(set)?;
-    let named = |name: &str| {
-        let name = name.to_owned();
-        move |why: MetricError| BakeError::unmeasurable(format!("response '{name}'"), why)
-    };
     let mut known = Vec::new();
     for (response, site) in set.responses.iter().zip(&layout.sites) {
         let cues = Cues::of(&response.left, &response.right, rate).map_err(named(&response.name))?;
@@ -85,23 +81,8 @@ pub fn listened(scene: &Arc<Scene>, set: &Responses) -> Result<Listened, BakeErr
             found,
         ));
     }
-    let rivals: Vec<[Rival; 3]> = held
-        .iter()
-        .map(|&pose| {
-            let (site, lead) = (&layout.sites[pose], scene.grid().n_fft);
-            let name = &set.responses[pose].name;
-            let rendered = render_response(scene, layout.poses[pose], lead, lead + (HEARD_S * rate) as usize)?;
-            let direct = rendered.each_ref().map(|ear| &ear[..ear.len().min(lead + (LENGTH_S * rate) as usize)]);
-            let cues = Cues::of(direct[0], direct[1], rate).map_err(named(name))?;
-            let apart = |i: &&usize| layout.sites[**i].distance(site);
-            let nearest = baked.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))).copied().unwrap_or(pose);
-            let head = head_response(model_head(), site.direction, rate);
-            let other = Cues::of(&head[0], &head[1], rate).map_err(named("KEMAR"))?;
-            let beside = &set.responses[nearest];
-            let beside = Rival { cues: known[nearest].1.clone(), ears: [beside.left.clone(), beside.right.clone()] };
-            Ok([Rival { cues, ears: rendered }, beside, Rival { cues: other, ears: head }])
-        })
-        .collect::<Result<_, BakeError>>()?;
+    let listening = Listening { scene, set, layout: &layout, known: &known, baked: &baked };
+    let rivals: Vec<[Rival; 3]> = held.iter().map(|&pose| listening.rivals(pose)).collect::<Result<_, BakeError>>()?;
     // Levels are a scene's own, or a head's: one gain for all poses.
     let louder = |kind: usize| {
         let differences = held.iter().zip(&rivals).map(|(pose, of)| known[*pose].1.level_db() - of[kind].cues.level_db());
@@ -134,6 +115,43 @@ pub fn listened(scene: &Arc<Scene>, set: &Responses) -> Result<Listened, BakeErr
         }
     });
     Ok(Listened { poses: held.len(), scene, nearest, other_head })
+}
+
+/// What is listened to.
+struct Listening<'a> {
+    scene: &'a Arc<Scene>,
+    set: &'a Responses,
+    layout: &'a Layout,
+    /// Direction and cues of each response.
+    known: &'a [([f64; 3], Cues)],
+    /// The responses that the scene was baked from, by number.
+    baked: &'a [usize],
+}
+
+impl Listening<'_> {
+    /// What is heard in the place of a response, by its number: the scene, the nearest response, KEMAR.
+    fn rivals(&self, pose: usize) -> Result<[Rival; 3], BakeError> {
+        let Self { scene, set, layout, known, baked } = self;
+        let rate = scene.grid().sample_rate_hz;
+        let (site, lead) = (&layout.sites[pose], scene.grid().n_fft);
+        let name = &set.responses[pose].name;
+        let rendered = render_response(scene, layout.poses[pose], lead, lead + (HEARD_S * rate) as usize)?;
+        let direct = rendered.each_ref().map(|ear| &ear[..ear.len().min(lead + (LENGTH_S * rate) as usize)]);
+        let cues = Cues::of(direct[0], direct[1], rate).map_err(named(name))?;
+        let apart = |i: &&usize| layout.sites[**i].distance(site);
+        let nearest = baked.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))).copied().unwrap_or(pose);
+        let head = head_response(model_head(), site.direction, rate);
+        let other = Cues::of(&head[0], &head[1], rate).map_err(named("KEMAR"))?;
+        let beside = &set.responses[nearest];
+        let beside = Rival { cues: known[nearest].1.clone(), ears: [beside.left.clone(), beside.right.clone()] };
+        Ok([Rival { cues, ears: rendered }, beside, Rival { cues: other, ears: head }])
+    }
+}
+
+/// For `map_err`: the response of a name has no cues.
+fn named(name: &str) -> impl Fn(MetricError) -> BakeError {
+    let name = name.to_owned();
+    move |why| BakeError::unmeasurable(format!("response '{name}'"), why)
 }
 
 /// Something that is heard in the place of a measurement.

@@ -16,7 +16,7 @@ use cpu_time::ThreadTime;
 use promenade_core::decode::CloudDecoder;
 use promenade_core::network::{Masks, Network};
 use promenade_core::published::{ConvMode, Projection};
-use promenade_core::{AnchorCloud, Pose, Scene};
+use promenade_core::{AnchorCloud, Pose, Scene, StftGrid};
 use std::sync::Arc;
 use stream::{Contender, PoseMasks, name_of, single_frames};
 
@@ -36,6 +36,19 @@ pub struct StreamResult {
     pub distance: Option<Distance>,
     /// Processor seconds per second of sound, median over poses, without decoding; `None` where nothing is rendered.
     pub real_time: Option<f64>,
+}
+
+impl StreamResult {
+    /// Of a stream's distances and costs at all poses.
+    fn of(stream: &Contender, (distances, costs): (Vec<Distance>, Vec<f64>), grid: &StftGrid) -> Self {
+        Self {
+            name: stream.name.clone(),
+            latency_s: stream.latency_samples() as f64 / grid.sample_rate_hz,
+            lookahead_hops: stream.latency_samples().saturating_sub(grid.n_fft) / grid.hop,
+            distance: Distance::mean(&distances),
+            real_time: median(costs),
+        }
+    }
 }
 
 /// A scene's streams beside the clips of its model.
@@ -120,15 +133,7 @@ pub fn compare_streams(
         report.notes.push(format!("at {silent} of {} poses the clips are silent: not compared", poses.len()));
     }
     report.clip_real_time = median(clip_costs);
-    report.streams = (streams.iter().zip(found))
-        .map(|(stream, (distances, costs))| StreamResult {
-            name: stream.name.clone(),
-            latency_s: stream.latency_samples() as f64 / grid.sample_rate_hz,
-            lookahead_hops: stream.latency_samples().saturating_sub(grid.n_fft) / grid.hop,
-            distance: Distance::mean(&distances),
-            real_time: median(costs),
-        })
-        .collect();
+    report.streams = streams.iter().zip(found).map(|(stream, found)| StreamResult::of(stream, found, &grid)).collect();
     Ok(report)
 }
 

@@ -2,6 +2,7 @@
 
 use super::document::Document;
 use crate::PathFileError;
+use gltf::json::Accessor;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use promenade_core::MAX_KEYFRAMES;
@@ -18,6 +19,38 @@ fn value(component: ComponentType, bytes: &[u8]) -> f64 {
     }
 }
 
+/// The type of the components of an accessor of elements of N, one after the other and no more than a path has use for.
+fn component<const N: usize>(
+    document: &Document<'_, '_>,
+    accessor: &Accessor,
+    place: &str,
+) -> Result<ComponentType, PathFileError> {
+    let type_ = match N {
+        1 => Type::Scalar,
+        3 => Type::Vec3,
+        _ => Type::Vec4,
+    };
+    if accessor.type_ != Checked::Valid(type_) {
+        return Err(document.wrong(place.to_owned(), format!("elements of type {type_:?}"), format!("{:?}", accessor.type_)));
+    }
+    if accessor.sparse.is_some() {
+        return Err(document.wrong(place.to_owned(), "elements one after the other", "sparse ones"));
+    }
+    // A spline has three elements a key.
+    let most = 3 * MAX_KEYFRAMES as u64;
+    if accessor.count.0 > most {
+        return Err(document.wrong(place.to_owned(), format!("at most {most} elements"), accessor.count.0.to_string()));
+    }
+    match accessor.component_type {
+        // Rotations alone may be integers.
+        Checked::Valid(c) if c.0 == ComponentType::F32 || (N == 4 && c.0 != ComponentType::U32) => Ok(c.0),
+        other => {
+            let expected = "components of 32-bit floats, or integers for a rotation";
+            Err(document.wrong(place.to_owned(), expected, format!("{other:?}")))
+        }
+    }
+}
+
 /// The elements of an accessor of scalars (N = 1), vectors (3) or quaternions (4), all finite.
 pub(super) fn elements<const N: usize>(document: &mut Document<'_, '_>, index: usize) -> Result<Vec<[f64; N]>, PathFileError> {
     let place = format!("accessor {index}");
@@ -25,30 +58,7 @@ pub(super) fn elements<const N: usize>(document: &mut Document<'_, '_>, index: u
     let Some(accessor) = document.root.accessors.get(index).cloned() else {
         return Err(document.wrong(place, format!("one of {count_of} accessors"), "none of this number"));
     };
-    let type_ = match N {
-        1 => Type::Scalar,
-        3 => Type::Vec3,
-        _ => Type::Vec4,
-    };
-    if accessor.type_ != Checked::Valid(type_) {
-        return Err(document.wrong(place, format!("elements of type {type_:?}"), format!("{:?}", accessor.type_)));
-    }
-    let component = match accessor.component_type {
-        // Rotations alone may be integers.
-        Checked::Valid(c) if c.0 == ComponentType::F32 || (N == 4 && c.0 != ComponentType::U32) => c.0,
-        other => {
-            let expected = "components of 32-bit floats, or integers for a rotation";
-            return Err(document.wrong(place, expected, format!("{other:?}")));
-        }
-    };
-    if accessor.sparse.is_some() {
-        return Err(document.wrong(place, "elements one after the other", "sparse ones"));
-    }
-    // A spline has three elements a key.
-    let most = 3 * MAX_KEYFRAMES as u64;
-    if accessor.count.0 > most {
-        return Err(document.wrong(place, format!("at most {most} elements"), accessor.count.0.to_string()));
-    }
+    let component = component::<N>(document, &accessor, &place)?;
     let Some(view_index) = accessor.buffer_view else {
         return Err(document.wrong(place, "a buffer view", "none"));
     };

@@ -65,10 +65,7 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
     let rate = f64::from(rate_hz);
     let clip = in_samples(options.clip_s, rate).max(1);
     let sounds = sounds(dry, options, rate_hz, clip)?;
-    // At the responses' own rate, where the baker takes the level of its scene.
-    let loudest = responses.responses.iter().flat_map(|r| [&r.left, &r.right]);
-    let energy = loudest.map(|h| h.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>()).fold(0.0, f64::max);
-    let level = (1.0 / energy.max(1e-30).sqrt()) as f32;
+    let level = unit_level(responses);
     let (splits, kept) = splits(responses, options);
     let mut chooser = Chooser { sounds: &sounds, clip, clips: options.clips, random: Random::new(options.seed ^ 0x5EED) };
     let mut names = HashMap::<String, usize>::new();
@@ -118,6 +115,14 @@ pub fn from_responses(responses: &Responses, dry: &[DrySound], options: &FromRes
         return Err(BakeError::argument("dry sound and responses", "at least one clip with sound", capture.notes.join("; ")));
     }
     Ok(capture)
+}
+
+/// The gain with which the loudest ear has unit energy, at the responses' own rate, where the baker takes the level of its
+/// scene.
+fn unit_level(responses: &Responses) -> f32 {
+    let ears = responses.responses.iter().flat_map(|r| [&r.left, &r.right]);
+    let energy = ears.map(|h| h.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>()).fold(0.0, f64::max);
+    (1.0 / energy.max(1e-30).sqrt()) as f32
 }
 
 /// Dry sounds at a rate, each as long as the clips of `clip` samples that one response has.

@@ -44,11 +44,6 @@ struct Cameras {
     rotations: BTreeMap<String, BTreeMap<String, [Option<f32>; 3]>>,
 }
 
-/// What is said of speakers that were found, before [`ACROSS_DEG`], and of those that were not.
-const WHO_SPEAKS: &str = "who speaks is who has most boxes; where they are is where the rays through their boxes meet, of \
-     pictures that are taken to be";
-const NOBODY_SPEAKS: &str = "who speaks, and where, is not known: boxes of each speaker in pictures of two cameras would tell";
-
 /// The clips by their folders, which end in the scene's name and the clip's number, with the names of their pictures.
 type Metadata = BTreeMap<String, Vec<String>>;
 
@@ -112,19 +107,8 @@ pub(super) fn import(
         // None of the published scenes.
         split_by_folder(&mut clips, options);
     }
-    let mut notes = vec![
-        format!("what is below {HIGH_PASS_HZ} Hz is taken away, and the sound's delay from the speakers to each camera"),
-        "each clip is heard by ears that look where its camera does".to_owned(),
-    ];
-    if !without.is_empty() {
-        notes.push(format!("{} clips left out, no camera position: {}", without.len(), without.join(", ")));
-    }
     let emitters = if options.emitter.is_some() { None } else { speakers.found(&mut tracks) };
-    if emitters.is_some() {
-        notes.push(format!("{WHO_SPEAKS} {ACROSS_DEG:.0} degrees wide"));
-    } else if options.emitter.is_none() {
-        notes.push(NOBODY_SPEAKS.to_owned());
-    }
+    let notes = remarks(&without, emitters.is_some(), options);
     let mut capture = placed.finish(folder, rate_hz, (tracks, clips), notes, "clips with sound")?;
     match emitters {
         Some(emitters) => capture.emitters = emitters,
@@ -134,6 +118,28 @@ pub(super) fn import(
         None => {}
     }
     Ok(capture)
+}
+
+/// What is said of a capture: clips that were left out, and whether it is known who speaks.
+fn remarks(without: &[String], found: bool, options: &ImportCapture) -> Vec<String> {
+    let mut notes = vec![
+        format!("what is below {HIGH_PASS_HZ} Hz is taken away, and the sound's delay from the speakers to each camera"),
+        "each clip is heard by ears that look where its camera does".to_owned(),
+    ];
+    if !without.is_empty() {
+        notes.push(format!("{} clips left out, no camera position: {}", without.len(), without.join(", ")));
+    }
+    if found {
+        notes.push(format!(
+            "who speaks is who has most boxes; where they are is where the rays through their boxes meet, of pictures that are \
+             taken to be {ACROSS_DEG:.0} degrees wide"
+        ));
+    } else if options.emitter.is_none() {
+        notes.push(
+            "who speaks, and where, is not known: boxes of each speaker in pictures of two cameras would tell".to_owned(),
+        );
+    }
+    notes
 }
 
 /// Splits clips by the number in their name, as those of one folder are heard from several views.

@@ -94,7 +94,24 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
     let options = &ImportCapture { emitter, ..options.clone() };
     let (dry, [left, right]) = sounds(folder, rate_hz, &mut notes)?;
     let len = dry.len();
-    let clip = rate_hz as usize;
+    let (clips, keyframes) = clips(frames, &poses, rate_hz as usize, len, &mut notes);
+    if clips.is_empty() {
+        return Err(BakeError::content(folder, "frames with a pose and sound", notes.join("; ")));
+    }
+    let path = CameraPath::new(keyframes).map_err(|e| BakeError::content(folder, "a path", e.to_string()))?;
+    let emitter = options.emitter.map(|_| 0);
+    let track = Track { name: "walk".to_owned(), voices: vec![Voice { emitter, dry }], binaural: [left, right], path };
+    options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
+}
+
+/// A clip of `clip` samples for each frame with a pose and sound, and the path of all poses; notes say what is left out.
+fn clips(
+    frames: BTreeMap<usize, Split>,
+    poses: &BTreeMap<usize, Pose>,
+    clip: usize,
+    len: usize,
+    notes: &mut Vec<String>,
+) -> (Vec<Clip>, Vec<Keyframe>) {
     let (mut clips, mut keyframes, mut without, mut beyond) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (number, split) in frames {
         let name = format!("{number:05}");
@@ -115,13 +132,7 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
             notes.push(format!("{} frames {what} left out: {}", names.len(), names.join(", ")));
         }
     }
-    if clips.is_empty() {
-        return Err(BakeError::content(folder, "frames with a pose and sound", notes.join("; ")));
-    }
-    let path = CameraPath::new(keyframes).map_err(|e| BakeError::content(folder, "a path", e.to_string()))?;
-    let emitter = options.emitter.map(|_| 0);
-    let track = Track { name: "walk".to_owned(), voices: vec![Voice { emitter, dry }], binaural: [left, right], path };
-    options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
+    (clips, keyframes)
 }
 
 /// The frames of both splits by their numbers, and their own poses where those are `wanted`.

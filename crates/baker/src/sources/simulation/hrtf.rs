@@ -172,18 +172,7 @@ impl Hrtf {
             let above = (self.bins.hz(k) / (0.5 * sample_rate_hz) - EQUALISED.1) / (1.0 - EQUALISED.1);
             (0.5 * std::f64::consts::PI * above.clamp(0.0, 1.0)).cos().powi(2) as f32
         };
-        self.coherence = (0..self.bins.count())
-            .map(|k| {
-                let (mut cross, mut left, mut right) = (0.0, 0.0, 0.0);
-                for ((p, w), d) in pairs.iter().zip(shares).zip(onsets.chunks(2)) {
-                    let lag = (2.0 * std::f64::consts::PI * self.bins.hz(k) / sample_rate_hz) as f32 * (d[0] - d[1]);
-                    cross += w * (p[0][k] * p[1][k].conj() * Complex32::cis(-lag)).re;
-                    left += w * p[0][k].norm_sqr();
-                    right += w * p[1][k].norm_sqr();
-                }
-                (cross / (left * right).sqrt().max(1e-12)).clamp(-1.0, 1.0)
-            })
-            .collect();
+        self.coherence = self.coherence_of(&pairs, onsets, shares);
         let equaliser: Vec<Complex64> = equaliser.iter().map(|c| Complex64::new(c.re.into(), c.im.into()).exp()).collect();
         let split = |(pair, onsets): (&&[Vec<Complex32>], &[f32])| {
             let wide = |x: &Complex32| Complex64::new(x.re.into(), x.im.into());
@@ -197,6 +186,23 @@ impl Hrtf {
         let all: Vec<([Vec<Complex32>; 2], [f32; 2])> = pairs.par_iter().zip(onsets.par_chunks(2)).map(split).collect();
         let mean = all.iter().zip(shares).map(|((_, d), w)| w * 0.5 * (d[0] + d[1])).sum::<f32>();
         (self.spectra, self.delays) = all.into_iter().map(|(spectra, delays)| (spectra, delays.map(|d| d - mean))).unzip();
+    }
+
+    /// Coherence of both ears by bin over all pairs, the delay between them taken out.
+    fn coherence_of(&self, pairs: &[&[Vec<Complex32>]], onsets: &[f32], shares: &[f32]) -> Vec<f32> {
+        let sample_rate_hz = self.bins.sample_rate_hz;
+        (0..self.bins.count())
+            .map(|k| {
+                let (mut cross, mut left, mut right) = (0.0, 0.0, 0.0);
+                for ((p, w), d) in pairs.iter().zip(shares).zip(onsets.chunks(2)) {
+                    let lag = (2.0 * std::f64::consts::PI * self.bins.hz(k) / sample_rate_hz) as f32 * (d[0] - d[1]);
+                    cross += w * (p[0][k] * p[1][k].conj() * Complex32::cis(-lag)).re;
+                    left += w * p[0][k].norm_sqr();
+                    right += w * p[1][k].norm_sqr();
+                }
+                (cross / (left * right).sqrt().max(1e-12)).clamp(-1.0, 1.0)
+            })
+            .collect()
     }
 
     /// The minimum-phase spectrum of the same magnitude, level below [`LEVEL_BELOW_HZ`].

@@ -118,16 +118,7 @@ pub(super) fn simulate(
     };
     let length = (length_s * rate).ceil() as usize;
     let tail = Tail::new(hrtf, length, options.seed);
-    let rays = RayOptions {
-        rays: options.rays,
-        length_s: length as f64 / rate,
-        // Two bins are a hop.
-        bin_s: 0.5 * tail.hop() as f64 / rate,
-        images: Some(images),
-        radius_m: None,
-        air: options.air,
-        seed: options.seed,
-    };
+    let rays = rays(options, images, &tail, length as f64 / rate, rate);
     let late = late_field(room, source, &listeners, &rays, |share| done(0.5 * share))?;
     let bass = Bass::of(mesh, room, source, options.waves_hz)?;
     let low = bass
@@ -137,54 +128,87 @@ pub(super) fn simulate(
     let begun = if bass.is_some() { 0.7 } else { 0.5 };
     let voice = Voice::new(mesh, room, hrtf, options.air);
     let edges = Edges::of(mesh);
-    let lit = edges.lit(room, images, Reflected::Specular)?;
+    let hearing = Hearing { surfaces, source, lit: edges.lit(room, images, Reflected::Specular)?, edges: &edges, voice };
     let early = Early::new(hrtf, speed_m_s(options.air) as f32);
     let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
     let of_place = |(at, (place, echogram)): (usize, (&Vec3, &Echogram))| -> Result<Vec<(usize, Response)>, BakeError> {
-        let seen = images.seen_from(room, place.as_dvec3().to_array(), Reflected::Specular)?;
-        let mut reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
-        if !seen.iter().any(|image| image.order == 0) {
-            let around = edges.around_any(room, source, place.as_dvec3().to_array())?;
-            reflected.extend(around.iter().map(|way| voice.around(way)));
-        }
-        let around = lit.around(place.as_dvec3().to_array())?;
-        reflected.extend(around.iter().map(|way| voice.around(way)));
+        let reflected = hearing.at(*place)?;
         let direct = place.distance(emitter) / speed_m_s(options.air) as f32 * rate as f32;
         let hops = Hops::new(echogram, &tail, f64::from(direct));
-        let heads = poses.iter().enumerate().filter(|(_, pose)| pose.position == *place);
-        Ok(heads
-            .map(|(index, pose)| {
-                let mut ears = [vec![0.0; length], vec![0.0; length]];
-                early.add(pose, reflected.iter().map(|(position, left)| Arriving { position: *position, left }), &mut ears);
-                let gains = hops.at_ears(pose, hrtf);
-                let mut late = [vec![0.0; length], vec![0.0; length]];
-                tail.add(index as u64, hops.first, |l| [&gains[l][0], &gains[l][1]], &mut late);
-                let now = finished.fetch_add(1, Ordering::Relaxed) + 1;
-                if let (Some(joiner), Some(low)) = (&joiner, &low) {
-                    joiner.join(&mut ears, &mut late, low, at, pose.orientation * Vec3::Y);
-                }
-                for (ear, late) in ears.iter_mut().zip(&late) {
-                    ear.iter_mut().zip(late).for_each(|(ear, late)| *ear += late);
-                }
-                done(begun + (1.0 - begun) * now as f64 / count as f64);
-                let [left, right] = ears;
-                (index, Response { listener: *pose, source: emitter, left, right, name: format!("pose-{index:05}") })
-            })
-            .collect())
+        let head = |(index, pose): (usize, &Pose)| {
+            let mut ears = [vec![0.0; length], vec![0.0; length]];
+            early.add(pose, reflected.iter().map(|(position, left)| Arriving { position: *position, left }), &mut ears);
+            let gains = hops.at_ears(pose, hrtf);
+            let mut late = [vec![0.0; length], vec![0.0; length]];
+            tail.add(index as u64, hops.first, |l| [&gains[l][0], &gains[l][1]], &mut late);
+            if let (Some(joiner), Some(low)) = (&joiner, &low) {
+                joiner.join(&mut ears, &mut late, low, at, pose.orientation * Vec3::Y);
+            }
+            for (ear, late) in ears.iter_mut().zip(&late) {
+                ear.iter_mut().zip(late).for_each(|(ear, late)| *ear += late);
+            }
+            let now = finished.fetch_add(1, Ordering::Relaxed) + 1;
+            done(begun + (1.0 - begun) * now as f64 / count as f64);
+            let [left, right] = ears;
+            (index, Response { listener: *pose, source: emitter, left, right, name: format!("pose-{index:05}") })
+        };
+        Ok(poses.iter().enumerate().filter(|(_, pose)| pose.position == *place).map(head).collect())
     };
     let made: Result<Vec<Vec<(usize, Response)>>, BakeError> =
         places.par_iter().zip(&late.echograms).enumerate().map(of_place).collect();
-    let mut responses: Vec<(usize, Response)> = made?.into_iter().flatten().collect();
+    let responses = in_order(made?.into_iter().flatten().collect(), hrtf);
+    Ok(Simulated { responses, images: images.count(), crossover_hz: bass.map(|bass| bass.crossover_hz), late })
+}
+
+/// How rays are followed for some seconds, for a tail.
+fn rays<'a>(options: &MeshOptions, images: &'a Images, tail: &Tail, length_s: f64, rate: f64) -> RayOptions<'a> {
+    RayOptions {
+        rays: options.rays,
+        length_s,
+        // Two bins are a hop.
+        bin_s: 0.5 * tail.hop() as f64 / rate,
+        images: Some(images),
+        radius_m: None,
+        air: options.air,
+        seed: options.seed,
+    }
+}
+
+/// Responses by their numbers, as a set.
+fn in_order(mut responses: Vec<(usize, Response)>, hrtf: &Hrtf) -> Responses {
     responses.sort_by_key(|(index, _)| *index);
-    let responses = Responses {
+    Responses {
         title: "Room of a mesh".to_owned(),
         credit: hrtf.credit.clone(),
         licence: hrtf.licence.clone(),
-        sample_rate_hz: rate,
+        sample_rate_hz: hrtf.bins.sample_rate_hz,
         responses: responses.into_iter().map(|(_, response)| response).collect(),
         ..Responses::default()
-    };
-    Ok(Simulated { responses, images: images.count(), crossover_hz: bass.map(|bass| bass.crossover_hz), late })
+    }
+}
+
+/// What is heard of a source in a room, without rays.
+struct Hearing<'a> {
+    surfaces: &'a Surfaces<'a>,
+    source: &'a Source,
+    edges: &'a Edges,
+    lit: Lit<'a>,
+    voice: Voice<'a>,
+}
+
+impl Hearing<'_> {
+    /// Places that sound comes to a place from, and its spectra: images, and ways round edges.
+    fn at(&self, place: Vec3) -> Result<Vec<(Vec3, Vec<Complex32>)>, BakeError> {
+        let Surfaces { room, images, .. } = self.surfaces;
+        let at = place.as_dvec3().to_array();
+        let seen = images.seen_from(room, at, Reflected::Specular)?;
+        let mut reflected: Vec<_> = seen.iter().map(|image| self.voice.of(image, place)).collect();
+        if !seen.iter().any(|image| image.order == 0) {
+            reflected.extend(self.edges.around_any(room, self.source, at)?.iter().map(|way| self.voice.around(way)));
+        }
+        reflected.extend(self.lit.around(at)?.iter().map(|way| self.voice.around(way)));
+        Ok(reflected)
+    }
 }
 
 fn check(emitter: Vec3, poses: &[Pose], options: &MeshOptions) -> Result<(), BakeError> {
