@@ -8,6 +8,7 @@ mod flatten;
 mod floor;
 mod free_space;
 mod gltf;
+mod hull;
 mod names;
 mod nets;
 mod obj;

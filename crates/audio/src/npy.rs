@@ -13,6 +13,9 @@ pub struct Array {
     pub values: Vec<f64>,
 }
 
+/// Makes numbers of bytes.
+type Values = fn(&[u8]) -> Vec<f64>;
+
 impl Array {
     /// Reads a regular file of at most `most` bytes.
     ///
@@ -40,14 +43,13 @@ impl Array {
         // The header is a Python dictionary of which NumPy writes exactly these three entries.
         let entry =
             |key: &str| header.split_once(&format!("'{key}':")).map(|(_, value)| value.trim_start()).ok_or_else(damaged);
-        let (size, values): (_, fn(&[u8]) -> Vec<f64>) =
-            match entry("descr")?.strip_prefix('\'').and_then(|d| d.split_once('\'')) {
-                Some(("<f8", _)) => (8, |data| data.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect()),
-                Some(("<f4", _)) => (4, |data| data.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b).into()).collect()),
-                Some(("<f2", _)) => (2, |data| data.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).into()).collect()),
-                Some((other, _)) => return Err(format!("elements of type '{other}'")),
-                None => return Err("elements of a compound type".to_owned()),
-            };
+        let (size, values): (_, Values) = match entry("descr")?.strip_prefix('\'').and_then(|d| d.split_once('\'')) {
+            Some(("<f8", _)) => (8, |data| data.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect()),
+            Some(("<f4", _)) => (4, |data| data.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b).into()).collect()),
+            Some(("<f2", _)) => (2, |data| data.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).into()).collect()),
+            Some((other, _)) => return Err(format!("elements of type '{other}'")),
+            None => return Err("elements of a compound type".to_owned()),
+        };
         let by_columns = entry("fortran_order")?.starts_with("True");
         let sizes = entry("shape")?.strip_prefix('(').and_then(|s| s.split_once(')')).ok_or_else(damaged)?.0;
         let sizes = sizes.split(',').map(str::trim).filter(|s| !s.is_empty());

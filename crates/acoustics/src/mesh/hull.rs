@@ -16,9 +16,11 @@ struct Face {
 /// Quickhull: Barber, Dobkin and Huhdanpaa, "The Quickhull Algorithm for Convex Hulls", ACM Transactions on Mathematical Software
 /// 22, 1996.
 pub(super) fn hull(points: &[Point]) -> Option<Vec<[usize; 3]>> {
-    let mut faces: HashMap<usize, Face> = first(points)?.map(|corners| Face { corners, outside: Vec::new() }).into_iter().enumerate().collect();
+    let mut faces: HashMap<usize, Face> =
+        first(points)?.map(|corners| Face { corners, outside: Vec::new() }).into_iter().enumerate().collect();
     // The face of each edge, in the direction that it goes round it.
-    let mut beside: HashMap<(usize, usize), usize> = faces.iter().flat_map(|(number, face)| edges(face.corners).map(|edge| (edge, *number))).collect();
+    let mut beside: HashMap<(usize, usize), usize> =
+        faces.iter().flat_map(|(number, face)| edges(face.corners).map(|edge| (edge, *number))).collect();
     share_out(points, &mut faces, &[0, 1, 2, 3], 0..points.len());
     let (mut waiting, mut next) = (vec![0, 1, 2, 3], 4);
     while let Some(number) = waiting.pop() {
@@ -121,7 +123,8 @@ mod tests {
         assert!(faces.iter().all(|face| (0..points.len()).all(|p| volume(&points, *face, p) <= 0)));
         let whole: i128 = faces.iter().map(|face| -volume(&points, *face, 0)).sum();
         assert_eq!(whole, 6 * 6 * 4 * 3);
-        let far: Vec<Point> = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| (2 * bit - 1) * 1_000_000_000_000)).collect();
+        let far: Vec<Point> =
+            (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| (2 * bit - 1) * 1_000_000_000_000)).collect();
         check(&far, 8, 6 * 8 * 1_000_000_000_000_i128.pow(3));
     }
 

@@ -39,7 +39,7 @@ pub(super) fn play(
     options: &Options,
     order: u8,
     walk: &Walk,
-    write: &mut dyn FnMut(&[&[f32]]) -> Result<(), FileError>,
+    write: &mut impl FnMut(&[&[f32]]) -> Result<(), FileError>,
 ) -> Result<(), PlayerError> {
     let count = channels(order.into());
     thread::scope(|scope| {

@@ -1,8 +1,9 @@
 use super::*;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
 use crate::sources::simulation::{MeshOptions, Part, simulate_box, simulate_mesh};
-use promenade_acoustics::{Directivity, Material, SPEED_OF_SOUND_M_S, Shoebox, fibonacci};
-use promenade_core::glam::DVec2;
+use promenade_acoustics::{Directivity, Images, Material, Octaves, Reflected, SPEED_OF_SOUND_M_S, Shoebox, fibonacci};
+use promenade_core::glam::{DVec2, DVec3};
+use promenade_core::{Bands, Pose};
 use promenade_metrics::{DecayRange, decay_time_s};
 use promenade_player::render_response;
 use promenade_room::{SceneOptions, ShoeboxRoom};

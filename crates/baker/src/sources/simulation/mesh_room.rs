@@ -13,8 +13,8 @@ use super::walls::{filters, left};
 use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ};
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{
-    Air, BANDS, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, RayOptions, Reflected, Room,
-    Source, late_field, octave_energy, speed_m_s,
+    Air, BANDS, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Lit, Mesh, RayOptions, Reflected,
+    Room, Source, late_field, octave_energy, speed_m_s,
 };
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
