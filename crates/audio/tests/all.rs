@@ -1,5 +1,8 @@
 //! The tests of this package in one program beside its library, so that the transforms are compiled once.
 
+mod atomic;
+mod file;
 mod flac;
+mod npy;
 mod resample;
 mod wav;
