@@ -1,29 +1,14 @@
 //! Licences of the crates that a build links, with their texts.
 
 use crate::bundle::{self, Build, cargo};
+use crate::deny::Deny;
 use anyhow::{Context, Result, bail};
 use cargo_metadata::{CargoOpt, MetadataCommand, Package};
-use spdx::{Expression, LicenseReq, Licensee, ParseMode};
+use spdx::{Expression, LicenseReq, ParseMode};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-
-/// Licences that dependencies may have; where one offers several, the first of these is taken.
-const ALLOWED: [&str; 12] = [
-    "MIT",
-    "Apache-2.0",
-    "BSL-1.0",
-    "ISC",
-    "Zlib",
-    "BSD-1-Clause",
-    "BSD-2-Clause",
-    "BSD-3-Clause",
-    "Unicode-3.0",
-    "OFL-1.1",
-    "Ubuntu-font-1.0",
-    "MPL-2.0",
-];
 
 /// A shorter file only refers to a licence, bytes.
 const SHORTEST: usize = 400;
@@ -87,7 +72,7 @@ pub(crate) fn dependencies(root: &Path, builds: &[Build], target: Option<&str>) 
 }
 
 /// Names and versions of the crates in a build's binaries: no build scripts, macros or tests.
-fn linked_by(root: &Path, build: &Build, target: Option<&str>) -> Result<BTreeSet<(String, String)>> {
+pub(crate) fn linked_by(root: &Path, build: &Build, target: Option<&str>) -> Result<BTreeSet<(String, String)>> {
     let mut tree = cargo("tree");
     tree.current_dir(root).args(["--locked", "--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]);
     tree.args(["--package", build.package, "--features", build.features]);
@@ -111,8 +96,8 @@ fn dependency(package: &Package) -> Result<Dependency> {
     let of = || format!("{} {}", package.name, package.version);
     let expression = Expression::parse_mode(&offered, ParseMode::LAX)
         .with_context(|| format!("{} has no licence that can be read, found \"{offered}\"", of()))?;
-    let chosen =
-        chosen(&expression).with_context(|| format!("{} has no licence that is allowed, found \"{offered}\"", of()))?;
+    let chosen = chosen(&expression, &package.name)
+        .with_context(|| format!("{} has no licence that is allowed, found \"{offered}\"", of()))?;
     let folder = package.manifest_path.parent().with_context(|| format!("{} has no folder", of()))?.as_std_path();
     let mut texts = Vec::new();
     for path in licence_files(folder).with_context(|| format!("the sources of {} cannot be read", of()))? {
@@ -139,13 +124,9 @@ fn dependency(package: &Package) -> Result<Dependency> {
     })
 }
 
-/// The fewest allowed licences that meet an expression.
-fn chosen(expression: &Expression) -> Result<Vec<LicenseReq>> {
-    let allowed = ALLOWED
-        .iter()
-        .map(|id| Licensee::parse(id).with_context(|| format!("{id} is no licence")))
-        .collect::<Result<Vec<_>>>()?;
-    Ok(expression.minimized_requirements(&allowed)?)
+/// The fewest licences that meet an expression, of those that a crate is allowed.
+fn chosen(expression: &Expression, name: &str) -> Result<Vec<LicenseReq>> {
+    Ok(expression.minimized_requirements(&Deny::read()?.allowed(name)?)?)
 }
 
 /// Files whose name says that they hold a licence or a notice, and the texts beside fonts, from the whole of a crate.
@@ -238,18 +219,18 @@ mod tests {
             ("Apache-2.0 OR GPL-2.0-only", vec!["Apache-2.0"]),
             ("(MIT OR Apache-2.0) AND OFL-1.1", vec!["MIT", "OFL-1.1"]),
         ] {
-            let chosen = chosen(&expression(offered)).unwrap();
+            let chosen = chosen(&expression(offered), "some").unwrap();
             assert_eq!(chosen.iter().map(ToString::to_string).collect::<Vec<_>>(), wanted, "{offered}");
         }
-        for refused in ["GPL-3.0-only", "MIT AND AGPL-3.0-only", "CC-BY-NC-4.0"] {
-            assert!(chosen(&expression(refused)).is_err(), "{refused}");
+        for refused in ["GPL-3.0-only", "MIT AND AGPL-3.0-only", "CC-BY-NC-4.0", "MPL-2.0"] {
+            assert!(chosen(&expression(refused), "some").is_err(), "{refused}");
         }
     }
 
     #[test]
     fn texts_that_were_not_chosen_are_left_out() {
         let offered = expression("Apache-2.0 OR GPL-2.0-only");
-        let chosen = chosen(&offered).unwrap();
+        let chosen = chosen(&offered, "some").unwrap();
         assert!(is_declined(Path::new("LICENSE-GPLv2"), &offered, &chosen));
         for kept in ["LICENSE-APACHE", "LICENSE", "LICENSE-HDF5", "NOTICE"] {
             assert!(!is_declined(Path::new(kept), &offered, &chosen), "{kept}");

@@ -4,6 +4,7 @@ mod archive;
 mod browser;
 mod bundle;
 mod check;
+mod deny;
 mod install;
 mod licenses;
 mod manifest;
