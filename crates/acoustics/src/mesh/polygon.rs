@@ -1,5 +1,6 @@
 //! Polygons as triangles.
 
+use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
 /// Largest sum of squares of corners of the polygons of a mesh that are not convex: cutting them takes as long.
@@ -77,37 +78,13 @@ fn halved(count: usize) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// Triangles of a polygon that goes round to the left, an ear at a time (Meisters 1975).
+/// Triangles of a polygon that goes round to the left, as it does.
 fn ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
-    let mut left: Vec<usize> = (0..flat.len()).collect();
-    let mut triangles = Vec::with_capacity(flat.len() - 2);
+    let mut corners: Vec<usize> = Vec::new();
+    Earcut::new().earcut(flat.iter().map(|p| p.to_array()), &[], &mut corners);
     let turn = |[a, b, c]: [usize; 3]| (flat[b] - flat[a]).perp_dot(flat[c] - flat[b]);
-    let (mut at, mut passed) = (0, 0);
-    while left.len() > 3 {
-        let count = left.len();
-        let corner = [left[(at + count - 1) % count], left[at % count], left[(at + 1) % count]];
-        let [a, b, c] = corner.map(|i| flat[i]);
-        let holds = |p: DVec2| {
-            p != a
-                && p != b
-                && p != c
-                && [(a, b), (b, c), (c, a)].iter().all(|(from, to)| (*to - *from).perp_dot(p - *from) >= 0.0)
-        };
-        let ear = turn(corner) > 0.0 && !left.iter().any(|i| holds(flat[*i]));
-        // Where no corner is an ear, the polygon crosses itself or lies on itself: it is cut somewhere.
-        if ear || passed > count {
-            if turn(corner) != 0.0 || passed > count {
-                triangles.push(corner);
-            }
-            left.remove(at % count);
-            (at, passed) = (at % count, 0);
-            at = at.saturating_sub(1);
-        } else {
-            (at, passed) = ((at + 1) % count, passed + 1);
-        }
-    }
-    triangles.push([left[0], left[1], left[2]]);
-    triangles
+    let to_the_left = |[a, b, c]: [usize; 3]| if turn([a, b, c]) < 0.0 { [a, c, b] } else { [a, b, c] };
+    corners.as_chunks().0.iter().copied().map(to_the_left).collect()
 }
 
 #[cfg(test)]

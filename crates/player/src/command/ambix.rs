@@ -23,10 +23,10 @@ impl Options {
         let of_ears = [
             ("--head", self.head.is_some()),
             ("--headphones", self.headphones.is_some()),
-            ("--mix below 1", self.mix < 1.0),
+            ("--mix below 1", self.share.is_some_and(|share| share < 1.0)),
             ("--width", self.trim.width != 1.0),
         ];
-        match of_ears.into_iter().find(|(_, given)| *given && self.ambix.is_some()) {
+        match of_ears.into_iter().find(|(_, given)| *given && self.ambix) {
             Some((option, _)) => Err(PlayerError::argument(option, "--format binaural with it", "ambix, which has no ears")),
             None => Ok(()),
         }
@@ -64,13 +64,13 @@ pub(super) fn play(
 
 /// Renders one pair until its sound ends or nobody waits for it.
 fn one(scene: &Scene, options: &Options, walk: &Walk, pair: usize, to: &SyncSender<Block>) -> Result<(), PlayerError> {
-    let scene = scene.ambisonic_pair(pair).map_err(PlayerError::of(&options.scene))?;
-    let source = Source::open(&options.input, None)?;
+    let scene = scene.ambisonic_pair(pair).map_err(PlayerError::of(&options.files[0]))?;
+    let source = Source::open(&options.files[1], None)?;
     let mut player = render::player(options, &Arc::new(scene), &source)?;
     let mut write = |ears: [&[f32]; 2]| {
         // Whoever waited has gone with an error of their own.
         let _gone = to.send(ears.map(<[f32]>::to_vec));
         Ok(())
     };
-    player.play(source, Mix::new(1.0, options.gain_db), options.block, &mut |seconds| walk.pose_at(seconds), &mut write)
+    player.play(source, Mix::new(1.0, options.gain_db), options.block(), &mut |seconds| walk.pose_at(seconds), &mut write)
 }

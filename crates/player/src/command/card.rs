@@ -25,7 +25,7 @@ pub(super) fn play(options: &Options, scene: &Arc<Scene>, walk: &Walk) -> Result
     let wrong = |found: &dyn ToString| PlayerError::argument("--play", "a sound card that plays", found.to_string());
     let device = cpal::default_host().default_output_device().ok_or_else(|| wrong(&"none"))?;
     let config = device.default_output_config().map_err(|e| wrong(&e))?;
-    let source = Source::open(&options.input, Some(config.sample_rate()))?;
+    let source = Source::open(&options.files[1], Some(config.sample_rate()))?;
     let (rate, frames) = (f64::from(source.sample_rate_hz()), source.frames());
     let mut player = render::player(options, scene, &source)?;
     let (to, from) = RingBuffer::new(AHEAD);
@@ -43,7 +43,7 @@ pub(super) fn play(options: &Options, scene: &Arc<Scene>, walk: &Walk) -> Result
     stream.play().map_err(|e| wrong(&e))?;
     let bar = Bar::new(frames as f64 / rate + player.tail_s());
     let mut played = 0;
-    player.play(source, options.mix(), options.block, &mut |s| walk.pose_at(s), &mut |ears: [&[f32]; 2]| {
+    player.play(source, options.mix(), options.block(), &mut |s| walk.pose_at(s), &mut |ears: [&[f32]; 2]| {
         played += ears[0].len();
         bar.at(played as f64 / rate);
         queue.put(ears)

@@ -5,9 +5,9 @@ use super::terminal::{self, Bar};
 use super::{ambix, read_path, read_scene};
 use crate::{Player, PlayerError, Source, Voice, read_head, read_headphones};
 use promenade_audio::FileError;
-use promenade_audio::wav::WavWriter;
+use promenade_audio::wav::{Format, WavWriter};
 use promenade_core::head::channels;
-use promenade_core::{CameraPath, Playback, Pose, Scene};
+use promenade_core::{CameraPath, LiveParams, Playback, Pose, Scene};
 use promenade_paths::ImportOptions;
 use std::fs;
 use std::path::Path;
@@ -34,7 +34,7 @@ pub(super) fn run(options: &Options) -> Result<(), PlayerError> {
     options.check_ambix()?;
     let scene = scene(options)?;
     let walk = walk(options, &scene)?;
-    match &options.output {
+    match options.files.get(2) {
         Some(output) => into_file(options, &scene, &walk, output),
         #[cfg(feature = "play")]
         None => super::card::play(options, &scene, &walk),
@@ -50,7 +50,7 @@ pub(super) fn run(options: &Options) -> Result<(), PlayerError> {
 fn into_file(options: &Options, scene: &Arc<Scene>, walk: &Walk, output: &Path) -> Result<(), PlayerError> {
     let began = Instant::now();
     check_output(output, options)?;
-    let source = Source::open(&options.input, None)?;
+    let source = Source::open(&options.files[1], None)?;
     let (rate_hz, frames) = (source.sample_rate_hz(), source.frames());
     let rate = f64::from(rate_hz);
     let mut player = player(options, scene, &source)?;
@@ -58,8 +58,9 @@ fn into_file(options: &Options, scene: &Arc<Scene>, walk: &Walk, output: &Path) 
     if let Some(folder) = output.parent() {
         fs::create_dir_all(folder).map_err(FileError::write(output))?;
     }
-    let outputs = options.ambix.map_or(2, |order| channels(order.into()) as u16);
-    let mut writer = WavWriter::create(output, rate_hz, outputs, options.bits)?;
+    let order = options.ambix.then(|| options.order.unwrap_or(3));
+    let outputs = order.map_or(2, |order| channels(order.into()) as u16);
+    let mut writer = WavWriter::create(output, rate_hz, outputs, options.bits.unwrap_or(Format::Int24))?;
     let bar = Bar::new(frames as f64 / rate + player.tail_s());
     let mut played = 0;
     let mut write = |channels: &[&[f32]]| {
@@ -67,9 +68,9 @@ fn into_file(options: &Options, scene: &Arc<Scene>, walk: &Walk, output: &Path) 
         bar.at(played as f64 / rate);
         writer.write(channels)
     };
-    match options.ambix {
+    match order {
         Some(order) => ambix::play(scene, options, order, walk, &mut write)?,
-        None => player.play(source, options.mix(), options.block, &mut |s| walk.pose_at(s), &mut |ears| write(&ears))?,
+        None => player.play(source, options.mix(), options.block(), &mut |s| walk.pose_at(s), &mut |ears| write(&ears))?,
     }
     drop(bar);
     let written = writer.finish()?;
@@ -95,18 +96,18 @@ fn check_output(output: &Path, options: &Options) -> Result<(), FileError> {
 
 /// The scene with the head and the emitter that are asked for.
 fn scene(options: &Options) -> Result<Arc<Scene>, PlayerError> {
-    let mut scene = read_scene(&options.scene)?;
+    let mut scene = read_scene(&options.files[0])?;
     if let Some(file) = &options.head {
         let head = read_head(file)?;
         terminal::notes(head.notes());
-        let heard = scene.with_head(&head).map_err(PlayerError::of(&options.scene))?;
+        let heard = scene.with_head(&head).map_err(PlayerError::of(&options.files[0]))?;
         scene = Arc::new(heard);
     }
     if let Some(position) = options.emitter {
         let expected = "a scene that was trained with several emitters";
         let moved = scene.with_emitter(position)?;
         let moved = moved.ok_or_else(|| PlayerError::argument("--emitter", expected, "one that holds for its own"));
-        scene = Arc::new(moved.map_err(PlayerError::of(&options.scene))?);
+        scene = Arc::new(moved.map_err(PlayerError::of(&options.files[0]))?);
     }
     Ok(scene)
 }
@@ -115,7 +116,7 @@ fn walk(options: &Options, scene: &Scene) -> Result<Walk, PlayerError> {
     let Some(file) = &options.path else { return Ok(Walk::Still(options.pose.unwrap_or_else(|| scene.start_pose()))) };
     let imported = read_path(file, &ImportOptions::default())?;
     terminal::notes(&imported.notes);
-    Ok(Walk::Along(imported.path, Playback { speed: options.speed, looping: options.looping }))
+    Ok(Walk::Along(imported.path, Playback { speed: options.speed.unwrap_or(1.0), looping: options.looping }))
 }
 
 /// A player of the scene for a sound.
@@ -123,14 +124,17 @@ pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> 
     let spread = options.stereo_spread;
     if spread != 0.0 && source.channels() != 2 {
         let expected = "2 channels for --stereo-spread";
-        return Err(FileError::content(&options.input, expected, source.channels().to_string()).into());
+        return Err(FileError::content(&options.files[1], expected, source.channels().to_string()).into());
     }
     let rate_hz = source.sample_rate_hz();
     let voices = options.sources.iter().map(|(place, sound)| voice(place, sound, scene, rate_hz)).collect::<Result<_, _>>()?;
     let player = Player::at_latency(scene, f64::from(rate_hz), options.tier, options.latency)
-        .and_then(|player| player.with_decode_rate(options.decode_rate_hz).with_trim(options.trim))
+        .and_then(|player| {
+            let rate_hz = options.decode_rate_hz.unwrap_or(LiveParams::default().rate_hz);
+            player.with_decode_rate(rate_hz).with_trim(options.trim)
+        })
         .and_then(|player| player.with_voices(voices)?.with_stereo_spread(spread))
-        .map_err(PlayerError::of(&options.scene))?;
+        .map_err(PlayerError::of(&options.files[0]))?;
     match &options.headphones {
         Some(file) => Ok(player.with_headphones(&read_headphones(file)?)),
         None => Ok(player),
