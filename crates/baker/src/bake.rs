@@ -1,5 +1,6 @@
 //! Field baking: measured binaural responses become a scene.
 
+mod arrivals;
 pub(crate) mod carried;
 pub mod cloud_scene;
 mod corners;
@@ -96,6 +97,7 @@ pub fn bake_responses(
     let (room, heard) = Room::of(&measured, &grid, options.early_s, options.seed)?;
     let mut notes = layout.notes.clone();
     notes.extend(levelled);
+    notes.extend_from_slice(&room.notes);
     let logs = heard.iter().zip(&layout.distances);
     let mut logs: Vec<LogTransfer> =
         logs.map(|(h, distance)| LogTransfer::of(&h.direct, f64::from(gain), f64::from(*distance))).collect();
