@@ -2,6 +2,7 @@
 """How true scenes of measured rooms are, condition by condition: the table of accuracy.
 
     conditions.py PROMENADE HEAD.sofa [--t60 0.3,0.9,2] [--step 10] [--only WORDS] [--head OTHER.sofa]
+    conditions.py PROMENADE HEAD.sofa --turning 30,90,360 [--scene SCENE]
 
 PROMENADE is the program, HEAD.sofa a head of the convention SimpleFreeFieldHRIR. `simulate box` makes a ring of responses at ear height, one
 every --step degrees, in two places 1 m apart, and the same box at the poses of each condition, which the scene has never seen: the head tilted, up
@@ -21,6 +22,9 @@ gain for the whole scene, that of the measured poses. Columns:
     c50       dB   octaves, both ears
     coherence      of the ears after 80 ms, octaves from 500 Hz
     early     dB   above 700 Hz, energy more than 1 ms before an ear's onset over that of its first 2.5 ms, largest; the truth's in place of the nearest's
+
+With --turning, what is heard of steady tones while the head turns, degrees a second: the envelope's modulation from 20 to 40 Hz over its mean, dB, of the
+worse ear, of a ring at 48 kHz or of a given scene / of the same scene followed at once, taken from its responses at the poses on the way.
 
 Then cells over one JND (JNDS) and worse than the nearest measurement by a tenth of it are listed. Needs numpy, scipy and soundfile.
 """
@@ -68,13 +72,13 @@ def conditions(step):
     return found
 
 
-def simulate(promenade, head, poses, t60, folder, seed):
+def simulate(promenade, head, poses, t60, folder, seed, rate=24000):
     """Both ears' responses at some poses, and the rate."""
     keyframes = [{"t": i, "position": p[:3], "ypr": p[3:]} for i, p in enumerate(np.array(poses).tolist())]
     walk, out = folder / f"walk-{seed}.json", folder / f"responses-{seed}"
     walk.write_text(json.dumps(keyframes))
     where = ["--size", ",".join(map(str, SIZE)), "--emitter", ",".join(map(str, SOURCE)), "--path", walk, "--head", head]
-    how = ["--absorption", str(ABSORPTION[t60]), "--length", str(1.3 * t60 + 0.2), "--seed", str(seed), "--order", "12", "-o", out]
+    how = ["--absorption", str(ABSORPTION[t60]), "--length", str(1.3 * t60 + 0.2), "--seed", str(seed), "--order", "12", "--rate", str(rate), "-o", out]
     subprocess.run([promenade, "simulate", "box", *where, *how], check=True, capture_output=True)
     files = [sf.read(out / r["file"], always_2d=True) for r in json.loads((out / "responses.json").read_text())["responses"]]
     return [samples.T for samples, _ in files], files[0][1]
@@ -200,6 +204,37 @@ def table(promenade, head, t60, options, folder):
     return rows
 
 
+def flutter_db(envelope, rate):
+    """Modulation from 20 to 40 Hz over the mean, of each row, dB."""
+    flutter = signal.sosfiltfilt(signal.butter(4, [20, 40], "band", fs=rate, output="sos"), envelope, axis=1)
+    return 20 * np.log10(np.sqrt(2) * np.std(flutter, axis=1) / envelope.mean(1))
+
+
+def turning(promenade, scene, rate, speed, folder):
+    """Modulation of tones while the head turns past the front, and of those of the poses on the way, by frequency."""
+    seconds, steps_hz = min(3.0, 240 / speed), 200
+    start = 10.0
+    ends = [start - 0.5 * speed * seconds, start + 0.5 * speed * seconds]
+    walk, tone, out = folder / "turn.json", folder / "tone.wav", folder / "turned.wav"
+    keyframes = [{"t": seconds * i / 8, "position": [0, 0, 0], "ypr": [ends[0] + (ends[1] - ends[0]) * i / 8, 0, 0]} for i in range(9)]
+    walk.write_text(json.dumps(keyframes))
+    at = np.arange(0, seconds, 1 / steps_hz)
+    poses = [(0, 0, 0, ends[0] + speed * t, 0, 0) for t in at]
+    responses = list(render(promenade, scene, poses, rate, rate // 2, folder))
+    found = {}
+    for hz in (f for f in (500, 1000, 3000, 5000, 8000, 12000) if f < 0.45 * rate):
+        turn = np.exp(-2j * np.pi * hz * np.arange(responses[0].shape[1]) / rate)
+        at_once = np.abs(np.array([[(ear * turn).sum() for ear in r] for r in responses])).T
+        t = np.arange(int(seconds * rate)) / rate
+        sf.write(tone, 0.5 * np.sin(2 * np.pi * hz * t), rate, subtype="FLOAT")
+        subprocess.run([promenade, "render", scene, tone, out, "--path", walk, "--bits", "32f"], check=True, capture_output=True)
+        heard = sf.read(out, always_2d=True)[0].T[:, : len(t)] * np.exp(-2j * np.pi * hz * t)
+        envelope = np.abs(signal.resample_poly(heard, 1, rate // 400, axis=1))
+        settled = [envelope[:, 160:-40], at_once[:, 80:-20]]
+        found[hz] = flutter_db(settled[0], 400).max(), flutter_db(settled[1], steps_hz).max()
+    return found
+
+
 def towards(p):
     """Direction of the source as the head of a pose sees it."""
     yaw, pitch, roll = np.radians(p[3:])
@@ -211,6 +246,25 @@ def towards(p):
     return v / np.linalg.norm(v)
 
 
+def tones(a, folder):
+    """Prints what is heard of tones at each speed."""
+    scene = a.scene or folder / "scene.promenade"
+    rate = 48000
+    if not a.scene:
+        simulate(a.promenade, a.sofa, [pose(PLACE, turn) for turn in np.arange(0, 360, a.step)], 0.3, folder, 1, rate)
+        manifest = folder / "responses-1" / "responses.json"
+        text = json.loads(manifest.read_text())
+        for r in text["responses"]:
+            # The listener in the origin, the source ahead.
+            r["listener"] = {"ypr": [r["listener"]["ypr"][0] - ahead(PLACE), 0, 0]}
+            r["source"] = [float(np.linalg.norm(SOURCE - PLACE)), 0, 0]
+        manifest.write_text(json.dumps(text))
+        subprocess.run([a.promenade, "bake", "responses", manifest, "-o", scene], check=True, capture_output=True)
+    for speed in map(float, a.turning.split(",")):
+        found = turning(a.promenade, scene, rate, speed, folder)
+        print(f"{speed:g} degrees a second: " + ", ".join(f"{hz} Hz {s:.0f} / {o:.0f} dB" for hz, (s, o) in found.items()), flush=True)
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("promenade")
@@ -219,7 +273,13 @@ def main():
     p.add_argument("--step", type=float, default=10)
     p.add_argument("--only", default="", help="conditions whose names have this")
     p.add_argument("--head", help="heard with this head; the truth stays that of the first")
+    p.add_argument("--turning", help="speeds, degrees a second")
+    p.add_argument("--scene", help="one measured around the origin, instead of a made ring")
     a = p.parse_args()
+    if a.turning:
+        with tempfile.TemporaryDirectory() as folder:
+            tones(a, Path(folder))
+        return
     over = []
     for t60 in map(float, a.t60.split(",")):
         with tempfile.TemporaryDirectory() as folder:

@@ -6,8 +6,11 @@ use promenade_baker::player::render_response;
 use promenade_baker::{BakeOptions, Levels, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
-use promenade_core::{Pose, Scene};
+use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer};
+use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::spectrum;
 use promenade_metrics::{DecayRange, decay_time_s};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 const RATE: f64 = 16_000.0;
@@ -88,4 +91,39 @@ fn a_room_is_as_loud_at_every_turn_though_its_files_were_normalised() {
     assert!(found < 1.0, "{found:.2} dB");
     set.levels = Some(Levels::Measured);
     assert!(levels(&set) > 4.0, "as the files are");
+}
+
+/// Modulation from 20 to 40 Hz of a tone's envelope over its mean while the head turns by 30 degrees a second, dB.
+fn flutter_db(scene: &Arc<Scene>, hz: f64) -> f64 {
+    let (settled, block, blocks) = (RATE as usize / 2, RATE as usize / 400, 1024);
+    let dry: Vec<f32> = (0..settled + block * blocks).map(|i| (TAU * hz * i as f64 / RATE).sin() as f32).collect();
+    let mut ears = [(); 2].map(|()| vec![0.0; dry.len()]);
+    let [left, right] = &mut ears;
+    let mut engine = Spatializer::new(RATE);
+    engine.install(Box::new(Renderer::new(Arc::clone(scene), RATE).unwrap()));
+    let turned_at = |i: usize| turned(Vec3::ZERO, 30.0 * (i as f64 / RATE) as f32 - 40.0, 0.0, 0.0);
+    engine.process(&[&dry], [left, right], &BlockParams::default(), turned_at);
+    let of_ear = |ear: &Vec<f32>| {
+        let base = |(i, v): (usize, &f32)| Complex64::from_polar(f64::from(*v), -TAU * hz * i as f64 / RATE);
+        let samples: Vec<Complex64> = ear.iter().enumerate().skip(settled).map(base).collect();
+        let window = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / blocks as f64).cos();
+        let envelope = samples.chunks_exact(block).map(|b| b.iter().sum::<Complex64>().norm());
+        let spectrum = spectrum(envelope.enumerate().map(|(i, v)| window(i) * v).collect(), blocks);
+        let flutter: f64 = (1..blocks / 2)
+            .filter(|k| (20.0..40.0).contains(&(400.0 * *k as f64 / blocks as f64)))
+            .map(|k| spectrum[k].norm_sqr())
+            .sum();
+        // A sine has a quarter of its amplitude's square on each side, spread by the window to 3/2 of that.
+        10.0 * (4.0 * flutter / 1.5 / spectrum[0].norm_sqr()).log10()
+    };
+    ears.iter().map(of_ear).fold(f64::MIN, f64::max)
+}
+
+#[test]
+fn high_tones_do_not_flutter_while_the_head_turns() {
+    let scene = baked(&ring(|_| 1.0));
+    for hz in [1_000.0, 3_000.0, 5_000.0, 6_500.0] {
+        let found = flutter_db(&scene, hz);
+        assert!(found < -35.0, "{hz} Hz: {found:.1} dB");
+    }
 }
