@@ -108,7 +108,7 @@ fn flutter_db(scene: &Arc<Scene>, hz: f64) -> f64 {
         let samples: Vec<Complex64> = ear.iter().enumerate().skip(settled).map(base).collect();
         let window = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / blocks as f64).cos();
         let envelope = samples.chunks_exact(block).map(|b| b.iter().sum::<Complex64>().norm());
-        let spectrum = spectrum(envelope.enumerate().map(|(i, v)| window(i) * v).collect(), blocks);
+        let spectrum = spectrum(envelope.enumerate().map(|(i, v)| window(i) * v), blocks);
         let flutter: f64 = (1..blocks / 2)
             .filter(|k| (20.0..40.0).contains(&(400.0 * *k as f64 / blocks as f64)))
             .map(|k| spectrum[k].norm_sqr())

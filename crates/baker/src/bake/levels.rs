@@ -63,7 +63,7 @@ fn late_db(response: &Response, rate_hz: f64) -> Option<f64> {
         let n = range.len().next_power_of_two();
         let bin = |hz: f64| ((hz * n as f64 / rate_hz).round() as usize).min(n / 2);
         let energy = |ear: &[f32]| -> f64 {
-            let piece = ear[range.clone()].iter().map(|v| f64::from(*v)).collect();
+            let piece = ear[range.clone()].iter().map(|v| f64::from(*v));
             promenade_fourier::spectrum(piece, n)[bin(BAND_HZ.0)..bin(BAND_HZ.1)].iter().map(|x| x.norm_sqr()).sum()
         };
         // By Parseval's theorem a sum over bins grows with the transform's length.

@@ -74,13 +74,13 @@ fn beyond_any_head(set: &Responses) -> Option<(&str, f64)> {
     /// The delays of a rigid sphere (Woodworth 1938) as wide as a head, and this much more, seconds: echoes move delays too.
     const HEAD_S: f64 = 0.0875 / 343.0;
     const MORE_S: f64 = 250e-6;
-    let far_off = |(response, lateral, itd_s): (&'_ Response, f32, f64)| {
-        let lateral = f64::from(lateral).abs().min(1.0);
-        (itd_s.abs() > HEAD_S * (lateral.asin() + lateral) + MORE_S).then_some((response, itd_s))
-    };
-    let asked: Vec<_> = jury(set, |_| true).map(far_off).collect();
-    let off: Vec<_> = asked.iter().flatten().collect();
-    (off.len() >= 3 && 4 * off.len() > asked.len()).then(|| (&off[0].0.name[..], off[0].1))
+    let asked: Vec<_> = jury(set, |_| true).collect();
+    let far_off = asked.iter().filter(|(_, lateral, itd_s)| {
+        let lateral = f64::from(*lateral).abs().min(1.0);
+        itd_s.abs() > HEAD_S * (lateral.asin() + lateral) + MORE_S
+    });
+    let far_off: Vec<_> = far_off.collect();
+    (far_off.len() >= 3 && 4 * far_off.len() > asked.len()).then(|| (&far_off[0].0.name[..], far_off[0].2))
 }
 
 /// Some of the responses whose source's lateral part, -1 to 1 to the left, is chosen, with it and the delay between their ears.
