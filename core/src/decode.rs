@@ -34,8 +34,8 @@ pub(crate) trait Decoder {
 pub(crate) struct Change {
     /// Masks, phase and interaural delay of the direct sound.
     pub(crate) direct: bool,
-    /// Time filters, in bins above [`QUICK_BELOW_HZ`]; none of the explicit taps may be missing there for long.
-    pub(crate) filters: Hops,
+    /// Time filters, in bins above [`QUICK_BELOW_HZ`]: early explicit taps, then all others; none may be missing there for long.
+    pub(crate) filters: [Hops; 2],
     /// The group of these bins whose turn it is, 0 to [`TURNS`]; all of them where there is none.
     pub(crate) turn: Option<usize>,
     /// Explicit taps below [`QUICK_BELOW_HZ`]: early ones, then later ones.
@@ -43,9 +43,15 @@ pub(crate) struct Change {
 }
 
 impl Change {
+    /// All of the direct sound, `filter_hops` time filters and explicit taps among them.
+    pub(crate) fn whole(filter_hops: usize, taps: usize) -> Self {
+        let all = |hops| [Hops::default(), Hops::all(hops)];
+        Self { direct: true, filters: all(filter_hops), turn: None, quick: all(taps) }
+    }
+
     /// Whether an explicit tap is to be brought up to date, in whatever bins.
     pub(crate) fn names_tap(&self, tap: usize) -> bool {
-        [self.filters].iter().chain(&self.quick).any(|hops| hops.contains(tap))
+        self.filters.iter().chain(&self.quick).any(|hops| hops.contains(tap))
     }
 }
 

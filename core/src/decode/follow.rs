@@ -10,7 +10,8 @@ use std::sync::Arc;
 const REFRESH_HOPS: usize = 16;
 /// Hops over which explicit taps at low frequencies take a new pose in ...
 const QUICK_HOPS: usize = 8;
-/// ... but the first, which are the loudest, follow at every hop.
+/// ... but the first, which are the loudest, follow at every hop, and above them whenever it is the turn of their group of bins:
+/// steps of all hops are heard as a flutter of high tones.
 const EARLY_TAPS: usize = 12;
 /// Both where measured responses carry them: their interference moves, and its steps are heard beside a tone that it makes
 /// faint.
@@ -106,15 +107,16 @@ impl Follower {
         }
         let mut change = Change { direct, turn, ..Change::default() };
         if whole {
-            (self.stale_shares, change.turn) = (0, None);
-            (change.filters, change.quick) = (Hops::all(self.filter_hops), [Hops::all(self.taps), Hops::default()]);
+            self.stale_shares = 0;
+            change = Change { direct, ..Change::whole(self.filter_hops, self.taps) };
         } else if room && self.stale_shares > 0 {
             self.stale_shares -= 1;
             // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in
             // one: each of the groups of bins has its turn with each run of hops.
             let first = share - share % TURNS;
-            change.filters = Hops { first, end: self.filter_hops, step: REFRESH_HOPS, run: TURNS };
             let (early, step) = (self.early_taps, self.quick_hops);
+            let rest = Hops { first, end: self.filter_hops, step: REFRESH_HOPS, run: TURNS };
+            change.filters = [Hops::all(early), rest];
             change.quick = [Hops::all(early), Hops { first: early + share % step, end: self.taps, step, run: 1 }];
         }
         decoder.update_filters(&change);

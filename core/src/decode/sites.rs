@@ -19,10 +19,10 @@ const COORDINATES: usize = 5;
 const CENTRED: f64 = 10.0;
 /// A cost of uneven shares that keeps them from depending on rounding where measurements lie regularly.
 const EVEN: f64 = 1e-3;
+/// Measurements that are as far from a pose are taken to be apart by this share of their squared distance at least.
+const APART: f64 = 0.01;
 /// Measurements of one place are this close, metres.
 const SAME_PLACE_M: f32 = 1e-3;
-/// What lies ahead or behind has no side.
-const LEAST_SINE: f32 = 1e-4;
 /// Shares below this grow with their square, ...
 const STANDS_STILL: f64 = 0.25;
 /// ... and begin here: smaller ones are not worth their work.
@@ -30,7 +30,9 @@ const SMALLEST: f32 = 0.005;
 
 /// Where responses were measured, as a pose is looked up in.
 ///
-/// Distances are angles between directions, radians, and metres between positions: one counts as much as the other.
+/// Distances are angles between directions, radians, and metres between positions: one counts as much as the other. Directions
+/// are compared by azimuth and elevation, in which a ring at one height is straight however far above or below it a pose is: its
+/// shares stay those of the ring, until straight above or below no azimuth is nearer than another.
 #[derive(Clone, Debug)]
 pub(crate) struct Sites {
     /// By place.
@@ -117,19 +119,15 @@ impl Sites {
                 }
             }
         }
-        let across = direction.any_orthonormal_pair();
+        let elevation = elevation_of(direction);
         let mut found = [Candidate::default(); CANDIDATES];
         for (candidate, site) in found.iter_mut().zip(&all[..count]) {
             let Site { direction: seen, position: from, .. } = self.sites[*site];
             let beside = from - position;
-            // As far beside as the angle is wide.
-            let beyond = [seen.dot(across.0), seen.dot(across.1)];
-            let sine = beyond[0].hypot(beyond[1]);
-            let angle = sine.atan2(seen.dot(direction));
-            let wide = if sine > LEAST_SINE { angle / sine } else { 1.0 };
-            let at = [beside.x, beside.y, beside.z, wide * beyond[0], wide * beyond[1]].map(f64::from);
-            let cost = f64::from(angle * angle + beside.length_squared());
-            *candidate = Candidate { site: *site, cost, at };
+            let (here, there) = (direction.truncate(), seen.truncate());
+            let along = there.length() * here.perp_dot(there).atan2(here.dot(there));
+            let at = [beside.x, beside.y, beside.z, along, elevation_of(seen) - elevation].map(f64::from);
+            *candidate = Candidate { site: *site, cost: at.iter().map(|x| x * x).sum(), at };
         }
         (found, count)
     }
@@ -150,6 +148,11 @@ impl Sites {
         pairs.dedup();
         pairs
     }
+}
+
+/// Elevation of a direction, radians.
+fn elevation_of(direction: Vec3) -> f32 {
+    direction.z.atan2(direction.truncate().length())
 }
 
 /// The `N` smallest of some numbers.
@@ -196,12 +199,13 @@ struct Mix<'a> {
 
 impl<'a> Mix<'a> {
     /// Begins with the nearest alone. Coordinates are scaled by the distance of those around it, so that dense measurements are
-    /// mixed as sparse ones are.
+    /// mixed as sparse ones are, and those far from the pose as those around it.
     fn of(found: &'a mut [Candidate]) -> Self {
         let mut costs = Nearest::<{ COORDINATES }>::default();
         found.iter().enumerate().for_each(|(i, c)| costs.add(i, single(c.cost)));
         let nearest = costs.entries().first().map_or(0, |e| e.0);
-        let scale = costs.entries().last().map_or(1.0, |e| f64::from(e.1)).max(1e-9);
+        let [least, most] = [costs.entries().first(), costs.entries().last()].map(|e| e.map_or(1.0, |e| f64::from(e.1)));
+        let scale = (most - least).max(APART * most).max(1e-9);
         for candidate in found.iter_mut() {
             candidate.cost /= scale;
             candidate.at.iter_mut().for_each(|x| *x /= scale.sqrt());
@@ -319,18 +323,31 @@ fn eliminate(system: &mut [[f64; UNKNOWNS + 1]; UNKNOWNS], n: usize) -> Option<[
 mod tests {
     use super::*;
     use crate::random::Random;
+    use std::f32::consts::TAU;
 
-    fn level(azimuth_deg: f32) -> Vec3 {
-        let a = azimuth_deg.to_radians();
-        Vec3::new(a.cos(), a.sin(), 0.0)
+    fn towards(azimuth_deg: f32, elevation_deg: f32) -> Vec3 {
+        let (a, e) = (azimuth_deg.to_radians(), elevation_deg.to_radians());
+        Vec3::new(e.cos() * a.cos(), e.cos() * a.sin(), e.sin())
+    }
+
+    fn ring(step_deg: f32) -> Sites {
+        let sites: Vec<Site> = (0..(360.0 / step_deg) as u32).map(|i| site(step_deg * i as f32, Vec3::ZERO, i)).collect();
+        Sites::new(&sites)
+    }
+
+    /// The largest change of a share.
+    fn change(before: &Shares, now: &Shares) -> f32 {
+        let of = |shares: &Shares, response| shares.entries().iter().find(|e| e.0 == response).map_or(0.0, |e| e.1);
+        let responses = before.entries().iter().chain(now.entries()).map(|e| e.0);
+        responses.map(|response| (of(before, response) - of(now, response)).abs()).fold(0.0, f32::max)
     }
 
     fn site(azimuth_deg: f32, position: Vec3, response: u32) -> Site {
-        Site { direction: level(azimuth_deg), position, response }
+        Site { direction: towards(azimuth_deg, 0.0), position, response }
     }
 
     fn shares(sites: &Sites, azimuth_deg: f32, position: Vec3) -> Vec<(u32, f32)> {
-        let mut found = sites.at(level(azimuth_deg), position, 1.0).entries().to_vec();
+        let mut found = sites.at(towards(azimuth_deg, 0.0), position, 1.0).entries().to_vec();
         found.sort_by_key(|e| e.0);
         found
     }
@@ -357,12 +374,39 @@ mod tests {
     #[test]
     fn between_two_of_a_ring_both_are_heard_and_no_others() {
         for step in [2.5, 10.0, 45.0, 90.0] {
-            let ring: Vec<Site> = (0..(360.0 / step) as u32).map(|i| site(step * i as f32, Vec3::ZERO, i)).collect();
-            let sites = Sites::new(&ring);
-            let found = shares(&sites, 1.5 * step, Vec3::ZERO);
+            let found = shares(&ring(step), 1.5 * step, Vec3::ZERO);
             assert_eq!(found.len(), 2, "every {step} degrees: {found:?}");
             for (response, share) in found {
                 assert!((1..3).contains(&response) && (share - 0.5).abs() < 1e-3, "{step}: {response} {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn above_and_below_a_ring_its_shares_stay() {
+        for step in [2.5, 10.0, 45.0] {
+            let sites = ring(step);
+            for azimuth in [0.0, 0.25 * step, 0.5 * step, 93.0, 201.0] {
+                let beside = sites.at(towards(azimuth, 0.0), Vec3::ZERO, 1.0);
+                for (elevation, height) in [(10.0, 0.0), (-24.0, -0.7), (30.0, 0.7), (-45.0, 0.0), (60.0, 0.0)] {
+                    let found = sites.at(towards(azimuth, elevation), Vec3::new(0.0, 0.0, height), 1.0);
+                    assert!(change(&beside, &found) < 0.02, "every {step}, {azimuth} {elevation}: {:?}", found.entries());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shares_do_not_jump_as_the_head_nods_and_tilts() {
+        for step in [10.0, 45.0] {
+            let sites = ring(step);
+            let at = |t: f32| sites.at(towards(40.0 * t, 80.0 * (TAU * t).sin()), Vec3::ZERO, 1.0);
+            let mut before = at(0.0);
+            for i in 1..10_000 {
+                let now = at(i as f32 * 1e-4);
+                let jump = change(&before, &now);
+                assert!(jump < 2e-3, "every {step}, {i}: {jump}");
+                before = now;
             }
         }
     }
@@ -383,15 +427,12 @@ mod tests {
     #[test]
     fn shares_do_not_jump_on_the_way() {
         let sites = Sites::new(&walk(200));
-        let at = |t: f32| sites.at(level(90.0 * t), Vec3::new(0.5 + t, 0.7 + 0.7 * t, 1.5), 1.0);
+        let at = |t: f32| sites.at(towards(90.0 * t, 0.0), Vec3::new(0.5 + t, 0.7 + 0.7 * t, 1.5), 1.0);
         let mut before = at(0.0);
         let mut largest = 0.0_f32;
         for i in 1..20_000 {
             let now = at(i as f32 * 2e-4);
-            let of = |shares: &Shares, response| shares.entries().iter().find(|e| e.0 == response).map_or(0.0, |e| e.1);
-            for (response, _) in before.entries().iter().chain(now.entries()) {
-                largest = largest.max((of(&before, *response) - of(&now, *response)).abs());
-            }
+            largest = largest.max(change(&before, &now));
             before = now;
         }
         // A millimetre on.
@@ -401,7 +442,7 @@ mod tests {
     #[test]
     fn far_away_the_nearest_places_go_on() {
         let sites = Sites::new(&walk(50));
-        let found = sites.at(level(10.0), Vec3::new(40.0, -30.0, 1.5), 1.0);
+        let found = sites.at(towards(10.0, 0.0), Vec3::new(40.0, -30.0, 1.5), 1.0);
         assert!((found.entries().iter().map(|e| e.1).sum::<f32>() - 1.0).abs() < 1e-5);
         let not = sites.at(Vec3::NAN, Vec3::NAN, 1.0);
         assert!(not.entries().iter().all(|e| e.0 < 50));

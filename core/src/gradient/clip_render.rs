@@ -378,7 +378,7 @@ impl WithSimd for Correlate<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::{Change, Hops};
+    use crate::decode::Change;
     use crate::render::carriers::Carriers;
     use crate::render::head::RenderHead;
     use promenade_testing::{noise, noise_at};
@@ -413,13 +413,7 @@ mod tests {
         let dry = noise(11, 700);
         let carriers = Arc::new(Carriers::of_noise(&GRID, &GRID, TAPS, &bands, &tail, 4000.0));
         let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, carriers);
-        let all = Change {
-            direct: true,
-            filters: Hops::all(head.filter_hops()),
-            quick: [Hops::all(TAPS), Hops::default()],
-            turn: None,
-        };
-        head.update(&transfer, &all, true);
+        head.update(&transfer, &Change::whole(head.filter_hops(), TAPS), true);
         let (mut analysis, mut synthesis) = (Analysis::new(GRID), Synthesis::new(GRID));
         let spectrum = || vec![Complex32::default(); GRID.bins()];
         let (mut x, mut left, mut right) = (spectrum(), spectrum(), spectrum());

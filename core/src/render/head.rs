@@ -183,7 +183,7 @@ impl RenderHead {
             Some(turn) => self.turn = turn,
             None => self.ahead.iter_mut().for_each(Ahead::forget),
         }
-        if change.filters == Hops::default() && change.quick == <[Hops; 2]>::default() {
+        if [change.filters, change.quick] == <[[Hops; 2]; 2]>::default() {
             return;
         }
         let taps = self.shape.taps;
@@ -191,19 +191,19 @@ impl RenderHead {
         let mut plain = std::mem::take(&mut self.plain);
         let mixture = carriers.measured.as_ref().map(|m| m.meeting.mixture(tf.shares.entries(), &mut plain));
         if let (Some(later), Some(mixture)) = (&mut self.later, &mixture)
-            && change.filters != Hops::default()
+            && change.filters != <[Hops; 2]>::default()
         {
             later.go_on(tf, mixture);
         }
         let (quick, slow) = (0..self.quick_blocks, self.quick_blocks..self.direct.blocks().len());
         let group = change.turn.map_or(slow.clone(), |turn| group(&slow, turn));
         for hop in (0..taps).filter(|hop| change.names_tap(*hop)) {
-            let is_quick = change.quick.iter().any(|hops| hops.contains(hop));
-            let blocks = [(is_quick, quick.clone()), (change.filters.contains(hop), group.clone())];
+            let is_due = |hops: &[Hops; 2]| hops.iter().any(|hops| hops.contains(hop));
+            let blocks = [(is_due(&change.quick), quick.clone()), (is_due(&change.filters), group.clone())];
             let blocks = blocks.into_iter().filter(|(is_due, _)| *is_due).map(|(_, blocks)| blocks);
             self.update_tap(tf, mixture.as_ref(), hop, blocks);
         }
-        for hop in change.filters.iter().filter(|hop| *hop >= taps) {
+        for hop in change.filters[1].iter().filter(|hop| *hop >= taps) {
             if let Some(later) = &mut self.later {
                 // Each hop has one turn in which the bins that follow quickly have it too.
                 let is_due = change.turn.is_none_or(|turn| hop % TURNS == turn);

@@ -14,8 +14,6 @@ use thiserror::Error;
 /// Below the first of these the levels of heads are alike, and what a response has there is the room's: it stays. Above the
 /// second the level is the new head's, Hz.
 const LEVELS_FROM_HZ: (f64, f64) = (300.0, 600.0);
-/// Phases are unwrapped from here, Hz: heads have no notch there.
-const PHASE_FROM_HZ: f64 = 700.0;
 /// Nepers of a decibel.
 const NEPERS_PER_DB: f64 = std::f64::consts::LN_10 / 20.0;
 
@@ -166,6 +164,14 @@ fn room_gains(head: &Head, measured: Option<&MeasuredHead>, bands: &Bands) -> Ve
     (0..2).flat_map(|ear| bands.centres_hz().iter().map(move |hz| gain(ear, *hz))).collect()
 }
 
+/// What an emitter sounds like at one position, by bin.
+struct Emitter {
+    /// Natural logarithm of its amplitude.
+    logs: Vec<f64>,
+    /// Phase beyond the minimum one, radians: the mean over all directions and both ears, in which what is the head's cancels.
+    excess: Vec<f32>,
+}
+
 /// A head that takes the place of another in rows of a field.
 struct Change<'a> {
     grid: &'a StftGrid,
@@ -179,24 +185,35 @@ struct Change<'a> {
 impl Change<'_> {
     /// Changes the rows of all directions at one position.
     fn apply(&self, rows: &mut [f32], around: &[(Vec3, f32)]) {
-        let bins = self.shape.bins;
-        let mut energy = vec![0.0_f64; bins];
-        let whole: f64 = around.iter().map(|(_, weight)| f64::from(*weight)).sum();
-        for (row, (_, weight)) in rows.chunks_exact(self.shape.row_len()).zip(around) {
-            for (k, sum) in energy.iter_mut().enumerate() {
-                let [left, right] = ears_of(row, bins, k);
-                *sum += f64::from(*weight) * 0.5 * (left * left + right * right) / whole;
-            }
-        }
-        let emitter: Vec<f64> = energy
-            .iter()
-            .enumerate()
-            .map(|(k, e)| 0.5 * e.max(1e-30).ln() - NEPERS_PER_DB * f64::from(at_hz(&self.source_db, self.grid.bin_hz(k))))
-            .collect();
+        let emitter = self.emitter(rows, around);
         for (row, (direction, _)) in rows.chunks_exact_mut(self.shape.row_len()).zip(around) {
             self.direct(row, *direction, &emitter);
             self.time_filters(&mut row[self.shape.direct_len()..]);
         }
+    }
+
+    /// What all directions and both ears have in common: the emitter.
+    fn emitter(&self, rows: &[f32], around: &[(Vec3, f32)]) -> Emitter {
+        let (bins, n_fft) = (self.shape.bins, self.grid.n_fft);
+        let mut energy = vec![0.0_f64; bins];
+        let mut turned = vec![Complex64::default(); bins];
+        let whole: f64 = around.iter().map(|(_, weight)| f64::from(*weight)).sum();
+        for (row, (_, weight)) in rows.chunks_exact(self.shape.row_len()).zip(around) {
+            let weight = 0.5 * f64::from(*weight) / whole;
+            for (ear, phases) in row[2 * bins..4 * bins].chunks_exact(bins).enumerate() {
+                let gains: Vec<f64> = (0..bins).map(|k| ears_of(row, bins, k)[ear]).collect();
+                let minimum = minimum_phase(floored_log(&gains), n_fft);
+                for (k, ((gain, minimum), phase)) in gains.iter().zip(minimum).zip(phases).enumerate() {
+                    let power = weight * gain * gain;
+                    energy[k] += power;
+                    turned[k] += Complex64::from_polar(power, f64::from(phase - minimum));
+                }
+            }
+        }
+        let log = |(k, e): (usize, &f64)| {
+            0.5 * e.max(1e-30).ln() - NEPERS_PER_DB * f64::from(at_hz(&self.source_db, self.grid.bin_hz(k)))
+        };
+        Emitter { logs: energy.iter().enumerate().map(log).collect(), excess: turned.iter().map(|x| single(x.arg())).collect() }
     }
 
     /// Changes the gains of taps and late part.
@@ -218,8 +235,8 @@ impl Change<'_> {
         Field::new(room.grid().clone(), shape, Rows::Whole(rows)).unwrap_or_else(|| room.clone())
     }
 
-    /// Changes the direct sound of one direction; `emitter` is the natural logarithm of the emitter's amplitude by bin.
-    fn direct(&self, row: &mut [f32], direction: Vec3, emitter: &[f64]) {
+    /// Changes the direct sound of one direction.
+    fn direct(&self, row: &mut [f32], direction: Vec3, emitter: &Emitter) {
         let (bins, n_fft) = (self.shape.bins, self.grid.n_fft);
         let ears = self.head.ears(direction);
         let hz = |k: usize| self.grid.bin_hz(k);
@@ -229,14 +246,12 @@ impl Change<'_> {
                 let kept = old[ear][k].max(1e-12).ln();
                 let along = (hz(k) / LEVELS_FROM_HZ.0).max(1e-9).ln() / (LEVELS_FROM_HZ.1 / LEVELS_FROM_HZ.0).ln();
                 let share = along.clamp(0.0, 1.0);
-                kept + share * (emitter[k] + NEPERS_PER_DB * f64::from(at_hz(&ears.levels_db[ear], hz(k))) - kept)
+                kept + share * (emitter.logs[k] + NEPERS_PER_DB * f64::from(at_hz(&ears.levels_db[ear], hz(k))) - kept)
             };
             // Silence stays.
             (0..bins).map(|k| if old[ear][k] > 0.0 { log(k).exp() } else { 0.0 }).collect()
         });
-        let minimum = |gain: &[f64]| minimum_phase(floored_log(gain), n_fft).collect::<Vec<f32>>();
-        let [before, after] = [old.each_ref().map(|g| minimum(g)), new.each_ref().map(|g| minimum(g))];
-        let common = common_excess(row, &before, bins, self.grid);
+        let after = new.each_ref().map(|gains| minimum_phase(floored_log(gains), n_fft).collect::<Vec<f32>>());
         let cross = (0..bins).map(|k| {
             let phase = f64::from(after[0][k] - after[1][k]);
             // As the head's own delay was found: without the emitter's colour.
@@ -251,7 +266,7 @@ impl Change<'_> {
             row[k] = single(0.5 * sum);
             row[bins + k] = if sum > 0.0 { single((right - left) / sum) } else { 0.0 };
             for ear in 0..2 {
-                row[(2 + ear) * bins + k] = after[ear][k] + common[k];
+                row[(2 + ear) * bins + k] = after[ear][k] + emitter.excess[k];
             }
         }
     }
@@ -261,14 +276,4 @@ impl Change<'_> {
 fn ears_of(row: &[f32], bins: usize, bin: usize) -> [f64; 2] {
     let (mixture, difference) = (f64::from(row[bin]), f64::from(row[bins + bin]));
     [(1.0 - difference) * mixture, (1.0 + difference) * mixture]
-}
-
-/// Phase beyond the minimum one that both ears have in common: the emitter's. What they do not have in common is the old
-/// head's.
-fn common_excess(row: &[f32], minimum: &[Vec<f32>; 2], bins: usize, grid: &StftGrid) -> Vec<f32> {
-    let excess = |ear: usize, k: usize| f64::from(row[(2 + ear) * bins + k] - minimum[ear][k]);
-    let start = (0..bins).find(|k| grid.bin_hz(*k) >= PHASE_FROM_HZ).unwrap_or(0);
-    // Both are unwrapped, but not from each other.
-    let turns = TAU * ((excess(0, start) - excess(1, start)) / TAU).round();
-    (0..bins).map(|k| single(0.5 * (excess(0, k) + excess(1, k) + turns))).collect()
 }

@@ -1,5 +1,6 @@
 //! Field baking: measured binaural responses become a scene.
 
+mod arrivals;
 pub(crate) mod carried;
 pub mod cloud_scene;
 mod corners;
@@ -13,6 +14,7 @@ mod halved;
 pub(crate) mod kriging;
 pub(crate) mod late_unit;
 pub(crate) mod layout;
+mod levels;
 pub(crate) mod log_transfer;
 pub(crate) mod model;
 pub(crate) mod model_head;
@@ -25,6 +27,7 @@ mod unwrap;
 use crate::bake::carried::{carried, halved};
 use crate::bake::kriging::{Site, of_ring, weights};
 use crate::bake::layout::{LEVEL_Z, Layout};
+use crate::bake::levels::levelled;
 use crate::bake::log_transfer::{LogTransfer, delay_trend};
 use crate::bake::model::{Model, Modelled};
 use crate::bake::model_head::model_head;
@@ -83,6 +86,8 @@ pub fn bake_responses(
     if used.is_empty() {
         return Err(BakeError::argument("responses", "at least one to bake from", "none"));
     }
+    let (responses, levelled) = levelled(responses, &all, &used);
+    let responses = &*responses;
     let layout = all.only(&used);
     let measured: Vec<&Response> = used.iter().map(|&i| &responses.responses[i]).collect();
     let grid = grid_for(responses.sample_rate_hz, options)?;
@@ -91,6 +96,8 @@ pub fn bake_responses(
     let gain = unit_gain(&measured);
     let (room, heard) = Room::of(&measured, &grid, options.early_s, options.seed)?;
     let mut notes = layout.notes.clone();
+    notes.extend(levelled);
+    notes.extend_from_slice(&room.notes);
     let logs = heard.iter().zip(&layout.distances);
     let logs = logs.map(|(h, distance)| LogTransfer::of(&h.direct, f64::from(gain), f64::from(*distance))).collect();
     let measurements = Measurements::of(&layout, logs);

@@ -16,5 +16,5 @@ pub use error::BakeError;
 pub use judge::{evaluate, listener, measure, streaming};
 pub use sources::Split;
 pub use sources::capture::{Capture, Clip, Track};
-pub use sources::responses::{HoldOut, LoadOptions, Response, Responses, Side, Walls};
+pub use sources::responses::{HoldOut, Levels, LoadOptions, Response, Responses, Side, Walls};
 pub use sources::{ambisonic, anchors, capture, checkpoint, reconstruction, responses, simulation};

@@ -3,6 +3,7 @@
 mod capture_layouts;
 mod captures;
 mod checkpoint;
+mod conditions;
 mod conventions;
 mod evaluation;
 mod factory_scenes;

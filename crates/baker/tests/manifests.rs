@@ -48,6 +48,16 @@ fn names_become_a_manifest_and_ears_say_the_side() {
 }
 
 #[test]
+fn numbers_of_loudspeakers_are_no_azimuths() {
+    let ring: Vec<(String, f32)> =
+        (1..=16).map(|i| (format!("spk-{i:03}.wav"), 2.0 * (22.5 * i as f32).to_radians().sin())).collect();
+    let folder = folder_of(&ring.iter().map(|(name, side)| (&name[..], *side)).collect::<Vec<_>>());
+    let error = describe(folder.path(), &Describe { distance_m: Some(2.0), ..Describe::default() }).unwrap_err().to_string();
+    assert!(error.contains("are numbers in the names those of loudspeakers") && error.contains("us in 'spk-"), "{error}");
+    assert!(!folder.path().join("responses.json").exists());
+}
+
+#[test]
 fn what_names_do_not_say_is_asked_for() {
     let turns = folder_of(&[("turn_-60.wav", 1.0), ("turn_60.wav", -1.0)]);
     let error = |folder: &tempfile::TempDir| describe(folder.path(), &Describe::default()).unwrap_err().to_string();

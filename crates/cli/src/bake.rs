@@ -1,11 +1,11 @@
 //! `promenade bake`: measured responses become a scene, a scene's anchor cloud a table, and a scene one that holds less.
 
-use crate::args::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, NodesArg, SideArg};
+use crate::args::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, LevelsArg, NodesArg, SideArg};
 use crate::{report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
 use promenade_baker::trade::{Less, Nodes, reduced};
-use promenade_baker::{BakeOptions, HoldOut, Side, bake_responses, read_head};
+use promenade_baker::{BakeOptions, HoldOut, Levels, Side, bake_responses, read_head};
 use promenade_core::{Provenance, Scene};
 
 pub(crate) fn run(source: &BakeSource) -> Result<()> {
@@ -26,6 +26,11 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
     if let Some(title) = &args.title {
         set.title.clone_from(title);
     }
+    set.levels = match args.levels {
+        Some(LevelsArg::Measured) => Some(Levels::Measured),
+        Some(LevelsArg::Even) => Some(Levels::Even),
+        None => set.levels,
+    };
     report::notes(&set.notes);
     let (used, held) = hold_out.split(&set)?;
     let options = BakeOptions {
@@ -121,6 +126,12 @@ fn recipe(args: &BakeResponsesArgs) -> String {
         text += match side {
             SideArg::Left => " --azimuth-positive left",
             SideArg::Right => " --azimuth-positive right",
+        };
+    }
+    if let Some(levels) = args.levels {
+        text += match levels {
+            LevelsArg::Measured => " --levels measured",
+            LevelsArg::Even => " --levels even",
         };
     }
     if let Some(n) = args.set.source {

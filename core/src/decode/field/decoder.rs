@@ -195,7 +195,7 @@ impl Decoder for FieldDecoder {
             hop = end + 1;
         }
         // All hops of the late part have one row of gains.
-        if change.filters.iter().any(|hop| hop >= self.taps) {
+        if change.filters[1].iter().any(|hop| hop >= self.taps) {
             let late = field.shape().taps;
             field.taps(cell, late..late + 1, &mut self.transfer);
         }

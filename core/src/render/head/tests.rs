@@ -243,9 +243,7 @@ fn along(frame: usize, moves: bool) -> f32 {
 
 /// Plays one frame with a transfer function.
 fn play(head: &mut RenderHead, spectrum: &[Complex32], tf: &TransferFunction) -> [Vec<Complex32>; 2] {
-    let change =
-        Change { direct: true, filters: Hops::all(head.filter_hops()), quick: [Hops::all(TAPS), Hops::default()], turn: None };
-    head.update(tf, &change, true);
+    head.update(tf, &Change::whole(head.filter_hops(), TAPS), true);
     let mut ears = [vec![Complex32::default(); GRID.bins()], vec![Complex32::default(); GRID.bins()]];
     let [left, right] = &mut ears;
     head.render(spectrum, 1.0, &Trim::NEUTRAL, None, [left, right]).unwrap();

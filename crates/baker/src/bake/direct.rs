@@ -33,13 +33,13 @@ pub(crate) struct Direct {
 }
 
 impl Direct {
-    /// Cuts the direct sound out of a response. `None` if an ear is silent.
+    /// Cuts the direct sound out of a response that arrives at a sample, where that is known. `None` if an ear is silent.
     ///
     /// The delay of the ear that hears it first is the lag at which it correlates best with the minimum-phase filter of its
     /// magnitude, the interaural one that at which the ears do, both without minimum phase (Kulkarni, Isabelle and Colburn
     /// 1999): what a loudspeaker does to phases is the same at both. What phase is left is kept, so that nothing of the
     /// measurement is lost.
-    pub(crate) fn of(ears: [&[f32]; 2], grid: &StftGrid, analyser: &Analyser) -> Option<Self> {
+    pub(crate) fn of(ears: [&[f32]; 2], arrival: Option<i64>, grid: &StftGrid, analyser: &Analyser) -> Option<Self> {
         let onsets = [onset(ears[0])? as i64, onset(ears[1])? as i64];
         let start = onsets[0].min(onsets[1]) - samples(grid, LEAD_S);
         let guess = Window { start, arrival: (onsets[0] + onsets[1]) / 2 };
@@ -51,7 +51,8 @@ impl Direct {
         } else {
             self::delay_s(right.into_iter(), grid) + 0.5 * delay_s
         };
-        let window = Window { arrival: guess.arrival + (centre_s * grid.sample_rate_hz).round() as i64, ..guess };
+        let arrival = arrival.unwrap_or_else(|| guess.arrival + (centre_s * grid.sample_rate_hz).round() as i64);
+        let window = Window { arrival, ..guess };
         let [left, right] = ears.map(|ear| Ear::of(ear, &window, grid, analyser));
         let excess = [left.excess(0.5 * delay_s, grid), right.excess(-0.5 * delay_s, grid)];
         let rest = ears.map(|ear| {
@@ -164,9 +165,9 @@ mod tests {
                 *x = last;
             }
         }
-        let direct = Direct::of([&far, &near], &grid, &analyser).unwrap();
+        let direct = Direct::of([&far, &near], None, &grid, &analyser).unwrap();
         assert!((direct.delay_s - 10.0 / grid.sample_rate_hz).abs() < 4e-5, "{}", direct.delay_s);
-        let other = Direct::of([&near, &far], &grid, &analyser).unwrap();
+        let other = Direct::of([&near, &far], None, &grid, &analyser).unwrap();
         assert!((other.delay_s + direct.delay_s).abs() < 1e-6 && other.arrival == direct.arrival);
     }
 }

@@ -18,6 +18,8 @@ pub(crate) const LEVEL_Z: f32 = 0.035;
 const ALMOST_UP: f32 = 0.9999;
 /// Angles closer than this are one, radians.
 const SAME_ANGLE: f32 = 1e-3;
+/// Elevations above and below a ring, radians: a model head alone says what lies there.
+const MODELLED_STEP: f32 = 22.5 * std::f32::consts::PI / 180.0;
 /// Measured azimuths and elevations that are nodes, at most; where there are more, nodes are evenly spaced.
 const MOST_AZIMUTHS: usize = 144;
 const MOST_ELEVATIONS: usize = 48;
@@ -107,7 +109,6 @@ impl Layout {
     /// they are dense, over all directions. Where several places were measured, directions are those of a head alone, and need
     /// no more than [`PLACES_STEP`].
     pub(crate) fn nodes(&self) -> FieldGrid {
-        let pi = std::f32::consts::PI;
         let (level, places) = (self.is_level(), self.has_places());
         let finest = if places { PLACES_STEP } else { FINEST_STEP };
         // Twice as dense along a ring: levels of neighbours are blended by their logarithms from node to node.
@@ -124,7 +125,7 @@ impl Layout {
             thinned(&mut elevations, 0.9 * spacing);
         }
         let first = self.sites.first().map_or(Vec3::ZERO, |s| s.position);
-        let elevation = if level { Axis::uniform(-pi / 2.0, pi / 2.0, 3) } else { elevation_axis(elevations, spacing) };
+        let elevation = if level { elevation_axis(vec![0.0], MODELLED_STEP) } else { elevation_axis(elevations, spacing) };
         FieldGrid {
             position: first.to_array().map(Axis::single),
             facing: Facing::Emitter { position: self.emitter, elevation, azimuth: azimuth_axis(azimuths, spacing) },

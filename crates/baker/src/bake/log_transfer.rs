@@ -141,7 +141,7 @@ mod tests {
         let heard = |zeros: [f32; 3]| {
             let mut ear = vec![0.0; 400];
             ear[100..103].copy_from_slice(&zeros);
-            LogTransfer::of(&Direct::of([&ear, &ear], &grid, &analyser).unwrap(), 1.0, 1.0)
+            LogTransfer::of(&Direct::of([&ear, &ear], None, &grid, &analyser).unwrap(), 1.0, 1.0)
         };
         let model = || Modelled { logs: [vec![0.0; grid.bins()], vec![0.0; grid.bins()]], delay_s: 0.0 };
         let measured = [heard(inside), heard(outside)];

@@ -1,5 +1,6 @@
 //! What a measured room does after the direct sound: band energies hop by hop, reverberation time, coherence.
 
+use crate::bake::arrivals;
 use crate::bake::direct::Direct;
 use crate::bake::late_unit::Late;
 use crate::error::BakeError;
@@ -133,6 +134,8 @@ pub(crate) struct Room {
     pub(crate) low_hops: usize,
     /// Energy density per hop and band that the late part has at each ear at unit gain.
     pub(crate) late_unit: [HopEnergies; 2],
+    /// What was corrected, in words.
+    pub(crate) notes: Vec<String>,
 }
 
 /// Hops that responses reach into; the direct sound's and one after it at least.
@@ -160,7 +163,17 @@ impl Room {
         let silent = |r: &Response| BakeError::unmeasurable(format!("response '{}'", r.name), "an ear is silent");
         let mut directs = Vec::new();
         for r in measured {
-            directs.push(Direct::of([&r.left, &r.right], grid, &analyser).ok_or_else(|| silent(r))?);
+            directs.push(Direct::of([&r.left, &r.right], None, grid, &analyser).ok_or_else(|| silent(r))?);
+        }
+        let mut notes = Vec::new();
+        for (i, arrival) in arrivals::wrong(measured, &directs, grid.sample_rate_hz) {
+            let r = measured[i];
+            let off_ms = 1e3 * (directs[i].arrival - arrival) as f64 / grid.sample_rate_hz;
+            notes.push(format!(
+                "the arrival of response '{}' was found {off_ms:.2} ms off: it is where all others have theirs",
+                r.name
+            ));
+            directs[i] = Direct::of([&r.left, &r.right], Some(arrival), grid, &analyser).ok_or_else(|| silent(r))?;
         }
         let hops = hops(measured, grid);
         let energies: Vec<[HopEnergies; 2]> =
@@ -200,7 +213,7 @@ impl Room {
         let low_hops = low_hops.clamp(taps + 1, (taps + 1).max((LONGEST_LOW_S / grid.hop_s()) as usize));
         let tail = TailModel { seed, t60_s: t60, coherence };
         let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
-        let mut room = Self { bands, tail, shape, top_hz, low_hops, late_unit: Default::default() };
+        let mut room = Self { bands, tail, shape, top_hz, low_hops, late_unit: Default::default(), notes };
         let late = Late { grid, bands: &room.bands, tail: &room.tail, shape, top_hz };
         room.late_unit = late.unit(hops)?;
         let late = energies.iter().map(|e| late_gains(e, &above_noise, &room, grid));

@@ -26,6 +26,7 @@ use crate::sources::Split;
 use crate::sources::file::ending;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
+use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -62,6 +63,16 @@ impl Response {
     }
 }
 
+/// How loud the responses of a set are beside each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Levels {
+    /// As they were measured.
+    Measured,
+    /// Each was normalised by itself; a gain for each brings the late levels of a place back to one.
+    Even,
+}
+
 /// Responses of one room at one sample rate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Responses {
@@ -81,6 +92,8 @@ pub struct Responses {
     pub splits: BTreeMap<String, Split>,
     /// The room that they were measured in, where it is a box whose lengths are known.
     pub room: Option<Walls>,
+    /// How loud they are beside each other; where nothing is known, a bake finds out.
+    pub levels: Option<Levels>,
 }
 
 /// What a folder of WAV files must have beside them.

@@ -110,6 +110,10 @@ pub(crate) struct BakeResponsesArgs {
     /// Side to which azimuths grow, where the data say it wrongly
     #[arg(long, value_name = "SIDE")]
     pub(crate) azimuth_positive: Option<SideArg>,
+    /// Levels of responses beside each other: as they were measured, or one gain each from the late sound, as where each was
+    /// normalised by itself [default: what the manifest says, else what late levels say]
+    #[arg(long, value_name = "LEVELS")]
+    pub(crate) levels: Option<LevelsArg>,
     /// Frame of the short-time transform, milliseconds; 13/16 of it are the scene's latency
     #[arg(long, value_name = "MS", default_value_t = 20.0)]
     pub(crate) window_ms: f64,
@@ -123,6 +127,12 @@ pub(crate) struct BakeResponsesArgs {
     /// SOFA file of the head that the responses were measured with: another one takes its place more truly later
     #[arg(long, value_name = "FILE")]
     pub(crate) head: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum LevelsArg {
+    Measured,
+    Even,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -49,7 +49,7 @@ fn direct_field(hrtf: &Hrtf, grid: &StftGrid, shape: TransferShape) -> Option<Fi
     let silent = vec![0.0; shape.tap_len()];
     let row = |index: usize| -> Option<Vec<f32>> {
         let [left, right] = head_responses(hrtf, nodes.node(index).1);
-        let mut direct = Direct::of([&left, &right], grid, &analyser)?;
+        let mut direct = Direct::of([&left, &right], None, grid, &analyser)?;
         // The bass of a head's response rings longer than a direct sound is cut out, but its level is plain.
         for (gain, ear) in direct.gain.iter_mut().zip([&left, &right]) {
             let whole: Vec<f64> = ear.iter().map(|v| f64::from(*v)).collect();

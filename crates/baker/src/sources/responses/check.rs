@@ -52,6 +52,11 @@ pub(super) fn finish(path: &Path, set: &mut Responses, azimuths_are_certain: boo
         }
     });
     set.notes.append(&mut repeated);
+    if let Some((name, itd_s)) = beyond_any_head(set) {
+        let expected = "directions that delays between the ears fit (are numbers in the names those of loudspeakers?)";
+        let found = format!("{:.0} us in '{name}' and as far off in others", 1e6 * itd_s);
+        return Err(BakeError::content(path, expected, found));
+    }
     if ears_contradict(set) {
         let found = "sources on one side that are earlier and louder at the ear of the other";
         if !azimuths_are_certain {
@@ -63,18 +68,40 @@ pub(super) fn finish(path: &Path, set: &mut Responses, azimuths_are_certain: boo
     Ok(())
 }
 
+/// A response with its interaural delay, seconds, where a quarter of all, and at least three, have longer ones than any head has
+/// in their directions: then these are not directions.
+fn beyond_any_head(set: &Responses) -> Option<(&str, f64)> {
+    /// The delays of a rigid sphere (Woodworth 1938) as wide as a head, and this much more, seconds: echoes move delays too.
+    const HEAD_S: f64 = 0.0875 / 343.0;
+    const MORE_S: f64 = 250e-6;
+    let asked: Vec<_> = jury(set, |_| true).collect();
+    let far_off = asked.iter().filter(|(_, lateral, itd_s)| {
+        let lateral = f64::from(*lateral).abs().min(1.0);
+        itd_s.abs() > HEAD_S * (lateral.asin() + lateral) + MORE_S
+    });
+    let far_off: Vec<_> = far_off.collect();
+    (far_off.len() >= 3 && 4 * far_off.len() > asked.len()).then(|| (&far_off[0].0.name[..], far_off[0].2))
+}
+
+/// Some of the responses whose source's lateral part, -1 to 1 to the left, is chosen, with it and the delay between their ears.
+fn jury(set: &Responses, chosen: impl Fn(f32) -> bool) -> impl Iterator<Item = (&Response, f32, f64)> {
+    /// Responses that are asked.
+    const JURY: usize = 24;
+    let lateral = |r: &Response| r.listener.to_head(r.source).try_normalize().map_or(0.0, |v| v.y);
+    let jury: Vec<(&Response, f32)> =
+        set.responses.iter().map(|r| (r, lateral(r))).filter(|(_, lateral)| chosen(*lateral)).collect();
+    let step = jury.len().div_ceil(JURY).max(1);
+    let asked = jury.into_iter().step_by(step);
+    asked.filter_map(|(r, lateral)| Some((r, lateral, itd_s(&r.left, &r.right, set.sample_rate_hz).ok()?)))
+}
+
 /// Whether most sources well to one side are both earlier and louder at the other side's ear: mirrored azimuths or swapped
 /// ears, which real files have. Small differences are no evidence.
 pub(super) fn ears_contradict(set: &Responses) -> bool {
-    /// Responses that are asked, and the sine of the lateral angle from which on a source is to one side.
-    const JURY: usize = 24;
+    /// The sine of the lateral angle from which on a source is to one side.
     const LATERAL: f32 = 0.5;
-    let lateral = |r: &Response| r.listener.to_head(r.source).try_normalize().map_or(0.0, |v| v.y);
-    let jury: Vec<&Response> = set.responses.iter().filter(|r| lateral(r).abs() > LATERAL).collect();
-    let sided = jury.iter().step_by(jury.len().div_ceil(JURY).max(1)).filter_map(|r| {
-        let itd_s = itd_s(&r.left, &r.right, set.sample_rate_hz).ok()?;
-        Some(Sided { lateral: lateral(r), itd_s, ild_db: ild_db(&r.left, &r.right).ok()? })
-    });
+    let sided = jury(set, |lateral| lateral.abs() > LATERAL);
+    let sided = sided.filter_map(|(r, lateral, itd_s)| Some(Sided { lateral, itd_s, ild_db: ild_db(&r.left, &r.right).ok()? }));
     promenade_sofa::ears_contradict(sided)
 }
 

@@ -101,7 +101,7 @@ pub fn load_folder(folder: &Path, options: &FolderOptions) -> Result<Responses, 
         responses,
         notes,
         splits,
-        room: None,
+        ..Responses::default()
     };
     check::finish(folder, &mut set, true)?;
     Ok(set)

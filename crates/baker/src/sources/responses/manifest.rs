@@ -2,7 +2,7 @@
 
 use super::check;
 use super::pattern::{Field, Pattern};
-use super::{LoadOptions, Response, Responses, Side, Walls};
+use super::{Levels, LoadOptions, Response, Responses, Side, Walls};
 use crate::sources::Split;
 use crate::sources::file;
 use crate::{BakeError, wav};
@@ -46,6 +46,7 @@ struct Manifest {
     length_unit_m: Option<f32>,
     /// The room, where it is a box.
     room: Option<BoxRoom>,
+    levels: Option<Levels>,
 }
 
 /// A box along the axes of the world.
@@ -111,9 +112,9 @@ struct Entry {
 /// Responses of two ears.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, BakeError> {
     let mut splits = BTreeMap::new();
-    let (mut responses, mut room) = (Vec::new(), None);
+    let (mut responses, mut room, mut levels) = (Vec::new(), None, None);
     let about = each(path, options, |manifest, file, recorded, split| {
-        room = manifest.room.map(BoxRoom::walls);
+        (room, levels) = (manifest.room.map(BoxRoom::walls), manifest.levels);
         if let Some(split) = split
             && splits.insert(recorded.name.clone(), split).is_some_and(|other| other != split)
         {
@@ -122,7 +123,7 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Responses, Bake
         responses.push(binaural(path, file, manifest.channels, recorded)?);
         Ok(())
     })?;
-    Ok(Responses { splits, room, ..Responses::of(about, responses) })
+    Ok(Responses { splits, room, levels, ..Responses::of(about, responses) })
 }
 
 /// Responses whose channels are those of an Ambisonic microphone.

@@ -117,7 +117,7 @@ mod tests {
             responses: (0..4).map(response).collect(),
             notes: vec!["simulated".to_owned()],
             splits: [("pose 1".to_owned(), Split::Test)].into(),
-            room: None,
+            ..Responses::default()
         }
     }
 
