@@ -105,8 +105,9 @@ pub(super) unsafe fn make<const FURTHER: usize>(kind: usize, iid: *const TUID, o
     // SAFETY: the plugin is alive; the host hands over an interface's number and room for the plugin, which has a reference
     // more then. The one of this function goes after that.
     unsafe {
-        let made = query_interface::<FUnknownVtbl>(unknown, iid, obj);
-        release::<FUnknownVtbl>(unknown);
+        let table = (*unknown).vtbl;
+        let made = ((*table).queryInterface)(unknown, iid, obj);
+        ((*table).release)(unknown);
         Some(made)
     }
 }
