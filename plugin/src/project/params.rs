@@ -18,6 +18,7 @@ use crate::project::settings::EditorSettings;
 use crate::project::source_walks::SavedSourceWalks;
 use crate::project::state::StateVersion;
 use crate::project::walk::SavedWalk;
+use nice_plug::plugin::ParamValue;
 use nice_plug::prelude::*;
 use promenade_core::LiveParams;
 
@@ -369,11 +370,18 @@ pub(crate) trait PlainValue: Param {
     fn plain_at(&self, share: f32) -> f32 {
         self.to_plain(self.preview_plain(share))
     }
+
+    /// How the framework saves it in a state when it is set to a share of the range.
+    fn saved_at(&self, share: f32) -> ParamValue;
 }
 
 impl PlainValue for FloatParam {
     fn to_plain(&self, value: f32) -> f32 {
         within(value, self.range())
+    }
+
+    fn saved_at(&self, share: f32) -> ParamValue {
+        ParamValue::F32(self.preview_plain(share))
     }
 }
 
@@ -381,17 +389,31 @@ impl PlainValue for IntParam {
     fn to_plain(&self, value: i32) -> f32 {
         value as f32
     }
+
+    fn saved_at(&self, share: f32) -> ParamValue {
+        ParamValue::I32(self.preview_plain(share))
+    }
 }
 
 impl PlainValue for BoolParam {
     fn to_plain(&self, value: bool) -> f32 {
         f32::from(u8::from(value))
     }
+
+    fn saved_at(&self, share: f32) -> ParamValue {
+        ParamValue::Bool(self.preview_plain(share))
+    }
 }
 
 impl<T: Enum + PartialEq + 'static> PlainValue for EnumParam<T> {
     fn to_plain(&self, value: T) -> f32 {
         value.to_index() as f32
+    }
+
+    fn saved_at(&self, share: f32) -> ParamValue {
+        let index = self.preview_plain(share).to_index();
+        let id = T::ids().and_then(|ids| ids.get(index));
+        id.map_or(ParamValue::I32(i32::try_from(index).unwrap_or(0)), |id| ParamValue::String((*id).to_owned()))
     }
 }
 

@@ -4,6 +4,7 @@
 //! is.
 
 use super::{host_extension, state};
+use crate::export::guard::guard;
 use crate::history::presets::{self, PresetError};
 use crate::history::user_state::UserState;
 use crate::library::error_chain::with_causes;
@@ -60,7 +61,7 @@ unsafe extern "C" fn from_location(
         CLAP_PRESET_DISCOVERY_LOCATION_FILE => text(location).map(|path| Place::File(path.into())),
         _ => None,
     };
-    let loaded = place.ok_or(LoadError::Place).and_then(|place| load(plugin, &place));
+    let loaded = guard(Err(LoadError::State), || load(plugin, &place.ok_or(LoadError::Place)?));
     let (host, theirs) = host_extension::<clap_host_preset_load>(plugin, &IDS).unzip();
     match loaded {
         Ok(()) => {
