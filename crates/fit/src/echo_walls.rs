@@ -7,6 +7,7 @@
 use crate::error::FitError;
 use crate::measurements::{Echoes, distance};
 use crate::walls::{WALLS, Walls};
+use promenade_metrics::statistics::median_high;
 
 /// Walls are searched this far beyond the outermost place, metres, in steps.
 const BEYOND_M: (f64, f64) = (0.05, 8.0);
@@ -62,7 +63,7 @@ pub fn echo_box(all: &[Echoes]) -> Result<EchoBox, FitError> {
     if let Some(odd) = all.iter().find(|e| e.echoes_s.len() != WALLS.len()) {
         return Err(FitError::argument("echoes", "six of each pair", odd.echoes_s.len()));
     }
-    let speed_m_s = median(all.iter().map(|e| distance(e.source_m, e.microphone_m) / e.direct_s).collect());
+    let speed_m_s = median(all.iter().map(|e| distance(e.source_m, e.microphone_m) / e.direct_s));
     let scans: Vec<Vec<(f64, f64)>> =
         (0..6).map(|wall| (0..6).map(|column| scan(all, wall, column, speed_m_s)).collect()).collect();
     let mut best = (f64::INFINITY, [0; 6]);
@@ -93,7 +94,7 @@ fn scan(all: &[Echoes], wall: usize, column: usize, speed_m_s: f64) -> (f64, f64
     (0..steps)
         .map(|i| {
             let at = outwards * (outermost + BEYOND_M.0 + STEP_M * i as f64);
-            (at, median(all.iter().map(|e| off(e, wall, at, column, speed_m_s).abs()).collect()))
+            (at, median(all.iter().map(|e| off(e, wall, at, column, speed_m_s).abs())))
         })
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((0.0, f64::INFINITY))
@@ -111,7 +112,7 @@ fn refined(all: &[Echoes], wall: usize, column: usize, speed_m_s: f64, start_m: 
                 (at(found.at_m), (at(found.at_m + STEP) - at(found.at_m - STEP)) / (2.0 * STEP))
             })
             .collect();
-        found.median_m = median(rows.iter().map(|r| r.0.abs()).collect());
+        found.median_m = median(rows.iter().map(|r| r.0.abs()));
         let near: Vec<&(f64, f64)> = rows.iter().filter(|r| r.0.abs() < (FAR * found.median_m).max(FAR_M)).collect();
         let power: f64 = near.iter().map(|r| r.1 * r.1).sum();
         if power <= 0.0 {
@@ -125,9 +126,8 @@ fn refined(all: &[Echoes], wall: usize, column: usize, speed_m_s: f64, start_m: 
     found
 }
 
-fn median(mut all: Vec<f64>) -> f64 {
-    all.sort_by(f64::total_cmp);
-    all[all.len() / 2]
+fn median(all: impl Iterator<Item = f64>) -> f64 {
+    median_high(all).unwrap_or(f64::INFINITY)
 }
 
 /// Calls for every order of six numbers.

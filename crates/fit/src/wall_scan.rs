@@ -10,6 +10,7 @@ use crate::flat_room::{FlatRoom, FlatWall, Form};
 use crate::measurements::{Measurement, distance};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{signal, spectrum};
+use promenade_metrics::statistics::median_high;
 use rayon::prelude::*;
 
 /// Frequencies that are listened to: rising and falling between each two, hertz.
@@ -203,9 +204,8 @@ pub(crate) fn echoes(model: &EarlyModel<'_>, chain: &Chain, number: usize) -> Ve
     let half = (MEDIAN_S * rate) as usize;
     (0..count)
         .map(|i| {
-            let mut near: Vec<f64> = envelope[i.saturating_sub(half)..(i + half).min(count)].to_vec();
-            near.sort_by(f64::total_cmp);
-            (envelope[i].max(1e-30) / near[near.len() / 2].max(1e-30)).ln().clamp(HELD.0, HELD.1)
+            let near = median_high(envelope[i.saturating_sub(half)..(i + half).min(count)].iter().copied());
+            (envelope[i].max(1e-30) / near.unwrap_or(0.0).max(1e-30)).ln().clamp(HELD.0, HELD.1)
         })
         .collect()
 }

@@ -26,6 +26,7 @@ pub mod rwavs;
 mod saliency;
 mod similarity;
 mod spectrogram;
+pub mod statistics;
 mod tail;
 #[cfg(test)]
 mod test_signals;

@@ -11,6 +11,7 @@ use crate::energy_model::BIN_S;
 use crate::measurements::{Measurement, Measurements};
 use crate::octaves::{FITTED_HZ, LEAD_S, binned, cleared, split};
 use crate::residual::Residual;
+use promenade_metrics::statistics::median;
 use rayon::prelude::*;
 
 /// Draws of images that are not in step.
@@ -110,11 +111,12 @@ fn octave(places: &[&Energies], direct_known: bool) -> ([f64; 2], Vec<f64>) {
         [direct, images, _] = shares(&matrix, &right, direct_known.then_some(direct));
         curve = (0..bins)
             .map(|t| {
-                median(places.iter().map(|p| {
+                let over_rays = |p: &&Energies| {
                     let measured = at(&p.measured, t);
                     let left = measured - direct * at(&p.direct, t) - images * at(&p.images, t);
                     left.max(LEAST_DIFFUSE * measured) / at(&p.rays, t).max(1e-30)
-                }))
+                };
+                median(places.iter().map(over_rays)).unwrap_or(1.0)
             })
             .collect();
         // The direct sound's own bin says little of what is diffuse.
@@ -127,7 +129,7 @@ fn octave(places: &[&Energies], direct_known: bool) -> ([f64; 2], Vec<f64>) {
                 let others = images * at(&p.images, 0) + at(&curve, 0) * at(&p.rays, 0);
                 (at(&p.measured, 0) - others) / at(&p.direct, 0).max(1e-30)
             };
-            direct = median(places.iter().map(own)).clamp(1.0 / MOST_DIRECT, MOST_DIRECT);
+            direct = median(places.iter().map(own)).unwrap_or(1.0).clamp(1.0 / MOST_DIRECT, MOST_DIRECT);
         }
     }
     let measured: Vec<f64> = (0..bins).map(|t| mean(&|p| at(&p.measured, t))).collect();
@@ -151,15 +153,6 @@ fn octave(places: &[&Energies], direct_known: bool) -> ([f64; 2], Vec<f64>) {
         curve[range].iter_mut().for_each(|c| *c *= k);
     }
     ([direct, images], curve)
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut all: Vec<f64> = values.collect();
-    all.sort_by(f64::total_cmp);
-    match all.len() {
-        0 => 1.0,
-        n => 0.5 * (all[(n - 1) / 2] + all[n / 2]),
-    }
 }
 
 /// Least squares with no share below 0 and none beyond what is held possible, one share after the other; the first may be

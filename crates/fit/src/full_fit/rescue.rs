@@ -9,6 +9,7 @@ use crate::early_model::{Around, Diffuse, Stage};
 use crate::loss::Compared;
 use crate::random::Random;
 use crate::unknowns::Unknowns;
+use promenade_metrics::statistics::median_high;
 use rayon::prelude::*;
 
 /// A response that is left this much farther off than the median is tried.
@@ -31,9 +32,7 @@ impl Full<'_> {
         let Some(finest) = stages.last() else { return 0 };
         let left: Vec<f64> =
             (0..model.u.places).into_par_iter().map(|i| model.response(x, around, finest, diffuse, i).0).collect();
-        let mut sorted = left.clone();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted[sorted.len() / 2];
+        let Some(median) = median_high(left.iter().copied()) else { return 0 };
         let off: Vec<usize> = (0..left.len()).filter(|i| left[*i] > FARTHER * median).collect();
         let tried: Vec<(usize, f64, [f64; Unknowns::PLACE])> = off
             .par_iter()

@@ -3,6 +3,7 @@
 use super::{Clock, Measurements};
 use crate::error::FitError;
 use promenade_metrics::onset;
+use promenade_metrics::statistics::median;
 
 /// Farther than this from the origin, nobody measured a room, metres: places may be in millimetres.
 const FARTHEST_M: f64 = 500.0;
@@ -68,9 +69,7 @@ impl Measurements {
                 one.samples[start..].chunks(piece).map(|c| c.iter().map(|v| f64::from(*v).powi(2)).sum()).collect();
             let about = |i: usize| {
                 let near = i.saturating_sub(5)..(i + 6).min(energies.len());
-                let mut others: Vec<f64> = near.filter(|j| j.abs_diff(i) > 1).map(|j| energies[j]).collect();
-                others.sort_by(f64::total_cmp);
-                others.get(others.len() / 2).copied().unwrap_or(0.0)
+                median(near.filter(|j| j.abs_diff(i) > 1).map(|j| energies[j])).unwrap_or(0.0)
             };
             let from = (SECOND_S / PIECE_S) as usize;
             let loud = |i: &usize| energies[*i] > SECOND.0 * energies[0] && energies[*i] > SECOND.1 * about(*i);
@@ -125,13 +124,8 @@ impl Measurements {
             .filter(|one| one.clock == Clock::Known)
             .filter_map(|one| Some((late(one)?, one.name.as_str())))
             .collect();
-        if known.is_empty() {
-            return;
-        }
+        let Some(median) = median(known.iter().map(|(t, _)| *t)) else { return };
         let early: Vec<&(f64, &str)> = known.iter().filter(|(t, _)| *t < -EARLY_S).collect();
-        let mut times: Vec<f64> = known.iter().map(|(t, _)| *t).collect();
-        times.sort_by(f64::total_cmp);
-        let median = times[times.len() / 2];
         let odd: Vec<&(f64, &str)> = known.iter().filter(|(t, _)| (t - median).abs() > SPREAD_S).collect();
         let mut notes = Vec::new();
         if let Some((t, name)) = early.first() {
