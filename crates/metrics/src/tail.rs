@@ -1,5 +1,6 @@
 //! Buzz of a tail at the hop rate.
 
+use crate::statistics::median;
 use crate::{MetricError, check_finite, check_rate, envelope, samples_in};
 use promenade_fourier::spectrum;
 use std::f64::consts::PI;

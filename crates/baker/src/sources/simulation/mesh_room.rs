@@ -19,7 +19,7 @@ use promenade_acoustics::{
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
-use promenade_room::{EnergyVector, heard};
+use promenade_room::{EnergyVector, ear_energy};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -137,17 +137,17 @@ pub(super) fn simulate(
     let begun = if bass.is_some() { 0.7 } else { 0.5 };
     let voice = Voice::new(mesh, room, hrtf, options.air);
     let edges = Edges::of(mesh);
-    let lit = edges.lit(room, images, Reflected::Specular)?;
+    let lit = edges.diffracted_images(room, images, Reflected::Specular)?;
     let early = Early::new(hrtf, speed_m_s(options.air) as f32);
     let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
     let of_place = |(at, (place, echogram)): (usize, (&Vec3, &Echogram))| -> Result<Vec<(usize, Response)>, BakeError> {
         let seen = images.seen_from(room, place.as_dvec3().to_array(), Reflected::Specular)?;
         let mut reflected: Vec<(Vec3, Vec<Complex32>)> = seen.iter().map(|image| voice.of(image, *place)).collect();
         if !seen.iter().any(|image| image.order == 0) {
-            let around = edges.around_any(room, source, place.as_dvec3().to_array())?;
+            let around = edges.paths_round_one_or_two(room, source, place.as_dvec3().to_array())?;
             reflected.extend(around.iter().map(|way| voice.around(way)));
         }
-        let around = lit.around(place.as_dvec3().to_array())?;
+        let around = lit.paths(place.as_dvec3().to_array())?;
         reflected.extend(around.iter().map(|way| voice.around(way)));
         let direct = place.distance(emitter) / speed_m_s(options.air) as f32 * rate as f32;
         let hops = Hops::new(echogram, &tail, f64::from(direct));
@@ -255,8 +255,8 @@ impl<'a> Voice<'a> {
             *air = position.distance(listener);
         }
         let mut left = left(&self.filters, &times);
-        if image.sent != [1.0; BANDS] {
-            let sent = self.bins.minimum_phase(|hz| octave_energy(&image.sent.map(f64::from), hz).ln());
+        if image.directivity != [1.0; BANDS] {
+            let sent = self.bins.minimum_phase(|hz| octave_energy(&image.directivity.map(f64::from), hz).ln());
             left.iter_mut().zip(sent).for_each(|(left, sent)| *left *= sent.exp());
         }
         (position, left)
@@ -310,7 +310,7 @@ impl Hops {
             std::array::from_fn(|ear| {
                 near.spectrum(ear, &mut spectrum);
                 let level = |k: usize| f64::from(spectrum[k * step].norm_sqr());
-                gains.iter().enumerate().map(|(k, g)| g * heard(share, level(k)).sqrt() as f32).collect()
+                gains.iter().enumerate().map(|(k, g)| g * ear_energy(share, level(k)).sqrt() as f32).collect()
             })
         };
         self.gains.iter().zip(&self.vectors).map(ears).collect()
