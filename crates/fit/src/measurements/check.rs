@@ -1,6 +1,6 @@
 //! What every set of measurements must fulfil, and what is odd about it.
 
-use super::{Clock, Measurements};
+use super::set::{Clock, Measurement, Measurements};
 use crate::error::FitError;
 use promenade_metrics::onset;
 use promenade_metrics::statistics::median;
@@ -59,11 +59,24 @@ impl Measurements {
         Ok(())
     }
 
+    /// Refuses a source or a microphone outside of a box along the axes, given by its least and greatest coordinates, metres.
+    pub(crate) fn check_within(&self, [low, high]: [[f64; 3]; 2]) -> Result<(), FitError> {
+        for one in &self.all {
+            for (what, at) in [("source", one.source.at_m), ("microphone", one.microphone.at_m)] {
+                if (0..3).any(|a| at[a] < low[a] || at[a] > high[a]) {
+                    let expected = format!("its {what} in the room from {low:?} to {high:?} m");
+                    return Err(FitError::measurement(&one.name, expected, format!("{at:?}")));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Responses in which something as loud as the direct sound comes later than a room's echo can.
     fn note_second_sounds(&mut self) {
         let rate = f64::from(self.sample_rate_hz);
         let piece = (PIECE_S * rate) as usize;
-        let second = |one: &super::Measurement| -> Option<f64> {
+        let second = |one: &Measurement| -> Option<f64> {
             let start = onset(&one.samples)?.saturating_sub(piece / 5);
             let energies: Vec<f64> =
                 one.samples[start..].chunks(piece).map(|c| c.iter().map(|v| f64::from(*v).powi(2)).sum()).collect();
@@ -117,7 +130,7 @@ impl Measurements {
     fn note_times(&mut self) {
         let rate = f64::from(self.sample_rate_hz);
         let speed = self.air.speed_m_s();
-        let late = |one: &super::Measurement| onset(&one.samples).map(|at| at as f64 / rate - one.distance_m() / speed);
+        let late = |one: &Measurement| onset(&one.samples).map(|at| at as f64 / rate - one.distance_m() / speed);
         let known: Vec<(f64, &str)> = self
             .all
             .iter()
