@@ -49,11 +49,6 @@ impl AcousticsError {
     }
 
     #[cfg(feature = "meshes")]
-    pub(crate) fn ply(path: &Path) -> impl FnOnce(crate::ply::PlyError) -> Self {
-        move |e| Self::Content { path: path.to_path_buf(), expected: format!("{}{}", e.place, e.expected), found: e.found }
-    }
-
-    #[cfg(feature = "meshes")]
     pub(crate) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         move |source| Self::Read { path: path.to_path_buf(), source }
     }
