@@ -76,7 +76,7 @@ mod tests {
         let marks = Arc::new(Marks::default());
         let (sender, receiver) = sync_channel::<Option<u64>>(places);
         let (theirs, posts) = (Arc::clone(&marks), sender.clone());
-        marks.post_by(move |mark| drop(posts.try_send(Some(mark))));
+        marks.post_by(move |mark| _ = posts.try_send(Some(mark)));
         thread::spawn(move || {
             while let Ok(task) = receiver.recv() {
                 match task {

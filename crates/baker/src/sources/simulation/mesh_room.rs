@@ -13,8 +13,8 @@ use super::walls::{filters, left};
 use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ};
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{
-    Air, BANDS, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Lit, Mesh, RayOptions, Reflected,
-    Room, Source, late_field, octave_energy, speed_m_s,
+    Air, BANDS, DiffractedImages, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, RayOptions,
+    Reflected, Room, Source, late_field, octave_energy, speed_m_s,
 };
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -128,8 +128,13 @@ pub(super) fn simulate(
     let begun = if bass.is_some() { 0.7 } else { 0.5 };
     let voice = Voice::new(mesh, room, hrtf, options.air);
     let edges = Edges::of(mesh);
-    let hearing =
-        Hearing { surfaces, source, lit: edges.diffracted_images(room, images, Reflected::Specular)?, edges: &edges, voice };
+    let hearing = Hearing {
+        surfaces,
+        source,
+        diffracted: edges.diffracted_images(room, images, Reflected::Specular)?,
+        edges: &edges,
+        voice,
+    };
     let early = Early::new(hrtf, speed_m_s(options.air) as f32);
     let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
     let of_place = |(at, (place, echogram)): (usize, (&Vec3, &Echogram))| -> Result<Vec<(usize, Response)>, BakeError> {
@@ -193,7 +198,7 @@ struct Hearing<'a> {
     surfaces: &'a Surfaces<'a>,
     source: &'a Source,
     edges: &'a Edges,
-    lit: Lit<'a>,
+    diffracted: DiffractedImages<'a>,
     voice: Voice<'a>,
 }
 
@@ -208,7 +213,7 @@ impl Hearing<'_> {
             reflected
                 .extend(self.edges.paths_round_one_or_two(room, self.source, at)?.iter().map(|way| self.voice.around(way)));
         }
-        reflected.extend(self.lit.paths(at)?.iter().map(|way| self.voice.around(way)));
+        reflected.extend(self.diffracted.paths(at)?.iter().map(|way| self.voice.around(way)));
         Ok(reflected)
     }
 }
