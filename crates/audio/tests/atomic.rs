@@ -42,7 +42,8 @@ fn leftovers_of_ended_processes_are_removed_and_others_stay() {
     fs::write(path("out.wav.4000000-0.promenade-partial"), b"half").unwrap();
     fs::write(path("download.partial"), b"somebody else's").unwrap();
     let (draft, _) = Draft::create(&path("out.wav")).unwrap();
-    let [download, alive] = &names()[..] else { panic!("{:?}", names()) };
+    let found = names();
+    let [download, alive] = &found[..] else { panic!("{found:?}") };
     assert!(download == "download.partial" && !alive.contains("4000000"), "{alive}");
     // The folder by another name is looked through again; the draft's process lives.
     std::os::unix::fs::symlink(path(""), top.path().join("again")).unwrap();
