@@ -255,7 +255,7 @@ impl FlatRoom {
             for (what, at) in [("source", one.source.at_m), ("microphone", one.microphone.at_m)] {
                 if (0..3).any(|a| at[a] < low[a] || at[a] > high[a]) {
                     let expected = format!("its {what} in the room from {low:?} to {high:?} m");
-                    return Err(FitError::measurement(&one.name, expected, format!("{at:?}")));
+                    return Err(crate::error::measurement(&one.name, expected, format!("{at:?}")));
                 }
             }
         }

@@ -251,7 +251,7 @@ impl FullFit {
                 (towards, std::array::from_fn(|o| octaves[o + 1].exp() as f32))
             })
             .collect();
-        Ok(Directivity::measured(&directions)?)
+        Directivity::measured(&directions)
     }
 
     /// Absorption by surface and band.

@@ -149,7 +149,7 @@ fn of_surfaces(walls: &Walls, set: &Measurements, seed: u64) -> Result<QuickFit,
             if !walls.holds(at, 0.0) {
                 let [low, high] = [walls.low_m, walls.high_m];
                 let expected = format!("its {what} in the room from {low:?} to {high:?} m");
-                return Err(FitError::measurement(&one.name, expected, format!("{at:?}")));
+                return Err(crate::error::measurement(&one.name, expected, format!("{at:?}")));
             }
         }
     }

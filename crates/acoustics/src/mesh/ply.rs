@@ -2,7 +2,7 @@
 
 use super::{MAX_TRIANGLES, MAX_VERTICES, Mesh, Triangle};
 use crate::error::AcousticsError;
-use crate::ply::{Ply, PlyLimits};
+use crate::ply::{Ply, PlyError, PlyLimits};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
@@ -25,9 +25,10 @@ impl PropertyAccess for Vertex {
 }
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
+    let wrong = |e: PlyError| AcousticsError::content(path, format!("{}{}", e.place, e.expected), e.found);
     let limits = PlyLimits { vertices: MAX_VERTICES, faces: MAX_TRIANGLES };
-    let ply = Ply::<Vertex>::read(bytes, limits).map_err(AcousticsError::ply(path))?;
-    let triangles = ply.triangles(|v| v.0).map_err(AcousticsError::ply(path))?;
+    let ply = Ply::<Vertex>::read(bytes, limits).map_err(wrong)?;
+    let triangles = ply.triangles(|v| v.0).map_err(wrong)?;
     let mut mesh = Mesh { vertices: ply.vertices.into_iter().map(|v| v.0).collect(), ..Mesh::default() };
     let group = mesh.group("surface");
     mesh.triangles = triangles.into_iter().map(|corners| Triangle { corners, group }).collect();
