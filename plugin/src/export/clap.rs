@@ -264,7 +264,7 @@ fn host_side(plugin: *const clap_plugin) -> Option<Arc<HostSide>> {
 }
 
 /// The number by which hosts know a parameter, as the framework makes it of the id.
-fn parameter_id(parameter: Parameter) -> u32 {
+pub(crate) fn parameter_id(parameter: Parameter) -> u32 {
     let hash = |hash: u32, byte: u8| hash.wrapping_mul(31).wrapping_add(u32::from(byte));
     parameter.id().bytes().fold(0, hash) & !(1 << 31)
 }
