@@ -18,6 +18,8 @@ mod search;
 mod sections;
 mod system;
 mod systems;
+#[cfg(unix)]
+mod validators;
 mod web;
 
 use crate::bundle::Profile;
@@ -46,6 +48,8 @@ cargo xtask systems [TARGET ...]
 cargo xtask search [MINUTES]
     reads changed files of every kind for so much processor time, 60 minutes unless told, and names those that a reader does not
     survive
+cargo xtask validators [--debug]
+    runs those of the formats' validators that CLAP_VALIDATOR, VST3_VALIDATOR and PLUGINVAL name, on all plugins
 cargo xtask test [--quick]
     checks format and lints, bundles the plugin, runs every test in Rust and in Python; with --quick the lints of the crates
     that have changed, and the tests in Rust of these and of all that stand on them";
@@ -90,6 +94,8 @@ fn run() -> Result<()> {
         "package" => package::package(&root, &options),
         "systems" => systems::systems(&root, &options),
         "search" => search::search(&options),
+        #[cfg(unix)]
+        "validators" => validators::validators(&options),
         "test" if options.is_empty() => check::test(),
         "test" if options == ["--quick"] => quick::test(&root),
         "" | "help" | "--help" => {

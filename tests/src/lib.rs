@@ -3,6 +3,8 @@
 //! `PROMENADE_BUNDLES` names the folder with `Promenade.clap` and `Promenade.vst3`; without it the shared library that cargo
 //! has just built beside the tests is loaded.
 
+#[cfg(target_os = "linux")]
+pub mod bare;
 pub mod bundle;
 mod library;
 pub mod listener;

@@ -17,10 +17,13 @@ mod preset_discovery;
 mod preset_load;
 mod state;
 mod tail;
+mod values;
 
-use crate::export::kind::{COUNT, KINDS};
+use crate::export::guard::guard;
+use crate::export::kind::COUNT;
 use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
 use crate::parameter::Parameter;
+use crate::project::host_values::host_id;
 use crate::telemetry::host_side::{HostCalls, HostSide};
 use clap_sys::process::clap_process;
 use nice_plug::prelude::ClapPlugin;
@@ -56,9 +59,12 @@ static DESCRIPTORS: LazyLock<[PluginDescriptor; COUNT]> = LazyLock::new(|| {
     ]
 });
 
-/// Make plugins of the framework, in the same order.
-const MAKERS: [fn(*const clap_host) -> clap_plugin; COUNT] =
-    [made::<Promenade>, made::<PromenadeMany>, made::<PromenadeMany64>];
+/// Makes a plugin of the framework, and lets it go.
+type Makers = (fn(*const clap_host) -> clap_plugin, Unmake);
+type Unmake = unsafe fn(*const clap_plugin);
+
+/// Those of all plugins, in the same order.
+const MAKERS: [Makers; COUNT] = [makers::<Promenade>(), makers::<PromenadeMany>(), makers::<PromenadeMany64>()];
 
 /// A plugin as hosts hold it.
 #[repr(C)]
@@ -66,8 +72,8 @@ struct Hosted {
     /// First, so that a pointer to it is one to the whole.
     plugin: clap_plugin,
     host: *const clap_host,
-    /// What the instance shows of its host; none only if the framework made the plugin elsewhere.
-    side: Option<Arc<HostSide>>,
+    /// What the instance shows of its host.
+    side: Arc<HostSide>,
     /// What the framework's plugin does itself, the same for all of its kind.
     theirs: Theirs,
     /// Which of [`KINDS`] it is.
@@ -98,7 +104,7 @@ struct Theirs {
     init: unsafe extern "C" fn(*const clap_plugin) -> bool,
     get_extension: GetExtension,
     on_main_thread: Call,
-    destroy: Call,
+    unmake: Unmake,
     process: Process,
 }
 
@@ -139,10 +145,10 @@ unsafe extern "C" fn create_plugin(
     // SAFETY: hosts name plugins by text that ends with a zero.
     let Some(id) = (!host.is_null() && !id.is_null()).then(|| unsafe { CStr::from_ptr(id) }) else { return std::ptr::null() };
     let Some(kind) = DESCRIPTORS.iter().position(|known| known.clap_id() == id) else { return std::ptr::null() };
-    let theirs = MAKERS[kind](host);
-    let side = HostSide::newborn();
-    let (Some(init), Some(get_extension), Some(on_main_thread), Some(destroy), Some(process)) =
-        (theirs.init, theirs.get_extension, theirs.on_main_thread, theirs.destroy, theirs.process)
+    let (make, unmake) = MAKERS[kind];
+    let Some((theirs, side)) = guard(None, || Some((make(host), HostSide::newborn()?))) else { return std::ptr::null() };
+    let (Some(init), Some(get_extension), Some(on_main_thread), Some(process)) =
+        (theirs.init, theirs.get_extension, theirs.on_main_thread, theirs.process)
     else {
         return std::ptr::null();
     };
@@ -151,20 +157,34 @@ unsafe extern "C" fn create_plugin(
         get_extension: Some(get_fitting_extension),
         on_main_thread: Some(serve_on_main_thread),
         destroy: Some(forget_and_destroy),
-        process: Some(if KINDS[kind].further > 0 { further_ports::process } else { process }),
+        process: Some(values::process),
         ..theirs
     };
-    let theirs = Theirs { init, get_extension, on_main_thread, destroy, process };
+    let theirs = Theirs { init, get_extension, on_main_thread, unmake, process };
     Box::into_raw(Box::new(Hosted { plugin, host, side, theirs, kind })).cast()
+}
+
+const fn makers<P: ClapPlugin>() -> Makers {
+    (made::<P>, unmade::<P>)
 }
 
 /// A plugin of the framework, for a host that is there.
 #[expect(unsafe_code, reason = "the framework's table of functions is read")]
 fn made<P: ClapPlugin>(host: *const clap_host) -> clap_plugin {
-    // SAFETY: the host is alive. The plugin's `destroy` takes this reference back.
+    // SAFETY: the host is alive. `unmade` takes this reference back.
     let wrapper = Arc::into_raw(unsafe { Wrapper::<P>::new(host) });
     // SAFETY: the wrapper is alive, and nobody else knows it yet.
     unsafe { *(*wrapper).clap_plugin.as_ptr() }
+}
+
+/// Lets a plugin of the framework go, as its `destroy` does, which a panic would leave.
+///
+/// # Safety
+/// The plugin is of this type, and nobody uses it any more.
+#[expect(unsafe_code, reason = "the framework's plugin is a pointer")]
+unsafe fn unmade<P: ClapPlugin>(plugin: *const clap_plugin) {
+    // SAFETY: `made` has made it, with one reference.
+    drop(unsafe { Arc::from_raw((*plugin).plugin_data.cast::<Wrapper<P>>()) });
 }
 
 /// The whole of a plugin.
@@ -177,12 +197,16 @@ fn hosted<'a>(plugin: *const clap_plugin) -> Option<&'a Hosted> {
 /// Connects the instance with its host, whose extensions may be asked for from now on.
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn connect_and_init(plugin: *const clap_plugin) -> bool {
-    if let Some(Hosted { host, side: Some(side), .. }) = hosted(plugin) {
-        let host = host.expose_provenance();
-        let calls =
-            HostCalls { latency_changed: Box::new(latency::changed(plugin)), tail_changed: Box::new(tail::changed(plugin)) };
-        side.connect(move || wake(host), calls);
-    }
+    guard((), || {
+        if let Some(Hosted { host, side, .. }) = hosted(plugin) {
+            let host = host.expose_provenance();
+            let calls = HostCalls {
+                latency_changed: Box::new(latency::changed(plugin)),
+                tail_changed: Box::new(tail::changed(plugin)),
+            };
+            side.connect(move || wake(host), calls);
+        }
+    });
     // SAFETY: the plugin is the framework's.
     hosted(plugin).is_some_and(|hosted| unsafe { (hosted.theirs.init)(plugin) })
 }
@@ -201,9 +225,11 @@ fn wake(host: usize) {
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn serve_on_main_thread(plugin: *const clap_plugin) {
-    if let Some(side) = host_side(plugin) {
-        context_menu::serve(plugin, &side);
-    }
+    guard((), || {
+        if let Some(side) = host_side(plugin) {
+            context_menu::serve(plugin, &side);
+        }
+    });
     if let Some(hosted) = hosted(plugin) {
         // SAFETY: the plugin is the framework's.
         unsafe { (hosted.theirs.on_main_thread)(plugin) };
@@ -260,13 +286,12 @@ fn framework_extension<T>(plugin: *const clap_plugin, id: &CStr) -> Option<&'sta
 
 /// What an instance shows of its host.
 fn host_side(plugin: *const clap_plugin) -> Option<Arc<HostSide>> {
-    hosted(plugin)?.side.clone()
+    hosted(plugin).map(|hosted| Arc::clone(&hosted.side))
 }
 
 /// The number by which hosts know a parameter, as the framework makes it of the id.
 pub(crate) fn parameter_id(parameter: Parameter) -> u32 {
-    let hash = |hash: u32, byte: u8| hash.wrapping_mul(31).wrapping_add(u32::from(byte));
-    parameter.id().bytes().fold(0, hash) & !(1 << 31)
+    host_id(parameter.id())
 }
 
 /// The parameter of a number.
@@ -287,13 +312,13 @@ fn host_extension<T>(plugin: *const clap_plugin, ids: &[&CStr]) -> Option<(*cons
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn forget_and_destroy(plugin: *const clap_plugin) {
-    if let Some(side) = host_side(plugin) {
-        side.disconnect();
-    }
-    if let Some(hosted) = hosted(plugin) {
-        // SAFETY: the plugin is the framework's and is destroyed once.
-        unsafe { (hosted.theirs.destroy)(plugin) };
-    }
+    guard((), || {
+        if let Some(hosted) = hosted(plugin) {
+            hosted.side.disconnect();
+            // SAFETY: the plugin is the framework's and is destroyed once.
+            unsafe { (hosted.theirs.unmake)(plugin) };
+        }
+    });
     // SAFETY: `create_plugin` has made it, and the host holds it no longer.
     drop(unsafe { Box::from_raw(plugin.cast_mut().cast::<Hosted>()) });
 }

@@ -1,6 +1,7 @@
 //! The entry points that hosts look up in the library.
 
 mod further_input;
+mod guard;
 mod input;
 mod kind;
 pub(crate) mod pages;

@@ -1,6 +1,7 @@
 //! The plugin as hosts call it: activation, blocks, parameters and editor.
 
 use super::further_input::{self, FurtherInput};
+use super::guard::{Fuse, guard};
 use super::input::Input;
 use super::kind::Kind;
 use crate::budget::Spender;
@@ -52,6 +53,7 @@ pub struct Promenade<const FURTHER: usize = 0> {
     timing: Timing,
     monitor: Monitor<FURTHER>,
     ramps: Ramps<FURTHER>,
+    fuse: Fuse,
 }
 
 /// The time of blocks, and whether they are rendered offline.
@@ -99,7 +101,7 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
         let loader = Loader::new(Arc::clone(&params));
         let osc = Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::clone(&inbox), Arc::clone(&telemetry));
         let repaint = loader.repaint.clone();
-        let host_side = Arc::new(HostSide::new(repaint.clone()));
+        let host_side = Arc::new(HostSide::new(repaint.clone(), Arc::clone(&params)));
         host_side.introduce();
         let theirs = Arc::downgrade(&loader);
         host_side.prepare_by(move |rate_hz| {
@@ -118,6 +120,7 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
             further: FurtherInput::default(),
             timing: Timing::default(),
             ramps: Ramps::default(),
+            fuse: Fuse::default(),
             monitor: Monitor::new(Arc::clone(&telemetry), repaint.clone()),
             instance: Instance {
                 params: Arc::clone(&params),
@@ -265,37 +268,17 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         let tail = spatializer.renderer().map_or(0, |renderer| renderer.tail_samples_with(&snapshot.block.trim));
         Some((latency, latency.saturating_add(samples(tail))))
     }
-}
 
-impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
-    const NAME: &'static str = Kind::of(FURTHER).name;
-    const VENDOR: &'static str = "Promenade";
-    const URL: &'static str = "";
-    const EMAIL: &'static str = "";
-    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
-
-    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = Kind::of(FURTHER).layouts;
-
-    const SAMPLE_ACCURATE_AUTOMATION: bool = true;
-
-    type Editor = PromenadeEditor;
-    type SysExMessage = ();
-    type BackgroundTask = ();
-
-    fn params(&self) -> Arc<dyn Params> {
-        Arc::new(InModules(Arc::clone(&self.params)))
+    /// Does something, unless anything has panicked before: the instance is silent then.
+    fn fused<T>(&mut self, done: impl FnOnce(&mut Self) -> T) -> Option<T> {
+        let mut fuse = std::mem::take(&mut self.fuse);
+        let done = fuse.run(|| done(self));
+        self.fuse = fuse;
+        done
     }
 
-    fn editor(&mut self, _async_executor: AsyncExecutor<Self>) -> Option<PromenadeEditor> {
-        Some(PromenadeEditor::new(self.instance.clone()))
-    }
-
-    fn filter_state(state: &mut PluginState) {
-        crate::project::state::keep_former_scene(state);
-        crate::project::state::migrate(state);
-    }
-
-    fn activate(&mut self, layout: &AudioIOLayout, config: &BufferConfig, context: &mut impl ActivateContext<Self>) -> bool {
+    /// Makes everything ready for blocks of a layout; says whether it could.
+    fn start(&mut self, layout: &AudioIOLayout, config: &BufferConfig, context: &mut impl ActivateContext<Self>) -> bool {
         let sample_rate_hz = f64::from(config.sample_rate);
         if !(sample_rate_hz.is_finite() && sample_rate_hz >= 1.0) {
             nice_error!("the host's sample rate is {sample_rate_hz} Hz, expected a positive number");
@@ -328,7 +311,8 @@ impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
         true
     }
 
-    fn reset(&mut self) {
+    /// What has sounded is heard no more.
+    fn forget_sound(&mut self) {
         self.playing.reset();
         self.listener.glide.jump();
         self.ramps = Ramps::default();
@@ -337,11 +321,8 @@ impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
         self.timing.clock = Clock::default();
     }
 
-    fn deactivate(&mut self) {
-        self.listener.member.leave();
-    }
-
-    fn process(
+    /// Plays a block in place.
+    fn play(
         &mut self,
         buffer: &mut Buffer,
         aux: &mut AuxiliaryBuffers,
@@ -369,6 +350,70 @@ impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
         self.timing.offline.spend(began.elapsed());
         let silent = ears(buffer).into_iter().flatten().all(|sample| *sample == 0.0);
         self.report(silent, &snapshot, context)
+    }
+}
+
+impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
+    const NAME: &'static str = Kind::of(FURTHER).name;
+    const VENDOR: &'static str = "Promenade";
+    const URL: &'static str = "";
+    const EMAIL: &'static str = "";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+
+    const AUDIO_IO_LAYOUTS: &'static [AudioIOLayout] = Kind::of(FURTHER).layouts;
+
+    const SAMPLE_ACCURATE_AUTOMATION: bool = true;
+
+    type Editor = PromenadeEditor;
+    type SysExMessage = ();
+    /// A mark: the framework's queue is used for nothing else here.
+    type BackgroundTask = u64;
+
+    fn params(&self) -> Arc<dyn Params> {
+        Arc::new(InModules(Arc::clone(&self.params)))
+    }
+
+    fn task_executor(&mut self) -> TaskExecutor<Self> {
+        let side = Arc::clone(&self.instance.host_side);
+        Box::new(move |mark| side.marks.come_back(mark))
+    }
+
+    fn editor(&mut self, async_executor: AsyncExecutor<Self>) -> Option<PromenadeEditor> {
+        self.instance.host_side.marks.post_by(move |mark| async_executor.execute_background(mark));
+        Some(PromenadeEditor::new(self.instance.clone()))
+    }
+
+    fn filter_state(state: &mut PluginState) {
+        guard((), || {
+            crate::project::state::keep_former_scene(state);
+            crate::project::state::migrate(state);
+        });
+    }
+
+    fn activate(&mut self, layout: &AudioIOLayout, config: &BufferConfig, context: &mut impl ActivateContext<Self>) -> bool {
+        self.fused(|plugin| plugin.start(layout, config, context)).unwrap_or(false)
+    }
+
+    fn reset(&mut self) {
+        self.fused(Self::forget_sound);
+    }
+
+    fn deactivate(&mut self) {
+        self.fused(|plugin| plugin.listener.member.leave());
+    }
+
+    fn process(
+        &mut self,
+        buffer: &mut Buffer,
+        aux: &mut AuxiliaryBuffers,
+        context: &mut impl ProcessContext<Self>,
+    ) -> ProcessStatus {
+        self.instance.host_side.values.advance(buffer.samples());
+        let played = self.fused(|plugin| plugin.play(buffer, aux, context));
+        played.unwrap_or_else(|| {
+            buffer.as_slice().iter_mut().for_each(|channel| channel.fill(0.0));
+            ProcessStatus::Normal
+        })
     }
 }
 

@@ -1,27 +1,32 @@
 //! The VST3 entry: the framework's plugins, with what it lacks put beside it.
 
+mod controller;
 mod further_buses;
+mod hosted;
+mod places;
 mod processor;
+mod stream;
 
+use crate::export::guard::guard;
 use crate::export::kind::COUNT;
 use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
 use crate::parameter::source_knob::{MANY_FURTHER, MOST_FURTHER};
-use crate::telemetry::host_side::HostSide;
+use hosted::make;
 use nice_plug::wrapper::setup_logger;
-use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::IAudioProcessor;
+use nice_plug::wrapper::vst3::PluginInfo;
 use nice_plug::wrapper::vst3::vst3::Steinberg::{
     FIDString, FUnknown, IPluginFactory, IPluginFactory2, IPluginFactory2Trait, IPluginFactory3, IPluginFactory3Trait,
-    IPluginFactoryTrait, PClassInfo, PClassInfo2, PClassInfoW, PFactoryInfo, TUID, kInvalidArgument, kResultOk, tresult,
+    IPluginFactoryTrait, PClassInfo, PClassInfo2, PClassInfoW, PFactoryInfo, TUID, kInvalidArgument, kResultFalse, kResultOk,
+    tresult,
 };
 use nice_plug::wrapper::vst3::vst3::{Class, ComWrapper};
-use nice_plug::wrapper::vst3::{PluginInfo, Wrapper};
 use std::ffi::c_void;
 
 /// Makes the plugins, in the order of [`KINDS`](crate::export::kind::KINDS).
 struct Factory([PluginInfo; COUNT]);
 
-/// Makes a plugin whose interface of a number goes where the host wants it.
-type Make = unsafe fn(iid: FIDString, obj: *mut *mut c_void) -> tresult;
+/// Makes a plugin of a kind whose interface of a number goes where the host wants it.
+type Make = unsafe fn(kind: usize, iid: *const TUID, obj: *mut *mut c_void) -> Option<tresult>;
 
 /// Those of all plugins, in the same order.
 const MAKERS: [Make; COUNT] = [make::<0>, make::<MANY_FURTHER>, make::<MOST_FURTHER>];
@@ -46,20 +51,6 @@ impl Factory {
     }
 }
 
-/// Makes a plugin with so many further sources, whose interface of a number goes where the host wants it.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
-unsafe fn make<const FURTHER: usize>(iid: FIDString, obj: *mut *mut c_void) -> tresult {
-    let plugin = ComWrapper::new(Wrapper::<Promenade<FURTHER>>::new());
-    let side = HostSide::newborn();
-    if let Some(processor) = plugin.as_com_ref::<IAudioProcessor>() {
-        processor::amend(processor.as_ptr(), side.as_ref(), FURTHER);
-    }
-    let Some(unknown) = plugin.as_com_ref::<FUnknown>() else { return kInvalidArgument };
-    // SAFETY: the plugin is alive; the host hands over an interface's number and room for the plugin, which has a reference
-    // more then.
-    unsafe { ((*(*unknown.as_ptr()).vtbl).queryInterface)(unknown.as_ptr(), iid.cast::<TUID>(), obj) }
-}
-
 #[expect(unsafe_code, reason = "the signatures are VST3's")]
 impl IPluginFactoryTrait for Factory {
     unsafe fn getFactoryInfo(&self, info: *mut PFactoryInfo) -> tresult {
@@ -80,9 +71,9 @@ impl IPluginFactoryTrait for Factory {
         }
         // SAFETY: the host hands over a class's number or none.
         let wanted = unsafe { cid.cast::<[u8; 16]>().as_ref() };
-        let found = self.0.iter().position(|class| Some(class.cid) == wanted);
+        let Some(kind) = self.0.iter().position(|class| Some(class.cid) == wanted) else { return kInvalidArgument };
         // SAFETY: the host hands over what else it wants.
-        found.map_or(kInvalidArgument, |number| unsafe { MAKERS[number](iid, obj) })
+        guard(None, || unsafe { MAKERS[kind](kind, iid.cast(), obj) }).unwrap_or(kResultFalse)
     }
 }
 

@@ -89,6 +89,17 @@ impl Hosted {
         with_param!(self, param => param.to_plain(param.preview_plain(share)))
     }
 
+    /// The share of the range that the host has when it is set to another: where that lies between two steps, the nearer.
+    pub(super) fn landed(&self, share: f32) -> f32 {
+        with_param!(self, param => param.preview_normalized(param.preview_plain(share)))
+    }
+
+    /// Shares of the range without and with what modulates it.
+    #[cfg(test)]
+    pub(super) fn shares(&self) -> [f32; 2] {
+        with_param!(self, param => [param.unmodulated_normalized_value(), param.modulated_normalized_value()])
+    }
+
     /// The default as a share of the range.
     pub(crate) fn default_share(&self) -> f32 {
         with_param!(self, param => param.default_normalized_value())

@@ -3,7 +3,10 @@
 //! thread. What hosts are told of an instance besides is here too: its latency and its tail, which any thread may read.
 
 use crate::parameter::Parameter;
+use crate::project::host_values::HostValues;
+use crate::project::params::PromenadeParams;
 use crate::worker::lock::lock;
+use crate::worker::marks::Marks;
 use crate::worker::repaint::Repaint;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -101,6 +104,10 @@ pub enum MenuRequest {
 /// One instance's part of it.
 #[derive(Default)]
 pub struct HostSide {
+    /// What it does to parameters.
+    pub(crate) values: HostValues,
+    /// Marks among the tasks that the framework has for this instance and others.
+    pub(crate) marks: Marks,
     state: Mutex<State>,
     repaint: Repaint,
     /// Samples by which the sound is late, since the last activation.
@@ -144,8 +151,8 @@ struct State {
 impl HostSide {
     /// Nothing is known yet; `repaint` is asked for a picture whenever something is.
     #[must_use]
-    pub fn new(repaint: Repaint) -> Self {
-        Self { repaint, ..Self::default() }
+    pub fn new(repaint: Repaint, params: Arc<PromenadeParams>) -> Self {
+        Self { values: HostValues::new(params, repaint.clone()), repaint, ..Self::default() }
     }
 
     /// Leaves it for [`HostSide::newborn`].
@@ -351,7 +358,7 @@ mod tests {
     #[test]
     fn marks_are_kept_by_parameter() {
         let repaint = Repaint::default();
-        let side = HostSide::new(repaint.clone());
+        let side = HostSide::new(repaint.clone(), Arc::default());
         side.change_mark(Parameter::Yaw, |mark| mark.automation = Automation::Playing);
         side.change_mark(Parameter::Yaw, |mark| {
             mark.mapping = Some(Mapping { label: "CC 7".to_owned(), ..Mapping::default() })

@@ -1,11 +1,11 @@
 //! Background threads that all instances in a process share: each loads files, decodes poses, looks up host names, sends poses
 //! or lists files.
 //!
-//! The framework has such a thread too, but that one ends, and takes the host with it, when an instance goes while a task of it
-//! waits.
+//! The framework has such a thread too, but that one ends when an instance goes while a task of it waits ([`marks`]).
 
 pub mod flag;
 pub(crate) mod lock;
+pub(crate) mod marks;
 pub mod repaint;
 
 use crate::worker::lock::lock;

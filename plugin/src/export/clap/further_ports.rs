@@ -1,22 +1,22 @@
 //! The inputs of further sources, as the framework takes them: it reads one more than a host hands over, and takes every
 //! pointer that a host has for granted.
 
-use super::hosted;
-use crate::export::kind::KINDS;
+use super::Hosted;
 use crate::export::silence;
 use crate::parameter::source_knob::MOST_INPUTS;
 use clap_sys::audio_buffer::clap_audio_buffer;
-use clap_sys::process::{CLAP_PROCESS_ERROR, clap_process};
+use clap_sys::process::clap_process;
 use nice_plug::wrapper::clap::clap_plugin;
 
-/// Hands a block on with all inputs: those that the host does not feed are silent.
+/// Hands a block on with so many inputs: those that the host does not feed are silent.
+///
+/// # Safety
+/// The block is as hosts hand it over.
 ///
 /// # Real-time
 /// Audio thread; no allocation, lock or I/O.
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
-pub(super) unsafe extern "C" fn process(plugin: *const clap_plugin, process: *const clap_process) -> i32 {
-    // SAFETY: the host hands over a block or none.
-    let (Some(hosted), Some(block)) = (hosted(plugin), unsafe { process.as_ref() }) else { return CLAP_PROCESS_ERROR };
+pub(super) unsafe fn process(hosted: &Hosted, plugin: *const clap_plugin, block: &clap_process, wanted: usize) -> i32 {
     let silent = clap_audio_buffer {
         data32: silence::channel(block.frames_count as usize),
         data64: std::ptr::null_mut(),
@@ -24,7 +24,6 @@ pub(super) unsafe extern "C" fn process(plugin: *const clap_plugin, process: *co
         latency: 0,
         constant_mask: 1,
     };
-    let wanted = 1 + KINDS[hosted.kind].further;
     let mut inputs = [silent; MOST_INPUTS];
     let count = if block.audio_inputs.is_null() { 0 } else { block.audio_inputs_count as usize };
     for (number, input) in inputs.iter_mut().enumerate().take(count.min(wanted)) {

@@ -15,7 +15,7 @@ pub(super) static EXTENSION: clap_plugin_latency = clap_plugin_latency { get: So
 /// Main thread.
 #[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn get(plugin: *const clap_plugin) -> u32 {
-    hosted(plugin).and_then(|hosted| hosted.side.as_ref()).map_or(0, |side| side.latency())
+    hosted(plugin).map_or(0, |hosted| hosted.side.latency())
 }
 
 /// Tells the host that there is another latency; nothing where it does not want to know.

@@ -1,7 +1,8 @@
 //! What a CLAP host marks parameters with: `clap.param-indication`, which the framework lacks.
 
 use super::{host_side, parameter_of};
-use crate::telemetry::host_side::{Automation, Colour, Mapping};
+use crate::export::guard::guard;
+use crate::telemetry::host_side::{Automation, Colour, Mapping, Mark};
 use clap_sys::color::clap_color;
 use clap_sys::ext::param_indication::{
     CLAP_EXT_PARAM_INDICATION, CLAP_EXT_PARAM_INDICATION_COMPAT, CLAP_PARAM_INDICATION_AUTOMATION_OVERRIDING,
@@ -35,9 +36,7 @@ unsafe extern "C" fn set_mapping(
     // SAFETY: the host hands over a colour or none.
     let colour = unsafe { colour(color) };
     let mapping = has_mapping.then(|| Mapping { label: text(label), description: text(description), colour });
-    if let (Some(side), Some(parameter)) = (host_side(plugin), parameter_of(param_id)) {
-        side.change_mark(parameter, |mark| mark.mapping = mapping);
-    }
+    mark(plugin, param_id, |mark| mark.mapping = mapping);
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
@@ -51,9 +50,15 @@ unsafe extern "C" fn set_automation(plugin: *const clap_plugin, param_id: u32, s
     };
     // SAFETY: the host hands over a colour or none.
     let colour = unsafe { colour(color) };
-    if let (Some(side), Some(parameter)) = (host_side(plugin), parameter_of(param_id)) {
-        side.change_mark(parameter, |mark| (mark.automation, mark.automation_colour) = (automation, colour));
-    }
+    mark(plugin, param_id, |mark| (mark.automation, mark.automation_colour) = (automation, colour));
+}
+
+fn mark(plugin: *const clap_plugin, param_id: u32, change: impl FnOnce(&mut Mark)) {
+    guard((), || {
+        if let (Some(side), Some(parameter)) = (host_side(plugin), parameter_of(param_id)) {
+            side.change_mark(parameter, change);
+        }
+    });
 }
 
 /// The host's colour, if there is one.

@@ -1,8 +1,11 @@
 //! The framework's parameters, with what it cannot say of them: that a turn beyond the end of the range goes on at the other
-//! end.
+//! end. Values between blocks reach the parameters without a task for each.
 
-use super::{Tables, framework_extension, parameter_of};
+use super::values::changes;
+use super::{Tables, framework_extension, hosted, parameter_of};
+use crate::export::guard::guard;
 use crate::parameter::Parameter;
+use clap_sys::events::{clap_input_events, clap_output_events};
 use clap_sys::ext::params::{CLAP_EXT_PARAMS, CLAP_PARAM_IS_PERIODIC, clap_param_info, clap_plugin_params};
 use nice_plug::wrapper::clap::clap_plugin;
 use std::ffi::CStr;
@@ -15,7 +18,7 @@ static TABLES: Tables<clap_plugin_params> = Tables::new();
 /// The extension, if the framework has one.
 pub(super) fn extension(plugin: *const clap_plugin) -> Option<&'static clap_plugin_params> {
     let theirs = framework_extension::<clap_plugin_params>(plugin, ID)?;
-    TABLES.of(plugin, || clap_plugin_params { get_info: Some(get_info), ..*theirs })
+    TABLES.of(plugin, || clap_plugin_params { get_info: Some(get_info), flush: Some(flush), ..*theirs })
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
@@ -31,4 +34,22 @@ unsafe extern "C" fn get_info(plugin: *const clap_plugin, index: u32, info: *mut
         info.flags |= CLAP_PARAM_IS_PERIODIC;
     }
     known
+}
+
+/// Takes over values between blocks.
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe extern "C" fn flush(plugin: *const clap_plugin, events: *const clap_input_events, out: *const clap_output_events) {
+    guard((), || {
+        // SAFETY: the host hands over a list or none.
+        if let (Some(hosted), Some(events)) = (hosted(plugin), unsafe { events.as_ref() }) {
+            let values = &hosted.side.values;
+            // SAFETY: the list lives through the call.
+            unsafe { changes(values, events) }.for_each(|(_, id, change)| values.change(id, change));
+        }
+    });
+    let theirs = framework_extension::<clap_plugin_params>(plugin, ID);
+    if let Some(flush) = theirs.and_then(|theirs| theirs.flush) {
+        // SAFETY: the plugin is the framework's; it takes no list for an empty one.
+        unsafe { flush(plugin, std::ptr::null(), out) };
+    }
 }

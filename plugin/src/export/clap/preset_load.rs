@@ -4,6 +4,7 @@
 //! is.
 
 use super::{host_extension, state};
+use crate::export::guard::guard;
 use crate::history::presets;
 use crate::history::user_state::UserState;
 use crate::library::scene_key::SceneKey;
@@ -46,9 +47,8 @@ unsafe extern "C" fn from_location(
         CLAP_PRESET_DISCOVERY_LOCATION_FILE => text(location).map(|path| Place::File(path.into())),
         _ => None,
     };
-    let loaded = place
-        .ok_or_else(|| Fault::unexpected("a file, or the name of a factory preset", "neither"))
-        .and_then(|place| load(plugin, &place));
+    let no_place = || Fault::unexpected("a file, or the name of a factory preset", "neither");
+    let loaded = guard(Err(no_state()), || load(plugin, &place.ok_or_else(no_place)?));
     let (host, theirs) = host_extension::<clap_host_preset_load>(plugin, &IDS).unzip();
     match loaded {
         Ok(()) => {
@@ -71,9 +71,12 @@ unsafe extern "C" fn from_location(
     }
 }
 
+fn no_state() -> Fault {
+    Fault::new("the plugin's state cannot be taken over")
+}
+
 /// Restores a preset, or plays a scene from where its makers let the listener begin.
 fn load(plugin: *const clap_plugin, place: &Place) -> Result<(), Fault> {
-    let no_state = || Fault::new("the plugin's state cannot be taken over");
     let mut saved = state::save(plugin).ok_or_else(no_state)?;
     let now = UserState::from_saved(saved.clone(), &UserState::of(&PromenadeParams::default()));
     let is_scene = |path: &PathBuf| path.extension().is_some_and(|e| SCENES.iter().any(|scene| e == *scene));

@@ -15,7 +15,7 @@ pub(super) static EXTENSION: clap_plugin_tail = clap_plugin_tail { get: Some(get
 /// Main and audio thread.
 #[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn get(plugin: *const clap_plugin) -> u32 {
-    hosted(plugin).and_then(|hosted| hosted.side.as_ref()).map_or(0, |side| side.tail())
+    hosted(plugin).map_or(0, |hosted| hosted.side.tail())
 }
 
 /// Tells the host that there is another tail; nothing where it does not want to know.

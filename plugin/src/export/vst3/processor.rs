@@ -1,126 +1,156 @@
-//! A plugin's processing as hosts see it: its Ambisonic outputs are called what they are, tail and latency are known when hosts
-//! ask, and all inputs of further sources arrive.
+//! A plugin's processing as VST3 hosts see it: its Ambisonic outputs are called what they are, tail and latency are known when
+//! hosts ask, all inputs of further sources arrive, and values reach the parameters without a task for each.
 //!
 //! The framework makes up arrangements of speakers for 4, 9 and 16 channels, and hosts that compare what they asked for with
 //! what they got refuse them. Its tail is what the last block said: none before the first, and none in silence.
 
 use super::further_buses::{Aside, Buses};
+use super::hosted::table;
+use super::places::Places;
+use crate::export::guard::guard;
+use crate::parameter::cast::narrow;
+use crate::project::host_values::Change;
 use crate::telemetry::host_side::HostSide;
-use crate::worker::lock::lock;
+use crate::worker::lock::{lock, try_lock};
+use nice_plug::wrapper::vst3::vst3::ComRef;
 use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{
-    BusDirection, BusDirections_, IAudioProcessor, IAudioProcessorVtbl, ProcessData, ProcessSetup, SpeakerArr,
-    SpeakerArrangement,
+    BusDirection, BusDirections_, IAudioProcessor, IAudioProcessorVtbl, IParamValueQueueTrait, IParameterChanges,
+    IParameterChangesTrait, ProcessData, ProcessSetup, SpeakerArr, SpeakerArrangement,
 };
-use nice_plug::wrapper::vst3::vst3::Steinberg::{kInvalidArgument, kResultOk, tresult};
-use std::cell::UnsafeCell;
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, Weak};
+use nice_plug::wrapper::vst3::vst3::Steinberg::{TBool, kInvalidArgument, kResultFalse, kResultOk, tresult};
+use std::sync::Arc;
 
-/// The table of functions of one plugin, and what is known of the plugin.
-#[repr(C)]
-struct Amended {
-    /// First, so that a pointer to it is one to the whole.
-    ours: IAudioProcessorVtbl,
-    /// The framework's own.
-    theirs: IAudioProcessorVtbl,
-    /// The arrangement of the main output that a host has asked for, and got.
-    asked: Mutex<Option<SpeakerArrangement>>,
-    side: Weak<HostSide>,
+/// What is needed while a block is played.
+pub(super) struct BlockRoom {
+    /// Where the block is split.
+    places: Places,
     /// Of a plugin with further sources.
-    aside: Option<UnsafeCell<Aside>>,
+    aside: Option<Aside>,
+    /// Whether hosts have said how blocks are: before, the framework ends them for a block.
+    is_set_up: bool,
 }
 
-/// That of a plugin, which keeps a pointer to it.
-struct Table(*mut Amended);
+impl BlockRoom {
+    /// Of an instance with so many further sources, which shows this of its host.
+    pub(super) fn new(side: &Arc<HostSide>, further: usize) -> Option<Self> {
+        let aside = (further > 0).then(|| Aside::new(1 + further));
+        Some(Self { places: Places::of(side)?, aside, is_set_up: false })
+    }
+}
 
-#[expect(unsafe_code, reason = "a pointer is moved between threads")]
-// SAFETY: what it points to may be moved between threads, and nobody else frees it.
-unsafe impl Send for Table {}
-
-/// Those of all plugins by their addresses. One is freed when another plugin is at its address, as its own is gone for certain.
-static TABLES: Mutex<BTreeMap<usize, Table>> = Mutex::new(BTreeMap::new());
-
-/// Lets a new plugin name its Ambisonic outputs, its tail and its latency, and hear the inputs of so many further
-/// sources.
-#[expect(unsafe_code, reason = "the framework's table of functions is changed")]
-pub(super) fn amend(processor: *mut IAudioProcessor, side: Option<&Arc<HostSide>>, further: usize) {
-    // SAFETY: the plugin is alive and nobody else knows it yet.
-    let theirs = unsafe { *(*processor).vtbl };
-    let ours = IAudioProcessorVtbl {
+/// Puts our functions into a processor's table.
+pub(super) fn amend(ours: &mut IAudioProcessorVtbl) {
+    *ours = IAudioProcessorVtbl {
         setBusArrangements: set_bus_arrangements,
         getBusArrangement: get_bus_arrangement,
         getTailSamples: get_tail_samples,
         getLatencySamples: get_latency_samples,
         setupProcessing: setup_processing,
-        process: if further > 0 { process } else { theirs.process },
-        ..theirs
+        setProcessing: set_processing,
+        process,
+        ..*ours
     };
-    let side = side.map_or_else(Weak::new, Arc::downgrade);
-    let aside = (further > 0).then(|| UnsafeCell::new(Aside::new(1 + further)));
-    let table = Box::into_raw(Box::new(Amended { ours, theirs, asked: Mutex::default(), side, aside }));
-    if let Some(Table(former)) = lock(&TABLES).insert(processor.addr(), Table(table)) {
-        // SAFETY: it was made here, and the plugin that had it was where this one is.
-        drop(unsafe { Box::from_raw(former) });
-    }
-    // SAFETY: as above; the table lives as long as the plugin.
-    unsafe { (*processor).vtbl = table.cast::<IAudioProcessorVtbl>() };
 }
 
-/// What is known of a plugin.
-#[expect(unsafe_code, reason = "a plugin's table of functions is read")]
-fn amended<'a>(processor: *mut IAudioProcessor) -> &'a Amended {
-    // SAFETY: hosts call these functions by the table that `amend` has put there, which lives as long as the plugin.
-    unsafe { &*(*processor).vtbl.cast::<Amended>() }
-}
-
-/// What an instance shows of its host.
-fn side_of(processor: *mut IAudioProcessor) -> Option<Arc<HostSide>> {
-    amended(processor).side.upgrade()
-}
-
-/// Hands a block on with all inputs, where and as the framework looks for them.
+/// Hands a block on with all inputs, where and as the framework looks for them, and without values.
 ///
 /// # Real-time
 /// Audio thread; no allocation, lock or I/O.
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn process(this: *mut IAudioProcessor, data: *mut ProcessData) -> tresult {
-    let Amended { theirs, aside, .. } = amended(this);
-    // SAFETY: the host hands over a block or none, and prepares no other one meanwhile; what the framework is handed lives
-    // through the call.
-    unsafe {
-        let (Some(block), Some(aside)) = (data.as_ref(), aside) else { return kInvalidArgument };
-        let mut buses = Buses::of(block, &mut *aside.get());
-        let mut block = buses.handed_on(block);
-        (theirs.process)(this, &raw mut block)
-    }
+    guard(kResultFalse, || {
+        let table = table(this);
+        let hosted = table.hosted();
+        // SAFETY: the host hands over a block or none.
+        let Some(block) = (unsafe { data.as_ref() }) else { return kInvalidArgument };
+        // No block is played beside another one, whatever the host does.
+        let Some(mut room) = try_lock(&hosted.block).filter(|room| room.is_set_up) else { return kResultFalse };
+        let BlockRoom { places, aside, .. } = &mut *room;
+        let values = &hosted.side.values;
+        hosted.controller.begin_block();
+        // SAFETY: the host's lists live through the call.
+        values.begin(u32::try_from(block.numSamples).unwrap_or(0), unsafe { changes(block) });
+        let mut block = ProcessData { inputParameterChanges: places.list(), ..*block };
+        // SAFETY: the plugin is the framework's; what it is handed lives through the call.
+        let result = unsafe {
+            match aside {
+                Some(aside) => {
+                    let mut buses = Buses::of(&block, aside);
+                    let mut block = buses.handed_on(&block);
+                    (table.theirs.process)(this, &raw mut block)
+                }
+                None => (table.theirs.process)(this, &raw mut block),
+            }
+        };
+        values.end();
+        hosted.controller.end_block();
+        result
+    })
+}
+
+/// The changes of a block: sample, number and value.
+///
+/// # Safety
+/// The block is as hosts hand it over.
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe fn changes(block: &ProcessData) -> impl Iterator<Item = (u32, u32, Change)> {
+    // SAFETY: the host hands over a list or none, which gives out as many queues, each with as many points, as it says.
+    let list = unsafe { ComRef::<IParameterChanges>::from_raw(block.inputParameterChanges) };
+    let queues = list.into_iter().flat_map(|list| unsafe {
+        (0..list.getParameterCount()).filter_map(move |place| ComRef::from_raw(list.getParameterData(place)))
+    });
+    queues.flat_map(|queue| {
+        // SAFETY: as above.
+        let (id, count) = unsafe { (queue.getParameterId(), queue.getPointCount()) };
+        (0..count).filter_map(move |place| {
+            let (mut sample, mut value) = (0, 0.0);
+            // SAFETY: as above.
+            let is_there = unsafe { queue.getPoint(place, &raw mut sample, &raw mut value) } == kResultOk;
+            is_there.then(|| (u32::try_from(sample).unwrap_or(0), id, Change::Value(narrow(value))))
+        })
+    })
+}
+
+/// Takes over whether the host plays.
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe extern "system" fn set_processing(this: *mut IAudioProcessor, state: TBool) -> tresult {
+    let table = table(this);
+    // SAFETY: the plugin is the framework's, and the host's argument is handed on.
+    let result = unsafe { (table.theirs.setProcessing)(this, state) };
+    guard(result, || {
+        table.hosted().controller.play(table.hosted(), state != 0);
+        result
+    })
 }
 
 #[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn get_tail_samples(this: *mut IAudioProcessor) -> u32 {
-    side_of(this).map_or(0, |side| side.tail())
+    table(this).hosted().side.tail()
 }
 
 #[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn get_latency_samples(this: *mut IAudioProcessor) -> u32 {
-    side_of(this).map_or(0, |side| side.tell_latency())
+    table(this).hosted().side.tell_latency()
 }
 
 /// Hosts may ask for latency and tail from here on, before any activation.
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *mut ProcessSetup) -> tresult {
-    let Amended { theirs, .. } = amended(this);
+    let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.
-    let result = unsafe { (theirs.setupProcessing)(this, setup) };
+    let result = unsafe { (table.theirs.setupProcessing)(this, setup) };
     // SAFETY: the host hands over a setup or none.
     let Some(setup) = unsafe { setup.as_ref() }.filter(|_| result == kResultOk) else { return result };
-    if let Some(side) = side_of(this) {
-        side.prepare(setup.sampleRate);
-    }
-    if let Some(aside) = &amended(this).aside {
-        // SAFETY: hosts play no block meanwhile.
-        unsafe { (*aside.get()).resize(setup.maxSamplesPerBlock) };
-    }
-    result
+    guard(kResultFalse, || {
+        let hosted = table.hosted();
+        hosted.side.prepare(setup.sampleRate);
+        let mut room = lock(&hosted.block);
+        room.is_set_up = true;
+        if let Some(aside) = &mut room.aside {
+            aside.resize(setup.maxSamplesPerBlock);
+        }
+        result
+    })
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
@@ -131,12 +161,12 @@ unsafe extern "system" fn set_bus_arrangements(
     outputs: *mut SpeakerArrangement,
     output_count: i32,
 ) -> tresult {
-    let Amended { theirs, .. } = amended(this);
+    let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
-    let result = unsafe { (theirs.setBusArrangements)(this, inputs, input_count, outputs, output_count) };
+    let result = unsafe { (table.theirs.setBusArrangements)(this, inputs, input_count, outputs, output_count) };
     // SAFETY: there is one for each output.
     if let Some(output) = unsafe { outputs.as_ref() }.filter(|_| result == kResultOk && output_count > 0) {
-        *lock(&amended(this).asked) = Some(*output);
+        *lock(&table.hosted().asked) = Some(*output);
     }
     result
 }
@@ -148,14 +178,14 @@ unsafe extern "system" fn get_bus_arrangement(
     index: i32,
     arr: *mut SpeakerArrangement,
 ) -> tresult {
-    let Amended { theirs, .. } = amended(this);
+    let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
-    let result = unsafe { (theirs.getBusArrangement)(this, dir, index, arr) };
+    let result = unsafe { (table.theirs.getBusArrangement)(this, dir, index, arr) };
     let is_output = i64::from(dir) == i64::from(BusDirections_::kOutput);
     // SAFETY: the framework has filled it in.
     if let Some(arr) = unsafe { arr.as_mut() }.filter(|_| result == kResultOk && is_output) {
         let count = arr.count_ones();
-        let asked = lock(&amended(this).asked).filter(|asked| asked.count_ones() == count);
+        let asked = lock(&table.hosted().asked).filter(|asked| asked.count_ones() == count);
         // As the format calls them, where no host has asked for other names.
         *arr = asked.unwrap_or(match count {
             4 => SpeakerArr::kAmbi1stOrderACN,
