@@ -16,6 +16,8 @@ pub struct Source {
     pub paths: Vec<(usize, Names)>,
     /// What it hands on: paths by their names here.
     pub exports: BTreeMap<String, Names>,
+    /// All names in it but those in `use`.
+    pub names: BTreeSet<String>,
     /// The macros that it calls, each with its line.
     pub macros: Vec<(usize, String)>,
     /// What it reads of values: the names behind a dot, of fields and methods.
@@ -78,11 +80,14 @@ fn read(file: &Path) -> Source {
     let tokens = without_tests(&tokens(&text));
     let members =
         tokens.windows(2).filter(|pair| pair[0].1 == "." && is_name(&pair[1].1)).map(|pair| pair[1].1.clone()).collect();
-    let (paths, exports, macros) = (Vec::new(), BTreeMap::new(), Vec::new());
-    let mut source = Source { file: file.to_owned(), paths, exports, macros, members };
+    let (paths, exports, names, macros) = (Vec::new(), BTreeMap::new(), BTreeSet::new(), Vec::new());
+    let mut source = Source { file: file.to_owned(), paths, exports, names, macros, members };
     let mut at = 0;
     while let Some((line, token)) = tokens.get(at) {
         let follows = |n: usize, what: &str| tokens.get(at + n).is_some_and(|(_, token)| token == what);
+        if token != "use" && is_name(token) {
+            source.names.insert(token.clone());
+        }
         if token == "use" {
             let public = at > 0 && ["pub", ")"].contains(&tokens[at - 1].1.as_str());
             let mut paths = Vec::new();

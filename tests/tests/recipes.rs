@@ -49,7 +49,7 @@ fn a_property_of_materials_is_where_its_recipe_says() {
             reading.insert(file.to_string_lossy().replace('\\', "/"));
         }
     }
-    assert!(reading.contains("crates/acoustics/src/image.rs"), "{reading:?}");
+    assert!(reading.contains("crates/acoustics/src/images/image.rs"), "{reading:?}");
     let missing: Vec<&String> = reading.difference(listed).collect();
     assert!(missing.is_empty(), "the recipe leaves out {missing:?}");
 }

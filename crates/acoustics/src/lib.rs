@@ -10,84 +10,54 @@
 
 #![forbid(unsafe_code)]
 
-mod admittance;
-mod air;
-mod bands;
-mod box_waves;
 #[cfg(feature = "meshes")]
 mod diffraction;
-#[cfg(feature = "meshes")]
 mod directivity;
-mod echogram;
 mod error;
-mod eyring;
-mod image;
-#[cfg(feature = "meshes")]
 mod images;
-#[cfg(feature = "meshes")]
-mod intensity;
-mod lattice;
-mod low_field;
-mod material;
+mod low_frequency;
 mod materials;
-mod measures;
 #[cfg(feature = "meshes")]
 mod mesh;
 mod octave;
-mod particles;
-#[cfg(feature = "meshes")]
-mod ply;
-#[cfg(feature = "meshes")]
-mod ray;
-#[cfg(feature = "meshes")]
 mod rays;
 #[cfg(feature = "meshes")]
-mod reflections;
-#[cfg(feature = "meshes")]
 mod room;
-mod shares;
-mod shoebox;
-mod surface;
-#[cfg(feature = "meshes")]
-mod waves;
-mod wildcard;
 
-pub use admittance::admittance;
-pub use air::{Air, speed_m_s};
-pub use box_waves::LowPlaces;
 #[cfg(feature = "meshes")]
-pub use diffraction::{DiffractionPath, Edges, Lit};
+pub use diffraction::{DiffractedImages, DiffractionPath, Edges};
+pub use directivity::lattice::fibonacci;
 #[cfg(feature = "meshes")]
-pub use directivity::{Directivity, Source};
-pub use echogram::{Bin, Echogram};
+pub use directivity::source::{Directivity, Source};
 pub use error::AcousticsError;
-pub use image::{Image, MAX_ORDER, Reflected};
+pub use images::image::{Image, MAX_ORDER, Reflected};
 #[cfg(feature = "meshes")]
-pub use images::{ImageOptions, Images};
+pub use images::search::{ImageOptions, Images};
+pub use images::shoebox::{BoxImage, Shoebox, box_images};
+pub use low_frequency::low_field::{LowField, LowResponse};
+pub use low_frequency::modes::LowPlaces;
 #[cfg(feature = "meshes")]
-pub use intensity::{Intensity, Seen};
-pub use lattice::fibonacci;
-pub use low_field::{LowField, LowResponse};
-pub use material::{Material, SCATTERING};
-pub use materials::{Entry, Materials};
-pub use measures::Measures;
+pub use low_frequency::waves::{WaveOptions, waves};
+pub use materials::admittance::admittance;
+pub use materials::air::{Air, speed_m_s};
+pub use materials::catalogue::{Entry, Materials};
+pub use materials::curve::Curve;
+pub use materials::material::{Material, SCATTERING};
+pub use materials::wildcard::fits;
 #[cfg(feature = "meshes")]
-pub use mesh::{Flattened, Floor, FoundBox, Mesh, MeshReport, Sights, Triangle};
+pub use mesh::{Flattened, Floor, FoundBox, Mesh, MeshReport, Ply, PlyError, PlyLimits, Sights, Triangle};
 pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_energy_from_63, octave_place};
-pub use particles::ParticleOptions;
+pub use rays::echogram::{Bin, Echogram};
 #[cfg(feature = "meshes")]
-pub use ply::{Ply, PlyError, PlyLimits};
+pub use rays::intensity::{Intensity, Seen};
 #[cfg(feature = "meshes")]
-pub use rays::{LateField, RayOptions, late_field};
+pub use rays::late_field::{LateField, RayOptions, late_field};
+pub use rays::measures::Measures;
+pub use rays::particles::ParticleOptions;
 #[cfg(feature = "meshes")]
-pub use reflections::{Met, reflections};
+pub use rays::reflections::{Met, reflections};
 #[cfg(feature = "meshes")]
 pub use room::{Room, Surroundings};
-pub use shares::Curve;
-pub use shoebox::{BoxImage, Shoebox, box_images};
-#[cfg(feature = "meshes")]
-pub use waves::{WaveOptions, waves};
-pub use wildcard::fits;
 
 /// Metres per second, of air at 20 degrees Celsius.
 pub const SPEED_OF_SOUND_M_S: f64 = promenade_core::network::SPEED_OF_SOUND_M_S as f64;

@@ -5,7 +5,8 @@ pub use promenade_core::octave::{OCTAVES as BANDS, OCTAVES_HZ, Octaves, octave_e
 /// The octave below those of scenes, Hz.
 pub(crate) const LOW_HZ: f64 = 63.0;
 
-/// As [`octave_energy`], with the energy of the octave at 63 Hz beside the others.
+/// Energy at a frequency, Hz, of energies by octave with that of the octave at 63 Hz beside them: [`octave_energy`] over eight
+/// octaves.
 #[must_use]
 pub fn octave_energy_from_63(low: f64, energies: &[f64; BANDS], hz: f64) -> f64 {
     if hz >= 2.0 * LOW_HZ {

@@ -29,7 +29,7 @@ fn the_way_over_a_screen_is_the_shortest_one() {
     let mesh = screen();
     let edges = Edges::of(&mesh);
     let (source, listener) = ([-4.0, 0.0, 1.0], [2.0, 3.0, 1.5]);
-    let found = edges.around(&room(&mesh), source, listener).unwrap();
+    let found = edges.paths(&room(&mesh), source, listener).unwrap();
     // Over the top, under it and past both ends; each unfolded.
     let over = ((4.0_f64.hypot(2.0) + 2.0_f64.hypot(1.5)).powi(2) + 9.0).sqrt();
     let under = ((4.0_f64.hypot(1.0) + 2.0_f64.hypot(1.5)).powi(2) + 9.0).sqrt();
@@ -53,15 +53,15 @@ fn round_the_corner_of_a_room_there_is_one_way() {
     let mesh = l_room();
     let room = room(&mesh);
     let (source, listener) = ([2.0, 5.0, 1.2], [5.0, 2.0, 1.6]);
-    let found = Edges::of(&mesh).around(&room, source, listener).unwrap();
+    let found = Edges::of(&mesh).paths(&room, source, listener).unwrap();
     let arms = 2.0 * 1.0_f64.hypot(2.0);
     let expected = (arms * arms + 0.16).sqrt();
     assert!(found.len() == 1 && (found[0].path_m - expected).abs() < 1e-9, "{found:?} for {expected}");
     // The other way round it is as long and as strong.
-    let back = Edges::of(&mesh).around(&room, listener, source).unwrap();
+    let back = Edges::of(&mesh).paths(&room, listener, source).unwrap();
     assert!((back[0].path_m - found[0].path_m).abs() < 1e-12 && back[0].detour_m == found[0].detour_m);
     // Whoever is seen is not heard round a corner, and edges that can be gone round from outside only are not.
-    assert!(Edges::of(&mesh).around(&room, source, [2.0, 1.0, 1.5]).unwrap().is_empty());
+    assert!(Edges::of(&mesh).paths(&room, source, [2.0, 1.0, 1.5]).unwrap().is_empty());
 }
 
 #[test]
@@ -70,20 +70,20 @@ fn through_a_doorway_in_a_thick_wall_sound_goes_round_two_edges() {
     let room = room(&mesh);
     let edges = Edges::of(&mesh);
     let (source, listener) = ([3.6, 3.7, 1.2], [4.8, 3.7, 1.6]);
-    assert!(edges.around(&room, source, listener).unwrap().is_empty(), "neither jamb is seen from both sides");
-    let found = edges.around_two(&room, source, listener).unwrap();
+    assert!(edges.paths(&room, source, listener).unwrap().is_empty(), "neither jamb is seen from both sides");
+    let found = edges.paths_round_two(&room, source, listener).unwrap();
     let expected = (2.0 * 0.4_f64.hypot(1.3) + 0.4).hypot(0.4);
     assert!(found.len() == 1 && (found[0].path_m - expected).abs() < 1e-4, "{found:?} for {expected}");
     // It comes from the doorway.
     let towards: [f64; 2] = std::array::from_fn(|a| found[0].position[a] - listener[a]);
     assert!((towards[1] / towards[0] - 1.3 / 0.4).abs() < 1e-3, "{towards:?}");
-    let back = edges.around_two(&room, listener, source).unwrap();
+    let back = edges.paths_round_two(&room, listener, source).unwrap();
     assert!((back[0].path_m - found[0].path_m).abs() < 1e-4);
     // Where the wall is left behind, the second edge takes the 5 dB of a border and the rest goes on as round one.
     let border = [4.4 + 0.5, 2.4 + 1e-3, 1.2];
     let [one, two] = [[border[0], 2.4 - 1e-3, 1.2], border].map(|at| {
-        let first = edges.around(&room, source, at).unwrap();
-        let all = if first.is_empty() { edges.around_two(&room, source, at).unwrap() } else { first };
+        let first = edges.paths(&room, source, at).unwrap();
+        let all = if first.is_empty() { edges.paths_round_two(&room, source, at).unwrap() } else { first };
         (all[0].path_m, 20.0 * all[0].amplitude(1000.0).log10())
     });
     assert!((one.0 - two.0).abs() < 5e-3 && (one.1 - two.1 - 5.0).abs() < 1.0, "{one:?} {two:?}");
@@ -96,14 +96,14 @@ fn images_come_round_edges_too() {
     let (source, listener) = ([2.0, 5.0, 1.2], [5.0, 2.0, 1.6]);
     let images = Images::new(&room, source, &ImageOptions::default()).unwrap();
     let edges = Edges::of(&mesh);
-    let found = edges.lit(&room, &images, Reflected::Specular).unwrap().around(listener).unwrap();
+    let found = edges.diffracted_images(&room, &images, Reflected::Specular).unwrap().paths(listener).unwrap();
     // The source behind the wall that both arms see is behind the corner as it is itself.
     let expected = (1.0_f64.hypot(4.0) + 2.0_f64.hypot(1.0)).hypot(0.4);
     let behind = [2.0, 7.0, 1.2];
     let one = found.iter().find(|way| (0..3).all(|a| (way.from[a] - behind[a]).abs() < 1e-6)).unwrap();
     assert!((one.path_m - expected).abs() < 1e-6, "{one:?} for {expected}");
     assert!(
-        one.sent.iter().all(|sent| (sent - 0.9).abs() < 1e-6),
+        one.gains.iter().all(|gain| (gain - 0.9).abs() < 1e-6),
         "a tenth is absorbed, a tenth of the rest scattered: {one:?}"
     );
     // Of other orders there may be images in the same places.

@@ -2,7 +2,6 @@
 //!
 //! The small version of `tests/python/conditions.py`.
 
-use promenade_baker::player::render_response;
 use promenade_baker::{BakeOptions, Levels, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
@@ -10,6 +9,7 @@ use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::spectrum;
 use promenade_metrics::{DecayRange, decay_time_s};
+use promenade_player::render_response;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 

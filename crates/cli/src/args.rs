@@ -104,7 +104,7 @@ pub(crate) enum Command {
     /// Draw level, reverberation time, clarity and speech transmission over the plan of a simulated room, what a camera sees of
     /// its sound, or how a mix stands out over time
     Map(Box<MapArgs>),
-    /// Fit a room to measured responses, and judge what it foretells
+    /// Fit a room to measured responses, and judge what it predicts
     Fit(Box<FitArgs>),
     /// Show what a scene file holds
     Inspect(InspectArgs),

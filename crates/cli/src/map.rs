@@ -14,6 +14,7 @@ use promenade_acoustics::{Echogram, ImageOptions, Images, Measures, Mesh, RayOpt
 use promenade_baker::atomic;
 use promenade_baker::simulation::{Inside, grid};
 use promenade_core::glam::Vec3;
+use promenade_metrics::statistics::quantile;
 use std::path::Path;
 
 /// Places along the longer side of a plan, unless told.
@@ -142,8 +143,8 @@ fn over(places: &[Vec3], measured: &[Measures], take: Take) -> Vec<([f64; 2], Op
 fn row(name: &str, measured: &[Measures], take: Take) -> Vec<String> {
     let mut values: Vec<f64> = measured.iter().filter_map(take).collect();
     values.sort_by(f64::total_cmp);
-    let of = |value: Option<&f64>| value.map_or("none".to_owned(), |v| format!("{v:.2}"));
-    let three = [values.first(), values.get(values.len() / 2), values.last()].map(of);
+    let of = |share: f64| quantile(&values, share).map_or("none".to_owned(), |v| format!("{v:.2}"));
+    let three = [0.0, 0.5, 1.0].map(of);
     let count = format!("{} of {}", values.len(), measured.len());
     [name.to_owned()].into_iter().chain(three).chain([count]).collect()
 }

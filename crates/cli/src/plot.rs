@@ -11,6 +11,7 @@ pub(crate) use points::Point;
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use promenade_metrics::statistics::quantile;
 
 const WIDTH: u32 = 720;
 const BAR: RGBColor = RGBColor(0x4a, 0x7f, 0xb5);
@@ -172,24 +173,9 @@ fn register_font() -> Result<()> {
         .map_err(|_| anyhow!("the font of plots cannot be read"))
 }
 
-/// A value below which this share of rising values lies, interpolated.
-fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let place = share * (sorted.len().checked_sub(1)?) as f64;
-    let below = place.floor() as usize;
-    let (a, b) = (sorted.get(below)?, sorted.get(below + 1).or(sorted.last())?);
-    Some(a + (b - a) * place.fract())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantiles_are_interpolated() {
-        let v = [1.0, 2.0, 3.0, 5.0];
-        assert_eq!([0.0, 0.5, 1.0].map(|s| quantile(&v, s)), [Some(1.0), Some(2.5), Some(5.0)]);
-        assert_eq!(quantile(&[], 0.5), None);
-    }
 
     #[test]
     fn names_and_empty_rows_are_drawn() {

@@ -9,6 +9,7 @@ use promenade_baker::atomic;
 use promenade_baker::simulation::along;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
+use promenade_metrics::statistics::median_high;
 use promenade_paths::ImportOptions;
 
 /// A wall with a smaller share of the points is pointed out.
@@ -153,11 +154,7 @@ fn free(
 
 /// The median along each axis.
 fn middle(points: &[[f64; 3]]) -> [f64; 3] {
-    [0, 1, 2].map(|axis| {
-        let mut all: Vec<f64> = points.iter().map(|p| p[axis]).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(0.0)
-    })
+    [0, 1, 2].map(|axis| median_high(points.iter().map(|p| p[axis])).unwrap_or(0.0))
 }
 
 /// Says which cameras and places of a walk are in the room, and how large it is.

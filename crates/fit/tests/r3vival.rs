@@ -12,8 +12,8 @@ fn load(setting: &str) -> Measurements {
 mod figures {
     use super::load;
     use promenade_fit::{
-        Alike, Convention, FlatRoom, FullOptions, LoadOptions, Measurements, Split, Walls, all_figures, baselines, full_fit,
-        full_row, mean_rows, octave_t20_s, quick_row, table,
+        Alike, Convention, FlatRoom, FullOptions, LoadOptions, Measurements, RoomModel, Split, Walls, all_figures, baselines,
+        fit_row, full_fit, mean_rows, octave_t20_s, quick_fit, table,
     };
     use std::time::Instant;
 
@@ -35,12 +35,14 @@ mod figures {
                 let near = || Split::of((0..30).filter(|i| set.all[*i].distance_m() < 2.5).collect(), 30);
                 let split = places.parse().map_or_else(|_| near(), |n| Split::drawn(set.all.len(), n, seed).unwrap());
                 let mut rows = baselines(&set, &figures, &split, Convention::AvDar);
+                let train = set.only(&split.train);
+                let row = |name: &str, fit: &dyn RoomModel| fit_row(name, fit, &set, &figures, &split, Convention::AvDar);
                 let began = Instant::now();
-                rows.push(quick_row(&walls, &set, &figures, &split, Convention::AvDar, 1).unwrap());
+                rows.push(row("quick fit", &quick_fit(&walls, &train, 1).unwrap()));
                 println!("quick {:.1} s", began.elapsed().as_secs_f64());
                 let began = Instant::now();
-                let options = FullOptions::default();
-                rows.push(full_row(&room, &set, &figures, &split, Convention::AvDar, &options, &mut |_| ()).unwrap());
+                let full = full_fit(&room, &train, &FullOptions::default(), None, &mut |_, _| Ok(())).unwrap();
+                rows.push(row("full fit", &full));
                 println!("full {:.1} s", began.elapsed().as_secs_f64());
                 tables.push(rows);
             }
@@ -49,7 +51,7 @@ mod figures {
         }
     }
 
-    /// What the settings 000 and 100 foretell of the others, which are in a folder of the same layout with all of them:
+    /// What the settings 000 and 100 predict of the others, which are in a folder of the same layout with all of them:
     /// `SETTINGS=FOLDER cargo test -p promenade-fit --test r3vival -- --ignored --nocapture changed`.
     #[test]
     #[ignore = "long: figures"]
@@ -79,7 +81,7 @@ mod figures {
                     let mean = all.iter().map(|v| v.abs()).sum::<f64>() / 6.0;
                     format!("{mean:4.1} % ({})", all.iter().map(|v| format!("{v:+.1}")).collect::<Vec<_>>().join(" "))
                 };
-                println!("{setting}: foretold {}", off(&|o| alike.t20_s(&fit, o, &shares[..panels.len()])));
+                println!("{setting}: predicted {}", off(&|o| alike.t20_s(&fit, o, &shares[..panels.len()])));
                 println!("  unchanged {}", off(&|o| t000[o]));
                 println!("  mean of both {}", off(&|o| 0.5 * (t000[o] + t100[o])));
             }
@@ -89,19 +91,20 @@ mod figures {
 
 mod needs_shared {
     use super::load;
-    use promenade_fit::{Convention, Split, Walls, all_figures, baselines, quick_row};
+    use promenade_fit::{Convention, Split, Walls, all_figures, baselines, fit_row, quick_fit};
     use promenade_testing::shared;
 
     #[test]
     #[ignore = "needs ../shared"]
-    fn the_quick_fit_of_a_measured_room_foretells_other_places() {
+    fn the_quick_fit_of_a_measured_room_predicts_other_places() {
         let set = load("000");
         assert_eq!((set.all.len(), set.sample_rate_hz), (30, 16_000));
         let figures = all_figures(&set, Convention::AvDar);
         let split = Split::drawn(30, 10, 0).unwrap();
         let rows = baselines(&set, &figures, &split, Convention::AvDar);
         let walls = Walls::of_size([9.7, 5.5, 2.7]).unwrap();
-        let fit = quick_row(&walls, &set, &figures, &split, Convention::AvDar, 1).unwrap().errors;
+        let fit = quick_fit(&walls, &set.only(&split.train), 1).unwrap();
+        let fit = fit_row("quick fit", &fit, &set, &figures, &split, Convention::AvDar).errors;
         let [nearest, mean, _, regression] = [0, 1, 2, 3].map(|i: usize| rows[i].errors);
         assert!(regression.c50_db < 0.6 && regression.t60_percent < 5.0, "{regression:?}");
         assert!(fit.loudness_db < 0.8 && fit.c50_db < 0.9 && fit.t60_percent < 4.5, "{fit:?}");

@@ -5,7 +5,7 @@
 mod truth;
 
 use promenade_fit::{
-    Bands, FlatRoom, Form, FullFit, FullOptions, Measurements, Saved, Walls, full_fit, octave_t20_s, search_box,
+    Bands, FittedRoom, FlatRoom, Form, FullFit, FullOptions, Measurements, Saved, Walls, full_fit, octave_t20_s, search_box,
 };
 use std::time::Instant;
 use truth::{PANEL, RATE, Truth, absorption};
@@ -188,7 +188,8 @@ fn figures_of_changed_walls() {
         for walls in [&[0][..], &[3], &[5], &[1, 2], &[0, 4], &[2, 5]] {
             let panels = std::array::from_fn(|w| walls.contains(&w));
             let measured = octave_t20_s(&Truth { panels, ..Truth::new(SIZE, SOURCE) }.measured(&microphones, 0.0, 0.0));
-            let changed = walls.iter().fold(fit.clone(), |fit, w| fit.with_absorption(*w, &PANEL));
+            let mut changed = fit.clone();
+            walls.iter().for_each(|w| changed.set_absorption(*w, &PANEL));
             let off = |t: &dyn Fn(usize) -> f64| -> String {
                 let all: Vec<f64> = (1..7).map(|o| 100.0 * (t(o) / measured[o] - 1.0)).collect();
                 let each = all.iter().map(|v| format!("{v:+.1}")).collect::<Vec<_>>().join(" ");

@@ -1,4 +1,4 @@
-//! Surfaces in voxels, and what pictures foretell of those that no sound has met.
+//! Surfaces in voxels, and what pictures predict of those that no sound has met.
 //!
 //! The truth is a box whose walls are of two materials in squares, each at the very place where a way is mirrored, made by
 //! unfolding straight lines: nothing of it is the product's.
@@ -7,8 +7,8 @@ use promenade_acoustics::Air;
 use promenade_core::glam::{DMat3, DQuat, DVec3};
 use promenade_core::network::Placement;
 use promenade_fit::{
-    BANDS, Clock, FlatRoom, FullFit, FullOptions, MaterialsBeside, Measurement, Measurements, Pictures, Place, Random, Raster,
-    View, Voxels, Walls, full_fit, full_mesh,
+    BANDS, Clock, FittedRoom, FlatRoom, FullFit, FullOptions, MaterialsBeside, Measurement, Measurements, Pictures, Place,
+    Random, Raster, View, Voxels, Walls, full_fit, full_mesh,
 };
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::signal;
@@ -122,7 +122,7 @@ fn pictures() -> Pictures {
     Pictures { views, points: Vec::new(), placement: Placement::IDENTITY }
 }
 
-/// Mean distance from the truth over pieces, bands from 300 Hz to 6 kHz: those that `of` names.
+/// Mean distance from the truth over patches, bands from 300 Hz to 6 kHz: those that `of` names.
 fn off(fit: &FullFit, of: impl Fn(usize) -> bool) -> f64 {
     let found = fit.voxels.as_ref().unwrap();
     let bands: Vec<usize> = (0..BANDS).filter(|b| (300.0..6000.0).contains(&fit.bands.centres_hz[*b])).collect();
@@ -144,12 +144,12 @@ fn surfaces_that_no_sound_has_met_are_guessed_from_those_that_look_alike() {
     let room = FlatRoom::of_box(Walls::of_size(SIZE).unwrap()).unwrap();
     let whole = full_fit(&room, &set, &options, None, &mut |_, _| Ok(())).unwrap();
     let fitted = |pictures: Option<Pictures>| {
-        let mut looks = |room: &FlatRoom, voxels: &Voxels| match &pictures {
-            Some(pictures) => pictures.looks(room, voxels),
+        let mut features = |room: &FlatRoom, voxels: &Voxels| match &pictures {
+            Some(pictures) => pictures.features(room, voxels),
             None => Ok(vec![None; voxels.patches.len()]),
         };
         let mut shares = Vec::new();
-        let fit = whole.in_voxels(&set, 0.44, 1, &mut looks, &mut |share| shares.push(share)).unwrap();
+        let fit = whole.in_voxels(&set, 0.44, 1, &mut features, &mut |share| shares.push(share)).unwrap();
         assert!(shares.is_sorted() && shares.iter().all(|s| (0.0..=1.0).contains(s)));
         fit
     };
@@ -159,7 +159,7 @@ fn surfaces_that_no_sound_has_met_are_guessed_from_those_that_look_alike() {
     let count = (0..own.absorption.len()).filter(|p| touched(*p)).count();
     let [told, without, with] = [off(&blind, touched), off(&blind, |p| !touched(p)), off(&seeing, |p| !touched(p))];
     println!(
-        "{} pieces, {count} touched: off by {told:.3}; others {without:.3}, with pictures {with:.3}",
+        "{} patches, {count} touched: off by {told:.3}; others {without:.3}, with pictures {with:.3}",
         own.absorption.len()
     );
     let met = off(&seeing, touched);
@@ -169,12 +169,13 @@ fn surfaces_that_no_sound_has_met_are_guessed_from_those_that_look_alike() {
     assert!(with < 0.13 && with < 0.65 * without, "{with} {without}");
     assert!(met <= told, "pictures do not pull at what sound tells: {met} {told}");
     assert!(seeing.left < 0.9 * whole.left);
-    // Written for other commands: pieces in groups of their surface.
+    // Written for other commands: patches in groups of their surface.
     let mesh = full_mesh(&seeing).unwrap();
-    let beside = MaterialsBeside::of_full(&seeing, "test");
+    let beside = MaterialsBeside::of(&seeing, "test");
     assert!(mesh.groups.iter().all(|group| beside.materials.contains_key(group)), "{:?}", mesh.groups);
     assert!(mesh.groups.contains(&"x0.1".to_owned()) && mesh.groups.len() <= 6 * 8, "{:?}", mesh.groups);
-    let changed = seeing.with_absorption(0, &[0.5; 7]);
+    let mut changed = seeing;
+    changed.set_absorption(0, &[0.5; 7]);
     let again = changed.voxels.as_ref().unwrap();
     let is_changed = |p: usize| again.absorption[p][8].value == 0.5;
     assert!((0..again.absorption.len()).all(|p| is_changed(p) == (again.voxels.patches[p].surface == 0)));

@@ -3,6 +3,7 @@
 use crate::poses::{noise, walk};
 use cpu_time::ThreadTime;
 use promenade_core::{BlockParams, Quality, Renderer, Scene, Spatializer, StftGrid, Tier};
+use promenade_metrics::statistics::median;
 use std::sync::Arc;
 
 /// Runs that a median is taken over.
@@ -78,12 +79,12 @@ pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, s
             times.push(began.elapsed().as_secs_f64() / played);
         }
     }
-    let bare = median(bare);
+    let bare = median(bare).unwrap_or(f64::NAN);
     engines
         .into_iter()
         .zip(settings)
         .map(|(engine, setting)| {
-            let real_time = median(engine?.1);
+            let real_time = median(engine?.1)?;
             Some(TierCost { tier: setting.quality.tier, real_time, times_stft: real_time / bare })
         })
         .collect()
@@ -115,11 +116,6 @@ fn bare_stft(grid: &StftGrid, frames: usize) -> (f64, Vec<f32>) {
     }
     let seconds = began.elapsed().as_secs_f64();
     (seconds, time)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 #[cfg(test)]

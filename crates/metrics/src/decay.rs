@@ -27,17 +27,22 @@ impl DecayRange {
 pub fn schroeder_db(response: &[f32]) -> Result<Vec<f64>, MetricError> {
     check_finite(response)?;
     let start = onset(response).ok_or(MetricError::Silent)?;
-    let mut curve: Vec<f64> = response[start..].iter().map(|&v| f64::from(v) * f64::from(v)).collect();
-    let mut left = 0.0;
-    for e in curve.iter_mut().rev() {
-        left += *e;
-        *e = left;
+    let curve = backward_integral(response[start..].iter().map(|&v| f64::from(v) * f64::from(v)));
+    let whole = curve[0];
+    // The floor keeps the samples after the last non-zero one at -150 dB.
+    Ok(curve.into_iter().map(|e| 10.0 * (e / whole + 1e-15).log10()).collect())
+}
+
+/// The sum of energies from each one on (Schroeder 1965, eq. 2); the first is that of all.
+#[must_use]
+pub fn backward_integral(energies: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut left: Vec<f64> = energies.into_iter().collect();
+    let mut sum = 0.0;
+    for e in left.iter_mut().rev() {
+        sum += *e;
+        *e = sum;
     }
-    for e in &mut curve {
-        // The floor keeps the samples after the last non-zero one at -150 dB.
-        *e = 10.0 * (*e / left + 1e-15).log10();
-    }
-    Ok(curve)
+    left
 }
 
 /// Reverberation time of a response, seconds for 60 dB of decay, from the least-squares line through the decay curve within

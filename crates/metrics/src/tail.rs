@@ -1,5 +1,6 @@
 //! Buzz of a tail at the hop rate.
 
+use crate::statistics::median;
 use crate::{MetricError, check_finite, check_rate, envelope, samples_in};
 use promenade_fourier::spectrum;
 use std::f64::consts::PI;
@@ -46,9 +47,9 @@ pub fn tail_modulation_db(
     let hop_line = ((hop_hz / spacing_hz).round() as usize).min(lines.len() - 1);
     let around = &lines[hop_line.saturating_sub(3)..(hop_line + 4).min(lines.len())];
     let inside = |i: usize| (i as f64 * spacing_hz) > COMPARED_HZ.0 && (i as f64 * spacing_hz) < COMPARED_HZ.1;
-    let mut compared: Vec<f64> = lines.iter().enumerate().filter(|(i, _)| inside(*i)).map(|(_, &v)| v).collect();
+    let compared = lines.iter().enumerate().filter(|(i, _)| inside(*i)).map(|(_, &v)| v);
     let peak = around.iter().fold(0.0_f64, |m, &v| m.max(v));
-    Ok(20.0 * (peak / median(&mut compared)).log10())
+    Ok(20.0 * (peak / median(compared).unwrap_or(f64::NAN)).log10())
 }
 
 /// Mean over the 4096 samples around each one, the signal being zero beyond its ends.
@@ -62,17 +63,6 @@ fn running_mean(x: &[f64]) -> Vec<f64> {
     (0..x.len())
         .map(|i| (sums[(i + SMOOTHING / 2).min(x.len())] - sums[i.saturating_sub(SMOOTHING / 2)]) / SMOOTHING as f64)
         .collect()
-}
-
-/// The middle value, or the mean of the two middle ones; NaN of nothing.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let half = values.len() / 2;
-    match values {
-        [] => f64::NAN,
-        v if !v.len().is_multiple_of(2) => v[half],
-        v => 0.5 * (v[half - 1] + v[half]),
-    }
 }
 
 #[cfg(test)]
@@ -105,12 +95,5 @@ mod tests {
         ));
         assert_eq!(tail_modulation_db(&vec![0.0; 48_000], 48_000.0, 100.0, 0.0, 1.0), Err(MetricError::Silent));
         assert!(matches!(tail_modulation_db(&vec![0.0; 48_000], 48_000.0, 0.0, 0.0, 1.0), Err(MetricError::Frequency { .. })));
-    }
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), 2.5);
-        assert!(median(&mut []).is_nan());
     }
 }

@@ -1,6 +1,6 @@
 //! What a moving listener adds to a steady tone.
 
-use crate::tail::median;
+use crate::statistics::median;
 use crate::{MetricError, check_finite, check_rate, samples_in};
 use promenade_fourier::Fourier;
 use std::f64::consts::PI;
@@ -71,8 +71,8 @@ pub fn tone_cleanliness(samples: &[f32], sample_rate_hz: f64, tone_hz: f64) -> R
     Ok(Cleanliness {
         outside_worst_db: worst(&outside_db),
         high_worst_db: worst(&high_db),
-        outside_median_db: median(&mut outside_db),
-        high_median_db: median(&mut high_db),
+        outside_median_db: median(outside_db).unwrap_or(f64::NAN),
+        high_median_db: median(high_db).unwrap_or(f64::NAN),
     })
 }
 

@@ -13,7 +13,7 @@ const OCTAVE_HZ: f64 = 180.0;
 const WHOLE: f64 = 1.5;
 /// Distance of places, in waves at the crossover.
 const SPACING: f64 = 0.3;
-/// The same along the height where there are several layers.
+/// Distance of layers along the height where there are several, in waves at the crossover.
 const LAYERS: f64 = 0.5;
 
 /// A room's bass at places of a table.

@@ -31,6 +31,6 @@ impl EnergyVector {
 /// Energy that an ear hears of sound of which a share comes from where the head has this level; the rest comes from everywhere,
 /// where that is 1.
 #[must_use]
-pub fn heard(share: f64, level: f64) -> f64 {
+pub fn ear_energy(share: f64, level: f64) -> f64 {
     1.0 - share + share * level
 }

@@ -1,6 +1,6 @@
 //! Energy over time as time filters of a scene.
 
-use crate::energy_vector::{EnergyVector, heard};
+use crate::energy_vector::{EnergyVector, ear_energy};
 use crate::scene_head::SceneHead;
 use promenade_acoustics::{BANDS, Echogram, octave_energy_from_63};
 use promenade_core::glam::DVec3;
@@ -49,7 +49,7 @@ impl LateEnergies {
         let of_hop = |(hop, vector): (&Hop, &EnergyVector)| -> Vec<f64> {
             let (side, share) = vector.side().unwrap_or_default();
             let energy = |hz: f32| octave_energy_from_63(hop.low, &hop.octaves, f64::from(hz));
-            let level = |(hz, level): (&f32, f64)| energy(*hz) * heard(share, level);
+            let level = |(hz, level): (&f32, f64)| energy(*hz) * ear_energy(share, level);
             head.bands.centres_hz().iter().zip(head.heard_from(side.z)).map(level).collect()
         };
         Self { energies: found.iter().zip(&vectors).map(of_hop).collect(), vectors, direct_s }

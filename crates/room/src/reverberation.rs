@@ -5,7 +5,7 @@
 
 use crate::error::RoomError;
 use promenade_acoustics::{Air, BANDS, Material, OCTAVES_HZ, ParticleOptions, Shoebox, octave_place};
-use promenade_metrics::slope;
+use promenade_metrics::{backward_integral, slope};
 use std::f64::consts::LN_10;
 use std::fmt::{self, Display, Formatter};
 
@@ -143,12 +143,8 @@ fn traced(
 
 /// T20 of energies by bin, from their backward integral.
 fn of_energies(energies: &[f64], bin_s: f64) -> Option<f64> {
-    let mut left = energies.to_vec();
-    let mut sum = 0.0;
-    for e in left.iter_mut().rev() {
-        sum += *e;
-        *e = sum;
-    }
+    let left = backward_integral(energies.iter().copied());
+    let sum = left.first().copied().unwrap_or(0.0);
     let db: Vec<f64> = left.iter().map(|e| 10.0 * (e / sum).max(1e-30).log10()).collect();
     // Energies that have not fallen by more than that when they end have no known slope.
     if sum <= 0.0 || db.last().is_none_or(|last| *last > -25.0) {
@@ -164,7 +160,7 @@ fn of_energies(energies: &[f64], bin_s: f64) -> Option<f64> {
 /// they are. Takes a fraction of a second, a second for times of many seconds.
 ///
 /// # Errors
-/// As [`t20_s`]; a time outside [`T20_S`], none at all.
+/// A box that [`t20_s`] refuses; a time outside [`T20_S`], none at all.
 pub fn match_t20(walls: &Shoebox, air: Air, source: [f64; 3], wanted_s: &Some7, seed: u64) -> Result<Matched, RoomError> {
     let all: Vec<f64> = wanted_s.iter().flatten().copied().collect();
     if all.is_empty() || !all.iter().all(|t| (T20_S.0..=T20_S.1).contains(t)) {

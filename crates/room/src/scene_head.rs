@@ -1,6 +1,6 @@
 //! The head that a room is heard with.
 
-use crate::energy_vector::{EnergyVector, heard};
+use crate::energy_vector::{EnergyVector, ear_energy};
 use promenade_acoustics::{BANDS, OCTAVES_HZ, Octaves};
 use promenade_core::glam::{DVec2, Vec3};
 use promenade_core::head::harmonics;
@@ -90,7 +90,7 @@ impl SceneHead {
         self.top_hz
     }
 
-    /// The same with whom to credit for it, and under which licence.
+    /// This head with whom to credit for it, and under which licence.
     #[must_use]
     pub fn with_credit(self, credit: &str, licence: &str) -> Self {
         Self { credit: credit.to_owned(), licence: licence.to_owned(), ..self }
@@ -171,13 +171,13 @@ impl SceneHead {
         [0, 1].map(|ear| {
             let ratio = |(band, mean): (usize, &f64)| {
                 let level: f64 = near.iter().map(|(node, weight)| weight * self.ears[*node][band][ear]).sum();
-                (heard(share, level) / heard(share, *mean)).sqrt() as f32
+                (ear_energy(share, level) / ear_energy(share, *mean)).sqrt() as f32
             };
             means.iter().enumerate().map(ratio).collect()
         })
     }
 
-    /// As [`Self::rings`], at an elevation whose sine is given.
+    /// [`Self::rings`] at an elevation whose sine is given, by band.
     fn ring(&self, sine: f64) -> impl Iterator<Item = [f64; 2]> {
         let (nodes, count) = match &self.nodes.facing {
             Facing::Emitter { elevation, .. } => elevation.linear(sine.clamp(-1.0, 1.0).asin() as f32),

@@ -102,7 +102,7 @@ impl ShoeboxRoom {
     /// What the room gives of itself.
     ///
     /// # Errors
-    /// As [`Self::scene`].
+    /// The rooms that [`Self::scene`] refuses.
     pub fn surfaces(&self, head: &SceneHead, options: &SceneOptions) -> Result<Surfaces, RoomError> {
         let source = self.check()?;
         let walls = &self.walls;

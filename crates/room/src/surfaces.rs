@@ -41,7 +41,7 @@ pub struct PlayedImage {
     pub position: DVec3,
     /// What walls leave of the amplitude.
     pub gains: Octaves,
-    /// The same in the octave at 63 Hz.
+    /// What walls leave of the amplitude in the octave at 63 Hz.
     pub gain_63: f32,
     /// [`Image::faces`].
     pub faces: Vec<u32>,
@@ -78,7 +78,7 @@ impl Played {
                 let energy: f64 = image.gains.iter().map(|g| f64::from(*g).powi(2)).sum();
                 entry.score = entry.score.max(energy / at.distance_squared(image.position.into()).max(1e-4));
                 entry.sums.iter_mut().zip(walls(image)).for_each(|(s, g)| *s += f64::from(g));
-                entry.sum_63 += f64::from(image.gain_63 / image.sent[0]);
+                entry.sum_63 += f64::from(image.gain_63 / image.directivity[0]);
                 entry.seen += 1.0;
             }
         }
@@ -110,7 +110,7 @@ fn share(seen: &[Image], played: &PlayedImage) -> f32 {
 
 /// What walls leave of an image's amplitude.
 fn walls(image: &Image) -> Octaves {
-    std::array::from_fn(|octave| image.gains[octave] / image.sent[octave])
+    std::array::from_fn(|octave| image.gains[octave] / image.directivity[octave])
 }
 
 /// What a gain of 1 is in a scene.

@@ -2,6 +2,7 @@
 
 use crate::answers::{Answer, Trial, grouped};
 use fastrand::Rng;
+use promenade_metrics::statistics::{median, quantile};
 
 /// Draws of persons for an interval, where those of all conditions are no more than this many ratings together ...
 const DRAWS: usize = 2000;
@@ -87,7 +88,7 @@ fn of_item(item: &str, rated: &[&Rated<'_>]) -> Ratings {
         RatedCondition {
             name: name.to_owned(),
             reference: of.iter().any(|r| r.reference),
-            quartiles: [0.25, 0.5, 0.75].map(|share| quantile(&ratings, share)),
+            quartiles: [0.25, 0.5, 0.75].map(|share| quantile(&ratings, share).unwrap_or(f64::NAN)),
             interval: interval(&of, (MOST_DRAWN / rated.len()).clamp(FEWEST_DRAWS, DRAWS)),
             mean: ratings.iter().sum::<f64>() / ratings.len() as f64,
             ratings,
@@ -106,30 +107,13 @@ fn interval(rated: &[&Rated<'_>], draws: usize) -> Option<[f64; 2]> {
     }
     let mut rng = Rng::with_seed(1);
     let mut medians: Vec<f64> = (0..draws)
-        .map(|_| {
+        .filter_map(|_| {
             let drawn = (0..persons.len()).flat_map(|_| &persons[rng.usize(0..persons.len())].1);
-            median(drawn.map(|r| r.rating).collect())
+            median(drawn.map(|r| r.rating))
         })
         .collect();
     medians.sort_by(f64::total_cmp);
-    Some([0.025, 0.975].map(|share| quantile(&medians, share)))
-}
-
-/// The median of values in any order; NaN of none.
-fn median(mut values: Vec<f64>) -> f64 {
-    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
-    let (_, below, above) = values.select_nth_unstable_by(last / 2, f64::total_cmp);
-    let above = above.iter().copied().min_by(f64::total_cmp).filter(|_| last % 2 == 1);
-    above.map_or(*below, |above| *below + (above - *below) * 0.5)
-}
-
-/// A value below which this share of rising values lies, interpolated; NaN of none.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let place = share * last as f64;
-    let below = place.floor() as usize;
-    let above = (below + 1).min(last);
-    sorted[below] + (sorted[above] - sorted[below]) * place.fract()
+    Some([quantile(&medians, 0.025)?, quantile(&medians, 0.975)?])
 }
 
 #[cfg(test)]

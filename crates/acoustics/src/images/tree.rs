@@ -1,10 +1,9 @@
 //! Sequences of planes that a source is mirrored in.
 
-use super::ImageOptions;
 use super::cone::Cone;
-use crate::lattice::direction;
-use crate::ray::Ray;
+use crate::directivity::lattice::direction;
 use crate::room::Room;
+use crate::room::ray::Ray;
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -75,13 +74,13 @@ impl Tree {
     }
 
     /// The sequences of planes that beams meet. Returns the cones of all nodes.
-    pub(super) fn grow_along(mut self, room: &Room, options: &ImageOptions) -> Vec<Candidate> {
-        let order = options.order as usize;
-        let mut steps = vec![(NOTHING, DVec3::ZERO); options.beams * order];
+    pub(super) fn grow_along(mut self, room: &Room, order: u32, beams: usize) -> Vec<Candidate> {
+        let order = order as usize;
+        let mut steps = vec![(NOTHING, DVec3::ZERO); beams * order];
         if order > 0 {
             let source = self.nodes[0].position;
             steps.par_chunks_mut(order).with_min_len(256).enumerate().for_each(|(i, steps)| {
-                let mut ray = Ray::new(source, direction(i, options.beams));
+                let mut ray = Ray::new(source, direction(i, beams));
                 for step in steps {
                     let Some(hit) = ray.cast(room) else { return };
                     ray.mirror(room, &hit);
@@ -100,7 +99,7 @@ impl Tree {
                 *visit = node;
             }
         }
-        let half_angle = OVERLAP * 2.0 / (options.beams as f64).sqrt();
+        let half_angle = OVERLAP * 2.0 / (beams as f64).sqrt();
         let mut cones: Vec<(Cone, f64)> = self.nodes.iter().map(|node| node.cone()).map(|cone| (cone, 1.0)).collect();
         for ((_, direction), visit) in steps.iter().zip(&visits).filter(|(_, visit)| **visit != NOTHING) {
             let (cone, least) = &mut cones[*visit as usize];

@@ -1,8 +1,8 @@
 //! Tables of materials from files of comma-separated values.
 
-use super::{Entry, Materials, key};
-use crate::bands::Shares;
+use super::catalogue::{Entry, Materials, key};
 use crate::error::AcousticsError;
+use crate::materials::shares::Shares;
 use promenade_audio::file;
 use std::path::Path;
 

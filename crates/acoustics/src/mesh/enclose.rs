@@ -92,7 +92,7 @@ impl Mesh {
     /// outermost 2 % on each side are left out. It holds some places, as of cameras, and a cell and 0.3 m about them.
     ///
     /// # Errors
-    /// As [`Mesh::box_around`]; a cell that is not above 0.
+    /// The points and places that [`Mesh::box_around`] refuses; a cell that is not above 0.
     pub fn hull_around(points: &[[f64; 3]], held: &[[f64; 3]], cell_m: f64) -> Result<Self, AcousticsError> {
         check(points, held)?;
         if !(cell_m > 0.0 && cell_m.is_finite()) {

@@ -7,6 +7,7 @@
 use super::Mesh;
 use super::welded::Welded;
 use glam::{DMat3, DVec3};
+use promenade_metrics::statistics::median_high;
 use std::fmt;
 
 /// A mesh of more planes than this may be a scan.
@@ -135,10 +136,9 @@ impl Welded {
         let off = |(own, (sum, normal, count)): (&DVec3, &(DVec3, DVec3, u32))| {
             (*count >= 6).then(|| (*own - *sum / f64::from(*count)).dot(normal.normalize_or_zero()).abs())
         };
-        let mut all: Vec<f64> = self.places.iter().zip(&sums).filter_map(off).collect();
-        all.sort_by(f64::total_cmp);
         // The median of the absolute value is .6745 deviations, and the mean of six adds a sixth to the variance.
-        all.get(all.len() / 2).map_or(0.0, |median| median / 0.6745 / (7.0_f64 / 6.0).sqrt())
+        let median = median_high(self.places.iter().zip(&sums).filter_map(off));
+        median.map_or(0.0, |median| median / 0.6745 / (7.0_f64 / 6.0).sqrt())
     }
 }
 

@@ -17,9 +17,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
         .unwrap_or_else(|_| Err(AcousticsError::content(path, "a whole glTF file", "one whose parts do not fit each other")))
 }
 
-fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
+/// The bytes of all buffers.
+fn buffers(path: &Path, file: &gltf::Gltf) -> Result<Vec<Vec<u8>>, AcousticsError> {
     let wrong = |expected: &str, found: String| AcousticsError::content(path, expected, found);
-    let file = gltf::Gltf::from_slice(bytes).map_err(|e| wrong("a readable glTF file", e.to_string()))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut buffers = Vec::new();
     for buffer in file.buffers() {
@@ -35,6 +35,13 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
         }
         buffers.push(data);
     }
+    Ok(buffers)
+}
+
+fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
+    let wrong = |expected: &str, found: String| AcousticsError::content(path, expected, found);
+    let file = gltf::Gltf::from_slice(bytes).map_err(|e| wrong("a readable glTF file", e.to_string()))?;
+    let buffers = buffers(path, &file)?;
     // A value takes a byte at least; without a limit a short file could ask for any memory.
     let held: usize = buffers.iter().map(Vec::len).sum();
     if let Some(long) = file.accessors().find(|accessor| accessor.count() > held) {

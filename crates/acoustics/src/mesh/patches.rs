@@ -2,9 +2,9 @@
 
 use super::welded::Welded;
 use super::{Mesh, Triangle, normal};
-use crate::material::Material;
+use crate::materials::curve::Curve;
+use crate::materials::material::Material;
 use crate::octave::OCTAVES_HZ;
-use crate::shares::Curve;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 

@@ -1,8 +1,9 @@
 //! PLY files, text and binary: polygons of one group.
 
+use super::ply_file::{Ply, PlyLimits};
 use super::{MAX_TRIANGLES, MAX_VERTICES, Mesh, Triangle};
 use crate::error::AcousticsError;
-use crate::ply::{Ply, PlyError, PlyLimits};
+
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
@@ -25,10 +26,9 @@ impl PropertyAccess for Vertex {
 }
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
-    let wrong = |e: PlyError| AcousticsError::content(path, format!("{}{}", e.place, e.expected), e.found);
     let limits = PlyLimits { vertices: MAX_VERTICES, faces: MAX_TRIANGLES };
-    let ply = Ply::<Vertex>::read(bytes, limits).map_err(wrong)?;
-    let triangles = ply.triangles(|v| v.0).map_err(wrong)?;
+    let ply = Ply::<Vertex>::read(bytes, limits).map_err(|e| e.at(path))?;
+    let triangles = ply.triangles(|v| v.0).map_err(|e| e.at(path))?;
     let mut mesh = Mesh { vertices: ply.vertices.into_iter().map(|v| v.0).collect(), ..Mesh::default() };
     let group = mesh.group("surface");
     mesh.triangles = triangles.into_iter().map(|corners| Triangle { corners, group }).collect();

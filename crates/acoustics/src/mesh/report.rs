@@ -35,19 +35,26 @@ pub struct MeshReport {
     pub volume_m3: Option<f64>,
 }
 
+/// A triangle: numbers of its corners, those that lie together being one, and their places.
+type Face = ([u32; 3], [DVec3; 3]);
+
+/// Triangles that differ.
+struct Faces {
+    faces: Vec<Face>,
+    degenerate: usize,
+    duplicate: usize,
+}
+
 impl Mesh {
-    /// Looks for leaks, triangles without an area or looking the other way, and sizes that no room has.
-    #[must_use]
-    pub fn report(&self) -> MeshReport {
-        let [low, high] = self.bounds().map(DVec3::from_array);
-        let cell = (WELD * low.distance(high)).max(f64::MIN_POSITIVE);
+    /// The triangles that differ, with corners in one cell being one.
+    fn faces(&self, low: DVec3, cell: f64) -> Faces {
         let mut numbers: HashMap<[i64; 3], u32> = HashMap::new();
         let mut weld = |v: DVec3| {
             let key = ((v - low) / cell).round().to_array().map(|c| c as i64);
             let next = numbers.len() as u32;
             *numbers.entry(key).or_insert(next)
         };
-        let mut faces: Vec<([u32; 3], [DVec3; 3])> = Vec::new();
+        let mut faces: Vec<Face> = Vec::new();
         let mut seen: HashMap<[u32; 3], ()> = HashMap::new();
         let (mut degenerate, mut duplicate) = (0, 0);
         for t in &self.triangles {
@@ -70,6 +77,15 @@ impl Mesh {
                 faces.push((welded, corners));
             }
         }
+        Faces { faces, degenerate, duplicate }
+    }
+
+    /// Looks for leaks, triangles without an area or looking the other way, and sizes that no room has.
+    #[must_use]
+    pub fn report(&self) -> MeshReport {
+        let [low, high] = self.bounds().map(DVec3::from_array);
+        let cell = (WELD * low.distance(high)).max(f64::MIN_POSITIVE);
+        let Faces { faces, degenerate, duplicate } = self.faces(low, cell);
         // Of each edge, its triangles and whether they go along it upwards.
         let mut edges: HashMap<[u32; 2], Vec<(usize, bool)>> = HashMap::new();
         let mut open_length_m = 0.0;

@@ -1,8 +1,8 @@
 //! Spheres that collect rays.
 
 use crate::error::{AcousticsError, place};
-use crate::ray::Ray;
 use crate::room::Room;
+use crate::room::ray::Ray;
 use glam::DVec3;
 
 /// Least radius, as a share of the one asked for: right at a wall part of a sphere is behind it.

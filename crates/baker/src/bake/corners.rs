@@ -42,7 +42,7 @@ impl Bend {
         let from = DVec3::from(way.from);
         let own = way.from != source.position;
         let key = (own.then(|| (from / SAME).round().to_array().map(|c| c as i64)), way.edge.map(|end| end.map(f64::to_bits)));
-        Self { key, from, sent: way.sent }
+        Self { key, from, sent: way.gains }
     }
 }
 
@@ -74,7 +74,7 @@ pub(super) fn corners(
     let axes = [axis(0), axis(1), Axis::single(z)];
     let [nx, ny] = [axes[0].count(), axes[1].count()];
     let edges = Edges::of(mesh);
-    let lit = edges.lit(room, images, Reflected::Specular)?;
+    let lit = edges.diffracted_images(room, images, Reflected::Specular)?;
     let closed = mesh.report().volume_m3.is_some();
     let look = |i: usize| -> Result<Option<Look>, BakeError> {
         let at = Vec3::new(axes[0].nodes()[i % nx], axes[1].nodes()[i / nx], z).as_dvec3().to_array();
@@ -84,10 +84,10 @@ pub(super) fn corners(
         let emitter = if room.sees(source.position, at)? {
             Sight::Seen
         } else {
-            let around = edges.around_any(room, source, at)?;
+            let around = edges.paths_round_one_or_two(room, source, at)?;
             around.first().map_or(Sight::Nothing, |way| Sight::Round(Bend::of(way, source)))
         };
-        let bent = lit.around(at)?.iter().take(MOST_BENT).map(|way| Bend::of(way, source)).collect();
+        let bent = lit.paths(at)?.iter().take(MOST_BENT).map(|way| Bend::of(way, source)).collect();
         let mut seen = 0;
         for (i, image) in played.iter().take(Corners::MOST_SEEN).enumerate() {
             seen |= u32::from(images.sees(room, at, *image)?) << i;

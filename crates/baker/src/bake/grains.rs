@@ -5,6 +5,7 @@ use crate::bake::ears::Ears;
 use promenade_core::{OCTAVES, OCTAVES_HZ};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::signal;
+use promenade_metrics::statistics::median_high;
 use std::f64::consts::PI;
 
 /// The lowest octave that grains are taken from: longer waves outlast them, and neighbouring responses agree in their phases.
@@ -132,9 +133,8 @@ fn smoothed(samples: &[f64], rate: f64) -> Vec<f64> {
 /// The median of energies around a sample.
 fn floor(energies: &[f64], at: usize, rate: f64) -> f64 {
     let reach = (FLOOR_S * rate) as usize;
-    let mut around = energies[at.saturating_sub(reach)..(at + reach + 1).min(energies.len())].to_vec();
-    let middle = around.len() / 2;
-    *around.select_nth_unstable_by(middle, f64::total_cmp).1
+    let around = &energies[at.saturating_sub(reach)..(at + reach + 1).min(energies.len())];
+    median_high(around.iter().copied()).unwrap_or(0.0)
 }
 
 /// Least squares from 0 to `most`, one unknown after the other.

@@ -5,6 +5,7 @@ use crate::error::BakeError;
 use crate::sources::responses::Responses;
 use glam::{Quat, Vec3};
 use promenade_core::{Axis, Facing, FieldGrid, Pose, glam};
+use promenade_metrics::statistics::median_high;
 
 /// Two positions closer than this are one, metres.
 pub(crate) const SAME_PLACE_M: f32 = 1e-3;
@@ -160,9 +161,8 @@ impl Layout {
             let distances = beside.map(|s| s.direction.distance(site.direction)).filter(|d| *d > SAME_PLACE_M);
             nearest.extend(distances.reduce(f32::min));
         }
-        nearest.sort_by(f32::total_cmp);
         let all = || median_spacing(self.sites.iter().map(|s| s.direction));
-        nearest.get(nearest.len() / 2).copied().unwrap_or_else(all)
+        median_high(nearest.into_iter().map(f64::from)).map_or_else(all, |spacing| spacing as f32)
     }
 
     /// Whether all sources lie at the height of the head.
@@ -246,13 +246,11 @@ fn count_places(places: impl Iterator<Item = Vec3>) -> usize {
 /// Median distance from a point to the nearest other point that is not the same; 1 where there is none.
 fn median_spacing(points: impl Iterator<Item = Vec3>) -> f32 {
     let points: Vec<Vec3> = points.collect();
-    let mut nearest: Vec<f32> = points
+    let nearest = points
         .iter()
         .map(|p| points.iter().map(|q| p.distance(*q)).filter(|d| *d > SAME_PLACE_M).fold(f32::MAX, f32::min))
-        .filter(|d| *d < f32::MAX)
-        .collect();
-    nearest.sort_by(f32::total_cmp);
-    nearest.get(nearest.len() / 2).copied().unwrap_or(1.0)
+        .filter(|d| *d < f32::MAX);
+    median_high(nearest.map(f64::from)).map_or(1.0, |spacing| spacing as f32)
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use crate::signal::spectrum::{Analyser, at};
 use crate::sources::responses::Response;
 use promenade_core::{Bands, LOWEST_BINS, StftGrid, TailModel, TransferShape};
 use promenade_metrics::slope;
+use promenade_metrics::statistics::median_high;
 use promenade_room::{HopEnergies, LONGEST_EARLY_S, SHORTEST_EARLY_S, late_gain};
 
 /// Reverberation times below this are taken for a failed fit, seconds.
@@ -38,7 +39,7 @@ const FEWEST_HOPS: usize = 6;
 fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec<f32>, BakeError> {
     let bands = mean.first().map_or(0, Vec::len);
     let mut fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s)).collect();
-    let Some(all) = median(fitted.iter().flatten().copied()) else {
+    let Some(all) = median_high(fitted.iter().flatten().copied()) else {
         check_fall(mean, from, hop_s, direct)?;
         return Ok(vec![0.3; bands]);
     };
@@ -49,7 +50,7 @@ fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec
     // A band without a decay of its own takes the median of the others.
     let longest = PLAUSIBLE_T60_S.max(PLAUSIBLE_RATIO * all);
     fitted.iter_mut().for_each(|t| *t = t.filter(|t| *t <= longest));
-    let typical = median(fitted.iter().flatten().copied()).unwrap_or(all);
+    let typical = median_high(fitted.iter().flatten().copied()).unwrap_or(all);
     Ok(fitted.iter().map(|t| t.unwrap_or(typical) as f32).collect())
 }
 
@@ -189,7 +190,7 @@ impl Room {
         let direct = directs.iter().flat_map(|d| &d.gain).flatten().map(|g| g * g).sum::<f64>() / (ears * grid.bins() as f64);
         let t60 = t60_s(&mean, fitted_from, grid.hop_s(), direct)?;
         let early_s = early_s.unwrap_or_else(|| {
-            let typical = median(t60.iter().map(|t| f64::from(*t))).unwrap_or_default();
+            let typical = median_high(t60.iter().map(|t| f64::from(*t))).unwrap_or_default();
             (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S)
         });
         let shape = Self::shape(measured, grid, early_s);
@@ -220,12 +221,6 @@ impl Room {
         let heard = late.zip(directs).map(|(late, direct)| ResponseParts { direct, late }).collect();
         Ok((room, heard))
     }
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 /// Gains of the late part of one response, `[ear][band]`.

@@ -4,7 +4,7 @@ use crate::sources::simulation::Hrtf;
 use promenade_core::TransferShape;
 use promenade_core::glam::Quat;
 use promenade_fourier::num_complex::Complex32;
-use promenade_room::{EnergyVector, SceneHead, heard, sided};
+use promenade_room::{EnergyVector, SceneHead, ear_energy, sided};
 use std::ops::Range;
 
 /// A third-octave about a band's centre: half of it, as a ratio.
@@ -46,7 +46,8 @@ impl<'a> Sides<'a> {
                 let energy: f64 = spectrum[bins.clone()].iter().map(|x| f64::from(x.norm_sqr())).sum();
                 energy / bins.len() as f64
             };
-            let ratio = |(bins, mean): (&Range<usize>, &f64)| (heard(share, level(bins)) / heard(share, *mean)).sqrt() as f32;
+            let ratio =
+                |(bins, mean): (&Range<usize>, &f64)| (ear_energy(share, level(bins)) / ear_energy(share, *mean)).sqrt() as f32;
             self.bins.iter().zip(&means).map(ratio).collect()
         })
     }

@@ -17,6 +17,7 @@ use promenade_core::decode::CloudDecoder;
 use promenade_core::network::{Masks, Network};
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{AnchorCloud, Pose, Scene, StftGrid};
+use promenade_metrics::statistics::median;
 use std::sync::Arc;
 use stream::{Contender, PoseMasks, name_of, single_frames};
 
@@ -190,10 +191,5 @@ fn decode_s(scene: &Arc<Scene>, poses: &[Pose]) -> Option<f64> {
         decoder.decode(pose, &mut answer);
         began.elapsed().as_secs_f64()
     });
-    median(times.collect())
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    median(times)
 }

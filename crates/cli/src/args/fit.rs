@@ -38,7 +38,7 @@ pub(crate) struct FitArgs {
     #[arg(long, value_name = "METRES", value_parser = within(0.01, 100.0))]
     pub(crate) voxel: Option<f64>,
     #[command(flatten)]
-    pub(crate) looks: PictureArgs,
+    pub(crate) appearance: PictureArgs,
     /// Reflections of images in a full fit
     #[arg(long, default_value_t = 8, conflicts_with = "quick", value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) order: u32,
@@ -62,10 +62,10 @@ pub(crate) struct FitArgs {
     /// Emitter of a scene, metres [default: the first measurement's source]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) emitter: Option<Vec3>,
-    /// Compare what is foretold at places that are held out, and print it as a table with all baselines
+    /// Compare what is predicted at places that are held out, and print it as a table with all baselines
     #[arg(long)]
     pub(crate) evaluate: bool,
-    /// Measurements of the same room with changed walls, which --materials says; what the fitted room foretells of them is
+    /// Measurements of the same room with changed walls, which --materials says; what the fitted room predicts of them is
     /// judged
     #[arg(long, value_name = "MEASUREMENTS")]
     pub(crate) changed: Option<PathBuf>,
@@ -116,7 +116,7 @@ pub(crate) enum Per {
     Material,
     /// Each flat wall
     Wall,
-    /// Each piece of a surface that lies in one voxel, after whole surfaces are fitted
+    /// Each patch of a surface that lies in one voxel, after whole surfaces are fitted
     Voxels,
 }
 

@@ -1,20 +1,20 @@
-//! What fits and baselines foretell, as tables.
+//! What fits and baselines predict, as tables.
 
-use super::pieces::Pieces;
-use super::room::{self, Stated};
-use super::{Fitted, full};
+use super::fitter::Fitter;
+use super::room::Stated;
 use crate::args::FitArgs;
 use crate::report;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use promenade_acoustics::{Material, Materials};
 use promenade_fit::{
-    Alike, FITTED_HZ, Foretold, Form, Measurements, Row, Split, WALLS, all_figures, baselines, errors, fit_row,
-    foretold_errors, full_fit, mean_rows, octave_t20_s, quick_row, table,
+    Alike, FITTED_HZ, FittedRoom, Form, FullFit, Measurements, RoomModel, Row, Split, all_figures, baselines, fit_row,
+    mean_rows, octave_t20_s, prediction_errors, table,
 };
 use std::path::Path;
 
-/// Judges what is foretold at places that are held out.
-pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, pieces: Option<&Pieces>, set: &Measurements) -> Result<()> {
+/// Judges what is predicted at places that are held out.
+pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measurements) -> Result<()> {
+    let args = fitter.args;
     let convention = args.convention.into();
     let count = set.all.len();
     let places = args.places.unwrap_or(count.div_ceil(3));
@@ -24,25 +24,19 @@ pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, pieces: Option<&Pi
     for i in 0..u64::from(args.splits) {
         let split = Split::drawn(count, places, args.seed.wrapping_add(i))?;
         let mut rows = baselines(set, &figures, &split, convention);
+        let row = |name: &str, fit: &dyn RoomModel| fit_row(name, fit, set, &figures, &split, convention);
         if let Some(stated) = room {
             // One that is searched is searched in the places that are fitted to.
-            let room = &stated.room(&set.only(&split.train))?;
+            let train = set.only(&split.train);
+            let room = &stated.room(&train)?;
             if matches!(room.form, Form::Box(_)) {
-                rows.push(quick_row(&room::of_box(room)?, set, &figures, &split, convention, args.seed)?);
+                rows.push(row("quick fit", &fitter.quick(room, &train)?));
             }
             if !args.quick {
-                let each = |share: f64| bar.at((i as f64 + share) / f64::from(args.splits));
-                let whole = if pieces.is_some() { full::WHOLE } else { 1.0 };
-                let train = set.only(&split.train);
-                let fit = full_fit(room, &train, &full::options(args), None, &mut |_, share| {
-                    each(whole * share);
-                    Ok(())
-                })?;
-                rows.push(fit_row("full fit", &fit, set, &figures, &split, convention));
-                if let Some(pieces) = pieces {
-                    let fit = pieces.fit(&fit, &train, args.seed, &mut |share| each(whole + (1.0 - whole) * share))?;
-                    rows.push(fit_row("full fit in voxels", &fit, set, &figures, &split, convention));
-                }
+                let each = &mut |share| bar.at((i as f64 + share) / f64::from(args.splits));
+                let (whole, patches) = fitter.full(room, &train, None, &|_| Ok(()), each)?;
+                rows.push(row("full fit", &whole));
+                rows.extend(patches.map(|patches| row("full fit in voxels", &patches)));
             }
         }
         tables.push(rows);
@@ -59,42 +53,32 @@ pub(super) fn held_out(args: &FitArgs, room: Option<&Stated>, pieces: Option<&Pi
 }
 
 /// Judges a fitted room with other materials on measurements of the changed room.
-pub(super) fn changed(args: &FitArgs, path: &Path, fit: &Fitted, set: &Measurements) -> Result<()> {
+pub(super) fn changed(args: &FitArgs, path: &Path, fit: &mut dyn FittedRoom, set: &Measurements) -> Result<()> {
     let mut options = args.set.options();
     options.setting.clone_from(&args.changed_setting);
     let judge = Measurements::load(path, &options)?;
     report::notes(&judge.notes);
     if !args.alike.is_empty() {
-        return alike(args, fit, set, &judge);
+        let full = fit.full().context("--alike: expected a full fit, found --quick")?;
+        return alike(args, full, set, &judge);
     }
     let convention = args.convention.into();
     let figures = all_figures(&judge, convention);
-    let row = |name: &str, errors| Row { name: name.to_owned(), errors };
-    let rows = match fit {
-        Fitted::Quick(fit) => {
-            let mut other = fit.clone();
-            for (wall, material) in materials(&WALLS.map(str::to_owned), &args.materials)? {
-                *other = other.with_absorption(wall, &material.absorption);
-            }
-            let of = |fit| errors(fit, set, &judge, &figures, convention);
-            [row("unchanged", of(fit)), row("changed", of(&other))]
-        }
-        Fitted::Full(fit) => {
-            let mut other = fit.clone();
-            for (surface, material) in materials(&fit.room.surfaces, &args.materials)? {
-                *other = other.with_absorption(surface, &material.absorption);
-            }
-            let of = |fit| foretold_errors(&Foretold::of_full(fit, set), &judge, &figures, convention);
-            [row("unchanged", of(fit)), row("changed", of(&other))]
-        }
+    let row = |name: &str, fit: &dyn RoomModel| Row {
+        name: name.to_owned(),
+        errors: prediction_errors(fit, set, &judge, &figures, convention),
     };
-    report::line(format_args!("{}: foretold of {}, {}", judge.title, set.title, convention.name()));
+    let unchanged = row("unchanged", fit);
+    for (surface, material) in materials(&fit.surfaces(), &args.materials)? {
+        fit.set_absorption(surface, &material.absorption);
+    }
+    let rows = [unchanged, row("changed", fit)];
+    report::line(format_args!("{}: predicted from {}, {}", judge.title, set.title, convention.name()));
     report::print(&report::table(&table(&rows), args.markdown))
 }
 
 /// What surfaces absorb that were changed together.
-fn alike(args: &FitArgs, fit: &Fitted, before: &Measurements, after: &Measurements) -> Result<()> {
-    let Fitted::Full(fit) = fit else { bail!("--alike: expected a full fit, found --quick") };
+fn alike(args: &FitArgs, fit: &FullFit, before: &Measurements, after: &Measurements) -> Result<()> {
     let number = |name: &String| {
         let names = &fit.room.surfaces;
         names

@@ -7,8 +7,9 @@ use promenade_acoustics::{Material, Materials, Room, Shoebox, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_baker::{LoadOptions, Responses};
+use promenade_core::Scene;
 use promenade_core::glam::{DVec3, Vec3};
-use promenade_fit::{FullFit, MaterialsBeside, Measurements, QuickFit, full_mesh};
+use promenade_fit::{FittedRoom, Form, FullFit, MaterialsBeside, Measurements, Walls, full_mesh};
 use promenade_room::{PLAYED_IMAGES, SceneOptions, ShoeboxRoom};
 use std::path::Path;
 
@@ -39,22 +40,33 @@ fn recipe(args: &FitArgs, set: &Measurements) -> String {
     format!("fit {} --head {head} --seed {}{}", set.title, args.seed, args.set.air)
 }
 
-/// A box as the editor makes it.
-pub(super) fn of_box(
+pub(super) fn write(
     args: &FitArgs,
     output: &Path,
-    fit: &QuickFit,
+    fit: &dyn FittedRoom,
     set: &Measurements,
     beside: &MaterialsBeside,
 ) -> Result<()> {
     let hrtf = head(args, output)?;
+    let baked = match (fit.full(), fit.form()) {
+        (Some(full), _) => of_room(args, &hrtf, full, set, beside)?,
+        (None, Form::Box(walls)) => of_box(args, &hrtf, &walls, set, beside)?,
+        (None, Form::Mesh(_)) => bail!("expected a box"),
+    };
+    let bytes = scene::write(output, &baked)?;
+    report::line(format_args!("{}: {} kB", output.display(), bytes.div_ceil(1000)));
+    Ok(())
+}
+
+/// A box as the editor makes it.
+fn of_box(args: &FitArgs, hrtf: &Hrtf, walls: &Walls, set: &Measurements, beside: &MaterialsBeside) -> Result<Scene> {
     let Ok(materials) = materials(&promenade_fit::WALLS.map(str::to_owned), beside)?.try_into() else {
         bail!("expected six walls")
     };
     let source = set.all.first().map_or(Vec3::ZERO, |m| DVec3::from(m.source.at_m).as_vec3());
     let room = ShoeboxRoom {
-        walls: Shoebox { size: fit.walls.size_m(), materials },
-        corner: DVec3::from(fit.walls.low_m).as_vec3(),
+        walls: Shoebox { size: walls.size_m(), materials },
+        corner: DVec3::from(walls.low_m).as_vec3(),
         emitter: args.emitter.unwrap_or(source),
     };
     let options = SceneOptions {
@@ -65,20 +77,11 @@ pub(super) fn of_box(
         title: format!("{}, fitted", set.title),
         recipe: recipe(args, set),
     };
-    let bytes = scene::write(output, &room.scene(&scene_head(&hrtf)?, &options)?)?;
-    report::line(format_args!("{}: {} kB", output.display(), bytes.div_ceil(1000)));
-    Ok(())
+    Ok(room.scene(&scene_head(hrtf)?, &options)?)
 }
 
 /// Any room, with the source as it was found.
-pub(super) fn of_room(
-    args: &FitArgs,
-    output: &Path,
-    fit: &FullFit,
-    set: &Measurements,
-    beside: &MaterialsBeside,
-) -> Result<()> {
-    let hrtf = head(args, output)?;
+fn of_room(args: &FitArgs, hrtf: &Hrtf, fit: &FullFit, set: &Measurements, beside: &MaterialsBeside) -> Result<Scene> {
     let mesh = full_mesh(fit)?;
     let room = Room::new(&mesh, &materials(&mesh.groups, beside)?)?;
     let (found, facing) = match (fit.places.first(), set.all.first()) {
@@ -104,11 +107,6 @@ pub(super) fn of_room(
         recipe: recipe(args, set),
     };
     let bar = report::Bar::new(1.0);
-    let baked = bake_geometry(&mesh, &room, &Source { position, directivity }, &hrtf, &options, |share| {
-        bar.at(share);
-    })?;
-    drop(bar);
-    let bytes = scene::write(output, &baked)?;
-    report::line(format_args!("{}: {} kB", output.display(), bytes.div_ceil(1000)));
-    Ok(())
+    let source = Source { position, directivity };
+    Ok(bake_geometry(&mesh, &room, &source, hrtf, &options, |share| bar.at(share))?)
 }

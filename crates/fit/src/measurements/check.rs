@@ -1,8 +1,9 @@
 //! What every set of measurements must fulfil, and what is odd about it.
 
-use super::{Clock, Measurements};
+use super::set::{Clock, Measurement, Measurements};
 use crate::error::FitError;
 use promenade_metrics::onset;
+use promenade_metrics::statistics::median;
 
 /// Farther than this from the origin, nobody measured a room, metres: places may be in millimetres.
 const FARTHEST_M: f64 = 500.0;
@@ -58,19 +59,30 @@ impl Measurements {
         Ok(())
     }
 
+    /// Refuses a source or a microphone outside of a box along the axes, given by its least and greatest coordinates, metres.
+    pub(crate) fn check_within(&self, [low, high]: [[f64; 3]; 2]) -> Result<(), FitError> {
+        for one in &self.all {
+            for (what, at) in [("source", one.source.at_m), ("microphone", one.microphone.at_m)] {
+                if (0..3).any(|a| at[a] < low[a] || at[a] > high[a]) {
+                    let expected = format!("its {what} in the room from {low:?} to {high:?} m");
+                    return Err(crate::error::measurement(&one.name, expected, format!("{at:?}")));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Responses in which something as loud as the direct sound comes later than a room's echo can.
     fn note_second_sounds(&mut self) {
         let rate = f64::from(self.sample_rate_hz);
         let piece = (PIECE_S * rate) as usize;
-        let second = |one: &super::Measurement| -> Option<f64> {
+        let second = |one: &Measurement| -> Option<f64> {
             let start = onset(&one.samples)?.saturating_sub(piece / 5);
             let energies: Vec<f64> =
                 one.samples[start..].chunks(piece).map(|c| c.iter().map(|v| f64::from(*v).powi(2)).sum()).collect();
             let about = |i: usize| {
                 let near = i.saturating_sub(5)..(i + 6).min(energies.len());
-                let mut others: Vec<f64> = near.filter(|j| j.abs_diff(i) > 1).map(|j| energies[j]).collect();
-                others.sort_by(f64::total_cmp);
-                others.get(others.len() / 2).copied().unwrap_or(0.0)
+                median(near.filter(|j| j.abs_diff(i) > 1).map(|j| energies[j])).unwrap_or(0.0)
             };
             let from = (SECOND_S / PIECE_S) as usize;
             let loud = |i: &usize| energies[*i] > SECOND.0 * energies[0] && energies[*i] > SECOND.1 * about(*i);
@@ -118,20 +130,15 @@ impl Measurements {
     fn note_times(&mut self) {
         let rate = f64::from(self.sample_rate_hz);
         let speed = self.air.speed_m_s();
-        let late = |one: &super::Measurement| onset(&one.samples).map(|at| at as f64 / rate - one.distance_m() / speed);
+        let late = |one: &Measurement| onset(&one.samples).map(|at| at as f64 / rate - one.distance_m() / speed);
         let known: Vec<(f64, &str)> = self
             .all
             .iter()
             .filter(|one| one.clock == Clock::Known)
             .filter_map(|one| Some((late(one)?, one.name.as_str())))
             .collect();
-        if known.is_empty() {
-            return;
-        }
+        let Some(median) = median(known.iter().map(|(t, _)| *t)) else { return };
         let early: Vec<&(f64, &str)> = known.iter().filter(|(t, _)| *t < -EARLY_S).collect();
-        let mut times: Vec<f64> = known.iter().map(|(t, _)| *t).collect();
-        times.sort_by(f64::total_cmp);
-        let median = times[times.len() / 2];
         let odd: Vec<&(f64, &str)> = known.iter().filter(|(t, _)| (t - median).abs() > SPREAD_S).collect();
         let mut notes = Vec::new();
         if let Some((t, name)) = early.first() {

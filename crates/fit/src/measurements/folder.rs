@@ -1,7 +1,7 @@
 //! Folders of sound files with a `measurements.json`.
 
 use super::heads::{Kind, Recorded, measurements, unit};
-use super::{Clock, LoadOptions, MOST_SAMPLES, Measurements, Place};
+use super::set::{Clock, LoadOptions, MOST_SAMPLES, Measurements, Place};
 use crate::error::FitError;
 use promenade_acoustics::Air;
 use promenade_audio::{file, sound};

@@ -1,6 +1,6 @@
 //! Channels that a fit sees of what was recorded.
 
-use super::{Clock, Measurement, Place};
+use super::set::{Clock, Measurement, Place};
 use crate::error::FitError;
 
 /// From the middle of a head to an ear, metres.

@@ -1,6 +1,7 @@
 //! Layouts of published sets whose responses do not come with this repository; read as their authors describe them.
 
-use super::{Clock, LoadOptions, MOST_SAMPLES, Measurement, Measurements, Place, npy};
+use super::npy;
+use super::set::{Clock, LoadOptions, MOST_SAMPLES, Measurement, Measurements, Place};
 use crate::error::FitError;
 use promenade_acoustics::Air;
 use promenade_audio::{FileError, sound};

@@ -1,7 +1,7 @@
 //! Sets of responses as SOFA.
 
 use super::heads::{Kind, Recorded, measurements, unit};
-use super::{Clock, LoadOptions, Measurements, Place};
+use super::set::{Clock, LoadOptions, Measurements, Place};
 use crate::error::FitError;
 use promenade_acoustics::Air;
 use promenade_sofa::{Sofa, SofaOptions};

@@ -51,7 +51,7 @@ pub(super) fn listen(
     let search = ImageOptions { order: options.order, beams: options.beams, ..ImageOptions::default() };
     let images = Images::new(room, source, &search)?;
     let edges = Edges::of(mesh);
-    let lit = edges.lit(room, &images, Reflected::Specular)?;
+    let lit = edges.diffracted_images(room, &images, Reflected::Specular)?;
     let rays = RayOptions {
         rays: options.rays,
         length_s: length_s.clamp(RAY_LENGTH_S.0, RAY_LENGTH_S.1),
@@ -66,11 +66,11 @@ pub(super) fn listen(
         .par_iter()
         .zip(late.echograms)
         .map(|(at, echogram)| {
-            let bent = lit.around(*at)?;
+            let bent = lit.paths(*at)?;
             let images = images.seen_from(room, *at, Reflected::Specular)?;
             let direct_s = DVec3::from(source.position).distance((*at).into()) / speed_m_s(options.air);
             let hidden = images.iter().all(|image| image.order > 0);
-            let around = if hidden { edges.around_any(room, source, *at)? } else { Vec::new() };
+            let around = if hidden { edges.paths_round_one_or_two(room, source, *at)? } else { Vec::new() };
             Ok(Arrivals { at: (*at).into(), images, around, bent, echogram, direct_s })
         })
         .collect();

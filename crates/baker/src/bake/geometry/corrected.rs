@@ -6,6 +6,7 @@ use crate::sources::simulation::OCTAVES_HZ;
 use promenade_acoustics::{Air, Octaves, speed_m_s};
 use promenade_core::glam::{DVec3, Mat3, Vec3};
 use promenade_core::{Axis, Emission};
+use promenade_metrics::statistics::median_high;
 use promenade_room::{HopEnergies, SceneHead, Surfaces};
 use std::f32::consts::PI;
 
@@ -64,7 +65,8 @@ pub(super) fn correct(surfaces: &mut Surfaces, responses: &[CorrectedResponse], 
         .filter(|(_, seen)| **seen > 0.0)
         .filter_map(|(place, _)| nearest(*place))
         .collect();
-    let colour: Vec<f64> = (0..head.bands().count()).map(|band| median(seeing.iter().map(|g| g.direct[band]))).collect();
+    let colour: Vec<f64> =
+        (0..head.bands().count()).map(|band| median_high(seeing.iter().map(|g| g.direct[band])).unwrap_or(1.0)).collect();
     let octaves = OCTAVES_HZ.map(|hz| Gains::at_hz(&colour, head, hz));
     // What a scene's level is does not count: the direct sound keeps its own, but for its colour.
     let level = (octaves.iter().map(|gain| gain.ln()).sum::<f64>() / octaves.len() as f64).exp();
@@ -106,12 +108,6 @@ pub(super) fn correct(surfaces: &mut Surfaces, responses: &[CorrectedResponse], 
 pub(super) fn joined(a: &str, b: &str) -> String {
     let both = [a, b].into_iter().filter(|text| !text.is_empty());
     both.take(if a == b { 1 } else { 2 }).collect::<Vec<_>>().join("; ")
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut all: Vec<f64> = values.collect();
-    all.sort_by(f64::total_cmp);
-    all.get(all.len() / 2).copied().unwrap_or(1.0)
 }
 
 /// Gains at each place, of so many hops.

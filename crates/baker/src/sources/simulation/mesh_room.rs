@@ -19,7 +19,7 @@ use promenade_acoustics::{
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_fourier::num_complex::Complex32;
-use promenade_room::{EnergyVector, heard};
+use promenade_room::{EnergyVector, ear_energy};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -128,7 +128,8 @@ pub(super) fn simulate(
     let begun = if bass.is_some() { 0.7 } else { 0.5 };
     let voice = Voice::new(mesh, room, hrtf, options.air);
     let edges = Edges::of(mesh);
-    let hearing = Hearing { surfaces, source, lit: edges.lit(room, images, Reflected::Specular)?, edges: &edges, voice };
+    let hearing =
+        Hearing { surfaces, source, lit: edges.diffracted_images(room, images, Reflected::Specular)?, edges: &edges, voice };
     let early = Early::new(hrtf, speed_m_s(options.air) as f32);
     let (finished, count) = (AtomicUsize::new(0), options.part.poses(poses).len());
     let of_place = |(at, (place, echogram)): (usize, (&Vec3, &Echogram))| -> Result<Vec<(usize, Response)>, BakeError> {
@@ -204,9 +205,10 @@ impl Hearing<'_> {
         let seen = images.seen_from(room, at, Reflected::Specular)?;
         let mut reflected: Vec<_> = seen.iter().map(|image| self.voice.of(image, place)).collect();
         if !seen.iter().any(|image| image.order == 0) {
-            reflected.extend(self.edges.around_any(room, self.source, at)?.iter().map(|way| self.voice.around(way)));
+            reflected
+                .extend(self.edges.paths_round_one_or_two(room, self.source, at)?.iter().map(|way| self.voice.around(way)));
         }
-        reflected.extend(self.lit.around(at)?.iter().map(|way| self.voice.around(way)));
+        reflected.extend(self.lit.paths(at)?.iter().map(|way| self.voice.around(way)));
         Ok(reflected)
     }
 }
@@ -279,8 +281,8 @@ impl<'a> Voice<'a> {
             *air = position.distance(listener);
         }
         let mut left = left(&self.filters, &times);
-        if image.sent != [1.0; BANDS] {
-            let sent = self.bins.minimum_phase(|hz| octave_energy(&image.sent.map(f64::from), hz).ln());
+        if image.directivity != [1.0; BANDS] {
+            let sent = self.bins.minimum_phase(|hz| octave_energy(&image.directivity.map(f64::from), hz).ln());
             left.iter_mut().zip(sent).for_each(|(left, sent)| *left *= sent.exp());
         }
         (position, left)
@@ -334,7 +336,7 @@ impl Hops {
             std::array::from_fn(|ear| {
                 near.spectrum(ear, &mut spectrum);
                 let level = |k: usize| f64::from(spectrum[k * step].norm_sqr());
-                gains.iter().enumerate().map(|(k, g)| g * heard(share, level(k)).sqrt() as f32).collect()
+                gains.iter().enumerate().map(|(k, g)| g * ear_energy(share, level(k)).sqrt() as f32).collect()
             })
         };
         self.gains.iter().zip(&self.vectors).map(ears).collect()

@@ -1,0 +1,40 @@
+//! The path of diffracted sound.
+
+use crate::SPEED_OF_SOUND_M_S;
+use crate::octave::{OCTAVES_HZ, Octaves, octave_energy};
+use promenade_core::barrier_db;
+
+/// Sound round an edge, as a listener hears it: of the source, of one of its images, or of what came round another edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiffractionPath {
+    /// Where it seems to come from, metres: behind the edge, as far away as its path is long.
+    pub position: [f64; 3],
+    /// Its length, metres.
+    pub path_m: f64,
+    /// How much longer than the straight line that is, metres.
+    pub detour_m: f64,
+    /// Straight line to where it comes from, metres.
+    pub direct_m: f64,
+    /// Where the sound that reaches the edge comes from, metres: the source, its image, or behind another edge, as far away
+    /// as the path is long.
+    pub from: [f64; 3],
+    /// The source's directivity towards the edge, times what walls and an edge on the path leave of it: amplitudes by octave.
+    pub gains: Octaves,
+    /// Ends of the edge.
+    pub edge: [[f64; 3]; 2],
+}
+
+impl DiffractionPath {
+    /// Amplitude against a source seen at 1 m on its axis, without air, at a frequency.
+    #[must_use]
+    pub fn amplitude(&self, hz: f64) -> f64 {
+        let gain = octave_energy(&self.gains.map(|a| f64::from(a).powi(2)), hz).sqrt();
+        gain * 10.0_f64.powf(-barrier_db(self.detour_m, hz, SPEED_OF_SOUND_M_S) / 20.0) / self.direct_m
+    }
+
+    /// Amplitudes by octave against a source seen at 1 m on its axis, without air.
+    #[must_use]
+    pub fn amplitudes(&self) -> Octaves {
+        OCTAVES_HZ.map(|hz| self.amplitude(hz.into()) as f32)
+    }
+}

@@ -1,0 +1,5 @@
+//! Directions: lattices of them, and the directivity of sources.
+
+pub(crate) mod lattice;
+#[cfg(feature = "meshes")]
+pub(crate) mod source;

@@ -1,0 +1,179 @@
+//! The images of a source in a room, and which of them a listener sees.
+//!
+//! Beams from the source, on a lattice of directions, say in which planes it is mirrored and in which order; on flat walls the
+//! apex of a beam is the exact image of the source (Heckbert and Hanrahan 1984; Funkhouser et al. 1998). All orders of few
+//! planes are added without asking a beam. A listener sees an image if a ray to it, reflected wherever it meets a wall, arrives
+//! at the source after as many reflections as the image has.
+
+use super::cone::Cone;
+use super::tree::{Candidate, Candidates, SAME_IMAGE_M, Tree};
+use crate::directivity::source::{Directivity, Source};
+use crate::error::{AcousticsError, place};
+use crate::images::image::{Image, MAX_ORDER, Reflected};
+use crate::images::shoebox::Shoebox;
+use crate::octave::Octaves;
+use crate::room::Room;
+use crate::room::ray::Ray;
+use glam::DVec3;
+
+/// How images are searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageOptions {
+    /// Reflections at most; at most [`MAX_ORDER`].
+    pub order: u32,
+    /// Beams from the source.
+    pub beams: usize,
+    /// Up to this order images in all sequences of planes are tried as well, as long as an order has at most 16,384.
+    pub exact_order: u32,
+}
+
+impl Default for ImageOptions {
+    fn default() -> Self {
+        Self { order: 6, beams: 8192, exact_order: 2 }
+    }
+}
+
+/// The images of one source.
+#[derive(Clone, Debug)]
+pub struct Images {
+    source: DVec3,
+    directivity: Directivity,
+    order: u32,
+    all: Candidates,
+}
+
+impl Images {
+    /// The images of a source, among which those that a place sees are found by [`Images::seen_from`].
+    ///
+    /// # Errors
+    /// A source that is not finite, an order or a number of beams out of range.
+    pub fn new(room: &Room, source: impl Into<Source>, options: &ImageOptions) -> Result<Self, AcousticsError> {
+        let Source { position, directivity } = source.into();
+        let source = place("source", position)?;
+        if options.order > MAX_ORDER {
+            return Err(AcousticsError::argument("order of images", format!("at most {MAX_ORDER}"), options.order));
+        }
+        if !(1..=1 << 22).contains(&options.beams) {
+            return Err(AcousticsError::argument("beams", "1 to 4194304", options.beams));
+        }
+        let mut tree = Tree::new(source);
+        tree.grow_exactly(room, options.exact_order.min(options.order));
+        let all = Candidates::distinct(tree.grow_along(room, options.order, options.beams));
+        Ok(Self { source, directivity, order: options.order, all })
+    }
+
+    /// Those of a source in a box, which are known without a search. Whoever is in the box sees them.
+    ///
+    /// # Errors
+    /// A source that is not in the box, or an order above [`MAX_ORDER`].
+    pub fn of_box(walls: &Shoebox, source: impl Into<Source>, order: u32) -> Result<Self, AcousticsError> {
+        let Source { position, directivity } = source.into();
+        let images = walls.images(position, order, Reflected::Whole)?.into_iter();
+        let seen = |i: Image| Candidate { position: i.position.into(), order: i.order, cone: Cone::EVERYWHERE };
+        Ok(Self { source: position.into(), directivity, order, all: Candidates::distinct(images.map(seen).collect()) })
+    }
+
+    /// Reflections that they have at most.
+    pub(crate) fn order(&self) -> u32 {
+        self.order
+    }
+
+    /// Whether a listener has the image of this order at a place from here, if nothing is in its way. What rays bring along
+    /// such a way is the image's; along any other way it is theirs.
+    pub(crate) fn has(&self, order: u32, position: DVec3, listener: DVec3) -> bool {
+        self.all.at(order, position).is_some_and(|candidate| candidate.cone.holds(listener - candidate.position))
+    }
+
+    /// Whether a place sees an image, by its [`Image::index`].
+    ///
+    /// # Errors
+    /// A place that is not finite.
+    pub fn sees(&self, room: &Room, at: [f64; 3], index: usize) -> Result<bool, AcousticsError> {
+        Ok(self.is_seen(room, place("listener", at)?, index))
+    }
+
+    pub(crate) fn is_seen(&self, room: &Room, at: DVec3, index: usize) -> bool {
+        let mut faces = Vec::new();
+        self.all.get(index).is_some_and(|candidate| {
+            candidate.cone.holds(at - candidate.position) && reached(room, at, candidate, self.source, &mut faces).is_some()
+        })
+    }
+
+    /// How many images there are, the source itself among them.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.all.iter().count()
+    }
+
+    /// The images that a listener sees, the nearest orders first and in the order of their indices.
+    ///
+    /// # Errors
+    /// A listener that is not finite.
+    pub fn seen_from(&self, room: &Room, listener: [f64; 3], share: Reflected) -> Result<Vec<Image>, AcousticsError> {
+        self.seen_up_to(MAX_ORDER, room, listener, share)
+    }
+
+    /// Of those that have no more than so many reflections.
+    pub(crate) fn seen_up_to(
+        &self,
+        order: u32,
+        room: &Room,
+        listener: [f64; 3],
+        share: Reflected,
+    ) -> Result<Vec<Image>, AcousticsError> {
+        let listener = place("listener", listener)?;
+        let gains: Vec<(Octaves, f32)> = room.materials().iter().map(|m| (share.gains(m), share.gain_63(m))).collect();
+        let near = 4.0 * room.skin().max(SAME_IMAGE_M);
+        let mut faces = Vec::new();
+        let mut seen: Vec<Image> = Vec::new();
+        for (index, candidate) in self.all.iter().take_while(|candidate| candidate.order <= order).enumerate() {
+            if !candidate.cone.holds(listener - candidate.position) {
+                continue;
+            }
+            let Some(towards) = reached(room, listener, candidate, self.source, &mut faces) else { continue };
+            // Of walls that are nearly flat or square, images lie about each other that the same way leads to.
+            let same = |other: &&Image| candidate.position.distance_squared(other.position.into()) < near * near;
+            if seen.iter().rev().take_while(|other| other.order == candidate.order).any(|other| same(&other)) {
+                continue;
+            }
+            let directivity = self.directivity.towards((-towards).to_array());
+            let (mut left, mut gain_63) = (directivity, directivity[0]);
+            for (octaves, low) in faces.iter().map(|face| gains[room.material(*face)]) {
+                left.iter_mut().zip(octaves).for_each(|(l, g)| *l *= g);
+                gain_63 *= low;
+            }
+            let faces = faces.iter().rev().map(|f| room.triangle(*f)).collect();
+            seen.push(Image {
+                position: candidate.position.to_array(),
+                order: candidate.order,
+                gains: left,
+                gain_63,
+                directivity,
+                index,
+                faces,
+            });
+        }
+        Ok(seen)
+    }
+}
+
+/// The direction in which a ray from a listener to an image arrives at the source, if it does, and the faces that it meets.
+fn reached(room: &Room, listener: DVec3, image: &Candidate, source: DVec3, faces: &mut Vec<u32>) -> Option<DVec3> {
+    faces.clear();
+    let way = image.position - listener;
+    let mut left = way.length();
+    if left <= 0.0 {
+        return (image.order == 0).then_some(DVec3::ZERO);
+    }
+    // As far as images lie apart that are taken for one.
+    let near = room.skin().max(SAME_IMAGE_M);
+    let mut ray = Ray::new(listener, way / left);
+    for _ in 0..image.order {
+        let hit = ray.cast(room).filter(|hit| hit.distance <= left + near)?;
+        faces.push(hit.face);
+        ray.mirror(room, &hit);
+        left = (left - hit.distance).max(0.0);
+    }
+    let arrives = ray.at(left).distance(source) <= near && ray.cast(room).is_none_or(|hit| hit.distance >= left - near);
+    arrives.then_some(ray.direction)
+}

@@ -1,0 +1,48 @@
+//! A fitted room as files.
+
+use super::scene;
+use crate::args::FitArgs;
+use crate::report;
+use anyhow::{Result, bail};
+use promenade_audio::atomic;
+use promenade_fit::{
+    FittedRoom, FlatRoom, MaterialsBeside, Measurements, PictureNames, Prediction, absorption_svg, decays_svg, plan_svg,
+};
+use std::path::{Path, PathBuf};
+
+pub(super) fn check_ending(output: &Path) -> Result<()> {
+    if output.extension().is_none_or(|e| e != "promenade" && e != "obj") {
+        bail!("{}: expected a file ending in .obj or .promenade", output.display());
+    }
+    Ok(())
+}
+
+/// The mesh, its materials, the report with its pictures, and the scene if one is asked for.
+pub(super) fn all(args: &FitArgs, output: &Path, stated: &FlatRoom, fit: &dyn FittedRoom, set: &Measurements) -> Result<()> {
+    let made = format!("fit of {} to {} responses, promenade {}", set.title, set.all.len(), env!("CARGO_PKG_VERSION"));
+    let beside = MaterialsBeside::of(fit, &made);
+    let [absorption, plan, decays] = ["svg", "plan.svg", "decays.svg"].map(|e| output.with_extension(format!("report.{e}")));
+    let [of_absorption, of_plan, of_decays] = [&absorption, &plan, &decays].map(|path| report::file_name(path));
+    let names = PictureNames { absorption: &of_absorption, plan: &of_plan, decays: &of_decays };
+    let mut files: Vec<(PathBuf, String)> = vec![
+        (output.with_extension("obj"), fit.obj()?),
+        (output.with_extension("materials.json"), serde_json::to_string_pretty(&beside)? + "\n"),
+        (output.with_extension("report.md"), fit.markdown(set, &names)),
+        (output.with_extension("report.json"), serde_json::to_string_pretty(&fit.json(set))? + "\n"),
+        (absorption, absorption_svg(&fit.curves())),
+    ];
+    if let Some(prediction) = Prediction::new(fit, set) {
+        files.push((decays, decays_svg(&prediction, set)));
+    }
+    if let Some(fit) = fit.full() {
+        files.push((plan, plan_svg(stated, fit, set)?));
+    }
+    for (path, text) in &files {
+        atomic::write(path, text.as_bytes())?;
+        report::line(path.display());
+    }
+    if output.extension().is_some_and(|e| e == "promenade") {
+        scene::write(args, output, fit, set, &beside)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,64 @@
+//! The full fit: geometry, places, surfaces, scattering and source of a room of flat walls from its measured responses.
+//!
+//! Rounds of descent (Adam), each about what was found before: the beginnings of responses against images and the mean power of
+//! scattered sound, tied to the late part through rays. Places and walls move first, from coarse to fine frequencies; then
+//! surfaces and source.
+
+mod appearance_prior;
+mod descent;
+mod errors;
+mod field;
+mod fit;
+mod patch_errors;
+mod patch_fit;
+mod patches;
+mod rescue;
+mod result;
+mod schedule;
+
+pub use fit::{Found, FullFit, SurfaceFit, WallFound};
+pub use patches::VoxelFit;
+pub use schedule::FullOptions;
+
+use super::saved::Saved;
+use crate::bands::BANDS;
+use crate::early::{Chain, EarlyModel, NODES, Nodes, Prior, Unknowns};
+use crate::error::FitError;
+use crate::late::LOUDSPEAKER_SHARPNESS;
+use crate::measurements::{LEAST_RESPONSES, Measurements, distance};
+use crate::room::FlatRoom;
+use descent::Descent;
+
+/// Source and microphone at least this far apart are different places, metres.
+const SAME_PLACE_M: f64 = 1e-3;
+
+/// Fits a room to measurements. `each` is told the state and the share of the work that is done after every round; a state that
+/// it was told goes on to the same bits.
+///
+/// # Errors
+/// A source or a microphone outside of the room, fewer than three measurements, a state of another fit.
+pub fn full_fit(
+    room: &FlatRoom,
+    set: &Measurements,
+    options: &FullOptions,
+    from: Option<Saved>,
+    each: &mut dyn FnMut(&Saved, f64) -> Result<(), FitError>,
+) -> Result<FullFit, FitError> {
+    let Some(chain) = Chain::of(set) else {
+        return Err(FitError::argument("measurements", "at least one", "none"));
+    };
+    if set.all.len() < LEAST_RESPONSES {
+        return Err(FitError::argument("measurements", format!("at least {LEAST_RESPONSES} responses"), set.all.len()));
+    }
+    set.check_within(room.bounds())?;
+    let all_face = set.all.iter().all(|m| m.source.facing.is_some());
+    let one_source = set.all.iter().all(|m| distance(m.source.at_m, set.all[0].source.at_m) < SAME_PLACE_M);
+    // Sources in several places whose facing is not known have no directions in common.
+    let nodes = if options.source && (all_face || one_source) { NODES } else { 0 };
+    let u = Unknowns { surfaces: room.surfaces.len(), nodes, walls: room.walls.len(), places: set.all.len() };
+    let model = EarlyModel::new(u, set, &chain, options.order, options.window_s);
+    let sharpness = if all_face { model.bands.from_octaves(&LOUDSPEAKER_SHARPNESS) } else { [0.0; BANDS] };
+    let prior = Prior::new(&u, set, &model.bands, &sharpness, &Nodes::new(nodes).cosines(), all_face);
+    let fit = Descent { model, prior, options, chain };
+    fit.run(room, from, each)
+}

@@ -1,0 +1,26 @@
+//! Measured responses with their places.
+//!
+//! [`Measurements::load`] reads a SOFA file, a folder with a `measurements.json`, or the layout of a published data set, which
+//! it recognises by the names of its files. Places are in metres, z up. Whatever a microphone is, a fit sees one channel of
+//! sound pressure: of AmbiX the first, of a pair of ears each as a microphone of its own beside the head's middle.
+//!
+//! [`Figures`] are what is measured of one response.
+
+mod check;
+mod convention;
+mod dechorate;
+mod figures;
+mod folder;
+mod heads;
+mod load;
+mod npy;
+mod published;
+mod r3vival;
+mod set;
+mod sofa;
+
+pub use convention::Convention;
+pub use dechorate::{Echoes, dechorate_echoes};
+pub use figures::{Errors, Figures};
+pub(crate) use set::distance;
+pub use set::{Clock, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place};
